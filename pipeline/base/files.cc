@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/base/files.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <system_error>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "pipeline/base/error.h"
+
+namespace nightmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string Reason() { return std::strerror(errno); }
+
+// Data must be on disk before the name points at it, or a power cut leaves an empty file.
+void FlushToDisk(const fs::path& path) {
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) throw DataError("{}: cannot open to flush: {}", path.string(), Reason());
+  const int status = fsync(descriptor);
+  const std::string reason = Reason();
+  close(descriptor);
+  if (status != 0) throw DataError("{}: cannot flush to disk: {}", path.string(), reason);
+}
+
+bool SameBytes(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return fs::exists(b, ignored) && fs::file_size(a) == fs::file_size(b) && HashFile(a) == HashFile(b);
+}
+
+}  // namespace
+
+std::string ReadFile(const fs::path& path) {
+  if (fs::is_directory(path)) {
+    throw DataError("{}: is a folder, a file is needed", path.string());
+  }
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw DataError("{}: cannot read: {}", path.string(), Reason());
+  std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  if (stream.bad()) throw DataError("{}: cannot read: {}", path.string(), Reason());
+  return bytes;
+}
+
+std::string HashBytes(std::string_view bytes) {
+  return fmt::format("{:016x}", XXH3_64bits(bytes.data(), bytes.size()));
+}
+
+std::string HashFile(const fs::path& path) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                             &std::fclose);
+  if (!file) throw DataError("{}: cannot read: {}", path.string(), Reason());
+  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
+                                                                              &XXH3_freeState);
+  XXH3_64bits_reset(state.get());
+  std::vector<char> buffer(1 << 20);
+  while (const std::size_t size = std::fread(buffer.data(), 1, buffer.size(), file.get())) {
+    XXH3_64bits_update(state.get(), buffer.data(), size);
+  }
+  if (std::ferror(file.get())) throw DataError("{}: cannot read: {}", path.string(), Reason());
+  return fmt::format("{:016x}", XXH3_64bits_digest(state.get()));
+}
+
+void WriteFile(const fs::path& path, std::string_view bytes) {
+  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
+  if (!stream) throw DataError("{}: cannot write: {}", path.string(), Reason());
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.flush();
+  if (!stream) {
+    throw DataError("{}: cannot write: {}; free space on that disk and run again",
+                    path.string(),
+                    Reason());
+  }
+}
+
+OutputSet::~OutputSet() {
+  if (committed_) return;
+  std::error_code ignored;
+  for (const Entry& entry : entries_) fs::remove(entry.temporary_path, ignored);
+}
+
+fs::path OutputSet::Create(const fs::path& final_path, bool keep_if_equal) {
+  std::error_code error;
+  if (final_path.has_parent_path()) fs::create_directories(final_path.parent_path(), error);
+  if (error) {
+    throw DataError("{}: cannot create folder: {}",
+                    final_path.parent_path().string(),
+                    error.message());
+  }
+  // The extension is kept last: some writers choose the format by it.
+  const fs::path temporary_path =
+      final_path.parent_path() / (".writing." + final_path.filename().string());
+  fs::remove(temporary_path, error);
+  entries_.push_back({final_path, temporary_path, keep_if_equal});
+  return temporary_path;
+}
+
+void OutputSet::Commit() {
+  for (const Entry& entry : entries_) {
+    if (!fs::exists(entry.temporary_path)) {
+      throw DataError("{}: was announced but not written", entry.final_path.string());
+    }
+    FlushToDisk(entry.temporary_path);
+  }
+  for (const Entry& entry : entries_) {
+    if (entry.keep_if_equal && SameBytes(entry.temporary_path, entry.final_path)) {
+      fs::remove(entry.temporary_path);
+      continue;
+    }
+    fs::rename(entry.temporary_path, entry.final_path);
+  }
+  committed_ = true;
+}
+
+std::vector<fs::path> OutputSet::FinalPaths() const {
+  std::vector<fs::path> paths;
+  for (const Entry& entry : entries_) paths.push_back(entry.final_path);
+  return paths;
+}
+
+fs::path OutputSet::CurrentPath(const fs::path& final_path) const {
+  if (committed_) return final_path;
+  for (const Entry& entry : entries_) {
+    if (entry.final_path == final_path) return entry.temporary_path;
+  }
+  return final_path;
+}
+
+}  // namespace nightmap

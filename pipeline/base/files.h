@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whole-file reading, hashing, and the atomic commit of a stage's outputs.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace nightmap {
+
+// The whole file as bytes. Throws DataError naming the file.
+std::string ReadFile(const std::filesystem::path& path);
+
+// XXH3 64-bit of the bytes of a file, as 16 hex digits. Throws DataError naming the file.
+std::string HashFile(const std::filesystem::path& path);
+std::string HashBytes(std::string_view bytes);
+
+// Writes bytes to a path (not atomically: for the temporary paths of OutputSet). Throws DataError
+// naming the file and the system's reason, a full disk included.
+void WriteFile(const std::filesystem::path& path, std::string_view bytes);
+
+// The outputs of one run of a stage. Each is written under a temporary name in its final folder and
+// renamed by Commit, in the order of creation, after all were flushed to disk. Without Commit
+// (error, signal) the destructor removes the temporaries and the old files stay as they were.
+class OutputSet {
+ public:
+  OutputSet() = default;
+  ~OutputSet();
+  OutputSet(const OutputSet&) = delete;
+  OutputSet& operator=(const OutputSet&) = delete;
+
+  // The temporary path to write for `final_path`; its folder is created. A killed earlier run's
+  // temporary of the same name is replaced. With `keep_if_equal`, Commit leaves an existing file
+  // with the same bytes untouched (its time too).
+  std::filesystem::path Create(const std::filesystem::path& final_path, bool keep_if_equal = false);
+
+  void Commit();
+
+  // Final paths created so far, in order.
+  std::vector<std::filesystem::path> FinalPaths() const;
+  // Where the bytes of a final path are now: the temporary before Commit, itself after it.
+  std::filesystem::path CurrentPath(const std::filesystem::path& final_path) const;
+
+ private:
+  struct Entry {
+    std::filesystem::path final_path;
+    std::filesystem::path temporary_path;
+    bool keep_if_equal = false;
+  };
+  std::vector<Entry> entries_;
+  bool committed_ = false;
+};
+
+}  // namespace nightmap

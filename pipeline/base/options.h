@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// Options of a stage: each struct registers its fields once, and everything else (TOML parsing,
+// --help, --print-config, range checks, the options page) iterates over that registration.
+//
+//   struct GridOptions {
+//     double resolution_m = 0.05;
+//     void Register(OptionList& list) {
+//       list.Add("resolution_m", &resolution_m, Range(0.01, 1.0), "edge length of a cell");
+//     }
+//   };
+#pragma once
+
+#include <limits>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace toml {
+inline namespace v3 {
+class table;  // toml++ is slow to compile: only options.cc and readers of TOML include it
+}
+}  // namespace toml
+
+namespace nightmap {
+
+// Closed interval of valid values. For lists it bounds every element.
+struct Range {
+  Range(double min_value, double max_value) : min(min_value), max(max_value) {}
+  double min;
+  double max;
+};
+
+using OptionPointer = std::
+    variant<bool*, int*, double*, std::string*, std::vector<int>*, std::vector<double>*>;
+
+struct OptionSpec {
+  std::string name;  // with the unit as suffix: voxel_size_m, max_error_px
+  OptionPointer value;
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  std::vector<std::string> choices;  // of a string option; empty: any
+  std::string doc;                   // one line
+};
+
+class OptionList {
+ public:
+  void Add(std::string name, bool* value, std::string doc);
+  void Add(std::string name, int* value, Range range, std::string doc);
+  void Add(std::string name, double* value, Range range, std::string doc);
+  void Add(std::string name, std::vector<int>* value, Range range, std::string doc);
+  void Add(std::string name, std::vector<double>* value, Range range, std::string doc);
+  void Add(std::string name, std::string* value, std::string doc);
+  void Add(std::string name, std::string* value, std::vector<std::string> choices, std::string doc);
+
+  const std::vector<OptionSpec>& Specs() const { return specs_; }
+
+  // Assigns the options named in a TOML document; options not named keep their value.
+  // `source` names the document in messages. Throws UsageError with file:line on an unknown key, a
+  // wrong type or a value out of range; nothing is repaired.
+  void ParseToml(std::string_view text, const std::string& source);
+
+  // The same for one table of a parsed document (a site config has several).
+  void ParseTable(const toml::table& table, const std::string& source);
+
+  // Throws UsageError when a current value is out of range or not among the choices.
+  void Check(const std::string& source) const;
+
+  // The current values as TOML, in order of registration; ParseToml(ToToml()) is a fixed point.
+  std::string ToToml() const;
+
+  // A table for --help: name, default, range, doc.
+  std::string Help() const;
+
+ private:
+  void Insert(OptionSpec spec);
+  std::vector<OptionSpec> specs_;
+};
+
+template <typename Options>
+OptionList RegisterOptions(Options& options) {
+  OptionList list;
+  options.Register(list);
+  return list;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/base/parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace nightmap {
+namespace {
+
+// The failure with the lowest index seen so far.
+class FirstFailure {
+ public:
+  void Record(std::size_t index, std::exception_ptr error) {
+    const std::lock_guard lock(mutex_);
+    if (!error_ || index < index_) {
+      index_ = index;
+      error_ = std::move(error);
+    }
+  }
+  void Rethrow() const {
+    if (error_) std::rethrow_exception(error_);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::size_t index_ = 0;
+  std::exception_ptr error_;
+};
+
+}  // namespace
+
+void ParallelFor(std::size_t count, int num_threads, const std::function<void(std::size_t)>& body) {
+  std::atomic<std::size_t> next{0};
+  std::atomic<bool> stop{false};
+  FirstFailure failure;
+  const auto work = [&] {
+    // Indices are handed out in order, so every index below a failing one has been started and the
+    // lowest failure is the same at any number of threads.
+    while (!stop) {
+      const std::size_t index = next++;
+      if (index >= count) return;
+      try {
+        body(index);
+      } catch (...) {
+        failure.Record(index, std::current_exception());
+        stop = true;
+      }
+    }
+  };
+  const std::size_t num_helpers =
+      std::min(count, static_cast<std::size_t>(std::max(1, num_threads))) - (count > 0 ? 1 : 0);
+  std::vector<std::thread> helpers;
+  for (std::size_t i = 0; i < num_helpers; ++i) helpers.emplace_back(work);
+  work();
+  for (std::thread& helper : helpers) helper.join();
+  failure.Rethrow();
+}
+
+}  // namespace nightmap

@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/base/stage_main.h"
+
+#include <fmt/ranges.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <ctime>
+#include <iostream>
+#include <thread>
+
+namespace nightmap {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+using nlohmann::json;
+
+struct CommandLine {
+  fs::path config;
+  std::vector<std::string> inputs;   // NAME=PATH
+  std::vector<std::string> outputs;  // NAME=PATH
+  int num_threads = 0;
+  std::string log_level = "info";
+  bool version = false;
+  bool print_config = false;
+  bool check_config = false;
+};
+
+const char* ArityText(Arity arity) {
+  if (arity == Arity::kOptional) return " (optional)";
+  return arity == Arity::kMany ? " (may be repeated)" : "";
+}
+
+std::string PortHelp(const std::vector<PortSpec>& ports) {
+  std::string text;
+  for (const PortSpec& port : ports) {
+    text += fmt::format("  {:<12} {}{}\n", port.name, port.doc, ArityText(port.arity));
+  }
+  return text;
+}
+
+std::string Footer(const StageSpec& spec, const OptionList& options) {
+  return fmt::format("inputs:\n{}\noutputs:\n{}\noptions in the config file (TOML):\n{}\n"
+                     "exit codes: 0 outputs committed; 1 data, I/O or numeric failure; 2 usage or "
+                     "config error; 3 below an acceptance threshold, nothing committed",
+                     PortHelp(spec.inputs),
+                     PortHelp(spec.outputs),
+                     options.Help());
+}
+
+void DefineCommandLine(CLI::App& app, CommandLine* line) {
+  app.add_option("--config", line->config, "TOML file; options not named keep their default");
+  app.add_option("--in", line->inputs, "NAME=PATH of an input")->take_all();
+  app.add_option("--out", line->outputs, "NAME=PATH of an output")->take_all();
+  app.add_option("--threads", line->num_threads, "0: one a core; never changes a result")
+      ->check(CLI::Range(0, 1024));
+  app.add_option("--log-level", line->log_level, "debug, info, warn, err or off")
+      ->check(CLI::IsMember({"debug", "info", "warn", "err", "off"}));
+  app.add_flag("--version", line->version, "print the version and exit");
+  app.add_flag("--print-config", line->print_config, "print the effective config and exit");
+  app.add_flag("--check-config", line->check_config, "check the config file and exit");
+}
+
+std::pair<std::string, fs::path> SplitPort(const std::string& text, const char* flag) {
+  const auto equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
+    throw UsageError("{} {}: write NAME=PATH", flag, text);
+  }
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+std::map<std::string, std::vector<fs::path>> AssignPorts(const std::vector<std::string>& texts,
+                                                         const std::vector<PortSpec>& ports,
+                                                         const char* flag) {
+  std::map<std::string, std::vector<fs::path>> paths;
+  for (const std::string& text : texts) {
+    const auto [name, path] = SplitPort(text, flag);
+    if (std::ranges::count(ports, name, &PortSpec::name) == 0) {
+      throw UsageError("{} {}: no such name; see --help", flag, text);
+    }
+    paths[name].push_back(path);
+  }
+  for (const PortSpec& port : ports) {
+    const std::size_t count = paths[port.name].size();
+    if (count == 0 && port.arity != Arity::kOptional) {
+      throw UsageError("{} {}=PATH is missing ({})", flag, port.name, port.doc);
+    }
+    if (count > 1 && port.arity != Arity::kMany) {
+      throw UsageError("{} {} is given {} times, once is right", flag, port.name, count);
+    }
+  }
+  return paths;
+}
+
+void CheckInputsExist(const std::map<std::string, std::vector<fs::path>>& inputs) {
+  for (const auto& [name, paths] : inputs) {
+    for (const fs::path& path : paths) {
+      if (!fs::exists(path)) {
+        throw DataError("{}: input '{}' does not exist; make it or correct the path",
+                        path.string(),
+                        name);
+      }
+    }
+  }
+}
+
+std::string UtcNow() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof(text), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+std::int64_t PeakMemory_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::int64_t>(usage.ru_maxrss) * 1024;
+}
+
+json DescribeFile(const std::string& name, const fs::path& path, const fs::path& bytes_at) {
+  json entry{{"name", name}, {"path", path.string()}};
+  if (fs::is_regular_file(bytes_at)) {
+    entry["size_bytes"] = fs::file_size(bytes_at);
+    entry["xxh3"] = HashFile(bytes_at);
+  }
+  return entry;
+}
+
+void SetUpLog(const StageSpec& spec, const std::string& level) {
+  auto logger = std::make_shared<spdlog::logger>(
+      spec.name, std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+  logger->set_pattern("%T %^%l%$ %n: %v");
+  logger->set_level(spdlog::level::from_str(level));
+  spdlog::set_default_logger(logger);
+}
+
+}  // namespace
+
+StageContext::StageContext(StageSpec spec,
+                           std::map<std::string, std::vector<fs::path>> inputs,
+                           std::map<std::string, fs::path> outputs,
+                           std::string config_toml,
+                           int num_threads)
+    : spec_(std::move(spec)),
+      inputs_(std::move(inputs)),
+      outputs_(std::move(outputs)),
+      config_toml_(std::move(config_toml)),
+      num_threads_(num_threads),
+      progress_(spec_.name),
+      part_start_(Clock::now()) {}
+
+const fs::path& StageContext::Input(const std::string& name) const {
+  return Inputs(name).front();
+}
+
+const std::vector<fs::path>& StageContext::Inputs(const std::string& name) const {
+  return inputs_.at(name);
+}
+
+bool StageContext::HasInput(const std::string& name) const {
+  const auto found = inputs_.find(name);
+  return found != inputs_.end() && !found->second.empty();
+}
+
+fs::path StageContext::Output(const std::string& name) {
+  return output_set_.Create(outputs_.at(name));
+}
+
+fs::path StageContext::OutputBeside(const std::string& name, const std::string& file_name) {
+  return output_set_.Create(outputs_.at(name).parent_path() / file_name, true);
+}
+
+bool StageContext::HasOutput(const std::string& name) const { return outputs_.contains(name); }
+
+fs::path StageContext::FinalPath(const std::string& name) const { return outputs_.at(name); }
+
+void StageContext::Skip(const std::string& reason) {
+  ++num_skipped_;
+  spdlog::warn("skipped: {}", reason);
+  report_["skipped"].push_back(reason);
+}
+
+void StageContext::CheckSkipped(std::size_t num_items, double max_failed_ratio) const {
+  const double ratio =
+      static_cast<double>(num_skipped_) / static_cast<double>(std::max<std::size_t>(1, num_items));
+  if (ratio <= max_failed_ratio) return;
+  throw DataError("{} of {} items were skipped, more than max_failed_ratio = {} allows; the log "
+                  "names each, repair them or raise max_failed_ratio",
+                  num_skipped_,
+                  num_items,
+                  max_failed_ratio);
+}
+
+void StageContext::BeginPart(const std::string& name) {
+  const auto now = Clock::now();
+  if (!parts_.empty()) {
+    parts_.back().second = std::chrono::duration<double>(now - part_start_).count();
+  }
+  part_start_ = now;
+  parts_.emplace_back(name, 0.0);
+}
+
+// One run of a stage program, from the command line to the committed receipt.
+class StageRun {
+ public:
+  StageRun(const StageSpec& spec, const OptionList& options, const CommandLine& line)
+      : spec_(spec), options_(options), line_(line), start_(Clock::now()), start_utc_(UtcNow()) {}
+
+  void Execute(const std::function<void(StageContext&)>& body) {
+    StageContext context = MakeContext();
+    spdlog::info("nightmap {} {} build, {} threads",
+                 NIGHTMAP_VERSION,
+                 NIGHTMAP_BUILD_TYPE,
+                 context.num_threads_);
+    body(context);
+    context.BeginPart("commit");
+    context.progress_.Finish();
+    WriteReport(context);
+    WriteReceipt(context);
+    context.output_set_.Commit();
+    spdlog::info("done in {:.1f} s", Elapsed_s());
+  }
+
+ private:
+  StageContext MakeContext() const {
+    auto inputs = AssignPorts(line_.inputs, spec_.inputs, "--in");
+    CheckInputsExist(inputs);
+    std::map<std::string, fs::path> outputs;
+    for (auto& [name, paths] : AssignPorts(line_.outputs, spec_.outputs, "--out")) {
+      if (!paths.empty()) outputs[name] = paths.front();
+    }
+    const int num_cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    return {spec_,
+            std::move(inputs),
+            std::move(outputs),
+            options_.ToToml(),
+            line_.num_threads > 0 ? line_.num_threads : num_cores};
+  }
+
+  void WriteReport(StageContext& context) const {
+    if (!context.HasOutput("report")) return;
+    json report{{"format", "nightmap report"}, {"version", 1}, {"stage", spec_.name}};
+    report["config"] = options_.ToToml();
+    report["num_skipped"] = context.num_skipped_;
+    report.update(context.report_);
+    WriteFile(context.Output("report"), report.dump(1) + "\n");
+  }
+
+  void WriteReceipt(StageContext& context) const {
+    if (!context.HasOutput("receipt")) return;
+    json receipt{{"format", "nightmap receipt"}, {"version", 1}, {"stage", spec_.name}};
+    receipt["program"] = DescribeFile(NIGHTMAP_VERSION, "/proc/self/exe", "/proc/self/exe");
+    receipt["program"]["path"] = fs::read_symlink("/proc/self/exe").string();
+    receipt["build_type"] = NIGHTMAP_BUILD_TYPE;
+    receipt["config"] = options_.ToToml();
+    receipt["threads"] = context.num_threads_;
+    receipt["start_time"] = start_utc_;
+    receipt["inputs"] = json::array();
+    for (const auto& [name, paths] : context.inputs_) {
+      for (const fs::path& path : paths) {
+        receipt["inputs"].push_back(DescribeFile(name, path, path));
+      }
+    }
+    receipt["outputs"] = json::array();
+    for (const fs::path& path : context.output_set_.FinalPaths()) {
+      receipt["outputs"].push_back(
+          DescribeFile(path.filename(), path, context.output_set_.CurrentPath(path)));
+    }
+    receipt["parts"] = json::array();
+    for (const auto& [name, seconds] : context.parts_) {
+      receipt["parts"].push_back({{"name", name}, {"wall_time_s", seconds}});
+    }
+    receipt["wall_time_s"] = Elapsed_s();
+    receipt["peak_memory_bytes"] = PeakMemory_bytes();
+    WriteFile(context.Output("receipt"), receipt.dump(1) + "\n");
+  }
+
+  double Elapsed_s() const {
+    return std::chrono::duration<double>(Clock::now() - start_).count();
+  }
+
+  const StageSpec& spec_;
+  const OptionList& options_;
+  const CommandLine& line_;
+  Clock::time_point start_;
+  std::string start_utc_;
+};
+
+namespace {
+
+int Fail(const std::string& message, ExitCode code) {
+  spdlog::error("{}", message);
+  return static_cast<int>(code);
+}
+
+// Work that needs no inputs; true when it was all that was asked.
+bool HandleQueries(const StageSpec& spec, const CommandLine& line, const OptionList& options) {
+  if (line.version) {
+    std::cout << spec.name << " (nightmap) " << NIGHTMAP_VERSION << '\n';
+  } else if (line.print_config) {
+    std::cout << options.ToToml();
+  } else if (line.check_config) {
+    std::cout << (line.config.empty() ? "defaults" : line.config.string()) << ": ok\n";
+  }
+  return line.version || line.print_config || line.check_config;
+}
+
+}  // namespace
+
+int RunStage(int argc,
+             char** argv,
+             const StageSpec& stage_spec,
+             OptionList options,
+             std::function<void(StageContext&)> body) {
+  StageSpec spec = stage_spec;
+  spec.outputs.push_back({"report", "counts and quality figures (JSON)", Arity::kOptional});
+  spec.outputs.push_back({"receipt", "hashes, times and memory of this run", Arity::kOptional});
+  CommandLine line;
+  CLI::App app(spec.summary, spec.name);
+  DefineCommandLine(app, &line);
+  app.footer(Footer(spec, options));
+  SetUpLog(spec, "info");
+  try {
+    app.parse(argc, argv);
+    SetUpLog(spec, line.log_level);
+    if (!line.config.empty() && !fs::exists(line.config)) {
+      throw UsageError("{}: config file does not exist", line.config.string());
+    }
+    if (!line.config.empty()) options.ParseToml(ReadFile(line.config), line.config.string());
+    if (HandleQueries(spec, line, options)) return 0;
+    StageRun(spec, options, line).Execute(body);
+    return 0;
+  } catch (const CLI::CallForHelp&) {
+    std::cout << app.help();
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    return Fail(std::string(error.what()) + "; see --help", ExitCode::kUsageError);
+  } catch (const Error& error) {
+    return Fail(error.what(), error.Code());
+  } catch (const std::bad_alloc&) {
+    return Fail("out of memory; use smaller shards or a machine with more", ExitCode::kDataError);
+  } catch (const std::exception& error) {
+    return Fail(error.what(), ExitCode::kDataError);
+  }
+}
+
+}  // namespace nightmap

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/geometry/absolute_pose.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+
+#include "pipeline/base/random.h"
+
+namespace nightmap {
+namespace {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+Eigen::Vector2d ProjectUndistorted(const Camera& camera, const Eigen::Vector3d& point_in_camera) {
+  return {camera.fx * point_in_camera.x() / point_in_camera.z() + camera.cx,
+          camera.fy * point_in_camera.y() / point_in_camera.z() + camera.cy};
+}
+
+Rigid3 ExpLeft(const Vector6d& step, const Rigid3& pose) {
+  const Eigen::Vector3d axis = step.head<3>();
+  const double angle = axis.norm();
+  const Eigen::Quaterniond rotation =
+      angle < 1e-12 ? Eigen::Quaterniond::Identity()
+                    : Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis / angle));
+  return Rigid3{rotation, step.tail<3>()} * pose;
+}
+
+Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d skew;
+  skew << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return skew;
+}
+
+// The estimation problem with everything that stays fixed during it.
+class Estimator {
+ public:
+  Estimator(const Camera& camera,
+            const std::vector<PointMatch>& matches,
+            const AbsolutePoseOptions& options)
+      : camera_(camera), matches_(matches), options_(options), random_(options.seed) {}
+
+  std::optional<AbsolutePose> Estimate();
+
+ private:
+  // Sum of truncated squared reprojection errors (MSAC); lower is better.
+  struct Score {
+    double cost = std::numeric_limits<double>::max();
+    int num_inliers = 0;
+  };
+
+  std::vector<Rigid3> SolveMinimal();
+  std::optional<double> SquaredError_px(const Rigid3& camera_from_world, const PointMatch& match) const;
+  Score Evaluate(const Rigid3& camera_from_world) const;
+  std::vector<int> Inliers(const Rigid3& camera_from_world) const;
+  void AddToNormalEquations(const Rigid3& camera_from_world,
+                            const PointMatch& match,
+                            Matrix6d* hessian,
+                            Vector6d* gradient,
+                            double* cost) const;
+  double BuildNormalEquations(const Rigid3& camera_from_world,
+                              const std::vector<int>& inliers,
+                              Matrix6d* hessian,
+                              Vector6d* gradient) const;
+  Rigid3 Refine(Rigid3 camera_from_world, const std::vector<int>& inliers, int num_steps) const;
+  int RequiredIterations(int num_inliers) const;
+  AbsolutePose Finish(const Rigid3& camera_from_world, int num_iterations) const;
+
+  const Camera& camera_;
+  const std::vector<PointMatch>& matches_;
+  const AbsolutePoseOptions& options_;
+  Random random_;
+};
+
+std::vector<Rigid3> Estimator::SolveMinimal() {
+  cv::Matx<double, 3, 3> points;
+  cv::Matx<double, 3, 2> rays;
+  for (int i = 0; i < 3; ++i) {
+    const PointMatch& match = matches_[random_.Index(matches_.size())];
+    for (int k = 0; k < 3; ++k) points(i, k) = match.point_in_world[k];
+    rays(i, 0) = (match.pixel.x() - camera_.cx) / camera_.fx;
+    rays(i, 1) = (match.pixel.y() - camera_.cy) / camera_.fy;
+  }
+  std::vector<cv::Mat> rotations;
+  std::vector<cv::Mat> translations;
+  cv::solveP3P(cv::Mat(points), cv::Mat(rays), cv::Matx33d::eye(), cv::noArray(), rotations,
+               translations, cv::SOLVEPNP_AP3P);
+  std::vector<Rigid3> poses;
+  for (std::size_t i = 0; i < rotations.size(); ++i) {
+    const Eigen::Map<const Eigen::Vector3d> axis(rotations[i].ptr<double>());
+    const Eigen::Map<const Eigen::Vector3d> translation(translations[i].ptr<double>());
+    if (!axis.allFinite() || !translation.allFinite()) continue;
+    const double angle = axis.norm();
+    const Eigen::AngleAxisd rotation(angle, angle > 0 ? Eigen::Vector3d(axis / angle)
+                                                      : Eigen::Vector3d::UnitX());
+    poses.push_back({Eigen::Quaterniond(rotation), translation});
+  }
+  return poses;
+}
+
+// Nothing when the match is no inlier.
+std::optional<double> Estimator::SquaredError_px(const Rigid3& camera_from_world,
+                                                 const PointMatch& match) const {
+  const Eigen::Vector3d point = camera_from_world * match.point_in_world;
+  if (point.z() <= 1e-3) return std::nullopt;
+  const double error = (ProjectUndistorted(camera_, point) - match.pixel).squaredNorm();
+  if (error > options_.max_error_px * options_.max_error_px) return std::nullopt;
+  const double max_depth_error_m =
+      options_.max_depth_error * match.depth_m + 3 * options_.noise.Sigma_m(match.depth_m);
+  if (match.depth_m > 0 && std::abs(point.z() - match.depth_m) > max_depth_error_m) {
+    return std::nullopt;
+  }
+  return error;
+}
+
+Estimator::Score Estimator::Evaluate(const Rigid3& camera_from_world) const {
+  Score score{0, 0};
+  for (const PointMatch& match : matches_) {
+    const auto error = SquaredError_px(camera_from_world, match);
+    score.num_inliers += error.has_value();
+    score.cost += error.value_or(options_.max_error_px * options_.max_error_px);
+  }
+  return score;
+}
+
+std::vector<int> Estimator::Inliers(const Rigid3& camera_from_world) const {
+  std::vector<int> inliers;
+  for (std::size_t i = 0; i < matches_.size(); ++i) {
+    if (SquaredError_px(camera_from_world, matches_[i])) inliers.push_back(static_cast<int>(i));
+  }
+  return inliers;
+}
+
+// Residuals (pixel x, pixel y, depth) over their standard deviations, with Cauchy's robust weight.
+void Estimator::AddToNormalEquations(const Rigid3& camera_from_world,
+                                     const PointMatch& match,
+                                     Matrix6d* hessian,
+                                     Vector6d* gradient,
+                                     double* cost) const {
+  const Eigen::Vector3d p = camera_from_world * match.point_in_world;
+  if (p.z() <= 1e-3) return;
+  Eigen::Matrix<double, 3, 6> point_jacobian;  // of p by a left perturbation of the pose
+  point_jacobian << -Skew(p), Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d projection_jacobian;
+  projection_jacobian << camera_.fx / p.z(), 0, -camera_.fx * p.x() / (p.z() * p.z()),  //
+      0, camera_.fy / p.z(), -camera_.fy * p.y() / (p.z() * p.z()),                     //
+      0, 0, 1;
+  Eigen::Vector3d residual;
+  residual << ProjectUndistorted(camera_, p) - match.pixel, p.z() - match.depth_m;
+  const double depth_sigma_m = std::hypot(options_.noise.Sigma_m(match.depth_m), match.point_sigma_m);
+  const double pixel_weight = 1 / options_.pixel_sigma_px;
+  const Eigen::Vector3d weights(
+      pixel_weight, pixel_weight, match.depth_m > 0 ? 1 / depth_sigma_m : 0.0);
+  residual = weights.cwiseProduct(residual);
+  const Eigen::Matrix<double, 3, 6> jacobian =
+      weights.asDiagonal() * projection_jacobian * point_jacobian;
+  const double scale2 = 4.0;  // Cauchy's constant is 2 standard deviations
+  const double robust_weight = 1 / (1 + residual.squaredNorm() / scale2);
+  *hessian += robust_weight * jacobian.transpose() * jacobian;
+  *gradient += robust_weight * jacobian.transpose() * residual;
+  *cost += scale2 * std::log1p(residual.squaredNorm() / scale2);
+}
+
+double Estimator::BuildNormalEquations(const Rigid3& camera_from_world,
+                                       const std::vector<int>& inliers,
+                                       Matrix6d* hessian,
+                                       Vector6d* gradient) const {
+  hessian->setZero();
+  gradient->setZero();
+  double cost = 0;
+  for (const int i : inliers) {
+    AddToNormalEquations(
+        camera_from_world, matches_[static_cast<std::size_t>(i)], hessian, gradient, &cost);
+  }
+  return cost;
+}
+
+// Levenberg-Marquardt.
+Rigid3 Estimator::Refine(Rigid3 pose, const std::vector<int>& inliers, int num_steps) const {
+  Matrix6d hessian;
+  Vector6d gradient;
+  double cost = BuildNormalEquations(pose, inliers, &hessian, &gradient);
+  double damping = 1e-4;
+  for (int step = 0; step < num_steps; ++step) {
+    Matrix6d damped = hessian;
+    damped.diagonal() *= 1 + damping;
+    const Vector6d update = -damped.ldlt().solve(gradient);
+    if (!update.allFinite()) break;
+    const Rigid3 candidate = ExpLeft(update, pose);
+    Matrix6d candidate_hessian;
+    Vector6d candidate_gradient;
+    const double candidate_cost =
+        BuildNormalEquations(candidate, inliers, &candidate_hessian, &candidate_gradient);
+    if (candidate_cost < cost) {
+      pose = candidate;
+      cost = candidate_cost;
+      hessian = candidate_hessian;
+      gradient = candidate_gradient;
+      damping = std::max(1e-9, damping / 10);
+      if (update.norm() < 1e-8) break;
+    } else {
+      damping *= 10;
+    }
+  }
+  return pose;
+}
+
+int Estimator::RequiredIterations(int num_inliers) const {
+  const double ratio = static_cast<double>(num_inliers) / static_cast<double>(matches_.size());
+  const double miss = std::max(1e-12, 1 - ratio * ratio * ratio);
+  if (miss >= 1) return options_.max_iterations;
+  const double required = std::log(1 - options_.confidence) / std::log(miss);
+  return static_cast<int>(std::clamp(required,
+                                     static_cast<double>(options_.min_iterations),
+                                     static_cast<double>(options_.max_iterations)));
+}
+
+AbsolutePose Estimator::Finish(const Rigid3& camera_from_world, int num_iterations) const {
+  AbsolutePose result;
+  result.camera_from_world = Refine(camera_from_world, Inliers(camera_from_world), 20);
+  result.inliers = Inliers(result.camera_from_world);
+  result.num_iterations = num_iterations;
+  Matrix6d hessian;
+  Vector6d gradient;
+  BuildNormalEquations(result.camera_from_world, result.inliers, &hessian, &gradient);
+  hessian.diagonal().array() += 1e-9;
+  result.covariance = hessian.ldlt().solve(Matrix6d::Identity());
+  double sum = 0;
+  for (const int i : result.inliers) {
+    sum += SquaredError_px(result.camera_from_world, matches_[static_cast<std::size_t>(i)])
+               .value_or(0);
+  }
+  result.rms_error_px =
+      std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, result.inliers.size())));
+  return result;
+}
+
+std::optional<AbsolutePose> Estimator::Estimate() {
+  Score best;
+  Rigid3 best_pose;
+  int num_required = options_.max_iterations;
+  int iteration = 0;
+  for (; iteration < num_required; ++iteration) {
+    for (const Rigid3& pose : SolveMinimal()) {
+      const Score score = Evaluate(pose);
+      if (score.cost >= best.cost || score.num_inliers < 4) continue;
+      const Rigid3 refined = Refine(pose, Inliers(pose), 4);
+      const Score refined_score = Evaluate(refined);
+      const bool improved = refined_score.cost < score.cost;
+      best = improved ? refined_score : score;
+      best_pose = improved ? refined : pose;
+      num_required = RequiredIterations(best.num_inliers);
+    }
+  }
+  if (best.num_inliers < options_.min_inliers) return std::nullopt;
+  AbsolutePose result = Finish(best_pose, iteration);
+  if (static_cast<int>(result.inliers.size()) < options_.min_inliers) return std::nullopt;
+  return result;
+}
+
+}  // namespace
+
+std::optional<AbsolutePose> EstimateAbsolutePose(const Camera& camera,
+                                                 const std::vector<PointMatch>& matches,
+                                                 const AbsolutePoseOptions& options) {
+  if (static_cast<int>(matches.size()) < std::max(4, options.min_inliers)) return std::nullopt;
+  return Estimator(camera, matches, options).Estimate();
+}
+
+}  // namespace nightmap

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pinhole camera with OpenCV's radial-tangential distortion (k1 k2 p1 p2 k3).
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+namespace nightmap {
+
+// Camera frame: x right, y down, z forward. Pixel (0, 0) is the centre of the top left pixel.
+struct Camera {
+  int width = 0;
+  int height = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;          // px
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;  // dimensionless
+
+  bool HasDistortion() const { return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0; }
+  bool Contains(const Eigen::Vector2d& pixel) const {
+    return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= width - 1 && pixel.y() <= height - 1;
+  }
+
+  // Pixel of a point in the camera frame, possibly outside the image; nothing for z <= 0 and where
+  // the distortion polynomial has turned back.
+  std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_in_camera) const;
+  // Ray through a pixel, scaled to z = 1, distortion removed (Newton iteration).
+  Eigen::Vector2d Normalize(const Eigen::Vector2d& pixel) const;
+  // Point at a depth (z, metres) behind a pixel.
+  Eigen::Vector3d BackProject(const Eigen::Vector2d& pixel, double depth_m) const {
+    const Eigen::Vector2d ray = Normalize(pixel);
+    return {ray.x() * depth_m, ray.y() * depth_m, depth_m};
+  }
+  // The pixel the same ray has in this camera without distortion. Features are stored so.
+  Eigen::Vector2d Undistort(const Eigen::Vector2d& pixel) const;
+};
+
+// Standard deviation of a structured-light or time-of-flight depth, growing with z squared
+// (Khoshelham and Elberink, Sensors 2012).
+struct DepthNoise {
+  double constant_m = 0.002;
+  double quadratic_per_m = 0.0025;  // sigma = constant + quadratic * z^2
+  double Sigma_m(double depth_m) const { return constant_m + quadratic_per_m * depth_m * depth_m; }
+};
+
+}  // namespace nightmap

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rigid transforms between frames of reference.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+
+namespace nightmap {
+
+// target_from_source: point_in_target = rotation * point_in_source + translation (metres).
+// Composition reads like the names: a_from_c = a_from_b * b_from_c.
+struct Rigid3 {
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Rigid3 Inverse() const {
+    const Eigen::Quaterniond inverse = rotation.conjugate();
+    return {inverse, -(inverse * translation)};
+  }
+  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
+    return rotation * point + translation;
+  }
+  Rigid3 operator*(const Rigid3& other) const {
+    return {(rotation * other.rotation).normalized(), rotation * other.translation + translation};
+  }
+  Eigen::Matrix4d Matrix() const {
+    Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+    matrix.topLeftCorner<3, 3>() = rotation.toRotationMatrix();
+    matrix.topRightCorner<3, 1>() = translation;
+    return matrix;
+  }
+};
+
+// Covariance of a pose: rotation (rad) first, then translation (m), of a left perturbation.
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+// Angle of the rotation between two poses, in [0, pi].
+inline double AngleBetween_rad(const Rigid3& a, const Rigid3& b) {
+  return a.rotation.angularDistance(b.rotation);
+}
+
+// Pose of a frame at a time. TUM files hold these.
+struct StampedPose {
+  std::int64_t time_ns = 0;
+  Rigid3 pose;
+};
+
+}  // namespace nightmap

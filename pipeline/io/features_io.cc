@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Arrays of features/shard_NNNN.h5 (F frames, N features in all, D bytes a descriptor):
+//   kind 1; frame_idx F; first_feature F+1 (features of frame i are [first[i], first[i+1]));
+//   keypoint_px N x 2, raw_keypoint_px N x 2, scale_px N, depth_m N, descriptor N x D.
+#include "pipeline/io/features_io.h"
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/hdf5_file.h"
+
+namespace nightmap {
+namespace {
+
+constexpr char kFormat[] = "nightmap features";
+constexpr int kVersion = 1;
+
+Array<float> Flatten(const std::vector<Eigen::Vector2f>& points) {
+  Array<float> array{points.size(), 2, {}};
+  array.values.reserve(points.size() * 2);
+  for (const Eigen::Vector2f& point : points) {
+    array.values.push_back(point.x());
+    array.values.push_back(point.y());
+  }
+  return array;
+}
+
+template <typename T>
+void Append(const std::vector<T>& source, std::vector<T>* target) {
+  target->insert(target->end(), source.begin(), source.end());
+}
+
+// All frames of a shard as one, which is how the file stores them.
+FrameFeatures Concatenate(const FeaturesShard& shard) {
+  FrameFeatures all;
+  for (const FrameFeatures& frame : shard.frames) {
+    Append(frame.keypoints_px, &all.keypoints_px);
+    Append(frame.raw_keypoints_px, &all.raw_keypoints_px);
+    Append(frame.scales_px, &all.scales_px);
+    Append(frame.depths_m, &all.depths_m);
+    Append(frame.descriptors, &all.descriptors);
+  }
+  return all;
+}
+
+std::vector<Eigen::Vector2f> Points(const Array<float>& array, std::size_t begin, std::size_t end) {
+  std::vector<Eigen::Vector2f> points;
+  points.reserve(end - begin);
+  for (std::size_t i = begin; i < end; ++i) {
+    points.emplace_back(array.values[2 * i], array.values[2 * i + 1]);
+  }
+  return points;
+}
+
+template <typename T>
+std::vector<T> Slice(const std::vector<T>& values, std::size_t begin, std::size_t end) {
+  return {values.begin() + static_cast<std::ptrdiff_t>(begin),
+          values.begin() + static_cast<std::ptrdiff_t>(end)};
+}
+
+void Demand(bool condition, const std::filesystem::path& path, const char* field) {
+  if (condition) return;
+  throw DataError("{}: field '{}' does not fit the others; delete the file and run make",
+                  path.string(),
+                  field);
+}
+
+void CheckFirstFeature(const std::vector<std::int32_t>& first,
+                       std::size_t num_frames,
+                       std::size_t num_features,
+                       const std::filesystem::path& path) {
+  Demand(first.size() == num_frames + 1 && first.front() == 0 &&
+             static_cast<std::size_t>(first.back()) == num_features,
+         path,
+         "first_feature");
+  for (std::size_t i = 0; i < num_frames; ++i) {
+    Demand(first[i] <= first[i + 1], path, "first_feature");
+  }
+}
+
+}  // namespace
+
+int DescriptorSize(DescriptorKind kind) {
+  switch (kind) {
+    case DescriptorKind::kRootSift:
+      return 128;
+    case DescriptorKind::kOrb:
+      return 32;
+    case DescriptorKind::kBrisk:
+      return 64;
+  }
+  throw DataError("unknown descriptor kind {}", static_cast<int>(kind));
+}
+
+void WriteFeatures(const std::filesystem::path& path,
+                   const FeaturesShard& shard,
+                   const std::string& config) {
+  const FrameFeatures all = Concatenate(shard);
+  std::vector<std::int32_t> frame_idx, first_feature = {0};
+  for (const FrameFeatures& frame : shard.frames) {
+    frame_idx.push_back(frame.frame_idx);
+    first_feature.push_back(first_feature.back() + frame.NumFeatures());
+  }
+  Hdf5Writer file(path, kFormat, kVersion, config, "pixels of the color image; depth_m metres");
+  file.WriteList<std::int32_t>("kind", {static_cast<std::int32_t>(shard.kind)});
+  file.WriteList("frame_idx", frame_idx);
+  file.WriteList("first_feature", first_feature);
+  file.Write("keypoint_px", Flatten(all.keypoints_px));
+  file.Write("raw_keypoint_px", Flatten(all.raw_keypoints_px));
+  file.WriteList("scale_px", all.scales_px);
+  file.WriteList("depth_m", all.depths_m);
+  file.Write("descriptor",
+             Array<std::uint8_t>{all.keypoints_px.size(),
+                                 static_cast<std::size_t>(shard.descriptor_size),
+                                 all.descriptors});
+  file.Close();
+}
+
+FeaturesShard ReadFeatures(const std::filesystem::path& path) {
+  const Hdf5Reader file(path, kFormat, kVersion);
+  FeaturesShard shard;
+  const auto kind = file.ReadList<std::int32_t>("kind");
+  Demand(kind.size() == 1 && kind[0] >= 0 && kind[0] <= 2, path, "kind");
+  shard.kind = static_cast<DescriptorKind>(kind[0]);
+  shard.descriptor_size = DescriptorSize(shard.kind);
+  const auto size = static_cast<std::size_t>(shard.descriptor_size);
+
+  const auto frame_idx = file.ReadList<std::int32_t>("frame_idx");
+  const auto first = file.ReadList<std::int32_t>("first_feature");
+  const auto keypoints = file.Read<float>("keypoint_px", 2);
+  const auto raw_keypoints = file.Read<float>("raw_keypoint_px", 2);
+  const auto scales = file.ReadList<float>("scale_px");
+  const auto depths = file.ReadList<float>("depth_m");
+  const auto descriptors = file.Read<std::uint8_t>("descriptor", size);
+  CheckFirstFeature(first, frame_idx.size(), keypoints.rows, path);
+  Demand(raw_keypoints.rows == keypoints.rows, path, "raw_keypoint_px");
+  Demand(scales.size() == keypoints.rows, path, "scale_px");
+  Demand(depths.size() == keypoints.rows, path, "depth_m");
+  Demand(descriptors.rows == keypoints.rows, path, "descriptor");
+
+  for (std::size_t i = 0; i < frame_idx.size(); ++i) {
+    const auto begin = static_cast<std::size_t>(first[i]);
+    const auto end = static_cast<std::size_t>(first[i + 1]);
+    shard.frames.push_back({frame_idx[i],
+                            Points(keypoints, begin, end),
+                            Points(raw_keypoints, begin, end),
+                            Slice(scales, begin, end),
+                            Slice(depths, begin, end),
+                            Slice(descriptors.values, begin * size, end * size)});
+  }
+  return shard;
+}
+
+FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths) {
+  FeaturesShard all = ReadFeatures(paths.front());
+  for (std::size_t i = 1; i < paths.size(); ++i) {
+    FeaturesShard shard = ReadFeatures(paths[i]);
+    Demand(shard.kind == all.kind, paths[i], "kind");
+    std::ranges::move(shard.frames, std::back_inserter(all.frames));
+  }
+  return all;
+}
+
+}  // namespace nightmap

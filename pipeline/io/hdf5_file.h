@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Thin layer over HDF5: named arrays in one file with a checked header. Equal content gives equal
+// bytes (no object times, no compression). Not for use from two threads at once.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace nightmap {
+
+// A matrix of `rows` x `cols` elements, row by row; cols = 1 for a list.
+template <typename T>
+struct Array {
+  std::size_t rows = 0;
+  std::size_t cols = 1;
+  std::vector<T> values;
+};
+
+// T: uint8_t, int32_t, uint32_t, int64_t, float, double.
+class Hdf5Writer {
+ public:
+  // `format` and `version` are what Hdf5Reader demands; `config` is the effective TOML config and
+  // `units` says in one line what units and frames the arrays have.
+  Hdf5Writer(const std::filesystem::path& path,
+             const std::string& format,
+             int version,
+             const std::string& config,
+             const std::string& units);
+  ~Hdf5Writer();
+  Hdf5Writer(const Hdf5Writer&) = delete;
+  Hdf5Writer& operator=(const Hdf5Writer&) = delete;
+
+  // `name` may hold slashes: groups are made as needed.
+  template <typename T>
+  void Write(const std::string& name, const Array<T>& array);
+  template <typename T>
+  void WriteList(const std::string& name, const std::vector<T>& values) {
+    Write(name, Array<T>{values.size(), 1, values});
+  }
+  // Flushes and closes; throws DataError naming the file (full disk included).
+  void Close();
+
+ private:
+  std::filesystem::path path_;
+  std::int64_t file_ = -1;
+};
+
+class Hdf5Reader {
+ public:
+  // Throws DataError naming file and field on another format, a version newer than `version`, or a
+  // file that HDF5 cannot open.
+  Hdf5Reader(const std::filesystem::path& path, const std::string& format, int version);
+  ~Hdf5Reader();
+  Hdf5Reader(const Hdf5Reader&) = delete;
+  Hdf5Reader& operator=(const Hdf5Reader&) = delete;
+
+  bool Has(const std::string& name) const;
+  // Throws DataError naming file and field on a missing array, another element type, NaN or
+  // infinity, or another number of columns (cols = 0: any).
+  template <typename T>
+  Array<T> Read(const std::string& name, std::size_t cols = 0) const;
+  template <typename T>
+  std::vector<T> ReadList(const std::string& name) const {
+    return Read<T>(name, 1).values;
+  }
+  const std::filesystem::path& Path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+  std::int64_t file_ = -1;
+};
+
+}  // namespace nightmap

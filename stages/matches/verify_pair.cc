@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/matches/verify_pair.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "pipeline/vision/match_descriptors.h"
+
+namespace nightmap {
+namespace {
+
+// One frame seen as the 3-D side (source) or the 2-D side (target) of the matches.
+struct Side {
+  const FrameFeatures* features;
+  const RgbdCamera* camera;
+  int FeatureMatch::*index;
+
+  std::size_t Index(const FeatureMatch& match) const {
+    return static_cast<std::size_t>(match.*index);
+  }
+  double Depth_m(const FeatureMatch& match) const {
+    return static_cast<double>(features->depths_m[Index(match)]);
+  }
+  Eigen::Vector2d Pixel(const FeatureMatch& match) const {
+    return features->keypoints_px[Index(match)].cast<double>();
+  }
+};
+
+// Keypoints are stored undistorted.
+Eigen::Vector3d BackProjectUndistorted(const Camera& camera, const Eigen::Vector2d& pixel, double z) {
+  return {(pixel.x() - camera.cx) / camera.fx * z, (pixel.y() - camera.cy) / camera.fy * z, z};
+}
+
+int CountWithDepth(const Side& side, const std::vector<FeatureMatch>& matches) {
+  int count = 0;
+  for (const FeatureMatch& match : matches) count += side.Depth_m(match) > 0;
+  return count;
+}
+
+struct Correspondences {
+  std::vector<PointMatch> points;
+  std::vector<FeatureMatch> matches;  // of the same entries
+};
+
+Correspondences Lift(const Side& source, const Side& target, const std::vector<FeatureMatch>& matches) {
+  Correspondences lifted;
+  for (const FeatureMatch& match : matches) {
+    const double depth_m = source.Depth_m(match);
+    if (depth_m <= 0) continue;
+    lifted.points.push_back(
+        {target.Pixel(match),
+         BackProjectUndistorted(source.camera->color, source.Pixel(match), depth_m),
+         target.Depth_m(match),
+         source.camera->noise.Sigma_m(depth_m)});
+    lifted.matches.push_back(match);
+  }
+  return lifted;
+}
+
+// The covariance of the inverse pose: transported by the adjoint.
+Matrix6d InverseCovariance(const Rigid3& pose, const Matrix6d& covariance) {
+  const Rigid3 inverse = pose.Inverse();
+  const Eigen::Matrix3d rotation = inverse.rotation.toRotationMatrix();
+  const Eigen::Vector3d& t = inverse.translation;
+  Eigen::Matrix3d skew;
+  skew << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
+  Matrix6d adjoint = Matrix6d::Zero();
+  adjoint.topLeftCorner<3, 3>() = rotation;
+  adjoint.bottomRightCorner<3, 3>() = rotation;
+  adjoint.bottomLeftCorner<3, 3>() = skew * rotation;
+  return adjoint * covariance * adjoint.transpose();
+}
+
+}  // namespace
+
+double Spread(const std::vector<Eigen::Vector2d>& pixels, const Camera& camera) {
+  if (pixels.size() < 3) return 0;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& pixel : pixels) mean += pixel;
+  mean /= static_cast<double>(pixels.size());
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  for (const Eigen::Vector2d& pixel : pixels) {
+    covariance += (pixel - mean) * (pixel - mean).transpose();
+  }
+  covariance /= static_cast<double>(pixels.size());
+  const double area = static_cast<double>(camera.width) * camera.height;
+  return 4 * std::numbers::pi * std::sqrt(std::max(0.0, covariance.determinant())) / area;
+}
+
+void VerifyPair(const VerifyOptions& options,
+                const FrameFeatures& a,
+                const RgbdCamera& camera_a,
+                const FrameFeatures& b,
+                const RgbdCamera& camera_b,
+                FramePair* pair) {
+  const auto putative = MatchDescriptors(a, b, options.kind, options.max_ratio);
+  pair->num_putative = static_cast<int>(putative.size());
+  pair->status = PairStatus::kTooFewMatches;
+  const Side side_a{&a, &camera_a, &FeatureMatch::a};
+  const Side side_b{&b, &camera_b, &FeatureMatch::b};
+  const bool forward = CountWithDepth(side_a, putative) >= CountWithDepth(side_b, putative);
+  const Side& source = forward ? side_a : side_b;
+  const Side& target = forward ? side_b : side_a;
+  const Correspondences lifted = Lift(source, target, putative);
+  if (static_cast<int>(lifted.points.size()) < options.pose.min_inliers) return;
+
+  AbsolutePoseOptions pose_options = options.pose;
+  pose_options.noise = target.camera->noise;
+  const auto pose = EstimateAbsolutePose(target.camera->color, lifted.points, pose_options);
+  pair->status = PairStatus::kTooFewInliers;
+  if (!pose) return;
+
+  std::vector<Eigen::Vector2d> pixels;
+  for (const int i : pose->inliers) {
+    pair->inliers.push_back(lifted.matches[static_cast<std::size_t>(i)]);
+    pixels.push_back(lifted.points[static_cast<std::size_t>(i)].pixel);
+  }
+  const bool is_spread = Spread(pixels, target.camera->color) >= options.min_spread;
+  pair->status = is_spread ? PairStatus::kAccepted : PairStatus::kPoorSpread;
+  pair->b_from_a = forward ? pose->camera_from_world : pose->camera_from_world.Inverse();
+  pair->covariance = forward ? pose->covariance
+                             : InverseCovariance(pose->camera_from_world, pose->covariance);
+}
+
+}  // namespace nightmap
