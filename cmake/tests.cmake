@@ -2,6 +2,7 @@
 # One test program per tested library: tests/<group>/*_test.cc; CTest name <group>/<suite.test>.
 include(GoogleTest)
 set(NIGHTMAP_DATA "${CMAKE_SOURCE_DIR}/../shared/data" CACHE PATH "real recordings for the tests")
+add_custom_target(unit_tests)  # every test program, without the stage programs
 function(nightmap_tests group)
   cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/${group}/*_test.cc)
@@ -11,6 +12,7 @@ function(nightmap_tests group)
   string(REPLACE "/" "_" program test_${group})
   add_executable(${program} ${sources})
   target_link_libraries(${program} PRIVATE ${ARG_LINK} GTest::gtest_main GTest::gmock)
+  add_dependencies(unit_tests ${program})
   gtest_discover_tests(${program} TEST_PREFIX ${group}/ DISCOVERY_TIMEOUT 120
                        WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
 endfunction()
@@ -24,4 +26,16 @@ foreach(stage ${stage_folders})
   if(TARGET stage_${stage})
     nightmap_tests(stages/${stage} LINK stage_${stage} nightmap_synthetic)
   endif()
+endforeach()
+# End-to-end tests on the stage programs, and the tests of the Python scripts.
+file(GLOB scripts CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/e2e/*_test.py
+     ${CMAKE_SOURCE_DIR}/tests/scripts/*_test.py)
+foreach(script ${scripts})
+  get_filename_component(folder ${script} DIRECTORY)
+  get_filename_component(group ${folder} NAME)
+  get_filename_component(name ${script} NAME_WE)
+  add_test(NAME ${group}/${name} COMMAND /usr/bin/python3 -m unittest -v ${name}
+           WORKING_DIRECTORY ${folder})
+  set_tests_properties(${group}/${name} PROPERTIES
+                       RUN_SERIAL TRUE TIMEOUT 1500 ENVIRONMENT NIGHTMAP_BUILD=${CMAKE_BINARY_DIR})
 endforeach()

@@ -204,7 +204,7 @@ void OptionList::ParseTable(const toml::table& table, const std::string& source)
   for (const auto& [key, node] : table) {
     const std::string where = fmt::format("{}:{}", source, key.source().begin.line);
     const OptionSpec& spec = Find(specs_, std::string(key.str()), where);
-    if (!std::visit([&](auto* value) { return Assign(node, value); }, spec.value)) {
+    if (!std::visit([&node = node](auto* value) { return Assign(node, value); }, spec.value)) {
       throw UsageError("{}: '{}' must be {}", where, spec.name, TypeName(spec.value));
     }
     CheckValue(spec, where);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
@@ -14,11 +15,6 @@ namespace nightmap {
 namespace {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
-
-Eigen::Vector2d ProjectUndistorted(const Camera& camera, const Eigen::Vector3d& point_in_camera) {
-  return {camera.fx * point_in_camera.x() / point_in_camera.z() + camera.cx,
-          camera.fy * point_in_camera.y() / point_in_camera.z() + camera.cy};
-}
 
 Rigid3 ExpLeft(const Vector6d& step, const Rigid3& pose) {
   const Eigen::Vector3d axis = step.head<3>();
@@ -44,6 +40,7 @@ class Estimator {
       : camera_(camera), matches_(matches), options_(options), random_(options.seed) {}
 
   std::optional<AbsolutePose> Estimate();
+  std::optional<Matrix6d> Covariance(const Rigid3& camera_from_world, const std::vector<int>& inliers) const;
 
  private:
   // Sum of truncated squared reprojection errors (MSAC); lower is better.
@@ -106,7 +103,7 @@ std::optional<double> Estimator::SquaredError_px(const Rigid3& camera_from_world
                                                  const PointMatch& match) const {
   const Eigen::Vector3d point = camera_from_world * match.point_in_world;
   if (point.z() <= 1e-3) return std::nullopt;
-  const double error = (ProjectUndistorted(camera_, point) - match.pixel).squaredNorm();
+  const double error = (*camera_.ProjectUndistorted(point) - match.pixel).squaredNorm();
   if (error > options_.max_error_px * options_.max_error_px) return std::nullopt;
   const double max_depth_error_m =
       options_.max_depth_error * match.depth_m + 3 * options_.noise.Sigma_m(match.depth_m);
@@ -149,7 +146,7 @@ void Estimator::AddToNormalEquations(const Rigid3& camera_from_world,
       0, camera_.fy / p.z(), -camera_.fy * p.y() / (p.z() * p.z()),                     //
       0, 0, 1;
   Eigen::Vector3d residual;
-  residual << ProjectUndistorted(camera_, p) - match.pixel, p.z() - match.depth_m;
+  residual << *camera_.ProjectUndistorted(p) - match.pixel, p.z() - match.depth_m;
   const double depth_sigma_m = std::hypot(options_.noise.Sigma_m(match.depth_m), match.point_sigma_m);
   const double pixel_weight = 1 / options_.pixel_sigma_px;
   const Eigen::Vector3d weights(
@@ -218,16 +215,23 @@ int Estimator::RequiredIterations(int num_inliers) const {
                                      static_cast<double>(options_.max_iterations)));
 }
 
+std::optional<Matrix6d> Estimator::Covariance(const Rigid3& camera_from_world,
+                                              const std::vector<int>& inliers) const {
+  Matrix6d hessian;
+  Vector6d gradient;
+  BuildNormalEquations(camera_from_world, inliers, &hessian, &gradient);
+  const Eigen::LDLT<Matrix6d> factors(hessian);
+  if (factors.info() != Eigen::Success || factors.vectorD().minCoeff() < 1e-6) return std::nullopt;
+  return factors.solve(Matrix6d::Identity());
+}
+
 AbsolutePose Estimator::Finish(const Rigid3& camera_from_world, int num_iterations) const {
   AbsolutePose result;
   result.camera_from_world = Refine(camera_from_world, Inliers(camera_from_world), 20);
   result.inliers = Inliers(result.camera_from_world);
   result.num_iterations = num_iterations;
-  Matrix6d hessian;
-  Vector6d gradient;
-  BuildNormalEquations(result.camera_from_world, result.inliers, &hessian, &gradient);
-  hessian.diagonal().array() += 1e-9;
-  result.covariance = hessian.ldlt().solve(Matrix6d::Identity());
+  result.covariance =
+      Covariance(result.camera_from_world, result.inliers).value_or(Matrix6d::Identity());
   double sum = 0;
   for (const int i : result.inliers) {
     sum += SquaredError_px(result.camera_from_world, matches_[static_cast<std::size_t>(i)])
@@ -268,6 +272,15 @@ std::optional<AbsolutePose> EstimateAbsolutePose(const Camera& camera,
                                                  const AbsolutePoseOptions& options) {
   if (static_cast<int>(matches.size()) < std::max(4, options.min_inliers)) return std::nullopt;
   return Estimator(camera, matches, options).Estimate();
+}
+
+std::optional<Matrix6d> PoseCovariance(const Camera& camera,
+                                       const std::vector<PointMatch>& matches,
+                                       const Rigid3& camera_from_world,
+                                       const AbsolutePoseOptions& options) {
+  std::vector<int> all(matches.size());
+  std::iota(all.begin(), all.end(), 0);
+  return Estimator(camera, matches, options).Covariance(camera_from_world, all);
 }
 
 }  // namespace nightmap

@@ -51,4 +51,11 @@ std::optional<AbsolutePose> EstimateAbsolutePose(const Camera& camera,
                                                  const std::vector<PointMatch>& matches,
                                                  const AbsolutePoseOptions& options);
 
+// Covariance of a given pose from matches that are taken as inliers; nothing when they do not
+// determine it.
+std::optional<Matrix6d> PoseCovariance(const Camera& camera,
+                                       const std::vector<PointMatch>& matches,
+                                       const Rigid3& camera_from_world,
+                                       const AbsolutePoseOptions& options);
+
 }  // namespace nightmap

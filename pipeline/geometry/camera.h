@@ -22,6 +22,16 @@ struct Camera {
   // Pixel of a point in the camera frame, possibly outside the image; nothing for z <= 0 and where
   // the distortion polynomial has turned back.
   std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_in_camera) const;
+  // The same without distortion: pixels of undistorted keypoints.
+  std::optional<Eigen::Vector2d> ProjectUndistorted(const Eigen::Vector3d& point_in_camera) const {
+    if (point_in_camera.z() <= 0) return std::nullopt;
+    return Eigen::Vector2d(fx * point_in_camera.x() / point_in_camera.z() + cx,
+                           fy * point_in_camera.y() / point_in_camera.z() + cy);
+  }
+  // Point at a depth (z, metres) behind an undistorted pixel.
+  Eigen::Vector3d BackProjectUndistorted(const Eigen::Vector2d& pixel, double depth_m) const {
+    return {(pixel.x() - cx) / fx * depth_m, (pixel.y() - cy) / fy * depth_m, depth_m};
+  }
   // Ray through a pixel, scaled to z = 1, distortion removed (Newton iteration).
   Eigen::Vector2d Normalize(const Eigen::Vector2d& pixel) const;
   // Point at a depth (z, metres) behind a pixel.

@@ -26,11 +26,6 @@ struct Side {
   }
 };
 
-// Keypoints are stored undistorted.
-Eigen::Vector3d BackProjectUndistorted(const Camera& camera, const Eigen::Vector2d& pixel, double z) {
-  return {(pixel.x() - camera.cx) / camera.fx * z, (pixel.y() - camera.cy) / camera.fy * z, z};
-}
-
 int CountWithDepth(const Side& side, const std::vector<FeatureMatch>& matches) {
   int count = 0;
   for (const FeatureMatch& match : matches) count += side.Depth_m(match) > 0;
@@ -49,7 +44,7 @@ Correspondences Lift(const Side& source, const Side& target, const std::vector<F
     if (depth_m <= 0) continue;
     lifted.points.push_back(
         {target.Pixel(match),
-         BackProjectUndistorted(source.camera->color, source.Pixel(match), depth_m),
+         source.camera->color.BackProjectUndistorted(source.Pixel(match), depth_m),
          target.Depth_m(match),
          source.camera->noise.Sigma_m(depth_m)});
     lifted.matches.push_back(match);

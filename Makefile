@@ -1,0 +1,311 @@
+# SPDX-License-Identifier: Apache-2.0
+# nightmap: what is made of what, and the commands. `make` or `make help` is the front page.
+
+ifeq ($(filter grouped-target,$(.FEATURES)),)
+$(error nightmap needs GNU Make 4.3 or newer, this is $(MAKE_VERSION))
+endif
+# The single-letter flags this make was called with (read before they are added to).
+FLAGS := $(filter-out -%,$(firstword $(MAKEFLAGS)))
+MAKEFLAGS += --no-builtin-rules --no-builtin-variables --warn-undefined-variables
+SHELL := bash
+.SHELLFLAGS := -euo pipefail -c
+.DELETE_ON_ERROR:
+.SUFFIXES:
+.DEFAULT_GOAL := help
+
+## SITE        the building: configs/sites/<site>.toml
+SITE ?= demo
+## PROFILE     a set of stage configs: configs/<profile>/<stage>.toml over configs/default
+PROFILE ?= default
+## SET         single values over the profile, as in SET="octree.resolution_m=0.1 grid.min_height_m=0.2"
+SET ?=
+## SEED        seed of every stage that draws random numbers (a made-up recording has its own)
+SEED ?= 0
+## START GOAL  of plan: a pose or a query, see configs/default/plan.toml
+START ?=
+GOAL ?=
+## DATA        folder of the recordings (datasets.md says where to get them)
+DATA ?= data
+## MAPS        folder of the results: MAPS/<site>/<stage>/
+MAPS ?= maps
+## LAUNCH      put before every stage's command, as in LAUNCH="srun -c 2" on a cluster
+LAUNCH ?=
+## THREADS     of each stage; never changes a result
+THREADS ?= $(shell nproc)
+## LOG_LEVEL   debug, info, warn, err or off
+LOG_LEVEL ?= info
+## V           1 prints every stage's whole command
+V ?= 0
+## BUILD       folder of the programs
+BUILD ?= build
+# For tests: other site configs, and the sites whose recording the synthesize stage makes.
+SITES ?= configs/sites
+SYNTHETIC ?= demo building
+PYTHON ?= /usr/bin/python3
+
+M := $(MAPS)/$(SITE)
+RUN := $(BUILD)/run
+QUIET := $(if $(filter 1,$(V)),,@)
+# -n, -q and `why` must change nothing: they look at configs resolved into a folder of their own.
+PREVIEW := $(findstring n,$(FLAGS))$(findstring q,$(FLAGS))$(filter why,$(MAKECMDGOALS))
+CONFIG := $(M)/$(if $(PREVIEW),.preview,config)
+# The last words of a command; none under -q, which would take them for something to do.
+say = $(if $(PREVIEW),,echo "$(1)")
+quote = '$(subst ','\'',$(1))'
+
+ifneq ($(words $(SITE) $(DATA) $(MAPS) $(BUILD))$(findstring /,$(SITE)),4)
+$(error SITE, DATA, MAPS and BUILD must each be one word without spaces, and SITE a name without /)
+endif
+ifneq ($(and $(filter clean distclean,$(MAKECMDGOALS)),$(word 2,$(MAKECMDGOALS))),)
+$(error run `make $(filter clean distclean,$(MAKECMDGOALS))` alone)
+endif
+
+.PHONY: FORCE help deps build demo map localize plan evaluate report test test-sanitize bench why verify \
+        clean distclean format format-check lint
+
+# ---- programs -----------------------------------------------------------------------------------
+# Ninja links in place; stages run copies that keep their time while their bytes are the same, so
+# that a comment in a source reruns no stage. (No -g in a Release build for the same reason.)
+PROGRAMS := $(patsubst stages/%/main.cc,%,$(wildcard stages/*/main.cc))
+SOURCES := CMakeLists.txt $(wildcard cmake/*.cmake pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc)
+missing = $(if $(wildcard $(1)),,FORCE)
+
+$(BUILD)/programs.mk: $(SOURCES) $(foreach p,$(PROGRAMS),$(call missing,$(RUN)/$(p)))
+	@mkdir -p $(RUN); touch $@.new
+	cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release --log-level=WARNING >/dev/null
+	ninja -j $(THREADS) -C $(BUILD) $(PROGRAMS:%=%_program)
+	@for p in $(PROGRAMS); do \
+	  cmp -s $(BUILD)/bin/$$p $(RUN)/$$p || { cp $(BUILD)/bin/$$p $(RUN)/$$p.new; mv $(RUN)/$$p.new $(RUN)/$$p; }; \
+	done; mv $@.new $@
+# Order-only: what a stage compares with is the time of its copy. (programs.mk is empty; goals that run
+# stages include it, so that Make builds, starts over, and sees the new times.)
+$(PROGRAMS:%=$(RUN)/%): | $(BUILD)/programs.mk
+
+# ---- stages -------------------------------------------------------------------------------------
+# A line of the table is: stage, inputs NAME=PATH under maps/<site>/, outputs NAME=FILE under
+# maps/<site>/<stage>/. In paths % is the shard at hand, < the shard before it (if any), * every shard.
+# `data` is the folder of the recordings: pixels are read from it, frames' hashes stand for them.
+# What a stage reads it declares here, and nothing else makes it stale but its program and config.
+define TABLE
+$(call shard,features,    frames=frames/shard_%.csv cameras=frames/cameras.json data, \
+                          features=shard_%.h5)
+$(call whole,vocabulary,  features=features/shard_*.h5, \
+                          vocabulary=vocabulary.h5)
+$(call shard,matches,     frames=frames/shard_<.csv frames=frames/shard_%.csv cameras=frames/cameras.json \
+                          features=features/shard_<.h5 features=features/shard_%.h5, \
+                          pairs=shard_%.h5)
+$(call loops,matches,     frames=frames/shard_*.csv cameras=frames/cameras.json features=features/shard_*.h5 \
+                          vocabulary=vocabulary/vocabulary.h5, \
+                          loops=loops.h5)
+$(call shard,odometry,    frames=frames/shard_<.csv frames=frames/shard_%.csv cameras=frames/cameras.json \
+                          features=features/shard_<.h5 features=features/shard_%.h5 pairs=matches/shard_%.h5, \
+                          odometry=shard_%.h5 trajectory=shard_%.tum)
+$(call whole,pose_graph,  frames=frames/shard_*.csv cameras=frames/cameras.json data features=features/shard_*.h5 \
+                          odometry=odometry/shard_*.h5 loops=matches/loops.h5 $(ACCELEROMETER), \
+                          graph=graph.g2o trajectory=trajectory.tum keyframes=keyframes.tum loops_csv=loops.csv)
+$(call whole,point_cloud, frames=frames/shard_*.csv cameras=frames/cameras.json data keyframes=pose_graph/keyframes.tum, \
+                          cloud=cloud.ply)
+$(call whole,octree,      frames=frames/shard_*.csv cameras=frames/cameras.json data keyframes=pose_graph/keyframes.tum \
+                          cloud=point_cloud/cloud.ply, \
+                          ot=map.ot bt=map.bt)
+$(call whole,grid,        octree=octree/map.ot, \
+                          pgm=map.pgm yaml=map.yaml)
+$(call whole,landmarks,   frames=frames/shard_*.csv cameras=frames/cameras.json features=features/shard_*.h5 \
+                          vocabulary=vocabulary/vocabulary.h5 trajectory=pose_graph/trajectory.tum \
+                          keyframes=pose_graph/keyframes.tum, \
+                          landmarks=landmarks.h5)
+$(call whole,localize,    queries=frames/queries.csv cameras=frames/cameras.json data landmarks=landmarks/landmarks.h5 \
+                          vocabulary=vocabulary/vocabulary.h5, \
+                          queries=queries.csv trajectory=queries.tum)
+$(call whole,plan,        pgm=grid/map.pgm yaml=grid/map.yaml trajectory=pose_graph/trajectory.tum $(LOCATED), \
+                          csv=path.csv json=path.json png=path.png)
+endef
+
+# Everything below is needed only by goals that make or ask about a site's artifacts.
+CHAIN := $(filter map localize plan evaluate report why $(M)/% $(DATA)/%,$(MAKECMDGOALS))
+ifneq ($(CHAIN),)
+
+RESOLVED := $(shell $(PYTHON) -I -S scripts/resolve_config.py --site $(SITES)/$(SITE).toml --data $(DATA) \
+  --profile $(call quote,$(PROFILE)) --seed $(call quote,$(SEED)) --set $(call quote,$(SET)) \
+  $(and $(START),--value $(call quote,plan.start=$(START))) $(and $(GOAL),--value $(call quote,plan.goal=$(GOAL))) \
+  --out $(M)/config $(if $(PREVIEW),--preview $(CONFIG)) $(if $(filter $(SITE),$(SYNTHETIC)),--synthetic))
+ifneq ($(.SHELLSTATUS),0)
+$(error the configs could not be resolved, see above)
+endif
+RAW_INPUTS := $(filter-out interrupted=%,$(RESOLVED))
+INTERRUPTED := $(patsubst interrupted=%,%,$(filter interrupted=%,$(RESOLVED)))
+RESTARTS := $(if $(filter undefined,$(origin MAKE_RESTARTS)),,$(MAKE_RESTARTS))
+ifneq ($(filter-out 1 2 3,$(RESTARTS)),)
+$(error something stays out of date however often it is made: is the time of a file in the future?)
+endif
+
+ifeq ($(PREVIEW),)
+include $(BUILD)/programs.mk
+endif
+
+comma := ,
+list = $(subst $(eval ) ,$(comma),$(strip $(1)))
+# NAME:OUTPUTS:INPUTS of each rule, for `why`.
+RULES := programs:$(BUILD)/programs.mk:$(call list,$(SOURCES))
+# The path of an input or output NAME=PATH, and the files among the inputs.
+paths = $(foreach port,$(1),$(lastword $(subst =, ,$(port))))
+# A stage whose outputs are not all there, or whose last run was killed while it committed, runs again
+# whatever the times say. Outputs are precious: programs commit all or nothing, so a stage that fails
+# leaves the last good ones (stale, and so remade next time).
+incomplete = $(if $(filter-out $(wildcard $(2)),$(2))$(filter $(1),$(INTERRUPTED)),FORCE)
+# rule(stage, suffix of report, receipt and log, inputs NAME=PATH, outputs NAME=PATH)
+define rule
+.PRECIOUS: $(call paths,$(4))
+MADE_$(1) += $(call paths,$(4))
+RULES += $(1)$(2):$(call list,$(call paths,$(4))):$(call list,$(RUN)/$(1) $(CONFIG)/$(1).toml $(call paths,$(filter-out data=%,$(3))))
+$(call paths,$(4)) &: $(RUN)/$(1) $(CONFIG)/$(1).toml $(call paths,$(filter-out data=%,$(3))) $(call incomplete,$(1)$(2),$(call paths,$(4)))
+	@mkdir -p $(dir $(firstword $(call paths,$(4)))) $(M)/logs; echo "== $(1)$(2)"
+	$$(QUIET)$$(LAUNCH) $(RUN)/$(1) --config $(CONFIG)/$(1).toml $(3:%=--in %) $(4:%=--out %) \
+	  --threads $$(THREADS) --log-level $$(LOG_LEVEL) 2>&1 | tee $(M)/logs/$(1)$(2).log
+endef
+receipts = report=$(M)/$(1)/report$(2).json receipt=$(M)/$(1)/receipt$(2).json
+
+# expand(patterns of the table, shard)
+expand = $(foreach word,$(1),$(if $(findstring *,$(word)),$(foreach s,$(SHARDS),$(subst *,$(s),$(word))), \
+  $(if $(findstring <,$(word)),$(if $(BEFORE_$(2)),$(subst <,$(BEFORE_$(2)),$(word))),$(subst %,$(2),$(word)))))
+inputs = $(patsubst data,data=$(DATA),$(subst =,=$(M)/,$(call expand,$(1),$(2))))
+outputs = $(subst =,=$(M)/$(1)/,$(call expand,$(2),$(3))) $(call receipts,$(1),$(4))
+shard = $(foreach n,$(SHARDS),$(eval $(call rule,$(1),_$(n),$(call inputs,$(2),$(n)),$(call outputs,$(1),$(3),$(n),_$(n)))))
+whole = $(eval $(call rule,$(1),,$(call inputs,$(2),),$(call outputs,$(1),$(3),,)))
+loops = $(eval $(call rule,$(1),_loops,$(call inputs,$(2),),$(call outputs,$(1),$(3),,_loops)))
+
+# The two stages before the shards are known. The lists that frames writes beside shards.mk (one CSV
+# a shard, cameras, queries) keep their time while their bytes are the same, so they have no rule.
+F := $(M)/frames
+ifneq ($(filter $(SITE),$(SYNTHETIC)),)
+RAW_INPUTS := $(DATA)/$(SITE)/synthesize.json
+$(eval $(call rule,synthesize,,,site=$(RAW_INPUTS) \
+  report=$(DATA)/$(SITE)/synthesize_report.json receipt=$(DATA)/$(SITE)/synthesize_receipt.json))
+endif
+$(eval $(call rule,frames,,site=$(CONFIG)/site/$(SITE).toml data=$(DATA),shards_mk=$(F)/shards.mk $(call receipts,frames,)))
+$(F)/shards.mk: $(RAW_INPUTS)
+
+# Make reads the shards; when shards.mk is out of date it runs frames first and starts over. The
+# modes that only look must not run frames, so they do not `include`.
+SHARDS :=
+$(foreach s,features vocabulary matches odometry,$(eval MADE_$(s) ?=))
+ifeq ($(PREVIEW),)
+include $(F)/shards.mk
+else
+$(eval $(file <$(F)/shards.mk))
+endif
+LISTED := $(if $(wildcard $(F)/shards.mk),$(SHARDS:%=$(F)/shard_%.csv) $(F)/cameras.json $(F)/queries.csv)
+LOST := $(filter-out $(wildcard $(LISTED)),$(LISTED))
+$(F)/shards.mk: $(if $(LOST),FORCE)
+BEFORE_ :=
+previous :=
+$(foreach s,$(SHARDS),$(eval BEFORE_$(s) := $(previous))$(eval previous := $(s)))
+ACCELEROMETER := $(if $(wildcard $(F)/accelerometer.csv),accelerometer=frames/accelerometer.csv)
+HAS_QUERIES := $(word 2,$(file <$(F)/queries.csv))
+LOCATED := $(if $(HAS_QUERIES),queries=localize/queries.csv)
+$(eval $(TABLE))
+
+MAP := frames features vocabulary matches odometry pose_graph point_cloud octree grid landmarks
+map: $(BUILD)/programs.mk $(foreach s,$(MAP),$(MADE_$(s))) ## the map of SITE: trajectory, cloud, octree, grid, landmarks
+	@$(call say,map of $(SITE): $(M))
+ifneq ($(HAS_QUERIES),)
+localize: $(BUILD)/programs.mk $(MADE_localize) ## where each query picture of SITE was taken
+	@$(call say,located queries: $(M)/localize/queries.csv)
+else
+localize: $(F)/shards.mk
+	@echo "site $(SITE) has no query pictures: give $(SITES)/$(SITE).toml a [[query]] or hold_out_every > 0" >&2; exit 2
+endif
+plan: $(BUILD)/programs.mk $(MADE_plan) ## a path from START to GOAL on the grid
+	@$(call say,path: $(M)/plan/path.json)
+
+# evaluate and report read the whole site folder: they depend on every result in it. A path belongs to
+# it once it was asked for: a map without a way through must not cost the morning its report.
+PLANNED := $(if $(wildcard $(M)/plan/path.json)$(filter plan,$(MAKECMDGOALS)),plan)
+RESULTS := $(foreach s,$(MAP) $(if $(HAS_QUERIES),localize) $(PLANNED),$(MADE_$(s)))
+EVALUATION := $(wildcard scripts/evaluate.py scripts/report.py scripts/nightmap_eval/*.py)
+$(M)/evaluate/metrics.json: $(RESULTS) $(EVALUATION)
+	@mkdir -p $(@D) $(M)/logs; echo "== evaluate"
+	$(QUIET)$(PYTHON) scripts/evaluate.py --site-dir $(M) --data $(DATA) --out $@ 2>&1 | tee $(M)/logs/evaluate.log
+$(M)/report/index.html: $(M)/evaluate/metrics.json $(EVALUATION)
+	@mkdir -p $(@D) $(M)/logs; echo "== report"
+	$(QUIET)$(PYTHON) scripts/report.py --site-dir $(M) --out $@ 2>&1 | tee $(M)/logs/report.log
+RULES += raw_inputs:$(F)/shards.mk:$(call list,$(RAW_INPUTS)) \
+  evaluate:$(M)/evaluate/metrics.json:$(call list,$(RESULTS) $(EVALUATION)) \
+  report:$(M)/report/index.html:$(call list,$(M)/evaluate/metrics.json $(EVALUATION))
+evaluate: $(BUILD)/programs.mk $(M)/evaluate/metrics.json ## accuracy against the truth of SITE, where there is one
+	@$(call say,metrics: $(M)/evaluate/metrics.json)
+report: $(BUILD)/programs.mk $(M)/report/index.html ## one page: pictures, time and memory of each stage, accuracy
+	@$(call say,report: $(M)/report/index.html)
+why: ## what `make report` would rerun now and for what reason; with SET: what that change would rerun
+	@printf '%s\n' $(RULES) | $(PYTHON) scripts/why.py --out $(M)
+endif # CHAIN
+
+# ---- commands -----------------------------------------------------------------------------------
+help: ## this page
+	@echo "nightmap: a map of a building from what a robot's RGB-D camera saw. Commands:"; \
+	sed -nE 's/^([a-z-]+):[^#]*## (.*)$$/  make \1 \t\2/p' Makefile | expand -t 22; \
+	echo; echo "Variables (now):"; \
+	sed -nE 's/^## ([A-Z][A-Z_ ]*) +(.*)$$/  \1 \t\2/p' Makefile | expand -t 14; \
+	echo; echo "  SITE=$(SITE) PROFILE=$(PROFILE) SEED=$(SEED) DATA=$(DATA) MAPS=$(MAPS) THREADS=$(THREADS)"; \
+	echo "  sites:    $(notdir $(basename $(wildcard $(SITES)/*.toml)))"; \
+	echo "  profiles: $(filter-out sites,$(notdir $(wildcard configs/*)))"; echo; \
+	echo "make -n lists only the first of several stale stages (a trait of grouped targets): use make why."
+
+deps: ## install the Debian packages that are missing
+	@scripts/install_deps.sh
+
+build: $(BUILD)/programs.mk ## the stage programs (map and the others build them when needed)
+	@$(call say,programs: $(RUN))
+
+# On a fresh machine python3 and the compiler come with deps, so the rest is parsed after it.
+demo: ## everything on a made-up building: install, build, map, localize, plan, evaluate, report
+	@scripts/install_deps.sh
+	@$(MAKE) --no-print-directory SITE=demo map localize plan evaluate report
+	@echo "demo: open $(MAPS)/demo/report/index.html"
+
+test: ## unit tests, end-to-end tests, and tests on real data where it is found
+	@scripts/install_deps.sh
+	@$(MAKE) --no-print-directory build
+	ninja -j $(THREADS) -C $(BUILD)
+	@ctest --test-dir $(BUILD) -j $(THREADS) --output-on-failure
+
+# Other compiler options, other folder. Debug asserts are on; -O1 keeps it bearable. The end-to-end and
+# real-data tests are left to `make test`.
+test-sanitize: ## unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
+	cmake -S . -B $(BUILD)-sanitize -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O1 \
+	  -DNIGHTMAP_SANITIZE=ON --log-level=WARNING >/dev/null
+	ninja -j $(THREADS) -C $(BUILD)-sanitize unit_tests
+	ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 \
+	  ctest --test-dir $(BUILD)-sanitize -j $(THREADS) --output-on-failure -E '^(e2e|scripts)/|Real'
+
+bench: ## time of a whole map against the yardstick: decode every frame + 1000 SIFT on each
+	@$(MAKE) --no-print-directory build
+	@$(PYTHON) scripts/bench.py --site $(SITE) --data $(DATA) --build $(BUILD) --threads $(THREADS)
+
+verify: ## hash the artifacts of SITE again and compare with their receipts
+	@$(PYTHON) scripts/verify.py $(M)
+
+clean: ## remove the results of SITE
+	rm -rf $(M)
+
+distclean: ## remove the results of every site, the programs, and the recordings that synthesize made
+	rm -rf $(MAPS) $(BUILD) $(BUILD)-sanitize \
+	  $(foreach s,$(SYNTHETIC),$(if $(wildcard $(DATA)/$(s)/synthesize.json),$(DATA)/$(s)))
+
+OURS := $(wildcard pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc tests/*/*.h tests/*/*.cc tests/*/*/*.h tests/*/*/*.cc)
+format: ## rewrite the sources in the project's format
+	clang-format -i $(OURS)
+
+format-check: ## fail when a source is not in the project's format
+	clang-format --dry-run -Werror $(OURS)
+
+# Not the programs' main.cc: one call each, behind the heaviest headers.
+LINTED := $(patsubst %.cc,$(BUILD)/lint/%.ok,$(filter-out %/main.cc,$(filter pipeline/%.cc stages/%.cc,$(OURS))))
+lint: ## clang-tidy over the sources (again only where something changed), shellcheck over the scripts
+	@shellcheck .ci/run scripts/*.sh
+	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release --log-level=WARNING >/dev/null
+	@$(MAKE) --no-print-directory -j $(THREADS) $(LINTED)
+$(LINTED): $(BUILD)/lint/%.ok: %.cc .clang-tidy $(filter pipeline/%.h stages/%.h,$(OURS))
+	@mkdir -p $(@D); echo "clang-tidy $<"
+	@clang-tidy --quiet --extra-arg=-Wno-unknown-warning-option -p $(BUILD) $< 2> >(grep -v 'warnings\? generated' >&2 || true)
+	@touch $@

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+// cameras.json, for frames_io.h.
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
+#include "pipeline/io/frames_io.h"
+
+namespace nightmap {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kCamerasFormat = "nightmap cameras";
+constexpr int kCamerasVersion = 1;
+
+Json ToJson(const Camera& c) {
+  return {{"width", c.width},
+          {"height", c.height},
+          {"fx", c.fx},
+          {"fy", c.fy},
+          {"cx", c.cx},
+          {"cy", c.cy},
+          {"k1", c.k1},
+          {"k2", c.k2},
+          {"p1", c.p1},
+          {"p2", c.p2},
+          {"k3", c.k3}};
+}
+
+Json ToJson(const RgbdCamera& camera) {
+  Json json = {{"camera_id", camera.camera_id},
+               {"color", ToJson(camera.color)},
+               {"depth_registered", camera.depth_registered},
+               {"depth_units_per_m", camera.depth_units_per_m},
+               {"min_depth_m", camera.min_depth_m},
+               {"max_depth_m", camera.max_depth_m},
+               {"depth_noise_constant_m", camera.noise.constant_m},
+               {"depth_noise_quadratic_per_m", camera.noise.quadratic_per_m}};
+  if (!camera.depth_registered) {
+    const auto& t = camera.color_from_depth.translation;
+    const auto& q = camera.color_from_depth.rotation;
+    json["depth"] = ToJson(camera.depth);
+    json["color_from_depth"] = {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+  }
+  return json;
+}
+
+double FiniteAt(const Json& json, const char* name) {
+  const double value = json.at(name).get<double>();
+  if (!std::isfinite(value)) throw DataError("{} is not finite", name);
+  return value;
+}
+
+double PositiveAt(const Json& json, const char* name) {
+  const double value = FiniteAt(json, name);
+  if (!(value > 0)) throw DataError("{} is {}, must be positive", name, value);
+  return value;
+}
+
+Camera CameraFromJson(const Json& json) {
+  Camera camera;
+  camera.width = static_cast<int>(PositiveAt(json, "width"));
+  camera.height = static_cast<int>(PositiveAt(json, "height"));
+  camera.fx = PositiveAt(json, "fx");
+  camera.fy = PositiveAt(json, "fy");
+  camera.cx = FiniteAt(json, "cx");
+  camera.cy = FiniteAt(json, "cy");
+  camera.k1 = FiniteAt(json, "k1");
+  camera.k2 = FiniteAt(json, "k2");
+  camera.p1 = FiniteAt(json, "p1");
+  camera.p2 = FiniteAt(json, "p2");
+  camera.k3 = FiniteAt(json, "k3");
+  return camera;
+}
+
+Rigid3 PoseFromJson(const Json& json) {
+  const auto v = json.get<std::vector<double>>();
+  if (v.size() != 7) throw DataError("color_from_depth has {} numbers, not 7", v.size());
+  Rigid3 pose{Eigen::Quaterniond(v[6], v[3], v[4], v[5]), {v[0], v[1], v[2]}};
+  if (!(std::abs(pose.rotation.norm() - 1) < 1e-3) || !pose.translation.allFinite()) {
+    throw DataError("color_from_depth is not a rigid transform");
+  }
+  pose.rotation.normalize();
+  return pose;
+}
+
+RgbdCamera RgbdCameraFromJson(const Json& json) {
+  RgbdCamera camera;
+  camera.camera_id = json.at("camera_id").get<std::string>();
+  camera.color = CameraFromJson(json.at("color"));
+  camera.depth_registered = json.at("depth_registered").get<bool>();
+  camera.depth_units_per_m = PositiveAt(json, "depth_units_per_m");
+  camera.min_depth_m = FiniteAt(json, "min_depth_m");
+  camera.max_depth_m = PositiveAt(json, "max_depth_m");
+  camera.noise.constant_m = FiniteAt(json, "depth_noise_constant_m");
+  camera.noise.quadratic_per_m = FiniteAt(json, "depth_noise_quadratic_per_m");
+  if (!camera.depth_registered) {
+    camera.depth = CameraFromJson(json.at("depth"));
+    camera.color_from_depth = PoseFromJson(json.at("color_from_depth"));
+  }
+  return camera;
+}
+
+}  // namespace
+
+std::string CamerasToJson(const std::vector<RgbdCamera>& cameras) {
+  Json json = {
+      {"format", kCamerasFormat},
+      {"version", kCamerasVersion},
+      {"units", "width height fx fy cx cy: px; color_from_depth: tx ty tz (m) qx qy qz qw"},
+      {"cameras", Json::array()}};
+  for (const RgbdCamera& camera : cameras) json["cameras"].push_back(ToJson(camera));
+  return json.dump(2) + '\n';
+}
+
+std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path) {
+  const std::string text = ReadFile(path);
+  try {
+    const Json json = Json::parse(text);
+    if (json.at("format").get<std::string>() != kCamerasFormat) {
+      throw DataError("format is not '{}'", kCamerasFormat);
+    }
+    if (json.at("version").get<int>() > kCamerasVersion) {
+      throw DataError("version is newer than {}: update the program", kCamerasVersion);
+    }
+    std::vector<RgbdCamera> cameras;
+    for (const Json& camera : json.at("cameras")) cameras.push_back(RgbdCameraFromJson(camera));
+    return cameras;
+  } catch (const std::exception& error) {
+    throw DataError("{}: {}", path.string(), error.what());
+  }
+}
+
+}  // namespace nightmap

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// One frame's pixels, for frames_io.h.
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/frames_io.h"
+
+namespace nightmap {
+namespace {
+
+constexpr std::uint16_t kSaturatedDepth = 65535;  // 7-Scenes: no measurement
+
+void CheckSize(int width, int height, const Camera& camera, const std::filesystem::path& path) {
+  if (width == camera.width && height == camera.height) return;
+  throw DataError(
+      "{}: {} x {} pixels, its camera has {} x {}: correct the camera in the site config",
+      path.string(),
+      width,
+      height,
+      camera.width,
+      camera.height);
+}
+
+// First and last pixel that a footprint of `size` px around `center` covers: pixels whose centre
+// lies inside, at least the nearest one.
+struct Span {
+  int first;
+  int last;
+};
+Span Footprint(double center, double size, int limit) {
+  const int nearest = static_cast<int>(std::lround(center));
+  const int first = std::min(nearest, static_cast<int>(std::ceil(center - size / 2)));
+  const int last = std::max(nearest, static_cast<int>(std::ceil(center + size / 2)) - 1);
+  return {std::max(first, 0), std::min(last, limit - 1)};
+}
+
+void DrawNearest(DepthImage& image, Span columns, Span rows, float depth_m) {
+  for (int y = rows.first; y <= rows.last; ++y) {
+    for (int x = columns.first; x <= columns.last; ++x) {
+      float& pixel = image.At(x, y);
+      if (pixel == 0 || depth_m < pixel) pixel = depth_m;
+    }
+  }
+}
+
+}  // namespace
+
+DepthImage RegisterDepth(const DepthImage& depth, const RgbdCamera& camera) {
+  DepthImage registered{camera.color.width, camera.color.height, 1, {}};
+  registered.pixels.assign(
+      static_cast<std::size_t>(camera.color.width) * static_cast<std::size_t>(camera.color.height),
+      0.0f);
+  const double scale_x = camera.color.fx / camera.depth.fx;
+  const double scale_y = camera.color.fy / camera.depth.fy;
+  for (int y = 0; y < depth.height; ++y) {
+    for (int x = 0; x < depth.width; ++x) {
+      const double depth_m = depth.At(x, y);
+      if (depth_m <= 0) continue;
+      const auto point = camera.color_from_depth * camera.depth.BackProject({x, y}, depth_m);
+      const auto pixel = camera.color.Project(point);
+      if (!pixel || !camera.color.Contains(*pixel)) continue;
+      const double growth = depth_m / point.z();
+      DrawNearest(registered,
+                  Footprint(pixel->x(), scale_x * growth, registered.width),
+                  Footprint(pixel->y(), scale_y * growth, registered.height),
+                  static_cast<float>(point.z()));
+    }
+  }
+  return registered;
+}
+
+ColorImage LoadColor(const FrameRecord& frame,
+                     const RgbdCamera& camera,
+                     const std::filesystem::path& data_root) {
+  const auto path = data_root / frame.color_path;
+  ColorImage image = ReadColorImage(path);
+  CheckSize(image.width, image.height, camera.color, path);
+  return image;
+}
+
+DepthImage LoadDepth(const FrameRecord& frame,
+                     const RgbdCamera& camera,
+                     const std::filesystem::path& data_root) {
+  if (frame.depth_path.empty()) throw DataError("{}: frame has no depth", frame.color_path);
+  const auto path = data_root / frame.depth_path;
+  const RawDepthImage raw = ReadRawDepth(path);
+  CheckSize(raw.width, raw.height, camera.depth_registered ? camera.color : camera.depth, path);
+  DepthImage depth{raw.width, raw.height, 1, std::vector<float>(raw.pixels.size(), 0.0f)};
+  for (std::size_t i = 0; i < raw.pixels.size(); ++i) {
+    if (raw.pixels[i] == 0 || raw.pixels[i] == kSaturatedDepth) continue;
+    const double depth_m = raw.pixels[i] / camera.depth_units_per_m;
+    if (depth_m < camera.min_depth_m || depth_m > camera.max_depth_m) continue;
+    depth.pixels[i] = static_cast<float>(depth_m);
+  }
+  return camera.depth_registered ? depth : RegisterDepth(depth, camera);
+}
+
+}  // namespace nightmap

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the frames stage writes and every later stage reads: the list of frames (CSV), the cameras
+// (JSON), and one frame's pixels.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pipeline/geometry/camera.h"
+#include "pipeline/geometry/rigid3.h"
+#include "pipeline/io/image_io.h"
+
+namespace nightmap {
+
+// One RGB-D frame. Paths are relative to the data root (Make's DATA folder), so that an artifact
+// holds no path of the machine it was made on.
+struct FrameRecord {
+  int frame_idx = 0;         // contiguous over all sequences of the site, mapping frames only
+  std::int64_t time_ns = 0;  // unique over the site; the key of every trajectory file
+  std::string color_path;
+  std::string depth_path;  // may be empty for a query
+  int camera_idx = 0;      // into the list of cameras.json
+  int sequence_idx = 0;
+  std::string content_hash;  // of the color and depth files' bytes
+};
+
+// One RGB-D camera: the color camera, and how its depth images are to be read.
+struct RgbdCamera {
+  std::string camera_id;  // as named in the site config
+  Camera color;
+  bool depth_registered = true;     // depth pixels are color pixels
+  Camera depth;                     // used when not registered
+  Rigid3 color_from_depth;          // used when not registered
+  double depth_units_per_m = 1000;  // raw 16-bit units in one metre
+  double min_depth_m = 0.1;
+  double max_depth_m = 10.0;
+  DepthNoise noise;
+};
+
+// CSV with header frame_idx,time_ns,color_path,depth_path,camera_idx,sequence_idx,content_hash.
+// Readers throw DataError naming file and line.
+std::string FramesToCsv(const std::vector<FrameRecord>& frames);
+std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path);
+// Several shards, concatenated; frame_idx must be contiguous.
+std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths);
+
+std::string CamerasToJson(const std::vector<RgbdCamera>& cameras);
+std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path);
+
+// `depth` of the depth camera as seen from the color camera: every measured pixel is moved by the
+// extrinsics and drawn as a rectangle as large as it appears in the color image (at least one
+// pixel), so that a finer color image gets no pinholes; where several fall on a pixel the nearest
+// wins. Color pixels that no measurement reaches stay 0. Deterministic.
+DepthImage RegisterDepth(const DepthImage& depth, const RgbdCamera& camera);
+
+// Color image of a frame, checked to have the camera's size. Throws DataError naming the file.
+ColorImage LoadColor(const FrameRecord& frame,
+                     const RgbdCamera& camera,
+                     const std::filesystem::path& data_root);
+// Depth of a frame in metres at the pixels of the color camera (registered here from the extrinsics
+// when the recording is not), 0 where nothing was measured or the measurement is outside
+// [min_depth_m, max_depth_m]. Raw 0 and 65535 mean no measurement. Throws DataError naming the file
+// when it cannot be read, has another size than its camera, or the frame has no depth.
+DepthImage LoadDepth(const FrameRecord& frame,
+                     const RgbdCamera& camera,
+                     const std::filesystem::path& data_root);
+
+}  // namespace nightmap

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// 2-D occupancy grids in ROS map_server's format: a P5 PGM image and a small YAML file beside it.
+// Grids of other systems can be read too, as long as they are P5, trinary and not rotated.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace nightmap {
+
+enum CellValue : std::uint8_t { kFreeCell = 0, kOccupiedCell = 1, kUnknownCell = 2 };
+
+// Cells in the x-y plane of the map frame, row by row; row 0 has the smallest y.
+struct OccupancyGrid {
+  int width = 0;
+  int height = 0;
+  double resolution_m = 0.05;                               // edge length of a cell
+  Eigen::Vector2d origin_in_map = Eigen::Vector2d::Zero();  // lower left corner of cell (0, 0), m
+  std::vector<std::uint8_t> cells;                          // CellValue
+
+  std::size_t Index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(x);
+  }
+  bool Contains(const Eigen::Vector2i& cell) const {
+    return cell.x() >= 0 && cell.y() >= 0 && cell.x() < width && cell.y() < height;
+  }
+  std::uint8_t At(const Eigen::Vector2i& cell) const { return cells[Index(cell.x(), cell.y())]; }
+  // Point in units of cells: the centre of cell (x, y) is (x + 0.5, y + 0.5).
+  Eigen::Vector2d ToCells(const Eigen::Vector2d& point_in_map) const {
+    return (point_in_map - origin_in_map) / resolution_m;
+  }
+  // The cell a point lies in; may be outside of the grid.
+  Eigen::Vector2i CellOf(const Eigen::Vector2d& point_in_map) const;
+  Eigen::Vector2d CenterInMap(const Eigen::Vector2i& cell) const {
+    return origin_in_map + resolution_m * (cell.cast<double>() + Eigen::Vector2d(0.5, 0.5));
+  }
+};
+
+// P5 bytes: 254 free, 0 occupied, 205 unknown; the top row of the image has the largest y.
+std::string GridToPgm(const OccupancyGrid& grid);
+
+// The YAML beside it. `image_name` is the PGM's path relative to the YAML's folder. Numbers are
+// printed so that reading gives the same double.
+std::string GridToYaml(const OccupancyGrid& grid, const std::string& image_name);
+
+// The PGM's path that a map YAML names, relative names resolved against the YAML's folder.
+std::filesystem::path GridImagePath(const std::filesystem::path& yaml_path);
+
+// Reads the YAML and the image it names, by map_server's rules: p = (255 - v) / 255, or v / 255
+// with negate; p > occupied_thresh is occupied, p < free_thresh free, the rest unknown. Throws
+// DataError naming file and field on a missing, repeated or malformed key, NaN, a rotated origin, a
+// mode other than trinary, or an image that is not P5 or whose size does not add up.
+OccupancyGrid ReadGrid(const std::filesystem::path& yaml_path);
+
+}  // namespace nightmap

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Images as plain arrays; reading through OpenImageIO, video frames through OpenCV.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "pipeline/geometry/camera.h"
+#include "pipeline/geometry/rigid3.h"
+
+namespace nightmap {
+
+template <typename T>
+struct Image {
+  int width = 0;
+  int height = 0;
+  int num_channels = 1;
+  std::vector<T> pixels;  // row by row, channels interleaved
+
+  T& At(int x, int y, int channel = 0) {
+    return pixels[(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                   static_cast<std::size_t>(x)) *
+                      static_cast<std::size_t>(num_channels) +
+                  static_cast<std::size_t>(channel)];
+  }
+  const T& At(int x, int y, int channel = 0) const {
+    return const_cast<Image*>(this)->At(x, y, channel);
+  }
+};
+
+using ColorImage = Image<std::uint8_t>;  // 3 channels, RGB
+using GrayImage = Image<std::uint8_t>;   // 1 channel
+using LabelImage = Image<std::uint8_t>;  // 1 channel
+using RawDepthImage = Image<std::uint16_t>;
+using DepthImage = Image<float>;  // metres along z; 0 = no measurement
+
+// `path` is an image file, or `clip.avi#N` for frame N (from 0) of a video. Gray input is expanded
+// to RGB, alpha is dropped. Throws DataError naming the file when missing, truncated or not an
+// image.
+ColorImage ReadColorImage(const std::filesystem::path& path);
+GrayImage ToGray(const ColorImage& image);
+
+// 16-bit single-channel depth as stored. Throws DataError naming the file.
+RawDepthImage ReadRawDepth(const std::filesystem::path& path);
+
+// What an image file's header says. Cheap: pixels are not decoded.
+struct ImageInfo {
+  int width = 0;
+  int height = 0;
+  int num_channels = 0;
+  int num_bits = 0;  // of one channel
+};
+// Throws DataError naming the file when it is missing, empty, not an image, or (PNG, JPEG) lacks
+// its end mark, as after an interrupted copy.
+ImageInfo InspectImage(const std::filesystem::path& path);
+
+// What a video is. Frames are counted by going through the file, since headers only estimate.
+struct VideoInfo {
+  int width = 0;
+  int height = 0;
+  int num_frames = 0;
+  double frame_rate_hz = 0;
+};
+VideoInfo InspectVideo(const std::filesystem::path& path);
+// `clip.avi#N`, and its parts. Nothing when the path does not end in `#N`.
+std::filesystem::path VideoFramePath(const std::filesystem::path& video, int frame_idx);
+std::optional<std::pair<std::filesystem::path, int>> SplitVideoFramePath(
+    const std::filesystem::path& path);
+
+// One 8-bit channel (labels, masks, grids).
+GrayImage ReadGrayImage(const std::filesystem::path& path);
+
+// 8-bit (1 or 3 channels) and 16-bit PNG with fixed compression and no metadata: equal pixels give
+// equal bytes. Throws DataError.
+void WritePng(const std::filesystem::path& path, const Image<std::uint8_t>& image);
+void WritePng(const std::filesystem::path& path, const Image<std::uint16_t>& image);
+
+}  // namespace nightmap

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// landmarks.h5: the sparse 3-D map that pictures are localized against. Arrays (n landmarks, m
+// descriptors, k keyframes):
+//   kind                            int32[1]        0 RootSIFT, 1 ORB, 2 BRISK
+//   landmarks/position_in_map_m     double[n x 3]
+//   landmarks/position_sigma_m      float[n]        standard deviation, mean over the axes
+//   descriptors/values              uint8[m x size] as in the features artifact
+//   descriptors/landmark_idx        int32[m]        ascending; every landmark has at least one
+//   descriptors/words               int32[m x depth] vocabulary nodes at levels 1..depth
+//   keyframes/frame_idx             int32[k]
+//   keyframes/time_ns               int64[k]
+//   keyframes/map_from_camera       double[k x 7]   tx ty tz (metres) qx qy qz qw
+//   observations/offsets            int64[n + 1]    where each landmark's observations start
+//   observations/keyframe_idx       int32           ascending within a landmark
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pipeline/geometry/rigid3.h"
+#include "pipeline/io/features_io.h"
+
+namespace nightmap {
+
+struct MapKeyframe {
+  int frame_idx = 0;
+  std::int64_t time_ns = 0;
+  Rigid3 map_from_camera;
+};
+
+struct LandmarkMap {
+  DescriptorKind kind = DescriptorKind::kRootSift;
+  std::vector<Eigen::Vector3d> positions_in_map;
+  std::vector<float> position_sigmas_m;
+  std::vector<std::uint8_t> descriptors;  // row by row
+  std::vector<int> descriptor_landmarks;  // landmark of each descriptor, ascending
+  int num_word_levels = 1;
+  std::vector<int> words;  // num_word_levels for each descriptor; the leaf is repeated
+  std::vector<MapKeyframe> keyframes;
+  std::vector<std::vector<int>> landmark_keyframes;  // keyframes that see each landmark, ascending
+
+  int NumLandmarks() const { return static_cast<int>(positions_in_map.size()); }
+  int NumDescriptors() const { return static_cast<int>(descriptor_landmarks.size()); }
+  const std::uint8_t* Descriptor(int i) const {
+    return &descriptors[static_cast<std::size_t>(i) *
+                        static_cast<std::size_t>(DescriptorSize(kind))];
+  }
+  // Vocabulary node of a descriptor at a level (1 is just below the root).
+  int Word(int descriptor, int level) const {
+    return words[static_cast<std::size_t>(descriptor) * static_cast<std::size_t>(num_word_levels) +
+                 static_cast<std::size_t>(level - 1)];
+  }
+  // The transpose of landmark_keyframes.
+  std::vector<std::vector<int>> KeyframeLandmarks() const;
+  // First descriptor of each landmark, and the number of descriptors at the end.
+  std::vector<int> DescriptorOffsets() const;
+};
+
+// `config` is the effective config the artifact carries. Throw DataError naming file and field.
+void WriteLandmarks(const std::filesystem::path& path,
+                    const LandmarkMap& map,
+                    const std::string& config);
+LandmarkMap ReadLandmarks(const std::filesystem::path& path);
+
+}  // namespace nightmap

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Occupancy octrees as lists of leaves, in OctoMap's file formats (Hornung et al., OctoMap: an
+// efficient probabilistic 3D mapping framework based on octrees, Autonomous Robots 2013).
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace nightmap {
+
+// One leaf: a cube of known space. What no leaf covers is unknown.
+struct OccupancyVoxel {
+  Eigen::Vector3d centre_in_map = Eigen::Vector3d::Zero();
+  double size_m = 0;                               // edge; resolution times a power of two
+  float log_odds = 0;                              // of being occupied
+  std::array<std::uint8_t, 3> rgb{255, 255, 255};  // white: no color measured
+
+  // OctoMap's default threshold, probability 0.5, which its tools apply to the same file.
+  bool Occupied() const { return log_odds >= 0; }
+};
+
+// Voxel edges lie on integer multiples of the resolution; leaves do not overlap.
+struct OccupancyTree {
+  double resolution_m = 0;             // edge of the smallest leaf
+  std::vector<OccupancyVoxel> leaves;  // in any order; as read: depth first
+};
+
+// How far from the origin a tree reaches along each axis.
+double OctreeReach_m(double resolution_m);
+
+// `.ot`: log-odds and colors. Eight equal leaves are merged to one (their colors averaged), so a
+// tree read back may hold fewer, larger leaves. Throws DataError naming the file.
+void WriteOctree(const std::filesystem::path& path, const OccupancyTree& tree);
+
+// `.bt`: only occupied or free (maximum likelihood). Throws DataError naming the file.
+void WriteBinaryOctree(const std::filesystem::path& path, const OccupancyTree& tree);
+
+// Reads an `.ot` of type ColorOcTree or OcTree (white leaves). Throws DataError naming the file
+// when it is truncated, of another type, or holds NaN.
+OccupancyTree ReadOctree(const std::filesystem::path& path);
+
+}  // namespace nightmap

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// Arrays (F frames, E edges, O observations): frame_idx, state, is_keyframe F; shard_from_camera
+// F x 7; edge_frame E x 2; edge_b_from_a E x 7; edge_covariance E x 36; edge_is_bridge E;
+// observation O x 3 (track, frame, feature).
+#include "pipeline/io/odometry_io.h"
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/hdf5_file.h"
+#include "pipeline/io/pose_arrays.h"
+
+namespace nightmap {
+namespace {
+
+constexpr char kFormat[] = "nightmap odometry";
+constexpr int kVersion = 1;
+
+void Demand(bool condition, const std::filesystem::path& path, const char* field) {
+  if (condition) return;
+  throw DataError("{}: field '{}' is out of range or does not fit the others; delete the file and "
+                  "run make",
+                  path.string(),
+                  field);
+}
+
+void WriteFrames(const std::vector<OdometryFrame>& frames, Hdf5Writer* file) {
+  std::vector<std::int32_t> frame_idx;
+  std::vector<std::uint8_t> state, is_keyframe;
+  Array<double> pose{0, 7, {}};
+  for (const OdometryFrame& frame : frames) {
+    frame_idx.push_back(frame.frame_idx);
+    state.push_back(static_cast<std::uint8_t>(frame.state));
+    is_keyframe.push_back(frame.is_keyframe);
+    AppendPose(frame.shard_from_camera, &pose);
+  }
+  file->WriteList("frame_idx", frame_idx);
+  file->WriteList("state", state);
+  file->WriteList("is_keyframe", is_keyframe);
+  file->Write("shard_from_camera", pose);
+}
+
+void WriteEdges(const std::vector<PoseEdge>& edges, Hdf5Writer* file) {
+  Array<std::int32_t> frame{edges.size(), 2, {}};
+  Array<double> pose{0, 7, {}};
+  Array<double> covariance{0, 36, {}};
+  std::vector<std::uint8_t> is_bridge;
+  for (const PoseEdge& edge : edges) {
+    frame.values.insert(frame.values.end(), {edge.frame_a, edge.frame_b});
+    AppendPose(edge.b_from_a, &pose);
+    AppendCovariance(edge.covariance, &covariance);
+    is_bridge.push_back(edge.is_bridge);
+  }
+  file->Write("edge_frame", frame);
+  file->Write("edge_b_from_a", pose);
+  file->Write("edge_covariance", covariance);
+  file->WriteList("edge_is_bridge", is_bridge);
+}
+
+std::vector<OdometryFrame> ReadOdometryFrames(const Hdf5Reader& file) {
+  const auto frame_idx = file.ReadList<std::int32_t>("frame_idx");
+  const auto state = file.ReadList<std::uint8_t>("state");
+  const auto is_keyframe = file.ReadList<std::uint8_t>("is_keyframe");
+  const auto pose = file.Read<double>("shard_from_camera", 7);
+  Demand(state.size() == frame_idx.size(), file.Path(), "state");
+  Demand(is_keyframe.size() == frame_idx.size(), file.Path(), "is_keyframe");
+  Demand(pose.rows == frame_idx.size(), file.Path(), "shard_from_camera");
+  std::vector<OdometryFrame> frames;
+  for (std::size_t i = 0; i < frame_idx.size(); ++i) {
+    Demand(frame_idx[i] == frame_idx[0] + static_cast<int>(i), file.Path(), "frame_idx");
+    Demand(state[i] <= 1, file.Path(), "state");
+    frames.push_back({frame_idx[i],
+                      PoseAt(pose, i, file.Path()),
+                      static_cast<TrackingState>(state[i]),
+                      is_keyframe[i] != 0});
+  }
+  return frames;
+}
+
+std::vector<PoseEdge> ReadEdges(const Hdf5Reader& file) {
+  const auto frame = file.Read<std::int32_t>("edge_frame", 2);
+  const auto pose = file.Read<double>("edge_b_from_a", 7);
+  const auto covariance = file.Read<double>("edge_covariance", 36);
+  const auto is_bridge = file.ReadList<std::uint8_t>("edge_is_bridge");
+  Demand(pose.rows == frame.rows, file.Path(), "edge_b_from_a");
+  Demand(covariance.rows == frame.rows, file.Path(), "edge_covariance");
+  Demand(is_bridge.size() == frame.rows, file.Path(), "edge_is_bridge");
+  std::vector<PoseEdge> edges;
+  for (std::size_t i = 0; i < frame.rows; ++i) {
+    edges.push_back({frame.values[2 * i],
+                     frame.values[2 * i + 1],
+                     PoseAt(pose, i, file.Path()),
+                     CovarianceAt(covariance, i),
+                     is_bridge[i] != 0});
+    Demand(edges[i].frame_a >= 0 && edges[i].frame_a < edges[i].frame_b, file.Path(), "edge_frame");
+  }
+  return edges;
+}
+
+}  // namespace
+
+void WriteOdometry(const std::filesystem::path& path,
+                   const OdometryShard& shard,
+                   const std::string& config) {
+  Hdf5Writer file(path, kFormat, kVersion, config, "metres; rad; target_from_source poses");
+  WriteFrames(shard.frames, &file);
+  WriteEdges(shard.edges, &file);
+  Array<std::int32_t> observation{shard.observations.size(), 3, {}};
+  for (const TrackObservation& o : shard.observations) {
+    observation.values.insert(observation.values.end(), {o.track_idx, o.frame_idx, o.feature_idx});
+  }
+  file.Write("observation", observation);
+  file.Close();
+}
+
+OdometryShard ReadOdometry(const std::filesystem::path& path) {
+  const Hdf5Reader file(path, kFormat, kVersion);
+  OdometryShard shard{ReadOdometryFrames(file), ReadEdges(file), {}};
+  const auto observation = file.Read<std::int32_t>("observation", 3);
+  shard.observations.reserve(observation.rows);
+  for (std::size_t i = 0; i < observation.rows; ++i) {
+    const std::int32_t* row = observation.values.data() + 3 * i;
+    Demand(row[0] >= 0 && row[1] >= 0 && row[2] >= 0, path, "observation");
+    shard.observations.push_back({row[0], row[1], row[2]});
+  }
+  return shard;
+}
+
+}  // namespace nightmap

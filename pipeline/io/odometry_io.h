@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// odometry/shard_NNNN.h5: poses of a shard's frames in the shard's own frame of reference, its
+// keyframes, the edges between them, and the tracks of its features.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pipeline/geometry/rigid3.h"
+
+namespace nightmap {
+
+enum class TrackingState : std::uint8_t {
+  kTracked = 0,
+  kBridged = 1,  // no verified pair to an earlier frame: pose by interpolation or constant velocity
+};
+
+struct OdometryFrame {
+  int frame_idx = 0;
+  Rigid3 shard_from_camera;
+  TrackingState state = TrackingState::kTracked;
+  bool is_keyframe = false;
+};
+
+// Relative pose of two keyframes a < b with the covariance of a left perturbation of b_from_a.
+struct PoseEdge {
+  int frame_a = 0;
+  int frame_b = 0;
+  Rigid3 b_from_a;
+  Matrix6d covariance = Matrix6d::Identity();
+  bool is_bridge = false;  // the two sides are joined by a guess: hold it loosely
+};
+
+// One sighting of a track's point.
+struct TrackObservation {
+  int track_idx = 0;
+  int frame_idx = 0;
+  int feature_idx = 0;
+};
+
+// `frames` are the shard's own. Frames of the shard before appear only in the first edge and in the
+// tracks; their poses belong to their own shard. The last own frame is always a keyframe, so that
+// the next shard's first edge has both ends.
+struct OdometryShard {
+  std::vector<OdometryFrame> frames;
+  std::vector<PoseEdge> edges;
+  std::vector<TrackObservation> observations;  // sorted by track, frame
+};
+
+// Throw DataError naming file and field.
+void WriteOdometry(const std::filesystem::path& path,
+                   const OdometryShard& shard,
+                   const std::string& config);
+OdometryShard ReadOdometry(const std::filesystem::path& path);
+
+}  // namespace nightmap

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// configs/sites/<site>.toml: one building's recordings, cameras and truth.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipeline/io/frames_io.h"
+
+namespace nightmap {
+
+// One recording: a [[sequence]] to map, or a [[query]] folder of pictures to localize.
+struct SequenceConfig {
+  std::string layout = "tum";  // tum | seven_scenes | video
+  std::string folder;          // relative to SiteConfig::root
+  int camera_idx = 0;
+  std::string video;          // layout video: the file, relative to folder
+  std::string depth_folder;   // layout video: folder of depth images, relative to folder
+  double frame_rate_hz = 0;   // video: 0 takes the file's; seven_scenes: 0 means 30
+  std::string ground_truth;   // TUM trajectory relative to root, world_from_camera; empty: none
+  std::string accelerometer;  // `time_s ax ay az` relative to root; empty: none
+  double max_association_gap_s = 0.02;  // layout tum: between a color image and its depth image
+  double time_offset_s = 0;             // added to all times of the recording
+  std::string source;                   // file:line of its table, for messages
+};
+
+struct SiteConfig {
+  std::string root = ".";  // relative to the data folder
+  int hold_out_every = 0;  // every Nth frame becomes a query; 0: none
+  std::vector<RgbdCamera> cameras;
+  std::vector<SequenceConfig> sequences;
+  std::vector<SequenceConfig> queries;
+};
+
+// Strict: an unknown or missing key, a wrong type, a value out of range, an absolute path or an
+// unknown camera is a UsageError naming `source` and line, with the remedy.
+SiteConfig ParseSiteConfig(std::string_view text, const std::string& source);
+SiteConfig ReadSiteConfig(const std::filesystem::path& path);
+
+}  // namespace nightmap

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/trajectory_io.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/csv.h"
+#include "pipeline/io/word_lines.h"
+
+namespace nightmap {
+namespace {
+
+constexpr std::int64_t kNsPerSecond = 1'000'000'000;
+constexpr int kNsDigits = 9;
+constexpr int kMaxDigits = 18;  // of any number that surely fits 64 bits
+constexpr double kMaxNormError = 0.05;
+
+// digits * 10^exponent, exactly as written: a double would round a time in 2024 to 200 ns.
+struct Decimal {
+  bool negative = false;
+  std::string digits;
+  int exponent = 0;
+};
+
+Decimal ParseDecimal(std::string_view text) {
+  const DataError error("'{}' is not a time in seconds", text);
+  Decimal decimal;
+  std::string_view rest = text;
+  if (const auto e = rest.find_first_of("eE"); e != std::string_view::npos) {
+    std::string_view power = rest.substr(e + 1);
+    if (power.starts_with('+')) power.remove_prefix(1);
+    const auto value = ParseInteger(power);
+    if (!value || std::abs(*value) > kMaxDigits) throw error;
+    decimal.exponent = static_cast<int>(*value);
+    rest = rest.substr(0, e);
+  }
+  decimal.negative = rest.starts_with('-');
+  if (decimal.negative) rest.remove_prefix(1);
+  bool fraction = false;
+  for (const char c : rest) {
+    if (c == '.' && !fraction) {
+      fraction = true;
+    } else if (c >= '0' && c <= '9') {
+      decimal.digits += c;
+      if (fraction) --decimal.exponent;
+    } else {
+      throw error;
+    }
+  }
+  if (decimal.digits.empty()) throw error;
+  return decimal;
+}
+
+StampedPose ParsePose(const std::vector<std::string_view>& words) {
+  if (words.size() != 8) {
+    throw DataError("{} columns, expected 8 (time_s tx ty tz qx qy qz qw)", words.size());
+  }
+  std::array<double, 7> values{};
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = RealWord(words[i + 1]);
+  StampedPose stamped;
+  stamped.time_ns = ParseTime_ns(words[0]);
+  stamped.pose.translation = {values[0], values[1], values[2]};
+  stamped.pose.rotation = Eigen::Quaterniond(values[6], values[3], values[4], values[5]);
+  if (std::abs(stamped.pose.rotation.norm() - 1) > kMaxNormError) {
+    throw DataError("the quaternion (columns 5 to 8) has length {:.3g}, not 1",
+                    stamped.pose.rotation.norm());
+  }
+  stamped.pose.rotation.normalize();
+  return stamped;
+}
+
+// Prints no "-0.000000000", which would tell apart poses that are equal.
+std::string FixedPoint(double value) {
+  std::string text = fmt::format("{:.9f}", value);
+  if (text == "-0.000000000") text.erase(0, 1);
+  return text;
+}
+
+}  // namespace
+
+std::string TimeToString(std::int64_t time_ns) {
+  const bool negative = time_ns < 0;
+  const std::uint64_t magnitude =
+      negative ? 0 - static_cast<std::uint64_t>(time_ns) : static_cast<std::uint64_t>(time_ns);
+  const std::uint64_t fraction = magnitude % kNsPerSecond;
+  const std::string sign = negative ? "-" : "";
+  // Microseconds are what the benchmarks write; nanoseconds only where there are some.
+  if (fraction % 1000 == 0) {
+    return fmt::format("{}{}.{:06}", sign, magnitude / kNsPerSecond, fraction / 1000);
+  }
+  return fmt::format("{}{}.{:09}", sign, magnitude / kNsPerSecond, fraction);
+}
+
+std::int64_t ParseTime_ns(std::string_view text) {
+  Decimal decimal = ParseDecimal(text);
+  decimal.exponent += kNsDigits;
+  bool round_up = false;
+  if (decimal.exponent < 0) {  // more digits than nanoseconds: round half away from zero
+    const std::size_t num_cut = static_cast<std::size_t>(-decimal.exponent);
+    decimal.digits.insert(0, num_cut, '0');
+    const std::size_t num_kept = decimal.digits.size() - num_cut;
+    round_up = decimal.digits[num_kept] >= '5';
+    decimal.digits.resize(num_kept);
+  } else {
+    decimal.digits.append(static_cast<std::size_t>(decimal.exponent), '0');
+  }
+  decimal.digits.erase(0, decimal.digits.find_first_not_of('0'));
+  if (decimal.digits.size() > static_cast<std::size_t>(kMaxDigits) + 1) {
+    throw DataError("time '{}' is out of range: it must be in seconds", text);
+  }
+  const auto value = decimal.digits.empty() ? 0 : ParseInteger(decimal.digits);
+  if (!value) throw DataError("time '{}' is out of range: it must be in seconds", text);
+  const std::int64_t rounded = *value + (round_up ? 1 : 0);
+  return decimal.negative ? -rounded : rounded;
+}
+
+std::string TrajectoryToTum(const std::vector<StampedPose>& poses, const std::string& comment) {
+  std::string text = fmt::format("# {}\n# time_s tx_m ty_m tz_m qx qy qz qw\n", comment);
+  for (const auto& [time_ns, pose] : poses) {
+    text += TimeToString(time_ns);
+    // q and -q are one rotation: write the one with qw >= 0.
+    const double sign = pose.rotation.w() < 0 ? -1 : 1;
+    const Eigen::Vector4d q = sign * pose.rotation.coeffs();
+    for (const double value : {pose.translation.x(), pose.translation.y(), pose.translation.z()}) {
+      text += ' ' + FixedPoint(value);
+    }
+    for (int i = 0; i < 4; ++i) text += ' ' + FixedPoint(q[i]);
+    text += '\n';
+  }
+  return text;
+}
+
+std::vector<StampedPose> ReadTum(const std::filesystem::path& path) {
+  std::vector<StampedPose> poses;
+  VisitWordLines(path, [&](const std::vector<std::string_view>& words) {
+    poses.push_back(ParsePose(words));
+    if (poses.size() > 1 && poses.back().time_ns <= poses[poses.size() - 2].time_ns) {
+      throw DataError("times must increase: sort the file and remove repeated times");
+    }
+  });
+  return poses;
+}
+
+int FindPose(const std::vector<StampedPose>& poses, std::int64_t time_ns) {
+  const auto found = std::lower_bound(
+      poses.begin(), poses.end(), time_ns, [](const StampedPose& pose, std::int64_t time) {
+        return pose.time_ns < time;
+      });
+  if (found == poses.end() || found->time_ns != time_ns) return -1;
+  return static_cast<int>(found - poses.begin());
+}
+
+}  // namespace nightmap

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Trajectories in the TUM format, as evo reads them: `time_s tx ty tz qx qy qz qw`, metres, unit
+// quaternion, target_from_camera; `#` starts a comment.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipeline/geometry/rigid3.h"
+
+namespace nightmap {
+
+// Exact to the nanosecond: "1305031102.175304" <-> 1305031102175304000. ParseTime throws DataError.
+std::string TimeToString(std::int64_t time_ns);
+std::int64_t ParseTime_ns(std::string_view text);
+
+// `comment` is written as the first line; say which frames the poses relate.
+std::string TrajectoryToTum(const std::vector<StampedPose>& poses, const std::string& comment);
+// Throws DataError naming file and line on a wrong column count, NaN, a quaternion whose length is
+// not 1 (within 5 %, then normalized), or times that do not increase.
+std::vector<StampedPose> ReadTum(const std::filesystem::path& path);
+
+// Index of the pose with exactly this time, or -1. `poses` sorted by time.
+int FindPose(const std::vector<StampedPose>& poses, std::int64_t time_ns);
+
+}  // namespace nightmap

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/synthetic/floor_plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace nightmap {
+
+namespace {
+
+constexpr double kTouch_m = 1e-6;  // sharing a border is not overlapping
+
+// Separating axes of a turned rectangle and a square cell.
+bool Overlaps(const Box& box, const Eigen::Vector2d& cell_center, double half_cell_m) {
+  const double c = std::cos(box.yaw_rad);
+  const double s = std::sin(box.yaw_rad);
+  const Eigen::Vector2d offset = cell_center - box.center.head<2>();
+  const double reach_x = std::abs(c) * box.half_size.x() + std::abs(s) * box.half_size.y();
+  const double reach_y = std::abs(s) * box.half_size.x() + std::abs(c) * box.half_size.y();
+  const double cell_reach = half_cell_m * (std::abs(c) + std::abs(s));
+  return std::abs(offset.x()) < reach_x + half_cell_m - kTouch_m &&
+         std::abs(offset.y()) < reach_y + half_cell_m - kTouch_m &&
+         std::abs(c * offset.x() + s * offset.y()) < box.half_size.x() + cell_reach - kTouch_m &&
+         std::abs(c * offset.y() - s * offset.x()) < box.half_size.y() + cell_reach - kTouch_m;
+}
+
+void DrawBox(const Box& box, OccupancyGrid& grid) {
+  const double reach = box.half_size.head<2>().norm();
+  const Eigen::Vector2d center = box.center.head<2>();
+  const Eigen::Vector2i low = grid.CellOf(center - Eigen::Vector2d(reach, reach)).cwiseMax(0);
+  const Eigen::Vector2i high = grid.CellOf(center + Eigen::Vector2d(reach, reach));
+  for (int y = low.y(); y <= std::min(high.y(), grid.height - 1); ++y) {
+    for (int x = low.x(); x <= std::min(high.x(), grid.width - 1); ++x) {
+      if (Overlaps(box, grid.CenterInMap({x, y}), grid.resolution_m / 2)) {
+        grid.cells[grid.Index(x, y)] = kOccupiedCell;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+OccupancyGrid TrueFloorPlan(const SyntheticWorld& world, const FloorPlanOptions& options) {
+  const Rect2& extent = world.layout.extent;
+  // The border lies on whole cells, so that plans of one building always have the same raster.
+  const auto to_cell = [&](double value) {
+    return static_cast<int>(std::floor(value / options.cell_m + 1e-9));
+  };
+  OccupancyGrid grid;
+  grid.resolution_m = options.cell_m;
+  const Eigen::Vector2i low(to_cell(extent.x0) - 4, to_cell(extent.y0) - 4);
+  grid.origin_in_map = options.cell_m * low.cast<double>();
+  grid.width = to_cell(extent.x1) + 5 - low.x();
+  grid.height = to_cell(extent.y1) + 5 - low.y();
+  grid.cells.assign(grid.Index(0, grid.height), kUnknownCell);
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      const Eigen::Vector2d center = grid.CenterInMap({x, y});
+      if (world.layout.IsIndoors(center.x(), center.y())) grid.cells[grid.Index(x, y)] = kFreeCell;
+    }
+  }
+  for (const Box& box : world.scene.boxes) {
+    const bool is_in_band = box.center.z() - box.half_size.z() < options.max_height_m &&
+                            box.center.z() + box.half_size.z() > options.min_height_m;
+    if (is_in_band) DrawBox(box, grid);
+  }
+  return grid;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/synthetic/synthetic_options.h"
+
+namespace nightmap {
+
+void BuildingOptions::Register(OptionList& list) {
+  list.Add("seed", &seed, Range(0, 2e9), "everything random in the building and its recording");
+  list.Add("num_rooms", &num_rooms, Range(1, 300), "rooms around and inside the corridor loop");
+  list.Add("num_identical_rooms",
+           &num_identical_rooms,
+           Range(0, 300),
+           "rooms that share one furnishing and one set of pictures (perceptual aliasing)");
+  list.Add(
+      "room_width_m", &room_width_m, Range(2.8, 12), "inner width of a room, along the corridor");
+  list.Add("room_depth_m", &room_depth_m, Range(2.6, 12), "inner depth of a room");
+  list.Add("corridor_width_m", &corridor_width_m, Range(1.3, 5), "inner width of the corridor");
+  list.Add("wall_thickness_m", &wall_thickness_m, Range(0.05, 0.5), "thickness of every wall");
+  list.Add("ceiling_height_m", &ceiling_height_m, Range(2.3, 5), "floor to ceiling");
+  list.Add("door_width_m", &door_width_m, Range(0.8, 1.2), "clear width of a doorway");
+  list.Add("repeated_panel_ratio",
+           &repeated_panel_ratio,
+           Range(0, 1),
+           "share of the corridor's pictures that are the same notice board");
+  list.Add("light_map_cell_m", &light_map_cell_m, Range(0.02, 1), "spacing of baked light samples");
+  list.Add("num_light_samples", &num_light_samples, Range(1, 1024), "rays per baked light sample");
+}
+
+void SyntheticCameraOptions::Register(OptionList& list) {
+  list.Add("image_width_px", &image_width_px, Range(32, 4096), "width of color, depth and labels");
+  list.Add(
+      "image_height_px", &image_height_px, Range(32, 4096), "height of color, depth and labels");
+  list.Add("focal_length_px", &focal_length_px, Range(10, 10000), "fx = fy of color and depth");
+  list.Add("camera_height_m", &camera_height_m, Range(0.2, 2), "camera above the floor");
+  list.Add("pitch_rad", &pitch_rad, Range(-0.8, 0.8), "downward tilt of the camera");
+  list.Add("color_noise_levels",
+           &color_noise_levels,
+           Range(0, 30),
+           "standard deviation of the color noise, in 8-bit levels");
+}
+
+Camera SyntheticCameraOptions::Pinhole() const {
+  Camera camera;
+  camera.width = image_width_px;
+  camera.height = image_height_px;
+  camera.fx = camera.fy = focal_length_px;
+  camera.cx = 0.5 * (image_width_px - 1);
+  camera.cy = 0.5 * (image_height_px - 1);
+  return camera;
+}
+
+void DepthSensorOptions::Register(OptionList& list) {
+  list.Add("min_depth_m", &min_depth_m, Range(0, 5), "nearest depth measured");
+  list.Add("max_depth_m", &max_depth_m, Range(0.5, 13), "farthest depth measured");
+  list.Add("noise_constant_m", &noise_constant_m, Range(0, 0.1), "depth noise at 0.4 m");
+  list.Add("noise_quadratic_per_m",
+           &noise_quadratic_per_m,
+           Range(0, 0.1),
+           "sigma = noise_constant_m + noise_quadratic_per_m (z - 0.4 m)^2");
+  list.Add("baseline_m", &baseline_m, Range(0.01, 1), "projector to sensor, for the quantization");
+  list.Add("disparity_step_px", &disparity_step_px, Range(0, 2), "disparity quantum; 0: none");
+  list.Add("max_incidence_rad",
+           &max_incidence_rad,
+           Range(0.1, 1.5708),
+           "surfaces seen at a more grazing angle give no depth");
+  list.Add("edge_hole_ratio", &edge_hole_ratio, Range(0, 1), "share of depth-edge pixels lost");
+  list.Add("dropout_ratio", &dropout_ratio, Range(0, 1), "share of all pixels lost at random");
+}
+
+void RouteOptions::Register(OptionList& list) {
+  list.Add("num_frames", &num_frames, Range(2, 1e6), "frames of the recording");
+  list.Add("num_laps", &num_laps, Range(1, 20), "times the robot goes through all rooms");
+  list.Add(
+      "clearance_m", &clearance_m, Range(0.2, 0.45), "route to the nearest obstacle, at least");
+  list.Add(
+      "overlap_m", &overlap_m, Range(0, 20), "distance driven again after the start is reached");
+  list.Add("corner_radius_m", &corner_radius_m, Range(0.05, 1), "how strongly corners are rounded");
+  list.Add("max_step_m", &max_step_m, Range(0.001, 1), "largest motion between two frames");
+  list.Add("max_turn_rad", &max_turn_rad, Range(0.001, 1), "largest turn between two frames");
+}
+
+void QueryOptions::Register(OptionList& list) {
+  list.Add("num_queries", &num_queries, Range(0, 100000), "pictures from beside the route");
+  list.Add("min_offset_m", &min_offset_m, Range(0, 2), "distance to the whole route, at least");
+  list.Add(
+      "max_offset_m", &max_offset_m, Range(0, 3), "distance to one of the route's frames, at most");
+  list.Add("max_heading_change_rad", &max_heading_change_rad, Range(0, 3.2), "against that frame");
+  list.Add("max_height_change_m", &max_height_change_m, Range(0, 0.5), "against that frame");
+  list.Add(
+      "query_clearance_m", &clearance_m, Range(0.05, 1), "query to the nearest obstacle, at least");
+  list.Add("min_covisible_ratio",
+           &min_covisible_ratio,
+           Range(0, 1),
+           "share of the query's view that frames near it on the route saw");
+}
+
+void FloorPlanOptions::Register(OptionList& list) {
+  list.Add("floor_plan_cell_m", &cell_m, Range(0.005, 1), "edge length of a cell of the true plan");
+  list.Add("floor_plan_min_height_m", &min_height_m, Range(0, 3), "obstacles reach above this");
+  list.Add("floor_plan_max_height_m", &max_height_m, Range(0, 5), "obstacles begin below this");
+}
+
+}  // namespace nightmap

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole synthetic building, ready to be rendered. Also the scene of other stages' tests:
+//
+//   const SyntheticWorld world = BuildWorld(BuildingOptions{}, RouteOptions{});
+//   const std::vector<Rigid3> poses = PlanRoute(world.layout, RouteOptions{}, camera_options);
+//   const RenderedFrame frame = Render(world, camera, poses[0], DepthSensorOptions{}, 2.0, 0);
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "pipeline/synthetic/floor_layout.h"
+#include "pipeline/synthetic/light_map.h"
+#include "pipeline/synthetic/ray_scene.h"
+#include "pipeline/synthetic/scene.h"
+#include "pipeline/synthetic/synthetic_options.h"
+
+namespace nightmap {
+
+// Building frame: z up, floor at z = 0, metres. Immutable and safe to share between threads.
+struct SyntheticWorld {
+  FloorLayout layout;
+  Scene scene;
+  std::shared_ptr<const RayScene> rays;
+  LightMap light;
+};
+
+// Builds and furnishes the building around the route. Depends on the options only.
+SyntheticWorld BuildWorld(const BuildingOptions& options,
+                          const RouteOptions& route,
+                          int num_threads = 1);
+
+// A world of given surfaces under even light: for tests with a handful of surfaces.
+SyntheticWorld WorldOfScene(Scene scene);
+
+}  // namespace nightmap

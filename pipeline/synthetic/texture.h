@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// A repeating color texture with a mip pyramid, so that its appearance is stable between views.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/io/image_io.h"
+
+namespace nightmap {
+
+class Texture {
+ public:
+  // `image`: RGB, width and height powers of two (throws UsageError otherwise). Levels are 2x2
+  // means.
+  explicit Texture(const ColorImage& image);
+
+  // Color in [0, 255], trilinear. `uv` counts repeats (any real number), `footprint` is the width
+  // of the filter as a fraction of one repeat.
+  Eigen::Vector3f Sample(const Eigen::Vector2f& uv, float footprint) const;
+
+ private:
+  struct Level {
+    int width = 0;
+    int height = 0;
+    std::vector<std::uint8_t> rgbx;  // four bytes a texel, rows from the top
+  };
+  static Level Halve(const Level& fine);
+  static Eigen::Vector3f Bilinear(const Level& level, const Eigen::Vector2f& uv);
+
+  std::vector<Level> levels_;
+};
+
+}  // namespace nightmap

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Buckets of pixels for search within a fixed radius.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "pipeline/geometry/camera.h"
+
+namespace nightmap {
+
+// Cells are as wide as the search radius: what lies within it is in a block of 3 x 3 cells. Values
+// are visited in the order of cells, then of insertion.
+class PixelGrid {
+ public:
+  // Holds pixels inside the image of `camera`.
+  PixelGrid(const Camera& camera, double radius_px)
+      : cell_px_(radius_px),
+        columns_(Cell(camera.width) + 3),
+        rows_(Cell(camera.height) + 3),
+        cells_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {}
+
+  void Add(const Eigen::Vector2d& pixel, int value) {
+    cells_[Index(Cell(pixel.x()) + 1, Cell(pixel.y()) + 1)].push_back(value);
+  }
+
+  // Calls body(value) for everything that may lie within the radius (and some that does not).
+  template <typename Body>
+  void ForNear(const Eigen::Vector2d& pixel, const Body& body) const {
+    const int column = std::clamp(Cell(pixel.x()) + 1, 1, columns_ - 2);
+    const int row = std::clamp(Cell(pixel.y()) + 1, 1, rows_ - 2);
+    for (int y = row - 1; y <= row + 1; ++y) {
+      for (int x = column - 1; x <= column + 1; ++x) {
+        for (const int value : cells_[Index(x, y)]) body(value);
+      }
+    }
+  }
+
+ private:
+  int Cell(double coordinate) const { return static_cast<int>(std::floor(coordinate / cell_px_)); }
+  std::size_t Index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
+  }
+
+  double cell_px_;
+  int columns_;
+  int rows_;
+  std::vector<std::vector<int>> cells_;
+};
+
+}  // namespace nightmap

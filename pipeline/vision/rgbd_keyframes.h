@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// The keyframes of a finished trajectory with their pixels, for the stages that fuse depth.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/base/progress.h"
+#include "pipeline/geometry/rigid3.h"
+#include "pipeline/io/frames_io.h"
+
+namespace nightmap {
+
+struct Keyframe {
+  FrameRecord frame;
+  Rigid3 map_from_camera;
+};
+
+struct RgbdImages {
+  ColorImage color;
+  DepthImage depth;  // metres at the color camera's pixels
+};
+
+struct KeyframeSource {
+  std::vector<RgbdCamera> cameras;
+  std::vector<Keyframe> keyframes;
+  // Pixels of one keyframe; called from several threads. Throws DataError when they are unreadable.
+  std::function<RgbdImages(const Keyframe&)> load;
+};
+
+// Every `stride`-th pose of a trajectory with the frame of the same time. Frames without depth are
+// left out. Throws DataError when a pose has no frame or a frame no camera.
+std::vector<Keyframe> SelectKeyframes(const std::vector<FrameRecord>& frames,
+                                      const std::vector<RgbdCamera>& cameras,
+                                      const std::vector<StampedPose>& keyframe_poses,
+                                      int stride);
+
+// Reads the inputs that the fusing stages share. `load` reads below `data_root`.
+KeyframeSource OpenKeyframes(const std::vector<std::filesystem::path>& frames_paths,
+                             const std::filesystem::path& cameras_path,
+                             const std::filesystem::path& keyframes_path,
+                             const std::filesystem::path& data_root,
+                             int stride);
+
+// Throws DataError when a keyframe with what it sees does not fit in a cube of +-reach_m.
+void CheckReach(const std::vector<Keyframe>& keyframes, double max_range_m, double reach_m);
+
+// merge(work(keyframe, images)) for each keyframe. `work` runs on several threads, `merge` in the
+// order of the keyframes, so results do not depend on the number of threads; at most four
+// keyframes a thread are in memory. Returns why keyframes were skipped (unreadable pixels).
+template <typename Partial>
+std::vector<std::string> FuseKeyframes(
+    const KeyframeSource& source,
+    Progress& progress,
+    int num_threads,
+    const std::function<Partial(const Keyframe&, const RgbdImages&)>& work,
+    const std::function<void(Partial&&)>& merge) {
+  const std::size_t batch = static_cast<std::size_t>(std::max(1, num_threads)) * 4;
+  std::vector<std::string> skipped;
+  progress.Start(source.keyframes.size());
+  for (std::size_t begin = 0; begin < source.keyframes.size(); begin += batch) {
+    const std::size_t count = std::min(batch, source.keyframes.size() - begin);
+    std::vector<std::optional<Partial>> partials(count);
+    std::vector<std::string> reasons(count);
+    ParallelFor(count, num_threads, [&](std::size_t i) {
+      const Keyframe& keyframe = source.keyframes[begin + i];
+      try {
+        partials[i] = work(keyframe, source.load(keyframe));
+      } catch (const DataError& error) {
+        reasons[i] = error.what();
+      }
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      if (partials[i]) merge(std::move(*partials[i]));
+      if (!partials[i]) skipped.push_back(std::move(reasons[i]));
+    }
+    progress.Advance(count);
+  }
+  progress.Finish();
+  return skipped;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Joins pairwise matches to tracks: one point of the building seen by several frames.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "pipeline/base/union_find.h"
+#include "pipeline/io/features_io.h"
+#include "pipeline/io/odometry_io.h"
+
+namespace nightmap {
+
+class TrackBuilder {
+ public:
+  // num_features[i]: of frame begin_idx + i.
+  TrackBuilder(int begin_idx, const std::vector<int>& num_features);
+
+  // Says that two features are one point. A match that would give a track two features in one frame
+  // contradicts the ones before it and is ignored: join the most trusted matches first. Throws
+  // DataError when a frame or feature does not exist.
+  void Join(int frame_a, int feature_a, int frame_b, int feature_b);
+
+  // Tracks seen by at least two frames, sorted by track and frame; track_idx contiguous.
+  std::vector<TrackObservation> Build();
+
+ private:
+  static std::vector<std::size_t> Offsets(const std::vector<int>& num_features);
+  std::size_t Slot(int frame_idx, int feature_idx) const;
+
+  int begin_idx_;
+  std::vector<std::size_t> first_slot_;  // of each frame; one more at the end
+  UnionFind sets_;
+  std::vector<std::vector<int>> frames_;  // of the set a slot represents, ascending
+};
+
+}  // namespace nightmap

@@ -1,0 +1,223 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""evaluate: measures a site's map and located queries against the truth; writes metrics.json.
+
+Trajectory: ATE after SE(3) and Sim(3) alignment, RPE per frame and per metre. Queries: error in the
+map aligned by its own mapping frames, recall with missing poses counted as failures. Synthetic
+sites: distance of the cloud to the exact surfaces, and the grid against the exact plan. A site
+without truth gets counts only, and says so.
+Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from nightmap_eval.errors import DataError, run_main
+from nightmap_eval.grid import compare_with_plan, read_grid
+from nightmap_eval.metrics import absolute_errors, query_summary, trajectory_metrics
+from nightmap_eval.ply import read_ply
+from nightmap_eval.site import (
+    Frames,
+    bridged_frames,
+    read_csv,
+    read_toml,
+    to_ints,
+    to_json,
+    write_atomic,
+)
+from nightmap_eval.surfaces import cloud_metrics
+from nightmap_eval.trajectory import associate, make_trajectory, path_length_m, read_tum
+
+QUERY_COLUMNS = ("query_idx", "time_ns", "color_path", "status", "reason")
+POSE_COLUMNS = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw")
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--site-dir", type=Path, required=True, help="maps/<site>")
+    parser.add_argument("--data", type=Path, required=True, help="folder of the recordings")
+    parser.add_argument("--out", type=Path, required=True, help="metrics.json to write")
+    parser.add_argument(
+        "--site-config", type=Path, help="default: maps/<site>/config/site/<site>.toml"
+    )
+    parser.add_argument(
+        "--max-gap-s",
+        type=float,
+        default=0.02,
+        help="largest time between a frame and its true pose (s)",
+    )
+    return parser.parse_args()
+
+
+def evaluate_coverage(frames, estimate, bridged):
+    """Counts of frames with and without a pose, and of those whose pose is a guess."""
+    located = set(estimate.times_ns.tolist())
+    missing = [int(i) for i, t in zip(frames.frame_idxs, frames.times_ns) if int(t) not in located]
+    strangers = located - set(frames.times_ns.tolist())
+    if strangers:
+        raise DataError(
+            f"trajectory.tum has {len(strangers)} poses of frames that the shards do not list "
+            f"(first at {min(strangers)} ns); run pose_graph again"
+        )
+    return {
+        "num_frames": len(frames),
+        "num_frames_with_pose": len(frames) - len(missing),
+        "num_frames_without_pose": len(missing),
+        "frames_without_pose": missing,
+        "num_frames_bridged": len(bridged),
+        "frames_bridged": bridged,
+        "path_length_m": path_length_m(estimate.positions_m),
+    }
+
+
+def evaluate_trajectory(frames, estimate, truth, max_gap_ns):
+    """Metrics of the matched frames, and the rigid truth_from_map."""
+    pairs = associate(estimate.times_ns, truth.times_ns, max_gap_ns)
+    if len(pairs) < 3:
+        raise DataError(
+            f"{len(pairs)} frames have a true pose within {max_gap_ns / 1e9} s; "
+            "check ground_truth and time_offset_s of the site config"
+        )
+    matched = estimate.select(pairs[:, 0])
+    row_of_time = {int(t): row for row, t in enumerate(frames.times_ns)}
+    rows = [row_of_time[int(t)] for t in matched.times_ns]
+    return trajectory_metrics(
+        matched, truth.select(pairs[:, 1]), frames.frame_idxs[rows], frames.sequence_idxs[rows]
+    )
+
+
+def read_located(path):
+    """Rows of localize/queries.csv, and the located ones as a trajectory (map_from_camera)."""
+    rows = read_csv(path, QUERY_COLUMNS + POSE_COLUMNS)
+    times_ns, poses = to_ints(rows, "time_ns", path), []
+    for row, time_ns in zip(rows, times_ns):
+        if row["status"] not in ("located", "failed"):
+            raise DataError(f"{path}: query {row['query_idx']}: unknown status {row['status']}")
+        if row["status"] == "located":
+            try:
+                values = [float(row[name]) for name in POSE_COLUMNS]
+            except ValueError as error:
+                raise DataError(f"{path}: query {row['query_idx']}: {error}") from None
+            poses.append((int(time_ns), values[:3], values[3:]))
+    return rows, times_ns, make_trajectory(poses, path)
+
+
+def query_rows(rows, times_ns, errors):
+    """What became of each query; errors maps a time to (translation_m, rotation_deg)."""
+    result = []
+    for row, time_ns in zip(rows, times_ns):
+        entry = {name: row[name] for name in ("color_path", "status", "reason")}
+        entry["query_idx"] = int(row["query_idx"])
+        if int(time_ns) in errors:
+            translation_m, rotation_deg = errors[int(time_ns)]
+            entry["translation_error_cm"] = 100 * translation_m
+            entry["rotation_error_deg"] = rotation_deg
+        result.append(entry)
+    return result
+
+
+def evaluate_queries(path, truth_path, alignment, max_gap_ns):
+    """Counts of the queries and, when their truth is known, their errors."""
+    rows, times_ns, located = read_located(path)
+    figures = {"num_queries": len(rows), "num_located": len(located)}
+    figures["num_failed"] = len(rows) - len(located)
+    errors = {}
+    if truth_path.exists() and alignment is not None:
+        truth = read_tum(truth_path)
+        queried_ns = np.sort(times_ns)
+        pairs = associate(queried_ns, truth.times_ns, max_gap_ns)
+        truth_of = dict(zip(queried_ns[pairs[:, 0]].tolist(), pairs[:, 1].tolist()))
+        chosen = [i for i, t in enumerate(located.times_ns.tolist()) if t in truth_of]
+        matched = located.select(chosen)
+        matched_truth = truth.select([truth_of[t] for t in matched.times_ns.tolist()])
+        translation_m, rotation_deg = absolute_errors(matched, matched_truth, alignment)
+        figures |= query_summary(translation_m, rotation_deg, len(truth_of))
+        errors = dict(zip(matched.times_ns.tolist(), zip(translation_m, rotation_deg)))
+    figures["rows"] = query_rows(rows, times_ns, errors)
+    return figures
+
+
+def evaluate_loops(path):
+    """Loop closures by status, and rejected ones by reason."""
+    rows = read_csv(path, ("status", "reason"))
+    figures = {"num_accepted": 0, "num_rejected": 0, "rejected_by_reason": {}}
+    for row in rows:
+        figures["num_accepted" if row["status"] == "accepted" else "num_rejected"] += 1
+        if row["status"] != "accepted":
+            reasons = figures["rejected_by_reason"]
+            reasons[row["reason"]] = reasons.get(row["reason"], 0) + 1
+    return figures
+
+
+def truth_folder(arguments):
+    """DATA/<root>/truth of the site config; it exists for synthetic sites."""
+    site_dir = arguments.site_dir
+    resolved = site_dir / "config" / "site" / f"{site_dir.resolve().name}.toml"
+    config = arguments.site_config or resolved
+    if not config.exists():
+        if arguments.site_config:
+            raise DataError(f"{config}: no such site config")
+        return None
+    return arguments.data / read_toml(config).get("root", ".") / "truth"
+
+
+def evaluate_map(site_dir, truth_dir, alignment):
+    """Cloud and grid against the exact building (truth frame = building frame)."""
+    figures = {}
+    surfaces, cloud = truth_dir / "surfaces.ply", site_dir / "point_cloud" / "cloud.ply"
+    if surfaces.exists() and cloud.exists():
+        vertices, triangles = read_ply(surfaces)
+        figures["cloud"] = cloud_metrics(read_ply(cloud)[0], alignment, vertices, triangles)
+    plan, grid = truth_dir / "floor_plan.yaml", site_dir / "grid" / "map.yaml"
+    if plan.exists() and grid.exists():
+        figures["grid"] = compare_with_plan(read_grid(grid), read_grid(plan), alignment)
+    return figures
+
+
+def evaluate(arguments):
+    site_dir, max_gap_ns = arguments.site_dir, round(arguments.max_gap_s * 1e9)
+    estimate = read_tum(site_dir / "pose_graph" / "trajectory.tum")
+    frames = Frames(site_dir)
+    metrics = {"format": "nightmap metrics", "version": 1, "site": site_dir.resolve().name}
+    metrics["coverage"] = evaluate_coverage(frames, estimate, bridged_frames(site_dir))
+    keyframes = site_dir / "pose_graph" / "keyframes.tum"
+    if keyframes.exists():
+        metrics["coverage"]["num_keyframes"] = len(read_tum(keyframes))
+
+    truth_path, alignment = site_dir / "frames" / "ground_truth.tum", None
+    metrics["has_ground_truth"] = truth_path.exists()
+    if truth_path.exists():
+        truth = read_tum(truth_path)
+        metrics["trajectory"], alignment = evaluate_trajectory(frames, estimate, truth, max_gap_ns)
+    queries = site_dir / "localize" / "queries.csv"
+    if queries.exists():
+        query_truth = site_dir / "frames" / "query_ground_truth.tum"
+        metrics["queries"] = evaluate_queries(queries, query_truth, alignment, max_gap_ns)
+    loops = site_dir / "pose_graph" / "loops.csv"
+    if loops.exists():
+        metrics["loops"] = evaluate_loops(loops)
+    truth_dir = truth_folder(arguments)
+    if alignment is not None and truth_dir is not None and truth_dir.exists():
+        metrics["map"] = evaluate_map(site_dir, truth_dir, alignment)
+    return metrics
+
+
+def print_summary(metrics):
+    if not metrics["has_ground_truth"]:
+        print(f"{metrics['site']}: no ground truth: counts only, no accuracy")
+        return
+    se3 = metrics["trajectory"]["se3"]
+    print(f"{metrics['site']}: ATE RMSE {100 * se3['ate_rmse_m']:.2f} cm (SE(3) alignment)")
+
+
+def main():
+    arguments = parse_arguments()
+    metrics = evaluate(arguments)
+    write_atomic(arguments.out, to_json(metrics))
+    print_summary(metrics)
+
+
+if __name__ == "__main__":
+    run_main(main)

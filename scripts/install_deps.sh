@@ -1,0 +1,62 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Installs the Debian 12 packages that nightmap is built, tested and run with. Does nothing when all
+# are there.
+set -euo pipefail
+
+packages=(
+  build-essential      # gcc 12, libc
+  cmake ninja-build    # the build
+  ccache               # a second build takes seconds
+  clang-format         # make format, format-check
+  clang-tidy           # make lint
+  shellcheck           # make lint
+  git make
+  python3              # config resolution, evaluation, end-to-end tests
+  python3-numpy        # evaluation
+  python3-h5py         # evaluation: HDF5 artifacts
+  python3-matplotlib   # report: plots
+  libeigen3-dev        # geometry
+  libopencv-dev        # features, RANSAC, images
+  libceres-dev         # pose graph, non-linear refinement
+  libpcl-dev           # point cloud: voxel filter, normals
+  liboctomap-dev       # octree
+  libopenimageio-dev   # reading and writing pictures
+  libembree-dev        # synthetic world: ray casting
+  libhdf5-dev          # array artifacts
+  libtomlplusplus-dev  # configs
+  libcli11-dev         # command lines
+  libspdlog-dev        # log
+  libfmt-dev           # text
+  nlohmann-json3-dev   # reports, receipts
+  libtbb-dev           # threads
+  libxxhash-dev        # hashes in receipts
+  libgtest-dev libgmock-dev  # unit tests
+)
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f='${Status}' "$package" 2>/dev/null || true)
+  [[ $status == "install ok installed" ]] || missing+=("$package")
+done
+if [[ ${#missing[@]} -eq 0 ]]; then
+  echo "dependencies: all ${#packages[@]} packages are installed"
+  exit 0
+fi
+
+as_root=()
+if [[ $(id -u) -ne 0 ]]; then
+  command -v sudo >/dev/null || {
+    echo "install_deps.sh: not root and no sudo; ask an administrator to run: apt-get install ${missing[*]}" >&2
+    exit 1
+  }
+  as_root=(sudo)
+fi
+command -v apt-get >/dev/null || {
+  echo "install_deps.sh: no apt-get here; nightmap is built on Debian 12. Needed: ${missing[*]}" >&2
+  exit 1
+}
+echo "dependencies: installing ${missing[*]}"
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -q
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+  apt-get install -y -q --no-install-recommends "${missing[@]}"

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Occupancy grids in the ROS map_server format (PGM + YAML), and their comparison with a plan."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from nightmap_eval.errors import DataError
+from nightmap_eval.site import read_text
+
+UNKNOWN, FREE, OCCUPIED = 0, 1, 2
+
+
+@dataclass
+class Grid:
+    """cells[row, column], row 0 at the bottom: cell (r, c) covers resolution * [c, c+1) x [r, r+1)
+    in the grid's frame, which is turned by origin_yaw_rad and then moved by the origin."""
+
+    cells: np.ndarray
+    resolution_m: float
+    origin_x_m: float = 0.0
+    origin_y_m: float = 0.0
+    origin_yaw_rad: float = 0.0
+
+    def centres_m(self):
+        """Centres (rows, columns, 2) of all cells in the map frame."""
+        rows, columns = self.cells.shape
+        x, y = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
+        x, y = x * self.resolution_m, y * self.resolution_m
+        cos, sin = np.cos(self.origin_yaw_rad), np.sin(self.origin_yaw_rad)
+        return np.stack(
+            [cos * x - sin * y + self.origin_x_m, sin * x + cos * y + self.origin_y_m], axis=2
+        )
+
+    def indices(self, points_m):
+        """Row and column of points (n, 2); out of range when outside."""
+        x, y = points_m[:, 0] - self.origin_x_m, points_m[:, 1] - self.origin_y_m
+        cos, sin = np.cos(self.origin_yaw_rad), np.sin(self.origin_yaw_rad)
+        u, v = cos * x + sin * y, -sin * x + cos * y
+        column = np.floor(u / self.resolution_m).astype(int)
+        return np.floor(v / self.resolution_m).astype(int), column
+
+    def extent_m(self):
+        """left, right, bottom, top for matplotlib (a grid that is not turned)."""
+        rows, columns = self.cells.shape
+        x, y = self.origin_x_m, self.origin_y_m
+        return x, x + columns * self.resolution_m, y, y + rows * self.resolution_m
+
+
+def read_pgm(path):
+    """8-bit gray image (rows, columns), top row first. Raises DataError when truncated."""
+    data = Path(path).read_bytes()
+    header = re.match(rb"P5(?:\s+|\s*#[^\n]*\n)+(\d+)\s+(?:#[^\n]*\n\s*)*(\d+)\s+(\d+)\s", data)
+    if not header:
+        raise DataError(f"{path}: not a binary PGM (P5) image")
+    width, height, top = (int(word) for word in header.groups())
+    pixels = np.frombuffer(data, np.uint8, offset=header.end())
+    if top != 255 or len(pixels) != width * height:
+        raise DataError(f"{path}: {len(pixels)} pixels of {width}x{height}, largest value {top}")
+    return pixels.reshape(height, width)
+
+
+def read_map_yaml(path):
+    """Keys of a map_server YAML: flat, `key: value` a line, lists in brackets."""
+    keys = {}
+    for line in read_text(path).splitlines():
+        name, colon, value = line.split("#")[0].partition(":")
+        if colon and name == name.lstrip():
+            keys[name.strip()] = value.strip().strip("\"'")
+    for name in ("image", "resolution", "origin"):
+        if name not in keys:
+            raise DataError(f"{path}: no key {name}")
+    return keys
+
+
+def read_grid(yaml_path):
+    keys = read_map_yaml(yaml_path)
+    try:
+        resolution_m = float(keys["resolution"])
+        x, y, yaw = (float(word) for word in keys["origin"].strip("[]").split(","))
+        occupied = float(keys.get("occupied_thresh", 0.65))
+        free = float(keys.get("free_thresh", 0.196))
+        negate = int(keys.get("negate", 0))
+    except ValueError as error:
+        raise DataError(f"{yaml_path}: {error}") from None
+    gray = read_pgm(Path(yaml_path).parent / keys["image"])[::-1].astype(float)
+    occupancy = gray / 255 if negate else (255 - gray) / 255
+    cells = np.full(gray.shape, UNKNOWN, dtype=np.uint8)
+    cells[occupancy < free] = FREE
+    cells[occupancy > occupied] = OCCUPIED
+    return Grid(cells, resolution_m, x, y, yaw)
+
+
+def _near(plan, state, rows, columns, radius):
+    """Whether the plan has a cell of the state within `radius` cells of each (row, column)."""
+    found = np.zeros(len(rows), dtype=bool)
+    height, width = plan.cells.shape
+    for step_r in range(-radius, radius + 1):
+        for step_c in range(-radius, radius + 1):
+            r, c = rows + step_r, columns + step_c
+            inside = (r >= 0) & (r < height) & (c >= 0) & (c < width)
+            found[inside] |= plan.cells[r[inside], c[inside]] == state
+    return found
+
+
+def compare_with_plan(grid, plan, building_from_map):
+    """Percentage of the grid's seen cells that are right within one cell of the exact plan.
+
+    A cell is right when the plan has a cell of its state among its own cell there and the eight
+    around it. A cell outside the plan is wrong."""
+    centres = grid.centres_m().reshape(-1, 2)
+    points = np.column_stack([centres, np.zeros(len(centres))])
+    rows, columns = plan.indices(building_from_map.apply(points)[:, :2])
+    radius = max(1, round(grid.resolution_m / plan.resolution_m))
+    states, figures, num_right_all = grid.cells.ravel(), {}, 0
+    for name, state in (("free", FREE), ("occupied", OCCUPIED)):
+        chosen = states == state
+        right = _near(plan, state, rows[chosen], columns[chosen], radius)
+        num, num_right = int(np.count_nonzero(chosen)), int(np.count_nonzero(right))
+        figures[f"num_{name}_cells"] = num
+        figures[f"{name}_right_percent"] = 100 * num_right / num if num else None
+        num_right_all += num_right
+    num_seen = figures["num_free_cells"] + figures["num_occupied_cells"]
+    figures["seen_right_percent"] = 100 * num_right_all / num_seen if num_seen else None
+    figures["tolerance_m"] = radius * plan.resolution_m
+    return figures

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sections of the report on the map: trajectory, accuracy, floor plan and path."""
+
+import numpy as np
+
+from nightmap_eval import figures, html
+from nightmap_eval.errors import DataError
+from nightmap_eval.grid import read_grid
+from nightmap_eval.site import Frames, read_csv
+from nightmap_eval.trajectory import Similarity, associate, read_tum, rotation_matrices
+
+MAX_GAP_NS = 20_000_000
+
+
+def map_sections(site_dir, metrics):
+    return [
+        trajectory_section(site_dir, metrics),
+        accuracy_section(metrics),
+        plan_section(site_dir),
+    ]
+
+
+def _optional(path, reader):
+    return reader(path) if path.exists() else None
+
+
+def truth_in_map(site_dir, metrics):
+    """The true trajectory in the map frame, or None."""
+    path = site_dir / "frames" / "ground_truth.tum"
+    if not path.exists() or "trajectory" not in metrics:
+        return None
+    values = np.array(metrics["trajectory"]["truth_from_map_m_q"])
+    rotation = rotation_matrices(values[None, 3:])[0]
+    map_from_truth = Similarity(1.0, rotation.T, -rotation.T @ values[:3])
+    truth = read_tum(path)
+    truth.positions_m = map_from_truth.apply(truth.positions_m)
+    return truth
+
+
+def accepted_loops(site_dir, estimate):
+    """Pairs of positions of the frames that each accepted loop joins."""
+    path = site_dir / "pose_graph" / "loops.csv"
+    if not path.exists():
+        return []
+    rows = read_csv(path, ("status",))
+    columns = [name for name in (rows[0] if rows else ()) if "frame" in name][:2]
+    if len(columns) < 2:
+        return []
+    frames = Frames(site_dir)
+    row_of_time = {int(t): row for row, t in enumerate(estimate.times_ns)}
+    numbered = zip(frames.frame_idxs, frames.times_ns)
+    row_of_frame = {int(i): row_of_time.get(int(t)) for i, t in numbered}
+    loops = []
+    for row in rows:
+        ends = [row_of_frame.get(int(row[name])) for name in columns]
+        if row["status"] == "accepted" and None not in ends:
+            loops.append(estimate.positions_m[ends])
+    return loops
+
+
+def trajectory_section(site_dir, metrics):
+    estimate = _optional(site_dir / "pose_graph" / "trajectory.tum", read_tum)
+    if estimate is None or len(estimate) == 0:
+        note = html.paragraph("The pose_graph stage did not run.", "note")
+        return html.section("Trajectory", note)
+    truth, loops = truth_in_map(site_dir, metrics), accepted_loops(site_dir, estimate)
+    parts = []
+    if truth is None:
+        picture = figures.trajectory_png(estimate.positions_m, None, loops)
+    else:
+        pairs = associate(estimate.times_ns, truth.times_ns, MAX_GAP_NS)
+        shown = truth.positions_m[pairs[:, 1]]
+        picture = figures.trajectory_png(estimate.positions_m, shown, loops)
+        errors_m = np.linalg.norm(estimate.positions_m[pairs[:, 0]] - shown, axis=1)
+        parts.append(html.image(figures.error_png(pairs[:, 0], errors_m), "error of each frame"))
+    return html.section("Trajectory", html.image(picture, "trajectory from above"), *parts)
+
+
+def _trajectory_rows(trajectory):
+    for name, title in (("se3", "ATE, SE(3) alignment"), ("sim3", "ATE, Sim(3) alignment")):
+        values = trajectory[name]
+        shown = [100 * values[f"ate_{kind}_m"] for kind in ("rmse", "median", "max")]
+        scale = f", scale {values['scale']:.4f}" if "scale" in values else ""
+        yield [title + scale, *shown, values["rotation_rmse_deg"], trajectory["num_pairs"]]
+
+
+def _relative_rows(trajectory):
+    for name, title, suffix in (
+        ("rpe_per_frame", "RPE a frame", ""),
+        ("rpe_per_metre", "RPE a metre", "_per_m"),
+    ):
+        values = trajectory[name]
+        if values["num_pairs"]:
+            shown = [100 * values[f"translation_{kind}_m{suffix}"] for kind in ("rmse", "median")]
+            turned = [values[f"rotation_{kind}_deg{suffix}"] for kind in ("rmse", "median")]
+            yield [title, *shown, *turned, values["num_pairs"]]
+
+
+def _building_rows(building):
+    cloud, grid = building.get("cloud", {}), building.get("grid", {})
+    for key, title in (("surface_distance_median_m", "Cloud to surface, median (cm)"),
+                       ("surface_distance_p90_m", "Cloud to surface, 90 % (cm)")):  # fmt: skip
+        if key in cloud:
+            yield [title, 100 * cloud[key]]
+    for key, title in (("free_right_percent", "Free cells right within one cell (%)"),
+                       ("occupied_right_percent", "Occupied cells right within one cell (%)"),
+                       ("seen_right_percent", "Seen cells right within one cell (%)")):  # fmt: skip
+        if grid.get(key) is not None:
+            yield [title, grid[key]]
+
+
+def accuracy_section(metrics):
+    if not metrics:
+        return html.section("Accuracy", html.paragraph("The evaluate step did not run.", "note"))
+    if "trajectory" not in metrics:
+        note = "This site has no ground truth: nothing here says how accurate the map is."
+        return html.section("Accuracy", html.paragraph(note, "note"))
+    trajectory = metrics["trajectory"]
+    head = ("Position", "RMSE (cm)", "median (cm)", "largest (cm)", "rotation RMSE (deg)", "frames")
+    parts = [html.table(head, _trajectory_rows(trajectory))]
+    head = ("Motion", "RMSE (cm)", "median (cm)", "rotation RMSE (deg)", "median (deg)", "pairs")
+    parts.append(html.table(head, _relative_rows(trajectory)))
+    if metrics.get("map"):
+        parts.append(html.table(("Against the exact building", ""), _building_rows(metrics["map"])))
+    return html.section("Accuracy", *parts)
+
+
+def read_path(site_dir):
+    """x, y of plan/path.csv in the map frame (m), or None."""
+    path = site_dir / "plan" / "path.csv"
+    if not path.exists():
+        return None
+    rows = read_csv(path, ("x_m", "y_m"))
+    try:
+        return np.array([[float(row["x_m"]), float(row["y_m"])] for row in rows]).reshape(-1, 2)
+    except ValueError as error:
+        raise DataError(f"{path}: {error}") from None
+
+
+def plan_section(site_dir):
+    yaml_path = site_dir / "grid" / "map.yaml"
+    if not yaml_path.exists():
+        return html.section("Floor plan", html.paragraph("The grid stage did not run.", "note"))
+    estimate = _optional(site_dir / "pose_graph" / "trajectory.tum", read_tum)
+    located = _optional(site_dir / "localize" / "queries.tum", read_tum)
+    path_m = read_path(site_dir)
+    picture = figures.grid_png(
+        read_grid(yaml_path),
+        path_m,
+        None if estimate is None else estimate.positions_m,
+        None if located is None else located.positions_m,
+    )
+    parts = [html.image(picture, "floor plan")]
+    if path_m is None:
+        parts.append(html.paragraph("No path: the plan stage did not run.", "note"))
+    return html.section("Floor plan", *parts)

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Section of the report on located query pictures."""
+
+import io
+
+from PIL import Image
+
+from nightmap_eval import html
+from nightmap_eval.metrics import RECALL_THRESHOLDS
+from nightmap_eval.site import read_csv
+
+MAX_PICTURES = 12
+THUMBNAIL_PX = (300, 200)
+
+
+def query_rows(site_dir, metrics):
+    """A dictionary a query, with its errors where known; None when localize did not run."""
+    path = site_dir / "localize" / "queries.csv"
+    if "rows" in metrics.get("queries", {}):
+        return metrics["queries"]["rows"]
+    if not path.exists():
+        return None
+    return read_csv(path, ("query_idx", "color_path", "status", "reason"))
+
+
+def choose(rows, count):
+    """At most `count` rows: up to half failures, the worst located one, the rest evenly spread."""
+    failed = [row for row in rows if row["status"] != "located"][: count // 2]
+    located = [row for row in rows if row["status"] == "located"]
+    worst = max(located, key=lambda row: row.get("translation_error_cm", -1.0), default=None)
+    others = [row for row in located if row is not worst]
+    room = min(len(others), count - len(failed) - (worst is not None))
+    spread = [others[i * len(others) // room] for i in range(room)]
+    chosen = failed + spread + ([worst] if worst is not None else [])
+    return sorted(chosen, key=lambda row: int(row["query_idx"]))
+
+
+def thumbnail(data, color_path):
+    """A small JPEG of a picture, or a note. A missing picture must not cost the whole report."""
+    if data is None:
+        return ""
+    try:
+        with Image.open(data / color_path) as picture:
+            small = picture.convert("RGB")
+        small.thumbnail(THUMBNAIL_PX)
+        buffer = io.BytesIO()
+        small.save(buffer, "JPEG", quality=80)
+    except (OSError, ValueError):
+        return html.Raw('<span class="note">no picture</span>')
+    return html.image(buffer.getvalue(), color_path, "thumbnail", "image/jpeg")
+
+
+def _figures(queries):
+    rows = [("Queries", queries["num_queries"]), ("Located", queries["num_located"])]
+    if "num_with_truth" in queries:
+        rows.append(("With truth", queries["num_with_truth"]))
+        rows.append(("Median error (cm), a failure counts as infinite",
+                     html.number(queries["median_translation_error_cm"])))  # fmt: skip
+        rows.append(("Median error (deg)", html.number(queries["median_rotation_error_deg"])))
+        for max_cm, max_deg in RECALL_THRESHOLDS:
+            value = queries[f"recall_{max_cm}cm_{max_deg}deg_percent"]
+            rows.append((f"Within {max_cm} cm and {max_deg} deg (%)", html.number(value)))
+    return html.table(("", ""), rows)
+
+
+def _picture_row(row, data):
+    status = row["status"]
+    if status != "located":
+        status = html.Raw(f'<span class="failed">{html.escape(status)}</span>')
+    errors = [row.get(name) for name in ("translation_error_cm", "rotation_error_deg")]
+    shown = [html.number(value) if value is not None else "" for value in errors]
+    return [thumbnail(data, row["color_path"]), row["color_path"], status, *shown, row["reason"]]
+
+
+def query_section(site_dir, metrics, data):
+    rows = query_rows(site_dir, metrics)
+    if rows is None:
+        return html.section("Queries", html.paragraph("The localize stage did not run.", "note"))
+    parts = [_figures(metrics["queries"])] if "queries" in metrics else []
+    head = ("", "picture", "status", "error (cm)", "error (deg)", "reason")
+    parts.append(html.table(head, [_picture_row(row, data) for row in choose(rows, MAX_PICTURES)]))
+    if len(rows) > MAX_PICTURES:
+        chosen = f"{MAX_PICTURES} of {len(rows)} queries: failures, the worst, and a spread."
+        parts.append(html.paragraph(chosen, "note"))
+    return html.section("Queries", *parts)

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sections of the report on the run: summary line, stages, loops, skipped items, configs."""
+
+from nightmap_eval import html
+from nightmap_eval.site import read_csv, read_text
+
+MAX_ROWS = 200
+
+
+def run_sections(site_dir, metrics, stages):
+    return [
+        stage_section(stages),
+        loop_section(site_dir),
+        skipped_section(metrics, stages),
+        config_section(site_dir),
+    ]
+
+
+def _time(seconds):
+    if seconds is None:
+        return "n/a"
+    return f"{seconds:.1f} s" if seconds < 600 else f"{seconds / 60:.1f} min"
+
+
+def _total_s(stages):
+    return sum(stage.wall_time_s() or 0.0 for stage in stages)
+
+
+def _query_summary(queries):
+    text = f"{queries['num_located']} of {queries['num_queries']} queries located"
+    recall = queries.get("recall_5cm_5deg_percent")
+    return text if recall is None else f"{text}, {recall:.0f} % within 5 cm and 5 deg"
+
+
+def summary(metrics, stages):
+    """What the run did and how good the map is, in one line."""
+    parts = []
+    coverage = metrics.get("coverage")
+    if coverage:
+        parts.append(
+            f"{coverage['num_frames_with_pose']} of {coverage['num_frames']} frames mapped over "
+            f"{coverage['path_length_m']:.1f} m"
+        )
+    if stages:
+        parts.append(f"{_time(_total_s(stages))} of stage time")
+    if "trajectory" in metrics:
+        rmse_cm = 100 * metrics["trajectory"]["se3"]["ate_rmse_m"]
+        parts.append(f"trajectory error {rmse_cm:.1f} cm RMSE")
+    elif metrics:
+        parts.append("no ground truth, accuracy not known")
+    if "queries" in metrics:
+        parts.append(_query_summary(metrics["queries"]))
+    if "loops" in metrics:
+        loops = metrics["loops"]
+        parts.append(f"loops: {loops['num_accepted']} accepted, {loops['num_rejected']} rejected")
+    num_skipped = sum(len(stage.skipped()) for stage in stages)
+    parts.append(f"{num_skipped} items skipped")
+    return "; ".join(parts) + "."
+
+
+def _figure_text(value):
+    return " to ".join(map(html.number, value)) if isinstance(value, tuple) else html.number(value)
+
+
+def _stage_row(stage):
+    memory = stage.peak_memory_bytes()
+    figures = ", ".join(f"{name} {_figure_text(value)}" for name, value in stage.figures().items())
+    return [
+        stage.name,
+        stage.num_runs,
+        _time(stage.wall_time_s()),
+        "n/a" if memory is None else f"{memory / 2**20:.0f} MiB",
+        figures,
+    ]
+
+
+def stage_section(stages):
+    if not stages:
+        return html.section("Stages", html.paragraph("No receipts and no reports.", "note"))
+    head = ("stage", "runs", "wall time", "peak memory", "figures")
+    rows = [_stage_row(stage) for stage in stages]
+    rows.append(["all", sum(stage.num_runs for stage in stages), _time(_total_s(stages)), "", ""])
+    parts = [html.table(head, rows)]
+    if any("Debug" in stage.build_types() for stage in stages):
+        warning = "Times are of a Debug build: they say nothing about speed."
+        parts.append(html.paragraph(warning, "failed"))
+    return html.section("Stages", *parts)
+
+
+def loop_section(site_dir):
+    path = site_dir / "pose_graph" / "loops.csv"
+    if not path.exists():
+        note = html.paragraph("The pose_graph stage did not run.", "note")
+        return html.section("Loop closures", note)
+    rows = read_csv(path, ("status", "reason"))
+    if not rows:
+        return html.section("Loop closures", html.paragraph("No loop was proposed.", "note"))
+    counts = {}
+    for row in rows:
+        key = (row["status"], row["reason"])
+        counts[key] = counts.get(key, 0) + 1
+    counted = [(*key, counts[key]) for key in sorted(counts)]
+    parts = [html.table(("status", "reason", "loops"), counted)]
+    shown = html.table(tuple(rows[0]), [list(row.values()) for row in rows[:MAX_ROWS]])
+    title = f"Each loop (first {MAX_ROWS} of {len(rows)})" if len(rows) > MAX_ROWS else "Each loop"
+    parts.append(html.folded(title, shown))
+    return html.section("Loop closures", *parts)
+
+
+def _frame_list(frames):
+    shown = ", ".join(map(str, frames[:MAX_ROWS])) + (" ..." if len(frames) > MAX_ROWS else "")
+    return f"{len(frames)} frames ({shown})"
+
+
+def skipped_section(metrics, stages):
+    rows = [(stage.name, reason) for stage in stages for reason in stage.skipped()]
+    table = html.table(("stage", "skipped"), rows[:MAX_ROWS])
+    parts = [table if rows else html.paragraph("None.", "note")]
+    missing = metrics.get("coverage", {}).get("frames_without_pose", [])
+    if missing:
+        parts.append(html.paragraph(f"{_frame_list(missing)} have no pose."))
+    bridged = metrics.get("coverage", {}).get("frames_bridged", [])
+    if bridged:
+        guessed = "matched no earlier frame: their poses began as guesses."
+        parts.append(html.paragraph(f"{_frame_list(bridged)} {guessed}"))
+    return html.section("Skipped items", *parts)
+
+
+def config_section(site_dir):
+    paths = sorted((site_dir / "config").glob("*.toml"))
+    if not paths:
+        return html.section("Configs", html.paragraph("No resolved configs.", "note"))
+    folds = [html.folded(path.stem, html.preformatted(read_text(path))) for path in paths]
+    return html.section("Configs", *folds)

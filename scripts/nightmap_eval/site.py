@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Readers of the artifacts under maps/<site>/, and the atomic writer of the scripts' outputs."""
+
+import csv
+import json
+import os
+import re
+import tomllib
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from nightmap_eval.errors import DataError
+
+
+def read_text(path):
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise DataError(f"{path}: not a text file") from None
+
+
+def read_json(path):
+    try:
+        return json.loads(read_text(path))
+    except json.JSONDecodeError as error:
+        raise DataError(f"{path}:{error.lineno}: {error.msg}") from None
+
+
+def read_toml(path):
+    try:
+        return tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
+        raise DataError(f"{path}: {error}") from None
+
+
+def read_csv(path, required=()):
+    """Rows as dictionaries. Raises DataError on a missing column or a row of another length."""
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = csv.DictReader(file)
+        missing = [name for name in required if name not in (rows.fieldnames or [])]
+        if missing:
+            raise DataError(f"{path}: no column {', '.join(missing)}")
+        result = list(rows)
+    for number, row in enumerate(result, 2):
+        if None in row or None in row.values():
+            raise DataError(f"{path}:{number}: another number of columns than the header")
+    return result
+
+
+def to_ints(rows, column, path):
+    try:
+        return np.array([int(row[column]) for row in rows], dtype=np.int64)
+    except ValueError as error:
+        raise DataError(f"{path}: column {column}: {error}") from None
+
+
+def shard_names(site_dir):
+    """Names of the shards, in order, as listed in frames/shards.mk."""
+    path = Path(site_dir) / "frames" / "shards.mk"
+    found = re.search(r"^SHARDS\s*:?=\s*(.*)$", read_text(path), re.MULTILINE)
+    if not found:
+        raise DataError(f"{path}: no line SHARDS := ...; run the frames stage again")
+    return found.group(1).split()
+
+
+class Frames:
+    """The mapping frames of a site, in order."""
+
+    def __init__(self, site_dir):
+        self.rows = []
+        for name in shard_names(site_dir):
+            path = Path(site_dir) / "frames" / f"shard_{name}.csv"
+            self.rows += read_csv(path, ("frame_idx", "time_ns", "sequence_idx", "color_path"))
+        source = Path(site_dir) / "frames"
+        self.frame_idxs = to_ints(self.rows, "frame_idx", source)
+        self.times_ns = to_ints(self.rows, "time_ns", source)
+        self.sequence_idxs = to_ints(self.rows, "sequence_idx", source)
+        if len(set(self.times_ns)) != len(self.rows):
+            raise DataError(f"{source}: two frames with the same time_ns")
+
+    def __len__(self):
+        return len(self.rows)
+
+
+def bridged_frames(site_dir):
+    """Frames without a verified pair to an earlier one: odometry guessed their first pose."""
+    bridged = []
+    for name in shard_names(site_dir):
+        path = Path(site_dir) / "odometry" / f"shard_{name}.h5"
+        if not path.exists():
+            continue
+        try:
+            with h5py.File(path) as file:
+                frame_idxs, states = np.ravel(file["frame_idx"]), np.ravel(file["state"])
+        except (OSError, KeyError) as error:
+            raise DataError(f"{path}: {error}; delete the file and run make") from None
+        bridged += frame_idxs[states == 1].tolist()
+    return bridged
+
+
+def _rounded(value):
+    """Nine significant digits, twelve decimals: the last bits depend on the BLAS."""
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_rounded(item) for item in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (float, np.floating)):
+        return round(float(f"{value:.9g}"), 12) + 0.0  # + 0.0: no negative zero
+    if isinstance(value, np.integer):
+        return int(value)
+    return value
+
+
+def to_json(value):
+    """JSON text; raises DataError on NaN or infinity, which JSON does not have."""
+    try:
+        return json.dumps(_rounded(value), indent=2, allow_nan=False) + "\n"
+    except ValueError:
+        raise DataError("a metric is NaN or infinite; nothing was written") from None
+
+
+def write_atomic(path, text):
+    """Writes beside the path, flushes to disk, renames: readers see the old file or the new."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(path.name + ".tmp")
+    try:
+        with open(temporary, "w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)

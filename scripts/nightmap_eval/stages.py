@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the stages left for the morning: receipts (time, memory) and reports (counts)."""
+
+from pathlib import Path
+
+from nightmap_eval.site import read_json
+
+STAGES = (
+    "synthesize", "frames", "features", "vocabulary", "matches", "odometry", "pose_graph",
+    "point_cloud", "octree", "grid", "landmarks", "localize", "plan",
+)  # fmt: skip
+_NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
+
+
+class StageResult:
+    """One stage of a site, its shards taken together."""
+
+    def __init__(self, folder):
+        self.name = folder.name
+        self.reports = [read_json(path) for path in sorted(folder.glob("report*.json"))]
+        self.receipts = [read_json(path) for path in sorted(folder.glob("receipt*.json"))]
+
+    @property
+    def num_runs(self):
+        return max(len(self.reports), len(self.receipts))
+
+    def wall_time_s(self):
+        """Sum over the shards; None without receipts."""
+        times = [receipt.get("wall_time_s") for receipt in self.receipts]
+        times = [time for time in times if time is not None]
+        return sum(times) if times else None
+
+    def peak_memory_bytes(self):
+        """Largest over the shards; None without receipts."""
+        peaks = [receipt.get("peak_memory_bytes") for receipt in self.receipts]
+        return max((peak for peak in peaks if peak is not None), default=None)
+
+    def build_types(self):
+        return sorted({receipt.get("build_type", "unknown") for receipt in self.receipts})
+
+    def skipped(self):
+        """Reason of every skipped item."""
+        return [reason for report in self.reports for reason in report.get("skipped", [])]
+
+    def figures(self):
+        """Figures of the reports: counts added over the shards, of the rest the range."""
+        values = {}
+        for report in self.reports:
+            for name, value in report.items():
+                if name not in _NOT_FIGURES and isinstance(value, (int, float, str, bool)):
+                    values.setdefault(name, []).append(value)
+        return {name: _together(name, items) for name, items in values.items()}
+
+
+def _together(name, items):
+    if name.startswith("num_") and not any(isinstance(item, str) for item in items):
+        return sum(items)
+    if len(set(items)) == 1:
+        return items[0]
+    if any(isinstance(item, str) for item in items):
+        return ", ".join(sorted(set(map(str, items))))
+    return (min(items), max(items))
+
+
+def read_stages(site_dir):
+    """Results of the stages that ran, in the order of the pipeline."""
+    folders = {path.name: path for path in Path(site_dir).iterdir() if path.is_dir()}
+    results = [StageResult(folders[name]) for name in STAGES if name in folders]
+    return [result for result in results if result.num_runs]

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Trajectories in the TUM format, their association by time, and their alignment.
+
+Poses are target_from_camera: positions in metres, unit quaternions (qx, qy, qz, qw).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nightmap_eval.errors import DataError
+
+
+@dataclass
+class Trajectory:
+    """Poses sorted by time."""
+
+    times_ns: np.ndarray  # (n,) int64, strictly increasing
+    positions_m: np.ndarray  # (n, 3)
+    quaternions: np.ndarray  # (n, 4), qx qy qz qw, unit
+
+    def __len__(self):
+        return len(self.times_ns)
+
+    def rotations(self):
+        """Rotation matrices (n, 3, 3)."""
+        return rotation_matrices(self.quaternions)
+
+    def select(self, indices):
+        indices = np.asarray(indices, dtype=int)
+        return Trajectory(
+            self.times_ns[indices], self.positions_m[indices], self.quaternions[indices]
+        )
+
+
+@dataclass
+class Similarity:
+    """target_from_source: point_in_target = scale * rotation @ point_in_source + translation."""
+
+    scale: float
+    rotation: np.ndarray  # (3, 3)
+    translation_m: np.ndarray  # (3,)
+    is_unique: bool = True  # False when all points lie on one line
+
+    def apply(self, points_m):
+        return self.scale * np.asarray(points_m) @ self.rotation.T + self.translation_m
+
+
+def rotation_matrices(quaternions):
+    """Rotation matrices (n, 3, 3) of unit quaternions (n, 4) in the order qx qy qz qw."""
+    x, y, z, w = np.asarray(quaternions, dtype=float).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
+def quaternion(rotation):
+    """Unit quaternion (qx, qy, qz, qw), qw >= 0, of a rotation matrix.
+
+    The eigenvector of the largest eigenvalue (Bar-Itzhack, JGCD 2000): no special cases.
+    """
+    r = np.asarray(rotation, dtype=float)
+    k = np.array([
+        [r[0, 0] - r[1, 1] - r[2, 2], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],
+        [r[0, 1] + r[1, 0], r[1, 1] - r[0, 0] - r[2, 2], r[1, 2] + r[2, 1], r[0, 2] - r[2, 0]],
+        [r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], r[2, 2] - r[0, 0] - r[1, 1], r[1, 0] - r[0, 1]],
+        [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], np.trace(r)],
+    ])
+    best = np.linalg.eigh(k)[1][:, -1]
+    return best if best[3] >= 0 else -best
+
+
+def angles_deg(rotations):
+    """Angles in [0, 180] of rotation matrices (n, 3, 3), accurate near 0 and near 180."""
+    skew = np.stack(
+        [
+            rotations[:, 2, 1] - rotations[:, 1, 2],
+            rotations[:, 0, 2] - rotations[:, 2, 0],
+            rotations[:, 1, 0] - rotations[:, 0, 1],
+        ],
+        axis=1,
+    )
+    trace = np.trace(rotations, axis1=1, axis2=2)
+    return np.degrees(np.arctan2(np.linalg.norm(skew, axis=1), trace - 1))
+
+
+def parse_time_ns(text):
+    """Nanoseconds of a decimal number of seconds, exactly: no detour through a double."""
+    whole, _, fraction = text.partition(".")
+    negative = whole.startswith("-")
+    digits = whole.lstrip("+-") or "0"
+    if not (digits + fraction).isdigit():
+        return round(float(text) * 1e9)  # exponent notation; ValueError when not a number
+    value = int(digits) * 10**9 + int((fraction + "0" * 9)[:9])
+    return -value if negative else value
+
+
+def _parse_line(path, number, line):
+    words = line.replace(",", " ").split()
+    if len(words) != 8:
+        raise DataError(f"{path}:{number}: {len(words)} columns, not 8: time tx ty tz qx qy qz qw")
+    try:
+        time_ns, values = parse_time_ns(words[0]), [float(word) for word in words[1:]]
+    except (ValueError, OverflowError):
+        raise DataError(f"{path}:{number}: not a number in: {line.strip()}") from None
+    if not np.all(np.isfinite(values)):
+        raise DataError(f"{path}:{number}: NaN or infinity in a pose; remove the line")
+    norm = np.linalg.norm(values[3:])
+    if not 0.5 < norm < 2:
+        raise DataError(f"{path}:{number}: the quaternion has norm {norm:.3g}; expected 1")
+    return time_ns, values[:3], np.array(values[3:]) / norm
+
+
+def read_tum(path):
+    """A Trajectory sorted by time. Raises DataError naming file and line."""
+    with open(path, encoding="utf-8") as file:
+        lines = [(number, line) for number, line in enumerate(file, 1)]
+    poses = [
+        _parse_line(path, number, line)
+        for number, line in lines
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    return make_trajectory(poses, path)
+
+
+def make_trajectory(poses, source):
+    """From a list of (time_ns, position, quaternion). `source` names it in messages."""
+    poses = sorted(poses, key=lambda pose: pose[0])
+    times_ns = np.array([pose[0] for pose in poses], dtype=np.int64)
+    repeated = np.flatnonzero(np.diff(times_ns) == 0)
+    if len(repeated):
+        raise DataError(f"{source}: two poses at time {times_ns[repeated[0]]} ns")
+    positions = np.array([pose[1] for pose in poses], dtype=float).reshape(-1, 3)
+    quaternions = np.array([pose[2] for pose in poses], dtype=float).reshape(-1, 4)
+    return Trajectory(times_ns, positions, quaternions)
+
+
+def associate(times_ns, reference_times_ns, max_gap_ns):
+    """Index pairs (i, j): the nearest reference time of each time, at most max_gap_ns away.
+
+    One to one: of several times with the same nearest reference the closest stays.
+    """
+    best = {}
+    if len(reference_times_ns) == 0:
+        return np.zeros((0, 2), dtype=int)
+    after = np.searchsorted(reference_times_ns, times_ns)
+    for i, time_ns in enumerate(times_ns):
+        near = [j for j in (after[i] - 1, after[i]) if 0 <= j < len(reference_times_ns)]
+        gap, j = min((abs(int(time_ns) - int(reference_times_ns[j])), j) for j in near)
+        if gap <= max_gap_ns and (j not in best or gap < best[j][0]):
+            best[j] = (gap, i)
+    return np.array(sorted((i, j) for j, (_, i) in best.items()), dtype=int).reshape(-1, 2)
+
+
+def umeyama(source_m, target_m, with_scale):
+    """target_from_source that minimises the squared distances (Umeyama, PAMI 1991).
+
+    Without scale it is the rigid transform. Raises DataError on fewer than 3 points, on NaN, and
+    when the source points are all the same.
+    """
+    source, target = np.asarray(source_m, dtype=float), np.asarray(target_m, dtype=float)
+    if len(source) < 3:
+        raise DataError(f"alignment needs at least 3 matched poses, there are {len(source)}")
+    if not (np.all(np.isfinite(source)) and np.all(np.isfinite(target))):
+        raise DataError("alignment of positions that are NaN or infinite")
+    source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
+    variance = np.mean(np.sum((source - source_mean) ** 2, axis=1))
+    if variance < 1e-18:
+        raise DataError("alignment of positions that are all the same: the camera did not move")
+    u, d, vt = np.linalg.svd((target - target_mean).T @ (source - source_mean) / len(source))
+    signs = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
+    rotation = u @ np.diag(signs) @ vt
+    scale = float(d @ signs / variance) if with_scale else 1.0
+    translation = target_mean - scale * rotation @ source_mean
+    return Similarity(scale, rotation, translation, bool(d[1] > 1e-9 * d[0]))
+
+
+def path_length_m(positions_m):
+    return float(np.sum(np.linalg.norm(np.diff(positions_m, axis=0), axis=1)))

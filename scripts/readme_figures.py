@@ -1,0 +1,89 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""readme_figures: draws docs/<site>.png from a site's artifacts: two frames, and the floor plan
+with the trajectory, its loops and a planned path.
+
+Exit codes: 0 written; 1 missing data, or a picture above 300 KiB; 2 wrong command line.
+"""
+
+import argparse
+import io
+import os
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+from PIL import Image  # noqa: E402
+
+from nightmap_eval.errors import DataError, run_main  # noqa: E402
+from nightmap_eval.figures import draw_grid, draw_path, draw_trajectory  # noqa: E402
+from nightmap_eval.grid import read_grid  # noqa: E402
+from nightmap_eval.report_map import accepted_loops, read_path  # noqa: E402
+from nightmap_eval.site import Frames  # noqa: E402
+from nightmap_eval.trajectory import read_tum  # noqa: E402
+
+CHECKOUT = Path(__file__).resolve().parent.parent
+MAX_BYTES = 300 * 1024
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--site-dir", type=Path, default=CHECKOUT / "maps" / "demo")
+    parser.add_argument("--data", type=Path, default=CHECKOUT / "data")
+    parser.add_argument("--out", type=Path, help="default: docs/<site>.png")
+    return parser.parse_args()
+
+
+def show_frames(figure, cells, data, rows):
+    for cell, row in zip(cells, rows):
+        axes = figure.add_subplot(cell)
+        with Image.open(data / row["color_path"]) as picture:
+            small = picture.convert("RGB")
+            small.thumbnail((320, 320))
+        axes.imshow(small)
+        axes.set_title(f"frame {row['frame_idx']}", fontsize=9)
+        axes.axis("off")
+
+
+def show_plan(axes, site_dir):
+    estimate = read_tum(site_dir / "pose_graph" / "trajectory.tum")
+    draw_grid(axes, read_grid(site_dir / "grid" / "map.yaml"))
+    draw_trajectory(axes, estimate.positions_m, None, accepted_loops(site_dir, estimate))
+    path_m = read_path(site_dir)
+    if path_m is not None and len(path_m):
+        draw_path(axes, path_m)
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def draw(site_dir, data):
+    figure = plt.figure(figsize=(10, 4.6))
+    layout = figure.add_gridspec(2, 2, width_ratios=(1, 2.6), wspace=0.12, hspace=0.15)
+    rows = Frames(site_dir).rows
+    shown = (rows[len(rows) // 5], rows[3 * len(rows) // 5])
+    show_frames(figure, (layout[0, 0], layout[1, 0]), data, shown)
+    show_plan(figure.add_subplot(layout[:, 1]), site_dir)
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=95, bbox_inches="tight", metadata={"Software": None})
+    plt.close(figure)
+    return buffer.getvalue()
+
+
+def main():
+    arguments = parse_arguments()
+    out = arguments.out or CHECKOUT / "docs" / f"{arguments.site_dir.resolve().name}.png"
+    png = draw(arguments.site_dir, arguments.data)
+    if len(png) > MAX_BYTES:
+        raise DataError(f"{out}: would be {len(png)} bytes, above {MAX_BYTES}")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    temporary = out.with_name(out.name + ".tmp")
+    temporary.write_bytes(png)
+    os.replace(temporary, out)
+    print(f"{out}: {len(png) / 1024:.0f} KiB")
+
+
+if __name__ == "__main__":
+    run_main(main)

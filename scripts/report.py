@@ -1,0 +1,51 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""report: the morning report of a site, one self-contained HTML page.
+
+Says what the run did and how good the map is: trajectory, floor plan with path, queries, accuracy,
+time and memory of each stage, loops, skipped items, configs. Sections whose stage did not run say
+so. Nothing in it comes from the clock.
+Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
+"""
+
+import argparse
+from pathlib import Path
+
+from nightmap_eval import html
+from nightmap_eval.errors import DataError, run_main
+from nightmap_eval.report_map import map_sections
+from nightmap_eval.report_queries import query_section
+from nightmap_eval.report_run import run_sections, summary
+from nightmap_eval.site import read_json, write_atomic
+from nightmap_eval.stages import read_stages
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--site-dir", type=Path, required=True, help="maps/<site>")
+    parser.add_argument("--out", type=Path, required=True, help="index.html to write")
+    parser.add_argument("--data", type=Path, help="folder of the recordings, for query pictures")
+    return parser.parse_args()
+
+
+def make_report(site_dir, data):
+    if not site_dir.is_dir():
+        raise DataError(f"{site_dir}: no such folder; run `make map` first")
+    metrics_path = site_dir / "evaluate" / "metrics.json"
+    metrics = read_json(metrics_path) if metrics_path.exists() else {}
+    stages = read_stages(site_dir)
+    sections = [
+        *map_sections(site_dir, metrics),
+        query_section(site_dir, metrics, data),
+        *run_sections(site_dir, metrics, stages),
+    ]
+    return html.page(f"nightmap: {site_dir.resolve().name}", summary(metrics, stages), sections)
+
+
+def main():
+    arguments = parse_arguments()
+    write_atomic(arguments.out, make_report(arguments.site_dir, arguments.data))
+
+
+if __name__ == "__main__":
+    run_main(main)

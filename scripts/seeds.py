@@ -1,0 +1,127 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""seeds: evaluates sites with several seeds and prints the medians as a Markdown table.
+
+For each site and seed it runs `make evaluate SITE=<site> SEED=<n> MAPS=<maps>/seed_<n>`; Make
+reruns nothing that is there already. With --readme it puts the table between the markers
+`<!-- accuracy:begin -->` and `<!-- accuracy:end -->` of that file.
+Exit codes: 0 done; 1 a run failed or a result is missing; 2 wrong command line.
+"""
+
+import argparse
+import math
+import statistics
+import subprocess
+from pathlib import Path
+
+from nightmap_eval.errors import DataError, run_main
+from nightmap_eval.site import read_json, read_text, write_atomic
+
+CHECKOUT = Path(__file__).resolve().parent.parent
+BEGIN, END = "<!-- accuracy:begin -->", "<!-- accuracy:end -->"
+# Title, where it is in metrics.json, factor, format.
+COLUMNS = (
+    ("frames mapped", "coverage.num_frames_with_pose", 1, "{:.0f}"),
+    ("of", "coverage.num_frames", 1, "{:.0f}"),
+    ("path (m)", "trajectory.truth_path_length_m", 1, "{:.1f}"),
+    ("ATE RMSE, SE(3) (cm)", "trajectory.se3.ate_rmse_m", 100, "{:.2f}"),
+    ("ATE RMSE, Sim(3) (cm)", "trajectory.sim3.ate_rmse_m", 100, "{:.2f}"),
+    ("scale", "trajectory.sim3.scale", 1, "{:.4f}"),
+    ("RPE (cm/m)", "trajectory.rpe_per_metre.translation_rmse_m_per_m", 100, "{:.2f}"),
+    ("RPE (deg/m)", "trajectory.rpe_per_metre.rotation_rmse_deg_per_m", 1, "{:.2f}"),
+    ("queries", "queries.num_with_truth", 1, "{:.0f}"),
+    ("median (cm)", "queries.median_translation_error_cm", 1, "{:.1f}"),
+    ("median (deg)", "queries.median_rotation_error_deg", 1, "{:.2f}"),
+    ("5 cm, 5 deg (%)", "queries.recall_5cm_5deg_percent", 1, "{:.0f}"),
+    ("10 cm, 5 deg (%)", "queries.recall_10cm_5deg_percent", 1, "{:.0f}"),
+    ("25 cm, 10 deg (%)", "queries.recall_25cm_10deg_percent", 1, "{:.0f}"),
+    ("cloud to surface, median (cm)", "map.cloud.surface_distance_median_m", 100, "{:.2f}"),
+    ("90 % (cm)", "map.cloud.surface_distance_p90_m", 100, "{:.2f}"),
+    ("free cells right (%)", "map.grid.free_right_percent", 1, "{:.1f}"),
+    ("occupied cells right (%)", "map.grid.occupied_right_percent", 1, "{:.1f}"),
+)
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("sites", nargs="+", help="names of configs/sites/<site>.toml")
+    parser.add_argument("--seeds", type=int, default=5, help="how many seeds, from 0 (default 5)")
+    parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
+    parser.add_argument("--data", type=Path, default=CHECKOUT / "data", help="recordings")
+    parser.add_argument("--readme", type=Path, help="file to put the table into")
+    parser.add_argument("--no-run", action="store_true", help="only collect results that are there")
+    arguments = parser.parse_args()
+    if arguments.seeds < 1:
+        parser.error("--seeds must be at least 1")
+    return arguments
+
+
+def run_make(site, seed, maps, data):
+    command = ["make", "-C", str(CHECKOUT), "evaluate", f"SITE={site}", f"SEED={seed}",
+               f"MAPS={maps.resolve()}", f"DATA={data.resolve()}"]  # fmt: skip
+    if subprocess.run(command, check=False).returncode != 0:
+        raise DataError(f"{' '.join(command)} failed, see above")
+
+
+def collect(arguments, site):
+    """metrics.json of every seed of a site."""
+    metrics = []
+    for seed in range(arguments.seeds):
+        maps = arguments.maps / f"seed_{seed}"
+        if not arguments.no_run:
+            run_make(site, seed, maps, arguments.data)
+        metrics.append(read_json(maps / site / "evaluate" / "metrics.json"))
+    return metrics
+
+
+def look_up(metrics, dotted):
+    """Value at a path of keys; None where a part is missing."""
+    for key in dotted.split("."):
+        metrics = metrics.get(key) if isinstance(metrics, dict) else None
+    return metrics
+
+
+def cell(all_metrics, dotted, factor, text_format):
+    """Median over the seeds. Only errors can be missing (nothing was located, say), so a missing
+    value counts as infinite; the cell says n/a when that makes the median infinite."""
+    values = [look_up(metrics, dotted) for metrics in all_metrics]
+    median = statistics.median(math.inf if value is None else factor * value for value in values)
+    if math.isinf(median):
+        return "n/a"
+    num_known = sum(value is not None for value in values)
+    text = text_format.format(median)
+    return text if num_known == len(values) else f"{text} ({num_known} of {len(values)} seeds)"
+
+
+def make_table(metrics_of_site):
+    """One column a site; a row that no site has a value for is left out."""
+    sites = list(metrics_of_site)
+    lines = ["| | " + " | ".join(sites) + " |", "|---|" + "---:|" * len(sites)]
+    for title, *column in COLUMNS:
+        cells = [cell(metrics_of_site[site], *column) for site in sites]
+        if any(text != "n/a" for text in cells):
+            lines.append(f"| {title} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def insert(text, table, path):
+    """The text with what is between the markers replaced."""
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise DataError(f"{path}: no markers {BEGIN} and {END}")
+    return f"{before}{begin}\n{table}{end}{after}"
+
+
+def main():
+    arguments = parse_arguments()
+    table = make_table({site: collect(arguments, site) for site in arguments.sites})
+    caption = f"Medians over {arguments.seeds} seeds.\n\n"
+    if arguments.readme:
+        text = insert(read_text(arguments.readme), caption + table, arguments.readme)
+        write_atomic(arguments.readme, text)
+    print(table, end="")
+
+
+if __name__ == "__main__":
+    run_main(main)

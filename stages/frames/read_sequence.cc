@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/frames/read_sequence.h"
+
+#include <cmath>
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/trajectory_io.h"
+#include "pipeline/io/word_lines.h"
+
+namespace nightmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::int64_t Offset_ns(const SequenceConfig& config) {
+  return std::llround(config.time_offset_s * 1e9);
+}
+
+fs::path SitePath(const SiteConfig& site, const std::string& path, const fs::path& data_root) {
+  return data_root / site.root / path;
+}
+
+void CheckFolder(const SequenceFolder& folder) {
+  std::error_code ignored;
+  if (fs::is_directory(folder.Absolute(), ignored)) return;
+  throw DataError("{}: no such folder: correct `root` or `folder` in {}, or the data folder",
+                  folder.Absolute().string(),
+                  folder.config.source);
+}
+
+RawSequence ReadLayout(const SequenceFolder& folder) {
+  if (folder.config.layout == "video") return ReadVideoFolder(folder);
+  if (folder.config.layout == "seven_scenes") return ReadSevenScenesFolder(folder);
+  return ReadTumFolder(folder);
+}
+
+}  // namespace
+
+RawSequence ReadSequence(const SiteConfig& site,
+                         const SequenceConfig& config,
+                         bool is_query,
+                         const fs::path& data_root) {
+  const SequenceFolder folder{data_root, fs::path(site.root) / config.folder, config, is_query};
+  CheckFolder(folder);
+  RawSequence sequence = ReadLayout(folder);
+  if (sequence.frames.empty()) {
+    throw DataError("{}: no pictures in layout \"{}\": correct `folder` or `layout` in {}",
+                    folder.Absolute().string(),
+                    config.layout,
+                    config.source);
+  }
+  sequence.name = config.source;
+  sequence.camera_idx = config.camera_idx;
+  sequence.is_query = is_query;
+  if (!config.ground_truth.empty()) {
+    sequence.ground_truth = ReadTum(SitePath(site, config.ground_truth, data_root));
+  }
+  for (RawFrame& frame : sequence.frames) frame.time_ns += Offset_ns(config);
+  for (StampedPose& pose : sequence.ground_truth) pose.time_ns += Offset_ns(config);
+  return sequence;
+}
+
+std::vector<RawSequence> ReadSequences(const SiteConfig& site, const fs::path& data_root) {
+  std::vector<RawSequence> sequences;
+  for (const SequenceConfig& config : site.sequences) {
+    sequences.push_back(ReadSequence(site, config, false, data_root));
+  }
+  for (const SequenceConfig& config : site.queries) {
+    sequences.push_back(ReadSequence(site, config, true, data_root));
+  }
+  return sequences;
+}
+
+std::vector<Acceleration> ReadAccelerations(const SiteConfig& site, const fs::path& data_root) {
+  std::vector<Acceleration> samples;
+  for (const SequenceConfig& config : site.sequences) {
+    if (config.accelerometer.empty()) continue;
+    const fs::path path = SitePath(site, config.accelerometer, data_root);
+    VisitWordLines(path, [&](const std::vector<std::string_view>& words) {
+      if (words.size() != 4) {
+        throw DataError("{} columns, expected 4 (time_s ax ay az)", words.size());
+      }
+      const Acceleration sample{ParseTime_ns(words[0]) + Offset_ns(config),
+                                {RealWord(words[1]), RealWord(words[2]), RealWord(words[3])}};
+      if (!samples.empty() && sample.time_ns <= samples.back().time_ns) {
+        throw DataError("times must increase: sort the file and remove repeated times");
+      }
+      samples.push_back(sample);
+    });
+  }
+  return samples;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lists the pictures of a recording in each supported folder layout.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pipeline/io/site_config.h"
+#include "stages/frames/frames.h"
+
+namespace nightmap {
+
+// Lists, associates and times the pictures; reads no pixels (a video is gone through once to count
+// its frames). Pictures that lack their depth carry a `problem`, except in queries, where depth may
+// be missing. Throws DataError naming folder or file and line, and the remedy.
+RawSequence ReadSequence(const SiteConfig& site,
+                         const SequenceConfig& config,
+                         bool is_query,
+                         const std::filesystem::path& data_root);
+
+// All sequences, then all queries, in the order of the site config.
+std::vector<RawSequence> ReadSequences(const SiteConfig& site,
+                                       const std::filesystem::path& data_root);
+
+// One accelerometer sample, in the camera's or device's own axes as recorded.
+struct Acceleration {
+  std::int64_t time_ns = 0;
+  Eigen::Vector3d value_m_per_s2 = Eigen::Vector3d::Zero();
+};
+
+// The samples of all sequences that have them, in order; their times must increase.
+std::vector<Acceleration> ReadAccelerations(const SiteConfig& site,
+                                            const std::filesystem::path& data_root);
+
+// Pairs each time of `a` with at most one of `b` and the reverse, nearest pairs first, no pair
+// farther apart than `max_gap_ns`. Both sorted. Returns (index in a, index in b), ascending in a.
+std::vector<std::pair<std::size_t, std::size_t>> AssociateTimes(const std::vector<std::int64_t>& a,
+                                                                const std::vector<std::int64_t>& b,
+                                                                std::int64_t max_gap_ns);
+
+// What the three layouts share: where a recording is and what its messages name.
+struct SequenceFolder {
+  std::filesystem::path data_root;
+  std::filesystem::path folder;  // relative to data_root
+  const SequenceConfig& config;
+  bool is_query;
+
+  std::filesystem::path Absolute() const { return data_root / folder; }
+  // Path of a file of the recording relative to the data folder, normalized.
+  std::string Relative(const std::filesystem::path& file) const {
+    return (folder / file).lexically_normal().generic_string();
+  }
+};
+
+// Times do not yet include time_offset_s.
+RawSequence ReadTumFolder(const SequenceFolder& folder);
+RawSequence ReadSevenScenesFolder(const SequenceFolder& folder);
+RawSequence ReadVideoFolder(const SequenceFolder& folder);
+
+}  // namespace nightmap

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// TUM RGB-D layout: rgb.txt and depth.txt list `time_s file`, in the order of time.
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/trajectory_io.h"
+#include "pipeline/io/word_lines.h"
+#include "stages/frames/read_sequence.h"
+
+namespace nightmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ListedFile {
+  std::int64_t time_ns;
+  std::string path;
+};
+
+std::vector<ListedFile> ReadList(const SequenceFolder& folder, const char* name) {
+  const fs::path path = folder.Absolute() / name;
+  if (!fs::exists(path)) {
+    throw DataError("{}: missing; layout \"tum\" needs it: correct `folder` or `layout` in {}",
+                    path.string(),
+                    folder.config.source);
+  }
+  std::vector<ListedFile> files;
+  VisitWordLines(path, [&](const std::vector<std::string_view>& words) {
+    if (words.size() != 2) throw DataError("{} columns, expected 2 (time_s file)", words.size());
+    if (words[1].starts_with('/') || words[1].starts_with("..")) {
+      throw DataError("'{}' must lie inside the folder: give a relative path", words[1]);
+    }
+    files.push_back({ParseTime_ns(words[0]), folder.Relative(words[1])});
+    if (files.size() > 1 && files.back().time_ns <= files[files.size() - 2].time_ns) {
+      throw DataError("times must increase: sort the list and remove repeated times");
+    }
+  });
+  return files;
+}
+
+std::vector<std::int64_t> Times(const std::vector<ListedFile>& files) {
+  std::vector<std::int64_t> times;
+  for (const ListedFile& file : files) times.push_back(file.time_ns);
+  return times;
+}
+
+}  // namespace
+
+std::vector<std::pair<std::size_t, std::size_t>> AssociateTimes(const std::vector<std::int64_t>& a,
+                                                                const std::vector<std::int64_t>& b,
+                                                                std::int64_t max_gap_ns) {
+  std::vector<std::tuple<std::int64_t, std::size_t, std::size_t>> candidates;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const auto first = std::ranges::lower_bound(b, a[i] - max_gap_ns);
+    for (auto it = first; it != b.end() && *it <= a[i] + max_gap_ns; ++it) {
+      candidates.emplace_back(std::abs(*it - a[i]), i, static_cast<std::size_t>(it - b.begin()));
+    }
+  }
+  std::ranges::sort(candidates);
+  std::vector<bool> a_used(a.size()), b_used(b.size());
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (const auto& [gap, i, j] : candidates) {
+    if (a_used[i] || b_used[j]) continue;
+    a_used[i] = b_used[j] = true;
+    pairs.emplace_back(i, j);
+  }
+  std::ranges::sort(pairs);
+  return pairs;
+}
+
+RawSequence ReadTumFolder(const SequenceFolder& folder) {
+  const auto color = ReadList(folder, "rgb.txt");
+  const bool needs_depth = !folder.is_query || fs::exists(folder.Absolute() / "depth.txt");
+  const auto depth = needs_depth ? ReadList(folder, "depth.txt") : std::vector<ListedFile>{};
+  RawSequence sequence;
+  for (const ListedFile& file : color) {
+    sequence.frames.push_back({file.time_ns, file.path, "", "", ""});
+  }
+  const std::int64_t max_gap_ns = std::llround(folder.config.max_association_gap_s * 1e9);
+  for (const auto& [i, j] : AssociateTimes(Times(color), Times(depth), max_gap_ns)) {
+    sequence.frames[i].depth_path = depth[j].path;
+  }
+  for (RawFrame& frame : sequence.frames) {
+    if (folder.is_query || !frame.depth_path.empty()) continue;
+    frame.problem = fmt::format("{}: no depth image within max_association_gap_s = {}",
+                                frame.color_path,
+                                folder.config.max_association_gap_s);
+  }
+  return sequence;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a finished track to a landmark.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "stages/landmarks/tracks.h"
+
+namespace nightmap {
+
+struct Landmark {
+  Eigen::Vector3d position_in_map = Eigen::Vector3d::Zero();
+  double sigma_m = 0;
+  std::vector<Observation> observations;         // those that agree with the position
+  std::vector<const std::uint8_t*> descriptors;  // of the observers' features; medoid first
+};
+
+// Nothing when too few observations agree or the position stays too uncertain.
+std::optional<Landmark> FinishTrack(const LandmarksOptions& options,
+                                    DescriptorKind kind,
+                                    const std::vector<Observer>& observers,
+                                    const Track& track);
+
+}  // namespace nightmap

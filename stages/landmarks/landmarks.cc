@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/landmarks/landmarks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/io/trajectory_io.h"
+#include "stages/landmarks/finish_track.h"
+
+namespace nightmap {
+namespace {
+
+void CheckInput(const LandmarksInput& input) {
+  if (input.features.frames.size() != input.frames.size()) {
+    throw DataError(
+        "features: {} frames where the frames' list has {}; run the features stage again",
+        input.features.frames.size(),
+        input.frames.size());
+  }
+  if (input.tree->Kind() != input.features.kind) {
+    throw DataError("vocabulary: trained on another descriptor; run the vocabulary stage again");
+  }
+}
+
+std::vector<Observer> MakeObservers(const LandmarksOptions& options, const LandmarksInput& input) {
+  const auto& poses = options.observers == "all" ? input.trajectory : input.keyframes;
+  std::vector<Observer> observers;
+  for (std::size_t i = 0; i < input.frames.size(); ++i) {
+    const FrameRecord& frame = input.frames[i];
+    const int pose = FindPose(poses, frame.time_ns);
+    if (pose < 0) continue;
+    observers.push_back({&frame,
+                         &input.cameras.at(static_cast<std::size_t>(frame.camera_idx)),
+                         &input.features.frames[i],
+                         poses[static_cast<std::size_t>(pose)].pose});
+  }
+  if (observers.size() != poses.size()) {
+    throw DataError("trajectory: {} of {} poses have the time of no frame; it is another site's",
+                    poses.size() - observers.size(),
+                    poses.size());
+  }
+  std::stable_sort(observers.begin(), observers.end(), [](const Observer& a, const Observer& b) {
+    return a.frame->time_ns < b.frame->time_ns;
+  });
+  return observers;
+}
+
+// Keeps the `count` landmarks seen most often (ties: the older), in their order.
+void KeepMostSeen(int count, std::vector<Landmark>* landmarks) {
+  const auto num_kept = static_cast<std::size_t>(count);
+  if (landmarks->size() <= num_kept) return;
+  std::vector<std::size_t> order(landmarks->size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return (*landmarks)[a].observations.size() > (*landmarks)[b].observations.size();
+  });
+  order.resize(num_kept);
+  std::sort(order.begin(), order.end());
+  std::vector<Landmark> kept;
+  for (const std::size_t i : order) kept.push_back(std::move((*landmarks)[i]));
+  *landmarks = std::move(kept);
+}
+
+LandmarkMap Assemble(const LandmarksInput& input,
+                     const std::vector<Observer>& observers,
+                     const std::vector<Landmark>& landmarks) {
+  LandmarkMap map;
+  map.kind = input.features.kind;
+  map.num_word_levels = input.tree->Depth();
+  for (const Observer& observer : observers) {
+    map.keyframes.push_back(
+        {observer.frame->frame_idx, observer.frame->time_ns, observer.map_from_camera});
+  }
+  const int size = DescriptorSize(map.kind);
+  for (const Landmark& landmark : landmarks) {
+    const int landmark_idx = map.NumLandmarks();
+    map.positions_in_map.push_back(landmark.position_in_map);
+    map.position_sigmas_m.push_back(static_cast<float>(landmark.sigma_m));
+    auto& keyframes = map.landmark_keyframes.emplace_back();
+    for (const Observation& observation : landmark.observations) {
+      keyframes.push_back(observation.observer);
+    }
+    for (const std::uint8_t* descriptor : landmark.descriptors) {
+      map.descriptors.insert(map.descriptors.end(), descriptor, descriptor + size);
+      map.descriptor_landmarks.push_back(landmark_idx);
+    }
+  }
+  return map;
+}
+
+void AssignWords(const VocabularyTree& tree, int num_threads, LandmarkMap* map) {
+  const auto depth = static_cast<std::size_t>(map->num_word_levels);
+  map->words.resize(map->descriptor_landmarks.size() * depth);
+  ParallelFor(map->descriptor_landmarks.size(), num_threads, [&](std::size_t i) {
+    const std::vector<int> path = tree.Path(map->Descriptor(static_cast<int>(i)));
+    for (std::size_t level = 0; level < depth && !path.empty(); ++level) {
+      map->words[i * depth + level] = path[std::min(level, path.size() - 1)];
+    }
+  });
+}
+
+}  // namespace
+
+void LandmarksOptions::Register(OptionList& list) {
+  list.Add("observers", &observers, {"keyframes", "all"}, "frames whose features make landmarks");
+  list.Add("max_error_px", &max_error_px, Range(0.5, 50), "reprojection error of an observation");
+  list.Add("max_depth_error", &max_depth_error, Range(0, 1), "relative, landmark against depth");
+  list.Add("max_descriptor_distance",
+           &max_descriptor_distance,
+           Range(0, 2),
+           "of one landmark's observations; 1: as unrelated descriptors");
+  list.Add("voxel_size_m", &voxel_size_m, Range(0.01, 10), "of the index landmarks are found by");
+  list.Add("pixel_sigma_px", &pixel_sigma_px, Range(0.1, 20), "noise of a keypoint and its pose");
+  list.Add("min_observations", &min_observations, Range(1, 100), "fewer: the landmark is dropped");
+  list.Add("max_position_sigma_m",
+           &max_position_sigma_m,
+           Range(0.001, 100),
+           "a landmark known less well is dropped");
+  list.Add("max_landmarks", &max_landmarks, Range(1, 1e8), "those seen most often are kept");
+  list.Add("max_descriptors", &max_descriptors, Range(1, 16), "kept of one landmark");
+  list.Add("min_descriptor_difference",
+           &min_descriptor_difference,
+           Range(0, 2),
+           "a further descriptor of a landmark is kept when it differs by as much");
+}
+
+LandmarkMap RunLandmarks(const LandmarksOptions& options,
+                         const LandmarksInput& input,
+                         Progress& progress,
+                         int num_threads) {
+  CheckInput(input);
+  const std::vector<Observer> observers = MakeObservers(options, input);
+  TrackBuilder builder(options, input.features.kind, &observers);
+  progress.Start(observers.size());
+  for (std::size_t i = 0; i < observers.size(); ++i) {
+    builder.Add(static_cast<int>(i));
+    progress.Advance();
+  }
+  progress.Finish();
+  const std::vector<Track> tracks = builder.TakeTracks();
+  std::vector<std::optional<Landmark>> finished(tracks.size());
+  ParallelFor(tracks.size(), num_threads, [&](std::size_t i) {
+    finished[i] = FinishTrack(options, input.features.kind, observers, tracks[i]);
+  });
+  std::vector<Landmark> landmarks;
+  for (auto& landmark : finished) {
+    if (landmark) landmarks.push_back(std::move(*landmark));
+  }
+  KeepMostSeen(options.max_landmarks, &landmarks);
+  LandmarkMap map = Assemble(input, observers, landmarks);
+  AssignWords(*input.tree, num_threads, &map);
+  return map;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// landmarks: reads features and the optimized poses, writes landmarks.h5, the map that pictures are
+// localized against.
+#include "pipeline/base/stage_main.h"
+#include "pipeline/io/trajectory_io.h"
+#include "pipeline/vision/vocabulary_io.h"
+#include "stages/landmarks/landmarks.h"
+
+int main(int argc, char** argv) {
+  using namespace nightmap;
+  const StageSpec spec{"landmarks",
+                       "joins features to 3-D landmarks with descriptors, words and visibility",
+                       {{"frames", "shards of the frames stage, in order", Arity::kMany},
+                        {"cameras", "cameras.json of the frames stage"},
+                        {"features", "shards of the features stage, in order", Arity::kMany},
+                        {"vocabulary", "vocabulary.h5"},
+                        {"trajectory", "trajectory.tum of the pose_graph stage"},
+                        {"keyframes", "keyframes.tum of the pose_graph stage"}},
+                       {{"landmarks", "landmarks.h5"}}};
+  return StageMain(
+      argc, argv, spec, LandmarksOptions{}, [](const auto& options, StageContext& context) {
+        context.BeginPart("read");
+        const VocabularyTree tree = ReadVocabulary(context.Input("vocabulary")).tree;
+        const LandmarksInput input{ReadFrames(context.Inputs("frames")),
+                                   ReadCameras(context.Input("cameras")),
+                                   ReadFeatures(context.Inputs("features")),
+                                   &tree,
+                                   ReadTum(context.Input("trajectory")),
+                                   ReadTum(context.Input("keyframes"))};
+        context.BeginPart("build");
+        const LandmarkMap map =
+            RunLandmarks(options, input, context.GetProgress(), context.NumThreads());
+        if (map.NumLandmarks() == 0) {
+          throw ThresholdError(
+              "landmarks: none; see min_observations and the depth in the features");
+        }
+        context.BeginPart("write");
+        WriteLandmarks(context.Output("landmarks"), map, context.ConfigToml());
+        std::size_t num_observations = 0;
+        for (const auto& keyframes : map.landmark_keyframes) num_observations += keyframes.size();
+        context.Report()["num_observers"] = map.keyframes.size();
+        context.Report()["num_landmarks"] = map.NumLandmarks();
+        context.Report()["num_descriptors"] = map.NumDescriptors();
+        context.Report()["num_observations"] = num_observations;
+      });
+}

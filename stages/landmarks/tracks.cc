@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/landmarks/tracks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "pipeline/geometry/voxel_key.h"
+#include "pipeline/vision/descriptor_distance.h"
+#include "pipeline/vision/pixel_grid.h"
+
+namespace nightmap {
+namespace {
+
+Eigen::Vector3d FeatureInMap(const Observer& observer, std::size_t feature) {
+  const Camera& camera = observer.camera->color;
+  const Eigen::Vector2d pixel = observer.features->keypoints_px[feature].cast<double>();
+  const double z_m = static_cast<double>(observer.features->depths_m[feature]);
+  return observer.map_from_camera * Eigen::Vector3d((pixel.x() - camera.cx) / camera.fx * z_m,
+                                                    (pixel.y() - camera.cy) / camera.fy * z_m,
+                                                    z_m);
+}
+
+const std::uint8_t* DescriptorOf(const Observer& observer, DescriptorKind kind, int feature) {
+  const auto size = static_cast<std::size_t>(DescriptorSize(kind));
+  return &observer.features->descriptors[static_cast<std::size_t>(feature) * size];
+}
+
+}  // namespace
+
+std::vector<int> TrackBuilder::TracksNear(const Observer& observer) const {
+  std::vector<std::uint64_t> keys;
+  for (std::size_t i = 0; i < observer.features->depths_m.size(); ++i) {
+    if (observer.features->depths_m[i] <= 0) continue;
+    const VoxelKey centre = VoxelOf(FeatureInMap(observer, i), options_.voxel_size_m);
+    for (int offset = 0; offset < 27; ++offset) {
+      keys.push_back(
+          PackVoxel(centre + VoxelKey(offset / 9 - 1, offset / 3 % 3 - 1, offset % 3 - 1)));
+    }
+  }
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  std::vector<int> tracks;
+  for (const std::uint64_t key : keys) {
+    const auto voxel = voxels_.find(key);
+    if (voxel == voxels_.end()) continue;
+    tracks.insert(tracks.end(), voxel->second.begin(), voxel->second.end());
+  }
+  std::sort(tracks.begin(), tracks.end());
+  return tracks;
+}
+
+std::vector<TrackBuilder::Projection> TrackBuilder::Project(const Observer& observer) const {
+  const Camera& camera = observer.camera->color;
+  const Rigid3 camera_from_map = observer.map_from_camera.Inverse();
+  std::vector<Projection> projections;
+  for (const int track : TracksNear(observer)) {
+    const Eigen::Vector3d point =
+        camera_from_map * tracks_[static_cast<std::size_t>(track)].position_in_map;
+    if (point.z() <= 0.01) continue;
+    const Eigen::Vector2d pixel(camera.fx * point.x() / point.z() + camera.cx,
+                                camera.fy * point.y() / point.z() + camera.cy);
+    if (camera.Contains(pixel)) projections.push_back({track, point.z(), pixel});
+  }
+  return projections;
+}
+
+bool TrackBuilder::DepthAgrees(const Observer& observer, int feature, double z_m) const {
+  const double depth_m =
+      static_cast<double>(observer.features->depths_m[static_cast<std::size_t>(feature)]);
+  if (depth_m <= 0) return true;
+  return std::abs(depth_m - z_m) <= options_.max_depth_error * std::max(depth_m, z_m);
+}
+
+// To the last few observations: the point is seen about as it was then.
+int TrackBuilder::Distance(const std::uint8_t* descriptor, const Track& track) const {
+  constexpr std::size_t kNumCompared = 3;
+  const std::size_t count = track.observations.size();
+  int best = std::numeric_limits<int>::max();
+  for (std::size_t i = count - std::min(count, kNumCompared); i < count; ++i) {
+    const Observation& observation = track.observations[i];
+    const Observer& observer = (*observers_)[static_cast<std::size_t>(observation.observer)];
+    best = std::min(
+        best,
+        DescriptorDistance(kind_, descriptor, DescriptorOf(observer, kind_, observation.feature)));
+  }
+  return best;
+}
+
+std::vector<TrackBuilder::Candidate> TrackBuilder::FindCandidates(const Observer& observer) const {
+  const std::vector<Projection> projections = Project(observer);
+  PixelGrid grid(observer.camera->color, options_.max_error_px);
+  for (std::size_t i = 0; i < projections.size(); ++i) {
+    grid.Add(projections[i].pixel, static_cast<int>(i));
+  }
+  const int max_distance = DistanceFromRelative(kind_, options_.max_descriptor_distance);
+  std::vector<Candidate> candidates;
+  for (int feature = 0; feature < observer.features->NumFeatures(); ++feature) {
+    const Eigen::Vector2d pixel =
+        observer.features->keypoints_px[static_cast<std::size_t>(feature)].cast<double>();
+    const std::uint8_t* descriptor = DescriptorOf(observer, kind_, feature);
+    grid.ForNear(pixel, [&](int i) {
+      const Projection& projection = projections[static_cast<std::size_t>(i)];
+      if ((projection.pixel - pixel).norm() > options_.max_error_px) return;
+      if (!DepthAgrees(observer, feature, projection.z_m)) return;
+      const int distance =
+          Distance(descriptor, tracks_[static_cast<std::size_t>(projection.track)]);
+      if (distance <= max_distance) candidates.push_back({distance, feature, projection.track});
+    });
+  }
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return std::tie(a.distance, a.feature, a.track) < std::tie(b.distance, b.feature, b.track);
+  });
+  return candidates;
+}
+
+void TrackBuilder::Found(int observer_idx, int feature) {
+  const Observer& observer = (*observers_)[static_cast<std::size_t>(observer_idx)];
+  Track track;
+  track.position_in_map = FeatureInMap(observer, static_cast<std::size_t>(feature));
+  track.observations.push_back({observer_idx, feature});
+  track.estimate.Add(observer, feature, 0.0, options_.pixel_sigma_px);
+  const VoxelKey voxel = VoxelOf(track.position_in_map, options_.voxel_size_m);
+  voxels_[PackVoxel(voxel)].push_back(static_cast<int>(tracks_.size()));
+  tracks_.push_back(std::move(track));
+}
+
+void TrackBuilder::Add(int observer_idx) {
+  const Observer& observer = (*observers_)[static_cast<std::size_t>(observer_idx)];
+  const auto num_features = static_cast<std::size_t>(observer.features->NumFeatures());
+  std::vector<bool> used(num_features, false);
+  // Most similar first, one to one.
+  for (const Candidate& candidate : FindCandidates(observer)) {
+    Track& track = tracks_[static_cast<std::size_t>(candidate.track)];
+    if (used[static_cast<std::size_t>(candidate.feature)]) continue;
+    if (track.observations.back().observer == observer_idx) continue;
+    used[static_cast<std::size_t>(candidate.feature)] = true;
+    const double z_m = (observer.map_from_camera.Inverse() * track.position_in_map).z();
+    track.estimate.Add(observer, candidate.feature, z_m, options_.pixel_sigma_px);
+    track.position_in_map = track.estimate.Position();
+    track.observations.push_back({observer_idx, candidate.feature});
+  }
+  for (std::size_t i = 0; i < num_features; ++i) {
+    if (!used[i] && observer.features->depths_m[i] > 0) Found(observer_idx, static_cast<int>(i));
+  }
+}
+
+}  // namespace nightmap

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// What localize reports about its queries.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "pipeline/io/queries_io.h"
+
+namespace nightmap {
+
+// Counts (located, failed by reason) and medians over the located queries.
+nlohmann::json SummarizeQueries(const std::vector<QueryResult>& queries);
+
+}  // namespace nightmap

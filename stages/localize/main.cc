@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// localize: reads query pictures and the landmark map, writes queries.csv (every query, failures
+// with their reason) and queries.tum (the located ones).
+#include "pipeline/base/stage_main.h"
+#include "pipeline/io/trajectory_io.h"
+#include "stages/localize/localize.h"
+#include "stages/localize/localize_report.h"
+
+int main(int argc, char** argv) {
+  using namespace nightmap;
+  const StageSpec spec{"localize",
+                       "finds where each query picture was taken, from the picture alone",
+                       {{"queries", "queries.csv of the frames stage"},
+                        {"cameras", "cameras.json of the frames stage"},
+                        {"data", "folder that the paths in queries are relative to"},
+                        {"landmarks", "landmarks.h5"},
+                        {"vocabulary", "vocabulary.h5"}},
+                       {{"queries", "queries.csv: every query, located or with the reason"},
+                        {"trajectory", "queries.tum: map_from_camera of the located queries"}}};
+  return StageMain(
+      argc, argv, spec, LocalizeOptions{}, [](const auto& options, StageContext& context) {
+        context.BeginPart("read");
+        const LandmarkMap map = ReadLandmarks(context.Input("landmarks"));
+        const Vocabulary vocabulary = ReadVocabulary(context.Input("vocabulary"));
+        const auto data = context.Input("data");
+        const LocalizeInput input{ReadFrames(context.Input("queries")),
+                                  ReadCameras(context.Input("cameras")),
+                                  &map,
+                                  &vocabulary,
+                                  [&](const FrameRecord& query, const RgbdCamera& camera) {
+                                    return LoadColor(query, camera, data);
+                                  }};
+        context.BeginPart("localize");
+        const auto results =
+            RunLocalize(options, input, context.GetProgress(), context.NumThreads());
+        context.BeginPart("write");
+        WriteFile(context.Output("queries"), QueriesToCsv(results));
+        WriteFile(context.Output("trajectory"),
+                  TrajectoryToTum(LocatedPoses(results), "map_from_camera of the located queries"));
+        context.Report() = SummarizeQueries(results);
+      });
+}

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/odometry/odometry.h"
+
+#include <map>
+#include <set>
+
+#include "pipeline/base/error.h"
+#include "pipeline/geometry/absolute_pose.h"
+#include "stages/odometry/initial_poses.h"
+#include "stages/odometry/shard_bundle.h"
+
+namespace nightmap {
+namespace {
+
+using TracksOfFrames = std::vector<std::map<int, int>>;  // by frame: track -> feature
+
+// Chooses keyframes and makes the edges between them, on adjusted poses.
+class KeyframeGraph {
+ public:
+  KeyframeGraph(const OdometryOptions& options,
+                const OdometryInput& input,
+                const std::vector<ChainedFrame>& frames,
+                const ShardBundle& bundle)
+      : options_(options),
+        input_(input),
+        frames_(frames),
+        bundle_(bundle),
+        begin_idx_(input.frames.front().frame_idx),
+        tracks_(frames.size()) {
+    for (const TrackObservation& o : bundle.observations) {
+      tracks_[At(o.frame_idx)][o.track_idx] = o.feature_idx;
+    }
+  }
+
+  OdometryShard Build() const {
+    OdometryShard shard;
+    const int end_idx = begin_idx_ + static_cast<int>(frames_.size());
+    int last_keyframe = input_.first_frame_idx > begin_idx_ ? input_.first_frame_idx - 1 : -1;
+    for (int idx = input_.first_frame_idx; idx < end_idx; ++idx) {
+      const ChainedFrame& frame = frames_[At(idx)];
+      const bool is_end = idx + 1 == end_idx;
+      const bool is_keyframe = last_keyframe < 0 || is_end || NeedsKeyframe(last_keyframe, idx);
+      shard.frames.push_back({idx, frame.shard_from_camera, frame.state, is_keyframe});
+      if (!is_keyframe) continue;
+      if (last_keyframe >= 0) shard.edges.push_back(MakeEdge(last_keyframe, idx));
+      last_keyframe = idx;
+    }
+    shard.observations = bundle_.observations;
+    return shard;
+  }
+
+ private:
+  std::size_t At(int frame_idx) const { return static_cast<std::size_t>(frame_idx - begin_idx_); }
+
+  // A bridged frame is no keyframe: its pose is a guess.
+  bool NeedsKeyframe(int keyframe, int idx) const {
+    if (frames_[At(idx)].state == TrackingState::kBridged) return false;
+    const Rigid3 relative =
+        frames_[At(keyframe)].shard_from_camera.Inverse() * frames_[At(idx)].shard_from_camera;
+    return relative.translation.norm() > options_.keyframe_distance_m ||
+           AngleBetween_rad(relative, Rigid3()) > options_.keyframe_angle_rad ||
+           Overlap(keyframe, idx) < options_.keyframe_min_overlap;
+  }
+
+  // Share of the keyframe's tracks that the frame still sees.
+  double Overlap(int keyframe, int idx) const {
+    const auto& reference = tracks_[At(keyframe)];
+    int num_shared = 0;
+    for (const auto& [track, feature] : reference) num_shared += tracks_[At(idx)].contains(track);
+    return reference.empty() ? 0 : static_cast<double>(num_shared) / static_cast<double>(reference.size());
+  }
+
+  PoseEdge MakeEdge(int a, int b) const {
+    const Rigid3 b_from_shard = frames_[At(b)].shard_from_camera.Inverse();
+    PoseEdge edge{a, b, b_from_shard * frames_[At(a)].shard_from_camera, {}, false};
+    std::optional<Matrix6d> covariance;
+    if (!IsBroken(a, b)) covariance = EdgeCovariance(a, b, edge.b_from_a);
+    edge.is_bridge = !covariance;
+    edge.covariance = covariance ? *covariance : BridgeCovariance();
+    return edge;
+  }
+
+  // True when a bridged frame between them starts the part that b hangs on: then nothing measured
+  // connects a and b. Tracks across the gap prove the opposite.
+  bool IsBroken(int a, int b) const {
+    bool has_bridge = false;
+    for (int idx = a + 1; idx <= b; ++idx) {
+      has_bridge = has_bridge || frames_[At(idx)].state == TrackingState::kBridged;
+    }
+    return has_bridge && SharedPoints(a, b).size() < 10;
+  }
+
+  // Points of the tracks both frames see, with the pixels in b.
+  std::vector<PointMatch> SharedPoints(int a, int b) const {
+    const Rigid3 a_from_shard = frames_[At(a)].shard_from_camera.Inverse();
+    const FrameFeatures& features = input_.features.frames[At(b)];
+    std::vector<PointMatch> matches;
+    for (const auto& [track, feature] : tracks_[At(a)]) {
+      const auto found = tracks_[At(b)].find(track);
+      if (found == tracks_[At(b)].end()) continue;
+      const auto i = static_cast<std::size_t>(found->second);
+      matches.push_back({features.keypoints_px[i].cast<double>(),
+                         a_from_shard * bundle_.points_in_shard[static_cast<std::size_t>(track)],
+                         features.depths_m[i],
+                         0});
+    }
+    return matches;
+  }
+
+  // From the points both see; where few are shared, the sum over the frames between.
+  std::optional<Matrix6d> EdgeCovariance(int a, int b, const Rigid3& b_from_a) const {
+    const RgbdCamera& camera =
+        input_.cameras.at(static_cast<std::size_t>(input_.frames[At(b)].camera_idx));
+    AbsolutePoseOptions pose_options;
+    pose_options.noise = camera.noise;
+    pose_options.pixel_sigma_px = options_.pixel_sigma_px;
+    const auto matches = SharedPoints(a, b);
+    if (matches.size() >= 10) return PoseCovariance(camera.color, matches, b_from_a, pose_options);
+    if (b - a <= 1) return std::nullopt;
+    const int middle = (a + b) / 2;
+    const auto first = EdgeCovariance(a, middle, Relative(middle, a));
+    const auto second = EdgeCovariance(middle, b, Relative(b, middle));
+    if (!first || !second) return std::nullopt;
+    return *first + *second;
+  }
+
+  Rigid3 Relative(int target, int source) const {
+    return frames_[At(target)].shard_from_camera.Inverse() * frames_[At(source)].shard_from_camera;
+  }
+
+  Matrix6d BridgeCovariance() const {
+    Matrix6d covariance = Matrix6d::Zero();
+    covariance.diagonal().head<3>().setConstant(options_.bridge_sigma_rad * options_.bridge_sigma_rad);
+    covariance.diagonal().tail<3>().setConstant(options_.bridge_sigma_m * options_.bridge_sigma_m);
+    return covariance;
+  }
+
+  const OdometryOptions& options_;
+  const OdometryInput& input_;
+  const std::vector<ChainedFrame>& frames_;
+  const ShardBundle& bundle_;
+  int begin_idx_;
+  TracksOfFrames tracks_;
+};
+
+void CheckInput(const OdometryInput& input) {
+  if (input.frames.empty() || input.frames.size() != input.features.frames.size() ||
+      input.frames.front().frame_idx != input.features.frames.front().frame_idx) {
+    throw DataError("the features are not of the listed frames; delete the features folder of this "
+                    "site and run make");
+  }
+  const int end_idx = input.frames.front().frame_idx + static_cast<int>(input.frames.size());
+  for (const FramePair& pair : input.pairs) {
+    if (pair.frame_a < input.frames.front().frame_idx || pair.frame_b >= end_idx) {
+      throw DataError("pair {}-{} is outside the given frames; delete the matches folder of this "
+                      "site and run make",
+                      pair.frame_a,
+                      pair.frame_b);
+    }
+  }
+}
+
+}  // namespace
+
+void OdometryOptions::Register(OptionList& list) {
+  list.Add("keyframe_distance_m", &keyframe_distance_m, Range(0.01, 10), "motion to a new keyframe");
+  list.Add("keyframe_angle_rad", &keyframe_angle_rad, Range(0.01, 3), "rotation to a new keyframe");
+  list.Add("keyframe_min_overlap",
+           &keyframe_min_overlap,
+           Range(0, 1),
+           "share of the last keyframe's tracks below which a new one starts");
+  list.Add("pixel_sigma_px", &pixel_sigma_px, Range(0.1, 10), "standard deviation of a keypoint");
+  list.Add("max_error_px",
+           &max_error_px,
+           Range(0.5, 50),
+           "observations off by more after adjustment are dropped");
+  list.Add("max_iterations", &max_iterations, Range(1, 200), "of one bundle adjustment");
+  list.Add("max_tracks_per_frame",
+           &max_tracks_per_frame,
+           Range(20, 10000),
+           "longest tracks of a frame that enter bundle adjustment");
+  list.Add("bridge_sigma_m", &bridge_sigma_m, Range(0.01, 100), "looseness of a bridged gap");
+  list.Add("bridge_sigma_rad", &bridge_sigma_rad, Range(0.01, 4), "looseness of a bridged gap");
+}
+
+OdometryShard RunOdometry(const OdometryOptions& options,
+                          const OdometryInput& input,
+                          Progress& progress) {
+  CheckInput(input);
+  progress.Start(3);
+  std::vector<ChainedFrame> frames = ChainPoses(input.pairs,
+                                                input.frames.front().frame_idx,
+                                                input.first_frame_idx,
+                                                static_cast<int>(input.frames.size()));
+  progress.Advance();
+  const ShardBundle bundle = AdjustShard(options, input, &frames);
+  progress.Advance();
+  return KeyframeGraph(options, input, frames, bundle).Build();
+}
+
+}  // namespace nightmap

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// odometry: poses of the frames of one shard, from verified pairs, by bundle adjustment.
+#pragma once
+
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/base/progress.h"
+#include "pipeline/io/features_io.h"
+#include "pipeline/io/frames_io.h"
+#include "pipeline/io/matches_io.h"
+#include "pipeline/io/odometry_io.h"
+
+namespace nightmap {
+
+struct OdometryOptions {
+  double keyframe_distance_m = 0.15;
+  double keyframe_angle_rad = 0.15;
+  double keyframe_min_overlap = 0.5;
+  double pixel_sigma_px = 1.0;
+  double max_error_px = 4.0;
+  int max_iterations = 15;
+  int max_tracks_per_frame = 300;
+  double bridge_sigma_m = 0.5;
+  double bridge_sigma_rad = 0.3;
+
+  void Register(OptionList& list);
+};
+
+struct OdometryInput {
+  std::vector<FrameRecord> frames;  // of the shard before (if any) and of the own shard
+  std::vector<RgbdCamera> cameras;
+  FeaturesShard features;        // of the same frames, in the same order
+  std::vector<FramePair> pairs;  // of the own shard, sorted by (b, a)
+  int first_frame_idx = 0;       // where the own shard begins
+};
+
+// 1. Each frame is posed from the verified pair with most inliers to a posed earlier frame; one
+//    without such a pair is bridged (interpolated between its neighbours, or moved on at constant
+//    velocity) and reported.
+// 2. The inliers of all pairs are joined to tracks, and poses and points are refined together.
+// 3. Keyframes are chosen by motion and overlap; edges between consecutive ones get the covariance
+//    of their relative pose given the adjusted points.
+// Deterministic; one thread.
+OdometryShard RunOdometry(const OdometryOptions& options,
+                          const OdometryInput& input,
+                          Progress& progress);
+
+}  // namespace nightmap

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Joint refinement of the poses and points of one shard.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "pipeline/geometry/bundle_adjustment.h"
+#include "stages/odometry/initial_poses.h"
+#include "stages/odometry/odometry.h"
+
+namespace nightmap {
+
+struct ShardBundle {
+  std::vector<TrackObservation> observations;  // those the adjustment agreed with
+  std::vector<Eigen::Vector3d> points_in_shard;  // one a track
+};
+
+// Joins the accepted pairs to tracks, adjusts, drops observations off by more than max_error_px and
+// adjusts again. Updates the poses in `frames` (frame i is input.frames[i]).
+ShardBundle AdjustShard(const OdometryOptions& options,
+                        const OdometryInput& input,
+                        std::vector<ChainedFrame>* frames);
+
+}  // namespace nightmap

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The start and the goal of a path may be pictures that the localize stage placed on the map.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pipeline/io/queries_io.h"
+
+namespace nightmap {
+
+// The query whose color path, else file name, else stem is `name`. Throws DataError when there is
+// none (naming a few that there are), when several fit, or when it was not located (with its
+// reason).
+const QueryResult& FindPicture(const std::vector<QueryResult>& queries, const std::string& name);
+
+}  // namespace nightmap

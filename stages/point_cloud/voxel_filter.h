@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fusion of points by the voxel they fall into.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+namespace nightmap {
+
+// Everything known about the points of one voxel.
+struct VoxelSum {
+  Eigen::Vector3d weighted_position = Eigen::Vector3d::Zero();
+  double weight = 0;                                    // sum of 1 / sigma^2
+  Eigen::Vector3f direction = Eigen::Vector3f::Zero();  // to the cameras, or the normal, summed
+  Eigen::Array3f color = Eigen::Array3f::Zero();        // of 0..255, summed
+  std::uint32_t num_points = 0;
+
+  void Add(const VoxelSum& other);
+  Eigen::Vector3d Position() const { return weighted_position / weight; }
+};
+
+// Sums keyed by PackVoxel. Sums of one voxel are to be added in one fixed order: floating-point
+// addition is not associative.
+using VoxelSums = std::unordered_map<std::uint64_t, VoxelSum>;
+
+void AddPoint(const VoxelSum& point, double voxel_size_m, VoxelSums& sums);
+void MergeSums(const VoxelSums& from, VoxelSums& into);
+
+// Voxels of at least `min_points` points, by key.
+std::vector<VoxelSum> SortedVoxels(const VoxelSums& sums, int min_points);
+
+}  // namespace nightmap

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// pose_graph: reads odometry and loops of all shards; writes the graph and the trajectory in the map
+// frame.
+#include "stages/pose_graph/pose_graph.h"
+
+#include "pipeline/base/stage_main.h"
+#include "stages/pose_graph/pose_graph_output.h"
+
+namespace nightmap {
+namespace {
+
+PoseGraphInput ReadInput(const StageContext& context) {
+  PoseGraphInput input;
+  input.frames = ReadFrames(context.Inputs("frames"));
+  input.cameras = ReadCameras(context.Input("cameras"));
+  input.features = ReadFeatures(context.Inputs("features"));
+  for (const auto& path : context.Inputs("odometry")) input.odometry.push_back(ReadOdometry(path));
+  input.loops = ReadPairs(context.Input("loops"));
+  if (context.HasInput("accelerometer")) {
+    input.up_in_camera = ReadMeanAcceleration(context.Input("accelerometer"));
+  }
+  input.load_depth = [cameras = input.cameras, data = context.Input("data")](const FrameRecord& frame) {
+    return LoadDepth(frame, cameras.at(static_cast<std::size_t>(frame.camera_idx)), data);
+  };
+  return input;
+}
+
+void Run(const PoseGraphOptions& options, StageContext& context) {
+  const PoseGraphInput input = ReadInput(context);
+  const auto result = RunPoseGraph(options, input, context.NumThreads(), context.GetProgress());
+  WriteFile(context.Output("graph"), PoseGraphToG2o(result.graph));
+  WriteFile(context.Output("trajectory"), TrajectoryText(input, result, false));
+  WriteFile(context.Output("keyframes"), TrajectoryText(input, result, true));
+  WriteFile(context.Output("loops_csv"), LoopsToCsv(result.loops));
+  context.Report().update(Summarize(input, result));
+}
+
+}  // namespace
+}  // namespace nightmap
+
+int main(int argc, char** argv) {
+  using namespace nightmap;
+  const StageSpec spec{
+      "pose_graph",
+      "One consistent trajectory of all shards, loops closed, in the map frame.",
+      {{"frames", "shard_NNNN.csv of all shards, in order", Arity::kMany},
+       {"cameras", "cameras.json of the frames stage"},
+       {"data", "folder the paths in the frames files are relative to"},
+       {"features", "shard_NNNN.h5 of the features stage", Arity::kMany},
+       {"odometry", "shard_NNNN.h5 of the odometry stage", Arity::kMany},
+       {"loops", "loops.h5 of the matches stage"},
+       {"accelerometer", "accelerometer.csv of the frames stage", Arity::kOptional}},
+      {{"graph", "graph.g2o: keyframes and edges"},
+       {"trajectory", "trajectory.tum: every frame, map_from_camera"},
+       {"keyframes", "keyframes.tum: keyframes, map_from_camera"},
+       {"loops_csv", "loops.csv: every loop candidate and what became of it"}}};
+  return StageMain(argc, argv, spec, PoseGraphOptions{}, Run);
+}

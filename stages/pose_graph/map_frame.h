@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where up is and where the floor lies, from what the depth images see.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/geometry/camera.h"
+#include "pipeline/geometry/rigid3.h"
+#include "pipeline/io/frames_io.h"
+
+namespace nightmap {
+
+struct MapFrameOptions {
+  int floor_num_keyframes = 120;
+  double floor_max_depth_m = 4.0;
+  double floor_max_tilt_rad = 0.7;
+  double floor_min_area_m2 = 1.0;
+  double floor_min_camera_height_m = 0.3;
+
+  void Register(OptionList& list);
+};
+
+// A small patch of surface.
+struct SurfacePatch {
+  Eigen::Vector3d point;   // in the graph frame
+  Eigen::Vector3d normal;  // towards the camera
+  double area_m2 = 0;      // share of the surface this sample stands for
+};
+
+// Patches of one depth image on a coarse pixel grid, where the surface is smooth.
+std::vector<SurfacePatch> SamplePatches(const DepthImage& depth,
+                                        const RgbdCamera& camera,
+                                        const Rigid3& graph_from_camera,
+                                        double max_depth_m);
+
+struct MapFrame {
+  Rigid3 map_from_graph;
+  std::string gravity_source;  // "accelerometer", "horizontal surfaces" or "camera attitude"
+  std::string floor_source;    // "floor plane", "lowest horizontal plane" or "lowest camera"
+  double floor_area_m2 = 0;
+  double camera_height_m = 0;  // median above the floor
+};
+
+// Up: the accelerometer's direction if given, else the mean of the cameras' up axes; refined to the
+// common normal of the surfaces that face it. Floor: the lowest horizontal plane of at least
+// floor_min_area_m2 below the cameras. The map's origin is below the first camera, its x axis along
+// the first camera's view. Deterministic.
+MapFrame FindMapFrame(const MapFrameOptions& options,
+                      const std::vector<SurfacePatch>& patches,
+                      const std::vector<Rigid3>& graph_from_cameras,
+                      const std::optional<Eigen::Vector3d>& up_in_camera);
+
+}  // namespace nightmap

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/pose_graph/pose_graph.h"
+
+#include <algorithm>
+#include <map>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
+#include "stages/pose_graph/global_bundle.h"
+#include "stages/pose_graph/optimize_graph.h"
+
+namespace nightmap {
+namespace {
+
+class Pipeline {
+ public:
+  Pipeline(const PoseGraphOptions& options, const PoseGraphInput& input)
+      : options_(options), input_(input), chained_(input.frames.size()) {
+    result_.is_keyframe.assign(input.frames.size(), false);
+  }
+
+  PoseGraphResult Run(int num_threads, Progress& progress) {
+    progress.Start(4);
+    ChainShards();
+    AddLoops();
+    progress.Advance();
+    OptimizeGraph(options_.max_loop_error, &edges_, &keyframes_);
+    JudgeLoops();
+    progress.Advance();
+    if (options_.bundle_adjustment) Adjust();
+    progress.Advance();
+    CarryFrames();
+    TurnIntoMapFrame(num_threads);
+    return std::move(result_);
+  }
+
+ private:
+  // Poses of all frames in the first shard's frame of reference, by each shard's first edge.
+  void ChainShards() {
+    for (const OdometryShard& shard : input_.odometry) {
+      Rigid3 graph_from_shard;
+      if (!shard.edges.empty() && shard.edges[0].frame_a < shard.frames[0].frame_idx) {
+        const PoseEdge& join = shard.edges[0];
+        const auto b = static_cast<std::size_t>(join.frame_b - shard.frames[0].frame_idx);
+        graph_from_shard = Chained(join.frame_a) * join.b_from_a.Inverse() *
+                           shard.frames.at(b).shard_from_camera.Inverse();
+      }
+      for (const OdometryFrame& frame : shard.frames) {
+        Chained(frame.frame_idx) = graph_from_shard * frame.shard_from_camera;
+        if (!frame.is_keyframe) continue;
+        keyframes_[frame.frame_idx] = Chained(frame.frame_idx);
+        result_.is_keyframe[static_cast<std::size_t>(frame.frame_idx)] = true;
+      }
+      for (const PoseEdge& edge : shard.edges) edges_.push_back({WithFloor(edge), false});
+    }
+  }
+
+  Rigid3& Chained(int frame_idx) { return chained_[static_cast<std::size_t>(frame_idx)]; }
+
+  // Calibration and synchronization errors do not show in an edge's own Hessian.
+  PoseEdge WithFloor(PoseEdge edge) const {
+    const double rad2 = options_.edge_sigma_floor_rad * options_.edge_sigma_floor_rad;
+    const double m2 = options_.edge_sigma_floor_m * options_.edge_sigma_floor_m;
+    edge.covariance.diagonal().head<3>().array() += rad2;
+    edge.covariance.diagonal().tail<3>().array() += m2;
+    return edge;
+  }
+
+  int KeyframeAtOrBefore(int frame_idx) const { return std::prev(keyframes_.upper_bound(frame_idx))->first; }
+  int NearestKeyframe(int frame_idx) const {
+    const int before = KeyframeAtOrBefore(frame_idx);
+    const auto after = keyframes_.lower_bound(frame_idx);
+    if (after == keyframes_.end()) return before;
+    return after->first - frame_idx < frame_idx - before ? after->first : before;
+  }
+
+  // A loop joins two frames; its edge joins the keyframes they are nearest to.
+  void AddLoops() {
+    for (std::size_t i = 0; i < input_.loops.size(); ++i) {
+      const FramePair& loop = input_.loops[i];
+      loop_edge_.push_back(-1);
+      if (loop.status != PairStatus::kAccepted) continue;
+      const int a = NearestKeyframe(loop.frame_a);
+      const int b = NearestKeyframe(loop.frame_b);
+      if (a >= b) continue;
+      const Rigid3 b_from_a = Chained(b).Inverse() * Chained(loop.frame_b) * loop.b_from_a *
+                              Chained(loop.frame_a).Inverse() * Chained(a);
+      loop_edge_.back() = static_cast<int>(edges_.size());
+      edges_.push_back({WithFloor({a, b, b_from_a, loop.covariance, false}), true});
+    }
+  }
+
+  void JudgeLoops() {
+    for (std::size_t i = 0; i < input_.loops.size(); ++i) {
+      const FramePair& loop = input_.loops[i];
+      LoopRecord record{loop.frame_a, loop.frame_b, loop.score, loop.num_putative,
+                        static_cast<int>(loop.inliers.size()), 0, false, ""};
+      if (loop.status != PairStatus::kAccepted) {
+        record.reason = PairStatusText(loop.status);
+      } else if (loop_edge_[i] < 0) {
+        record.reason = "both ends are one keyframe";
+      } else {
+        const GraphEdge& edge = edges_[static_cast<std::size_t>(loop_edge_[i])];
+        record.error = edge.error;
+        record.is_accepted = edge.weight > 0.5;
+        if (!record.is_accepted) record.reason = "contradicts the rest of the graph";
+      }
+      result_.loops.push_back(record);
+    }
+  }
+
+  void Adjust() {
+    std::vector<bool> is_accepted;
+    for (const LoopRecord& loop : result_.loops) is_accepted.push_back(loop.is_accepted);
+    const auto summary = AdjustKeyframes(options_, input_, is_accepted, &keyframes_);
+    result_.bundle_rms_px = summary.rms_px;
+    result_.num_bundle_observations = summary.num_observations;
+  }
+
+  // A frame keeps its odometry pose relative to the keyframes around it; between two it follows both
+  // in proportion, so that the trajectory stays smooth.
+  void CarryFrames() {
+    for (std::size_t i = 0; i < chained_.size(); ++i) {
+      const int idx = static_cast<int>(i);
+      const auto after = keyframes_.lower_bound(idx);
+      const int before = after == keyframes_.begin() ? after->first : KeyframeAtOrBefore(idx);
+      const Rigid3 by_before = Carried(before, idx);
+      if (after == keyframes_.end() || after->first == before) {
+        result_.map_from_camera.push_back(by_before);
+        continue;
+      }
+      const double fraction =
+          static_cast<double>(idx - before) / static_cast<double>(after->first - before);
+      const Rigid3 by_after = Carried(after->first, idx);
+      result_.map_from_camera.push_back(
+          {by_before.rotation.slerp(fraction, by_after.rotation),
+           (1 - fraction) * by_before.translation + fraction * by_after.translation});
+    }
+  }
+
+  Rigid3 Carried(int keyframe, int idx) {
+    return keyframes_.at(keyframe) * Chained(keyframe).Inverse() * Chained(idx);
+  }
+
+  std::vector<SurfacePatch> Patches(int num_threads) const {
+    std::vector<int> chosen;
+    const std::size_t step =
+        keyframes_.size() / static_cast<std::size_t>(options_.map_frame.floor_num_keyframes) + 1;
+    std::size_t i = 0;
+    for (const auto& [idx, pose] : keyframes_) {
+      if (i++ % step == 0) chosen.push_back(idx);
+    }
+    std::vector<std::vector<SurfacePatch>> of_keyframe(chosen.size());
+    ParallelFor(chosen.size(), num_threads, [&](std::size_t k) {
+      const FrameRecord& frame = input_.frames[static_cast<std::size_t>(chosen[k])];
+      try {
+        of_keyframe[k] =
+            SamplePatches(input_.load_depth(frame),
+                          input_.cameras.at(static_cast<std::size_t>(frame.camera_idx)),
+                          keyframes_.at(chosen[k]),
+                          options_.map_frame.floor_max_depth_m);
+      } catch (const DataError&) {
+        // The features stage has counted this frame as unreadable; the floor is seen by others.
+      }
+    });
+    std::vector<SurfacePatch> patches;
+    for (const auto& part : of_keyframe) patches.insert(patches.end(), part.begin(), part.end());
+    return patches;
+  }
+
+  void TurnIntoMapFrame(int num_threads) {
+    std::vector<Rigid3> cameras;
+    for (const auto& [idx, pose] : keyframes_) cameras.push_back(pose);
+    result_.map_frame =
+        FindMapFrame(options_.map_frame, Patches(num_threads), cameras, input_.up_in_camera);
+    const Rigid3& map_from_graph = result_.map_frame.map_from_graph;
+    for (Rigid3& pose : result_.map_from_camera) pose = map_from_graph * pose;
+    for (const auto& [idx, pose] : keyframes_) {
+      result_.graph.vertices.push_back({idx, map_from_graph * pose});
+    }
+    for (const GraphEdge& edge : edges_) {
+      if (!edge.is_loop || edge.weight > 0.5) result_.graph.edges.push_back(edge.edge);
+    }
+  }
+
+  const PoseGraphOptions& options_;
+  const PoseGraphInput& input_;
+  std::vector<Rigid3> chained_;      // graph_from_camera by odometry alone
+  std::map<int, Rigid3> keyframes_;  // graph_from_camera, optimized
+  std::vector<GraphEdge> edges_;
+  std::vector<int> loop_edge_;  // of each candidate; -1: none
+  PoseGraphResult result_;
+};
+
+void CheckInput(const PoseGraphInput& input) {
+  std::size_t count = 0;
+  for (const OdometryShard& shard : input.odometry) {
+    for (const OdometryFrame& frame : shard.frames) {
+      if (frame.frame_idx != static_cast<int>(count++)) {
+        throw DataError("odometry does not cover the frames in order; delete the odometry folder of "
+                        "this site and run make");
+      }
+    }
+  }
+  if (count == 0 || count != input.frames.size() || count != input.features.frames.size()) {
+    throw DataError("{} frames, {} with features, {} with odometry; delete the odometry folder of "
+                    "this site and run make",
+                    input.frames.size(),
+                    input.features.frames.size(),
+                    count);
+  }
+}
+
+}  // namespace
+
+void PoseGraphOptions::Register(OptionList& list) {
+  list.Add("edge_sigma_floor_m",
+           &edge_sigma_floor_m,
+           Range(1e-5, 1),
+           "added in quadrature to every edge's translation");
+  list.Add("edge_sigma_floor_rad",
+           &edge_sigma_floor_rad,
+           Range(1e-5, 1),
+           "added in quadrature to every edge's rotation");
+  list.Add("max_loop_error",
+           &max_loop_error,
+           Range(0.5, 1000),
+           "Mahalanobis distance beyond which a loop is held to be wrong");
+  list.Add("bundle_adjustment", &bundle_adjustment, "adjust keyframes and points after the loops");
+  list.Add("bundle_iterations", &bundle_iterations, Range(1, 500), "of bundle adjustment");
+  list.Add("bundle_max_error_px",
+           &bundle_max_error_px,
+           Range(0.5, 50),
+           "observations off by more are dropped");
+  list.Add("max_tracks_per_keyframe",
+           &max_tracks_per_keyframe,
+           Range(20, 10000),
+           "longest tracks of a keyframe that enter bundle adjustment");
+  map_frame.Register(list);
+}
+
+PoseGraphResult RunPoseGraph(const PoseGraphOptions& options,
+                             const PoseGraphInput& input,
+                             int num_threads,
+                             Progress& progress) {
+  CheckInput(input);
+  return Pipeline(options, input).Run(num_threads, progress);
+}
+
+}  // namespace nightmap

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// pose_graph: one consistent trajectory of all shards in the map frame (z up, floor at z = 0).
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/base/progress.h"
+#include "pipeline/io/features_io.h"
+#include "pipeline/io/frames_io.h"
+#include "pipeline/io/g2o_io.h"
+#include "pipeline/io/matches_io.h"
+#include "pipeline/io/odometry_io.h"
+#include "stages/pose_graph/map_frame.h"
+
+namespace nightmap {
+
+struct PoseGraphOptions {
+  double edge_sigma_floor_m = 0.003;
+  double edge_sigma_floor_rad = 0.002;
+  double max_loop_error = 6.0;
+  bool bundle_adjustment = true;
+  int bundle_iterations = 15;
+  double bundle_max_error_px = 4.0;
+  int max_tracks_per_keyframe = 250;
+  MapFrameOptions map_frame;
+
+  void Register(OptionList& list);
+};
+
+struct PoseGraphInput {
+  std::vector<FrameRecord> frames;  // all, contiguous from 0
+  std::vector<RgbdCamera> cameras;
+  FeaturesShard features;  // of the same frames
+  std::vector<OdometryShard> odometry;
+  std::vector<FramePair> loops;                           // accepted and rejected candidates
+  std::optional<Eigen::Vector3d> up_in_camera;            // from an accelerometer, see map_frame.h
+  std::function<DepthImage(const FrameRecord&)> load_depth;  // throws DataError when unreadable
+};
+
+struct LoopRecord {
+  int frame_a = 0;
+  int frame_b = 0;
+  double score = 0;
+  int num_putative = 0;
+  int num_inliers = 0;
+  double error = 0;  // Mahalanobis distance after optimization; 0 when it never entered the graph
+  bool is_accepted = false;
+  std::string reason;  // empty when accepted
+};
+
+struct PoseGraphResult {
+  PoseGraph graph;                       // keyframes and the edges that were kept
+  std::vector<Rigid3> map_from_camera;   // of every frame
+  std::vector<bool> is_keyframe;         // of every frame
+  std::vector<LoopRecord> loops;         // every candidate
+  MapFrame map_frame;
+  double bundle_rms_px = 0;              // reprojection error after bundle adjustment
+  int num_bundle_observations = 0;
+};
+
+// Chains the shards, closes loops (graduated non-convexity decides which to believe), adjusts
+// keyframes and points together, and turns everything into the map frame. Deterministic.
+PoseGraphResult RunPoseGraph(const PoseGraphOptions& options,
+                             const PoseGraphInput& input,
+                             int num_threads,
+                             Progress& progress);
+
+}  // namespace nightmap

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pose_graph stage's text outputs and its accelerometer input.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "stages/pose_graph/pose_graph.h"
+
+namespace nightmap {
+
+// TUM text of all frames, or of the keyframes only; map_from_camera.
+std::string TrajectoryText(const PoseGraphInput& input,
+                           const PoseGraphResult& result,
+                           bool only_keyframes);
+
+// frame_a,frame_b,status,reason,score,num_putative,num_inliers,error (Mahalanobis distance).
+std::string LoopsToCsv(const std::vector<LoopRecord>& loops);
+
+nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& result);
+
+// Mean of the samples (columns time_ns, ax_m_per_s2, ay_m_per_s2, az_m_per_s2; camera axes): at rest on average,
+// an accelerometer measures up. Throws DataError naming the file when the mean is about zero.
+Eigen::Vector3d ReadMeanAcceleration(const std::filesystem::path& path);
+
+}  // namespace nightmap

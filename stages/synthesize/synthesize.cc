@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/synthesize/synthesize.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/base/random.h"
+#include "pipeline/synthetic/floor_plan.h"
+#include "pipeline/synthetic/route.h"
+
+namespace nightmap {
+
+namespace {
+
+constexpr std::int64_t kFirstFrame_ns = 1'000'000'000'000;
+constexpr std::int64_t kFirstQuery_ns = 2'000'000'000'000;
+
+std::int64_t Time_ns(std::int64_t first_ns, std::size_t idx, double frame_rate_hz) {
+  return first_ns + std::llround(static_cast<double>(idx) * 1e9 / frame_rate_hz);
+}
+
+std::uint64_t NoiseSeed(const SynthesizeOptions& options, bool is_query, std::size_t idx) {
+  const auto stream = static_cast<std::uint64_t>(is_query ? 602 : 601);
+  return Random(static_cast<std::uint64_t>(options.building.seed), stream, idx).Next();
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+double SmallestClearance_m(const SynthesizePlan& plan) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const StampedPose& frame : plan.frames) {
+    const Eigen::Vector2d position = frame.pose.translation.head<2>();
+    smallest = std::min(smallest, Clearance(plan.world.scene.boxes, position, 0.05, 1.5));
+  }
+  return smallest;
+}
+
+}  // namespace
+
+void SynthesizeOptions::Register(OptionList& list) {
+  building.Register(list);
+  camera.Register(list);
+  sensor.Register(list);
+  list.Add("frame_rate_hz", &frame_rate_hz, Range(0.1, 1000), "frames a second in the timestamps");
+  route.Register(list);
+  queries.Register(list);
+  floor_plan.Register(list);
+}
+
+SynthesizePlan PlanSynthesize(const SynthesizeOptions& options, int num_threads) {
+  SynthesizePlan plan;
+  // The route first: it is quick, and refuses options that do not go together.
+  const std::vector<Rigid3> route =
+      PlanRoute(PlanLayout(options.building), options.route, options.camera);
+  plan.world = BuildWorld(options.building, options.route, num_threads);
+  for (std::size_t i = 0; i < route.size(); ++i) {
+    plan.frames.push_back({Time_ns(kFirstFrame_ns, i, options.frame_rate_hz), route[i]});
+  }
+  plan.query_details = PlanQueries(plan.world,
+                                   route,
+                                   options.camera,
+                                   options.sensor,
+                                   options.queries,
+                                   options.building.seed,
+                                   num_threads);
+  for (std::size_t i = 0; i < plan.query_details.size(); ++i) {
+    plan.queries.push_back({Time_ns(kFirstQuery_ns, i, options.frame_rate_hz),
+                            plan.query_details[i].building_from_camera});
+  }
+  plan.floor_plan = TrueFloorPlan(plan.world, options.floor_plan);
+  return plan;
+}
+
+void RunSynthesize(const SynthesizeOptions& options,
+                   const SynthesizePlan& plan,
+                   const FrameSink& sink,
+                   Progress& progress,
+                   int num_threads) {
+  const Camera camera = options.camera.Pinhole();
+  const std::size_t num_frames = plan.frames.size();
+  progress.Start(num_frames + plan.queries.size());
+  ParallelFor(num_frames + plan.queries.size(), num_threads, [&](std::size_t i) {
+    const bool is_query = i >= num_frames;
+    const std::size_t idx = is_query ? i - num_frames : i;
+    const StampedPose& stamped = is_query ? plan.queries[idx] : plan.frames[idx];
+    sink(is_query,
+         idx,
+         Render(plan.world,
+                camera,
+                stamped.pose,
+                options.sensor,
+                options.camera.color_noise_levels,
+                NoiseSeed(options, is_query, idx)));
+    progress.Advance();
+  });
+  progress.Finish();
+}
+
+nlohmann::json DescribePlan(const SynthesizeOptions& options, const SynthesizePlan& plan) {
+  std::vector<double> steps_m;
+  std::vector<double> turns_rad;
+  double length_m = 0;
+  for (std::size_t i = 1; i < plan.frames.size(); ++i) {
+    const Rigid3& a = plan.frames[i - 1].pose;
+    const Rigid3& b = plan.frames[i].pose;
+    steps_m.push_back((b.translation - a.translation).norm());
+    turns_rad.push_back(AngleBetween_rad(a, b));
+    length_m += steps_m.back();
+  }
+  std::vector<double> offsets_m;
+  std::vector<double> covisible_ratios;
+  for (const SyntheticQuery& query : plan.query_details) {
+    offsets_m.push_back(query.offset_m);
+    covisible_ratios.push_back(query.covisible_ratio);
+  }
+  nlohmann::json report;
+  report["num_rooms"] = plan.world.layout.rooms.size();
+  report["num_identical_rooms"] =
+      std::min(options.building.num_identical_rooms, options.building.num_rooms);
+  report["num_boxes"] = plan.world.scene.boxes.size();
+  report["num_surfaces"] = plan.world.scene.surfaces.size();
+  report["num_textures"] = plan.world.scene.textures.size();
+  report["indoor_area_m2"] = plan.world.layout.IndoorArea_m2();
+  report["num_frames"] = plan.frames.size();
+  report["route_length_m"] = length_m;
+  report["route_clearance_m"] = SmallestClearance_m(plan);
+  report["median_step_m"] = Median(steps_m);
+  report["max_step_m"] = *std::max_element(steps_m.begin(), steps_m.end());
+  report["median_turn_rad"] = Median(turns_rad);
+  report["max_turn_rad"] = *std::max_element(turns_rad.begin(), turns_rad.end());
+  report["num_queries"] = plan.queries.size();
+  report["median_query_offset_m"] = Median(offsets_m);
+  report["median_query_covisible_ratio"] = Median(covisible_ratios);
+  return report;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// synthesize: renders an RGB-D recording of a synthetic building, with exact truth. See
+// pipeline/synthetic for the building, the route, the sensor model and the queries.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/base/progress.h"
+#include "pipeline/io/grid_io.h"
+#include "pipeline/synthetic/plan_queries.h"
+#include "pipeline/synthetic/render.h"
+#include "pipeline/synthetic/synthetic_world.h"
+
+namespace nightmap {
+
+struct SynthesizeOptions {
+  double frame_rate_hz = 10;
+  BuildingOptions building;
+  SyntheticCameraOptions camera;
+  DepthSensorOptions sensor;
+  RouteOptions route;
+  QueryOptions queries;
+  FloorPlanOptions floor_plan;
+
+  void Register(OptionList& list);
+};
+
+// What is known before any picture is rendered. Times are unique over frames and queries.
+struct SynthesizePlan {
+  SyntheticWorld world;
+  std::vector<StampedPose> frames;   // building_from_camera
+  std::vector<StampedPose> queries;  // building_from_camera
+  std::vector<SyntheticQuery> query_details;
+  OccupancyGrid floor_plan;
+};
+
+SynthesizePlan PlanSynthesize(const SynthesizeOptions& options, int num_threads);
+
+// Receives each picture once, from any thread and in any order; `is_query` tells the two lists
+// apart.
+using FrameSink = std::function<void(bool is_query, std::size_t idx, const RenderedFrame& frame)>;
+
+// Renders all frames, then all queries. What the sink receives does not depend on num_threads.
+void RunSynthesize(const SynthesizeOptions& options,
+                   const SynthesizePlan& plan,
+                   const FrameSink& sink,
+                   Progress& progress,
+                   int num_threads);
+
+// Counts and figures of the plan for report.json: lengths, areas, motion between frames.
+nlohmann::json DescribePlan(const SynthesizeOptions& options, const SynthesizePlan& plan);
+
+}  // namespace nightmap

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/synthesize/write_site.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/image_io.h"
+#include "pipeline/io/trajectory_io.h"
+
+namespace nightmap {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kDepthUnitsPerM = 5000;
+constexpr const char* kJpegQuality = "jpeg:95";
+
+void WriteJpeg(const fs::path& path, const ColorImage& image) {
+  const auto output = OIIO::ImageOutput::create(path.string());
+  if (!output) throw DataError("{}: this build of OpenImageIO writes no JPEG", path.string());
+  OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
+  spec.attribute("Compression", kJpegQuality);
+  const bool is_written = output->open(path.string(), spec) &&
+                          output->write_image(OIIO::TypeDesc::UINT8, image.pixels.data()) &&
+                          output->close();
+  if (!is_written) throw DataError("{}: {}; is the disk full?", path.string(), output->geterror());
+}
+
+// Calls write(temporary path) and gives the file its final name. The extension stays: writers
+// choose the format by it.
+template <typename Write>
+void WriteAtomically(const fs::path& path, const Write& write) {
+  const fs::path temporary = path.parent_path() / (".tmp_" + path.filename().string());
+  write(temporary);
+  std::error_code error;
+  fs::rename(temporary, path, error);
+  if (error) throw DataError("{}: cannot be written: {}", path.string(), error.message());
+}
+
+RawDepthImage ToRawDepth(const DepthImage& depth) {
+  RawDepthImage raw{depth.width, depth.height, 1, {}};
+  raw.pixels.reserve(depth.pixels.size());
+  for (const float depth_m : depth.pixels) {
+    raw.pixels.push_back(static_cast<std::uint16_t>(std::lround(depth_m * kDepthUnitsPerM)));
+  }
+  return raw;
+}
+
+std::vector<double> ToList(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+template <typename T>
+void AppendBytes(std::string& bytes, const T& value) {
+  static_assert(std::endian::native == std::endian::little);
+  std::array<char, sizeof(T)> raw{};
+  std::memcpy(raw.data(), &value, sizeof(T));
+  bytes.append(raw.data(), raw.size());
+}
+
+}  // namespace
+
+void WriteFrame(const fs::path& folder, std::size_t idx, const RenderedFrame& frame) {
+  const std::string name = fmt::format("{:06}", idx);
+  WriteAtomically(folder / "rgb" / (name + ".jpg"),
+                  [&](const fs::path& path) { WriteJpeg(path, frame.color); });
+  WriteAtomically(folder / "depth" / (name + ".png"),
+                  [&](const fs::path& path) { WritePng(path, ToRawDepth(frame.depth)); });
+  WriteAtomically(folder / "labels" / (name + ".png"),
+                  [&](const fs::path& path) { WritePng(path, frame.labels); });
+}
+
+std::string FileList(const std::vector<StampedPose>& poses,
+                     const std::string& folder,
+                     const std::string& extension) {
+  std::string text = "# time_s file\n";
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    text += fmt::format("{} {}/{:06}.{}\n", TimeToString(poses[i].time_ns), folder, i, extension);
+  }
+  return text;
+}
+
+std::string CameraJson(const SynthesizeOptions& options) {
+  const Camera camera = options.camera.Pinhole();
+  nlohmann::ordered_json json;
+  json["width_px"] = camera.width;
+  json["height_px"] = camera.height;
+  json["fx_px"] = camera.fx;
+  json["fy_px"] = camera.fy;
+  json["cx_px"] = camera.cx;
+  json["cy_px"] = camera.cy;
+  json["depth_units_per_m"] = kDepthUnitsPerM;
+  json["min_depth_m"] = options.sensor.min_depth_m;
+  json["max_depth_m"] = options.sensor.max_depth_m;
+  return json.dump(2) + "\n";
+}
+
+std::string TruthJson(const SyntheticWorld& world) {
+  nlohmann::ordered_json json;
+  json["format"] = "nightmap_true_surfaces";
+  json["version"] = 1;
+  json["units"] = "metres, radians; building frame: z up, floor z = 0";
+  for (int i = 0; i < kNumSurfaceLabels; ++i)
+    json["labels"].push_back(LabelName(static_cast<SurfaceLabel>(i)));
+  json["boxes"] = nlohmann::ordered_json::array();
+  for (const Box& box : world.scene.boxes) {
+    json["boxes"].push_back({{"center_m", ToList(box.center)},
+                             {"half_size_m", ToList(box.half_size)},
+                             {"yaw_rad", box.yaw_rad},
+                             {"label", static_cast<int>(box.label)}});
+  }
+  json["rectangles"] = nlohmann::ordered_json::array();
+  for (const Surface& surface : world.scene.surfaces) {
+    const bool is_slab = surface.label == SurfaceLabel::kFloor ||
+                         surface.label == SurfaceLabel::kCeiling ||
+                         surface.label == SurfaceLabel::kLamp;
+    if (!is_slab) continue;
+    json["rectangles"].push_back({{"origin_m", ToList(surface.origin)},
+                                  {"edge_u_m", ToList(surface.edge_u)},
+                                  {"edge_v_m", ToList(surface.edge_v)},
+                                  {"label", static_cast<int>(surface.label)}});
+  }
+  return json.dump(1) + "\n";
+}
+
+std::string TruthMesh(const SyntheticWorld& world) {
+  const std::size_t num_surfaces = world.scene.surfaces.size();
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment building frame: z up, floor z = 0, metres\n"
+      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face {}\nproperty list uchar int vertex_indices\nproperty uchar label\nend_header\n",
+      4 * num_surfaces,
+      2 * num_surfaces);
+  for (const Surface& surface : world.scene.surfaces) {
+    for (const auto& [a, b] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}}) {
+      const Eigen::Vector3f corner =
+          (surface.origin + a * surface.edge_u + b * surface.edge_v).cast<float>();
+      for (int c = 0; c < 3; ++c) AppendBytes(bytes, corner[c]);
+    }
+  }
+  for (std::size_t i = 0; i < num_surfaces; ++i) {
+    const auto first = static_cast<std::int32_t>(4 * i);
+    // Counter-clockwise seen from the front.
+    for (const std::array<std::int32_t, 3>& corners : {std::array{0, 3, 2}, std::array{0, 2, 1}}) {
+      AppendBytes(bytes, std::uint8_t{3});
+      for (const std::int32_t corner : corners) AppendBytes(bytes, first + corner);
+      AppendBytes(bytes, static_cast<std::uint8_t>(world.scene.surfaces[i].label));
+    }
+  }
+  return bytes;
+}
+
+}  // namespace nightmap

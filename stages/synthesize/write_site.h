@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files of a synthetic site: pictures, lists, truth.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "stages/synthesize/synthesize.h"
+
+namespace nightmap {
+
+// Writes rgb/NNNNNN.jpg, depth/NNNNNN.png (5000 units a metre) and labels/NNNNNN.png under
+// `folder`, which exists; each appears complete or not at all. Throws DataError naming the file.
+void WriteFrame(const std::filesystem::path& folder, std::size_t idx, const RenderedFrame& frame);
+
+// TUM list of time and file: `rgb` with extension jpg, `depth` with png.
+std::string FileList(const std::vector<StampedPose>& poses,
+                     const std::string& folder,
+                     const std::string& extension);
+
+// Intrinsics and depth scale as JSON.
+std::string CameraJson(const SynthesizeOptions& options);
+
+// Boxes and floor and ceiling rectangles as JSON, for distances of points to the true surfaces.
+std::string TruthJson(const SyntheticWorld& world);
+
+// All surfaces as a binary PLY mesh of triangles, with the label of each.
+std::string TruthMesh(const SyntheticWorld& world);
+
+}  // namespace nightmap

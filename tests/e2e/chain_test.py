@@ -1,0 +1,168 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The whole chain on a small building: what is made, what is remade, and that bytes agree."""
+import time
+import unittest
+
+from workspace import GOALS, SITE, Workspace
+
+# What must rerun when one value of a stage's config changes: the stage and what depends on it.
+AFTER_GRID = {"plan"}
+AFTER_OCTREE = {"grid"} | AFTER_GRID
+AFTER_CLOUD = {"octree"} | AFTER_OCTREE
+AFTER_LOCALIZE = {"plan"}
+AFTER_LANDMARKS = {"localize"} | AFTER_LOCALIZE
+AFTER_POSE_GRAPH = {"point_cloud", "landmarks"} | AFTER_CLOUD | AFTER_LANDMARKS
+AFTER_ODOMETRY = {"pose_graph"} | AFTER_POSE_GRAPH
+AFTER_MATCHES = {"odometry"} | AFTER_ODOMETRY
+AFTER_VOCABULARY = {"matches"} | AFTER_ODOMETRY  # the loops among the matches, not the neighbours
+AFTER_FEATURES = {"vocabulary"} | AFTER_VOCABULARY | AFTER_MATCHES
+CHANGES = [
+    ("plan.robot_radius_m=0.2", {"plan"}),
+    ("localize.max_error_px=4.5", {"localize"} | AFTER_LOCALIZE),
+    ("landmarks.max_error_px=4.5", {"landmarks"} | AFTER_LANDMARKS),
+    ("grid.margin_m=0.3", {"grid"} | AFTER_GRID),
+    ("octree.max_range_m=3.9", {"octree"} | AFTER_OCTREE),
+    ("point_cloud.voxel_size_m=0.021", {"point_cloud"} | AFTER_CLOUD),
+    ("pose_graph.edge_sigma_floor_m=0.0035", {"pose_graph"} | AFTER_POSE_GRAPH),
+    ("odometry.max_iterations=14", {"odometry"} | AFTER_ODOMETRY),
+    ("matches.max_ratio=0.84", {"matches"} | AFTER_MATCHES),
+    ("vocabulary.num_kmeans_iterations=7", {"vocabulary"} | AFTER_VOCABULARY),
+    ("features.num_features=900", {"features"} | AFTER_FEATURES),
+    # The list of frames comes out the same, so nothing after it is touched.
+    ("frames.max_failed_ratio=0.19", {"frames"}),
+    ("synthesize.color_noise_levels=2.5", {"synthesize", "frames", "features"} | AFTER_FEATURES),
+]
+
+
+class ChainTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.base = Workspace()
+        result = cls.base.make(*GOALS)
+        if result.returncode != 0:
+            raise AssertionError(f"the chain failed:\n{result.stdout}")
+        cls.hashes = cls.base.hashes()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.base.remove()
+
+    def setUp(self):
+        self.fresh()
+
+    def fresh(self):
+        self.work = self.base.copy()
+        self.addCleanup(self.work.remove)
+
+    def make(self, *arguments):
+        result = self.work.make(*arguments)
+        self.assertEqual(result.returncode, 0, result.stdout)
+        return result.stdout
+
+    def reran(self, *arguments):
+        before = self.work.runs()
+        self.make(*GOALS, *arguments)
+        after = self.work.runs()
+        return {stage for stage in after if before.get(stage) != after[stage]}
+
+    def test_artifacts_agree_with_their_receipts(self):
+        self.assertIn("all as written", self.make("verify"))
+        self.work.path("grid/map.yaml").write_text("image: other.pgm\n")
+        result = self.work.make("verify")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("map.yaml: altered", result.stdout)
+
+    def test_moved_folders_are_still_up_to_date(self):
+        (self.work.folder / "maps").rename(self.work.folder / "results")
+        (self.work.folder / "data").rename(self.work.folder / "recordings")
+        moved = ["MAPS=results", "DATA=recordings"]
+        self.assertEqual(self.work.make("-q", *GOALS, *moved).returncode, 0)
+        self.assertIn("all as written", self.make("verify", *moved))
+
+    def test_a_second_make_does_nothing_and_quickly(self):
+        start = time.monotonic()
+        self.assertEqual(self.reran(), set())
+        self.assertLess(time.monotonic() - start, 1.0)
+        self.assertEqual(self.work.make("-q", *GOALS).returncode, 0)
+
+    def test_comments_and_touches_rerun_nothing(self):
+        for config in (self.work.folder / "configs").rglob("*.toml"):
+            config.write_text(config.read_text() + "\n# a remark\n")
+        self.assertEqual(self.reran(), set())
+        self.assertEqual(self.work.make("-q", *GOALS).returncode, 0)
+
+    def test_a_value_reruns_its_stage_and_what_follows(self):
+        for change, expected in CHANGES:
+            with self.subTest(change=change):
+                self.fresh()
+                self.assertEqual(self.work.make("-q", *GOALS, f"SET={change}").returncode, 1)
+                self.assertEqual(self.reran(f"SET={change}"), expected)
+
+    def test_a_value_and_back_gives_the_first_bytes(self):
+        self.make(*GOALS, "SET=octree.max_range_m=3.0")
+        self.assertNotEqual(self.work.hashes(), self.hashes)
+        self.make(*GOALS)
+        self.assertEqual(self.work.hashes(), self.hashes)
+
+    def test_looking_changes_nothing(self):
+        change = "SET=octree.max_range_m=3.0"
+        self.assertEqual(self.work.make("-q", "map", change).returncode, 1)
+        why = self.make("why", change)
+        self.assertIn("max_range_m", why)
+        self.assertNotIn("features", why)
+        self.assertEqual(self.work.make("-n", "map", change).returncode, 0)
+        self.assertEqual(self.reran(), set())
+
+    def test_a_deleted_artifact_is_remade_with_the_same_bytes(self):
+        for name in ("features/shard_0001.h5", "octree/map.bt", "pose_graph/report.json",
+                     "frames/shard_0001.csv", "frames/cameras.json"):
+            with self.subTest(name=name):
+                self.work.path(name).unlink()
+                self.make(*GOALS)
+                self.assertEqual(self.work.hashes(), self.hashes)
+
+    def test_bytes_do_not_depend_on_threads_or_jobs(self):
+        for name, arguments in (("one thread", ["THREADS=1"]), ("two threads, two jobs", ["THREADS=2", "-j2"])):
+            with self.subTest(name):
+                self.make("clean")
+                self.make(*GOALS, *arguments)
+                self.assertEqual(self.work.hashes(), self.hashes)
+
+    def test_evaluation_and_report(self):
+        self.make("report")
+        for name in ("evaluate/metrics.json", "report/index.html"):
+            self.assertGreater(self.work.path(name).stat().st_size, 100)
+        self.assertEqual(self.work.make("-q", "report").returncode, 0)
+
+    def test_mistakes_in_what_is_asked_are_refused(self):
+        for argument, message in [("SET=octree.max_rang_m=1", "unknown key 'max_rang_m'"),
+                                  ("SET=octre.max_range_m=1", "no stage 'octre'"),
+                                  ("SET=octree.max_range_m=far", "must be like its default"),
+                                  ("SET=octree.max_range_m", "not STAGE.KEY=VALUE"),
+                                  ("SET=octree.max_range_m=1e9", "max_range_m"),
+                                  ("PROFILE=nowhere", "no folder configs/nowhere"),
+                                  ("SEED=one", "whole number")]:
+            with self.subTest(argument):
+                result = self.work.make("map", argument)
+                self.assertEqual(result.returncode, 2, result.stdout)
+                self.assertIn(message, result.stdout)
+        self.assertEqual(self.work.hashes(), self.hashes)
+
+    def test_a_recording_that_is_not_there(self):
+        result = self.work.make("map", "SITE=hololens_office")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("datasets.md", result.stdout)
+
+    def test_a_site_without_queries_is_mapped_and_says_so(self):
+        site = self.work.folder / f"configs/sites/{SITE}.toml"
+        site.write_text(site.read_text().replace("hold_out_every = 7", "hold_out_every = 0"))
+        self.make("map")
+        self.assertEqual(self.work.make("-q", "map").returncode, 0)
+        result = self.work.make("localize")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("has no query pictures", result.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,123 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Power cuts and full disks: whatever moment a run dies at, the next one gives the same bytes."""
+import os
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+from workspace import GOALS, SITE, Workspace, environment
+
+NUM_KILLS = 6
+MIN_TMPFS_BYTES = 200 * 1024
+
+
+class CrashTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.base = Workspace()
+        start = time.monotonic()
+        result = cls.base.make(*GOALS)
+        cls.duration_s = time.monotonic() - start
+        if result.returncode != 0:
+            raise AssertionError(f"the chain failed:\n{result.stdout}")
+        cls.hashes = cls.base.hashes()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.base.remove()
+
+    def setUp(self):
+        self.work = self.base.copy()
+        self.addCleanup(self.work.remove)
+
+    def kill_when(self, condition, timeout_s):
+        """Starts make and kills it and all it started; True when it was alive to be killed."""
+        process = subprocess.Popen(self.work.command(*GOALS), cwd=self.work.folder, env=environment(),
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                   start_new_session=True)
+        deadline = time.monotonic() + timeout_s
+        while process.poll() is None and not condition() and time.monotonic() < deadline:
+            time.sleep(0.001)
+        alive = process.poll() is None
+        if alive:
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        return alive
+
+    def check_whole_artifacts(self):
+        """What a killed run leaves under a final name is the whole file or nothing."""
+        for name, digest in self.work.hashes().items():
+            if "/.writing." not in "/" + name:
+                self.assertEqual(digest, self.hashes[name], name)
+
+    def check_resumed(self):
+        result = self.work.make(*GOALS)
+        self.assertEqual(result.returncode, 0, result.stdout)
+        left = {name: digest for name, digest in self.work.hashes().items() if ".writing." not in name}
+        self.assertEqual(left, self.hashes)
+        self.assertEqual(self.work.make("-q", *GOALS).returncode, 0)
+
+    def test_killed_at_moments_all_over_a_run(self):
+        self.work.make("clean")
+        num_killed = 0
+        for index in range(NUM_KILLS):
+            num_killed += self.kill_when(lambda: False, self.duration_s * (index + 1) / (2 * NUM_KILLS))
+            self.check_whole_artifacts()
+        self.assertGreater(num_killed, 0)
+        self.check_resumed()
+
+    def test_killed_while_a_stage_writes(self):
+        for stage in ("features", "pose_graph", "octree"):
+            with self.subTest(stage):
+                folder = self.work.path(stage)
+                for path in folder.iterdir():
+                    path.unlink()
+                self.kill_when(lambda: any(folder.glob(".writing.*")), 10 * self.duration_s)
+                self.check_whole_artifacts()
+                self.check_resumed()
+
+    def test_killed_between_two_renames_of_a_commit(self):
+        # The state such a kill leaves: an output of a later run beside the receipt of the one before.
+        artifact = self.work.path("octree/map.ot")
+        artifact.write_bytes(artifact.read_bytes()[:100])
+        self.check_resumed()
+
+    def test_full_disk(self):
+        for stage in ("features", "octree"):
+            with self.subTest(stage):
+                folder = self.work.path(stage)
+                for path in folder.iterdir():
+                    path.unlink()
+                mount = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={MIN_TMPFS_BYTES}", "tmpfs",
+                                        folder], capture_output=True, text=True)
+                if mount.returncode != 0:
+                    self.skipTest(f"needs root to mount a small tmpfs: {mount.stderr.strip()}")
+                try:
+                    result = self.work.make(*GOALS)
+                    self.assertNotEqual(result.returncode, 0)
+                    self.assertRegex(result.stdout, "[Nn]o space left|free space|cannot write")
+                    for path in folder.iterdir():
+                        self.assertIn(path.name, {"report_0000.json", "receipt_0000.json", "shard_0000.h5"}
+                                      if stage == "features" else set())
+                finally:
+                    subprocess.run(["umount", folder], check=True)
+                self.check_resumed()
+
+    def test_read_only_recordings(self):
+        read_only = tempfile.mkdtemp(prefix="nightmap-e2e-")
+        mount = subprocess.run(["mount", "--bind", "-o", "ro", self.work.folder / "data", read_only],
+                               capture_output=True, text=True)
+        self.addCleanup(os.rmdir, read_only)
+        if mount.returncode != 0:
+            self.skipTest(f"needs root to mount read-only: {mount.stderr.strip()}")
+        self.addCleanup(subprocess.run, ["umount", read_only])
+        self.work.make("clean")
+        result = self.work.make(*GOALS, f"DATA={read_only}", f"SITE={SITE}")
+        self.assertEqual(result.returncode, 0, result.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

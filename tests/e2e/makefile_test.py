@@ -1,0 +1,136 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The Makefile and resolve_config.py without any stage program."""
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import tomllib
+import unittest
+
+from workspace import REPOSITORY, environment
+
+PYTHON = "/usr/bin/python3"
+FRESH_MACHINE = ("bash", "make", "git", "sed", "expand", "nproc")
+DEFAULTS = {"octree": "resolution_m = 0.05\nnum_hits = 2\nmode = \"ray\"\n", "plan": "seed = 7\nstart = \"\"\n"}
+SITE = 'root = "office"\n[[sequence]]\nfolder = "."\n'
+
+
+class FreshMachineTest(unittest.TestCase):
+    def test_front_page_and_first_commands_need_only_make(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for tool in FRESH_MACHINE:
+                os.symlink(shutil.which(tool), os.path.join(folder, tool))
+            for goals in ([], ["help"], ["-n", "deps"], ["-n", "build"]):
+                result = subprocess.run(["make", "PYTHON=/nonexistent", *goals], cwd=REPOSITORY, text=True,
+                                        env=environment() | {"PATH": folder}, capture_output=True)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(result.stderr, "")
+            front_page = subprocess.run(["make"], cwd=REPOSITORY, env=environment() | {"PATH": folder},
+                                        text=True, capture_output=True).stdout
+            for word in ("make demo", "make test", "SITE", "sites:"):
+                self.assertIn(word, front_page)
+
+    def test_every_goal_is_on_the_front_page(self):
+        text = (REPOSITORY / "Makefile").read_text(encoding="utf-8")
+        phony = text.split(".PHONY:")[1].split("\n\n")[0].replace("\\", " ").split()
+        front_page = subprocess.run(["make", "help"], cwd=REPOSITORY, env=environment(), text=True,
+                                    capture_output=True).stdout
+        for goal in phony:
+            if goal != "FORCE":
+                self.assertIn(f"make {goal} ", front_page)
+
+
+class ResolveConfigTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-e2e-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        for name in ("configs/default", "configs/coarse", "configs/sites", "data/office"):
+            (self.folder / name).mkdir(parents=True)
+        for stage, text in DEFAULTS.items():
+            self.write(f"default/{stage}.toml", text)
+        self.write("sites/office.toml", SITE)
+
+    def write(self, name, text):
+        path = self.folder / "configs" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+    def resolve(self, *arguments, code=0):
+        result = subprocess.run([PYTHON, "-I", "-S", REPOSITORY / "scripts/resolve_config.py", "--site", "configs/sites/office.toml",
+                                 "--data", "data", "--out", "maps/office/config", *arguments],
+                                cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual(result.returncode, code, result.stderr)
+        return result
+
+    def config(self, stage, folder="config"):
+        return tomllib.loads((self.folder / "maps/office" / folder / f"{stage}.toml").read_text())
+
+    def time(self, stage):
+        return (self.folder / "maps/office/config" / f"{stage}.toml").stat().st_mtime_ns
+
+    def test_later_layers_win(self):
+        self.resolve("--profile", "default")
+        self.assertEqual(self.config("octree"), {"resolution_m": 0.05, "num_hits": 2, "mode": "ray"})
+        self.assertEqual(self.config("plan")["seed"], 0)
+        self.write("coarse/octree.toml", "resolution_m = 0.1\nnum_hits = 3\n")
+        self.write("sites/office/octree.toml", "num_hits = 4\n")
+        self.resolve("--profile", "coarse", "--seed", "5", "--set", "octree.mode=beam  plan.start='1 2'")
+        self.assertEqual(self.config("octree"), {"resolution_m": 0.1, "num_hits": 4, "mode": "beam"})
+        self.assertEqual(self.config("plan"), {"seed": 5, "start": "1 2"})
+        self.resolve("--profile", "coarse", "--set", "octree.num_hits=9")
+        self.assertEqual(self.config("octree")["num_hits"], 9)
+
+    def test_rewritten_only_when_the_meaning_changes(self):
+        self.resolve()
+        octree, plan = self.time("octree"), self.time("plan")
+        self.write("default/octree.toml", "mode = 'ray' # said otherwise\nnum_hits=2\nresolution_m = 5e-2\n")
+        self.resolve("--set", "octree.resolution_m=0.050")
+        self.assertEqual(self.time("octree"), octree)
+        self.resolve("--set", "octree.resolution_m=1")
+        self.assertNotEqual(self.time("octree"), octree)
+        self.assertEqual(self.time("plan"), plan)
+
+    def test_preview_leaves_the_real_configs_alone(self):
+        self.resolve()
+        octree = self.time("octree")
+        self.resolve("--preview", "maps/office/.preview", "--set", "octree.num_hits=5")
+        self.assertEqual((self.time("octree"), self.config("octree")["num_hits"]), (octree, 2))
+        self.assertEqual(self.config("octree", ".preview")["num_hits"], 5)
+        self.assertEqual((self.folder / "maps/office/.preview/plan.toml").stat().st_mtime_ns, self.time("plan"))
+
+    def test_mistakes_exit_with_2_and_say_what_is_right(self):
+        self.write("coarse/octre.toml", "num_hits = 3\n")
+        for arguments, message in [(["--set", "octre.num_hits=3"], "stages: octree, plan"),
+                                   (["--set", "octree.hits=3"], "known keys: mode, num_hits, resolution_m"),
+                                   (["--set", "octree.num_hits"], "not STAGE.KEY=VALUE"),
+                                   (["--set", "octree.num_hits="], "not STAGE.KEY=VALUE"),
+                                   (["--set", "octree.num_hits=3.5"], "must be like its default 2"),
+                                   (["--set", "octree.num_hits=true"], "must be like its default 2"),
+                                   (["--set", "octree.mode='ray"], "quotation"),
+                                   (["--profile", "fine"], "profiles: coarse, default"),
+                                   (["--profile", "sites"], "profiles: coarse, default"),
+                                   (["--profile", "coarse"], "no stage 'octre'"),
+                                   (["--seed", "-1"], "whole number"),
+                                   (["--site", "configs/sites/home.toml"], "sites: office"),
+                                   (["--data", "elsewhere"], "datasets.md")]:
+            with self.subTest(arguments):
+                self.assertIn(message, self.resolve(*arguments, code=2).stderr)
+        self.write("default/plan.toml", "seed = \n")
+        self.assertIn("plan.toml: not valid TOML", self.resolve(code=2).stderr)
+
+    def test_costs_little(self):
+        self.resolve()
+        durations_s = []
+        for _ in range(5):
+            start = os.times()
+            self.resolve()
+            end = os.times()  # time on a core, not waiting for one
+            durations_s.append(end.children_user + end.children_system
+                               - start.children_user - start.children_system)
+        self.assertLess(min(durations_s), 0.1)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,78 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""What every program answers without inputs, and that configs/default is what the programs say."""
+import pathlib
+import subprocess
+import tempfile
+import tomllib
+import unittest
+
+from workspace import BUILD, REPOSITORY, STAGES
+
+NUM_KEYS = 2  # of each stage tried with a wrong value; tests/base tries every kind of option
+
+
+def run(stage, *arguments):
+    return subprocess.run([BUILD / "bin" / stage, *map(str, arguments)], capture_output=True, text=True)
+
+
+class ProgramsTest(unittest.TestCase):
+    def check_each(self, check):
+        for stage in STAGES:
+            with self.subTest(stage):
+                check(stage)
+
+    def check_config(self, stage, text):
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
+            file.write(text)
+            file.flush()
+            return run(stage, "--check-config", "--config", file.name)
+
+    def test_help_and_version(self):
+        def check(stage):
+            help_page = run(stage, "--help")
+            self.assertEqual(help_page.returncode, 0)
+            self.assertIn("inputs:", help_page.stdout)
+            version = run(stage, "--version")
+            self.assertEqual((version.returncode, version.stdout.split()[0]), (0, stage))
+
+        self.check_each(check)
+
+    def test_default_config_is_what_the_program_prints(self):
+        def check(stage):
+            printed = run(stage, "--print-config")
+            self.assertEqual(printed.returncode, 0, printed.stderr)
+            path = pathlib.Path(REPOSITORY / "configs/default" / f"{stage}.toml")
+            self.assertEqual(tomllib.loads(path.read_text(encoding="utf-8")), tomllib.loads(printed.stdout))
+            self.assertEqual(run(stage, "--check-config", "--config", path).returncode, 0)
+            self.assertEqual(self.check_config(stage, printed.stdout).returncode, 0)
+
+        self.check_each(check)
+
+    def test_config_mistakes_exit_with_2_and_name_the_line(self):
+        def check(stage):
+            unknown = self.check_config(stage, "\nno_such_key = 1\n")
+            self.assertEqual(unknown.returncode, 2)
+            self.assertRegex(unknown.stderr, r"toml:2: unknown key 'no_such_key'")
+            config = tomllib.loads(run(stage, "--print-config").stdout)
+            numbers = [key for key, value in config.items() if type(value) in (int, float)]
+            for key in numbers[:NUM_KEYS]:
+                low = "-1e30" if isinstance(config[key], float) else "-2000000000"
+                for value in (low, "1979-05-27"):
+                    mistake = self.check_config(stage, f"{key} = {value}\n")
+                    self.assertEqual(mistake.returncode, 2, (key, value))
+                    self.assertIn(key, mistake.stderr)
+            self.assertEqual(self.check_config(stage, "not toml").returncode, 2)
+
+        self.check_each(check)
+
+    def test_command_line_mistakes_exit_with_2(self):
+        def check(stage):
+            for arguments in (["--no-such-flag"], ["--out", "report"], ["--config", "/nonexistent.toml"], []):
+                self.assertEqual(run(stage, *arguments).returncode, 2, arguments)
+
+        self.check_each(check)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A checkout in a temporary folder with a small synthetic building, for the end-to-end tests.
+
+Sources, scripts and programs are links to the repository's, configs are a copy, and data and maps
+are its own; so every path is relative and two workspaces must give the same bytes. The programs are
+those of NIGHTMAP_BUILD (default: build/), which must be up to date: run `make build` first.
+"""
+import hashlib
+import os
+import pathlib
+import re
+import shutil
+import struct
+import subprocess
+import tempfile
+import zlib
+
+import matplotlib.image
+import numpy as np
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("NIGHTMAP_BUILD", REPOSITORY / "build")).resolve()
+if not (BUILD / "programs.mk").exists():
+    raise SystemExit(f"no programs in {BUILD}: run `make build`, or set NIGHTMAP_BUILD")
+LINKS = ("Makefile", "CMakeLists.txt", "cmake", "pipeline", "stages", "scripts")
+GOALS = ("map", "localize", "plan")
+STAGES = ("synthesize", "frames", "features", "vocabulary", "matches", "odometry", "pose_graph",
+          "point_cloud", "octree", "grid", "landmarks", "localize", "plan")
+SITE = "small"
+
+# The camera of the small building: the demo's at a fraction of its size, so that a run takes seconds.
+CAMERA = {"width": 320, "height": 240, "fx": 262.5, "fy": 262.5, "cx": 159.5, "cy": 119.5}
+SYNTHESIZE = """\
+num_rooms = 1
+num_identical_rooms = 0
+image_width_px = 320
+image_height_px = 240
+focal_length_px = 262.5
+num_frames = 160
+max_step_m = 0.2
+max_turn_rad = 0.2
+num_light_samples = 8
+num_queries = 1
+"""
+
+
+class Workspace:
+    def __init__(self, folder=None):
+        self.folder = pathlib.Path(folder or tempfile.mkdtemp(prefix="nightmap-e2e-"))
+        if (self.folder / "Makefile").exists():
+            return
+        for name in LINKS:
+            (self.folder / name).symlink_to(REPOSITORY / name)
+        (self.folder / "build").symlink_to(BUILD)
+        shutil.copytree(REPOSITORY / "configs", self.folder / "configs")
+        sites = self.folder / "configs/sites"
+        text = (sites / "demo.toml").read_text(encoding="utf-8")
+        text = re.sub(r'(?m)^root *=.*', f'root = "{SITE}"', text)
+        # Queries are frames held out, so that they lie in the part of the building that is mapped.
+        text = re.sub(r"(?m)^hold_out_every *=.*", "hold_out_every = 7", text).split("[[query]]")[0]
+        for key, value in CAMERA.items():
+            text = re.sub(rf"(?m)^{key} *=.*", f"{key} = {value}", text)
+        (sites / f"{SITE}.toml").write_text(text, encoding="utf-8")
+        (sites / SITE).mkdir()
+        (sites / SITE / "synthesize.toml").write_text(SYNTHESIZE, encoding="utf-8")
+        (sites / SITE / "frames.toml").write_text("shard_size = 25\nmax_frames = 60\n", encoding="utf-8")
+
+    def copy(self):
+        """Another workspace in the same state, times included."""
+        folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-e2e-"))
+        shutil.copytree(self.folder, folder, symlinks=True, dirs_exist_ok=True)
+        return Workspace(folder)
+
+    def remove(self):
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def command(self, *arguments):
+        return ["make", "--no-print-directory", f"SITE={SITE}", f"SYNTHETIC=demo building {SITE}", *arguments]
+
+    def make(self, *arguments):
+        """Runs make; `arguments` are goals, flags and VARIABLE=VALUE."""
+        return subprocess.run(self.command(*arguments), cwd=self.folder, env=environment(), text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+    def run(self, stage, *arguments):
+        """Runs a stage program by hand."""
+        return subprocess.run([BUILD / "bin" / stage, *map(str, arguments)], cwd=self.folder, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+    def path(self, name):
+        return self.folder / "maps" / SITE / name
+
+    def data(self):
+        return self.folder / "data" / SITE
+
+    def runs(self):
+        """Stage (shards joined) -> times of its receipts; a stage that reran has others."""
+        times = {"synthesize": (self.data() / "synthesize_receipt.json").stat().st_mtime_ns}
+        for receipt in sorted((self.folder / "maps" / SITE).glob("*/receipt*.json")):
+            times[receipt.parent.name] = times.get(receipt.parent.name, 0) + receipt.stat().st_mtime_ns
+        return times
+
+    def hashes(self):
+        """Relative path -> hash of every artifact; receipts, logs and configs are none."""
+        root = self.folder / "maps" / SITE
+        files = [path for path in sorted(root.rglob("*")) if path.is_file()]
+        names = {str(path.relative_to(root)): path for path in files}
+        return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in names.items()
+                if not name.startswith(("config/", "logs/", ".preview/")) and "receipt" not in name}
+
+
+def environment():
+    """The caller's, without what make hands down to a make it starts."""
+    return {key: value for key, value in os.environ.items()
+            if key not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MAKEOVERRIDES")}
+
+
+def write_black(path, width, height):
+    """A color picture without any feature, in the format the name says."""
+    matplotlib.image.imsave(path, np.zeros((height, width, 3), np.uint8))
+
+
+def write_gray16(path, width, height, value=0):
+    """A 16-bit gray PNG of one value."""
+    def chunk(kind, body):
+        return (struct.pack(">I", len(body)) + kind + body
+                + struct.pack(">I", zlib.crc32(kind + body)))
+
+    row = b"\0" + struct.pack(">H", value) * width
+    pathlib.Path(path).write_bytes(
+        b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 16, 0, 0, 0, 0))
+        + chunk(b"IDAT", zlib.compress(row * height)) + chunk(b"IEND", b""))

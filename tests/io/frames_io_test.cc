@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/frames_io.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/random.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+std::vector<FrameRecord> SomeFrames(int first_idx, int count) {
+  std::vector<FrameRecord> frames;
+  for (int i = first_idx; i < first_idx + count; ++i) {
+    frames.push_back({.frame_idx = i,
+                      .time_ns = 1305031102175304000 + i,
+                      .color_path = "site/a, \"b\" " + std::to_string(i) + ".png",
+                      .depth_path = i % 2 ? "" : "site/depth.png",
+                      .camera_idx = i % 3,
+                      .sequence_idx = i / 10,
+                      .content_hash = "0123456789abcdef"});
+  }
+  return frames;
+}
+
+RgbdCamera SomeCamera() {
+  RgbdCamera camera;
+  camera.camera_id = "color";
+  camera.color = {.width = 40,
+                  .height = 30,
+                  .fx = 35.25,
+                  .fy = 36.1,
+                  .cx = 19.5,
+                  .cy = 14.5,
+                  .k1 = 0.1,
+                  .k2 = -0.2,
+                  .p1 = 0.001,
+                  .p2 = -0.002,
+                  .k3 = 0.05};
+  camera.depth_units_per_m = 5000;
+  camera.min_depth_m = 0.3;
+  camera.max_depth_m = 4.5;
+  camera.noise = {.constant_m = 0.001, .quadratic_per_m = 0.003};
+  return camera;
+}
+
+// Depth camera with other intrinsics and pose than the color camera; no distortion.
+RgbdCamera UnregisteredCamera() {
+  RgbdCamera camera = SomeCamera();
+  camera.color = {.width = 80, .height = 60, .fx = 70, .fy = 70, .cx = 39.5, .cy = 29.5};
+  camera.depth = {.width = 40, .height = 30, .fx = 35, .fy = 35, .cx = 19.5, .cy = 14.5};
+  camera.depth_registered = false;
+  return camera;
+}
+
+DepthImage Plane(const Camera& camera, float depth_m) {
+  const auto num_pixels = static_cast<std::size_t>(camera.width * camera.height);
+  return {camera.width, camera.height, 1, std::vector<float>(num_pixels, depth_m)};
+}
+
+TEST(FramesCsv, WhatIsWrittenIsRead) {
+  const TemporaryFolder folder;
+  const auto frames = SomeFrames(5, 20);
+  const auto read = ReadFrames(folder.Write("a.csv", FramesToCsv(frames)));
+  ASSERT_EQ(read.size(), frames.size());
+  EXPECT_EQ(FramesToCsv(read), FramesToCsv(frames));
+  EXPECT_EQ(read[7].color_path, frames[7].color_path);
+  EXPECT_EQ(read[7].time_ns, frames[7].time_ns);
+  EXPECT_TRUE(ReadFrames(folder.Write("empty.csv", FramesToCsv({}))).empty());
+}
+
+TEST(FramesCsv, ShardsMustFollowEachOther) {
+  const TemporaryFolder folder;
+  const auto a = folder.Write("a.csv", FramesToCsv(SomeFrames(0, 4)));
+  const auto b = folder.Write("b.csv", FramesToCsv(SomeFrames(4, 3)));
+  EXPECT_EQ(ReadFrames(std::vector{a, b}).size(), 7u);
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadFrames(std::vector{b, a}), "a.csv: starts with frame 0");
+}
+
+TEST(FramesCsv, BadLinesAreNamed) {
+  const TemporaryFolder folder;
+  const std::string header = FramesToCsv({});
+  const auto expect = [&](const std::string& line, const std::string& reason) {
+    const auto path = folder.Write("bad.csv", header + "0,1,a,b,0,0,ff\n" + line + "\n");
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadFrames(path), "bad.csv:3: " + reason);
+  };
+  expect("1,2,a,b,0,0", "6 fields, expected 7");
+  expect("1,2,a,b,0,0,ff,x", "8 fields");
+  expect("1,2.5,a,b,0,0,ff", "time_ns is '2.5', not an integer");
+  expect("1,,a,b,0,0,ff", "time_ns is '', not an integer");
+  expect("1,2,a,b,-1,0,ff", "camera_idx is -1, out of range");
+  expect("1,2,a,b,99999999999,0,ff", "camera_idx is 99999999999, out of range");
+  expect("1,2,,b,0,0,ff", "color_path is empty");
+  expect("3,2,a,b,0,0,ff", "frame_idx must count up by one");
+  expect("1,2,\"a,b,0,0,ff", "a quote");
+  expect("", "1 fields");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, ReadFrames(folder.Write("h.csv", "frame_idx\n0\n")), "h.csv:1: the header");
+}
+
+TEST(FramesCsv, TruncationIsRefusedAtEveryLengthWithinALine) {
+  const TemporaryFolder folder;
+  const std::string text = FramesToCsv(SomeFrames(0, 3));
+  for (std::size_t length = 0; length < text.size(); ++length) {
+    if (length > 0 && text[length - 1] == '\n') continue;
+    ASSERT_THROW(ReadFrames(folder.Write("cut.csv", text.substr(0, length))), DataError) << length;
+  }
+}
+
+TEST(CamerasJson, WhatIsWrittenIsRead) {
+  const TemporaryFolder folder;
+  RgbdCamera second = UnregisteredCamera();
+  second.camera_id = "second \"camera\"";
+  second.color_from_depth = {Eigen::Quaterniond(0.9, 0.1, -0.2, 0.3).normalized(), {0.1, 0.2, -3}};
+  const std::string text = CamerasToJson({SomeCamera(), second});
+  const auto read = ReadCameras(folder.Write("cameras.json", text));
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[0].color.k3, 0.05);
+  EXPECT_EQ(read[0].noise.quadratic_per_m, 0.003);
+  EXPECT_EQ(read[1].depth.width, 40);
+  EXPECT_FALSE(read[1].depth_registered);
+  EXPECT_LT(AngleBetween_rad(read[1].color_from_depth, second.color_from_depth), 1e-9);
+  EXPECT_EQ(CamerasToJson(ReadCameras(folder.Write("again.json", CamerasToJson(read)))),
+            CamerasToJson(read));
+}
+
+TEST(CamerasJson, DamageIsRefused) {
+  const TemporaryFolder folder;
+  const std::string text = CamerasToJson({SomeCamera(), UnregisteredCamera()});
+  for (std::size_t length = 0; length + 3 < text.size(); length += 5) {
+    ASSERT_THROW(ReadCameras(folder.Write("cut.json", text.substr(0, length))), DataError);
+  }
+  const auto expect = [&](const std::string& from, const std::string& to, const std::string& why) {
+    std::string changed = text;
+    ASSERT_NE(changed.find(from), std::string::npos) << from;
+    changed.replace(changed.find(from), from.size(), to);
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadCameras(folder.Write("bad.json", changed)), why);
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadCameras(folder / "bad.json"), "bad.json");
+  };
+  expect("\"version\": 1", "\"version\": 2", "newer");
+  expect("nightmap cameras", "other", "format");
+  expect("\"fx\": 35.25", "\"fx\": 0", "fx");
+  expect("\"fx\": 35.25", "\"fx\": \"wide\"", "type");
+  expect("\"fx\": 35.25", "\"fx\": null", "type");
+  expect("\"fx\": 35.25,", "", "fx");
+}
+
+TEST(LoadDepth, IsInMetresWithinTheRange) {
+  const TemporaryFolder folder;
+  const RgbdCamera camera = SomeCamera();
+  RawDepthImage raw{40, 30, 1, std::vector<std::uint16_t>(1200, 10000)};
+  raw.At(1, 0) = 0;
+  raw.At(2, 0) = 65535;
+  raw.At(3, 0) = 1499;   // 0.2998 m, too near
+  raw.At(4, 0) = 22501;  // 4.5002 m, too far
+  raw.At(5, 0) = 22500;
+  WritePng(folder / "d.png", raw);
+  FrameRecord frame;
+  frame.depth_path = "d.png";
+  const DepthImage depth = LoadDepth(frame, camera, folder.Path());
+  EXPECT_FLOAT_EQ(depth.At(0, 0), 2.0f);
+  for (int x = 1; x <= 4; ++x) EXPECT_EQ(depth.At(x, 0), 0.0f) << x;
+  EXPECT_FLOAT_EQ(depth.At(5, 0), 4.5f);
+}
+
+TEST(LoadFrame, ImagesOfAnotherSizeAreRefused) {
+  const TemporaryFolder folder;
+  WritePng(folder / "d.png", RawDepthImage{4, 4, 1, std::vector<std::uint16_t>(16, 1000)});
+  WritePng(folder / "c.png", ColorImage{4, 4, 3, std::vector<std::uint8_t>(48, 1)});
+  FrameRecord frame;
+  frame.color_path = "c.png";
+  NIGHTMAP_EXPECT_ERROR(DataError, LoadColor(frame, SomeCamera(), folder.Path()), "c.png: 4 x 4");
+  NIGHTMAP_EXPECT_ERROR(DataError, LoadDepth(frame, SomeCamera(), folder.Path()), "no depth");
+  frame.depth_path = "d.png";
+  NIGHTMAP_EXPECT_ERROR(DataError, LoadDepth(frame, SomeCamera(), folder.Path()), "d.png: 4 x 4");
+}
+
+TEST(RegisterDepth, EqualCamerasInOnePlaceChangeNothing) {
+  RgbdCamera camera = UnregisteredCamera();
+  camera.depth = camera.color = SomeCamera().color;  // distortion included
+  DepthImage depth = Plane(camera.depth, 0);
+  Random random(1);
+  for (float& pixel : depth.pixels) pixel = static_cast<float>(random.Uniform(0.5, 4));
+  const DepthImage registered = RegisterDepth(depth, camera);
+  for (int y = 0; y < depth.height; ++y) {
+    for (int x = 0; x < depth.width; ++x) {
+      // Rounding may put a border pixel a hair outside; everything else stays.
+      if (x == 0 || y == 0 || x == depth.width - 1 || y == depth.height - 1) continue;
+      ASSERT_FLOAT_EQ(registered.At(x, y), depth.At(x, y)) << x << " " << y;
+    }
+  }
+}
+
+TEST(RegisterDepth, PlaneStaysAPlaneWithoutPinholesInAFinerColorImage) {
+  RgbdCamera camera = UnregisteredCamera();
+  camera.color_from_depth.translation = {0.05, -0.02, 0.1};
+  const DepthImage registered = RegisterDepth(Plane(camera.depth, 1.5f), camera);
+  for (int y = 10; y < 50; ++y) {
+    for (int x = 15; x < 65; ++x) {
+      ASSERT_NEAR(registered.At(x, y), 1.6f, 1e-5) << x << " " << y;
+    }
+  }
+}
+
+TEST(RegisterDepth, PointsMoveByTheParallax) {
+  RgbdCamera camera = UnregisteredCamera();
+  camera.color = camera.depth;
+  camera.color_from_depth.translation = {0.2, 0, 0};
+  DepthImage depth = Plane(camera.depth, 0);
+  depth.At(10, 12) = 1.0f;
+  const DepthImage registered = RegisterDepth(depth, camera);
+  EXPECT_FLOAT_EQ(registered.At(17, 12), 1.0f);  // 35 px * 0.2 m / 1 m = 7 px
+  EXPECT_EQ(std::ranges::count(registered.pixels, 0.0f),
+            static_cast<std::ptrdiff_t>(registered.pixels.size()) - 1);
+}
+
+TEST(RegisterDepth, TheNearestOfSeveralWins) {
+  RgbdCamera camera = UnregisteredCamera();
+  camera.color = camera.depth;
+  camera.color_from_depth.translation = {0.2, 0, 0};
+  for (const bool near_first : {true, false}) {
+    DepthImage depth = Plane(camera.depth, 0);
+    // Parallax 7 px at 1 m and 3.5 px at 2 m: 10 + 7 = 13.5 + 3.5 px, rounded to the same pixel.
+    depth.At(10, near_first ? 12 : 13) = 1.0f;
+    depth.At(13, near_first ? 12 : 13) = 2.0f;
+    depth.At(14, near_first ? 12 : 13) = 2.0f;
+    const DepthImage registered = RegisterDepth(depth, camera);
+    EXPECT_FLOAT_EQ(registered.At(17, near_first ? 12 : 13), 1.0f);
+  }
+}
+
+TEST(RealFrame, LoadsAtFullSize) {
+  NIGHTMAP_REQUIRE_DATA("tum_fr1_xyz_15hz");
+  RgbdCamera camera = SomeCamera();
+  camera.color.width = 640;
+  camera.color.height = 480;
+  FrameRecord frame;
+  frame.color_path = "rgb/1305031102.175304.jpg";
+  frame.depth_path = "depth/1305031102.160407.png";
+  const auto root = TestDataPath("tum_fr1_xyz_15hz");
+  EXPECT_EQ(LoadColor(frame, camera, root).pixels.size(), 640u * 480u * 3u);
+  const DepthImage depth = LoadDepth(frame, camera, root);
+  const auto num_measured =
+      std::ranges::count_if(depth.pixels, [](float depth_m) { return depth_m > 0; });
+  EXPECT_GT(num_measured, 640 * 480 / 2);
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/grid_io.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
+#include "pipeline/base/random.h"
+
+namespace nightmap {
+namespace {
+
+class GridIoTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::temp_directory_path() /
+              fmt::format("nightmap_grid_io_{}_{}", info->name(), getpid());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path Yaml() const { return folder_ / "map.yaml"; }
+
+  void Write(const std::string& yaml, const std::string& pgm) const {
+    WriteFile(Yaml(), yaml);
+    WriteFile(folder_ / "map.pgm", pgm);
+  }
+
+  void ExpectError(const std::string& yaml, const std::string& pgm, const std::string& part) const {
+    Write(yaml, pgm);
+    try {
+      ReadGrid(Yaml());
+      FAIL() << "no error; wanted: " << part;
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr(part));
+      EXPECT_THAT(error.what(), testing::HasSubstr(folder_.string()));
+    }
+  }
+
+  std::filesystem::path folder_;
+};
+
+OccupancyGrid RandomGrid(std::uint64_t seed) {
+  Random random(seed);
+  OccupancyGrid grid;
+  grid.width = 1 + static_cast<int>(random.Index(40));
+  grid.height = 1 + static_cast<int>(random.Index(40));
+  grid.resolution_m = random.Uniform(0.01, 0.3);
+  grid.origin_in_map = {random.Uniform(-90, 90), random.Uniform(-1e-7, 1e-7)};
+  for (int i = 0; i < grid.width * grid.height; ++i) {
+    grid.cells.push_back(static_cast<std::uint8_t>(random.Index(3)));
+  }
+  return grid;
+}
+
+const std::string kYaml =
+    "image: map.pgm\nresolution: 0.05\norigin: [-1.5, 2, 0]\nnegate: 0\n"
+    "occupied_thresh: 0.65\nfree_thresh: 0.196\nmode: trinary\n";
+const std::string kPgm = std::string("P5\n2 1\n255\n") + '\x00' + '\xfe';
+
+std::string Replace(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST_F(GridIoTest, WhatIsWrittenIsRead) {
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    const OccupancyGrid grid = RandomGrid(seed);
+    Write(GridToYaml(grid, "map.pgm"), GridToPgm(grid));
+    const OccupancyGrid read = ReadGrid(Yaml());
+    EXPECT_EQ(read.width, grid.width);
+    EXPECT_EQ(read.height, grid.height);
+    EXPECT_EQ(read.resolution_m, grid.resolution_m);
+    EXPECT_EQ(read.origin_in_map, grid.origin_in_map);
+    EXPECT_EQ(read.cells, grid.cells);
+  }
+}
+
+TEST_F(GridIoTest, FirstImageRowIsLargestY) {
+  OccupancyGrid grid;
+  grid.width = 2;
+  grid.height = 2;
+  grid.cells = {kFreeCell, kOccupiedCell, kUnknownCell, kFreeCell};
+  const std::string pgm = GridToPgm(grid);
+  EXPECT_EQ(pgm, std::string("P5\n2 2\n255\n") + "\xcd\xfe\xfe" + '\x00');
+}
+
+TEST_F(GridIoTest, CellsAndPointsAgree) {
+  const OccupancyGrid grid = RandomGrid(7);
+  for (int y = -2; y < grid.height + 2; ++y) {
+    for (int x = -2; x < grid.width + 2; ++x) {
+      EXPECT_EQ(grid.CellOf(grid.CenterInMap({x, y})), Eigen::Vector2i(x, y));
+    }
+  }
+  EXPECT_FALSE(grid.Contains(grid.CellOf({1e300, -1e300})));
+}
+
+TEST_F(GridIoTest, AppliesMapServerRules) {
+  std::string pgm = "P5\n# CREATOR: another program\n256 1\n255\n";
+  for (int gray = 0; gray < 256; ++gray) pgm.push_back(static_cast<char>(gray));
+  Write(kYaml, pgm);
+  const OccupancyGrid grid = ReadGrid(Yaml());
+  Write(Replace(kYaml, "negate: 0", "negate: 1"), pgm);
+  const OccupancyGrid negated = ReadGrid(Yaml());
+  for (std::size_t gray = 0; gray < 256; ++gray) {
+    const double p = (255.0 - static_cast<double>(gray)) / 255.0;
+    const int expected = p > 0.65 ? kOccupiedCell : p < 0.196 ? kFreeCell : kUnknownCell;
+    EXPECT_EQ(grid.cells[gray], expected) << gray;
+    EXPECT_EQ(negated.cells[255 - gray], expected) << gray;
+  }
+  EXPECT_EQ(grid.cells[205], kUnknownCell);
+}
+
+TEST_F(GridIoTest, ReadsYamlOfOtherPrograms) {
+  Write(
+      "---\n# a map\nimage: \"map.pgm\"  # beside\nresolution: 5e-2\norigin: [-1.5,2.0,-0.0]\n"
+      "negate: 0\noccupied_thresh: 0.65 \nfree_thresh: 0.25\r\n\n",
+      kPgm);
+  const OccupancyGrid grid = ReadGrid(Yaml());
+  EXPECT_EQ(grid.resolution_m, 0.05);
+  EXPECT_EQ(grid.origin_in_map, Eigen::Vector2d(-1.5, 2));
+  EXPECT_EQ(grid.cells, (std::vector<std::uint8_t>{kOccupiedCell, kFreeCell}));
+  EXPECT_EQ(GridImagePath(Yaml()), folder_ / "map.pgm");
+}
+
+TEST_F(GridIoTest, RefusesBadYaml) {
+  for (const char* key :
+       {"image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh"}) {
+    ExpectError(Replace(kYaml, std::string(key) + ":", "other:"),
+                kPgm,
+                fmt::format("missing key '{}'", key));
+  }
+  ExpectError(Replace(kYaml, "0.05", "nan"), kPgm, "resolution");
+  ExpectError(Replace(kYaml, "0.05", "0"), kPgm, "resolution");
+  ExpectError(Replace(kYaml, "0.05", "0.05x"), kPgm, "resolution");
+  ExpectError(Replace(kYaml, "2, 0]", "2, nan]"), kPgm, "origin");
+  ExpectError(Replace(kYaml, "-1.5", ".inf"), kPgm, "origin");
+  ExpectError(Replace(kYaml, "2, 0]", "2, 0.3]"), kPgm, "yaw");
+  ExpectError(Replace(kYaml, "2, 0]", "2]"), kPgm, "origin");
+  ExpectError(Replace(kYaml, "negate: 0", "negate: 2"), kPgm, "negate");
+  ExpectError(Replace(kYaml, "0.65", "1.5"), kPgm, "occupied_thresh");
+  ExpectError(Replace(kYaml, "0.196", "0.7"), kPgm, "free_thresh");
+  ExpectError(Replace(kYaml, "trinary", "raw"), kPgm, "mode");
+  ExpectError(kYaml + "negate: 0\n", kPgm, "twice");
+  ExpectError(kYaml + "nonsense\n", kPgm, "nonsense");
+  ExpectError(Replace(kYaml, "map.pgm", "absent.pgm"), kPgm, "absent.pgm");
+}
+
+TEST_F(GridIoTest, RefusesBadImage) {
+  for (std::size_t length = 0; length < kPgm.size(); ++length) {
+    Write(kYaml, kPgm.substr(0, length));
+    EXPECT_THROW(ReadGrid(Yaml()), DataError) << length;
+  }
+  ExpectError(kYaml, kPgm.substr(0, kPgm.size() - 1), "truncated");
+  ExpectError(kYaml, kPgm + "x", "too long");
+  ExpectError(kYaml, Replace(kPgm, "P5", "P2"), "P5");
+  ExpectError(kYaml, Replace(kPgm, "255", "65535"), "maxval");
+  ExpectError(kYaml, Replace(kPgm, "255", "100"), "maxval");
+  ExpectError(kYaml, Replace(kPgm, "2 1", "-2 1"), "width");
+  ExpectError(kYaml, Replace(kPgm, "2 1", "2 0"), "height");
+  ExpectError(kYaml, Replace(kPgm, "2 1", "9999999999 1"), "width");
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/image_io.h"
+
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/videoio.hpp>
+#include <thread>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/random.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+template <typename T>
+Image<T> RandomImage(int width, int height, int num_channels, std::uint64_t seed) {
+  Image<T> image{width, height, num_channels, {}};
+  image.pixels.resize(static_cast<std::size_t>(width * height * num_channels));
+  Random random(seed);
+  for (T& value : image.pixels) value = static_cast<T>(random.Next());
+  return image;
+}
+
+void WriteWithLibrary(const std::filesystem::path& path, const Image<std::uint8_t>& image) {
+  auto output = OIIO::ImageOutput::create(path.string());
+  ASSERT_TRUE(output);
+  const OIIO::ImageSpec spec(image.width, image.height, image.num_channels, OIIO::TypeDesc::UINT8);
+  ASSERT_TRUE(output->open(path.string(), spec));
+  ASSERT_TRUE(output->write_image(OIIO::TypeDesc::UINT8, image.pixels.data()));
+  ASSERT_TRUE(output->close());
+}
+
+TEST(ImageIo, WhatIsWrittenIsRead) {
+  const TemporaryFolder folder;
+  const auto color = RandomImage<std::uint8_t>(31, 17, 3, 1);
+  const auto gray = RandomImage<std::uint8_t>(8, 5, 1, 2);
+  const auto depth = RandomImage<std::uint16_t>(13, 29, 1, 3);
+  // A temporary output name has no image extension.
+  WritePng(folder / "color.tmp", color);
+  WritePng(folder / "gray.png", gray);
+  WritePng(folder / "depth.png", depth);
+  EXPECT_EQ(ReadColorImage(folder / "color.tmp").pixels, color.pixels);
+  EXPECT_EQ(ReadGrayImage(folder / "gray.png").pixels, gray.pixels);
+  const RawDepthImage read = ReadRawDepth(folder / "depth.png");
+  EXPECT_EQ(read.pixels, depth.pixels);
+  EXPECT_EQ(read.width, 13);
+  EXPECT_EQ(read.height, 29);
+  const ImageInfo info = InspectImage(folder / "depth.png");
+  EXPECT_EQ(info.width, 13);
+  EXPECT_EQ(info.height, 29);
+  EXPECT_EQ(info.num_channels, 1);
+  EXPECT_EQ(info.num_bits, 16);
+}
+
+TEST(ImageIo, EqualPixelsGiveEqualBytes) {
+  const TemporaryFolder folder;
+  const auto image = RandomImage<std::uint8_t>(40, 30, 3, 4);
+  WritePng(folder / "a.png", image);
+  WritePng(folder / "b.png", image);
+  EXPECT_EQ(ReadBytes(folder / "a.png"), ReadBytes(folder / "b.png"));
+}
+
+TEST(ImageIo, GrayBecomesRgbAndAlphaIsDroppedUnmultiplied) {
+  const TemporaryFolder folder;
+  const auto gray = RandomImage<std::uint8_t>(4, 3, 1, 5);
+  WritePng(folder / "gray.png", gray);
+  const ColorImage expanded = ReadColorImage(folder / "gray.png");
+  ASSERT_EQ(expanded.num_channels, 3);
+  EXPECT_EQ(expanded.At(2, 1, 0), gray.At(2, 1));
+  EXPECT_EQ(expanded.At(2, 1, 2), gray.At(2, 1));
+  Image<std::uint8_t> rgba{1, 1, 4, {200, 100, 50, 128}};
+  WritePng(folder / "rgba.png", rgba);
+  const auto dropped = ReadColorImage(folder / "rgba.png");
+  EXPECT_EQ(dropped.num_channels, 3);
+  EXPECT_EQ(dropped.pixels, (std::vector<std::uint8_t>{200, 100, 50}));
+}
+
+TEST(ImageIo, GrayIsLuma) {
+  const ColorImage image{3, 1, 3, {255, 255, 255, 255, 0, 0, 0, 255, 0}};
+  const GrayImage gray = ToGray(image);
+  EXPECT_EQ(gray.pixels, (std::vector<std::uint8_t>{255, 76, 150}));
+}
+
+TEST(ImageIo, MissingOrForeignFileIsNamed) {
+  const TemporaryFolder folder;
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder / "no.png"), "no.png: no such image file");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder.Write("a.png", "")), "a.png");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder.Write("b.png", "hello")), "b.png");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder.Path()), "no such image file");
+}
+
+TEST(ImageIo, DepthMustBeOneChannelOf16Bits) {
+  const TemporaryFolder folder;
+  WritePng(folder / "8.png", RandomImage<std::uint8_t>(4, 4, 1, 6));
+  WritePng(folder / "rgb.png", RandomImage<std::uint16_t>(4, 4, 3, 7));
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadRawDepth(folder / "8.png"), "one channel of 16 bits");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadRawDepth(folder / "rgb.png"), "one channel of 16 bits");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadGrayImage(folder / "rgb.png"), "one channel of 8 bits");
+}
+
+TEST(ImageIo, TruncationIsDetectedAtEveryLength) {
+  const TemporaryFolder folder;
+  WritePng(folder / "whole.png", RandomImage<std::uint16_t>(24, 18, 1, 8));
+  WriteWithLibrary(folder / "whole.jpg", RandomImage<std::uint8_t>(64, 48, 3, 9));
+  for (const char* name : {"whole.png", "whole.jpg"}) {
+    const std::string bytes = ReadBytes(folder / name);
+    ASSERT_GT(bytes.size(), 500u);
+    ASSERT_NO_THROW(InspectImage(folder / name));
+    for (std::size_t length = 0; length + 1 < bytes.size(); length += 41) {
+      const auto cut = folder.Write(std::string("cut_") + name, bytes.substr(0, length));
+      ASSERT_THROW(ReadColorImage(cut), DataError) << name << " of " << length << " bytes";
+      ASSERT_THROW(InspectImage(cut), DataError) << name << " of " << length << " bytes";
+    }
+  }
+}
+
+TEST(ImageIo, TrailingBytesAreTolerated) {
+  const TemporaryFolder folder;
+  WritePng(folder / "a.png", RandomImage<std::uint8_t>(9, 9, 3, 10));
+  const auto padded = folder.Write("b.png", ReadBytes(folder / "a.png") + std::string(512, '\0'));
+  EXPECT_EQ(ReadColorImage(padded).pixels, ReadColorImage(folder / "a.png").pixels);
+}
+
+TEST(ImageIo, DamagedBytesNeverGiveAnImageOfAnotherSize) {
+  const TemporaryFolder folder;
+  WritePng(folder / "a.png", RandomImage<std::uint8_t>(20, 20, 3, 11));
+  const std::string bytes = ReadBytes(folder / "a.png");
+  Random random(12);
+  int num_refused = 0;
+  for (int i = 0; i < 300; ++i) {
+    std::string damaged = bytes;
+    damaged[random.Index(damaged.size())] ^= static_cast<char>(1 + random.Index(255));
+    const auto path = folder.Write("damaged.png", damaged);
+    try {
+      const ColorImage image = ReadColorImage(path);
+      ASSERT_EQ(image.pixels.size(),
+                static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3);
+    } catch (const DataError&) {
+      ++num_refused;
+    }
+  }
+  EXPECT_GT(num_refused, 200);
+}
+
+TEST(ImageIo, TruncatedRecordingIsRefused) {
+  NIGHTMAP_REQUIRE_DATA("hololens_office");
+  NIGHTMAP_REQUIRE_DATA("tum_fr1_xyz_15hz");
+  const TemporaryFolder folder;
+  const auto png = ReadBytes(TestDataPath("hololens_office/depth/00003.png"));
+  const auto jpg = ReadBytes(TestDataPath("tum_fr1_xyz_15hz/rgb/1305031102.175304.jpg"));
+  ASSERT_NO_THROW(ReadRawDepth(folder.Write("whole.png", png)));
+  ASSERT_NO_THROW(ReadColorImage(folder.Write("whole.jpg", jpg)));
+  const auto cut_png = folder.Write("cut.png", png.substr(0, png.size() / 2));
+  const auto cut_jpg = folder.Write("cut.jpg", jpg.substr(0, jpg.size() / 2));
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadRawDepth(cut_png), "cut.png: truncated png file");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(cut_jpg), "cut.jpg: truncated jpeg file");
+}
+
+class VideoTest : public testing::Test {
+ protected:
+  static constexpr int kNumFrames = 12;
+
+  // Frame i is uniformly gray of value 10 + 20 i.
+  void SetUp() override {
+    cv::VideoWriter writer((folder_ / "clip.avi").string(),
+                           cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
+                           15.0,
+                           cv::Size(64, 48));
+    ASSERT_TRUE(writer.isOpened());
+    for (int i = 0; i < kNumFrames; ++i) {
+      writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(10 + 20 * i)));
+    }
+  }
+  void ExpectFrame(int i) const {
+    const ColorImage image = ReadColorImage(VideoFramePath(folder_ / "clip.avi", i));
+    ASSERT_EQ(image.width, 64);
+    EXPECT_NEAR(image.At(30, 20, 1), 10 + 20 * i, 4) << i;
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(VideoTest, FramesAreReachedInAnyOrderFromAnyThread) {
+  const VideoInfo info = InspectVideo(folder_ / "clip.avi");
+  EXPECT_EQ(info.num_frames, kNumFrames);
+  EXPECT_EQ(info.width, 64);
+  EXPECT_EQ(info.height, 48);
+  EXPECT_DOUBLE_EQ(info.frame_rate_hz, 15);
+  for (const int i : {0, 1, 2, 7, 7, 3, 11, 0}) ExpectFrame(i);
+  std::thread other([&] {
+    for (int i = 0; i < kNumFrames; ++i) ExpectFrame(i);
+  });
+  for (int i = kNumFrames - 1; i >= 0; --i) ExpectFrame(i);
+  other.join();
+}
+
+TEST_F(VideoTest, FramesBeyondTheEndAndForeignFilesAreRefused) {
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        ReadColorImage(VideoFramePath(folder_ / "clip.avi", kNumFrames)),
+                        "12 readable frames, no frame 12");
+  ExpectFrame(3);  // still readable after the error
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder_ / "no.avi#0"), "no such video");
+  NIGHTMAP_EXPECT_ERROR(DataError, InspectVideo(folder_.Write("text.avi", "hello")), "text.avi");
+}
+
+TEST(ImageIo, VideoFramePathsAreTakenApart) {
+  const auto parts = SplitVideoFramePath("a/clip#1.avi#17");
+  ASSERT_TRUE(parts);
+  EXPECT_EQ(parts->first, "a/clip#1.avi");
+  EXPECT_EQ(parts->second, 17);
+  EXPECT_FALSE(SplitVideoFramePath("a/clip.avi"));
+  EXPECT_FALSE(SplitVideoFramePath("a/clip.avi#"));
+  EXPECT_FALSE(SplitVideoFramePath("a/clip.avi#-1"));
+  EXPECT_FALSE(SplitVideoFramePath("a#1/b.png"));
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/landmarks_io.h"
+
+#include <limits>
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/hdf5_file.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+LandmarkMap MakeMap() {
+  LandmarkMap map;
+  map.kind = DescriptorKind::kOrb;
+  map.positions_in_map = {{1, 2, 3}, {-0.1, 1e-9, 4}};
+  map.position_sigmas_m = {0.01F, 0.5F};
+  map.descriptor_landmarks = {0, 0, 1};
+  for (int i = 0; i < 3 * 32; ++i) map.descriptors.push_back(static_cast<std::uint8_t>(i));
+  map.num_word_levels = 2;
+  map.words = {1, 5, 2, 6, 3, 7};
+  const Rigid3 turned{Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ())),
+                      {0.1, 0.2, 0.3}};
+  map.keyframes = {{0, 1000000001, {}}, {4, 1400000001, turned}};
+  map.landmark_keyframes = {{0, 1}, {1}};
+  return map;
+}
+
+class LandmarksIoTest : public testing::Test {
+ protected:
+  void ExpectRefused(const std::string& field) const {
+    WriteLandmarks(path_, map_, "");
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadLandmarks(path_), field);
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadLandmarks(path_), "landmarks.h5");
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_ / "landmarks.h5";
+  LandmarkMap map_ = MakeMap();
+};
+
+TEST_F(LandmarksIoTest, ReadsWhatItWrote) {
+  WriteLandmarks(path_, map_, "a = 1\n");
+  const LandmarkMap read = ReadLandmarks(path_);
+  EXPECT_EQ(read.kind, map_.kind);
+  EXPECT_EQ(read.positions_in_map, map_.positions_in_map);
+  EXPECT_EQ(read.position_sigmas_m, map_.position_sigmas_m);
+  EXPECT_EQ(read.descriptors, map_.descriptors);
+  EXPECT_EQ(read.words, map_.words);
+  EXPECT_EQ(read.landmark_keyframes, map_.landmark_keyframes);
+  ASSERT_EQ(read.keyframes.size(), 2U);
+  EXPECT_EQ(read.keyframes[1].time_ns, 1400000001);
+  EXPECT_EQ(read.keyframes[1].map_from_camera.Matrix(), map_.keyframes[1].map_from_camera.Matrix());
+  WriteLandmarks(folder_ / "again.h5", read, "a = 1\n");
+  EXPECT_EQ(ReadBytes(path_), ReadBytes(folder_ / "again.h5"));
+}
+
+TEST_F(LandmarksIoTest, GivesBothDirectionsOfVisibility) {
+  EXPECT_EQ(map_.KeyframeLandmarks(), (std::vector<std::vector<int>>{{0}, {0, 1}}));
+  EXPECT_EQ(map_.DescriptorOffsets(), (std::vector<int>{0, 2, 3}));
+  EXPECT_EQ(map_.Word(1, 2), 6);
+}
+
+TEST_F(LandmarksIoTest, ReadsAnEmptyMap) {
+  map_ = LandmarkMap{};
+  WriteLandmarks(path_, map_, "");
+  EXPECT_EQ(ReadLandmarks(path_).NumLandmarks(), 0);
+}
+
+TEST_F(LandmarksIoTest, RefusesTruncatedFiles) {
+  WriteLandmarks(path_, map_, "");
+  const std::string bytes = ReadBytes(path_);
+  folder_.Write("landmarks.h5", bytes.substr(0, bytes.size() - 100));
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadLandmarks(path_), "landmarks.h5");
+}
+
+TEST_F(LandmarksIoTest, RefusesNewerVersions) {
+  Hdf5Writer(path_, "nightmap.landmarks", 2, "", "").Close();
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadLandmarks(path_), "version");
+}
+
+TEST_F(LandmarksIoTest, RefusesNaN) {
+  map_.positions_in_map[1].y() = std::numeric_limits<double>::quiet_NaN();
+  ExpectRefused("landmarks/position_in_map_m");
+}
+
+TEST_F(LandmarksIoTest, RefusesIndicesOutOfRange) {
+  map_.landmark_keyframes[1] = {2};
+  ExpectRefused("observations/keyframe_idx has index 2");
+  map_ = MakeMap();
+  map_.descriptor_landmarks[2] = 2;
+  ExpectRefused("descriptors/landmark_idx");
+  map_ = MakeMap();
+  map_.words[3] = -1;
+  ExpectRefused("descriptors/words");
+}
+
+TEST_F(LandmarksIoTest, RefusesLandmarksWithoutDescriptor) {
+  map_.descriptor_landmarks = {0, 0, 0};
+  ExpectRefused("descriptors/landmark_idx");
+}
+
+TEST_F(LandmarksIoTest, RefusesUnsortedVisibilityAndOtherSizes) {
+  map_.landmark_keyframes[0] = {1, 0};
+  ExpectRefused("observations/keyframe_idx");
+  map_ = MakeMap();
+  map_.landmark_keyframes.pop_back();
+  ExpectRefused("observations/offsets");
+  map_ = MakeMap();
+  map_.position_sigmas_m.pop_back();
+  ExpectRefused("landmarks/position_sigma_m");
+}
+
+TEST_F(LandmarksIoTest, RefusesQuaternionsThatAreNoRotation) {
+  map_.keyframes[0].map_from_camera.rotation.coeffs() *= 2.0;
+  ExpectRefused("keyframes/map_from_camera");
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/octree_io.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <octomap/ColorOcTree.h>
+#include <octomap/OcTree.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <memory>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
+#include "pipeline/base/random.h"
+
+namespace nightmap {
+namespace {
+
+class OctreeIoTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::temp_directory_path() /
+              fmt::format("nightmap_octree_{}_{}", info->name(), getpid());
+    std::filesystem::create_directories(folder_);
+    ot_ = folder_ / "map.ot";
+    bt_ = folder_ / "map.bt";
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  void ExpectError(const std::string& part) const {
+    try {
+      ReadOctree(ot_);
+      FAIL() << "no error; wanted: " << part;
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr(part));
+      EXPECT_THAT(error.what(), testing::HasSubstr("map.ot"));
+    }
+  }
+
+  std::filesystem::path folder_, ot_, bt_;
+};
+
+// A checkerboard of voxels around the origin: nothing to merge, both signs of every coordinate.
+OccupancyTree Checkerboard() {
+  OccupancyTree tree;
+  tree.resolution_m = 0.05;
+  Random random(3);
+  for (int i = 0; i < 512; ++i) {
+    const Eigen::Vector3d key(i / 64 - 4, i / 8 % 8 - 4, i % 8 - 4);
+    OccupancyVoxel leaf;
+    leaf.centre_in_map = (key.array() + 0.5).matrix() * tree.resolution_m;
+    leaf.size_m = tree.resolution_m;
+    leaf.log_odds = i % 3 == 0 ? 1.5F : -0.25F - static_cast<float>(i) / 1000;
+    for (auto& channel : leaf.rgb) channel = static_cast<std::uint8_t>(random.Index(256));
+    tree.leaves.push_back(leaf);
+  }
+  return tree;
+}
+
+OccupancyTree OneBlock(float log_odds) {
+  OccupancyTree tree = Checkerboard();
+  for (auto& leaf : tree.leaves) leaf.log_odds = log_odds;
+  return tree;
+}
+
+const OccupancyVoxel* LeafAt(const OccupancyTree& tree, const Eigen::Vector3d& point) {
+  for (const auto& leaf : tree.leaves) {
+    if ((point - leaf.centre_in_map).cwiseAbs().maxCoeff() <= leaf.size_m / 2) return &leaf;
+  }
+  return nullptr;
+}
+
+TEST_F(OctreeIoTest, WhatIsWrittenIsRead) {
+  const OccupancyTree written = Checkerboard();
+  WriteOctree(ot_, written);
+  const OccupancyTree read = ReadOctree(ot_);
+  EXPECT_DOUBLE_EQ(read.resolution_m, written.resolution_m);
+  ASSERT_EQ(read.leaves.size(), written.leaves.size());
+  for (const auto& leaf : written.leaves) {
+    const OccupancyVoxel* found = LeafAt(read, leaf.centre_in_map);
+    ASSERT_NE(found, nullptr);
+    EXPECT_NEAR((found->centre_in_map - leaf.centre_in_map).norm(), 0, 1e-6);
+    EXPECT_DOUBLE_EQ(found->size_m, leaf.size_m);
+    EXPECT_EQ(found->log_odds, leaf.log_odds);
+    EXPECT_EQ(found->rgb, leaf.rgb);
+  }
+}
+
+TEST_F(OctreeIoTest, ReadingAndWritingAgainGivesTheSameBytes) {
+  WriteOctree(ot_, Checkerboard());
+  const std::string first = ReadFile(ot_);
+  WriteOctree(ot_, ReadOctree(ot_));
+  EXPECT_EQ(ReadFile(ot_), first);
+}
+
+TEST_F(OctreeIoTest, EqualLeavesAreMergedAndLargeLeavesSurvive) {
+  WriteOctree(ot_, OneBlock(-2.0F));
+  const OccupancyTree merged = ReadOctree(ot_);
+  ASSERT_EQ(merged.leaves.size(), 8U);  // one 4 x 4 x 4 cube in each octant
+  EXPECT_DOUBLE_EQ(merged.leaves[0].size_m, 0.2);
+  WriteOctree(ot_, merged);
+  EXPECT_EQ(ReadOctree(ot_).leaves.size(), 8U);
+}
+
+TEST_F(OctreeIoTest, OctoMapReadsTheColoredTree) {
+  const OccupancyTree written = Checkerboard();
+  WriteOctree(ot_, written);
+  const std::unique_ptr<octomap::AbstractOcTree> read(octomap::AbstractOcTree::read(ot_.string()));
+  const auto* tree = dynamic_cast<octomap::ColorOcTree*>(read.get());
+  ASSERT_NE(tree, nullptr);
+  for (const auto& leaf : written.leaves) {
+    const auto* node =
+        tree->search(leaf.centre_in_map.x(), leaf.centre_in_map.y(), leaf.centre_in_map.z());
+    ASSERT_NE(node, nullptr);
+    EXPECT_EQ(tree->isNodeOccupied(node), leaf.Occupied());
+    EXPECT_EQ(node->getColor().g, leaf.rgb[1]);
+  }
+}
+
+TEST_F(OctreeIoTest, OctoMapReadsTheBinaryTree) {
+  const OccupancyTree written = Checkerboard();
+  WriteBinaryOctree(bt_, written);
+  octomap::OcTree tree(1.0);
+  ASSERT_TRUE(tree.readBinary(bt_.string()));
+  EXPECT_NEAR(tree.getResolution(), 0.05, 1e-9);
+  for (const auto& leaf : written.leaves) {
+    const auto* node =
+        tree.search(leaf.centre_in_map.x(), leaf.centre_in_map.y(), leaf.centre_in_map.z());
+    ASSERT_NE(node, nullptr);
+    EXPECT_EQ(tree.isNodeOccupied(node), leaf.Occupied());
+  }
+  EXPECT_EQ(tree.search(1.0, 1.0, 1.0), nullptr);
+}
+
+TEST_F(OctreeIoTest, OctoMapsOwnToolConvertsTheTree) {
+  if (std::system("command -v convert_octree >/dev/null") != 0) {
+    GTEST_SKIP() << "convert_octree (octomap-tools) is not installed";
+  }
+  WriteOctree(ot_, Checkerboard());
+  const std::string converted = (folder_ / "converted.bt").string();
+  const std::string command =
+      fmt::format("convert_octree '{}' '{}' >/dev/null 2>&1", ot_.string(), converted);
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  octomap::OcTree tree(1.0);
+  ASSERT_TRUE(tree.readBinary(converted));
+  EXPECT_EQ(tree.getNumLeafNodes() > 0, true);
+}
+
+TEST_F(OctreeIoTest, EveryTruncationIsRefused) {
+  WriteOctree(ot_, Checkerboard());
+  const std::string bytes = ReadFile(ot_);
+  for (std::size_t size = 0; size < bytes.size(); size += size < 200 ? 1 : 37) {
+    WriteFile(ot_, bytes.substr(0, size));
+    EXPECT_THROW(ReadOctree(ot_), DataError) << size << " of " << bytes.size() << " bytes";
+  }
+}
+
+TEST_F(OctreeIoTest, NanIsRefused) {
+  WriteOctree(ot_, Checkerboard());
+  std::string bytes = ReadFile(ot_);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(bytes.data() + bytes.find("data\n") + 5, &nan, sizeof(nan));
+  WriteFile(ot_, bytes);
+  ExpectError("not finite");
+}
+
+TEST_F(OctreeIoTest, OtherTypesAreRefused) {
+  WriteOctree(ot_, Checkerboard());
+  std::string bytes = ReadFile(ot_);
+  bytes.replace(bytes.find("ColorOcTree"), 11, "StampedTree");
+  WriteFile(ot_, bytes);
+  ExpectError("field id is 'StampedTree'");
+  WriteFile(ot_, "not a tree");
+  ExpectError("not an OctoMap .ot file");
+}
+
+TEST_F(OctreeIoTest, LeavesThatDoNotFitAreRefused) {
+  OccupancyTree tree = Checkerboard();
+  tree.leaves[5].size_m = 0.07;
+  EXPECT_THROW(WriteOctree(ot_, tree), DataError);
+  tree = Checkerboard();
+  tree.leaves[5].centre_in_map.x() = 2 * OctreeReach_m(tree.resolution_m);
+  EXPECT_THROW(WriteOctree(ot_, tree), DataError);
+  tree = Checkerboard();
+  tree.leaves[5].log_odds = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(WriteBinaryOctree(bt_, tree), DataError);
+}
+
+}  // namespace
+}  // namespace nightmap

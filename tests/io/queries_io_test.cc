@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/queries_io.h"
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+constexpr char kHeader[] =
+    "query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,reprojection_error_px,"
+    "tx_m,ty_m,tz_m,qx,qy,qz,qw\n";
+
+std::vector<QueryResult> MakeQueries() {
+  QueryResult located{0, 2000000000, "a,b.png", "", 90, 80, 1.25, {}};
+  located.map_from_camera = {Eigen::Quaterniond(Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitX())),
+                             {0.1, -2, 1e-7}};
+  return {located, {1, 1000000000, "c.png", "too_few_matches", 3, 0, 0, {}}};
+}
+
+class QueriesIoTest : public testing::Test {
+ protected:
+  void ExpectRefused(const std::string& rows, const std::string& text) const {
+    const auto path = folder_.Write("queries.csv", kHeader + rows);
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadQueries(path), text);
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadQueries(path), "queries.csv");
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(QueriesIoTest, ReadsWhatItWrote) {
+  const std::string text = QueriesToCsv(MakeQueries());
+  const auto read = ReadQueries(folder_.Write("queries.csv", text));
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_TRUE(read[0].IsLocated());
+  EXPECT_EQ(read[0].color_path, "a,b.png");
+  EXPECT_EQ(read[0].num_inliers, 80);
+  EXPECT_EQ(read[0].map_from_camera.Matrix(), MakeQueries()[0].map_from_camera.Matrix());
+  EXPECT_EQ(read[1].reason, "too_few_matches");
+  EXPECT_EQ(QueriesToCsv(read), text);
+}
+
+TEST_F(QueriesIoTest, OnlyLocatedQueriesMakeATrajectory) {
+  auto queries = MakeQueries();
+  queries.push_back(queries[0]);
+  queries[2].time_ns = 1;
+  const auto poses = LocatedPoses(queries);
+  ASSERT_EQ(poses.size(), 2U);
+  EXPECT_EQ(poses[0].time_ns, 1);
+  EXPECT_EQ(poses[1].time_ns, 2000000000);
+}
+
+TEST_F(QueriesIoTest, RefusesContradictions) {
+  ExpectRefused("0,1,a.png,lost,x,1,1,0,,,,,,,\n", "status");
+  ExpectRefused("0,1,a.png,failed,,1,1,0,,,,,,,\n", "without reason");
+  ExpectRefused("0,1,a.png,failed,x,1,1,0,1,,,,,,\n", "with a pose");
+  ExpectRefused("0,1,a.png,located,x,1,1,0,0,0,0,0,0,0,1\n", "reason of failure");
+  ExpectRefused("0,1,a.png,located,,1,1,0,0,0,0,0,0,0,2\n", "unit length");
+  ExpectRefused("0,1,a.png,located,,1,1,0,0,nan,0,0,0,0,1\n", "ty_m");
+  ExpectRefused("0,1,a.png,located,,1,1,0,,,,,,,\n", "tx_m");
+}
+
+TEST_F(QueriesIoTest, RefusesTruncatedFilesAndOtherHeaders) {
+  const std::string text = QueriesToCsv(MakeQueries());
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        ReadQueries(folder_.Write("queries.csv", text.substr(0, text.size() - 5))),
+                        "queries.csv");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, ReadQueries(folder_.Write("queries.csv", "query_idx\n0\n")), "queries.csv");
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/site_config.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/base/error.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+constexpr const char* kSite = R"(root = "office"
+hold_out_every = 5
+[[camera]]
+id = "color"
+width = 640
+height = 480
+fx = 517.3
+fy = 516.5
+cx = 318
+cy = 255.3
+k1 = 0.25
+depth_units_per_m = 5000
+[[sequence]]
+layout = "tum"
+folder = "one"
+camera = "color"
+ground_truth = "truth.txt"
+[[sequence]]
+layout = "video"
+folder = "two"
+camera = "color"
+video = "clip.avi"
+depth_folder = "depth"
+time_offset_s = 100.5
+[[query]]
+layout = "seven_scenes"
+folder = "q"
+camera = "color"
+frame_rate_hz = 15
+)";
+
+std::string Replaced(const std::string& from, const std::string& to) {
+  std::string text = kSite;
+  EXPECT_NE(text.find(from), std::string::npos) << from;
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(SiteConfig, EveryTableIsRead) {
+  const SiteConfig site = ParseSiteConfig(kSite, "site.toml");
+  EXPECT_EQ(site.root, "office");
+  EXPECT_EQ(site.hold_out_every, 5);
+  ASSERT_EQ(site.cameras.size(), 1u);
+  EXPECT_EQ(site.cameras[0].camera_id, "color");
+  EXPECT_EQ(site.cameras[0].color.cx, 318);
+  EXPECT_EQ(site.cameras[0].color.k1, 0.25);
+  EXPECT_TRUE(site.cameras[0].depth_registered);
+  EXPECT_EQ(site.cameras[0].depth_units_per_m, 5000);
+  ASSERT_EQ(site.sequences.size(), 2u);
+  EXPECT_EQ(site.sequences[0].ground_truth, "truth.txt");
+  EXPECT_EQ(site.sequences[1].video, "clip.avi");
+  EXPECT_EQ(site.sequences[1].time_offset_s, 100.5);
+  ASSERT_EQ(site.queries.size(), 1u);
+  EXPECT_EQ(site.queries[0].frame_rate_hz, 15);
+  EXPECT_EQ(site.queries[0].source, "site.toml:25");
+}
+
+TEST(SiteConfig, UnregisteredDepthNeedsItsCamera) {
+  const std::string keys =
+      "depth_registered = false\ndepth_width = 320\ndepth_height = 240\ndepth_fx = 250\n"
+      "depth_fy = 250\ndepth_cx = 160\ndepth_cy = 120\n";
+  const auto with = [&](const std::string& extra) {
+    return ParseSiteConfig(Replaced("k1 = 0.25\n", keys + extra), "s.toml");
+  };
+  const auto site = with("color_from_depth = [0.025, 0, 0, 0, 0, 0, 1]\n");
+  EXPECT_FALSE(site.cameras[0].depth_registered);
+  EXPECT_EQ(site.cameras[0].depth.width, 320);
+  EXPECT_EQ(site.cameras[0].color_from_depth.translation.x(), 0.025);
+  NIGHTMAP_EXPECT_ERROR(UsageError, with(""), "'color_from_depth' is missing");
+  NIGHTMAP_EXPECT_ERROR(UsageError, with("color_from_depth = [1, 2]\n"), "2 numbers");
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError, with("color_from_depth = [0, 0, 0, 0, 0, 0, 2]\n"), "give a unit one");
+  NIGHTMAP_EXPECT_ERROR(UsageError,
+                        ParseSiteConfig(Replaced("k1 = 0.25", "depth_fx = 250"), "s.toml"),
+                        "'depth_fx' needs depth_registered = false");
+}
+
+TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
+  const auto expect = [](const std::string& from, const std::string& to, const std::string& why) {
+    NIGHTMAP_EXPECT_ERROR(UsageError, ParseSiteConfig(Replaced(from, to), "s.toml"), why);
+    try {
+      ParseSiteConfig(Replaced(from, to), "s.toml");
+    } catch (const UsageError& error) {
+      EXPECT_EQ(error.Code(), ExitCode::kUsageError);
+      EXPECT_THAT(error.what(), testing::StartsWith("s.toml"));
+    }
+  };
+  expect("k1 = 0.25", "k4 = 0.25", "s.toml:11: unknown key 'k4'");
+  expect("root =", "rot =", "s.toml:1: unknown key 'rot'");
+  expect("[[query]]", "[[queries]]", "s.toml:25: unknown key 'queries'");
+  expect("[[camera]]", "[camera]", "must be written as [[camera]]");
+  expect("width = 640", "width = \"wide\"", "s.toml:5: 'width' must be an integer");
+  expect("width = 640", "width = 640.5", "s.toml:5: 'width' must be an integer");
+  expect("width = 640", "width = 0", "s.toml:5: width = 0 is out of range");
+  expect("fx = 517.3", "fx = -1", "s.toml:7: fx = -1.0 is out of range");
+  expect("fx = 517.3", "fx = nan", "s.toml:7: fx = nan");
+  expect("fx = 517.3\n", "", "s.toml:3: 'fx' is missing");
+  expect("depth_units_per_m = 5000\n", "", "'depth_units_per_m' is missing");
+  expect("k1 = 0.25", "min_depth_m = 20.0", "must be below max_depth_m");
+  expect("layout = \"tum\"", "layout = \"tumm\"", "s.toml:14: layout = \"tumm\" is out of range");
+  expect("folder = \"one\"\n", "", "s.toml:13: 'folder' is missing");
+  expect("folder = \"one\"", "folder = \"/one\"", "must lie inside the data folder");
+  expect("folder = \"one\"", "folder = \"a/../../b\"", "must lie inside the data folder");
+  expect("root = \"office\"", "root = \"/office\"", "must lie inside the data folder");
+  expect(
+      "camera = \"color\"", "camera = \"gray\"", "no [[camera]] has id \"gray\"; there are: color");
+  expect("video = \"clip.avi\"\n", "", "'video' is missing");
+  expect("frame_rate_hz = 15", "video = \"a.avi\"", "'video' needs layout = \"video\"");
+  expect("hold_out_every = 5", "hold_out_every = 1", "would leave nothing to map");
+  expect("hold_out_every = 5", "hold_out_every = -1", "s.toml:2: hold_out_every = -1");
+  expect("hold_out_every = 5", "hold_out_every = ", "s.toml:2: not valid TOML");
+}
+
+TEST(SiteConfig, CamerasAndSequencesMustBeThere) {
+  const std::string site = kSite;
+  const auto camera = site.find("[[camera]]"), sequence = site.find("[[sequence]]");
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError, ParseSiteConfig(site.substr(0, camera), "s.toml"), "add a [[camera]]");
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError, ParseSiteConfig(site.substr(0, sequence), "s.toml"), "add a [[sequence]]");
+  const std::string table = site.substr(camera, sequence - camera);
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError, ParseSiteConfig(site + table, "s.toml"), "s.toml:30: a second camera \"color\"");
+}
+
+TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
+  int num_sites = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("configs/sites")) {
+    if (entry.path().extension() != ".toml") continue;
+    EXPECT_NO_THROW(ReadSiteConfig(entry.path())) << entry.path();
+    ++num_sites;
+  }
+  EXPECT_GE(num_sites, 3);
+}
+
+}  // namespace
+}  // namespace nightmap

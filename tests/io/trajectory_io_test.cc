@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/trajectory_io.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/random.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+TEST(Time, IsExactToTheNanosecond) {
+  EXPECT_EQ(ParseTime_ns("1305031102.175304"), 1305031102175304000);
+  EXPECT_EQ(TimeToString(1305031102175304000), "1305031102.175304");
+  EXPECT_EQ(TimeToString(1305031102175304001), "1305031102.175304001");
+  EXPECT_EQ(ParseTime_ns("0.3"), 300000000);
+  EXPECT_EQ(ParseTime_ns("7"), 7000000000);
+  EXPECT_EQ(ParseTime_ns("1.305031102175304e+09"), 1305031102175304000);
+  EXPECT_EQ(ParseTime_ns("1403636579763555584e-9"), 1403636579763555584);
+  EXPECT_EQ(ParseTime_ns("0.0000000004"), 0);
+  EXPECT_EQ(ParseTime_ns("0.0000000005"), 1);
+  EXPECT_EQ(ParseTime_ns("-1.5"), -1500000000);
+}
+
+TEST(Time, TextRoundTripsForAnyTime) {
+  Random random(1);
+  for (int i = 0; i < 10000; ++i) {
+    const auto time_ns = static_cast<std::int64_t>(random.Next() >> (1 + random.Index(60)));
+    ASSERT_EQ(ParseTime_ns(TimeToString(time_ns)), time_ns);
+    ASSERT_EQ(ParseTime_ns(TimeToString(-time_ns)), -time_ns);
+  }
+}
+
+TEST(Time, RefusesWhatIsNoTime) {
+  for (const char* text :
+       {"", ".", "-", "1.2.3", "nan", "inf", "1e", "1e99", "0x10", "1,5", "1 "}) {
+    EXPECT_THROW(ParseTime_ns(text), DataError) << text;
+  }
+  EXPECT_THROW(ParseTime_ns("1305031102175304000"), DataError);  // nanoseconds given as seconds
+}
+
+std::vector<StampedPose> RandomPoses(int count) {
+  Random random(2);
+  std::vector<StampedPose> poses;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Quaterniond q(
+        random.Gaussian(), random.Gaussian(), random.Gaussian(), random.Gaussian());
+    poses.push_back({1305031102175304000 + i * std::int64_t{33333333},
+                     {q.normalized(), {random.Gaussian(), random.Gaussian(), -random.Gaussian()}}});
+  }
+  return poses;
+}
+
+TEST(Tum, WhatIsWrittenIsRead) {
+  const TemporaryFolder folder;
+  const auto poses = RandomPoses(100);
+  const auto path = folder.Write("a.tum", TrajectoryToTum(poses, "map_from_camera"));
+  const auto read = ReadTum(path);
+  ASSERT_EQ(read.size(), poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    EXPECT_EQ(read[i].time_ns, poses[i].time_ns);
+    EXPECT_LT((read[i].pose.translation - poses[i].pose.translation).norm(), 1e-8);
+    EXPECT_LT(AngleBetween_rad(read[i].pose, poses[i].pose), 1e-7);
+    EXPECT_EQ(FindPose(read, poses[i].time_ns), static_cast<int>(i));
+  }
+  EXPECT_EQ(FindPose(read, poses[3].time_ns + 1), -1);
+  EXPECT_EQ(FindPose(read, poses[99].time_ns + 1), -1);
+  // Writing what was read changes nothing any more.
+  const auto again = folder.Write("b.tum", TrajectoryToTum(read, "map_from_camera"));
+  EXPECT_EQ(TrajectoryToTum(ReadTum(again), "map_from_camera"), ReadBytes(again));
+}
+
+TEST(Tum, EqualRotationsGiveEqualText) {
+  StampedPose pose{0, {Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5), {-1e-12, 0, 0}}};
+  const std::string text = TrajectoryToTum({pose}, "");
+  pose.pose.rotation.coeffs() *= -1;
+  pose.pose.translation.x() = 0;
+  EXPECT_EQ(TrajectoryToTum({pose}, ""), text);
+}
+
+TEST(Tum, CommentsBlankLinesAndTabsAreFine) {
+  const TemporaryFolder folder;
+  const auto poses =
+      ReadTum(folder.Write("a.tum", "# comment\n\n1\t0 0 0  0 0 0 1\r\n  2 1 2 3 0 0 0 1"));
+  ASSERT_EQ(poses.size(), 2u);
+  EXPECT_EQ(poses[1].pose.translation, Eigen::Vector3d(1, 2, 3));
+  EXPECT_TRUE(ReadTum(folder.Write("b.tum", "# nothing\n")).empty());
+}
+
+TEST(Tum, BadLinesAreNamed) {
+  const TemporaryFolder folder;
+  const auto expect = [&](const std::string& line, const std::string& reason) {
+    const auto path = folder.Write("bad.tum", "# header\n1 0 0 0 0 0 0 1\n" + line + "\n");
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadTum(path), "bad.tum:3: ");
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadTum(path), reason);
+  };
+  expect("2 0 0 0 0 0 0", "7 columns");
+  expect("2 0 0 0 0 0 0 1 5", "9 columns");
+  expect("2 nan 0 0 0 0 0 1", "'nan' is not a finite number");
+  expect("2 0 inf 0 0 0 0 1", "'inf' is not a finite number");
+  expect("2 0 0 x 0 0 0 1", "'x'");
+  expect("2 0 0 0 0 0 0 0", "quaternion");
+  expect("2 0 0 0 0 0 0 2", "quaternion");
+  expect("x 0 0 0 0 0 0 1", "not a time");
+  expect("1 0 0 0 0 0 0 1", "times must increase");
+  expect("0.5 0 0 0 0 0 0 1", "times must increase");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadTum(folder / "none.tum"), "none.tum");
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The documentation: its examples parse, its links lead somewhere, its tables name what exists."""
+
+import re
+import tomllib
+import unittest
+
+from fake_site import CHECKOUT
+from nightmap_eval.stages import STAGES
+
+PAGES = ("README.md", "ARCHITECTURE.md", "datasets.md")
+SITE_KEYS = {"root", "hold_out_every", "camera", "sequence", "query"}
+
+
+def text_of(name):
+    return (CHECKOUT / name).read_text(encoding="utf-8")
+
+
+def anchor(heading):
+    return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+
+
+class DocsTest(unittest.TestCase):
+    def test_site_configs_parse_and_hold_together(self):
+        blocks = re.findall(r"```toml\n(.*?)```", text_of("datasets.md"), re.DOTALL)
+        self.assertGreaterEqual(len(blocks), 6)
+        for block in blocks:
+            site = tomllib.loads(block)
+            with self.subTest(site.get("root")):
+                self.assertLessEqual(set(site), SITE_KEYS)
+                cameras = {camera["id"] for camera in site.get("camera", [])}
+                for recording in site.get("sequence", []):
+                    self.assertIn(recording["camera"], cameras)
+
+    def test_keys_of_examples_are_known_to_the_parser(self):
+        parser = text_of("pipeline/io/site_config.cc")
+        known = set(re.findall(r'list\.Add\(\s*"(\w+)"', parser))
+        for block in re.findall(r"```toml\n(.*?)```", text_of("datasets.md"), re.DOTALL):
+            for tables in tomllib.loads(block).values():
+                for table in tables if isinstance(tables, list) else []:
+                    self.assertLessEqual(set(table), known)
+
+    def test_links_lead_somewhere(self):
+        for page in PAGES:
+            text = text_of(page)
+            anchors = {anchor(heading) for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE)}
+            for target in re.findall(r"\]\(([^)]+)\)", text):
+                with self.subTest(f"{page}: {target}"):
+                    if target.startswith("#"):
+                        self.assertIn(target[1:], anchors)
+                    elif target != "docs/demo.png" and not target.startswith("http"):
+                        self.assertTrue((CHECKOUT / target).exists())
+
+    def test_every_stage_is_described(self):
+        stages = {path.parent.name for path in CHECKOUT.glob("stages/*/main.cc")}
+        self.assertLessEqual(stages, set(STAGES))
+        for stage in stages:
+            for page in ("README.md", "ARCHITECTURE.md"):
+                self.assertIn(f"`{stage}`", text_of(page))
+
+    def test_code_that_is_named_exists(self):
+        page = text_of("ARCHITECTURE.md")
+        for name in re.findall(r"`((?:pipeline|scripts)/[\w/.]+\.\w+)`", page):
+            self.assertTrue((CHECKOUT / name).exists(), name)
+
+    def test_pictures_are_small(self):
+        for picture in (CHECKOUT / "docs").glob("*.png"):
+            self.assertLess(picture.stat().st_size, 300 * 1024, picture.name)
+
+
+if __name__ == "__main__":
+    unittest.main()

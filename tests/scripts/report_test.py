@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""report.py on site folders with more and fewer of their parts."""
+
+import json
+import re
+import tempfile
+import unittest
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import fake_site
+from nightmap_eval import html
+from nightmap_eval.report_map import truth_in_map
+from nightmap_eval.report_queries import choose
+
+VOID_TAGS = ("meta", "img")
+
+
+class Checker(HTMLParser):
+    """Fails on tags that do not nest."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.sources = [], []
+
+    def handle_starttag(self, tag, attributes):
+        self.sources += [value for name, value in attributes if name in ("src", "href")]
+        if tag not in VOID_TAGS:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open.pop() == tag, f"</{tag}> does not close its tag"
+
+
+class ReportTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = Path(self.folder.name)
+        self.site_dir = self.root / "maps" / "office"
+        self.out = self.site_dir / "report" / "index.html"
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def report(self):
+        result = fake_site.run(
+            "report.py", "--site-dir", self.site_dir, "--data", self.root, "--out", self.out
+        )
+        self.assertEqual(result.returncode, 0, result.stderr)
+        page = self.out.read_text()
+        checker = Checker()
+        checker.feed(page)
+        self.assertEqual(checker.open, [])
+        for source in checker.sources:
+            self.assertTrue(source.startswith("data:"), "the page must not load anything")
+        return page
+
+    def evaluate(self):
+        out = self.site_dir / "evaluate" / "metrics.json"
+        folders = ("--site-dir", self.site_dir, "--data", self.root, "--out", out)
+        result = fake_site.run("evaluate.py", *folders)
+        self.assertEqual(result.returncode, 0, result.stderr)
+
+    def write_everything(self):
+        estimate = fake_site.write_site(self.site_dir)
+        for stage in ("frames", "pose_graph"):
+            fake_site.write_receipt(self.site_dir, stage)
+        fake_site.write_receipt(self.site_dir, "features", "receipt_0000.json")
+        fake_site.write_receipt(self.site_dir, "features", "receipt_0001.json")
+        for name, count in (("0000", 3), ("0001", 4)):
+            report = {"stage": "features", "num_features": count, "num_skipped": 1}
+            report["skipped"] = [f"rgb/<{name}>.png is truncated"]
+            (self.site_dir / "features" / f"report_{name}.json").write_text(json.dumps(report))
+        (self.site_dir / "pose_graph" / "loops.csv").write_text(
+            "a_frame_idx,b_frame_idx,status,reason\n0,39,accepted,\n3,20,rejected,inconsistent\n"
+        )
+        fake_site.write_map(self.site_dir / "grid", "map", fake_site.room_pixels())
+        (self.site_dir / "plan").mkdir()
+        (self.site_dir / "plan" / "path.csv").write_text("x_m,y_m\n0,0\n1,1\n")
+        fake_site.write_queries(self.site_dir, estimate.select(range(3)), 2)
+        (self.root / "queries").mkdir()
+        Image.new("RGB", (64, 48), "red").save(self.root / "queries" / "0.png")
+        (self.site_dir / "config").mkdir()
+        (self.site_dir / "config" / "grid.toml").write_text("resolution_m = 0.05\n")
+
+    def test_whole_site(self):
+        self.write_everything()
+        self.evaluate()
+        page = self.report()
+        for text in (
+            "40 of 40 frames mapped",
+            "loops: 1 accepted, 1 rejected",
+            "2 items skipped",
+            "3 of 5 queries located",
+            "50.0 s of stage time",
+            "num_features 7",
+            "inconsistent",
+            "rgb/&lt;0000&gt;.png is truncated",
+            "resolution_m = 0.05",
+            "data:image/jpeg",
+            "no picture",
+        ):
+            self.assertIn(text, page)
+        self.assertEqual(page.count("data:image/png"), 3)
+
+    def test_same_bytes_twice_and_no_time(self):
+        self.write_everything()
+        first = self.report()
+        self.assertEqual(self.report(), first)
+        self.assertNotIn("2000-01-01", first)  # the receipt's start
+
+    def test_renders_whatever_is_missing(self):
+        self.site_dir.mkdir(parents=True)
+        self.assertIn("pose_graph stage did not run", self.report())
+        self.write_everything()
+        for stage in ("localize", "plan", "evaluate", "grid", "features", "config"):
+            folder = self.site_dir / stage
+            if folder.exists():
+                folder.rename(self.site_dir / f"{stage}_away")
+            with self.subTest(stage):
+                self.report()
+        page = self.report()
+        for missing in ("localize stage", "grid stage", "evaluate step"):
+            self.assertIn(f"The {missing} did not run", page)
+
+    def test_site_without_truth_says_so(self):
+        fake_site.write_site(self.site_dir, truth=False)
+        self.evaluate()
+        self.assertIn("no ground truth", self.report())
+
+    def test_truth_is_drawn_over_the_estimate(self):
+        estimate = fake_site.write_site(self.site_dir)
+        self.evaluate()
+        metrics = json.loads((self.site_dir / "evaluate" / "metrics.json").read_text())
+        drawn = truth_in_map(self.site_dir, metrics)
+        np.testing.assert_allclose(drawn.positions_m, estimate.positions_m, atol=1e-6)
+
+    def test_missing_site_is_an_error(self):
+        result = fake_site.run("report.py", "--site-dir", self.site_dir, "--out", self.out)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("make map", result.stderr)
+
+
+class PiecesTest(unittest.TestCase):
+    def test_text_is_escaped(self):
+        self.assertIn("&lt;b&gt;", html.table(("x",), [("<b>",)]))
+        self.assertNotIn("<b>", html.paragraph("<b>"))
+        self.assertNotIn("<b>", html.section("<b>", "<b>"))
+
+    def test_choice_of_queries_keeps_failures_and_the_worst(self):
+        rows = [{"query_idx": i, "status": "located"} for i in range(40)]
+        for i, row in enumerate(rows):
+            row["translation_error_cm"] = float(i % 7)
+        rows[3] = {"query_idx": 3, "status": "failed"}
+        rows[11]["translation_error_cm"] = 99.0
+        chosen = choose(rows, 12)
+        self.assertEqual(len(chosen), 12)
+        self.assertTrue({3, 11} <= {row["query_idx"] for row in chosen})
+        self.assertEqual(len({row["query_idx"] for row in chosen}), 12)
+        self.assertEqual(choose([], 12), [])
+
+    def test_numbers(self):
+        self.assertEqual(html.number(None), "n/a")
+        self.assertEqual(html.number(12345), "12345")
+        self.assertIsNotNone(re.fullmatch(r"0\.123", html.number(0.12345)))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""seeds.py: medians, missing values, and the insertion into a page."""
+
+import json
+import tempfile
+import unittest
+from pathlib import Path
+
+import fake_site
+import seeds
+from nightmap_eval.errors import DataError
+
+
+def metrics(ate_m, recall=None):
+    queries = {"median_translation_error_cm": recall}
+    return {"trajectory": {"se3": {"ate_rmse_m": ate_m}}, "queries": queries}
+
+
+class TableTest(unittest.TestCase):
+    ATE = ("trajectory.se3.ate_rmse_m", 100, "{:.2f}")
+    MEDIAN = ("queries.median_translation_error_cm", 1, "{:.1f}")
+
+    def test_median_over_seeds(self):
+        values = [metrics(0.03), metrics(0.01), metrics(0.08)]
+        self.assertEqual(seeds.cell(values, *self.ATE), "3.00")
+
+    def test_missing_values_are_told(self):
+        self.assertEqual(seeds.cell([metrics(0, 2.0), metrics(0)], *self.MEDIAN), "n/a")
+        values = [metrics(0, 2.0), metrics(0, 4.0), metrics(0)]
+        self.assertEqual(seeds.cell(values, *self.MEDIAN), "4.0 (2 of 3 seeds)")
+
+    def test_one_column_a_site(self):
+        table = seeds.make_table({"a": [metrics(0.01)], "b": [metrics(0.02)]})
+        self.assertIn("| ATE RMSE, SE(3) (cm) | 1.00 | 2.00 |", table)
+        self.assertNotIn("occupied", table)
+
+
+class InsertTest(unittest.TestCase):
+    def test_replaces_between_markers_only(self):
+        text = f"a\n{seeds.BEGIN}\nold\n{seeds.END}\nb\n"
+        once = seeds.insert(text, "new\n", "x")
+        self.assertEqual(once, f"a\n{seeds.BEGIN}\nnew\n{seeds.END}\nb\n")
+        self.assertEqual(seeds.insert(once, "new\n", "x"), once)
+
+    def test_no_markers_is_an_error(self):
+        with self.assertRaises(DataError):
+            seeds.insert("text", "new", "x")
+
+    def test_collects_and_writes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder)
+            for seed in range(2):
+                out = root / f"seed_{seed}" / "office" / "evaluate"
+                out.mkdir(parents=True)
+                (out / "metrics.json").write_text(json.dumps(metrics(0.02)))
+            page = root / "page.md"
+            page.write_text(f"{seeds.BEGIN}{seeds.END}")
+            arguments = ("office", "--seeds", "2", "--maps", root, "--no-run", "--readme", page)
+            result = fake_site.run("seeds.py", *arguments)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertIn("| 2.00 |", page.read_text())
+            self.assertEqual(fake_site.run("seeds.py", "office", "--seeds", "0").returncode, 2)
+            more = ("office", "--seeds", "3", "--maps", root, "--no-run")
+            missing = fake_site.run("seeds.py", *more)
+            self.assertEqual(missing.returncode, 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/frames/frames.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/base/error.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+constexpr std::int64_t kPeriod_ns = 50'000'000;
+
+RawSequence Sequence(const std::string& name, std::int64_t start_ns, int count) {
+  RawSequence sequence;
+  sequence.name = name;
+  for (int i = 0; i < count; ++i) {
+    const std::string file = name + "/" + std::to_string(i);
+    sequence.frames.push_back({start_ns + i * kPeriod_ns, file + ".png", file + "d.png", "", "ff"});
+  }
+  return sequence;
+}
+
+StampedPose At(std::int64_t time_ns, double x_m, double yaw_rad) {
+  return {time_ns,
+          {Eigen::Quaterniond(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ())), {x_m, 0, 0}}};
+}
+
+void ExpectContiguous(const std::vector<FrameRecord>& frames) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(frames[i].frame_idx, static_cast<int>(i));
+    if (i == 0) continue;
+    EXPECT_GT(frames[i].time_ns, frames[i - 1].time_ns);
+  }
+}
+
+TEST(RunFrames, EveryFrameIsInExactlyOneList) {
+  const auto lists = RunFrames({Sequence("a", 0, 23), Sequence("b", 10'000'000'000, 14)}, 5);
+  EXPECT_EQ(lists.frames.size(), 30u);
+  EXPECT_EQ(lists.queries.size(), 7u);
+  EXPECT_EQ(lists.num_inspected, 37u);
+  ExpectContiguous(lists.frames);
+  ExpectContiguous(lists.queries);
+  EXPECT_EQ(lists.queries[0].color_path, "a/4.png");
+  EXPECT_EQ(lists.queries[4].color_path, "b/1.png");  // the 25th frame of the site
+  EXPECT_EQ(lists.queries[4].sequence_idx, 1);
+}
+
+TEST(RunFrames, ADamagedFrameMovesNoOther) {
+  auto sequence = Sequence("a", 0, 20);
+  const auto whole = RunFrames({sequence}, 5);
+  sequence.frames[2].problem = "a/2.png: truncated";
+  const auto damaged = RunFrames({sequence}, 5);
+  EXPECT_EQ(damaged.skipped, std::vector<std::string>{"a/2.png: truncated"});
+  EXPECT_EQ(damaged.frames.size() + 1, whole.frames.size());
+  EXPECT_EQ(FramesToCsv(damaged.queries), FramesToCsv(whole.queries));
+  ExpectContiguous(damaged.frames);
+}
+
+TEST(RunFrames, ExtraQueriesJoinTheHeldOutOnesByTime) {
+  auto query = Sequence("q", 25'000'000, 3);
+  query.is_query = true;
+  const auto lists = RunFrames({Sequence("a", 0, 4), query}, 2);
+  ASSERT_EQ(lists.queries.size(), 5u);
+  ExpectContiguous(lists.queries);
+  EXPECT_EQ(lists.queries[0].color_path, "q/0.png");
+  EXPECT_EQ(lists.queries[1].color_path, "a/1.png");
+  query.frames[0].time_ns = kPeriod_ns;
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, RunFrames({Sequence("a", 0, 4), query}, 2), "a/1.png and q/0.png have the same");
+}
+
+TEST(RunFrames, OverlappingSequencesAreRefused) {
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        RunFrames({Sequence("s:1", 0, 5), Sequence("s:9", 4 * kPeriod_ns, 5)}, 0),
+                        "set time_offset_s");
+  EXPECT_NO_THROW(RunFrames({Sequence("a", 0, 5), Sequence("b", 5 * kPeriod_ns, 5)}, 0));
+}
+
+TEST(RunFrames, TruthIsExactInterpolatedOrAbsent) {
+  auto sequence = Sequence("a", 0, 10);  // 0, 50 ... 450 ms
+  sequence.ground_truth = {At(0, 0, 0),
+                           At(40'000'000, 4, 0.4),
+                           At(60'000'000, 6, 0.6),
+                           At(100'000'000, 7, 1),
+                           At(300'000'000, 9, 2),  // 200 ms later: a dropout
+                           At(400'000'000, 8, 2.2)};
+  const auto truth = RunFrames({sequence}, 0).ground_truth;
+  std::vector<std::int64_t> times_ms;
+  for (const StampedPose& pose : truth) times_ms.push_back(pose.time_ns / 1'000'000);
+  EXPECT_EQ(times_ms, (std::vector<std::int64_t>{0, 50, 100, 300, 350, 400}));
+  EXPECT_NEAR(truth[1].pose.translation.x(), 5, 1e-12);
+  EXPECT_NEAR(AngleBetween_rad(truth[1].pose, At(0, 0, 0.5).pose), 0, 1e-7);
+  EXPECT_EQ(truth[2].pose.translation.x(), 7);
+  EXPECT_NEAR(truth[4].pose.translation.x(), 8.5, 1e-12);
+}
+
+TEST(RunFrames, HeldOutFramesHaveTheirTruthApart) {
+  auto sequence = Sequence("a", 0, 10);
+  for (const RawFrame& frame : sequence.frames)
+    sequence.ground_truth.push_back(At(frame.time_ns, 0, 0));
+  const auto lists = RunFrames({sequence}, 5);
+  EXPECT_EQ(lists.ground_truth.size(), 8u);
+  ASSERT_EQ(lists.query_ground_truth.size(), 2u);
+  EXPECT_EQ(lists.query_ground_truth[1].time_ns, lists.queries[1].time_ns);
+}
+
+TEST(SelectFrames, StrideAndLimitThinMappingSequencesOnly) {
+  auto query = Sequence("q", 0, 10);
+  query.is_query = true;
+  std::vector<RawSequence> sequences = {Sequence("a", 0, 10), query, Sequence("b", 0, 10)};
+  FramesOptions options;
+  options.stride = 3;
+  options.max_frames = 6;
+  SelectFrames(options, &sequences);
+  EXPECT_EQ(sequences[0].frames.size(), 4u);  // 0 3 6 9
+  EXPECT_EQ(sequences[0].frames[3].color_path, "a/9.png");
+  EXPECT_EQ(sequences[1].frames.size(), 10u);
+  EXPECT_EQ(sequences[2].frames.size(), 2u);
+}
+
+TEST(CutShards, AppendingFramesChangesTheLastShardOnly) {
+  const auto before = CutShards(RunFrames({Sequence("a", 0, 25)}, 0).frames, 10);
+  const auto after = CutShards(RunFrames({Sequence("a", 0, 34)}, 0).frames, 10);
+  ASSERT_EQ(before.size(), 3u);
+  ASSERT_EQ(after.size(), 4u);
+  EXPECT_EQ(before[2].size(), 5u);
+  EXPECT_EQ(FramesToCsv(after[0]), FramesToCsv(before[0]));
+  EXPECT_EQ(FramesToCsv(after[1]), FramesToCsv(before[1]));
+  EXPECT_TRUE(CutShards({}, 10).empty());
+}
+
+TEST(FramesOptions, DefaultConfigFileIsWhatTheProgramHas) {
+  FramesOptions options, from_file;
+  RegisterOptions(from_file).ParseToml(ReadBytes("configs/default/frames.toml"), "frames.toml");
+  EXPECT_EQ(RegisterOptions(from_file).ToToml(), RegisterOptions(options).ToToml());
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/frames/read_sequence.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/videoio.hpp>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/random.h"
+#include "stages/frames/inspect_frames.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+constexpr int kWidth = 32;
+constexpr int kHeight = 24;
+
+// A data folder with the site "site" and one camera of 32 x 24.
+class ReadSequenceTest : public testing::Test {
+ protected:
+  ReadSequenceTest() {
+    site_.root = "site";
+    RgbdCamera camera;
+    camera.color = {.width = kWidth, .height = kHeight, .fx = 30, .fy = 30, .cx = 15.5, .cy = 11.5};
+    site_.cameras = {camera};
+    config_.source = "site.toml:7";
+    std::filesystem::create_directories(folder_ / "site");
+  }
+
+  void WriteColor(const std::string& name, int width = kWidth) {
+    std::filesystem::create_directories((folder_ / "site" / name).parent_path());
+    const auto num_values = static_cast<std::size_t>(width * kHeight * 3);
+    WritePng(folder_ / "site" / name,
+             ColorImage{width, kHeight, 3, std::vector<std::uint8_t>(num_values, ++value_)});
+  }
+  void WriteDepth(const std::string& name, int width = kWidth) {
+    std::filesystem::create_directories((folder_ / "site" / name).parent_path());
+    const auto num_values = static_cast<std::size_t>(width * kHeight);
+    WritePng(folder_ / "site" / name,
+             RawDepthImage{width, kHeight, 1, std::vector<std::uint16_t>(num_values, ++value_)});
+  }
+  void WriteTum(int count) {
+    std::string rgb = "# color\n", depth = "# depth\n";
+    for (int i = 0; i < count; ++i) {
+      const std::string n = std::to_string(i);
+      WriteColor("rgb/" + n + ".png");
+      WriteDepth("depth/" + n + ".png");
+      rgb += fmt::format("{}.1 rgb/{}.png\n", i, n);
+      depth += fmt::format("{}.11 depth/{}.png\n", i, n);
+    }
+    folder_.Write("site/rgb.txt", rgb);
+    folder_.Write("site/depth.txt", depth);
+  }
+
+  RawSequence Read(bool is_query = false) const {
+    return ReadSequence(site_, config_, is_query, folder_.Path());
+  }
+  RawSequence Inspect(int num_threads = 2) const {
+    std::vector<RawSequence> sequences = {Read()};
+    Progress progress("test", false);
+    InspectFrames(site_.cameras, folder_.Path(), progress, num_threads, &sequences);
+    return sequences[0];
+  }
+
+  TemporaryFolder folder_;
+  SiteConfig site_;
+  SequenceConfig config_;
+  std::uint8_t value_ = 0;
+};
+
+TEST_F(ReadSequenceTest, TumFolder) {
+  WriteTum(4);
+  config_.time_offset_s = 10;
+  folder_.Write("site/truth.txt", "0.1 1 2 3 0 0 0 1\n");
+  config_.ground_truth = "truth.txt";
+  const auto sequence = Inspect();
+  ASSERT_EQ(sequence.frames.size(), 4u);
+  EXPECT_EQ(sequence.frames[2].time_ns, 12'100'000'000);
+  EXPECT_EQ(sequence.frames[2].color_path, "site/rgb/2.png");
+  EXPECT_EQ(sequence.frames[2].depth_path, "site/depth/2.png");
+  EXPECT_EQ(sequence.frames[2].problem, "");
+  EXPECT_EQ(sequence.frames[2].content_hash.size(), 32u);
+  EXPECT_EQ(sequence.ground_truth.at(0).time_ns, 10'100'000'000);
+}
+
+TEST_F(ReadSequenceTest, HashesFollowTheBytesAndNotTheThreads) {
+  WriteTum(6);
+  const auto before = Inspect(1);
+  WriteDepth("depth/3.png");
+  const auto after = Inspect(2);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(before.frames[i].content_hash == after.frames[i].content_hash, i != 3) << i;
+  }
+}
+
+TEST_F(ReadSequenceTest, DamagedFramesCarryTheirProblem) {
+  WriteTum(8);
+  const auto png = ReadBytes(folder_ / "site/rgb/0.png");
+  folder_.Write("site/rgb/0.png", png.substr(0, png.size() - 20));
+  std::filesystem::remove(folder_ / "site/rgb/1.png");
+  std::filesystem::remove(folder_ / "site/depth/2.png");
+  WriteColor("rgb/3.png", kWidth + 1);
+  WriteDepth("depth/4.png", kWidth / 2);
+  WriteColor("depth/5.png");
+  folder_.Write("site/rgb/6.png", "");
+  const auto frames = Inspect().frames;
+  EXPECT_EQ(frames[0].problem.rfind("site/rgb/0.png: truncated png file", 0), 0u);
+  EXPECT_EQ(frames[1].problem, "site/rgb/1.png: no such image file");
+  EXPECT_EQ(frames[2].problem, "site/depth/2.png: no such image file");
+  EXPECT_EQ(frames[3].problem, "site/rgb/3.png: 33 x 24 pixels, its camera has 32 x 24");
+  EXPECT_EQ(frames[4].problem, "site/depth/4.png: 16 x 24 pixels, its camera has 32 x 24");
+  EXPECT_THAT(frames[5].problem, testing::HasSubstr("site/depth/5.png: depth must be one channel"));
+  EXPECT_THAT(frames[6].problem, testing::StartsWith("site/rgb/6.png"));
+  EXPECT_EQ(frames[7].problem, "");
+}
+
+TEST_F(ReadSequenceTest, TumColorWithoutDepthIsAProblemUnlessItIsAQuery) {
+  WriteTum(3);
+  folder_.Write("site/depth.txt", "0.11 depth/0.png\n2.15 depth/2.png\n");
+  const auto frames = Read().frames;
+  EXPECT_EQ(frames[0].problem, "");
+  EXPECT_THAT(frames[1].problem, testing::HasSubstr("no depth image within"));
+  EXPECT_THAT(frames[2].problem, testing::HasSubstr("max_association_gap_s = 0.02"));
+  EXPECT_EQ(Read(true).frames[1].problem, "");
+  std::filesystem::remove(folder_ / "site/depth.txt");
+  EXPECT_EQ(Read(true).frames[0].depth_path, "");
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "depth.txt: missing");
+}
+
+TEST_F(ReadSequenceTest, BadListsAreNamed) {
+  WriteTum(2);
+  const auto expect = [&](const std::string& line, const std::string& why) {
+    folder_.Write("site/rgb.txt", "# c\n0.1 rgb/0.png\n" + line + "\n");
+    NIGHTMAP_EXPECT_ERROR(DataError, Read(), "rgb.txt:3: ");
+    NIGHTMAP_EXPECT_ERROR(DataError, Read(), why);
+  };
+  expect("1.1", "1 columns, expected 2");
+  expect("1.1 rgb/1.png x", "3 columns");
+  expect("nan rgb/1.png", "not a time");
+  expect("0.1 rgb/1.png", "times must increase");
+  expect("1.1 /rgb/1.png", "give a relative path");
+  expect("1.1 ../1.png", "give a relative path");
+}
+
+TEST_F(ReadSequenceTest, EmptyAndMissingFoldersAreNamedWithTheRemedy) {
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "rgb.txt: missing");
+  folder_.Write("site/rgb.txt", "# nothing\n");
+  folder_.Write("site/depth.txt", "# nothing\n");
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "no pictures in layout \"tum\"");
+  config_.layout = "seven_scenes";
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "no pictures in layout \"seven_scenes\"");
+  config_.folder = "nowhere";
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, Read(), "no such folder: correct `root` or `folder` in site.toml");
+  config_.folder = "";
+  config_.ground_truth = "truth.txt";
+  config_.layout = "tum";
+  WriteTum(1);
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "truth.txt");
+}
+
+TEST_F(ReadSequenceTest, SevenScenesFolder) {
+  config_.layout = "seven_scenes";
+  for (const char* n : {"000000", "000003", "000010"}) {
+    WriteColor(std::string("frame-") + n + ".color.png");
+    WriteDepth(std::string("frame-") + n + ".depth.png");
+  }
+  folder_.Write("site/frame-000000.pose.txt", "1 0 0 4\n0 0 -1 5\n0 1 0 6\n0 0 0 1\n");
+  folder_.Write("site/frame-000003.pose.txt", "-1.#INF -inf inf nan\n0 0 -1 5\n0 1 0 6\n0 0 0 1\n");
+  folder_.Write("site/notes.txt", "x");
+  std::filesystem::remove(folder_ / "site/frame-000010.depth.png");
+  const auto sequence = Read();
+  ASSERT_EQ(sequence.frames.size(), 3u);
+  EXPECT_EQ(sequence.frames[1].time_ns, 100'000'000);  // 3 / 30 s
+  EXPECT_EQ(sequence.frames[1].depth_path, "site/frame-000003.depth.png");
+  EXPECT_EQ(sequence.frames[2].problem,
+            "site/frame-000010.color.png: frame-000010.depth.png is missing");
+  ASSERT_EQ(sequence.ground_truth.size(), 1u);  // tracking was lost in the second
+  const Rigid3& pose = sequence.ground_truth[0].pose;
+  EXPECT_EQ(pose.translation, Eigen::Vector3d(4, 5, 6));
+  EXPECT_LT((pose * Eigen::Vector3d(0, 0, 1) - Eigen::Vector3d(4, 4, 6)).norm(), 1e-12);
+  config_.frame_rate_hz = 10;
+  EXPECT_EQ(Read().frames[1].time_ns, 300'000'000);
+}
+
+TEST_F(ReadSequenceTest, SevenScenesPosesAreChecked) {
+  config_.layout = "seven_scenes";
+  WriteColor("frame-000000.color.png");
+  const auto expect = [&](const std::string& pose, const std::string& why) {
+    folder_.Write("site/frame-000000.pose.txt", pose);
+    NIGHTMAP_EXPECT_ERROR(DataError, Read(), why);
+  };
+  expect("1 0 0\n", "3 numbers, expected a 4x4 matrix");
+  expect("1 0 0 4\n0 x -1 5\n0 1 0 6\n0 0 0 1\n", "pose.txt:2: 'x'");
+  expect("2 0 0 4\n0 0 -1 5\n0 1 0 6\n0 0 0 1\n", "not a rigid transform");
+  expect("1 0 0 4\n0 0 1 5\n0 1 0 6\n0 0 0 1\n", "not a rigid transform");  // mirrored
+}
+
+TEST_F(ReadSequenceTest, VideoWithDepthFolder) {
+  config_.layout = "video";
+  config_.video = "clip.avi";
+  config_.depth_folder = "depth";
+  {
+    cv::VideoWriter writer((folder_ / "site/clip.avi").string(),
+                           cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
+                           20.0,
+                           cv::Size(kWidth, kHeight));
+    ASSERT_TRUE(writer.isOpened());
+    for (int i = 0; i < 3; ++i) writer.write(cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar::all(0)));
+  }
+  for (int i = 0; i < 3; ++i) WriteDepth(fmt::format("depth/{}.png", i));
+  const auto frames = Inspect().frames;
+  ASSERT_EQ(frames.size(), 3u);
+  EXPECT_EQ(frames[2].color_path, "site/clip.avi#2");
+  EXPECT_EQ(frames[2].depth_path, "site/depth/2.png");
+  EXPECT_EQ(frames[2].time_ns, 100'000'000);
+  EXPECT_EQ(frames[2].problem, "");
+  EXPECT_EQ(frames[2].content_hash.substr(0, 16), frames[0].content_hash.substr(0, 16));
+  WriteDepth("depth/3.png");
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "4 depth images for 3 video frames");
+  config_.video = "none.avi";
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "none.avi: no such video file");
+}
+
+TEST_F(ReadSequenceTest, Accelerations) {
+  config_.accelerometer = "acc.txt";
+  config_.time_offset_s = 1;
+  site_.sequences = {config_};
+  folder_.Write("site/acc.txt", "# t ax ay az\n0.5 0 -9.81 0.1\n0.6 0 0 0\n");
+  const auto samples = ReadAccelerations(site_, folder_.Path());
+  ASSERT_EQ(samples.size(), 2u);
+  EXPECT_EQ(samples[0].time_ns, 1'500'000'000);
+  EXPECT_EQ(samples[0].value_m_per_s2.y(), -9.81);
+  folder_.Write("site/acc.txt", "0.5 0 nan 0\n");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadAccelerations(site_, folder_.Path()), "acc.txt:1: 'nan'");
+}
+
+TEST(AssociateTimes, IsOneToOneNearestFirst) {
+  using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+  EXPECT_EQ(AssociateTimes({0, 100, 200}, {10, 95, 290}, 50), (Pairs{{0, 0}, {1, 1}}));
+  // Both want b = 10: the nearer gets it, and the other takes what is left in reach.
+  EXPECT_EQ(AssociateTimes({0, 9}, {10, 20}, 25), (Pairs{{0, 1}, {1, 0}}));
+  EXPECT_EQ(AssociateTimes({0, 9}, {10}, 25), (Pairs{{1, 0}}));
+  EXPECT_EQ(AssociateTimes({0}, {25}, 25).size(), 1u);
+  EXPECT_TRUE(AssociateTimes({0}, {26}, 25).empty());
+  EXPECT_TRUE(AssociateTimes({}, {1}, 25).empty());
+}
+
+TEST(AssociateTimes, NoIndexIsUsedTwiceAndNoGapExceeded) {
+  Random random(1);
+  std::vector<std::int64_t> a, b;
+  for (int i = 0; i < 500; ++i) {
+    a.push_back(static_cast<std::int64_t>(random.Index(100000)));
+    b.push_back(static_cast<std::int64_t>(random.Index(100000)));
+  }
+  std::ranges::sort(a);
+  std::ranges::sort(b);
+  std::vector<int> a_count(a.size()), b_count(b.size());
+  for (const auto& [i, j] : AssociateTimes(a, b, 120)) {
+    EXPECT_LE(std::abs(a[i] - b[j]), 120);
+    EXPECT_EQ(++a_count[i], 1);
+    EXPECT_EQ(++b_count[j], 1);
+  }
+}
+
+struct RealSite {
+  const char* name;
+  std::size_t num_frames, num_queries, num_with_truth;
+};
+
+class RealSiteTest : public testing::TestWithParam<RealSite> {};
+
+TEST_P(RealSiteTest, EveryFrameIsUsable) {
+  const SiteConfig site = ReadSiteConfig(std::string("configs/sites/") + GetParam().name + ".toml");
+  NIGHTMAP_REQUIRE_DATA(site.root);
+  const auto data_root = TestDataPath("");
+  auto sequences = ReadSequences(site, data_root);
+  Progress progress("test", false);
+  InspectFrames(site.cameras, data_root, progress, 2, &sequences);
+  const FrameLists lists = RunFrames(sequences, site.hold_out_every);
+  EXPECT_TRUE(lists.skipped.empty()) << lists.skipped.front();
+  EXPECT_EQ(lists.frames.size(), GetParam().num_frames);
+  EXPECT_EQ(lists.queries.size(), GetParam().num_queries);
+  EXPECT_EQ(lists.ground_truth.size(), GetParam().num_with_truth);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sites,
+                         RealSiteTest,
+                         testing::Values(RealSite{"hololens_office", 373, 0, 373},
+                                         RealSite{"hololens_office_queries", 299, 74, 299},
+                                         RealSite{"tum_fr1_xyz_15hz", 399, 0, 397}),
+                         [](const auto& param) { return param.param.name; });
+
+}  // namespace
+}  // namespace nightmap

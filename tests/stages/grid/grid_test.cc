@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/grid/grid.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/random.h"
+
+namespace nightmap {
+namespace {
+
+constexpr double kResolution_m = 0.05;
+
+// A room of smallest voxels, put together key by key; centre (k + 0.5) * resolution.
+class Room {
+ public:
+  Room& Fill(Eigen::Vector3i low, Eigen::Vector3i high, bool occupied) {
+    for (int x = low.x(); x <= high.x(); ++x) {
+      for (int y = low.y(); y <= high.y(); ++y) {
+        for (int z = low.z(); z <= high.z(); ++z) voxels_[{x, y, z}] = occupied;
+      }
+    }
+    return *this;
+  }
+  OccupancyTree Tree() const {
+    OccupancyTree tree{kResolution_m, {}};
+    for (const auto& [key, occupied] : voxels_) {
+      const Eigen::Vector3d centre(key[0] + 0.5, key[1] + 0.5, key[2] + 0.5);
+      tree.leaves.push_back(Leaf(kResolution_m * centre, kResolution_m, occupied));
+    }
+    return tree;
+  }
+  static OccupancyVoxel Leaf(const Eigen::Vector3d& centre, double size_m, bool occupied) {
+    return {centre, size_m, occupied ? 2.0f : -1.0f, {255, 255, 255}};
+  }
+
+ private:
+  std::map<std::array<int, 3>, bool> voxels_;
+};
+
+GridResult Project(const OccupancyTree& tree, GridOptions options = {}) {
+  Progress progress("grid", false);
+  return RunGrid(options, tree, progress);
+}
+
+int CellAt(const GridResult& result, int x, int y) {
+  const Eigen::Vector2d point(kResolution_m * (x + 0.5), kResolution_m * (y + 0.5));
+  const Eigen::Vector2i cell = result.grid.CellOf(point);
+  return result.grid.Contains(cell) ? result.grid.At(cell) : std::uint8_t{kUnknownCell};
+}
+
+// 20 x 20 cells: floor at z = -0.05..0.05 m, ceiling at 2.5 m, free between.
+Room EmptyRoom() {
+  Room room;
+  room.Fill({0, 0, 0}, {19, 19, 48}, false);
+  room.Fill({0, 0, -1}, {19, 19, 0}, true);
+  room.Fill({0, 0, 49}, {19, 19, 50}, true);
+  return room;
+}
+
+TEST(Grid, FloorAndCeilingAreNoObstacles) {
+  const GridResult result = Project(EmptyRoom().Tree());
+  EXPECT_EQ(result.num_occupied_cells, 0);
+  EXPECT_EQ(result.num_free_cells, 400);
+  EXPECT_EQ(result.num_floor_cells, 400);
+}
+
+TEST(Grid, WallTableAndLampBecomeWhatTheyAre) {
+  Room room = EmptyRoom();
+  room.Fill({0, 0, 0}, {0, 19, 48}, true);      // wall
+  room.Fill({5, 5, 14}, {8, 9, 14}, true);      // table top at 0.725 m
+  room.Fill({12, 12, 40}, {14, 14, 42}, true);  // lamp above the robot
+  const GridResult result = Project(room.Tree());
+  for (int x = 0; x < 20; ++x) {
+    for (int y = 0; y < 20; ++y) {
+      const bool wall = x == 0;
+      const bool table = x >= 5 && x <= 8 && y >= 5 && y <= 9;
+      EXPECT_EQ(CellAt(result, x, y), wall || table ? kOccupiedCell : kFreeCell) << x << " " << y;
+    }
+  }
+}
+
+TEST(Grid, NoisyFloorStaysFree) {
+  Random random(3);
+  OccupancyTree tree{kResolution_m, {}};
+  for (int x = 0; x < 40; ++x) {
+    for (int y = 0; y < 40; ++y) {
+      const double z = std::clamp(0.03 * random.Gaussian(), -0.09, 0.09);
+      const int key = static_cast<int>(std::floor(z / kResolution_m));
+      const Eigen::Vector3d centre(x + 0.5, y + 0.5, key + 0.5);
+      tree.leaves.push_back(Room::Leaf(kResolution_m * centre, kResolution_m, true));
+    }
+  }
+  const GridResult result = Project(tree);
+  EXPECT_EQ(result.num_occupied_cells, 0);
+  EXPECT_EQ(result.num_free_cells, 1600);
+}
+
+TEST(Grid, BandLimitsAreComparedWithCentres) {
+  // Centres at 0.075 (below), 0.125, 1.475 (in), 1.525 (above).
+  const std::map<int, int> expected = {
+      {1, kFreeCell}, {2, kOccupiedCell}, {29, kOccupiedCell}, {30, kFreeCell}};
+  for (const auto& [z, cell] : expected) {
+    Room room = EmptyRoom();
+    room.Fill({8, 8, z}, {10, 10, z}, true);
+    EXPECT_EQ(CellAt(Project(room.Tree()), 9, 9), cell) << z;
+  }
+}
+
+TEST(Grid, UnseenColumnsAreUnknownAndTheGridIsCropped) {
+  Room room;
+  room.Fill({100, -50, -1}, {109, -41, -1}, true);   // floor
+  room.Fill({300, 300, 45}, {310, 310, 45}, true);   // far ceiling only
+  room.Fill({200, 200, 40}, {210, 210, 44}, false);  // free space above the robot only
+  const GridResult result = Project(room.Tree());
+  EXPECT_EQ(result.num_free_cells, 100);
+  EXPECT_EQ(result.grid.width, 20);  // and 0.25 m on each side
+  EXPECT_EQ(result.grid.height, 20);
+  EXPECT_EQ(result.num_unknown_cells, 300);
+  EXPECT_NEAR(result.grid.origin_in_map.x(), 4.75, 1e-12);
+  EXPECT_NEAR(result.grid.origin_in_map.y(), -2.75, 1e-12);
+  EXPECT_EQ(CellAt(result, 100, -50), kFreeCell);
+  EXPECT_EQ(CellAt(result, 99, -50), kUnknownCell);
+}
+
+TEST(Grid, FreeInBandCanBeRequired) {
+  Room room;
+  room.Fill({0, 0, 0}, {9, 9, 0}, true);
+  room.Fill({0, 0, 1}, {4, 9, 1}, false);    // seen, but below the band
+  room.Fill({5, 0, 10}, {9, 9, 10}, false);  // seen in the band
+  GridOptions options;
+  EXPECT_EQ(Project(room.Tree(), options).num_free_cells, 100);
+  options.require_free_in_band = true;
+  const GridResult result = Project(room.Tree(), options);
+  EXPECT_EQ(result.num_free_cells, 50);
+  EXPECT_EQ(CellAt(result, 7, 5), kFreeCell);
+}
+
+TEST(Grid, SpecksGoPolesAndWallsStay) {
+  Room room = EmptyRoom();
+  room.Fill({3, 3, 10}, {3, 3, 11}, true);     // speck: two voxels
+  room.Fill({10, 10, 2}, {10, 10, 20}, true);  // pole
+  room.Fill({15, 2, 10}, {15, 9, 10}, true);   // shelf edge, one voxel high
+  const GridResult result = Project(room.Tree());
+  EXPECT_EQ(result.num_removed_specks, 1);
+  EXPECT_EQ(CellAt(result, 3, 3), kFreeCell);
+  EXPECT_EQ(CellAt(result, 10, 10), kOccupiedCell);
+  EXPECT_EQ(CellAt(result, 15, 5), kOccupiedCell);
+  GridOptions options;
+  options.speck_min_neighbors = 0;
+  EXPECT_EQ(CellAt(Project(room.Tree(), options), 3, 3), kOccupiedCell);
+  options.min_occupied_voxels = 2;
+  EXPECT_EQ(CellAt(Project(room.Tree(), options), 3, 3), kOccupiedCell);
+  EXPECT_EQ(CellAt(Project(room.Tree(), options), 15, 5), kFreeCell);
+}
+
+// A tree read from a file holds merged leaves; they must give what their eight parts give.
+TEST(Grid, MergedLeavesEqualTheirParts) {
+  Random random(11);
+  OccupancyTree merged{kResolution_m, {}};
+  OccupancyTree split{kResolution_m, {}};
+  for (int i = 0; i < 200; ++i) {  // disjoint blocks of 4 x 4 x 4
+    const Eigen::Vector3d corner(4.0 * (i % 10) - 20, 4.0 * (i / 10 % 4) - 8, 4.0 * (i / 40) - 4);
+    const bool occupied = random.Uniform() < 0.2;
+    merged.leaves.push_back(Room::Leaf(
+        kResolution_m * (corner + Eigen::Vector3d(2, 2, 2)), 4 * kResolution_m, occupied));
+    for (int k = 0; k < 64; ++k) {
+      const Eigen::Vector3d centre =
+          corner + Eigen::Vector3d(k % 4 + 0.5, k / 4 % 4 + 0.5, k / 16 + 0.5);
+      split.leaves.push_back(Room::Leaf(kResolution_m * centre, kResolution_m, occupied));
+    }
+  }
+  const GridResult a = Project(merged);
+  const GridResult b = Project(split);
+  EXPECT_EQ(a.grid.origin_in_map, b.grid.origin_in_map);
+  EXPECT_EQ(a.grid.cells, b.grid.cells);
+  EXPECT_GT(a.num_occupied_cells, 0);
+  std::reverse(split.leaves.begin(), split.leaves.end());
+  EXPECT_EQ(Project(split).grid.cells, b.grid.cells);
+}
+
+TEST(Grid, RefusesWhatCannotBeProjected) {
+  EXPECT_THROW(Project(OccupancyTree{kResolution_m, {}}), DataError);
+  Room ceiling;
+  ceiling.Fill({0, 0, 60}, {5, 5, 60}, true);
+  EXPECT_THROW(Project(ceiling.Tree()), DataError);
+  GridOptions options;
+  options.obstacle_max_height_m = 0.11;  // no voxel centre between 0.10 and 0.11
+  EXPECT_THROW(Project(EmptyRoom().Tree(), options), UsageError);
+}
+
+TEST(Grid, OptionsSurviveToml) {
+  GridOptions options;
+  OptionList list = RegisterOptions(options);
+  const std::string toml = list.ToToml();
+  list.ParseToml(toml, "defaults");
+  EXPECT_EQ(list.ToToml(), toml);
+  EXPECT_THROW(list.ParseToml("margin_m = -1.0", "bad"), UsageError);
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Small grids for the tests of the plan stage.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "pipeline/base/random.h"
+#include "pipeline/io/grid_io.h"
+#include "stages/plan/cost_map.h"
+
+namespace nightmap {
+
+// Rows from top (largest y) to bottom: '.' free, '#' occupied, '?' unknown. Cells of 0.1 m, lower
+// left corner at (1, 2) m.
+inline OccupancyGrid GridFromText(const std::vector<std::string>& rows) {
+  OccupancyGrid grid;
+  grid.width = static_cast<int>(rows[0].size());
+  grid.height = static_cast<int>(rows.size());
+  grid.resolution_m = 0.1;
+  grid.origin_in_map = {1, 2};
+  for (auto row = rows.rbegin(); row != rows.rend(); ++row) {
+    for (const char c : *row) {
+      grid.cells.push_back(c == '#' ? kOccupiedCell : c == '?' ? kUnknownCell : kFreeCell);
+    }
+  }
+  return grid;
+}
+
+// Each cell on its own occupied, unknown or free.
+inline OccupancyGrid RandomGrid(
+    Random& random, int width, int height, double occupied_ratio, double unknown_ratio = 0) {
+  OccupancyGrid grid;
+  grid.width = width;
+  grid.height = height;
+  for (int i = 0; i < width * height; ++i) {
+    const double draw = random.Uniform();
+    grid.cells.push_back(draw < occupied_ratio                   ? kOccupiedCell
+                         : draw < occupied_ratio + unknown_ratio ? kUnknownCell
+                                                                 : kFreeCell);
+  }
+  return grid;
+}
+
+// A building: rooms of `room` cells a side, doors in every wall, tables inside.
+inline OccupancyGrid Building(Random& random, int side, int room) {
+  OccupancyGrid grid = RandomGrid(random, side, side, 0);
+  const auto fill = [&](int x0, int y0, int width, int height, CellValue value) {
+    for (int y = std::max(y0, 0); y < std::min(y0 + height, side); ++y) {
+      for (int x = std::max(x0, 0); x < std::min(x0 + width, side); ++x) {
+        grid.cells[grid.Index(x, y)] = value;
+      }
+    }
+  };
+  const auto inside = [&](int extent) {
+    return 4 + static_cast<int>(random.Index(static_cast<std::size_t>(room - extent - 8)));
+  };
+  for (int at = 0; at < side; at += room) {
+    fill(at, 0, 3, side, kOccupiedCell);
+    fill(0, at, side, 3, kOccupiedCell);
+  }
+  for (int y = 0; y < side; y += room) {
+    for (int x = 0; x < side; x += room) {
+      fill(x, y + inside(20), 3, 20, kFreeCell);
+      fill(x + inside(20), y, 20, 3, kFreeCell);
+      for (int i = 0; i < 4; ++i) fill(x + inside(24), y + inside(12), 24, 12, kOccupiedCell);
+    }
+  }
+  return grid;
+}
+
+// A random free cell; the map must have one.
+inline Eigen::Vector2i RandomFreeCell(Random& random, const CostMap& map) {
+  while (true) {
+    const std::size_t index = random.Index(map.Size());
+    if (map.costs[index] > 0) return map.Cell(index);
+  }
+}
+
+}  // namespace nightmap

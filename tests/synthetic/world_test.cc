@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/synthetic/synthetic_world.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "pipeline/base/error.h"
+#include "pipeline/synthetic/floor_plan.h"
+#include "pipeline/synthetic/plan_queries.h"
+#include "pipeline/synthetic/render.h"
+#include "pipeline/synthetic/route.h"
+
+namespace nightmap {
+namespace {
+
+BuildingOptions QuickBuilding() {
+  BuildingOptions options;
+  options.light_map_cell_m = 0.5;
+  options.num_light_samples = 4;
+  return options;
+}
+
+// The demo building, built once for all tests.
+const SyntheticWorld& World() {
+  static const SyntheticWorld world = BuildWorld(QuickBuilding(), RouteOptions{}, 2);
+  return world;
+}
+
+std::vector<Rigid3> Route() {
+  return PlanRoute(World().layout, RouteOptions{}, SyntheticCameraOptions{});
+}
+
+Camera TinyCamera() {
+  SyntheticCameraOptions options;
+  options.image_width_px = 80;
+  options.image_height_px = 60;
+  options.focal_length_px = 65;
+  return options.Pinhole();
+}
+
+bool AreEqual(const RenderedFrame& a, const RenderedFrame& b) {
+  return a.color.pixels == b.color.pixels && a.depth.pixels == b.depth.pixels &&
+         a.labels.pixels == b.labels.pixels;
+}
+
+RenderedFrame View(const SyntheticWorld& world, const Rigid3& pose) {
+  return Render(world, TinyCamera(), pose, DepthSensorOptions{}, 2.0, 1);
+}
+
+TEST(SyntheticWorld, IsEqualForEqualSeedsAndAnyThreads) {
+  const SyntheticWorld again = BuildWorld(QuickBuilding(), RouteOptions{}, 1);
+  const std::vector<Rigid3> route = Route();
+  for (std::size_t i = 0; i < route.size(); i += 60) {
+    EXPECT_TRUE(AreEqual(View(World(), route[i]), View(again, route[i]))) << "frame " << i;
+  }
+}
+
+TEST(SyntheticWorld, DiffersForAnotherSeed) {
+  BuildingOptions options = QuickBuilding();
+  options.seed = 2;
+  const SyntheticWorld other = BuildWorld(options, RouteOptions{}, 2);
+  const Rigid3 pose = Route().front();
+  EXPECT_NE(View(World(), pose).color.pixels, View(other, pose).color.pixels);
+}
+
+TEST(SyntheticRoute, KeepsItsDistanceToEverything) {
+  for (const Rigid3& pose : Route()) {
+    const Eigen::Vector2d position = pose.translation.head<2>();
+    EXPECT_GE(Clearance(World().scene.boxes, position, 0.02, 1.5), 0.35);
+    EXPECT_TRUE(World().layout.IsIndoors(position.x(), position.y()));
+  }
+}
+
+TEST(SyntheticRoute, IsClosedAndVisitsEveryRoom) {
+  const std::vector<Rigid3> route = Route();
+  double to_start_m = 1e9;
+  for (std::size_t i = route.size() - 30; i < route.size(); ++i) {
+    to_start_m = std::min(to_start_m, (route[i].translation - route.front().translation).norm());
+    EXPECT_TRUE(std::isfinite(to_start_m));
+  }
+  EXPECT_LT(to_start_m, 0.12);
+  std::set<std::size_t> visited;
+  for (const Rigid3& pose : route) {
+    for (std::size_t room = 0; room < World().layout.rooms.size(); ++room) {
+      const Rect2& area = World().layout.rooms[room].area;
+      if (area.Contains(pose.translation.x(), pose.translation.y())) visited.insert(room);
+    }
+  }
+  EXPECT_EQ(visited.size(), 6U);
+}
+
+TEST(SyntheticRoute, MovesWithinItsLimits) {
+  const std::vector<Rigid3> route = Route();
+  const RouteOptions options;
+  for (std::size_t i = 1; i < route.size(); ++i) {
+    EXPECT_LE((route[i].translation - route[i - 1].translation).norm(), options.max_step_m + 2e-3);
+    EXPECT_LE(AngleBetween_rad(route[i], route[i - 1]), options.max_turn_rad + 5e-3);
+  }
+}
+
+TEST(SyntheticRoute, RefusesTooFewFrames) {
+  RouteOptions options;
+  options.num_frames = 100;
+  EXPECT_THROW(PlanRoute(World().layout, options, SyntheticCameraOptions{}), UsageError);
+}
+
+TEST(SyntheticRoute, CameraPoseHasItsAxesRight) {
+  const Rigid3 pose = CameraPose({{1, 2}, 0}, 1.0, 0.1);
+  EXPECT_NEAR(
+      (pose.rotation * Eigen::Vector3d::UnitX() - Eigen::Vector3d(0, -1, 0)).norm(), 0, 1e-12);
+  EXPECT_LT((pose.rotation * Eigen::Vector3d::UnitZ()).z(), 0);     // pitched down
+  EXPECT_LT((pose.rotation * Eigen::Vector3d::UnitY()).z(), -0.9);  // y is down
+}
+
+// Rays in the height band from a free place: free cells up to the hit, an occupied one at it.
+TEST(SyntheticFloorPlan, AgreesWithRays) {
+  const OccupancyGrid plan = TrueFloorPlan(World(), FloorPlanOptions{});
+  const std::vector<Rigid3> route = Route();
+  int num_checked = 0;
+  for (std::size_t i = 0; i < route.size(); i += 7) {
+    for (int k = 0; k < 24; ++k) {
+      const double angle_rad = k * 0.2618 + 0.01;
+      const Eigen::Vector3d direction(std::cos(angle_rad), std::sin(angle_rad), 0);
+      const RayHit hit = World().rays->Cast(route[i].translation, direction);
+      ASSERT_GE(hit.surface_idx, 0);
+      const Eigen::Vector3d inside = route[i].translation + (hit.distance + 0.004) * direction;
+      const Eigen::Vector2i cell = plan.CellOf(inside.head<2>());
+      ASSERT_TRUE(plan.Contains(cell));
+      EXPECT_EQ(plan.At(cell), kOccupiedCell) << inside.transpose();
+      ++num_checked;
+    }
+    EXPECT_EQ(plan.At(plan.CellOf(route[i].translation.head<2>())), kFreeCell);
+  }
+  EXPECT_GT(num_checked, 1000);
+  EXPECT_EQ(plan.At({0, 0}), kUnknownCell);
+}
+
+TEST(SyntheticQueries, AreBesideTheRouteInFreeSpace) {
+  QueryOptions options;
+  options.num_queries = 12;
+  const std::vector<Rigid3> route = Route();
+  const auto plan = [&](int num_threads) {
+    return PlanQueries(
+        World(), route, SyntheticCameraOptions{}, DepthSensorOptions{}, options, 1, num_threads);
+  };
+  const std::vector<SyntheticQuery> queries = plan(2);
+  ASSERT_EQ(queries.size(), 12U);
+  for (const SyntheticQuery& query : queries) {
+    const Eigen::Vector3d position = query.building_from_camera.translation;
+    double nearest_m = 1e9;
+    for (const Rigid3& pose : route) {
+      nearest_m = std::min(nearest_m, (pose.translation - position).head<2>().norm());
+    }
+    EXPECT_GE(nearest_m, options.min_offset_m - 1e-9);
+    EXPECT_LE(nearest_m, options.max_offset_m + 1e-9);
+    EXPECT_GE(Clearance(World().scene.boxes, position.head<2>(), 0.05, 1.5), options.clearance_m);
+    EXPECT_GE(query.covisible_ratio, options.min_covisible_ratio);
+  }
+  const std::vector<SyntheticQuery> again = plan(1);
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    EXPECT_EQ(queries[i].building_from_camera.translation,
+              again[i].building_from_camera.translation);
+  }
+}
+
+TEST(SyntheticLayout, IdenticalRoomsAreFurnishedAlike) {
+  const Room& a = World().layout.rooms[0];
+  const Room& b = World().layout.rooms[3];
+  ASSERT_EQ(a.style, b.style);
+  std::vector<Box> in_a, in_b;
+  for (const Box& box : World().scene.boxes) {
+    const bool is_movable = box.label != SurfaceLabel::kWall && box.label != SurfaceLabel::kDoor;
+    if (is_movable && a.area.Contains(box.center.x(), box.center.y())) in_a.push_back(box);
+    if (is_movable && b.area.Contains(box.center.x(), box.center.y())) in_b.push_back(box);
+  }
+  ASSERT_GT(in_a.size(), 20U);
+  ASSERT_EQ(in_a.size(), in_b.size());
+  const Eigen::Vector2d shift = b.ToBuilding({0, 0}) - a.ToBuilding({0, 0});
+  for (std::size_t i = 0; i < in_a.size(); ++i) {
+    EXPECT_NEAR((in_b[i].center - in_a[i].center).head<2>().norm(), shift.norm(), 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace nightmap
