@@ -35,7 +35,8 @@ void FlushToDisk(const fs::path& path) {
 
 bool SameBytes(const fs::path& a, const fs::path& b) {
   std::error_code ignored;
-  return fs::exists(b, ignored) && fs::file_size(a) == fs::file_size(b) && HashFile(a) == HashFile(b);
+  return fs::exists(b, ignored) && fs::file_size(a) == fs::file_size(b) &&
+         HashFile(a) == HashFile(b);
 }
 
 }  // namespace
@@ -76,9 +77,8 @@ void WriteFile(const fs::path& path, std::string_view bytes) {
   stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   stream.flush();
   if (!stream) {
-    throw DataError("{}: cannot write: {}; free space on that disk and run again",
-                    path.string(),
-                    Reason());
+    throw DataError(
+        "{}: cannot write: {}; free space on that disk and run again", path.string(), Reason());
   }
 }
 
@@ -92,9 +92,8 @@ fs::path OutputSet::Create(const fs::path& final_path, bool keep_if_equal) {
   std::error_code error;
   if (final_path.has_parent_path()) fs::create_directories(final_path.parent_path(), error);
   if (error) {
-    throw DataError("{}: cannot create folder: {}",
-                    final_path.parent_path().string(),
-                    error.message());
+    throw DataError(
+        "{}: cannot create folder: {}", final_path.parent_path().string(), error.message());
   }
   // The extension is kept last: some writers choose the format by it.
   const fs::path temporary_path =

@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
-#include <toml++/toml.h>
 
 #include "pipeline/base/error.h"
 
@@ -46,14 +46,13 @@ std::string ListToToml(const std::vector<T>& values, ToText to_text) {
 
 std::string ValueToToml(const OptionPointer& pointer) {
   const auto int_to_text = [](int value) { return std::to_string(value); };
-  return std::visit(
-      Overloaded{[](bool* v) { return std::string(*v ? "true" : "false"); },
-                 [](int* v) { return std::to_string(*v); },
-                 [](double* v) { return DoubleToToml(*v); },
-                 [](std::string* v) { return Quote(*v); },
-                 [&](std::vector<int>* v) { return ListToToml(*v, int_to_text); },
-                 [](std::vector<double>* v) { return ListToToml(*v, DoubleToToml); }},
-      pointer);
+  return std::visit(Overloaded{[](bool* v) { return std::string(*v ? "true" : "false"); },
+                               [](int* v) { return std::to_string(*v); },
+                               [](double* v) { return DoubleToToml(*v); },
+                               [](std::string* v) { return Quote(*v); },
+                               [&](std::vector<int>* v) { return ListToToml(*v, int_to_text); },
+                               [](std::vector<double>* v) { return ListToToml(*v, DoubleToToml); }},
+                    pointer);
 }
 
 const char* TypeName(const OptionPointer& pointer) {
@@ -192,10 +191,8 @@ void OptionList::ParseToml(std::string_view text, const std::string& source) {
   try {
     table = toml::parse(text, source);
   } catch (const toml::parse_error& error) {
-    throw UsageError("{}:{}: not valid TOML: {}",
-                     source,
-                     error.source().begin.line,
-                     error.description());
+    throw UsageError(
+        "{}:{}: not valid TOML: {}", source, error.source().begin.line, error.description());
   }
   ParseTable(table, source);
 }

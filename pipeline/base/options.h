@@ -31,8 +31,8 @@ struct Range {
   double max;
 };
 
-using OptionPointer = std::
-    variant<bool*, int*, double*, std::string*, std::vector<int>*, std::vector<double>*>;
+using OptionPointer =
+    std::variant<bool*, int*, double*, std::string*, std::vector<int>*, std::vector<double>*>;
 
 struct OptionSpec {
   std::string name;  // with the unit as suffix: voxel_size_m, max_error_px

@@ -43,12 +43,13 @@ std::string PortHelp(const std::vector<PortSpec>& ports) {
 }
 
 std::string Footer(const StageSpec& spec, const OptionList& options) {
-  return fmt::format("inputs:\n{}\noutputs:\n{}\noptions in the config file (TOML):\n{}\n"
-                     "exit codes: 0 outputs committed; 1 data, I/O or numeric failure; 2 usage or "
-                     "config error; 3 below an acceptance threshold, nothing committed",
-                     PortHelp(spec.inputs),
-                     PortHelp(spec.outputs),
-                     options.Help());
+  return fmt::format(
+      "inputs:\n{}\noutputs:\n{}\noptions in the config file (TOML):\n{}\n"
+      "exit codes: 0 outputs committed; 1 data, I/O or numeric failure; 2 usage or "
+      "config error; 3 below an acceptance threshold, nothing committed",
+      PortHelp(spec.inputs),
+      PortHelp(spec.outputs),
+      options.Help());
 }
 
 void DefineCommandLine(CLI::App& app, CommandLine* line) {
@@ -99,9 +100,8 @@ void CheckInputsExist(const std::map<std::string, std::vector<fs::path>>& inputs
   for (const auto& [name, paths] : inputs) {
     for (const fs::path& path : paths) {
       if (!fs::exists(path)) {
-        throw DataError("{}: input '{}' does not exist; make it or correct the path",
-                        path.string(),
-                        name);
+        throw DataError(
+            "{}: input '{}' does not exist; make it or correct the path", path.string(), name);
       }
     }
   }
@@ -154,9 +154,7 @@ StageContext::StageContext(StageSpec spec,
       progress_(spec_.name),
       part_start_(Clock::now()) {}
 
-const fs::path& StageContext::Input(const std::string& name) const {
-  return Inputs(name).front();
-}
+const fs::path& StageContext::Input(const std::string& name) const { return Inputs(name).front(); }
 
 const std::vector<fs::path>& StageContext::Inputs(const std::string& name) const {
   return inputs_.at(name);
@@ -189,11 +187,12 @@ void StageContext::CheckSkipped(std::size_t num_items, double max_failed_ratio) 
   const double ratio =
       static_cast<double>(num_skipped_) / static_cast<double>(std::max<std::size_t>(1, num_items));
   if (ratio <= max_failed_ratio) return;
-  throw DataError("{} of {} items were skipped, more than max_failed_ratio = {} allows; the log "
-                  "names each, repair them or raise max_failed_ratio",
-                  num_skipped_,
-                  num_items,
-                  max_failed_ratio);
+  throw DataError(
+      "{} of {} items were skipped, more than max_failed_ratio = {} allows; the log "
+      "names each, repair them or raise max_failed_ratio",
+      num_skipped_,
+      num_items,
+      max_failed_ratio);
 }
 
 void StageContext::BeginPart(const std::string& name) {
@@ -280,9 +279,7 @@ class StageRun {
     WriteFile(context.Output("receipt"), receipt.dump(1) + "\n");
   }
 
-  double Elapsed_s() const {
-    return std::chrono::duration<double>(Clock::now() - start_).count();
-  }
+  double Elapsed_s() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
   const StageSpec& spec_;
   const OptionList& options_;
@@ -316,7 +313,7 @@ int RunStage(int argc,
              char** argv,
              const StageSpec& stage_spec,
              OptionList options,
-             std::function<void(StageContext&)> body) {
+             const std::function<void(StageContext&)>& body) {
   StageSpec spec = stage_spec;
   spec.outputs.push_back({"report", "counts and quality figures (JSON)", Arity::kOptional});
   spec.outputs.push_back({"receipt", "hashes, times and memory of this run", Arity::kOptional});

@@ -95,7 +95,7 @@ int RunStage(int argc,
              char** argv,
              const StageSpec& spec,
              OptionList options,
-             std::function<void(StageContext&)> body);
+             const std::function<void(StageContext&)>& body);
 
 // body(options, context). Returns the exit code of the program.
 template <typename Options, typename Body>

@@ -40,7 +40,8 @@ class Estimator {
       : camera_(camera), matches_(matches), options_(options), random_(options.seed) {}
 
   std::optional<AbsolutePose> Estimate();
-  std::optional<Matrix6d> Covariance(const Rigid3& camera_from_world, const std::vector<int>& inliers) const;
+  std::optional<Matrix6d> Covariance(const Rigid3& camera_from_world,
+                                     const std::vector<int>& inliers) const;
 
  private:
   // Sum of truncated squared reprojection errors (MSAC); lower is better.
@@ -50,7 +51,8 @@ class Estimator {
   };
 
   std::vector<Rigid3> SolveMinimal();
-  std::optional<double> SquaredError_px(const Rigid3& camera_from_world, const PointMatch& match) const;
+  std::optional<double> SquaredError_px(const Rigid3& camera_from_world,
+                                        const PointMatch& match) const;
   Score Evaluate(const Rigid3& camera_from_world) const;
   std::vector<int> Inliers(const Rigid3& camera_from_world) const;
   void AddToNormalEquations(const Rigid3& camera_from_world,
@@ -83,16 +85,21 @@ std::vector<Rigid3> Estimator::SolveMinimal() {
   }
   std::vector<cv::Mat> rotations;
   std::vector<cv::Mat> translations;
-  cv::solveP3P(cv::Mat(points), cv::Mat(rays), cv::Matx33d::eye(), cv::noArray(), rotations,
-               translations, cv::SOLVEPNP_AP3P);
+  cv::solveP3P(cv::Mat(points),
+               cv::Mat(rays),
+               cv::Matx33d::eye(),
+               cv::noArray(),
+               rotations,
+               translations,
+               cv::SOLVEPNP_AP3P);
   std::vector<Rigid3> poses;
   for (std::size_t i = 0; i < rotations.size(); ++i) {
     const Eigen::Map<const Eigen::Vector3d> axis(rotations[i].ptr<double>());
     const Eigen::Map<const Eigen::Vector3d> translation(translations[i].ptr<double>());
     if (!axis.allFinite() || !translation.allFinite()) continue;
     const double angle = axis.norm();
-    const Eigen::AngleAxisd rotation(angle, angle > 0 ? Eigen::Vector3d(axis / angle)
-                                                      : Eigen::Vector3d::UnitX());
+    const Eigen::AngleAxisd rotation(
+        angle, angle > 0 ? Eigen::Vector3d(axis / angle) : Eigen::Vector3d::UnitX());
     poses.push_back({Eigen::Quaterniond(rotation), translation});
   }
   return poses;
@@ -147,7 +154,8 @@ void Estimator::AddToNormalEquations(const Rigid3& camera_from_world,
       0, 0, 1;
   Eigen::Vector3d residual;
   residual << *camera_.ProjectUndistorted(p) - match.pixel, p.z() - match.depth_m;
-  const double depth_sigma_m = std::hypot(options_.noise.Sigma_m(match.depth_m), match.point_sigma_m);
+  const double depth_sigma_m =
+      std::hypot(options_.noise.Sigma_m(match.depth_m), match.point_sigma_m);
   const double pixel_weight = 1 / options_.pixel_sigma_px;
   const Eigen::Vector3d weights(
       pixel_weight, pixel_weight, match.depth_m > 0 ? 1 / depth_sigma_m : 0.0);

@@ -34,8 +34,6 @@ struct AbsolutePoseOptions {
   std::uint64_t seed = 0;
 };
 
-
-
 struct AbsolutePose {
   Rigid3 camera_from_world;
   std::vector<int> inliers;  // indices of matches, ascending

@@ -15,23 +15,28 @@ namespace {
 // Parameters: rotation (x y z w) and translation of camera_from_world, point in the world.
 class ObservationError : public ceres::SizedCostFunction<3, 4, 3, 3> {
  public:
-  ObservationError(const BundleObservation& observation, const Camera& camera, double pixel_sigma_px)
+  ObservationError(const BundleObservation& observation,
+                   const Camera& camera,
+                   double pixel_sigma_px)
       : observation_(observation),
         camera_(camera),
         pixel_weight_(1 / pixel_sigma_px),
-        depth_weight_(observation.depth_m > 0
-                          ? 1 / observation.noise.Sigma_m(observation.depth_m)
-                          : 0.0) {}
+        depth_weight_(observation.depth_m > 0 ? 1 / observation.noise.Sigma_m(observation.depth_m)
+                                              : 0.0) {}
 
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+  bool Evaluate(double const* const* parameters,
+                double* residuals,
+                double** jacobians) const override {
     const Eigen::Map<const Eigen::Quaterniond> rotation(parameters[0]);
     const Eigen::Map<const Eigen::Vector3d> translation(parameters[1]);
     const Eigen::Map<const Eigen::Vector3d> point(parameters[2]);
     const Eigen::Vector3d rotated = rotation * point;
     const Eigen::Vector3d p = rotated + translation;
     if (p.z() < 1e-3) return false;
-    residuals[0] = pixel_weight_ * (camera_.fx * p.x() / p.z() + camera_.cx - observation_.pixel.x());
-    residuals[1] = pixel_weight_ * (camera_.fy * p.y() / p.z() + camera_.cy - observation_.pixel.y());
+    residuals[0] =
+        pixel_weight_ * (camera_.fx * p.x() / p.z() + camera_.cx - observation_.pixel.x());
+    residuals[1] =
+        pixel_weight_ * (camera_.fy * p.y() / p.z() + camera_.cy - observation_.pixel.y());
     residuals[2] = depth_weight_ * (p.z() - observation_.depth_m);
     if (jacobians) FillJacobians(p, rotation, point, jacobians);
     return true;
@@ -63,8 +68,8 @@ class ObservationError : public ceres::SizedCostFunction<3, 4, 3, 3> {
     }
   }
 
-  // Derivative of q * x by (qx, qy, qz, qw), from q * x = x + 2 w (v cross x) + 2 v cross (v cross x),
-  // the form Eigen evaluates.
+  // Derivative of q * x by (qx, qy, qz, qw), from q * x = x + 2 w (v cross x) + 2 v cross (v cross
+  // x), the form Eigen evaluates.
   static Eigen::Matrix<double, 3, 4> RotationJacobian(const Eigen::Quaterniond& q,
                                                       const Eigen::Vector3d& x) {
     const Eigen::Vector3d v = q.vec();
@@ -72,8 +77,8 @@ class ObservationError : public ceres::SizedCostFunction<3, 4, 3, 3> {
     Eigen::Matrix3d cross_x;
     cross_x << 0, -x.z(), x.y(), x.z(), 0, -x.x(), -x.y(), x.x(), 0;
     Eigen::Matrix<double, 3, 4> jacobian;
-    jacobian.leftCols<3>() = 2 * (-q.w() * cross_x + v.dot(x) * Eigen::Matrix3d::Identity() + outer -
-                                  2 * x * v.transpose());
+    jacobian.leftCols<3>() = 2 * (-q.w() * cross_x + v.dot(x) * Eigen::Matrix3d::Identity() +
+                                  outer - 2 * x * v.transpose());
     jacobian.rightCols<1>() = 2 * v.cross(x);
     return jacobian;
   }
@@ -153,9 +158,7 @@ BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* data) {
     throw DataError("bundle adjustment failed: {}", summary.message);
   }
   for (Rigid3& pose : data->camera_from_world) pose.rotation.normalize();
-  return {summary.initial_cost,
-          summary.final_cost,
-          static_cast<int>(summary.iterations.size())};
+  return {summary.initial_cost, summary.final_cost, static_cast<int>(summary.iterations.size())};
 }
 
 }  // namespace nightmap

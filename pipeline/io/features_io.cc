@@ -58,9 +58,8 @@ std::vector<T> Slice(const std::vector<T>& values, std::size_t begin, std::size_
 
 void Demand(bool condition, const std::filesystem::path& path, const char* field) {
   if (condition) return;
-  throw DataError("{}: field '{}' does not fit the others; delete the file and run make",
-                  path.string(),
-                  field);
+  throw DataError(
+      "{}: field '{}' does not fit the others; delete the file and run make", path.string(), field);
 }
 
 void CheckFirstFeature(const std::vector<std::int32_t>& first,

@@ -15,12 +15,13 @@ enum class DescriptorKind { kRootSift, kOrb, kBrisk };
 // Features of one image. The lists have equal length, one entry a feature, strongest first.
 struct FrameFeatures {
   int frame_idx = 0;
-  std::vector<Eigen::Vector2f> keypoints_px;     // in the undistorted color image (same fx fy cx cy)
-  std::vector<Eigen::Vector2f> raw_keypoints_px; // as detected, in the image file
-  std::vector<float> scales_px;                  // diameter of the described patch
-  std::vector<float> depths_m;                   // z at the keypoint; 0 = not measured
-  // num_features x descriptor_size bytes, row by row. RootSIFT: 128 bytes, 512 * sqrt(l1-normalized)
-  // rounded, as COLMAP stores it (L2 distance). ORB 32 and BRISK 64 bytes (Hamming distance).
+  std::vector<Eigen::Vector2f> keypoints_px;  // in the undistorted color image (same fx fy cx cy)
+  std::vector<Eigen::Vector2f> raw_keypoints_px;  // as detected, in the image file
+  std::vector<float> scales_px;                   // diameter of the described patch
+  std::vector<float> depths_m;                    // z at the keypoint; 0 = not measured
+  // num_features x descriptor_size bytes, row by row. RootSIFT: 128 bytes, 512 *
+  // sqrt(l1-normalized) rounded, as COLMAP stores it (L2 distance). ORB 32 and BRISK 64 bytes
+  // (Hamming distance).
   std::vector<std::uint8_t> descriptors;
 
   int NumFeatures() const { return static_cast<int>(keypoints_px.size()); }
@@ -41,7 +42,9 @@ struct FeatureMatch {
 int DescriptorSize(DescriptorKind kind);
 
 // `config` is the effective config the artifact carries. Throw DataError naming file and field.
-void WriteFeatures(const std::filesystem::path& path, const FeaturesShard& shard, const std::string& config);
+void WriteFeatures(const std::filesystem::path& path,
+                   const FeaturesShard& shard,
+                   const std::string& config);
 FeaturesShard ReadFeatures(const std::filesystem::path& path);
 // Shards concatenated in order; all must be of one kind.
 FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths);

@@ -24,8 +24,14 @@ Matrix6d G2oFromOurs() {
 std::string PoseText(const Rigid3& pose) {
   const Eigen::Vector3d& t = pose.translation;
   const Eigen::Quaterniond& q = pose.rotation;
-  return fmt::format(
-      "{:.9g} {:.9g} {:.9g} {:.12g} {:.12g} {:.12g} {:.12g}", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  return fmt::format("{:.9g} {:.9g} {:.9g} {:.12g} {:.12g} {:.12g} {:.12g}",
+                     t.x(),
+                     t.y(),
+                     t.z(),
+                     q.x(),
+                     q.y(),
+                     q.z(),
+                     q.w());
 }
 
 std::string EdgeText(const PoseEdge& edge) {
@@ -97,7 +103,8 @@ PoseEdge ReadEdge(LineReader& line) {
 std::string PoseGraphToG2o(const PoseGraph& graph) {
   std::string text;
   for (const PoseGraph::Vertex& vertex : graph.vertices) {
-    text += fmt::format("VERTEX_SE3:QUAT {} {}\n", vertex.frame_idx, PoseText(vertex.map_from_camera));
+    text +=
+        fmt::format("VERTEX_SE3:QUAT {} {}\n", vertex.frame_idx, PoseText(vertex.map_from_camera));
   }
   if (!graph.vertices.empty()) text += fmt::format("FIX {}\n", graph.vertices.front().frame_idx);
   for (const PoseEdge& edge : graph.edges) text += EdgeText(edge);

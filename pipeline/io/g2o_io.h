@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pose graphs in the g2o format: VERTEX_SE3:QUAT (map_from_camera), EDGE_SE3:QUAT (a_from_b with the
-// upper triangle of its information, translation first, rotation as quaternion vector part), FIX.
+// Pose graphs in the g2o format: VERTEX_SE3:QUAT (map_from_camera), EDGE_SE3:QUAT (a_from_b with
+// the upper triangle of its information, translation first, rotation as quaternion vector part),
+// FIX.
 #pragma once
 
 #include <filesystem>

@@ -68,8 +68,8 @@ std::string ReadStringAttribute(hid_t file, const char* name) {
 
 void WriteIntAttribute(hid_t file, const char* name, int value) {
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Handle attribute(
-      H5Acreate2(file, name, H5T_NATIVE_INT, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const Handle attribute(H5Acreate2(file, name, H5T_NATIVE_INT, space, H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose);
   H5Awrite(attribute, H5T_NATIVE_INT, &value);
 }
 
@@ -136,17 +136,16 @@ void Hdf5Writer::Write(const std::string& name, const Array<T>& array) {
   const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
   H5Pset_create_intermediate_group(links, 1);
   const Handle properties = UntimedProperties(H5P_DATASET_CREATE);
-  const Handle dataset(H5Dcreate2(
-      file_, name.c_str(), NativeType<T>(), space, links, properties, H5P_DEFAULT), H5Dclose);
+  const Handle dataset(
+      H5Dcreate2(file_, name.c_str(), NativeType<T>(), space, links, properties, H5P_DEFAULT),
+      H5Dclose);
   const bool written =
       dataset.Valid() &&
       (array.values.empty() ||
-       H5Dwrite(
-           dataset, NativeType<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, array.values.data()) >= 0);
+       H5Dwrite(dataset, NativeType<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, array.values.data()) >= 0);
   if (!written) {
-    throw DataError("{}: cannot write array '{}'; free space on that disk and run again",
-                    path_.string(),
-                    name);
+    throw DataError(
+        "{}: cannot write array '{}'; free space on that disk and run again", path_.string(), name);
   }
 }
 
@@ -167,11 +166,12 @@ Hdf5Reader::Hdf5Reader(const std::filesystem::path& path, const std::string& for
     throw DataError(
         "{}: field 'format' is '{}', '{}' is needed", path.string(), found_format, format);
   }
-  throw DataError("{}: field 'version' is {}, this program reads up to {}; update nightmap or "
-                  "delete the file and run make",
-                  path.string(),
-                  found_version,
-                  version);
+  throw DataError(
+      "{}: field 'version' is {}, this program reads up to {}; update nightmap or "
+      "delete the file and run make",
+      path.string(),
+      found_version,
+      version);
 }
 
 Hdf5Reader::~Hdf5Reader() {

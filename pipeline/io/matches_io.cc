@@ -15,10 +15,11 @@ constexpr int kVersion = 1;
 
 void Demand(bool condition, const std::filesystem::path& path, const char* field) {
   if (condition) return;
-  throw DataError("{}: field '{}' is out of range or does not fit the others; delete the file and "
-                  "run make",
-                  path.string(),
-                  field);
+  throw DataError(
+      "{}: field '{}' is out of range or does not fit the others; delete the file and "
+      "run make",
+      path.string(),
+      field);
 }
 
 }  // namespace

@@ -19,10 +19,11 @@ Rigid3 PoseAt(const Array<double>& array, std::size_t row, const std::filesystem
   const double* v = array.values.data() + row * 7;
   const Eigen::Quaterniond rotation(v[6], v[3], v[4], v[5]);
   if (std::abs(rotation.norm() - 1) > 1e-6) {
-    throw DataError("{}: row {} holds a quaternion that is not of unit length; delete the file and "
-                    "run make",
-                    path.string(),
-                    row);
+    throw DataError(
+        "{}: row {} holds a quaternion that is not of unit length; delete the file and "
+        "run make",
+        path.string(),
+        row);
   }
   return {rotation, {v[0], v[1], v[2]}};
 }

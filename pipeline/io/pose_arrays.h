@@ -10,8 +10,6 @@
 
 namespace nightmap {
 
-
-
 // A row is tx ty tz qx qy qz qw (metres, unit quaternion).
 void AppendPose(const Rigid3& pose, Array<double>* array);
 // Throws DataError naming the file when the quaternion is not of unit length.

@@ -82,8 +82,9 @@ class QueryPlanner {
   std::vector<Eigen::Vector3d> SeenPoints(const Rigid3& building_from_camera) const {
     std::vector<Eigen::Vector3d> points;
     for (int i = 0; i < kNumColumns * kNumRows; ++i) {
+      const int row = i / kNumColumns;
       const Eigen::Vector2d pixel((i % kNumColumns + 0.5) * pinhole_.width / kNumColumns,
-                                  (i / kNumColumns + 0.5) * pinhole_.height / kNumRows);
+                                  (row + 0.5) * pinhole_.height / kNumRows);
       const Eigen::Vector3d direction =
           building_from_camera.rotation * pinhole_.BackProject(pixel, 1.0);
       const RayHit hit = world_.rays->Cast(building_from_camera.translation, direction);

@@ -167,7 +167,8 @@ void AddLamps(const Rect2& rect, double ceiling_m, SceneBuilder& builder) {
   const auto intensity = static_cast<float>(std::clamp(0.9 + 0.37 * area_m2, 1.5, 5.0));
   for (int i = 0; i < num_x * num_y; ++i) {
     const double x = rect.x0 + width * (i % num_x + 0.5) / num_x;
-    const double y = rect.y0 + depth * (i / num_x + 0.5) / num_y;
+    const int row = i / num_x;
+    const double y = rect.y0 + depth * (row + 0.5) / num_y;
     builder.AddLamp({{x, y, ceiling_m}, {0.3, 0.3}, intensity});
   }
 }

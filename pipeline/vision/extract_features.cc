@@ -93,10 +93,9 @@ std::vector<DepthSample> SampleWindow(const DepthImage& depth, int x, int y, int
 // keypoint itself has no depth and the window shows more than one surface.
 float SurfaceDepth_m(std::vector<DepthSample> samples, double max_step) {
   if (samples.empty()) return 0;
-  const DepthSample nearest =
-      *std::ranges::min_element(samples, {}, [](const DepthSample& sample) {
-        return std::pair(sample.distance2_px, sample.depth_m);
-      });
+  const DepthSample nearest = *std::ranges::min_element(samples, {}, [](const DepthSample& sample) {
+    return std::pair(sample.distance2_px, sample.depth_m);
+  });
   const auto tolerance_m = static_cast<float>(max_step) * nearest.depth_m;
   double sum = 0;
   int count = 0;
@@ -168,13 +167,15 @@ FrameFeatures ExtractFeatures(const ColorImage& color,
   return features;
 }
 
-void LookUpDepth(const DepthImage& depth, const ExtractionOptions& options, FrameFeatures* features) {
+void LookUpDepth(const DepthImage& depth,
+                 const ExtractionOptions& options,
+                 FrameFeatures* features) {
   for (std::size_t i = 0; i < features->raw_keypoints_px.size(); ++i) {
     const Eigen::Vector2f& raw = features->raw_keypoints_px[i];
     const auto x = static_cast<int>(std::lround(raw.x()));
     const auto y = static_cast<int>(std::lround(raw.y()));
-    features->depths_m[i] = SurfaceDepth_m(SampleWindow(depth, x, y, options.depth_window_px),
-                                           options.max_depth_step);
+    features->depths_m[i] =
+        SurfaceDepth_m(SampleWindow(depth, x, y, options.depth_window_px), options.max_depth_step);
   }
 }
 

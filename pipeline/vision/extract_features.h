@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keypoints and descriptors of one image: RootSIFT (Arandjelovic and Zisserman, CVPR 2012), ORB, BRISK.
+// Keypoints and descriptors of one image: RootSIFT (Arandjelovic and Zisserman, CVPR 2012), ORB,
+// BRISK.
 #pragma once
 
 #include <string>
@@ -12,13 +13,13 @@ namespace nightmap {
 
 struct ExtractionOptions {
   std::string detector = "sift";
-  int num_features = 1000;             // strongest kept
+  int num_features = 1000;  // strongest kept
   double sift_contrast_threshold = 0.02;
   double sift_edge_threshold = 10.0;
   int sift_num_octave_layers = 3;
-  int fast_threshold = 10;             // ORB and BRISK
-  int depth_window_px = 2;             // half size of the window in which depth is looked up
-  double max_depth_step = 0.05;        // relative depth difference that counts as an edge
+  int fast_threshold = 10;       // ORB and BRISK
+  int depth_window_px = 2;       // half size of the window in which depth is looked up
+  double max_depth_step = 0.05;  // relative depth difference that counts as an edge
 
   void Register(OptionList& list);
   DescriptorKind Kind() const;
@@ -26,12 +27,16 @@ struct ExtractionOptions {
 
 // Features of a color image without depth (depths_m all 0). Deterministic; one thread. Keypoints
 // are undistorted with `camera`, sorted by response (strongest first, ties by position).
-FrameFeatures ExtractFeatures(const ColorImage& color, const Camera& camera, const ExtractionOptions& options);
+FrameFeatures ExtractFeatures(const ColorImage& color,
+                              const Camera& camera,
+                              const ExtractionOptions& options);
 
 // Depth at each raw keypoint, robust to holes and edges: the valid depths of the window are split
 // into surfaces at steps larger than max_depth_step; the depth of the surface the centre (or the
 // nearest valid pixel) lies on is taken, and 0 when the window straddles surfaces without a valid
 // centre.
-void LookUpDepth(const DepthImage& depth, const ExtractionOptions& options, FrameFeatures* features);
+void LookUpDepth(const DepthImage& depth,
+                 const ExtractionOptions& options,
+                 FrameFeatures* features);
 
 }  // namespace nightmap

@@ -42,10 +42,11 @@ std::size_t TrackBuilder::Slot(int frame_idx, int feature_idx) const {
   const auto frame = static_cast<std::size_t>(frame_idx - begin_idx_);
   if (frame_idx < begin_idx_ || frame + 1 >= first_slot_.size() || feature_idx < 0 ||
       first_slot_[frame] + static_cast<std::size_t>(feature_idx) >= first_slot_[frame + 1]) {
-    throw DataError("a match names feature {} of frame {}, which the features do not have; delete "
-                    "the matches folder of this site and run make",
-                    feature_idx,
-                    frame_idx);
+    throw DataError(
+        "a match names feature {} of frame {}, which the features do not have; delete "
+        "the matches folder of this site and run make",
+        feature_idx,
+        frame_idx);
   }
   return first_slot_[frame] + static_cast<std::size_t>(feature_idx);
 }
@@ -65,9 +66,8 @@ std::vector<TrackObservation> TrackBuilder::Build() {
   std::vector<std::vector<TrackObservation>> tracks(first_slot_.back());
   for (std::size_t frame = 0; frame + 1 < first_slot_.size(); ++frame) {
     for (std::size_t slot = first_slot_[frame]; slot < first_slot_[frame + 1]; ++slot) {
-      tracks[sets_.Find(slot)].push_back({0,
-                                          begin_idx_ + static_cast<int>(frame),
-                                          static_cast<int>(slot - first_slot_[frame])});
+      tracks[sets_.Find(slot)].push_back(
+          {0, begin_idx_ + static_cast<int>(frame), static_cast<int>(slot - first_slot_[frame])});
     }
   }
   std::vector<TrackObservation> observations;

@@ -33,7 +33,7 @@ struct RgbdImages {
 using RgbdLoader = std::function<RgbdImages(const FrameRecord&)>;
 
 struct FeaturesResult {
-  FeaturesShard shard;               // one entry a frame, in order; an unreadable frame has no features
+  FeaturesShard shard;  // one entry a frame, in order; an unreadable frame has no features
   std::vector<std::string> skipped;  // reasons, in frame order
 };
 

@@ -45,8 +45,8 @@ int main(int argc, char** argv) {
       return RgbdImages{LoadColor(frame, camera, context.Input("data")),
                         LoadDepth(frame, camera, context.Input("data"))};
     };
-    const auto result = RunFeatures(
-        options, frames, cameras, load, context.NumThreads(), context.GetProgress());
+    const auto result =
+        RunFeatures(options, frames, cameras, load, context.NumThreads(), context.GetProgress());
     for (const std::string& reason : result.skipped) context.Skip(reason);
     context.CheckSkipped(frames.size(), options.max_failed_ratio);
     WriteFeatures(context.Output("features"), result.shard, context.ConfigToml());

@@ -24,7 +24,8 @@ VerifyOptions MakeVerifyOptions(const MatchesOptions& options, DescriptorKind ki
 
 // One random stream a pair, whatever the order of work.
 std::uint64_t PairSeed(int seed, const FramePair& pair) {
-  return (static_cast<std::uint64_t>(seed) << 48) ^ (static_cast<std::uint64_t>(pair.frame_a) << 24) ^
+  return (static_cast<std::uint64_t>(seed) << 48) ^
+         (static_cast<std::uint64_t>(pair.frame_a) << 24) ^
          static_cast<std::uint64_t>(pair.frame_b);
 }
 
@@ -63,8 +64,9 @@ void CheckInput(const MatchesInput& input) {
            frames[i].frame_idx == frames.front().frame_idx + static_cast<int>(i);
   }
   if (!fits) {
-    throw DataError("the features are not of the listed frames; delete the features folder of this "
-                    "site and run make");
+    throw DataError(
+        "the features are not of the listed frames; delete the features folder of this "
+        "site and run make");
   }
 }
 
@@ -97,7 +99,8 @@ void MatchesOptions::Register(OptionList& list) {
            Range(0.005, 1),
            "inlier threshold on measured depth, relative");
   list.Add("min_inliers", &min_inliers, Range(4, 1000), "of a pair of neighbours");
-  list.Add("min_spread", &min_spread, Range(0, 1), "share of the image a pair's inliers must cover");
+  list.Add(
+      "min_spread", &min_spread, Range(0, 1), "share of the image a pair's inliers must cover");
   list.Add("loop_stride", &loop_stride, Range(1, 1000), "every Nth frame looks for loops");
   list.Add("loop_num_candidates",
            &loop_num_candidates,
@@ -142,10 +145,11 @@ std::vector<FramePair> MatchLoops(const MatchesOptions& options,
   CheckInput(input);
   const auto& words = vocabulary.inverted_file.Words();
   if (words.size() != input.frames.size()) {
-    throw DataError("the vocabulary lists {} frames, the features {}; delete the vocabulary folder "
-                    "of this site and run make",
-                    words.size(),
-                    input.frames.size());
+    throw DataError(
+        "the vocabulary lists {} frames, the features {}; delete the vocabulary folder "
+        "of this site and run make",
+        words.size(),
+        input.frames.size());
   }
   std::vector<std::vector<InvertedFile::Result>> candidates(words.size());
   ParallelFor(words.size(), num_threads, [&](std::size_t i) {

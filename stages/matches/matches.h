@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// matches: verified pairs of frames. Two jobs share one program and one config: the pairs of a shard
-// (each frame with a few frames before it) and the loops (each frame with frames that look alike).
+// matches: verified pairs of frames. Two jobs share one program and one config: the pairs of a
+// shard (each frame with a few frames before it) and the loops (each frame with frames that look
+// alike).
 #pragma once
 
 #include <vector>

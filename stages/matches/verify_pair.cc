@@ -37,7 +37,9 @@ struct Correspondences {
   std::vector<FeatureMatch> matches;  // of the same entries
 };
 
-Correspondences Lift(const Side& source, const Side& target, const std::vector<FeatureMatch>& matches) {
+Correspondences Lift(const Side& source,
+                     const Side& target,
+                     const std::vector<FeatureMatch>& matches) {
   Correspondences lifted;
   for (const FeatureMatch& match : matches) {
     const double depth_m = source.Depth_m(match);
@@ -113,8 +115,8 @@ void VerifyPair(const VerifyOptions& options,
   const bool is_spread = Spread(pixels, target.camera->color) >= options.min_spread;
   pair->status = is_spread ? PairStatus::kAccepted : PairStatus::kPoorSpread;
   pair->b_from_a = forward ? pose->camera_from_world : pose->camera_from_world.Inverse();
-  pair->covariance = forward ? pose->covariance
-                             : InverseCovariance(pose->camera_from_world, pose->covariance);
+  pair->covariance =
+      forward ? pose->covariance : InverseCovariance(pose->camera_from_world, pose->covariance);
 }
 
 }  // namespace nightmap

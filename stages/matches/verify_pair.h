@@ -15,8 +15,9 @@ struct VerifyOptions {
   AbsolutePoseOptions pose;
 };
 
-// Matches descriptors (ratio, mutual), then estimates the pose from the 3-D points of the frame that
-// has more depth to the pixels of the other. Fills everything of `pair` but frame_a, frame_b, score.
+// Matches descriptors (ratio, mutual), then estimates the pose from the 3-D points of the frame
+// that has more depth to the pixels of the other. Fills everything of `pair` but frame_a, frame_b,
+// score.
 void VerifyPair(const VerifyOptions& options,
                 const FrameFeatures& a,
                 const RgbdCamera& camera_a,

@@ -25,7 +25,9 @@ class Chain {
   }
 
  private:
-  ChainedFrame& At(int frame_idx) { return frames_[static_cast<std::size_t>(frame_idx - begin_idx_)]; }
+  ChainedFrame& At(int frame_idx) {
+    return frames_[static_cast<std::size_t>(frame_idx - begin_idx_)];
+  }
 
   // The pairs of a frame with earlier ones, as [begin, end).
   auto PairsOf(int frame_idx) const {
@@ -88,8 +90,8 @@ class Chain {
       }
       if (next == frames_.size() || frames_[next].state == TrackingState::kBridged) continue;
       const double fraction = 1.0 / static_cast<double>(next - i + 1);
-      frames_[i].shard_from_camera = Interpolate(
-          frames_[i - 1].shard_from_camera, frames_[next].shard_from_camera, fraction);
+      frames_[i].shard_from_camera =
+          Interpolate(frames_[i - 1].shard_from_camera, frames_[next].shard_from_camera, fraction);
     }
   }
 

@@ -15,8 +15,9 @@ struct ChainedFrame {
   TrackingState state = TrackingState::kTracked;
 };
 
-// `frames[i]` is frame `begin_idx + i`. The frame before `first_frame_idx` (the first one when there
-// is none) is the origin. Frames before it are posed only when a pair of the own shard reaches them.
+// `frames[i]` is frame `begin_idx + i`. The frame before `first_frame_idx` (the first one when
+// there is none) is the origin. Frames before it are posed only when a pair of the own shard
+// reaches them.
 std::vector<ChainedFrame> ChainPoses(const std::vector<FramePair>& pairs,
                                      int begin_idx,
                                      int first_frame_idx,

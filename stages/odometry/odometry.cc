@@ -67,7 +67,9 @@ class KeyframeGraph {
     const auto& reference = tracks_[At(keyframe)];
     int num_shared = 0;
     for (const auto& [track, feature] : reference) num_shared += tracks_[At(idx)].contains(track);
-    return reference.empty() ? 0 : static_cast<double>(num_shared) / static_cast<double>(reference.size());
+    return reference.empty()
+               ? 0
+               : static_cast<double>(num_shared) / static_cast<double>(reference.size());
   }
 
   PoseEdge MakeEdge(int a, int b) const {
@@ -130,7 +132,8 @@ class KeyframeGraph {
 
   Matrix6d BridgeCovariance() const {
     Matrix6d covariance = Matrix6d::Zero();
-    covariance.diagonal().head<3>().setConstant(options_.bridge_sigma_rad * options_.bridge_sigma_rad);
+    covariance.diagonal().head<3>().setConstant(options_.bridge_sigma_rad *
+                                                options_.bridge_sigma_rad);
     covariance.diagonal().tail<3>().setConstant(options_.bridge_sigma_m * options_.bridge_sigma_m);
     return covariance;
   }
@@ -146,16 +149,18 @@ class KeyframeGraph {
 void CheckInput(const OdometryInput& input) {
   if (input.frames.empty() || input.frames.size() != input.features.frames.size() ||
       input.frames.front().frame_idx != input.features.frames.front().frame_idx) {
-    throw DataError("the features are not of the listed frames; delete the features folder of this "
-                    "site and run make");
+    throw DataError(
+        "the features are not of the listed frames; delete the features folder of this "
+        "site and run make");
   }
   const int end_idx = input.frames.front().frame_idx + static_cast<int>(input.frames.size());
   for (const FramePair& pair : input.pairs) {
     if (pair.frame_a < input.frames.front().frame_idx || pair.frame_b >= end_idx) {
-      throw DataError("pair {}-{} is outside the given frames; delete the matches folder of this "
-                      "site and run make",
-                      pair.frame_a,
-                      pair.frame_b);
+      throw DataError(
+          "pair {}-{} is outside the given frames; delete the matches folder of this "
+          "site and run make",
+          pair.frame_a,
+          pair.frame_b);
     }
   }
 }
@@ -163,7 +168,8 @@ void CheckInput(const OdometryInput& input) {
 }  // namespace
 
 void OdometryOptions::Register(OptionList& list) {
-  list.Add("keyframe_distance_m", &keyframe_distance_m, Range(0.01, 10), "motion to a new keyframe");
+  list.Add(
+      "keyframe_distance_m", &keyframe_distance_m, Range(0.01, 10), "motion to a new keyframe");
   list.Add("keyframe_angle_rad", &keyframe_angle_rad, Range(0.01, 3), "rotation to a new keyframe");
   list.Add("keyframe_min_overlap",
            &keyframe_min_overlap,

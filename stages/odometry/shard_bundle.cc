@@ -61,7 +61,8 @@ class Adjuster {
   // The longest tracks of every frame carry most; the rest only costs time. Tracks of unposed
   // frames or without any depth cannot be placed.
   std::vector<TrackObservation> SelectTracks(std::vector<TrackObservation> all) const {
-    std::erase_if(all, [&](const TrackObservation& o) { return !frames_[At(o.frame_idx)].is_posed; });
+    std::erase_if(all,
+                  [&](const TrackObservation& o) { return !frames_[At(o.frame_idx)].is_posed; });
     const auto begins = TrackBegins(all);
     std::vector<std::size_t> order(begins.size() - 1);
     std::iota(order.begin(), order.end(), 0);
@@ -95,7 +96,8 @@ class Adjuster {
   }
 
   double Depth_m(const TrackObservation& o) const {
-    return input_.features.frames[At(o.frame_idx)].depths_m[static_cast<std::size_t>(o.feature_idx)];
+    return input_.features.frames[At(o.frame_idx)]
+        .depths_m[static_cast<std::size_t>(o.feature_idx)];
   }
   Eigen::Vector2d Pixel(const TrackObservation& o) const {
     return input_.features.frames[At(o.frame_idx)]
@@ -157,9 +159,8 @@ class Adjuster {
 
   void DropOutliers() {
     std::erase_if(result_.observations, [&](const TrackObservation& o) {
-      const Eigen::Vector3d p =
-          frames_[At(o.frame_idx)].shard_from_camera.Inverse() *
-          result_.points_in_shard[static_cast<std::size_t>(o.track_idx)];
+      const Eigen::Vector3d p = frames_[At(o.frame_idx)].shard_from_camera.Inverse() *
+                                result_.points_in_shard[static_cast<std::size_t>(o.track_idx)];
       const auto projected = CameraOf(o.frame_idx).color.ProjectUndistorted(p);
       return !projected || (*projected - Pixel(o)).norm() > options_.max_error_px;
     });

@@ -12,7 +12,7 @@
 namespace nightmap {
 
 struct ShardBundle {
-  std::vector<TrackObservation> observations;  // those the adjustment agreed with
+  std::vector<TrackObservation> observations;    // those the adjustment agreed with
   std::vector<Eigen::Vector3d> points_in_shard;  // one a track
 };
 

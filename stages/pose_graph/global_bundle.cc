@@ -113,8 +113,8 @@ class KeyframeAdjuster {
     return input_.cameras.at(static_cast<std::size_t>(frame.camera_idx));
   }
   double Depth_m(const Sighting& s) const {
-    return input_.features.frames[static_cast<std::size_t>(s.first)]
-        .depths_m.at(static_cast<std::size_t>(s.second));
+    return input_.features.frames[static_cast<std::size_t>(s.first)].depths_m.at(
+        static_cast<std::size_t>(s.second));
   }
   Eigen::Vector2d Pixel(const Sighting& s) const {
     return input_.features.frames[static_cast<std::size_t>(s.first)]

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// pose_graph: reads odometry and loops of all shards; writes the graph and the trajectory in the map
-// frame.
+// pose_graph: reads odometry and loops of all shards; writes the graph and the trajectory in the
+// map frame.
 #include "stages/pose_graph/pose_graph.h"
 
 #include "pipeline/base/stage_main.h"
@@ -19,7 +19,8 @@ PoseGraphInput ReadInput(const StageContext& context) {
   if (context.HasInput("accelerometer")) {
     input.up_in_camera = ReadMeanAcceleration(context.Input("accelerometer"));
   }
-  input.load_depth = [cameras = input.cameras, data = context.Input("data")](const FrameRecord& frame) {
+  input.load_depth = [cameras = input.cameras,
+                      data = context.Input("data")](const FrameRecord& frame) {
     return LoadDepth(frame, cameras.at(static_cast<std::size_t>(frame.camera_idx)), data);
   };
   return input;

@@ -54,7 +54,8 @@ std::vector<SurfacePatch> FacingUp(const std::vector<SurfacePatch>& patches,
 double MedianHeight_m(const std::vector<Rigid3>& graph_from_cameras, const Eigen::Vector3d& up) {
   std::vector<double> heights;
   for (const Rigid3& pose : graph_from_cameras) heights.push_back(up.dot(pose.translation));
-  std::ranges::nth_element(heights, heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2));
+  std::ranges::nth_element(heights,
+                           heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2));
   return heights[heights.size() / 2];
 }
 
@@ -103,7 +104,9 @@ struct Plane {
 };
 
 // Least-squares plane through the patches near a height, twice with a narrowing band.
-Plane FitPlane(const std::vector<SurfacePatch>& patches, const Eigen::Vector3d& up, double height_m) {
+Plane FitPlane(const std::vector<SurfacePatch>& patches,
+               const Eigen::Vector3d& up,
+               double height_m) {
   Plane plane{up, height_m};
   for (const double band_m : {kPlaneBand_m * 1.5, kPlaneBand_m}) {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -137,9 +140,8 @@ Rigid3 MapFromGraph(const Plane& floor, const Rigid3& graph_from_first_camera) {
   map_from_graph.row(0) = x;
   map_from_graph.row(1) = z.cross(x);
   map_from_graph.row(2) = z;
-  const Eigen::Vector3d origin =
-      graph_from_first_camera.translation -
-      z * (z.dot(graph_from_first_camera.translation) - floor.height_m);
+  const Eigen::Vector3d origin = graph_from_first_camera.translation -
+                                 z * (z.dot(graph_from_first_camera.translation) - floor.height_m);
   return {Eigen::Quaterniond(map_from_graph).normalized(), -(map_from_graph * origin)};
 }
 
@@ -159,7 +161,8 @@ std::optional<FloorChoice> ChooseFloor(const MapFrameOptions& options,
     if (camera_height_m - height_m < options.floor_min_camera_height_m) break;
     const double area_m2 = DistinctArea_m2(horizontal, up, height_m);
     if (area_m2 >= options.floor_min_area_m2) return FloorChoice{height_m, area_m2, true};
-    if (!fallback || area_m2 > 2 * fallback->area_m2) fallback = FloorChoice{height_m, area_m2, false};
+    if (!fallback || area_m2 > 2 * fallback->area_m2)
+      fallback = FloorChoice{height_m, area_m2, false};
   }
   return fallback;
 }
@@ -196,8 +199,10 @@ std::vector<SurfacePatch> SamplePatches(const DepthImage& depth,
   for (int y = kReach_px; y + kReach_px < depth.height; y += kStep_px) {
     for (int x = kReach_px; x + kReach_px < depth.width; x += kStep_px) {
       const float z = depth.At(x, y);
-      const float corners[] = {depth.At(x - kReach_px, y), depth.At(x + kReach_px, y),
-                               depth.At(x, y - kReach_px), depth.At(x, y + kReach_px)};
+      const float corners[] = {depth.At(x - kReach_px, y),
+                               depth.At(x + kReach_px, y),
+                               depth.At(x, y - kReach_px),
+                               depth.At(x, y + kReach_px)};
       const bool is_smooth = std::ranges::all_of(
           corners, [z](float c) { return c > 0 && std::abs(c - z) < 0.1f * z; });
       if (z <= 0 || z > max_depth_m || !is_smooth) continue;

@@ -21,8 +21,11 @@ class EdgeError {
   }
 
   template <typename T>
-  bool operator()(const T* rotation_a, const T* translation_a, const T* rotation_b,
-                  const T* translation_b, T* residual) const {
+  bool operator()(const T* rotation_a,
+                  const T* translation_a,
+                  const T* rotation_b,
+                  const T* translation_b,
+                  T* residual) const {
     using Quaternion = Eigen::Quaternion<T>;
     using Vector = Eigen::Matrix<T, 3, 1>;
     const Eigen::Map<const Quaternion> world_from_a_rotation(rotation_a);
@@ -62,14 +65,13 @@ void Solve(const std::vector<GraphEdge>& edges, std::map<int, Rigid3>* poses) {
     if (edge.weight < 1e-6) continue;
     Rigid3& a = poses->at(edge.edge.frame_a);
     Rigid3& b = poses->at(edge.edge.frame_b);
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<EdgeError, 6, 4, 3, 4, 3>(
-            new EdgeError(edge.edge, edge.weight)),
-        nullptr,
-        a.rotation.coeffs().data(),
-        a.translation.data(),
-        b.rotation.coeffs().data(),
-        b.translation.data());
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeError, 6, 4, 3, 4, 3>(
+                                 new EdgeError(edge.edge, edge.weight)),
+                             nullptr,
+                             a.rotation.coeffs().data(),
+                             a.translation.data(),
+                             b.rotation.coeffs().data(),
+                             b.translation.data());
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;

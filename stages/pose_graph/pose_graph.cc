@@ -66,7 +66,9 @@ class Pipeline {
     return edge;
   }
 
-  int KeyframeAtOrBefore(int frame_idx) const { return std::prev(keyframes_.upper_bound(frame_idx))->first; }
+  int KeyframeAtOrBefore(int frame_idx) const {
+    return std::prev(keyframes_.upper_bound(frame_idx))->first;
+  }
   int NearestKeyframe(int frame_idx) const {
     const int before = KeyframeAtOrBefore(frame_idx);
     const auto after = keyframes_.lower_bound(frame_idx);
@@ -93,8 +95,14 @@ class Pipeline {
   void JudgeLoops() {
     for (std::size_t i = 0; i < input_.loops.size(); ++i) {
       const FramePair& loop = input_.loops[i];
-      LoopRecord record{loop.frame_a, loop.frame_b, loop.score, loop.num_putative,
-                        static_cast<int>(loop.inliers.size()), 0, false, ""};
+      LoopRecord record{loop.frame_a,
+                        loop.frame_b,
+                        loop.score,
+                        loop.num_putative,
+                        static_cast<int>(loop.inliers.size()),
+                        0,
+                        false,
+                        ""};
       if (loop.status != PairStatus::kAccepted) {
         record.reason = PairStatusText(loop.status);
       } else if (loop_edge_[i] < 0) {
@@ -117,8 +125,8 @@ class Pipeline {
     result_.num_bundle_observations = summary.num_observations;
   }
 
-  // A frame keeps its odometry pose relative to the keyframes around it; between two it follows both
-  // in proportion, so that the trajectory stays smooth.
+  // A frame keeps its odometry pose relative to the keyframes around it; between two it follows
+  // both in proportion, so that the trajectory stays smooth.
   void CarryFrames() {
     for (std::size_t i = 0; i < chained_.size(); ++i) {
       const int idx = static_cast<int>(i);
@@ -197,17 +205,19 @@ void CheckInput(const PoseGraphInput& input) {
   for (const OdometryShard& shard : input.odometry) {
     for (const OdometryFrame& frame : shard.frames) {
       if (frame.frame_idx != static_cast<int>(count++)) {
-        throw DataError("odometry does not cover the frames in order; delete the odometry folder of "
-                        "this site and run make");
+        throw DataError(
+            "odometry does not cover the frames in order; delete the odometry folder of "
+            "this site and run make");
       }
     }
   }
   if (count == 0 || count != input.frames.size() || count != input.features.frames.size()) {
-    throw DataError("{} frames, {} with features, {} with odometry; delete the odometry folder of "
-                    "this site and run make",
-                    input.frames.size(),
-                    input.features.frames.size(),
-                    count);
+    throw DataError(
+        "{} frames, {} with features, {} with odometry; delete the odometry folder of "
+        "this site and run make",
+        input.frames.size(),
+        input.features.frames.size(),
+        count);
   }
 }
 

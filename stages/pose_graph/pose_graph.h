@@ -36,8 +36,8 @@ struct PoseGraphInput {
   std::vector<RgbdCamera> cameras;
   FeaturesShard features;  // of the same frames
   std::vector<OdometryShard> odometry;
-  std::vector<FramePair> loops;                           // accepted and rejected candidates
-  std::optional<Eigen::Vector3d> up_in_camera;            // from an accelerometer, see map_frame.h
+  std::vector<FramePair> loops;                 // accepted and rejected candidates
+  std::optional<Eigen::Vector3d> up_in_camera;  // from an accelerometer, see map_frame.h
   std::function<DepthImage(const FrameRecord&)> load_depth;  // throws DataError when unreadable
 };
 
@@ -53,12 +53,12 @@ struct LoopRecord {
 };
 
 struct PoseGraphResult {
-  PoseGraph graph;                       // keyframes and the edges that were kept
-  std::vector<Rigid3> map_from_camera;   // of every frame
-  std::vector<bool> is_keyframe;         // of every frame
-  std::vector<LoopRecord> loops;         // every candidate
+  PoseGraph graph;                      // keyframes and the edges that were kept
+  std::vector<Rigid3> map_from_camera;  // of every frame
+  std::vector<bool> is_keyframe;        // of every frame
+  std::vector<LoopRecord> loops;        // every candidate
   MapFrame map_frame;
-  double bundle_rms_px = 0;              // reprojection error after bundle adjustment
+  double bundle_rms_px = 0;  // reprojection error after bundle adjustment
   int num_bundle_observations = 0;
 };
 

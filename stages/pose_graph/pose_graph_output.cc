@@ -41,30 +41,33 @@ nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& res
   const auto num_verified = std::ranges::count_if(
       input.loops, [](const FramePair& loop) { return loop.status == PairStatus::kAccepted; });
   const auto num_bridges = std::ranges::count_if(result.graph.edges, &PoseEdge::is_bridge);
-  return {{"num_frames", input.frames.size()},
-          {"num_keyframes", result.graph.vertices.size()},
-          {"num_edges", result.graph.edges.size()},
-          {"num_bridges", num_bridges},
-          {"num_loop_candidates", input.loops.size()},
-          {"num_loops_verified", num_verified},
-          {"num_loops_accepted", num_accepted},
-          {"loops", num_accepted > 0 ? "closed" : "no loop found: the map is held by odometry alone"},
-          {"num_bundle_observations", result.num_bundle_observations},
-          {"bundle_rms_px", result.bundle_rms_px},
-          {"gravity_source", result.map_frame.gravity_source},
-          {"floor_source", result.map_frame.floor_source},
-          {"floor_area_m2", result.map_frame.floor_area_m2},
-          {"camera_height_m", result.map_frame.camera_height_m}};
+  return {
+      {"num_frames", input.frames.size()},
+      {"num_keyframes", result.graph.vertices.size()},
+      {"num_edges", result.graph.edges.size()},
+      {"num_bridges", num_bridges},
+      {"num_loop_candidates", input.loops.size()},
+      {"num_loops_verified", num_verified},
+      {"num_loops_accepted", num_accepted},
+      {"loops", num_accepted > 0 ? "closed" : "no loop found: the map is held by odometry alone"},
+      {"num_bundle_observations", result.num_bundle_observations},
+      {"bundle_rms_px", result.bundle_rms_px},
+      {"gravity_source", result.map_frame.gravity_source},
+      {"floor_source", result.map_frame.floor_source},
+      {"floor_area_m2", result.map_frame.floor_area_m2},
+      {"camera_height_m", result.map_frame.camera_height_m}};
 }
 
 Eigen::Vector3d ReadMeanAcceleration(const std::filesystem::path& path) {
   const CsvFile file(path, "time_ns,ax_m_per_s2,ay_m_per_s2,az_m_per_s2");
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const CsvRow& row : file.Rows()) sum += Eigen::Vector3d(row.Real(1), row.Real(2), row.Real(3));
+  for (const CsvRow& row : file.Rows())
+    sum += Eigen::Vector3d(row.Real(1), row.Real(2), row.Real(3));
   if (file.Rows().empty() || sum.norm() < static_cast<double>(file.Rows().size())) {
-    throw DataError("{}: the accelerations do not show gravity (about 9.8 m/s2 in the mean); leave "
-                    "`accelerometer` out of the site config",
-                    path.string());
+    throw DataError(
+        "{}: the accelerations do not show gravity (about 9.8 m/s2 in the mean); leave "
+        "`accelerometer` out of the site config",
+        path.string());
   }
   return sum.normalized();
 }

@@ -22,8 +22,9 @@ std::string LoopsToCsv(const std::vector<LoopRecord>& loops);
 
 nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& result);
 
-// Mean of the samples (columns time_ns, ax_m_per_s2, ay_m_per_s2, az_m_per_s2; camera axes): at rest on average,
-// an accelerometer measures up. Throws DataError naming the file when the mean is about zero.
+// Mean of the samples (columns time_ns, ax_m_per_s2, ay_m_per_s2, az_m_per_s2; camera axes): at
+// rest on average, an accelerometer measures up. Throws DataError naming the file when the mean is
+// about zero.
 Eigen::Vector3d ReadMeanAcceleration(const std::filesystem::path& path);
 
 }  // namespace nightmap
