@@ -104,9 +104,10 @@ void Canvas::Glyphs(const Eigen::Vector2f& low,
     const std::uint64_t bits = random.Next();
     if (bits % 7 == 0) continue;  // a space between words
     for (int i = 0; i < 24; ++i) {
+      const int row = i / 4;
       if (((bits >> (8 + i)) & 1U) == 0) continue;
       const Eigen::Vector2f corner(x + static_cast<float>(i % 4) * cell,
-                                   low.y() + static_cast<float>(i / 4) * cell);
+                                   low.y() + static_cast<float>(row) * cell);
       Rectangle(corner, corner + Eigen::Vector2f(cell, cell), color);
     }
   }
@@ -136,7 +137,8 @@ ColorImage Canvas::ToImage() const {
   image.pixels.reserve(pixels_.size() * 3);
   for (const Eigen::Vector3f& pixel : pixels_) {
     for (int c = 0; c < 3; ++c) {
-      image.pixels.push_back(static_cast<std::uint8_t>(std::clamp(pixel[c], 0.0F, 255.0F) + 0.5F));
+      image.pixels.push_back(
+          static_cast<std::uint8_t>(std::lround(std::clamp(pixel[c], 0.0F, 255.0F))));
     }
   }
   return image;
