@@ -228,7 +228,7 @@ $(M)/evaluate/metrics.json: $(RESULTS) $(EVALUATION)
 	$(QUIET)$(PYTHON) scripts/evaluate.py --site-dir $(M) --data $(DATA) --out $@ 2>&1 | tee $(M)/logs/evaluate.log
 $(M)/report/index.html: $(M)/evaluate/metrics.json $(EVALUATION)
 	@mkdir -p $(@D) $(M)/logs; echo "== report"
-	$(QUIET)$(PYTHON) scripts/report.py --site-dir $(M) --out $@ 2>&1 | tee $(M)/logs/report.log
+	$(QUIET)$(PYTHON) scripts/report.py --site-dir $(M) --data $(DATA) --out $@ 2>&1 | tee $(M)/logs/report.log
 RULES += raw_inputs:$(F)/shards.mk:$(call list,$(RAW_INPUTS)) \
   evaluate:$(M)/evaluate/metrics.json:$(call list,$(RESULTS) $(EVALUATION)) \
   report:$(M)/report/index.html:$(call list,$(M)/evaluate/metrics.json $(EVALUATION))

@@ -16,6 +16,7 @@ packages=(
   python3-numpy        # evaluation
   python3-h5py         # evaluation: HDF5 artifacts
   python3-matplotlib   # report: plots
+  python3-pil          # report: thumbnails of query pictures
   libeigen3-dev        # geometry
   libopencv-dev        # features, RANSAC, images
   libceres-dev         # pose graph, non-linear refinement
