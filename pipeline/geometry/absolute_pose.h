@@ -30,7 +30,7 @@ struct AbsolutePoseOptions {
   int max_iterations = 2000;
   double confidence = 0.9999;
   double pixel_sigma_px = 1.0;
-  DepthNoise noise;
+  DepthNoise noise = {};
   std::uint64_t seed = 0;
 };
 
