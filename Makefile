@@ -294,10 +294,10 @@ distclean: ## remove the results of every site, the programs, and the recordings
 
 OURS := $(wildcard pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc tests/*/*.h tests/*/*.cc tests/*/*/*.h tests/*/*/*.cc)
 format: ## rewrite the sources in the project's format
-	clang-format -i $(OURS)
+	@clang-format -i $(OURS)
 
 format-check: ## fail when a source is not in the project's format
-	clang-format --dry-run -Werror $(OURS)
+	@clang-format --dry-run -Werror $(OURS)
 
 # Not the programs' main.cc: one call each, behind the heaviest headers.
 LINTED := $(patsubst %.cc,$(BUILD)/lint/%.ok,$(filter-out %/main.cc,$(filter pipeline/%.cc stages/%.cc,$(OURS))))

@@ -113,8 +113,7 @@ LightMap::LightMap(const Scene& scene,
       const int row = i / grid.num_u;
       const double a =
           std::clamp(static_cast<double>(i % grid.num_u) / (grid.num_u - 1), 0.01, 0.99);
-      const double b =
-          std::clamp(static_cast<double>(row) / (grid.num_v - 1), 0.01, 0.99);
+      const double b = std::clamp(static_cast<double>(row) / (grid.num_v - 1), 0.01, 0.99);
       const Eigen::Vector3d point =
           surface.origin + a * surface.edge_u + b * surface.edge_v + kLift_m * normal;
       samples_[grid.first + static_cast<std::size_t>(i)] =
