@@ -11,6 +11,8 @@
 namespace nightmap {
 namespace {
 
+constexpr double kMinDepth_m = 0.05;  // nearer, or behind the camera, a projection means nothing
+
 // Residuals (pixel x, pixel y, depth) of one observation over their standard deviations.
 // Parameters: rotation (x y z w) and translation of camera_from_world, point in the world.
 class ObservationError : public ceres::SizedCostFunction<3, 4, 3, 3> {
@@ -32,7 +34,7 @@ class ObservationError : public ceres::SizedCostFunction<3, 4, 3, 3> {
     const Eigen::Map<const Eigen::Vector3d> point(parameters[2]);
     const Eigen::Vector3d rotated = rotation * point;
     const Eigen::Vector3d p = rotated + translation;
-    if (p.z() < 1e-3) return false;
+    if (p.z() < kMinDepth_m) return false;  // Ceres takes a shorter step
     residuals[0] =
         pixel_weight_ * (camera_.fx * p.x() / p.z() + camera_.cx - observation_.pixel.x());
     residuals[1] =
@@ -99,6 +101,16 @@ void CheckSizes(const BundleProblem& problem) {
   }
 }
 
+// A wrong match may put a point behind a camera that sees it; no step could start from there.
+void DropUnseeable(BundleProblem* data) {
+  std::erase_if(data->observations, [&](const BundleObservation& observation) {
+    const Eigen::Vector3d p =
+        data->camera_from_world[static_cast<std::size_t>(observation.pose_idx)] *
+        data->points_in_world[static_cast<std::size_t>(observation.point_idx)];
+    return !(p.z() >= kMinDepth_m);
+  });
+}
+
 void AddObservations(const BundleOptions& options, BundleProblem* data, ceres::Problem* problem) {
   for (const BundleObservation& observation : data->observations) {
     const auto pose = static_cast<std::size_t>(observation.pose_idx);
@@ -142,6 +154,7 @@ void SetManifolds(BundleProblem* data, ceres::Problem* problem) {
 
 BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* data) {
   CheckSizes(*data);
+  DropUnseeable(data);
   if (data->observations.empty()) return {};
   ceres::Problem problem;
   AddObservations(options, data, &problem);
@@ -151,6 +164,7 @@ BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* data) {
   solver_options.linear_solver_ordering = MakeOrdering(data, problem);
   solver_options.max_num_iterations = options.max_iterations;
   solver_options.function_tolerance = 1e-5;
+  solver_options.max_num_consecutive_invalid_steps = 30;  // each is shorter than the one before
   solver_options.num_threads = 1;  // parallel sums would make the result depend on the schedule
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options, &problem, &summary);

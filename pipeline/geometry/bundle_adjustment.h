@@ -41,7 +41,8 @@ struct BundleSummary {
 };
 
 // Optimizes poses and points in place. Deterministic: one thread, fixed order. Points with a single
-// observation are held only by their depth. Throws DataError when the solver fails.
+// observation are held only by their depth. Observations whose point starts behind the camera are
+// removed. Throws DataError when the solver fails.
 BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* problem);
 
 }  // namespace nightmap

@@ -219,6 +219,16 @@ void CheckInput(const PoseGraphInput& input) {
         input.features.frames.size(),
         count);
   }
+  for (const FramePair& loop : input.loops) {
+    if (loop.frame_a < 0 || loop.frame_a >= loop.frame_b ||
+        static_cast<std::size_t>(loop.frame_b) >= count) {
+      throw DataError(
+          "loop {}-{} is not between frames of this site; delete the matches folder of this site "
+          "and run make",
+          loop.frame_a,
+          loop.frame_b);
+    }
+  }
 }
 
 }  // namespace

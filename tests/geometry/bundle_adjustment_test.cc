@@ -68,6 +68,18 @@ TEST(BundleAdjustment, FixedPoseDoesNotMove) {
   EXPECT_EQ(before.Matrix(), problem.camera_from_world[0].Matrix());
 }
 
+TEST(BundleAdjustment, LeavesOutWhatIsBehindTheCamera) {
+  const BundleProblem truth = ExactProblem();
+  BundleProblem problem = truth;
+  problem.points_in_world.push_back({0, 0, -2});
+  const int behind = static_cast<int>(problem.points_in_world.size()) - 1;
+  problem.observations.push_back({2, behind, {300, 200}, 2.0, DepthNoise{}});
+  AdjustBundle({}, &problem);
+  EXPECT_EQ(problem.observations.size(), truth.observations.size());
+  EXPECT_LT((problem.camera_from_world[2].Matrix() - truth.camera_from_world[2].Matrix()).norm(),
+            1e-6);
+}
+
 TEST(BundleAdjustment, RefusesSizesThatDoNotFit) {
   BundleProblem problem = ExactProblem();
   problem.is_fixed.pop_back();

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/odometry/odometry.h"
+
+#include <Eigen/Cholesky>
+
+#include "pipeline/base/error.h"
+#include "stages/odometry/initial_poses.h"
+#include "tests/landmark_scene.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+// A pair as the matches stage would write it, its pose off by noise.
+FramePair MakePair(const LandmarkScene& scene, int a, int b, double noise_m) {
+  Random random(5, static_cast<std::uint64_t>(a), static_cast<std::uint64_t>(b));
+  FramePair pair;
+  pair.frame_a = a;
+  pair.frame_b = b;
+  pair.status = PairStatus::kAccepted;
+  const auto at = [](int i) { return static_cast<std::size_t>(i); };
+  pair.b_from_a = scene.poses[at(b)].pose.Inverse() * scene.poses[at(a)].pose;
+  for (double& value : pair.b_from_a.translation) value += noise_m * random.Gaussian();
+  const auto& points_a = scene.frame_points[at(a)];
+  const auto& points_b = scene.frame_points[at(b)];
+  for (std::size_t i = 0; i < points_a.size(); ++i) {
+    const auto found = std::ranges::lower_bound(points_b, points_a[i]);
+    if (found == points_b.end() || *found != points_a[i]) continue;
+    pair.inliers.push_back({static_cast<int>(i), static_cast<int>(found - points_b.begin())});
+  }
+  return pair;
+}
+
+// Pairs (b - 1, b) and (b - 2, b), sorted by (b, a).
+std::vector<FramePair> MakePairs(const LandmarkScene& scene, double noise_m) {
+  std::vector<FramePair> pairs;
+  for (int b = 1; b < static_cast<int>(scene.frames.size()); ++b) {
+    for (const int a : {b - 2, b - 1}) {
+      if (a >= 0) pairs.push_back(MakePair(scene, a, b, noise_m));
+    }
+  }
+  return pairs;
+}
+
+// Frames from `lost` on have no pair with earlier frames.
+void CutBefore(int lost, std::vector<FramePair>* pairs) {
+  for (FramePair& pair : *pairs) {
+    if (pair.frame_a < lost && pair.frame_b >= lost) pair.status = PairStatus::kTooFewInliers;
+  }
+}
+
+// One frame has no pair at all.
+void Isolate(int lost, std::vector<FramePair>* pairs) {
+  for (FramePair& pair : *pairs) {
+    if (pair.frame_a == lost || pair.frame_b == lost) pair.status = PairStatus::kTooFewMatches;
+  }
+}
+
+double Error_m(const LandmarkScene& scene, int idx, const Rigid3& first_from_camera) {
+  const auto i = static_cast<std::size_t>(idx);
+  const Rigid3 expected = scene.poses[0].pose.Inverse() * scene.poses[i].pose;
+  return (expected.translation - first_from_camera.translation).norm();
+}
+
+TEST(ChainPoses, FollowsExactPairs) {
+  const LandmarkScene scene = MakeLandmarkScene(400, 8);
+  const auto frames = ChainPoses(MakePairs(scene, 0), 0, 0, 8);
+  for (int i = 0; i < 8; ++i) {
+    const ChainedFrame& frame = frames[static_cast<std::size_t>(i)];
+    EXPECT_TRUE(frame.is_posed);
+    EXPECT_EQ(frame.state, TrackingState::kTracked);
+    EXPECT_LT(Error_m(scene, i, frame.shard_from_camera), 1e-9);
+  }
+}
+
+TEST(ChainPoses, PutsALostFrameBetweenItsNeighbours) {
+  const LandmarkScene scene = MakeLandmarkScene(400, 8);
+  auto pairs = MakePairs(scene, 0);
+  Isolate(4, &pairs);
+  const auto frames = ChainPoses(pairs, 0, 0, 8);
+  EXPECT_EQ(frames[4].state, TrackingState::kBridged);
+  EXPECT_EQ(frames[5].state, TrackingState::kTracked);
+  const Rigid3 middle = Interpolate(frames[3].shard_from_camera, frames[5].shard_from_camera, 0.5);
+  EXPECT_LT((middle.translation - frames[4].shard_from_camera.translation).norm(), 1e-12);
+  EXPECT_LT(Error_m(scene, 7, frames[7].shard_from_camera), 1e-9);
+}
+
+TEST(ChainPoses, GoesOnAfterACutAtTheLastVelocity) {
+  const LandmarkScene scene = MakeLandmarkScene(400, 8);
+  auto pairs = MakePairs(scene, 0);
+  CutBefore(4, &pairs);
+  const auto frames = ChainPoses(pairs, 0, 0, 8);
+  EXPECT_EQ(frames[4].state, TrackingState::kBridged);
+  EXPECT_EQ(frames[5].state, TrackingState::kTracked);
+  // The scene moves at almost constant velocity, so the guess is near.
+  EXPECT_LT(Error_m(scene, 4, frames[4].shard_from_camera), 0.05);
+}
+
+TEST(Interpolate, EndsAreThePoses) {
+  const Rigid3 a = ScenePose(0, 0.2);
+  const Rigid3 b = ScenePose(1, -0.4);
+  EXPECT_LT((Interpolate(a, b, 0).Matrix() - a.Matrix()).norm(), 1e-12);
+  EXPECT_LT((Interpolate(a, b, 1).Matrix() - b.Matrix()).norm(), 1e-12);
+  EXPECT_NEAR(AngleBetween_rad(Interpolate(a, b, 0.25), a), 0.15, 1e-12);
+}
+
+class OdometryTest : public testing::Test {
+ protected:
+  OdometryInput Input(const std::vector<FramePair>& pairs, int first_frame_idx = 0) const {
+    return {scene_.frames, scene_.cameras, scene_.features, pairs, first_frame_idx};
+  }
+  OdometryShard Run(const std::vector<FramePair>& pairs, int first_frame_idx = 0) const {
+    Progress progress("odometry", false);
+    return RunOdometry({}, Input(pairs, first_frame_idx), progress);
+  }
+  LandmarkScene scene_ = MakeLandmarkScene(600, 10);
+};
+
+TEST_F(OdometryTest, AdjustmentRemovesTheNoiseOfThePairs) {
+  const auto pairs = MakePairs(scene_, 0.03);
+  const auto chained = ChainPoses(pairs, 0, 0, 10);
+  ASSERT_GT(Error_m(scene_, 9, chained[9].shard_from_camera), 0.02);
+  const OdometryShard shard = Run(pairs);
+  ASSERT_EQ(shard.frames.size(), 10U);
+  for (const OdometryFrame& frame : shard.frames) {
+    EXPECT_LT(Error_m(scene_, frame.frame_idx, frame.shard_from_camera), 0.002);
+  }
+}
+
+TEST_F(OdometryTest, EdgesJoinConsecutiveKeyframes) {
+  const OdometryShard shard = Run(MakePairs(scene_, 0));
+  std::vector<int> keyframes;
+  for (const OdometryFrame& frame : shard.frames) {
+    if (frame.is_keyframe) keyframes.push_back(frame.frame_idx);
+  }
+  ASSERT_GE(keyframes.size(), 2U);
+  EXPECT_EQ(keyframes.front(), 0);
+  EXPECT_EQ(keyframes.back(), 9);
+  ASSERT_EQ(shard.edges.size(), keyframes.size() - 1);
+  for (std::size_t i = 0; i < shard.edges.size(); ++i) {
+    const PoseEdge& edge = shard.edges[i];
+    EXPECT_EQ(edge.frame_a, keyframes[i]);
+    EXPECT_EQ(edge.frame_b, keyframes[i + 1]);
+    EXPECT_FALSE(edge.is_bridge);
+    EXPECT_EQ(Eigen::LLT<Matrix6d>(edge.covariance).info(), Eigen::Success);
+    EXPECT_LT(edge.covariance.diagonal().tail<3>().maxCoeff(), 0.01 * 0.01);
+  }
+}
+
+TEST_F(OdometryTest, EveryFrameOfACutRecordingHasAPoseAndTheGapIsHeldLoosely) {
+  auto pairs = MakePairs(scene_, 0);
+  CutBefore(5, &pairs);
+  const OdometryShard shard = Run(pairs);
+  ASSERT_EQ(shard.frames.size(), 10U);
+  EXPECT_EQ(shard.frames[5].state, TrackingState::kBridged);
+  int num_bridges = 0;
+  for (const PoseEdge& edge : shard.edges) {
+    num_bridges += edge.is_bridge;
+    EXPECT_EQ(edge.is_bridge, edge.frame_a < 5 && edge.frame_b >= 5);
+    if (edge.is_bridge) {
+      EXPECT_GE(edge.covariance(3, 3), 0.25);
+    }
+  }
+  EXPECT_EQ(num_bridges, 1);
+}
+
+TEST_F(OdometryTest, NoPairAtAllStillGivesEveryFrameAPose) {
+  auto pairs = MakePairs(scene_, 0);
+  for (FramePair& pair : pairs) pair.status = PairStatus::kTooFewMatches;
+  const OdometryShard shard = Run(pairs);
+  ASSERT_EQ(shard.frames.size(), 10U);
+  for (std::size_t i = 1; i < 10; ++i) {
+    EXPECT_EQ(shard.frames[i].state, TrackingState::kBridged);
+    EXPECT_TRUE(shard.frames[i].shard_from_camera.Matrix().allFinite());
+  }
+}
+
+TEST_F(OdometryTest, ALaterShardHangsOnTheLastFrameOfTheOneBefore) {
+  auto pairs = MakePairs(scene_, 0.01);
+  std::erase_if(pairs, [](const FramePair& pair) { return pair.frame_b < 6; });
+  const OdometryShard shard = Run(pairs, 6);
+  ASSERT_EQ(shard.frames.size(), 4U);
+  EXPECT_EQ(shard.frames[0].frame_idx, 6);
+  ASSERT_FALSE(shard.edges.empty());
+  const PoseEdge& first = shard.edges[0];
+  EXPECT_EQ(first.frame_a, 5);
+  const Rigid3 expected =
+      scene_.poses[static_cast<std::size_t>(first.frame_b)].pose.Inverse() * scene_.poses[5].pose;
+  EXPECT_LT((first.b_from_a.translation - expected.translation).norm(), 0.002);
+}
+
+TEST_F(OdometryTest, RefusesPairsOfOtherFrames) {
+  auto pairs = MakePairs(scene_, 0);
+  pairs.back().frame_b = 10;
+  NIGHTMAP_EXPECT_ERROR(DataError, Run(pairs), "outside the given frames");
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/pose_graph/pose_graph.h"
+
+#include <numbers>
+
+#include "pipeline/base/error.h"
+#include "stages/pose_graph/pose_graph_output.h"
+#include "tests/landmark_scene.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+constexpr int kNumFrames = 48;
+
+// One turn of a circle, looking outwards: 7.5 degrees a frame.
+Rigid3 TruePose(int i) {
+  const double angle = 2 * std::numbers::pi * i / kNumFrames;
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY())),
+          {2 * std::sin(angle), 0, 2 * std::cos(angle)}};
+}
+
+Rigid3 TrueRelative(int a, int b) { return TruePose(b).Inverse() * TruePose(a); }
+
+// Two shards of drifting odometry, every third frame a keyframe, and loops of the last frames with
+// the first. No pictures: bundle adjustment has nothing to add.
+PoseGraphInput MakeInput() {
+  PoseGraphInput input;
+  input.cameras = {RgbdCamera{}};
+  input.cameras[0].color = Camera{64, 48, 50, 50, 32, 24};
+  input.load_depth = [](const FrameRecord& frame) -> DepthImage {
+    throw DataError("{}: no depth in this test", frame.depth_path);
+  };
+  Random random(6);
+  for (int begin = 0; begin < kNumFrames; begin += kNumFrames / 2) {
+    OdometryShard shard;
+    Rigid3 pose;
+    int keyframe = begin - 1;
+    Rigid3 keyframe_pose;
+    for (int i = begin; i < begin + kNumFrames / 2; ++i) {
+      Rigid3 relative = i == 0 ? Rigid3() : TrueRelative(i - 1, i);
+      relative.translation.x() += 0.01 * random.Gaussian();
+      relative.translation.z() += 0.01 * random.Gaussian();
+      if (i == 0) relative = Rigid3();
+      pose = pose * relative.Inverse();
+      const bool is_keyframe = i % 3 == 0 || i + 1 == begin + kNumFrames / 2;
+      shard.frames.push_back({i, pose, TrackingState::kTracked, is_keyframe});
+      if (is_keyframe) {
+        if (keyframe >= 0) {
+          shard.edges.push_back(
+              {keyframe, i, pose.Inverse() * keyframe_pose, 1e-3 * Matrix6d::Identity(), false});
+        }
+        keyframe = i;
+        keyframe_pose = pose;
+      }
+      FrameRecord frame;
+      frame.frame_idx = i;
+      frame.time_ns = 1000000000LL * (i + 1);
+      input.frames.push_back(frame);
+      input.features.frames.emplace_back().frame_idx = i;
+    }
+    input.odometry.push_back(shard);
+  }
+  for (int k = 0; k < 4; ++k) {
+    FramePair loop;
+    loop.frame_a = k;
+    loop.frame_b = kNumFrames - 4 + k;
+    loop.status = PairStatus::kAccepted;
+    loop.b_from_a = TrueRelative(loop.frame_a, loop.frame_b);
+    loop.covariance = 1e-5 * Matrix6d::Identity();
+    input.loops.push_back(loop);
+  }
+  return input;
+}
+
+PoseGraphResult Optimize(const PoseGraphInput& input, int num_threads = 1) {
+  Progress progress("pose_graph", false);
+  return RunPoseGraph({}, input, num_threads, progress);
+}
+
+double WorstError_m(const PoseGraphResult& result) {
+  const Rigid3 map_from_truth = result.map_from_camera[0] * TruePose(0).Inverse();
+  double worst = 0;
+  for (int i = 0; i < kNumFrames; ++i) {
+    worst = std::max(worst,
+                     (result.map_from_camera[static_cast<std::size_t>(i)].translation -
+                      (map_from_truth * TruePose(i)).translation)
+                         .norm());
+  }
+  return worst;
+}
+
+TEST(PoseGraph, LoopsCorrectTheDriftOfEveryFrame) {
+  PoseGraphInput input = MakeInput();
+  const double closed_m = WorstError_m(Optimize(input));
+  input.loops.clear();
+  const double open_m = WorstError_m(Optimize(input));
+  EXPECT_LT(closed_m, 0.7 * open_m);
+}
+
+TEST(PoseGraph, EveryFrameHasAPoseAndEveryCandidateAVerdict) {
+  PoseGraphInput input = MakeInput();
+  input.loops[0].status = PairStatus::kPoorSpread;
+  input.loops[1].b_from_a.translation += Eigen::Vector3d(3, 0, 1);  // wrong
+  input.loops.push_back(input.loops[2]);
+  input.loops.back().frame_a = 24;  // its nearest keyframe is that of frame_b
+  input.loops.back().frame_b = 25;
+  const PoseGraphResult result = Optimize(input);
+  EXPECT_EQ(result.map_from_camera.size(), static_cast<std::size_t>(kNumFrames));
+  ASSERT_EQ(result.loops.size(), 5U);
+  EXPECT_EQ(result.loops[0].reason, PairStatusText(PairStatus::kPoorSpread));
+  EXPECT_THAT(result.loops[1].reason, testing::HasSubstr("contradicts"));
+  EXPECT_TRUE(result.loops[2].is_accepted);
+  EXPECT_TRUE(result.loops[3].is_accepted);
+  EXPECT_THAT(result.loops[4].reason, testing::HasSubstr("one keyframe"));
+  const std::string csv = LoopsToCsv(result.loops);
+  EXPECT_EQ(std::ranges::count(csv, '\n'), 6);
+}
+
+TEST(PoseGraph, IsTheSameAtAnyNumberOfThreads) {
+  const PoseGraphInput input = MakeInput();
+  const PoseGraphResult one = Optimize(input, 1);
+  const PoseGraphResult four = Optimize(input, 4);
+  EXPECT_EQ(TrajectoryText(input, one, false), TrajectoryText(input, four, false));
+}
+
+TEST(PoseGraph, WithoutLoopsTheGraphIsTheOdometry) {
+  PoseGraphInput input = MakeInput();
+  input.loops.clear();
+  const PoseGraphResult result = Optimize(input);
+  EXPECT_THAT(Summarize(input, result).at("loops").get<std::string>(),
+              testing::HasSubstr("no loop found"));
+  for (const PoseEdge& edge : result.graph.edges) EXPECT_LT(edge.frame_a, edge.frame_b);
+}
+
+TEST(PoseGraph, RefusesOdometryOfOtherFrames) {
+  PoseGraphInput input = MakeInput();
+  input.odometry.pop_back();
+  NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "odometry");
+  input = MakeInput();
+  input.loops[0].frame_b = kNumFrames;
+  NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "loop");
+}
+
+TEST(PoseGraph, ReadsGravityFromTheAccelerometer) {
+  const TemporaryFolder folder;
+  const std::string header = "time_ns,ax_m_per_s2,ay_m_per_s2,az_m_per_s2\n";
+  const auto up =
+      ReadMeanAcceleration(folder.Write("a.csv", header + "1,0,-9.8,0.1\n2,0,-9.8,-0.1\n"));
+  EXPECT_NEAR(up.normalized().y(), -1, 1e-9);
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        ReadMeanAcceleration(folder.Write("b.csv", header + "1,0,1,0\n2,0,-1,0\n")),
+                        "b.csv");
+}
+
+}  // namespace
+}  // namespace nightmap
