@@ -50,9 +50,17 @@ Area BoundingArea(const std::vector<Block>& blocks) {
   return {min_x, min_y, max_x - min_x, max_y - min_y};
 }
 
+void AddFree(const Block& block, const Band& band, int num_free, Column& column) {
+  if (num_free == 0) return;
+  column.num_free = static_cast<std::uint16_t>(column.num_free + num_free);
+  column.lowest_free = std::min(column.lowest_free, std::max(block.z, band.free.min));
+  column.highest_free =
+      std::max(column.highest_free, std::min(block.z + block.size - 1, band.free.max));
+}
+
 void AddBlock(const Block& block, const Band& band, Columns& columns) {
   const int num_in_band = band.obstacles.Overlap(block.z, block.size);
-  const bool seen = band.seen.Overlap(block.z, block.size) > 0;
+  const int num_free = band.free.Overlap(block.z, block.size);
   const bool floor = band.floor.Overlap(block.z, block.size) > 0;
   for (int y = block.y - columns.area.min_y; y < block.y - columns.area.min_y + block.size; ++y) {
     for (int x = block.x - columns.area.min_x; x < block.x - columns.area.min_x + block.size; ++x) {
@@ -61,8 +69,7 @@ void AddBlock(const Block& block, const Band& band, Columns& columns) {
         column.num_occupied = static_cast<std::uint16_t>(column.num_occupied + num_in_band);
         column.floor |= floor;
       } else {
-        column.free_in_band |= num_in_band > 0;
-        column.free |= seen;
+        AddFree(block, band, num_free, column);
       }
     }
   }
@@ -74,7 +81,7 @@ std::vector<Block> BlocksOfInterest(const OccupancyTree& tree, const Band& band)
     const Block block = ToBlock(leaf, tree.resolution_m);
     const bool use = block.occupied ? band.obstacles.Overlap(block.z, block.size) > 0 ||
                                           band.floor.Overlap(block.z, block.size) > 0
-                                    : band.seen.Overlap(block.z, block.size) > 0;
+                                    : band.free.Overlap(block.z, block.size) > 0;
     if (use) blocks.push_back(block);
   }
   return blocks;
@@ -83,8 +90,8 @@ std::vector<Block> BlocksOfInterest(const OccupancyTree& tree, const Band& band)
 }  // namespace
 
 Band MakeBand(double min_height_m, double max_height_m, double resolution_m) {
-  const auto first = std::ceil(min_height_m / resolution_m - 0.5 - kRounding);
-  const auto last = std::floor(max_height_m / resolution_m - 0.5 + kRounding);
+  const int first = static_cast<int>(std::ceil(min_height_m / resolution_m - 0.5 - kRounding));
+  const int last = static_cast<int>(std::floor(max_height_m / resolution_m - 0.5 + kRounding));
   if (last < first) {
     throw UsageError(
         "obstacle_min_height_m {} to obstacle_max_height_m {} holds no centre of a {} m voxel: "
@@ -93,8 +100,8 @@ Band MakeBand(double min_height_m, double max_height_m, double resolution_m) {
         max_height_m,
         resolution_m);
   }
-  const HeightRange obstacles{static_cast<int>(first), static_cast<int>(last)};
-  return {{-obstacles.min, obstacles.min - 1}, obstacles, {0, obstacles.max}};
+  const HeightRange obstacles{first, last};
+  return {{-obstacles.min, obstacles.min - 1}, obstacles, {0, last}};
 }
 
 Columns CollectColumns(const OccupancyTree& tree, const Band& band, Progress& progress) {

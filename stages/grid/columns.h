@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "pipeline/base/progress.h"
@@ -25,7 +26,7 @@ struct HeightRange {
 struct Band {
   HeightRange floor;  // centres nearer to z = 0 than the band's lower end
   HeightRange obstacles;
-  HeightRange seen;  // where free space says that a robot fits: floor to the top of the band
+  HeightRange free;  // where a robot needs space: from the floor to the band's upper end
 };
 
 // Voxels belong to a range by their centre. Throws UsageError when the band holds no centre.
@@ -33,9 +34,15 @@ Band MakeBand(double min_height_m, double max_height_m, double resolution_m);
 
 struct Column {
   std::uint16_t num_occupied = 0;  // in the obstacle band
-  bool free_in_band = false;
-  bool free = false;  // anywhere in Band::seen
+  std::uint16_t num_free = 0;      // in Band::free, as are the next two
+  int lowest_free = std::numeric_limits<int>::max();
+  int highest_free = -1;
   bool floor = false;
+
+  // Voxels between free ones that no ray reached or crossed.
+  int NumUnseen() const {
+    return highest_free < 0 ? 0 : highest_free - lowest_free + 1 - num_free - num_occupied;
+  }
 };
 
 struct Area {

@@ -11,15 +11,15 @@
 namespace nightmap {
 namespace {
 
-CellValue Seen(const GridOptions& options, const Column& column) {
-  const bool free =
-      options.require_free_in_band ? column.free_in_band : column.free || column.floor;
-  return free ? kFreeCell : kUnknownCell;
+CellValue Seen(const GridOptions& options, double resolution_m, const Column& column) {
+  const double unseen_m = resolution_m * column.NumUnseen();
+  const bool is_seen = column.floor || column.num_free > 0;
+  return is_seen && unseen_m <= options.max_unseen_m + 1e-9 ? kFreeCell : kUnknownCell;
 }
 
-CellValue Classify(const GridOptions& options, const Column& column) {
+CellValue Classify(const GridOptions& options, double resolution_m, const Column& column) {
   const bool occupied = column.num_occupied >= options.min_occupied_voxels;
-  return occupied ? kOccupiedCell : Seen(options, column);
+  return occupied ? kOccupiedCell : Seen(options, resolution_m, column);
 }
 
 int CountOccupiedNeighbors(const OccupancyGrid& grid, int x, int y) {
@@ -47,7 +47,8 @@ std::size_t RemoveSpecks(const GridOptions& options, const Columns& columns, Occ
       }
     }
   }
-  for (const std::size_t i : specks) grid.cells[i] = Seen(options, columns.columns[i]);
+  for (const std::size_t i : specks)
+    grid.cells[i] = Seen(options, grid.resolution_m, columns.columns[i]);
   return specks.size();
 }
 
@@ -58,7 +59,9 @@ OccupancyGrid MakeGrid(const GridOptions& options, const Columns& columns, doubl
   grid.resolution_m = resolution_m;
   grid.origin_in_map = Eigen::Vector2d(columns.area.min_x, columns.area.min_y) * resolution_m;
   grid.cells.reserve(columns.columns.size());
-  for (const Column& column : columns.columns) grid.cells.push_back(Classify(options, column));
+  for (const Column& column : columns.columns) {
+    grid.cells.push_back(Classify(options, resolution_m, column));
+  }
   return grid;
 }
 
@@ -112,9 +115,10 @@ void GridOptions::Register(OptionList& list) {
            &min_occupied_voxels,
            Range(1, 100),
            "occupied voxels in the band that make a cell occupied");
-  list.Add("require_free_in_band",
-           &require_free_in_band,
-           "a cell is free only when free space was seen in the band, not by its floor alone");
+  list.Add("max_unseen_m",
+           &max_unseen_m,
+           Range(0, 10),
+           "unseen height between free voxels above which a cell is unknown, not free");
   list.Add("speck_min_neighbors",
            &speck_min_neighbors,
            Range(0, 8),

@@ -18,7 +18,7 @@ struct GridOptions {
   double obstacle_min_height_m = 0.10;
   double obstacle_max_height_m = 1.50;
   int min_occupied_voxels = 1;
-  bool require_free_in_band = false;
+  double max_unseen_m = 0.10;
   int speck_min_neighbors = 1;
   int speck_max_voxels = 2;
   double margin_m = 0.25;
@@ -37,8 +37,10 @@ struct GridResult {
 
 // One cell a column of smallest voxels, edges aligned with the tree's. Below the band lies floor,
 // above it ceiling; neither is ever an obstacle. Free space counts from the floor's height up to
-// the top of the band. Deterministic. Throws UsageError when no voxel centre fits the band,
-// DataError when the tree holds nothing between the floor and the top of the band.
+// the top of the band. A column with an unseen part between free ones is unknown: that is the mark
+// of a table top seen at too flat an angle to be measured, with floor seen below and a wall above.
+// Deterministic. Throws UsageError when no voxel centre fits the band, DataError when the tree
+// holds nothing between the floor and the top of the band.
 GridResult RunGrid(const GridOptions& options, const OccupancyTree& tree, Progress& progress);
 
 }  // namespace nightmap

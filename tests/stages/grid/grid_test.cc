@@ -126,17 +126,19 @@ TEST(Grid, UnseenColumnsAreUnknownAndTheGridIsCropped) {
   EXPECT_EQ(CellAt(result, 99, -50), kUnknownCell);
 }
 
-TEST(Grid, FreeInBandCanBeRequired) {
-  Room room;
-  room.Fill({0, 0, 0}, {9, 9, 0}, true);
-  room.Fill({0, 0, 1}, {4, 9, 1}, false);    // seen, but below the band
-  room.Fill({5, 0, 10}, {9, 9, 10}, false);  // seen in the band
-  GridOptions options;
-  EXPECT_EQ(Project(room.Tree(), options).num_free_cells, 100);
-  options.require_free_in_band = true;
-  const GridResult result = Project(room.Tree(), options);
-  EXPECT_EQ(result.num_free_cells, 50);
-  EXPECT_EQ(CellAt(result, 7, 5), kFreeCell);
+TEST(Grid, AnUnseenPartBetweenFreeOnesMakesACellUnknown) {
+  // Floor and free space below, free space above, and in between: nothing, or a little.
+  const std::map<int, int> expected = {{1, kFreeCell}, {2, kFreeCell}, {3, kUnknownCell}};
+  for (const auto& [num_unseen, cell] : expected) {
+    Room room;
+    room.Fill({0, 0, 0}, {9, 9, 0}, true);
+    room.Fill({0, 0, 1}, {9, 9, 13}, false);
+    room.Fill({0, 0, 14 + num_unseen}, {9, 9, 29}, false);
+    EXPECT_EQ(CellAt(Project(room.Tree()), 5, 5), cell) << num_unseen;
+    GridOptions options;
+    options.max_unseen_m = 0.05 * num_unseen;
+    EXPECT_EQ(CellAt(Project(room.Tree(), options), 5, 5), kFreeCell) << num_unseen;
+  }
 }
 
 TEST(Grid, SpecksGoPolesAndWallsStay) {
