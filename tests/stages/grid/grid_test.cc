@@ -130,14 +130,14 @@ TEST(Grid, AnUnseenPartBetweenFreeOnesMakesACellUnknown) {
   // Floor and free space below, free space above, and in between: nothing, or a little.
   const std::map<int, int> expected = {{1, kFreeCell}, {2, kFreeCell}, {3, kUnknownCell}};
   for (const auto& [num_unseen, cell] : expected) {
-    Room room;
-    room.Fill({0, 0, 0}, {9, 9, 0}, true);
-    room.Fill({0, 0, 1}, {9, 9, 13}, false);
-    room.Fill({0, 0, 14 + num_unseen}, {9, 9, 29}, false);
-    EXPECT_EQ(CellAt(Project(room.Tree()), 5, 5), cell) << num_unseen;
+    Room room = EmptyRoom();
+    room.Fill({20, 0, 0}, {29, 9, 0}, true);
+    room.Fill({20, 0, 1}, {29, 9, 13}, false);
+    room.Fill({20, 0, 14 + num_unseen}, {29, 9, 29}, false);
+    EXPECT_EQ(CellAt(Project(room.Tree()), 25, 5), cell) << num_unseen;
     GridOptions options;
     options.max_unseen_m = 0.05 * num_unseen;
-    EXPECT_EQ(CellAt(Project(room.Tree(), options), 5, 5), kFreeCell) << num_unseen;
+    EXPECT_EQ(CellAt(Project(room.Tree(), options), 25, 5), kFreeCell) << num_unseen;
   }
 }
 
