@@ -117,8 +117,8 @@ $(call whole,landmarks,   frames=frames/shard_*.csv cameras=frames/cameras.json 
 $(call whole,localize,    queries=frames/queries.csv cameras=frames/cameras.json data landmarks=landmarks/landmarks.h5 \
                           vocabulary=vocabulary/vocabulary.h5, \
                           queries=queries.csv trajectory=queries.tum)
-$(call whole,plan,        pgm=grid/map.pgm yaml=grid/map.yaml trajectory=pose_graph/trajectory.tum $(LOCATED), \
-                          csv=path.csv json=path.json png=path.png)
+$(if $(PLANNING),$(call whole,plan, pgm=grid/map.pgm yaml=grid/map.yaml trajectory=pose_graph/trajectory.tum $(LOCATED), \
+                          csv=path.csv json=path.json png=path.png))
 endef
 
 # Everything below is needed only by goals that make or ask about a site's artifacts.
@@ -203,6 +203,9 @@ $(foreach s,$(SHARDS),$(eval BEFORE_$(s) := $(previous))$(eval previous := $(s))
 ACCELEROMETER := $(if $(wildcard $(F)/accelerometer.csv),accelerometer=frames/accelerometer.csv)
 HAS_QUERIES := $(word 2,$(file <$(F)/queries.csv))
 LOCATED := $(if $(HAS_QUERIES),queries=localize/queries.csv)
+# Only who asks for a path gets it planned.
+PLANNING := $(filter plan $(M)/plan/%,$(MAKECMDGOALS))
+MADE_plan :=
 $(eval $(TABLE))
 
 MAP := frames features vocabulary matches odometry pose_graph point_cloud octree grid landmarks
@@ -218,10 +221,10 @@ endif
 plan: $(BUILD)/programs.mk $(MADE_plan) ## a path from START to GOAL on the grid
 	@$(call say,path: $(M)/plan/path.json)
 
-# evaluate and report read the whole site folder: they depend on every result in it. A path belongs to
-# it once it was asked for: a map without a way through must not cost the morning its report.
-PLANNED := $(if $(wildcard $(M)/plan/path.json)$(filter plan,$(MAKECMDGOALS)),plan)
-RESULTS := $(foreach s,$(MAP) $(if $(HAS_QUERIES),localize) $(PLANNED),$(MADE_$(s)))
+# evaluate and report read the whole site folder: they depend on every result in it. The path that is
+# there is shown, never planned anew: a map without a way through must not cost the morning its report.
+RESULTS := $(foreach s,$(MAP) $(if $(HAS_QUERIES),localize),$(MADE_$(s))) \
+  $(if $(PLANNING),$(MADE_plan),$(wildcard $(M)/plan/receipt.json))
 EVALUATION := $(wildcard scripts/evaluate.py scripts/report.py scripts/nightmap_eval/*.py)
 $(M)/evaluate/metrics.json: $(RESULTS) $(EVALUATION)
 	@mkdir -p $(@D) $(M)/logs; echo "== evaluate"
@@ -290,7 +293,7 @@ clean: ## remove the results of SITE
 
 distclean: ## remove the results of every site, the programs, and the recordings that synthesize made
 	rm -rf $(MAPS) $(BUILD) $(BUILD)-sanitize \
-	  $(foreach s,$(SYNTHETIC),$(if $(wildcard $(DATA)/$(s)/synthesize.json),$(DATA)/$(s)))
+	  $(foreach s,$(SYNTHETIC),$(if $(wildcard $(DATA)/$(s)/.made_by_synthesize),$(DATA)/$(s)))
 
 OURS := $(wildcard pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc tests/*/*.h tests/*/*.cc tests/*/*/*.h tests/*/*/*.cc)
 format: ## rewrite the sources in the project's format

@@ -21,6 +21,7 @@ from nightmap_eval.ply import read_ply
 from nightmap_eval.site import (
     Frames,
     bridged_frames,
+    num_unusable_frames,
     read_csv,
     read_toml,
     to_ints,
@@ -51,8 +52,11 @@ def parse_arguments():
     return parser.parse_args()
 
 
-def evaluate_coverage(frames, estimate, bridged):
-    """Counts of frames with and without a pose, and of those whose pose is a guess."""
+def evaluate_coverage(frames, estimate, bridged, num_unusable):
+    """Counts of the recording's frames with and without a measured pose.
+
+    A bridged frame has a pose in the trajectory, but a guessed one: it counts as without. So does a
+    frame that the frames stage could not use."""
     located = set(estimate.times_ns.tolist())
     missing = [int(i) for i, t in zip(frames.frame_idxs, frames.times_ns) if int(t) not in located]
     strangers = located - set(frames.times_ns.tolist())
@@ -62,9 +66,10 @@ def evaluate_coverage(frames, estimate, bridged):
             f"(first at {min(strangers)} ns); run pose_graph again"
         )
     return {
-        "num_frames": len(frames),
-        "num_frames_with_pose": len(frames) - len(missing),
-        "num_frames_without_pose": len(missing),
+        "num_frames": len(frames) + num_unusable,
+        "num_frames_with_pose": len(frames) - len(set(missing) | set(bridged)),
+        "num_frames_without_pose": num_unusable + len(set(missing) | set(bridged)),
+        "num_frames_unusable": num_unusable,
         "frames_without_pose": missing,
         "num_frames_bridged": len(bridged),
         "frames_bridged": bridged,
@@ -181,7 +186,9 @@ def evaluate(arguments):
     estimate = read_tum(site_dir / "pose_graph" / "trajectory.tum")
     frames = Frames(site_dir)
     metrics = {"format": "nightmap metrics", "version": 1, "site": site_dir.resolve().name}
-    metrics["coverage"] = evaluate_coverage(frames, estimate, bridged_frames(site_dir))
+    metrics["coverage"] = evaluate_coverage(
+        frames, estimate, bridged_frames(site_dir), num_unusable_frames(site_dir)
+    )
     keyframes = site_dir / "pose_graph" / "keyframes.tum"
     if keyframes.exists():
         metrics["coverage"]["num_keyframes"] = len(read_tum(keyframes))

@@ -22,6 +22,7 @@ packages=(
   libceres-dev         # pose graph, non-linear refinement
   libpcl-dev           # point cloud: voxel filter, normals
   liboctomap-dev       # octree
+  octomap-tools        # tests: convert_octree reads the octrees we write
   libopenimageio-dev   # reading and writing pictures
   libembree-dev        # synthetic world: ray casting
   libhdf5-dev          # array artifacts
@@ -30,7 +31,6 @@ packages=(
   libspdlog-dev        # log
   libfmt-dev           # text
   nlohmann-json3-dev   # reports, receipts
-  libtbb-dev           # threads
   libxxhash-dev        # hashes in receipts
   libgtest-dev libgmock-dev  # unit tests
 )

@@ -13,13 +13,14 @@ before that run: trying a value and going back costs nothing.
 With --preview DIR the same files are written to DIR (times of <out> kept where the meaning is the
 same), so that `make -n`, `-q` and `why` can answer for any SET without touching the real configs.
 
-Prints the raw inputs of the site (lists and folders) for Make, and interrupted=RUN for each run that
-was killed in the middle of its commit. Exit code 2: a mistake in what was
-asked; the message says what to do.
+Prints a file for Make that is as old as the last change of the recordings, and interrupted=RUN for
+each run that was killed in the middle of its commit. Exit code 2: a mistake in what was asked; the
+message says what to do.
 """
 import argparse
 import calendar
 import glob
+import hashlib
 import json
 import os
 import shlex
@@ -216,26 +217,47 @@ def settle_site(arguments, folder):
         write(target, file.read(), os.stat(current).st_mtime_ns if same else None)
 
 
-def raw_inputs(arguments):
-    """Lists and folders a site is made of: their times say whether recordings were added."""
+def recording_files(folder):
+    """(path, size, time) of every file below a folder, hidden ones left out."""
+    for entry in os.scandir(folder):
+        if entry.name.startswith("."):
+            continue
+        if entry.is_dir():
+            yield from recording_files(entry.path)
+        else:
+            status = entry.stat()
+            yield entry.path, status.st_size, status.st_mtime_ns
+
+
+def settle_recordings(arguments):
+    """A file whose time says when the site's recordings changed last; its path.
+
+    A folder's time does not tell of a file that was replaced in place, so the sizes and times of all
+    files count. (The frames stage then compares contents: a touch reruns nothing after it.)"""
     site = load(arguments.site)
     root = os.path.join(arguments.data, site.get("root", "."))
     parts = site.get("sequence", []) + site.get("query", [])
-    paths = [os.path.join(root, part[key]) for part in parts
-             for key in ("ground_truth", "accelerometer") if part.get(key)]
-    for folder in (os.path.normpath(os.path.join(root, part.get("folder", "."))) for part in parts):
-        paths.append(folder)
-        if os.path.isdir(folder):
-            paths += [entry.path for entry in os.scandir(folder)
-                      if entry.is_dir() or entry.name.endswith((".txt", ".mp4", ".avi", ".mkv"))]
-    for path in paths:
+    folders = {os.path.normpath(os.path.join(root, part.get("folder", "."))) for part in parts}
+    extra = {os.path.normpath(os.path.join(root, part[key])) for part in parts
+             for key in ("ground_truth", "accelerometer") if part.get(key)}
+    for path in sorted(folders | extra):
         if not os.path.exists(path):
             raise ConfigError(f"site {os.path.basename(arguments.site)[:-5]}: {path} does not exist. "
                               f"datasets.md says where to get each recording; DATA={arguments.data} "
                               "is the folder it is looked for in")
-        if " " in path:
-            raise ConfigError(f"{path}: Make cannot handle a space in a path; rename it")
-    return sorted(set(os.path.normpath(path) for path in paths))
+    files = {(path, os.stat(path).st_size, os.stat(path).st_mtime_ns) for path in extra}
+    for folder in folders:
+        files.update(recording_files(folder))
+    files = {(os.path.relpath(path, arguments.data), *rest) for path, *rest in files}
+    digest = hashlib.sha256(repr(sorted(files)).encode()).hexdigest()
+    text = f"{len(files)} files {digest}\n"
+    current = os.path.join(arguments.out, "recordings")
+    same = os.path.exists(current) and open(current, encoding="utf-8").read() == text
+    if same and not arguments.preview:
+        return current
+    target = os.path.join(arguments.preview or arguments.out, "recordings")
+    write(target, text, os.stat(current).st_mtime_ns if same else None)
+    return target
 
 
 def parse_arguments():
@@ -264,8 +286,8 @@ def main():
             raise ConfigError(f"no site config {arguments.site}; sites: "
                               + ", ".join(name[:-5] for name in known if name.endswith(".toml")))
         configs = effective_configs(arguments)
-        inputs = [] if arguments.synthetic else raw_inputs(arguments)
         settle(configs, arguments)
+        inputs = [] if arguments.synthetic else [settle_recordings(arguments)]
     except (ConfigError, OSError, ValueError) as error:
         print(f"nightmap: {error}", file=sys.stderr)
         return 2

@@ -6,7 +6,7 @@ import numpy as np
 from nightmap_eval import figures, html
 from nightmap_eval.errors import DataError
 from nightmap_eval.grid import read_grid
-from nightmap_eval.site import Frames, read_csv
+from nightmap_eval.site import Frames, read_csv, read_json
 from nightmap_eval.trajectory import Similarity, associate, read_tum, rotation_matrices
 
 MAX_GAP_NS = 20_000_000
@@ -137,6 +137,20 @@ def read_path(site_dir):
         raise DataError(f"{path}: {error}") from None
 
 
+def path_note(site_dir, path_m):
+    """What a reader must know of the path in the picture, or None."""
+    if path_m is None:
+        return "No path: the plan stage did not run."
+    receipts = [site_dir / stage / "receipt.json" for stage in ("plan", "grid")]
+    if not all(receipt.exists() for receipt in receipts):
+        return None
+    plan, grid = map(read_json, receipts)
+    planned_on = [file["xxh3"] for file in plan["inputs"] if file["name"] == "pgm"]
+    if planned_on == [file["xxh3"] for file in grid["outputs"] if file["name"] == "map.pgm"]:
+        return None
+    return "The path was planned on an earlier grid: run make plan."
+
+
 def plan_section(site_dir):
     yaml_path = site_dir / "grid" / "map.yaml"
     if not yaml_path.exists():
@@ -151,6 +165,7 @@ def plan_section(site_dir):
         None if located is None else located.positions_m,
     )
     parts = [html.image(picture, "floor plan")]
-    if path_m is None:
-        parts.append(html.paragraph("No path: the plan stage did not run.", "note"))
+    note = path_note(site_dir, path_m)
+    if note:
+        parts.append(html.paragraph(note, "note"))
     return html.section("Floor plan", *parts)

@@ -100,6 +100,12 @@ def bridged_frames(site_dir):
     return bridged
 
 
+def num_unusable_frames(site_dir):
+    """Frames of the recording that the frames stage left out: missing, truncated, of a wrong size."""
+    path = Path(site_dir) / "frames" / "report.json"
+    return int(read_json(path).get("num_frames_unusable", 0)) if path.exists() else 0
+
+
 def _rounded(value):
     """Nine significant digits, twelve decimals: the last bits depend on the BLAS."""
     if isinstance(value, dict):

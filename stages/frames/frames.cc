@@ -110,12 +110,14 @@ FrameLists RunFrames(const std::vector<RawSequence>& sequences, int hold_out_eve
     for (const RawFrame& frame : sequences[s].frames) {
       ++lists.num_inspected;
       if (!sequences[s].is_query) ++num_selected;
-      if (!frame.problem.empty()) {
-        lists.skipped.push_back(frame.problem);
+      if (!frame.problem.empty()) lists.skipped.push_back(frame.problem);
+      const bool held_out = hold_out_every > 0 && num_selected % hold_out_every == 0;
+      const bool is_query = sequences[s].is_query || held_out;
+      if (!is_query && !frame.problem.empty()) {
+        ++lists.num_frames_unusable;
         continue;
       }
-      const bool held_out = hold_out_every > 0 && num_selected % hold_out_every == 0;
-      auto& list = sequences[s].is_query || held_out ? queries : mapping;
+      auto& list = is_query ? queries : mapping;
       list.push_back(MakeCandidate(frame, sequences[s], static_cast<int>(s)));
     }
   }

@@ -56,14 +56,16 @@ struct FrameLists {
   std::vector<StampedPose> query_ground_truth;  // at the queries that have one
   std::vector<std::string> skipped;             // one reason a frame with a problem
   std::size_t num_inspected = 0;
+  std::size_t num_frames_unusable = 0;  // mapping frames left out for a problem
 };
 
 // Splits the sequences' frames into mapping frames and queries: with hold_out_every = N > 0 every
 // Nth selected frame of the mapping sequences is a query. The choice depends on a frame's place in
-// the lists alone, so that a damaged file moves no other frame between the two. Truth at a frame's
-// time is the pose of exactly that time or interpolated between neighbours at most 0.1 s apart
-// (rotation by slerp). Throws DataError when sequences overlap in time, or two queries have one
-// time. Pure and deterministic.
+// the lists alone, so that a damaged file moves no other frame between the two. A mapping frame
+// with a problem is left out; a query with one stays, for localize to locate it by its color alone
+// or to count it as a failure. Truth at a frame's time is the pose of exactly that time or
+// interpolated between neighbours at most 0.1 s apart (rotation by slerp). Throws DataError when
+// sequences overlap in time, or two queries have one time. Pure and deterministic.
 FrameLists RunFrames(const std::vector<RawSequence>& sequences, int hold_out_every);
 
 // The frames cut into runs of `shard_size`; the last may be shorter.

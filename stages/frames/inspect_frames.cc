@@ -84,14 +84,14 @@ void InspectFrame(const RgbdCamera& camera,
                   const fs::path& data_root,
                   const Videos& videos,
                   RawFrame* frame) {
-  if (!frame->problem.empty()) return;
   try {
     frame->content_hash = InspectColor(frame->color_path, camera.color, data_root, videos);
     if (!frame->depth_path.empty()) {
       frame->content_hash += InspectDepth(frame->depth_path, camera, data_root);
     }
   } catch (const DataError& error) {
-    frame->problem = WithoutRoot(error.what(), data_root);
+    if (frame->problem.empty()) frame->problem = WithoutRoot(error.what(), data_root);
+    if (frame->content_hash.empty()) frame->content_hash = "unreadable";
   }
 }
 

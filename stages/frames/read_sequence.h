@@ -26,7 +26,7 @@ RawSequence ReadSequence(const SiteConfig& site,
 std::vector<RawSequence> ReadSequences(const SiteConfig& site,
                                        const std::filesystem::path& data_root);
 
-// One accelerometer sample, in the camera's or device's own axes as recorded.
+// One accelerometer sample, in the color camera's axes, which the site config demands.
 struct Acceleration {
   std::int64_t time_ns = 0;
   Eigen::Vector3d value_m_per_s2 = Eigen::Vector3d::Zero();

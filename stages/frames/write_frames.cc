@@ -56,6 +56,7 @@ void Report(const std::vector<RgbdCamera>& cameras,
   const auto& frames = lists.frames;
   const auto duration_ns = frames.back().time_ns - frames.front().time_ns;
   report["num_frames"] = frames.size();
+  report["num_frames_unusable"] = lists.num_frames_unusable;
   report["num_queries"] = lists.queries.size();
   report["num_sequences"] = sequences.size();
   report["num_cameras"] = cameras.size();

@@ -41,10 +41,7 @@ int main(int argc, char** argv) {
 
         context.BeginPart("render");
         const auto folder = context.FinalPath("site").parent_path();
-        for (const char* name : {"rgb", "depth", "labels"}) {
-          std::filesystem::create_directories(folder / name);
-          std::filesystem::create_directories(folder / "queries" / name);
-        }
+        ClearRecording(context.FinalPath("site"));
         const auto sink = [&folder](bool is_query, std::size_t idx, const RenderedFrame& frame) {
           WriteFrame(is_query ? folder / "queries" : folder, idx, frame);
         };

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
 #include "pipeline/io/image_io.h"
 #include "pipeline/io/trajectory_io.h"
 
@@ -63,6 +64,23 @@ void AppendBytes(std::string& bytes, const T& value) {
 }
 
 }  // namespace
+
+void ClearRecording(const fs::path& summary) {
+  const fs::path folder = summary.parent_path();
+  const fs::path marker = folder / ".made_by_synthesize";
+  if (fs::exists(folder / "rgb") && !fs::exists(marker) && !fs::exists(summary)) {
+    throw DataError("{}: holds a recording that synthesize did not make; give another folder",
+                    folder.string());
+  }
+  WriteFile(marker, "");
+  fs::remove(summary);
+  for (const fs::path& part : {folder, folder / "queries"}) {
+    for (const char* name : {"rgb", "depth", "labels"}) {
+      fs::remove_all(part / name);
+      fs::create_directories(part / name);
+    }
+  }
+}
 
 void WriteFrame(const fs::path& folder, std::size_t idx, const RenderedFrame& frame) {
   const std::string name = fmt::format("{:06}", idx);

@@ -9,6 +9,11 @@
 
 namespace nightmap {
 
+// Empties the folders of pictures beside `summary` and removes it, so that a run that is killed
+// leaves no recording that looks whole. Throws DataError when the recording there is not one of
+// synthesize.
+void ClearRecording(const std::filesystem::path& summary);
+
 // Writes rgb/NNNNNN.jpg, depth/NNNNNN.png (5000 units a metre) and labels/NNNNNN.png under
 // `folder`, which exists; each appears complete or not at all. Throws DataError naming the file.
 void WriteFrame(const std::filesystem::path& folder, std::size_t idx, const RenderedFrame& frame);

@@ -13,7 +13,7 @@ from PIL import Image
 
 import fake_site
 from nightmap_eval import html
-from nightmap_eval.report_map import truth_in_map
+from nightmap_eval.report_map import path_note, truth_in_map
 from nightmap_eval.report_queries import choose
 
 VOID_TAGS = ("meta", "img")
@@ -33,6 +33,22 @@ class Checker(HTMLParser):
 
     def handle_endtag(self, tag):
         assert self.open and self.open.pop() == tag, f"</{tag}> does not close its tag"
+
+
+class PathNoteTest(unittest.TestCase):
+    def test_tells_of_a_path_planned_on_an_earlier_grid(self):
+        with tempfile.TemporaryDirectory() as folder:
+            site_dir = Path(folder)
+            self.assertIn("No path", path_note(site_dir, None))
+            for stage, kind, name in (("plan", "inputs", "pgm"), ("grid", "outputs", "map.pgm")):
+                (site_dir / stage).mkdir()
+                receipt = {kind: [{"name": name, "xxh3": "1" if stage == "plan" else "2"}]}
+                (site_dir / stage / "receipt.json").write_text(json.dumps(receipt))
+            self.assertIn("earlier grid", path_note(site_dir, np.zeros((2, 2))))
+            (site_dir / "grid" / "receipt.json").write_text(
+                json.dumps({"outputs": [{"name": "map.pgm", "xxh3": "1"}]})
+            )
+            self.assertIsNone(path_note(site_dir, np.zeros((2, 2))))
 
 
 class ReportTest(unittest.TestCase):

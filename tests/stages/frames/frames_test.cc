@@ -57,6 +57,16 @@ TEST(RunFrames, ADamagedFrameMovesNoOther) {
   ExpectContiguous(damaged.frames);
 }
 
+TEST(RunFrames, ADamagedQueryIsReportedAndStaysAQuery) {
+  auto sequence = Sequence("a", 0, 20);
+  const auto whole = RunFrames({sequence}, 5);
+  sequence.frames[4].problem = "a/4.png: truncated";
+  const auto damaged = RunFrames({sequence}, 5);
+  EXPECT_EQ(damaged.skipped, std::vector<std::string>{"a/4.png: truncated"});
+  EXPECT_EQ(FramesToCsv(damaged.queries), FramesToCsv(whole.queries));
+  EXPECT_EQ(FramesToCsv(damaged.frames), FramesToCsv(whole.frames));
+}
+
 TEST(RunFrames, ExtraQueriesJoinTheHeldOutOnesByTime) {
   auto query = Sequence("q", 25'000'000, 3);
   query.is_query = true;
