@@ -25,12 +25,6 @@ Rigid3 ExpLeft(const Vector6d& step, const Rigid3& pose) {
   return Rigid3{rotation, step.tail<3>()} * pose;
 }
 
-Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d skew;
-  skew << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return skew;
-}
-
 // The estimation problem with everything that stays fixed during it.
 class Estimator {
  public:

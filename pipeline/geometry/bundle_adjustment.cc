@@ -76,10 +76,8 @@ class ObservationError : public ceres::SizedCostFunction<3, 4, 3, 3> {
                                                       const Eigen::Vector3d& x) {
     const Eigen::Vector3d v = q.vec();
     const Eigen::Matrix3d outer = v * x.transpose();
-    Eigen::Matrix3d cross_x;
-    cross_x << 0, -x.z(), x.y(), x.z(), 0, -x.x(), -x.y(), x.x(), 0;
     Eigen::Matrix<double, 3, 4> jacobian;
-    jacobian.leftCols<3>() = 2 * (-q.w() * cross_x + v.dot(x) * Eigen::Matrix3d::Identity() +
+    jacobian.leftCols<3>() = 2 * (-q.w() * Skew(x) + v.dot(x) * Eigen::Matrix3d::Identity() +
                                   outer - 2 * x * v.transpose());
     jacobian.rightCols<1>() = 2 * v.cross(x);
     return jacobian;

@@ -32,6 +32,13 @@ struct Rigid3 {
   }
 };
 
+// The matrix of the cross product: Skew(a) * b = a x b.
+inline Eigen::Matrix3d Skew(const Eigen::Vector3d& a) {
+  Eigen::Matrix3d matrix;
+  matrix << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return matrix;
+}
+
 // Covariance of a pose: rotation (rad) first, then translation (m), of a left perturbation.
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 

@@ -53,6 +53,15 @@ double FiniteAt(const Json& json, const char* name) {
   return value;
 }
 
+double AtLeast(const Json& json, const char* name, double min) {
+  const double value = FiniteAt(json, name);
+  if (value >= min) return value;
+  throw DataError("{} is {}, must be at least {}: correct it in the site config and run make",
+                  name,
+                  value,
+                  min);
+}
+
 double PositiveAt(const Json& json, const char* name) {
   const double value = FiniteAt(json, name);
   if (!(value > 0)) throw DataError("{} is {}, must be positive", name, value);
@@ -94,8 +103,8 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
   camera.depth_units_per_m = PositiveAt(json, "depth_units_per_m");
   camera.min_depth_m = FiniteAt(json, "min_depth_m");
   camera.max_depth_m = PositiveAt(json, "max_depth_m");
-  camera.noise.constant_m = FiniteAt(json, "depth_noise_constant_m");
-  camera.noise.quadratic_per_m = FiniteAt(json, "depth_noise_quadratic_per_m");
+  camera.noise.constant_m = AtLeast(json, "depth_noise_constant_m", DepthNoise::kMinConstant_m);
+  camera.noise.quadratic_per_m = AtLeast(json, "depth_noise_quadratic_per_m", 0);
   if (!camera.depth_registered) {
     camera.depth = CameraFromJson(json.at("depth"));
     camera.color_from_depth = PoseFromJson(json.at("color_from_depth"));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Arrays of features/shard_NNNN.h5 (F frames, N features in all, D bytes a descriptor):
-//   kind 1; frame_idx F; first_feature F+1 (features of frame i are [first[i], first[i+1]));
+//   text extraction; kind 1; frame_idx F;
+//   first_feature F+1 (features of frame i are [first[i], first[i+1]));
 //   keypoint_px N x 2, raw_keypoint_px N x 2, scale_px N, depth_m N, descriptor N x D.
 #include "pipeline/io/features_io.h"
 
@@ -56,22 +57,15 @@ std::vector<T> Slice(const std::vector<T>& values, std::size_t begin, std::size_
           values.begin() + static_cast<std::ptrdiff_t>(end)};
 }
 
-void Demand(bool condition, const std::filesystem::path& path, const char* field) {
-  if (condition) return;
-  throw DataError(
-      "{}: field '{}' does not fit the others; delete the file and run make", path.string(), field);
-}
-
 void CheckFirstFeature(const std::vector<std::int32_t>& first,
                        std::size_t num_frames,
                        std::size_t num_features,
-                       const std::filesystem::path& path) {
-  Demand(first.size() == num_frames + 1 && first.front() == 0 &&
-             static_cast<std::size_t>(first.back()) == num_features,
-         path,
-         "first_feature");
+                       const Hdf5Reader& file) {
+  file.Demand(first.size() == num_frames + 1 && first.front() == 0 &&
+                  static_cast<std::size_t>(first.back()) == num_features,
+              "first_feature");
   for (std::size_t i = 0; i < num_frames; ++i) {
-    Demand(first[i] <= first[i + 1], path, "first_feature");
+    file.Demand(first[i] <= first[i + 1], "first_feature");
   }
 }
 
@@ -99,6 +93,7 @@ void WriteFeatures(const std::filesystem::path& path,
     first_feature.push_back(first_feature.back() + frame.NumFeatures());
   }
   Hdf5Writer file(path, kFormat, kVersion, config, "pixels of the color image; depth_m metres");
+  file.WriteText("extraction", shard.extraction);
   file.WriteList<std::int32_t>("kind", {static_cast<std::int32_t>(shard.kind)});
   file.WriteList("frame_idx", frame_idx);
   file.WriteList("first_feature", first_feature);
@@ -116,8 +111,9 @@ void WriteFeatures(const std::filesystem::path& path,
 FeaturesShard ReadFeatures(const std::filesystem::path& path) {
   const Hdf5Reader file(path, kFormat, kVersion);
   FeaturesShard shard;
+  shard.extraction = file.ReadText("extraction");
   const auto kind = file.ReadList<std::int32_t>("kind");
-  Demand(kind.size() == 1 && kind[0] >= 0 && kind[0] <= 2, path, "kind");
+  file.Demand(kind.size() == 1 && kind[0] >= 0 && kind[0] <= 2, "kind");
   shard.kind = static_cast<DescriptorKind>(kind[0]);
   shard.descriptor_size = DescriptorSize(shard.kind);
   const auto size = static_cast<std::size_t>(shard.descriptor_size);
@@ -129,11 +125,11 @@ FeaturesShard ReadFeatures(const std::filesystem::path& path) {
   const auto scales = file.ReadList<float>("scale_px");
   const auto depths = file.ReadList<float>("depth_m");
   const auto descriptors = file.Read<std::uint8_t>("descriptor", size);
-  CheckFirstFeature(first, frame_idx.size(), keypoints.rows, path);
-  Demand(raw_keypoints.rows == keypoints.rows, path, "raw_keypoint_px");
-  Demand(scales.size() == keypoints.rows, path, "scale_px");
-  Demand(depths.size() == keypoints.rows, path, "depth_m");
-  Demand(descriptors.rows == keypoints.rows, path, "descriptor");
+  CheckFirstFeature(first, frame_idx.size(), keypoints.rows, file);
+  file.Demand(raw_keypoints.rows == keypoints.rows, "raw_keypoint_px");
+  file.Demand(scales.size() == keypoints.rows, "scale_px");
+  file.Demand(depths.size() == keypoints.rows, "depth_m");
+  file.Demand(descriptors.rows == keypoints.rows, "descriptor");
 
   for (std::size_t i = 0; i < frame_idx.size(); ++i) {
     const auto begin = static_cast<std::size_t>(first[i]);
@@ -152,7 +148,13 @@ FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths) {
   FeaturesShard all = ReadFeatures(paths.front());
   for (std::size_t i = 1; i < paths.size(); ++i) {
     FeaturesShard shard = ReadFeatures(paths[i]);
-    Demand(shard.kind == all.kind, paths[i], "kind");
+    if (shard.kind != all.kind || shard.extraction != all.extraction) {
+      throw DataError(
+          "{}: extracted with other options than {}; delete the features folder of this site and "
+          "run make",
+          paths[i].string(),
+          paths[0].string());
+    }
     std::ranges::move(shard.frames, std::back_inserter(all.frames));
   }
   return all;

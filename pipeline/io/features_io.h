@@ -30,6 +30,7 @@ struct FrameFeatures {
 struct FeaturesShard {
   DescriptorKind kind = DescriptorKind::kRootSift;
   int descriptor_size = 128;  // bytes
+  std::string extraction;     // TOML of the ExtractionOptions they were made with
   std::vector<FrameFeatures> frames;
 };
 

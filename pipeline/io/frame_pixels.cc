@@ -96,4 +96,10 @@ DepthImage LoadDepth(const FrameRecord& frame,
   return camera.depth_registered ? depth : RegisterDepth(depth, camera);
 }
 
+RgbdImages LoadRgbd(const FrameRecord& frame,
+                    const RgbdCamera& camera,
+                    const std::filesystem::path& data_root) {
+  return {LoadColor(frame, camera, data_root), LoadDepth(frame, camera, data_root)};
+}
+
 }  // namespace nightmap

@@ -56,7 +56,12 @@ std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path) {
 std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths) {
   std::vector<FrameRecord> frames;
   for (const auto& path : paths) {
-    for (FrameRecord& frame : ReadFrames(path)) {
+    std::vector<FrameRecord> shard = ReadFrames(path);
+    if (shard.empty()) {
+      throw DataError("{}: lists no frame; delete the frames folder of this site and run make",
+                      path.string());
+    }
+    for (FrameRecord& frame : shard) {
       if (!frames.empty() && frame.frame_idx != frames.back().frame_idx + 1) {
         throw DataError("{}: starts with frame {} after frame {}: give all shards in order",
                         path.string(),

@@ -39,11 +39,17 @@ struct RgbdCamera {
   DepthNoise noise;
 };
 
+// Pixels of one frame.
+struct RgbdImages {
+  ColorImage color;
+  DepthImage depth;  // metres at the color camera's pixels
+};
+
 // CSV with header frame_idx,time_ns,color_path,depth_path,camera_idx,sequence_idx,content_hash.
 // Readers throw DataError naming file and line.
 std::string FramesToCsv(const std::vector<FrameRecord>& frames);
 std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path);
-// Several shards, concatenated; frame_idx must be contiguous.
+// Several shards, concatenated; none may be empty, and frame_idx must be contiguous.
 std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths);
 
 std::string CamerasToJson(const std::vector<RgbdCamera>& cameras);
@@ -66,5 +72,9 @@ ColorImage LoadColor(const FrameRecord& frame,
 DepthImage LoadDepth(const FrameRecord& frame,
                      const RgbdCamera& camera,
                      const std::filesystem::path& data_root);
+// Both.
+RgbdImages LoadRgbd(const FrameRecord& frame,
+                    const RgbdCamera& camera,
+                    const std::filesystem::path& data_root);
 
 }  // namespace nightmap

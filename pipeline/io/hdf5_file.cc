@@ -178,32 +178,42 @@ Hdf5Reader::~Hdf5Reader() {
   if (file_ >= 0) H5Fclose(file_);
 }
 
+void Hdf5Writer::WriteText(const std::string& name, const std::string& text) {
+  WriteStringAttribute(file_, name.c_str(), text);
+}
+
+std::string Hdf5Reader::ReadText(const std::string& name) const {
+  if (H5Aexists(file_, name.c_str()) <= 0) Fail(name, "is missing");
+  return ReadStringAttribute(file_, name.c_str());
+}
+
 bool Hdf5Reader::Has(const std::string& name) const {
   return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0;
 }
 
+void Hdf5Reader::Fail(std::string_view field, std::string_view why) const {
+  throw DataError("{}: field '{}' {}; delete the file and run make", path_.string(), field, why);
+}
+
 template <typename T>
 Array<T> Hdf5Reader::Read(const std::string& name, std::size_t cols) const {
-  const auto fail = [&](const std::string& what) {
-    return DataError("{}: field '{}' {}; delete the file and run make", path_.string(), name, what);
-  };
   const Handle dataset(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!dataset.Valid()) throw fail("is missing");
+  if (!dataset.Valid()) Fail(name, "is missing");
   const Handle type(H5Dget_type(dataset), H5Tclose);
-  if (H5Tequal(type, NativeType<T>()) <= 0) throw fail("has another element type");
+  if (H5Tequal(type, NativeType<T>()) <= 0) Fail(name, "has another element type");
   const Handle space(H5Dget_space(dataset), H5Sclose);
   hsize_t sizes[2] = {0, 0};
-  if (H5Sget_simple_extent_ndims(space) != 2) throw fail("is not a matrix");
+  if (H5Sget_simple_extent_ndims(space) != 2) Fail(name, "is not a matrix");
   H5Sget_simple_extent_dims(space, sizes, nullptr);
   if (cols != 0 && sizes[1] != cols) {
-    throw fail(fmt::format("has {} columns, {} are needed", sizes[1], cols));
+    Fail(name, fmt::format("has {} columns, {} are needed", sizes[1], cols));
   }
   Array<T> array{sizes[0], sizes[1], std::vector<T>(sizes[0] * sizes[1])};
   if (!array.values.empty() &&
       H5Dread(dataset, NativeType<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, array.values.data()) < 0) {
-    throw fail("cannot be read (truncated file?)");
+    Fail(name, "cannot be read (truncated file?)");
   }
-  if (!AllFinite(array.values)) throw fail("holds NaN or infinity");
+  if (!AllFinite(array.values)) Fail(name, "holds NaN or infinity");
   return array;
 }
 

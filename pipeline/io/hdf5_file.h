@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace nightmap {
@@ -39,6 +40,8 @@ class Hdf5Writer {
   void WriteList(const std::string& name, const std::vector<T>& values) {
     Write(name, Array<T>{values.size(), 1, values});
   }
+  // A text beside the arrays (an attribute of the file).
+  void WriteText(const std::string& name, const std::string& text);
   // Flushes and closes; throws DataError naming the file (full disk included).
   void Close();
 
@@ -65,6 +68,16 @@ class Hdf5Reader {
   std::vector<T> ReadList(const std::string& name) const {
     return Read<T>(name, 1).values;
   }
+  // A text that WriteText wrote, or "config". Throws DataError naming file and field when missing.
+  std::string ReadText(const std::string& name) const;
+  // Throws DataError naming file and field unless `condition` holds: what a reader of a format
+  // checks beyond the types.
+  void Demand(bool condition,
+              std::string_view field,
+              std::string_view why = "is out of range or does not fit the others") const {
+    if (!condition) Fail(field, why);
+  }
+  [[noreturn]] void Fail(std::string_view field, std::string_view why) const;
   const std::filesystem::path& Path() const { return path_; }
 
  private:

@@ -65,6 +65,8 @@ struct VideoInfo {
   double frame_rate_hz = 0;
 };
 VideoInfo InspectVideo(const std::filesystem::path& path);
+// How many video frames this process has decoded, returned or passed over; for tests.
+std::int64_t NumDecodedVideoFrames();
 // `clip.avi#N`, and its parts. Nothing when the path does not end in `#N`.
 std::filesystem::path VideoFramePath(const std::filesystem::path& video, int frame_idx);
 std::optional<std::pair<std::filesystem::path, int>> SplitVideoFramePath(

@@ -13,21 +13,13 @@ constexpr char kFormat[] = "nightmap.landmarks";
 constexpr int kVersion = 1;
 constexpr char kUnits[] = "metres, map frame (z up); quaternions x y z w; times in nanoseconds";
 
-[[noreturn]] void Fail(const Hdf5Reader& reader, const std::string& field, const std::string& why) {
-  throw DataError("{}: {} {}; run the landmarks stage again", reader.Path().string(), field, why);
-}
-
-void Demand(bool condition, const Hdf5Reader& reader, const char* field, const char* why) {
-  if (!condition) Fail(reader, field, why);
-}
-
 void CheckIndices(const Hdf5Reader& reader,
                   const char* field,
                   const std::vector<std::int32_t>& indices,
                   std::size_t size) {
   for (const std::int32_t index : indices) {
     if (index < 0 || static_cast<std::size_t>(index) >= size) {
-      Fail(reader, field, "has index " + std::to_string(index) + " out of range");
+      reader.Fail(field, "has index " + std::to_string(index) + " out of range");
     }
   }
 }
@@ -52,16 +44,15 @@ std::vector<MapKeyframe> ReadKeyframes(const Hdf5Reader& reader) {
   const auto frames = reader.ReadList<std::int32_t>("keyframes/frame_idx");
   const auto times_ns = reader.ReadList<std::int64_t>("keyframes/time_ns");
   const auto poses = reader.Read<double>("keyframes/map_from_camera", 7);
-  Demand(times_ns.size() == frames.size(), reader, "keyframes/time_ns", "has another length");
-  Demand(poses.rows == frames.size(), reader, "keyframes/map_from_camera", "has another length");
+  reader.Demand(times_ns.size() == frames.size(), "keyframes/time_ns", "has another length");
+  reader.Demand(poses.rows == frames.size(), "keyframes/map_from_camera", "has another length");
   std::vector<MapKeyframe> keyframes(frames.size());
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     const double* row = &poses.values[7 * i];
     const Eigen::Quaterniond rotation(row[6], row[3], row[4], row[5]);
-    Demand(std::abs(rotation.norm() - 1.0) < 1e-6,
-           reader,
-           "keyframes/map_from_camera",
-           "has no unit quaternion");
+    reader.Demand(std::abs(rotation.norm() - 1.0) < 1e-6,
+                  "keyframes/map_from_camera",
+                  "has no unit quaternion");
     keyframes[i] = {frames[i], times_ns[i], {rotation, {row[0], row[1], row[2]}}};
   }
   return keyframes;
@@ -83,21 +74,19 @@ void ReadObservations(const Hdf5Reader& reader, LandmarkMap* map) {
   const auto offsets = reader.ReadList<std::int64_t>(kOffsets);
   const auto keyframes = reader.ReadList<std::int32_t>("observations/keyframe_idx");
   CheckIndices(reader, "observations/keyframe_idx", keyframes, map->keyframes.size());
-  Demand(
-      offsets.size() == map->positions_in_map.size() + 1, reader, kOffsets, "has another length");
-  Demand(offsets[0] == 0 && offsets.back() == static_cast<std::int64_t>(keyframes.size()),
-         reader,
-         kOffsets,
-         "does not cover observations/keyframe_idx");
+  reader.Demand(offsets.size() == map->positions_in_map.size() + 1, kOffsets, "has another length");
+  reader.Demand(offsets[0] == 0 && offsets.back() == static_cast<std::int64_t>(keyframes.size()),
+                kOffsets,
+                "does not cover observations/keyframe_idx");
   for (std::size_t i = 0; i + 1 < offsets.size(); ++i) {
-    Demand(offsets[i] <= offsets[i + 1], reader, kOffsets, "decreases");
+    reader.Demand(offsets[i] <= offsets[i + 1], kOffsets, "decreases");
   }
   map->landmark_keyframes.resize(map->positions_in_map.size());
   for (std::size_t i = 0; i < map->landmark_keyframes.size(); ++i) {
     auto& list = map->landmark_keyframes[i];
     list.assign(keyframes.begin() + offsets[i], keyframes.begin() + offsets[i + 1]);
     for (std::size_t k = 1; k < list.size(); ++k) {
-      Demand(list[k - 1] < list[k], reader, "observations/keyframe_idx", "is not ascending");
+      reader.Demand(list[k - 1] < list[k], "observations/keyframe_idx", "is not ascending");
     }
   }
 }
@@ -105,12 +94,11 @@ void ReadObservations(const Hdf5Reader& reader, LandmarkMap* map) {
 void ReadPositions(const Hdf5Reader& reader, LandmarkMap* map) {
   const auto positions = reader.Read<double>("landmarks/position_in_map_m", 3);
   map->position_sigmas_m = reader.ReadList<float>("landmarks/position_sigma_m");
-  Demand(map->position_sigmas_m.size() == positions.rows,
-         reader,
-         "landmarks/position_sigma_m",
-         "has another length");
+  reader.Demand(map->position_sigmas_m.size() == positions.rows,
+                "landmarks/position_sigma_m",
+                "has another length");
   for (const float sigma_m : map->position_sigmas_m) {
-    Demand(sigma_m >= 0, reader, "landmarks/position_sigma_m", "is negative");
+    reader.Demand(sigma_m >= 0, "landmarks/position_sigma_m", "is negative");
   }
   for (std::size_t i = 0; i < positions.rows; ++i) {
     map->positions_in_map.emplace_back(&positions.values[3 * i]);
@@ -120,13 +108,12 @@ void ReadPositions(const Hdf5Reader& reader, LandmarkMap* map) {
 void CheckEveryLandmarkDescribed(const Hdf5Reader& reader, const LandmarkMap& map) {
   int expected = -1;
   for (const int landmark : map.descriptor_landmarks) {
-    Demand(landmark == expected || landmark == expected + 1,
-           reader,
-           "descriptors/landmark_idx",
-           "skips a landmark or is not ascending");
+    reader.Demand(landmark == expected || landmark == expected + 1,
+                  "descriptors/landmark_idx",
+                  "skips a landmark or is not ascending");
     expected = landmark;
   }
-  Demand(expected + 1 == map.NumLandmarks(), reader, "descriptors/landmark_idx", "ends too early");
+  reader.Demand(expected + 1 == map.NumLandmarks(), "descriptors/landmark_idx", "ends too early");
 }
 
 void ReadDescriptors(const Hdf5Reader& reader, LandmarkMap* map) {
@@ -135,14 +122,12 @@ void ReadDescriptors(const Hdf5Reader& reader, LandmarkMap* map) {
   auto words = reader.Read<std::int32_t>("descriptors/words");
   map->descriptor_landmarks = reader.ReadList<std::int32_t>("descriptors/landmark_idx");
   const std::size_t num_descriptors = map->descriptor_landmarks.size();
-  Demand(values.rows == num_descriptors, reader, "descriptors/values", "has another length");
-  Demand(words.rows == num_descriptors && words.cols > 0,
-         reader,
-         "descriptors/words",
-         "has another length");
+  reader.Demand(values.rows == num_descriptors, "descriptors/values", "has another length");
+  reader.Demand(
+      words.rows == num_descriptors && words.cols > 0, "descriptors/words", "has another length");
   CheckEveryLandmarkDescribed(reader, *map);
   for (const std::int32_t word : words.values) {
-    Demand(word >= 0, reader, "descriptors/words", "is negative");
+    reader.Demand(word >= 0, "descriptors/words", "is negative");
   }
   map->descriptors = std::move(values.values);
   map->num_word_levels = static_cast<int>(words.cols);
@@ -173,6 +158,7 @@ void WriteLandmarks(const std::filesystem::path& path,
                     const LandmarkMap& map,
                     const std::string& config) {
   Hdf5Writer writer(path, kFormat, kVersion, config, kUnits);
+  writer.WriteText("extraction", map.extraction);
   writer.WriteList<std::int32_t>("kind", {static_cast<std::int32_t>(map.kind)});
   Array<double> positions{map.positions_in_map.size(), 3, {}};
   for (const Eigen::Vector3d& p : map.positions_in_map) {
@@ -195,8 +181,9 @@ LandmarkMap ReadLandmarks(const std::filesystem::path& path) {
   const Hdf5Reader reader(path, kFormat, kVersion);
   LandmarkMap map;
   const auto kind = reader.ReadList<std::int32_t>("kind");
-  Demand(kind.size() == 1 && kind[0] >= 0 && kind[0] <= 2, reader, "kind", "is not known");
+  reader.Demand(kind.size() == 1 && kind[0] >= 0 && kind[0] <= 2, "kind", "is not known");
   map.kind = static_cast<DescriptorKind>(kind[0]);
+  map.extraction = reader.ReadText("extraction");
   ReadPositions(reader, &map);
   ReadDescriptors(reader, &map);
   map.keyframes = ReadKeyframes(reader);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // landmarks.h5: the sparse 3-D map that pictures are localized against. Arrays (n landmarks, m
 // descriptors, k keyframes):
+//   extraction                      text            as in the features artifact
 //   kind                            int32[1]        0 RootSIFT, 1 ORB, 2 BRISK
 //   landmarks/position_in_map_m     double[n x 3]
 //   landmarks/position_sigma_m      float[n]        standard deviation, mean over the axes
@@ -33,6 +34,7 @@ struct MapKeyframe {
 
 struct LandmarkMap {
   DescriptorKind kind = DescriptorKind::kRootSift;
+  std::string extraction;  // TOML of the ExtractionOptions: queries must be described alike
   std::vector<Eigen::Vector3d> positions_in_map;
   std::vector<float> position_sigmas_m;
   std::vector<std::uint8_t> descriptors;  // row by row

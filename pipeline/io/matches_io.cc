@@ -13,15 +13,6 @@ namespace {
 constexpr char kFormat[] = "nightmap matches";
 constexpr int kVersion = 1;
 
-void Demand(bool condition, const std::filesystem::path& path, const char* field) {
-  if (condition) return;
-  throw DataError(
-      "{}: field '{}' is out of range or does not fit the others; delete the file and "
-      "run make",
-      path.string(),
-      field);
-}
-
 }  // namespace
 
 const char* PairStatusText(PairStatus status) {
@@ -83,23 +74,22 @@ std::vector<FramePair> ReadPairs(const std::filesystem::path& path) {
   const auto first_match = file.ReadList<std::int32_t>("first_match");
   const auto match = file.Read<std::int32_t>("match", 2);
   const std::size_t count = frame.rows;
-  Demand(status.size() == count, path, "status");
-  Demand(num_putative.size() == count, path, "num_putative");
-  Demand(score.size() == count, path, "score");
-  Demand(pose.rows == count, path, "b_from_a");
-  Demand(covariance.rows == count, path, "covariance");
-  Demand(first_match.size() == count + 1 && first_match.front() == 0 &&
-             static_cast<std::size_t>(first_match.back()) == match.rows,
-         path,
-         "first_match");
+  file.Demand(status.size() == count, "status");
+  file.Demand(num_putative.size() == count, "num_putative");
+  file.Demand(score.size() == count, "score");
+  file.Demand(pose.rows == count, "b_from_a");
+  file.Demand(covariance.rows == count, "covariance");
+  file.Demand(first_match.size() == count + 1 && first_match.front() == 0 &&
+                  static_cast<std::size_t>(first_match.back()) == match.rows,
+              "first_match");
   std::vector<FramePair> pairs(count);
   for (std::size_t i = 0; i < count; ++i) {
     FramePair& pair = pairs[i];
     pair.frame_a = frame.values[2 * i];
     pair.frame_b = frame.values[2 * i + 1];
-    Demand(pair.frame_a >= 0 && pair.frame_a < pair.frame_b, path, "frame");
-    Demand(status[i] >= 0 && status[i] <= 3, path, "status");
-    Demand(first_match[i] <= first_match[i + 1], path, "first_match");
+    file.Demand(pair.frame_a >= 0 && pair.frame_a < pair.frame_b, "frame");
+    file.Demand(status[i] >= 0 && status[i] <= 3, "status");
+    file.Demand(first_match[i] <= first_match[i + 1], "first_match");
     pair.status = static_cast<PairStatus>(status[i]);
     pair.num_putative = num_putative[i];
     pair.score = score[i];
@@ -108,7 +98,7 @@ std::vector<FramePair> ReadPairs(const std::filesystem::path& path) {
     for (auto k = static_cast<std::size_t>(first_match[i]);
          k < static_cast<std::size_t>(first_match[i + 1]);
          ++k) {
-      Demand(match.values[2 * k] >= 0 && match.values[2 * k + 1] >= 0, path, "match");
+      file.Demand(match.values[2 * k] >= 0 && match.values[2 * k + 1] >= 0, "match");
       pair.inliers.push_back({match.values[2 * k], match.values[2 * k + 1]});
     }
   }

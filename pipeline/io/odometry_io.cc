@@ -14,15 +14,6 @@ namespace {
 constexpr char kFormat[] = "nightmap odometry";
 constexpr int kVersion = 1;
 
-void Demand(bool condition, const std::filesystem::path& path, const char* field) {
-  if (condition) return;
-  throw DataError(
-      "{}: field '{}' is out of range or does not fit the others; delete the file and "
-      "run make",
-      path.string(),
-      field);
-}
-
 void WriteFrames(const std::vector<OdometryFrame>& frames, Hdf5Writer* file) {
   std::vector<std::int32_t> frame_idx;
   std::vector<std::uint8_t> state, is_keyframe;
@@ -61,13 +52,13 @@ std::vector<OdometryFrame> ReadOdometryFrames(const Hdf5Reader& file) {
   const auto state = file.ReadList<std::uint8_t>("state");
   const auto is_keyframe = file.ReadList<std::uint8_t>("is_keyframe");
   const auto pose = file.Read<double>("shard_from_camera", 7);
-  Demand(state.size() == frame_idx.size(), file.Path(), "state");
-  Demand(is_keyframe.size() == frame_idx.size(), file.Path(), "is_keyframe");
-  Demand(pose.rows == frame_idx.size(), file.Path(), "shard_from_camera");
+  file.Demand(state.size() == frame_idx.size(), "state");
+  file.Demand(is_keyframe.size() == frame_idx.size(), "is_keyframe");
+  file.Demand(pose.rows == frame_idx.size(), "shard_from_camera");
   std::vector<OdometryFrame> frames;
   for (std::size_t i = 0; i < frame_idx.size(); ++i) {
-    Demand(frame_idx[i] == frame_idx[0] + static_cast<int>(i), file.Path(), "frame_idx");
-    Demand(state[i] <= 1, file.Path(), "state");
+    file.Demand(frame_idx[i] == frame_idx[0] + static_cast<int>(i), "frame_idx");
+    file.Demand(state[i] <= 1, "state");
     frames.push_back({frame_idx[i],
                       PoseAt(pose, i, file.Path()),
                       static_cast<TrackingState>(state[i]),
@@ -81,9 +72,9 @@ std::vector<PoseEdge> ReadEdges(const Hdf5Reader& file) {
   const auto pose = file.Read<double>("edge_b_from_a", 7);
   const auto covariance = file.Read<double>("edge_covariance", 36);
   const auto is_bridge = file.ReadList<std::uint8_t>("edge_is_bridge");
-  Demand(pose.rows == frame.rows, file.Path(), "edge_b_from_a");
-  Demand(covariance.rows == frame.rows, file.Path(), "edge_covariance");
-  Demand(is_bridge.size() == frame.rows, file.Path(), "edge_is_bridge");
+  file.Demand(pose.rows == frame.rows, "edge_b_from_a");
+  file.Demand(covariance.rows == frame.rows, "edge_covariance");
+  file.Demand(is_bridge.size() == frame.rows, "edge_is_bridge");
   std::vector<PoseEdge> edges;
   for (std::size_t i = 0; i < frame.rows; ++i) {
     edges.push_back({frame.values[2 * i],
@@ -91,7 +82,7 @@ std::vector<PoseEdge> ReadEdges(const Hdf5Reader& file) {
                      PoseAt(pose, i, file.Path()),
                      CovarianceAt(covariance, i),
                      is_bridge[i] != 0});
-    Demand(edges[i].frame_a >= 0 && edges[i].frame_a < edges[i].frame_b, file.Path(), "edge_frame");
+    file.Demand(edges[i].frame_a >= 0 && edges[i].frame_a < edges[i].frame_b, "edge_frame");
   }
   return edges;
 }
@@ -119,7 +110,7 @@ OdometryShard ReadOdometry(const std::filesystem::path& path) {
   shard.observations.reserve(observation.rows);
   for (std::size_t i = 0; i < observation.rows; ++i) {
     const std::int32_t* row = observation.values.data() + 3 * i;
-    Demand(row[0] >= 0 && row[1] >= 0 && row[2] >= 0, path, "observation");
+    file.Demand(row[0] >= 0 && row[1] >= 0 && row[2] >= 0, "observation");
     shard.observations.push_back({row[0], row[1], row[2]});
   }
   return shard;

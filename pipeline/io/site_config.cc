@@ -48,7 +48,10 @@ struct CameraTable {
     list.Add("depth_units_per_m", &camera.depth_units_per_m, {1, 1e6}, "raw units in a metre");
     list.Add("min_depth_m", &camera.min_depth_m, {0, 1000}, "nearer depth is not used");
     list.Add("max_depth_m", &camera.max_depth_m, {0.01, 1000}, "farther depth is not used");
-    list.Add("depth_noise_constant_m", &camera.noise.constant_m, {0, 1}, "depth sigma at 0 m");
+    list.Add("depth_noise_constant_m",
+             &camera.noise.constant_m,
+             {DepthNoise::kMinConstant_m, 1},
+             "depth sigma at 0 m");
     list.Add("depth_noise_quadratic_per_m",
              &camera.noise.quadratic_per_m,
              {0, 1},
@@ -78,7 +81,9 @@ struct SequenceTable {
     list.Add("depth_folder", &s.depth_folder, "layout video: depth images, relative to folder");
     list.Add("frame_rate_hz", &s.frame_rate_hz, {0, 1000}, "0: the video's, 30 for seven_scenes");
     list.Add("ground_truth", &s.ground_truth, "TUM trajectory, relative to root");
-    list.Add("accelerometer", &s.accelerometer, "time_s ax ay az, relative to root");
+    list.Add("accelerometer",
+             &s.accelerometer,
+             "time_s ax ay az (m/s2, axes of the color camera), relative to root");
     list.Add("max_association_gap_s", &s.max_association_gap_s, {0, 10}, "color to depth image");
     list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
   }

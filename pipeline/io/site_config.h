@@ -17,11 +17,13 @@ struct SequenceConfig {
   std::string layout = "tum";  // tum | seven_scenes | video
   std::string folder;          // relative to SiteConfig::root
   int camera_idx = 0;
-  std::string video;          // layout video: the file, relative to folder
-  std::string depth_folder;   // layout video: folder of depth images, relative to folder
-  double frame_rate_hz = 0;   // video: 0 takes the file's; seven_scenes: 0 means 30
-  std::string ground_truth;   // TUM trajectory relative to root, world_from_camera; empty: none
-  std::string accelerometer;  // `time_s ax ay az` relative to root; empty: none
+  std::string video;         // layout video: the file, relative to folder
+  std::string depth_folder;  // layout video: folder of depth images, relative to folder
+  double frame_rate_hz = 0;  // video: 0 takes the file's; seven_scenes: 0 means 30
+  std::string ground_truth;  // TUM trajectory relative to root, world_from_camera; empty: none
+  // `time_s ax ay az` (m/s2) relative to root; empty: none. The axes must be the color camera's: x
+  // right, y down, z forward.
+  std::string accelerometer;
   double max_association_gap_s = 0.02;  // layout tum: between a color image and its depth image
   double time_offset_s = 0;             // added to all times of the recording
   std::string source;                   // file:line of its table, for messages

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames of video files, for image_io.h.
+#include <atomic>
+#include <condition_variable>
+#include <list>
+#include <memory>
+#include <mutex>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
+#include <set>
 #include <string>
 
 #include "pipeline/base/error.h"
@@ -26,27 +32,30 @@ cv::VideoCapture OpenVideo(const std::filesystem::path& video) {
   return capture;
 }
 
-// Seeking in compressed video lands on the wrong frame with some codecs, so frames are only ever
-// reached by going forward; in order, as stages read them, each is decoded once.
-class SequentialReader {
+std::atomic<std::int64_t> num_decoded{0};
+
+// One open video. Seeking in compressed video lands on the wrong frame with some codecs, so frames
+// are only ever reached by going forward.
+class ForwardReader {
  public:
-  ColorImage Read(const std::filesystem::path& video, int frame_idx) {
-    if (video != video_ || frame_idx < next_idx_) {
-      video_.clear();
-      capture_ = OpenVideo(video);
-      video_ = video;
-      next_idx_ = 0;
-    }
-    for (; next_idx_ <= frame_idx; ++next_idx_) {
+  explicit ForwardReader(const std::filesystem::path& video)
+      : video_(video), capture_(OpenVideo(video)) {}
+
+  // Whether the frame still lies ahead, or is the one just read.
+  bool Reaches(const std::filesystem::path& video, int frame_idx) const {
+    return video == video_ && position_ <= frame_idx;
+  }
+  int Position() const { return position_; }
+
+  ColorImage Read(int frame_idx) {
+    for (; position_ < frame_idx; ++position_, ++num_decoded) {
       if (capture_.grab()) continue;
-      const int num_frames = next_idx_;
-      video_.clear();
       throw DataError(
-          "{}: has {} readable frames, no frame {}", video.string(), num_frames, frame_idx);
+          "{}: has {} readable frames, no frame {}", video_.string(), position_ + 1, frame_idx);
     }
     cv::Mat bgr;
     if (!capture_.retrieve(bgr) || bgr.type() != CV_8UC3) {
-      throw DataError("{}: frame {} cannot be decoded", video.string(), frame_idx);
+      throw DataError("{}: frame {} cannot be decoded", video_.string(), frame_idx);
     }
     ColorImage image{bgr.cols, bgr.rows, 3, {}};
     image.pixels.resize(static_cast<std::size_t>(bgr.total()) * 3);
@@ -56,17 +65,94 @@ class SequentialReader {
   }
 
  private:
-  cv::VideoCapture capture_;
   std::filesystem::path video_;
-  int next_idx_ = 0;
+  cv::VideoCapture capture_;
+  int position_ = -1;  // of the frame last decoded
+};
+
+// A mutex that the waiting thread with the lowest request gets first.
+class OrderedMutex {
+ public:
+  using Request = std::pair<std::filesystem::path, int>;
+
+  void Lock(const Request& request) {
+    std::unique_lock lock(mutex_);
+    const auto place = waiting_.insert(request);
+    released_.wait(lock, [&] { return !is_held_ && place == waiting_.begin(); });
+    waiting_.erase(place);
+    is_held_ = true;
+  }
+  void Unlock() {
+    const std::lock_guard lock(mutex_);
+    is_held_ = false;
+    released_.notify_all();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable released_;
+  std::multiset<Request> waiting_;
+  bool is_held_ = false;
+};
+
+// Holds an OrderedMutex for its scope.
+class Turn {
+ public:
+  Turn(OrderedMutex* mutex, const OrderedMutex::Request& request) : mutex_(mutex) {
+    mutex_->Lock(request);
+  }
+  ~Turn() { mutex_->Unlock(); }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+ private:
+  OrderedMutex* mutex_;
+};
+
+// The videos this process has open. Threads that work through a video in order share one reader,
+// which decodes each frame once: several readers would each decode all of them. Another is opened
+// for a frame that all have passed.
+class ReaderPool {
+ public:
+  ColorImage Read(const std::filesystem::path& video, int frame_idx) {
+    const Turn turn(&mutex_, {video, frame_idx});
+    auto reader = Take(video, frame_idx);
+    ColorImage image = reader->Read(frame_idx);  // a reader that fails is closed
+    readers_.push_front(std::move(reader));
+    if (readers_.size() > kMaxReaders) readers_.pop_back();
+    return image;
+  }
+
+ private:
+  static constexpr std::size_t kMaxReaders = 4;
+
+  // The reader with the fewest frames to go.
+  std::unique_ptr<ForwardReader> Take(const std::filesystem::path& video, int frame_idx) {
+    auto nearest = readers_.end();
+    for (auto reader = readers_.begin(); reader != readers_.end(); ++reader) {
+      if (!(*reader)->Reaches(video, frame_idx)) continue;
+      if (nearest == readers_.end() || (*reader)->Position() > (*nearest)->Position()) {
+        nearest = reader;
+      }
+    }
+    if (nearest == readers_.end()) return std::make_unique<ForwardReader>(video);
+    auto reader = std::move(*nearest);
+    readers_.erase(nearest);
+    return reader;
+  }
+
+  OrderedMutex mutex_;
+  std::list<std::unique_ptr<ForwardReader>> readers_;  // last used first
 };
 
 }  // namespace
 
 ColorImage ReadVideoFrame(const std::filesystem::path& video, int frame_idx) {
-  thread_local SequentialReader reader;
-  return reader.Read(video, frame_idx);
+  static ReaderPool pool;
+  return pool.Read(video, frame_idx);
 }
+
+std::int64_t NumDecodedVideoFrames() { return num_decoded; }
 
 VideoInfo InspectVideo(const std::filesystem::path& path) {
   cv::VideoCapture capture = OpenVideo(path);

@@ -43,8 +43,7 @@ KeyframeSource OpenKeyframes(const std::vector<std::filesystem::path>& frames_pa
       SelectKeyframes(ReadFrames(frames_paths), source.cameras, ReadTum(keyframes_path), stride);
   source.load = [cameras = source.cameras, data_root](const Keyframe& keyframe) {
     const RgbdCamera& camera = cameras[static_cast<std::size_t>(keyframe.frame.camera_idx)];
-    return RgbdImages{LoadColor(keyframe.frame, camera, data_root),
-                      LoadDepth(keyframe.frame, camera, data_root)};
+    return LoadRgbd(keyframe.frame, camera, data_root);
   };
   return source;
 }

@@ -24,11 +24,6 @@ struct Keyframe {
   Rigid3 map_from_camera;
 };
 
-struct RgbdImages {
-  ColorImage color;
-  DepthImage depth;  // metres at the color camera's pixels
-};
-
 struct KeyframeSource {
   std::vector<RgbdCamera> cameras;
   std::vector<Keyframe> keyframes;

@@ -13,6 +13,8 @@ FeaturesResult RunFeatures(const FeaturesOptions& options,
                            int num_threads,
                            Progress& progress) {
   FeaturesResult result;
+  ExtractionOptions extraction = options.extraction;
+  result.shard.extraction = RegisterOptions(extraction).ToToml();
   result.shard.kind = options.extraction.Kind();
   result.shard.descriptor_size = DescriptorSize(result.shard.kind);
   result.shard.frames.resize(frames.size());

@@ -25,11 +25,7 @@ struct FeaturesOptions {
   }
 };
 
-// Pixels of a frame. The loader throws DataError when they cannot be read.
-struct RgbdImages {
-  ColorImage color;
-  DepthImage depth;
-};
+// Throws DataError when the frame's pixels cannot be read.
 using RgbdLoader = std::function<RgbdImages(const FrameRecord&)>;
 
 struct FeaturesResult {

@@ -42,8 +42,7 @@ int main(int argc, char** argv) {
     const auto cameras = ReadCameras(context.Input("cameras"));
     const RgbdLoader load = [&](const FrameRecord& frame) {
       const RgbdCamera& camera = cameras.at(static_cast<std::size_t>(frame.camera_idx));
-      return RgbdImages{LoadColor(frame, camera, context.Input("data")),
-                        LoadDepth(frame, camera, context.Input("data"))};
+      return LoadRgbd(frame, camera, context.Input("data"));
     };
     const auto result =
         RunFeatures(options, frames, cameras, load, context.NumThreads(), context.GetProgress());

@@ -11,13 +11,11 @@ namespace nightmap {
 namespace {
 
 double ReprojectionError_px(const Observer& observer, int feature, const Eigen::Vector3d& point) {
-  const Camera& camera = observer.camera->color;
-  const Eigen::Vector3d p = observer.map_from_camera.Inverse() * point;
-  if (p.z() <= 0) return std::numeric_limits<double>::infinity();
-  const Eigen::Vector2d pixel(camera.fx * p.x() / p.z() + camera.cx,
-                              camera.fy * p.y() / p.z() + camera.cy);
+  const auto pixel =
+      observer.camera->color.ProjectUndistorted(observer.map_from_camera.Inverse() * point);
+  if (!pixel) return std::numeric_limits<double>::infinity();
   const auto& keypoint = observer.features->keypoints_px[static_cast<std::size_t>(feature)];
-  return (pixel - keypoint.cast<double>()).norm();
+  return (*pixel - keypoint.cast<double>()).norm();
 }
 
 class Finisher {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "stages/landmarks/tracks.h"
+#include "stages/landmarks/landmark_tracker.h"
 
 namespace nightmap {
 

@@ -70,6 +70,7 @@ LandmarkMap Assemble(const LandmarksInput& input,
                      const std::vector<Landmark>& landmarks) {
   LandmarkMap map;
   map.kind = input.features.kind;
+  map.extraction = input.features.extraction;
   map.num_word_levels = input.tree->Depth();
   for (const Observer& observer : observers) {
     map.keyframes.push_back(
@@ -134,14 +135,14 @@ LandmarkMap RunLandmarks(const LandmarksOptions& options,
                          int num_threads) {
   CheckInput(input);
   const std::vector<Observer> observers = MakeObservers(options, input);
-  TrackBuilder builder(options, input.features.kind, &observers);
+  LandmarkTracker tracker(options, input.features.kind, &observers);
   progress.Start(observers.size());
   for (std::size_t i = 0; i < observers.size(); ++i) {
-    builder.Add(static_cast<int>(i));
+    tracker.Add(static_cast<int>(i));
     progress.Advance();
   }
   progress.Finish();
-  const std::vector<Track> tracks = builder.TakeTracks();
+  const std::vector<Track> tracks = tracker.TakeTracks();
   std::vector<std::optional<Landmark>> finished(tracks.size());
   ParallelFor(tracks.size(), num_threads, [&](std::size_t i) {
     finished[i] = FinishTrack(options, input.features.kind, observers, tracks[i]);

@@ -2,7 +2,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "stages/landmarks/tracks.h"
+#include "stages/landmarks/landmark_tracker.h"
 
 namespace nightmap {
 
@@ -13,8 +13,7 @@ void PointEstimate::Add(const Observer& observer, int feature, double z_m, doubl
   if (depth_m > 0) z_m = depth_m;
   const Eigen::Vector2d pixel = observer.features->keypoints_px[i].cast<double>();
   // The keypoint is undistorted already.
-  const Eigen::Vector3d ray_in_camera(
-      (pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy, 1.0);
+  const Eigen::Vector3d ray_in_camera = camera.BackProjectUndistorted(pixel, 1.0);
   const Eigen::Vector3d direction = observer.map_from_camera.rotation * ray_in_camera.normalized();
   const double across_sigma_m = pixel_sigma_px * z_m / camera.fx;
   const double along_sigma_m = observer.camera->noise.Sigma_m(z_m) * ray_in_camera.norm();

@@ -199,12 +199,11 @@ std::vector<LandmarkMatch> LandmarkMatcher::SearchByPose(const FrameFeatures& fe
     const Eigen::Vector3d point =
         camera_from_map * map_.positions_in_map[static_cast<std::size_t>(landmark)];
     if (point.z() <= 0.01) continue;
-    const Eigen::Vector2d pixel(camera.fx * point.x() / point.z() + camera.cx,
-                                camera.fy * point.y() / point.z() + camera.cy);
-    if (!camera.Contains(pixel)) continue;
-    grid.ForNear(pixel, [&](int feature) {
+    const auto pixel = camera.ProjectUndistorted(point);
+    if (!pixel || !camera.Contains(*pixel)) continue;
+    grid.ForNear(*pixel, [&](int feature) {
       const auto& keypoint = features.keypoints_px[static_cast<std::size_t>(feature)];
-      if ((keypoint.cast<double>() - pixel).norm() > options_.guided_radius_px) return;
+      if ((keypoint.cast<double>() - *pixel).norm() > options_.guided_radius_px) return;
       const int distance = DistanceToLandmark(Descriptor(features, feature), landmark);
       if (distance <= max_distance_) matches.push_back({feature, landmark, distance});
     });

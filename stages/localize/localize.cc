@@ -10,7 +10,7 @@
 namespace nightmap {
 namespace {
 
-void CheckInput(const LocalizeOptions& options, const LocalizeInput& input) {
+void CheckInput(const LocalizeInput& input) {
   const LandmarkMap& map = *input.map;
   const VocabularyTree& tree = input.vocabulary->tree;
   if (input.queries.empty()) {
@@ -18,15 +18,9 @@ void CheckInput(const LocalizeOptions& options, const LocalizeInput& input) {
         "queries: no queries to localize; set hold_out_every or add a [[query]] to the site");
   }
   if (map.NumLandmarks() == 0) throw DataError("landmarks: the map is empty; see its report");
-  if (map.kind != options.extraction.Kind()) {
-    throw UsageError(
-        "detector: the map was made of other features than {}; use the detector of "
-        "the features stage",
-        options.extraction.detector);
-  }
   const auto max_word = std::max_element(map.words.begin(), map.words.end());
-  if (tree.Kind() != map.kind || tree.Depth() != map.num_word_levels ||
-      *max_word >= tree.NumNodes()) {
+  if (tree.Kind() != map.kind || input.extraction.Kind() != map.kind ||
+      tree.Depth() != map.num_word_levels || *max_word >= tree.NumNodes()) {
     throw DataError("landmarks: made with another vocabulary; run the landmarks stage again");
   }
   for (const FrameRecord& query : input.queries) {
@@ -38,14 +32,13 @@ void CheckInput(const LocalizeOptions& options, const LocalizeInput& input) {
 }
 
 QueryResult LocalizeQuery(const Localizer& localizer,
-                          const LocalizeOptions& options,
                           const LocalizeInput& input,
                           const FrameRecord& query) {
   const RgbdCamera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)];
   FrameFeatures features;
   try {
     const ColorImage image = input.load_color(query, camera);
-    features = ExtractFeatures(image, camera.color, options.extraction);
+    features = ExtractFeatures(image, camera.color, input.extraction);
   } catch (const DataError&) {
     return FailedQuery(query, "unreadable_image");
   }
@@ -55,7 +48,6 @@ QueryResult LocalizeQuery(const Localizer& localizer,
 }  // namespace
 
 void LocalizeOptions::Register(OptionList& list) {
-  extraction.Register(list);
   list.Add("search_level", &search_level, Range(1, 8), "vocabulary level of the candidates");
   list.Add("max_ratio", &max_ratio, Range(0.1, 1), "of the ratio test between two points");
   list.Add("same_point_radius_m",
@@ -87,12 +79,12 @@ std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
                                      const LocalizeInput& input,
                                      Progress& progress,
                                      int num_threads) {
-  CheckInput(options, input);
+  CheckInput(input);
   const Localizer localizer(options, *input.map, *input.vocabulary);
   std::vector<QueryResult> results(input.queries.size());
   progress.Start(results.size());
   ParallelFor(results.size(), num_threads, [&](std::size_t i) {
-    results[i] = LocalizeQuery(localizer, options, input, input.queries[i]);
+    results[i] = LocalizeQuery(localizer, input, input.queries[i]);
     progress.Advance();
   });
   progress.Finish();

@@ -16,7 +16,6 @@
 namespace nightmap {
 
 struct LocalizeOptions {
-  ExtractionOptions extraction;
   int search_level = 3;
   double max_ratio = 0.8;
   double same_point_radius_m = 0.1;
@@ -37,6 +36,7 @@ struct LocalizeOptions {
 struct LocalizeInput {
   std::vector<FrameRecord> queries;
   std::vector<RgbdCamera> cameras;
+  ExtractionOptions extraction;  // as the map's features were made
   const LandmarkMap* map = nullptr;
   const Vocabulary* vocabulary = nullptr;
   // The color image of a query; throws DataError when it cannot be read.
@@ -46,7 +46,7 @@ struct LocalizeInput {
 // One result a query, in their order; a query that fails has the reason: unreadable_image,
 // no_features, too_few_matches, too_few_inliers. Deterministic in the seed, at any number of
 // threads. Throws DataError without queries or landmarks or when map and vocabulary do not belong
-// together, UsageError when the map was made of another kind of features.
+// together.
 std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
                                      const LocalizeInput& input,
                                      Progress& progress,

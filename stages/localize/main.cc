@@ -23,8 +23,11 @@ int main(int argc, char** argv) {
         const LandmarkMap map = ReadLandmarks(context.Input("landmarks"));
         const Vocabulary vocabulary = ReadVocabulary(context.Input("vocabulary"));
         const auto data = context.Input("data");
+        ExtractionOptions extraction;
+        RegisterOptions(extraction).ParseToml(map.extraction, context.Input("landmarks").string());
         const LocalizeInput input{ReadFrames(context.Input("queries")),
                                   ReadCameras(context.Input("cameras")),
+                                  extraction,
                                   &map,
                                   &vocabulary,
                                   [&](const FrameRecord& query, const RgbdCamera& camera) {

@@ -58,13 +58,10 @@ Correspondences Lift(const Side& source,
 Matrix6d InverseCovariance(const Rigid3& pose, const Matrix6d& covariance) {
   const Rigid3 inverse = pose.Inverse();
   const Eigen::Matrix3d rotation = inverse.rotation.toRotationMatrix();
-  const Eigen::Vector3d& t = inverse.translation;
-  Eigen::Matrix3d skew;
-  skew << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
   Matrix6d adjoint = Matrix6d::Zero();
   adjoint.topLeftCorner<3, 3>() = rotation;
   adjoint.bottomRightCorner<3, 3>() = rotation;
-  adjoint.bottomLeftCorner<3, 3>() = skew * rotation;
+  adjoint.bottomLeftCorner<3, 3>() = Skew(inverse.translation) * rotation;
   return adjoint * covariance * adjoint.transpose();
 }
 

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "pipeline/base/error.h"
-#include "stages/octree/occupancy_grid.h"
+#include "stages/octree/occupancy_volume.h"
 #include "stages/octree/scan.h"
 
 namespace nightmap {
@@ -69,7 +69,7 @@ OccupancyTree FuseAll(const OctreeOptions& options,
   const std::vector<RayTable> rays = MakeRayTables(source.cameras, num_threads);
   const ScanOptions scan_options{options.resolution_m, options.max_range_m, options.discretize};
   constexpr double kAnyDepth = std::numeric_limits<double>::max();
-  OccupancyGrid grid(MakeModel(options));
+  OccupancyVolume volume(MakeModel(options));
   result.skipped = FuseKeyframes<ScanEvidence>(
       source,
       progress,
@@ -89,11 +89,11 @@ OccupancyTree FuseAll(const OctreeOptions& options,
                          support);
       },
       [&](ScanEvidence&& evidence) {
-        grid.Integrate(evidence);
+        volume.Integrate(evidence);
         result.num_rays += evidence.num_rays;
         result.num_unsupported += evidence.num_unsupported;
       });
-  return grid.Leaves(options.resolution_m);
+  return volume.Leaves(options.resolution_m);
 }
 
 void CountVoxels(OctreeResult& result) {

@@ -17,7 +17,7 @@ PoseGraphInput ReadInput(const StageContext& context) {
   for (const auto& path : context.Inputs("odometry")) input.odometry.push_back(ReadOdometry(path));
   input.loops = ReadPairs(context.Input("loops"));
   if (context.HasInput("accelerometer")) {
-    input.up_in_camera = ReadMeanAcceleration(context.Input("accelerometer"));
+    input.accelerometer = ReadAccelerometer(context.Input("accelerometer"));
   }
   input.load_depth = [cameras = input.cameras,
                       data = context.Input("data")](const FrameRecord& frame) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <map>
 
+#include "pipeline/base/error.h"
+
 namespace nightmap {
 namespace {
 
@@ -16,11 +18,24 @@ double Angle_rad(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0, 1.0));
 }
 
-Eigen::Vector3d MeanCameraUp(const std::vector<Rigid3>& graph_from_cameras,
-                             const Eigen::Vector3d& up_in_camera) {
+Eigen::Vector3d MeanCameraUp(const std::vector<Rigid3>& graph_from_cameras) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Rigid3& pose : graph_from_cameras) sum += pose.rotation * up_in_camera;
+  for (const Rigid3& pose : graph_from_cameras) sum -= pose.rotation * Eigen::Vector3d::UnitY();
   return sum.normalized();
+}
+
+// Mean of the samples about a time; nothing when there are none.
+std::optional<Eigen::Vector3d> MeanAcceleration(const std::vector<AccelerometerSample>& samples,
+                                                std::int64_t time_ns) {
+  constexpr std::int64_t kWindow_ns = 100'000'000;
+  const auto begin =
+      std::ranges::lower_bound(samples, time_ns - kWindow_ns, {}, &AccelerometerSample::time_ns);
+  const auto end =
+      std::ranges::upper_bound(samples, time_ns + kWindow_ns, {}, &AccelerometerSample::time_ns);
+  if (begin == end) return std::nullopt;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (auto sample = begin; sample != end; ++sample) sum += sample->acceleration_m_per_s2;
+  return sum / static_cast<double>(end - begin);
 }
 
 // Mean shift over normals with a shrinking window: finds the dominant horizontal surface even when
@@ -223,19 +238,44 @@ std::vector<SurfacePatch> SamplePatches(const DepthImage& depth,
   return patches;
 }
 
+Eigen::Vector3d UpFromAccelerometer(const std::vector<AccelerometerSample>& samples,
+                                    const std::vector<StampedPose>& keyframes) {
+  constexpr double kMinMean_m_per_s2 = 5;  // half of gravity
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (const StampedPose& keyframe : keyframes) {
+    const auto mean = MeanAcceleration(samples, keyframe.time_ns);
+    if (!mean) continue;
+    sum += keyframe.pose.rotation * *mean;
+    ++count;
+  }
+  if (count == 0) {
+    throw DataError(
+        "accelerometer.csv: no sample within 0.1 s of a keyframe; correct its times or leave "
+        "`accelerometer` out of the site config");
+  }
+  if (!(sum.norm() / count >= kMinMean_m_per_s2)) {
+    throw DataError(
+        "accelerometer.csv: the mean over {} keyframes is {:.2f} m/s2, not gravity's 9.8; turn it "
+        "into the color camera's axes or leave `accelerometer` out of the site config",
+        count,
+        sum.norm() / count);
+  }
+  return sum.normalized();
+}
+
 MapFrame FindMapFrame(const MapFrameOptions& options,
                       const std::vector<SurfacePatch>& patches,
                       const std::vector<Rigid3>& graph_from_cameras,
-                      const std::optional<Eigen::Vector3d>& up_in_camera) {
+                      const std::optional<Eigen::Vector3d>& up_in_graph) {
   MapFrame frame;
-  const Eigen::Vector3d guess =
-      MeanCameraUp(graph_from_cameras, up_in_camera.value_or(-Eigen::Vector3d::UnitY()));
-  frame.gravity_source = up_in_camera ? "accelerometer" : "camera attitude";
+  const Eigen::Vector3d guess = up_in_graph ? *up_in_graph : MeanCameraUp(graph_from_cameras);
+  frame.gravity_source = up_in_graph ? "accelerometer" : "camera attitude";
   Eigen::Vector3d up = guess;
   if (const auto refined =
-          RefineUp(patches, guess, up_in_camera ? 0.15 : options.floor_max_tilt_rad)) {
+          RefineUp(patches, guess, up_in_graph ? 0.15 : options.floor_max_tilt_rad)) {
     up = *refined;
-    if (!up_in_camera) frame.gravity_source = "horizontal surfaces";
+    if (!up_in_graph) frame.gravity_source = "horizontal surfaces";
   }
   const auto horizontal = FacingUp(patches, up);
   const auto choice = ChooseFloor(options, horizontal, up, MedianHeight_m(graph_from_cameras, up));

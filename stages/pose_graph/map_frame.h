@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,6 +38,19 @@ std::vector<SurfacePatch> SamplePatches(const DepthImage& depth,
                                         const Rigid3& graph_from_camera,
                                         double max_depth_m);
 
+// One sample of an accelerometer whose axes are the color camera's.
+struct AccelerometerSample {
+  std::int64_t time_ns = 0;
+  Eigen::Vector3d acceleration_m_per_s2 = Eigen::Vector3d::Zero();
+};
+
+// Up in the graph frame, of unit length: at rest an accelerometer measures up, and what the
+// camera's own motion adds cancels in the mean. Each keyframe (its time and graph_from_camera)
+// turns the mean of the samples within 0.1 s of it. `samples` ascend in time. Throws DataError when
+// no keyframe has a sample or the mean is far from gravity.
+Eigen::Vector3d UpFromAccelerometer(const std::vector<AccelerometerSample>& samples,
+                                    const std::vector<StampedPose>& keyframes);
+
 struct MapFrame {
   Rigid3 map_from_graph;
   std::string gravity_source;  // "accelerometer", "horizontal surfaces" or "camera attitude"
@@ -45,13 +59,13 @@ struct MapFrame {
   double camera_height_m = 0;  // median above the floor
 };
 
-// Up: the accelerometer's direction if given, else the mean of the cameras' up axes; refined to the
-// common normal of the surfaces that face it. Floor: the lowest horizontal plane of at least
+// Up: `up_in_graph` of an accelerometer if given, else the mean of the cameras' up axes; refined to
+// the common normal of the surfaces that face it. Floor: the lowest horizontal plane of at least
 // floor_min_area_m2 below the cameras. The map's origin is below the first camera, its x axis along
 // the first camera's view. Deterministic.
 MapFrame FindMapFrame(const MapFrameOptions& options,
                       const std::vector<SurfacePatch>& patches,
                       const std::vector<Rigid3>& graph_from_cameras,
-                      const std::optional<Eigen::Vector3d>& up_in_camera);
+                      const std::optional<Eigen::Vector3d>& up_in_graph);
 
 }  // namespace nightmap

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "stages/pose_graph/check_input.h"
 #include "stages/pose_graph/global_bundle.h"
 #include "stages/pose_graph/optimize_graph.h"
 
@@ -176,11 +178,20 @@ class Pipeline {
     return patches;
   }
 
+  std::optional<Eigen::Vector3d> UpInGraph() const {
+    if (input_.accelerometer.empty()) return std::nullopt;
+    std::vector<StampedPose> keyframes;
+    for (const auto& [idx, pose] : keyframes_) {
+      keyframes.push_back({input_.frames[static_cast<std::size_t>(idx)].time_ns, pose});
+    }
+    return UpFromAccelerometer(input_.accelerometer, keyframes);
+  }
+
   void TurnIntoMapFrame(int num_threads) {
     std::vector<Rigid3> cameras;
     for (const auto& [idx, pose] : keyframes_) cameras.push_back(pose);
     result_.map_frame =
-        FindMapFrame(options_.map_frame, Patches(num_threads), cameras, input_.up_in_camera);
+        FindMapFrame(options_.map_frame, Patches(num_threads), cameras, UpInGraph());
     const Rigid3& map_from_graph = result_.map_frame.map_from_graph;
     for (Rigid3& pose : result_.map_from_camera) pose = map_from_graph * pose;
     for (const auto& [idx, pose] : keyframes_) {
@@ -199,37 +210,6 @@ class Pipeline {
   std::vector<int> loop_edge_;  // of each candidate; -1: none
   PoseGraphResult result_;
 };
-
-void CheckInput(const PoseGraphInput& input) {
-  std::size_t count = 0;
-  for (const OdometryShard& shard : input.odometry) {
-    for (const OdometryFrame& frame : shard.frames) {
-      if (frame.frame_idx != static_cast<int>(count++)) {
-        throw DataError(
-            "odometry does not cover the frames in order; delete the odometry folder of "
-            "this site and run make");
-      }
-    }
-  }
-  if (count == 0 || count != input.frames.size() || count != input.features.frames.size()) {
-    throw DataError(
-        "{} frames, {} with features, {} with odometry; delete the odometry folder of "
-        "this site and run make",
-        input.frames.size(),
-        input.features.frames.size(),
-        count);
-  }
-  for (const FramePair& loop : input.loops) {
-    if (loop.frame_a < 0 || loop.frame_a >= loop.frame_b ||
-        static_cast<std::size_t>(loop.frame_b) >= count) {
-      throw DataError(
-          "loop {}-{} is not between frames of this site; delete the matches folder of this site "
-          "and run make",
-          loop.frame_a,
-          loop.frame_b);
-    }
-  }
-}
 
 }  // namespace
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,8 +35,8 @@ struct PoseGraphInput {
   std::vector<RgbdCamera> cameras;
   FeaturesShard features;  // of the same frames
   std::vector<OdometryShard> odometry;
-  std::vector<FramePair> loops;                 // accepted and rejected candidates
-  std::optional<Eigen::Vector3d> up_in_camera;  // from an accelerometer, see map_frame.h
+  std::vector<FramePair> loops;                    // accepted and rejected candidates
+  std::vector<AccelerometerSample> accelerometer;  // ascending in time; empty: there is none
   std::function<DepthImage(const FrameRecord&)> load_depth;  // throws DataError when unreadable
 };
 

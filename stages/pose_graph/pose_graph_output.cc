@@ -58,18 +58,20 @@ nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& res
       {"camera_height_m", result.map_frame.camera_height_m}};
 }
 
-Eigen::Vector3d ReadMeanAcceleration(const std::filesystem::path& path) {
+std::vector<AccelerometerSample> ReadAccelerometer(const std::filesystem::path& path) {
   const CsvFile file(path, "time_ns,ax_m_per_s2,ay_m_per_s2,az_m_per_s2");
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const CsvRow& row : file.Rows())
-    sum += Eigen::Vector3d(row.Real(1), row.Real(2), row.Real(3));
-  if (file.Rows().empty() || sum.norm() < static_cast<double>(file.Rows().size())) {
-    throw DataError(
-        "{}: the accelerations do not show gravity (about 9.8 m/s2 in the mean); leave "
-        "`accelerometer` out of the site config",
-        path.string());
+  std::vector<AccelerometerSample> samples;
+  for (const CsvRow& row : file.Rows()) {
+    samples.push_back({row.Integer(0), {row.Real(1), row.Real(2), row.Real(3)}});
+    if (samples.size() > 1 && samples.back().time_ns <= samples[samples.size() - 2].time_ns) {
+      row.Fail("time_ns must increase");
+    }
   }
-  return sum.normalized();
+  if (samples.empty()) {
+    throw DataError("{}: holds no sample; delete the frames folder of this site and run make",
+                    path.string());
+  }
+  return samples;
 }
 
 }  // namespace nightmap

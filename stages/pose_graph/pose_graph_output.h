@@ -2,7 +2,6 @@
 // The pose_graph stage's text outputs and its accelerometer input.
 #pragma once
 
-#include <Eigen/Core>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -22,9 +21,8 @@ std::string LoopsToCsv(const std::vector<LoopRecord>& loops);
 
 nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& result);
 
-// Mean of the samples (columns time_ns, ax_m_per_s2, ay_m_per_s2, az_m_per_s2; camera axes): at
-// rest on average, an accelerometer measures up. Throws DataError naming the file when the mean is
-// about zero.
-Eigen::Vector3d ReadMeanAcceleration(const std::filesystem::path& path);
+// Columns time_ns, ax_m_per_s2, ay_m_per_s2, az_m_per_s2; the color camera's axes; at least one
+// sample, ascending in time. Throws DataError naming file and line.
+std::vector<AccelerometerSample> ReadAccelerometer(const std::filesystem::path& path);
 
 }  // namespace nightmap

@@ -76,6 +76,8 @@ TEST(FramesCsv, ShardsMustFollowEachOther) {
   const auto b = folder.Write("b.csv", FramesToCsv(SomeFrames(4, 3)));
   EXPECT_EQ(ReadFrames(std::vector{a, b}).size(), 7u);
   NIGHTMAP_EXPECT_ERROR(DataError, ReadFrames(std::vector{b, a}), "a.csv: starts with frame 0");
+  const auto empty = folder.Write("empty.csv", FramesToCsv({}));
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadFrames(std::vector{a, empty}), "empty.csv: lists no frame");
 }
 
 TEST(FramesCsv, BadLinesAreNamed) {
@@ -144,6 +146,12 @@ TEST(CamerasJson, DamageIsRefused) {
   expect("\"fx\": 35.25", "\"fx\": \"wide\"", "type");
   expect("\"fx\": 35.25", "\"fx\": null", "type");
   expect("\"fx\": 35.25,", "", "fx");
+  expect("\"depth_noise_constant_m\": 0.001",
+         "\"depth_noise_constant_m\": 0.0",
+         "depth_noise_constant_m is 0, must be at least 1e-05: correct it in the site config");
+  expect("\"depth_noise_quadratic_per_m\": 0.003",
+         "\"depth_noise_quadratic_per_m\": -0.003",
+         "depth_noise_quadratic_per_m is -0.003, must be at least 0");
 }
 
 TEST(LoadDepth, IsInMetresWithinTheRange) {

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
@@ -193,6 +194,29 @@ TEST_F(VideoTest, FramesAreReachedInAnyOrderFromAnyThread) {
   });
   for (int i = kNumFrames - 1; i >= 0; --i) ExpectFrame(i);
   other.join();
+}
+
+// As the stages read: batch after batch, each on new threads.
+TEST_F(VideoTest, BatchesOfThreadsDecodeEachFrameOnce) {
+  std::vector<std::vector<std::uint8_t>> expected;
+  for (const int num_threads : {1, 4}) {
+    const auto clip = folder_ / fmt::format("copy_{}.avi", num_threads);
+    std::filesystem::copy_file(folder_ / "clip.avi", clip);
+    const std::int64_t num_before = NumDecodedVideoFrames();
+    std::vector<std::vector<std::uint8_t>> pixels(kNumFrames);
+    for (std::size_t begin = 0; begin < kNumFrames; begin += 4) {
+      ParallelFor(4, num_threads, [&](std::size_t i) {
+        const int frame_idx = static_cast<int>(begin + i);
+        pixels[begin + i] = ReadColorImage(VideoFramePath(clip, frame_idx)).pixels;
+      });
+    }
+    const std::int64_t num_decoded = NumDecodedVideoFrames() - num_before;
+    // A thread that comes late opens another reader, which goes through the video too.
+    EXPECT_LE(num_decoded, num_threads * kNumFrames);
+    EXPECT_GE(num_decoded, kNumFrames);
+    if (expected.empty()) expected = pixels;
+    EXPECT_EQ(pixels, expected);
+  }
 }
 
 TEST_F(VideoTest, FramesBeyondTheEndAndForeignFilesAreRefused) {

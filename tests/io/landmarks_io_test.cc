@@ -86,7 +86,7 @@ TEST_F(LandmarksIoTest, RefusesNaN) {
 
 TEST_F(LandmarksIoTest, RefusesIndicesOutOfRange) {
   map_.landmark_keyframes[1] = {2};
-  ExpectRefused("observations/keyframe_idx has index 2");
+  ExpectRefused("observations/keyframe_idx' has index 2");
   map_ = MakeMap();
   map_.descriptor_landmarks[2] = 2;
   ExpectRefused("descriptors/landmark_idx");

@@ -49,7 +49,9 @@ TEST(MatchesIo, RoundTripAndTruncation) {
   pair.status = PairStatus::kAccepted;
   pair.b_from_a = kPose;
   pair.inliers = {{1, 2}, {5, 6}};
-  WritePairs(path, {pair, FramePair{0, 1}}, "x = 1\n");
+  FramePair rejected;
+  rejected.frame_b = 1;
+  WritePairs(path, {pair, rejected}, "x = 1\n");
   const auto read = ReadPairs(path);
   ASSERT_EQ(read.size(), 2U);
   EXPECT_EQ(read[0].frame_b, 9);

@@ -104,6 +104,9 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
   expect("width = 640", "width = 0", "s.toml:5: width = 0 is out of range");
   expect("fx = 517.3", "fx = -1", "s.toml:7: fx = -1.0 is out of range");
   expect("fx = 517.3", "fx = nan", "s.toml:7: fx = nan");
+  expect("k1 = 0.25",
+         "depth_noise_constant_m = 0.0",
+         "s.toml:11: depth_noise_constant_m = 0.0 is out of range; give 1e-05 .. 1");
   expect("fx = 517.3\n", "", "s.toml:3: 'fx' is missing");
   expect("depth_units_per_m = 5000\n", "", "'depth_units_per_m' is missing");
   expect("k1 = 0.25", "min_depth_m = 20.0", "must be below max_depth_m");

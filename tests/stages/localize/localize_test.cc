@@ -62,6 +62,7 @@ class LocalizeTest : public testing::Test {
   FrameFeatures features_ = scene_.See(pose_, 0, nullptr);
   LocalizeInput input_{{query_},
                        scene_.cameras,
+                       {},
                        &map_,
                        &vocabulary_,
                        [](const FrameRecord&, const RgbdCamera& camera) {
@@ -181,9 +182,9 @@ TEST_F(LocalizeTest, RefusesInputsThatDoNotBelongTogether) {
   input_.queries[0].camera_idx = 1;
   NIGHTMAP_EXPECT_ERROR(DataError, Run(), "camera_idx");
   input_.queries = {query_};
-  options_.extraction.detector = "orb";
-  NIGHTMAP_EXPECT_ERROR(UsageError, Run(), "detector");
-  options_.extraction.detector = "sift";
+  input_.extraction.detector = "orb";
+  NIGHTMAP_EXPECT_ERROR(DataError, Run(), "another vocabulary");
+  input_.extraction.detector = "sift";
   map_.words[0] = vocabulary_.tree.NumNodes();
   NIGHTMAP_EXPECT_ERROR(DataError, Run(), "another vocabulary");
 }

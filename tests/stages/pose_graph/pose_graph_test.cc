@@ -142,15 +142,64 @@ TEST(PoseGraph, RefusesOdometryOfOtherFrames) {
   NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "loop");
 }
 
-TEST(PoseGraph, ReadsGravityFromTheAccelerometer) {
+TEST(PoseGraph, RefusesOdometryThatDoesNotFitTogether) {
+  const auto expect = [](const auto& damage, const std::string& message) {
+    PoseGraphInput input = MakeInput();
+    damage(input.odometry);
+    NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), message);
+    NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "delete the odometry folder");
+  };
+  using Shards = std::vector<OdometryShard>;
+  expect(
+      [](Shards& shards) {
+        shards.push_back({{}, {shards[0].edges[0]}, {}});
+      },
+      "a shard has edge 0-3 and no frames");
+  expect(
+      [](Shards& shards) {
+        for (OdometryShard& shard : shards) {
+          for (OdometryFrame& frame : shard.frames) frame.is_keyframe = false;
+        }
+      },
+      "frame 0, the first, is not a keyframe");
+  expect([](Shards& shards) { shards[0].frames[0].is_keyframe = false; },
+         "frame 0, the first, is not a keyframe");
+  expect([](Shards& shards) { shards[0].frames[6].is_keyframe = false; },
+         "edge 3-6 ends at frame 6, which is not a keyframe");
+  expect([](Shards& shards) { shards[1].edges.back().frame_b = kNumFrames; },
+         "ends at frame 48, which is not a keyframe");
+  expect([](Shards& shards) { shards[1].edges[0].frame_b = 21; },
+         "edge 23-21 does not end in its shard, frames 24 to 47");
+  expect([](Shards& shards) { shards[1].edges.erase(shards[1].edges.begin()); },
+         "no edge joins the shard of frame 24 to the one before");
+}
+
+TEST(PoseGraph, TheAccelerometerTurnsTheMapUpright) {
+  PoseGraphInput input = MakeInput();
+  // Across the axis the camera turns about: over the whole turn the samples' own mean is zero.
+  const Eigen::Vector3d up(1, 0, 0);
+  for (int i = 0; i < kNumFrames; ++i) {
+    input.accelerometer.push_back({input.frames[static_cast<std::size_t>(i)].time_ns,
+                                   TruePose(i).rotation.conjugate() * (9.8 * up)});
+  }
+  const PoseGraphResult result = Optimize(input);
+  EXPECT_EQ(result.map_frame.gravity_source, "accelerometer");
+  const Rigid3 map_from_truth = result.map_from_camera[0] * TruePose(0).Inverse();
+  EXPECT_GT((map_from_truth.rotation * up).z(), 0.99);
+}
+
+TEST(PoseGraph, ReadsTheAccelerometer) {
   const TemporaryFolder folder;
   const std::string header = "time_ns,ax_m_per_s2,ay_m_per_s2,az_m_per_s2\n";
-  const auto up =
-      ReadMeanAcceleration(folder.Write("a.csv", header + "1,0,-9.8,0.1\n2,0,-9.8,-0.1\n"));
-  EXPECT_NEAR(up.normalized().y(), -1, 1e-9);
+  const auto samples = ReadAccelerometer(folder.Write("a.csv", header + "1,0,-9.8,0.1\n2,0,0,0\n"));
+  ASSERT_EQ(samples.size(), 2U);
+  EXPECT_EQ(samples[0].acceleration_m_per_s2, Eigen::Vector3d(0, -9.8, 0.1));
+  EXPECT_EQ(samples[1].time_ns, 2);
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, ReadAccelerometer(folder.Write("b.csv", header)), "b.csv: holds no sample");
   NIGHTMAP_EXPECT_ERROR(DataError,
-                        ReadMeanAcceleration(folder.Write("b.csv", header + "1,0,1,0\n2,0,-1,0\n")),
-                        "b.csv");
+                        ReadAccelerometer(folder.Write("c.csv", header + "1,0,0,0\n1,0,0,0\n")),
+                        "c.csv:3: time_ns must increase");
 }
 
 }  // namespace

@@ -20,9 +20,9 @@ struct SensorModel {
   float max = 3.5F;
 };
 
-class OccupancyGrid {
+class OccupancyVolume {
  public:
-  explicit OccupancyGrid(const SensorModel& model) : model_(model) {}
+  explicit OccupancyVolume(const SensorModel& model) : model_(model) {}
 
   // Scans must come in a fixed order: clamping makes the sum depend on it.
   void Integrate(const ScanEvidence& evidence);

@@ -49,11 +49,11 @@ struct Track {
   std::vector<Observation> observations;  // ascending by observer
 };
 
-class TrackBuilder {
+class LandmarkTracker {
  public:
-  TrackBuilder(const LandmarksOptions& options,
-               DescriptorKind kind,
-               const std::vector<Observer>* observers)
+  LandmarkTracker(const LandmarksOptions& options,
+                  DescriptorKind kind,
+                  const std::vector<Observer>* observers)
       : options_(options), kind_(kind), observers_(observers) {}
 
   // Observers must be added in order, each once.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/landmarks/tracks.h"
+#include "stages/landmarks/landmark_tracker.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,12 +13,9 @@ namespace nightmap {
 namespace {
 
 Eigen::Vector3d FeatureInMap(const Observer& observer, std::size_t feature) {
-  const Camera& camera = observer.camera->color;
   const Eigen::Vector2d pixel = observer.features->keypoints_px[feature].cast<double>();
   const double z_m = static_cast<double>(observer.features->depths_m[feature]);
-  return observer.map_from_camera * Eigen::Vector3d((pixel.x() - camera.cx) / camera.fx * z_m,
-                                                    (pixel.y() - camera.cy) / camera.fy * z_m,
-                                                    z_m);
+  return observer.map_from_camera * observer.camera->color.BackProjectUndistorted(pixel, z_m);
 }
 
 const std::uint8_t* DescriptorOf(const Observer& observer, DescriptorKind kind, int feature) {
@@ -28,7 +25,7 @@ const std::uint8_t* DescriptorOf(const Observer& observer, DescriptorKind kind, 
 
 }  // namespace
 
-std::vector<int> TrackBuilder::TracksNear(const Observer& observer) const {
+std::vector<int> LandmarkTracker::TracksNear(const Observer& observer) const {
   std::vector<std::uint64_t> keys;
   for (std::size_t i = 0; i < observer.features->depths_m.size(); ++i) {
     if (observer.features->depths_m[i] <= 0) continue;
@@ -50,7 +47,7 @@ std::vector<int> TrackBuilder::TracksNear(const Observer& observer) const {
   return tracks;
 }
 
-std::vector<TrackBuilder::Projection> TrackBuilder::Project(const Observer& observer) const {
+std::vector<LandmarkTracker::Projection> LandmarkTracker::Project(const Observer& observer) const {
   const Camera& camera = observer.camera->color;
   const Rigid3 camera_from_map = observer.map_from_camera.Inverse();
   std::vector<Projection> projections;
@@ -58,14 +55,13 @@ std::vector<TrackBuilder::Projection> TrackBuilder::Project(const Observer& obse
     const Eigen::Vector3d point =
         camera_from_map * tracks_[static_cast<std::size_t>(track)].position_in_map;
     if (point.z() <= 0.01) continue;
-    const Eigen::Vector2d pixel(camera.fx * point.x() / point.z() + camera.cx,
-                                camera.fy * point.y() / point.z() + camera.cy);
-    if (camera.Contains(pixel)) projections.push_back({track, point.z(), pixel});
+    const auto pixel = camera.ProjectUndistorted(point);
+    if (pixel && camera.Contains(*pixel)) projections.push_back({track, point.z(), *pixel});
   }
   return projections;
 }
 
-bool TrackBuilder::DepthAgrees(const Observer& observer, int feature, double z_m) const {
+bool LandmarkTracker::DepthAgrees(const Observer& observer, int feature, double z_m) const {
   const double depth_m =
       static_cast<double>(observer.features->depths_m[static_cast<std::size_t>(feature)]);
   if (depth_m <= 0) return true;
@@ -73,7 +69,7 @@ bool TrackBuilder::DepthAgrees(const Observer& observer, int feature, double z_m
 }
 
 // To the last few observations: the point is seen about as it was then.
-int TrackBuilder::Distance(const std::uint8_t* descriptor, const Track& track) const {
+int LandmarkTracker::Distance(const std::uint8_t* descriptor, const Track& track) const {
   constexpr std::size_t kNumCompared = 3;
   const std::size_t count = track.observations.size();
   int best = std::numeric_limits<int>::max();
@@ -87,7 +83,8 @@ int TrackBuilder::Distance(const std::uint8_t* descriptor, const Track& track) c
   return best;
 }
 
-std::vector<TrackBuilder::Candidate> TrackBuilder::FindCandidates(const Observer& observer) const {
+std::vector<LandmarkTracker::Candidate> LandmarkTracker::FindCandidates(
+    const Observer& observer) const {
   const std::vector<Projection> projections = Project(observer);
   PixelGrid grid(observer.camera->color, options_.max_error_px);
   for (std::size_t i = 0; i < projections.size(); ++i) {
@@ -114,7 +111,7 @@ std::vector<TrackBuilder::Candidate> TrackBuilder::FindCandidates(const Observer
   return candidates;
 }
 
-void TrackBuilder::Found(int observer_idx, int feature) {
+void LandmarkTracker::Found(int observer_idx, int feature) {
   const Observer& observer = (*observers_)[static_cast<std::size_t>(observer_idx)];
   Track track;
   track.position_in_map = FeatureInMap(observer, static_cast<std::size_t>(feature));
@@ -125,7 +122,7 @@ void TrackBuilder::Found(int observer_idx, int feature) {
   tracks_.push_back(std::move(track));
 }
 
-void TrackBuilder::Add(int observer_idx) {
+void LandmarkTracker::Add(int observer_idx) {
   const Observer& observer = (*observers_)[static_cast<std::size_t>(observer_idx)];
   const auto num_features = static_cast<std::size_t>(observer.features->NumFeatures());
   std::vector<bool> used(num_features, false);

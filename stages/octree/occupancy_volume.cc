@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/octree/occupancy_grid.h"
+#include "stages/octree/occupancy_volume.h"
 
 #include <algorithm>
 
@@ -20,7 +20,7 @@ bool IsUniform(const std::array<float, kBlockVoxels>& values) {
 
 }  // namespace
 
-void OccupancyGrid::Integrate(const ScanEvidence& evidence) {
+void OccupancyVolume::Integrate(const ScanEvidence& evidence) {
   for (const auto& [packed, scanned] : evidence.blocks.Blocks()) {
     Block& block = blocks_.At(UnpackVoxel(packed));
     const BlockBits touched = scanned.hit | scanned.passed;
@@ -40,9 +40,9 @@ void OccupancyGrid::Integrate(const ScanEvidence& evidence) {
   }
 }
 
-void OccupancyGrid::AppendBlock(const VoxelKey& key,
-                                const Block& block,
-                                OccupancyTree& tree) const {
+void OccupancyVolume::AppendBlock(const VoxelKey& key,
+                                  const Block& block,
+                                  OccupancyTree& tree) const {
   if (block.known.all() && block.log_odds[0] < 0 && IsUniform(block.log_odds)) {
     const double size_m = tree.resolution_m * kBlockEdge;
     tree.leaves.push_back({VoxelCentre(key, size_m), size_m, block.log_odds[0]});
@@ -58,7 +58,7 @@ void OccupancyGrid::AppendBlock(const VoxelKey& key,
   }
 }
 
-OccupancyTree OccupancyGrid::Leaves(double resolution_m) const {
+OccupancyTree OccupancyVolume::Leaves(double resolution_m) const {
   std::vector<std::uint64_t> keys;
   for (const auto& [packed, block] : blocks_.Blocks()) keys.push_back(packed);
   std::sort(keys.begin(), keys.end());
