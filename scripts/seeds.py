@@ -37,6 +37,7 @@ COLUMNS = (
     ("25 cm, 10 deg (%)", "queries.recall_25cm_10deg_percent", 1, "{:.0f}"),
     ("cloud to surface, median (cm)", "map.cloud.surface_distance_median_m", 100, "{:.2f}"),
     ("90 % (cm)", "map.cloud.surface_distance_p90_m", 100, "{:.2f}"),
+    ("seen cells right (%)", "map.grid.seen_right_percent", 1, "{:.1f}"),
     ("free cells right (%)", "map.grid.free_right_percent", 1, "{:.1f}"),
     ("occupied cells right (%)", "map.grid.occupied_right_percent", 1, "{:.1f}"),
 )

@@ -37,7 +37,10 @@ void VisitWordLines(const std::filesystem::path& path,
     try {
       visit(words);
     } catch (const DataError& error) {
-      throw DataError("{}:{}: {}", path.string(), line_number, error.what());
+      throw DataError("{}:{}: {}; repair the line, or delete the file if make wrote it",
+                      path.string(),
+                      line_number,
+                      error.what());
     }
   }
 }

@@ -49,7 +49,7 @@ struct SequenceFolder {
   const SequenceConfig& config;
   bool is_query;
 
-  std::filesystem::path Absolute() const { return data_root / folder; }
+  std::filesystem::path Absolute() const { return (data_root / folder).lexically_normal(); }
   // Path of a file of the recording relative to the data folder, normalized.
   std::string Relative(const std::filesystem::path& file) const {
     return (folder / file).lexically_normal().generic_string();

@@ -118,8 +118,10 @@ PointCloudResult RunPointCloud(const PointCloudOptions& options,
       FuseAll(options, source, progress, num_threads, result), options.min_observations);
   if (voxels.empty()) {
     throw DataError(
-        "no depth within {} m in any of {} keyframes ({} unreadable, {} pixels used); check "
-        "depth_units_per_m of the site's cameras, or raise point_cloud.max_depth_m",
+        "{}: no depth within {} m here and in all {} keyframes ({} unreadable, {} pixels used); "
+        "look at the image, check depth_units_per_m of the site's cameras, or raise "
+        "point_cloud.max_depth_m",
+        source.keyframes.front().frame.depth_path,
         options.max_depth_m,
         source.keyframes.size(),
         result.skipped.size(),
