@@ -9,6 +9,7 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <set>
 #include <system_error>
 
 #define XXH_INLINE_ALL
@@ -31,6 +32,14 @@ void FlushToDisk(const fs::path& path) {
   const std::string reason = Reason();
   close(descriptor);
   if (status != 0) throw DataError("{}: cannot flush to disk: {}", path.string(), reason);
+}
+
+// As far as the file system can: some cannot flush folders, and the files are on disk already.
+void FlushFolder(const fs::path& path) {
+  const int descriptor = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  fsync(descriptor);
+  close(descriptor);
 }
 
 bool SameBytes(const fs::path& a, const fs::path& b) {
@@ -117,6 +126,11 @@ void OutputSet::Commit() {
     }
     fs::rename(entry.temporary_path, entry.final_path);
   }
+  std::set<fs::path> folders;  // a rename is safe from a power cut when its folder is on disk
+  for (const Entry& entry : entries_) {
+    folders.insert(entry.final_path.has_parent_path() ? entry.final_path.parent_path() : ".");
+  }
+  for (const fs::path& folder : folders) FlushFolder(folder);
   committed_ = true;
 }
 

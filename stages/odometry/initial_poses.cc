@@ -2,6 +2,7 @@
 #include "stages/odometry/initial_poses.h"
 
 #include <algorithm>
+#include <span>
 
 namespace nightmap {
 namespace {
@@ -29,9 +30,10 @@ class Chain {
     return frames_[static_cast<std::size_t>(frame_idx - begin_idx_)];
   }
 
-  // The pairs of a frame with earlier ones, as [begin, end).
-  auto PairsOf(int frame_idx) const {
-    return std::ranges::equal_range(pairs_, frame_idx, {}, &FramePair::frame_b);
+  // The pairs of a frame with earlier ones.
+  std::span<const FramePair> PairsOf(int frame_idx) const {
+    return {std::ranges::lower_bound(pairs_, frame_idx, {}, &FramePair::frame_b),
+            std::ranges::upper_bound(pairs_, frame_idx, {}, &FramePair::frame_b)};
   }
 
   // Tracked partners before bridged ones, then most inliers.

@@ -55,8 +55,10 @@ class TrackMerger {
     std::vector<Track> result;
     for (auto& [root, track] : tracks) {
       std::ranges::sort(track);
-      const auto repeated = std::ranges::unique(track, {}, &Sighting::first);
-      track.erase(repeated.begin(), repeated.end());
+      const auto same_frame = [](const Sighting& a, const Sighting& b) {
+        return a.first == b.first;
+      };
+      track.erase(std::unique(track.begin(), track.end(), same_frame), track.end());
       if (track.size() >= 2) result.push_back(std::move(track));
     }
     return result;
