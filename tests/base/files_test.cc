@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/base/files.h"
+
+#include <set>
+
+#include "pipeline/base/error.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::set<std::string> NamesIn(const fs::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename());
+  return names;
+}
+
+TEST(OutputSet, NothingAppearsBeforeCommitAndEverythingAfter) {
+  const TemporaryFolder folder;
+  OutputSet outputs;
+  WriteFile(outputs.Create(folder / "a/one.txt"), "1");
+  WriteFile(outputs.Create(folder / "two.txt"), "2");
+  EXPECT_FALSE(fs::exists(folder / "a/one.txt"));
+  EXPECT_FALSE(fs::exists(folder / "two.txt"));
+  outputs.Commit();
+  EXPECT_EQ(ReadFile(folder / "a/one.txt"), "1");
+  EXPECT_EQ(ReadFile(folder / "two.txt"), "2");
+  EXPECT_EQ(NamesIn(folder.Path()), (std::set<std::string>{"a", "two.txt"}));
+}
+
+TEST(OutputSet, WithoutCommitTheOldFilesStayAndNoTemporaryIsLeft) {
+  const TemporaryFolder folder;
+  folder.Write("one.txt", "old");
+  {
+    OutputSet outputs;
+    WriteFile(outputs.Create(folder / "one.txt"), "new");
+  }
+  EXPECT_EQ(ReadFile(folder / "one.txt"), "old");
+  EXPECT_EQ(NamesIn(folder.Path()), std::set<std::string>{"one.txt"});
+}
+
+TEST(OutputSet, AnAnnouncedButUnwrittenFileStopsTheCommitOfAll) {
+  const TemporaryFolder folder;
+  folder.Write("one.txt", "old");
+  OutputSet outputs;
+  WriteFile(outputs.Create(folder / "one.txt"), "new");
+  outputs.Create(folder / "two.txt");
+  NIGHTMAP_EXPECT_ERROR(DataError, outputs.Commit(), "two.txt");
+  EXPECT_EQ(ReadFile(folder / "one.txt"), "old");
+}
+
+TEST(OutputSet, ReplacesTheTemporaryOfAKilledRun) {
+  const TemporaryFolder folder;
+  fs::path temporary;
+  {
+    OutputSet outputs;
+    temporary = outputs.Create(folder / "one.txt");
+  }
+  WriteFile(temporary, "half a file of a killed run");
+  OutputSet outputs;
+  EXPECT_EQ(outputs.Create(folder / "one.txt"), temporary);
+  EXPECT_FALSE(fs::exists(temporary));
+}
+
+TEST(OutputSet, KeepIfEqualKeepsTheTimeOfEqualBytesOnly) {
+  const TemporaryFolder folder;
+  const auto then = fs::file_time_type::clock::now() - std::chrono::hours(1);
+  for (const char* name : {"same", "other"}) {
+    fs::last_write_time(folder.Write(name, "old"), then);
+  }
+  OutputSet outputs;
+  WriteFile(outputs.Create(folder / "same", true), "old");
+  WriteFile(outputs.Create(folder / "other", true), "new");
+  outputs.Commit();
+  EXPECT_EQ(fs::last_write_time(folder / "same"), then);
+  EXPECT_GT(fs::last_write_time(folder / "other"), then);
+  EXPECT_EQ(ReadFile(folder / "other"), "new");
+}
+
+TEST(OutputSet, AFileInPlaceOfAFolderIsNamed) {
+  const TemporaryFolder folder;
+  folder.Write("a", "not a folder");
+  OutputSet outputs;
+  NIGHTMAP_EXPECT_ERROR(DataError, outputs.Create(folder / "a/b/one.txt"), "a/b");
+}
+
+TEST(Files, FullDiskIsNamed) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  NIGHTMAP_EXPECT_ERROR(DataError, WriteFile("/dev/full", std::string(1 << 16, 'x')), "/dev/full");
+}
+
+TEST(Files, HashesDependOnEveryByteAndAgree) {
+  const TemporaryFolder folder;
+  std::string bytes(100000, 'a');
+  const std::string hash = HashBytes(bytes);
+  EXPECT_EQ(hash.size(), 16U);
+  EXPECT_EQ(HashFile(folder.Write("a", bytes)), hash);
+  bytes[77777] = 'b';
+  EXPECT_NE(HashBytes(bytes), hash);
+  NIGHTMAP_EXPECT_ERROR(DataError, HashFile(folder / "missing"), "missing");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadFile(folder / "missing"), "missing");
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/base/parallel.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <set>
+#include <vector>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/random.h"
+#include "pipeline/base/union_find.h"
+
+namespace nightmap {
+namespace {
+
+TEST(ParallelFor, VisitsEveryItemOnce) {
+  for (const int num_threads : {1, 2, 7, 100}) {
+    std::vector<std::atomic<int>> visits(50);
+    ParallelFor(visits.size(), num_threads, [&](std::size_t i) { ++visits[i]; });
+    for (const auto& count : visits) EXPECT_EQ(count, 1);
+  }
+  ParallelFor(0, 4, [](std::size_t) { ADD_FAILURE() << "there is no item"; });
+}
+
+TEST(ParallelFor, CarriesTheExceptionOfTheLowestItem) {
+  for (const int num_threads : {1, 4}) {
+    try {
+      ParallelFor(20, num_threads, [](std::size_t i) {
+        if (i >= 5) throw DataError("item {}", i);
+      });
+      ADD_FAILURE() << "threw nothing";
+    } catch (const DataError& error) {
+      EXPECT_STREQ(error.what(), "item 5");
+    }
+  }
+}
+
+TEST(Random, EqualSeedsGiveEqualStreamsAndOthersDiffer) {
+  Random a(1, 2, 3), b(1, 2, 3);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(a.Next(), b.Next());
+  std::set<std::uint64_t> firsts;
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    for (std::uint64_t stream = 0; stream < 10; ++stream) {
+      for (std::uint64_t substream = 0; substream < 10; ++substream) {
+        firsts.insert(Random(seed, stream, substream).Next());
+      }
+    }
+  }
+  EXPECT_EQ(firsts.size(), 1000U);
+}
+
+TEST(Random, HasTheMomentsItSays) {
+  Random random(4);
+  constexpr int kCount = 20000;
+  double sum = 0, gaussian_sum = 0, gaussian_squares = 0;
+  std::vector<int> histogram(7, 0);
+  for (int i = 0; i < kCount; ++i) {
+    const double uniform = random.Uniform(-1, 3);
+    EXPECT_TRUE(uniform >= -1 && uniform < 3);
+    sum += uniform;
+    const double gaussian = random.Gaussian();
+    gaussian_sum += gaussian;
+    gaussian_squares += gaussian * gaussian;
+    ++histogram.at(random.Index(histogram.size()));
+  }
+  EXPECT_NEAR(sum / kCount, 1, 0.05);
+  EXPECT_NEAR(gaussian_sum / kCount, 0, 0.05);
+  EXPECT_NEAR(gaussian_squares / kCount, 1, 0.05);
+  for (const int count : histogram) EXPECT_NEAR(count, kCount / 7.0, 300);
+}
+
+// Against the plain definition: labels that are rewritten by every join.
+TEST(UnionFind, AgreesWithRelabeling) {
+  constexpr std::size_t kSize = 60;
+  Random random(8);
+  UnionFind sets(kSize);
+  std::vector<std::size_t> labels(kSize);
+  for (std::size_t i = 0; i < kSize; ++i) labels[i] = i;
+  for (int step = 0; step < 45; ++step) {
+    const std::size_t a = random.Index(kSize), b = random.Index(kSize);
+    sets.Join(a, b);
+    const std::size_t from = std::max(labels[a], labels[b]), to = std::min(labels[a], labels[b]);
+    for (std::size_t& label : labels) label = label == from ? to : label;
+    for (std::size_t i = 0; i < kSize; ++i) ASSERT_EQ(sets.Find(i), labels[i]);
+  }
+}
+
+}  // namespace
+}  // namespace nightmap

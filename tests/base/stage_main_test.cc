@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/base/stage_main.h"
+
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+struct Options {
+  int size = 3;
+  void Register(OptionList& list) { list.Add("size", &size, Range(1, 10), "how large"); }
+};
+
+using Body = std::function<void(const Options&, StageContext&)>;
+
+struct Result {
+  int code = -1;
+  std::string out, err;
+};
+
+class StageMainTest : public testing::Test {
+ protected:
+  // Runs the stage "copy", with input `in` and output `out`.
+  Result Main(std::vector<std::string> arguments, const Body& body = CopyBody) const {
+    const StageSpec spec{"copy", "copies a file", {{"in", "a file"}}, {{"out", "its copy"}}};
+    arguments.insert(arguments.begin(), "copy");
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    Result run;
+    run.code = StageMain(static_cast<int>(argv.size()), argv.data(), spec, Options{}, body);
+    run.out = testing::internal::GetCapturedStdout();
+    run.err = testing::internal::GetCapturedStderr();
+    return run;
+  }
+  std::vector<std::string> Ports() const {
+    std::vector<std::string> arguments{"--in", "in=" + (folder_ / "in.txt").string()};
+    for (const char* name : {"out", "report", "receipt"}) {
+      arguments.insert(arguments.end(), {"--out", name + ("=" + (folder_ / name).string())});
+    }
+    return arguments;
+  }
+  std::vector<std::string> With(const std::vector<std::string>& more) const {
+    std::vector<std::string> arguments = Ports();
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+  static void CopyBody(const Options& options, StageContext& context) {
+    context.Report()["size"] = options.size;
+    context.Skip("one bad item");
+    WriteFile(context.Output("out"), ReadFile(context.Input("in")));
+  }
+  void ExpectNothingWritten() const {
+    for (const char* name : {"out", "report", "receipt"}) {
+      EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
+    }
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path input_ = folder_.Write("in.txt", "hello");
+};
+
+TEST_F(StageMainTest, HelpNamesEveryPortAndOptionWithRangeAndDefault) {
+  const Result run = Main({"--help"});
+  EXPECT_EQ(run.code, 0);
+  for (const char* word : {"copies a file",
+                           "a file",
+                           "its copy",
+                           "size",
+                           "how large",
+                           "10",
+                           "3",
+                           "--threads",
+                           "--print-config",
+                           "report",
+                           "receipt"}) {
+    EXPECT_THAT(run.out, testing::HasSubstr(word));
+  }
+}
+
+TEST_F(StageMainTest, VersionAndConfigGoToStdout) {
+  EXPECT_THAT(Main({"--version"}).out, testing::HasSubstr("nightmap"));
+  const Result run = Main({"--print-config"});
+  EXPECT_EQ(run.code, 0);
+  EXPECT_THAT(run.out, testing::HasSubstr("size = 3"));
+  const auto config = folder_.Write("copy.toml", run.out);
+  EXPECT_EQ(Main({"--check-config", "--config", config.string()}).code, 0);
+}
+
+TEST_F(StageMainTest, WritesOutputsReportAndReceipt) {
+  const auto config = folder_.Write("copy.toml", "size = 7\n");
+  const Result run = Main(With({"--config", config.string()}));
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.out, "");
+  EXPECT_EQ(ReadFile(folder_ / "out"), "hello");
+  const auto report = nlohmann::json::parse(ReadFile(folder_ / "report"));
+  EXPECT_EQ(report["size"], 7);
+  EXPECT_EQ(report["num_skipped"], 1);
+  EXPECT_EQ(report["skipped"][0], "one bad item");
+  EXPECT_EQ(report["config"], "size = 7\n");
+  const auto receipt = nlohmann::json::parse(ReadFile(folder_ / "receipt"));
+  EXPECT_EQ(receipt["inputs"][0]["xxh3"], HashBytes("hello"));
+  EXPECT_EQ(receipt["outputs"][0]["xxh3"], HashBytes("hello"));
+  EXPECT_GT(receipt["peak_memory_bytes"], 0);
+}
+
+TEST_F(StageMainTest, MistakesInTheCallAreUsageErrors) {
+  const auto config = folder_.Write("bad.toml", "sise = 7\n");
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {With({"--config", config.string()}), "bad.toml:1"},
+      {With({"--in", "other=x"}), "other=x"},
+      {With({"--in", "in=" + input_.string()}), "given 2 times"},
+      {{"--in", "in=" + input_.string()}, "out=PATH is missing"},
+      {With({"--threads", "-1"}), "threads"},
+      {With({"--no-such-flag"}), "no-such-flag"},
+      {{"--check-config", "--config", config.string()}, "sise"}};
+  for (const auto& [arguments, message] : cases) {
+    const Result run = Main(arguments);
+    EXPECT_EQ(run.code, 2) << message;
+    EXPECT_THAT(run.err, testing::HasSubstr(message));
+    ExpectNothingWritten();
+  }
+}
+
+TEST_F(StageMainTest, AMissingInputIsNamed) {
+  std::filesystem::remove(input_);
+  const Result run = Main(Ports());
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, testing::HasSubstr("in.txt"));
+}
+
+TEST_F(StageMainTest, EveryErrorHasItsCodeAndCommitsNothing) {
+  const auto throwing = [](auto error) {
+    return [error](const Options& options, StageContext& context) {
+      CopyBody(options, context);
+      throw error;
+    };
+  };
+  const std::vector<std::pair<Body, int>> cases = {{throwing(DataError("broken {}", 1)), 1},
+                                                   {throwing(UsageError("broken {}", 1)), 2},
+                                                   {throwing(ThresholdError("broken {}", 1)), 3},
+                                                   {throwing(std::runtime_error("broken 1")), 1}};
+  for (const auto& [body, code] : cases) {
+    const Result run = Main(Ports(), body);
+    EXPECT_EQ(run.code, code);
+    EXPECT_THAT(run.err, testing::HasSubstr("broken 1"));
+    ExpectNothingWritten();
+  }
+}
+
+TEST_F(StageMainTest, TooManySkippedItemsFail) {
+  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    context.CheckSkipped(2, 0.4);
+  });
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, testing::HasSubstr("1 of 2"));
+  ExpectNothingWritten();
+}
+
+}  // namespace
+}  // namespace nightmap
