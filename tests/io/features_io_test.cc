@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/features_io.h"
+
+#include <limits>
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/hdf5_file.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+FrameFeatures MakeFrame(int frame_idx, int count, int size) {
+  FrameFeatures frame;
+  frame.frame_idx = frame_idx;
+  for (int i = 0; i < count; ++i) {
+    const auto value = static_cast<float>(10 * frame_idx + i);
+    frame.keypoints_px.emplace_back(value, 2 * value);
+    frame.raw_keypoints_px.emplace_back(value + 0.5F, 2 * value + 0.5F);
+    frame.scales_px.push_back(value + 1);
+    frame.depths_m.push_back(i % 2 == 0 ? 0.0F : value);
+    for (int k = 0; k < size; ++k) frame.descriptors.push_back(static_cast<std::uint8_t>(i + k));
+  }
+  return frame;
+}
+
+FeaturesShard MakeShard(DescriptorKind kind, int first_frame_idx) {
+  FeaturesShard shard;
+  shard.kind = kind;
+  shard.descriptor_size = DescriptorSize(kind);
+  shard.extraction = "detector = \"sift\"\n";
+  for (const int count : {3, 0, 2}) {
+    const int frame_idx = first_frame_idx + static_cast<int>(shard.frames.size());
+    shard.frames.push_back(MakeFrame(frame_idx, count, shard.descriptor_size));
+  }
+  return shard;
+}
+
+void ExpectEqual(const FrameFeatures& a, const FrameFeatures& b) {
+  EXPECT_EQ(a.frame_idx, b.frame_idx);
+  EXPECT_EQ(a.keypoints_px, b.keypoints_px);
+  EXPECT_EQ(a.raw_keypoints_px, b.raw_keypoints_px);
+  EXPECT_EQ(a.scales_px, b.scales_px);
+  EXPECT_EQ(a.depths_m, b.depths_m);
+  EXPECT_EQ(a.descriptors, b.descriptors);
+}
+
+TEST(FeaturesIo, ReadsBackEveryKindAndFramesWithoutFeatures) {
+  const TemporaryFolder folder;
+  for (const auto kind :
+       {DescriptorKind::kRootSift, DescriptorKind::kOrb, DescriptorKind::kBrisk}) {
+    const FeaturesShard shard = MakeShard(kind, 7);
+    WriteFeatures(folder / "f.h5", shard, "config");
+    const FeaturesShard read = ReadFeatures(folder / "f.h5");
+    EXPECT_EQ(read.kind, kind);
+    EXPECT_EQ(read.extraction, shard.extraction);
+    ASSERT_EQ(read.frames.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i) ExpectEqual(read.frames[i], shard.frames[i]);
+  }
+}
+
+TEST(FeaturesIo, ShardsAreJoinedAndMustBeAlike) {
+  const TemporaryFolder folder;
+  const FeaturesShard first = MakeShard(DescriptorKind::kOrb, 0);
+  FeaturesShard second = MakeShard(DescriptorKind::kOrb, 3);
+  WriteFeatures(folder / "0.h5", first, "");
+  WriteFeatures(folder / "1.h5", second, "");
+  const FeaturesShard both =
+      ReadFeatures(std::vector<std::filesystem::path>{folder / "0.h5", folder / "1.h5"});
+  ASSERT_EQ(both.frames.size(), 6U);
+  EXPECT_EQ(both.frames[5].frame_idx, 5);
+  second.extraction = "detector = \"brisk\"\n";
+  WriteFeatures(folder / "1.h5", second, "");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError,
+      ReadFeatures(std::vector<std::filesystem::path>{folder / "0.h5", folder / "1.h5"}),
+      "1.h5");
+}
+
+TEST(FeaturesIo, ATruncatedFileIsNamed) {
+  const TemporaryFolder folder;
+  WriteFeatures(folder / "f.h5", MakeShard(DescriptorKind::kRootSift, 0), "");
+  const std::string bytes = ReadBytes(folder / "f.h5");
+  for (const std::size_t size : {std::size_t{0}, bytes.size() / 2}) {
+    folder.Write("cut.h5", bytes.substr(0, size));
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "cut.h5"), "cut.h5");
+  }
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "missing.h5"), "missing.h5");
+}
+
+TEST(FeaturesIo, SizesThatDoNotAddUpAndNanAreRefused) {
+  const TemporaryFolder folder;
+  const auto expect = [&](const FeaturesShard& shard, const char* field) {
+    WriteFeatures(folder / "f.h5", shard, "");
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "f.h5"), field);
+  };
+  FeaturesShard shard = MakeShard(DescriptorKind::kOrb, 0);
+  shard.frames[0].scales_px.pop_back();
+  expect(shard, "scale_px");
+  shard = MakeShard(DescriptorKind::kOrb, 0);
+  shard.frames[2].depths_m.push_back(1);
+  expect(shard, "depth_m");
+  shard = MakeShard(DescriptorKind::kOrb, 0);
+  shard.frames[0].raw_keypoints_px.pop_back();
+  expect(shard, "raw_keypoint_px");
+  shard = MakeShard(DescriptorKind::kOrb, 0);
+  shard.frames[0].keypoints_px[1].x() = std::numeric_limits<float>::quiet_NaN();
+  expect(shard, "keypoint_px");
+  shard = MakeShard(DescriptorKind::kOrb, 0);
+  shard.kind = DescriptorKind::kBrisk;  // descriptors of 32 bytes said to have 64
+  expect(shard, "descriptor");
+}
+
+TEST(FeaturesIo, AnotherFormatIsRefused) {
+  const TemporaryFolder folder;
+  Hdf5Writer writer(folder / "f.h5", "nightmap something", 1, "", "");
+  writer.Close();
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "f.h5"), "nightmap something");
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/features/features.h"
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/random.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+class FeaturesTest : public testing::Test {
+ protected:
+  FeaturesTest() {
+    cameras_[0].color = Camera{160, 120, 130, 130, 79.5, 59.5};
+    for (int i = 0; i < 6; ++i) frames_.push_back({i + 30, i, std::to_string(i), "d", 0, 0, "h"});
+  }
+  // Noise of the frame's own, at 2 m; frame 32 cannot be read.
+  static RgbdImages Load(const FrameRecord& frame) {
+    if (frame.frame_idx == 32) throw DataError("{}: truncated", frame.color_path);
+    RgbdImages images;
+    images.color = {160, 120, 3, std::vector<std::uint8_t>(160 * 120 * 3)};
+    images.depth = {160, 120, 1, std::vector<float>(160 * 120, 2.0F)};
+    Random random(static_cast<std::uint64_t>(frame.frame_idx));
+    for (int y = 0; y < 120; y += 4) {
+      for (int x = 0; x < 160; x += 4) {
+        const auto gray = static_cast<std::uint8_t>(random.Index(256));
+        for (int k = 0; k < 48; ++k) images.color.At(x + k % 4, y + k / 4 % 4, k / 16) = gray;
+      }
+    }
+    return images;
+  }
+  FeaturesResult Extract(int num_threads) const {
+    Progress progress("features", false);
+    return RunFeatures({}, frames_, cameras_, Load, num_threads, progress);
+  }
+
+  std::vector<RgbdCamera> cameras_{RgbdCamera{}};
+  std::vector<FrameRecord> frames_;
+};
+
+TEST_F(FeaturesTest, ABrokenFrameIsReportedAndStaysInItsPlace) {
+  const FeaturesResult result = Extract(2);
+  EXPECT_EQ(result.skipped, std::vector<std::string>{"2: truncated"});
+  ASSERT_EQ(result.shard.frames.size(), 6U);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const FrameFeatures& frame = result.shard.frames[i];
+    EXPECT_EQ(frame.frame_idx, static_cast<int>(i) + 30);
+    EXPECT_EQ(frame.NumFeatures() == 0, i == 2);
+    for (const float depth_m : frame.depths_m) EXPECT_FLOAT_EQ(depth_m, 2.0F);
+  }
+}
+
+TEST_F(FeaturesTest, IsTheSameAtAnyNumberOfThreads) {
+  const FeaturesResult one = Extract(1), four = Extract(4);
+  EXPECT_EQ(one.skipped, four.skipped);
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    EXPECT_EQ(one.shard.frames[i].descriptors, four.shard.frames[i].descriptors);
+    EXPECT_EQ(one.shard.frames[i].keypoints_px, four.shard.frames[i].keypoints_px);
+  }
+}
+
+TEST_F(FeaturesTest, TheShardSaysHowItWasMade) {
+  const FeaturesResult result = Extract(1);
+  ExtractionOptions extraction;
+  extraction.num_features = 77;
+  RegisterOptions(extraction).ParseToml(result.shard.extraction, "features");
+  EXPECT_EQ(extraction.num_features, FeaturesOptions{}.extraction.num_features);
+}
+
+}  // namespace
+}  // namespace nightmap

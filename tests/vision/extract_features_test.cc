@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/vision/extract_features.h"
+
+#include <cmath>
+
+#include "pipeline/base/random.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+constexpr int kWidth = 320;
+constexpr int kHeight = 240;
+const Camera kCamera{kWidth, kHeight, 260, 260, 159.5, 119.5};
+
+// Soft dots of random place, size and gray, moved right by `shift_px`.
+ColorImage Dots(int shift_px) {
+  ColorImage image{kWidth, kHeight, 3, {}};
+  image.pixels.assign(static_cast<std::size_t>(kWidth * kHeight * 3), 128);
+  Random random(3);
+  for (int dot = 0; dot < 60; ++dot) {
+    const double x = random.Uniform(40, 280) + shift_px, y = random.Uniform(30, 210);
+    const double sigma_px = random.Uniform(2, 6), height = random.Uniform(-90, 90);
+    for (int v = 0; v < kHeight; ++v) {
+      for (int u = 0; u < kWidth; ++u) {
+        const double squared = (u - x) * (u - x) + (v - y) * (v - y);
+        const double add = height * std::exp(-squared / (2 * sigma_px * sigma_px));
+        for (int c = 0; c < 3; ++c) {
+          const double sum = std::clamp(image.At(u, v, c) + add, 0.0, 255.0);
+          image.At(u, v, c) = static_cast<std::uint8_t>(std::lround(sum));
+        }
+      }
+    }
+  }
+  return image;
+}
+
+TEST(ExtractFeatures, ABlankImageHasNone) {
+  ColorImage image{kWidth, kHeight, 3, {}};
+  image.pixels.assign(static_cast<std::size_t>(kWidth * kHeight * 3), 90);
+  for (const char* detector : {"sift", "orb", "brisk"}) {
+    ExtractionOptions options;
+    options.detector = detector;
+    EXPECT_EQ(ExtractFeatures(image, kCamera, options).NumFeatures(), 0) << detector;
+  }
+}
+
+TEST(ExtractFeatures, EveryDetectorFillsEveryListAndRepeats) {
+  const ColorImage image = Dots(0);
+  for (const char* detector : {"sift", "orb", "brisk"}) {
+    ExtractionOptions options;
+    options.detector = detector;
+    options.num_features = 50;
+    const FrameFeatures features = ExtractFeatures(image, kCamera, options);
+    const auto count = static_cast<std::size_t>(features.NumFeatures());
+    EXPECT_GT(count, 10U) << detector;
+    EXPECT_LE(count, 50U) << detector;
+    EXPECT_EQ(features.raw_keypoints_px.size(), count);
+    EXPECT_EQ(features.scales_px.size(), count);
+    EXPECT_EQ(features.depths_m, std::vector<float>(count, 0));
+    EXPECT_EQ(features.descriptors.size(),
+              count * static_cast<std::size_t>(DescriptorSize(options.Kind())));
+    EXPECT_EQ(ExtractFeatures(image, kCamera, options).descriptors, features.descriptors);
+  }
+}
+
+TEST(ExtractFeatures, TheStrongestAreKeptInOrder) {
+  const ColorImage image = Dots(0);
+  ExtractionOptions options;
+  const FrameFeatures all = ExtractFeatures(image, kCamera, options);
+  options.num_features = 50;
+  const FrameFeatures few = ExtractFeatures(image, kCamera, options);
+  ASSERT_EQ(few.NumFeatures(), 50);
+  for (std::size_t i = 0; i < 50; ++i) EXPECT_EQ(few.keypoints_px[i], all.keypoints_px[i]);
+}
+
+TEST(ExtractFeatures, MoveWithTheImage) {
+  const FrameFeatures a = ExtractFeatures(Dots(0), kCamera, {});
+  const FrameFeatures b = ExtractFeatures(Dots(6), kCamera, {});
+  int num_found = 0;
+  for (const Eigen::Vector2f& p : a.keypoints_px) {
+    num_found += std::ranges::any_of(b.keypoints_px, [&](const Eigen::Vector2f& q) {
+      return (q - p - Eigen::Vector2f(6, 0)).norm() < 0.3F;
+    });
+  }
+  EXPECT_GT(num_found, a.NumFeatures() * 8 / 10);
+}
+
+TEST(ExtractFeatures, DistortionIsTakenOutOfTheKeypointsOnly) {
+  Camera distorted = kCamera;
+  distorted.k1 = -0.2;
+  distorted.p1 = 0.003;
+  const FrameFeatures plain = ExtractFeatures(Dots(0), kCamera, {});
+  const FrameFeatures features = ExtractFeatures(Dots(0), distorted, {});
+  ASSERT_EQ(features.NumFeatures(), plain.NumFeatures());
+  for (std::size_t i = 0; i < features.keypoints_px.size(); ++i) {
+    EXPECT_EQ(features.raw_keypoints_px[i], plain.raw_keypoints_px[i]);
+    const Eigen::Vector2d raw = features.raw_keypoints_px[i].cast<double>();
+    EXPECT_LT((features.keypoints_px[i].cast<double>() - distorted.Undistort(raw)).norm(), 1e-3);
+  }
+}
+
+// Depth at (10, 10), looked up in a window of 5 x 5 pixels.
+float DepthAt(const std::function<float(int, int)>& depth_m) {
+  DepthImage depth{20, 20, 1, std::vector<float>(400)};
+  for (int y = 0; y < 20; ++y) {
+    for (int x = 0; x < 20; ++x) depth.At(x, y) = depth_m(x, y);
+  }
+  FrameFeatures features;
+  features.raw_keypoints_px.emplace_back(10.2F, 9.8F);
+  features.keypoints_px = features.raw_keypoints_px;
+  features.depths_m = {0};
+  LookUpDepth(depth, {}, &features);
+  return features.depths_m[0];
+}
+
+TEST(LookUpDepth, IsTheMeanOfASmoothSurface) {
+  EXPECT_FLOAT_EQ(DepthAt([](int, int) { return 2.0F; }), 2.0F);
+  EXPECT_NEAR(
+      DepthAt([](int x, int) { return 2.0F + 0.01F * static_cast<float>(x - 10); }), 2, 1e-5);
+}
+
+TEST(LookUpDepth, NeverMixesTwoSurfaces) {
+  EXPECT_FLOAT_EQ(DepthAt([](int x, int) { return x <= 10 ? 1.0F : 3.0F; }), 1.0F);
+  EXPECT_FLOAT_EQ(DepthAt([](int x, int) { return x < 10 ? 1.0F : 3.0F; }), 3.0F);
+}
+
+TEST(LookUpDepth, BridgesAHoleInOneSurfaceButNotAtAnEdge) {
+  const auto hole = [](int x, int y) { return std::abs(x - 10) <= 1 && std::abs(y - 10) <= 1; };
+  EXPECT_FLOAT_EQ(DepthAt([&](int x, int y) { return hole(x, y) ? 0.0F : 2.0F; }), 2.0F);
+  EXPECT_EQ(DepthAt([&](int x, int y) { return hole(x, y) ? 0.0F : x <= 10 ? 1.0F : 3.0F; }), 0.0F);
+  EXPECT_EQ(DepthAt([](int, int) { return 0.0F; }), 0.0F);
+}
+
+// The office recording: the centre is measured, a ring around it is not.
+TEST(LookUpDepth, TheCentreOfARingCounts) {
+  EXPECT_FLOAT_EQ(DepthAt([](int x, int y) {
+                    const int ring = std::max(std::abs(x - 10), std::abs(y - 10));
+                    return ring == 0 ? 2.0F : ring == 1 ? 0.0F : 2.02F;
+                  }),
+                  (2.0F + 16 * 2.02F) / 17);
+}
+
+}  // namespace
+}  // namespace nightmap
