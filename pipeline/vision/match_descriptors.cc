@@ -83,7 +83,7 @@ std::vector<FeatureMatch> MatchDescriptors(const FrameFeatures& a,
   for (int i = 0; i < a.NumFeatures(); ++i) {
     const Nearest& best = nearest_of_a[static_cast<std::size_t>(i)];
     const Nearest& back = nearest_of_b[static_cast<std::size_t>(best.index)];
-    if (back.index == i && best.distance <= ratio * best.second_distance) {
+    if (back.index == i && best.distance < ratio * best.second_distance) {
       matches.push_back({i, best.index});
     }
   }
