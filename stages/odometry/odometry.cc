@@ -175,6 +175,11 @@ void OdometryOptions::Register(OptionList& list) {
            &keyframe_min_overlap,
            Range(0, 1),
            "share of the last keyframe's tracks below which a new one starts");
+  list.Add("max_pair_error_m",
+           &max_pair_error_m,
+           Range(0.001, 100),
+           "a pair that is farther off the chained poses is taken for a false match");
+  list.Add("max_pair_error_rad", &max_pair_error_rad, Range(0.001, 4), "likewise, rotation");
   list.Add("pixel_sigma_px", &pixel_sigma_px, Range(0.1, 10), "standard deviation of a keypoint");
   list.Add("max_error_px",
            &max_error_px,

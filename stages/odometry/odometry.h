@@ -17,6 +17,8 @@ struct OdometryOptions {
   double keyframe_distance_m = 0.15;
   double keyframe_angle_rad = 0.15;
   double keyframe_min_overlap = 0.5;
+  double max_pair_error_m = 0.2;
+  double max_pair_error_rad = 0.1;
   double pixel_sigma_px = 1.0;
   double max_error_px = 4.0;
   int max_iterations = 15;
@@ -38,7 +40,8 @@ struct OdometryInput {
 // 1. Each frame is posed from the verified pair with most inliers to a posed earlier frame; one
 //    without such a pair is bridged (interpolated between its neighbours, or moved on at constant
 //    velocity) and reported.
-// 2. The inliers of all pairs are joined to tracks, and poses and points are refined together.
+// 2. The inliers of all pairs that agree with the chain are joined to tracks, and poses and points
+// are refined together.
 // 3. Keyframes are chosen by motion and overlap; edges between consecutive ones get the covariance
 //    of their relative pose given the adjusted points.
 // Deterministic; one thread.

@@ -47,11 +47,21 @@ class Adjuster {
     return builder.Build();
   }
 
+  // Whether a pair fits the chained poses. Repeated panels make frames match that see different
+  // ones; tracks joined by such a pair would tear the adjustment apart.
+  bool Agrees(const FramePair& pair) const {
+    const Rigid3 chained = frames_[At(pair.frame_b)].shard_from_camera.Inverse() *
+                           frames_[At(pair.frame_a)].shard_from_camera;
+    const Rigid3 difference = pair.b_from_a.Inverse() * chained;
+    return difference.translation.norm() <= options_.max_pair_error_m &&
+           AngleBetween_rad(difference, Rigid3()) <= options_.max_pair_error_rad;
+  }
+
   // Accepted pairs, nearest frames first: their matches are the most reliable.
   std::vector<const FramePair*> TrustedFirst() const {
     std::vector<const FramePair*> pairs;
     for (const FramePair& pair : input_.pairs) {
-      if (pair.status == PairStatus::kAccepted) pairs.push_back(&pair);
+      if (pair.status == PairStatus::kAccepted && Agrees(pair)) pairs.push_back(&pair);
     }
     std::ranges::stable_sort(
         pairs, {}, [](const FramePair* pair) { return pair->frame_b - pair->frame_a; });

@@ -109,10 +109,29 @@ class OdometryTest : public testing::Test {
   OdometryInput Input(const std::vector<FramePair>& pairs, int first_frame_idx = 0) const {
     return {scene_.frames, scene_.cameras, scene_.features, pairs, first_frame_idx};
   }
-  OdometryShard Run(const std::vector<FramePair>& pairs, int first_frame_idx = 0) const {
+  OdometryShard Run(const std::vector<FramePair>& pairs,
+                    int first_frame_idx = 0,
+                    const OdometryOptions& options = {}) const {
     Progress progress("odometry", false);
-    return RunOdometry({}, Input(pairs, first_frame_idx), progress);
+    return RunOdometry(options, Input(pairs, first_frame_idx), progress);
   }
+  double WorstError_m(const OdometryShard& shard) const {
+    double worst = 0;
+    for (const OdometryFrame& frame : shard.frames) {
+      worst = std::max(worst, Error_m(scene_, frame.frame_idx, frame.shard_from_camera));
+    }
+    return worst;
+  }
+  // Another point seen in a frame; the index of its feature.
+  int AddFeature(std::size_t frame, const Eigen::Vector3d& point) {
+    const Eigen::Vector3d in_camera = scene_.poses[frame].pose.Inverse() * point;
+    FrameFeatures& features = scene_.features.frames[frame];
+    features.keypoints_px.push_back(
+        scene_.cameras[0].color.ProjectUndistorted(in_camera)->cast<float>());
+    features.depths_m.push_back(static_cast<float>(in_camera.z()));
+    return features.NumFeatures() - 1;
+  }
+
   LandmarkScene scene_ = MakeLandmarkScene(600, 10);
 };
 
@@ -125,6 +144,32 @@ TEST_F(OdometryTest, AdjustmentRemovesTheNoiseOfThePairs) {
   for (const OdometryFrame& frame : shard.frames) {
     EXPECT_LT(Error_m(scene_, frame.frame_idx, frame.shard_from_camera), 0.002);
   }
+}
+
+// Two panels that look alike, 0.9 m apart, one seen early, the other in frame 7: three pairs whose
+// inliers agree with each other, on a wrong pose.
+TEST_F(OdometryTest, FalsePairsDoNotTearTheTracks) {
+  auto pairs = MakePairs(scene_, 0.001);
+  for (FramePair& pair : pairs) pair.inliers.resize(120);
+  Random random(12);
+  for (const int early : {1, 2, 3}) {
+    FramePair wrong = MakePair(scene_, early, 7, 0);
+    wrong.inliers.clear();
+    const auto a = static_cast<std::size_t>(early);
+    const Eigen::Vector3d shift(0.9, 0, 0);
+    wrong.b_from_a = scene_.poses[7].pose.Inverse() *
+                     Rigid3{Eigen::Quaterniond::Identity(), shift} * scene_.poses[a].pose;
+    for (int i = 0; i < 119; ++i) {
+      const Eigen::Vector3d panel(random.Uniform(-1, 0), random.Uniform(-1, 1), 4);
+      const int in_a = AddFeature(a, panel);
+      wrong.inliers.push_back({in_a, AddFeature(7, panel + shift)});
+    }
+    pairs.insert(std::ranges::lower_bound(pairs, 7, {}, &FramePair::frame_b), wrong);
+  }
+  OdometryOptions trusting;
+  trusting.max_pair_error_m = 100;
+  EXPECT_LT(WorstError_m(Run(pairs)), 0.01);
+  EXPECT_GT(WorstError_m(Run(pairs, 0, trusting)), 0.05);
 }
 
 TEST_F(OdometryTest, EdgesJoinConsecutiveKeyframes) {
