@@ -17,7 +17,7 @@ SHELL := bash
 SITE ?= demo
 ## PROFILE     a set of stage configs: configs/<profile>/<stage>.toml over configs/default
 PROFILE ?= default
-## SET         single values over the profile, as in SET="octree.resolution_m=0.1 grid.min_height_m=0.2"
+## SET         single values over the profile, as in SET="octree.resolution_m=0.1 grid.obstacle_max_height_m=1.2"
 SET ?=
 ## SEED        seed of every stage that draws random numbers (a made-up recording has its own)
 SEED ?= 0

@@ -11,6 +11,7 @@ import unittest
 from workspace import GOALS, SITE, Workspace, environment
 
 NUM_KILLS = 6
+NUM_TRIES = 20
 MIN_TMPFS_BYTES = 200 * 1024
 
 
@@ -69,13 +70,20 @@ class CrashTest(unittest.TestCase):
         self.assertGreater(num_killed, 0)
         self.check_resumed()
 
+    def kill_in_mid_write(self, folder):
+        """Kills the stage of a folder while a file there is half written; tries until it is."""
+        for _ in range(NUM_TRIES):
+            for path in folder.iterdir():
+                path.unlink()
+            self.kill_when(lambda: any(folder.glob(".writing.*")), 10 * self.duration_s)
+            if any(folder.glob(".writing.*")):
+                return
+        self.fail(f"in {NUM_TRIES} tries no kill hit {folder.name} while it wrote")
+
     def test_killed_while_a_stage_writes(self):
         for stage in ("features", "pose_graph", "octree"):
             with self.subTest(stage):
-                folder = self.work.path(stage)
-                for path in folder.iterdir():
-                    path.unlink()
-                self.kill_when(lambda: any(folder.glob(".writing.*")), 10 * self.duration_s)
+                self.kill_in_mid_write(self.work.path(stage))
                 self.check_whole_artifacts()
                 self.check_resumed()
 
