@@ -86,6 +86,28 @@ TEST(OutputSet, AFileInPlaceOfAFolderIsNamed) {
   NIGHTMAP_EXPECT_ERROR(DataError, outputs.Create(folder / "a/b/one.txt"), "a/b");
 }
 
+// Not even root can write there, so that this holds in containers too.
+TEST(OutputSet, AFolderThatCannotBeWrittenIsNamed) {
+  if (!fs::exists("/proc/self")) GTEST_SKIP() << "no /proc here";
+  OutputSet outputs;
+  NIGHTMAP_EXPECT_ERROR(DataError, WriteFile(outputs.Create("/proc/one.txt"), "1"), "one.txt");
+  NIGHTMAP_EXPECT_ERROR(DataError, outputs.Commit(), "/proc/one.txt");
+  NIGHTMAP_EXPECT_ERROR(DataError, outputs.Create("/proc/a/one.txt"), "/proc/a");
+}
+
+TEST(OutputSet, KnowsWhereTheBytesAre) {
+  const TemporaryFolder folder;
+  OutputSet outputs;
+  const fs::path temporary = outputs.Create(folder / "b.txt");
+  WriteFile(temporary, "1");
+  WriteFile(outputs.Create(folder / "a.txt"), "2");
+  EXPECT_EQ(outputs.FinalPaths(), (std::vector<fs::path>{folder / "b.txt", folder / "a.txt"}));
+  EXPECT_EQ(temporary.extension(), ".txt");
+  EXPECT_EQ(outputs.CurrentPath(folder / "b.txt"), temporary);
+  outputs.Commit();
+  EXPECT_EQ(outputs.CurrentPath(folder / "b.txt"), folder / "b.txt");
+}
+
 TEST(Files, FullDiskIsNamed) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   NIGHTMAP_EXPECT_ERROR(DataError, WriteFile("/dev/full", std::string(1 << 16, 'x')), "/dev/full");

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/base/parallel.h"
 
-#include <gtest/gtest.h>
-
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <set>
+#include <thread>
 #include <vector>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "pipeline/base/union_find.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace {
@@ -34,6 +36,51 @@ TEST(ParallelFor, CarriesTheExceptionOfTheLowestItem) {
       EXPECT_STREQ(error.what(), "item 5");
     }
   }
+}
+
+// Item 0 fails after item 1 did, and is still the one that is told.
+TEST(ParallelFor, TheLowestItemIsToldEvenIfItFailsLast) {
+  std::atomic<bool> has_failed = false;
+  const auto fail = [&](std::size_t i) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (i == 0 && !has_failed && std::chrono::steady_clock::now() < deadline) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(i == 0 ? 50 : 0));
+    has_failed = true;
+    throw DataError("item {}", i);
+  };
+  NIGHTMAP_EXPECT_ERROR(DataError, ParallelFor(2, 2, fail), "item 0");
+}
+
+TEST(ParallelFor, StartsNoItemAfterAFailure) {
+  std::vector<std::size_t> started;
+  const auto fail_at_five = [&](std::size_t i) {
+    started.push_back(i);
+    if (i == 5) throw DataError("item {}", i);
+  };
+  NIGHTMAP_EXPECT_ERROR(DataError, ParallelFor(20, 1, fail_at_five), "item 5");
+  EXPECT_EQ(started, (std::vector<std::size_t>{0, 1, 2, 3, 4, 5}));
+}
+
+TEST(ParallelFor, ResultsAreEqualAtAnyNumberOfThreads) {
+  const auto run = [](int num_threads) {
+    std::vector<double> results(500);
+    ParallelFor(results.size(), num_threads, [&](std::size_t i) {
+      Random random(1, i);
+      for (std::size_t k = 0; k <= i % 50; ++k) results[i] += random.Gaussian();
+    });
+    return results;
+  };
+  EXPECT_EQ(run(1), run(4));
+}
+
+// Worked out apart from this code: maps of two machines agree only if their numbers do.
+TEST(Random, IsTheSequenceSplitMix64Defines) {
+  Random random(1, 2, 3);
+  EXPECT_EQ(random.Next(), 0xa2319b1eec583446U);
+  EXPECT_EQ(random.Next(), 0x3da3fe772548faceU);
+  EXPECT_EQ(random.Next(), 0x984238e014cbe149U);
 }
 
 TEST(Random, EqualSeedsGiveEqualStreamsAndOthersDiffer) {
@@ -68,6 +115,7 @@ TEST(Random, HasTheMomentsItSays) {
   EXPECT_NEAR(gaussian_sum / kCount, 0, 0.05);
   EXPECT_NEAR(gaussian_squares / kCount, 1, 0.05);
   for (const int count : histogram) EXPECT_NEAR(count, kCount / 7.0, 300);
+  EXPECT_EQ(random.Index(1), 0U);
 }
 
 // Against the plain definition: labels that are rewritten by every join.

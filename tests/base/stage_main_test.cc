@@ -20,16 +20,15 @@ struct Result {
 
 class StageMainTest : public testing::Test {
  protected:
-  // Runs the stage "copy", with input `in` and output `out`.
+  // Runs the stage of spec_.
   Result Main(std::vector<std::string> arguments, const Body& body = CopyBody) const {
-    const StageSpec spec{"copy", "copies a file", {{"in", "a file"}}, {{"out", "its copy"}}};
     arguments.insert(arguments.begin(), "copy");
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
     Result run;
-    run.code = StageMain(static_cast<int>(argv.size()), argv.data(), spec, Options{}, body);
+    run.code = StageMain(static_cast<int>(argv.size()), argv.data(), spec_, Options{}, body);
     run.out = testing::internal::GetCapturedStdout();
     run.err = testing::internal::GetCapturedStderr();
     return run;
@@ -57,6 +56,7 @@ class StageMainTest : public testing::Test {
     }
   }
 
+  StageSpec spec_{"copy", "copies a file", {{"in", "a file"}}, {{"out", "its copy"}}};
   TemporaryFolder folder_;
   std::filesystem::path input_ = folder_.Write("in.txt", "hello");
 };
@@ -86,6 +86,8 @@ TEST_F(StageMainTest, VersionAndConfigGoToStdout) {
   EXPECT_THAT(run.out, testing::HasSubstr("size = 3"));
   const auto config = folder_.Write("copy.toml", run.out);
   EXPECT_EQ(Main({"--check-config", "--config", config.string()}).code, 0);
+  folder_.Write("copy.toml", "size = 7\n");
+  EXPECT_EQ(Main({"--print-config", "--config", config.string()}).out, "size = 7\n");
 }
 
 TEST_F(StageMainTest, WritesOutputsReportAndReceipt) {
@@ -109,7 +111,10 @@ TEST_F(StageMainTest, MistakesInTheCallAreUsageErrors) {
   const auto config = folder_.Write("bad.toml", "sise = 7\n");
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
       {With({"--config", config.string()}), "bad.toml:1"},
+      {{"--config", (folder_ / "none.toml").string()}, "none.toml"},
       {With({"--in", "other=x"}), "other=x"},
+      {With({"--out", "other=x"}), "other=x"},
+      {With({"--in", "in.txt"}), "NAME=PATH"},
       {With({"--in", "in=" + input_.string()}), "given 2 times"},
       {{"--in", "in=" + input_.string()}, "out=PATH is missing"},
       {With({"--threads", "-1"}), "threads"},
@@ -147,6 +152,40 @@ TEST_F(StageMainTest, EveryErrorHasItsCodeAndCommitsNothing) {
     EXPECT_THAT(run.err, testing::HasSubstr("broken 1"));
     ExpectNothingWritten();
   }
+}
+
+TEST_F(StageMainTest, AFailureLeavesTheOldFilesAndNothingElse) {
+  for (const char* name : {"out", "report", "receipt"}) folder_.Write(name, "old");
+  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    throw ThresholdError("too few");
+  });
+  EXPECT_EQ(run.code, 3);
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.Path())) {
+    EXPECT_EQ(ReadFile(entry.path()), entry.path() == input_ ? "hello" : "old") << entry.path();
+  }
+}
+
+TEST_F(StageMainTest, TheReportDoesNotKnowTheNumberOfThreads) {
+  ASSERT_EQ(Main(With({"--threads", "1"})).code, 0);
+  const std::string report = ReadFile(folder_ / "report");
+  ASSERT_EQ(Main(With({"--threads", "4"})).code, 0);
+  EXPECT_EQ(ReadFile(folder_ / "report"), report);
+  EXPECT_EQ(nlohmann::json::parse(ReadFile(folder_ / "receipt"))["threads"], 4);
+}
+
+TEST_F(StageMainTest, ARepeatedInputKeepsItsOrderAndAnOptionalOneMayBeMissing) {
+  spec_.inputs = {{"in", "files", Arity::kMany}, {"extra", "a file", Arity::kOptional}};
+  const auto second = folder_.Write("a=b.txt", " again");
+  const Result run =
+      Main(With({"--in", "in=" + second.string()}), [](const Options&, StageContext& context) {
+        EXPECT_FALSE(context.HasInput("extra"));
+        std::string all;
+        for (const auto& path : context.Inputs("in")) all += ReadFile(path);
+        WriteFile(context.Output("out"), all);
+      });
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(ReadFile(folder_ / "out"), "hello again");
 }
 
 TEST_F(StageMainTest, TooManySkippedItemsFail) {

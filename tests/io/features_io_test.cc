@@ -81,7 +81,7 @@ TEST(FeaturesIo, ATruncatedFileIsNamed) {
   const TemporaryFolder folder;
   WriteFeatures(folder / "f.h5", MakeShard(DescriptorKind::kRootSift, 0), "");
   const std::string bytes = ReadBytes(folder / "f.h5");
-  for (const std::size_t size : {std::size_t{0}, bytes.size() / 2}) {
+  for (const std::size_t size : {std::size_t{0}, bytes.size() / 2, bytes.size() - 1}) {
     folder.Write("cut.h5", bytes.substr(0, size));
     NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "cut.h5"), "cut.h5");
   }
@@ -92,7 +92,8 @@ TEST(FeaturesIo, SizesThatDoNotAddUpAndNanAreRefused) {
   const TemporaryFolder folder;
   const auto expect = [&](const FeaturesShard& shard, const char* field) {
     WriteFeatures(folder / "f.h5", shard, "");
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "f.h5"), field);
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "f.h5"), "f.h5");
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "f.h5"), "'" + std::string(field) + "'");
   };
   FeaturesShard shard = MakeShard(DescriptorKind::kOrb, 0);
   shard.frames[0].scales_px.pop_back();
@@ -107,15 +108,84 @@ TEST(FeaturesIo, SizesThatDoNotAddUpAndNanAreRefused) {
   shard.frames[0].keypoints_px[1].x() = std::numeric_limits<float>::quiet_NaN();
   expect(shard, "keypoint_px");
   shard = MakeShard(DescriptorKind::kOrb, 0);
+  shard.frames[2].depths_m[1] = std::numeric_limits<float>::infinity();
+  expect(shard, "depth_m");
+  shard = MakeShard(DescriptorKind::kOrb, 0);
   shard.kind = DescriptorKind::kBrisk;  // descriptors of 32 bytes said to have 64
   expect(shard, "descriptor");
 }
 
-TEST(FeaturesIo, AnotherFormatIsRefused) {
+TEST(FeaturesIo, AnotherFormatAndANewerVersionAreRefused) {
   const TemporaryFolder folder;
-  Hdf5Writer writer(folder / "f.h5", "nightmap something", 1, "", "");
-  writer.Close();
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "f.h5"), "nightmap something");
+  Hdf5Writer(folder / "a.h5", "nightmap something", 1, "", "").Close();
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "a.h5"), "nightmap something");
+  Hdf5Writer(folder / "b.h5", "nightmap features", 2, "", "").Close();
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "b.h5"), "b.h5: field 'version' is 2");
+}
+
+// Two features of two frames as another program might write them.
+void WriteArrays(const std::filesystem::path& path,
+                 std::int32_t kind,
+                 const std::vector<std::int32_t>& first_feature,
+                 const std::string& left_out = "") {
+  Hdf5Writer file(path, "nightmap features", 1, "", "");
+  if (left_out != "extraction") file.WriteText("extraction", "");
+  const auto write = [&]<typename T>(const std::string& name, const Array<T>& array) {
+    if (name != left_out) file.Write(name, array);
+  };
+  write("kind", Array<std::int32_t>{1, 1, {kind}});
+  write("frame_idx", Array<std::int32_t>{2, 1, {5, 6}});
+  write("first_feature", Array<std::int32_t>{first_feature.size(), 1, first_feature});
+  for (const char* name : {"keypoint_px", "raw_keypoint_px"}) {
+    write(name, Array<float>{2, 2, {1, 2, 3, 4}});
+  }
+  for (const char* name : {"scale_px", "depth_m"}) write(name, Array<float>{2, 1, {1, 2}});
+  write("descriptor", Array<std::uint8_t>{2, 32, std::vector<std::uint8_t>(64)});
+  file.Close();
+}
+
+TEST(FeaturesIo, MissingArraysAndIndicesOutOfRangeAreNamed) {
+  const TemporaryFolder folder;
+  const auto path = folder / "f.h5";
+  constexpr std::int32_t kOrb = 1;
+  WriteArrays(path, kOrb, {0, 2, 2});
+  EXPECT_EQ(ReadFeatures(path).frames[0].NumFeatures(), 2);
+  for (const std::string field : {"extraction",
+                                  "kind",
+                                  "frame_idx",
+                                  "first_feature",
+                                  "keypoint_px",
+                                  "raw_keypoint_px",
+                                  "scale_px",
+                                  "depth_m",
+                                  "descriptor"}) {
+    WriteArrays(path, kOrb, {0, 2, 2}, field);
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(path), "f.h5: field '" + field + "' is missing");
+  }
+  using List = std::vector<std::int32_t>;
+  for (const List& first : {List{},
+                            List{0, 2},
+                            List{0, 1, 2, 2},
+                            List{1, 1, 2},
+                            List{0, 1, 1},
+                            List{0, 1, 3},
+                            List{0, 3, 2},
+                            List{0, -1, 2}}) {
+    WriteArrays(path, kOrb, first);
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(path), "f.h5: field 'first_feature'");
+  }
+  for (const std::int32_t kind : {-1, 3}) {
+    WriteArrays(path, kind, {0, 2, 2});
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(path), "f.h5: field 'kind'");
+  }
+}
+
+TEST(FeaturesIo, EqualContentIsEqualBytes) {
+  const TemporaryFolder folder;
+  const FeaturesShard shard = MakeShard(DescriptorKind::kBrisk, 0);
+  WriteFeatures(folder / "a.h5", shard, "config");
+  WriteFeatures(folder / "b.h5", ReadFeatures(folder / "a.h5"), "config");
+  EXPECT_EQ(ReadBytes(folder / "a.h5"), ReadBytes(folder / "b.h5"));
 }
 
 }  // namespace

@@ -74,6 +74,30 @@ TEST(ExtractFeatures, TheStrongestAreKeptInOrder) {
   for (std::size_t i = 0; i < 50; ++i) EXPECT_EQ(few.keypoints_px[i], all.keypoints_px[i]);
 }
 
+// The same dot painted in each quarter of the image, ever fainter.
+TEST(ExtractFeatures, FainterDotsComeLater) {
+  const std::vector<Eigen::Vector2f> centers = {{240, 180}, {80, 60}, {240, 60}, {80, 180}};
+  ColorImage image{kWidth, kHeight, 3, {}};
+  image.pixels.assign(static_cast<std::size_t>(kWidth * kHeight * 3), 100);
+  for (std::size_t i = 0; i < centers.size(); ++i) {
+    for (int v = 0; v < kHeight; ++v) {
+      for (int u = 0; u < kWidth; ++u) {
+        const float distance_px = (Eigen::Vector2i(u, v).cast<float>() - centers[i]).norm();
+        const auto add = static_cast<std::uint8_t>(distance_px < 8 ? 150 - 30 * i : 0);
+        for (int c = 0; c < 3; ++c) image.At(u, v, c) += add;
+      }
+    }
+  }
+  const FrameFeatures features = ExtractFeatures(image, kCamera, {});
+  std::vector<std::size_t> order;  // of the first keypoints at the dots' centres
+  for (const Eigen::Vector2f& p : features.keypoints_px) {
+    for (std::size_t i = 0; i < centers.size(); ++i) {
+      if ((p - centers[i]).norm() < 1 && std::ranges::count(order, i) == 0) order.push_back(i);
+    }
+  }
+  EXPECT_EQ(order, (std::vector<std::size_t>{0, 1, 2, 3}));
+}
+
 TEST(ExtractFeatures, MoveWithTheImage) {
   const FrameFeatures a = ExtractFeatures(Dots(0), kCamera, {});
   const FrameFeatures b = ExtractFeatures(Dots(6), kCamera, {});
@@ -83,6 +107,7 @@ TEST(ExtractFeatures, MoveWithTheImage) {
       return (q - p - Eigen::Vector2f(6, 0)).norm() < 0.3F;
     });
   }
+  EXPECT_GT(a.NumFeatures(), 30);
   EXPECT_GT(num_found, a.NumFeatures() * 8 / 10);
 }
 
@@ -100,15 +125,16 @@ TEST(ExtractFeatures, DistortionIsTakenOutOfTheKeypointsOnly) {
   }
 }
 
-// Depth at (10, 10), looked up in a window of 5 x 5 pixels.
-float DepthAt(const std::function<float(int, int)>& depth_m) {
+// Depth at a pixel of the image as taken, looked up in a window of 5 x 5 pixels.
+float DepthAt(const std::function<float(int, int)>& depth_m,
+              const Eigen::Vector2f& raw_px = {10.2F, 9.8F}) {
   DepthImage depth{20, 20, 1, std::vector<float>(400)};
   for (int y = 0; y < 20; ++y) {
     for (int x = 0; x < 20; ++x) depth.At(x, y) = depth_m(x, y);
   }
   FrameFeatures features;
-  features.raw_keypoints_px.emplace_back(10.2F, 9.8F);
-  features.keypoints_px = features.raw_keypoints_px;
+  features.raw_keypoints_px = {raw_px};
+  features.keypoints_px = {{3, 3}};  // undistorted: the depth image is not
   features.depths_m = {0};
   LookUpDepth(depth, {}, &features);
   return features.depths_m[0];
@@ -118,6 +144,15 @@ TEST(LookUpDepth, IsTheMeanOfASmoothSurface) {
   EXPECT_FLOAT_EQ(DepthAt([](int, int) { return 2.0F; }), 2.0F);
   EXPECT_NEAR(
       DepthAt([](int x, int) { return 2.0F + 0.01F * static_cast<float>(x - 10); }), 2, 1e-5);
+}
+
+// Nothing is measured beside the keypoint, so one pixel of the far side would be a second surface.
+TEST(LookUpDepth, AWindowOverTheBorderEndsThere) {
+  const auto halves = [](int x, int) { return x == 0 || x == 19 ? 0.0F : x < 10 ? 2.0F : 5.0F; };
+  EXPECT_FLOAT_EQ(DepthAt(halves, {-0.4F, 10}), 2.0F);
+  EXPECT_FLOAT_EQ(DepthAt(halves, {19.4F, 10}), 5.0F);
+  EXPECT_FLOAT_EQ(DepthAt(halves, {0, 0}), 2.0F);
+  EXPECT_FLOAT_EQ(DepthAt(halves, {19, 19}), 5.0F);
 }
 
 TEST(LookUpDepth, NeverMixesTwoSurfaces) {

@@ -89,8 +89,29 @@ TEST(MatchDescriptors, AFeatureIsMatchedOnce) {
   // Both first features resemble the one in b; the nearer one has it.
   const auto a = Describe({descriptors[0], Disturbed(descriptors[0], random), descriptors[1]});
   const auto matches = MatchDescriptors(a, Describe(descriptors), DescriptorKind::kRootSift, 0.8);
-  EXPECT_LE(std::ranges::count(matches, 0, &FeatureMatch::b), 1);
-  for (const FeatureMatch& match : matches) EXPECT_NE(match.a, 1);
+  ASSERT_EQ(matches.size(), 2U);
+  EXPECT_EQ(matches[0].a, 0);
+  EXPECT_EQ(matches[0].b, 0);
+  EXPECT_EQ(matches[1].a, 2);
+  EXPECT_EQ(matches[1].b, 1);
+}
+
+// The nearest of two is half as far as the other: as a length, and in bits.
+TEST(MatchDescriptors, TheRatioIsOfDistances) {
+  std::vector<std::uint8_t> origin(128, 0), near = origin, far = origin;
+  near[0] = 30;
+  far[1] = 60;
+  std::vector<std::uint8_t> bits(32, 0), near_bits = bits, far_bits = bits;
+  near_bits[3] = 0b0000'0101;
+  far_bits[31] = 0b1000'0111;
+  const auto num_matches = [](const auto& a, const auto& b, DescriptorKind kind, double max_ratio) {
+    return MatchDescriptors(Describe({a}), Describe(b), kind, max_ratio).size();
+  };
+  const std::vector sift{far, near}, orb{far_bits, near_bits};
+  EXPECT_EQ(num_matches(origin, sift, DescriptorKind::kRootSift, 0.51), 1U);
+  EXPECT_EQ(num_matches(origin, sift, DescriptorKind::kRootSift, 0.49), 0U);
+  EXPECT_EQ(num_matches(bits, orb, DescriptorKind::kOrb, 0.51), 1U);
+  EXPECT_EQ(num_matches(bits, orb, DescriptorKind::kOrb, 0.49), 0U);
 }
 
 TEST(MatchDescriptors, NothingMatchesNothing) {

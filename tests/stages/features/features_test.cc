@@ -29,9 +29,9 @@ class FeaturesTest : public testing::Test {
     }
     return images;
   }
-  FeaturesResult Extract(int num_threads) const {
+  FeaturesResult Extract(int num_threads, const FeaturesOptions& options = {}) const {
     Progress progress("features", false);
-    return RunFeatures({}, frames_, cameras_, Load, num_threads, progress);
+    return RunFeatures(options, frames_, cameras_, Load, num_threads, progress);
   }
 
   std::vector<RgbdCamera> cameras_{RgbdCamera{}};
@@ -53,9 +53,11 @@ TEST_F(FeaturesTest, ABrokenFrameIsReportedAndStaysInItsPlace) {
 TEST_F(FeaturesTest, IsTheSameAtAnyNumberOfThreads) {
   const FeaturesResult one = Extract(1), four = Extract(4);
   EXPECT_EQ(one.skipped, four.skipped);
+  ASSERT_EQ(one.shard.frames.size(), four.shard.frames.size());
   for (std::size_t i = 0; i < frames_.size(); ++i) {
     EXPECT_EQ(one.shard.frames[i].descriptors, four.shard.frames[i].descriptors);
     EXPECT_EQ(one.shard.frames[i].keypoints_px, four.shard.frames[i].keypoints_px);
+    EXPECT_EQ(one.shard.frames[i].depths_m, four.shard.frames[i].depths_m);
   }
 }
 
@@ -65,6 +67,12 @@ TEST_F(FeaturesTest, TheShardSaysHowItWasMade) {
   extraction.num_features = 77;
   RegisterOptions(extraction).ParseToml(result.shard.extraction, "features");
   EXPECT_EQ(extraction.num_features, FeaturesOptions{}.extraction.num_features);
+  FeaturesOptions options;
+  options.extraction.detector = "orb";
+  const FeaturesShard orb = Extract(1, options).shard;
+  EXPECT_EQ(orb.kind, DescriptorKind::kOrb);
+  EXPECT_EQ(orb.descriptor_size, 32);
+  EXPECT_THAT(orb.extraction, testing::HasSubstr("detector = \"orb\""));
 }
 
 }  // namespace
