@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -104,6 +105,9 @@ fs::path OutputSet::Create(const fs::path& final_path, bool keep_if_equal) {
     throw DataError(
         "{}: cannot create folder: {}", final_path.parent_path().string(), error.message());
   }
+  if (std::ranges::count(entries_, final_path, &Entry::final_path) > 0) {
+    throw UsageError("{}: is the path of two outputs; give each its own", final_path.string());
+  }
   // The extension is kept last: some writers choose the format by it.
   const fs::path temporary_path =
       final_path.parent_path() / (".writing." + final_path.filename().string());
@@ -116,6 +120,10 @@ void OutputSet::Commit() {
   for (const Entry& entry : entries_) {
     if (!fs::exists(entry.temporary_path)) {
       throw DataError("{}: was announced but not written", entry.final_path.string());
+    }
+    if (fs::is_directory(entry.final_path)) {
+      throw DataError("{}: is a folder, not a file to write; remove or rename it",
+                      entry.final_path.string());
     }
     FlushToDisk(entry.temporary_path);
   }

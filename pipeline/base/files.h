@@ -34,7 +34,7 @@ class OutputSet {
 
   // The temporary path to write for `final_path`; its folder is created. A killed earlier run's
   // temporary of the same name is replaced. With `keep_if_equal`, Commit leaves an existing file
-  // with the same bytes untouched (its time too).
+  // with the same bytes untouched (its time too). Throws UsageError when a path is given twice.
   std::filesystem::path Create(const std::filesystem::path& final_path, bool keep_if_equal = false);
 
   void Commit();

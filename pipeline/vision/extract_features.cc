@@ -51,6 +51,23 @@ void KeepStrongest(int count, std::vector<cv::KeyPoint>* keypoints) {
   }
 }
 
+// cv::ORB::compute regroups keypoints by octave; this puts them and their rows in order again.
+void SortWithDescriptors(std::vector<cv::KeyPoint>* keypoints, cv::Mat* descriptors) {
+  std::vector<std::size_t> order(keypoints->size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::sort(order, [&](std::size_t a, std::size_t b) {
+    return IsStronger((*keypoints)[a], (*keypoints)[b]);
+  });
+  std::vector<cv::KeyPoint> sorted;
+  cv::Mat rows;
+  for (const std::size_t i : order) {
+    sorted.push_back((*keypoints)[i]);
+    rows.push_back(descriptors->row(static_cast<int>(i)));
+  }
+  *keypoints = std::move(sorted);
+  *descriptors = rows;
+}
+
 // L1-normalize and take the root: Euclidean distance then compares histograms by Hellinger's.
 void AppendRootSift(const cv::Mat& descriptors, std::vector<std::uint8_t>* bytes) {
   for (int row = 0; row < descriptors.rows; ++row) {
@@ -149,7 +166,10 @@ FrameFeatures ExtractFeatures(const ColorImage& color,
   cv::Mat descriptors;
   detector->detect(image, keypoints);
   KeepStrongest(options.num_features, &keypoints);
-  if (!keypoints.empty()) detector->compute(image, keypoints, descriptors);
+  if (!keypoints.empty()) {
+    detector->compute(image, keypoints, descriptors);
+    SortWithDescriptors(&keypoints, &descriptors);
+  }
 
   FrameFeatures features;
   for (const cv::KeyPoint& keypoint : keypoints) {

@@ -79,6 +79,18 @@ TEST(OutputSet, KeepIfEqualKeepsTheTimeOfEqualBytesOnly) {
   EXPECT_EQ(ReadFile(folder / "other"), "new");
 }
 
+TEST(OutputSet, APathForTwoOutputsAndAFolderInPlaceOfAFileCommitNothing) {
+  const TemporaryFolder folder;
+  folder.Write("one.txt", "old");
+  folder.Write("two/inside", "");
+  OutputSet outputs;
+  WriteFile(outputs.Create(folder / "one.txt"), "new");
+  NIGHTMAP_EXPECT_ERROR(UsageError, outputs.Create(folder / "one.txt"), "two outputs");
+  WriteFile(outputs.Create(folder / "two"), "new");
+  NIGHTMAP_EXPECT_ERROR(DataError, outputs.Commit(), "is a folder");
+  EXPECT_EQ(ReadFile(folder / "one.txt"), "old");
+}
+
 TEST(OutputSet, AFileInPlaceOfAFolderIsNamed) {
   const TemporaryFolder folder;
   folder.Write("a", "not a folder");

@@ -2,6 +2,7 @@
 #include "pipeline/vision/extract_features.h"
 
 #include <cmath>
+#include <set>
 
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
@@ -96,6 +97,17 @@ TEST(ExtractFeatures, FainterDotsComeLater) {
     }
   }
   EXPECT_EQ(order, (std::vector<std::size_t>{0, 1, 2, 3}));
+}
+
+// Kept few or many, the strongest keep their places: cv::ORB::compute alone would group by octave.
+TEST(ExtractFeatures, OrbIsInOrderToo) {
+  ExtractionOptions options;
+  options.detector = "orb";
+  options.num_features = 50;
+  const FrameFeatures few = ExtractFeatures(Dots(0), kCamera, options);
+  std::set<float> scales(few.scales_px.begin(), few.scales_px.end());
+  ASSERT_GT(scales.size(), 1U);
+  EXPECT_FALSE(std::ranges::is_sorted(few.scales_px));
 }
 
 TEST(ExtractFeatures, MoveWithTheImage) {
