@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/hdf5_file.h"
+
+#include <limits>
+
+#include "pipeline/base/error.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+class Hdf5FileTest : public testing::Test {
+ protected:
+  // The smallest and the largest value of the type come back, and so does a list of none.
+  template <typename T>
+  void ExpectRoundTrip() const {
+    using Limits = std::numeric_limits<T>;
+    const Array<T> array{2, 3, {0, 1, 2, Limits::lowest(), Limits::max(), 5}};
+    Hdf5Writer writer(path_, "thing", 1, "", "");
+    writer.Write("group/inner/array", array);
+    writer.WriteList<T>("none", {});
+    writer.Close();
+    const Hdf5Reader reader(path_, "thing", 1);
+    const auto read = reader.Read<T>("group/inner/array", 3);
+    EXPECT_EQ(read.rows, 2U);
+    EXPECT_EQ(read.cols, 3U);
+    EXPECT_EQ(read.values, array.values);
+    EXPECT_TRUE(reader.ReadList<T>("none").empty());
+    EXPECT_TRUE(reader.Has("none"));
+    EXPECT_FALSE(reader.Has("more"));
+  }
+  TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_ / "a.h5";
+};
+
+TEST_F(Hdf5FileTest, EveryTypeReadsBack) {
+  ExpectRoundTrip<std::uint8_t>();
+  ExpectRoundTrip<std::int32_t>();
+  ExpectRoundTrip<std::uint32_t>();
+  ExpectRoundTrip<std::int64_t>();
+  ExpectRoundTrip<float>();
+  ExpectRoundTrip<double>();
+}
+
+TEST_F(Hdf5FileTest, TextsReadBack) {
+  Hdf5Writer writer(path_, "thing", 1, "size = 1\n", "metres");
+  writer.WriteText("note", "two\nlines");
+  writer.WriteText("empty", "");
+  writer.Close();
+  const Hdf5Reader reader(path_, "thing", 1);
+  EXPECT_EQ(reader.ReadText("config"), "size = 1\n");
+  EXPECT_EQ(reader.ReadText("units"), "metres");
+  EXPECT_EQ(reader.ReadText("note"), "two\nlines");
+  EXPECT_EQ(reader.ReadText("empty"), "");
+  NIGHTMAP_EXPECT_ERROR(DataError, reader.ReadText("more"), "a.h5: field 'more' is missing");
+}
+
+TEST_F(Hdf5FileTest, ErrorsNameFileAndField) {
+  Hdf5Writer writer(path_, "thing", 3, "", "");
+  writer.WriteList<double>("nan", {1, std::numeric_limits<double>::quiet_NaN()});
+  writer.WriteList<float>("infinite", {-std::numeric_limits<float>::infinity()});
+  writer.WriteList<std::int32_t>("list", {1, 2});
+  writer.Close();
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, Hdf5Reader(path_, "other", 3), "a.h5: field 'format' is 'thing'");
+  NIGHTMAP_EXPECT_ERROR(DataError, Hdf5Reader(path_, "thing", 2), "a.h5: field 'version' is 3");
+  const Hdf5Reader reader(path_, "thing", 4);  // a program reads the versions before its own
+  NIGHTMAP_EXPECT_ERROR(DataError, reader.ReadList<double>("nan"), "a.h5: field 'nan' holds NaN");
+  NIGHTMAP_EXPECT_ERROR(DataError, reader.ReadList<float>("infinite"), "a.h5: field 'infinite'");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, reader.ReadList<float>("list"), "a.h5: field 'list' has another element type");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, reader.Read<std::int32_t>("list", 2), "a.h5: field 'list' has 1 columns, 2");
+  NIGHTMAP_EXPECT_ERROR(DataError, reader.ReadList<float>("x/y"), "a.h5: field 'x/y' is missing");
+}
+
+TEST_F(Hdf5FileTest, NoTruncationIsReadAsAFile) {
+  Hdf5Writer writer(path_, "thing", 1, "config", "units");
+  writer.WriteList<double>("list", std::vector<double>(300, 1.5));
+  writer.Close();
+  const std::string bytes = ReadBytes(path_);
+  for (std::size_t size = 0; size < bytes.size(); size += 97) {
+    folder_.Write("cut.h5", bytes.substr(0, size));
+    NIGHTMAP_EXPECT_ERROR(
+        DataError, Hdf5Reader(folder_ / "cut.h5", "thing", 1).ReadList<double>("list"), "cut.h5");
+  }
+  folder_.Write("text.h5", "not HDF5 at all");
+  NIGHTMAP_EXPECT_ERROR(DataError, Hdf5Reader(folder_ / "text.h5", "thing", 1), "text.h5");
+}
+
+TEST_F(Hdf5FileTest, WhatCannotBeWrittenIsNamed) {
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, Hdf5Writer(folder_ / "none/a.h5", "thing", 1, "", ""), "none/a.h5");
+  Hdf5Writer writer(path_, "thing", 1, "", "");
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        writer.Write("array", Array<float>{2, 2, {1, 2, 3}}),
+                        "a.h5: array 'array' has 3 values");
+  writer.WriteList<float>("list", {1});
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, writer.WriteList<float>("list", {2}), "a.h5: cannot write array");
+}
+
+}  // namespace
+}  // namespace nightmap

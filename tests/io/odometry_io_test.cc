@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/odometry_io.h"
+
+#include <limits>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/random.h"
+#include "pipeline/io/hdf5_file.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+Rigid3 RandomPose(Random& random) {
+  const Eigen::Quaterniond q(
+      random.Gaussian(), random.Gaussian(), random.Gaussian(), random.Gaussian());
+  return {q.normalized(), {random.Gaussian(), random.Gaussian(), random.Gaussian()}};
+}
+
+OdometryShard RandomShard() {
+  Random random(1);
+  OdometryShard shard;
+  for (int i = 0; i < 9; ++i) {
+    const auto state = i % 4 == 0 ? TrackingState::kBridged : TrackingState::kTracked;
+    shard.frames.push_back({20 + i, RandomPose(random), state, i % 3 == 0});
+  }
+  for (int i = 0; i < 5; ++i) {
+    PoseEdge edge{19 + i, 21 + 2 * i, RandomPose(random), Matrix6d::Zero(), i % 2 == 0};
+    for (double& value : edge.covariance.reshaped()) value = random.Gaussian();
+    shard.edges.push_back(edge);
+  }
+  for (int i = 0; i < 7; ++i) {
+    shard.observations.push_back({i / 2, 20 + i, static_cast<int>(random.Index(1000))});
+  }
+  return shard;
+}
+
+TEST(OdometryIo, ReadsBackEveryField) {
+  const TemporaryFolder folder;
+  const OdometryShard shard = RandomShard();
+  WriteOdometry(folder / "o.h5", shard, "x = 1\n");
+  const OdometryShard read = ReadOdometry(folder / "o.h5");
+  ASSERT_EQ(read.frames.size(), shard.frames.size());
+  for (std::size_t i = 0; i < shard.frames.size(); ++i) {
+    EXPECT_EQ(read.frames[i].frame_idx, shard.frames[i].frame_idx);
+    EXPECT_EQ(read.frames[i].state, shard.frames[i].state);
+    EXPECT_EQ(read.frames[i].is_keyframe, shard.frames[i].is_keyframe);
+    EXPECT_EQ(read.frames[i].shard_from_camera.Matrix(),
+              shard.frames[i].shard_from_camera.Matrix());
+  }
+  ASSERT_EQ(read.edges.size(), shard.edges.size());
+  for (std::size_t i = 0; i < shard.edges.size(); ++i) {
+    EXPECT_EQ(read.edges[i].frame_a, shard.edges[i].frame_a);
+    EXPECT_EQ(read.edges[i].frame_b, shard.edges[i].frame_b);
+    EXPECT_EQ(read.edges[i].b_from_a.Matrix(), shard.edges[i].b_from_a.Matrix());
+    EXPECT_EQ(read.edges[i].covariance, shard.edges[i].covariance);
+    EXPECT_EQ(read.edges[i].is_bridge, shard.edges[i].is_bridge);
+  }
+  ASSERT_EQ(read.observations.size(), shard.observations.size());
+  for (std::size_t i = 0; i < shard.observations.size(); ++i) {
+    EXPECT_EQ(read.observations[i].track_idx, shard.observations[i].track_idx);
+    EXPECT_EQ(read.observations[i].frame_idx, shard.observations[i].frame_idx);
+    EXPECT_EQ(read.observations[i].feature_idx, shard.observations[i].feature_idx);
+  }
+  WriteOdometry(folder / "again.h5", read, "x = 1\n");
+  EXPECT_EQ(ReadBytes(folder / "again.h5"), ReadBytes(folder / "o.h5"));
+}
+
+TEST(OdometryIo, ATruncatedFileIsNamed) {
+  const TemporaryFolder folder;
+  WriteOdometry(folder / "o.h5", RandomShard(), "");
+  const std::string bytes = ReadBytes(folder / "o.h5");
+  for (const std::size_t size : {std::size_t{0}, bytes.size() / 2, bytes.size() - 1}) {
+    folder.Write("cut.h5", bytes.substr(0, size));
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadOdometry(folder / "cut.h5"), "cut.h5");
+  }
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadOdometry(folder / "missing.h5"), "missing.h5");
+}
+
+TEST(OdometryIo, AnotherFormatAndANewerVersionAreRefused) {
+  const TemporaryFolder folder;
+  Hdf5Writer(folder / "a.h5", "nightmap matches", 1, "", "").Close();
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadOdometry(folder / "a.h5"), "a.h5: field 'format'");
+  Hdf5Writer(folder / "b.h5", "nightmap odometry", 2, "", "").Close();
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadOdometry(folder / "b.h5"), "b.h5: field 'version' is 2");
+}
+
+// Two frames, an edge between them, and a track seen in both, as another program might write them.
+struct Arrays {
+  std::vector<std::int32_t> frame_idx = {3, 4};
+  std::vector<std::uint8_t> state = {0, 1};
+  std::vector<std::uint8_t> is_keyframe = {1, 1};
+  Array<double> shard_from_camera{2, 7, {0, 0, 0, 0, 0, 0, 1, 1, 2, 3, 0, 0, 1, 0}};
+  Array<std::int32_t> edge_frame{1, 2, {3, 4}};
+  Array<double> edge_b_from_a{1, 7, {1, 2, 3, 0, 0, 0, 1}};
+  Array<double> edge_covariance{1, 36, std::vector<double>(36, 0.1)};
+  std::vector<std::uint8_t> edge_is_bridge = {0};
+  Array<std::int32_t> observation{2, 3, {0, 3, 7, 0, 4, 8}};
+  std::string left_out;  // name of the array that is not written
+
+  void Write(const std::filesystem::path& path) const {
+    Hdf5Writer file(path, "nightmap odometry", 1, "", "");
+    const auto write = [&]<typename T>(const std::string& name, const Array<T>& array) {
+      if (name != left_out) file.Write(name, array);
+    };
+    const auto list = [&]<typename T>(const std::string& name, const std::vector<T>& values) {
+      write(name, Array<T>{values.size(), 1, values});
+    };
+    list("frame_idx", frame_idx);
+    list("state", state);
+    list("is_keyframe", is_keyframe);
+    write("shard_from_camera", shard_from_camera);
+    write("edge_frame", edge_frame);
+    write("edge_b_from_a", edge_b_from_a);
+    write("edge_covariance", edge_covariance);
+    list("edge_is_bridge", edge_is_bridge);
+    write("observation", observation);
+    file.Close();
+  }
+};
+
+class OdometryIoTest : public testing::Test {
+ protected:
+  void ExpectRefused(const std::function<void(Arrays&)>& damage, const std::string& text) const {
+    Arrays arrays;
+    arrays.Write(path_);
+    ASSERT_EQ(ReadOdometry(path_).frames.size(), 2U);
+    damage(arrays);
+    arrays.Write(path_);
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadOdometry(path_), "o.h5: " + text);
+  }
+  TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_ / "o.h5";
+};
+
+TEST_F(OdometryIoTest, MissingArraysAreNamed) {
+  for (const std::string field : {"frame_idx",
+                                  "state",
+                                  "is_keyframe",
+                                  "shard_from_camera",
+                                  "edge_frame",
+                                  "edge_b_from_a",
+                                  "edge_covariance",
+                                  "edge_is_bridge",
+                                  "observation"}) {
+    ExpectRefused([&](Arrays& a) { a.left_out = field; }, "field '" + field + "' is missing");
+  }
+}
+
+TEST_F(OdometryIoTest, SizesThatDoNotAddUpAreNamed) {
+  ExpectRefused([](Arrays& a) { a.state.pop_back(); }, "field 'state'");
+  ExpectRefused([](Arrays& a) { a.is_keyframe.push_back(0); }, "field 'is_keyframe'");
+  ExpectRefused(
+      [](Arrays& a) {
+        a.shard_from_camera = {1, 7, {0, 0, 0, 0, 0, 0, 1}};
+      },
+      "field 'shard_from_camera'");
+  ExpectRefused([](Arrays& a) { a.edge_b_from_a = {0, 7, {}}; }, "field 'edge_b_from_a'");
+  ExpectRefused([](Arrays& a) { a.edge_covariance = {0, 36, {}}; }, "field 'edge_covariance'");
+  ExpectRefused([](Arrays& a) { a.edge_is_bridge.clear(); }, "field 'edge_is_bridge'");
+  ExpectRefused([](Arrays& a) { a.edge_frame = {2, 1, {3, 4}}; }, "field 'edge_frame'");
+  ExpectRefused(
+      [](Arrays& a) {
+        a.observation = {3, 2, {0, 3, 7, 0, 4, 8}};
+      },
+      "field 'observation'");
+}
+
+TEST_F(OdometryIoTest, NanAndInfinityAreNamed) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double bad : {kNan, kInfinity, -kInfinity}) {
+    ExpectRefused([&](Arrays& a) { a.shard_from_camera.values[9] = bad; },
+                  "field 'shard_from_camera'");
+    ExpectRefused([&](Arrays& a) { a.edge_b_from_a.values[0] = bad; }, "field 'edge_b_from_a'");
+    ExpectRefused([&](Arrays& a) { a.edge_covariance.values[35] = bad; },
+                  "field 'edge_covariance'");
+  }
+}
+
+TEST_F(OdometryIoTest, ValuesOutOfRangeAreNamed) {
+  ExpectRefused([](Arrays& a) { a.frame_idx = {3, 5}; }, "field 'frame_idx'");
+  ExpectRefused([](Arrays& a) { a.frame_idx = {4, 3}; }, "field 'frame_idx'");
+  ExpectRefused([](Arrays& a) { a.state[1] = 2; }, "field 'state'");
+  ExpectRefused([](Arrays& a) { a.edge_frame.values = {4, 3}; }, "field 'edge_frame'");
+  ExpectRefused([](Arrays& a) { a.edge_frame.values = {4, 4}; }, "field 'edge_frame'");
+  ExpectRefused([](Arrays& a) { a.edge_frame.values = {-1, 4}; }, "field 'edge_frame'");
+  for (const std::size_t i : {0U, 1U, 5U}) {
+    ExpectRefused([&](Arrays& a) { a.observation.values[i] = -1; }, "field 'observation'");
+  }
+  ExpectRefused([](Arrays& a) { a.shard_from_camera.values[12] = 0; }, "row 1 holds a quaternion");
+  ExpectRefused([](Arrays& a) { a.edge_b_from_a.values[6] = 2; }, "row 0 holds a quaternion");
+}
+
+}  // namespace
+}  // namespace nightmap
