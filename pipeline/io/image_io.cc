@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/image_io.h"
 
+// First, or OpenImageIO would define fmt's functions here again from its own copy, and every
+// program that formats a text would be linked with OpenImageIO and all it loads.
+#include <fmt/format.h>
+
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <fstream>
