@@ -100,7 +100,6 @@ TEST(OutputSet, AFileInPlaceOfAFolderIsNamed) {
 
 // Not even root can write there, so that this holds in containers too.
 TEST(OutputSet, AFolderThatCannotBeWrittenIsNamed) {
-  if (!fs::exists("/proc/self")) GTEST_SKIP() << "no /proc here";
   OutputSet outputs;
   NIGHTMAP_EXPECT_ERROR(DataError, WriteFile(outputs.Create("/proc/one.txt"), "1"), "one.txt");
   NIGHTMAP_EXPECT_ERROR(DataError, outputs.Commit(), "/proc/one.txt");
@@ -121,7 +120,6 @@ TEST(OutputSet, KnowsWhereTheBytesAre) {
 }
 
 TEST(Files, FullDiskIsNamed) {
-  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   NIGHTMAP_EXPECT_ERROR(DataError, WriteFile("/dev/full", std::string(1 << 16, 'x')), "/dev/full");
 }
 

@@ -3,12 +3,13 @@
 
 #include <limits>
 
-#include "pipeline/base/error.h"
 #include "pipeline/io/hdf5_file.h"
-#include "tests/test_data.h"
+#include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
 namespace {
+
+const auto kRead = [](const std::filesystem::path& path) { return ReadFeatures(path); };
 
 FrameFeatures MakeFrame(int frame_idx, int count, int size) {
   FrameFeatures frame;
@@ -79,13 +80,8 @@ TEST(FeaturesIo, ShardsAreJoinedAndMustBeAlike) {
 
 TEST(FeaturesIo, ATruncatedFileIsNamed) {
   const TemporaryFolder folder;
-  WriteFeatures(folder / "f.h5", MakeShard(DescriptorKind::kRootSift, 0), "");
-  const std::string bytes = ReadBytes(folder / "f.h5");
-  for (const std::size_t size : {std::size_t{0}, bytes.size() / 2, bytes.size() - 1}) {
-    folder.Write("cut.h5", bytes.substr(0, size));
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "cut.h5"), "cut.h5");
-  }
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "missing.h5"), "missing.h5");
+  WriteFeatures(folder / "m.h5", MakeShard(DescriptorKind::kRootSift, 0), "");
+  ExpectTruncationIsNamed(folder, folder / "m.h5", kRead);
 }
 
 TEST(FeaturesIo, SizesThatDoNotAddUpAndNanAreRefused) {
@@ -116,11 +112,7 @@ TEST(FeaturesIo, SizesThatDoNotAddUpAndNanAreRefused) {
 }
 
 TEST(FeaturesIo, AnotherFormatAndANewerVersionAreRefused) {
-  const TemporaryFolder folder;
-  Hdf5Writer(folder / "a.h5", "nightmap something", 1, "", "").Close();
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "a.h5"), "nightmap something");
-  Hdf5Writer(folder / "b.h5", "nightmap features", 2, "", "").Close();
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadFeatures(folder / "b.h5"), "b.h5: field 'version' is 2");
+  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap features", 1, kRead);
 }
 
 // Two features of two frames as another program might write them.

@@ -3,13 +3,14 @@
 
 #include <limits>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "pipeline/io/hdf5_file.h"
-#include "tests/test_data.h"
+#include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
 namespace {
+
+const auto kRead = [](const std::filesystem::path& path) { return ReadPairs(path); };
 
 FramePair RandomPair(int i) {
   Random random(1, static_cast<std::uint64_t>(i));
@@ -64,20 +65,11 @@ TEST(MatchesIo, NoPairsAreFine) {
 TEST(MatchesIo, ATruncatedFileIsNamed) {
   const TemporaryFolder folder;
   WritePairs(folder / "m.h5", {RandomPair(2)}, "");
-  const std::string bytes = ReadBytes(folder / "m.h5");
-  for (const std::size_t size : {std::size_t{0}, bytes.size() / 2, bytes.size() - 1}) {
-    folder.Write("cut.h5", bytes.substr(0, size));
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadPairs(folder / "cut.h5"), "cut.h5");
-  }
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadPairs(folder / "missing.h5"), "missing.h5");
+  ExpectTruncationIsNamed(folder, folder / "m.h5", kRead);
 }
 
 TEST(MatchesIo, AnotherFormatAndANewerVersionAreRefused) {
-  const TemporaryFolder folder;
-  Hdf5Writer(folder / "a.h5", "nightmap something", 1, "", "").Close();
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadPairs(folder / "a.h5"), "a.h5: field 'format'");
-  Hdf5Writer(folder / "b.h5", "nightmap matches", 2, "", "").Close();
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadPairs(folder / "b.h5"), "b.h5: field 'version' is 2");
+  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap matches", 1, kRead);
 }
 
 // Two pairs, three inliers in the first, as another program might write them.

@@ -137,9 +137,8 @@ TEST_F(OctreeIoTest, OctoMapReadsTheBinaryTree) {
 }
 
 TEST_F(OctreeIoTest, OctoMapsOwnToolConvertsTheTree) {
-  if (std::system("command -v convert_octree >/dev/null") != 0) {
-    GTEST_SKIP() << "convert_octree (octomap-tools) is not installed";
-  }
+  ASSERT_EQ(std::system("command -v convert_octree >/dev/null"), 0)
+      << "octomap-tools is missing: run make deps";
   WriteOctree(ot_, Checkerboard());
   const std::string converted = (folder_ / "converted.bt").string();
   const std::string command =

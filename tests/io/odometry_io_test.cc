@@ -3,13 +3,14 @@
 
 #include <limits>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "pipeline/io/hdf5_file.h"
-#include "tests/test_data.h"
+#include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
 namespace {
+
+const auto kRead = [](const std::filesystem::path& path) { return ReadOdometry(path); };
 
 Rigid3 RandomPose(Random& random) {
   const Eigen::Quaterniond q(
@@ -68,21 +69,12 @@ TEST(OdometryIo, ReadsBackEveryField) {
 
 TEST(OdometryIo, ATruncatedFileIsNamed) {
   const TemporaryFolder folder;
-  WriteOdometry(folder / "o.h5", RandomShard(), "");
-  const std::string bytes = ReadBytes(folder / "o.h5");
-  for (const std::size_t size : {std::size_t{0}, bytes.size() / 2, bytes.size() - 1}) {
-    folder.Write("cut.h5", bytes.substr(0, size));
-    NIGHTMAP_EXPECT_ERROR(DataError, ReadOdometry(folder / "cut.h5"), "cut.h5");
-  }
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadOdometry(folder / "missing.h5"), "missing.h5");
+  WriteOdometry(folder / "m.h5", RandomShard(), "");
+  ExpectTruncationIsNamed(folder, folder / "m.h5", kRead);
 }
 
 TEST(OdometryIo, AnotherFormatAndANewerVersionAreRefused) {
-  const TemporaryFolder folder;
-  Hdf5Writer(folder / "a.h5", "nightmap matches", 1, "", "").Close();
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadOdometry(folder / "a.h5"), "a.h5: field 'format'");
-  Hdf5Writer(folder / "b.h5", "nightmap odometry", 2, "", "").Close();
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadOdometry(folder / "b.h5"), "b.h5: field 'version' is 2");
+  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap odometry", 1, kRead);
 }
 
 // Two frames, an edge between them, and a track seen in both, as another program might write them.

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "pipeline/base/random.h"
+#include "pipeline/vision/descriptor_distance.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
@@ -108,6 +109,22 @@ TEST(ExtractFeatures, OrbIsInOrderToo) {
   std::set<float> scales(few.scales_px.begin(), few.scales_px.end());
   ASSERT_GT(scales.size(), 1U);
   EXPECT_FALSE(std::ranges::is_sorted(few.scales_px));
+
+  // The descriptors moved with their keypoints: the same dot looks the same in a moved image.
+  const FrameFeatures moved = ExtractFeatures(Dots(6), kCamera, options);
+  std::vector<int> distances;
+  for (std::size_t i = 0; i < few.keypoints_px.size(); ++i) {
+    for (std::size_t k = 0; k < moved.keypoints_px.size(); ++k) {
+      const Eigen::Vector2f step = moved.keypoints_px[k] - few.keypoints_px[i];
+      if ((step - Eigen::Vector2f(6, 0)).norm() > 0.5F) continue;
+      if (few.scales_px[i] != moved.scales_px[k]) continue;
+      distances.push_back(DescriptorDistance(
+          DescriptorKind::kOrb, &few.descriptors[32 * i], &moved.descriptors[32 * k]));
+    }
+  }
+  ASSERT_GT(distances.size(), 10U);
+  std::ranges::sort(distances);
+  EXPECT_LT(distances[distances.size() / 2], 30);  // of 256 bits; 128 by chance
 }
 
 TEST(ExtractFeatures, MoveWithTheImage) {
