@@ -36,11 +36,13 @@ THREADS ?= $(shell nproc)
 LOG_LEVEL ?= info
 ## V           1 prints every stage's whole command
 V ?= 0
+## CASES       of bench
+CASES ?= $(SITE)
 ## BUILD       folder of the programs
 BUILD ?= build
 # For tests: other site configs, and the sites whose recording the synthesize stage makes.
 SITES ?= configs/sites
-SYNTHETIC ?= demo building
+SYNTHETIC ?= demo building mirror
 PYTHON ?= /usr/bin/python3
 
 M := $(MAPS)/$(SITE)
@@ -281,9 +283,9 @@ test-sanitize: ## unit tests under AddressSanitizer and UndefinedBehaviorSanitiz
 	ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 \
 	  ctest --test-dir $(BUILD)-sanitize -j $(THREADS) --output-on-failure -E '^(e2e|scripts)/|Real'
 
-bench: ## time of a whole map against the yardstick: decode every frame + 1000 SIFT on each
+bench: ## time from raw frames to the trajectory of CASES (SITE or SITE:N, its first N frames) against a yardstick
 	@$(MAKE) --no-print-directory build
-	@$(PYTHON) scripts/bench.py --site $(SITE) --data $(DATA) --build $(BUILD) --threads $(THREADS)
+	@$(PYTHON) scripts/bench.py $(CASES) --data $(DATA) --build $(BUILD) --threads $(THREADS)
 
 verify: ## hash the artifacts of SITE again and compare with their receipts
 	@$(PYTHON) scripts/verify.py $(M)

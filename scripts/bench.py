@@ -1,58 +1,105 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Times a whole map against a yardstick of the same run and prints total / yardstick.
+"""bench: times the way from raw frames to the optimized trajectory against a yardstick.
 
-The yardstick is what no map can do without doing something cleverer: decode every frame and
-describe 1,000 SIFT features on each, all cores busy. It is the features stage at that setting; the
-map is made from nothing, without building programs or making the recording.
+A case is SITE or SITE:N, its first N frames. The yardstick of a case is measured in the same run:
+decode every frame and describe 1,000 SIFT features on each, all cores busy. It is the features stage
+at that setting. Both include every process and Make itself; programs and recordings are made before.
+Prints a Markdown table; with --readme it goes between `<!-- bench:begin -->` and `<!-- bench:end -->`.
+Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
+
 import argparse
-import json
-import pathlib
 import re
 import shutil
 import subprocess
-import sys
 import time
+from pathlib import Path
+
+from nightmap_eval.errors import DataError, run_main
+from nightmap_eval.site import put_between, read_json, read_text
+from nightmap_eval.stages import StageResult
+
+BEGIN, END = "<!-- bench:begin -->", "<!-- bench:end -->"
+STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph")
+YARDSTICK = "features.max_gap_frames=0 features.num_features=1000"
 
 
-def make(arguments, maps, *goals):
-    command = ["make", "--no-print-directory", f"SITE={arguments.site}", f"DATA={arguments.data}",
-               f"BUILD={arguments.build}", f"THREADS={arguments.threads}", f"MAPS={maps}", *goals]
-    start = time.monotonic()
-    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    if result.returncode != 0:
-        sys.exit(f"{' '.join(command)}\n{result.stdout}\nbench: the run failed, see above")
-    return time.monotonic() - start
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("cases", nargs="+", help="SITE or SITE:N")
+    parser.add_argument("--data", type=Path, required=True, help="recordings")
+    parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench")
+    parser.add_argument("--threads", type=int, required=True, help="of each stage")
+    parser.add_argument("--readme", type=Path, help="file to put the table into")
+    return parser.parse_args()
 
 
-def seconds_by_stage(folder):
-    total = {}
-    for path in sorted(folder.glob("*/receipt*.json")):
-        receipt = json.loads(path.read_text(encoding="utf-8"))
-        total[receipt["stage"]] = total.get(receipt["stage"], 0) + receipt["wall_time_s"]
-    return total
+class Case:
+    """One recording, in a results folder of its own."""
+
+    def __init__(self, name, arguments):
+        self.site, _, self.num_frames = name.partition(":")
+        self.arguments = arguments
+        self.folder = arguments.build / "bench" / name.replace(":", "_")
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def make(self, maps, settings, *goals):
+        """Seconds that `make` takes."""
+        limit = f" frames.max_frames={self.num_frames}" if self.num_frames else ""
+        command = [
+            "make", "--no-print-directory", f"SITE={self.site}", f"DATA={self.arguments.data}",
+            f"BUILD={self.arguments.build}", f"THREADS={self.arguments.threads}",
+            f"MAPS={self.folder / maps}", f"SET={settings}{limit}", *goals,
+        ]  # fmt: skip
+        start_s = time.monotonic()
+        run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        if run.returncode != 0:
+            raise DataError(f"{' '.join(map(str, command))}\n{run.stdout}\nthe run failed, see above")
+        return time.monotonic() - start_s
+
+    def yardstick_s(self):
+        """Frames are listed first, then described: the list is not part of the yardstick."""
+        listed = self.folder / "yardstick" / self.site / "frames" / "shards.mk"
+        self.make("yardstick", YARDSTICK, str(listed))
+        features = listed.parent.parent / "features"
+        shards = re.findall(r"\d{4,}", read_text(listed))
+        return self.make("yardstick", YARDSTICK, *(f"{features}/shard_{s}.h5" for s in shards))
+
+    def row(self):
+        yardstick_s = self.yardstick_s()
+        site = self.folder / "map" / self.site
+        total_s = self.make("map", "", str(site / "pose_graph" / "trajectory.tum"))
+        stages = [StageResult(site / name) for name in STAGES]
+        num_frames = read_json(site / "pose_graph" / "report.json")["num_frames"]
+        peak = max(stages, key=lambda stage: stage.peak_memory_bytes())
+        return [
+            self.site, f"{num_frames}", f"{total_s:.1f}", f"{num_frames / total_s:.1f}",
+            f"{1e3 * total_s / num_frames:.1f}", f"{yardstick_s:.1f}", f"{total_s / yardstick_s:.2f}",
+            *(f"{stage.wall_time_s():.1f}" for stage in stages),
+            f"{peak.peak_memory_bytes() / 2**20:.0f} ({peak.name})",
+        ]  # fmt: skip
+
+
+def table(rows):
+    titles = [
+        "site", "frames", "total (s)", "frames/s", "ms/frame", "yardstick (s)", "total / yardstick",
+        *(f"{name} (s)" for name in STAGES), "peak memory (MiB)",
+    ]  # fmt: skip
+    lines = [titles, ["---"] + ["---:"] * (len(titles) - 1), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    for name in ("site", "data", "build", "threads"):
-        parser.add_argument(f"--{name}", required=True)
-    arguments = parser.parse_args()
-    folder = pathlib.Path(arguments.build) / "bench"
-    shutil.rmtree(folder, ignore_errors=True)
-    lists = f"{folder}/yardstick/{arguments.site}/frames/shards.mk"
-    make(arguments, folder / "yardstick", lists)
-    shards = re.findall(r"\d{4,}", pathlib.Path(lists).read_text(encoding="utf-8"))
-    features = [f"{folder}/yardstick/{arguments.site}/features/shard_{shard}.h5" for shard in shards]
-    yardstick_s = make(arguments, folder / "yardstick", "SET=features.num_features=1000", *features)
-    total_s = make(arguments, folder / "map", "map")
-    for stage, seconds in seconds_by_stage(folder / "map" / arguments.site).items():
-        print(f"{stage:12} {seconds:8.1f} s")
-    print(f"{'total':12} {total_s:8.1f} s\n{'yardstick':12} {yardstick_s:8.1f} s   decode + 1000 SIFT a frame")
-    print(f"total / yardstick = {total_s / yardstick_s:.2f}   ({arguments.site}, {arguments.threads} threads)")
-    return 0
+    arguments = parse_arguments()
+    rows = []
+    for name in arguments.cases:
+        rows.append(Case(name, arguments).row())
+        print(table(rows[-1:]), flush=True)
+    print(table(rows))
+    if arguments.readme:
+        put_between(arguments.readme, BEGIN, END, table(rows))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_main(main)

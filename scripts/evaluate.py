@@ -16,11 +16,13 @@ import numpy as np
 
 from nightmap_eval.errors import DataError, run_main
 from nightmap_eval.grid import compare_with_plan, read_grid
+from nightmap_eval.loops import loop_counts, loop_metrics, read_loops, read_relative_poses
 from nightmap_eval.metrics import absolute_errors, query_summary, trajectory_metrics
 from nightmap_eval.ply import read_ply
 from nightmap_eval.site import (
     Frames,
     bridged_frames,
+    frames_apart,
     num_unusable_frames,
     read_csv,
     read_toml,
@@ -52,13 +54,14 @@ def parse_arguments():
     return parser.parse_args()
 
 
-def evaluate_coverage(frames, estimate, bridged, num_unusable):
+def evaluate_coverage(frames, estimate, bridged, apart, num_unusable):
     """Counts of the recording's frames with and without a measured pose.
 
-    A bridged frame has a pose in the trajectory, but a guessed one: it counts as without. So does a
-    frame that the frames stage could not use."""
+    A bridged frame has a pose in the trajectory, but a guessed one: it counts as without. So do the
+    parts of the map that no loop joined to the largest, and frames the frames stage could not use."""
     located = set(estimate.times_ns.tolist())
     missing = [int(i) for i, t in zip(frames.frame_idxs, frames.times_ns) if int(t) not in located]
+    num_without = len(set(missing) | set(bridged) | set(apart))
     strangers = located - set(frames.times_ns.tolist())
     if strangers:
         raise DataError(
@@ -67,12 +70,13 @@ def evaluate_coverage(frames, estimate, bridged, num_unusable):
         )
     return {
         "num_frames": len(frames) + num_unusable,
-        "num_frames_with_pose": len(frames) - len(set(missing) | set(bridged)),
-        "num_frames_without_pose": num_unusable + len(set(missing) | set(bridged)),
+        "num_frames_with_pose": len(frames) - num_without,
+        "num_frames_without_pose": num_unusable + num_without,
         "num_frames_unusable": num_unusable,
         "frames_without_pose": missing,
         "num_frames_bridged": len(bridged),
         "frames_bridged": bridged,
+        "frames_apart": apart,
         "path_length_m": path_length_m(estimate.positions_m),
     }
 
@@ -144,15 +148,17 @@ def evaluate_queries(path, truth_path, alignment, max_gap_ns):
     return figures
 
 
-def evaluate_loops(path):
-    """Loop closures by status, and rejected ones by reason."""
-    rows = read_csv(path, ("status", "reason"))
-    figures = {"num_accepted": 0, "num_rejected": 0, "rejected_by_reason": {}}
-    for row in rows:
-        figures["num_accepted" if row["status"] == "accepted" else "num_rejected"] += 1
-        if row["status"] != "accepted":
-            reasons = figures["rejected_by_reason"]
-            reasons[row["reason"]] = reasons.get(row["reason"], 0) + 1
+def evaluate_loops(site_dir, frames, max_gap_ns):
+    """Counts of the loop candidates and, where the truth is known, what was right about them."""
+    rows = read_loops(site_dir / "pose_graph" / "loops.csv")
+    figures = loop_counts(rows)
+    truth_path = site_dir / "frames" / "ground_truth.tum"
+    measured = site_dir / "matches" / "loops.h5"
+    if truth_path.exists() and measured.exists():
+        truth = read_tum(truth_path)
+        pairs = associate(frames.times_ns, truth.times_ns, max_gap_ns)
+        known, truth = frames.frame_idxs[pairs[:, 0]], truth.select(pairs[:, 1])
+        figures |= loop_metrics(rows, read_relative_poses(measured), known, truth)
     return figures
 
 
@@ -187,7 +193,11 @@ def evaluate(arguments):
     frames = Frames(site_dir)
     metrics = {"format": "nightmap metrics", "version": 1, "site": site_dir.resolve().name}
     metrics["coverage"] = evaluate_coverage(
-        frames, estimate, bridged_frames(site_dir), num_unusable_frames(site_dir)
+        frames,
+        estimate,
+        bridged_frames(site_dir),
+        frames_apart(site_dir),
+        num_unusable_frames(site_dir),
     )
     keyframes = site_dir / "pose_graph" / "keyframes.tum"
     if keyframes.exists():
@@ -202,9 +212,8 @@ def evaluate(arguments):
     if queries.exists():
         query_truth = site_dir / "frames" / "query_ground_truth.tum"
         metrics["queries"] = evaluate_queries(queries, query_truth, alignment, max_gap_ns)
-    loops = site_dir / "pose_graph" / "loops.csv"
-    if loops.exists():
-        metrics["loops"] = evaluate_loops(loops)
+    if (site_dir / "pose_graph" / "loops.csv").exists():
+        metrics["loops"] = evaluate_loops(site_dir, frames, max_gap_ns)
     truth_dir = truth_folder(arguments)
     if alignment is not None and truth_dir is not None and truth_dir.exists():
         metrics["map"] = evaluate_map(site_dir, truth_dir, alignment)

@@ -15,7 +15,7 @@ import subprocess
 from pathlib import Path
 
 from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.site import read_json, read_text, write_atomic
+from nightmap_eval.site import put_between, read_json
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 BEGIN, END = "<!-- accuracy:begin -->", "<!-- accuracy:end -->"
@@ -29,6 +29,8 @@ COLUMNS = (
     ("scale", "trajectory.sim3.scale", 1, "{:.4f}"),
     ("RPE (cm/m)", "trajectory.rpe_per_metre.translation_rmse_m_per_m", 100, "{:.2f}"),
     ("RPE (deg/m)", "trajectory.rpe_per_metre.rotation_rmse_deg_per_m", 1, "{:.2f}"),
+    ("false loops accepted", "loops.num_false_accepted", 1, "{:.0f}"),
+    ("revisits closed (%)", "loops.revisits_closed_percent", 1, "{:.0f}"),
     ("queries", "queries.num_with_truth", 1, "{:.0f}"),
     ("median (cm)", "queries.median_translation_error_cm", 1, "{:.1f}"),
     ("median (deg)", "queries.median_rotation_error_deg", 1, "{:.2f}"),
@@ -105,22 +107,12 @@ def make_table(metrics_of_site):
     return "\n".join(lines) + "\n"
 
 
-def insert(text, table, path):
-    """The text with what is between the markers replaced."""
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise DataError(f"{path}: no markers {BEGIN} and {END}")
-    return f"{before}{begin}\n{table}{end}{after}"
-
-
 def main():
     arguments = parse_arguments()
     table = make_table({site: collect(arguments, site) for site in arguments.sites})
     caption = f"Medians over {arguments.seeds} seeds.\n\n"
     if arguments.readme:
-        text = insert(read_text(arguments.readme), caption + table, arguments.readme)
-        write_atomic(arguments.readme, text)
+        put_between(arguments.readme, BEGIN, END, caption + table)
     print(table, end="")
 
 

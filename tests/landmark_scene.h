@@ -58,6 +58,30 @@ struct LandmarkScene {
   }
 };
 
+// Makes a frame one that was tracked from another: it keeps the features that both see.
+inline void TrackFrom(int reference, int frame_idx, LandmarkScene* scene) {
+  const auto frame = static_cast<std::size_t>(frame_idx);
+  const auto& of_reference = scene->frame_points[static_cast<std::size_t>(reference)];
+  const FrameFeatures all = scene->features.frames[frame];
+  FrameFeatures& tracked = scene->features.frames[frame];
+  std::vector<int> points;
+  tracked = FrameFeatures{};
+  tracked.frame_idx = frame_idx;
+  tracked.reference_frame_idx = reference;
+  for (std::size_t i = 0; i < scene->frame_points[frame].size(); ++i) {
+    const int point = scene->frame_points[frame][i];
+    const auto found = std::ranges::lower_bound(of_reference, point);
+    if (found == of_reference.end() || *found != point) continue;
+    points.push_back(point);
+    tracked.reference_features.push_back(static_cast<int>(found - of_reference.begin()));
+    tracked.keypoints_px.push_back(all.keypoints_px[i]);
+    tracked.raw_keypoints_px.push_back(all.raw_keypoints_px[i]);
+    tracked.scales_px.push_back(all.scales_px[i]);
+    tracked.depths_m.push_back(all.depths_m[i]);
+  }
+  scene->frame_points[frame] = points;
+}
+
 inline Rigid3 ScenePose(double x_m, double yaw_rad) {
   return {Eigen::Quaterniond(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitY())),
           {x_m, 0.1 * x_m, 0.05 * x_m}};

@@ -34,6 +34,7 @@ class Estimator {
       : camera_(camera), matches_(matches), options_(options), random_(options.seed) {}
 
   std::optional<AbsolutePose> Estimate();
+  std::optional<AbsolutePose> FinishFrom(const Rigid3& camera_from_world) const;
   std::optional<Matrix6d> Covariance(const Rigid3& camera_from_world,
                                      const std::vector<int>& inliers) const;
 
@@ -247,7 +248,8 @@ AbsolutePose Estimator::Finish(const Rigid3& camera_from_world, int num_iteratio
 std::optional<AbsolutePose> Estimator::Estimate() {
   Score best;
   Rigid3 best_pose;
-  int num_required = options_.max_iterations;
+  // Enough to find any pose with min_inliers; what has fewer is refused in the end.
+  int num_required = RequiredIterations(options_.min_inliers);
   int iteration = 0;
   for (; iteration < num_required; ++iteration) {
     for (const Rigid3& pose : SolveMinimal()) {
@@ -267,6 +269,15 @@ std::optional<AbsolutePose> Estimator::Estimate() {
   return result;
 }
 
+// All matches pull first, the outliers little: the start may be too far off to tell them apart.
+std::optional<AbsolutePose> Estimator::FinishFrom(const Rigid3& camera_from_world) const {
+  std::vector<int> all(matches_.size());
+  std::iota(all.begin(), all.end(), 0);
+  AbsolutePose result = Finish(Refine(camera_from_world, all, 10), 0);
+  if (static_cast<int>(result.inliers.size()) < options_.min_inliers) return std::nullopt;
+  return result;
+}
+
 }  // namespace
 
 std::optional<AbsolutePose> EstimateAbsolutePose(const Camera& camera,
@@ -274,6 +285,14 @@ std::optional<AbsolutePose> EstimateAbsolutePose(const Camera& camera,
                                                  const AbsolutePoseOptions& options) {
   if (static_cast<int>(matches.size()) < std::max(4, options.min_inliers)) return std::nullopt;
   return Estimator(camera, matches, options).Estimate();
+}
+
+std::optional<AbsolutePose> RefineAbsolutePose(const Camera& camera,
+                                               const std::vector<PointMatch>& matches,
+                                               const Rigid3& camera_from_world,
+                                               const AbsolutePoseOptions& options) {
+  if (static_cast<int>(matches.size()) < std::max(4, options.min_inliers)) return std::nullopt;
+  return Estimator(camera, matches, options).FinishFrom(camera_from_world);
 }
 
 std::optional<Matrix6d> PoseCovariance(const Camera& camera,

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Arrays of features/shard_NNNN.h5 (F frames, N features in all, D bytes a descriptor):
 //   text extraction; kind 1; frame_idx F;
+//   reference_frame_idx F (the described frame that frame i was tracked from; -1: it is described);
 //   first_feature F+1 (features of frame i are [first[i], first[i+1]));
-//   keypoint_px N x 2, raw_keypoint_px N x 2, scale_px N, depth_m N, descriptor N x D.
+//   keypoint_px N x 2, raw_keypoint_px N x 2, scale_px N, depth_m N;
+//   reference_feature: of the features of tracked frames, in order; descriptor x D: of the others.
 #include "pipeline/io/features_io.h"
+
+#include <algorithm>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/hdf5_file.h"
@@ -12,7 +16,7 @@ namespace nightmap {
 namespace {
 
 constexpr char kFormat[] = "nightmap features";
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 
 Array<float> Flatten(const std::vector<Eigen::Vector2f>& points) {
   Array<float> array{points.size(), 2, {}};
@@ -38,6 +42,7 @@ FrameFeatures Concatenate(const FeaturesShard& shard) {
     Append(frame.scales_px, &all.scales_px);
     Append(frame.depths_m, &all.depths_m);
     Append(frame.descriptors, &all.descriptors);
+    Append(frame.reference_features, &all.reference_features);
   }
   return all;
 }
@@ -69,6 +74,20 @@ void CheckFirstFeature(const std::vector<std::int32_t>& first,
   }
 }
 
+// A tracked frame continues features of a described frame before it in the same file.
+void CheckReference(const FeaturesShard& shard,
+                    const FrameFeatures& frame,
+                    const Hdf5Reader& file) {
+  const auto reference =
+      std::ranges::find(shard.frames, frame.reference_frame_idx, &FrameFeatures::frame_idx);
+  file.Demand(reference != shard.frames.end() && reference->frame_idx < frame.frame_idx &&
+                  reference->IsDescribed(),
+              "reference_frame_idx");
+  for (const int feature : frame.reference_features) {
+    file.Demand(feature >= 0 && feature < reference->NumFeatures(), "reference_feature");
+  }
+}
+
 }  // namespace
 
 int DescriptorSize(DescriptorKind kind) {
@@ -87,24 +106,26 @@ void WriteFeatures(const std::filesystem::path& path,
                    const FeaturesShard& shard,
                    const std::string& config) {
   const FrameFeatures all = Concatenate(shard);
-  std::vector<std::int32_t> frame_idx, first_feature = {0};
+  std::vector<std::int32_t> frame_idx, reference_frame_idx, first_feature = {0};
   for (const FrameFeatures& frame : shard.frames) {
     frame_idx.push_back(frame.frame_idx);
+    reference_frame_idx.push_back(frame.reference_frame_idx);
     first_feature.push_back(first_feature.back() + frame.NumFeatures());
   }
   Hdf5Writer file(path, kFormat, kVersion, config, "pixels of the color image; depth_m metres");
   file.WriteText("extraction", shard.extraction);
   file.WriteList<std::int32_t>("kind", {static_cast<std::int32_t>(shard.kind)});
   file.WriteList("frame_idx", frame_idx);
+  file.WriteList("reference_frame_idx", reference_frame_idx);
   file.WriteList("first_feature", first_feature);
   file.Write("keypoint_px", Flatten(all.keypoints_px));
   file.Write("raw_keypoint_px", Flatten(all.raw_keypoints_px));
   file.WriteList("scale_px", all.scales_px);
   file.WriteList("depth_m", all.depths_m);
+  file.WriteList<std::int32_t>("reference_feature", all.reference_features);
+  const auto size = static_cast<std::size_t>(shard.descriptor_size);
   file.Write("descriptor",
-             Array<std::uint8_t>{all.keypoints_px.size(),
-                                 static_cast<std::size_t>(shard.descriptor_size),
-                                 all.descriptors});
+             Array<std::uint8_t>{all.descriptors.size() / size, size, all.descriptors});
   file.Close();
 }
 
@@ -119,27 +140,45 @@ FeaturesShard ReadFeatures(const std::filesystem::path& path) {
   const auto size = static_cast<std::size_t>(shard.descriptor_size);
 
   const auto frame_idx = file.ReadList<std::int32_t>("frame_idx");
+  const auto reference_frame_idx = file.ReadList<std::int32_t>("reference_frame_idx");
   const auto first = file.ReadList<std::int32_t>("first_feature");
   const auto keypoints = file.Read<float>("keypoint_px", 2);
   const auto raw_keypoints = file.Read<float>("raw_keypoint_px", 2);
   const auto scales = file.ReadList<float>("scale_px");
   const auto depths = file.ReadList<float>("depth_m");
+  const auto reference_features = file.ReadList<std::int32_t>("reference_feature");
   const auto descriptors = file.Read<std::uint8_t>("descriptor", size);
+  file.Demand(reference_frame_idx.size() == frame_idx.size(), "reference_frame_idx");
   CheckFirstFeature(first, frame_idx.size(), keypoints.rows, file);
   file.Demand(raw_keypoints.rows == keypoints.rows, "raw_keypoint_px");
   file.Demand(scales.size() == keypoints.rows, "scale_px");
   file.Demand(depths.size() == keypoints.rows, "depth_m");
-  file.Demand(descriptors.rows == keypoints.rows, "descriptor");
+  file.Demand(descriptors.rows + reference_features.size() == keypoints.rows, "descriptor");
 
+  std::size_t first_described = 0;
+  std::size_t first_tracked = 0;
   for (std::size_t i = 0; i < frame_idx.size(); ++i) {
     const auto begin = static_cast<std::size_t>(first[i]);
     const auto end = static_cast<std::size_t>(first[i + 1]);
-    shard.frames.push_back({frame_idx[i],
-                            Points(keypoints, begin, end),
-                            Points(raw_keypoints, begin, end),
-                            Slice(scales, begin, end),
-                            Slice(depths, begin, end),
-                            Slice(descriptors.values, begin * size, end * size)});
+    FrameFeatures& frame = shard.frames.emplace_back();
+    frame.frame_idx = frame_idx[i];
+    frame.reference_frame_idx = reference_frame_idx[i];
+    frame.keypoints_px = Points(keypoints, begin, end);
+    frame.raw_keypoints_px = Points(raw_keypoints, begin, end);
+    frame.scales_px = Slice(scales, begin, end);
+    frame.depths_m = Slice(depths, begin, end);
+    if (frame.IsDescribed()) {
+      file.Demand(first_described + end - begin <= descriptors.rows, "descriptor");
+      frame.descriptors =
+          Slice(descriptors.values, first_described * size, (first_described + end - begin) * size);
+      first_described += end - begin;
+    } else {
+      file.Demand(first_tracked + end - begin <= reference_features.size(), "reference_feature");
+      frame.reference_features =
+          Slice(reference_features, first_tracked, first_tracked + end - begin);
+      first_tracked += end - begin;
+      CheckReference(shard, frame, file);
+    }
   }
   return shard;
 }

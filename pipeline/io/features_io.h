@@ -12,7 +12,8 @@ namespace nightmap {
 
 enum class DescriptorKind { kRootSift, kOrb, kBrisk };
 
-// Features of one image. The lists have equal length, one entry a feature, strongest first.
+// Features of one image: of a described frame, strongest first; or of a frame to which the features
+// of a described frame were tracked. The lists have equal length, one entry a feature.
 struct FrameFeatures {
   int frame_idx = 0;
   std::vector<Eigen::Vector2f> keypoints_px;  // in the undistorted color image (same fx fy cx cy)
@@ -21,9 +22,12 @@ struct FrameFeatures {
   std::vector<float> depths_m;                    // z at the keypoint; 0 = not measured
   // num_features x descriptor_size bytes, row by row. RootSIFT: 128 bytes, 512 *
   // sqrt(l1-normalized) rounded, as COLMAP stores it (L2 distance). ORB 32 and BRISK 64 bytes
-  // (Hamming distance).
+  // (Hamming distance). None in a tracked frame.
   std::vector<std::uint8_t> descriptors;
+  int reference_frame_idx = -1;         // the described frame this one was tracked from; -1: none
+  std::vector<int> reference_features;  // its feature that each entry continues; tracked frames only
 
+  bool IsDescribed() const { return reference_frame_idx < 0; }
   int NumFeatures() const { return static_cast<int>(keypoints_px.size()); }
 };
 

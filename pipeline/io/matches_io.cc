@@ -25,6 +25,8 @@ const char* PairStatusText(PairStatus status) {
       return "too few inliers";
     case PairStatus::kPoorSpread:
       return "inliers cover too little of the image";
+    case PairStatus::kInconsistent:
+      return "neighbouring frames do not find this place";
   }
   return "unknown";
 }
@@ -88,7 +90,8 @@ std::vector<FramePair> ReadPairs(const std::filesystem::path& path) {
     pair.frame_a = frame.values[2 * i];
     pair.frame_b = frame.values[2 * i + 1];
     file.Demand(pair.frame_a >= 0 && pair.frame_a < pair.frame_b, "frame");
-    file.Demand(status[i] >= 0 && status[i] <= 3, "status");
+    file.Demand(status[i] >= 0 && status[i] <= static_cast<int>(PairStatus::kInconsistent),
+                "status");
     file.Demand(first_match[i] <= first_match[i + 1], "first_match");
     pair.status = static_cast<PairStatus>(status[i]);
     pair.num_putative = num_putative[i];

@@ -17,6 +17,7 @@ enum class PairStatus {
   kTooFewMatches = 1,  // descriptors do not match, or matches have no depth
   kTooFewInliers = 2,  // no relative pose explains enough matches
   kPoorSpread = 3,     // the inliers cover too little of the image to hold a pose
+  kInconsistent = 4,   // of a loop: the frames beside b do not find the place of a; not verified
 };
 
 const char* PairStatusText(PairStatus status);

@@ -14,7 +14,8 @@ namespace nightmap {
 
 enum class TrackingState : std::uint8_t {
   kTracked = 0,
-  kBridged = 1,  // no verified pair to an earlier frame: pose by interpolation or constant velocity
+  kBridged = 1,  // no verified pair to any frame: pose by interpolation or constant velocity
+  kStarted = 2,  // no verified pair to an earlier frame, but to later ones: a new part begins here
 };
 
 struct OdometryFrame {

@@ -138,6 +138,7 @@ void FurnishRoom(const Room& room, Random& random, Furnisher& furnisher, SceneBu
 }
 
 struct CorridorWall {
+  int part = 0;  // equal for two walls that a half turn about the building's middle exchanges
   Placement placement;
   double length_m = 0;
 };
@@ -151,14 +152,14 @@ std::vector<CorridorWall> CorridorWalls(const FloorLayout& layout) {
   const double width = s.y1 - s.y0;
   // From one end to the other with the corridor on the left-hand side (y of the placement).
   const std::vector<CorridorWall> whole = {
-      {{{s.x0, s.y0}, 0}, s.x1 - s.x0},
-      {{{s.x1 - width, s.y1}, 2 * kRight}, s.x1 - s.x0 - 2 * width},
-      {{{s.x0 + width, n.y0}, 0}, s.x1 - s.x0 - 2 * width},
-      {{{n.x1, n.y1}, 2 * kRight}, n.x1 - n.x0},
-      {{{s.x1, s.y0}, kRight}, n.y1 - s.y0},
-      {{{s.x1 - width, n.y0}, -kRight}, n.y0 - s.y1},
-      {{{s.x0, n.y1}, -kRight}, n.y1 - s.y0},
-      {{{s.x0 + width, s.y1}, kRight}, n.y0 - s.y1}};
+      {1, {{s.x0, s.y0}, 0}, s.x1 - s.x0},
+      {2, {{s.x1 - width, s.y1}, 2 * kRight}, s.x1 - s.x0 - 2 * width},
+      {2, {{s.x0 + width, n.y0}, 0}, s.x1 - s.x0 - 2 * width},
+      {1, {{n.x1, n.y1}, 2 * kRight}, n.x1 - n.x0},
+      {3, {{s.x1, s.y0}, kRight}, n.y1 - s.y0},
+      {4, {{s.x1 - width, n.y0}, -kRight}, n.y0 - s.y1},
+      {3, {{s.x0, n.y1}, -kRight}, n.y1 - s.y0},
+      {4, {{s.x0 + width, s.y1}, kRight}, n.y0 - s.y1}};
   std::vector<CorridorWall> parts;
   for (const CorridorWall& wall : whole) {
     std::vector<std::pair<double, double>> gaps;
@@ -173,10 +174,12 @@ std::vector<CorridorWall> CorridorWalls(const FloorLayout& layout) {
     gaps.emplace_back(wall.length_m, wall.length_m);
     std::sort(gaps.begin(), gaps.end());
     double start = 0;
+    int part = wall.part;
     for (const auto& [low, high] : gaps) {
       parts.push_back(
-          {{wall.placement.ToBuilding({start, 0}), wall.placement.yaw_rad}, low - start});
+          {part, {wall.placement.ToBuilding({start, 0}), wall.placement.yaw_rad}, low - start});
       start = high;
+      part += 10;
     }
   }
   return parts;
@@ -200,6 +203,9 @@ void Furnish(const FloorLayout& layout,
   Random random(seed, kCorridorStream);
   for (const CorridorWall& wall : CorridorWalls(layout)) {
     if (wall.length_m < 0.5) continue;
+    if (options.mirrored_corridors) {
+      random = Random(seed, kCorridorStream, static_cast<std::uint64_t>(1000 + wall.part));
+    }
     if (wall.length_m > 1.5 && random.Uniform() < 0.5) {
       const double width_m = random.Uniform(0.7, 1.1);
       const double x = random.Uniform(0.1, wall.length_m - width_m);

@@ -62,16 +62,25 @@ double Cost(const RoutePoint& a, const RoutePoint& b, const RouteOptions& option
   return std::pow(std::pow(step, kNormPower) + std::pow(turn, kNormPower), 1 / kNormPower);
 }
 
-// The path, its first point again, and overlap_m more of it, the heading continued.
-std::vector<RoutePoint> Unroll(const std::vector<RoutePoint>& path, double overlap_m) {
-  std::vector<RoutePoint> unrolled = path;
-  const RoutePoint& last = path.back();
-  const double raw_gain = last.heading_rad - path.front().heading_rad;
+// The part of the path that is driven: from its start on, round and round, the heading continued.
+std::vector<RoutePoint> Unroll(const std::vector<RoutePoint>& path, const RouteOptions& options) {
+  const double raw_gain = path.back().heading_rad - path.front().heading_rad;
   const double gain = std::round(raw_gain / (2 * M_PI)) * 2 * M_PI;
-  double driven_m = -(path.front().position - last.position).norm();
-  for (std::size_t i = 0; i < path.size() && driven_m < overlap_m; ++i) {
-    unrolled.push_back({path[i].position, path[i].heading_rad + gain});
-    driven_m += (unrolled.back().position - unrolled[unrolled.size() - 2].position).norm();
+  double lap_m = 0;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    lap_m += (path[(i + 1) % path.size()].position - path[i].position).norm();
+  }
+  const double length_m = options.length_ratio * lap_m + options.overlap_m;
+  const auto start =
+      static_cast<std::size_t>(options.start_ratio * static_cast<double>(path.size()));
+  std::vector<RoutePoint> unrolled;
+  double driven_m = 0;
+  for (std::size_t i = start; driven_m < length_m; ++i) {
+    const RoutePoint& point = path[i % path.size()];
+    const auto lap = static_cast<double>(i / path.size());
+    unrolled.push_back({point.position, point.heading_rad + lap * gain});
+    if (i == start) continue;
+    driven_m += (point.position - unrolled[unrolled.size() - 2].position).norm();
   }
   return unrolled;
 }
@@ -86,7 +95,7 @@ std::vector<RoutePoint> PlanPath(const FloorLayout& layout, const RouteOptions& 
 
 std::vector<RoutePoint> SampleFrames(const std::vector<RoutePoint>& path,
                                      const RouteOptions& options) {
-  const std::vector<RoutePoint> route = Unroll(path, options.overlap_m);
+  const std::vector<RoutePoint> route = Unroll(path, options);
   std::vector<double> cost(route.size(), 0.0);
   for (std::size_t i = 1; i < route.size(); ++i) {
     cost[i] = cost[i - 1] + Cost(route[i - 1], route[i], options);

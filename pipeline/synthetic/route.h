@@ -21,9 +21,10 @@ struct RoutePoint {
 // the first, up to whole turns of the heading.
 std::vector<RoutePoint> PlanPath(const FloorLayout& layout, const RouteOptions& options);
 
-// num_frames points from the start around the path and overlap_m beyond. Neighbours are equally far
-// apart in the norm (step / max_step)^4 + (turn / max_turn)^4: slow where the camera turns. Throws
-// UsageError when num_frames is too small for the two limits, naming the number that is enough.
+// num_frames points from start_ratio on along length_ratio of the path and overlap_m beyond.
+// Neighbours are equally far apart in the norm (step / max_step)^4 + (turn / max_turn)^4: slow
+// where the camera turns. Throws UsageError when num_frames is too small for the two limits, naming
+// the number that is enough.
 std::vector<RoutePoint> SampleFrames(const std::vector<RoutePoint>& path,
                                      const RouteOptions& options);
 

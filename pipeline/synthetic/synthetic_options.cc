@@ -21,6 +21,10 @@ void BuildingOptions::Register(OptionList& list) {
            &repeated_panel_ratio,
            Range(0, 1),
            "share of the corridor's pictures that are the same notice board");
+  list.Add(
+      "mirrored_corridors",
+      &mirrored_corridors,
+      "opposite corridors are furnished alike, so that a half turn of the building shows the same");
   list.Add("light_map_cell_m", &light_map_cell_m, Range(0.02, 1), "spacing of baked light samples");
   list.Add("num_light_samples", &num_light_samples, Range(1, 1024), "rays per baked light sample");
 }
@@ -71,8 +75,9 @@ void RouteOptions::Register(OptionList& list) {
   list.Add("num_laps", &num_laps, Range(1, 20), "times the robot goes through all rooms");
   list.Add(
       "clearance_m", &clearance_m, Range(0.2, 0.45), "route to the nearest obstacle, at least");
-  list.Add(
-      "overlap_m", &overlap_m, Range(0, 20), "distance driven again after the start is reached");
+  list.Add("start_ratio", &start_ratio, Range(0, 1), "where on the route the recording begins");
+  list.Add("length_ratio", &length_ratio, Range(0.01, 1), "share of the route that is recorded");
+  list.Add("overlap_m", &overlap_m, Range(0, 20), "distance driven beyond that");
   list.Add("corner_radius_m", &corner_radius_m, Range(0.05, 1), "how strongly corners are rounded");
   list.Add("max_step_m", &max_step_m, Range(0.001, 1), "largest motion between two frames");
   list.Add("max_turn_rad", &max_turn_rad, Range(0.001, 1), "largest turn between two frames");

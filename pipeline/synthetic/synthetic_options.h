@@ -18,6 +18,7 @@ struct BuildingOptions {
   double ceiling_height_m = 2.6;
   double door_width_m = 0.95;
   double repeated_panel_ratio = 0.25;
+  bool mirrored_corridors = false;
   double light_map_cell_m = 0.1;
   int num_light_samples = 32;
   void Register(OptionList& list);
@@ -51,6 +52,8 @@ struct RouteOptions {
   int num_frames = 700;
   int num_laps = 1;
   double clearance_m = 0.35;
+  double start_ratio = 0;
+  double length_ratio = 1;
   double overlap_m = 1.5;
   double corner_radius_m = 0.2;
   double max_step_m = 0.105;

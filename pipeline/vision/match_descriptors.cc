@@ -2,8 +2,11 @@
 #include "pipeline/vision/match_descriptors.h"
 
 #include <bit>
+#include <cstdint>
 #include <cstring>
 #include <limits>
+
+#include "pipeline/vision/descriptor_distance.h"
 
 namespace nightmap {
 namespace {
@@ -11,10 +14,10 @@ namespace {
 // Two best candidates of one feature so far.
 struct Nearest {
   int index = -1;
-  float distance = std::numeric_limits<float>::max();  // squared L2, or Hamming
-  float second_distance = std::numeric_limits<float>::max();
+  int distance = std::numeric_limits<int>::max();  // squared L2, or Hamming
+  int second_distance = std::numeric_limits<int>::max();
 
-  void Offer(int candidate, float candidate_distance) {
+  void Offer(int candidate, int candidate_distance) {
     if (candidate_distance < distance) {
       second_distance = distance;
       distance = candidate_distance;
@@ -25,39 +28,102 @@ struct Nearest {
   }
 };
 
-using FloatMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-using ByteMatrix =
-    Eigen::Map<const Eigen::Matrix<std::uint8_t, Eigen::Dynamic, 128, Eigen::RowMajor>>;
+constexpr std::size_t kSiftSize = 128;
 
-FloatMatrix ToFloat(const FrameFeatures& features) {
-  return ByteMatrix(features.descriptors.data(), features.NumFeatures(), 128).cast<float>();
+// Compiled for several instruction sets, of which the machine's best is taken when the program
+// starts: sums of integers are the same with each.
+[[gnu::target_clones("arch=skylake-avx512", "avx2", "default")]] void DotProducts(
+    const std::int16_t* descriptor, const std::int16_t* others, std::size_t count, int* products) {
+  for (std::size_t i = 0; i < count; ++i) {
+    int sum = 0;
+    for (std::size_t k = 0; k < kSiftSize; ++k) sum += descriptor[k] * others[i * kSiftSize + k];
+    products[i] = sum;
+  }
 }
 
-// Sums of products of bytes stay below 2^24, so float arithmetic is exact whatever the order.
-FloatMatrix SquaredDistances(const FrameFeatures& a, const FrameFeatures& b) {
-  const FloatMatrix descriptors_a = ToFloat(a);
-  const FloatMatrix descriptors_b = ToFloat(b);
-  FloatMatrix distances = -2.0f * (descriptors_a * descriptors_b.transpose());
-  distances.colwise() += descriptors_a.rowwise().squaredNorm();
-  distances.rowwise() += descriptors_b.rowwise().squaredNorm().transpose();
-  return distances;
-}
+// Squared distances by |x|^2 + |y|^2 - 2 x y.
+class SiftDistances {
+ public:
+  SiftDistances(const FrameFeatures& a, const FrameFeatures& b)
+      : a_(a.descriptors.begin(), a.descriptors.end()),
+        b_(b.descriptors.begin(), b.descriptors.end()),
+        norms_b_(static_cast<std::size_t>(b.NumFeatures())) {
+    for (std::size_t j = 0; j < norms_b_.size(); ++j) norms_b_[j] = SquaredNorm(&b_[j * kSiftSize]);
+  }
 
-FloatMatrix HammingDistances(const FrameFeatures& a, const FrameFeatures& b, int size) {
-  FloatMatrix distances(a.NumFeatures(), b.NumFeatures());
-  const auto word = [size](const FrameFeatures& features, int feature, int offset) {
-    std::uint64_t bits;
-    std::memcpy(&bits, features.descriptors.data() + feature * size + offset, sizeof(bits));
-    return bits;
-  };
-  for (int i = 0; i < a.NumFeatures(); ++i) {
-    for (int j = 0; j < b.NumFeatures(); ++j) {
-      int count = 0;
-      for (int k = 0; k < size; k += 8) count += std::popcount(word(a, i, k) ^ word(b, j, k));
-      distances(i, j) = static_cast<float>(count);
+  void Row(std::size_t i, std::vector<int>* distances) const {
+    const std::int16_t* descriptor = &a_[i * kSiftSize];
+    const int norm = SquaredNorm(descriptor);
+    DotProducts(descriptor, b_.data(), norms_b_.size(), distances->data());
+    for (std::size_t j = 0; j < norms_b_.size(); ++j) {
+      (*distances)[j] = norm + norms_b_[j] - 2 * (*distances)[j];
     }
   }
-  return distances;
+
+ private:
+  static int SquaredNorm(const std::int16_t* descriptor) {
+    int norm = 0;
+    DotProducts(descriptor, descriptor, 1, &norm);
+    return norm;
+  }
+
+  std::vector<std::int16_t> a_, b_;
+  std::vector<int> norms_b_;
+};
+
+class HammingDistances {
+ public:
+  HammingDistances(const FrameFeatures& a, const FrameFeatures& b, int size)
+      : a_(a), b_(b), size_(static_cast<std::size_t>(size)) {}
+
+  void Row(std::size_t i, std::vector<int>* distances) const {
+    for (std::size_t j = 0; j < distances->size(); ++j) {
+      int count = 0;
+      for (std::size_t k = 0; k < size_; k += 8) {
+        count += std::popcount(Word(a_, i, k) ^ Word(b_, j, k));
+      }
+      (*distances)[j] = count;
+    }
+  }
+
+ private:
+  std::uint64_t Word(const FrameFeatures& features, std::size_t feature, std::size_t offset) const {
+    std::uint64_t bits;
+    std::memcpy(&bits, features.descriptors.data() + feature * size_ + offset, sizeof(bits));
+    return bits;
+  }
+
+  const FrameFeatures& a_;
+  const FrameFeatures& b_;
+  std::size_t size_;
+};
+
+template <typename Distances>
+std::vector<FeatureMatch> Match(const FrameFeatures& a,
+                                const FrameFeatures& b,
+                                const Distances& distances,
+                                DescriptorKind kind,
+                                double max_ratio) {
+  std::vector<Nearest> nearest_of_a(static_cast<std::size_t>(a.NumFeatures()));
+  std::vector<Nearest> nearest_of_b(static_cast<std::size_t>(b.NumFeatures()));
+  std::vector<int> row(nearest_of_b.size());
+  for (std::size_t i = 0; i < nearest_of_a.size(); ++i) {
+    distances.Row(i, &row);
+    for (std::size_t j = 0; j < row.size(); ++j) {
+      nearest_of_a[i].Offer(static_cast<int>(j), row[j]);
+      nearest_of_b[j].Offer(static_cast<int>(i), row[j]);
+    }
+  }
+  std::vector<FeatureMatch> matches;
+  for (std::size_t i = 0; i < nearest_of_a.size(); ++i) {
+    const Nearest& best = nearest_of_a[i];
+    const Nearest& back = nearest_of_b[static_cast<std::size_t>(best.index)];
+    if (back.index == static_cast<int>(i) &&
+        PassesRatioTest(kind, best.distance, best.second_distance, max_ratio)) {
+      matches.push_back({static_cast<int>(i), best.index});
+    }
+  }
+  return matches;
 }
 
 }  // namespace
@@ -67,27 +133,10 @@ std::vector<FeatureMatch> MatchDescriptors(const FrameFeatures& a,
                                            DescriptorKind kind,
                                            double max_ratio) {
   if (a.NumFeatures() == 0 || b.NumFeatures() == 0) return {};
-  const bool is_squared = kind == DescriptorKind::kRootSift;
-  const FloatMatrix distances =
-      is_squared ? SquaredDistances(a, b) : HammingDistances(a, b, DescriptorSize(kind));
-  std::vector<Nearest> nearest_of_a(static_cast<std::size_t>(a.NumFeatures()));
-  std::vector<Nearest> nearest_of_b(static_cast<std::size_t>(b.NumFeatures()));
-  for (int i = 0; i < a.NumFeatures(); ++i) {
-    for (int j = 0; j < b.NumFeatures(); ++j) {
-      nearest_of_a[static_cast<std::size_t>(i)].Offer(j, distances(i, j));
-      nearest_of_b[static_cast<std::size_t>(j)].Offer(i, distances(i, j));
-    }
+  if (kind == DescriptorKind::kRootSift) {
+    return Match(a, b, SiftDistances(a, b), kind, max_ratio);
   }
-  const auto ratio = static_cast<float>(is_squared ? max_ratio * max_ratio : max_ratio);
-  std::vector<FeatureMatch> matches;
-  for (int i = 0; i < a.NumFeatures(); ++i) {
-    const Nearest& best = nearest_of_a[static_cast<std::size_t>(i)];
-    const Nearest& back = nearest_of_b[static_cast<std::size_t>(best.index)];
-    if (back.index == i && best.distance < ratio * best.second_distance) {
-      matches.push_back({i, best.index});
-    }
-  }
-  return matches;
+  return Match(a, b, HammingDistances(a, b, DescriptorSize(kind)), kind, max_ratio);
 }
 
 }  // namespace nightmap

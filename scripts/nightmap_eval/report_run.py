@@ -121,8 +121,11 @@ def skipped_section(metrics, stages):
         parts.append(html.paragraph(f"{_frame_list(missing)} have no pose."))
     bridged = metrics.get("coverage", {}).get("frames_bridged", [])
     if bridged:
-        guessed = "matched no earlier frame: their poses began as guesses."
-        parts.append(html.paragraph(f"{_frame_list(bridged)} {guessed}"))
+        parts.append(html.paragraph(f"{_frame_list(bridged)} matched no other: their poses are guesses."))
+    apart = metrics.get("coverage", {}).get("frames_apart", [])
+    if apart:
+        guessed = "lie apart from the rest of the map: only guessed motion joins them."
+        parts.append(html.paragraph(f"{_frame_list(apart)} {guessed}"))
     return html.section("Skipped items", *parts)
 
 

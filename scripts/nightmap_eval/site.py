@@ -85,7 +85,7 @@ class Frames:
 
 
 def bridged_frames(site_dir):
-    """Frames without a verified pair to an earlier one: odometry guessed their first pose."""
+    """Frames without a verified pair to any other: odometry guessed their pose."""
     bridged = []
     for name in shard_names(site_dir):
         path = Path(site_dir) / "odometry" / f"shard_{name}.h5"
@@ -98,6 +98,14 @@ def bridged_frames(site_dir):
             raise DataError(f"{path}: {error}; delete the file and run make") from None
         bridged += frame_idxs[states == 1].tolist()
     return bridged
+
+
+def frames_apart(site_dir):
+    """Frames outside the largest part of the map: only guessed motion joins them to it."""
+    path = Path(site_dir) / "pose_graph" / "report.json"
+    parts = read_json(path).get("parts", []) if path.exists() else []
+    runs = [run for part in parts[1:] for run in part["runs"]]
+    return sorted(idx for first, last in runs for idx in range(first, last + 1))
 
 
 def num_unusable_frames(site_dir):
@@ -142,3 +150,12 @@ def write_atomic(path, text):
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def put_between(path, begin, end, text):
+    """Replaces what stands between two markers in a text file."""
+    before, has_begin, rest = read_text(path).partition(begin)
+    _, has_end, after = rest.partition(end)
+    if not has_begin or not has_end:
+        raise DataError(f"{path}: no markers {begin} and {end}")
+    write_atomic(path, f"{before}{begin}\n{text}{end}{after}")

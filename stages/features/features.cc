@@ -1,10 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/features/features.h"
 
+#include <algorithm>
+#include <optional>
+
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 
 namespace nightmap {
+
+namespace {
+
+// Describes or tracks the frames of one segment in order.
+class Segment {
+ public:
+  Segment(const FeaturesOptions& options, const std::vector<RgbdCamera>& cameras)
+      : options_(options), cameras_(cameras), tracker_(options.tracking) {}
+
+  FrameFeatures Next(const FrameRecord& frame, const RgbdImages& images, bool must_describe) {
+    const Camera& camera = cameras_.at(static_cast<std::size_t>(frame.camera_idx)).color;
+    std::optional<FrameFeatures> tracked;
+    if (!must_describe && frame.camera_idx == camera_idx_) {
+      tracked = tracker_.Track(images.color, camera, frame.frame_idx);
+    }
+    FrameFeatures features =
+        tracked ? std::move(*tracked) : ExtractFeatures(images.color, camera, options_.extraction);
+    features.frame_idx = frame.frame_idx;
+    LookUpDepth(images.depth, options_.extraction, &features);
+    if (!tracked) tracker_.Start(images.color, camera, features);
+    camera_idx_ = frame.camera_idx;
+    return features;
+  }
+
+ private:
+  const FeaturesOptions& options_;
+  const std::vector<RgbdCamera>& cameras_;
+  FeatureTracker tracker_;
+  int camera_idx_ = -1;  // of the frame before
+};
+
+}  // namespace
 
 FeaturesResult RunFeatures(const FeaturesOptions& options,
                            const std::vector<FrameRecord>& frames,
@@ -19,19 +54,20 @@ FeaturesResult RunFeatures(const FeaturesOptions& options,
   result.shard.descriptor_size = DescriptorSize(result.shard.kind);
   result.shard.frames.resize(frames.size());
   std::vector<std::string> failures(frames.size());
+  const auto length = static_cast<std::size_t>(options.segment_frames);
   progress.Start(frames.size());
-  ParallelFor(frames.size(), num_threads, [&](std::size_t i) {
-    FrameFeatures& features = result.shard.frames[i];
-    try {
-      const RgbdImages images = load(frames[i]);
-      const Camera& camera = cameras.at(static_cast<std::size_t>(frames[i].camera_idx)).color;
-      features = ExtractFeatures(images.color, camera, options.extraction);
-      LookUpDepth(images.depth, options.extraction, &features);
-    } catch (const DataError& error) {
-      failures[i] = error.what();
+  ParallelFor((frames.size() + length - 1) / length, num_threads, [&](std::size_t i) {
+    Segment segment(options, cameras);
+    for (std::size_t k = i * length; k < std::min(frames.size(), (i + 1) * length); ++k) {
+      result.shard.frames[k].frame_idx = frames[k].frame_idx;
+      try {
+        const bool is_last = k + 1 == frames.size();
+        result.shard.frames[k] = segment.Next(frames[k], load(frames[k]), is_last);
+      } catch (const DataError& error) {
+        failures[k] = error.what();
+      }
+      progress.Advance();
     }
-    features.frame_idx = frames[i].frame_idx;
-    progress.Advance();
   });
   for (const std::string& failure : failures) {
     if (!failure.empty()) result.skipped.push_back(failure);

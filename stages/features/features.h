@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// features: keypoints, descriptors and depth of every frame of a shard.
+// features: keypoints and depth of every frame of a shard; descriptors of those that show something
+// new.
 #pragma once
 
 #include <functional>
@@ -9,15 +10,23 @@
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/vision/extract_features.h"
+#include "pipeline/vision/track_features.h"
 
 namespace nightmap {
 
 struct FeaturesOptions {
   ExtractionOptions extraction;
+  TrackingOptions tracking;
+  int segment_frames = 50;
   double max_failed_ratio = 0.2;
 
   void Register(OptionList& list) {
     extraction.Register(list);
+    tracking.Register(list);
+    list.Add("segment_frames",
+             &segment_frames,
+             Range(1, 1e6),
+             "frames worked on one after the other; the first of them is described");
     list.Add("max_failed_ratio",
              &max_failed_ratio,
              Range(0, 1),
@@ -33,7 +42,9 @@ struct FeaturesResult {
   std::vector<std::string> skipped;  // reasons, in frame order
 };
 
-// Deterministic at any number of threads: frames are independent.
+// The first frame of each segment and the last of the shard are described; the others are tracked
+// from the last described one as long as enough of its features are found. Deterministic at any
+// number of threads: segments are independent.
 FeaturesResult RunFeatures(const FeaturesOptions& options,
                            const std::vector<FrameRecord>& frames,
                            const std::vector<RgbdCamera>& cameras,

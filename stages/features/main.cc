@@ -13,13 +13,16 @@ void Summarize(const FeaturesShard& shard, nlohmann::json* report) {
   int num_features = 0;
   int num_with_depth = 0;
   int num_empty_frames = 0;
+  int num_described = 0;
   for (const FrameFeatures& frame : shard.frames) {
     num_features += frame.NumFeatures();
     num_with_depth += static_cast<int>(
         std::ranges::count_if(frame.depths_m, [](float depth_m) { return depth_m > 0; }));
     num_empty_frames += frame.NumFeatures() == 0;
+    num_described += frame.IsDescribed();
   }
   (*report)["num_frames"] = shard.frames.size();
+  (*report)["num_described_frames"] = num_described;
   (*report)["num_features"] = num_features;
   (*report)["num_features_with_depth"] = num_with_depth;
   (*report)["num_frames_without_features"] = num_empty_frames;
@@ -30,13 +33,14 @@ void Summarize(const FeaturesShard& shard, nlohmann::json* report) {
 
 int main(int argc, char** argv) {
   using namespace nightmap;
-  cv::setNumThreads(1);  // frames are the unit of parallelism
-  const StageSpec spec{"features",
-                       "Detects and describes keypoints in the frames of one shard.",
-                       {{"frames", "shard_NNNN.csv of the frames stage"},
-                        {"cameras", "cameras.json of the frames stage"},
-                        {"data", "folder the paths in the frames file are relative to"}},
-                       {{"features", "shard_NNNN.h5: keypoints, descriptors, depths"}}};
+  cv::setNumThreads(1);  // segments are the unit of parallelism
+  const StageSpec spec{
+      "features",
+      "Describes keypoints in the frames of one shard, and tracks them through those between.",
+      {{"frames", "shard_NNNN.csv of the frames stage"},
+       {"cameras", "cameras.json of the frames stage"},
+       {"data", "folder the paths in the frames file are relative to"}},
+      {{"features", "shard_NNNN.h5: keypoints, descriptors, depths"}}};
   return StageMain(argc, argv, spec, FeaturesOptions{}, [](const auto& options, auto& context) {
     const auto frames = ReadFrames(context.Input("frames"));
     const auto cameras = ReadCameras(context.Input("cameras"));

@@ -2,13 +2,21 @@
 #include "stages/matches/matches.h"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "stages/matches/direct_index.h"
+#include "stages/matches/neighbour_pairs.h"
 #include "stages/matches/verify_pair.h"
 
 namespace nightmap {
 namespace {
+
+constexpr int kIndexLevel = 3;  // a thousand nodes at the default branching
+
+using Ranking = std::vector<InvertedFile::Result>;
 
 VerifyOptions MakeVerifyOptions(const MatchesOptions& options, DescriptorKind kind, bool is_loop) {
   VerifyOptions verify;
@@ -29,32 +37,57 @@ std::uint64_t PairSeed(int seed, const FramePair& pair) {
          static_cast<std::uint64_t>(pair.frame_b);
 }
 
-void VerifyAll(const MatchesOptions& options,
-               const MatchesInput& input,
-               bool is_loop,
-               int num_threads,
-               Progress& progress,
-               std::vector<FramePair>* pairs) {
-  const int first_idx = input.frames.front().frame_idx;
-  const VerifyOptions verify = MakeVerifyOptions(options, input.features.kind, is_loop);
-  const auto at = [&](int frame_idx) { return static_cast<std::size_t>(frame_idx - first_idx); };
-  const auto camera_of = [&](int frame_idx) -> const RgbdCamera& {
-    return input.cameras.at(static_cast<std::size_t>(input.frames[at(frame_idx)].camera_idx));
-  };
-  progress.Start(pairs->size());
-  ParallelFor(pairs->size(), num_threads, [&](std::size_t i) {
-    FramePair& pair = (*pairs)[i];
-    VerifyOptions own = verify;
-    own.pose.seed = PairSeed(options.seed, pair);
-    VerifyPair(own,
-               input.features.frames[at(pair.frame_a)],
-               camera_of(pair.frame_a),
-               input.features.frames[at(pair.frame_b)],
-               camera_of(pair.frame_b),
-               &pair);
-    progress.Advance();
-  });
-}
+// Verifies pairs in parallel; the same whatever the number of threads.
+class Verifier {
+ public:
+  Verifier(const MatchesOptions& options, const MatchesInput& input, bool is_loop)
+      : options_(options),
+        input_(input),
+        verify_(MakeVerifyOptions(options, input.features.kind, is_loop)) {}
+
+  // Loops: pairs that few features of a common node agree on are rejected before all features are
+  // compared.
+  void UseIndex(const DirectIndex* index) { index_ = index; }
+
+  void Run(int num_threads, Progress& progress, std::vector<FramePair>* pairs) const {
+    progress.Start(pairs->size());
+    ParallelFor(pairs->size(), num_threads, [&](std::size_t i) {
+      Verify(&(*pairs)[i]);
+      progress.Advance();
+    });
+  }
+
+ private:
+  std::size_t At(int frame_idx) const {
+    return static_cast<std::size_t>(frame_idx - input_.frames.front().frame_idx);
+  }
+  const RgbdCamera& CameraOf(int frame_idx) const {
+    return input_.cameras.at(static_cast<std::size_t>(input_.frames[At(frame_idx)].camera_idx));
+  }
+
+  void Verify(FramePair* pair) const {
+    const FrameFeatures& a = input_.features.frames[At(pair->frame_a)];
+    const FrameFeatures& b = input_.features.frames[At(pair->frame_b)];
+    const RgbdCamera& camera_a = CameraOf(pair->frame_a);
+    const RgbdCamera& camera_b = CameraOf(pair->frame_b);
+    VerifyOptions own = verify_;
+    own.pose.seed = PairSeed(options_.seed, *pair);
+    if (index_) {
+      VerifyOptions quick = own;
+      quick.pose.min_inliers = options_.loop_min_quick_inliers;
+      quick.min_spread = 0;
+      const auto shared = index_->Match(pair->frame_a, pair->frame_b, options_.max_ratio);
+      VerifyMatches(quick, shared, a, camera_a, b, camera_b, pair);
+      if (pair->status != PairStatus::kAccepted) return;
+    }
+    VerifyPair(own, a, camera_a, b, camera_b, pair);
+  }
+
+  const MatchesOptions& options_;
+  const MatchesInput& input_;
+  VerifyOptions verify_;
+  const DirectIndex* index_ = nullptr;
+};
 
 void CheckInput(const MatchesInput& input) {
   const auto& frames = input.frames;
@@ -71,10 +104,8 @@ void CheckInput(const MatchesInput& input) {
 }
 
 // Greedy choice of the best-scored candidates that are not neighbours of one chosen already.
-std::vector<InvertedFile::Result> Thin(const std::vector<InvertedFile::Result>& ranked,
-                                       int count,
-                                       int min_distance) {
-  std::vector<InvertedFile::Result> chosen;
+Ranking Thin(const Ranking& ranked, int count, int min_distance) {
+  Ranking chosen;
   for (const InvertedFile::Result& candidate : ranked) {
     if (static_cast<int>(chosen.size()) == count) break;
     const bool is_near = std::ranges::any_of(chosen, [&](const InvertedFile::Result& other) {
@@ -85,6 +116,24 @@ std::vector<InvertedFile::Result> Thin(const std::vector<InvertedFile::Result>& 
   return chosen;
 }
 
+// Frames that look for loops.
+std::vector<int> LoopSeekers(const MatchesOptions& options, const FeaturesShard& features) {
+  std::vector<int> seekers;
+  int num_described = 0;
+  for (const FrameFeatures& frame : features.frames) {
+    if (frame.IsDescribed() && num_described++ % options.loop_stride == 0) {
+      seekers.push_back(frame.frame_idx);
+    }
+  }
+  return seekers;
+}
+
+bool Finds(const Ranking& ranking, int frame_idx, int max_distance) {
+  return std::ranges::any_of(ranking, [&](const InvertedFile::Result& result) {
+    return std::abs(result.frame_idx - frame_idx) <= max_distance;
+  });
+}
+
 }  // namespace
 
 void MatchesOptions::Register(OptionList& list) {
@@ -92,7 +141,11 @@ void MatchesOptions::Register(OptionList& list) {
   list.Add("pair_offsets",
            &pair_offsets,
            Range(1, 100),
-           "each frame is matched to the frames this many before it");
+           "each described frame is matched to the described frames this many before it");
+  list.Add("wide_search",
+           &wide_search,
+           Range(0, 1000),
+           "a described frame that matches none of these is matched to so many before it");
   list.Add("max_error_px", &max_error_px, Range(0.5, 20), "inlier threshold on reprojection");
   list.Add("max_depth_error",
            &max_depth_error,
@@ -101,13 +154,19 @@ void MatchesOptions::Register(OptionList& list) {
   list.Add("min_inliers", &min_inliers, Range(4, 1000), "of a pair of neighbours");
   list.Add(
       "min_spread", &min_spread, Range(0, 1), "share of the image a pair's inliers must cover");
-  list.Add("loop_stride", &loop_stride, Range(1, 1000), "every Nth frame looks for loops");
+  list.Add(
+      "loop_stride", &loop_stride, Range(1, 1000), "every Nth described frame looks for loops");
   list.Add("loop_num_candidates",
            &loop_num_candidates,
            Range(0, 100),
            "candidates verified per frame; 0: no loops");
   list.Add("loop_min_gap", &loop_min_gap, Range(1, 100000), "frames between the ends of a loop");
   list.Add("loop_min_inliers", &loop_min_inliers, Range(4, 1000), "of a loop");
+  list.Add(
+      "loop_min_quick_inliers",
+      &loop_min_quick_inliers,
+      Range(0, 1000),
+      "of a loop among features that share a word; fewer: not all are compared; 0: always all");
   list.Add("loop_min_spread",
            &loop_min_spread,
            Range(0, 1),
@@ -122,18 +181,14 @@ std::vector<FramePair> MatchNeighbours(const MatchesOptions& options,
                                        int num_threads,
                                        Progress& progress) {
   CheckInput(input);
-  std::vector<int> offsets = options.pair_offsets;
-  std::ranges::sort(offsets, std::greater<>());
-  std::vector<FramePair> pairs;
-  for (int b = first_frame_idx; b <= input.frames.back().frame_idx; ++b) {
-    for (const int offset : offsets) {
-      if (b - offset < input.frames.front().frame_idx) continue;
-      pairs.emplace_back();
-      pairs.back().frame_a = b - offset;
-      pairs.back().frame_b = b;
-    }
-  }
-  VerifyAll(options, input, false, num_threads, progress, &pairs);
+  const NeighbourPairs neighbours(input.features, first_frame_idx);
+  std::vector<FramePair> pairs = neighbours.AtOffsets(options.pair_offsets);
+  const Verifier verifier(options, input, /*is_loop=*/false);
+  verifier.Run(num_threads, progress, &pairs);
+  std::vector<FramePair> wide = neighbours.Wide(pairs, options.wide_search);
+  verifier.Run(num_threads, progress, &wide);
+  std::ranges::move(wide, std::back_inserter(pairs));
+  SortPairs(&pairs);
   return pairs;
 }
 
@@ -151,25 +206,34 @@ std::vector<FramePair> MatchLoops(const MatchesOptions& options,
         words.size(),
         input.frames.size());
   }
-  std::vector<std::vector<InvertedFile::Result>> candidates(words.size());
-  ParallelFor(words.size(), num_threads, [&](std::size_t i) {
-    const int b = static_cast<int>(i);
-    const int before = b - options.loop_min_gap + 1;
-    if (b % options.loop_stride != 0 || before <= 0 || options.loop_num_candidates == 0) return;
-    const auto ranked =
-        vocabulary.inverted_file.Query(words[i], 8 * options.loop_num_candidates, before);
-    candidates[i] = Thin(ranked, options.loop_num_candidates, options.loop_min_gap / 2);
+  const std::vector<int> seekers = LoopSeekers(options, input.features);
+  std::vector<Ranking> rankings(seekers.size());
+  ParallelFor(seekers.size(), num_threads, [&](std::size_t k) {
+    const int before = seekers[k] - options.loop_min_gap + 1;
+    if (before <= 0 || options.loop_num_candidates == 0) return;
+    rankings[k] = vocabulary.inverted_file.Query(
+        words[static_cast<std::size_t>(seekers[k])], 8 * options.loop_num_candidates, before);
   });
+  std::vector<FramePair> consistent;
   std::vector<FramePair> pairs;
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    for (const InvertedFile::Result& candidate : candidates[i]) {
-      pairs.emplace_back();
-      pairs.back().frame_a = candidate.frame_idx;
-      pairs.back().frame_b = static_cast<int>(i);
-      pairs.back().score = candidate.score;
+  for (std::size_t k = 0; k < seekers.size(); ++k) {
+    const int min_distance = options.loop_min_gap / 2;
+    for (const auto& candidate : Thin(rankings[k], options.loop_num_candidates, min_distance)) {
+      FramePair pair = MakePair(candidate.frame_idx, seekers[k]);
+      pair.score = candidate.score;
+      const bool is_found_beside =
+          (k > 0 && Finds(rankings[k - 1], candidate.frame_idx, min_distance)) ||
+          (k + 1 < seekers.size() && Finds(rankings[k + 1], candidate.frame_idx, min_distance));
+      pair.status = PairStatus::kInconsistent;
+      (is_found_beside ? consistent : pairs).push_back(pair);
     }
   }
-  VerifyAll(options, input, true, num_threads, progress, &pairs);
+  Verifier verifier(options, input, /*is_loop=*/true);
+  const DirectIndex index(vocabulary, input.features, kIndexLevel);
+  if (options.loop_min_quick_inliers > 0) verifier.UseIndex(&index);
+  verifier.Run(num_threads, progress, &consistent);
+  std::ranges::move(consistent, std::back_inserter(pairs));
+  SortPairs(&pairs);
   return pairs;
 }
 

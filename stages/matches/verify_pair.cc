@@ -54,6 +54,17 @@ Correspondences Lift(const Side& source,
   return lifted;
 }
 
+std::vector<FeatureMatch> PutativeMatches(const VerifyOptions& options,
+                                          const FrameFeatures& a,
+                                          const FrameFeatures& b) {
+  if (b.IsDescribed()) return MatchDescriptors(a, b, options.kind, options.max_ratio);
+  std::vector<FeatureMatch> matches;
+  for (int i = 0; i < b.NumFeatures(); ++i) {
+    matches.push_back({b.reference_features[static_cast<std::size_t>(i)], i});
+  }
+  return matches;
+}
+
 // The covariance of the inverse pose: transported by the adjoint.
 Matrix6d InverseCovariance(const Rigid3& pose, const Matrix6d& covariance) {
   const Rigid3 inverse = pose.Inverse();
@@ -87,7 +98,17 @@ void VerifyPair(const VerifyOptions& options,
                 const FrameFeatures& b,
                 const RgbdCamera& camera_b,
                 FramePair* pair) {
-  const auto putative = MatchDescriptors(a, b, options.kind, options.max_ratio);
+  VerifyMatches(options, PutativeMatches(options, a, b), a, camera_a, b, camera_b, pair);
+}
+
+void VerifyMatches(const VerifyOptions& options,
+                   const std::vector<FeatureMatch>& putative,
+                   const FrameFeatures& a,
+                   const RgbdCamera& camera_a,
+                   const FrameFeatures& b,
+                   const RgbdCamera& camera_b,
+                   FramePair* pair) {
+  pair->inliers.clear();
   pair->num_putative = static_cast<int>(putative.size());
   pair->status = PairStatus::kTooFewMatches;
   const Side side_a{&a, &camera_a, &FeatureMatch::a};

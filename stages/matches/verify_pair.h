@@ -15,15 +15,24 @@ struct VerifyOptions {
   AbsolutePoseOptions pose;
 };
 
-// Matches descriptors (ratio, mutual), then estimates the pose from the 3-D points of the frame
-// that has more depth to the pixels of the other. Fills everything of `pair` but frame_a, frame_b,
-// score.
+// Matches descriptors (ratio, mutual), or takes the matches that tracking gave when b was tracked
+// from a. Then estimates the pose from the 3-D points of the frame that has more depth to the
+// pixels of the other. Fills everything of `pair` but frame_a, frame_b, score.
 void VerifyPair(const VerifyOptions& options,
                 const FrameFeatures& a,
                 const RgbdCamera& camera_a,
                 const FrameFeatures& b,
                 const RgbdCamera& camera_b,
                 FramePair* pair);
+
+// The same from given matches.
+void VerifyMatches(const VerifyOptions& options,
+                   const std::vector<FeatureMatch>& putative,
+                   const FrameFeatures& a,
+                   const RgbdCamera& camera_a,
+                   const FrameFeatures& b,
+                   const RgbdCamera& camera_b,
+                   FramePair* pair);
 
 // Share of the image that points cover: 4 pi sqrt(det(covariance)) over the area. Points spread
 // evenly over the whole image give about 1; a small cluster or a line gives about 0.

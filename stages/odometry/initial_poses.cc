@@ -81,16 +81,19 @@ class Chain {
     return last * (At(frame_idx - 2).shard_from_camera.Inverse() * last);
   }
 
-  // A bridged frame that nothing hangs on lies better between its neighbours than ahead of one.
+  // A bridged frame that nothing hangs on lies better between its neighbours than ahead of one; one
+  // with followers starts a new part.
   void InterpolateBridged() {
-    for (std::size_t i = 1; i < frames_.size(); ++i) {
-      if (frames_[i].state != TrackingState::kBridged || has_followers_[i]) continue;
-      std::size_t next = i + 1;
-      while (next < frames_.size() && frames_[next].state == TrackingState::kBridged &&
-             !has_followers_[next]) {
-        ++next;
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      if (frames_[i].state == TrackingState::kBridged && has_followers_[i]) {
+        frames_[i].state = TrackingState::kStarted;
       }
-      if (next == frames_.size() || frames_[next].state == TrackingState::kBridged) continue;
+    }
+    for (std::size_t i = 1; i < frames_.size(); ++i) {
+      if (frames_[i].state != TrackingState::kBridged) continue;
+      std::size_t next = i + 1;
+      while (next < frames_.size() && frames_[next].state == TrackingState::kBridged) ++next;
+      if (next == frames_.size() || frames_[next].state == TrackingState::kStarted) continue;
       const double fraction = 1.0 / static_cast<double>(next - i + 1);
       frames_[i].shard_from_camera =
           Interpolate(frames_[i - 1].shard_from_camera, frames_[next].shard_from_camera, fraction);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/odometry/odometry.h"
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -11,6 +12,9 @@
 
 namespace nightmap {
 namespace {
+
+constexpr double kMaxBridgeSigma_m = 100;
+constexpr double kMaxBridgeSigma_rad = 3;
 
 using TracksOfFrames = std::vector<std::map<int, int>>;  // by frame: track -> feature
 
@@ -52,9 +56,12 @@ class KeyframeGraph {
  private:
   std::size_t At(int frame_idx) const { return static_cast<std::size_t>(frame_idx - begin_idx_); }
 
-  // A bridged frame is no keyframe: its pose is a guess.
+  // A bridged frame is no keyframe: its pose is a guess. Nor is one without descriptors. What
+  // starts a part is one: loops will move the part apart from the frames before.
   bool NeedsKeyframe(int keyframe, int idx) const {
     if (frames_[At(idx)].state == TrackingState::kBridged) return false;
+    if (frames_[At(idx)].state == TrackingState::kStarted) return true;
+    if (!input_.features.frames[At(idx)].IsDescribed()) return false;
     const Rigid3 relative =
         frames_[At(keyframe)].shard_from_camera.Inverse() * frames_[At(idx)].shard_from_camera;
     return relative.translation.norm() > options_.keyframe_distance_m ||
@@ -78,18 +85,17 @@ class KeyframeGraph {
     std::optional<Matrix6d> covariance;
     if (!IsBroken(a, b)) covariance = EdgeCovariance(a, b, edge.b_from_a);
     edge.is_bridge = !covariance;
-    edge.covariance = covariance ? *covariance : BridgeCovariance();
+    edge.covariance = covariance ? *covariance : BridgeCovariance(a, b);
     return edge;
   }
 
-  // True when a bridged frame between them starts the part that b hangs on: then nothing measured
-  // connects a and b. Tracks across the gap prove the opposite.
+  // True when nothing measured may connect a and b. Tracks across the gap prove the opposite.
   bool IsBroken(int a, int b) const {
-    bool has_bridge = false;
+    bool has_gap = false;
     for (int idx = a + 1; idx <= b; ++idx) {
-      has_bridge = has_bridge || frames_[At(idx)].state == TrackingState::kBridged;
+      has_gap = has_gap || frames_[At(idx)].state != TrackingState::kTracked;
     }
-    return has_bridge && SharedPoints(a, b).size() < 10;
+    return has_gap && SharedPoints(a, b).size() < 10;
   }
 
   // Points of the tracks both frames see, with the pixels in b.
@@ -130,11 +136,15 @@ class KeyframeGraph {
     return frames_[At(target)].shard_from_camera.Inverse() * frames_[At(source)].shard_from_camera;
   }
 
-  Matrix6d BridgeCovariance() const {
+  // The longer the camera was not tracked, the farther it may have gone.
+  Matrix6d BridgeCovariance(int a, int b) const {
+    const double gap_s =
+        1e-9 * static_cast<double>(input_.frames[At(b)].time_ns - input_.frames[At(a)].time_ns);
+    const double sigma_rad = std::min(kMaxBridgeSigma_rad, gap_s * options_.bridge_rad_per_s);
+    const double sigma_m = std::min(kMaxBridgeSigma_m, gap_s * options_.bridge_m_per_s);
     Matrix6d covariance = Matrix6d::Zero();
-    covariance.diagonal().head<3>().setConstant(options_.bridge_sigma_rad *
-                                                options_.bridge_sigma_rad);
-    covariance.diagonal().tail<3>().setConstant(options_.bridge_sigma_m * options_.bridge_sigma_m);
+    covariance.diagonal().head<3>().setConstant(sigma_rad * sigma_rad);
+    covariance.diagonal().tail<3>().setConstant(sigma_m * sigma_m);
     return covariance;
   }
 
@@ -190,8 +200,11 @@ void OdometryOptions::Register(OptionList& list) {
            &max_tracks_per_frame,
            Range(20, 10000),
            "longest tracks of a frame that enter bundle adjustment");
-  list.Add("bridge_sigma_m", &bridge_sigma_m, Range(0.01, 100), "looseness of a bridged gap");
-  list.Add("bridge_sigma_rad", &bridge_sigma_rad, Range(0.01, 4), "looseness of a bridged gap");
+  list.Add("bridge_m_per_s",
+           &bridge_m_per_s,
+           Range(0.01, 100),
+           "standard deviation of the motion through a gap in the tracking");
+  list.Add("bridge_rad_per_s", &bridge_rad_per_s, Range(0.01, 100), "likewise, rotation");
 }
 
 OdometryShard RunOdometry(const OdometryOptions& options,

@@ -23,8 +23,8 @@ struct OdometryOptions {
   double max_error_px = 4.0;
   int max_iterations = 15;
   int max_tracks_per_frame = 300;
-  double bridge_sigma_m = 0.5;
-  double bridge_sigma_rad = 0.3;
+  double bridge_m_per_s = 1.0;
+  double bridge_rad_per_s = 1.0;
 
   void Register(OptionList& list);
 };
@@ -39,10 +39,11 @@ struct OdometryInput {
 
 // 1. Each frame is posed from the verified pair with most inliers to a posed earlier frame; one
 //    without such a pair is bridged (interpolated between its neighbours, or moved on at constant
-//    velocity) and reported.
-// 2. The inliers of all pairs that agree with the chain are joined to tracks, and poses and points
-// are refined together.
-// 3. Keyframes are chosen by motion and overlap; edges between consecutive ones get the covariance
+//    velocity) and reported; where later frames hang on it, it starts a new part.
+// 2. The inliers of all pairs that agree with the chain are joined to tracks; described frames and
+//    points are refined together, then each tracked frame against the points.
+// 3. Keyframes are chosen among the described frames by motion and overlap; edges between
+// consecutive ones get the covariance
 //    of their relative pose given the adjusted points.
 // Deterministic; one thread.
 OdometryShard RunOdometry(const OdometryOptions& options,

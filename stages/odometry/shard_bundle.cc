@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "pipeline/geometry/absolute_pose.h"
 #include "pipeline/vision/tracks.h"
 
 namespace nightmap {
@@ -22,8 +23,10 @@ class Adjuster {
     InitializePoints();
     for (int round = 0; round < 2; ++round) {
       Adjust();
-      DropOutliers();
+      DropOutliers(/*of_described=*/true);
     }
+    RefineTracked();
+    DropOutliers(/*of_described=*/false);
     return std::move(result_);
   }
 
@@ -76,8 +79,9 @@ class Adjuster {
     const auto begins = TrackBegins(all);
     std::vector<std::size_t> order(begins.size() - 1);
     std::iota(order.begin(), order.end(), 0);
-    std::ranges::stable_sort(
-        order, std::greater<>(), [&](std::size_t t) { return begins[t + 1] - begins[t]; });
+    std::ranges::stable_sort(order, std::greater<>(), [&](std::size_t t) {
+      return std::pair(CountDescribed(all, begins[t], begins[t + 1]), begins[t + 1] - begins[t]);
+    });
     std::vector<int> count(frames_.size(), 0);
     std::vector<TrackObservation> selected;
     int track_idx = 0;
@@ -94,6 +98,17 @@ class Adjuster {
       ++track_idx;
     }
     return selected;
+  }
+
+  bool IsDescribed(const TrackObservation& o) const {
+    return input_.features.frames[At(o.frame_idx)].IsDescribed();
+  }
+  std::ptrdiff_t CountDescribed(const std::vector<TrackObservation>& observations,
+                                std::size_t begin,
+                                std::size_t end) const {
+    return std::count_if(observations.begin() + static_cast<std::ptrdiff_t>(begin),
+                         observations.begin() + static_cast<std::ptrdiff_t>(end),
+                         [&](const TrackObservation& o) { return IsDescribed(o); });
   }
 
   static std::vector<std::size_t> TrackBegins(const std::vector<TrackObservation>& all) {
@@ -125,20 +140,28 @@ class Adjuster {
     });
   }
 
-  // The nearest measurement is the most precise one.
+  // The nearest measurement is the most precise one; a described frame's is preferred, for its pose
+  // is adjusted.
   void InitializePoints() {
     const auto begins = TrackBegins(result_.observations);
     for (std::size_t t = 0; t + 1 < begins.size(); ++t) {
       const TrackObservation* best = nullptr;
+      const auto rank = [&](const TrackObservation& o) {
+        return std::pair(IsDescribed(o), -Depth_m(o));
+      };
       for (std::size_t i = begins[t]; i < begins[t + 1]; ++i) {
         const TrackObservation& o = result_.observations[i];
-        if (Depth_m(o) > 0 && (!best || Depth_m(o) < Depth_m(*best))) best = &o;
+        if (Depth_m(o) > 0 && (!best || rank(o) > rank(*best))) best = &o;
       }
-      const Camera& camera = CameraOf(best->frame_idx).color;
-      result_.points_in_shard.push_back(
-          frames_[At(best->frame_idx)].shard_from_camera *
-          camera.BackProjectUndistorted(Pixel(*best), Depth_m(*best)));
+      sources_.push_back(*best);
+      is_adjusted_.push_back(CountDescribed(result_.observations, begins[t], begins[t + 1]) >= 2);
+      result_.points_in_shard.push_back(PointOf(*best));
     }
+  }
+
+  Eigen::Vector3d PointOf(const TrackObservation& o) const {
+    return frames_[At(o.frame_idx)].shard_from_camera *
+           CameraOf(o.frame_idx).color.BackProjectUndistorted(Pixel(o), Depth_m(o));
   }
 
   void Adjust() {
@@ -151,6 +174,7 @@ class Adjuster {
     }
     problem.points_in_world = result_.points_in_shard;
     for (const TrackObservation& o : result_.observations) {
+      if (!IsDescribed(o) || !is_adjusted_[static_cast<std::size_t>(o.track_idx)]) continue;
       problem.observations.push_back({static_cast<int>(At(o.frame_idx)),
                                       o.track_idx,
                                       Pixel(o),
@@ -165,10 +189,39 @@ class Adjuster {
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       frames_[i].shard_from_camera = problem.camera_from_world[i].Inverse();
     }
+    for (std::size_t t = 0; t < sources_.size(); ++t) {
+      if (!is_adjusted_[t]) result_.points_in_shard[t] = PointOf(sources_[t]);
+    }
   }
 
-  void DropOutliers() {
+  void RefineTracked() {
+    std::vector<std::vector<PointMatch>> matches(frames_.size());
+    for (const TrackObservation& o : result_.observations) {
+      if (IsDescribed(o)) continue;
+      const auto track = static_cast<std::size_t>(o.track_idx);
+      const double sigma_m =
+          is_adjusted_[track]
+              ? 0
+              : CameraOf(sources_[track].frame_idx).noise.Sigma_m(Depth_m(sources_[track]));
+      matches[At(o.frame_idx)].push_back(
+          {Pixel(o), result_.points_in_shard[track], Depth_m(o), sigma_m});
+    }
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      if (matches[i].empty()) continue;
+      const RgbdCamera& camera = CameraOf(begin_idx_ + static_cast<int>(i));
+      AbsolutePoseOptions pose_options;
+      pose_options.max_error_px = options_.max_error_px;
+      pose_options.pixel_sigma_px = options_.pixel_sigma_px;
+      pose_options.noise = camera.noise;
+      const auto refined = RefineAbsolutePose(
+          camera.color, matches[i], frames_[i].shard_from_camera.Inverse(), pose_options);
+      if (refined) frames_[i].shard_from_camera = refined->camera_from_world.Inverse();
+    }
+  }
+
+  void DropOutliers(bool of_described) {
     std::erase_if(result_.observations, [&](const TrackObservation& o) {
+      if (IsDescribed(o) != of_described) return false;
       const Eigen::Vector3d p = frames_[At(o.frame_idx)].shard_from_camera.Inverse() *
                                 result_.points_in_shard[static_cast<std::size_t>(o.track_idx)];
       const auto projected = CameraOf(o.frame_idx).color.ProjectUndistorted(p);
@@ -181,6 +234,8 @@ class Adjuster {
   std::vector<ChainedFrame>& frames_;
   int begin_idx_;
   ShardBundle result_;
+  std::vector<TrackObservation> sources_;  // of each track: whose depth placed its point first
+  std::vector<bool> is_adjusted_;          // of each track: the adjustment moves its point
 };
 
 }  // namespace

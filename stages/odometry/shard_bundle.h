@@ -16,8 +16,10 @@ struct ShardBundle {
   std::vector<Eigen::Vector3d> points_in_shard;  // one a track
 };
 
-// Joins the accepted pairs to tracks, adjusts, drops observations off by more than max_error_px and
-// adjusts again. Updates the poses in `frames` (frame i is input.frames[i]).
+// Joins the accepted pairs to tracks, adjusts the described frames and the points that at least two
+// of them see, drops observations off by more than max_error_px and adjusts again. Tracked frames
+// then get the pose that fits the points best. Updates the poses in `frames` (frame i is
+// input.frames[i]).
 ShardBundle AdjustShard(const OdometryOptions& options,
                         const OdometryInput& input,
                         std::vector<ChainedFrame>* frames);

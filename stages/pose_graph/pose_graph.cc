@@ -2,11 +2,14 @@
 #include "stages/pose_graph/pose_graph.h"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/base/union_find.h"
 #include "stages/pose_graph/check_input.h"
 #include "stages/pose_graph/global_bundle.h"
 #include "stages/pose_graph/optimize_graph.h"
@@ -28,6 +31,7 @@ class Pipeline {
     progress.Advance();
     OptimizeGraph(options_.max_loop_error, &edges_, &keyframes_);
     JudgeLoops();
+    FindParts();
     progress.Advance();
     if (options_.bundle_adjustment) Adjust();
     progress.Advance();
@@ -53,7 +57,10 @@ class Pipeline {
         keyframes_[frame.frame_idx] = Chained(frame.frame_idx);
         result_.is_keyframe[static_cast<std::size_t>(frame.frame_idx)] = true;
       }
-      for (const PoseEdge& edge : shard.edges) edges_.push_back({WithFloor(edge), false});
+      for (const PoseEdge& edge : shard.edges) {
+        edges_.push_back({WithFloor(edge), false});
+        if (edge.is_bridge) after_bridge_.insert(edge.frame_b);
+      }
     }
   }
 
@@ -71,11 +78,16 @@ class Pipeline {
   int KeyframeAtOrBefore(int frame_idx) const {
     return std::prev(keyframes_.upper_bound(frame_idx))->first;
   }
+  // Not across a bridge: odometry does not know the way.
   int NearestKeyframe(int frame_idx) const {
     const int before = KeyframeAtOrBefore(frame_idx);
     const auto after = keyframes_.lower_bound(frame_idx);
-    if (after == keyframes_.end()) return before;
+    if (after == keyframes_.end() || IsBridged(before, after->first)) return before;
     return after->first - frame_idx < frame_idx - before ? after->first : before;
+  }
+
+  bool IsBridged(int before, int after) const {
+    return before < after && after_bridge_.contains(after);
   }
 
   // A loop joins two frames; its edge joins the keyframes they are nearest to.
@@ -112,11 +124,36 @@ class Pipeline {
       } else {
         const GraphEdge& edge = edges_[static_cast<std::size_t>(loop_edge_[i])];
         record.error = edge.error;
-        record.is_accepted = edge.weight > 0.5;
+        record.is_accepted = IsBelieved(edge);
         if (!record.is_accepted) record.reason = "contradicts the rest of the graph";
       }
       result_.loops.push_back(record);
     }
+  }
+
+  bool IsBelieved(const GraphEdge& edge) const { return !edge.is_loop || edge.weight > 0.5; }
+
+  void FindParts() {
+    std::map<int, std::size_t> position;
+    for (const auto& [idx, pose] : keyframes_) position.emplace(idx, position.size());
+    UnionFind sets(position.size());
+    for (const GraphEdge& edge : edges_) {
+      if (edge.edge.is_bridge || !IsBelieved(edge)) continue;
+      const std::size_t a = position.at(edge.edge.frame_a);
+      const std::size_t b = position.at(edge.edge.frame_b);
+      sets.Join(a, b);
+      const bool is_loop_to_start = 10 * a < position.size() && 10 * b >= 9 * position.size();
+      result_.returns_to_start |= edge.is_loop && is_loop_to_start;
+    }
+    std::map<std::size_t, GraphPart> parts;
+    for (int idx = 0; idx < static_cast<int>(chained_.size()); ++idx) {
+      GraphPart& part = parts[sets.Find(position.at(KeyframeAtOrBefore(idx)))];
+      ++part.num_frames;
+      if (part.runs.empty() || part.runs.back().second + 1 < idx) part.runs.push_back({idx, idx});
+      part.runs.back().second = idx;
+    }
+    for (auto& [root, part] : parts) result_.parts.push_back(std::move(part));
+    std::ranges::stable_sort(result_.parts, std::greater<>(), &GraphPart::num_frames);
   }
 
   void Adjust() {
@@ -128,14 +165,15 @@ class Pipeline {
   }
 
   // A frame keeps its odometry pose relative to the keyframes around it; between two it follows
-  // both in proportion, so that the trajectory stays smooth.
+  // both in proportion, so that the trajectory stays smooth. Before a bridge it follows the one
+  // before it alone.
   void CarryFrames() {
     for (std::size_t i = 0; i < chained_.size(); ++i) {
       const int idx = static_cast<int>(i);
       const auto after = keyframes_.lower_bound(idx);
       const int before = after == keyframes_.begin() ? after->first : KeyframeAtOrBefore(idx);
       const Rigid3 by_before = Carried(before, idx);
-      if (after == keyframes_.end() || after->first == before) {
+      if (after == keyframes_.end() || after->first == before || IsBridged(before, after->first)) {
         result_.map_from_camera.push_back(by_before);
         continue;
       }
@@ -198,7 +236,7 @@ class Pipeline {
       result_.graph.vertices.push_back({idx, map_from_graph * pose});
     }
     for (const GraphEdge& edge : edges_) {
-      if (!edge.is_loop || edge.weight > 0.5) result_.graph.edges.push_back(edge.edge);
+      if (IsBelieved(edge)) result_.graph.edges.push_back(edge.edge);
     }
   }
 
@@ -207,6 +245,7 @@ class Pipeline {
   std::vector<Rigid3> chained_;      // graph_from_camera by odometry alone
   std::map<int, Rigid3> keyframes_;  // graph_from_camera, optimized
   std::vector<GraphEdge> edges_;
+  std::set<int> after_bridge_;  // keyframes that only a guess joins to the one before
   std::vector<int> loop_edge_;  // of each candidate; -1: none
   PoseGraphResult result_;
 };

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pipeline/base/options.h"
@@ -51,11 +52,20 @@ struct LoopRecord {
   std::string reason;  // empty when accepted
 };
 
+// Frames that measured edges and accepted loops connect. Where there are several parts, only
+// guessed motion holds them together.
+struct GraphPart {
+  int num_frames = 0;
+  std::vector<std::pair<int, int>> runs;  // first and last frame_idx, ascending
+};
+
 struct PoseGraphResult {
   PoseGraph graph;                      // keyframes and the edges that were kept
   std::vector<Rigid3> map_from_camera;  // of every frame
   std::vector<bool> is_keyframe;        // of every frame
   std::vector<LoopRecord> loops;        // every candidate
+  std::vector<GraphPart> parts;         // most frames first
+  bool returns_to_start = false;        // a loop joins the first tenth of the keyframes to the last
   MapFrame map_frame;
   double bundle_rms_px = 0;  // reprojection error after bundle adjustment
   int num_bundle_observations = 0;

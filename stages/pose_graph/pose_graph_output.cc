@@ -41,7 +41,15 @@ nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& res
   const auto num_verified = std::ranges::count_if(
       input.loops, [](const FramePair& loop) { return loop.status == PairStatus::kAccepted; });
   const auto num_bridges = std::ranges::count_if(result.graph.edges, &PoseEdge::is_bridge);
+  auto parts = nlohmann::json::array();
+  for (const GraphPart& part : result.parts) {
+    parts.push_back({{"num_frames", part.num_frames}, {"runs", part.runs}});
+  }
   return {
+      {"parts", parts},
+      {"connection",
+       result.parts.size() == 1 ? "whole" : "guessed motion joins the parts: no loop does"},
+      {"returns_to_start", result.returns_to_start},
       {"num_frames", input.frames.size()},
       {"num_keyframes", result.graph.vertices.size()},
       {"num_edges", result.graph.edges.size()},

@@ -23,7 +23,8 @@ std::int64_t Time_ns(std::int64_t first_ns, std::size_t idx, double frame_rate_h
 
 std::uint64_t NoiseSeed(const SynthesizeOptions& options, bool is_query, std::size_t idx) {
   const auto stream = static_cast<std::uint64_t>(is_query ? 602 : 601);
-  return Random(static_cast<std::uint64_t>(options.building.seed), stream, idx).Next();
+  const auto first_idx = static_cast<std::uint64_t>(options.recording) << 32;
+  return Random(static_cast<std::uint64_t>(options.building.seed), stream, first_idx + idx).Next();
 }
 
 double Median(std::vector<double> values) {
@@ -48,6 +49,10 @@ void SynthesizeOptions::Register(OptionList& list) {
   camera.Register(list);
   sensor.Register(list);
   list.Add("frame_rate_hz", &frame_rate_hz, Range(0.1, 1000), "frames a second in the timestamps");
+  list.Add("recording",
+           &recording,
+           Range(0, 1000),
+           "recordings of one building with other numbers have other noise");
   route.Register(list);
   queries.Register(list);
   floor_plan.Register(list);

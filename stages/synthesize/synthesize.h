@@ -19,6 +19,7 @@ namespace nightmap {
 
 struct SynthesizeOptions {
   double frame_rate_hz = 10;
+  int recording = 0;
   BuildingOptions building;
   SyntheticCameraOptions camera;
   DepthSensorOptions sensor;

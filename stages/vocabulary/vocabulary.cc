@@ -41,10 +41,12 @@ std::vector<int> DrawIndices(int size, int count, Random random) {
 std::vector<std::uint8_t> DrawTraining(const VocabularyOptions& options,
                                        const FeaturesShard& features) {
   const auto size = static_cast<std::size_t>(features.descriptor_size);
-  const int num_frames = std::max(1, static_cast<int>(features.frames.size()));
-  const int per_frame = std::max(1, options.max_training_descriptors / num_frames);
+  const auto num_described =
+      static_cast<int>(std::ranges::count_if(features.frames, &FrameFeatures::IsDescribed));
+  const int per_frame = std::max(1, options.max_training_descriptors / std::max(1, num_described));
   std::vector<std::uint8_t> training;
   for (const FrameFeatures& frame : features.frames) {
+    if (!frame.IsDescribed()) continue;
     const Random random(static_cast<std::uint64_t>(options.tree.seed),
                         static_cast<std::uint64_t>(frame.frame_idx));
     for (const int i : DrawIndices(frame.NumFeatures(), per_frame, random)) {

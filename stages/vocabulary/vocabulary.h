@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // vocabulary: trains the vocabulary tree on the site's own descriptors and assigns every feature of
-// every mapping frame to its leaf.
+// every described frame to its leaf; a tracked frame has no words.
 #pragma once
 
 #include "pipeline/base/options.h"

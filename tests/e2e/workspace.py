@@ -77,7 +77,7 @@ class Workspace:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def command(self, *arguments):
-        return ["make", "--no-print-directory", f"SITE={SITE}", f"SYNTHETIC=demo building {SITE}", *arguments]
+        return ["make", "--no-print-directory", f"SITE={SITE}", f"SYNTHETIC=demo building mirror {SITE}", *arguments]
 
     def make(self, *arguments):
         """Runs make; `arguments` are goals, flags and VARIABLE=VALUE."""

@@ -25,6 +25,14 @@ FrameFeatures MakeFrame(int frame_idx, int count, int size) {
   return frame;
 }
 
+// A frame that continues features 2 and 0 of `reference`.
+FrameFeatures MakeTracked(int frame_idx, int reference) {
+  FrameFeatures frame = MakeFrame(frame_idx, 2, 0);
+  frame.reference_frame_idx = reference;
+  frame.reference_features = {2, 0};
+  return frame;
+}
+
 FeaturesShard MakeShard(DescriptorKind kind, int first_frame_idx) {
   FeaturesShard shard;
   shard.kind = kind;
@@ -33,6 +41,10 @@ FeaturesShard MakeShard(DescriptorKind kind, int first_frame_idx) {
   for (const int count : {3, 0, 2}) {
     const int frame_idx = first_frame_idx + static_cast<int>(shard.frames.size());
     shard.frames.push_back(MakeFrame(frame_idx, count, shard.descriptor_size));
+  }
+  shard.frames.insert(shard.frames.begin() + 1, MakeTracked(first_frame_idx + 1, first_frame_idx));
+  for (std::size_t i = 0; i < 4; ++i) {
+    shard.frames[i].frame_idx = first_frame_idx + static_cast<int>(i);
   }
   return shard;
 }
@@ -44,6 +56,8 @@ void ExpectEqual(const FrameFeatures& a, const FrameFeatures& b) {
   EXPECT_EQ(a.scales_px, b.scales_px);
   EXPECT_EQ(a.depths_m, b.depths_m);
   EXPECT_EQ(a.descriptors, b.descriptors);
+  EXPECT_EQ(a.reference_frame_idx, b.reference_frame_idx);
+  EXPECT_EQ(a.reference_features, b.reference_features);
 }
 
 TEST(FeaturesIo, ReadsBackEveryKindAndFramesWithoutFeatures) {
@@ -55,20 +69,20 @@ TEST(FeaturesIo, ReadsBackEveryKindAndFramesWithoutFeatures) {
     const FeaturesShard read = ReadFeatures(folder / "f.h5");
     EXPECT_EQ(read.kind, kind);
     EXPECT_EQ(read.extraction, shard.extraction);
-    ASSERT_EQ(read.frames.size(), 3U);
-    for (std::size_t i = 0; i < 3; ++i) ExpectEqual(read.frames[i], shard.frames[i]);
+    ASSERT_EQ(read.frames.size(), 4U);
+    for (std::size_t i = 0; i < 4; ++i) ExpectEqual(read.frames[i], shard.frames[i]);
   }
 }
 
 TEST(FeaturesIo, ShardsAreJoinedAndMustBeAlike) {
   const TemporaryFolder folder;
   const FeaturesShard first = MakeShard(DescriptorKind::kOrb, 0);
-  FeaturesShard second = MakeShard(DescriptorKind::kOrb, 3);
+  FeaturesShard second = MakeShard(DescriptorKind::kOrb, 4);
   WriteFeatures(folder / "0.h5", first, "");
   WriteFeatures(folder / "1.h5", second, "");
   const FeaturesShard both =
       ReadFeatures(std::vector<std::filesystem::path>{folder / "0.h5", folder / "1.h5"});
-  ASSERT_EQ(both.frames.size(), 6U);
+  ASSERT_EQ(both.frames.size(), 8U);
   EXPECT_EQ(both.frames[5].frame_idx, 5);
   second.extraction = "detector = \"brisk\"\n";
   WriteFeatures(folder / "1.h5", second, "");
@@ -95,7 +109,7 @@ TEST(FeaturesIo, SizesThatDoNotAddUpAndNanAreRefused) {
   shard.frames[0].scales_px.pop_back();
   expect(shard, "scale_px");
   shard = MakeShard(DescriptorKind::kOrb, 0);
-  shard.frames[2].depths_m.push_back(1);
+  shard.frames[3].depths_m.push_back(1);
   expect(shard, "depth_m");
   shard = MakeShard(DescriptorKind::kOrb, 0);
   shard.frames[0].raw_keypoints_px.pop_back();
@@ -104,15 +118,26 @@ TEST(FeaturesIo, SizesThatDoNotAddUpAndNanAreRefused) {
   shard.frames[0].keypoints_px[1].x() = std::numeric_limits<float>::quiet_NaN();
   expect(shard, "keypoint_px");
   shard = MakeShard(DescriptorKind::kOrb, 0);
-  shard.frames[2].depths_m[1] = std::numeric_limits<float>::infinity();
+  shard.frames[3].depths_m[1] = std::numeric_limits<float>::infinity();
   expect(shard, "depth_m");
+  shard = MakeShard(DescriptorKind::kOrb, 0);
+  shard.frames[1].reference_features[1] = 3;
+  expect(shard, "reference_feature");
+  shard = MakeShard(DescriptorKind::kOrb, 0);
+  shard.frames[1].reference_features[0] = -1;
+  expect(shard, "reference_feature");
+  for (const int no_reference : {1, 2, 9}) {  // itself, later, not there
+    shard = MakeShard(DescriptorKind::kOrb, 0);
+    shard.frames[1].reference_frame_idx = no_reference;
+    expect(shard, "reference_frame_idx");
+  }
   shard = MakeShard(DescriptorKind::kOrb, 0);
   shard.kind = DescriptorKind::kBrisk;  // descriptors of 32 bytes said to have 64
   expect(shard, "descriptor");
 }
 
 TEST(FeaturesIo, AnotherFormatAndANewerVersionAreRefused) {
-  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap features", 1, kRead);
+  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap features", 2, kRead);
 }
 
 // Two features of two frames as another program might write them.
@@ -120,13 +145,15 @@ void WriteArrays(const std::filesystem::path& path,
                  std::int32_t kind,
                  const std::vector<std::int32_t>& first_feature,
                  const std::string& left_out = "") {
-  Hdf5Writer file(path, "nightmap features", 1, "", "");
+  Hdf5Writer file(path, "nightmap features", 2, "", "");
   if (left_out != "extraction") file.WriteText("extraction", "");
   const auto write = [&]<typename T>(const std::string& name, const Array<T>& array) {
     if (name != left_out) file.Write(name, array);
   };
   write("kind", Array<std::int32_t>{1, 1, {kind}});
   write("frame_idx", Array<std::int32_t>{2, 1, {5, 6}});
+  write("reference_frame_idx", Array<std::int32_t>{2, 1, {-1, -1}});
+  write("reference_feature", Array<std::int32_t>{0, 1, {}});
   write("first_feature", Array<std::int32_t>{first_feature.size(), 1, first_feature});
   for (const char* name : {"keypoint_px", "raw_keypoint_px"}) {
     write(name, Array<float>{2, 2, {1, 2, 3, 4}});
@@ -146,6 +173,8 @@ TEST(FeaturesIo, MissingArraysAndIndicesOutOfRangeAreNamed) {
                                   "kind",
                                   "frame_idx",
                                   "first_feature",
+                                  "reference_frame_idx",
+                                  "reference_feature",
                                   "keypoint_px",
                                   "raw_keypoint_px",
                                   "scale_px",

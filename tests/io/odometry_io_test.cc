@@ -22,7 +22,7 @@ OdometryShard RandomShard() {
   Random random(1);
   OdometryShard shard;
   for (int i = 0; i < 9; ++i) {
-    const auto state = i % 4 == 0 ? TrackingState::kBridged : TrackingState::kTracked;
+    const auto state = static_cast<TrackingState>(i % 3);
     shard.frames.push_back({20 + i, RandomPose(random), state, i % 3 == 0});
   }
   for (int i = 0; i < 5; ++i) {
@@ -173,7 +173,7 @@ TEST_F(OdometryIoTest, NanAndInfinityAreNamed) {
 TEST_F(OdometryIoTest, ValuesOutOfRangeAreNamed) {
   ExpectRefused([](Arrays& a) { a.frame_idx = {3, 5}; }, "field 'frame_idx'");
   ExpectRefused([](Arrays& a) { a.frame_idx = {4, 3}; }, "field 'frame_idx'");
-  ExpectRefused([](Arrays& a) { a.state[1] = 2; }, "field 'state'");
+  ExpectRefused([](Arrays& a) { a.state[1] = 3; }, "field 'state'");
   ExpectRefused([](Arrays& a) { a.edge_frame.values = {4, 3}; }, "field 'edge_frame'");
   ExpectRefused([](Arrays& a) { a.edge_frame.values = {4, 4}; }, "field 'edge_frame'");
   ExpectRefused([](Arrays& a) { a.edge_frame.values = {-1, 4}; }, "field 'edge_frame'");

@@ -78,6 +78,15 @@ class EvaluateTest(unittest.TestCase):
         path.write_bytes(b"not HDF5")
         self.assertEqual(self.evaluate().returncode, 1)
 
+    def test_frames_of_a_part_apart_have_no_pose(self):
+        fake_site.write_site(self.site_dir)
+        parts = [{"num_frames": 36, "runs": [[0, 9], [14, 39]]}, {"num_frames": 4, "runs": [[10, 13]]}]
+        report = self.site_dir / "pose_graph" / "report.json"
+        report.write_text(json.dumps({"parts": parts}), encoding="utf-8")
+        coverage = self.metrics()["coverage"]
+        self.assertEqual(coverage["frames_apart"], [10, 11, 12, 13])
+        self.assertEqual(coverage["num_frames_with_pose"], 36)
+
     def test_without_truth_says_so(self):
         fake_site.write_site(self.site_dir, truth=False)
         result = self.evaluate()

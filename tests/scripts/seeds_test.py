@@ -9,6 +9,7 @@ from pathlib import Path
 import fake_site
 import seeds
 from nightmap_eval.errors import DataError
+from nightmap_eval.site import put_between
 
 
 def metrics(ate_m, recall=None):
@@ -36,15 +37,25 @@ class TableTest(unittest.TestCase):
 
 
 class InsertTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = Path(folder.name) / "page.md"
+
+    def put(self, text):
+        put_between(self.path, seeds.BEGIN, seeds.END, text)
+        return self.path.read_text(encoding="utf-8")
+
     def test_replaces_between_markers_only(self):
-        text = f"a\n{seeds.BEGIN}\nold\n{seeds.END}\nb\n"
-        once = seeds.insert(text, "new\n", "x")
+        self.path.write_text(f"a\n{seeds.BEGIN}\nold\n{seeds.END}\nb\n", encoding="utf-8")
+        once = self.put("new\n")
         self.assertEqual(once, f"a\n{seeds.BEGIN}\nnew\n{seeds.END}\nb\n")
-        self.assertEqual(seeds.insert(once, "new\n", "x"), once)
+        self.assertEqual(self.put("new\n"), once)
 
     def test_no_markers_is_an_error(self):
+        self.path.write_text("text", encoding="utf-8")
         with self.assertRaises(DataError):
-            seeds.insert("text", "new", "x")
+            self.put("new")
 
     def test_collects_and_writes(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -57,6 +57,61 @@ TEST(SyntheticWorld, IsEqualForEqualSeedsAndAnyThreads) {
   }
 }
 
+TEST(SyntheticRoute, APartOfItLiesOnTheWholeAndGoesOnOverItsEnd) {
+  const auto whole = PlanPath(World().layout, RouteOptions{});
+  RouteOptions options;
+  options.num_frames = 500;
+  options.start_ratio = 0.75;
+  options.length_ratio = 0.5;
+  options.overlap_m = 0;
+  const auto part = SampleFrames(whole, options);
+  const auto at = [&](double ratio) {
+    return whole[static_cast<std::size_t>(ratio * static_cast<double>(whole.size()))].position;
+  };
+  EXPECT_LT((part.front().position - at(0.75)).norm(), 0.03);
+  EXPECT_LT((part.back().position - at(0.25)).norm(), 0.5);
+  for (std::size_t i = 0; i < part.size(); ++i) {
+    double nearest_m = 1e9;
+    for (const RoutePoint& point : whole) {
+      nearest_m = std::min(nearest_m, (point.position - part[i].position).norm());
+    }
+    EXPECT_LT(nearest_m, 0.02);
+    if (i == 0) continue;
+    EXPECT_LE((part[i].position - part[i - 1].position).norm(), options.max_step_m);
+    EXPECT_LE(std::abs(part[i].heading_rad - part[i - 1].heading_rad), options.max_turn_rad);
+  }
+}
+
+// What hangs and stands in the corridors of a building with mirrored ones looks the same after half
+// a turn about its middle.
+TEST(SyntheticWorld, MirroredCorridorsAreFurnishedAlike) {
+  const auto count_twins = [](bool is_mirrored) {
+    BuildingOptions options = QuickBuilding();
+    options.mirrored_corridors = is_mirrored;
+    const SyntheticWorld world = BuildWorld(options, RouteOptions{}, 2);
+    const Rect2& line = world.layout.center_line;
+    const Eigen::Vector2d middle((line.x0 + line.x1) / 2, (line.y0 + line.y1) / 2);
+    std::vector<Eigen::Vector2d> centres;
+    for (const Surface& surface : world.scene.surfaces) {
+      const Eigen::Vector3d centre = surface.origin + (surface.edge_u + surface.edge_v) / 2;
+      const bool is_in_corridor = std::ranges::any_of(world.layout.corridor, [&](const Rect2& rect) {
+        return rect.Contains(centre.x(), centre.y());
+      });
+      if (is_in_corridor && surface.label == SurfaceLabel::kPoster) {
+        centres.push_back(centre.head<2>());
+      }
+    }
+    const auto num_twins = std::ranges::count_if(centres, [&](const Eigen::Vector2d& centre) {
+      return std::ranges::any_of(centres, [&](const Eigen::Vector2d& other) {
+        return (2 * middle - centre - other).norm() < 0.02;
+      });
+    });
+    return static_cast<double>(num_twins) / static_cast<double>(centres.size());
+  };
+  EXPECT_GT(count_twins(true), 0.6);
+  EXPECT_LT(count_twins(false), 0.3);
+}
+
 TEST(SyntheticWorld, DiffersForAnotherSeed) {
   BuildingOptions options = QuickBuilding();
   options.seed = 2;

@@ -61,6 +61,59 @@ TEST_F(FeaturesTest, IsTheSameAtAnyNumberOfThreads) {
   }
 }
 
+// One picture that moves to the left by two pixels a frame.
+RgbdImages LoadMoving(const FrameRecord& frame) {
+  RgbdImages images;
+  images.color = {160, 120, 3, std::vector<std::uint8_t>(160 * 120 * 3)};
+  images.depth = {160, 120, 1, std::vector<float>(160 * 120, 2.0F)};
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      Random random(1,
+                    static_cast<std::uint64_t>((x + 2 * frame.frame_idx) / 5),
+                    static_cast<std::uint64_t>(y / 5));
+      const auto gray = static_cast<std::uint8_t>(random.Index(256));
+      for (int channel = 0; channel < 3; ++channel) images.color.At(x, y, channel) = gray;
+    }
+  }
+  return images;
+}
+
+TEST_F(FeaturesTest, DescribesTheFirstOfASegmentAndTheLastAndTracksBetween) {
+  FeaturesOptions options;
+  options.segment_frames = 4;
+  Progress progress("features", false);
+  const auto run = [&](int num_threads) {
+    return RunFeatures(options, frames_, cameras_, LoadMoving, num_threads, progress).shard.frames;
+  };
+  const auto frames = run(1), again = run(2);
+  const std::vector<int> expected = {-1, 30, 30, 30, -1, -1};
+  for (std::size_t i = 0; i < 6; ++i) {
+    ASSERT_EQ(frames[i].reference_frame_idx, expected[i]) << i;
+    EXPECT_EQ(frames[i].raw_keypoints_px, again[i].raw_keypoints_px);
+    EXPECT_EQ(frames[i].descriptors.empty(), !frames[i].IsDescribed());
+    for (std::size_t k = 0; k < frames[i].reference_features.size(); ++k) {
+      const auto feature = static_cast<std::size_t>(frames[i].reference_features[k]);
+      const Eigen::Vector2f moved =
+          frames[0].raw_keypoints_px[feature] - frames[i].raw_keypoints_px[k];
+      EXPECT_NEAR(moved.x(), 2.0 * static_cast<double>(i), 0.3);
+      EXPECT_NEAR(moved.y(), 0, 0.3);
+      EXPECT_FLOAT_EQ(frames[i].depths_m[k], 2.0F);
+    }
+  }
+  options.tracking.max_gap_frames = 0;
+  for (const FrameFeatures& frame : run(2)) EXPECT_TRUE(frame.IsDescribed());
+}
+
+TEST_F(FeaturesTest, AFrameOfAnotherCameraIsDescribed) {
+  cameras_.push_back(cameras_[0]);
+  for (std::size_t i = 3; i < 6; ++i) frames_[i].camera_idx = 1;
+  Progress progress("features", false);
+  const auto frames = RunFeatures({}, frames_, cameras_, LoadMoving, 1, progress).shard.frames;
+  EXPECT_FALSE(frames[2].IsDescribed());
+  EXPECT_TRUE(frames[3].IsDescribed());
+  EXPECT_EQ(frames[4].reference_frame_idx, 33);
+}
+
 TEST_F(FeaturesTest, TheShardSaysHowItWasMade) {
   const FeaturesResult result = Extract(1);
   ExtractionOptions extraction;

@@ -133,6 +133,47 @@ TEST(PoseGraph, WithoutLoopsTheGraphIsTheOdometry) {
   for (const PoseEdge& edge : result.graph.edges) EXPECT_LT(edge.frame_a, edge.frame_b);
 }
 
+// The camera was lost before frame 12; odometry goes on somewhere else.
+PoseGraphInput MakeBrokenInput() {
+  PoseGraphInput input = MakeInput();
+  OdometryShard& shard = input.odometry[0];
+  const Rigid3 elsewhere{Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX())),
+                         {4, -2, 1}};
+  for (OdometryFrame& frame : shard.frames) {
+    if (frame.frame_idx >= 12) frame.shard_from_camera = elsewhere * frame.shard_from_camera;
+  }
+  for (PoseEdge& edge : shard.edges) {
+    if (edge.frame_b != 12) continue;
+    edge.is_bridge = true;
+    edge.covariance = 100 * Matrix6d::Identity();
+    edge.b_from_a =
+        shard.frames[12].shard_from_camera.Inverse() * shard.frames[9].shard_from_camera;
+  }
+  return input;
+}
+
+TEST(PoseGraph, LoopsJoinWhatTheTrackingLost) {
+  const double whole_m = WorstError_m(Optimize(MakeInput()));
+  const PoseGraphResult result = Optimize(MakeBrokenInput());
+  EXPECT_LT(WorstError_m(result), whole_m + 0.1);
+  ASSERT_EQ(result.parts.size(), 1U);
+  EXPECT_EQ(result.parts[0].num_frames, kNumFrames);
+  EXPECT_TRUE(result.returns_to_start);
+}
+
+TEST(PoseGraph, PartsThatNoLoopJoinsAreReported) {
+  PoseGraphInput input = MakeBrokenInput();
+  input.loops.clear();
+  const PoseGraphResult result = Optimize(input);
+  EXPECT_FALSE(result.returns_to_start);
+  ASSERT_EQ(result.parts.size(), 2U);
+  using Runs = std::vector<std::pair<int, int>>;
+  EXPECT_EQ(result.parts[0].runs, (Runs{{12, kNumFrames - 1}}));
+  EXPECT_EQ(result.parts[1].runs, (Runs{{0, 11}}));
+  EXPECT_EQ(Summarize(input, result).at("parts").size(), 2U);
+  EXPECT_EQ(result.map_from_camera.size(), static_cast<std::size_t>(kNumFrames));
+}
+
 TEST(PoseGraph, RefusesOdometryOfOtherFrames) {
   PoseGraphInput input = MakeInput();
   input.odometry.pop_back();

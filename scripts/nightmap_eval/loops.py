@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Loop closures against the truth: which accepted ones are false, which revisits were closed."""
+
+import h5py
+import numpy as np
+
+from nightmap_eval.errors import DataError
+from nightmap_eval.site import read_csv
+from nightmap_eval.trajectory import angles_deg, rotation_matrices
+
+MAX_ERROR_M, MAX_ERROR_DEG = 0.3, 10  # of a true loop's relative pose
+REVISIT_M, REVISIT_DEG = 0.5, 20  # a frame revisits where it is so near an earlier one ...
+REVISIT_PATH_M = 3  # ... that much of the path ago
+REVISIT_FRAMES = 10  # a revisit is closed by a loop of a frame so near in the recording
+
+
+def read_loops(path):
+    """Rows of loops.csv with frame_a and frame_b as numbers."""
+    rows = read_csv(path, ("frame_a", "frame_b", "status", "reason"))
+    for number, row in enumerate(rows, 2):
+        try:
+            row["frame_a"], row["frame_b"] = int(row["frame_a"]), int(row["frame_b"])
+        except ValueError as error:
+            raise DataError(f"{path}:{number}: {error}") from None
+    return rows
+
+
+def read_relative_poses(path):
+    """(frame_a, frame_b) -> measured (rotation, translation) of b_from_a, of matches/loops.h5."""
+    try:
+        with h5py.File(path) as file:
+            frames, poses = file["frame"][:], file["b_from_a"][:]
+    except (OSError, KeyError) as error:
+        raise DataError(f"{path}: {error}; delete the file and run make") from None
+    rotations = rotation_matrices(poses[:, 3:])
+    return {tuple(pair): (r, t) for pair, r, t in zip(frames.tolist(), rotations, poses[:, :3])}
+
+
+def loop_counts(rows):
+    """Loops by status, and rejected ones by reason."""
+    figures = {"num_accepted": 0, "num_rejected": 0, "rejected_by_reason": {}}
+    for row in rows:
+        figures["num_accepted" if row["status"] == "accepted" else "num_rejected"] += 1
+        if row["status"] != "accepted":
+            reasons = figures["rejected_by_reason"]
+            reasons[row["reason"]] = reasons.get(row["reason"], 0) + 1
+    return figures
+
+
+def is_true_loop(row, relative, rotation_of, position_of):
+    """Whether the measured relative pose is that of the truth."""
+    a, b = row["frame_a"], row["frame_b"]
+    rotation, translation = relative[a, b]
+    true_rotation = rotation_of[b].T @ rotation_of[a]
+    true_translation = rotation_of[b].T @ (position_of[a] - position_of[b])
+    error_deg = angles_deg((rotation @ true_rotation.T)[None])[0]
+    return np.linalg.norm(translation - true_translation) < MAX_ERROR_M and error_deg < MAX_ERROR_DEG
+
+
+def revisiting_frames(frame_idxs, truth):
+    """Frames from where the camera had seen the same view before, REVISIT_PATH_M ago or more."""
+    steps_m = np.linalg.norm(np.diff(truth.positions_m, axis=0), axis=1)
+    path_m = np.concatenate([[0], np.cumsum(steps_m)])
+    rotations, revisits = truth.rotations(), []
+    for i, frame_idx in enumerate(frame_idxs):
+        earlier = np.flatnonzero(path_m <= path_m[i] - REVISIT_PATH_M)
+        near = np.linalg.norm(truth.positions_m[earlier] - truth.positions_m[i], axis=1) < REVISIT_M
+        turned = rotations[earlier[near]].transpose(0, 2, 1) @ rotations[i]
+        if len(turned) and angles_deg(turned).min() < REVISIT_DEG:
+            revisits.append(int(frame_idx))
+    return revisits
+
+
+def loop_metrics(rows, relative, frame_idxs, truth):
+    """`truth` are the true poses of the frames `frame_idxs` (ascending)."""
+    rotation_of = dict(zip(frame_idxs.tolist(), truth.rotations()))
+    position_of = dict(zip(frame_idxs.tolist(), truth.positions_m))
+    accepted = [row for row in rows if row["status"] == "accepted"
+                and row["frame_a"] in rotation_of and row["frame_b"] in rotation_of]  # fmt: skip
+    is_true = [is_true_loop(row, relative, rotation_of, position_of) for row in accepted]
+    closing = np.array(sorted(row["frame_b"] for row, good in zip(accepted, is_true) if good))
+    revisits = revisiting_frames(frame_idxs, truth)
+    closed = [idx for idx in revisits if len(closing)
+              and np.abs(closing - idx).min() <= REVISIT_FRAMES]  # fmt: skip
+    return {
+        "num_false_accepted": len(is_true) - sum(is_true),
+        "num_revisiting_frames": len(revisits),
+        "revisits_closed_percent": 100 * len(closed) / len(revisits) if revisits else None,
+    }

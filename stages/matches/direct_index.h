@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cheap putative matches of two frames: only features that share a node of the vocabulary tree are
+// compared (direct index: Galvez-Lopez and Tardos, Bags of binary words for fast place recognition
+// in image sequences, T-RO 2012).
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "pipeline/io/features_io.h"
+#include "pipeline/vision/vocabulary_io.h"
+
+namespace nightmap {
+
+class DirectIndex {
+ public:
+  // `level` of the tree below the root: 1 compares most, the depth of the tree least. The features
+  // must be those of the vocabulary's frames and outlive the index.
+  DirectIndex(const Vocabulary& vocabulary, const FeaturesShard& features, int level);
+
+  // Mutually nearest features of two frames that pass Lowe's ratio test among those that share the
+  // node (a feature alone with its match passes). Frames by position in the features. Sorted by a.
+  std::vector<FeatureMatch> Match(int frame_a, int frame_b, double max_ratio) const;
+
+ private:
+  using Entry = std::pair<int, int>;  // node, feature
+
+  const FeaturesShard& features_;
+  std::vector<std::vector<Entry>> entries_;  // of each frame, ascending
+};
+
+}  // namespace nightmap

@@ -1,0 +1,144 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Loops: a building made to be mistaken, wrong loops among the right ones, two recordings of one
+building. One seed; scripts/seeds.py prints several. Recordings and maps are kept in <build>/slam.
+"""
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import unittest
+
+import h5py
+import numpy as np
+
+from workspace import BUILD, REPOSITORY, environment
+
+sys.path.append(str(REPOSITORY / "scripts"))
+from nightmap_eval.trajectory import angles_deg, associate, read_tum  # noqa: E402
+
+FOLDER = BUILD / "slam"
+
+
+def run(command):
+    result = subprocess.run(list(map(str, command)), cwd=REPOSITORY, env=environment(), text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    if result.returncode != 0:
+        raise AssertionError(f"{' '.join(map(str, command))} failed:\n{result.stdout[-4000:]}")
+
+
+def make(site, goal, *variables):
+    run(["make", "--no-print-directory", f"SITE={site}", f"DATA={FOLDER}/data", f"MAPS={FOLDER}/maps",
+         f"BUILD={BUILD}", *variables, goal])
+    return FOLDER / "maps" / site
+
+
+def ate_m(site_dir, trajectory):
+    """After the best rigid alignment (Umeyama without scale)."""
+    estimate, truth = read_tum(trajectory), read_tum(site_dir / "frames/ground_truth.tum")
+    pairs = associate(estimate.times_ns, truth.times_ns, 1000)
+    a, b = estimate.positions_m[pairs[:, 0]], truth.positions_m[pairs[:, 1]]
+    u, _, vt = np.linalg.svd((b - b.mean(0)).T @ (a - a.mean(0)))
+    rotation = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt
+    return float(np.sqrt(np.mean(np.sum((b - b.mean(0) - (a - a.mean(0)) @ rotation.T) ** 2, axis=1))))
+
+
+class MirrorTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        site_dir = FOLDER / "maps/mirror"
+        make("mirror", site_dir / "pose_graph/trajectory.tum")
+        cls.site_dir = site_dir
+        run(["/usr/bin/python3", "scripts/evaluate.py", "--site-dir", site_dir, "--data", FOLDER / "data",
+             "--out", site_dir / "evaluate/metrics.json"])
+        cls.metrics = json.loads((site_dir / "evaluate/metrics.json").read_text())
+
+    def test_no_false_loop_and_the_revisits_closed(self):
+        self.assertEqual(self.metrics["loops"]["num_false_accepted"], 0)
+        self.assertGreaterEqual(self.metrics["loops"]["revisits_closed_percent"], 90)
+        self.assertLessEqual(self.metrics["trajectory"]["se3"]["ate_rmse_m"], 0.05)
+        report = json.loads((self.site_dir / "pose_graph/report.json").read_text())
+        self.assertTrue(report["returns_to_start"])
+        self.assertEqual(len(report["parts"]), 1)
+
+    def test_a_third_of_the_loops_wrong(self):
+        folder = FOLDER / "wrong_loops"
+        folder.mkdir(exist_ok=True)
+        shutil.copy(self.site_dir / "matches/loops.h5", folder / "loops.h5")
+        rng = np.random.default_rng(1)
+        with h5py.File(folder / "loops.h5", "r+") as file:
+            accepted = np.flatnonzero(np.ravel(file["status"]) == 0)
+            wrong = rng.choice(accepted, round(0.3 * len(accepted)), replace=False)
+            poses = file["b_from_a"][:]
+            poses[wrong, :3] = rng.uniform(-1, 1, (len(wrong), 3))
+            turns = rng.normal(size=(len(wrong), 4))
+            poses[wrong, 3:] = turns / np.linalg.norm(turns, axis=1, keepdims=True)
+            file["b_from_a"][:] = poses
+        inputs = [f"frames={path}" for path in sorted((self.site_dir / "frames").glob("shard_*.csv"))]
+        inputs += [f"features={path}" for path in sorted((self.site_dir / "features").glob("shard_*.h5"))]
+        inputs += [f"odometry={path}" for path in sorted((self.site_dir / "odometry").glob("shard_*.h5"))]
+        inputs += [f"cameras={self.site_dir}/frames/cameras.json", f"data={FOLDER}/data",
+                   f"loops={folder}/loops.h5"]
+        outputs = [f"graph={folder}/graph.g2o", f"trajectory={folder}/trajectory.tum",
+                   f"keyframes={folder}/keyframes.tum", f"loops_csv={folder}/loops.csv"]
+        run([BUILD / "run/pose_graph", "--config", self.site_dir / "config/pose_graph.toml",
+             *(word for path in inputs for word in ("--in", path)),
+             *(word for path in outputs for word in ("--out", path))])
+        clean_m = ate_m(self.site_dir, self.site_dir / "pose_graph/trajectory.tum")
+        self.assertLessEqual(ate_m(self.site_dir, folder / "trajectory.tum"), 1.5 * clean_m)
+
+
+SEQUENCE = """
+[[sequence]]
+layout = "tum"
+folder = "{name}"
+camera = "color"
+ground_truth = "{name}/groundtruth.txt"
+time_offset_s = {offset}
+"""
+
+
+class TwoRecordingsTest(unittest.TestCase):
+    """Two drives through the demo building, each two thirds of the route, from different starts."""
+
+    def test_they_merge(self):
+        sites = FOLDER / "sites"
+        sites.mkdir(parents=True, exist_ok=True)
+        text = (REPOSITORY / "configs/sites/demo.toml").read_text().split("[[sequence]]")[0]
+        text = text.replace('root = "demo"', 'root = "two"')
+        for recording, start_ratio in enumerate((0.1, 0.6)):
+            folder = FOLDER / f"data/two/{recording}"
+            config = sites / f"synthesize_{recording}.toml"
+            config.write_text(f"num_frames = 470\nlength_ratio = 0.64\noverlap_m = 0\nnum_queries = 0\n"
+                              f"recording = {recording}\nstart_ratio = {start_ratio}\n")
+            if not (folder / "synthesize.json").exists():
+                folder.mkdir(parents=True, exist_ok=True)
+                run([BUILD / "run/synthesize", "--config", config, "--out", f"site={folder}/synthesize.json"])
+            text += SEQUENCE.format(name=recording, offset=1000 * recording)
+        (sites / "two.toml").write_text(text)
+        make("two", FOLDER / "maps/two/pose_graph/trajectory.tum", f"SITES={sites}")
+        self.check(FOLDER / "maps/two")
+
+    def check(self, site_dir):
+        report = json.loads((site_dir / "pose_graph/report.json").read_text())
+        self.assertEqual(len(report["parts"]), 1)
+        estimate, truth = (read_tum(site_dir / name) for name in
+                           ("pose_graph/trajectory.tum", "frames/ground_truth.tum"))
+        pairs = associate(estimate.times_ns, truth.times_ns, 1000)
+        self.assertEqual(len(pairs), 940)
+        moves = []  # map_from_truth, from each recording alone
+        for half in (pairs[:470], pairs[470:]):
+            a, b = estimate.select(half[:, 0]), truth.select(half[:, 1])
+            u, _, vt = np.linalg.svd((a.positions_m - a.positions_m.mean(0)).T
+                                     @ (b.positions_m - b.positions_m.mean(0)))
+            rotation = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt
+            moves.append((rotation, b.positions_m.mean(0), a.positions_m.mean(0)))
+        (first, _, _), (second, middle, second_middle) = moves
+        by_first = first @ (middle - moves[0][1]) + moves[0][2]
+        self.assertLessEqual(np.linalg.norm(by_first - second_middle), 0.03)
+        self.assertLessEqual(angles_deg((first @ second.T)[None])[0], 0.5)
+
+
+if __name__ == "__main__":
+    unittest.main()
