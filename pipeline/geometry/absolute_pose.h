@@ -26,7 +26,7 @@ struct AbsolutePoseOptions {
   double max_error_px = 3.0;     // inlier threshold on the reprojection error
   double max_depth_error = 0.1;  // inlier threshold on a measured depth, relative
   int min_inliers = 12;
-  int min_iterations = 50;
+  int min_iterations = 15;
   int max_iterations = 2000;
   double confidence = 0.9999;
   double pixel_sigma_px = 1.0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/vision/match_descriptors.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <cstring>
@@ -11,33 +12,80 @@
 namespace nightmap {
 namespace {
 
-// Two best candidates of one feature so far.
-struct Nearest {
-  int index = -1;
-  int distance = std::numeric_limits<int>::max();  // squared L2, or Hamming
-  int second_distance = std::numeric_limits<int>::max();
+// The two best candidates of every feature of an image, so far. Plain loops over arrays of
+// integers, which the compiler turns into vector instructions.
+class Nearest {
+ public:
+  explicit Nearest(int num_features)
+      : index_(static_cast<std::size_t>(num_features), -1),
+        distance_(index_.size(), std::numeric_limits<int>::max()),
+        second_distance_(index_.size(), std::numeric_limits<int>::max()) {}
 
-  void Offer(int candidate, int candidate_distance) {
-    if (candidate_distance < distance) {
-      second_distance = distance;
-      distance = candidate_distance;
-      index = candidate;
-    } else if (candidate_distance < second_distance) {
-      second_distance = candidate_distance;
+  // One candidate's distance to every feature.
+  void OfferToAll(int candidate, const int* distances) {
+    int* const index = index_.data();
+    int* const nearest = distance_.data();
+    int* const second = second_distance_.data();
+    for (std::size_t j = 0; j < index_.size(); ++j) {
+      const int distance = distances[j];
+      const int best = nearest[j];
+      second[j] = std::min(second[j], std::max(best, distance));
+      index[j] = distance < best ? candidate : index[j];
+      nearest[j] = std::min(best, distance);
     }
   }
+
+  // The distances of all candidates to one feature, once.
+  void OfferAll(std::size_t feature, const int* distances, std::size_t count) {
+    const int nearest = Smallest(distances, count);
+    const auto at =
+        static_cast<std::size_t>(std::find(distances, distances + count, nearest) - distances);
+    index_[feature] = static_cast<int>(at);
+    distance_[feature] = nearest;
+    second_distance_[feature] =
+        std::min(Smallest(distances, at), Smallest(distances + at + 1, count - at - 1));
+  }
+
+  int Index(std::size_t feature) const { return index_[feature]; }
+  bool Passes(std::size_t feature, DescriptorKind kind, double max_ratio) const {
+    return PassesRatioTest(kind, distance_[feature], second_distance_[feature], max_ratio);
+  }
+
+ private:
+  static int Smallest(const int* values, std::size_t count) {
+    int smallest = std::numeric_limits<int>::max();
+    for (std::size_t i = 0; i < count; ++i) smallest = std::min(smallest, values[i]);
+    return smallest;
+  }
+
+  std::vector<int> index_, distance_, second_distance_;
 };
 
 constexpr std::size_t kSiftSize = 128;
+constexpr std::size_t kBlock = 4;  // rows worked out together
 
-// Compiled for several instruction sets, of which the machine's best is taken when the program
-// starts: sums of integers are the same with each.
+// products[r * count + i] = descriptors[r] . others[i] of kBlock descriptors. Compiled for several
+// instruction sets, of which the machine's best is taken when the program starts: sums of integers
+// are the same with each. Reading `others` takes most of the time, hence the block.
 [[gnu::target_clones("arch=skylake-avx512", "avx2", "default")]] void DotProducts(
-    const std::int16_t* descriptor, const std::int16_t* others, std::size_t count, int* products) {
+    const std::int16_t* descriptors, const std::int16_t* others, std::size_t count, int* products) {
+  const std::int16_t* const a = descriptors;
+  const std::int16_t* const b = a + kSiftSize;
+  const std::int16_t* const c = b + kSiftSize;
+  const std::int16_t* const d = c + kSiftSize;
   for (std::size_t i = 0; i < count; ++i) {
-    int sum = 0;
-    for (std::size_t k = 0; k < kSiftSize; ++k) sum += descriptor[k] * others[i * kSiftSize + k];
-    products[i] = sum;
+    const std::int16_t* const other = others + i * kSiftSize;
+    int sum_a = 0, sum_b = 0, sum_c = 0, sum_d = 0;
+    for (std::size_t k = 0; k < kSiftSize; ++k) {
+      sum_a += a[k] * other[k];
+      sum_b += b[k] * other[k];
+      sum_c += c[k] * other[k];
+      sum_d += d[k] * other[k];
+    }
+    products[i] = sum_a;
+    products[count + i] = sum_b;
+    products[2 * count + i] = sum_c;
+    products[3 * count + i] = sum_d;
   }
 }
 
@@ -45,30 +93,40 @@ constexpr std::size_t kSiftSize = 128;
 class SiftDistances {
  public:
   SiftDistances(const FrameFeatures& a, const FrameFeatures& b)
-      : a_(a.descriptors.begin(), a.descriptors.end()),
-        b_(b.descriptors.begin(), b.descriptors.end()),
-        norms_b_(static_cast<std::size_t>(b.NumFeatures())) {
-    for (std::size_t j = 0; j < norms_b_.size(); ++j) norms_b_[j] = SquaredNorm(&b_[j * kSiftSize]);
-  }
+      : a_(Widen(a)), b_(Widen(b)), norms_a_(SquaredNorms(a)), norms_b_(SquaredNorms(b)) {}
 
-  void Row(std::size_t i, std::vector<int>* distances) const {
-    const std::int16_t* descriptor = &a_[i * kSiftSize];
-    const int norm = SquaredNorm(descriptor);
-    DotProducts(descriptor, b_.data(), norms_b_.size(), distances->data());
-    for (std::size_t j = 0; j < norms_b_.size(); ++j) {
-      (*distances)[j] = norm + norms_b_[j] - 2 * (*distances)[j];
+  // Of the features first .. first + kBlock of a (any beyond the last are not meant) to all of b.
+  void Rows(std::size_t first, int* distances) const {
+    const std::size_t count = norms_b_.size();
+    DotProducts(&a_[first * kSiftSize], b_.data(), count, distances);
+    for (std::size_t row = 0; row < std::min(kBlock, norms_a_.size() - first); ++row) {
+      int* const own = distances + row * count;
+      for (std::size_t j = 0; j < count; ++j)
+        own[j] = norms_a_[first + row] + norms_b_[j] - 2 * own[j];
     }
   }
 
  private:
-  static int SquaredNorm(const std::int16_t* descriptor) {
-    int norm = 0;
-    DotProducts(descriptor, descriptor, 1, &norm);
-    return norm;
+  // Filled up to whole blocks.
+  static std::vector<std::int16_t> Widen(const FrameFeatures& features) {
+    std::vector<std::int16_t> wide(features.descriptors.begin(), features.descriptors.end());
+    wide.resize(wide.size() + (kBlock - 1) * kSiftSize);
+    return wide;
+  }
+  static std::vector<int> SquaredNorms(const FrameFeatures& features) {
+    std::vector<int> norms;
+    for (int i = 0; i < features.NumFeatures(); ++i) {
+      const std::uint8_t* descriptor =
+          &features.descriptors[static_cast<std::size_t>(i) * kSiftSize];
+      int norm = 0;
+      for (std::size_t k = 0; k < kSiftSize; ++k) norm += descriptor[k] * descriptor[k];
+      norms.push_back(norm);
+    }
+    return norms;
   }
 
   std::vector<std::int16_t> a_, b_;
-  std::vector<int> norms_b_;
+  std::vector<int> norms_a_, norms_b_;
 };
 
 class HammingDistances {
@@ -76,13 +134,16 @@ class HammingDistances {
   HammingDistances(const FrameFeatures& a, const FrameFeatures& b, int size)
       : a_(a), b_(b), size_(static_cast<std::size_t>(size)) {}
 
-  void Row(std::size_t i, std::vector<int>* distances) const {
-    for (std::size_t j = 0; j < distances->size(); ++j) {
-      int count = 0;
-      for (std::size_t k = 0; k < size_; k += 8) {
-        count += std::popcount(Word(a_, i, k) ^ Word(b_, j, k));
+  void Rows(std::size_t first, int* distances) const {
+    const auto num_a = static_cast<std::size_t>(a_.NumFeatures());
+    for (std::size_t i = first; i < std::min(first + kBlock, num_a); ++i) {
+      for (int j = 0; j < b_.NumFeatures(); ++j) {
+        int count = 0;
+        for (std::size_t k = 0; k < size_; k += 8) {
+          count += std::popcount(Word(a_, i, k) ^ Word(b_, static_cast<std::size_t>(j), k));
+        }
+        *distances++ = count;
       }
-      (*distances)[j] = count;
     }
   }
 
@@ -104,23 +165,24 @@ std::vector<FeatureMatch> Match(const FrameFeatures& a,
                                 const Distances& distances,
                                 DescriptorKind kind,
                                 double max_ratio) {
-  std::vector<Nearest> nearest_of_a(static_cast<std::size_t>(a.NumFeatures()));
-  std::vector<Nearest> nearest_of_b(static_cast<std::size_t>(b.NumFeatures()));
-  std::vector<int> row(nearest_of_b.size());
-  for (std::size_t i = 0; i < nearest_of_a.size(); ++i) {
-    distances.Row(i, &row);
-    for (std::size_t j = 0; j < row.size(); ++j) {
-      nearest_of_a[i].Offer(static_cast<int>(j), row[j]);
-      nearest_of_b[j].Offer(static_cast<int>(i), row[j]);
-    }
+  Nearest nearest_of_a(a.NumFeatures());
+  Nearest nearest_of_b(b.NumFeatures());
+  const auto count = static_cast<std::size_t>(b.NumFeatures());
+  std::vector<int> rows(kBlock * count);
+  for (int i = 0; i < a.NumFeatures(); ++i) {
+    const auto feature = static_cast<std::size_t>(i);
+    if (feature % kBlock == 0) distances.Rows(feature, rows.data());
+    const int* const row = &rows[feature % kBlock * count];
+    nearest_of_a.OfferAll(feature, row, count);
+    nearest_of_b.OfferToAll(i, row);
   }
   std::vector<FeatureMatch> matches;
-  for (std::size_t i = 0; i < nearest_of_a.size(); ++i) {
-    const Nearest& best = nearest_of_a[i];
-    const Nearest& back = nearest_of_b[static_cast<std::size_t>(best.index)];
-    if (back.index == static_cast<int>(i) &&
-        PassesRatioTest(kind, best.distance, best.second_distance, max_ratio)) {
-      matches.push_back({static_cast<int>(i), best.index});
+  for (int i = 0; i < a.NumFeatures(); ++i) {
+    const auto feature = static_cast<std::size_t>(i);
+    const int best = nearest_of_a.Index(feature);
+    if (nearest_of_b.Index(static_cast<std::size_t>(best)) == i &&
+        nearest_of_a.Passes(feature, kind, max_ratio)) {
+      matches.push_back({i, best});
     }
   }
   return matches;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
 
 #include "pipeline/vision/descriptor_distance.h"
 
@@ -57,7 +56,8 @@ std::vector<FeatureMatch> DirectIndex::Match(int frame_a, int frame_b, double ma
   const FrameFeatures& a = features_.frames[static_cast<std::size_t>(frame_a)];
   const FrameFeatures& b = features_.frames[static_cast<std::size_t>(frame_b)];
   const auto size = static_cast<std::size_t>(features_.descriptor_size);
-  std::map<int, Best> best_of_a, best_of_b;
+  std::vector<Best> best_of_a(static_cast<std::size_t>(a.NumFeatures()));
+  std::vector<Best> best_of_b(static_cast<std::size_t>(b.NumFeatures()));
   const std::vector<Entry>& entries_b = entries_[static_cast<std::size_t>(frame_b)];
   for (const auto& [node, i] : entries_[static_cast<std::size_t>(frame_a)]) {
     auto entry = std::ranges::lower_bound(entries_b, Entry{node, 0});
@@ -66,13 +66,14 @@ std::vector<FeatureMatch> DirectIndex::Match(int frame_a, int frame_b, double ma
       const int distance = DescriptorDistance(features_.kind,
                                               &a.descriptors[static_cast<std::size_t>(i) * size],
                                               &b.descriptors[static_cast<std::size_t>(j) * size]);
-      best_of_a[i].Offer(j, distance);
-      best_of_b[j].Offer(i, distance);
+      best_of_a[static_cast<std::size_t>(i)].Offer(j, distance);
+      best_of_b[static_cast<std::size_t>(j)].Offer(i, distance);
     }
   }
   std::vector<FeatureMatch> matches;
-  for (const auto& [i, best] : best_of_a) {
-    if (best_of_b[best.feature].feature == i &&
+  for (int i = 0; i < a.NumFeatures(); ++i) {
+    const Best& best = best_of_a[static_cast<std::size_t>(i)];
+    if (best.feature >= 0 && best_of_b[static_cast<std::size_t>(best.feature)].feature == i &&
         PassesRatioTest(features_.kind, best.distance, best.second_distance, max_ratio)) {
       matches.push_back({i, best.feature});
     }

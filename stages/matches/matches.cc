@@ -14,7 +14,8 @@
 namespace nightmap {
 namespace {
 
-constexpr int kIndexLevel = 3;  // a thousand nodes at the default branching
+constexpr int kQuickIterations = 150;  // enough where a third of the matches are right
+constexpr int kIndexLevel = 2;         // a hundred nodes at the default branching
 
 using Ranking = std::vector<InvertedFile::Result>;
 
@@ -75,6 +76,7 @@ class Verifier {
     if (index_) {
       VerifyOptions quick = own;
       quick.pose.min_inliers = options_.loop_min_quick_inliers;
+      quick.pose.max_iterations = std::min(kQuickIterations, options_.max_ransac_iterations);
       quick.min_spread = 0;
       const auto shared = index_->Match(pair->frame_a, pair->frame_b, options_.max_ratio);
       VerifyMatches(quick, shared, a, camera_a, b, camera_b, pair);
