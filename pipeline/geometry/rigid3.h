@@ -53,4 +53,15 @@ struct StampedPose {
   Rigid3 pose;
 };
 
+// Takes a left perturbation (rotation, translation) in the source frame to the target frame:
+// pose * exp(x) = exp(Adjoint(pose) x) * pose.
+inline Matrix6d Adjoint(const Rigid3& pose) {
+  const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
+  Matrix6d adjoint = Matrix6d::Zero();
+  adjoint.topLeftCorner<3, 3>() = rotation;
+  adjoint.bottomRightCorner<3, 3>() = rotation;
+  adjoint.bottomLeftCorner<3, 3>() = Skew(pose.translation) * rotation;
+  return adjoint;
+}
+
 }  // namespace nightmap

@@ -27,6 +27,8 @@ const char* PairStatusText(PairStatus status) {
       return "inliers cover too little of the image";
     case PairStatus::kInconsistent:
       return "neighbouring frames do not find this place";
+    case PairStatus::kUncertain:
+      return "pose too uncertain";
   }
   return "unknown";
 }
@@ -90,8 +92,7 @@ std::vector<FramePair> ReadPairs(const std::filesystem::path& path) {
     pair.frame_a = frame.values[2 * i];
     pair.frame_b = frame.values[2 * i + 1];
     file.Demand(pair.frame_a >= 0 && pair.frame_a < pair.frame_b, "frame");
-    file.Demand(status[i] >= 0 && status[i] <= static_cast<int>(PairStatus::kInconsistent),
-                "status");
+    file.Demand(status[i] >= 0 && status[i] <= static_cast<int>(PairStatus::kUncertain), "status");
     file.Demand(first_match[i] <= first_match[i + 1], "first_match");
     pair.status = static_cast<PairStatus>(status[i]);
     pair.num_putative = num_putative[i];

@@ -18,6 +18,7 @@ enum class PairStatus {
   kTooFewInliers = 2,  // no relative pose explains enough matches
   kPoorSpread = 3,     // the inliers cover too little of the image to hold a pose
   kInconsistent = 4,   // of a loop: the frames beside b do not find the place of a; not verified
+  kUncertain = 5,      // of a loop: the inliers lie so that the pose is known too poorly
 };
 
 const char* PairStatusText(PairStatus status);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "pipeline/base/error.h"
@@ -24,6 +25,7 @@ VerifyOptions MakeVerifyOptions(const MatchesOptions& options, DescriptorKind ki
   verify.kind = kind;
   verify.max_ratio = options.max_ratio;
   verify.min_spread = is_loop ? options.loop_min_spread : options.min_spread;
+  if (is_loop) verify.max_sigma_m = options.loop_max_sigma_m;
   verify.pose.max_error_px = options.max_error_px;
   verify.pose.max_depth_error = options.max_depth_error;
   verify.pose.min_inliers = is_loop ? options.loop_min_inliers : options.min_inliers;
@@ -78,6 +80,7 @@ class Verifier {
       quick.pose.min_inliers = options_.loop_min_quick_inliers;
       quick.pose.max_iterations = std::min(kQuickIterations, options_.max_ransac_iterations);
       quick.min_spread = 0;
+      quick.max_sigma_m = std::numeric_limits<double>::infinity();
       const auto shared = index_->Match(pair->frame_a, pair->frame_b, options_.max_ratio);
       VerifyMatches(quick, shared, a, camera_a, b, camera_b, pair);
       if (pair->status != PairStatus::kAccepted) return;
@@ -173,6 +176,10 @@ void MatchesOptions::Register(OptionList& list) {
            &loop_min_spread,
            Range(0, 1),
            "share of the image a loop's inliers must cover");
+  list.Add("loop_max_sigma_m",
+           &loop_max_sigma_m,
+           Range(0.0001, 100),
+           "standard deviation of a loop's translation in its worst direction");
   list.Add("max_ransac_iterations", &max_ransac_iterations, Range(10, 100000), "of one pair");
   list.Add("seed", &seed, Range(0, 1e6), "of RANSAC");
 }

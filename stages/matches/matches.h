@@ -29,6 +29,7 @@ struct MatchesOptions {
   int loop_min_inliers = 30;
   int loop_min_quick_inliers = 10;
   double loop_min_spread = 0.05;
+  double loop_max_sigma_m = 0.03;
   int max_ransac_iterations = 2000;
   int seed = 0;
 

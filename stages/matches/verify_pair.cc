@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/matches/verify_pair.h"
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 
@@ -67,13 +68,18 @@ std::vector<FeatureMatch> PutativeMatches(const VerifyOptions& options,
 
 // The covariance of the inverse pose: transported by the adjoint.
 Matrix6d InverseCovariance(const Rigid3& pose, const Matrix6d& covariance) {
-  const Rigid3 inverse = pose.Inverse();
-  const Eigen::Matrix3d rotation = inverse.rotation.toRotationMatrix();
-  Matrix6d adjoint = Matrix6d::Zero();
-  adjoint.topLeftCorner<3, 3>() = rotation;
-  adjoint.bottomRightCorner<3, 3>() = rotation;
-  adjoint.bottomLeftCorner<3, 3>() = Skew(inverse.translation) * rotation;
+  const Matrix6d adjoint = Adjoint(pose.Inverse());
   return adjoint * covariance * adjoint.transpose();
+}
+
+PairStatus Judge(const VerifyOptions& options, double spread, const Matrix6d& covariance) {
+  if (spread < options.min_spread) return PairStatus::kPoorSpread;
+  const Eigen::Matrix3d of_translation = covariance.bottomRightCorner<3, 3>();
+  const double variance =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(of_translation, Eigen::EigenvaluesOnly)
+          .eigenvalues()
+          .z();
+  return std::sqrt(variance) > options.max_sigma_m ? PairStatus::kUncertain : PairStatus::kAccepted;
 }
 
 }  // namespace
@@ -130,11 +136,10 @@ void VerifyMatches(const VerifyOptions& options,
     pair->inliers.push_back(lifted.matches[static_cast<std::size_t>(i)]);
     pixels.push_back(lifted.points[static_cast<std::size_t>(i)].pixel);
   }
-  const bool is_spread = Spread(pixels, target.camera->color) >= options.min_spread;
-  pair->status = is_spread ? PairStatus::kAccepted : PairStatus::kPoorSpread;
   pair->b_from_a = forward ? pose->camera_from_world : pose->camera_from_world.Inverse();
   pair->covariance =
       forward ? pose->covariance : InverseCovariance(pose->camera_from_world, pose->covariance);
+  pair->status = Judge(options, Spread(pixels, target.camera->color), pair->covariance);
 }
 
 }  // namespace nightmap

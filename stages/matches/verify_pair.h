@@ -2,6 +2,8 @@
 // Relative pose of two frames from their features.
 #pragma once
 
+#include <limits>
+
 #include "pipeline/geometry/absolute_pose.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/matches_io.h"
@@ -12,6 +14,8 @@ struct VerifyOptions {
   DescriptorKind kind = DescriptorKind::kRootSift;
   double max_ratio = 0.85;
   double min_spread = 0.02;  // area of the inliers' covariance ellipse over the image's area
+  double max_sigma_m =
+      std::numeric_limits<double>::infinity();  // of b_from_a, in the worst direction
   AbsolutePoseOptions pose;
 };
 

@@ -11,6 +11,7 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/union_find.h"
 #include "stages/pose_graph/check_input.h"
+#include "stages/pose_graph/drift_gate.h"
 #include "stages/pose_graph/global_bundle.h"
 #include "stages/pose_graph/optimize_graph.h"
 
@@ -92,17 +93,22 @@ class Pipeline {
 
   // A loop joins two frames; its edge joins the keyframes they are nearest to.
   void AddLoops() {
+    const DriftGate gate(edges_, keyframes_);
     for (std::size_t i = 0; i < input_.loops.size(); ++i) {
       const FramePair& loop = input_.loops[i];
       loop_edge_.push_back(-1);
+      drifts_.push_back(0);
       if (loop.status != PairStatus::kAccepted) continue;
       const int a = NearestKeyframe(loop.frame_a);
       const int b = NearestKeyframe(loop.frame_b);
       if (a >= b) continue;
       const Rigid3 b_from_a = Chained(b).Inverse() * Chained(loop.frame_b) * loop.b_from_a *
                               Chained(loop.frame_a).Inverse() * Chained(a);
+      const PoseEdge edge = WithFloor({a, b, b_from_a, loop.covariance, false});
+      drifts_.back() = gate.Distance(edge);
+      if (drifts_.back() > options_.max_drift) continue;
       loop_edge_.back() = static_cast<int>(edges_.size());
-      edges_.push_back({WithFloor({a, b, b_from_a, loop.covariance, false}), true});
+      edges_.push_back({edge, true});
     }
   }
 
@@ -114,11 +120,14 @@ class Pipeline {
                         loop.score,
                         loop.num_putative,
                         static_cast<int>(loop.inliers.size()),
+                        drifts_[i],
                         0,
                         false,
                         ""};
       if (loop.status != PairStatus::kAccepted) {
         record.reason = PairStatusText(loop.status);
+      } else if (drifts_[i] > options_.max_drift) {
+        record.reason = "farther off than the odometry can have drifted";
       } else if (loop_edge_[i] < 0) {
         record.reason = "both ends are one keyframe";
       } else {
@@ -247,6 +256,7 @@ class Pipeline {
   std::vector<GraphEdge> edges_;
   std::set<int> after_bridge_;  // keyframes that only a guess joins to the one before
   std::vector<int> loop_edge_;  // of each candidate; -1: none
+  std::vector<double> drifts_;  // of each candidate
   PoseGraphResult result_;
 };
 
@@ -261,6 +271,10 @@ void PoseGraphOptions::Register(OptionList& list) {
            &edge_sigma_floor_rad,
            Range(1e-5, 1),
            "added in quadrature to every edge's rotation");
+  list.Add("max_drift",
+           &max_drift,
+           Range(0.5, 1e9),
+           "Mahalanobis distance from the odometry beyond which a loop is held to be wrong");
   list.Add("max_loop_error",
            &max_loop_error,
            Range(0.5, 1000),

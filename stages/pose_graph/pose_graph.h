@@ -21,6 +21,7 @@ namespace nightmap {
 struct PoseGraphOptions {
   double edge_sigma_floor_m = 0.003;
   double edge_sigma_floor_rad = 0.002;
+  double max_drift = 10.0;
   double max_loop_error = 6.0;
   bool bundle_adjustment = true;
   int bundle_iterations = 15;
@@ -47,6 +48,7 @@ struct LoopRecord {
   double score = 0;
   int num_putative = 0;
   int num_inliers = 0;
+  double drift = 0;  // Mahalanobis distance from the odometry; 0 when it was not verified
   double error = 0;  // Mahalanobis distance after optimization; 0 when it never entered the graph
   bool is_accepted = false;
   std::string reason;  // empty when accepted
@@ -71,8 +73,9 @@ struct PoseGraphResult {
   int num_bundle_observations = 0;
 };
 
-// Chains the shards, closes loops (graduated non-convexity decides which to believe), adjusts
-// keyframes and points together, and turns everything into the map frame. Deterministic.
+// Chains the shards, drops loops that the odometry rules out, closes the others (graduated
+// non-convexity decides which to believe), adjusts keyframes and points together, and turns
+// everything into the map frame. Deterministic.
 PoseGraphResult RunPoseGraph(const PoseGraphOptions& options,
                              const PoseGraphInput& input,
                              int num_threads,

@@ -21,9 +21,9 @@ std::string TrajectoryText(const PoseGraphInput& input,
 }
 
 std::string LoopsToCsv(const std::vector<LoopRecord>& loops) {
-  std::string text = "frame_a,frame_b,status,reason,score,num_putative,num_inliers,error\n";
+  std::string text = "frame_a,frame_b,status,reason,score,num_putative,num_inliers,drift,error\n";
   for (const LoopRecord& loop : loops) {
-    text += fmt::format("{},{},{},{},{:.6f},{},{},{:.4f}\n",
+    text += fmt::format("{},{},{},{},{:.6f},{},{},{:.4f},{:.4f}\n",
                         loop.frame_a,
                         loop.frame_b,
                         loop.is_accepted ? "accepted" : "rejected",
@@ -31,6 +31,7 @@ std::string LoopsToCsv(const std::vector<LoopRecord>& loops) {
                         loop.score,
                         loop.num_putative,
                         loop.num_inliers,
+                        loop.drift,
                         loop.error);
   }
   return text;

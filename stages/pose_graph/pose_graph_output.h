@@ -16,7 +16,7 @@ std::string TrajectoryText(const PoseGraphInput& input,
                            const PoseGraphResult& result,
                            bool only_keyframes);
 
-// frame_a,frame_b,status,reason,score,num_putative,num_inliers,error (Mahalanobis distance).
+// frame_a,frame_b,status,reason,score,num_putative,num_inliers,drift,error (Mahalanobis distances).
 std::string LoopsToCsv(const std::vector<LoopRecord>& loops);
 
 nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& result);

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Loops: a building made to be mistaken, wrong loops among the right ones, two recordings of one
-building. One seed; scripts/seeds.py prints several. Recordings and maps are kept in <build>/slam.
+building. Pictures are of half the size, so that they are rendered in little time; scripts/seeds.py
+prints the figures at full size. Recordings and maps are kept in <build>/slam.
 """
 import json
-import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -13,12 +14,21 @@ import unittest
 import h5py
 import numpy as np
 
-from workspace import BUILD, REPOSITORY, environment
+from workspace import BUILD, CAMERA, REPOSITORY, environment
 
 sys.path.append(str(REPOSITORY / "scripts"))
 from nightmap_eval.trajectory import angles_deg, associate, read_tum  # noqa: E402
 
 FOLDER = BUILD / "slam"
+HALF_SIZE = "image_width_px = 320\nimage_height_px = 240\nfocal_length_px = 262.5\nnum_queries = 0\n"
+SEQUENCE = """
+[[sequence]]
+layout = "tum"
+folder = "{folder}"
+camera = "color"
+ground_truth = "{folder}/groundtruth.txt"
+time_offset_s = {offset}
+"""
 
 
 def run(command):
@@ -28,10 +38,34 @@ def run(command):
         raise AssertionError(f"{' '.join(map(str, command))} failed:\n{result.stdout[-4000:]}")
 
 
-def make(site, goal, *variables):
-    run(["make", "--no-print-directory", f"SITE={site}", f"DATA={FOLDER}/data", f"MAPS={FOLDER}/maps",
-         f"BUILD={BUILD}", *variables, goal])
-    return FOLDER / "maps" / site
+def synthesize(site, config):
+    """Renders into data/<site>, unless it is there already."""
+    folder = FOLDER / "data" / site
+    if (folder / "synthesize.json").exists():
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "config.toml"
+    path.write_text(config + HALF_SIZE)
+    run([BUILD / "run/synthesize", "--config", path, "--out", f"site={folder}/synthesize.json"])
+
+
+def make_trajectory(site, like, sequences):
+    """Maps a recording up to the trajectory, with the camera of the site config `like` at half size."""
+    text = (REPOSITORY / "configs/sites" / f"{like}.toml").read_text().split("[[sequence]]")[0]
+    text = re.sub(r"(?m)^root *=.*", f'root = "{site}"', text)
+    for key, value in CAMERA.items():
+        text = re.sub(rf"(?m)^{key} *=.*", f"{key} = {value}", text)
+    sites = FOLDER / "sites"
+    sites.mkdir(parents=True, exist_ok=True)
+    text += "".join(SEQUENCE.format(folder=f, offset=1000 * i) for i, f in enumerate(sequences))
+    config = sites / f"{site}.toml"
+    if not config.exists() or config.read_text() != text:
+        config.write_text(text)
+    site_dir = FOLDER / "maps" / site
+    run(["make", "--no-print-directory", f"SITE={site}", f"SITES={sites}", "SYNTHETIC=",
+         f"DATA={FOLDER}/data", f"MAPS={FOLDER}/maps", f"BUILD={BUILD}",
+         site_dir / "pose_graph/trajectory.tum"])
+    return site_dir
 
 
 def ate_m(site_dir, trajectory):
@@ -47,8 +81,9 @@ def ate_m(site_dir, trajectory):
 class MirrorTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        site_dir = FOLDER / "maps/mirror"
-        make("mirror", site_dir / "pose_graph/trajectory.tum")
+        text = (REPOSITORY / "configs/sites/mirror/synthesize.toml").read_text()
+        synthesize("mirror", text.replace("num_queries = 0\n", ""))
+        site_dir = make_trajectory("mirror", "mirror", ["."])
         cls.site_dir = site_dir
         run(["/usr/bin/python3", "scripts/evaluate.py", "--site-dir", site_dir, "--data", FOLDER / "data",
              "--out", site_dir / "evaluate/metrics.json"])
@@ -89,36 +124,14 @@ class MirrorTest(unittest.TestCase):
         self.assertLessEqual(ate_m(self.site_dir, folder / "trajectory.tum"), 1.5 * clean_m)
 
 
-SEQUENCE = """
-[[sequence]]
-layout = "tum"
-folder = "{name}"
-camera = "color"
-ground_truth = "{name}/groundtruth.txt"
-time_offset_s = {offset}
-"""
-
-
 class TwoRecordingsTest(unittest.TestCase):
     """Two drives through the demo building, each two thirds of the route, from different starts."""
 
     def test_they_merge(self):
-        sites = FOLDER / "sites"
-        sites.mkdir(parents=True, exist_ok=True)
-        text = (REPOSITORY / "configs/sites/demo.toml").read_text().split("[[sequence]]")[0]
-        text = text.replace('root = "demo"', 'root = "two"')
         for recording, start_ratio in enumerate((0.1, 0.6)):
-            folder = FOLDER / f"data/two/{recording}"
-            config = sites / f"synthesize_{recording}.toml"
-            config.write_text(f"num_frames = 470\nlength_ratio = 0.64\noverlap_m = 0\nnum_queries = 0\n"
-                              f"recording = {recording}\nstart_ratio = {start_ratio}\n")
-            if not (folder / "synthesize.json").exists():
-                folder.mkdir(parents=True, exist_ok=True)
-                run([BUILD / "run/synthesize", "--config", config, "--out", f"site={folder}/synthesize.json"])
-            text += SEQUENCE.format(name=recording, offset=1000 * recording)
-        (sites / "two.toml").write_text(text)
-        make("two", FOLDER / "maps/two/pose_graph/trajectory.tum", f"SITES={sites}")
-        self.check(FOLDER / "maps/two")
+            synthesize(f"two/{recording}", "num_frames = 470\nlength_ratio = 0.64\noverlap_m = 0\n"
+                       f"recording = {recording}\nstart_ratio = {start_ratio}\n")
+        self.check(make_trajectory("two", "demo", ["0", "1"]))
 
     def check(self, site_dir):
         report = json.loads((site_dir / "pose_graph/report.json").read_text())

@@ -17,7 +17,7 @@ FramePair RandomPair(int i) {
   FramePair pair;
   pair.frame_a = i;
   pair.frame_b = i + 1 + static_cast<int>(random.Index(9));
-  pair.status = static_cast<PairStatus>(i % 5);
+  pair.status = static_cast<PairStatus>(i % 6);
   pair.num_putative = static_cast<int>(random.Index(500));
   pair.score = random.Uniform();
   const Eigen::Quaterniond q(
@@ -169,7 +169,7 @@ TEST_F(MatchesIoTest, ValuesOutOfRangeAreNamed) {
   ExpectRefused([](Arrays& a) { a.frame.values = {0, 1, 2, 2}; }, "field 'frame'");
   ExpectRefused([](Arrays& a) { a.frame.values = {1, 0, 0, 2}; }, "field 'frame'");
   ExpectRefused([](Arrays& a) { a.frame.values = {-1, 1, 0, 2}; }, "field 'frame'");
-  ExpectRefused([](Arrays& a) { a.status[0] = 5; }, "field 'status'");
+  ExpectRefused([](Arrays& a) { a.status[0] = 6; }, "field 'status'");
   ExpectRefused([](Arrays& a) { a.status[1] = -1; }, "field 'status'");
   ExpectRefused([](Arrays& a) { a.match.values[4] = -1; }, "field 'match'");
   ExpectRefused([](Arrays& a) { a.match.values[5] = -1; }, "field 'match'");

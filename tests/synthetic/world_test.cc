@@ -94,9 +94,9 @@ TEST(SyntheticWorld, MirroredCorridorsAreFurnishedAlike) {
     std::vector<Eigen::Vector2d> centres;
     for (const Surface& surface : world.scene.surfaces) {
       const Eigen::Vector3d centre = surface.origin + (surface.edge_u + surface.edge_v) / 2;
-      const bool is_in_corridor = std::ranges::any_of(world.layout.corridor, [&](const Rect2& rect) {
-        return rect.Contains(centre.x(), centre.y());
-      });
+      const bool is_in_corridor = std::ranges::any_of(
+          world.layout.corridor,
+          [&](const Rect2& rect) { return rect.Contains(centre.x(), centre.y()); });
       if (is_in_corridor && surface.label == SurfaceLabel::kPoster) {
         centres.push_back(centre.head<2>());
       }

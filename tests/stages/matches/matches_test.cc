@@ -234,6 +234,18 @@ TEST(MatchLoops, FindsTheWayBackAndKeepsTheGap) {
   }
   EXPECT_EQ(num_exact, 8);
 
+  // Where only one frame finds a place, its neighbours do not bear it out.
+  Vocabulary lonely = vocabulary;
+  auto words = vocabulary.inverted_file.Words();
+  for (std::size_t i = num_out; i < words.size(); ++i) {
+    if (i != num_out + 3) words[i].clear();
+  }
+  lonely.inverted_file = InvertedFile(words);
+  for (const FramePair& loop : MatchLoops(options, InputOf(scene), lonely, 2, progress)) {
+    EXPECT_EQ(loop.frame_b, static_cast<int>(num_out) + 3);
+    EXPECT_EQ(loop.status, PairStatus::kInconsistent);
+  }
+
   options.loop_min_gap = 16;
   EXPECT_TRUE(MatchLoops(options, InputOf(scene), vocabulary, 2, progress).empty());
 }
