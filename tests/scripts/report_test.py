@@ -91,7 +91,7 @@ class ReportTest(unittest.TestCase):
             report["skipped"] = [f"rgb/<{name}>.png is truncated"]
             (self.site_dir / "features" / f"report_{name}.json").write_text(json.dumps(report))
         (self.site_dir / "pose_graph" / "loops.csv").write_text(
-            "a_frame_idx,b_frame_idx,status,reason\n0,39,accepted,\n3,20,rejected,inconsistent\n"
+            "frame_a,frame_b,status,reason\n0,39,accepted,\n3,20,rejected,inconsistent\n"
         )
         fake_site.write_map(self.site_dir / "grid", "map", fake_site.room_pixels())
         (self.site_dir / "plan").mkdir()

@@ -91,22 +91,23 @@ TEST(SyntheticWorld, MirroredCorridorsAreFurnishedAlike) {
     const SyntheticWorld world = BuildWorld(options, RouteOptions{}, 2);
     const Rect2& line = world.layout.center_line;
     const Eigen::Vector2d middle((line.x0 + line.x1) / 2, (line.y0 + line.y1) / 2);
-    std::vector<Eigen::Vector2d> centres;
+    std::vector<std::pair<Eigen::Vector2d, int>> posters;  // centre and texture
     for (const Surface& surface : world.scene.surfaces) {
       const Eigen::Vector3d centre = surface.origin + (surface.edge_u + surface.edge_v) / 2;
       const bool is_in_corridor = std::ranges::any_of(
           world.layout.corridor,
           [&](const Rect2& rect) { return rect.Contains(centre.x(), centre.y()); });
       if (is_in_corridor && surface.label == SurfaceLabel::kPoster) {
-        centres.push_back(centre.head<2>());
+        posters.emplace_back(centre.head<2>(), surface.material.texture_idx);
       }
     }
-    const auto num_twins = std::ranges::count_if(centres, [&](const Eigen::Vector2d& centre) {
-      return std::ranges::any_of(centres, [&](const Eigen::Vector2d& other) {
-        return (2 * middle - centre - other).norm() < 0.02;
+    const auto num_twins = std::ranges::count_if(posters, [&](const auto& poster) {
+      return std::ranges::any_of(posters, [&](const auto& other) {
+        return (2 * middle - poster.first - other.first).norm() < 0.02 &&
+               poster.second == other.second;
       });
     });
-    return static_cast<double>(num_twins) / static_cast<double>(centres.size());
+    return static_cast<double>(num_twins) / static_cast<double>(posters.size());
   };
   EXPECT_GT(count_twins(true), 0.6);
   EXPECT_LT(count_twins(false), 0.3);

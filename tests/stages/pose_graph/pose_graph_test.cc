@@ -101,20 +101,23 @@ TEST(PoseGraph, LoopsCorrectTheDriftOfEveryFrame) {
 TEST(PoseGraph, EveryFrameHasAPoseAndEveryCandidateAVerdict) {
   PoseGraphInput input = MakeInput();
   input.loops[0].status = PairStatus::kPoorSpread;
-  input.loops[1].b_from_a.translation += Eigen::Vector3d(3, 0, 1);  // wrong
+  input.loops[1].b_from_a.translation += Eigen::Vector3d(0, 0.6, 0);  // wrong, as drift might be
+  input.loops.push_back(input.loops[2]);
+  input.loops.back().b_from_a.translation += Eigen::Vector3d(3, 0, 1);  // wrong, as no drift is
   input.loops.push_back(input.loops[2]);
   input.loops.back().frame_a = 24;  // its nearest keyframe is that of frame_b
   input.loops.back().frame_b = 25;
   const PoseGraphResult result = Optimize(input);
   EXPECT_EQ(result.map_from_camera.size(), static_cast<std::size_t>(kNumFrames));
-  ASSERT_EQ(result.loops.size(), 5U);
+  ASSERT_EQ(result.loops.size(), 6U);
   EXPECT_EQ(result.loops[0].reason, PairStatusText(PairStatus::kPoorSpread));
   EXPECT_THAT(result.loops[1].reason, testing::HasSubstr("contradicts"));
   EXPECT_TRUE(result.loops[2].is_accepted);
   EXPECT_TRUE(result.loops[3].is_accepted);
-  EXPECT_THAT(result.loops[4].reason, testing::HasSubstr("one keyframe"));
+  EXPECT_THAT(result.loops[4].reason, testing::HasSubstr("can have drifted"));
+  EXPECT_THAT(result.loops[5].reason, testing::HasSubstr("one keyframe"));
   const std::string csv = LoopsToCsv(result.loops);
-  EXPECT_EQ(std::ranges::count(csv, '\n'), 6);
+  EXPECT_EQ(std::ranges::count(csv, '\n'), 7);
 }
 
 TEST(PoseGraph, IsTheSameAtAnyNumberOfThreads) {
