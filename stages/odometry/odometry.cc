@@ -2,6 +2,7 @@
 #include "stages/odometry/odometry.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -136,10 +137,14 @@ class KeyframeGraph {
     return frames_[At(target)].shard_from_camera.Inverse() * frames_[At(source)].shard_from_camera;
   }
 
-  // The longer the camera was not tracked, the farther it may have gone.
+  // The longer the camera was not tracked, the farther it may have gone. Another recording may
+  // begin anywhere.
   Matrix6d BridgeCovariance(int a, int b) const {
-    const double gap_s =
-        1e-9 * static_cast<double>(input_.frames[At(b)].time_ns - input_.frames[At(a)].time_ns);
+    const FrameRecord& frame_a = input_.frames[At(a)];
+    const FrameRecord& frame_b = input_.frames[At(b)];
+    const double gap_s = frame_a.sequence_idx == frame_b.sequence_idx
+                             ? 1e-9 * static_cast<double>(frame_b.time_ns - frame_a.time_ns)
+                             : std::numeric_limits<double>::infinity();
     const double sigma_rad = std::min(kMaxBridgeSigma_rad, gap_s * options_.bridge_rad_per_s);
     const double sigma_m = std::min(kMaxBridgeSigma_m, gap_s * options_.bridge_m_per_s);
     Matrix6d covariance = Matrix6d::Zero();

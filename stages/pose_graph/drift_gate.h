@@ -7,24 +7,35 @@
 #include <map>
 #include <vector>
 
-#include "stages/pose_graph/optimize_graph.h"
+#include "pipeline/io/odometry_io.h"
 
 namespace nightmap {
 
-// Covariances of the chain's edges add up in the world frame to first order (Barfoot and Furgale,
-// Associating uncertainty with three-dimensional poses, T-RO 2014).
+// Covariances of the edges between two keyframes add up in the world frame to first order (Barfoot
+// and Furgale, Associating uncertainty with three-dimensional poses, T-RO 2014).
 class DriftGate {
  public:
-  // `edges` join consecutive keyframes in order, loops among them are not looked at; poses are
-  // world_from_camera by odometry.
-  DriftGate(const std::vector<GraphEdge>& edges, const std::map<int, Rigid3>& poses);
+  // Of edges without a circle: a tree, or several. Each tree's world is its lowest keyframe.
+  explicit DriftGate(const std::vector<PoseEdge>& tree);
 
-  // Mahalanobis distance of the loop from the odometry, under the uncertainty of both.
+  // Mahalanobis distance of the loop from the tree that both its ends are in, under the uncertainty
+  // of both.
   double Distance(const PoseEdge& loop) const;
 
+  // world_from_camera of every keyframe.
+  std::map<int, Rigid3> Poses() const;
+
  private:
-  std::map<int, Rigid3> poses_;
-  std::map<int, Matrix6d> covariances_;  // of each keyframe, a left perturbation in the world frame
+  struct Keyframe {
+    int parent = -1;  // towards the root; a root has none
+    int depth = 0;
+    Rigid3 world_from_camera;
+    Matrix6d covariance = Matrix6d::Zero();  // from the root, a left perturbation in the world
+  };
+
+  Matrix6d Drift(int frame_a, int frame_b) const;
+
+  std::map<int, Keyframe> keyframes_;
 };
 
 }  // namespace nightmap

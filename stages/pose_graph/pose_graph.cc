@@ -13,6 +13,7 @@
 #include "stages/pose_graph/check_input.h"
 #include "stages/pose_graph/drift_gate.h"
 #include "stages/pose_graph/global_bundle.h"
+#include "stages/pose_graph/join_runs.h"
 #include "stages/pose_graph/optimize_graph.h"
 
 namespace nightmap {
@@ -59,7 +60,7 @@ class Pipeline {
         result_.is_keyframe[static_cast<std::size_t>(frame.frame_idx)] = true;
       }
       for (const PoseEdge& edge : shard.edges) {
-        edges_.push_back({WithFloor(edge), false});
+        odometry_.push_back(WithFloor(edge));
         if (edge.is_bridge) after_bridge_.insert(edge.frame_b);
       }
     }
@@ -92,24 +93,44 @@ class Pipeline {
   }
 
   // A loop joins two frames; its edge joins the keyframes they are nearest to.
+  std::optional<PoseEdge> LoopEdge(const FramePair& loop) {
+    const int a = NearestKeyframe(loop.frame_a);
+    const int b = NearestKeyframe(loop.frame_b);
+    if (loop.status != PairStatus::kAccepted || a >= b) return std::nullopt;
+    const Rigid3 b_from_a = Chained(b).Inverse() * Chained(loop.frame_b) * loop.b_from_a *
+                            Chained(loop.frame_a).Inverse() * Chained(a);
+    return WithFloor({a, b, b_from_a, loop.covariance, false});
+  }
+
+  // Of the loops, only those that the drift of the odometry allows; then again, with the runs where
+  // the loops want them.
   void AddLoops() {
-    const DriftGate gate(edges_, keyframes_);
-    for (std::size_t i = 0; i < input_.loops.size(); ++i) {
-      const FramePair& loop = input_.loops[i];
-      loop_edge_.push_back(-1);
-      drifts_.push_back(0);
-      if (loop.status != PairStatus::kAccepted) continue;
-      const int a = NearestKeyframe(loop.frame_a);
-      const int b = NearestKeyframe(loop.frame_b);
-      if (a >= b) continue;
-      const Rigid3 b_from_a = Chained(b).Inverse() * Chained(loop.frame_b) * loop.b_from_a *
-                              Chained(loop.frame_a).Inverse() * Chained(a);
-      const PoseEdge edge = WithFloor({a, b, b_from_a, loop.covariance, false});
-      drifts_.back() = gate.Distance(edge);
-      if (drifts_.back() > options_.max_drift) continue;
-      loop_edge_.back() = static_cast<int>(edges_.size());
-      edges_.push_back({edge, true});
+    std::vector<std::optional<PoseEdge>> loops;
+    for (const FramePair& loop : input_.loops) loops.push_back(LoopEdge(loop));
+    const DriftGate by_odometry(odometry_);
+    std::vector<PoseEdge> possible;
+    for (const auto& loop : loops) {
+      if (loop && by_odometry.Distance(*loop) <= options_.max_drift) possible.push_back(*loop);
     }
+    const std::vector<PoseEdge> tree = JoinRuns(odometry_, possible, options_.max_drift);
+    const DriftGate gate(tree);
+    const Rigid3 first = keyframes_.begin()->second;
+    for (const auto& [idx, pose] : gate.Poses()) keyframes_.at(idx) = first * pose;
+    for (const PoseEdge& edge : odometry_) {
+      if (!edge.is_bridge || IsIn(tree, edge)) edges_.push_back({edge, false});
+    }
+    for (const auto& loop : loops) {
+      drifts_.push_back(loop ? std::max(by_odometry.Distance(*loop), gate.Distance(*loop)) : 0);
+      const bool is_possible = loop && drifts_.back() <= options_.max_drift;
+      loop_edge_.push_back(is_possible ? static_cast<int>(edges_.size()) : -1);
+      if (is_possible) edges_.push_back({*loop, true});
+    }
+  }
+
+  static bool IsIn(const std::vector<PoseEdge>& tree, const PoseEdge& bridge) {
+    return std::ranges::any_of(tree, [&](const PoseEdge& edge) {
+      return edge.is_bridge && edge.frame_b == bridge.frame_b;
+    });
   }
 
   void JudgeLoops() {
@@ -253,7 +274,9 @@ class Pipeline {
   const PoseGraphInput& input_;
   std::vector<Rigid3> chained_;      // graph_from_camera by odometry alone
   std::map<int, Rigid3> keyframes_;  // graph_from_camera, optimized
-  std::vector<GraphEdge> edges_;
+  std::vector<PoseEdge> odometry_;
+  std::vector<GraphEdge>
+      edges_;                   // odometry, without the bridges that loops stand in for, and loops
   std::set<int> after_bridge_;  // keyframes that only a guess joins to the one before
   std::vector<int> loop_edge_;  // of each candidate; -1: none
   std::vector<double> drifts_;  // of each candidate
