@@ -3,8 +3,10 @@
 """seeds: evaluates sites with several seeds and prints the medians as a Markdown table.
 
 For each site and seed it runs `make evaluate SITE=<site> SEED=<n> MAPS=<maps>/seed_<n>`; Make
-reruns nothing that is there already. With --readme it puts the table between the markers
-`<!-- accuracy:begin -->` and `<!-- accuracy:end -->` of that file.
+reruns nothing that is there already. Where one bad seed is one too many, the table has the worst.
+With --readme it puts the table between the markers `<!-- accuracy:begin -->` and
+`<!-- accuracy:end -->` of that file. A made-up building differs for each seed: to keep them all, name
+a folder for each, as in --data 'data/{seed}'.
 Exit codes: 0 done; 1 a run failed or a result is missing; 2 wrong command line.
 """
 
@@ -19,7 +21,7 @@ from nightmap_eval.site import put_between, read_json
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 BEGIN, END = "<!-- accuracy:begin -->", "<!-- accuracy:end -->"
-# Title, where it is in metrics.json, factor, format.
+# Title, where it is in metrics.json, factor, format, and of the seeds the median unless it says which.
 COLUMNS = (
     ("frames mapped", "coverage.num_frames_with_pose", 1, "{:.0f}"),
     ("of", "coverage.num_frames", 1, "{:.0f}"),
@@ -29,8 +31,9 @@ COLUMNS = (
     ("scale", "trajectory.sim3.scale", 1, "{:.4f}"),
     ("RPE (cm/m)", "trajectory.rpe_per_metre.translation_rmse_m_per_m", 100, "{:.2f}"),
     ("RPE (deg/m)", "trajectory.rpe_per_metre.rotation_rmse_deg_per_m", 1, "{:.2f}"),
-    ("false loops accepted", "loops.num_false_accepted", 1, "{:.0f}"),
-    ("revisits closed (%)", "loops.revisits_closed_percent", 1, "{:.0f}"),
+    ("ATE RMSE, SE(3), worst seed (cm)", "trajectory.se3.ate_rmse_m", 100, "{:.2f}", max),
+    ("false loops accepted, worst seed", "loops.num_false_accepted", 1, "{:.0f}", max),
+    ("revisits closed, worst seed (%)", "loops.revisits_closed_percent", 1, "{:.0f}", min),
     ("queries", "queries.num_with_truth", 1, "{:.0f}"),
     ("median (cm)", "queries.median_translation_error_cm", 1, "{:.1f}"),
     ("median (deg)", "queries.median_rotation_error_deg", 1, "{:.2f}"),
@@ -50,7 +53,7 @@ def parse_arguments():
     parser.add_argument("sites", nargs="+", help="names of configs/sites/<site>.toml")
     parser.add_argument("--seeds", type=int, default=5, help="how many seeds, from 0 (default 5)")
     parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
-    parser.add_argument("--data", type=Path, default=CHECKOUT / "data", help="recordings")
+    parser.add_argument("--data", default=str(CHECKOUT / "data"), help="recordings; {seed} is the seed")
     parser.add_argument("--readme", type=Path, help="file to put the table into")
     parser.add_argument("--no-run", action="store_true", help="only collect results that are there")
     arguments = parser.parse_args()
@@ -61,7 +64,7 @@ def parse_arguments():
 
 def run_make(site, seed, maps, data):
     command = ["make", "-C", str(CHECKOUT), "evaluate", f"SITE={site}", f"SEED={seed}",
-               f"MAPS={maps.resolve()}", f"DATA={data.resolve()}"]  # fmt: skip
+               f"MAPS={maps.resolve()}", f"DATA={Path(data.format(seed=seed)).resolve()}"]  # fmt: skip
     if subprocess.run(command, check=False).returncode != 0:
         raise DataError(f"{' '.join(command)} failed, see above")
 
@@ -84,15 +87,15 @@ def look_up(metrics, dotted):
     return metrics
 
 
-def cell(all_metrics, dotted, factor, text_format):
-    """Median over the seeds. Only errors can be missing (nothing was located, say), so a missing
-    value counts as infinite; the cell says n/a when that makes the median infinite."""
+def cell(all_metrics, dotted, factor, text_format, choose=statistics.median):
+    """One value for all seeds. Only errors can be missing (nothing was located, say), so a missing
+    value counts as infinite; the cell says n/a when that makes the chosen one infinite."""
     values = [look_up(metrics, dotted) for metrics in all_metrics]
-    median = statistics.median(math.inf if value is None else factor * value for value in values)
-    if math.isinf(median):
+    chosen = choose(math.inf if value is None else factor * value for value in values)
+    if math.isinf(chosen):
         return "n/a"
     num_known = sum(value is not None for value in values)
-    text = text_format.format(median)
+    text = text_format.format(chosen)
     return text if num_known == len(values) else f"{text} ({num_known} of {len(values)} seeds)"
 
 

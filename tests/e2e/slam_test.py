@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Loops: a building made to be mistaken, wrong loops among the right ones, two recordings of one
-building. Pictures are of half the size, so that they are rendered in little time; scripts/seeds.py
-prints the figures at full size. Recordings and maps are kept in <build>/slam.
+building. Pictures are of half the size, so that they are rendered in little time. Recordings and maps
+are kept in <build>/slam.
 """
 import json
 import re
@@ -14,7 +14,7 @@ import unittest
 import h5py
 import numpy as np
 
-from workspace import BUILD, CAMERA, REPOSITORY, environment
+from workspace import BUILD, REPOSITORY, environment
 
 sys.path.append(str(REPOSITORY / "scripts"))
 from nightmap_eval.trajectory import angles_deg, associate, read_tum  # noqa: E402
@@ -49,23 +49,23 @@ def synthesize(site, config):
     run([BUILD / "run/synthesize", "--config", path, "--out", f"site={folder}/synthesize.json"])
 
 
-def make_trajectory(site, like, sequences):
-    """Maps a recording up to the trajectory, with the camera of the site config `like` at half size."""
-    text = (REPOSITORY / "configs/sites" / f"{like}.toml").read_text().split("[[sequence]]")[0]
+def make_trajectory(site, *variables):
+    """Maps a recording up to the trajectory."""
+    site_dir = FOLDER / "maps" / site
+    run(["make", "--no-print-directory", f"SITE={site}", f"DATA={FOLDER}/data", f"MAPS={FOLDER}/maps",
+         f"BUILD={BUILD}", *variables, site_dir / "pose_graph/trajectory.tum"])
+    return site_dir
+
+
+def write_site(site, sequences):
+    """A site of several recordings, with the camera of `mirror`; -> the folder of its config."""
+    text = (REPOSITORY / "configs/sites/mirror.toml").read_text().split("[[sequence]]")[0]
     text = re.sub(r"(?m)^root *=.*", f'root = "{site}"', text)
-    for key, value in CAMERA.items():
-        text = re.sub(rf"(?m)^{key} *=.*", f"{key} = {value}", text)
+    text += "".join(SEQUENCE.format(folder=f, offset=1000 * i) for i, f in enumerate(sequences))
     sites = FOLDER / "sites"
     sites.mkdir(parents=True, exist_ok=True)
-    text += "".join(SEQUENCE.format(folder=f, offset=1000 * i) for i, f in enumerate(sequences))
-    config = sites / f"{site}.toml"
-    if not config.exists() or config.read_text() != text:
-        config.write_text(text)
-    site_dir = FOLDER / "maps" / site
-    run(["make", "--no-print-directory", f"SITE={site}", f"SITES={sites}", "SYNTHETIC=",
-         f"DATA={FOLDER}/data", f"MAPS={FOLDER}/maps", f"BUILD={BUILD}",
-         site_dir / "pose_graph/trajectory.tum"])
-    return site_dir
+    (sites / f"{site}.toml").write_text(text)
+    return sites
 
 
 def ate_m(site_dir, trajectory):
@@ -81,9 +81,7 @@ def ate_m(site_dir, trajectory):
 class MirrorTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        text = (REPOSITORY / "configs/sites/mirror/synthesize.toml").read_text()
-        synthesize("mirror", text.replace("num_queries = 0\n", ""))
-        site_dir = make_trajectory("mirror", "mirror", ["."])
+        site_dir = make_trajectory("mirror")
         cls.site_dir = site_dir
         run(["/usr/bin/python3", "scripts/evaluate.py", "--site-dir", site_dir, "--data", FOLDER / "data",
              "--out", site_dir / "evaluate/metrics.json"])
@@ -131,7 +129,7 @@ class TwoRecordingsTest(unittest.TestCase):
         for recording, start_ratio in enumerate((0.1, 0.6)):
             synthesize(f"two/{recording}", "num_frames = 470\nlength_ratio = 0.64\noverlap_m = 0\n"
                        f"recording = {recording}\nstart_ratio = {start_ratio}\n")
-        self.check(make_trajectory("two", "demo", ["0", "1"]))
+        self.check(make_trajectory("two", f"SITES={write_site('two', ['0', '1'])}", "SYNTHETIC="))
 
     def check(self, site_dir):
         report = json.loads((site_dir / "pose_graph/report.json").read_text())

@@ -25,6 +25,12 @@ class TableTest(unittest.TestCase):
         values = [metrics(0.03), metrics(0.01), metrics(0.08)]
         self.assertEqual(seeds.cell(values, *self.ATE), "3.00")
 
+    def test_one_bad_seed_shows_where_it_matters(self):
+        loops = [{"loops": {"num_false_accepted": n, "revisits_closed_percent": 100 - n}} for n in (0, 0, 7)]
+        table = seeds.make_table({"a": loops})
+        self.assertIn("| false loops accepted, worst seed | 7 |", table)
+        self.assertIn("| revisits closed, worst seed (%) | 93 |", table)
+
     def test_missing_values_are_told(self):
         self.assertEqual(seeds.cell([metrics(0, 2.0), metrics(0)], *self.MEDIAN), "n/a")
         values = [metrics(0, 2.0), metrics(0, 4.0), metrics(0)]
