@@ -7,87 +7,10 @@
 #include <memory>
 
 #include "pipeline/base/error.h"
+#include "pipeline/geometry/observation_error.h"
 
 namespace nightmap {
 namespace {
-
-constexpr double kMinDepth_m = 0.05;  // nearer, or behind the camera, a projection means nothing
-
-// Residuals (pixel x, pixel y, depth) of one observation over their standard deviations.
-// Parameters: rotation (x y z w) and translation of camera_from_world, point in the world.
-class ObservationError : public ceres::SizedCostFunction<3, 4, 3, 3> {
- public:
-  ObservationError(const BundleObservation& observation,
-                   const Camera& camera,
-                   double pixel_sigma_px)
-      : observation_(observation),
-        camera_(camera),
-        pixel_weight_(1 / pixel_sigma_px),
-        depth_weight_(observation.depth_m > 0 ? 1 / observation.noise.Sigma_m(observation.depth_m)
-                                              : 0.0) {}
-
-  bool Evaluate(double const* const* parameters,
-                double* residuals,
-                double** jacobians) const override {
-    const Eigen::Map<const Eigen::Quaterniond> rotation(parameters[0]);
-    const Eigen::Map<const Eigen::Vector3d> translation(parameters[1]);
-    const Eigen::Map<const Eigen::Vector3d> point(parameters[2]);
-    const Eigen::Vector3d rotated = rotation * point;
-    const Eigen::Vector3d p = rotated + translation;
-    if (p.z() < kMinDepth_m) return false;  // Ceres takes a shorter step
-    residuals[0] =
-        pixel_weight_ * (camera_.fx * p.x() / p.z() + camera_.cx - observation_.pixel.x());
-    residuals[1] =
-        pixel_weight_ * (camera_.fy * p.y() / p.z() + camera_.cy - observation_.pixel.y());
-    residuals[2] = depth_weight_ * (p.z() - observation_.depth_m);
-    if (jacobians) FillJacobians(p, rotation, point, jacobians);
-    return true;
-  }
-
- private:
-  void FillJacobians(const Eigen::Vector3d& p,
-                     const Eigen::Quaterniond& rotation,
-                     const Eigen::Vector3d& point,
-                     double** jacobians) const {
-    Eigen::Matrix3d by_p;
-    by_p << camera_.fx / p.z(), 0, -camera_.fx * p.x() / (p.z() * p.z()),  //
-        0, camera_.fy / p.z(), -camera_.fy * p.y() / (p.z() * p.z()),      //
-        0, 0, 1;
-    by_p.row(0) *= pixel_weight_;
-    by_p.row(1) *= pixel_weight_;
-    by_p.row(2) *= depth_weight_;
-    if (jacobians[0]) {
-      Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> by_rotation(jacobians[0]);
-      by_rotation = by_p * RotationJacobian(rotation, point);
-    }
-    if (jacobians[1]) {
-      Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> by_translation(jacobians[1]);
-      by_translation = by_p;
-    }
-    if (jacobians[2]) {
-      Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> by_point(jacobians[2]);
-      by_point = by_p * rotation.toRotationMatrix();
-    }
-  }
-
-  // Derivative of q * x by (qx, qy, qz, qw), from q * x = x + 2 w (v cross x) + 2 v cross (v cross
-  // x), the form Eigen evaluates.
-  static Eigen::Matrix<double, 3, 4> RotationJacobian(const Eigen::Quaterniond& q,
-                                                      const Eigen::Vector3d& x) {
-    const Eigen::Vector3d v = q.vec();
-    const Eigen::Matrix3d outer = v * x.transpose();
-    Eigen::Matrix<double, 3, 4> jacobian;
-    jacobian.leftCols<3>() = 2 * (-q.w() * Skew(x) + v.dot(x) * Eigen::Matrix3d::Identity() +
-                                  outer - 2 * x * v.transpose());
-    jacobian.rightCols<1>() = 2 * v.cross(x);
-    return jacobian;
-  }
-
-  BundleObservation observation_;
-  Camera camera_;
-  double pixel_weight_;
-  double depth_weight_;
-};
 
 void CheckSizes(const BundleProblem& problem) {
   const std::size_t num_poses = problem.camera_from_world.size();
@@ -97,6 +20,18 @@ void CheckSizes(const BundleProblem& problem) {
                     problem.cameras.size(),
                     problem.is_fixed.size());
   }
+  const auto& scale_idx = problem.depth_scale_idx;
+  const auto num_scales = static_cast<int>(problem.depth_scales.size());
+  if (num_scales == 0 || (!scale_idx.empty() && scale_idx.size() != num_poses) ||
+      std::ranges::any_of(scale_idx, [&](int i) { return i < 0 || i >= num_scales; })) {
+    throw DataError(
+        "bundle adjustment: {} depth scales do not fit {} poses", num_scales, num_poses);
+  }
+}
+
+double& DepthScale(std::size_t pose, BundleProblem* data) {
+  if (data->depth_scale_idx.empty()) return data->depth_scales[0];
+  return data->depth_scales[static_cast<std::size_t>(data->depth_scale_idx[pose])];
 }
 
 // A wrong match may put a point behind a camera that sees it; no step could start from there.
@@ -105,7 +40,7 @@ void DropUnseeable(BundleProblem* data) {
     const Eigen::Vector3d p =
         data->camera_from_world[static_cast<std::size_t>(observation.pose_idx)] *
         data->points_in_world[static_cast<std::size_t>(observation.point_idx)];
-    return !(p.z() >= kMinDepth_m);
+    return !(p.z() >= ObservationError::kMinDepth_m);
   });
 }
 
@@ -118,7 +53,8 @@ void AddObservations(const BundleOptions& options, BundleProblem* data, ceres::P
         new ceres::HuberLoss(options.robust_scale),
         camera_from_world.rotation.coeffs().data(),
         camera_from_world.translation.data(),
-        data->points_in_world[static_cast<std::size_t>(observation.point_idx)].data());
+        data->points_in_world[static_cast<std::size_t>(observation.point_idx)].data(),
+        &DepthScale(pose, data));
   }
 }
 
@@ -134,7 +70,17 @@ std::shared_ptr<ceres::ParameterBlockOrdering> MakeOrdering(BundleProblem* data,
     ordering->AddElementToGroup(pose.rotation.coeffs().data(), 1);
     ordering->AddElementToGroup(pose.translation.data(), 1);
   }
+  for (double& scale : data->depth_scales) {
+    if (problem.HasParameterBlock(&scale)) ordering->AddElementToGroup(&scale, 1);
+  }
   return ordering;
+}
+
+void HoldDepthScales(bool all, BundleProblem* data, ceres::Problem* problem) {
+  for (double& scale : data->depth_scales) {
+    const bool is_held = all || &scale == &data->depth_scales[0];
+    if (is_held && problem->HasParameterBlock(&scale)) problem->SetParameterBlockConstant(&scale);
+  }
 }
 
 void SetManifolds(BundleProblem* data, ceres::Problem* problem) {
@@ -157,6 +103,7 @@ BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* data) {
   ceres::Problem problem;
   AddObservations(options, data, &problem);
   SetManifolds(data, &problem);
+  HoldDepthScales(!options.estimate_depth_scales, data, &problem);
   ceres::Solver::Options solver_options;
   solver_options.linear_solver_type = ceres::SPARSE_SCHUR;
   solver_options.linear_solver_ordering = MakeOrdering(data, problem);

@@ -26,12 +26,19 @@ struct BundleProblem {
   std::vector<bool> is_fixed;             // one a pose; at least one, or the gauge is free
   std::vector<Eigen::Vector3d> points_in_world;
   std::vector<BundleObservation> observations;
+  // True depth over measured, of each depth sensor, and which sensor each pose has; empty: the
+  // first.
+  std::vector<double> depth_scales = {1};
+  std::vector<int> depth_scale_idx;
 };
 
 struct BundleOptions {
   double pixel_sigma_px = 1.0;
   double robust_scale = 2.0;  // Huber's constant, in standard deviations
   int max_iterations = 20;
+  // All but the first: the size of the whole map would change with a common factor, and nothing
+  // seen tells it.
+  bool estimate_depth_scales = false;
 };
 
 struct BundleSummary {

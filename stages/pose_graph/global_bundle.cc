@@ -3,82 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <unordered_map>
 
-#include "pipeline/base/union_find.h"
 #include "pipeline/geometry/bundle_adjustment.h"
 
 namespace nightmap {
 namespace {
-
-using Sighting = std::pair<int, int>;  // frame, feature
-using Track = std::vector<Sighting>;   // ascending frame
-
-std::uint64_t Key(int frame_idx, int feature_idx) {
-  return (static_cast<std::uint64_t>(frame_idx) << 32) | static_cast<std::uint32_t>(feature_idx);
-}
-
-// Tracks over all shards, joined by shared features and by loops.
-class TrackMerger {
- public:
-  explicit TrackMerger(const std::vector<OdometryShard>& shards) : sets_(CountTracks(shards)) {
-    std::size_t first_track = 0;
-    for (const OdometryShard& shard : shards) {
-      std::size_t num_tracks = 0;
-      for (const TrackObservation& o : shard.observations) {
-        const std::size_t track = first_track + static_cast<std::size_t>(o.track_idx);
-        num_tracks = std::max(num_tracks, static_cast<std::size_t>(o.track_idx) + 1);
-        const auto [found, is_new] = track_of_.emplace(Key(o.frame_idx, o.feature_idx), track);
-        if (is_new) sightings_.push_back({o.frame_idx, o.feature_idx});
-        if (!is_new) sets_.Join(found->second, track);
-      }
-      first_track += num_tracks;
-    }
-  }
-
-  void Join(const FramePair& loop) {
-    for (const FeatureMatch& match : loop.inliers) {
-      const auto a = track_of_.find(Key(loop.frame_a, match.a));
-      const auto b = track_of_.find(Key(loop.frame_b, match.b));
-      if (a != track_of_.end() && b != track_of_.end()) sets_.Join(a->second, b->second);
-    }
-  }
-
-  // Sightings in keyframes only; one per keyframe.
-  std::vector<Track> KeyframeTracks(const std::map<int, Rigid3>& keyframes) {
-    std::map<std::size_t, Track> tracks;
-    for (const Sighting& sighting : sightings_) {
-      if (!keyframes.contains(sighting.first)) continue;
-      tracks[sets_.Find(track_of_.at(Key(sighting.first, sighting.second)))].push_back(sighting);
-    }
-    std::vector<Track> result;
-    for (auto& [root, track] : tracks) {
-      std::ranges::sort(track);
-      const auto same_frame = [](const Sighting& a, const Sighting& b) {
-        return a.first == b.first;
-      };
-      track.erase(std::unique(track.begin(), track.end(), same_frame), track.end());
-      if (track.size() >= 2) result.push_back(std::move(track));
-    }
-    return result;
-  }
-
- private:
-  static std::size_t CountTracks(const std::vector<OdometryShard>& shards) {
-    std::size_t count = 0;
-    for (const OdometryShard& shard : shards) {
-      int last = -1;
-      for (const TrackObservation& o : shard.observations) last = std::max(last, o.track_idx);
-      count += static_cast<std::size_t>(last + 1);
-    }
-    return count;
-  }
-
-  UnionFind sets_;
-  std::unordered_map<std::uint64_t, std::size_t> track_of_;
-  std::vector<Sighting> sightings_;
-};
 
 class KeyframeAdjuster {
  public:
@@ -86,10 +15,12 @@ class KeyframeAdjuster {
                    const PoseGraphInput& input,
                    std::map<int, Rigid3>* graph_from_keyframe)
       : options_(options), input_(input), poses_(*graph_from_keyframe) {
+    problem_.depth_scales.assign(input.cameras.size(), 1.0);
     for (const auto& [frame_idx, pose] : poses_) {
       position_[frame_idx] = static_cast<int>(problem_.camera_from_world.size());
       problem_.camera_from_world.push_back(pose.Inverse());
       problem_.cameras.push_back(CameraOf(frame_idx).color);
+      problem_.depth_scale_idx.push_back(CameraIdx(frame_idx));
       problem_.is_fixed.push_back(problem_.is_fixed.empty());
     }
   }
@@ -98,6 +29,7 @@ class KeyframeAdjuster {
     for (const Track& track : SelectLongest(std::move(tracks))) AddTrack(track);
     BundleOptions bundle_options;
     bundle_options.max_iterations = options_.bundle_iterations;
+    bundle_options.estimate_depth_scales = options_.estimate_depth_scales;
     for (int round = 0; round < 2; ++round) {
       if (problem_.observations.empty()) break;
       AdjustBundle(bundle_options, &problem_);
@@ -106,13 +38,15 @@ class KeyframeAdjuster {
     for (auto& [frame_idx, pose] : poses_) {
       pose = problem_.camera_from_world[static_cast<std::size_t>(position_[frame_idx])].Inverse();
     }
-    return {Rms_px(), static_cast<int>(problem_.observations.size())};
+    return {Rms_px(), static_cast<int>(problem_.observations.size()), problem_.depth_scales};
   }
 
  private:
+  int CameraIdx(int frame_idx) const {
+    return input_.frames[static_cast<std::size_t>(frame_idx)].camera_idx;
+  }
   const RgbdCamera& CameraOf(int frame_idx) const {
-    const FrameRecord& frame = input_.frames[static_cast<std::size_t>(frame_idx)];
-    return input_.cameras.at(static_cast<std::size_t>(frame.camera_idx));
+    return input_.cameras.at(static_cast<std::size_t>(CameraIdx(frame_idx)));
   }
   double Depth_m(const Sighting& s) const {
     return input_.features.frames[static_cast<std::size_t>(s.first)].depths_m.at(
@@ -185,13 +119,8 @@ class KeyframeAdjuster {
 
 GlobalBundleSummary AdjustKeyframes(const PoseGraphOptions& options,
                                     const PoseGraphInput& input,
-                                    const std::vector<bool>& is_accepted,
+                                    std::vector<Track> tracks,
                                     std::map<int, Rigid3>* graph_from_keyframe) {
-  TrackMerger merger(input.odometry);
-  for (std::size_t i = 0; i < input.loops.size(); ++i) {
-    if (is_accepted[i]) merger.Join(input.loops[i]);
-  }
-  auto tracks = merger.KeyframeTracks(*graph_from_keyframe);
   return KeyframeAdjuster(options, input, graph_from_keyframe).Run(std::move(tracks));
 }
 

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <map>
+#include <vector>
 
+#include "stages/pose_graph/merged_tracks.h"
 #include "stages/pose_graph/pose_graph.h"
 
 namespace nightmap {
@@ -11,14 +13,14 @@ namespace nightmap {
 struct GlobalBundleSummary {
   double rms_px = 0;
   int num_observations = 0;
+  std::vector<double> depth_scales;  // of each camera: true depth over measured, see BundleProblem
 };
 
-// Merges the shards' tracks where they share a feature and where an accepted loop joins two, keeps
-// the longest of each keyframe, and adjusts keyframes and points. `is_accepted[i]` tells of
-// input.loops[i]. The first keyframe is held fixed: it is the graph's gauge.
+// Keeps the longest tracks of each keyframe, and adjusts keyframes and points. The first keyframe
+// is held fixed: it is the graph's gauge.
 GlobalBundleSummary AdjustKeyframes(const PoseGraphOptions& options,
                                     const PoseGraphInput& input,
-                                    const std::vector<bool>& is_accepted,
+                                    std::vector<Track> tracks,
                                     std::map<int, Rigid3>* graph_from_keyframe);
 
 }  // namespace nightmap

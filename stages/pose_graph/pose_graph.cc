@@ -11,6 +11,7 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/union_find.h"
 #include "stages/pose_graph/check_input.h"
+#include "stages/pose_graph/cull_keyframes.h"
 #include "stages/pose_graph/drift_gate.h"
 #include "stages/pose_graph/global_bundle.h"
 #include "stages/pose_graph/join_runs.h"
@@ -35,7 +36,11 @@ class Pipeline {
     JudgeLoops();
     FindParts();
     progress.Advance();
-    if (options_.bundle_adjustment) Adjust();
+    auto tracks = MergeTracks(input_.odometry, input_.loops, AcceptedLoops(), KeyframeIdxs());
+    const auto redundant =
+        RedundantKeyframes(tracks, KeyframeIdxs(), BridgeEnds(), options_.max_seen_ratio);
+    Cull(redundant);
+    if (options_.bundle_adjustment) Adjust(WithoutFrames(std::move(tracks), redundant));
     progress.Advance();
     CarryFrames();
     TurnIntoMapFrame(num_threads);
@@ -186,12 +191,61 @@ class Pipeline {
     std::ranges::stable_sort(result_.parts, std::greater<>(), &GraphPart::num_frames);
   }
 
-  void Adjust() {
+  std::vector<bool> AcceptedLoops() const {
     std::vector<bool> is_accepted;
     for (const LoopRecord& loop : result_.loops) is_accepted.push_back(loop.is_accepted);
-    const auto summary = AdjustKeyframes(options_, input_, is_accepted, &keyframes_);
+    return is_accepted;
+  }
+
+  std::set<int> KeyframeIdxs() const {
+    std::set<int> idxs;
+    for (const auto& [idx, pose] : keyframes_) idxs.insert(idx);
+    return idxs;
+  }
+
+  std::set<int> BridgeEnds() const {
+    std::set<int> ends;
+    for (const PoseEdge& edge : odometry_) {
+      if (edge.is_bridge) ends.insert({edge.frame_a, edge.frame_b});
+    }
+    return ends;
+  }
+
+  // Edges of odometry go past a dropped keyframe; loops go to the one that is nearest now.
+  void Cull(const std::set<int>& redundant) {
+    for (const int idx : redundant) {
+      keyframes_.erase(idx);
+      result_.is_keyframe[static_cast<std::size_t>(idx)] = false;
+    }
+    result_.num_culled = static_cast<int>(redundant.size());
+    std::vector<GraphEdge> edges;
+    for (const GraphEdge& edge : edges_) {
+      if (edge.is_loop) continue;
+      const bool goes_on = redundant.contains(edge.edge.frame_a);
+      edges.push_back({goes_on ? Chain(edges.back().edge, edge.edge) : edge.edge, false});
+      if (goes_on) edges.erase(edges.end() - 2);
+    }
+    for (std::size_t i = 0; i < input_.loops.size(); ++i) {
+      if (!result_.loops[i].is_accepted) continue;
+      if (const auto edge = LoopEdge(input_.loops[i])) edges.push_back({*edge, true});
+    }
+    edges_ = std::move(edges);
+  }
+
+  static PoseEdge Chain(const PoseEdge& first, const PoseEdge& second) {
+    const Matrix6d adjoint = Adjoint(second.b_from_a);
+    return {first.frame_a,
+            second.frame_b,
+            second.b_from_a * first.b_from_a,
+            second.covariance + adjoint * first.covariance * adjoint.transpose(),
+            false};
+  }
+
+  void Adjust(std::vector<Track> tracks) {
+    const auto summary = AdjustKeyframes(options_, input_, std::move(tracks), &keyframes_);
     result_.bundle_rms_px = summary.rms_px;
     result_.num_bundle_observations = summary.num_observations;
+    result_.depth_scales = summary.depth_scales;
   }
 
   // A frame keeps its odometry pose relative to the keyframes around it; between two it follows
@@ -302,12 +356,21 @@ void PoseGraphOptions::Register(OptionList& list) {
            &max_loop_error,
            Range(0.5, 1000),
            "Mahalanobis distance beyond which a loop is held to be wrong");
+  list.Add(
+      "max_seen_ratio",
+      &max_seen_ratio,
+      Range(0.5, 1),
+      "a keyframe is dropped when three others see more than this part of its points; 1: none");
   list.Add("bundle_adjustment", &bundle_adjustment, "adjust keyframes and points after the loops");
   list.Add("bundle_iterations", &bundle_iterations, Range(1, 500), "of bundle adjustment");
   list.Add("bundle_max_error_px",
            &bundle_max_error_px,
            Range(0.5, 50),
            "observations off by more are dropped");
+  list.Add(
+      "estimate_depth_scales",
+      &estimate_depth_scales,
+      "find how much too short or long each camera measures depth, relative to the first camera");
   list.Add("max_tracks_per_keyframe",
            &max_tracks_per_keyframe,
            Range(20, 10000),

@@ -23,9 +23,11 @@ struct PoseGraphOptions {
   double edge_sigma_floor_rad = 0.002;
   double max_drift = 10.0;
   double max_loop_error = 6.0;
+  double max_seen_ratio = 0.9;
   bool bundle_adjustment = true;
   int bundle_iterations = 15;
   double bundle_max_error_px = 4.0;
+  bool estimate_depth_scales = false;
   int max_tracks_per_keyframe = 250;
   MapFrameOptions map_frame;
 
@@ -71,11 +73,14 @@ struct PoseGraphResult {
   MapFrame map_frame;
   double bundle_rms_px = 0;  // reprojection error after bundle adjustment
   int num_bundle_observations = 0;
+  int num_culled = 0;  // keyframes of the odometry that add nothing
+  std::vector<double>
+      depth_scales;  // of each camera, true depth over measured; empty: no adjustment
 };
 
 // Chains the shards, drops loops that the odometry rules out, closes the others (graduated
-// non-convexity decides which to believe), adjusts keyframes and points together, and turns
-// everything into the map frame. Deterministic.
+// non-convexity decides which to believe), drops redundant keyframes, adjusts the others and
+// points, and turns everything into the map frame. Deterministic.
 PoseGraphResult RunPoseGraph(const PoseGraphOptions& options,
                              const PoseGraphInput& input,
                              int num_threads,

@@ -76,6 +76,58 @@ TEST(AbsolutePose, DepthThatDisagreesIsNoInlier) {
   EXPECT_EQ(std::ranges::count(pose->inliers, 4), 0);
 }
 
+// The information of exact matches is J^T J; J here by central differences of the residuals.
+TEST(AbsolutePose, InformationIsThatOfFiniteDifferences) {
+  Random random(5);
+  const Rigid3 truth = RandomPose(random);
+  auto matches = MakeMatches(truth, 50, 0, random);
+  for (std::size_t i = 0; i < matches.size(); i += 2) {
+    matches[i].depth_m = (truth * matches[i].point_in_world).z();
+    matches[i].point_sigma_m = 0.01;
+  }
+  const AbsolutePoseOptions options{.pixel_sigma_px = 0.8};
+  const auto residuals = [&](const Eigen::Matrix<double, 6, 1>& step) {
+    const Rigid3 camera_from_world =
+        Rigid3{Eigen::Quaterniond(1, step[0] / 2, step[1] / 2, step[2] / 2).normalized(),
+               step.tail<3>()} *
+        truth;
+    Eigen::VectorXd values = Eigen::VectorXd::Zero(150);
+    for (int i = 0; i < 50; ++i) {
+      const PointMatch& match = matches[static_cast<std::size_t>(i)];
+      const Eigen::Vector3d p = camera_from_world * match.point_in_world;
+      values.segment<2>(3 * i) =
+          (*kCamera.ProjectUndistorted(p) - match.pixel) / options.pixel_sigma_px;
+      if (match.depth_m == 0) continue;
+      values[3 * i + 2] =
+          (p.z() - match.depth_m) / std::hypot(options.noise.Sigma_m(match.depth_m), 0.01);
+    }
+    return values;
+  };
+  Eigen::MatrixXd jacobian(150, 6);
+  for (int k = 0; k < 6; ++k) {
+    const Eigen::Matrix<double, 6, 1> step = 1e-6 * Eigen::Matrix<double, 6, 1>::Unit(k);
+    jacobian.col(k) = (residuals(step) - residuals(-step)) / 2e-6;
+  }
+  const auto covariance = PoseCovariance(kCamera, matches, truth, options);
+  ASSERT_TRUE(covariance.has_value());
+  const Matrix6d identity = *covariance * (jacobian.transpose() * jacobian);
+  EXPECT_LT((identity - Matrix6d::Identity()).cwiseAbs().maxCoeff(), 1e-4);
+}
+
+TEST(AbsolutePose, MovingTheWorldMovesThePose) {
+  Random random(6);
+  const Rigid3 moved_from_world = RandomPose(random);
+  auto matches = MakeMatches(RandomPose(random), 80, 20, random);
+  const auto pose = EstimateAbsolutePose(kCamera, matches, {.seed = 1});
+  for (PointMatch& match : matches) match.point_in_world = moved_from_world * match.point_in_world;
+  const auto moved = EstimateAbsolutePose(kCamera, matches, {.seed = 1});
+  ASSERT_TRUE(pose && moved);
+  EXPECT_LT(
+      ((moved->camera_from_world * moved_from_world).Matrix() - pose->camera_from_world.Matrix())
+          .norm(),
+      1e-6);
+}
+
 TEST(AbsolutePose, CovarianceShrinksWithMoreMatches) {
   Random random(2);
   const Rigid3 truth = RandomPose(random);

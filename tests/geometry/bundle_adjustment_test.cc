@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
+#include "pipeline/geometry/observation_error.h"
 
 namespace nightmap {
 namespace {
@@ -60,6 +64,110 @@ TEST(BundleAdjustment, ReturnsFromADisturbedStart) {
   }
 }
 
+TEST(BundleAdjustment, DerivativesAreThoseOfFiniteDifferences) {
+  constexpr std::array<int, 4> kSizes = {4, 3, 3, 1};
+  constexpr double kStep = 1e-6;
+  Random random(3);
+  for (int trial = 0; trial < 20; ++trial) {
+    const BundleObservation observation{
+        0, 0, {random.Uniform(0, 640), random.Uniform(0, 480)}, trial % 4 == 0 ? 0 : 2.5, {}};
+    const ObservationError error(observation, kCamera, 0.7);
+    const Eigen::Quaterniond rotation =
+        Eigen::Quaterniond(1, 0.3 * random.Gaussian(), 0.3 * random.Gaussian(), 0.1).normalized();
+    const Eigen::Vector3d translation(random.Gaussian(), random.Gaussian(), 0.3);
+    const Eigen::Vector3d in_camera(
+        random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(1, 5));
+    const Eigen::Vector3d point = rotation.conjugate() * (in_camera - translation);
+    Eigen::Matrix<double, 11, 1> x;
+    x << rotation.coeffs(), translation, point, random.Uniform(0.9, 1.1);
+    const std::array<const double*, 4> blocks = {&x[0], &x[4], &x[7], &x[10]};
+    std::array<std::vector<double>, 4> jacobians;
+    std::array<double*, 4> pointers{};
+    for (std::size_t block = 0; block < 4; ++block) {
+      jacobians[block].resize(static_cast<std::size_t>(3 * kSizes[block]));
+      pointers[block] = jacobians[block].data();
+    }
+    Eigen::Vector3d residual;
+    ASSERT_TRUE(error.Evaluate(blocks.data(), residual.data(), pointers.data()));
+    for (int k = 0, block = 0, column = 0; k < 11; ++k, ++column) {
+      if (column == kSizes[static_cast<std::size_t>(block)]) {
+        ++block;
+        column = 0;
+      }
+      const double value = x[k];
+      Eigen::Vector3d above, below;
+      x[k] = value + kStep;
+      ASSERT_TRUE(error.Evaluate(blocks.data(), above.data(), nullptr));
+      x[k] = value - kStep;
+      ASSERT_TRUE(error.Evaluate(blocks.data(), below.data(), nullptr));
+      x[k] = value;
+      for (int row = 0; row < 3; ++row) {
+        const int size = kSizes[static_cast<std::size_t>(block)];
+        const double derivative = jacobians[static_cast<std::size_t>(block)]
+                                           [static_cast<std::size_t>(row * size + column)];
+        EXPECT_NEAR(
+            derivative, (above[row] - below[row]) / (2 * kStep), 1e-5 * (1 + std::abs(derivative)))
+            << trial << " " << k << " " << row;
+      }
+    }
+  }
+}
+
+// Only what lies between the cameras is measured, so where the world's origin is does not matter.
+TEST(BundleAdjustment, MovingTheWorldChangesNothing) {
+  const Rigid3 moved_from_world{
+      Eigen::Quaterniond(Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 2, -1).normalized())),
+      {4, -5, 6}};
+  Random random(4);
+  BundleProblem problem = ExactProblem();
+  for (BundleObservation& o : problem.observations) {
+    o.pixel += Eigen::Vector2d(random.Gaussian(), random.Gaussian());
+    o.depth_m += 0.01 * random.Gaussian();
+  }
+  BundleProblem moved = problem;
+  for (Rigid3& pose : moved.camera_from_world) pose = pose * moved_from_world.Inverse();
+  for (Eigen::Vector3d& point : moved.points_in_world) point = moved_from_world * point;
+  AdjustBundle({.max_iterations = 50}, &problem);
+  AdjustBundle({.max_iterations = 50}, &moved);
+  for (std::size_t i = 0; i < problem.camera_from_world.size(); ++i) {
+    const Rigid3 back = moved.camera_from_world[i] * moved_from_world;
+    EXPECT_LT((back.Matrix() - problem.camera_from_world[i].Matrix()).norm(), 1e-4);
+  }
+}
+
+// The second of two sensors measures 3 % short, of the points that both see.
+TEST(BundleAdjustment, FindsTheDepthScaleOfTheSecondSensor) {
+  BundleProblem problem = ExactProblem();
+  problem.depth_scales = {1, 1};
+  problem.depth_scale_idx = {0, 0, 0, 1, 1};
+  for (BundleObservation& o : problem.observations) {
+    if (o.pose_idx >= 3) o.depth_m *= 0.97;
+  }
+  BundleProblem ignored = problem;
+  AdjustBundle({.max_iterations = 50, .estimate_depth_scales = true}, &problem);
+  EXPECT_EQ(problem.depth_scales[0], 1);
+  EXPECT_NEAR(problem.depth_scales[1], 1 / 0.97, 1e-4);
+  const BundleProblem truth = ExactProblem();
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_LT(
+        (problem.camera_from_world[i].translation - truth.camera_from_world[i].translation).norm(),
+        1e-3);
+  }
+  AdjustBundle({.max_iterations = 50}, &ignored);
+  EXPECT_EQ(ignored.depth_scales, (std::vector<double>{1, 1}));
+  EXPECT_GT(
+      (ignored.camera_from_world[4].translation - truth.camera_from_world[4].translation).norm(),
+      5e-3);
+}
+
+// A common scale is the size of the map: nothing a single sensor sees tells it.
+TEST(BundleAdjustment, TheScaleOfOneSensorIsNotObservable) {
+  BundleProblem problem = ExactProblem();
+  for (BundleObservation& o : problem.observations) o.depth_m *= 0.97;
+  AdjustBundle({.max_iterations = 50, .estimate_depth_scales = true}, &problem);
+  EXPECT_EQ(problem.depth_scales, (std::vector<double>{1}));
+}
+
 TEST(BundleAdjustment, FixedPoseDoesNotMove) {
   BundleProblem problem = ExactProblem();
   problem.points_in_world[0].x() += 0.1;
@@ -83,6 +191,9 @@ TEST(BundleAdjustment, LeavesOutWhatIsBehindTheCamera) {
 TEST(BundleAdjustment, RefusesSizesThatDoNotFit) {
   BundleProblem problem = ExactProblem();
   problem.is_fixed.pop_back();
+  EXPECT_THROW(AdjustBundle({}, &problem), DataError);
+  problem = ExactProblem();
+  problem.depth_scale_idx = {0, 0, 1, 0, 0};
   EXPECT_THROW(AdjustBundle({}, &problem), DataError);
 }
 

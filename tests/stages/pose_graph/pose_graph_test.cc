@@ -120,6 +120,42 @@ TEST(PoseGraph, EveryFrameHasAPoseAndEveryCandidateAVerdict) {
   EXPECT_EQ(std::ranges::count(csv, '\n'), 7);
 }
 
+// All keyframes see the same points: few are needed.
+TEST(PoseGraph, DroppedKeyframesKeepTheirPosesAndTheEdgesGoPastThem) {
+  PoseGraphInput input = MakeInput();
+  for (OdometryShard& shard : input.odometry) {
+    for (const OdometryFrame& frame : shard.frames) {
+      if (!frame.is_keyframe) continue;
+      for (int i = 0; i < 50; ++i) shard.observations.push_back({i, frame.frame_idx, i});
+    }
+  }
+  for (FramePair& loop : input.loops) {
+    for (int i = 0; i < 50; ++i) loop.inliers.push_back({i, i});
+  }
+  PoseGraphOptions options;
+  options.bundle_adjustment = false;
+  Progress progress("pose_graph", false);
+  options.max_seen_ratio = 1;
+  const PoseGraphResult all = RunPoseGraph(options, input, 1, progress);
+  options.max_seen_ratio = 0.9;
+  const PoseGraphResult few = RunPoseGraph(options, input, 1, progress);
+  EXPECT_EQ(all.num_culled, 0);
+  EXPECT_GT(few.num_culled, 5);
+  EXPECT_EQ(few.graph.vertices.size() + static_cast<std::size_t>(few.num_culled),
+            all.graph.vertices.size());
+  for (std::size_t i = 0; i < all.map_from_camera.size(); ++i) {
+    EXPECT_LT((few.map_from_camera[i].translation - all.map_from_camera[i].translation).norm(),
+              0.05);
+  }
+  std::size_t num_chained = 0;
+  for (const PoseEdge& edge : few.graph.edges) {
+    if (num_chained + 1 == few.graph.vertices.size()) break;
+    EXPECT_EQ(edge.frame_a, few.graph.vertices[num_chained].frame_idx);
+    EXPECT_EQ(edge.frame_b, few.graph.vertices[num_chained + 1].frame_idx);
+    ++num_chained;
+  }
+}
+
 TEST(PoseGraph, IsTheSameAtAnyNumberOfThreads) {
   const PoseGraphInput input = MakeInput();
   const PoseGraphResult one = Optimize(input, 1);

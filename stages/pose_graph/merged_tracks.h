@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Points that several keyframes see, over all shards.
+#pragma once
+
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "pipeline/io/matches_io.h"
+#include "pipeline/io/odometry_io.h"
+
+namespace nightmap {
+
+using Sighting = std::pair<int, int>;  // frame_idx, feature
+using Track = std::vector<Sighting>;   // ascending frame, one sighting a frame, at least two
+
+// The shards' tracks, joined where they share a feature and where a loop joins two; sightings in
+// `keyframes` only. `is_accepted[i]` tells of loops[i].
+std::vector<Track> MergeTracks(const std::vector<OdometryShard>& shards,
+                               const std::vector<FramePair>& loops,
+                               const std::vector<bool>& is_accepted,
+                               const std::set<int>& keyframes);
+
+// The tracks without their sightings in `dropped`.
+std::vector<Track> WithoutFrames(std::vector<Track> tracks, const std::set<int>& dropped);
+
+}  // namespace nightmap
