@@ -245,7 +245,7 @@ class Pipeline {
     const auto summary = AdjustKeyframes(options_, input_, std::move(tracks), &keyframes_);
     result_.bundle_rms_px = summary.rms_px;
     result_.num_bundle_observations = summary.num_observations;
-    result_.depth_scales = summary.depth_scales;
+    if (options_.estimate_depth_scales) result_.depth_scales = summary.depth_scales;
   }
 
   // A frame keeps its odometry pose relative to the keyframes around it; between two it follows

@@ -75,7 +75,7 @@ struct PoseGraphResult {
   int num_bundle_observations = 0;
   int num_culled = 0;  // keyframes of the odometry that add nothing
   std::vector<double>
-      depth_scales;  // of each camera, true depth over measured; empty: no adjustment
+      depth_scales;  // of each camera, true depth over measured; empty: not estimated
 };
 
 // Chains the shards, drops loops that the odometry rules out, closes the others (graduated

@@ -37,6 +37,16 @@ std::string LoopsToCsv(const std::vector<LoopRecord>& loops) {
   return text;
 }
 
+namespace {
+
+nlohmann::json DepthScales(const PoseGraphResult& result) {
+  if (result.depth_scales.empty()) return "not estimated";
+  if (result.depth_scales.size() > 1) return result.depth_scales;
+  return "one camera: its depth scale and the size of the map are one unknown";
+}
+
+}  // namespace
+
 nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& result) {
   const auto num_accepted = std::ranges::count_if(result.loops, &LoopRecord::is_accepted);
   const auto num_verified = std::ranges::count_if(
@@ -62,7 +72,7 @@ nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& res
       {"loops", num_accepted > 0 ? "closed" : "no loop found: the map is held by odometry alone"},
       {"num_bundle_observations", result.num_bundle_observations},
       {"bundle_rms_px", result.bundle_rms_px},
-      {"depth_scales", result.depth_scales},
+      {"depth_scales", DepthScales(result)},
       {"gravity_source", result.map_frame.gravity_source},
       {"floor_source", result.map_frame.floor_source},
       {"floor_area_m2", result.map_frame.floor_area_m2},
