@@ -91,11 +91,11 @@ class Bars(unittest.TestCase):
 class RealDataTest(Bars):
     def test_fr1_xyz(self):
         data = real("tum_fr1_xyz_15hz")
-        self.check_trajectory(metrics_of(make("tum_fr1_xyz_15hz", data, "map", "evaluate")), 0.020, 399)
+        self.check_trajectory(metrics_of(make("tum_fr1_xyz_15hz", data, "map", "evaluate")), 0.012, 399)
 
     def test_hololens_office(self):
         data = real("hololens_office")
-        self.check_trajectory(metrics_of(make("hololens_office", data, "map", "evaluate")), 0.10, 370)
+        self.check_trajectory(metrics_of(make("hololens_office", data, "map", "evaluate")), 0.045, 373)
 
     def test_hololens_office_queries(self):
         data = real("hololens_office")
@@ -111,7 +111,7 @@ class DemoTest(Bars):
         cls.metrics = metrics_of(cls.site_dir)
 
     def test_trajectory_queries_cloud_and_grid_against_the_truth(self):
-        self.check_trajectory(self.metrics, 0.05, 690)
+        self.check_trajectory(self.metrics, 0.02, 700)
         self.assertGreaterEqual(self.metrics["queries"]["recall_10cm_5deg_percent"], 90)
         self.assertLessEqual(self.metrics["map"]["cloud"]["surface_distance_median_m"], 0.02)
         self.assertGreaterEqual(self.metrics["map"]["grid"]["seen_right_percent"], 95)
