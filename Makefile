@@ -67,16 +67,17 @@ endif
 
 # ---- programs -----------------------------------------------------------------------------------
 # Ninja links in place; stages run copies that keep their time while their bytes are the same, so
-# that a comment in a source reruns no stage. (No -g in a Release build for the same reason.)
+# that a comment in a source reruns no stage. (No -g in a Release build for the same reason.) The lock is for
+# two sites that are made at the same time.
 PROGRAMS := $(patsubst stages/%/main.cc,%,$(wildcard stages/*/main.cc))
 SOURCES := CMakeLists.txt $(wildcard cmake/*.cmake pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc)
 missing = $(if $(wildcard $(1)),,FORCE)
 
 $(BUILD)/programs.mk: $(SOURCES) $(foreach p,$(PROGRAMS),$(call missing,$(RUN)/$(p)))
-	@mkdir -p $(RUN); touch $@.new
-	cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release --log-level=WARNING >/dev/null
-	ninja -j $(THREADS) -C $(BUILD) $(PROGRAMS:%=%_program)
-	@for p in $(PROGRAMS); do \
+	@mkdir -p $(RUN); exec 9>$(BUILD)/programs.lock; flock 9; touch $@.new; \
+	cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release --log-level=WARNING >/dev/null; \
+	ninja -j $(THREADS) -C $(BUILD) $(PROGRAMS:%=%_program); \
+	for p in $(PROGRAMS); do \
 	  cmp -s $(BUILD)/bin/$$p $(RUN)/$$p || { cp $(BUILD)/bin/$$p $(RUN)/$$p.new; mv $(RUN)/$$p.new $(RUN)/$$p; }; \
 	done; mv $@.new $@
 # Order-only: what a stage compares with is the time of its copy. (programs.mk is empty; goals that run

@@ -42,6 +42,24 @@ class FreshMachineTest(unittest.TestCase):
                 self.assertIn(f"make {goal} ", front_page)
 
 
+class BuildTest(unittest.TestCase):
+    def test_two_at_the_same_time_take_turns(self):
+        """Of two sites made in one checkout, each builds the programs first."""
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            for tool in ("cmake", "ninja"):
+                (root / tool).write_text(f"#!/bin/sh\necho {tool} >> {root}/calls\nsleep 0.3\n")
+                (root / tool).chmod(0o755)
+            command = ["make", "PROGRAMS=", f"BUILD={root}/build", f"{root}/build/programs.mk"]
+            path = {"PATH": f"{root}:{os.environ['PATH']}"}
+            runs = [subprocess.Popen(command, cwd=REPOSITORY, env=environment() | path, text=True,
+                                     stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) for _ in range(2)]
+            for run in runs:
+                _, errors = run.communicate()
+                self.assertEqual((run.returncode, errors), (0, ""))
+            self.assertEqual((root / "calls").read_text().split(), ["cmake", "ninja"] * 2)
+
+
 class ResolveConfigTest(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-e2e-"))
