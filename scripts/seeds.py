@@ -5,8 +5,8 @@
 For each site and seed it runs `make evaluate SITE=<site> SEED=<n> MAPS=<maps>/seed_<n>`; Make
 reruns nothing that is there already. Where one bad seed is one too many, the table has the worst.
 With --readme it puts the table between the markers `<!-- accuracy:begin -->` and
-`<!-- accuracy:end -->` of that file. A made-up building differs for each seed: to keep them all, name
-a folder for each, as in --data 'data/{seed}'.
+`<!-- accuracy:end -->` of that file. A seed does not change a recording. A made-up building can be
+another one for each seed: name a folder for each, as in --data 'data/{seed}'.
 Exit codes: 0 done; 1 a run failed or a result is missing; 2 wrong command line.
 """
 
@@ -53,7 +53,7 @@ def parse_arguments():
     parser.add_argument("sites", nargs="+", help="names of configs/sites/<site>.toml")
     parser.add_argument("--seeds", type=int, default=5, help="how many seeds, from 0 (default 5)")
     parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
-    parser.add_argument("--data", default=str(CHECKOUT / "data"), help="recordings; {seed} is the seed")
+    parser.add_argument("--data", default=str(CHECKOUT / "data"), help="recordings; with {seed}: of each")
     parser.add_argument("--readme", type=Path, help="file to put the table into")
     parser.add_argument("--no-run", action="store_true", help="only collect results that are there")
     arguments = parser.parse_args()
@@ -65,6 +65,8 @@ def parse_arguments():
 def run_make(site, seed, maps, data):
     command = ["make", "-C", str(CHECKOUT), "evaluate", f"SITE={site}", f"SEED={seed}",
                f"MAPS={maps.resolve()}", f"DATA={Path(data.format(seed=seed)).resolve()}"]  # fmt: skip
+    if "{seed}" in data:
+        command.append(f"SET=synthesize.seed={seed}")
     if subprocess.run(command, check=False).returncode != 0:
         raise DataError(f"{' '.join(command)} failed, see above")
 

@@ -77,8 +77,8 @@ std::vector<RoutePoint> Unroll(const std::vector<RoutePoint>& path, const RouteO
   double driven_m = 0;
   for (std::size_t i = start; driven_m < length_m; ++i) {
     const RoutePoint& point = path[i % path.size()];
-    const auto lap = static_cast<double>(i / path.size());
-    unrolled.push_back({point.position, point.heading_rad + lap * gain});
+    const std::size_t lap = i / path.size();
+    unrolled.push_back({point.position, point.heading_rad + static_cast<double>(lap) * gain});
     if (i == start) continue;
     driven_m += (point.position - unrolled[unrolled.size() - 2].position).norm();
   }

@@ -5,6 +5,7 @@ import json
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import fake_site
 import seeds
@@ -40,6 +41,19 @@ class TableTest(unittest.TestCase):
         table = seeds.make_table({"a": [metrics(0.01)], "b": [metrics(0.02)]})
         self.assertIn("| ATE RMSE, SE(3) (cm) | 1.00 | 2.00 |", table)
         self.assertNotIn("occupied", table)
+
+
+class RunTest(unittest.TestCase):
+    def test_a_folder_for_each_seed_means_a_building_for_each_seed(self):
+        with mock.patch("seeds.subprocess.run") as run:
+            run.return_value.returncode = 0
+            seeds.run_make("demo", 3, Path("/maps/seed_3"), "/data/{seed}")
+            seeds.run_make("office", 3, Path("/maps/seed_3"), "/data")
+        another, same = (call.args[0] for call in run.call_args_list)
+        self.assertIn("DATA=/data/3", another)
+        self.assertIn("SET=synthesize.seed=3", another)
+        self.assertIn("DATA=/data", same)
+        self.assertFalse([word for word in same if word.startswith("SET=")])
 
 
 class InsertTest(unittest.TestCase):
