@@ -24,9 +24,8 @@ struct FrameFeatures {
   // sqrt(l1-normalized) rounded, as COLMAP stores it (L2 distance). ORB 32 and BRISK 64 bytes
   // (Hamming distance). None in a tracked frame.
   std::vector<std::uint8_t> descriptors;
-  int reference_frame_idx = -1;  // the described frame this one was tracked from; -1: none
-  std::vector<int>
-      reference_features;  // its feature that each entry continues; tracked frames only
+  int reference_frame_idx = -1;         // the described frame this one was tracked from; -1: none
+  std::vector<int> reference_features;  // its feature that each entry continues; only if tracked
 
   bool IsDescribed() const { return reference_frame_idx < 0; }
   int NumFeatures() const { return static_cast<int>(keypoints_px.size()); }

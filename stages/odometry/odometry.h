@@ -43,8 +43,7 @@ struct OdometryInput {
 // 2. The inliers of all pairs that agree with the chain are joined to tracks; described frames and
 //    points are refined together, then each tracked frame against the points.
 // 3. Keyframes are chosen among the described frames by motion and overlap; edges between
-// consecutive ones get the covariance
-//    of their relative pose given the adjusted points.
+//    consecutive ones get the covariance of their relative pose given the adjusted points.
 // Deterministic; one thread.
 OdometryShard RunOdometry(const OdometryOptions& options,
                           const OdometryInput& input,
