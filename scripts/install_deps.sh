@@ -21,6 +21,7 @@ packages=(
   libopencv-dev        # features, RANSAC, images
   libceres-dev         # pose graph, non-linear refinement
   libpcl-dev           # point cloud: voxel filter, normals
+  libnanoflann-dev     # localize: nearest landmarks in space
   liboctomap-dev       # octree
   octomap-tools        # tests: convert_octree reads the octrees we write
   libopenimageio-dev   # reading and writing pictures

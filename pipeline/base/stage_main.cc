@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/base/stage_main.h"
 
+#include <algorithm>
 #include <fmt/ranges.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -198,10 +199,12 @@ void StageContext::CheckSkipped(std::size_t num_items, double max_failed_ratio) 
 void StageContext::BeginPart(const std::string& name) {
   const auto now = Clock::now();
   if (!parts_.empty()) {
-    parts_.back().second = std::chrono::duration<double>(now - part_start_).count();
+    parts_[current_part_].second += std::chrono::duration<double>(now - part_start_).count();
   }
   part_start_ = now;
-  parts_.emplace_back(name, 0.0);
+  const auto found = std::ranges::find(parts_, name, [](const auto& part) { return part.first; });
+  current_part_ = static_cast<std::size_t>(found - parts_.begin());
+  if (found == parts_.end()) parts_.emplace_back(name, 0.0);
 }
 
 // One run of a stage program, from the command line to the committed receipt.

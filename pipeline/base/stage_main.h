@@ -73,7 +73,8 @@ class StageContext {
   void Skip(const std::string& reason);
   void CheckSkipped(std::size_t num_items, double max_failed_ratio) const;
 
-  // Names the part of the work that starts now; wall time per part goes to receipt.json.
+  // Names the part of the work that starts now, or goes on; wall time per part goes to
+  // receipt.json.
   void BeginPart(const std::string& name);
 
  private:
@@ -88,6 +89,7 @@ class StageContext {
   nlohmann::json report_ = nlohmann::json::object();
   std::size_t num_skipped_ = 0;
   std::vector<std::pair<std::string, double>> parts_;  // name, seconds
+  std::size_t current_part_ = 0;
   std::chrono::steady_clock::time_point part_start_;
 };
 

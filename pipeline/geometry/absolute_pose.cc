@@ -10,6 +10,7 @@
 #include <opencv2/core/eigen.hpp>
 
 #include "pipeline/base/random.h"
+#include "pipeline/geometry/dlt.h"
 
 namespace nightmap {
 namespace {
@@ -45,7 +46,12 @@ class Estimator {
     int num_inliers = 0;
   };
 
-  std::vector<Rigid3> SolveMinimal();
+  std::vector<Rigid3> SolveMinimal() {
+    return options_.solver == MinimalSolver::kDlt6 ? SampleDlt() : SampleP3p();
+  }
+  std::vector<Rigid3> SampleP3p();
+  std::vector<Rigid3> SampleDlt();
+  int SampleSize() const { return options_.solver == MinimalSolver::kDlt6 ? kDltSampleSize : 3; }
   std::optional<double> SquaredError_px(const Rigid3& camera_from_world,
                                         const PointMatch& match) const;
   Score Evaluate(const Rigid3& camera_from_world) const;
@@ -60,6 +66,7 @@ class Estimator {
                               Matrix6d* hessian,
                               Vector6d* gradient) const;
   Rigid3 Refine(Rigid3 camera_from_world, const std::vector<int>& inliers, int num_steps) const;
+  void OptimizeLocally(Rigid3* camera_from_world, Score* score) const;
   int RequiredIterations(int num_inliers) const;
   AbsolutePose Finish(const Rigid3& camera_from_world, int num_iterations) const;
 
@@ -69,7 +76,19 @@ class Estimator {
   Random random_;
 };
 
-std::vector<Rigid3> Estimator::SolveMinimal() {
+std::vector<Rigid3> Estimator::SampleDlt() {
+  std::vector<Eigen::Vector2d> rays;
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < kDltSampleSize; ++i) {
+    const PointMatch& match = matches_[random_.Index(matches_.size())];
+    rays.push_back(camera_.BackProjectUndistorted(match.pixel, 1).head<2>());
+    points.push_back(match.point_in_world);
+  }
+  const auto pose = SolveDlt(rays, points);
+  return pose ? std::vector<Rigid3>{*pose} : std::vector<Rigid3>{};
+}
+
+std::vector<Rigid3> Estimator::SampleP3p() {
   cv::Matx<double, 3, 3> points;
   cv::Matx<double, 3, 2> rays;
   for (int i = 0; i < 3; ++i) {
@@ -210,7 +229,7 @@ Rigid3 Estimator::Refine(Rigid3 pose, const std::vector<int>& inliers, int num_s
 
 int Estimator::RequiredIterations(int num_inliers) const {
   const double ratio = static_cast<double>(num_inliers) / static_cast<double>(matches_.size());
-  const double miss = std::max(1e-12, 1 - ratio * ratio * ratio);
+  const double miss = std::max(1e-12, 1 - std::pow(ratio, SampleSize()));
   if (miss >= 1) return options_.max_iterations;
   const double required = std::log(1 - options_.confidence) / std::log(miss);
   return static_cast<int>(std::clamp(required,
@@ -230,7 +249,9 @@ std::optional<Matrix6d> Estimator::Covariance(const Rigid3& camera_from_world,
 
 AbsolutePose Estimator::Finish(const Rigid3& camera_from_world, int num_iterations) const {
   AbsolutePose result;
-  result.camera_from_world = Refine(camera_from_world, Inliers(camera_from_world), 20);
+  result.camera_from_world =
+      options_.refinement ? Refine(camera_from_world, Inliers(camera_from_world), 20)
+                          : camera_from_world;
   result.inliers = Inliers(result.camera_from_world);
   result.num_iterations = num_iterations;
   result.covariance =
@@ -245,6 +266,14 @@ AbsolutePose Estimator::Finish(const Rigid3& camera_from_world, int num_iteratio
   return result;
 }
 
+void Estimator::OptimizeLocally(Rigid3* pose, Score* score) const {
+  const Rigid3 refined = Refine(*pose, Inliers(*pose), 4);
+  const Score refined_score = Evaluate(refined);
+  if (refined_score.cost >= score->cost) return;
+  *pose = refined;
+  *score = refined_score;
+}
+
 std::optional<AbsolutePose> Estimator::Estimate() {
   Score best;
   Rigid3 best_pose;
@@ -254,12 +283,10 @@ std::optional<AbsolutePose> Estimator::Estimate() {
   for (; iteration < num_required; ++iteration) {
     for (const Rigid3& pose : SolveMinimal()) {
       const Score score = Evaluate(pose);
-      if (score.cost >= best.cost || score.num_inliers < 4) continue;
-      const Rigid3 refined = Refine(pose, Inliers(pose), 4);
-      const Score refined_score = Evaluate(refined);
-      const bool improved = refined_score.cost < score.cost;
-      best = improved ? refined_score : score;
-      best_pose = improved ? refined : pose;
+      if (score.cost >= best.cost || score.num_inliers <= SampleSize()) continue;
+      best = score;
+      best_pose = pose;
+      if (options_.local_optimization) OptimizeLocally(&best_pose, &best);
       num_required = RequiredIterations(best.num_inliers);
     }
   }
@@ -283,7 +310,10 @@ std::optional<AbsolutePose> Estimator::FinishFrom(const Rigid3& camera_from_worl
 std::optional<AbsolutePose> EstimateAbsolutePose(const Camera& camera,
                                                  const std::vector<PointMatch>& matches,
                                                  const AbsolutePoseOptions& options) {
-  if (static_cast<int>(matches.size()) < std::max(4, options.min_inliers)) return std::nullopt;
+  const int sample_size = options.solver == MinimalSolver::kDlt6 ? kDltSampleSize : 3;
+  if (static_cast<int>(matches.size()) < std::max(sample_size + 1, options.min_inliers)) {
+    return std::nullopt;
+  }
   return Estimator(camera, matches, options).Estimate();
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pose of a camera from 2-D to 3-D matches: RANSAC over P3P with local optimization (Chum, Matas,
-// Kittler, DAGM 2003; truncated score as in MSAC), then robust non-linear refinement. Also used for
-// relative poses, with the other camera's frame as world.
+// Pose of a camera from 2-D to 3-D matches: RANSAC over P3P (Ke and Roumeliotis, CVPR 2017) or the
+// 6-point DLT, with local optimization (Chum, Matas, Kittler, DAGM 2003; truncated score as in
+// MSAC), then robust non-linear refinement. Also used for relative poses, with the other camera's
+// frame as world.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +23,14 @@ struct PointMatch {
   double point_sigma_m = 0;        // standard deviation of the point along its ray; 0 = exact
 };
 
+// Of a RANSAC sample: 3 matches, or 6. The DLT needs no four-fold choice, but at 30 % inliers 37 times
+// as many samples, and points that are not all on one plane.
+enum class MinimalSolver { kP3p, kDlt6 };
+
 struct AbsolutePoseOptions {
+  MinimalSolver solver = MinimalSolver::kP3p;
+  bool local_optimization = true;  // of each best sample so far
+  bool refinement = true;          // of the final pose over its inliers
   double max_error_px = 3.0;     // inlier threshold on the reprojection error
   double max_depth_error = 0.1;  // inlier threshold on a measured depth, relative
   int min_inliers = 12;

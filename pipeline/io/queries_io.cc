@@ -13,8 +13,8 @@ namespace nightmap {
 namespace {
 
 constexpr char kHeader[] =
-    "query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,reprojection_error_px,"
-    "tx_m,ty_m,tz_m,qx,qy,qz,qw";
+    "query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,confidence,"
+    "reprojection_error_px,position_sigma_m,rotation_sigma_deg,tx_m,ty_m,tz_m,qx,qy,qz,qw";
 enum Column : std::size_t {
   kQueryIdx,
   kTime,
@@ -23,10 +23,17 @@ enum Column : std::size_t {
   kReason,
   kNumMatches,
   kNumInliers,
+  kNumRivalInliers,
+  kConfidence,
   kError,
+  kPositionSigma,
+  kRotationSigma,
   kPose,
   kNumColumns = kPose + 7
 };
+
+constexpr std::array<std::string_view, 5> kVerdicts = {
+    "located", "ambiguous", "not_in_map", "no_features", "unreadable"};
 
 std::string PoseToCsv(const Rigid3& pose) {
   const Eigen::Vector3d& t = pose.translation;
@@ -42,11 +49,15 @@ Rigid3 ReadPose(const CsvRow& row) {
   return {rotation, {v[0], v[1], v[2]}};
 }
 
-void CheckFailed(const CsvRow& row) {
-  if (row.Text(kStatus) != "failed") row.Fail("status is neither located nor failed");
-  if (row.IsEmpty(kReason)) row.Fail("a failed query without reason");
+QueryVerdict ReadVerdict(const CsvRow& row) {
+  const auto found = std::ranges::find(kVerdicts, row.Text(kStatus));
+  if (found == kVerdicts.end()) row.Fail("status is none of the known verdicts");
+  return static_cast<QueryVerdict>(found - kVerdicts.begin());
+}
+
+void CheckWithoutPose(const CsvRow& row) {
   for (std::size_t column = kPose; column < kNumColumns; ++column) {
-    if (!row.IsEmpty(column)) row.Fail("a failed query with a pose");
+    if (!row.IsEmpty(column)) row.Fail("a query that was not located with a pose");
   }
 }
 
@@ -55,34 +66,50 @@ QueryResult ReadQuery(const CsvRow& row) {
   query.query_idx = row.Index(kQueryIdx);
   query.time_ns = row.Integer(kTime);
   query.color_path = row.Text(kColorPath);
+  query.verdict = ReadVerdict(row);
   query.reason = row.Text(kReason);
   query.num_matches = row.Index(kNumMatches);
   query.num_inliers = row.Index(kNumInliers);
+  query.num_rival_inliers = row.Index(kNumRivalInliers);
+  query.confidence = row.Real(kConfidence);
   query.reprojection_error_px = row.Real(kError);
-  if (row.Text(kStatus) == "located") {
-    if (!query.reason.empty()) row.Fail("a located query with a reason of failure");
+  query.position_sigma_m = row.Real(kPositionSigma);
+  query.rotation_sigma_deg = row.Real(kRotationSigma);
+  if (query.IsLocated() != query.reason.empty()) {
+    row.Fail(query.IsLocated() ? "a located query with a reason of failure"
+                               : "a query that was not located without reason");
+  }
+  if (query.HasPose()) {
     query.map_from_camera = ReadPose(row);
   } else {
-    CheckFailed(row);
+    CheckWithoutPose(row);
   }
   return query;
 }
 
 }  // namespace
 
+std::string_view QueryVerdictText(QueryVerdict verdict) {
+  return kVerdicts.at(static_cast<std::size_t>(verdict));
+}
+
 std::string QueriesToCsv(const std::vector<QueryResult>& queries) {
   std::string text = fmt::format("{}\n", kHeader);
   for (const QueryResult& query : queries) {
-    text += fmt::format("{},{},{},{},{},{},{},{},{}\n",
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
                         query.query_idx,
                         query.time_ns,
                         CsvField(query.color_path),
-                        query.IsLocated() ? "located" : "failed",
+                        QueryVerdictText(query.verdict),
                         CsvField(query.reason),
                         query.num_matches,
                         query.num_inliers,
+                        query.num_rival_inliers,
+                        query.confidence,
                         query.reprojection_error_px,
-                        query.IsLocated() ? PoseToCsv(query.map_from_camera) : ",,,,,,");
+                        query.position_sigma_m,
+                        query.rotation_sigma_deg,
+                        query.HasPose() ? PoseToCsv(query.map_from_camera) : ",,,,,,");
   }
   return text;
 }

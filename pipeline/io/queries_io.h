@@ -1,30 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
-// localize/queries.csv: one row a query picture, located or not. Header:
-//   query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,reprojection_error_px,
-//   tx_m,ty_m,tz_m,qx,qy,qz,qw
-// (one line). The pose is map_from_camera, empty on failure; `reason` is empty when located.
+// localize/queries.csv: one row a query picture, located or not. Header (one line):
+//   query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,confidence,
+//   reprojection_error_px,position_sigma_m,rotation_sigma_deg,tx_m,ty_m,tz_m,qx,qy,qz,qw
+// `status` is the verdict. The pose is map_from_camera: of a located picture, and of an ambiguous one
+// that of its best supported place. `reason` is empty when located.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "pipeline/geometry/rigid3.h"
 
 namespace nightmap {
 
+enum class QueryVerdict {
+  kLocated,
+  kAmbiguous,   // two places explain the picture about as well
+  kNotInMap,    // no place explains it
+  kNoFeatures,  // the picture shows nothing to recognize
+  kUnreadable,
+};
+
+// located, ambiguous, not_in_map, no_features, unreadable.
+std::string_view QueryVerdictText(QueryVerdict verdict);
+
 struct QueryResult {
   int query_idx = 0;
   std::int64_t time_ns = 0;
   std::string color_path;
-  std::string reason;  // why it could not be located, one word; empty: located
+  QueryVerdict verdict = QueryVerdict::kLocated;
+  std::string reason;  // why not located, one word
   int num_matches = 0;
   int num_inliers = 0;
-  double reprojection_error_px = 0;  // root mean square over the inliers; 0 on failure
-  Rigid3 map_from_camera;            // of a located query
+  int num_rival_inliers = 0;         // of the pose in the second best place
+  // 0 to 1: lead of this place over its rival in the features' votes; at most what chance leaves.
+  double confidence = 0;
+  double reprojection_error_px = 0;  // root mean square over the inliers
+  double position_sigma_m = 0;       // standard deviation over all axes, the map taken as exact
+  double rotation_sigma_deg = 0;
+  Rigid3 map_from_camera;
 
-  bool IsLocated() const { return reason.empty(); }
+  bool IsLocated() const { return verdict == QueryVerdict::kLocated; }
+  bool HasPose() const { return IsLocated() || verdict == QueryVerdict::kAmbiguous; }
 };
 
 std::string QueriesToCsv(const std::vector<QueryResult>& queries);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/vision/vocabulary_tree.h"
 
+#include <queue>
 #include <stdexcept>
 
 #include "pipeline/base/parallel.h"
@@ -85,6 +86,24 @@ int VocabularyTree::Word(const std::uint8_t* descriptor, int level) const {
     word = NearestChild(node, descriptor);
   }
   return word;
+}
+
+void VocabularyTree::VisitLeaves(const std::uint8_t* descriptor,
+                                 const std::function<bool(int)>& visit) const {
+  const auto size = static_cast<std::size_t>(DescriptorSize(kind_));
+  using Branch = std::pair<int, int>;  // distance of the centre, node
+  std::priority_queue<Branch, std::vector<Branch>, std::greater<>> branches;
+  branches.push({0, 0});
+  while (!branches.empty()) {
+    const int node_idx = branches.top().second;
+    branches.pop();
+    const Node& node = nodes_[static_cast<std::size_t>(node_idx)];
+    if (node.num_children == 0 && !visit(node_idx)) return;
+    for (int child = node.first_child; child < node.first_child + node.num_children; ++child) {
+      const std::uint8_t* centre = &centres_[static_cast<std::size_t>(child) * size];
+      branches.push({DescriptorDistance(kind_, descriptor, centre), child});
+    }
+  }
 }
 
 std::vector<int> VocabularyTree::LeafWords(const std::vector<std::uint8_t>& descriptors,

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,10 @@ class VocabularyTree {
   std::vector<int> Path(const std::uint8_t* descriptor) const;
   // Node at `level`, or the leaf if the path is shorter.
   int Word(const std::uint8_t* descriptor, int level) const;
+  // Calls visit(leaf) for leaves in about the order of their distance (best branch first: of all
+  // branches passed by, that with the nearest centre is next; Muja and Lowe, VISAPP 2009) until it
+  // returns false or every leaf was visited.
+  void VisitLeaves(const std::uint8_t* descriptor, const std::function<bool(int)>& visit) const;
   int LeafWord(const std::uint8_t* descriptor) const { return Word(descriptor, depth_); }
   int NumNodes() const;
   int Depth() const;

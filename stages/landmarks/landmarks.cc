@@ -29,18 +29,20 @@ void CheckInput(const LandmarksInput& input) {
 std::vector<Observer> MakeObservers(const LandmarksOptions& options, const LandmarksInput& input) {
   const auto& poses = options.observers == "all" ? input.trajectory : input.keyframes;
   std::vector<Observer> observers;
+  std::size_t num_found = 0;
   for (std::size_t i = 0; i < input.frames.size(); ++i) {
     const FrameRecord& frame = input.frames[i];
     const int pose = FindPose(poses, frame.time_ns);
-    if (pose < 0) continue;
+    num_found += pose >= 0;
+    if (pose < 0 || !input.features.frames[i].IsDescribed()) continue;
     observers.push_back({&frame,
                          &input.cameras.at(static_cast<std::size_t>(frame.camera_idx)),
                          &input.features.frames[i],
                          poses[static_cast<std::size_t>(pose)].pose});
   }
-  if (observers.size() != poses.size()) {
+  if (num_found != poses.size()) {
     throw DataError("trajectory: {} of {} poses have the time of no frame; it is another site's",
-                    poses.size() - observers.size(),
+                    poses.size() - num_found,
                     poses.size());
   }
   std::stable_sort(observers.begin(), observers.end(), [](const Observer& a, const Observer& b) {
@@ -107,7 +109,7 @@ void AssignWords(const VocabularyTree& tree, int num_threads, LandmarkMap* map) 
 }  // namespace
 
 void LandmarksOptions::Register(OptionList& list) {
-  list.Add("observers", &observers, {"keyframes", "all"}, "frames whose features make landmarks");
+  list.Add("observers", &observers, {"keyframes", "all"}, "described frames whose features make landmarks");
   list.Add("max_error_px", &max_error_px, Range(0.5, 50), "reprojection error of an observation");
   list.Add("max_depth_error", &max_depth_error, Range(0, 1), "relative, landmark against depth");
   list.Add("max_descriptor_distance",

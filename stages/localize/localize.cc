@@ -31,47 +31,90 @@ void CheckInput(const LocalizeInput& input) {
   }
 }
 
-QueryResult LocalizeQuery(const Localizer& localizer,
-                          const LocalizeInput& input,
-                          const FrameRecord& query) {
-  const RgbdCamera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)];
+// What is known of a picture before it is searched for: its features, or why it has none.
+struct Described {
   FrameFeatures features;
+  bool is_readable = true;
+};
+
+Described Describe(const LocalizeInput& input, const FrameRecord& query) {
+  const RgbdCamera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)];
   try {
-    const ColorImage image = input.load_color(query, camera);
-    features = ExtractFeatures(image, camera.color, input.extraction);
+    return {ExtractFeatures(input.load_color(query, camera), camera.color, input.extraction)};
   } catch (const DataError&) {
-    return FailedQuery(query, "unreadable_image");
+    return {{}, false};
   }
-  return localizer.Localize(query, camera.color, features);
 }
 
 }  // namespace
 
 void LocalizeOptions::Register(OptionList& list) {
-  list.Add("search_level", &search_level, Range(1, 8), "vocabulary level of the candidates");
-  list.Add("max_ratio", &max_ratio, Range(0.1, 1), "of the ratio test between two points");
+  list.Add("search",
+           &search,
+           {"combined", "2d_to_3d", "3d_to_2d", "tree"},
+           "combined: 2-D to 3-D, then 3-D to 2-D around each match; or one of them; or by tree");
+  list.Add("search_level", &search_level, Range(1, 8), "vocabulary level of 2-D to 3-D");
+  list.Add("max_ratio", &max_ratio, Range(0.1, 1), "of the ratio test between two landmarks");
   list.Add("same_point_radius_m",
            &same_point_radius_m,
            Range(0, 10),
            "landmarks as near as this are no rivals in the ratio test");
-  list.Add("max_matches", &max_matches, Range(4, 100000), "the search by words ends with as many");
-  list.Add("num_retrieved_keyframes",
-           &num_retrieved_keyframes,
-           Range(1, 1000),
-           "searched when the words gave no pose");
-  list.Add("num_guided_keyframes",
-           &num_guided_keyframes,
-           Range(1, 1000),
-           "whose landmarks are projected with the first pose");
-  list.Add("guided_radius_px", &guided_radius_px, Range(1, 100), "of the search with a first pose");
+  list.Add("num_nearest_landmarks",
+           &num_nearest_landmarks,
+           Range(0, 10000),
+           "about each match, for 3-D to 2-D");
+  list.Add("landmark_level", &landmark_level, Range(1, 8), "vocabulary level of 3-D to 2-D");
+  list.Add("max_landmark_ratio",
+           &max_landmark_ratio,
+           Range(0.1, 1),
+           "of the ratio test between two features of the picture");
+  list.Add("prioritized",
+           &prioritized,
+           "the cheapest step of both directions is next; false: 3-D to 2-D at once");
+  list.Add("covisibility_filter",
+           &covisibility_filter,
+           "only neighbours, and matches, that keyframes see together");
+  list.Add("max_matches", &max_matches, Range(4, 100000), "the search ends with as many");
+  list.Add("num_tree_checks",
+           &num_tree_checks,
+           Range(1, 1e6),
+           "descriptors compared with a feature in search = tree");
   list.Add("max_descriptor_distance",
            &max_descriptor_distance,
            Range(0, 2),
            "of a match; 1: as unrelated descriptors");
+  list.Add("solver", &solver, {"p3p", "dlt6"}, "of the samples of RANSAC: 3 matches, or 6");
+  list.Add("local_optimization", &local_optimization, "of each best sample of RANSAC");
+  list.Add("refinement", &refinement, "robust least squares over the inliers");
   list.Add("max_error_px", &max_error_px, Range(0.5, 50), "reprojection error of an inlier");
   list.Add("max_iterations", &max_iterations, Range(10, 1e6), "of RANSAC");
   list.Add("min_seed_inliers", &min_seed_inliers, Range(4, 1000), "of the first pose");
-  list.Add("min_inliers", &min_inliers, Range(4, 1000), "of the final pose; fewer: not located");
+  list.Add("num_retrieved_keyframes",
+           &num_retrieved_keyframes,
+           Range(0, 1000),
+           "searched when the words gave no pose; 0: never");
+  list.Add("num_guided_keyframes",
+           &num_guided_keyframes,
+           Range(0, 1000),
+           "whose landmarks are projected with the first pose; 0: no second search");
+  list.Add("guided_radius_px", &guided_radius_px, Range(1, 100), "of the search with a first pose");
+  list.Add("min_inliers", &min_inliers, Range(4, 1000), "of the final pose; fewer: not in the map");
+  list.Add("max_position_sigma_m",
+           &max_position_sigma_m,
+           Range(0.001, 1000),
+           "a pose known less well: not in the map");
+  list.Add("rival_distance_m",
+           &rival_distance_m,
+           Range(0.01, 1000),
+           "landmarks, and poses, as far apart are different places");
+  list.Add("max_rival_ratio",
+           &max_rival_ratio,
+           Range(0, 1),
+           "of another place's inliers; more: features vote; 1: not searched for");
+  list.Add("min_rival_significance",
+           &min_rival_significance,
+           Range(0, 1000),
+           "of the vote, in standard deviations; less: ambiguous");
   list.Add("seed", &seed, Range(0, 2e9), "of RANSAC");
 }
 
@@ -79,14 +122,29 @@ std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
                                      const LocalizeInput& input,
                                      Progress& progress,
                                      int num_threads) {
+  constexpr std::size_t kBatch = 256;  // bounds the memory for features
   CheckInput(input);
   const Localizer localizer(options, *input.map, *input.vocabulary);
   std::vector<QueryResult> results(input.queries.size());
+  std::vector<Described> described(std::min(kBatch, results.size()));
   progress.Start(results.size());
-  ParallelFor(results.size(), num_threads, [&](std::size_t i) {
-    results[i] = LocalizeQuery(localizer, input, input.queries[i]);
-    progress.Advance();
-  });
+  for (std::size_t begin = 0; begin < results.size(); begin += kBatch) {
+    const std::size_t count = std::min(kBatch, results.size() - begin);
+    input.begin_part("extract");
+    ParallelFor(count, num_threads, [&](std::size_t i) {
+      described[i] = Describe(input, input.queries[begin + i]);
+      progress.Advance();
+    });
+    input.begin_part("locate");
+    ParallelFor(count, num_threads, [&](std::size_t i) {
+      const FrameRecord& query = input.queries[begin + i];
+      const Camera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)].color;
+      results[begin + i] =
+          described[i].is_readable
+              ? localizer.Localize(query, camera, described[i].features)
+              : FailedQuery(query, QueryVerdict::kUnreadable, "unreadable_image");
+    });
+  }
   progress.Finish();
   return results;
 }

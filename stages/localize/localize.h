@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "pipeline/base/options.h"
@@ -16,18 +17,32 @@
 namespace nightmap {
 
 struct LocalizeOptions {
+  std::string search = "combined";
   int search_level = 3;
   double max_ratio = 0.8;
   double same_point_radius_m = 0.1;
+  int num_nearest_landmarks = 50;
+  int landmark_level = 5;
+  double max_landmark_ratio = 0.8;
+  bool prioritized = true;
+  bool covisibility_filter = true;
   int max_matches = 300;
-  int num_retrieved_keyframes = 5;
-  int num_guided_keyframes = 10;
-  double guided_radius_px = 10.0;
+  int num_tree_checks = 200;
   double max_descriptor_distance = 0.7;
+  std::string solver = "p3p";
+  bool local_optimization = true;
+  bool refinement = true;
   double max_error_px = 4.0;
   int max_iterations = 2000;
   int min_seed_inliers = 8;
+  int num_retrieved_keyframes = 5;
+  int num_guided_keyframes = 10;
+  double guided_radius_px = 10.0;
   int min_inliers = 12;
+  double max_position_sigma_m = 0.5;
+  double rival_distance_m = 1.0;
+  double max_rival_ratio = 0.5;
+  double min_rival_significance = 3.0;
   int seed = 0;
 
   void Register(OptionList& list);
@@ -41,12 +56,17 @@ struct LocalizeInput {
   const Vocabulary* vocabulary = nullptr;
   // The color image of a query; throws DataError when it cannot be read.
   std::function<ColorImage(const FrameRecord&, const RgbdCamera&)> load_color;
+  // Told when the work on features (`extract`) and that on poses (`locate`) begins, in turn.
+  std::function<void(const char*)> begin_part = [](const char*) {};
 };
 
-// One result a query, in their order; a query that fails has the reason: unreadable_image,
-// no_features, too_few_matches, too_few_inliers. Deterministic in the seed, at any number of
-// threads. Throws DataError without queries or landmarks or when map and vocabulary do not belong
-// together.
+// One result a query, in their order; see QueryVerdict. Reasons: too_few_matches, too_few_inliers
+// and uncertain_pose (not in the map), rival_place (ambiguous), no_features, unreadable_image.
+// Active search as published in CN106940186A, or by the options one of its parts, with what makes it
+// better: prioritized search (Sattler, Leibe, Kobbelt, ICCV 2011 and ECCV 2012), covisible matches
+// only, P3P, a second search around the first pose, and retrieval where words lead nowhere.
+// Deterministic in the seed, at any number of threads. Throws DataError without queries or landmarks
+// or when map and vocabulary do not belong together.
 std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
                                      const LocalizeInput& input,
                                      Progress& progress,

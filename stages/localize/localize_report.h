@@ -9,7 +9,7 @@
 
 namespace nightmap {
 
-// Counts (located, failed by reason) and medians over the located queries.
+// Counts by verdict and by reason, and medians over the located queries.
 nlohmann::json SummarizeQueries(const std::vector<QueryResult>& queries);
 
 }  // namespace nightmap

@@ -1,77 +1,196 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/localize/localizer.h"
 
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
 #include "pipeline/base/random.h"
+#include "stages/localize/active_search.h"
+#include "stages/localize/place_search.h"
 
 namespace nightmap {
+namespace {
 
-QueryResult FailedQuery(const FrameRecord& query, const std::string& reason) {
+constexpr double kSameView_rad = 0.5;  // a rival nearer than this, in turn and place, is none
+
+// Features that speak for one place or the other: matched in it alone, or more like its landmark.
+struct Votes {
+  int num_first = 0;
+  int num_second = 0;
+  int Sum() const { return num_first + num_second; }
+  // Of the difference, were both places equal (sign test); in standard deviations.
+  double Significance() const {
+    return Sum() == 0 ? 0 : (num_first - num_second) / std::sqrt(static_cast<double>(Sum()));
+  }
+  double Lead() const {
+    return Sum() == 0 ? 0 : static_cast<double>(num_first - num_second) / Sum();
+  }
+};
+
+Votes Compare(const std::vector<LandmarkMatch>& first, const std::vector<LandmarkMatch>& second) {
+  std::map<int, int> distances;
+  for (const LandmarkMatch& match : second) distances[match.feature] = match.distance;
+  Votes votes;
+  for (const LandmarkMatch& match : first) {
+    const auto other = distances.find(match.feature);
+    votes.num_first += other == distances.end() || match.distance < other->second;
+    votes.num_second += other != distances.end() && other->second < match.distance;
+    if (other != distances.end()) distances.erase(other);
+  }
+  votes.num_second += static_cast<int>(distances.size());
+  return votes;
+}
+
+}  // namespace
+
+QueryResult FailedQuery(const FrameRecord& query, QueryVerdict verdict, const std::string& reason) {
   QueryResult result;
   result.query_idx = query.frame_idx;
   result.time_ns = query.time_ns;
   result.color_path = query.color_path;
+  result.verdict = verdict;
   result.reason = reason;
   return result;
+}
+
+std::vector<LandmarkMatch> Localizer::Located::Inliers() const {
+  std::vector<LandmarkMatch> inliers;
+  for (const int i : pose.inliers) inliers.push_back(matches[static_cast<std::size_t>(i)]);
+  return inliers;
 }
 
 QueryResult Localizer::Localize(const FrameRecord& query,
                                 const Camera& camera,
                                 const FrameFeatures& features) const {
-  if (features.NumFeatures() == 0) return FailedQuery(query, "no_features");
-  const std::uint64_t random_seed =
-      Random(static_cast<std::uint64_t>(options_.seed), static_cast<std::uint64_t>(query.frame_idx))
-          .Next();
-  std::vector<LandmarkMatch> matches = matcher_.SearchByWords(features);
-  auto located = Estimate(features, camera, matches, random_seed, options_.min_seed_inliers);
-  if (!located) {
-    matches = matcher_.SearchByRetrieval(features);
-    located = Estimate(features, camera, matches, random_seed, options_.min_seed_inliers);
+  if (features.NumFeatures() == 0) {
+    return FailedQuery(query, QueryVerdict::kNoFeatures, "no_features");
   }
-  if (located) located = Refine(features, camera, *located, random_seed);
-  const bool few = static_cast<int>(matches.size()) < options_.min_inliers;
-  QueryResult result = FailedQuery(query, few ? "too_few_matches" : "too_few_inliers");
-  result.num_matches = static_cast<int>(located ? located->matches.size() : matches.size());
-  if (!located) return result;
-  result.num_inliers = static_cast<int>(located->pose.inliers.size());
-  if (result.num_inliers < options_.min_inliers) return result;
-  result.reason.clear();
-  result.reprojection_error_px = located->pose.rms_error_px;
-  result.map_from_camera = located->pose.camera_from_world.Inverse();
+  const Picture picture{camera,
+                        features,
+                        Random(static_cast<std::uint64_t>(options_.seed),
+                               static_cast<std::uint64_t>(query.frame_idx))
+                            .Next()};
+  int num_matches = 0;
+  auto located = SearchAndEstimate(picture, &num_matches);
+  if (!located) located = SearchRetrieved(picture, &num_matches);
+  const bool few = num_matches < options_.min_inliers;
+  QueryResult result = FailedQuery(
+      query, QueryVerdict::kNotInMap, few ? "too_few_matches" : "too_few_inliers");
+  result.num_matches = num_matches;
+  if (located) Judge(picture, SearchAround(picture, *located), &result);
   return result;
 }
 
-// A second, wider search around the first pose; the better supported of the two poses is kept.
-Localizer::Located Localizer::Refine(const FrameFeatures& features,
-                                     const Camera& camera,
-                                     const Located& first,
-                                     std::uint64_t random_seed) const {
-  std::vector<int> seen;
-  for (const int inlier : first.pose.inliers) {
-    seen.push_back(first.matches[static_cast<std::size_t>(inlier)].landmark);
-  }
-  const auto matches = matcher_.SearchByPose(features, camera, first.pose.camera_from_world, seen);
-  const auto second = Estimate(features, camera, matches, random_seed, options_.min_inliers);
-  if (!second || second->pose.inliers.size() < first.pose.inliers.size()) return first;
-  return *second;
+std::optional<Localizer::Located> Localizer::SearchAndEstimate(const Picture& picture,
+                                                               int* num_matches) const {
+  auto matches = ActiveSearch(options_, index_, picture.features).Run();
+  *num_matches = static_cast<int>(matches.size());
+  if (options_.covisibility_filter && !matches.empty()) matches = LargestPlace(index_, matches);
+  return Estimate(picture, matches, options_.min_seed_inliers);
 }
 
-std::optional<Localizer::Located> Localizer::Estimate(const FrameFeatures& features,
-                                                      const Camera& camera,
+std::optional<Localizer::Located> Localizer::SearchRetrieved(const Picture& picture,
+                                                             int* num_matches) const {
+  std::optional<Located> best;
+  if (options_.num_retrieved_keyframes == 0) return best;
+  for (const auto& matches : SearchByRetrieval(options_, index_, picture.features)) {
+    *num_matches = std::max(*num_matches, static_cast<int>(matches.size()));
+    auto located = Estimate(picture, matches, options_.min_seed_inliers);
+    if (located && (!best || located->NumInliers() > best->NumInliers())) best = std::move(located);
+  }
+  return best;
+}
+
+// A second, wider search around the first pose; the better supported of the two poses is kept.
+Localizer::Located Localizer::SearchAround(const Picture& picture, const Located& first) const {
+  if (options_.num_guided_keyframes == 0) return first;
+  std::vector<int> seen;
+  for (const LandmarkMatch& match : first.Inliers()) seen.push_back(match.landmark);
+  const auto matches = SearchByPose(
+      options_, index_, picture.features, picture.camera, first.pose.camera_from_world, seen);
+  auto second = Estimate(picture, matches, options_.min_inliers);
+  if (!second || second->NumInliers() < first.NumInliers()) return first;
+  return *std::move(second);
+}
+
+std::optional<Localizer::Located> Localizer::SearchRival(const Picture& picture,
+                                                         const Located& located) const {
+  if (options_.max_rival_ratio >= 1) return {};
+  const auto matches = SearchRivals(options_, index_, picture.features, located.Inliers());
+  // One that explains as much in the end shows more than a tenth of it here.
+  const double num_enough = 0.1 * options_.max_rival_ratio * located.NumInliers();
+  const auto first = Estimate(
+      picture, matches, std::max(options_.min_seed_inliers, static_cast<int>(num_enough)));
+  if (!first) return {};
+  Located rival = SearchAround(picture, *first);
+  const Rigid3 map_from_camera = located.pose.camera_from_world.Inverse();
+  const Rigid3 map_from_rival = rival.pose.camera_from_world.Inverse();
+  const double apart_m = (map_from_camera.translation - map_from_rival.translation).norm();
+  const bool is_same = apart_m < options_.rival_distance_m &&
+                       AngleBetween_rad(map_from_camera, map_from_rival) < kSameView_rad;
+  if (is_same) return {};
+  return rival;
+}
+
+void Localizer::Judge(const Picture& picture, Located located, QueryResult* result) const {
+  auto rival = SearchRival(picture, located);
+  Votes votes{located.NumInliers(), 0};
+  if (rival) {
+    votes = Compare(located.Inliers(), rival->Inliers());
+    if (votes.num_second > votes.num_first) {
+      std::swap(located, *rival);
+      std::swap(votes.num_first, votes.num_second);
+    }
+    result->num_rival_inliers = rival->NumInliers();
+  }
+  FillPose(located, result);
+  if (result->num_inliers < options_.min_inliers) return;
+  if (!(result->position_sigma_m <= options_.max_position_sigma_m)) {
+    result->reason = "uncertain_pose";
+    return;
+  }
+  const double chance = static_cast<double>(options_.min_inliers) / result->num_inliers;
+  result->confidence = std::max(0.0, std::min(1 - chance, votes.Lead()));
+  const bool is_ambiguous =
+      result->num_rival_inliers > options_.max_rival_ratio * result->num_inliers &&
+      votes.Significance() < options_.min_rival_significance;
+  result->verdict = is_ambiguous ? QueryVerdict::kAmbiguous : QueryVerdict::kLocated;
+  result->reason = is_ambiguous ? "rival_place" : "";
+}
+
+void Localizer::FillPose(const Located& located, QueryResult* result) const {
+  const Matrix6d& covariance = located.pose.covariance;
+  result->num_matches = static_cast<int>(located.matches.size());
+  result->num_inliers = located.NumInliers();
+  result->reprojection_error_px = located.pose.rms_error_px;
+  // The camera's position changes by the left perturbation's translation, turned.
+  result->position_sigma_m = std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
+  result->rotation_sigma_deg =
+      std::sqrt(covariance.topLeftCorner<3, 3>().trace()) * 180 / std::numbers::pi;
+  result->map_from_camera = located.pose.camera_from_world.Inverse();
+}
+
+std::optional<Localizer::Located> Localizer::Estimate(const Picture& picture,
                                                       const std::vector<LandmarkMatch>& matches,
-                                                      std::uint64_t random_seed,
                                                       int min_inliers) const {
   std::vector<PointMatch> points;
   for (const LandmarkMatch& match : matches) {
-    const auto landmark = static_cast<std::size_t>(match.landmark);
-    points.push_back({features.keypoints_px[static_cast<std::size_t>(match.feature)].cast<double>(),
-                      map_.positions_in_map[landmark]});
+    const auto feature = static_cast<std::size_t>(match.feature);
+    points.push_back({picture.features.keypoints_px[feature].cast<double>(),
+                      index_.Position(match.landmark)});
   }
   AbsolutePoseOptions pose_options;
+  pose_options.solver = options_.solver == "dlt6" ? MinimalSolver::kDlt6 : MinimalSolver::kP3p;
+  pose_options.local_optimization = options_.local_optimization;
+  pose_options.refinement = options_.refinement;
   pose_options.max_error_px = options_.max_error_px;
   pose_options.min_inliers = min_inliers;
   pose_options.max_iterations = options_.max_iterations;
-  pose_options.seed = random_seed;
-  auto pose = EstimateAbsolutePose(camera, points, pose_options);
+  pose_options.seed = picture.random_seed;
+  auto pose = EstimateAbsolutePose(picture.camera, points, pose_options);
   if (!pose) return {};
   return Located{std::move(*pose), matches};
 }

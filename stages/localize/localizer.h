@@ -9,43 +9,53 @@
 
 #include "pipeline/geometry/absolute_pose.h"
 #include "pipeline/io/queries_io.h"
-#include "stages/localize/landmark_matcher.h"
+#include "stages/localize/landmark_index.h"
 #include "stages/localize/localize.h"
 
 namespace nightmap {
 
 // The row of a query that was not located.
-QueryResult FailedQuery(const FrameRecord& query, const std::string& reason);
+QueryResult FailedQuery(const FrameRecord& query, QueryVerdict verdict, const std::string& reason);
 
-// Search by words; where that gives no pose, by retrieval; then once more around the pose found.
-// Const after construction: queries may share one between threads. Keeps references.
+// Active search; where that gives no pose, retrieval; once more around the pose found; then a search
+// for another place that explains the picture as well. Const after construction: queries may share
+// one between threads. Keeps references.
 class Localizer {
  public:
   Localizer(const LocalizeOptions& options, const LandmarkMap& map, const Vocabulary& vocabulary)
-      : options_(options), map_(map), matcher_(options, map, vocabulary) {}
+      : options_(options), index_(options, map, vocabulary) {}
 
   QueryResult Localize(const FrameRecord& query,
                        const Camera& camera,
                        const FrameFeatures& features) const;
 
  private:
+  // The picture at hand.
+  struct Picture {
+    const Camera& camera;
+    const FrameFeatures& features;
+    std::uint64_t random_seed;
+  };
   struct Located {
     AbsolutePose pose;
     std::vector<LandmarkMatch> matches;
+    int NumInliers() const { return static_cast<int>(pose.inliers.size()); }
+    std::vector<LandmarkMatch> Inliers() const;
   };
-  Located Refine(const FrameFeatures& features,
-                 const Camera& camera,
-                 const Located& first,
-                 std::uint64_t random_seed) const;
-  std::optional<Located> Estimate(const FrameFeatures& features,
-                                  const Camera& camera,
+
+  std::optional<Located> SearchAndEstimate(const Picture& picture, int* num_matches) const;
+  std::optional<Located> SearchRetrieved(const Picture& picture, int* num_matches) const;
+  Located SearchAround(const Picture& picture, const Located& first) const;
+  // The best pose in another place, if any.
+  std::optional<Located> SearchRival(const Picture& picture, const Located& located) const;
+  std::optional<Located> Estimate(const Picture& picture,
                                   const std::vector<LandmarkMatch>& matches,
-                                  std::uint64_t random_seed,
                                   int min_inliers) const;
+  void Judge(const Picture& picture, Located located, QueryResult* result) const;
+  void FillPose(const Located& located, QueryResult* result) const;
 
   const LocalizeOptions& options_;
-  const LandmarkMap& map_;
-  LandmarkMatcher matcher_;
+  LandmarkIndex index_;
 };
 
 }  // namespace nightmap

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
                         {"data", "folder that the paths in queries are relative to"},
                         {"landmarks", "landmarks.h5"},
                         {"vocabulary", "vocabulary.h5"}},
-                       {{"queries", "queries.csv: every query, located or with the reason"},
+                       {{"queries", "queries.csv: every query with the verdict and its reason"},
                         {"trajectory", "queries.tum: map_from_camera of the located queries"}}};
   return StageMain(
       argc, argv, spec, LocalizeOptions{}, [](const auto& options, StageContext& context) {
@@ -32,8 +32,8 @@ int main(int argc, char** argv) {
                                   &vocabulary,
                                   [&](const FrameRecord& query, const RgbdCamera& camera) {
                                     return LoadColor(query, camera, data);
-                                  }};
-        context.BeginPart("localize");
+                                  },
+                                  [&](const char* part) { context.BeginPart(part); }};
         const auto results =
             RunLocalize(options, input, context.GetProgress(), context.NumThreads());
         context.BeginPart("write");

@@ -62,7 +62,10 @@ const QueryResult& FindPicture(const std::vector<QueryResult>& queries, const st
                     FewNames(matching));
   }
   if (!matching[0]->IsLocated()) {
-    throw DataError("picture '{}' was not located: {}", name, matching[0]->reason);
+    throw DataError("picture '{}' was not located: {} ({})",
+                    name,
+                    QueryVerdictText(matching[0]->verdict),
+                    matching[0]->reason);
   }
   return *matching[0];
 }

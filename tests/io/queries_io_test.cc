@@ -9,14 +9,15 @@ namespace nightmap {
 namespace {
 
 constexpr char kHeader[] =
-    "query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,reprojection_error_px,"
-    "tx_m,ty_m,tz_m,qx,qy,qz,qw\n";
+    "query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,confidence,"
+    "reprojection_error_px,position_sigma_m,rotation_sigma_deg,tx_m,ty_m,tz_m,qx,qy,qz,qw\n";
 
 std::vector<QueryResult> MakeQueries() {
-  QueryResult located{0, 2000000000, "a,b.png", "", 90, 80, 1.25, {}};
-  located.map_from_camera = {Eigen::Quaterniond(Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitX())),
-                             {0.1, -2, 1e-7}};
-  return {located, {1, 1000000000, "c.png", "too_few_matches", 3, 0, 0, {}}};
+  const Rigid3 pose{Eigen::Quaterniond(Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitX())),
+                    {0.1, -2, 1e-7}};
+  return {{0, 2000000000, "a,b.png", QueryVerdict::kLocated, "", 90, 80, 7, 0.9, 1.25, 0.01, 0.2, pose},
+          {1, 1000000000, "c.png", QueryVerdict::kNotInMap, "too_few_matches", 3, 0, 0, 0, 0, 0, 0, {}},
+          {2, 3, "d.png", QueryVerdict::kAmbiguous, "rival", 50, 40, 38, 0.05, 1, 0.1, 1, pose}};
 }
 
 class QueriesIoTest : public testing::Test {
@@ -32,19 +33,22 @@ class QueriesIoTest : public testing::Test {
 TEST_F(QueriesIoTest, ReadsWhatItWrote) {
   const std::string text = QueriesToCsv(MakeQueries());
   const auto read = ReadQueries(folder_.Write("queries.csv", text));
-  ASSERT_EQ(read.size(), 2U);
+  ASSERT_EQ(read.size(), 3U);
   EXPECT_TRUE(read[0].IsLocated());
   EXPECT_EQ(read[0].color_path, "a,b.png");
   EXPECT_EQ(read[0].num_inliers, 80);
   EXPECT_EQ(read[0].map_from_camera.Matrix(), MakeQueries()[0].map_from_camera.Matrix());
   EXPECT_EQ(read[1].reason, "too_few_matches");
+  EXPECT_FALSE(read[1].HasPose());
+  EXPECT_EQ(read[2].verdict, QueryVerdict::kAmbiguous);
+  EXPECT_TRUE(read[2].HasPose());
   EXPECT_EQ(QueriesToCsv(read), text);
 }
 
 TEST_F(QueriesIoTest, OnlyLocatedQueriesMakeATrajectory) {
   auto queries = MakeQueries();
   queries.push_back(queries[0]);
-  queries[2].time_ns = 1;
+  queries[3].time_ns = 1;
   const auto poses = LocatedPoses(queries);
   ASSERT_EQ(poses.size(), 2U);
   EXPECT_EQ(poses[0].time_ns, 1);
@@ -52,13 +56,15 @@ TEST_F(QueriesIoTest, OnlyLocatedQueriesMakeATrajectory) {
 }
 
 TEST_F(QueriesIoTest, RefusesContradictions) {
-  ExpectRefused("0,1,a.png,lost,x,1,1,0,,,,,,,\n", "status");
-  ExpectRefused("0,1,a.png,failed,,1,1,0,,,,,,,\n", "without reason");
-  ExpectRefused("0,1,a.png,failed,x,1,1,0,1,,,,,,\n", "with a pose");
-  ExpectRefused("0,1,a.png,located,x,1,1,0,0,0,0,0,0,0,1\n", "reason of failure");
-  ExpectRefused("0,1,a.png,located,,1,1,0,0,0,0,0,0,0,2\n", "unit length");
-  ExpectRefused("0,1,a.png,located,,1,1,0,0,nan,0,0,0,0,1\n", "ty_m");
-  ExpectRefused("0,1,a.png,located,,1,1,0,,,,,,,\n", "tx_m");
+  ExpectRefused("0,1,a.png,lost,x,1,1,0,0,0,0,0,,,,,,,\n", "status");
+  ExpectRefused("0,1,a.png,not_in_map,,1,1,0,0,0,0,0,,,,,,,\n", "without reason");
+  ExpectRefused("0,1,a.png,not_in_map,x,1,1,0,0,0,0,0,1,,,,,,\n", "with a pose");
+  ExpectRefused("0,1,a.png,ambiguous,x,1,1,0,0,0,0,0,,,,,,,\n", "tx_m");
+  ExpectRefused("0,1,a.png,located,x,1,1,0,0,0,0,0,0,0,0,0,0,0,1\n", "reason of failure");
+  ExpectRefused("0,1,a.png,located,,1,1,0,0,0,0,0,0,0,0,0,0,0,2\n", "unit length");
+  ExpectRefused("0,1,a.png,located,,1,1,0,0,0,0,0,0,nan,0,0,0,0,1\n", "ty_m");
+  ExpectRefused("0,1,a.png,located,,1,1,0,nan,0,0,0,0,0,0,0,0,0,1\n", "confidence");
+  ExpectRefused("0,1,a.png,located,,1,1,0,0,0,0,0,,,,,,,\n", "tx_m");
 }
 
 TEST_F(QueriesIoTest, RefusesTruncatedFilesAndOtherHeaders) {

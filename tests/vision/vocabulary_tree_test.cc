@@ -59,6 +59,24 @@ TEST_P(VocabularyTreeTest, WordsAreThePathsPrefix) {
   }
 }
 
+TEST_P(VocabularyTreeTest, LeavesAreVisitedFromTheNearestToTheLast) {
+  int num_leaves = 0;
+  for (const auto& node : tree_.Nodes()) num_leaves += node.num_children == 0;
+  for (int i = 0; i < kCount; i += 300) {
+    std::vector<int> leaves;
+    tree_.VisitLeaves(Descriptor(i), [&](int leaf) {
+      leaves.push_back(leaf);
+      return true;
+    });
+    EXPECT_EQ(leaves[0], tree_.LeafWord(Descriptor(i)));
+    EXPECT_EQ(static_cast<int>(leaves.size()), num_leaves);
+    EXPECT_EQ(std::set<int>(leaves.begin(), leaves.end()).size(), leaves.size());
+    int num_visited = 0;
+    tree_.VisitLeaves(Descriptor(i), [&](int) { return ++num_visited < 5; });
+    EXPECT_EQ(num_visited, 5);
+  }
+}
+
 TEST_P(VocabularyTreeTest, EachStepGoesToTheNearestChild) {
   for (int i = 0; i < kCount; i += 100) {
     int node = 0;

@@ -4,37 +4,11 @@
 #include "pipeline/base/error.h"
 #include "stages/localize/localize_report.h"
 #include "stages/localize/localizer.h"
-#include "tests/landmark_scene.h"
+#include "tests/stages/localize/scene_map.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
 namespace {
-
-// The map of the scene as the landmarks stage would make it, without that stage.
-LandmarkMap MakeMap(const LandmarkScene& scene, const VocabularyTree& tree) {
-  LandmarkMap map;
-  map.num_word_levels = tree.Depth();
-  for (std::size_t i = 0; i < scene.frames.size(); ++i) {
-    map.keyframes.push_back({static_cast<int>(i), scene.poses[i].time_ns, scene.poses[i].pose});
-  }
-  map.landmark_keyframes.resize(scene.points_in_map.size());
-  for (std::size_t i = 0; i < scene.frames.size(); ++i) {
-    for (const int point : scene.frame_points[i]) {
-      map.landmark_keyframes[static_cast<std::size_t>(point)].push_back(static_cast<int>(i));
-    }
-  }
-  map.positions_in_map = scene.points_in_map;
-  map.position_sigmas_m.assign(scene.points_in_map.size(), 0.01F);
-  for (std::size_t i = 0; i < scene.descriptors.size(); ++i) {
-    const auto& descriptor = scene.descriptors[i];
-    map.descriptors.insert(map.descriptors.end(), descriptor.begin(), descriptor.end());
-    map.descriptor_landmarks.push_back(static_cast<int>(i));
-    std::vector<int> path = tree.Path(descriptor.data());
-    path.resize(static_cast<std::size_t>(tree.Depth()), path.back());
-    map.words.insert(map.words.end(), path.begin(), path.end());
-  }
-  return map;
-}
 
 class LocalizeTest : public testing::Test {
  protected:
@@ -55,7 +29,7 @@ class LocalizeTest : public testing::Test {
 
   LandmarkScene scene_ = MakeLandmarkScene();
   Vocabulary vocabulary_ = MakeSceneVocabulary(scene_);
-  LandmarkMap map_ = MakeMap(scene_, vocabulary_.tree);
+  LandmarkMap map_ = MakeSceneMap(scene_, vocabulary_.tree);
   LocalizeOptions options_;
   FrameRecord query_{5, 77, "query.png", "", 0, 0, ""};
   Rigid3 pose_ = ScenePose(0.15, -0.1);
@@ -97,50 +71,80 @@ TEST_F(LocalizeTest, FallsBackToRetrieval) {
   ExpectLocated(Localize(features_));
 }
 
-TEST_F(LocalizeTest, MatchesToTheRightLandmarks) {
-  const LandmarkMatcher matcher(options_, map_, vocabulary_);
-  std::vector<int> seen;
-  scene_.See(pose_, 0, &seen);
-  for (const auto& matches :
-       {matcher.SearchByWords(features_),
-        matcher.SearchByRetrieval(features_),
-        matcher.SearchByPose(features_, scene_.cameras[0].color, pose_.Inverse(), seen)}) {
-    EXPECT_GT(matches.size(), seen.size() / 2);
-    for (const LandmarkMatch& match : matches) {
-      EXPECT_EQ(match.landmark, seen[static_cast<std::size_t>(match.feature)]);
+TEST_F(LocalizeTest, EverySearchAndSolverFindsThePose) {
+  for (const char* search : {"combined", "2d_to_3d", "3d_to_2d", "tree"}) {
+    for (const char* solver : {"p3p", "dlt6"}) {
+      options_.search = search;
+      options_.solver = solver;
+      ExpectLocated(Localize(features_));
     }
   }
 }
 
-// The same descriptor at two distant points is ambiguous, at two near ones it is not.
-TEST_F(LocalizeTest, RatioTestComparesDifferentPoints) {
-  std::vector<int> seen;
-  scene_.See(pose_, 0, &seen);
-  for (const bool near : {true, false}) {
-    LandmarkMap twins = map_;
-    const int first = seen[0];
-    const auto point = static_cast<std::size_t>(first);
-    const Eigen::Vector3d step(near ? 0.01 : 1.0, 0, 0);
-    twins.positions_in_map.push_back(map_.positions_in_map[point] + step);
-    twins.position_sigmas_m.push_back(0.01F);
-    twins.landmark_keyframes.push_back(map_.landmark_keyframes[point]);
-    twins.descriptor_landmarks.push_back(map_.NumLandmarks());
-    twins.descriptors.insert(
-        twins.descriptors.end(), map_.Descriptor(first), map_.Descriptor(first) + 128);
-    for (int level = 1; level <= map_.num_word_levels; ++level) {
-      twins.words.push_back(map_.Word(first, level));
-    }
-    bool matched = false;
-    for (const auto& match :
-         LandmarkMatcher(options_, twins, vocabulary_).SearchByWords(features_)) {
-      matched = matched || match.feature == 0;
-    }
-    EXPECT_EQ(matched, near);
-  }
+TEST_F(LocalizeTest, FindsThePoseAsPublished) {
+  options_.solver = "dlt6";
+  options_.prioritized = options_.covisibility_filter = options_.local_optimization = false;
+  options_.num_retrieved_keyframes = options_.num_guided_keyframes = 0;
+  options_.max_rival_ratio = 1;
+  ExpectLocated(Localize(features_));
 }
 
-TEST_F(LocalizeTest, FailsWithAReason) {
-  EXPECT_EQ(Localize(FrameFeatures{}).reason, "no_features");
+// Of another size and lens: pixels are rays, and the map does not care.
+TEST_F(LocalizeTest, FindsThePoseWithAnotherCamera) {
+  scene_.cameras[0].color = Camera{1000, 400, 700, 690, 480, 210};
+  const QueryResult result = Localize(scene_.See(pose_, 0, nullptr));
+  ExpectLocated(result);
+}
+
+// A picture turned by a quarter: the camera is rolled, no more. (Descriptors turn with the picture.)
+TEST_F(LocalizeTest, FindsThePoseOfARolledCamera) {
+  const Rigid3 roll{Eigen::Quaterniond(Eigen::AngleAxisd(1.5708, Eigen::Vector3d::UnitZ())),
+                    Eigen::Vector3d::Zero()};
+  pose_ = pose_ * roll;
+  ExpectLocated(Localize(scene_.See(pose_, 0, nullptr)));
+}
+
+TEST_F(LocalizeTest, TwoPlacesThatLookAlikeAreAmbiguous) {
+  const LandmarkMap alone = map_;
+  AddTwin({Eigen::Quaterniond::Identity(), {20, 0, 0}}, &map_);
+  options_.max_ratio = 1;  // or no feature would tell the twins apart
+  const QueryResult result = Localize(features_);
+  EXPECT_EQ(result.verdict, QueryVerdict::kAmbiguous);
+  EXPECT_EQ(result.reason, "rival_place");
+  EXPECT_EQ(result.num_rival_inliers, result.num_inliers);
+  EXPECT_EQ(result.confidence, 0);
+  map_ = alone;
+  const QueryResult single = Localize(features_);
+  EXPECT_EQ(single.verdict, QueryVerdict::kLocated);
+  EXPECT_EQ(single.num_rival_inliers, 0);
+  EXPECT_GT(single.confidence, 0.8);
+}
+
+// A corridor that looks the same after a half turn: same place, other direction.
+TEST_F(LocalizeTest, TheSamePlaceTheOtherWayRoundIsARival) {
+  const Rigid3 turn{Eigen::Quaterniond(Eigen::AngleAxisd(3.14159, Eigen::Vector3d::UnitY())),
+                    Eigen::Vector3d::Zero()};
+  AddTwin(pose_ * turn * pose_.Inverse(), &map_);
+  options_.max_ratio = 1;
+  EXPECT_EQ(Localize(features_).verdict, QueryVerdict::kAmbiguous);
+}
+
+// Without the ratio test between places the words alone find nothing; retrieval parts the places.
+TEST_F(LocalizeTest, TwinsAreFoundByRetrieval) {
+  AddTwin({Eigen::Quaterniond::Identity(), {20, 0, 0}}, &map_);
+  EXPECT_TRUE(Localize(features_).HasPose());
+}
+
+TEST_F(LocalizeTest, AnUncertainPoseIsNotInTheMap) {
+  options_.max_position_sigma_m = 0.001;
+  const QueryResult result = Localize(features_);
+  EXPECT_EQ(result.verdict, QueryVerdict::kNotInMap);
+  EXPECT_EQ(result.reason, "uncertain_pose");
+  EXPECT_GT(result.position_sigma_m, 0.001);
+}
+
+TEST_F(LocalizeTest, SaysWhyNotInTheMap) {
+  EXPECT_EQ(Localize(FrameFeatures{}).verdict, QueryVerdict::kNoFeatures);
   Random random(11);
   FrameFeatures foreign = features_;
   foreign.descriptors.clear();
@@ -152,8 +156,10 @@ TEST_F(LocalizeTest, FailsWithAReason) {
   FrameFeatures shuffled = features_;
   std::reverse(shuffled.keypoints_px.begin(), shuffled.keypoints_px.end());
   const QueryResult result = Localize(shuffled);
+  EXPECT_EQ(result.verdict, QueryVerdict::kNotInMap);
   EXPECT_EQ(result.reason, "too_few_inliers");
   EXPECT_GT(result.num_matches, 12);
+  EXPECT_EQ(result.confidence, 0);
 }
 
 TEST_F(LocalizeTest, EveryQueryGetsARow) {
@@ -170,9 +176,9 @@ TEST_F(LocalizeTest, EveryQueryGetsARow) {
   EXPECT_EQ(results[1].reason, "unreadable_image");
   EXPECT_EQ(QueriesToCsv(results), QueriesToCsv(Run(1)));
   const auto report = SummarizeQueries(results);
-  EXPECT_EQ(report["num_located"], 0);
-  EXPECT_EQ(report["num_failed_by_reason"]["no_features"], 2);
-  EXPECT_EQ(report["num_failed_by_reason"]["unreadable_image"], 1);
+  EXPECT_EQ(report["num_by_verdict"]["located"], 0);
+  EXPECT_EQ(report["num_by_verdict"]["no_features"], 2);
+  EXPECT_EQ(report["num_not_located_by_reason"]["unreadable_image"], 1);
 }
 
 TEST_F(LocalizeTest, RefusesInputsThatDoNotBelongTogether) {

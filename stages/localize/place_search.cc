@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/localize/place_search.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "pipeline/vision/descriptor_distance.h"
+#include "pipeline/vision/pixel_grid.h"
+
+namespace nightmap {
+namespace {
+
+// Disjoint sets of keyframes.
+class Places {
+ public:
+  explicit Places(const LandmarkIndex& index) : parents_(index.Map().keyframes.size()) {
+    std::iota(parents_.begin(), parents_.end(), 0);
+  }
+  int Find(int keyframe) {
+    int& parent = parents_[static_cast<std::size_t>(keyframe)];
+    return parent == keyframe ? keyframe : parent = Find(parent);
+  }
+  void Join(const std::vector<int>& keyframes) {
+    for (const int keyframe : keyframes) {
+      parents_[static_cast<std::size_t>(Find(keyframe))] = Find(keyframes[0]);
+    }
+  }
+
+ private:
+  std::vector<int> parents_;
+};
+
+// Retrieved keyframes, best first; more frames than keyframes are asked for: not every mapping frame
+// is a keyframe.
+std::vector<int> Retrieve(const LocalizeOptions& options,
+                          const LandmarkIndex& index,
+                          const FrameFeatures& features) {
+  const Vocabulary& vocabulary = index.GetVocabulary();
+  const auto words = vocabulary.tree.LeafWords(features.descriptors, 1);
+  std::vector<int> keyframes;
+  for (const auto& result :
+       vocabulary.inverted_file.Query(words, 8 * options.num_retrieved_keyframes)) {
+    const int keyframe = index.KeyframeOf(result.frame_idx);
+    if (keyframe >= 0) keyframes.push_back(keyframe);
+    if (static_cast<int>(keyframes.size()) >= options.num_retrieved_keyframes) break;
+  }
+  return keyframes;
+}
+
+// In the order of their first keyframe.
+std::vector<std::vector<int>> PartByCovisibility(const LandmarkIndex& index,
+                                                 const std::vector<int>& keyframes) {
+  Places places(index);
+  for (const int landmark : index.LandmarksOf(keyframes)) {
+    std::vector<int> seen_by;
+    for (const int keyframe : index.KeyframesOf(landmark)) {
+      if (std::ranges::find(keyframes, keyframe) != keyframes.end()) seen_by.push_back(keyframe);
+    }
+    if (seen_by.size() > 1) places.Join(seen_by);
+  }
+  std::vector<std::vector<int>> parts;
+  std::map<int, std::size_t> part_of;
+  for (const int keyframe : keyframes) {
+    const auto [found, is_new] = part_of.try_emplace(places.Find(keyframe), parts.size());
+    if (is_new) parts.emplace_back();
+    parts[found->second].push_back(keyframe);
+  }
+  return parts;
+}
+
+// The keyframes that see most of `seen`.
+std::vector<int> MostCovisible(const LandmarkIndex& index,
+                               const std::vector<int>& seen,
+                               int num_keyframes) {
+  std::vector<int> votes(index.Map().keyframes.size(), 0);
+  for (const int landmark : seen) {
+    for (const int keyframe : index.KeyframesOf(landmark)) {
+      ++votes[static_cast<std::size_t>(keyframe)];
+    }
+  }
+  std::vector<int> keyframes(votes.size());
+  std::iota(keyframes.begin(), keyframes.end(), 0);
+  const auto count = std::min(keyframes.size(), static_cast<std::size_t>(num_keyframes));
+  std::ranges::partial_sort(
+      keyframes, keyframes.begin() + static_cast<std::ptrdiff_t>(count), [&](int a, int b) {
+        const int votes_a = votes[static_cast<std::size_t>(a)];
+        const int votes_b = votes[static_cast<std::size_t>(b)];
+        return votes_a != votes_b ? votes_a > votes_b : a < b;
+      });
+  keyframes.resize(count);
+  return keyframes;
+}
+
+}  // namespace
+
+std::vector<LandmarkMatch> LargestPlace(const LandmarkIndex& index,
+                                        const std::vector<LandmarkMatch>& matches) {
+  Places places(index);
+  for (const LandmarkMatch& match : matches) places.Join(index.KeyframesOf(match.landmark));
+  const auto place = [&](const LandmarkMatch& match) {
+    const std::vector<int>& seen_by = index.KeyframesOf(match.landmark);
+    return seen_by.empty() ? -1 : places.Find(seen_by[0]);
+  };
+  std::map<int, int> sizes;
+  for (const LandmarkMatch& match : matches) ++sizes[place(match)];
+  const auto largest = std::ranges::max_element(sizes, {}, [](const auto& s) { return s.second; });
+  std::vector<LandmarkMatch> kept;
+  std::ranges::copy_if(matches, std::back_inserter(kept), [&](const LandmarkMatch& match) {
+    return place(match) == largest->first;
+  });
+  return kept;
+}
+
+std::vector<std::vector<LandmarkMatch>> SearchByRetrieval(const LocalizeOptions& options,
+                                                          const LandmarkIndex& index,
+                                                          const FrameFeatures& features) {
+  std::vector<std::vector<LandmarkMatch>> result;
+  for (const auto& part : PartByCovisibility(index, Retrieve(options, index, features))) {
+    const std::vector<int> candidates = index.DescriptorsOf(index.LandmarksOf(part));
+    std::vector<LandmarkMatch> matches;
+    for (int feature = 0; feature < features.NumFeatures(); ++feature) {
+      const auto match = index.Match(features, feature, candidates);
+      if (match) matches.push_back(*match);
+    }
+    result.push_back(KeepOneToOne(std::move(matches)));
+  }
+  return result;
+}
+
+std::vector<LandmarkMatch> SearchRivals(const LocalizeOptions& options,
+                                        const LandmarkIndex& index,
+                                        const FrameFeatures& features,
+                                        const std::vector<LandmarkMatch>& matches) {
+  std::vector<LandmarkMatch> rivals;
+  for (const LandmarkMatch& match : matches) {
+    const std::uint8_t* descriptor = index.Descriptor(features, match.feature);
+    const int word = index.GetVocabulary().tree.Word(descriptor, options.search_level);
+    LandmarkMatch best{match.feature, -1, index.MaxDistance()};
+    for (const int candidate : index.DescriptorsOfWord(word)) {
+      const int landmark = index.LandmarkOf(candidate);
+      const int distance =
+          DescriptorDistance(index.Map().kind, descriptor, index.Map().Descriptor(candidate));
+      const double apart_m = (index.Position(landmark) - index.Position(match.landmark)).norm();
+      if (distance >= best.distance || apart_m < options.rival_distance_m) continue;
+      best = {match.feature, landmark, distance};
+    }
+    if (best.landmark >= 0) rivals.push_back(best);
+  }
+  if (rivals.empty()) return {};
+  std::vector<int> landmarks;
+  for (const LandmarkMatch& rival : rivals) landmarks.push_back(rival.landmark);
+  const int keyframe = MostCovisible(index, landmarks, 1)[0];
+  std::erase_if(rivals, [&](const LandmarkMatch& rival) {
+    return !std::ranges::binary_search(index.KeyframesOf(rival.landmark), keyframe);
+  });
+  return KeepOneToOne(std::move(rivals));
+}
+
+std::vector<LandmarkMatch> SearchByPose(const LocalizeOptions& options,
+                                        const LandmarkIndex& index,
+                                        const FrameFeatures& features,
+                                        const Camera& camera,
+                                        const Rigid3& camera_from_map,
+                                        const std::vector<int>& seen) {
+  PixelGrid grid(camera, options.guided_radius_px);
+  for (int i = 0; i < features.NumFeatures(); ++i) {
+    grid.Add(features.keypoints_px[static_cast<std::size_t>(i)].cast<double>(), i);
+  }
+  std::vector<LandmarkMatch> matches;
+  for (const int landmark :
+       index.LandmarksOf(MostCovisible(index, seen, options.num_guided_keyframes))) {
+    const Eigen::Vector3d point = camera_from_map * index.Position(landmark);
+    if (point.z() <= 0.01) continue;
+    const auto pixel = camera.ProjectUndistorted(point);
+    if (!pixel || !camera.Contains(*pixel)) continue;
+    grid.ForNear(*pixel, [&](int feature) {
+      const auto& keypoint = features.keypoints_px[static_cast<std::size_t>(feature)];
+      if ((keypoint.cast<double>() - *pixel).norm() > options.guided_radius_px) return;
+      const int distance = index.Distance(index.Descriptor(features, feature), landmark);
+      if (distance <= index.MaxDistance()) matches.push_back({feature, landmark, distance});
+    });
+  }
+  return KeepOneToOne(std::move(matches));
+}
+
+}  // namespace nightmap

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/localize/active_search.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "pipeline/vision/descriptor_distance.h"
+#include "stages/localize/place_search.h"
+#include "tests/stages/localize/scene_map.h"
+
+namespace nightmap {
+namespace {
+
+class SearchTest : public testing::Test {
+ protected:
+  SearchTest() { features_ = scene_.See(pose_, 0, &seen_); }
+
+  std::vector<LandmarkMatch> Search(const std::string& search) {
+    options_.search = search;
+    const LandmarkIndex index(options_, map_, vocabulary_);
+    return ActiveSearch(options_, index, features_).Run();
+  }
+
+  const std::uint8_t* Descriptor(int feature) const {
+    return &features_.descriptors[static_cast<std::size_t>(128 * feature)];
+  }
+
+  // Of all landmarks with the word of the feature, the nearest, and whether it is by far the nearest.
+  std::map<int, int> BruteForceWords() const {
+    std::map<int, int> landmark_of;
+    for (int f = 0; f < features_.NumFeatures(); ++f) {
+      const int word = vocabulary_.tree.Word(Descriptor(f), options_.search_level);
+      std::vector<std::pair<int, int>> found;
+      for (int d = 0; d < map_.NumDescriptors(); ++d) {
+        if (map_.Word(d, options_.search_level) != word) continue;
+        found.emplace_back(SquaredDistance(Descriptor(f), map_.Descriptor(d), 128), d);
+      }
+      std::ranges::sort(found);
+      if (found.empty()) continue;
+      const bool is_only = found.size() == 1;
+      if (is_only || found[0].first < 0.64 * found[1].first) landmark_of[f] = found[0].second;
+    }
+    return landmark_of;
+  }
+
+  LandmarkScene scene_ = MakeLandmarkScene();
+  Vocabulary vocabulary_ = MakeSceneVocabulary(scene_);
+  LandmarkMap map_ = MakeSceneMap(scene_, vocabulary_.tree);
+  LocalizeOptions options_;
+  Rigid3 pose_ = ScenePose(0.15, -0.1);
+  std::vector<int> seen_;
+  FrameFeatures features_;
+};
+
+TEST_F(SearchTest, EverySearchFindsTheRightLandmarks) {
+  for (const char* search : {"combined", "2d_to_3d", "3d_to_2d", "tree"}) {
+    const auto matches = Search(search);
+    EXPECT_GT(matches.size(), seen_.size() / 2) << search;
+    for (const LandmarkMatch& match : matches) {
+      EXPECT_EQ(match.landmark, seen_[static_cast<std::size_t>(match.feature)]) << search;
+    }
+  }
+}
+
+TEST_F(SearchTest, FeaturesToLandmarksIsWhatBruteForceFinds) {
+  options_.max_matches = 100000;
+  const auto expected = BruteForceWords();
+  const auto matches = Search("2d_to_3d");
+  EXPECT_EQ(matches.size(), expected.size());
+  for (const LandmarkMatch& match : matches) {
+    EXPECT_EQ(match.landmark, expected.at(match.feature));
+  }
+}
+
+TEST_F(SearchTest, LandmarksToFeaturesIsWhatBruteForceFinds) {
+  options_.max_matches = 100000;
+  std::map<int, int> feature_of;  // by landmark: of all features with its word, the nearest
+  for (int d = 0; d < map_.NumDescriptors(); ++d) {
+    std::vector<std::pair<int, int>> found;
+    for (int f = 0; f < features_.NumFeatures(); ++f) {
+      if (vocabulary_.tree.Word(Descriptor(f), options_.landmark_level) !=
+          map_.Word(d, std::min(options_.landmark_level, map_.num_word_levels))) {
+        continue;
+      }
+      found.emplace_back(SquaredDistance(Descriptor(f), map_.Descriptor(d), 128), f);
+    }
+    std::ranges::sort(found);
+    if (found.empty() || found[0].first > 512 * 512 * 0.49) continue;
+    if (found.size() == 1 || found[0].first < 0.64 * found[1].first) feature_of[d] = found[0].second;
+  }
+  const auto matches = Search("3d_to_2d");
+  EXPECT_EQ(matches.size(), feature_of.size());
+  for (const LandmarkMatch& match : matches) {
+    EXPECT_EQ(match.feature, feature_of.at(match.landmark));
+  }
+}
+
+TEST_F(SearchTest, StopsAtThePresetNumber) {
+  options_.max_matches = 20;
+  for (const char* search : {"combined", "2d_to_3d", "3d_to_2d"}) {
+    EXPECT_EQ(Search(search).size(), 20U) << search;
+  }
+}
+
+// A feature that is unlike all landmarks of its word, but a landmark beside a match finds it: its own
+// word at landmark_level is right.
+TEST_F(SearchTest, TheCombinedSearchFindsWhatWordsMiss) {
+  options_.max_ratio = 0.5;
+  options_.max_matches = 100000;
+  EXPECT_GE(Search("combined").size(), Search("2d_to_3d").size());
+  options_.num_nearest_landmarks = 0;
+  EXPECT_EQ(Search("combined").size(), Search("2d_to_3d").size());
+}
+
+// The same descriptor at two distant points is ambiguous, at two near ones it is not.
+TEST_F(SearchTest, RatioTestComparesDifferentPoints) {
+  const LandmarkMap map = map_;
+  for (const bool near : {true, false}) {
+    map_ = map;
+    AddTwin({Eigen::Quaterniond::Identity(), {near ? 0.01 : 1.0, 0, 0}}, &map_);
+    EXPECT_EQ(Search("2d_to_3d").empty(), !near);
+  }
+}
+
+TEST_F(SearchTest, NearestLandmarksAreThoseOfBruteForce) {
+  const LandmarkIndex index(options_, map_, vocabulary_);
+  std::vector<int> order;
+  for (int i = 1; i < map_.NumLandmarks(); ++i) order.push_back(i);
+  std::ranges::sort(order, {}, [&](int i) { return (index.Position(i) - index.Position(0)).norm(); });
+  order.resize(20);
+  EXPECT_EQ(index.Nearest(0, 20), order);
+  EXPECT_EQ(index.Nearest(0, 100000).size(), map_.positions_in_map.size() - 1);
+}
+
+TEST_F(SearchTest, APictureWithoutFeaturesMatchesNothing) {
+  features_ = FrameFeatures{};
+  for (const char* search : {"combined", "2d_to_3d", "3d_to_2d", "tree"}) {
+    EXPECT_TRUE(Search(search).empty()) << search;
+  }
+}
+
+TEST_F(SearchTest, RetrievalAndAPoseFindTheRightLandmarks) {
+  const LandmarkIndex index(options_, map_, vocabulary_);
+  auto found = SearchByRetrieval(options_, index, features_);
+  ASSERT_EQ(found.size(), 1U);
+  found.push_back(SearchByPose(
+      options_, index, features_, scene_.cameras[0].color, pose_.Inverse(), seen_));
+  for (const auto& matches : found) {
+    EXPECT_GT(matches.size(), seen_.size() / 2);
+    for (const LandmarkMatch& match : matches) {
+      EXPECT_EQ(match.landmark, seen_[static_cast<std::size_t>(match.feature)]);
+    }
+  }
+}
+
+TEST_F(SearchTest, RivalsAreTheTwins) {
+  const auto matches = Search("2d_to_3d");
+  EXPECT_TRUE(SearchRivals(options_, LandmarkIndex(options_, map_, vocabulary_), features_, {}).empty());
+  const int num_landmarks = map_.NumLandmarks();
+  AddTwin({Eigen::Quaterniond::Identity(), {20, 0, 0}}, &map_);
+  const LandmarkIndex index(options_, map_, vocabulary_);
+  const auto rivals = SearchRivals(options_, index, features_, matches);
+  EXPECT_EQ(rivals.size(), matches.size());
+  for (const LandmarkMatch& rival : rivals) {
+    EXPECT_EQ(rival.landmark - num_landmarks, seen_[static_cast<std::size_t>(rival.feature)]);
+  }
+}
+
+TEST_F(SearchTest, TheLargestPlaceIsKept) {
+  const int num_landmarks = map_.NumLandmarks();
+  auto matches = Search("2d_to_3d");
+  AddTwin({Eigen::Quaterniond::Identity(), {20, 0, 0}}, &map_);
+  const LandmarkIndex index(options_, map_, vocabulary_);
+  const std::size_t num_strays = matches.size() / 3;
+  for (std::size_t i = 0; i < num_strays; ++i) matches[i].landmark += num_landmarks;
+  const auto kept = LargestPlace(index, matches);
+  EXPECT_LE(kept.size(), matches.size() - num_strays);
+  EXPECT_GT(kept.size(), matches.size() / 2);
+  for (const LandmarkMatch& match : kept) EXPECT_LT(match.landmark, num_landmarks);
+}
+
+}  // namespace
+}  // namespace nightmap
