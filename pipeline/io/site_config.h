@@ -14,9 +14,13 @@ namespace nightmap {
 
 // One recording: a [[sequence]] to map, or a [[query]] folder of pictures to localize.
 struct SequenceConfig {
-  std::string layout = "tum";  // tum | seven_scenes | video
+  std::string layout = "tum";  // tum | seven_scenes | video | pictures
   std::string folder;          // relative to SiteConfig::root
-  int camera_idx = 0;
+  int camera_idx = 0;          // kOwnCameras: each picture has its own
+  // Layout pictures, of a [[query]] alone: a folder of pictures, a .txt list of them, or one picture,
+  // relative to root. It may lead out of the data folder.
+  std::string pictures;
+  double horizontal_fov_deg = 0;  // of pictures that do not say their focal length; 0: none
   std::string video;         // layout video: the file, relative to folder
   std::string depth_folder;  // layout video: folder of depth images, relative to folder
   double frame_rate_hz = 0;  // video: 0 takes the file's; seven_scenes: 0 means 30
@@ -29,6 +33,8 @@ struct SequenceConfig {
   std::string source;                   // file:line of its table, for messages
 };
 
+constexpr int kOwnCameras = -1;
+
 struct SiteConfig {
   std::string root = ".";  // relative to the data folder
   int hold_out_every = 0;  // every Nth frame becomes a query; 0: none
@@ -37,8 +43,8 @@ struct SiteConfig {
   std::vector<SequenceConfig> queries;
 };
 
-// Strict: an unknown or missing key, a wrong type, a value out of range, an absolute path or an
-// unknown camera is a UsageError naming `source` and line, with the remedy.
+// Strict: an unknown or missing key, a wrong type, a value out of range, an absolute path, an
+// unknown camera or a key that does not go with its layout is a UsageError naming `source` and line, with the remedy.
 SiteConfig ParseSiteConfig(std::string_view text, const std::string& source);
 SiteConfig ReadSiteConfig(const std::filesystem::path& path);
 
