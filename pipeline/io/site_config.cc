@@ -90,7 +90,8 @@ struct SequenceTable {
              "time_s ax ay az (m/s2, axes of the color camera), relative to root");
     list.Add("max_association_gap_s", &s.max_association_gap_s, {0, 10}, "color to depth image");
     list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
-    list.Add("pictures", &s.pictures, "layout pictures: folder, .txt list or file, relative to root");
+    list.Add(
+        "pictures", &s.pictures, "layout pictures: folder, .txt list or file, relative to root");
     list.Add("horizontal_fov_deg",
              &s.horizontal_fov_deg,
              kFieldOfView_deg,
@@ -187,7 +188,8 @@ void CheckKeys(const toml::table& table, const std::string& layout, const std::s
            {"folder", "frame_rate_hz", "max_association_gap_s", "time_offset_s", "accelerometer"},
            where,
            "does not go with layout = \"pictures\"");
-    if (table.contains("camera")) Refuse(table, {"horizontal_fov_deg"}, where, "is known from `camera`");
+    if (table.contains("camera"))
+      Refuse(table, {"horizontal_fov_deg"}, where, "is known from `camera`");
   } else {
     Require(table, {"folder", "camera"}, where);
     Refuse(table, {"pictures", "horizontal_fov_deg"}, where, "needs layout = \"pictures\"");

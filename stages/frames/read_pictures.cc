@@ -14,17 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 11> kSuffixes = {".jpg",
-                                                        ".jpeg",
-                                                        ".png",
-                                                        ".tif",
-                                                        ".tiff",
-                                                        ".bmp",
-                                                        ".ppm",
-                                                        ".pgm",
-                                                        ".webp",
-                                                        ".heic",
-                                                        ".heif"};
+constexpr std::array<std::string_view, 11> kSuffixes = {
+    ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".ppm", ".pgm", ".webp", ".heic", ".heif"};
 constexpr std::int64_t kPeriod_ns = 1'000'000'000;
 
 std::string Suffix(const fs::path& path) {
@@ -61,7 +52,8 @@ std::vector<std::string> NamesInList(const fs::path& list) {
   return names;
 }
 
-// Not normalized together with the data folder: that may be a link, and `..` leads out of its target.
+// Not normalized together with the data folder: that may be a link, and `..` leads out of its
+// target.
 fs::path Pictures(const SequenceFolder& folder) {
   return folder.data_root / folder.Relative(folder.config.pictures);
 }

@@ -16,16 +16,17 @@ namespace nightmap {
 
 // Lists, associates and times the pictures; reads no pixels (a video is gone through once to count
 // its frames). Pictures that lack their depth carry a `problem`, except in queries, where depth may
-// be missing. Picture N of layout "pictures" is at N seconds. Throws DataError naming folder or file
-// and line, and the remedy.
+// be missing. Picture N of layout "pictures" is at N seconds. Throws DataError naming folder or
+// file and line, and the remedy.
 RawSequence ReadSequence(const SiteConfig& site,
                          const SequenceConfig& config,
                          bool is_query,
                          const std::filesystem::path& data_root);
 
-// All sequences, then all queries, in the order of the site config. The pictures of [[query]] Q, which
-// have no times, and their truth are moved to 4e9 + Q * 1e6 s, later than any clock and apart from
-// each other whatever the other tables hold. Throws DataError also when a picture is a query twice.
+// All sequences, then all queries, in the order of the site config. The pictures of [[query]] Q,
+// which have no times, and their truth are moved to 4e9 + Q * 1e6 s, later than any clock and apart
+// from each other whatever the other tables hold. Throws DataError also when a picture is a query
+// twice.
 std::vector<RawSequence> ReadSequences(const SiteConfig& site,
                                        const std::filesystem::path& data_root);
 
