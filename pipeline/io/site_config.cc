@@ -188,8 +188,9 @@ void CheckKeys(const toml::table& table, const std::string& layout, const std::s
            {"folder", "frame_rate_hz", "max_association_gap_s", "time_offset_s", "accelerometer"},
            where,
            "does not go with layout = \"pictures\"");
-    if (table.contains("camera"))
+    if (table.contains("camera")) {
       Refuse(table, {"horizontal_fov_deg"}, where, "is known from `camera`");
+    }
   } else {
     Require(table, {"folder", "camera"}, where);
     Refuse(table, {"pictures", "horizontal_fov_deg"}, where, "needs layout = \"pictures\"");

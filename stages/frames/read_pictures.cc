@@ -52,12 +52,6 @@ std::vector<std::string> NamesInList(const fs::path& list) {
   return names;
 }
 
-// Not normalized together with the data folder: that may be a link, and `..` leads out of its
-// target.
-fs::path Pictures(const SequenceFolder& folder) {
-  return folder.data_root / folder.Relative(folder.config.pictures);
-}
-
 }  // namespace
 
 std::string PicturesFolder(const SequenceFolder& folder) {
@@ -68,7 +62,9 @@ std::string PicturesFolder(const SequenceFolder& folder) {
 }
 
 RawSequence ReadPictures(const SequenceFolder& folder) {
-  const fs::path pictures = Pictures(folder);
+  // Not normalized together with the data folder: that may be a link, and `..` then leads out of
+  // its target.
+  const fs::path pictures = folder.data_root / folder.Relative(folder.config.pictures);
   std::error_code ignored;
   std::vector<std::string> names = {pictures.filename().string()};
   if (fs::is_directory(pictures, ignored)) {
