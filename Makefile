@@ -24,6 +24,12 @@ SEED ?= 0
 ## START GOAL  of plan: a pose or a query, see configs/default/plan.toml
 START ?=
 GOAL ?=
+## QUERY       more pictures to localize, as in QUERY="start.jpg goal.jpg": files, folders or .txt lists, anywhere
+QUERY ?=
+## CAMERA      of QUERY: id of a [[camera]] of the site; without it their cameras.csv or EXIF says (datasets.md)
+CAMERA ?=
+## FOV_DEG     of QUERY: horizontal field of view of pictures of which neither says
+FOV_DEG ?=
 ## DATA        folder of the recordings (datasets.md says where to get them)
 DATA ?= data
 ## MAPS        folder of the results: MAPS/<site>/<stage>/
@@ -117,8 +123,8 @@ $(call whole,landmarks,   frames=frames/shard_*.csv cameras=frames/cameras.json 
                           vocabulary=vocabulary/vocabulary.h5 trajectory=pose_graph/trajectory.tum \
                           keyframes=pose_graph/keyframes.tum, \
                           landmarks=landmarks.h5)
-$(call whole,localize,    queries=frames/queries.csv cameras=frames/cameras.json data landmarks=landmarks/landmarks.h5 \
-                          vocabulary=vocabulary/vocabulary.h5, \
+$(call whole,localize,    queries=frames/queries.csv cameras=frames/query_cameras.json data \
+                          landmarks=landmarks/landmarks.h5 vocabulary=vocabulary/vocabulary.h5, \
                           queries=queries.csv trajectory=queries.tum)
 $(if $(PLANNING),$(call whole,plan, pgm=grid/map.pgm yaml=grid/map.yaml trajectory=pose_graph/trajectory.tum $(LOCATED), \
                           csv=path.csv json=path.json png=path.png))
@@ -131,6 +137,8 @@ ifneq ($(CHAIN),)
 RESOLVED := $(shell $(PYTHON) -I -S scripts/resolve_config.py --site $(SITES)/$(SITE).toml --data $(DATA) \
   --profile $(call quote,$(PROFILE)) --seed $(call quote,$(SEED)) --set $(call quote,$(SET)) \
   $(and $(START),--value $(call quote,plan.start=$(START))) $(and $(GOAL),--value $(call quote,plan.goal=$(GOAL))) \
+  $(and $(QUERY),--query $(call quote,$(QUERY))) $(and $(CAMERA),--camera $(call quote,$(CAMERA))) \
+  $(and $(FOV_DEG),--fov-deg $(call quote,$(FOV_DEG))) \
   --out $(M)/config $(if $(PREVIEW),--preview $(CONFIG)) $(if $(filter $(SITE),$(SYNTHETIC)),--synthetic))
 ifneq ($(.SHELLSTATUS),0)
 $(error the configs could not be resolved, see above)
@@ -178,11 +186,12 @@ whole = $(eval $(call rule,$(1),,$(call inputs,$(2),),$(call outputs,$(1),$(3),,
 loops = $(eval $(call rule,$(1),_loops,$(call inputs,$(2),),$(call outputs,$(1),$(3),,_loops)))
 
 # The two stages before the shards are known. The lists that frames writes beside shards.mk (one CSV
-# a shard, cameras, queries) keep their time while their bytes are the same, so they have no rule.
+# a shard, queries, cameras of both) keep their time while their bytes are the same, so they have no rule.
 F := $(M)/frames
 ifneq ($(filter $(SITE),$(SYNTHETIC)),)
-RAW_INPUTS := $(DATA)/$(SITE)/synthesize.json
-$(eval $(call rule,synthesize,,,site=$(RAW_INPUTS) \
+RECORDING := $(DATA)/$(SITE)/synthesize.json
+RAW_INPUTS += $(RECORDING)
+$(eval $(call rule,synthesize,,,site=$(RECORDING) \
   report=$(DATA)/$(SITE)/synthesize_report.json receipt=$(DATA)/$(SITE)/synthesize_receipt.json))
 endif
 $(eval $(call rule,frames,,site=$(CONFIG)/site/$(SITE).toml data=$(DATA),shards_mk=$(F)/shards.mk $(call receipts,frames,)))
@@ -197,7 +206,7 @@ include $(F)/shards.mk
 else
 $(eval $(file <$(F)/shards.mk))
 endif
-LISTED := $(if $(wildcard $(F)/shards.mk),$(SHARDS:%=$(F)/shard_%.csv) $(F)/cameras.json $(F)/queries.csv)
+LISTED := $(if $(wildcard $(F)/shards.mk),$(SHARDS:%=$(F)/shard_%.csv) $(F)/cameras.json $(F)/queries.csv $(F)/query_cameras.json)
 LOST := $(filter-out $(wildcard $(LISTED)),$(LISTED))
 $(F)/shards.mk: $(if $(LOST),FORCE)
 BEFORE_ :=
@@ -219,7 +228,7 @@ localize: $(BUILD)/programs.mk $(MADE_localize) ## where each query picture of S
 	@$(call say,located queries: $(M)/localize/queries.csv)
 else
 localize: $(F)/shards.mk
-	@echo "site $(SITE) has no query pictures: give $(SITES)/$(SITE).toml a [[query]] or hold_out_every > 0" >&2; exit 2
+	@echo "site $(SITE) has no query pictures: name some in QUERY, or give $(SITES)/$(SITE).toml a [[query]] or hold_out_every > 0" >&2; exit 2
 endif
 plan: $(BUILD)/programs.mk $(MADE_plan) ## a path from START to GOAL on the grid
 	@$(call say,path: $(M)/plan/path.json)

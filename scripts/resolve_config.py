@@ -10,6 +10,8 @@ only when its meaning changed, so a comment or a touch makes nothing stale. When
 show that its outputs were made with the very config that is asked for now, the file gets a time
 before that run: trying a value and going back costs nothing.
 
+The site config goes to <out>/site/ in the same way, with a [[query]] more for each path of --query.
+
 With --preview DIR the same files are written to DIR (times of <out> kept where the meaning is the
 same), so that `make -n`, `-q` and `why` can answer for any SET without touching the real configs.
 
@@ -202,50 +204,120 @@ def settle(configs, arguments):
         mtime_ns = (os.stat(current).st_mtime_ns if same else
                     made_with(arguments, stage, config))
         write(target, text, mtime_ns)
-    settle_site(arguments, folder)
 
 
-def settle_site(arguments, folder):
-    """The site config, copied when its meaning changed."""
+def from_data(path, data):
+    """`path` relative to the data folder. `..` out of a folder that is a link leads out of its target."""
+    inside = os.path.relpath(path, data)
+    if inside.split(os.sep)[0] != os.pardir:
+        return inside
+    folder, name = os.path.split(os.path.abspath(path))
+    return os.path.relpath(os.path.join(os.path.realpath(folder), name), os.path.realpath(data))
+
+
+def tables(site, name, arguments):
+    found = site.get(name, [])
+    if not isinstance(found, list):
+        raise ConfigError(f"{arguments.site}: '{name}' must be written as [[{name}]]")
+    return found
+
+
+def query_tables(root, arguments):
+    """The [[query]] of each path of --query."""
+    paths = [path for group in arguments.query for path in shlex.split(group)]
+    camera = {"camera": arguments.camera} if arguments.camera else {}
+    if arguments.fov_deg:
+        try:
+            camera["horizontal_fov_deg"] = float(arguments.fov_deg)
+        except ValueError:
+            raise ConfigError(f"FOV_DEG={arguments.fov_deg}: give a number of degrees")
+    if camera and not paths:
+        raise ConfigError("CAMERA and FOV_DEG are of the pictures of QUERY: name some")
+    for path in paths:
+        if not os.path.exists(path):
+            raise ConfigError(f"QUERY: {path} does not exist: name pictures, folders of them or .txt lists")
+    return [{"layout": "pictures", "pictures": os.path.relpath(from_data(path, arguments.data), root)} | camera
+            for path in paths]
+
+
+def effective_site(arguments):
+    """Text and tables of the site config, with those of --query."""
+    with open(arguments.site, encoding="utf-8") as file:
+        text = file.read()
+    site = load(arguments.site)
+    queries = query_tables(site.get("root", "."), arguments)
+    for query in queries:
+        text += "\n# of QUERY\n[[query]]\n" + "".join(f"{key} = {toml_value(query[key])}\n" for key in query)
+    if queries:
+        site["query"] = tables(site, "query", arguments) + queries
+    return text, site
+
+
+def settle_site(text, site, arguments):
+    """The site config, rewritten when its meaning changed."""
     name = os.path.join("site", os.path.basename(arguments.site))
+    folder = arguments.preview or arguments.out
     current, target = os.path.join(arguments.out, name), os.path.join(folder, name)
-    same = os.path.exists(current) and load(current) == load(arguments.site)
+    same = os.path.exists(current) and load(current) == site
     if same and not arguments.preview:
         return
     os.makedirs(os.path.dirname(target), exist_ok=True)
-    with open(current if same else arguments.site, encoding="utf-8") as file:
-        write(target, file.read(), os.stat(current).st_mtime_ns if same else None)
+    if same:
+        with open(current, encoding="utf-8") as file:
+            text = file.read()
+    write(target, text, os.stat(current).st_mtime_ns if same else None)
+
+
+def file_state(path):
+    """(path, size, time)"""
+    status = os.stat(path)
+    return path, status.st_size, status.st_mtime_ns
 
 
 def recording_files(folder):
-    """(path, size, time) of every file below a folder, hidden ones left out."""
+    """The state of every file below a folder, hidden ones left out."""
     for entry in os.scandir(folder):
         if entry.name.startswith("."):
             continue
         if entry.is_dir():
             yield from recording_files(entry.path)
         else:
-            status = entry.stat()
-            yield entry.path, status.st_size, status.st_mtime_ns
+            yield file_state(entry.path)
 
 
-def settle_recordings(arguments):
-    """A file whose time says when the site's recordings changed last; its path.
+def picture_files(path):
+    """The files of a folder, list or file of pictures: they, and cameras.csv beside them."""
+    if os.path.isdir(path):
+        return [entry.path for entry in os.scandir(path) if entry.is_file() and not entry.name.startswith(".")]
+    names = ["cameras.csv"]
+    if path.lower().endswith(".txt"):
+        with open(path, encoding="utf-8") as file:
+            names += [line.strip() for line in file if line.strip() and not line.lstrip().startswith("#")]
+    beside = [os.path.join(os.path.dirname(path), name) for name in names]
+    return [path] + [file for file in beside if os.path.isfile(file)]
+
+
+def settle_recordings(site, arguments):
+    """A file whose time says when the site's recordings and queries changed last; its path.
 
     A folder's time does not tell of a file that was replaced in place, so the sizes and times of all
-    files count. (The frames stage then compares contents: a touch reruns nothing after it.)"""
-    site = load(arguments.site)
-    root = os.path.join(arguments.data, site.get("root", "."))
-    parts = site.get("sequence", []) + site.get("query", [])
-    folders = {os.path.normpath(os.path.join(root, part.get("folder", "."))) for part in parts}
-    extra = {os.path.normpath(os.path.join(root, part[key])) for part in parts
-             for key in ("ground_truth", "accelerometer") if part.get(key)}
-    for path in sorted(folders | extra):
+    files count. (The frames stage then compares contents: a touch reruns nothing after it.) A recording
+    that synthesize makes is left to Make; plain pictures are never its work."""
+    queries = tables(site, "query", arguments)
+    parts = [] if arguments.synthetic else tables(site, "sequence", arguments) + queries
+
+    def in_data(path):
+        return os.path.join(arguments.data, os.path.normpath(os.path.join(site.get("root", "."), path)))
+
+    pictures = {in_data(part["pictures"]) for part in queries if "pictures" in part}
+    folders = {in_data(part.get("folder", ".")) for part in parts if "pictures" not in part}
+    extra = {in_data(part[key]) for part in parts for key in ("ground_truth", "accelerometer") if part.get(key)}
+    for path in sorted(folders | extra | pictures):
         if not os.path.exists(path):
             raise ConfigError(f"site {os.path.basename(arguments.site)[:-5]}: {path} does not exist. "
                               f"datasets.md says where to get each recording; DATA={arguments.data} "
                               "is the folder it is looked for in")
-    files = {(path, os.stat(path).st_size, os.stat(path).st_mtime_ns) for path in extra}
+    files = {file_state(path) for path in extra.union(*map(picture_files, pictures))}
     for folder in folders:
         files.update(recording_files(folder))
     files = {(os.path.relpath(path, arguments.data), *rest) for path, *rest in files}
@@ -269,6 +341,9 @@ def parse_arguments():
     parser.add_argument("--seed", default="0")
     parser.add_argument("--set", action="append", default=[], help="several, separated by spaces")
     parser.add_argument("--value", action="append", default=[], help="one STAGE.KEY=VALUE, spaces and all")
+    parser.add_argument("--query", action="append", default=[], help="pictures to add to the site, as QUERY of make")
+    parser.add_argument("--camera", help="of --query")
+    parser.add_argument("--fov-deg", help="of --query")
     parser.add_argument("--out", required=True)
     parser.add_argument("--preview", help="write here instead, with the times of --out")
     parser.add_argument("--synthetic", action="store_true", help="the recording is made by synthesize")
@@ -286,12 +361,14 @@ def main():
             raise ConfigError(f"no site config {arguments.site}; sites: "
                               + ", ".join(name[:-5] for name in known if name.endswith(".toml")))
         configs = effective_configs(arguments)
+        text, site = effective_site(arguments)
         settle(configs, arguments)
-        inputs = [] if arguments.synthetic else [settle_recordings(arguments)]
+        settle_site(text, site, arguments)
+        recordings = settle_recordings(site, arguments)
     except (ConfigError, OSError, ValueError) as error:
         print(f"nightmap: {error}", file=sys.stderr)
         return 2
-    print(*inputs, *("interrupted=" + run for run in interrupted(arguments, configs)))
+    print(recordings, *("interrupted=" + run for run in interrupted(arguments, configs)))
     return 0
 
 

@@ -14,6 +14,7 @@ struct Camera {
   double fx = 0, fy = 0, cx = 0, cy = 0;          // px
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;  // dimensionless
 
+  bool operator==(const Camera&) const = default;
   bool HasDistortion() const { return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0; }
   bool Contains(const Eigen::Vector2d& pixel) const {
     return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= width - 1 && pixel.y() <= height - 1;

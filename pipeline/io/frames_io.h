@@ -21,7 +21,7 @@ struct FrameRecord {
   std::int64_t time_ns = 0;  // unique over the site; the key of every trajectory file
   std::string color_path;
   std::string depth_path;  // may be empty for a query
-  int camera_idx = 0;      // into the list of cameras.json
+  int camera_idx = 0;      // into the list of cameras.json; of a query: query_cameras.json
   int sequence_idx = 0;
   std::string content_hash;  // of the color and depth files' bytes
 };

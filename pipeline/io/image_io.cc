@@ -101,6 +101,15 @@ ColorImage ToRgb(const Image<std::uint8_t>& image) {
   return rgb;
 }
 
+ExifLens LensOf(const OIIO::ImageSpec& spec) {
+  return {spec.get_float_attribute("Exif:FocalLengthIn35mmFilm"),
+          spec.get_float_attribute("Exif:FocalLength"),
+          spec.get_float_attribute("Exif:FocalPlaneXResolution"),
+          spec.get_int_attribute("Exif:FocalPlaneResolutionUnit", ExifLens().plane_unit),
+          std::max(spec.get_float_attribute("Exif:PixelXDimension"),
+                   spec.get_float_attribute("Exif:PixelYDimension"))};
+}
+
 template <typename T>
 void WritePngOf(const std::filesystem::path& path, const Image<T>& image) {
   UseOneThreadPerImage();
@@ -170,7 +179,8 @@ GrayImage ReadGrayImage(const std::filesystem::path& path) {
 ImageInfo InspectImage(const std::filesystem::path& path) {
   const auto input = Open(path);
   const OIIO::ImageSpec& spec = input->spec();
-  return {spec.width, spec.height, spec.nchannels, static_cast<int>(spec.format.size()) * 8};
+  const int num_bits = static_cast<int>(spec.format.size()) * 8;
+  return {spec.width, spec.height, spec.nchannels, num_bits, LensOf(spec)};
 }
 
 void WritePng(const std::filesystem::path& path, const Image<std::uint8_t>& image) {

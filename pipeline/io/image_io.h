@@ -10,6 +10,7 @@
 
 #include "pipeline/geometry/camera.h"
 #include "pipeline/geometry/rigid3.h"
+#include "pipeline/io/exif_lens.h"
 
 namespace nightmap {
 
@@ -38,8 +39,9 @@ using RawDepthImage = Image<std::uint16_t>;
 using DepthImage = Image<float>;  // metres along z; 0 = no measurement
 
 // `path` is an image file, or `clip.avi#N` for frame N (from 0) of a video. Gray input is expanded
-// to RGB, alpha is dropped. Throws DataError naming the file when missing, truncated or not an
-// image.
+// to RGB, alpha is dropped. Pixels are as stored: EXIF's Orientation, by which viewers turn a
+// picture, is left alone here and everywhere. Throws DataError naming the file when missing,
+// truncated or not an image.
 ColorImage ReadColorImage(const std::filesystem::path& path);
 GrayImage ToGray(const ColorImage& image);
 
@@ -52,6 +54,7 @@ struct ImageInfo {
   int height = 0;
   int num_channels = 0;
   int num_bits = 0;  // of one channel
+  ExifLens lens;
 };
 // Throws DataError naming the file when it is missing, empty, not an image, or (PNG, JPEG) lacks
 // its end mark, as after an interrupted copy.

@@ -19,6 +19,7 @@ const Range kSize_px{1, 32768};
 const Range kFocal_px{1, 1e6};
 const Range kCenter_px{-1e6, 1e6};
 const Range kDistortion{-100, 100};
+const Range kFieldOfView_deg{1, 170};
 
 // A [[camera]] table as written.
 struct CameraTable {
@@ -74,7 +75,10 @@ struct SequenceTable {
 
   void Register(OptionList& list) {
     SequenceConfig& s = sequence;
-    list.Add("layout", &s.layout, {"tum", "seven_scenes", "video"}, "how the folder is laid out");
+    list.Add("layout",
+             &s.layout,
+             {"tum", "seven_scenes", "video", "pictures"},
+             "how the recording is laid out");
     list.Add("folder", &s.folder, "relative to root");
     list.Add("camera", &camera, "id of a [[camera]]");
     list.Add("video", &s.video, "layout video: the file, relative to folder");
@@ -86,6 +90,12 @@ struct SequenceTable {
              "time_s ax ay az (m/s2, axes of the color camera), relative to root");
     list.Add("max_association_gap_s", &s.max_association_gap_s, {0, 10}, "color to depth image");
     list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
+    list.Add(
+        "pictures", &s.pictures, "layout pictures: folder, .txt list or file, relative to root");
+    list.Add("horizontal_fov_deg",
+             &s.horizontal_fov_deg,
+             kFieldOfView_deg,
+             "layout pictures: of those that do not say their focal length");
   }
 };
 
@@ -170,26 +180,48 @@ int FindCamera(const std::vector<RgbdCamera>& cameras,
       "{}: no [[camera]] has id \"{}\"; there are: {}", where, id, fmt::join(ids, ", "));
 }
 
+// The keys that a layout must have and those that do not go with it.
+void CheckKeys(const toml::table& table, const std::string& layout, const std::string& where) {
+  if (layout == "pictures") {
+    Require(table, {"pictures"}, where);
+    Refuse(table,
+           {"folder", "frame_rate_hz", "max_association_gap_s", "time_offset_s", "accelerometer"},
+           where,
+           "does not go with layout = \"pictures\"");
+    if (table.contains("camera")) {
+      Refuse(table, {"horizontal_fov_deg"}, where, "is known from `camera`");
+    }
+  } else {
+    Require(table, {"folder", "camera"}, where);
+    Refuse(table, {"pictures", "horizontal_fov_deg"}, where, "needs layout = \"pictures\"");
+  }
+  if (layout == "video") {
+    Require(table, {"video"}, where);
+  } else {
+    Refuse(table, {"video", "depth_folder"}, where, "needs layout = \"video\"");
+  }
+}
+
 SequenceConfig ParseSequence(const toml::table& table,
                              const std::string& source,
                              const std::vector<RgbdCamera>& cameras) {
   const std::string where = Where(table, source);
   SequenceTable parsed;
   RegisterOptions(parsed).ParseTable(table, source);
-  Require(table, {"layout", "folder", "camera"}, where);
+  Require(table, {"layout"}, where);
   SequenceConfig& sequence = parsed.sequence;
-  sequence.camera_idx = FindCamera(cameras, parsed.camera, where);
+  CheckKeys(table, sequence.layout, where);
+  sequence.camera_idx =
+      table.contains("camera") ? FindCamera(cameras, parsed.camera, where) : kOwnCameras;
   sequence.source = where;
-  if (sequence.layout == "video") {
-    Require(table, {"video"}, where);
-  } else {
-    Refuse(table, {"video", "depth_folder"}, where, "needs layout = \"video\"");
-  }
   CheckPath(sequence.folder, "folder", where);
   CheckPath(sequence.video, "video", where);
   CheckPath(sequence.depth_folder, "depth_folder", where);
   CheckPath(sequence.ground_truth, "ground_truth", where);
   CheckPath(sequence.accelerometer, "accelerometer", where);
+  if (sequence.pictures.starts_with('/')) {
+    throw UsageError("{}: pictures = \"{}\" must be relative to root", where, sequence.pictures);
+  }
   return sequence;
 }
 
@@ -238,6 +270,9 @@ SiteConfig ParseSiteConfig(std::string_view text, const std::string& source) {
   }
   for (const toml::table* table : Tables(root, "sequence", source)) {
     site.sequences.push_back(ParseSequence(*table, source, site.cameras));
+    if (site.sequences.back().layout != "pictures") continue;
+    throw UsageError("{}: layout = \"pictures\" has no depth to map: make it a [[query]]",
+                     site.sequences.back().source);
   }
   for (const toml::table* table : Tables(root, "query", source)) {
     site.queries.push_back(ParseSequence(*table, source, site.cameras));

@@ -14,13 +14,17 @@ namespace nightmap {
 
 // One recording: a [[sequence]] to map, or a [[query]] folder of pictures to localize.
 struct SequenceConfig {
-  std::string layout = "tum";  // tum | seven_scenes | video
+  std::string layout = "tum";  // tum | seven_scenes | video | pictures
   std::string folder;          // relative to SiteConfig::root
-  int camera_idx = 0;
-  std::string video;         // layout video: the file, relative to folder
-  std::string depth_folder;  // layout video: folder of depth images, relative to folder
-  double frame_rate_hz = 0;  // video: 0 takes the file's; seven_scenes: 0 means 30
-  std::string ground_truth;  // TUM trajectory relative to root, world_from_camera; empty: none
+  int camera_idx = 0;          // kOwnCameras: each picture has its own
+  // Layout pictures, of a [[query]] alone: a folder of pictures, a .txt list of them, or one
+  // picture, relative to root. It may lead out of the data folder.
+  std::string pictures;
+  double horizontal_fov_deg = 0;  // of pictures that do not say their focal length; 0: none
+  std::string video;              // layout video: the file, relative to folder
+  std::string depth_folder;       // layout video: folder of depth images, relative to folder
+  double frame_rate_hz = 0;       // video: 0 takes the file's; seven_scenes: 0 means 30
+  std::string ground_truth;       // TUM trajectory relative to root, world_from_camera; empty: none
   // `time_s ax ay az` (m/s2) relative to root; empty: none. The axes must be the color camera's: x
   // right, y down, z forward.
   std::string accelerometer;
@@ -28,6 +32,8 @@ struct SequenceConfig {
   double time_offset_s = 0;             // added to all times of the recording
   std::string source;                   // file:line of its table, for messages
 };
+
+constexpr int kOwnCameras = -1;
 
 struct SiteConfig {
   std::string root = ".";  // relative to the data folder
@@ -37,8 +43,9 @@ struct SiteConfig {
   std::vector<SequenceConfig> queries;
 };
 
-// Strict: an unknown or missing key, a wrong type, a value out of range, an absolute path or an
-// unknown camera is a UsageError naming `source` and line, with the remedy.
+// Strict: an unknown or missing key, a wrong type, a value out of range, an absolute path, an
+// unknown camera or a key that does not go with its layout is a UsageError naming `source` and
+// line, with the remedy.
 SiteConfig ParseSiteConfig(std::string_view text, const std::string& source);
 SiteConfig ReadSiteConfig(const std::filesystem::path& path);
 

@@ -2,6 +2,7 @@
 #include "stages/frames/frames.h"
 
 #include <algorithm>
+#include <map>
 #include <optional>
 
 #include "pipeline/base/error.h"
@@ -55,7 +56,7 @@ Candidate MakeCandidate(const RawFrame& frame, const RawSequence& sequence, int 
            .time_ns = frame.time_ns,
            .color_path = frame.color_path,
            .depth_path = frame.depth_path,
-           .camera_idx = sequence.camera_idx,
+           .camera_idx = frame.camera_idx,
            .sequence_idx = sequence_idx,
            .content_hash = frame.content_hash},
           TruthAt(sequence.ground_truth, frame.time_ns)};
@@ -125,6 +126,19 @@ FrameLists RunFrames(const std::vector<RawSequence>& sequences, int hold_out_eve
   Number(std::move(mapping), &lists.frames, &lists.ground_truth);
   Number(std::move(queries), &lists.queries, &lists.query_ground_truth);
   return lists;
+}
+
+std::vector<RgbdCamera> KeepUsedCameras(const std::vector<RgbdCamera>& cameras,
+                                        std::vector<FrameRecord>* frames) {
+  std::map<int, int> kept_idx;
+  for (const FrameRecord& frame : *frames) kept_idx[frame.camera_idx] = 0;
+  std::vector<RgbdCamera> kept;
+  for (auto& [camera_idx, idx] : kept_idx) {
+    idx = static_cast<int>(kept.size());
+    kept.push_back(cameras.at(static_cast<std::size_t>(camera_idx)));
+  }
+  for (FrameRecord& frame : *frames) frame.camera_idx = kept_idx.at(frame.camera_idx);
+  return kept;
 }
 
 std::vector<std::vector<FrameRecord>> CutShards(const std::vector<FrameRecord>& frames,

@@ -35,12 +35,12 @@ struct RawFrame {
   std::string depth_path;    // may be empty for a query
   std::string problem;       // why it cannot be used; empty when it can
   std::string content_hash;  // filled by InspectFrames
+  int camera_idx = 0;        // into the site's cameras and those found after them
 };
 
 // One recording: what its folder says.
 struct RawSequence {
   std::string name;  // for messages: where the site config describes it
-  int camera_idx = 0;
   bool is_query = false;
   std::vector<RawFrame> frames;           // times increase
   std::vector<StampedPose> ground_truth;  // world_from_camera, times increase; may be empty
@@ -67,6 +67,11 @@ struct FrameLists {
 // interpolated between neighbours at most 0.1 s apart (rotation by slerp). Throws DataError when
 // sequences overlap in time, or two queries have one time. Pure and deterministic.
 FrameLists RunFrames(const std::vector<RawSequence>& sequences, int hold_out_every);
+
+// The cameras that the frames have, in their order among `cameras`; makes the frames' camera_idx
+// count in them. So a camera that only queries have stays out of what the map is made of.
+std::vector<RgbdCamera> KeepUsedCameras(const std::vector<RgbdCamera>& cameras,
+                                        std::vector<FrameRecord>* frames);
 
 // The frames cut into runs of `shard_size`; the last may be shorter.
 std::vector<std::vector<FrameRecord>> CutShards(const std::vector<FrameRecord>& frames,

@@ -16,12 +16,13 @@ namespace fs = std::filesystem;
 
 void CheckSize(const std::string& path, int width, int height, const Camera& camera) {
   if (width == camera.width && height == camera.height) return;
-  throw DataError("{}: {} x {} pixels, its camera has {} x {}",
-                  path,
-                  width,
-                  height,
-                  camera.width,
-                  camera.height);
+  throw DataError(
+      "{}: {} x {} pixels, its camera has {} x {}: pictures of another size need another camera",
+      path,
+      width,
+      height,
+      camera.width,
+      camera.height);
 }
 
 // A video is opened and hashed once, not for each of its frames.
@@ -104,8 +105,9 @@ void InspectFrames(const std::vector<RgbdCamera>& cameras,
                    std::vector<RawSequence>* sequences) {
   std::vector<std::pair<RawFrame*, const RgbdCamera*>> work;
   for (RawSequence& sequence : *sequences) {
-    const RgbdCamera& camera = cameras.at(static_cast<std::size_t>(sequence.camera_idx));
-    for (RawFrame& frame : sequence.frames) work.emplace_back(&frame, &camera);
+    for (RawFrame& frame : sequence.frames) {
+      work.emplace_back(&frame, &cameras.at(static_cast<std::size_t>(frame.camera_idx)));
+    }
   }
   const Videos videos = InspectVideos(*sequences, data_root);
   progress.Start(work.size());

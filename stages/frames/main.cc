@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // frames: lists a site's RGB-D frames. Reads a site config and the raw recordings; writes
-// shards.mk and, beside it, shard_NNNN.csv, cameras.json, queries.csv and the truth.
+// shards.mk and, beside it, shard_NNNN.csv, cameras.json, queries.csv, query_cameras.json and the
+// truth.
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/site_config.h"
 #include "stages/frames/frames.h"
 #include "stages/frames/inspect_frames.h"
+#include "stages/frames/picture_cameras.h"
 #include "stages/frames/read_sequence.h"
 #include "stages/frames/write_frames.h"
 
@@ -24,8 +26,8 @@ int main(int argc, char** argv) {
         const auto accelerations = ReadAccelerations(site, data_root);
         SelectFrames(options, &sequences);
         context.BeginPart("inspect");
-        InspectFrames(
-            site.cameras, data_root, context.GetProgress(), context.NumThreads(), &sequences);
+        const auto cameras = FindPictureCameras(site, data_root, &sequences);
+        InspectFrames(cameras, data_root, context.GetProgress(), context.NumThreads(), &sequences);
         const FrameLists lists = RunFrames(sequences, site.hold_out_every);
         for (const std::string& reason : lists.skipped) context.Skip(reason);
         context.CheckSkipped(lists.num_inspected, options.max_failed_ratio);
@@ -34,6 +36,6 @@ int main(int argc, char** argv) {
                           data_root.string());
         }
         context.BeginPart("write");
-        WriteFrames(options, site.cameras, lists, accelerations, context);
+        WriteFrames(options, cameras, lists, accelerations, context);
       });
 }

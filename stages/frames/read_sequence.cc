@@ -2,6 +2,7 @@
 #include "stages/frames/read_sequence.h"
 
 #include <cmath>
+#include <map>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/trajectory_io.h"
@@ -11,6 +12,10 @@ namespace nightmap {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+constexpr std::int64_t kPicturesStart_ns = 4'000'000'000 * kSecond_ns;
+constexpr std::int64_t kPicturesPeriod_ns = 1'000'000 * kSecond_ns;
 
 std::int64_t Offset_ns(const SequenceConfig& config) {
   return std::llround(config.time_offset_s * 1e9);
@@ -29,9 +34,27 @@ void CheckFolder(const SequenceFolder& folder) {
 }
 
 RawSequence ReadLayout(const SequenceFolder& folder) {
+  if (folder.config.layout == "pictures") return ReadPictures(folder);
   if (folder.config.layout == "video") return ReadVideoFolder(folder);
   if (folder.config.layout == "seven_scenes") return ReadSevenScenesFolder(folder);
   return ReadTumFolder(folder);
+}
+
+void MoveTimes(std::int64_t offset_ns, RawSequence* sequence) {
+  for (RawFrame& frame : sequence->frames) frame.time_ns += offset_ns;
+  for (StampedPose& pose : sequence->ground_truth) pose.time_ns += offset_ns;
+}
+
+// Two queries of one picture could not be told apart by its name.
+void CheckListedOnce(const RawSequence& sequence, std::map<std::string, std::string>* listed_in) {
+  for (const RawFrame& frame : sequence.frames) {
+    const auto [first, is_new] = listed_in->emplace(frame.color_path, sequence.name);
+    if (is_new) continue;
+    throw DataError("{}: {} is a query already, of {}: leave it out of one of them",
+                    sequence.name,
+                    frame.color_path,
+                    first->second);
+  }
 }
 
 }  // namespace
@@ -50,13 +73,12 @@ RawSequence ReadSequence(const SiteConfig& site,
                     config.source);
   }
   sequence.name = config.source;
-  sequence.camera_idx = config.camera_idx;
+  for (RawFrame& frame : sequence.frames) frame.camera_idx = config.camera_idx;
   sequence.is_query = is_query;
   if (!config.ground_truth.empty()) {
     sequence.ground_truth = ReadTum(SitePath(site, config.ground_truth, data_root));
   }
-  for (RawFrame& frame : sequence.frames) frame.time_ns += Offset_ns(config);
-  for (StampedPose& pose : sequence.ground_truth) pose.time_ns += Offset_ns(config);
+  MoveTimes(Offset_ns(config), &sequence);
   return sequence;
 }
 
@@ -65,8 +87,15 @@ std::vector<RawSequence> ReadSequences(const SiteConfig& site, const fs::path& d
   for (const SequenceConfig& config : site.sequences) {
     sequences.push_back(ReadSequence(site, config, false, data_root));
   }
+  std::map<std::string, std::string> listed_in;
+  std::int64_t pictures_start_ns = kPicturesStart_ns;
   for (const SequenceConfig& config : site.queries) {
     sequences.push_back(ReadSequence(site, config, true, data_root));
+    if (config.layout == "pictures") {
+      MoveTimes(pictures_start_ns, &sequences.back());
+      CheckListedOnce(sequences.back(), &listed_in);
+    }
+    pictures_start_ns += kPicturesPeriod_ns;
   }
   return sequences;
 }

@@ -16,13 +16,17 @@ namespace nightmap {
 
 // Lists, associates and times the pictures; reads no pixels (a video is gone through once to count
 // its frames). Pictures that lack their depth carry a `problem`, except in queries, where depth may
-// be missing. Throws DataError naming folder or file and line, and the remedy.
+// be missing. Picture N of layout "pictures" is at N seconds. Throws DataError naming folder or
+// file and line, and the remedy.
 RawSequence ReadSequence(const SiteConfig& site,
                          const SequenceConfig& config,
                          bool is_query,
                          const std::filesystem::path& data_root);
 
-// All sequences, then all queries, in the order of the site config.
+// All sequences, then all queries, in the order of the site config. The pictures of [[query]] Q,
+// which have no times, and their truth are moved to 4e9 + Q * 1e6 s, later than any clock and apart
+// from each other whatever the other tables hold. Throws DataError also when a picture is a query
+// twice.
 std::vector<RawSequence> ReadSequences(const SiteConfig& site,
                                        const std::filesystem::path& data_root);
 
@@ -42,7 +46,7 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateTimes(const std::vecto
                                                                 const std::vector<std::int64_t>& b,
                                                                 std::int64_t max_gap_ns);
 
-// What the three layouts share: where a recording is and what its messages name.
+// What the layouts share: where a recording is and what its messages name.
 struct SequenceFolder {
   std::filesystem::path data_root;
   std::filesystem::path folder;  // relative to data_root
@@ -60,5 +64,9 @@ struct SequenceFolder {
 RawSequence ReadTumFolder(const SequenceFolder& folder);
 RawSequence ReadSevenScenesFolder(const SequenceFolder& folder);
 RawSequence ReadVideoFolder(const SequenceFolder& folder);
+RawSequence ReadPictures(const SequenceFolder& folder);
+
+// Where the pictures of layout "pictures" and their cameras.csv lie, relative to the data folder.
+std::string PicturesFolder(const SequenceFolder& folder);
 
 }  // namespace nightmap

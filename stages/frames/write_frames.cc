@@ -48,9 +48,7 @@ class Writer {
   std::set<std::string> names_;
 };
 
-void Report(const std::vector<RgbdCamera>& cameras,
-            const FrameLists& lists,
-            nlohmann::json& report) {
+void Report(const FrameLists& lists, nlohmann::json& report) {
   std::set<int> sequences;
   for (const FrameRecord& frame : lists.frames) sequences.insert(frame.sequence_idx);
   const auto& frames = lists.frames;
@@ -59,7 +57,6 @@ void Report(const std::vector<RgbdCamera>& cameras,
   report["num_frames_unusable"] = lists.num_frames_unusable;
   report["num_queries"] = lists.queries.size();
   report["num_sequences"] = sequences.size();
-  report["num_cameras"] = cameras.size();
   report["duration_s"] = static_cast<double>(duration_ns) / 1e9;
   report["has_ground_truth"] = !lists.ground_truth.empty();
   report["num_frames_with_ground_truth"] = lists.ground_truth.size();
@@ -70,17 +67,20 @@ void Report(const std::vector<RgbdCamera>& cameras,
 
 void WriteFrames(const FramesOptions& options,
                  const std::vector<RgbdCamera>& cameras,
-                 const FrameLists& lists,
+                 FrameLists lists,
                  const std::vector<Acceleration>& accelerations,
                  StageContext& context) {
   Writer writer(context);
+  const auto map_cameras = KeepUsedCameras(cameras, &lists.frames);
+  const auto query_cameras = KeepUsedCameras(cameras, &lists.queries);
+  writer.Write("cameras.json", CamerasToJson(map_cameras));
+  writer.Write("query_cameras.json", CamerasToJson(query_cameras));
   std::string shards_mk = "SHARDS :=";
   const auto shards = CutShards(lists.frames, options.shard_size);
   for (std::size_t i = 0; i < shards.size(); ++i) {
     writer.Write(fmt::format("shard_{:04}.csv", i), FramesToCsv(shards[i]));
     shards_mk += fmt::format(" {:04}", i);
   }
-  writer.Write("cameras.json", CamerasToJson(cameras));
   writer.Write("queries.csv", FramesToCsv(lists.queries));
   const std::string comment = "ground truth of the site, world_from_camera, at the times of the ";
   if (!lists.ground_truth.empty()) {
@@ -92,7 +92,9 @@ void WriteFrames(const FramesOptions& options,
   }
   if (!accelerations.empty()) writer.Write("accelerometer.csv", AccelerationsToCsv(accelerations));
   WriteFile(context.Output(kPort), shards_mk + '\n');
-  Report(cameras, lists, context.Report());
+  Report(lists, context.Report());
+  context.Report()["num_cameras"] = map_cameras.size();
+  context.Report()["num_query_cameras"] = query_cameras.size();
   context.Report()["num_shards"] = shards.size();
   writer.RemoveOthers();
 }

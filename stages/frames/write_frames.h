@@ -11,12 +11,14 @@
 
 namespace nightmap {
 
-// Writes shards, cameras, queries, truth and accelerations beside the output `shards_mk`, each kept
-// as it is when its bytes did not change, then shards.mk, and fills the report. Files of an earlier
-// run that this one does not have (shards beyond the last, truth of a site without) are removed.
+// Writes shards, queries, the cameras of each, truth and accelerations beside the output
+// `shards_mk`, each kept as it is when its bytes did not change, then shards.mk, and fills the
+// report. Files of an earlier run that this one does not have (shards beyond the last, truth of a
+// site without) are removed. The camera_idx of `lists` count in `cameras`, those of the files in
+// the file's own cameras.
 void WriteFrames(const FramesOptions& options,
                  const std::vector<RgbdCamera>& cameras,
-                 const FrameLists& lists,
+                 FrameLists lists,
                  const std::vector<Acceleration>& accelerations,
                  StageContext& context);
 

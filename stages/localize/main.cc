@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
   const StageSpec spec{"localize",
                        "finds where each query picture was taken, from the picture alone",
                        {{"queries", "queries.csv of the frames stage"},
-                        {"cameras", "cameras.json of the frames stage"},
+                        {"cameras", "query_cameras.json of the frames stage"},
                         {"data", "folder that the paths in queries are relative to"},
                         {"landmarks", "landmarks.h5"},
                         {"vocabulary", "vocabulary.h5"}},

@@ -11,6 +11,8 @@
 namespace nightmap {
 namespace {
 
+using Path = std::filesystem::path;
+
 constexpr std::size_t kMaxNames = 5;
 
 std::string FewNames(const std::vector<const QueryResult*>& queries) {
@@ -30,12 +32,21 @@ std::vector<const QueryResult*> Select(const std::vector<QueryResult>& queries,
   return selected;
 }
 
+// What of a path is the same from whatever folder it is given: all after the leading `..`.
+std::string Tail(const std::string& name) {
+  Path tail;
+  for (const Path& part : Path(name).lexically_normal().relative_path()) {
+    if (!tail.empty() || part != "..") tail /= part;
+  }
+  return tail.generic_string();
+}
+
 std::vector<const QueryResult*> Matching(const std::vector<QueryResult>& queries,
                                          const std::string& name) {
-  using Path = std::filesystem::path;
+  const std::string tail = "/" + Tail(name);
   const std::array<std::function<bool(const std::string&)>, 3> rules = {
       [&](const std::string& path) { return path == name; },
-      [&](const std::string& path) { return Path(path).filename() == name; },
+      [&](const std::string& path) { return ("/" + path).ends_with(tail); },
       [&](const std::string& path) { return Path(path).stem() == name; }};
   for (const auto& rule : rules) {
     auto selected = Select(queries, rule);

@@ -9,9 +9,10 @@
 
 namespace nightmap {
 
-// The query whose color path, else file name, else stem is `name`. Throws DataError when there is
-// none (naming a few that there are), when several fit, or when it was not located (with its
-// reason).
+// The query whose color path is `name`, or else ends with it (leading `..` of either left out, so
+// that a picture outside the data folder has the name it was given by), or else has it as its stem.
+// Throws DataError when there is none (naming a few that there are), when several fit, or when it
+// was not located (with its reason).
 const QueryResult& FindPicture(const std::vector<QueryResult>& queries, const std::string& name);
 
 }  // namespace nightmap

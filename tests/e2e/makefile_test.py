@@ -138,6 +138,81 @@ class ResolveConfigTest(unittest.TestCase):
         self.write("default/plan.toml", "seed = \n")
         self.assertIn("plan.toml: not valid TOML", self.resolve(code=2).stderr)
 
+    def site(self, folder="config"):
+        return tomllib.loads((self.folder / "maps/office" / folder / "site/office.toml").read_text())
+
+    def picture(self, name):
+        path = self.folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(b"pixels")
+        return path
+
+    def test_query_adds_pictures_to_the_site_for_one_run(self):
+        self.picture("start.jpg")
+        self.picture("data/office/extra/my goal.jpg")
+        self.resolve()
+        self.assertEqual(self.site(), tomllib.loads(SITE))
+        before = (self.folder / "maps/office/config/site/office.toml").stat().st_mtime_ns
+        self.resolve("--query", "start.jpg 'data/office/extra/my goal.jpg'", "--fov-deg", "60")
+        expected = [{"layout": "pictures", "pictures": path, "horizontal_fov_deg": 60.0}
+                    for path in ("../../start.jpg", "extra/my goal.jpg")]
+        self.assertEqual(self.site(), tomllib.loads(SITE) | {"query": expected})
+        self.assertNotEqual((self.folder / "maps/office/config/site/office.toml").stat().st_mtime_ns, before)
+        self.resolve()
+        self.assertEqual(self.site(), tomllib.loads(SITE))
+        self.resolve("--query", "start.jpg", "--camera", "phone", "--preview", "maps/office/.preview")
+        self.assertEqual(self.site(".preview")["query"][0]["camera"], "phone")
+        self.assertEqual(self.site(), tomllib.loads(SITE))
+
+    def test_query_is_found_through_a_data_folder_that_is_a_link(self):
+        picture = self.picture("photos/start.jpg")
+        (self.folder / "disk").mkdir()
+        (self.folder / "data").rename(self.folder / "disk/recordings")
+        (self.folder / "data").symlink_to("disk/recordings")
+        self.resolve("--query", "photos/start.jpg")
+        path = os.path.normpath(os.path.join("office", self.site()["query"][0]["pictures"]))
+        self.assertTrue((self.folder / "data" / path).samefile(picture))
+        self.resolve("--query", str(picture))
+        self.assertFalse(os.path.isabs(self.site()["query"][0]["pictures"]))
+
+    def test_a_changed_picture_of_a_query_is_noticed(self):
+        """And of a recording that synthesize makes nothing else, since it is not there at first."""
+        self.picture("photos/a.jpg")
+        self.picture("photos/b.jpg")
+        (self.folder / "list.txt").write_text("# two\nphotos/a.jpg\n\n")
+        recordings = self.folder / "maps/office/config/recordings"
+        for query in ("photos", "photos/a.jpg", "list.txt"):
+            for synthetic in ([], ["--synthetic"]):
+                arguments = ["--query", query, *synthetic]
+                with self.subTest(arguments):
+                    result = self.resolve(*arguments)
+                    self.assertEqual(result.stdout.split(), ["maps/office/config/recordings"])
+                    before = recordings.read_text()
+                    self.picture("other/c.jpg")
+                    self.resolve(*arguments)
+                    self.assertEqual(recordings.read_text(), before)
+                    with open(self.folder / "photos/a.jpg", "ab") as file:
+                        file.write(b"more")
+                    self.resolve(*arguments)
+                    self.assertNotEqual(recordings.read_text(), before)
+                    before = recordings.read_text()
+                    folder = self.folder / ("" if query == "list.txt" else "photos")
+                    (folder / "cameras.csv").write_text("picture\n")
+                    self.resolve(*arguments)
+                    self.assertNotEqual(recordings.read_text(), before)
+                    (folder / "cameras.csv").unlink()
+
+    def test_mistakes_in_a_query_exit_with_2(self):
+        self.picture("a.jpg")
+        for arguments, message in [(["--query", "nowhere.jpg"], "QUERY: nowhere.jpg does not exist"),
+                                   (["--query", "a.jpg", "--fov-deg", "wide"], "give a number of degrees"),
+                                   (["--camera", "phone"], "CAMERA and FOV_DEG are of the pictures of QUERY"),
+                                   (["--query", "'a.jpg"], "quotation")]:
+            with self.subTest(arguments):
+                self.assertIn(message, self.resolve(*arguments, code=2).stderr)
+        self.write("sites/office.toml", SITE + '[query]\nlayout = "pictures"\npictures = "a.jpg"\n')
+        self.assertIn("must be written as [[query]]", self.resolve(code=2).stderr)
+
     def test_imports_little(self):
         """It runs whenever make does. Imports are nearly all of its time, and their number is no matter of load."""
         self.resolve()

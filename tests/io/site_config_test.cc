@@ -85,6 +85,32 @@ TEST(SiteConfig, UnregisteredDepthNeedsItsCamera) {
                         "'depth_fx' needs depth_registered = false");
 }
 
+TEST(SiteConfig, PlainPicturesAreQueriesWithACameraOrTheirOwn) {
+  const auto with = [](const std::string& keys) {
+    return ParseSiteConfig(kSite + std::string("[[query]]\nlayout = \"pictures\"\n") + keys,
+                           "s.toml");
+  };
+  const auto own = with("pictures = \"../photos\"\nhorizontal_fov_deg = 65\n").queries.at(1);
+  EXPECT_EQ(own.pictures, "../photos");
+  EXPECT_EQ(own.camera_idx, kOwnCameras);
+  EXPECT_EQ(own.horizontal_fov_deg, 65);
+  const auto given = with("pictures = \"a.jpg\"\ncamera = \"color\"\nground_truth = \"t\"\n");
+  EXPECT_EQ(given.queries.at(1).camera_idx, 0);
+  const auto expect = [&](const std::string& keys, const std::string& why) {
+    NIGHTMAP_EXPECT_ERROR(UsageError, with(keys), why);
+  };
+  expect("", "s.toml:30: 'pictures' is missing");
+  expect("pictures = \"/photos\"\n", "s.toml:30: pictures = \"/photos\" must be relative");
+  expect("pictures = \"a\"\nfov_deg = 60\n", "s.toml:33: unknown key 'fov_deg'");
+  expect("pictures = \"a\"\nhorizontal_fov_deg = 0\n", "s.toml:33: horizontal_fov_deg = 0");
+  expect("pictures = \"a\"\nhorizontal_fov_deg = nan\n", "s.toml:33: horizontal_fov_deg = nan");
+  expect("pictures = \"a\"\nhorizontal_fov_deg = 60\ncamera = \"color\"\n", "known from `camera`");
+  expect("pictures = \"a\"\nfolder = \"b\"\n", "'folder' does not go with layout = \"pictures\"");
+  expect("pictures = \"a\"\ntime_offset_s = 1\n", "'time_offset_s' does not go with");
+  expect("pictures = \"a\"\nvideo = \"b\"\n", "'video' needs layout = \"video\"");
+  expect("pictures = \"a\"\ncamera = \"gray\"\n", "no [[camera]] has id \"gray\"");
+}
+
 TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
   const auto expect = [](const std::string& from, const std::string& to, const std::string& why) {
     NIGHTMAP_EXPECT_ERROR(UsageError, ParseSiteConfig(Replaced(from, to), "s.toml"), why);
@@ -119,6 +145,11 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
       "camera = \"color\"", "camera = \"gray\"", "no [[camera]] has id \"gray\"; there are: color");
   expect("video = \"clip.avi\"\n", "", "'video' is missing");
   expect("frame_rate_hz = 15", "video = \"a.avi\"", "'video' needs layout = \"video\"");
+  expect("frame_rate_hz = 15", "pictures = \"a\"", "'pictures' needs layout = \"pictures\"");
+  expect("camera = \"color\"\n", "", "s.toml:13: 'camera' is missing");
+  expect("layout = \"tum\"\nfolder = \"one\"",
+         "layout = \"pictures\"\npictures = \"one\"",
+         "s.toml:13: layout = \"pictures\" has no depth to map: make it a [[query]]");
   expect("hold_out_every = 5", "hold_out_every = 1", "would leave nothing to map");
   expect("hold_out_every = 5", "hold_out_every = -1", "s.toml:2: hold_out_every = -1");
   expect("hold_out_every = 5", "hold_out_every = ", "s.toml:2: not valid TOML");

@@ -155,9 +155,15 @@ TEST(Plan, SameAtAnyNumberOfThreads) {
   EXPECT_EQ(PathToCsv(Plan(options, inputs, 1)), PathToCsv(Plan(options, inputs, 4)));
 }
 
-TEST(Plan, PicturesAreFoundByPathFileNameOrStem) {
-  const PlanInputs inputs = RoomsWithPictures();
-  for (const char* name : {"site/color/a.png", "a.png"}) {
+TEST(Plan, PicturesAreFoundByPathItsEndOrStem) {
+  PlanInputs inputs = RoomsWithPictures();
+  inputs.queries[1].color_path = "../../site/color/a.png";
+  for (const char* name : {"../../site/color/a.png",
+                           "site/color/a.png",
+                           "/site/color/a.png",
+                           "../site/color/./a.png",
+                           "color/a.png",
+                           "a.png"}) {
     const PlanResult result = Plan(Between(std::string("picture:") + name, "picture:b"), inputs);
     EXPECT_EQ(result.start.point_in_map, Eigen::Vector2d(1.25, 2.45)) << name;
     EXPECT_EQ(result.goal.point_in_map, Eigen::Vector2d(2.15, 2.45)) << name;
@@ -262,6 +268,8 @@ TEST(PlanErrors, UnusablePictures) {
   const auto error = [&](const std::string& name) {
     return ErrorOf<DataError>(Between("picture:" + name, "picture:b"), inputs);
   };
+  EXPECT_THAT(error("or/a.png"), HasSubstr("not among"));  // not the name of its folder
+  EXPECT_THAT(error(".."), HasSubstr("not among"));
   EXPECT_THAT(error("missing"), AllOf(HasSubstr("'missing'"), HasSubstr("site/color/a.png")));
   EXPECT_THAT(error("a"), AllOf(HasSubstr("fits 2"), HasSubstr("other/a.jpg")));
   PlanInputs once = inputs;
