@@ -116,7 +116,9 @@ $(call whole,grid,        octree=octree/map.ot, \
 $(call whole,landmarks,   frames=frames/shard_*.csv cameras=frames/cameras.json features=features/shard_*.h5 \
                           vocabulary=vocabulary/vocabulary.h5 trajectory=pose_graph/trajectory.tum \
                           keyframes=pose_graph/keyframes.tum, \
-                          landmarks=landmarks.h5)
+                          landmarks=landmarks.h5 \
+                          $(foreach f,cameras images points3D,$f.txt=colmap/$f.txt $f.bin=colmap/$f.bin) \
+                          database=colmap/database.db)
 $(call whole,localize,    queries=frames/queries.csv cameras=frames/cameras.json data landmarks=landmarks/landmarks.h5 \
                           vocabulary=vocabulary/vocabulary.h5, \
                           queries=queries.csv trajectory=queries.tum)
