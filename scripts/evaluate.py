@@ -20,23 +20,19 @@ from nightmap_eval.grid import compare_with_plan, read_grid
 from nightmap_eval.loops import loop_counts, loop_metrics, read_loops, read_relative_poses
 from nightmap_eval.metrics import query_summary, trajectory_metrics
 from nightmap_eval.ply import read_ply
+from nightmap_eval.queries import read_located
 from nightmap_eval.query_errors import PROTOCOLS
 from nightmap_eval.site import (
     Frames,
     bridged_frames,
     frames_apart,
     num_unusable_frames,
-    read_csv,
     read_toml,
-    to_ints,
     to_json,
     write_atomic,
 )
 from nightmap_eval.surfaces import cloud_metrics
-from nightmap_eval.trajectory import associate, make_trajectory, path_length_m, read_tum
-
-QUERY_COLUMNS = ("query_idx", "time_ns", "color_path", "status", "reason")
-POSE_COLUMNS = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw")
+from nightmap_eval.trajectory import associate, path_length_m, read_tum
 
 
 def parse_arguments():
@@ -99,22 +95,6 @@ def evaluate_trajectory(frames, matched, truth):
     row_of_time = {int(t): row for row, t in enumerate(frames.times_ns)}
     rows = [row_of_time[int(t)] for t in matched.times_ns]
     return trajectory_metrics(matched, truth, frames.frame_idxs[rows], frames.sequence_idxs[rows])
-
-
-def read_located(path):
-    """Rows of localize/queries.csv, and the located ones as a trajectory (map_from_camera)."""
-    rows = read_csv(path, QUERY_COLUMNS + POSE_COLUMNS)
-    times_ns, poses = to_ints(rows, "time_ns", path), []
-    for row, time_ns in zip(rows, times_ns):
-        if row["status"] not in ("located", "failed"):
-            raise DataError(f"{path}: query {row['query_idx']}: unknown status {row['status']}")
-        if row["status"] == "located":
-            try:
-                values = [float(row[name]) for name in POSE_COLUMNS]
-            except ValueError as error:
-                raise DataError(f"{path}: query {row['query_idx']}: {error}") from None
-            poses.append((int(time_ns), values[:3], values[3:]))
-    return rows, times_ns, make_trajectory(poses, path)
 
 
 def query_rows(rows, times_ns, errors):
