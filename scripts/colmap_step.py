@@ -18,6 +18,8 @@ Exit codes: 0 written; 1 COLMAP is not installed, or missing data; 2 wrong comma
 
 import argparse
 import shutil
+import signal
+import sys
 from pathlib import Path
 
 from nightmap_eval.colmap_files import camera_parameters, forget_pairs_among, read_model, write_posed_images
@@ -27,8 +29,9 @@ from nightmap_eval.site import Frames, read_csv, read_json
 from nightmap_eval.trajectory import read_tum
 
 MAX_EXHAUSTIVE = 100
-FIXED_MAPPER = {f"Mapper__ba_refine_{name}": 0 for name in ("focal_length", "principal_point", "extra_params")}
-FIXED_ADJUSTER = {f"BundleAdjustment__refine_{name}": 0 for name in ("focal_length", "principal_point", "extra_params")}
+INTRINSICS = ("focal_length", "principal_point", "extra_params")
+FIXED_MAPPER = {f"Mapper__ba_refine_{name}": 0 for name in INTRINSICS}
+FIXED_ADJUSTER = {f"BundleAdjustment__refine_{name}": 0 for name in INTRINSICS}
 
 
 class Work:
@@ -186,6 +189,7 @@ def parse_arguments():
 
 def main():
     arguments = parse_arguments()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # through the clean-up that ends COLMAP
     work = Work(arguments)
     try:
         figures = STEPS[arguments.step](work) or {}

@@ -68,13 +68,16 @@ class Step:
         with subprocess.Popen(
             line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", env=environment
         ) as process:
-            for text in process.stdout:
-                log.write(text)
-                last = text.strip() or last
-                if PROGRESS.search(text) and time.monotonic() - shown_s > SHOW_EVERY_S:
-                    print(f"  {text.strip()}", flush=True)
-                    shown_s = time.monotonic()
-            return process.wait(), last
+            try:
+                for text in process.stdout:
+                    log.write(text)
+                    last = text.strip() or last
+                    if PROGRESS.search(text) and time.monotonic() - shown_s > SHOW_EVERY_S:
+                        print(f"  {text.strip()}", flush=True)
+                        shown_s = time.monotonic()
+                return process.wait(), last
+            finally:
+                process.kill()  # when this script is told to end, so must COLMAP; else it has ended already
 
     def finish(self, failed=None, **figures):
         """Puts the folder in place."""

@@ -16,7 +16,8 @@ from workspace import SITE, Workspace
 
 
 def colmap(*arguments):
-    result = subprocess.run(["colmap", *map(str, arguments)], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    result = subprocess.run(["colmap", *map(str, arguments)], text=True, stdout=subprocess.PIPE,
+                            stderr=subprocess.STDOUT)
     if result.returncode != 0:
         raise AssertionError(f"colmap {arguments[0]} failed:\n{result.stdout[-3000:]}")
     return result.stdout

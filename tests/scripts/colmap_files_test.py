@@ -49,7 +49,8 @@ class ColmapFilesTest(unittest.TestCase):
                 read_model(self.root / "0")
 
     def test_camera_models_and_the_half_pixel(self):
-        camera = dict(zip(("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"), (500, 501, 9.5, 7.5, 0, 0, 0, 0, 0)))
+        camera = {"fx": 500, "fy": 501, "cx": 9.5, "cy": 7.5}
+        camera |= dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0)
         self.assertEqual(camera_parameters(camera), ("PINHOLE", [500, 501, 10, 8]))
         model, parameters = camera_parameters(camera | {"k3": 0.5})
         self.assertEqual((model, parameters[4:]), ("FULL_OPENCV", [0, 0, 0, 0, 0.5, 0, 0, 0]))
@@ -66,7 +67,8 @@ class ColmapFilesTest(unittest.TestCase):
         w, x, y, z, *translation = map(float, words[1:8])
         camera_from_map = rotation_matrices([[x, y, z, w]])[0]
         np.testing.assert_allclose(-camera_from_map.T @ translation, walk(5).positions_m[0], atol=1e-12)
-        self.assertEqual((self.root / "posed" / "cameras.txt").read_text(), "1 PINHOLE 640 480 500.0 501.0 320.0 240.0\n")
+        cameras = (self.root / "posed" / "cameras.txt").read_text()
+        self.assertEqual(cameras, "1 PINHOLE 640 480 500.0 501.0 320.0 240.0\n")
         self.assertEqual((self.root / "posed" / "points3D.txt").read_text(), "")
 
     def test_forgets_pairs_of_queries_only(self):

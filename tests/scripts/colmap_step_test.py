@@ -30,7 +30,8 @@ class ColmapStepTest(unittest.TestCase):
         camera = {"fx": 500, "fy": 500, "cx": 99.5, "cy": 79.5} | dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0)
         (self.site_dir / "frames" / "cameras.json").write_text(json.dumps({"cameras": [{"color": camera}]}))
         header = "frame_idx,time_ns,color_path,depth_path,camera_idx,sequence_idx,content_hash\n"
-        (self.site_dir / "frames" / "queries.csv").write_text(header + "0,5,queries/0.png,,0,0,00\n1,6,queries/1.png,,0,0,00\n")
+        rows = "0,5,queries/0.png,,0,0,00\n1,6,queries/1.png,,0,0,00\n"
+        (self.site_dir / "frames" / "queries.csv").write_text(header + rows)
 
     def run_step(self, step, commands="exit 0", path=None):
         bin_dir = self.root / "bin"
@@ -50,7 +51,8 @@ class ColmapStepTest(unittest.TestCase):
 
     def test_features_are_asked_with_known_intrinsics_on_the_cpu(self):
         self.assertEqual(self.run_step("features").returncode, 0)
-        self.assertIn("--ImageReader.camera_model PINHOLE --ImageReader.camera_params 500.0,500.0,100.0,80.0", self.calls())
+        self.assertIn("--ImageReader.camera_model PINHOLE", self.calls())
+        self.assertIn("--ImageReader.camera_params 500.0,500.0,100.0,80.0", self.calls())
         self.assertIn("--SiftExtraction.use_gpu 0", self.calls())
         names = (self.colmap / "features" / "images_0.txt").read_text().split()
         self.assertEqual(len(names), fake_site.NUM_FRAMES)
@@ -62,7 +64,8 @@ class ColmapStepTest(unittest.TestCase):
     def prepare(self, *steps):
         for step in steps:
             fake_colmap.write_receipt(self.colmap / step)
-            fake_colmap.write_database(self.colmap / step / "database.db", ["rgb/0.png", "queries/0.png", "queries/1.png"])
+            names = ["rgb/0.png", "queries/0.png", "queries/1.png"]
+            fake_colmap.write_database(self.colmap / step / "database.db", names)
 
     def test_few_frames_are_matched_exhaustively(self):
         self.prepare("features")
