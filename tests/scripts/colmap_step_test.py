@@ -3,7 +3,10 @@
 
 import json
 import os
+import subprocess
+import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 from unittest import mock
@@ -33,15 +36,21 @@ class ColmapStepTest(unittest.TestCase):
         rows = "0,5,queries/0.png,,0,0,00\n1,6,queries/1.png,,0,0,00\n"
         (self.site_dir / "frames" / "queries.csv").write_text(header + rows)
 
-    def run_step(self, step, commands="exit 0", path=None):
+    def stand_in(self, commands):
+        """The PATH with a COLMAP that runs these commands."""
         bin_dir = self.root / "bin"
         bin_dir.mkdir(exist_ok=True)
         text = STAND_IN.replace("CALLS", str(self.root / "calls")).replace("COMMANDS", commands)
         (bin_dir / "colmap").write_text(text)
         (bin_dir / "colmap").chmod(0o755)
-        arguments = (step, "--site-dir", self.site_dir, "--data", self.root / "data", "--threads", 2)
-        with mock.patch.dict(os.environ, {"PATH": path or f"{bin_dir}:{os.environ['PATH']}"}):
-            return fake_site.run("colmap_step.py", *arguments)
+        return f"{bin_dir}:{os.environ['PATH']}"
+
+    def arguments(self, step):
+        return (step, "--site-dir", self.site_dir, "--data", self.root / "data", "--threads", "2")
+
+    def run_step(self, step, commands="exit 0", path=None):
+        with mock.patch.dict(os.environ, {"PATH": path or self.stand_in(commands)}):
+            return fake_site.run("colmap_step.py", *self.arguments(step))
 
     def receipt(self, step):
         return json.loads((self.colmap / step / "receipt.json").read_text())
@@ -127,6 +136,21 @@ class ColmapStepTest(unittest.TestCase):
         commands = [line.split()[0] for line in self.calls().splitlines()]
         self.assertEqual(commands, ["image_registrator", "bundle_adjuster"] * 2)
         self.assertIn("--BundleAdjustment.refine_focal_length 0", self.calls())
+
+    def test_colmap_ends_with_the_step(self):
+        self.prepare("matches")
+        environment = os.environ | {"PATH": self.stand_in(f"echo $$ > {self.root}/pid; echo up; exec sleep 600")}
+        command = [sys.executable, fake_site.SCRIPTS / "colmap_step.py", *self.arguments("mapper")]
+        step = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+        while not (self.root / "pid").exists() or not (self.root / "pid").read_text():
+            self.assertIsNone(step.poll())
+            time.sleep(0.05)
+        step.terminate()
+        step.communicate()
+        self.assertNotEqual(step.returncode, 0)
+        with self.assertRaises(ProcessLookupError):
+            os.kill(int((self.root / "pid").read_text()), 0)
+        self.assertFalse((self.colmap / "mapper").exists())
 
     def test_without_colmap_it_says_what_to_do(self):
         result = self.run_step("features", path="/nonexistent")
