@@ -68,7 +68,10 @@ class Site:
         failed = read_receipt(folder)["failed"]
         if failed:
             return Located(name, failed=failed)
-        return locate_by_models(name, folder / "models", self.map_times, self.query_times, self.trajectory)
+        mapped = self.colmap / variant / "models"
+        return locate_by_models(
+            name, mapped, folder / "models", self.map_times, self.query_times, self.trajectory
+        )
 
 
 def compare(method, references):

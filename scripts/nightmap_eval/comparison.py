@@ -99,13 +99,17 @@ def fit_to_map(model_frames, metric_map):
     return similarity, figures
 
 
-def locate_by_models(name, folder, map_times, query_times, metric_map):
-    """Queries that COLMAP registered in the models of a folder; map_times and query_times give the time
-    of an image. A query counts in the model that fits and in which it sees most points."""
+def locate_by_models(name, map_folder, folder, map_times, query_times, metric_map):
+    """Queries that COLMAP registered in its models; map_times and query_times give the time of an image.
+
+    map_folder has the models as they were mapped, folder the same with the queries. Registration tries
+    map images of other models too: only those that were mapped are map frames. A query counts in the
+    model that fits and in which it sees most points."""
     located, best = Located(name), {}
     for path in sorted(folder.iterdir(), key=lambda path: int(path.name)):
-        model = read_model(path)
-        frames, queries = (model_trajectory(model, times) for times in (map_times, query_times))
+        model, mapped = read_model(path), set(read_model(map_folder / path.name).names)
+        times_of_mapped = {image: t for image, t in map_times.items() if image in mapped}
+        frames, queries = (model_trajectory(model, times) for times in (times_of_mapped, query_times))
         similarity, fit = fit_to_map(frames, metric_map)
         located.models.append(fit | {"model": path.name, "num_queries": len(queries),
                                      "num_points": model.num_points, "size_bytes": model.size_bytes})  # fmt: skip

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/landmarks/colmap_export.h"
 
+#include <utility>
+
 namespace nightmap {
 namespace {
 
@@ -23,15 +25,22 @@ ColmapImage MakeImage(const LandmarksInput& input,
   return image;
 }
 
-// Adds to the track of `point` what the image sees of it.
-void Observe(const Camera& camera, int image_idx, int keypoint, int point_idx, ColmapModel* model) {
-  ColmapImage& image = model->images[static_cast<std::size_t>(image_idx)];
-  ColmapPoint& point = model->points[static_cast<std::size_t>(point_idx)];
-  const auto pixel = camera.Project(image.camera_from_map * point.position_in_map);
-  if (!pixel) return;
-  point.error_px += (*pixel - image.keypoints_px[static_cast<std::size_t>(keypoint)]).norm();
-  point.track.push_back({image_idx, keypoint});
-  image.keypoint_points[static_cast<std::size_t>(keypoint)] = point_idx;
+// The landmark with what the keyframes see of it.
+ColmapPoint MakePoint(const LandmarkMap& map, std::size_t landmark, const ColmapModel& model) {
+  ColmapPoint point;
+  point.position_in_map = map.positions_in_map[landmark];
+  for (std::size_t i = 0; i < map.landmark_keyframes[landmark].size(); ++i) {
+    const ColmapObservation seen{map.landmark_keyframes[landmark][i],
+                                 map.landmark_features[landmark][i]};
+    const ColmapImage& image = model.images[static_cast<std::size_t>(seen.image_idx)];
+    const Camera& camera = model.cameras[static_cast<std::size_t>(image.camera_idx)];
+    const auto pixel = camera.Project(image.camera_from_map * point.position_in_map);
+    if (!pixel) continue;
+    point.error_px += (*pixel - image.keypoints_px[static_cast<std::size_t>(seen.keypoint)]).norm();
+    point.track.push_back(seen);
+  }
+  if (!point.track.empty()) point.error_px /= static_cast<double>(point.track.size());
+  return point;
 }
 
 }  // namespace
@@ -42,17 +51,15 @@ ColmapModel MakeColmapModel(const LandmarksInput& input, const LandmarkMap& map)
   for (const MapKeyframe& keyframe : map.keyframes) {
     model.images.push_back(MakeImage(input, map.kind, keyframe));
   }
-  for (int i = 0; i < map.NumLandmarks(); ++i) {
-    const auto landmark = static_cast<std::size_t>(i);
-    model.points.push_back({map.positions_in_map[landmark], 0, {}});
-    for (std::size_t k = 0; k < map.landmark_keyframes[landmark].size(); ++k) {
-      const int image_idx = map.landmark_keyframes[landmark][k];
-      const int camera_idx = model.images[static_cast<std::size_t>(image_idx)].camera_idx;
-      const Camera& camera = model.cameras[static_cast<std::size_t>(camera_idx)];
-      Observe(camera, image_idx, map.landmark_features[landmark][k], i, &model);
+  for (std::size_t i = 0; i < map.positions_in_map.size(); ++i) {
+    ColmapPoint point = MakePoint(map, i, model);
+    if (point.track.size() < 2) continue;
+    for (const ColmapObservation& seen : point.track) {
+      model.images[static_cast<std::size_t>(seen.image_idx)]
+          .keypoint_points[static_cast<std::size_t>(seen.keypoint)] =
+          static_cast<int>(model.points.size());
     }
-    ColmapPoint& point = model.points.back();
-    if (!point.track.empty()) point.error_px /= static_cast<double>(point.track.size());
+    model.points.push_back(std::move(point));
   }
   return model;
 }

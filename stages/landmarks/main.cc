@@ -53,6 +53,7 @@ int main(int argc, char** argv) {
         context.Report()["num_landmarks"] = map.NumLandmarks();
         context.Report()["num_descriptors"] = map.NumDescriptors();
         context.Report()["num_observations"] = num_observations;
+        context.Report()["num_colmap_points"] = model.points.size();
         context.Report()["mean_reprojection_error_px"] = model.MeanReprojectionError_px();
       });
 }

@@ -76,9 +76,9 @@ class ColmapTest(unittest.TestCase):
         for suffix in ("txt", "bin"):
             with self.subTest(suffix):
                 output = colmap("model_analyzer", "--path", self.copy_model(suffix))
-                for title, key in (("Points", "num_landmarks"), ("Registered images", "num_observers"),
-                                   ("Observations", "num_observations")):
+                for title, key in (("Points", "num_colmap_points"), ("Registered images", "num_observers")):
                     self.assertEqual(int(re.search(rf"^{title}: (\d+)", output, re.M).group(1)), self.report[key])
+                self.assertLessEqual(self.report["num_colmap_points"], self.report["num_landmarks"])
                 error_px = float(re.search(r"Mean reprojection error: ([\d.]+)px", output).group(1))
                 self.assertAlmostEqual(error_px, self.report["mean_reprojection_error_px"], places=5)
 

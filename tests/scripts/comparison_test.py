@@ -48,10 +48,12 @@ class ModelsTest(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        self.models = Path(folder.name) / "models"
+        self.models, self.mapped = Path(folder.name) / "models", None
 
     def locate(self):
-        return locate_by_models("colmap_mapper", self.models, MAP_TIMES, QUERY_TIMES, walk())
+        return locate_by_models(
+            "colmap_mapper", self.mapped or self.models, self.models, MAP_TIMES, QUERY_TIMES, walk()
+        )
 
     def test_a_model_is_put_on_the_metric_map_by_its_map_cameras(self):
         write_model(self.models / "0", range(40))
@@ -98,6 +100,14 @@ class ModelsTest(unittest.TestCase):
         self.assertEqual(counts[1], QUERIES.times_ns[4:].tolist())
         self.assertEqual(len(located.merged().queries), 10)
         self.assertEqual(len(located.merged().map_frames), 40)
+
+    def test_map_images_that_were_registered_with_the_queries_are_no_map_frames(self):
+        self.mapped = self.models.with_name("mapped")
+        write_model(self.mapped / "0", range(30), queries=[])
+        write_model(self.models / "0", range(40))
+        located = self.locate()
+        self.assertEqual(located.models[0]["num_map_frames"], 30)
+        self.assertEqual(len(located.parts[0].map_frames), 30)
 
     def test_models_are_taken_in_order_of_number(self):
         for name in ("10", "2"):

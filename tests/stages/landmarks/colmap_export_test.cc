@@ -56,43 +56,61 @@ TEST_F(ColmapExportTest, FitsThePicturesAsTheyAre) {
 TEST_F(ColmapExportTest, TracksAndKeypointsNameEachOther) {
   const LandmarkMap map = Map();
   const ColmapModel model = MakeColmapModel(Input(), map);
-  ASSERT_EQ(static_cast<int>(model.points.size()), map.NumLandmarks());
+  std::size_t point = 0;
   std::size_t num_observations = 0;
-  for (std::size_t i = 0; i < model.points.size(); ++i) {
-    EXPECT_EQ(model.points[i].track.size(), map.landmark_keyframes[i].size());
-    for (const ColmapObservation& seen : model.points[i].track) {
+  for (std::size_t i = 0; i < map.landmark_keyframes.size(); ++i) {
+    const std::size_t num_seen = map.landmark_keyframes[i].size();
+    if (num_seen < 2) continue;  // no point of COLMAP's
+    ASSERT_LT(point, model.points.size());
+    EXPECT_EQ(model.points[point].position_in_map, map.positions_in_map[i]);
+    EXPECT_EQ(model.points[point].track.size(), num_seen);
+    for (const ColmapObservation& seen : model.points[point].track) {
       const ColmapImage& image = model.images[static_cast<std::size_t>(seen.image_idx)];
-      EXPECT_EQ(image.keypoint_points[static_cast<std::size_t>(seen.keypoint)],
-                static_cast<int>(i));
-      ++num_observations;
+      const auto keypoint = static_cast<std::size_t>(seen.keypoint);
+      EXPECT_EQ(image.keypoint_points[keypoint], static_cast<int>(point));
     }
+    num_observations += num_seen;
+    ++point;
   }
+  EXPECT_EQ(point, model.points.size());
+  EXPECT_LT(point, map.landmark_keyframes.size());
   std::size_t num_pointing = 0;
   for (const ColmapImage& image : model.images) {
-    for (const int point : image.keypoint_points) num_pointing += point >= 0 ? 1 : 0;
+    for (const int named : image.keypoint_points) num_pointing += named >= 0 ? 1 : 0;
   }
   EXPECT_EQ(num_pointing, num_observations);
 }
 
-TEST_F(ColmapExportTest, TheErrorIsTakenInThePicture) {
-  LandmarkMap map = Map();
-  const ColmapModel before = MakeColmapModel(Input(), map);
-  // One observation of the first landmark is moved by 3 px.
-  const auto frame = static_cast<std::size_t>(
-      map.keyframes[static_cast<std::size_t>(map.landmark_keyframes[0][0])].frame_idx);
-  const auto feature = static_cast<std::size_t>(map.landmark_features[0][0]);
-  scene_.features.frames[frame].raw_keypoints_px[feature].x() += 3;
-  const ColmapModel after = MakeColmapModel(Input(), map);
-  const auto num_seen = static_cast<double>(map.landmark_keyframes[0].size());
-  EXPECT_NEAR(after.points[0].error_px, before.points[0].error_px + 3 / num_seen, 0.1 / num_seen);
+// A landmark that several keyframes see.
+std::size_t FirstSeenOften(const LandmarkMap& map) {
+  std::size_t i = 0;
+  while (map.landmark_keyframes.at(i).size() < 3) ++i;
+  return i;
 }
 
-TEST_F(ColmapExportTest, WhatCannotBeSeenIsNoObservation) {
+// Sum of the points' errors.
+double TotalError_px(const ColmapModel& model) {
+  return model.MeanReprojectionError_px() * static_cast<double>(model.points.size());
+}
+
+TEST_F(ColmapExportTest, TheErrorIsTakenInThePicture) {
+  const LandmarkMap map = Map();
+  const std::size_t landmark = FirstSeenOften(map);
+  const double before_px = TotalError_px(MakeColmapModel(Input(), map));
+  const auto keyframe = static_cast<std::size_t>(map.landmark_keyframes[landmark][0]);
+  const auto frame = static_cast<std::size_t>(map.keyframes[keyframe].frame_idx);
+  const auto feature = static_cast<std::size_t>(map.landmark_features[landmark][0]);
+  scene_.features.frames[frame].raw_keypoints_px[feature].x() += 3;
+  const double after_px = TotalError_px(MakeColmapModel(Input(), map));
+  const auto num_seen = static_cast<double>(map.landmark_keyframes[landmark].size());
+  EXPECT_NEAR(after_px - before_px, 3 / num_seen, 0.1 / num_seen);
+}
+
+TEST_F(ColmapExportTest, WhatCannotBeSeenIsNoPoint) {
   LandmarkMap map = Map();
-  map.positions_in_map[0].z() = -100;  // behind every camera
-  const ColmapModel model = MakeColmapModel(Input(), map);
-  EXPECT_TRUE(model.points[0].track.empty());
-  EXPECT_EQ(model.points[0].error_px, 0);
+  const std::size_t num_points = MakeColmapModel(Input(), map).points.size();
+  map.positions_in_map[FirstSeenOften(map)].z() = -100;  // behind every camera
+  EXPECT_EQ(MakeColmapModel(Input(), map).points.size(), num_points - 1);
 }
 
 TEST_F(ColmapExportTest, OnlyRootSiftGivesDescriptors) {
