@@ -31,7 +31,10 @@ def require_colmap():
     if not shutil.which("colmap"):
         raise DataError("colmap is not installed; run `make deps` (Debian package colmap)")
     text = subprocess.run(["colmap", "help"], capture_output=True, text=True, check=False).stdout
-    return text.split("(")[0].splitlines()[0].strip()
+    found = re.search(r"COLMAP [\w.]+", text)
+    if not found:
+        raise DataError("`colmap help` does not tell a version; is another program of that name installed?")
+    return found.group(0)
 
 
 class Step:

@@ -66,7 +66,7 @@ class ColmapStepTest(unittest.TestCase):
         names = (self.colmap / "features" / "images_0.txt").read_text().split()
         self.assertEqual(len(names), fake_site.NUM_FRAMES)
         receipt = self.receipt("features")
-        self.assertEqual((receipt["failed"], receipt["colmap"]), (None, "COLMAP 3.8 -- of tests"))
+        self.assertEqual((receipt["failed"], receipt["colmap"]), (None, "COLMAP 3.8"))
         self.assertEqual([part["name"] for part in receipt["parts"]], ["feature_extractor"])
         self.assertIn("Processed file", (self.colmap / "features" / "colmap.log").read_text())
 
