@@ -11,7 +11,8 @@
   register_mapper, register_triangulate
                 queries put into these maps, then bundle adjustment, as COLMAP's documentation recommends
 
-COLMAP's defaults, but on the CPU, and with the intrinsics known and never refined. COLMAP failing is a
+COLMAP's defaults, but on the CPU, with the intrinsics known and never refined, and 30 retrieved images.
+COLMAP failing is a
 result, kept in the step's receipt; the variants that depend on it are reported as failed.
 Exit codes: 0 written; 1 COLMAP is not installed, or missing data; 2 wrong command line.
 """
@@ -29,6 +30,9 @@ from nightmap_eval.site import Frames, read_csv, read_json
 from nightmap_eval.trajectory import read_tum
 
 MAX_EXHAUSTIVE = 100
+# Images that the vocabulary tree retrieves for each. COLMAP's default is 100, which on a CPU makes matching
+# take hours for a few hundred frames.
+NUM_RETRIEVED = 30
 INTRINSICS = ("focal_length", "principal_point", "extra_params")
 FIXED_MAPPER = {f"Mapper__ba_refine_{name}": 0 for name in INTRINSICS}
 FIXED_ADJUSTER = {f"BundleAdjustment__refine_{name}": 0 for name in INTRINSICS}
@@ -79,6 +83,13 @@ class Work:
                 SiftExtraction__use_gpu=0, SiftExtraction__num_threads=self.step.threads,
             )  # fmt: skip
 
+    def retrieve(self, database, tree, **options):
+        """Matches each image, or those listed, with the most similar ones by the vocabulary tree."""
+        self.step.colmap(
+            "vocab_tree_matcher", database_path=database, VocabTreeMatching__vocab_tree_path=tree,
+            VocabTreeMatching__num_images=NUM_RETRIEVED, **options, **self.matching,
+        )  # fmt: skip
+
 
 def features(work):
     frames = Frames(work.site_dir)
@@ -94,10 +105,8 @@ def matches(work):
     tree = work.step.folder / "vocabulary.bin"
     work.step.colmap("sequential_matcher", database_path=database, **work.matching)
     work.step.colmap("vocab_tree_builder", database_path=database, vocab_tree_path=tree)
-    work.step.colmap(
-        "vocab_tree_matcher", database_path=database, VocabTreeMatching__vocab_tree_path=tree, **work.matching
-    )
-    return {"matching": "sequential and vocabulary tree"}
+    work.retrieve(database, tree)
+    return {"matching": f"sequential and vocabulary tree of the map's features, {NUM_RETRIEVED} images retrieved"}
 
 
 def mapper(work):
@@ -139,10 +148,8 @@ def queries(work):
     work.extract(database, rows)
     tree = work.root / "matches" / "vocabulary.bin"
     if tree.exists():
-        work.step.colmap(
-            "vocab_tree_matcher", database_path=database, VocabTreeMatching__vocab_tree_path=tree,
-            VocabTreeMatching__match_list_path=work.write_list("queries.txt", names), **work.matching,
-        )  # fmt: skip
+        names_file = work.write_list("queries.txt", names)
+        work.retrieve(database, tree, VocabTreeMatching__match_list_path=names_file)
     else:
         map_names = [row["color_path"] for row in Frames(work.site_dir).rows]
         pairs = [f"{name} {other}" for name in names for other in map_names]

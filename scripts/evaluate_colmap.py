@@ -31,7 +31,7 @@ BEGIN, END = "<!-- colmap:begin -->", "<!-- colmap:end -->"
 VARIANTS = ("mapper", "triangulate")
 SETTING = (
     "map images: all mapping frames of nightmap",
-    "COLMAP's defaults, on the CPU, intrinsics known and never refined",
+    "COLMAP's defaults but for what is said here; on the CPU; intrinsics known and never refined",
     "matching of the map: {matching}",
     "queries are matched with mapping frames only, registered, then bundle adjustment with the whole map",
     "COLMAP's models are put on nightmap's map by a similarity over their map cameras",
