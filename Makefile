@@ -68,7 +68,7 @@ ifneq ($(and $(filter clean distclean,$(MAKECMDGOALS)),$(word 2,$(MAKECMDGOALS))
 $(error run `make $(filter clean distclean,$(MAKECMDGOALS))` alone)
 endif
 
-.PHONY: FORCE help deps build demo map localize plan evaluate report test test-sanitize bench why verify \
+.PHONY: FORCE help deps build demo map localize plan evaluate evaluate-colmap report test test-sanitize bench why verify \
         clean distclean format format-check lint
 
 # ---- programs -----------------------------------------------------------------------------------
@@ -122,7 +122,9 @@ $(call whole,grid,        octree=octree/map.ot, \
 $(call whole,landmarks,   frames=frames/shard_*.csv cameras=frames/cameras.json features=features/shard_*.h5 \
                           vocabulary=vocabulary/vocabulary.h5 trajectory=pose_graph/trajectory.tum \
                           keyframes=pose_graph/keyframes.tum, \
-                          landmarks=landmarks.h5)
+                          landmarks=landmarks.h5 \
+                          $(foreach f,cameras images points3D,$f.txt=colmap/$f.txt $f.bin=colmap/$f.bin) \
+                          database=colmap/database.db)
 $(call whole,localize,    queries=frames/queries.csv cameras=frames/query_cameras.json data \
                           landmarks=landmarks/landmarks.h5 vocabulary=vocabulary/vocabulary.h5, \
                           queries=queries.csv trajectory=queries.tum)
@@ -131,7 +133,7 @@ $(if $(PLANNING),$(call whole,plan, pgm=grid/map.pgm yaml=grid/map.yaml trajecto
 endef
 
 # Everything below is needed only by goals that make or ask about a site's artifacts.
-CHAIN := $(filter map localize plan evaluate report why $(M)/% $(DATA)/%,$(MAKECMDGOALS))
+CHAIN := $(filter map localize plan evaluate evaluate-colmap report why $(M)/% $(DATA)/%,$(MAKECMDGOALS))
 ifneq ($(CHAIN),)
 
 RESOLVED := $(shell $(PYTHON) -I -S scripts/resolve_config.py --site $(SITES)/$(SITE).toml --data $(DATA) \
@@ -241,7 +243,7 @@ EVALUATION := $(wildcard scripts/evaluate.py scripts/report.py scripts/nightmap_
 $(M)/evaluate/metrics.json: $(RESULTS) $(EVALUATION)
 	@mkdir -p $(@D) $(M)/logs; echo "== evaluate"
 	$(QUIET)$(PYTHON) scripts/evaluate.py --site-dir $(M) --data $(DATA) --out $@ 2>&1 | tee $(M)/logs/evaluate.log
-$(M)/report/index.html: $(M)/evaluate/metrics.json $(EVALUATION)
+$(M)/report/index.html: $(M)/evaluate/metrics.json $(wildcard $(M)/evaluate_colmap/results.json) $(EVALUATION)
 	@mkdir -p $(@D) $(M)/logs; echo "== report"
 	$(QUIET)$(PYTHON) scripts/report.py --site-dir $(M) --data $(DATA) --out $@ 2>&1 | tee $(M)/logs/report.log
 RULES += raw_inputs:$(F)/shards.mk:$(call list,$(RAW_INPUTS)) \
@@ -251,6 +253,38 @@ evaluate: $(BUILD)/programs.mk $(M)/evaluate/metrics.json ## accuracy against th
 	@$(call say,metrics: $(M)/evaluate/metrics.json)
 report: $(BUILD)/programs.mk $(M)/report/index.html ## one page: pictures, time and memory of each stage, accuracy
 	@$(call say,report: $(M)/report/index.html)
+
+# The comparison with COLMAP takes long and is made only when asked for; the report shows the one that is
+# there. Each step of COLMAP's work is an artifact of its own: an interrupted comparison goes on where it was,
+# a changed map repeats only what was made of it. Frames stand for their pixels, as everywhere.
+COMPARING := $(filter evaluate-colmap $(M)/evaluate_colmap/%,$(MAKECMDGOALS))
+C := $(M)/evaluate_colmap
+# colmap_step(step, inputs)
+define colmap_step
+$(C)/$(1)/receipt.json: $(2) scripts/colmap_step.py $(wildcard scripts/nightmap_eval/colmap_*.py)
+	@mkdir -p $(C) $(M)/logs; echo "== colmap_$(1)"
+	$$(QUIET)$$(LAUNCH) $(PYTHON) scripts/colmap_step.py $(1) --site-dir $(M) --data $(DATA) --threads $$(THREADS) \
+	  2>&1 | tee $(M)/logs/colmap_$(1).log
+endef
+ifneq ($(COMPARING),)
+steps = $(foreach s,$(1),$(C)/$s/receipt.json)
+$(eval $(call colmap_step,features,$(SHARDS:%=$(F)/shard_%.csv) $(F)/cameras.json))
+$(eval $(call colmap_step,matches,$(call steps,features)))
+$(eval $(call colmap_step,mapper,$(call steps,matches)))
+$(eval $(call colmap_step,triangulate,$(call steps,matches) $(M)/pose_graph/trajectory.tum))
+$(eval $(call colmap_step,queries,$(call steps,matches) $(F)/queries.csv))
+$(eval $(call colmap_step,register_mapper,$(call steps,mapper queries)))
+$(eval $(call colmap_step,register_triangulate,$(call steps,triangulate queries)))
+$(C)/results.json: $(call steps,register_mapper register_triangulate) $(MADE_localize) $(EVALUATION) scripts/evaluate_colmap.py
+	@echo "== evaluate_colmap"
+	$(QUIET)$(PYTHON) scripts/evaluate_colmap.py --site-dir $(M) --out $@ 2>&1 | tee $(M)/logs/evaluate_colmap.log
+endif
+ifneq ($(HAS_QUERIES),)
+evaluate-colmap: $(BUILD)/programs.mk $(C)/results.json ## queries in COLMAP's map and in this one: accuracy, time, size (slow)
+	@$(call say,comparison: $(C)/results.json)
+else
+evaluate-colmap: localize
+endif
 why: ## what `make report` would rerun now and for what reason; with SET: what that change would rerun
 	@printf '%s\n' $(RULES) | $(PYTHON) scripts/why.py --out $(M)
 endif # CHAIN
@@ -258,7 +292,7 @@ endif # CHAIN
 # ---- commands -----------------------------------------------------------------------------------
 help: ## this page
 	@echo "nightmap: a map of a building from what a robot's RGB-D camera saw. Commands:"; \
-	sed -nE 's/^([a-z-]+):[^#]*## (.*)$$/  make \1 \t\2/p' Makefile | expand -t 22; \
+	sed -nE 's/^([a-z-]+):[^#]*## (.*)$$/  make \1 \t\2/p' Makefile | expand -t 26; \
 	echo; echo "Variables (now):"; \
 	sed -nE 's/^## ([A-Z][A-Z_ ]*) +(.*)$$/  \1 \t\2/p' Makefile | expand -t 14; \
 	echo; echo "  SITE=$(SITE) PROFILE=$(PROFILE) SEED=$(SEED) DATA=$(DATA) MAPS=$(MAPS) THREADS=$(THREADS)"; \

@@ -3,7 +3,8 @@
 """evaluate: measures a site's map and located queries against the truth; writes metrics.json.
 
 Trajectory: ATE after SE(3) and Sim(3) alignment, RPE per frame and per metre. Queries: error in the
-map aligned by its own mapping frames, recall with missing poses counted as failures. Synthetic
+map aligned by its own mapping frames, as a whole (global) and around each query (local), recall with
+missing poses counted as failures. Synthetic
 sites: distance of the cloud to the exact surfaces, and the grid against the exact plan. A site
 without truth gets counts only, and says so.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
@@ -17,24 +18,21 @@ import numpy as np
 from nightmap_eval.errors import DataError, run_main
 from nightmap_eval.grid import compare_with_plan, read_grid
 from nightmap_eval.loops import loop_counts, loop_metrics, read_loops, read_relative_poses
-from nightmap_eval.metrics import absolute_errors, query_summary, trajectory_metrics
+from nightmap_eval.metrics import query_summary, trajectory_metrics
 from nightmap_eval.ply import read_ply
+from nightmap_eval.queries import read_located
+from nightmap_eval.query_errors import PROTOCOLS
 from nightmap_eval.site import (
     Frames,
     bridged_frames,
     frames_apart,
     num_unusable_frames,
-    read_csv,
     read_toml,
-    to_ints,
     to_json,
     write_atomic,
 )
 from nightmap_eval.surfaces import cloud_metrics
-from nightmap_eval.trajectory import associate, make_trajectory, path_length_m, read_tum
-
-QUERY_COLUMNS = ("query_idx", "time_ns", "color_path", "status", "reason")
-POSE_COLUMNS = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw")
+from nightmap_eval.trajectory import associate, path_length_m, read_tum
 
 
 def parse_arguments():
@@ -81,69 +79,69 @@ def evaluate_coverage(frames, estimate, bridged, apart, num_unusable):
     }
 
 
-def evaluate_trajectory(frames, estimate, truth, max_gap_ns):
-    """Metrics of the matched frames, and the rigid truth_from_map."""
+def match_with_truth(estimate, truth, max_gap_ns):
+    """The frames with a true pose and these poses, row by row."""
     pairs = associate(estimate.times_ns, truth.times_ns, max_gap_ns)
     if len(pairs) < 3:
         raise DataError(
             f"{len(pairs)} frames have a true pose within {max_gap_ns / 1e9} s; "
             "check ground_truth and time_offset_s of the site config"
         )
-    matched = estimate.select(pairs[:, 0])
+    return estimate.select(pairs[:, 0]), truth.select(pairs[:, 1])
+
+
+def evaluate_trajectory(frames, matched, truth):
+    """Metrics of the matched frames, and the rigid truth_from_map."""
     row_of_time = {int(t): row for row, t in enumerate(frames.times_ns)}
     rows = [row_of_time[int(t)] for t in matched.times_ns]
-    return trajectory_metrics(
-        matched, truth.select(pairs[:, 1]), frames.frame_idxs[rows], frames.sequence_idxs[rows]
-    )
-
-
-def read_located(path):
-    """Rows of localize/queries.csv, and the located ones as a trajectory (map_from_camera)."""
-    rows = read_csv(path, QUERY_COLUMNS + POSE_COLUMNS)
-    times_ns, poses = to_ints(rows, "time_ns", path), []
-    for row, time_ns in zip(rows, times_ns):
-        if row["status"] not in ("located", "failed"):
-            raise DataError(f"{path}: query {row['query_idx']}: unknown status {row['status']}")
-        if row["status"] == "located":
-            try:
-                values = [float(row[name]) for name in POSE_COLUMNS]
-            except ValueError as error:
-                raise DataError(f"{path}: query {row['query_idx']}: {error}") from None
-            poses.append((int(time_ns), values[:3], values[3:]))
-    return rows, times_ns, make_trajectory(poses, path)
+    return trajectory_metrics(matched, truth, frames.frame_idxs[rows], frames.sequence_idxs[rows])
 
 
 def query_rows(rows, times_ns, errors):
-    """What became of each query; errors maps a time to (translation_m, rotation_deg)."""
+    """What became of each query; errors maps a time to the errors of that query by their names."""
     result = []
     for row, time_ns in zip(rows, times_ns):
         entry = {name: row[name] for name in ("color_path", "status", "reason")}
         entry["query_idx"] = int(row["query_idx"])
-        if int(time_ns) in errors:
-            translation_m, rotation_deg = errors[int(time_ns)]
-            entry["translation_error_cm"] = 100 * translation_m
-            entry["rotation_error_deg"] = rotation_deg
-        result.append(entry)
+        result.append(entry | errors.get(int(time_ns), {}))
     return result
 
 
-def evaluate_queries(path, truth_path, alignment, max_gap_ns):
-    """Counts of the queries and, when their truth is known, their errors."""
+def with_truth(times_ns, truth, max_gap_ns):
+    """Time of each query that has a true pose -> row of that pose."""
+    queried_ns = np.sort(times_ns)
+    pairs = associate(queried_ns, truth.times_ns, max_gap_ns)
+    return dict(zip(queried_ns[pairs[:, 0]].tolist(), pairs[:, 1].tolist()))
+
+
+def query_errors(located, truth, truth_of, map_pair):
+    """Figures by the two protocols, and the errors of each query; see nightmap_eval.query_errors."""
+    matched = located.select([i for i, t in enumerate(located.times_ns.tolist()) if t in truth_of])
+    matched_truth = truth.select([truth_of[t] for t in matched.times_ns.tolist()])
+    figures, errors = {}, {time_ns: {} for time_ns in matched.times_ns.tolist()}
+    for name, protocol in PROTOCOLS.items():
+        translation_m, rotation_deg = protocol(matched, matched_truth, *map_pair)
+        figures[name] = query_summary(translation_m, rotation_deg, len(truth_of))
+        prefix = "" if name == "global" else f"{name}_"
+        for entry, metres, degrees in zip(errors.values(), translation_m, rotation_deg):
+            entry[f"{prefix}translation_error_cm"] = 100 * metres
+            entry[f"{prefix}rotation_error_deg"] = degrees
+    return figures, errors
+
+
+def evaluate_queries(path, truth_path, map_pair, max_gap_ns):
+    """Counts of the queries and, when their truth is known, their errors. The global figures are there
+    under their own names too. map_pair: mapping frames and their true poses, or None."""
     rows, times_ns, located = read_located(path)
     figures = {"num_queries": len(rows), "num_located": len(located)}
     figures["num_failed"] = len(rows) - len(located)
     errors = {}
-    if truth_path.exists() and alignment is not None:
+    if truth_path.exists() and map_pair is not None:
         truth = read_tum(truth_path)
-        queried_ns = np.sort(times_ns)
-        pairs = associate(queried_ns, truth.times_ns, max_gap_ns)
-        truth_of = dict(zip(queried_ns[pairs[:, 0]].tolist(), pairs[:, 1].tolist()))
-        chosen = [i for i, t in enumerate(located.times_ns.tolist()) if t in truth_of]
-        matched = located.select(chosen)
-        matched_truth = truth.select([truth_of[t] for t in matched.times_ns.tolist()])
-        translation_m, rotation_deg = absolute_errors(matched, matched_truth, alignment)
-        figures |= query_summary(translation_m, rotation_deg, len(truth_of))
-        errors = dict(zip(matched.times_ns.tolist(), zip(translation_m, rotation_deg)))
+        by_protocol, errors = query_errors(
+            located, truth, with_truth(times_ns, truth, max_gap_ns), map_pair
+        )
+        figures |= by_protocol["global"] | by_protocol
     figures["rows"] = query_rows(rows, times_ns, errors)
     return figures
 
@@ -203,15 +201,15 @@ def evaluate(arguments):
     if keyframes.exists():
         metrics["coverage"]["num_keyframes"] = len(read_tum(keyframes))
 
-    truth_path, alignment = site_dir / "frames" / "ground_truth.tum", None
+    truth_path, map_pair, alignment = site_dir / "frames" / "ground_truth.tum", None, None
     metrics["has_ground_truth"] = truth_path.exists()
     if truth_path.exists():
-        truth = read_tum(truth_path)
-        metrics["trajectory"], alignment = evaluate_trajectory(frames, estimate, truth, max_gap_ns)
+        map_pair = match_with_truth(estimate, read_tum(truth_path), max_gap_ns)
+        metrics["trajectory"], alignment = evaluate_trajectory(frames, *map_pair)
     queries = site_dir / "localize" / "queries.csv"
     if queries.exists():
         query_truth = site_dir / "frames" / "query_ground_truth.tum"
-        metrics["queries"] = evaluate_queries(queries, query_truth, alignment, max_gap_ns)
+        metrics["queries"] = evaluate_queries(queries, query_truth, map_pair, max_gap_ns)
     if (site_dir / "pose_graph" / "loops.csv").exists():
         metrics["loops"] = evaluate_loops(site_dir, frames, max_gap_ns)
     truth_dir = truth_folder(arguments)

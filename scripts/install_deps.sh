@@ -27,6 +27,8 @@ packages=(
   libopenimageio-dev   # reading and writing pictures
   libembree-dev        # synthetic world: ray casting
   libhdf5-dev          # array artifacts
+  libsqlite3-dev       # COLMAP database
+  colmap               # tests: opens the exported model; make evaluate-colmap
   libtomlplusplus-dev  # configs
   libcli11-dev         # command lines
   libspdlog-dev        # log

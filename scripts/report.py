@@ -3,8 +3,8 @@
 """report: the morning report of a site, one self-contained HTML page.
 
 Says what the run did and how good the map is: trajectory, floor plan with path, queries, accuracy,
-time and memory of each stage, loops, skipped items, configs. Sections whose stage did not run say
-so. Nothing in it comes from the clock.
+the comparison with COLMAP if there is one, time and memory of each stage, loops, skipped items,
+configs. Sections whose stage did not run say so. Nothing in it comes from the clock.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
@@ -13,6 +13,7 @@ from pathlib import Path
 
 from nightmap_eval import html
 from nightmap_eval.errors import DataError, run_main
+from nightmap_eval.report_comparison import comparison_section
 from nightmap_eval.report_map import map_sections
 from nightmap_eval.report_queries import query_section
 from nightmap_eval.report_run import run_sections, summary
@@ -37,6 +38,7 @@ def make_report(site_dir, data):
     sections = [
         *map_sections(site_dir, metrics),
         query_section(site_dir, metrics, data),
+        *filter(None, [comparison_section(site_dir)]),
         *run_sections(site_dir, metrics, stages),
     ]
     return html.page(f"nightmap: {site_dir.resolve().name}", summary(metrics, stages), sections)

@@ -17,10 +17,24 @@ import subprocess
 from pathlib import Path
 
 from nightmap_eval.errors import DataError, run_main
+from nightmap_eval.metrics import RECALL_THRESHOLDS
 from nightmap_eval.site import put_between, read_json
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 BEGIN, END = "<!-- accuracy:begin -->", "<!-- accuracy:end -->"
+
+
+def _query_columns(protocol):
+    """Rows of the errors after one alignment of the whole map, or of the frames around each query."""
+    rows = [(f"{protocol} median (cm)", f"queries.{protocol}.median_translation_error_cm", 1, "{:.1f}"),
+            (f"{protocol} median (deg)", f"queries.{protocol}.median_rotation_error_deg", 1, "{:.2f}"),
+            (f"{protocol} 90 % (cm)", f"queries.{protocol}.p90_translation_error_cm", 1, "{:.1f}")]  # fmt: skip
+    for max_cm, max_deg in RECALL_THRESHOLDS:
+        recall = f"queries.{protocol}.recall_{max_cm}cm_{max_deg}deg_percent"
+        rows.append((f"{protocol} {max_cm} cm, {max_deg} deg (%)", recall, 1, "{:.0f}"))
+    return rows
+
+
 # Title, where it is in metrics.json, factor, format, and of the seeds the median unless it says which.
 COLUMNS = (
     ("frames mapped", "coverage.num_frames_with_pose", 1, "{:.0f}"),
@@ -35,11 +49,8 @@ COLUMNS = (
     ("false loops accepted, worst seed", "loops.num_false_accepted", 1, "{:.0f}", max),
     ("revisits closed, worst seed (%)", "loops.revisits_closed_percent", 1, "{:.0f}", min),
     ("queries", "queries.num_with_truth", 1, "{:.0f}"),
-    ("median (cm)", "queries.median_translation_error_cm", 1, "{:.1f}"),
-    ("median (deg)", "queries.median_rotation_error_deg", 1, "{:.2f}"),
-    ("5 cm, 5 deg (%)", "queries.recall_5cm_5deg_percent", 1, "{:.0f}"),
-    ("10 cm, 5 deg (%)", "queries.recall_10cm_5deg_percent", 1, "{:.0f}"),
-    ("25 cm, 10 deg (%)", "queries.recall_25cm_10deg_percent", 1, "{:.0f}"),
+    ("queries in a wrong place, worst seed", "queries.num_wrong", 1, "{:.0f}", max),
+    *(row for name in ("global", "local") for row in _query_columns(name)),
     ("cloud to surface, median (cm)", "map.cloud.surface_distance_median_m", 100, "{:.2f}"),
     ("90 % (cm)", "map.cloud.surface_distance_p90_m", 100, "{:.2f}"),
     ("seen cells right (%)", "map.grid.seen_right_percent", 1, "{:.1f}"),

@@ -10,7 +10,7 @@ namespace nightmap {
 namespace {
 
 constexpr char kFormat[] = "nightmap.landmarks";
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;  // 2: observations/feature_idx
 constexpr char kUnits[] = "metres, map frame (z up); quaternions x y z w; times in nanoseconds";
 
 void CheckIndices(const Hdf5Reader& reader,
@@ -65,15 +65,26 @@ void WriteObservations(const LandmarkMap& map, Hdf5Writer* writer) {
     keyframes.insert(keyframes.end(), list.begin(), list.end());
     offsets.push_back(static_cast<std::int64_t>(keyframes.size()));
   }
+  std::vector<std::int32_t> features;
+  for (const auto& list : map.landmark_features) {
+    features.insert(features.end(), list.begin(), list.end());
+  }
   writer->WriteList("observations/offsets", offsets);
   writer->WriteList("observations/keyframe_idx", keyframes);
+  writer->WriteList("observations/feature_idx", features);
 }
 
 void ReadObservations(const Hdf5Reader& reader, LandmarkMap* map) {
   constexpr char kOffsets[] = "observations/offsets";
   const auto offsets = reader.ReadList<std::int64_t>(kOffsets);
   const auto keyframes = reader.ReadList<std::int32_t>("observations/keyframe_idx");
+  const auto features = reader.ReadList<std::int32_t>("observations/feature_idx");
   CheckIndices(reader, "observations/keyframe_idx", keyframes, map->keyframes.size());
+  reader.Demand(
+      features.size() == keyframes.size(), "observations/feature_idx", "has another length");
+  for (const std::int32_t feature : features) {
+    reader.Demand(feature >= 0, "observations/feature_idx", "is negative");
+  }
   reader.Demand(offsets.size() == map->positions_in_map.size() + 1, kOffsets, "has another length");
   reader.Demand(offsets[0] == 0 && offsets.back() == static_cast<std::int64_t>(keyframes.size()),
                 kOffsets,
@@ -82,9 +93,12 @@ void ReadObservations(const Hdf5Reader& reader, LandmarkMap* map) {
     reader.Demand(offsets[i] <= offsets[i + 1], kOffsets, "decreases");
   }
   map->landmark_keyframes.resize(map->positions_in_map.size());
+  map->landmark_features.resize(map->positions_in_map.size());
   for (std::size_t i = 0; i < map->landmark_keyframes.size(); ++i) {
     auto& list = map->landmark_keyframes[i];
     list.assign(keyframes.begin() + offsets[i], keyframes.begin() + offsets[i + 1]);
+    map->landmark_features[i].assign(features.begin() + offsets[i],
+                                     features.begin() + offsets[i + 1]);
     for (std::size_t k = 1; k < list.size(); ++k) {
       reader.Demand(list[k - 1] < list[k], "observations/keyframe_idx", "is not ascending");
     }

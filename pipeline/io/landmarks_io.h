@@ -13,6 +13,8 @@
 //   keyframes/map_from_camera       double[k x 7]   tx ty tz (metres) qx qy qz qw
 //   observations/offsets            int64[n + 1]    where each landmark's observations start
 //   observations/keyframe_idx       int32           ascending within a landmark
+//   observations/feature_idx        int32           of the keyframe's features, in the features
+//   artifact
 #pragma once
 
 #include <Eigen/Core>
@@ -43,6 +45,7 @@ struct LandmarkMap {
   std::vector<int> words;  // num_word_levels for each descriptor; the leaf is repeated
   std::vector<MapKeyframe> keyframes;
   std::vector<std::vector<int>> landmark_keyframes;  // keyframes that see each landmark, ascending
+  std::vector<std::vector<int>> landmark_features;   // and which of their features shows it
 
   int NumLandmarks() const { return static_cast<int>(positions_in_map.size()); }
   int NumDescriptors() const { return static_cast<int>(descriptor_landmarks.size()); }

@@ -16,14 +16,14 @@ BLUE, ORANGE, GREEN, RED, GRAY = "#2166ac", "#e08214", "#1b7837", "#b2182b", "#8
 PNG_OPTIONS = {"format": "png", "dpi": 110, "bbox_inches": "tight", "metadata": {"Software": None}}
 
 
-def _to_png(figure):
+def to_png(figure):
     buffer = io.BytesIO()
     figure.savefig(buffer, **PNG_OPTIONS)
     plt.close(figure)
     return buffer.getvalue()
 
 
-def _map_axes(title, size=(7.5, 6.0)):
+def map_axes(title, size=(7.5, 6.0)):
     figure, axes = plt.subplots(figsize=size)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x (m)")
@@ -44,11 +44,11 @@ def draw_trajectory(axes, estimate_m, truth_m=None, loops_m=()):
 
 
 def trajectory_png(estimate_m, truth_m=None, loops_m=()):
-    figure, axes = _map_axes("Trajectory from above (the dot is the first frame)")
+    figure, axes = map_axes("Trajectory from above (the dot is the first frame)")
     draw_trajectory(axes, estimate_m, truth_m, loops_m)
     axes.grid(alpha=0.3)
     axes.legend(fontsize=9)
-    return _to_png(figure)
+    return to_png(figure)
 
 
 def error_png(frame_idxs, errors_m):
@@ -60,7 +60,7 @@ def error_png(frame_idxs, errors_m):
     axes.set_ylabel("error (cm)")
     axes.set_title("Position error of each frame, SE(3) alignment", fontsize=11)
     axes.grid(alpha=0.3)
-    return _to_png(figure)
+    return to_png(figure)
 
 
 def draw_grid(axes, grid):
@@ -86,7 +86,7 @@ def draw_path(axes, path_m):
 
 def grid_png(grid, path_m=None, trajectory_m=None, located_m=None):
     """The occupancy grid with what moved on it. Arguments may be None."""
-    figure, axes = _map_axes("Floor plan: free white, occupied black, not seen gray")
+    figure, axes = map_axes("Floor plan: free white, occupied black, not seen gray")
     axes.set_aspect("equal", adjustable="box")
     draw_grid(axes, grid)
     if trajectory_m is not None:
@@ -97,4 +97,4 @@ def grid_png(grid, path_m=None, trajectory_m=None, located_m=None):
         draw_path(axes, path_m)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1))
-    return _to_png(figure)
+    return to_png(figure)

@@ -10,7 +10,9 @@ import numpy as np
 from nightmap_eval.trajectory import angles_deg, path_length_m, quaternion, umeyama
 
 # Recall thresholds: translation in centimetres, rotation in degrees.
-RECALL_THRESHOLDS = ((5, 5), (10, 5), (25, 10))
+RECALL_THRESHOLDS = ((1, 1), (2, 2), (3, 3), (5, 5), (10, 5), (25, 10))
+# A located query farther off than this was put in a wrong place.
+WRONG_CM = 50
 
 
 def _rmse(values):
@@ -131,12 +133,21 @@ def recall_percent(translation_m, rotation_deg, num_queries, max_cm, max_deg):
     return 100.0 * int(np.count_nonzero(good)) / num_queries
 
 
-def _median_with_failures(values, num_queries):
-    """Median over all queries, a failure being infinitely wrong; None when that is the median."""
+def _median(values):
+    return float(np.median(values))
+
+
+def _p90(values):
+    """The least of the values that 90 % do not exceed."""
+    return float(np.sort(values)[int(np.ceil(0.9 * len(values))) - 1])
+
+
+def _with_failures(statistic, values, num_queries):
+    """The statistic over all queries, a failure being infinitely wrong; None when that is the value."""
     failures = np.full(num_queries - len(values), np.inf)
     padded = np.concatenate([np.asarray(values, dtype=float), failures])
-    median = float(np.median(padded)) if num_queries else np.inf
-    return median if np.isfinite(median) else None
+    value = statistic(padded) if num_queries else np.inf
+    return value if np.isfinite(value) else None
 
 
 def query_summary(translation_m, rotation_deg, num_queries):
@@ -145,12 +156,14 @@ def query_summary(translation_m, rotation_deg, num_queries):
     figures = {
         "num_with_truth": num_queries,
         "num_located_with_truth": len(translation_m),
-        "median_translation_error_cm": _median_with_failures(translation_cm, num_queries),
-        "median_rotation_error_deg": _median_with_failures(rotation_deg, num_queries),
+        "num_wrong": int(np.count_nonzero(translation_cm > WRONG_CM)),
     }
+    for name, statistic in (("median", _median), ("p90", _p90)):
+        for unit, values in (("translation_error_cm", translation_cm), ("rotation_error_deg", rotation_deg)):
+            figures[f"{name}_{unit}"] = _with_failures(statistic, values, num_queries)
     if len(translation_m):
-        figures["located_median_translation_error_cm"] = float(np.median(translation_cm))
-        figures["located_median_rotation_error_deg"] = float(np.median(rotation_deg))
+        figures["located_median_translation_error_cm"] = _median(translation_cm)
+        figures["located_median_rotation_error_deg"] = _median(rotation_deg)
         figures["located_max_translation_error_cm"] = float(np.max(translation_cm))
     for max_cm, max_deg in RECALL_THRESHOLDS:
         figures[f"recall_{max_cm}cm_{max_deg}deg_percent"] = recall_percent(

@@ -6,7 +6,8 @@ import io
 from PIL import Image
 
 from nightmap_eval import html
-from nightmap_eval.metrics import RECALL_THRESHOLDS
+from nightmap_eval.metrics import RECALL_THRESHOLDS, WRONG_CM
+from nightmap_eval.query_errors import PROTOCOLS
 from nightmap_eval.site import read_csv
 
 MAX_PICTURES = 12
@@ -51,16 +52,22 @@ def thumbnail(data, color_path):
 
 
 def _figures(queries):
-    rows = [("Queries", queries["num_queries"]), ("Located", queries["num_located"])]
-    if "num_with_truth" in queries:
-        rows.append(("With truth", queries["num_with_truth"]))
-        rows.append(("Median error (cm), a failure counts as infinite",
-                     html.number(queries["median_translation_error_cm"])))  # fmt: skip
-        rows.append(("Median error (deg)", html.number(queries["median_rotation_error_deg"])))
-        for max_cm, max_deg in RECALL_THRESHOLDS:
-            value = queries[f"recall_{max_cm}cm_{max_deg}deg_percent"]
-            rows.append((f"Within {max_cm} cm and {max_deg} deg (%)", html.number(value)))
-    return html.table(("", ""), rows)
+    counts = html.table(("", ""), [
+        ("Queries", queries["num_queries"]), ("Located", queries["num_located"]),
+        *([("With truth", queries["num_with_truth"])] if "num_with_truth" in queries else []),
+    ])  # fmt: skip
+    return [counts, _error_table(queries)] if "num_with_truth" in queries else [counts]
+
+
+def _error_table(queries):
+    names = [(f"{title} error ({unit}), a failure counts as infinite", f"{key}_{kind}_error_{unit}")
+             for title, key in (("Median", "median"), ("90 %", "p90"))
+             for kind, unit in (("translation", "cm"), ("rotation", "deg"))]  # fmt: skip
+    names += [(f"Within {max_cm} cm and {max_deg} deg (%)", f"recall_{max_cm}cm_{max_deg}deg_percent")
+              for max_cm, max_deg in RECALL_THRESHOLDS]  # fmt: skip
+    names.append((f"Located, but more than {WRONG_CM} cm off", "num_wrong"))
+    rows = [(title, *(html.number(queries[way][key]) for way in PROTOCOLS)) for title, key in names]
+    return html.table(("", "map aligned as a whole", "map aligned around each query"), rows)
 
 
 def _picture_row(row, data):
@@ -76,7 +83,7 @@ def query_section(site_dir, metrics, data):
     rows = query_rows(site_dir, metrics)
     if rows is None:
         return html.section("Queries", html.paragraph("The localize stage did not run.", "note"))
-    parts = [_figures(metrics["queries"])] if "queries" in metrics else []
+    parts = _figures(metrics["queries"]) if "queries" in metrics else []
     head = ("", "picture", "status", "error (cm)", "error (deg)", "reason")
     parts.append(html.table(head, [_picture_row(row, data) for row in choose(rows, MAX_PICTURES)]))
     if len(rows) > MAX_PICTURES:

@@ -2,6 +2,7 @@
 """Readers of the artifacts under maps/<site>/, and the atomic writer of the scripts' outputs."""
 
 import csv
+import hashlib
 import json
 import os
 import re
@@ -137,14 +138,19 @@ def to_json(value):
         raise DataError("a metric is NaN or infinite; nothing was written") from None
 
 
-def write_atomic(path, text):
-    """Writes beside the path, flushes to disk, renames: readers see the old file or the new."""
+def file_hash(path):
+    """SHA-256 of a file, as hex digits."""
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+def write_atomic(path, content):
+    """Writes text or bytes beside the path, flushes to disk, renames: readers see the old or the new."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + ".tmp")
     try:
-        with open(temporary, "w", encoding="utf-8") as file:
-            file.write(text)
+        with open(temporary, "wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, path)

@@ -84,8 +84,10 @@ LandmarkMap Assemble(const LandmarksInput& input,
     map.positions_in_map.push_back(landmark.position_in_map);
     map.position_sigmas_m.push_back(static_cast<float>(landmark.sigma_m));
     auto& keyframes = map.landmark_keyframes.emplace_back();
+    auto& features = map.landmark_features.emplace_back();
     for (const Observation& observation : landmark.observations) {
       keyframes.push_back(observation.observer);
+      features.push_back(observation.feature);
     }
     for (const std::uint8_t* descriptor : landmark.descriptors) {
       map.descriptors.insert(map.descriptors.end(), descriptor, descriptor + size);

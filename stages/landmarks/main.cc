@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // landmarks: reads features and the optimized poses, writes landmarks.h5, the map that pictures are
-// localized against.
+// localized against, and the same map as a COLMAP model and database.
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/vision/vocabulary_io.h"
+#include "stages/landmarks/colmap_export.h"
 #include "stages/landmarks/landmarks.h"
 
 int main(int argc, char** argv) {
@@ -16,7 +17,14 @@ int main(int argc, char** argv) {
                         {"vocabulary", "vocabulary.h5"},
                         {"trajectory", "trajectory.tum of the pose_graph stage"},
                         {"keyframes", "keyframes.tum of the pose_graph stage"}},
-                       {{"landmarks", "landmarks.h5"}}};
+                       {{"landmarks", "landmarks.h5"},
+                        {"cameras.txt", "COLMAP model as text"},
+                        {"images.txt", "of that model"},
+                        {"points3D.txt", "of that model"},
+                        {"cameras.bin", "the same model, binary"},
+                        {"images.bin", "of that model"},
+                        {"points3D.bin", "of that model"},
+                        {"database", "COLMAP database of its images"}}};
   return StageMain(
       argc, argv, spec, LandmarksOptions{}, [](const auto& options, StageContext& context) {
         context.BeginPart("read");
@@ -36,11 +44,16 @@ int main(int argc, char** argv) {
         }
         context.BeginPart("write");
         WriteLandmarks(context.Output("landmarks"), map, context.ConfigToml());
+        const ColmapModel model = MakeColmapModel(input, map);
+        for (const auto& [name, bytes] : ColmapFiles(model)) WriteFile(context.Output(name), bytes);
+        WriteColmapDatabase(context.Output("database"), model);
         std::size_t num_observations = 0;
         for (const auto& keyframes : map.landmark_keyframes) num_observations += keyframes.size();
         context.Report()["num_observers"] = map.keyframes.size();
         context.Report()["num_landmarks"] = map.NumLandmarks();
         context.Report()["num_descriptors"] = map.NumDescriptors();
         context.Report()["num_observations"] = num_observations;
+        context.Report()["num_colmap_points"] = model.points.size();
+        context.Report()["mean_reprojection_error_px"] = model.MeanReprojectionError_px();
       });
 }

@@ -23,6 +23,7 @@ LandmarkMap MakeMap() {
                       {0.1, 0.2, 0.3}};
   map.keyframes = {{0, 1000000001, {}}, {4, 1400000001, turned}};
   map.landmark_keyframes = {{0, 1}, {1}};
+  map.landmark_features = {{7, 0}, {3}};
   return map;
 }
 
@@ -48,6 +49,7 @@ TEST_F(LandmarksIoTest, ReadsWhatItWrote) {
   EXPECT_EQ(read.descriptors, map_.descriptors);
   EXPECT_EQ(read.words, map_.words);
   EXPECT_EQ(read.landmark_keyframes, map_.landmark_keyframes);
+  EXPECT_EQ(read.landmark_features, map_.landmark_features);
   ASSERT_EQ(read.keyframes.size(), 2U);
   EXPECT_EQ(read.keyframes[1].time_ns, 1400000001);
   EXPECT_EQ(read.keyframes[1].map_from_camera.Matrix(), map_.keyframes[1].map_from_camera.Matrix());
@@ -75,8 +77,13 @@ TEST_F(LandmarksIoTest, RefusesTruncatedFiles) {
 }
 
 TEST_F(LandmarksIoTest, RefusesNewerVersions) {
-  Hdf5Writer(path_, "nightmap.landmarks", 2, "", "").Close();
+  Hdf5Writer(path_, "nightmap.landmarks", 3, "", "").Close();
   NIGHTMAP_EXPECT_ERROR(DataError, ReadLandmarks(path_), "version");
+}
+
+TEST_F(LandmarksIoTest, RefusesEarlierVersionsByWhatTheyLack) {
+  Hdf5Writer(path_, "nightmap.landmarks", 1, "", "").Close();
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadLandmarks(path_), "landmarks.h5");
 }
 
 TEST_F(LandmarksIoTest, RefusesNaN) {
@@ -87,6 +94,9 @@ TEST_F(LandmarksIoTest, RefusesNaN) {
 TEST_F(LandmarksIoTest, RefusesIndicesOutOfRange) {
   map_.landmark_keyframes[1] = {2};
   ExpectRefused("observations/keyframe_idx' has index 2");
+  map_ = MakeMap();
+  map_.landmark_features[0][1] = -1;
+  ExpectRefused("observations/feature_idx");
   map_ = MakeMap();
   map_.descriptor_landmarks[2] = 2;
   ExpectRefused("descriptors/landmark_idx");
@@ -105,7 +115,11 @@ TEST_F(LandmarksIoTest, RefusesUnsortedVisibilityAndOtherSizes) {
   ExpectRefused("observations/keyframe_idx");
   map_ = MakeMap();
   map_.landmark_keyframes.pop_back();
+  map_.landmark_features.pop_back();
   ExpectRefused("observations/offsets");
+  map_ = MakeMap();
+  map_.landmark_features[0].pop_back();
+  ExpectRefused("observations/feature_idx");
   map_ = MakeMap();
   map_.position_sigmas_m.pop_back();
   ExpectRefused("landmarks/position_sigma_m");

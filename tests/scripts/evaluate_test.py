@@ -122,6 +122,9 @@ class EvaluateTest(unittest.TestCase):
         self.assertEqual(queries["recall_10cm_5deg_percent"], 50)
         self.assertAlmostEqual(queries["rows"][0]["translation_error_cm"], 7, places=3)
         self.assertNotIn("translation_error_cm", queries["rows"][10])
+        self.assertEqual(queries["global"]["recall_10cm_5deg_percent"], 50)
+        self.assertAlmostEqual(queries["local"]["located_median_translation_error_cm"], 7, places=3)
+        self.assertAlmostEqual(queries["rows"][0]["local_translation_error_cm"], 7, places=3)
         self.assertEqual(queries["rows"][10]["reason"], "too few inliers")
 
     def test_query_with_half_a_pose_is_refused(self):

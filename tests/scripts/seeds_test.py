@@ -32,6 +32,13 @@ class TableTest(unittest.TestCase):
         self.assertIn("| false loops accepted, worst seed | 7 |", table)
         self.assertIn("| revisits closed, worst seed (%) | 93 |", table)
 
+    def test_both_ways_to_measure_queries_are_shown(self):
+        errors = {way: {"median_translation_error_cm": cm, "recall_1cm_1deg_percent": 9 * cm}
+                  for way, cm in (("global", 4), ("local", 2))}  # fmt: skip
+        table = seeds.make_table({"a": [{"queries": errors}]})
+        for row in ("| global median (cm) | 4.0 |", "| local median (cm) | 2.0 |", "| local 1 cm, 1 deg (%) | 18 |"):
+            self.assertIn(row, table)
+
     def test_missing_values_are_told(self):
         self.assertEqual(seeds.cell([metrics(0, 2.0), metrics(0)], *self.MEDIAN), "n/a")
         values = [metrics(0, 2.0), metrics(0, 4.0), metrics(0)]

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sparse models in COLMAP's formats (https://colmap.github.io/format.html, version 3.8): text and
+// binary with equal content, and the database of the same images. COLMAP's ids are our indices plus
+// one. Its pixel (0, 0) is the corner of the top left pixel, ours is the centre: writers add half a
+// pixel to keypoints and principal points. Distortion is kept (FULL_OPENCV; PINHOLE without any),
+// so that a model fits the pictures as they are. Equal models give equal bytes.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "pipeline/geometry/camera.h"
+#include "pipeline/geometry/rigid3.h"
+
+namespace nightmap {
+
+struct ColmapImage {
+  std::string name;  // path of the picture below COLMAP's --image_path
+  int camera_idx = 0;
+  Rigid3 camera_from_map;
+  std::vector<Eigen::Vector2d> keypoints_px;  // in the picture
+  std::vector<int> keypoint_points;           // point that each keypoint shows; -1: none
+  std::vector<std::uint8_t> descriptors;      // 128 bytes (RootSIFT) for each keypoint, or empty
+};
+
+// That keypoint of that image shows a point.
+struct ColmapObservation {
+  int image_idx = 0;
+  int keypoint = 0;
+};
+
+struct ColmapPoint {
+  Eigen::Vector3d position_in_map = Eigen::Vector3d::Zero();
+  double error_px = 0;                   // mean reprojection error over the track
+  std::vector<ColmapObservation> track;  // ascending by image
+};
+
+struct ColmapModel {
+  std::vector<Camera> cameras;
+  std::vector<ColmapImage> images;
+  std::vector<ColmapPoint> points;  // black: the map has no colors
+
+  // Mean of error_px, what COLMAP's model_analyzer prints; 0 without points.
+  double MeanReprojectionError_px() const;
+};
+
+// Bytes by name of file: cameras, images and points3D, each .txt and .bin.
+std::map<std::string, std::string> ColmapFiles(const ColmapModel& model);
+
+// SQLite database with cameras, images, keypoints, descriptors, and the matches that the tracks
+// imply, as verified two-view geometry with the poses of the model: each observation of a point is
+// matched to the next kMaxNextMatched in its track, which COLMAP joins to the whole track. A file
+// that is there is replaced. COLMAP changes a database it opens: give it a copy. Throws DataError
+// naming the file.
+constexpr int kMaxNextMatched = 8;
+void WriteColmapDatabase(const std::filesystem::path& path, const ColmapModel& model);
+
+}  // namespace nightmap

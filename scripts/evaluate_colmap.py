@@ -1,0 +1,197 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""evaluate_colmap: what COLMAP made of the same pictures, held against nightmap and the truth.
+
+Three methods locate the same queries in maps of the same mapping frames (all of them, so that each map
+sees as much): nightmap; COLMAP's own map; COLMAP's points at nightmap's poses. Each is measured against
+the truth, where there is one, and against the others. Writes results.json, summary.csv (a row for each
+method, reference and protocol), queries.csv (a row a query) and plots. With --readme it puts its table
+between `<!-- colmap:begin -->` and `<!-- colmap:end -->` of that file.
+Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
+"""
+
+import argparse
+import csv
+import io
+from pathlib import Path
+
+from nightmap_eval.colmap_run import read_receipt
+from nightmap_eval.comparison import Located, Part, errors_against, locate_by_models, summaries
+from nightmap_eval.comparison_costs import colmap_costs, nightmap_costs
+from nightmap_eval.comparison_figures import histogram_png, queries_png, recall_png
+from nightmap_eval.comparison_table import comparison_table
+from nightmap_eval.errors import DataError, run_main
+from nightmap_eval.grid import read_grid
+from nightmap_eval.queries import read_located
+from nightmap_eval.query_errors import PROTOCOLS
+from nightmap_eval.site import Frames, file_hash, put_between, to_json, write_atomic
+from nightmap_eval.trajectory import read_tum
+
+BEGIN, END = "<!-- colmap:begin -->", "<!-- colmap:end -->"
+VARIANTS = ("mapper", "triangulate")
+SETTING = (
+    "map images: all mapping frames of nightmap",
+    "COLMAP's defaults but for what is said here; on the CPU; intrinsics known and never refined",
+    "matching of the map: {matching}",
+    "queries are matched with mapping frames only, registered, then bundle adjustment with the whole map",
+    "COLMAP's models are put on nightmap's map by a similarity over their map cameras",
+)
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--site-dir", type=Path, required=True, help="maps/<site>")
+    parser.add_argument("--out", type=Path, required=True, help="results.json to write; the rest beside it")
+    parser.add_argument("--readme", type=Path, help="file to put the table into")
+    return parser.parse_args()
+
+
+class Site:
+    """What the methods share: frames, queries, nightmap's result, the truth if it is known."""
+
+    def __init__(self, site_dir):
+        self.dir, self.colmap = site_dir, site_dir / "evaluate_colmap"
+        self.trajectory = read_tum(site_dir / "pose_graph" / "trajectory.tum")
+        self.rows, self.query_times_ns, located = read_located(site_dir / "localize" / "queries.csv")
+        self.nightmap = Located("nightmap", [Part(self.trajectory, located)])
+        frames = Frames(site_dir)
+        self.map_times = {row["color_path"]: int(t) for row, t in zip(frames.rows, frames.times_ns)}
+        self.query_times = {r["color_path"]: int(t) for r, t in zip(self.rows, self.query_times_ns)}
+
+    def truth(self):
+        """The truth as a Part, or None."""
+        paths = [self.dir / "frames" / name for name in ("ground_truth.tum", "query_ground_truth.tum")]
+        return Part(*map(read_tum, paths)) if all(path.exists() for path in paths) else None
+
+    def locate_by_colmap(self, variant):
+        name, folder = f"colmap_{variant}", self.colmap / f"register_{variant}"
+        failed = read_receipt(folder)["failed"]
+        if failed:
+            return Located(name, failed=failed)
+        mapped = self.colmap / variant / "models"
+        return locate_by_models(
+            name, mapped, folder / "models", self.map_times, self.query_times, self.trajectory
+        )
+
+
+def compare(method, references):
+    """Figures of one method against each reference but itself."""
+    against = {}
+    for name, reference in references.items():
+        if name != method.name:
+            try:
+                against[name] = summaries(method, reference)
+            except DataError as error:  # too few common frames to align on: the others still count
+                against[name] = {"failed": str(error)}
+    return against
+
+
+def method_figures(site, method, references):
+    figures = {"failed": method.failed, "models": method.models, "num_queries": len(site.rows),
+               "num_located": method.num_located(),
+               "num_refused": len(site.rows) - method.num_located()}  # fmt: skip
+    figures["against"] = compare(method, references) if method.parts else {}
+    if method.name == "nightmap":
+        return figures | nightmap_costs(site.dir, len(site.rows))
+    return figures | colmap_costs(site.dir, method.name.removeprefix("colmap_"), len(site.rows))
+
+
+def errors_by_method(methods, reference):
+    """protocol -> method -> errors (time -> cm, degrees) against one reference."""
+    result = {}
+    for protocol in PROTOCOLS:
+        result[protocol] = {}
+        for method in methods:
+            times, metres, degrees = errors_against(method, reference, protocol)
+            result[protocol][method.name] = dict(zip(times, zip(100 * metres, degrees)))
+    return result
+
+
+def to_csv(header, rows):
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def summary_csv(results):
+    rows, keys = [], []
+    for method, figures in results["methods"].items():
+        for reference, by_protocol in figures["against"].items():
+            for protocol in PROTOCOLS if "failed" not in by_protocol else ():
+                values = by_protocol[protocol]
+                keys += [key for key in values if key not in keys]
+                rows.append((method, reference, protocol, values))
+    cells = [[*head, *(values.get(key, "") for key in keys)] for *head, values in rows]
+    return to_csv(["method", "reference", "protocol", *keys], cells)
+
+
+def queries_csv(site, methods, errors):
+    """Whether each method located a query, and its errors against the truth where it is known."""
+    header = ["query_idx", "color_path"]
+    located = {m.name: {t for part in m.parts for t in part.queries.times_ns.tolist()} for m in methods}
+    for method in methods:
+        header += [f"{method.name}_status"]
+        header += [f"{method.name}_{p}_error_{unit}" for p in errors for unit in ("cm", "deg")]
+    rows = []
+    for row, time_ns in zip(site.rows, site.query_times_ns.tolist()):
+        cells = [row["query_idx"], row["color_path"]]
+        for method in methods:
+            cells.append("located" if time_ns in located[method.name] else "refused")
+            for protocol in errors:
+                found = errors[protocol][method.name].get(time_ns, (None, None))
+                cells += ["" if value is None else f"{value:.6g}" for value in found]
+        rows.append(cells)
+    return to_csv(header, rows)
+
+
+def write_plots(site, methods, errors, num_queries, folder):
+    errors_cm = {
+        protocol: {name: [cm for cm, _ in found.values()] for name, found in by_method.items() if found}
+        for protocol, by_method in errors.items()
+    }
+    plots = {}
+    if errors_cm:
+        plots["recall.png"] = recall_png(errors_cm, num_queries)
+        plots["errors.png"] = histogram_png(errors_cm)
+    grid = site.dir / "grid" / "map.yaml"
+    positions_m = {m.name: m.merged().queries.positions_m for m in methods if m.num_located()}
+    plots["queries.png"] = queries_png(
+        read_grid(grid) if grid.exists() else None, site.trajectory.positions_m, positions_m
+    )
+    for name, png in plots.items():
+        write_atomic(folder / name, png)
+    return list(plots)
+
+
+def main():
+    arguments = parse_arguments()
+    site = Site(arguments.site_dir)
+    methods = [site.nightmap, *(site.locate_by_colmap(variant) for variant in VARIANTS)]
+    truth, folder = site.truth(), arguments.out.parent
+    references = {"truth": truth} if truth else {}
+    references |= {m.name: m.merged() for m in methods if m.num_located()}
+    matches = read_receipt(site.colmap / "matches")
+    results = {
+        "format": "nightmap comparison with COLMAP", "version": 1, "site": site.dir.resolve().name,
+        "colmap": matches["colmap"], "threads": matches["threads"],
+        "setting": [line.format(matching=matches.get("matching", "failed")) for line in SETTING],
+        "num_map_frames": len(site.map_times), "has_ground_truth": truth is not None,
+        "made_of": {name: file_hash(site.dir / name) for name in ("pose_graph/trajectory.tum", "localize/queries.csv")},
+        "methods": {m.name: method_figures(site, m, references) for m in methods},
+    }  # fmt: skip
+    errors = errors_by_method(methods, truth) if truth else {}
+    num_queries = len(truth.queries) if truth else 0
+    results["plots"] = write_plots(site, methods, errors, num_queries, folder)
+    write_atomic(folder / "summary.csv", summary_csv(results))
+    write_atomic(folder / "queries.csv", queries_csv(site, methods, errors))
+    write_atomic(arguments.out, to_json(results))
+    table = comparison_table(results)
+    if arguments.readme:
+        put_between(arguments.readme, BEGIN, END, table)
+    print(table, end="")
+
+
+if __name__ == "__main__":
+    run_main(main)

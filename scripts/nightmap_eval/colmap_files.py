@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""COLMAP's files: its database, and sparse models, read as binary and written as text.
+
+Formats of version 3.8 (https://colmap.github.io/format.html). COLMAP's pixel (0, 0) is the corner of
+the top left pixel, nightmap's is the centre.
+"""
+
+import sqlite3
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from nightmap_eval.errors import DataError
+from nightmap_eval.trajectory import quaternion, rotation_matrices
+
+MAX_IMAGES = 2147483647  # COLMAP's pair_id is image_id1 * MAX_IMAGES + image_id2
+NUM_PARAMETERS = {1: 4, 6: 12}  # of the camera models we give: PINHOLE, FULL_OPENCV
+
+
+@dataclass
+class Model:
+    """One sparse model; world is its own frame of reference, of unknown scale."""
+
+    names: list  # of the n registered images
+    positions: np.ndarray  # (n, 3) camera centres
+    rotations: np.ndarray  # (n, 3, 3) world_from_camera
+    num_observations: np.ndarray  # (n,) keypoints that show a point of the model
+    num_points: int
+    size_bytes: int
+
+
+def camera_parameters(camera):
+    """Name of COLMAP's camera model and its parameters, of a color camera of cameras.json."""
+    pinhole = [camera["fx"], camera["fy"], camera["cx"] + 0.5, camera["cy"] + 0.5]
+    distortion = [camera[name] for name in ("k1", "k2", "p1", "p2", "k3")]
+    if not any(distortion):
+        return "PINHOLE", pinhole
+    return "FULL_OPENCV", pinhole + distortion + [0.0, 0.0, 0.0]
+
+
+class _Bytes:
+    """Takes values off the front of a file."""
+
+    def __init__(self, path):
+        self.path, self.bytes, self.at = path, Path(path).read_bytes(), 0
+
+    def take(self, layout):
+        size = struct.calcsize("<" + layout)
+        if self.at + size > len(self.bytes):
+            raise DataError(f"{self.path}: truncated; delete its folder and run make again")
+        self.at += size
+        return struct.unpack_from("<" + layout, self.bytes, self.at - size)
+
+    def take_text(self):
+        end = self.bytes.find(b"\0", self.at)
+        if end < 0:
+            raise DataError(f"{self.path}: truncated; delete its folder and run make again")
+        text = self.bytes[self.at : end].decode()
+        self.at = end + 1
+        return text
+
+    def skip(self, size):
+        self.at += size
+
+
+KEYPOINT = np.dtype([("px", "<f8", 2), ("point_id", "<u8")])
+
+
+def _read_image(data):
+    """Name, camera_from_world (qw qx qy qz tx ty tz) and number of observations."""
+    pose = data.take("I7dI")[1:8]
+    name = data.take_text()
+    (num_keypoints,) = data.take("Q")
+    start = data.at
+    data.skip(num_keypoints * KEYPOINT.itemsize)
+    if data.at > len(data.bytes):
+        raise DataError(f"{data.path}: truncated; delete its folder and run make again")
+    keypoints = np.frombuffer(data.bytes, KEYPOINT, num_keypoints, start)
+    no_point = np.iinfo(np.uint64).max
+    return name, pose, int(np.count_nonzero(keypoints["point_id"] != no_point))
+
+
+def read_model(folder):
+    """The binary model in a folder. Raises DataError naming the file that is truncated."""
+    data = _Bytes(folder / "images.bin")
+    images = [_read_image(data) for _ in range(data.take("Q")[0])]
+    poses = np.array([pose for _, pose, _ in images]).reshape(-1, 7)
+    camera_from_world = rotation_matrices(poses[:, [1, 2, 3, 0]]).reshape(-1, 3, 3)
+    rotations = np.transpose(camera_from_world, (0, 2, 1))
+    return Model(
+        names=[name for name, _, _ in images],
+        positions=-np.einsum("nij,nj->ni", rotations, poses[:, 4:]),
+        rotations=rotations,
+        num_observations=np.array([count for _, _, count in images], dtype=int),
+        num_points=_Bytes(folder / "points3D.bin").take("Q")[0],
+        size_bytes=sum(path.stat().st_size for path in folder.glob("*.bin")),
+    )
+
+
+def write_posed_images(folder, database, pose_of_name):
+    """A text model without points: the database's cameras and those of its images that have a pose,
+    map_from_camera as (rotation, position). Returns the number of images."""
+    folder.mkdir(parents=True)
+    cameras, images = read_cameras(database), read_images(database)
+    lines = [
+        f"{i} {'PINHOLE' if model == 1 else 'FULL_OPENCV'} {width} {height} {_numbers(parameters)}\n"
+        for i, model, width, height, parameters in cameras
+    ]
+    (folder / "cameras.txt").write_text("".join(lines))
+    lines = []
+    for image_id, name, camera_id in images:
+        if name in pose_of_name:
+            rotation, position = pose_of_name[name]
+            x, y, z, w = quaternion(rotation.T)
+            pose = _numbers([w, x, y, z, *(-rotation.T @ position)])
+            lines.append(f"{image_id} {pose} {camera_id} {name}\n\n")
+    (folder / "images.txt").write_text("".join(lines))
+    (folder / "points3D.txt").write_text("")
+    return len(lines)
+
+
+def _numbers(values):
+    return " ".join(repr(float(value)) for value in values)
+
+
+def _select(database, sql):
+    connection = sqlite3.connect(database)
+    try:
+        return connection.execute(sql).fetchall()
+    finally:
+        connection.close()
+
+
+def read_cameras(database):
+    """Rows (camera_id, model, width, height, parameters)."""
+    rows = _select(database, "SELECT camera_id, model, width, height, params FROM cameras")
+    result = []
+    for *head, blob in rows:
+        if NUM_PARAMETERS.get(head[1]) != len(blob) / 8:
+            raise DataError(f"{database}: camera {head[0]} is not of a model we gave")
+        result.append((*head, np.frombuffer(blob, "<f8")))
+    return result
+
+
+def read_images(database):
+    """Rows (image_id, name, camera_id)."""
+    return _select(database, "SELECT image_id, name, camera_id FROM images ORDER BY image_id")
+
+
+def forget_pairs_among(database, names):
+    """Removes the matches between two images that are both among `names`."""
+    names = set(names)
+    ids = {image_id for image_id, name, _ in read_images(database) if name in names}
+    connection = sqlite3.connect(database)
+    for table in ("matches", "two_view_geometries"):
+        pairs = [row[0] for row in connection.execute(f"SELECT pair_id FROM {table}")]
+        among = [(p,) for p in pairs if p // MAX_IMAGES in ids and p % MAX_IMAGES in ids]
+        connection.executemany(f"DELETE FROM {table} WHERE pair_id = ?", among)
+    connection.commit()
+    connection.close()

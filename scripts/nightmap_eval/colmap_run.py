@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs COLMAP for one step of the comparison: progress, log, time, and an atomic result.
+
+A step writes into <folder>.tmp, which is renamed when all of it is there; receipt.json, for Make, is
+written last. A step whose COLMAP failed has a receipt too, with the reason, so that the others go on; its
+time is in the past, so that the next make tries again.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import time
+
+from nightmap_eval.errors import DataError
+from nightmap_eval.site import read_json
+
+# What COLMAP prints as it goes on.
+PROGRESS = re.compile(r"\[\d+/\d+|Registering image|Triangulating image|Bundle adjustment|Retriangulation")
+SHOW_EVERY_S = 5.0
+LONG_AGO_S = 10**6
+
+
+class ColmapFailed(Exception):
+    """COLMAP ran and gave no result: the variant fails, the rest goes on."""
+
+
+def require_colmap():
+    """Its version. Raises DataError with the remedy when it is not installed."""
+    if not shutil.which("colmap"):
+        raise DataError("colmap is not installed; run `make deps` (Debian package colmap)")
+    text = subprocess.run(["colmap", "help"], capture_output=True, text=True, check=False).stdout
+    found = re.search(r"COLMAP [\w.]+", text)
+    if not found:
+        raise DataError("`colmap help` does not tell a version; is another program of that name installed?")
+    return found.group(0)
+
+
+class Step:
+    """One step: a folder and the COLMAP commands that fill it."""
+
+    def __init__(self, folder, threads):
+        self.version = require_colmap()
+        self.final, self.threads, self.parts = folder, threads, []
+        self.folder = folder.with_name(folder.name + ".tmp")
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self.folder.mkdir(parents=True)
+
+    def colmap(self, command, **options):
+        """Runs `colmap <command>`; an option a__b is --a.b. Raises ColmapFailed with the reason."""
+        line = ["colmap", command, "--log_to_stderr", "1"]
+        for name, value in options.items():
+            line += ["--" + name.replace("__", "."), str(value)]
+        print(f"colmap {command}", flush=True)
+        start_s = time.monotonic()
+        with open(self.folder / "colmap.log", "a", encoding="utf-8") as log:
+            log.write(" ".join(line) + "\n")
+            status, last = self._run(line, log)
+        seconds = time.monotonic() - start_s
+        self.parts.append({"name": command, "wall_time_s": seconds})
+        if status != 0:
+            how = f"ended by signal {-status}" if status < 0 else f"exit code {status}"
+            raise ColmapFailed(f"colmap {command}: {how}: {last}")
+        print(f"colmap {command}: {seconds:.1f} s", flush=True)
+
+    def _run(self, line, log):
+        """Exit status and the last line that was printed."""
+        last, shown_s = "", time.monotonic()
+        environment = os.environ | {"OMP_NUM_THREADS": str(self.threads)}
+        with subprocess.Popen(
+            line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", env=environment
+        ) as process:
+            try:
+                for text in process.stdout:
+                    log.write(text)
+                    last = text.strip() or last
+                    if PROGRESS.search(text) and time.monotonic() - shown_s > SHOW_EVERY_S:
+                        print(f"  {text.strip()}", flush=True)
+                        shown_s = time.monotonic()
+                return process.wait(), last
+            finally:
+                process.kill()  # when this script is told to end, so must COLMAP; else it has ended already
+
+    def finish(self, failed=None, **figures):
+        """Puts the folder in place."""
+        receipt = {"format": "nightmap colmap receipt", "version": 1, "step": self.final.name,
+                   "colmap": self.version, "threads": self.threads, "failed": failed,
+                   "parts": self.parts, **figures}  # fmt: skip
+        path = self.folder / "receipt.json"
+        path.write_text(json.dumps(receipt, indent=1) + "\n", encoding="utf-8")
+        if failed:
+            print(f"{self.final.name}: failed: {failed}", flush=True)
+            long_ago_ns = LONG_AGO_S * 10**9 + time.time_ns() % 10**9  # another time than the last failure
+            os.utime(path, ns=(long_ago_ns, long_ago_ns))
+        shutil.rmtree(self.final, ignore_errors=True)
+        os.rename(self.folder, self.final)
+
+
+def read_receipt(folder):
+    return read_json(folder / "receipt.json")
+
+
+def require(folder):
+    """The receipt of a step before. Raises ColmapFailed with its reason when it failed."""
+    receipt = read_receipt(folder)
+    if receipt["failed"]:
+        raise ColmapFailed(receipt["failed"])
+    return receipt

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Time and size of a map and of locating queries in it, from the receipts of what made them.
+
+The parts of COLMAP's variants are its commands. The triangulated variant needs nightmap's poses, so
+nightmap's stages up to the trajectory are parts of it. What only the cloud and the grid need (octree,
+...) is no part of any.
+"""
+
+from nightmap_eval.colmap_run import read_receipt
+from nightmap_eval.site import read_json
+from nightmap_eval.stages import StageResult
+
+POSE_STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph")
+
+
+def _costs(map_parts, query_parts, num_queries):
+    query_s = sum(query_parts.values())
+    return {
+        "map_time_s": sum(map_parts.values()),
+        "map_parts_s": map_parts,
+        "query_time_s": query_s,
+        "query_parts_s": query_parts,
+        "time_per_query_s": query_s / num_queries,
+    }
+
+
+def _stage_times_s(site_dir, stages):
+    times = {stage: StageResult(site_dir / stage).wall_time_s() for stage in stages}
+    return {stage: time for stage, time in times.items() if time is not None}
+
+
+def nightmap_costs(site_dir, num_queries):
+    map_parts = _stage_times_s(site_dir, (*POSE_STAGES, "landmarks"))
+    files = [site_dir / "landmarks" / "landmarks.h5", site_dir / "vocabulary" / "vocabulary.h5"]
+    report = read_json(site_dir / "landmarks" / "report.json")
+    size = sum(path.stat().st_size for path in files)
+    costs = _costs(map_parts, _stage_times_s(site_dir, ("localize",)), num_queries)
+    return costs | {"map_size_bytes": size, "num_points": report["num_landmarks"]}
+
+
+def _command_times_s(root, steps):
+    """Time of each command; the same command in another step is another part."""
+    times = {}
+    for step in steps:
+        if (root / step / "receipt.json").exists():
+            for part in read_receipt(root / step)["parts"]:
+                name = f"{step}: {part['name']}"
+                times[name] = times.get(name, 0.0) + part["wall_time_s"]
+    return times
+
+
+def colmap_costs(site_dir, variant, num_queries):
+    """Map and points are those of the variant's models, all of them: each is needed to try a query."""
+    root = site_dir / "evaluate_colmap"
+    map_parts = _command_times_s(root, ("features", "matches", variant))
+    if variant == "triangulate":
+        map_parts = _stage_times_s(site_dir, POSE_STAGES) | map_parts
+    query_parts = _command_times_s(root, ("queries", f"register_{variant}"))
+    files = [root / "matches" / name for name in ("database.db", "vocabulary.bin")]
+    files += sorted((root / variant).glob("models/*/*.bin"))
+    size = sum(path.stat().st_size for path in files if path.exists())
+    return _costs(map_parts, query_parts, num_queries) | {"map_size_bytes": size}

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the localize stage left: every query, and the poses of those it located."""
+
+from nightmap_eval.errors import DataError
+from nightmap_eval.site import read_csv, to_ints
+from nightmap_eval.trajectory import make_trajectory
+
+QUERY_COLUMNS = ("query_idx", "time_ns", "color_path", "status", "reason")
+POSE_COLUMNS = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw")
+
+
+def read_located(path):
+    """Rows of localize/queries.csv, and the located ones as a trajectory (map_from_camera)."""
+    rows = read_csv(path, QUERY_COLUMNS + POSE_COLUMNS)
+    times_ns, poses = to_ints(rows, "time_ns", path), []
+    for row, time_ns in zip(rows, times_ns):
+        if row["status"] not in ("located", "failed"):
+            raise DataError(f"{path}: query {row['query_idx']}: unknown status {row['status']}")
+        if row["status"] == "located":
+            try:
+                values = [float(row[name]) for name in POSE_COLUMNS]
+            except ValueError as error:
+                raise DataError(f"{path}: query {row['query_idx']}: {error}") from None
+            poses.append((int(time_ns), values[:3], values[3:]))
+    return rows, times_ns, make_trajectory(poses, path)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Section of the report on the comparison with COLMAP: what `make evaluate-colmap` left."""
+
+from nightmap_eval import html
+from nightmap_eval.comparison_table import comparison_rows
+from nightmap_eval.site import file_hash, read_json
+
+
+def _stale(site_dir, made_of):
+    return any(
+        not (site_dir / name).exists() or file_hash(site_dir / name) != known
+        for name, known in made_of.items()
+    )
+
+
+def _error_tables(results):
+    """Against the truth, or else against nightmap; those against the others are folded."""
+    references = [
+        reference for reference in ("truth", *results["methods"])
+        if any(reference in figures["against"] for figures in results["methods"].values())
+    ] or ["truth"]  # fmt: skip
+    tables = [html.table(("", *results["methods"]), comparison_rows(results, name)) for name in references]
+    titles = [f"Errors against {name}" for name in references]
+    return [html.paragraph(titles[0] + "."), tables[0], *map(html.folded, titles[1:], tables[1:])]
+
+
+def _model_table(results):
+    head = ("method", "model", "map frames", "RMSE to nightmap's map (cm)", "queries", "used")
+    rows = [
+        (name, model["model"], model["num_map_frames"], html.number(model.get("rmse_to_map_cm")),
+         model["num_queries"], "yes" if model["fits"] else model["reason"])
+        for name, figures in results["methods"].items() for model in figures["models"]
+    ]  # fmt: skip
+    return html.table(head, rows)
+
+
+def _time_table(results):
+    rows = [
+        (name, kind, part, f"{seconds:.1f}")
+        for name, figures in results["methods"].items()
+        for kind in ("map", "query")
+        for part, seconds in figures[f"{kind}_parts_s"].items()
+    ]
+    return html.folded("Time of each part", html.table(("method", "", "part", "s"), rows))
+
+
+def comparison_section(site_dir):
+    """None when there is no comparison."""
+    folder = site_dir / "evaluate_colmap"
+    if not (folder / "results.json").exists():
+        return None
+    results = read_json(folder / "results.json")
+    parts = [html.paragraph("; ".join([results["colmap"], *results["setting"]]) + ".", "note")]
+    if _stale(site_dir, results["made_of"]):
+        parts.append(html.paragraph(
+            "The map or its queries changed since: run make evaluate-colmap again.", "failed"))  # fmt: skip
+    parts += _error_tables(results)
+    parts += [html.image((folder / name).read_bytes(), name) for name in results["plots"]]
+    parts += [_model_table(results), _time_table(results)]
+    return html.section("Comparison with COLMAP", *parts)

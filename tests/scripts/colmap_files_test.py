@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""COLMAP's models and databases: what is read, written and refused."""
+
+import sqlite3
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+import fake_colmap
+from fake_site import walk
+from nightmap_eval.colmap_files import (
+    camera_parameters,
+    forget_pairs_among,
+    read_cameras,
+    read_images,
+    read_model,
+    write_posed_images,
+)
+from nightmap_eval.errors import DataError
+from nightmap_eval.trajectory import rotation_matrices
+
+
+class ColmapFilesTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = Path(folder.name)
+
+    def test_reads_poses_names_and_counts_of_a_model(self):
+        names = [f"a/{i}.png" for i in range(len(walk()))]
+        fake_colmap.write_model(self.root / "0", names, walk(), num_observations=17)
+        model = read_model(self.root / "0")
+        self.assertEqual(model.names, names)
+        np.testing.assert_allclose(model.positions, walk().positions_m, atol=1e-12)
+        np.testing.assert_allclose(model.rotations, walk().rotations(), atol=1e-12)
+        np.testing.assert_array_equal(model.num_observations, 17)
+        self.assertEqual(model.num_points, 3)
+        self.assertEqual(model.size_bytes, sum(p.stat().st_size for p in (self.root / "0").iterdir()))
+
+    def test_refuses_a_truncated_model(self):
+        fake_colmap.write_model(self.root / "0", ["a.png", "b.png"], walk(2))
+        path = self.root / "0" / "images.bin"
+        whole = path.read_bytes()
+        for size in (4, 30, 75, len(whole) - 1):
+            path.write_bytes(whole[:size])
+            with self.assertRaisesRegex(DataError, "images.bin: truncated"):
+                read_model(self.root / "0")
+
+    def test_camera_models_and_the_half_pixel(self):
+        camera = {"fx": 500, "fy": 501, "cx": 9.5, "cy": 7.5}
+        camera |= dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0)
+        self.assertEqual(camera_parameters(camera), ("PINHOLE", [500, 501, 10, 8]))
+        model, parameters = camera_parameters(camera | {"k3": 0.5})
+        self.assertEqual((model, parameters[4:]), ("FULL_OPENCV", [0, 0, 0, 0, 0.5, 0, 0, 0]))
+
+    def test_posed_images_have_the_ids_of_the_database(self):
+        database = self.root / "database.db"
+        fake_colmap.write_database(database, ["a.png", "b.png", "c.png"])
+        poses = dict(zip(("c.png", "a.png"), zip(walk(5).rotations(), walk(5).positions_m)))
+        self.assertEqual(write_posed_images(self.root / "posed", database, poses), 2)
+        lines = (self.root / "posed" / "images.txt").read_text().splitlines()
+        self.assertEqual(lines[1::2], ["", ""])
+        words = lines[2].split()
+        self.assertEqual((words[0], words[8:]), ("3", ["1", "c.png"]))
+        w, x, y, z, *translation = map(float, words[1:8])
+        camera_from_map = rotation_matrices([[x, y, z, w]])[0]
+        np.testing.assert_allclose(-camera_from_map.T @ translation, walk(5).positions_m[0], atol=1e-12)
+        cameras = (self.root / "posed" / "cameras.txt").read_text()
+        self.assertEqual(cameras, "1 PINHOLE 640 480 500.0 501.0 320.0 240.0\n")
+        self.assertEqual((self.root / "posed" / "points3D.txt").read_text(), "")
+
+    def test_forgets_pairs_of_queries_only(self):
+        database = self.root / "database.db"
+        fake_colmap.write_database(database, ["map", "query_a", "query_b"])
+        forget_pairs_among(database, ["query_a", "query_b"])
+        kept = [1 * 2147483647 + 2, 1 * 2147483647 + 3]
+        for table in ("matches", "two_view_geometries"):
+            rows = sqlite3.connect(database).execute(f"SELECT pair_id FROM {table}").fetchall()
+            self.assertEqual([row[0] for row in rows], kept)
+        self.assertEqual([name for _, name, _ in read_images(database)], ["map", "query_a", "query_b"])
+
+    def test_refuses_cameras_we_did_not_give(self):
+        database = self.root / "database.db"
+        fake_colmap.write_database(database, [])
+        connection = sqlite3.connect(database)
+        connection.execute("UPDATE cameras SET model = 2")
+        connection.commit()
+        connection.close()
+        with self.assertRaisesRegex(DataError, "database.db: camera 1"):
+            read_cameras(database)
+
+
+if __name__ == "__main__":
+    unittest.main()

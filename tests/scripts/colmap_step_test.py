@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""colmap_step.py with a stand-in for COLMAP: what it is asked, and what becomes of its failures."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+from unittest import mock
+
+import fake_colmap
+import fake_site
+
+STAND_IN = """#!/bin/sh
+[ "$1" = help ] && { echo "COLMAP 3.8 -- of tests (Commit)"; exit 0; }
+echo "$@" >> CALLS
+echo "Processed file [1/2]"
+COMMANDS
+"""
+
+
+class ColmapStepTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = Path(folder.name)
+        self.site_dir = self.root / "office"
+        self.colmap = self.site_dir / "evaluate_colmap"
+        fake_site.write_site(self.site_dir)
+        camera = {"fx": 500, "fy": 500, "cx": 99.5, "cy": 79.5} | dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0)
+        (self.site_dir / "frames" / "cameras.json").write_text(json.dumps({"cameras": [{"color": camera}]}))
+        header = "frame_idx,time_ns,color_path,depth_path,camera_idx,sequence_idx,content_hash\n"
+        rows = "0,5,queries/0.png,,0,0,00\n1,6,queries/1.png,,0,0,00\n"
+        (self.site_dir / "frames" / "queries.csv").write_text(header + rows)
+
+    def stand_in(self, commands):
+        """The PATH with a COLMAP that runs these commands."""
+        bin_dir = self.root / "bin"
+        bin_dir.mkdir(exist_ok=True)
+        text = STAND_IN.replace("CALLS", str(self.root / "calls")).replace("COMMANDS", commands)
+        (bin_dir / "colmap").write_text(text)
+        (bin_dir / "colmap").chmod(0o755)
+        return f"{bin_dir}:{os.environ['PATH']}"
+
+    def arguments(self, step):
+        return (step, "--site-dir", self.site_dir, "--data", self.root / "data", "--threads", "2")
+
+    def run_step(self, step, commands="exit 0", path=None):
+        with mock.patch.dict(os.environ, {"PATH": path or self.stand_in(commands)}):
+            return fake_site.run("colmap_step.py", *self.arguments(step))
+
+    def receipt(self, step):
+        return json.loads((self.colmap / step / "receipt.json").read_text())
+
+    def calls(self):
+        return (self.root / "calls").read_text()
+
+    def test_features_are_asked_with_known_intrinsics_on_the_cpu(self):
+        self.assertEqual(self.run_step("features").returncode, 0)
+        self.assertIn("--ImageReader.camera_model PINHOLE", self.calls())
+        self.assertIn("--ImageReader.camera_params 500.0,500.0,100.0,80.0", self.calls())
+        self.assertIn("--SiftExtraction.use_gpu 0", self.calls())
+        names = (self.colmap / "features" / "images_0.txt").read_text().split()
+        self.assertEqual(len(names), fake_site.NUM_FRAMES)
+        receipt = self.receipt("features")
+        self.assertEqual((receipt["failed"], receipt["colmap"]), (None, "COLMAP 3.8"))
+        self.assertEqual([part["name"] for part in receipt["parts"]], ["feature_extractor"])
+        self.assertIn("Processed file", (self.colmap / "features" / "colmap.log").read_text())
+
+    def prepare(self, *steps):
+        for step in steps:
+            fake_colmap.write_receipt(self.colmap / step)
+            names = ["rgb/0.png", "queries/0.png", "queries/1.png"]
+            fake_colmap.write_database(self.colmap / step / "database.db", names)
+
+    def test_few_frames_are_matched_exhaustively(self):
+        self.prepare("features")
+        self.run_step("matches")
+        self.assertIn("exhaustive_matcher", self.calls())
+        self.assertEqual(self.receipt("matches")["matching"], "exhaustive")
+
+    def test_many_frames_are_matched_by_sequence_and_vocabulary(self):
+        self.prepare("features")
+        with mock.patch("colmap_step.MAX_EXHAUSTIVE", fake_site.NUM_FRAMES - 1):
+            self.run_step("matches")
+        commands = [line.split()[0] for line in self.calls().splitlines()]
+        self.assertEqual(commands, ["sequential_matcher", "vocab_tree_builder", "vocab_tree_matcher"])
+
+    def test_queries_are_matched_with_the_map_alone(self):
+        self.prepare("matches")
+        self.run_step("queries")
+        pairs = (self.colmap / "queries" / "pairs.txt").read_text().splitlines()
+        self.assertEqual(len(pairs), 2 * fake_site.NUM_FRAMES)
+        self.assertTrue(all(len(set(name.split("/")[0] for name in pair.split())) == 2 for pair in pairs))
+
+    def test_intrinsics_stay_fixed(self):
+        self.prepare("matches")
+        self.run_step("mapper", f"mkdir {self.colmap}/mapper.tmp/models/0")
+        self.assertIsNone(self.receipt("mapper")["failed"])
+        self.assertIn("--Mapper.ba_refine_focal_length 0", self.calls())
+
+    def test_a_failure_is_kept_with_its_reason_and_is_older_than_anything(self):
+        self.prepare("matches")
+        result = self.run_step("mapper", "echo no good initial pair; exit 3")
+        self.assertEqual(result.returncode, 0)
+        self.assertEqual(self.receipt("mapper")["failed"], "colmap mapper: exit code 3: no good initial pair")
+        first_ns = (self.colmap / "mapper" / "receipt.json").stat().st_mtime_ns
+        self.assertLess(first_ns, Path(__file__).stat().st_mtime_ns)
+        self.run_step("mapper", "exit 4")
+        self.assertNotEqual((self.colmap / "mapper" / "receipt.json").stat().st_mtime_ns, first_ns)
+
+    def test_a_killed_colmap_is_a_failure(self):
+        self.prepare("matches")
+        self.run_step("mapper", "kill -9 $$")
+        self.assertIn("signal 9", self.receipt("mapper")["failed"])
+
+    def test_no_model_is_a_failure(self):
+        self.prepare("matches")
+        self.run_step("mapper")
+        self.assertEqual(self.receipt("mapper")["failed"], "colmap mapper: no model")
+
+    def test_what_builds_on_a_failure_fails_with_its_reason(self):
+        fake_colmap.write_receipt(self.colmap / "mapper", failed="colmap mapper: no model")
+        self.assertEqual(self.run_step("register_mapper").returncode, 0)
+        self.assertEqual(self.receipt("register_mapper")["failed"], "colmap mapper: no model")
+
+    def test_every_model_gets_the_queries_and_an_adjustment(self):
+        self.prepare("queries")
+        fake_colmap.write_receipt(self.colmap / "mapper")
+        for name in ("0", "1"):
+            (self.colmap / "mapper" / "models" / name).mkdir(parents=True)
+        self.run_step("register_mapper")
+        commands = [line.split()[0] for line in self.calls().splitlines()]
+        self.assertEqual(commands, ["image_registrator", "bundle_adjuster"] * 2)
+        self.assertIn("--BundleAdjustment.refine_focal_length 0", self.calls())
+
+    def test_colmap_ends_with_the_step(self):
+        self.prepare("matches")
+        environment = os.environ | {"PATH": self.stand_in(f"echo $$ > {self.root}/pid; echo up; exec sleep 600")}
+        command = [sys.executable, fake_site.SCRIPTS / "colmap_step.py", *self.arguments("mapper")]
+        step = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+        while not (self.root / "pid").exists() or not (self.root / "pid").read_text():
+            self.assertIsNone(step.poll())
+            time.sleep(0.05)
+        step.terminate()
+        step.communicate()
+        self.assertNotEqual(step.returncode, 0)
+        with self.assertRaises(ProcessLookupError):
+            os.kill(int((self.root / "pid").read_text()), 0)
+        self.assertFalse((self.colmap / "mapper").exists())
+
+    def test_without_colmap_it_says_what_to_do(self):
+        result = self.run_step("features", path="/nonexistent")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("make deps", result.stderr)
+
+    def test_frames_of_a_video_are_refused(self):
+        path = self.site_dir / "frames" / "shard_0000.csv"
+        path.write_text(path.read_text().replace("rgb/0.png", "clip.avi#0"))
+        result = self.run_step("features")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("clip.avi#0", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

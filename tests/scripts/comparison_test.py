@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Alignment of COLMAP's models, which of them are used, and evaluate_colmap.py on what COLMAP left."""
+
+import csv
+import json
+import shutil
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+import fake_colmap
+import fake_site
+from fake_site import moved, rotation_about, walk
+from nightmap_eval.colmap_files import read_model
+from nightmap_eval.comparison import Part, fit_to_map, locate_by_models, matched, model_trajectory, summaries
+from nightmap_eval.report_comparison import comparison_section
+
+STEPS = ("features", "matches", "mapper", "triangulate", "queries", "register_mapper", "register_triangulate")
+MAP_NAMES = [f"rgb/{i}.png" for i in range(fake_site.NUM_FRAMES)]
+QUERIES = walk(11).select(range(10))
+QUERIES.times_ns = QUERIES.times_ns + 5
+QUERY_NAMES = [f"queries/{i}.png" for i in range(10)]
+MAP_TIMES = dict(zip(MAP_NAMES, walk().times_ns.tolist()))
+QUERY_TIMES = dict(zip(QUERY_NAMES, QUERIES.times_ns.tolist()))
+
+
+def joined(a, b):
+    return fake_site.Trajectory(*(np.concatenate(pair) for pair in (
+        (a.times_ns, b.times_ns), (a.positions_m, b.positions_m), (a.quaternions, b.quaternions))))  # fmt: skip
+
+
+def write_model(folder, frames, queries=range(10), num_observations=50, bend=None):
+    """A model of some map frames and queries; `bend` spoils it."""
+    names = [MAP_NAMES[i] for i in frames] + [QUERY_NAMES[i] for i in queries]
+    poses = fake_colmap.in_colmaps_world(joined(walk().select(frames), QUERIES.select(queries)))
+    if bend is not None:
+        bend(poses)
+    fake_colmap.write_model(folder, names, poses, num_observations)
+
+
+def scatter(poses):
+    poses.positions_m = np.random.default_rng(1).permutation(poses.positions_m)
+
+
+class ModelsTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.models, self.mapped = Path(folder.name) / "models", None
+
+    def locate(self):
+        return locate_by_models(
+            "colmap_mapper", self.mapped or self.models, self.models, MAP_TIMES, QUERY_TIMES, walk()
+        )
+
+    def test_a_model_is_put_on_the_metric_map_by_its_map_cameras(self):
+        write_model(self.models / "0", range(40))
+        located = self.locate()
+        self.assertAlmostEqual(located.models[0]["metres_per_unit"], 1 / fake_colmap.UNITS_PER_METRE, places=9)
+        queries, truth = matched(located.parts[0].queries, QUERIES)
+        self.assertEqual(len(queries), 10)
+        np.testing.assert_allclose(queries.positions_m, truth.positions_m, atol=1e-9)
+        figures = summaries(located, Part(walk(), QUERIES))
+        for protocol in ("global", "local"):
+            self.assertEqual(figures[protocol]["recall_1cm_1deg_percent"], 100)
+
+    def test_a_model_that_does_not_fit_is_told_and_not_used(self):
+        write_model(self.models / "0", range(40), bend=scatter)
+        write_model(self.models / "1", range(20), queries=range(4))
+        located = self.locate()
+        self.assertEqual([model["fits"] for model in located.models], [False, True])
+        self.assertIn("% of its map cameras", located.models[0]["reason"])
+        self.assertEqual(located.num_located(), 4)
+        shutil.rmtree(self.models / "1")
+        self.assertIn("no model fits", self.locate().failed)
+
+    def test_mirrored_looks_alone_do_not_fit(self):
+        def turn_around(poses):
+            flip = rotation_about([0, 0, 1], np.pi)
+            turned = [fake_site.quaternion(r @ flip) for r in poses.rotations()]
+            poses.quaternions = np.array(turned)
+
+        write_model(self.models / "0", range(40), bend=turn_around)
+        self.assertFalse(self.locate().models[0]["fits"])
+
+    def test_too_few_map_cameras_do_not_fit(self):
+        write_model(self.models / "0", range(2))
+        located = self.locate()
+        self.assertFalse(located.models[0]["fits"])
+        self.assertIn("at least 3", located.models[0]["reason"])
+
+    def test_a_query_counts_in_the_model_where_it_sees_most(self):
+        write_model(self.models / "0", range(30), queries=range(6), num_observations=20)
+        write_model(self.models / "1", range(10, 40), queries=range(4, 10), num_observations=30)
+        located = self.locate()
+        counts = [part.queries.times_ns.tolist() for part in located.parts]
+        self.assertEqual(counts[0], QUERIES.times_ns[:4].tolist())
+        self.assertEqual(counts[1], QUERIES.times_ns[4:].tolist())
+        self.assertEqual(len(located.merged().queries), 10)
+        self.assertEqual(len(located.merged().map_frames), 40)
+
+    def test_map_images_that_were_registered_with_the_queries_are_no_map_frames(self):
+        self.mapped = self.models.with_name("mapped")
+        write_model(self.mapped / "0", range(30), queries=[])
+        write_model(self.models / "0", range(40))
+        located = self.locate()
+        self.assertEqual(located.models[0]["num_map_frames"], 30)
+        self.assertEqual(len(located.parts[0].map_frames), 30)
+
+    def test_models_are_taken_in_order_of_number(self):
+        for name in ("10", "2"):
+            write_model(self.models / name, range(40))
+        self.assertEqual([model["model"] for model in self.locate().models], ["2", "10"])
+
+    def test_queries_take_no_part_in_the_fit(self):
+        def move_queries(poses):
+            poses.positions_m[40:] += 0.4 * fake_colmap.TURN @ [0, 0, 1.0]
+
+        write_model(self.models / "0", range(40), bend=move_queries)
+        located = self.locate()
+        self.assertAlmostEqual(located.models[0]["rmse_to_map_cm"], 0, places=6)
+        figures = summaries(located, Part(walk(), QUERIES))
+        self.assertAlmostEqual(figures["global"]["median_translation_error_cm"], 100)
+        self.assertEqual(figures["global"]["num_wrong"], 10)
+
+    def test_fit_of_frames_without_pose_in_the_map(self):
+        write_model(self.models / "0", range(40))
+        model = read_model(self.models / "0")
+        similarity, figures = fit_to_map(model_trajectory(model, MAP_TIMES), walk().select([]))
+        self.assertIsNone(similarity)
+        self.assertFalse(figures["fits"])
+
+
+class EvaluateColmapTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.site_dir = Path(folder.name) / "office"
+        self.colmap = self.site_dir / "evaluate_colmap"
+        fake_site.write_site(self.site_dir)
+        map_from_truth = (rotation_about([0, 0, 1], 0.5), np.array([1.0, -2.0, 0.0]))
+        located = moved(QUERIES.select(range(8)), *map_from_truth)
+        fake_site.write_queries(self.site_dir, located, 0)
+        text = (self.site_dir / "localize" / "queries.csv").read_text()
+        failed = [f"{i},{QUERIES.times_ns[i]},queries/{i}.png,failed,no_features,,,,,,,,,," for i in (8, 9)]
+        (self.site_dir / "localize" / "queries.csv").write_text(text + "\n".join(failed) + "\n")
+        fake_site.write_tum(self.site_dir / "frames" / "query_ground_truth.tum", QUERIES)
+        for stage in ("frames", "features", "pose_graph", "landmarks", "vocabulary", "localize"):
+            fake_site.write_receipt(self.site_dir, stage)
+        (self.site_dir / "landmarks" / "landmarks.h5").write_bytes(bytes(1000))
+        (self.site_dir / "vocabulary" / "vocabulary.h5").write_bytes(bytes(500))
+        (self.site_dir / "landmarks" / "report.json").write_text('{"num_landmarks": 7}')
+        for step in STEPS:
+            fake_colmap.write_receipt(self.colmap / step, parts=[(f"tool_{step}", 2.0)], matching="exhaustive")
+        (self.colmap / "matches" / "database.db").write_bytes(bytes(300))
+        for variant in ("mapper", "triangulate"):
+            write_model(self.colmap / variant / "models" / "0", range(40), queries=[])
+            write_model(self.colmap / f"register_{variant}" / "models" / "0", range(40), queries=range(6))
+
+    def evaluate(self, *more):
+        out = self.colmap / "results.json"
+        result = fake_site.run("evaluate_colmap.py", "--site-dir", self.site_dir, "--out", out, *more)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return json.loads(out.read_text()), result.stdout
+
+    def read_csv(self, name):
+        return list(csv.DictReader((self.colmap / name).read_text().splitlines()))
+
+    def test_figures_of_all_methods(self):
+        results, table = self.evaluate()
+        nightmap, mapper = (results["methods"][name] for name in ("nightmap", "colmap_mapper"))
+        self.assertEqual((nightmap["num_located"], nightmap["num_refused"]), (8, 2))
+        self.assertEqual((mapper["num_located"], mapper["num_refused"]), (6, 4))
+        for protocol in ("global", "local"):
+            self.assertEqual(nightmap["against"]["truth"][protocol]["recall_1cm_1deg_percent"], 80)
+            self.assertEqual(mapper["against"]["truth"][protocol]["recall_1cm_1deg_percent"], 60)
+            # Nightmap located 8: of these the others have 6.
+            self.assertEqual(mapper["against"]["nightmap"][protocol]["recall_1cm_1deg_percent"], 75)
+        self.assertEqual(mapper["map_time_s"], 6)
+        self.assertEqual(mapper["time_per_query_s"], 0.4)
+        self.assertEqual(nightmap["map_time_s"], 5 * 12.5)
+        self.assertEqual(results["methods"]["colmap_triangulate"]["map_time_s"], 6 + 4 * 12.5)
+        self.assertEqual(nightmap["map_size_bytes"], 1500)
+        self.assertGreater(mapper["map_size_bytes"], 300)
+        self.assertIn("| located | 8 | 6 | 6 |", table)
+
+    def test_tables_and_plots_are_beside_the_results(self):
+        results, _ = self.evaluate()
+        rows = self.read_csv("summary.csv")
+        self.assertEqual(len(rows), 3 * 3 * 2)  # each against the truth and the two others, two protocols
+        queries = self.read_csv("queries.csv")
+        self.assertEqual(len(queries), 10)
+        self.assertEqual([row["colmap_mapper_status"] for row in queries].count("located"), 6)
+        self.assertLess(float(queries[0]["nightmap_local_error_cm"]), 0.01)
+        self.assertEqual(queries[9]["nightmap_global_error_cm"], "")
+        for name in results["plots"]:
+            self.assertEqual((self.colmap / name).read_bytes()[:4], b"\x89PNG")
+        self.assertEqual(len(results["plots"]), 3)
+
+    def test_a_failed_variant_is_told_and_the_other_counts(self):
+        fake_colmap.write_receipt(self.colmap / "register_mapper", failed="colmap mapper: no model")
+        results, table = self.evaluate()
+        self.assertEqual(results["methods"]["colmap_mapper"]["failed"], "colmap mapper: no model")
+        self.assertEqual(results["methods"]["colmap_triangulate"]["num_located"], 6)
+        self.assertIn("failed: colmap mapper: no model", table)
+
+    def test_both_variants_failed(self):
+        for variant in ("mapper", "triangulate"):
+            fake_colmap.write_receipt(self.colmap / f"register_{variant}", failed="out of memory")
+        results, _ = self.evaluate()
+        self.assertEqual(results["methods"]["nightmap"]["num_located"], 8)
+
+    def test_without_truth_the_methods_are_held_against_each_other(self):
+        (self.site_dir / "frames" / "ground_truth.tum").unlink()
+        results, table = self.evaluate()
+        self.assertNotIn("truth", results["methods"]["nightmap"]["against"])
+        self.assertEqual(results["methods"]["colmap_mapper"]["against"]["nightmap"]["global"]["num_with_truth"], 8)
+        self.assertIn("errors against nightmap", table)
+
+    def test_section_of_the_report(self):
+        self.assertIsNone(comparison_section(self.site_dir))
+        self.evaluate()
+        section = comparison_section(self.site_dir)
+        for text in ("Comparison with COLMAP", "Errors against truth", "recall.png", "tool_mapper"):
+            self.assertIn(text, section)
+        self.assertNotIn("changed since", section)
+        trajectory = self.site_dir / "pose_graph" / "trajectory.tum"
+        trajectory.write_text(trajectory.read_text() + "# another\n")
+        self.assertIn("changed since", comparison_section(self.site_dir))
+
+    def test_readme_table(self):
+        readme = self.site_dir / "README.md"
+        readme.write_text("a\n<!-- colmap:begin -->old<!-- colmap:end -->\nb\n")
+        self.evaluate("--readme", readme)
+        self.assertIn("| map (s) |", readme.read_text())
+        self.assertNotIn("old", readme.read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()
