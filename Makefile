@@ -272,7 +272,7 @@ $(eval $(call colmap_step,features,$(SHARDS:%=$(F)/shard_%.csv) $(F)/cameras.jso
 $(eval $(call colmap_step,matches,$(call steps,features)))
 $(eval $(call colmap_step,mapper,$(call steps,matches)))
 $(eval $(call colmap_step,triangulate,$(call steps,matches) $(M)/pose_graph/trajectory.tum))
-$(eval $(call colmap_step,queries,$(call steps,matches) $(F)/queries.csv))
+$(eval $(call colmap_step,queries,$(call steps,matches) $(F)/queries.csv $(F)/query_cameras.json))
 $(eval $(call colmap_step,register_mapper,$(call steps,mapper queries)))
 $(eval $(call colmap_step,register_triangulate,$(call steps,triangulate queries)))
 $(C)/results.json: $(call steps,register_mapper register_triangulate) $(MADE_localize) $(EVALUATION) scripts/evaluate_colmap.py

@@ -63,7 +63,7 @@ class Work:
     def query_rows(self):
         return read_csv(self.site_dir / "frames" / "queries.csv", ("color_path", "camera_idx"))
 
-    def extract(self, database, rows):
+    def extract(self, database, rows, cameras):
         """Features of the pictures of rows of a list of frames, camera by camera."""
         for row in rows:
             if "#" in row["color_path"] or " " in row["color_path"]:
@@ -71,7 +71,7 @@ class Work:
                     f"{row['color_path']}: COLMAP cannot read a frame of a video or a name with a space; "
                     "store the pictures one by one"
                 )
-        cameras = read_json(self.site_dir / "frames" / "cameras.json")["cameras"]
+        cameras = read_json(self.site_dir / "frames" / cameras)["cameras"]
         for idx in sorted({int(row["camera_idx"]) for row in rows}):
             names = [row["color_path"] for row in rows if int(row["camera_idx"]) == idx]
             model, parameters = camera_parameters(cameras[idx]["color"])
@@ -93,7 +93,7 @@ class Work:
 
 def features(work):
     frames = Frames(work.site_dir)
-    work.extract(work.step.folder / "database.db", frames.rows)
+    work.extract(work.step.folder / "database.db", frames.rows, "cameras.json")
     return {"num_images": len(frames)}
 
 
@@ -145,7 +145,7 @@ def triangulate(work):
 def queries(work):
     database, rows = work.copy_database("matches"), work.query_rows()
     names = [row["color_path"] for row in rows]
-    work.extract(database, rows)
+    work.extract(database, rows, "query_cameras.json")
     tree = work.root / "matches" / "vocabulary.bin"
     if tree.exists():
         names_file = work.write_list("queries.txt", names)

@@ -20,7 +20,7 @@ from nightmap_eval.grid import compare_with_plan, read_grid
 from nightmap_eval.loops import loop_counts, loop_metrics, read_loops, read_relative_poses
 from nightmap_eval.metrics import query_summary, trajectory_metrics
 from nightmap_eval.ply import read_ply
-from nightmap_eval.queries import read_located
+from nightmap_eval.queries import VERDICTS, read_located
 from nightmap_eval.query_errors import PROTOCOLS
 from nightmap_eval.site import (
     Frames,
@@ -135,6 +135,9 @@ def evaluate_queries(path, truth_path, map_pair, max_gap_ns):
     rows, times_ns, located = read_located(path)
     figures = {"num_queries": len(rows), "num_located": len(located)}
     figures["num_failed"] = len(rows) - len(located)
+    figures["num_by_verdict"] = {
+        verdict: sum(row["status"] == verdict for row in rows) for verdict in VERDICTS
+    }
     errors = {}
     if truth_path.exists() and map_pair is not None:
         truth = read_tum(truth_path)

@@ -6,6 +6,7 @@ from nightmap_eval.site import read_csv, to_ints
 from nightmap_eval.trajectory import make_trajectory
 
 QUERY_COLUMNS = ("query_idx", "time_ns", "color_path", "status", "reason")
+VERDICTS = ("located", "ambiguous", "not_in_map", "no_features", "unreadable")
 POSE_COLUMNS = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw")
 
 
@@ -14,7 +15,7 @@ def read_located(path):
     rows = read_csv(path, QUERY_COLUMNS + POSE_COLUMNS)
     times_ns, poses = to_ints(rows, "time_ns", path), []
     for row, time_ns in zip(rows, times_ns):
-        if row["status"] not in ("located", "failed"):
+        if row["status"] not in VERDICTS:
             raise DataError(f"{path}: query {row['query_idx']}: unknown status {row['status']}")
         if row["status"] == "located":
             try:

@@ -53,7 +53,8 @@ def thumbnail(data, color_path):
 
 def _figures(queries):
     counts = html.table(("", ""), [
-        ("Queries", queries["num_queries"]), ("Located", queries["num_located"]),
+        ("Queries", queries["num_queries"]),
+        *((verdict.replace("_", " "), count) for verdict, count in queries["num_by_verdict"].items()),
         *([("With truth", queries["num_with_truth"])] if "num_with_truth" in queries else []),
     ])  # fmt: skip
     return [counts, _error_table(queries)] if "num_with_truth" in queries else [counts]

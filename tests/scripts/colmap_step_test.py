@@ -31,7 +31,8 @@ class ColmapStepTest(unittest.TestCase):
         self.colmap = self.site_dir / "evaluate_colmap"
         fake_site.write_site(self.site_dir)
         camera = {"fx": 500, "fy": 500, "cx": 99.5, "cy": 79.5} | dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0)
-        (self.site_dir / "frames" / "cameras.json").write_text(json.dumps({"cameras": [{"color": camera}]}))
+        for name in ("cameras.json", "query_cameras.json"):
+            (self.site_dir / "frames" / name).write_text(json.dumps({"cameras": [{"color": camera}]}))
         header = "frame_idx,time_ns,color_path,depth_path,camera_idx,sequence_idx,content_hash\n"
         rows = "0,5,queries/0.png,,0,0,00\n1,6,queries/1.png,,0,0,00\n"
         (self.site_dir / "frames" / "queries.csv").write_text(header + rows)

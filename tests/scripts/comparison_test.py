@@ -144,7 +144,7 @@ class EvaluateColmapTest(unittest.TestCase):
         located = moved(QUERIES.select(range(8)), *map_from_truth)
         fake_site.write_queries(self.site_dir, located, 0)
         text = (self.site_dir / "localize" / "queries.csv").read_text()
-        failed = [f"{i},{QUERIES.times_ns[i]},queries/{i}.png,failed,no_features,,,,,,,,,," for i in (8, 9)]
+        failed = [f"{i},{QUERIES.times_ns[i]},queries/{i}.png,no_features,no_features,,,,,,,,,," for i in (8, 9)]
         (self.site_dir / "localize" / "queries.csv").write_text(text + "\n".join(failed) + "\n")
         fake_site.write_tum(self.site_dir / "frames" / "query_ground_truth.tum", QUERIES)
         for stage in ("frames", "features", "pose_graph", "landmarks", "vocabulary", "localize"):

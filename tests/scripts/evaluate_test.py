@@ -117,6 +117,7 @@ class EvaluateTest(unittest.TestCase):
         self.write_queries(shift_m=0.07, num_failed=10)
         queries = self.metrics()["queries"]
         self.assertEqual((queries["num_located"], queries["num_failed"]), (10, 10))
+        self.assertEqual(queries["num_by_verdict"]["not_in_map"], 10)
         self.assertEqual(queries["num_with_truth"], 20)
         self.assertEqual(queries["recall_5cm_5deg_percent"], 0)
         self.assertEqual(queries["recall_10cm_5deg_percent"], 50)

@@ -79,7 +79,7 @@ def write_queries(site_dir, located, num_failed):
         rows.append(f"{i},{time_ns},queries/{i}.png,located,,50,40,0.8,{pose}")
     for i in range(len(located), len(located) + num_failed):
         time_ns = 2 * 10**18 + i
-        rows.append(f"{i},{time_ns},queries/{i}.png,failed,too few inliers,9,3,,,,,,,,")
+        rows.append(f"{i},{time_ns},queries/{i}.png,not_in_map,too few inliers,9,3,,,,,,,,")
     (site_dir / "localize").mkdir(exist_ok=True)
     (site_dir / "localize" / "queries.csv").write_text("\n".join(rows) + "\n")
 
