@@ -1,71 +1,26 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Loops: a building made to be mistaken, wrong loops among the right ones, two recordings of one
-building. Pictures are of half the size, so that they are rendered in little time. Recordings and maps
-are kept in <build>/slam.
+building.
 """
 import json
-import re
 import shutil
-import subprocess
 import sys
 import unittest
 
 import h5py
 import numpy as np
 
-from workspace import BUILD, REPOSITORY, environment
+from rendered_sites import FOLDER, make_site, recording, run, synthesize, write_site
+from workspace import BUILD, REPOSITORY
 
 sys.path.append(str(REPOSITORY / "scripts"))
 from nightmap_eval.trajectory import angles_deg, associate, read_tum  # noqa: E402
 
-FOLDER = BUILD / "slam"
-HALF_SIZE = "image_width_px = 320\nimage_height_px = 240\nfocal_length_px = 262.5\nnum_queries = 0\n"
-SEQUENCE = """
-[[sequence]]
-layout = "tum"
-folder = "{folder}"
-camera = "color"
-ground_truth = "{folder}/groundtruth.txt"
-time_offset_s = {offset}
-"""
-
-
-def run(command):
-    result = subprocess.run(list(map(str, command)), cwd=REPOSITORY, env=environment(), text=True,
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    if result.returncode != 0:
-        raise AssertionError(f"{' '.join(map(str, command))} failed:\n{result.stdout[-4000:]}")
-
-
-def synthesize(site, config):
-    """Renders into data/<site>, unless it is there already."""
-    folder = FOLDER / "data" / site
-    if (folder / "synthesize.json").exists():
-        return
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "config.toml"
-    path.write_text(config + HALF_SIZE)
-    run([BUILD / "run/synthesize", "--config", path, "--out", f"site={folder}/synthesize.json"])
-
 
 def make_trajectory(site, *variables):
     """Maps a recording up to the trajectory."""
-    site_dir = FOLDER / "maps" / site
-    run(["make", "--no-print-directory", f"SITE={site}", f"DATA={FOLDER}/data", f"MAPS={FOLDER}/maps",
-         f"BUILD={BUILD}", *variables, site_dir / "pose_graph/trajectory.tum"])
-    return site_dir
-
-
-def write_site(site, sequences):
-    """A site of several recordings, with the camera of `mirror`; -> the folder of its config."""
-    text = (REPOSITORY / "configs/sites/mirror.toml").read_text().split("[[sequence]]")[0]
-    text = re.sub(r"(?m)^root *=.*", f'root = "{site}"', text)
-    text += "".join(SEQUENCE.format(folder=f, offset=1000 * i) for i, f in enumerate(sequences))
-    sites = FOLDER / "sites"
-    sites.mkdir(parents=True, exist_ok=True)
-    (sites / f"{site}.toml").write_text(text)
-    return sites
+    return make_site(site, *variables, FOLDER / "maps" / site / "pose_graph/trajectory.tum")
 
 
 def ate_m(site_dir, trajectory):
@@ -126,10 +81,11 @@ class TwoRecordingsTest(unittest.TestCase):
     """Two drives through the demo building, each two thirds of the route, from different starts."""
 
     def test_they_merge(self):
-        for recording, start_ratio in enumerate((0.1, 0.6)):
-            synthesize(f"two/{recording}", "num_frames = 470\nlength_ratio = 0.64\noverlap_m = 0\n"
-                       f"recording = {recording}\nstart_ratio = {start_ratio}\n")
-        self.check(make_trajectory("two", f"SITES={write_site('two', ['0', '1'])}", "SYNTHETIC="))
+        for index, start_ratio in enumerate((0.1, 0.6)):
+            synthesize(f"two/{index}", "num_frames = 470\nlength_ratio = 0.64\noverlap_m = 0\n"
+                       f"num_queries = 0\nrecording = {index}\nstart_ratio = {start_ratio}\n")
+        sites = write_site("two", [recording(str(index), index) for index in range(2)])
+        self.check(make_trajectory("two", f"SITES={sites}", "SYNTHETIC="))
 
     def check(self, site_dir):
         report = json.loads((site_dir / "pose_graph/report.json").read_text())

@@ -1,0 +1,52 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures that are easily taken for others: of rooms furnished alike, of corridors that look the same
+the other way round, and of a building that was never mapped."""
+import csv
+import json
+import unittest
+
+from rendered_sites import FOLDER, make_site, recording, run, synthesize, write_site
+
+BUILDING = "num_identical_rooms = 3\nmirrored_corridors = true\n"
+NUM_QUERIES = 80
+
+
+class LookAlikesTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        synthesize("look_alikes", BUILDING + f"seed = 5\nnum_frames = 700\nnum_queries = {NUM_QUERIES}\n")
+        synthesize("look_alikes/stranger", "seed = 6\nnum_frames = 120\nmax_step_m = 1\nmax_turn_rad = 1\n"
+                   f"min_covisible_ratio = 0.2\nnum_queries = {NUM_QUERIES}\n")
+        sites = write_site("look_alikes", [
+            recording(".", 0), recording("queries", 0, "query"),
+            recording("stranger/queries", 1, "query", has_truth=False)])
+        site_dir = make_site("look_alikes", f"SITES={sites}", "SYNTHETIC=", "localize")
+        run(["/usr/bin/python3", "scripts/evaluate.py", "--site-dir", site_dir, "--data", FOLDER / "data",
+             "--out", site_dir / "evaluate/metrics.json"])
+        cls.metrics = json.loads((site_dir / "evaluate/metrics.json").read_text())["queries"]
+        with open(site_dir / "localize/queries.csv", newline="", encoding="utf-8") as file:
+            cls.rows = list(csv.DictReader(file))
+
+    def test_a_located_picture_is_in_its_own_room(self):
+        self.assertEqual(self.metrics["num_with_truth"], NUM_QUERIES)
+        self.assertLessEqual(self.metrics["located_max_translation_error_cm"], 50)
+        self.assertGreaterEqual(self.metrics["local"]["recall_5cm_5deg_percent"], 90)
+
+    def test_look_alikes_are_noticed(self):
+        rivals = [row for row in self.rows if int(row["num_rival_inliers"]) > 0.3 * int(row["num_inliers"])]
+        self.assertGreater(len(rivals), 3, "rooms furnished alike must show")
+        for row in rivals:
+            self.assertLess(float(row["confidence"]), 0.95)
+
+    def test_pictures_of_another_building_are_refused(self):
+        strangers = [row for row in self.rows if "stranger" in row["color_path"]]
+        self.assertEqual(len(strangers), NUM_QUERIES)
+        refused = [row for row in strangers if row["status"] == "not_in_map"]
+        self.assertGreaterEqual(len(refused), 0.98 * NUM_QUERIES)
+        for row in refused:
+            self.assertIn(row["reason"], ("too_few_matches", "too_few_inliers", "uncertain_pose"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Made-up buildings in pictures of half the size, so that they are rendered in little time. Recordings
+and maps are kept in <build>/slam, so that a second run costs only what changed."""
+import re
+import subprocess
+
+from workspace import BUILD, REPOSITORY, environment
+
+FOLDER = BUILD / "slam"
+HALF_SIZE = "image_width_px = 320\nimage_height_px = 240\nfocal_length_px = 262.5\n"
+RECORDING = """
+[[{table}]]
+layout = "tum"
+folder = "{folder}"
+camera = "color"
+time_offset_s = {offset}
+"""
+
+
+def run(command):
+    result = subprocess.run(list(map(str, command)), cwd=REPOSITORY, env=environment(), text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    if result.returncode != 0:
+        raise AssertionError(f"{' '.join(map(str, command))} failed:\n{result.stdout[-4000:]}")
+
+
+def synthesize(site, config):
+    """Renders into data/<site>, unless it is there already."""
+    folder = FOLDER / "data" / site
+    if (folder / "synthesize.json").exists():
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "config.toml"
+    path.write_text(config + HALF_SIZE)
+    run([BUILD / "run/synthesize", "--config", path, "--out", f"site={folder}/synthesize.json"])
+
+
+def make_site(site, *arguments):
+    """`make` of goals and variables, for a site of these; -> the folder of its results."""
+    run(["make", "--no-print-directory", f"SITE={site}", f"DATA={FOLDER}/data", f"MAPS={FOLDER}/maps",
+         f"BUILD={BUILD}", *arguments])
+    return FOLDER / "maps" / site
+
+
+def recording(folder, index, table="sequence", has_truth=True):
+    """A table of a site config; recordings of different index do not overlap in time."""
+    text = RECORDING.format(table=table, folder=folder, offset=100000 * index)
+    return text + (f'ground_truth = "{folder}/groundtruth.txt"\n' if has_truth else "")
+
+
+def write_site(site, recordings):
+    """A site of recordings by the camera of `mirror`; -> the folder of its config."""
+    text = (REPOSITORY / "configs/sites/mirror.toml").read_text().split("[[sequence]]")[0]
+    text = re.sub(r"(?m)^root *=.*", f'root = "{site}"', text)
+    sites = FOLDER / "sites"
+    sites.mkdir(parents=True, exist_ok=True)
+    (sites / f"{site}.toml").write_text(text + "".join(recordings))
+    return sites
