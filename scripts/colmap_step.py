@@ -11,9 +11,9 @@
   register_mapper, register_triangulate
                 queries put into these maps, then bundle adjustment, as COLMAP's documentation recommends
 
-COLMAP's defaults, but on the CPU, with the intrinsics known and never refined, and 30 retrieved images.
-COLMAP failing is a
-result, kept in the step's receipt; the variants that depend on it are reported as failed.
+COLMAP's defaults, but on the CPU, with the intrinsics known and never refined, and fewer images retrieved.
+COLMAP failing is a result, kept in the step's receipt; the variants that depend on it are reported as
+failed.
 Exit codes: 0 written; 1 COLMAP is not installed, or missing data; 2 wrong command line.
 """
 

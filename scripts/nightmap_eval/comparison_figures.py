@@ -31,7 +31,7 @@ def recall_png(errors, num_queries):
             axes.plot(BINS_CM, percent, color=COLORS[method], label=method)
         axes.set_ylim(0, 102)
     panels[0].set_ylabel("queries (%)")
-    panels[0].legend(fontsize=9, loc="upper left")
+    panels[0].legend(fontsize=9, loc="lower right")
     return to_png(figure)
 
 
