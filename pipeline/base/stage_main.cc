@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/base/stage_main.h"
 
-#include <algorithm>
 #include <fmt/ranges.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
+#include <algorithm>
 
 #include <CLI/CLI.hpp>
 #include <ctime>

@@ -249,9 +249,9 @@ std::optional<Matrix6d> Estimator::Covariance(const Rigid3& camera_from_world,
 
 AbsolutePose Estimator::Finish(const Rigid3& camera_from_world, int num_iterations) const {
   AbsolutePose result;
-  result.camera_from_world =
-      options_.refinement ? Refine(camera_from_world, Inliers(camera_from_world), 20)
-                          : camera_from_world;
+  result.camera_from_world = options_.refinement
+                                 ? Refine(camera_from_world, Inliers(camera_from_world), 20)
+                                 : camera_from_world;
   result.inliers = Inliers(result.camera_from_world);
   result.num_iterations = num_iterations;
   result.covariance =

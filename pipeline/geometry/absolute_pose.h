@@ -23,16 +23,16 @@ struct PointMatch {
   double point_sigma_m = 0;        // standard deviation of the point along its ray; 0 = exact
 };
 
-// Of a RANSAC sample: 3 matches, or 6. The DLT needs no four-fold choice, but at 30 % inliers 37 times
-// as many samples, and points that are not all on one plane.
+// Of a RANSAC sample: 3 matches, or 6. The DLT needs no four-fold choice, but at 30 % inliers 37
+// times as many samples, and points that are not all on one plane.
 enum class MinimalSolver { kP3p, kDlt6 };
 
 struct AbsolutePoseOptions {
   MinimalSolver solver = MinimalSolver::kP3p;
   bool local_optimization = true;  // of each best sample so far
   bool refinement = true;          // of the final pose over its inliers
-  double max_error_px = 3.0;     // inlier threshold on the reprojection error
-  double max_depth_error = 0.1;  // inlier threshold on a measured depth, relative
+  double max_error_px = 3.0;       // inlier threshold on the reprojection error
+  double max_depth_error = 0.1;    // inlier threshold on a measured depth, relative
   int min_inliers = 12;
   int min_iterations = 15;
   int max_iterations = 2000;

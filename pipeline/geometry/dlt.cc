@@ -85,9 +85,10 @@ std::optional<Rigid3> SolveDlt(const std::vector<Eigen::Vector2d>& rays,
   for (const double sign : {1.0, -1.0}) {
     const auto pose = ToRigid(sign * *matrix, normalization);
     if (!pose) continue;
-    const bool is_in_front = std::all_of(points_in_world.begin(),
-                                         points_in_world.end(),
-                                         [&](const auto& point) { return (*pose * point).z() > 0; });
+    const bool is_in_front =
+        std::all_of(points_in_world.begin(), points_in_world.end(), [&](const auto& point) {
+          return (*pose * point).z() > 0;
+        });
     if (is_in_front) return pose;
   }
   return std::nullopt;

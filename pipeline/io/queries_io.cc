@@ -13,7 +13,8 @@ namespace nightmap {
 namespace {
 
 constexpr char kHeader[] =
-    "query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,confidence,"
+    "query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,"
+    "confidence,"
     "reprojection_error_px,position_sigma_m,rotation_sigma_deg,tx_m,ty_m,tz_m,qx,qy,qz,qw";
 enum Column : std::size_t {
   kQueryIdx,

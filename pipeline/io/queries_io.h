@@ -2,8 +2,8 @@
 // localize/queries.csv: one row a query picture, located or not. Header (one line):
 //   query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,confidence,
 //   reprojection_error_px,position_sigma_m,rotation_sigma_deg,tx_m,ty_m,tz_m,qx,qy,qz,qw
-// `status` is the verdict. The pose is map_from_camera: of a located picture, and of an ambiguous one
-// that of its best supported place. `reason` is empty when located.
+// `status` is the verdict. The pose is map_from_camera: of a located picture, and of an ambiguous
+// one that of its best supported place. `reason` is empty when located.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ struct QueryResult {
   std::string reason;  // why not located, one word
   int num_matches = 0;
   int num_inliers = 0;
-  int num_rival_inliers = 0;         // of the pose in the second best place
+  int num_rival_inliers = 0;  // of the pose in the second best place
   // 0 to 1: lead of this place over its rival in the features' votes; at most what chance leaves.
   double confidence = 0;
   double reprojection_error_px = 0;  // root mean square over the inliers

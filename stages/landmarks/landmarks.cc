@@ -111,7 +111,10 @@ void AssignWords(const VocabularyTree& tree, int num_threads, LandmarkMap* map) 
 }  // namespace
 
 void LandmarksOptions::Register(OptionList& list) {
-  list.Add("observers", &observers, {"keyframes", "all"}, "described frames whose features make landmarks");
+  list.Add("observers",
+           &observers,
+           {"keyframes", "all"},
+           "described frames whose features make landmarks");
   list.Add("max_error_px", &max_error_px, Range(0.5, 50), "reprojection error of an observation");
   list.Add("max_depth_error", &max_depth_error, Range(0, 1), "relative, landmark against depth");
   list.Add("max_descriptor_distance",

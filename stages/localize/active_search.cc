@@ -88,8 +88,8 @@ std::vector<int> ActiveSearch::FeaturesLike(int landmark) const {
 bool ActiveSearch::AreCovisible(int landmark_a, int landmark_b) const {
   const std::vector<int>& a = index_.KeyframesOf(landmark_a);
   const std::vector<int>& b = index_.KeyframesOf(landmark_b);
-  return std::ranges::any_of(
-      a, [&](int keyframe) { return std::ranges::binary_search(b, keyframe); });
+  return std::ranges::any_of(a,
+                             [&](int keyframe) { return std::ranges::binary_search(b, keyframe); });
 }
 
 void ActiveSearch::QueueNeighbours(int landmark) {

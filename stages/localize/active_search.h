@@ -55,8 +55,8 @@ class ActiveSearch {
   const LandmarkIndex& index_;
   const FrameFeatures& features_;
   std::priority_queue<Step> steps_;
-  int num_steps_ = 0;               // queued so far
-  std::vector<int> feature_words_;  // at search_level
+  int num_steps_ = 0;                                        // queued so far
+  std::vector<int> feature_words_;                           // at search_level
   std::unordered_map<int, std::vector<int>> word_features_;  // at landmark_level
   std::vector<bool> is_matched_;                             // of each feature
   std::vector<bool> is_queued_;                              // of each landmark

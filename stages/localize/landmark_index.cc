@@ -137,8 +137,8 @@ int LandmarkIndex::KeyframeOf(int frame_idx) const {
 }
 
 std::vector<int> LandmarkIndex::Nearest(int landmark, int count) const {
-  const std::size_t num_asked = std::min(static_cast<std::size_t>(count) + 1,
-                                         map_.positions_in_map.size());
+  const std::size_t num_asked =
+      std::min(static_cast<std::size_t>(count) + 1, map_.positions_in_map.size());
   std::vector<std::size_t> found(num_asked);
   std::vector<double> squared_m(num_asked);
   spatial_tree_->tree.knnSearch(

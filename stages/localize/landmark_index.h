@@ -25,7 +25,9 @@ std::vector<LandmarkMatch> KeepOneToOne(std::vector<LandmarkMatch> matches);
 // Const after construction: queries may share one between threads. Keeps references.
 class LandmarkIndex {
  public:
-  LandmarkIndex(const LocalizeOptions& options, const LandmarkMap& map, const Vocabulary& vocabulary);
+  LandmarkIndex(const LocalizeOptions& options,
+                const LandmarkMap& map,
+                const Vocabulary& vocabulary);
   ~LandmarkIndex();
 
   const LandmarkMap& Map() const { return map_; }
@@ -42,7 +44,8 @@ class LandmarkIndex {
     return map_.landmark_keyframes[static_cast<std::size_t>(landmark)];
   }
 
-  // Descriptors (rows of the map) under a vocabulary node of the search level, or of the leaf level.
+  // Descriptors (rows of the map) under a vocabulary node of the search level, or of the leaf
+  // level.
   std::span<const int> DescriptorsOfWord(int word) const { return at_search_level_.Of(word); }
   std::span<const int> DescriptorsOfLeaf(int leaf) const { return at_leaves_.Of(leaf); }
   // First descriptor of a landmark and the one after its last.

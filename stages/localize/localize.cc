@@ -139,10 +139,9 @@ std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
     ParallelFor(count, num_threads, [&](std::size_t i) {
       const FrameRecord& query = input.queries[begin + i];
       const Camera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)].color;
-      results[begin + i] =
-          described[i].is_readable
-              ? localizer.Localize(query, camera, described[i].features)
-              : FailedQuery(query, QueryVerdict::kUnreadable, "unreadable_image");
+      results[begin + i] = described[i].is_readable
+                               ? localizer.Localize(query, camera, described[i].features)
+                               : FailedQuery(query, QueryVerdict::kUnreadable, "unreadable_image");
     });
   }
   progress.Finish();

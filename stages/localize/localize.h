@@ -62,11 +62,11 @@ struct LocalizeInput {
 
 // One result a query, in their order; see QueryVerdict. Reasons: too_few_matches, too_few_inliers
 // and uncertain_pose (not in the map), rival_place (ambiguous), no_features, unreadable_image.
-// Active search as published in CN106940186A, or by the options one of its parts, with what makes it
-// better: prioritized search (Sattler, Leibe, Kobbelt, ICCV 2011 and ECCV 2012), covisible matches
-// only, P3P, a second search around the first pose, and retrieval where words lead nowhere.
-// Deterministic in the seed, at any number of threads. Throws DataError without queries or landmarks
-// or when map and vocabulary do not belong together.
+// Active search as published in CN106940186A, or by the options one of its parts, with what makes
+// it better: prioritized search (Sattler, Leibe, Kobbelt, ICCV 2011 and ECCV 2012), covisible
+// matches only, P3P, a second search around the first pose, and retrieval where words lead nowhere.
+// Deterministic in the seed, at any number of threads. Throws DataError without queries or
+// landmarks or when map and vocabulary do not belong together.
 std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
                                      const LocalizeInput& input,
                                      Progress& progress,

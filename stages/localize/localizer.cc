@@ -68,17 +68,17 @@ QueryResult Localizer::Localize(const FrameRecord& query,
   if (features.NumFeatures() == 0) {
     return FailedQuery(query, QueryVerdict::kNoFeatures, "no_features");
   }
-  const Picture picture{camera,
-                        features,
-                        Random(static_cast<std::uint64_t>(options_.seed),
-                               static_cast<std::uint64_t>(query.frame_idx))
-                            .Next()};
+  const Picture picture{
+      camera,
+      features,
+      Random(static_cast<std::uint64_t>(options_.seed), static_cast<std::uint64_t>(query.frame_idx))
+          .Next()};
   int num_matches = 0;
   auto located = SearchAndEstimate(picture, &num_matches);
   if (!located) located = SearchRetrieved(picture, &num_matches);
   const bool few = num_matches < options_.min_inliers;
-  QueryResult result = FailedQuery(
-      query, QueryVerdict::kNotInMap, few ? "too_few_matches" : "too_few_inliers");
+  QueryResult result =
+      FailedQuery(query, QueryVerdict::kNotInMap, few ? "too_few_matches" : "too_few_inliers");
   result.num_matches = num_matches;
   if (located) Judge(picture, SearchAround(picture, *located), &result);
   return result;
@@ -122,8 +122,8 @@ std::optional<Localizer::Located> Localizer::SearchRival(const Picture& picture,
   const auto matches = SearchRivals(options_, index_, picture.features, located.Inliers());
   // One that explains as much in the end shows more than a tenth of it here.
   const double num_enough = 0.1 * options_.max_rival_ratio * located.NumInliers();
-  const auto first = Estimate(
-      picture, matches, std::max(options_.min_seed_inliers, static_cast<int>(num_enough)));
+  const auto first =
+      Estimate(picture, matches, std::max(options_.min_seed_inliers, static_cast<int>(num_enough)));
   if (!first) return {};
   Located rival = SearchAround(picture, *first);
   const Rigid3 map_from_camera = located.pose.camera_from_world.Inverse();
@@ -179,8 +179,8 @@ std::optional<Localizer::Located> Localizer::Estimate(const Picture& picture,
   std::vector<PointMatch> points;
   for (const LandmarkMatch& match : matches) {
     const auto feature = static_cast<std::size_t>(match.feature);
-    points.push_back({picture.features.keypoints_px[feature].cast<double>(),
-                      index_.Position(match.landmark)});
+    points.push_back(
+        {picture.features.keypoints_px[feature].cast<double>(), index_.Position(match.landmark)});
   }
   AbsolutePoseOptions pose_options;
   pose_options.solver = options_.solver == "dlt6" ? MinimalSolver::kDlt6 : MinimalSolver::kP3p;

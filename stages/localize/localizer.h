@@ -17,9 +17,9 @@ namespace nightmap {
 // The row of a query that was not located.
 QueryResult FailedQuery(const FrameRecord& query, QueryVerdict verdict, const std::string& reason);
 
-// Active search; where that gives no pose, retrieval; once more around the pose found; then a search
-// for another place that explains the picture as well. Const after construction: queries may share
-// one between threads. Keeps references.
+// Active search; where that gives no pose, retrieval; once more around the pose found; then a
+// search for another place that explains the picture as well. Const after construction: queries may
+// share one between threads. Keeps references.
 class Localizer {
  public:
   Localizer(const LocalizeOptions& options, const LandmarkMap& map, const Vocabulary& vocabulary)

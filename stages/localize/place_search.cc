@@ -32,8 +32,8 @@ class Places {
   std::vector<int> parents_;
 };
 
-// Retrieved keyframes, best first; more frames than keyframes are asked for: not every mapping frame
-// is a keyframe.
+// Retrieved keyframes, best first; more frames than keyframes are asked for: not every mapping
+// frame is a keyframe.
 std::vector<int> Retrieve(const LocalizeOptions& options,
                           const LandmarkIndex& index,
                           const FrameFeatures& features) {

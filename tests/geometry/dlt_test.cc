@@ -24,9 +24,8 @@ Views MakeViews(int num_points, double flatness, Random& random) {
   views.camera_from_world.translation = {
       random.Uniform(-30, 30), random.Uniform(-30, 30), random.Uniform(-2, 2)};
   for (int i = 0; i < num_points; ++i) {
-    const Eigen::Vector3d point(random.Uniform(-1, 1),
-                                random.Uniform(-1, 1),
-                                3 + flatness * random.Uniform(-1, 1));
+    const Eigen::Vector3d point(
+        random.Uniform(-1, 1), random.Uniform(-1, 1), 3 + flatness * random.Uniform(-1, 1));
     views.rays.push_back(point.head<2>() / point.z());
     views.points.push_back(views.camera_from_world.Inverse() * point);
   }

@@ -9,15 +9,17 @@ namespace nightmap {
 namespace {
 
 constexpr char kHeader[] =
-    "query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,confidence,"
+    "query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,"
+    "confidence,"
     "reprojection_error_px,position_sigma_m,rotation_sigma_deg,tx_m,ty_m,tz_m,qx,qy,qz,qw\n";
 
 std::vector<QueryResult> MakeQueries() {
   const Rigid3 pose{Eigen::Quaterniond(Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitX())),
                     {0.1, -2, 1e-7}};
-  return {{0, 2000000000, "a,b.png", QueryVerdict::kLocated, "", 90, 80, 7, 0.9, 1.25, 0.01, 0.2, pose},
-          {1, 1000000000, "c.png", QueryVerdict::kNotInMap, "too_few_matches", 3, 0, 0, 0, 0, 0, 0, {}},
-          {2, 3, "d.png", QueryVerdict::kAmbiguous, "rival", 50, 40, 38, 0.05, 1, 0.1, 1, pose}};
+  return {
+      {0, 2000000000, "a,b.png", QueryVerdict::kLocated, "", 90, 80, 7, 0.9, 1.25, 0.01, 0.2, pose},
+      {1, 1000000000, "c.png", QueryVerdict::kNotInMap, "too_few_matches", 3, 0, 0, 0, 0, 0, 0, {}},
+      {2, 3, "d.png", QueryVerdict::kAmbiguous, "rival", 50, 40, 38, 0.05, 1, 0.1, 1, pose}};
 }
 
 class QueriesIoTest : public testing::Test {

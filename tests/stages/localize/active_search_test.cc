@@ -26,7 +26,8 @@ class SearchTest : public testing::Test {
     return &features_.descriptors[static_cast<std::size_t>(128 * feature)];
   }
 
-  // Of all landmarks with the word of the feature, the nearest, and whether it is by far the nearest.
+  // Of all landmarks with the word of the feature, the nearest, and whether it is by far the
+  // nearest.
   std::map<int, int> BruteForceWords() const {
     std::map<int, int> landmark_of;
     for (int f = 0; f < features_.NumFeatures(); ++f) {
@@ -87,7 +88,8 @@ TEST_F(SearchTest, LandmarksToFeaturesIsWhatBruteForceFinds) {
     }
     std::ranges::sort(found);
     if (found.empty() || found[0].first > 512 * 512 * 0.49) continue;
-    if (found.size() == 1 || found[0].first < 0.64 * found[1].first) feature_of[d] = found[0].second;
+    if (found.size() == 1 || found[0].first < 0.64 * found[1].first)
+      feature_of[d] = found[0].second;
   }
   const auto matches = Search("3d_to_2d");
   EXPECT_EQ(matches.size(), feature_of.size());
@@ -103,8 +105,8 @@ TEST_F(SearchTest, StopsAtThePresetNumber) {
   }
 }
 
-// A feature that is unlike all landmarks of its word, but a landmark beside a match finds it: its own
-// word at landmark_level is right.
+// A feature that is unlike all landmarks of its word, but a landmark beside a match finds it: its
+// own word at landmark_level is right.
 TEST_F(SearchTest, TheCombinedSearchFindsWhatWordsMiss) {
   options_.max_ratio = 0.5;
   options_.max_matches = 100000;
@@ -127,7 +129,8 @@ TEST_F(SearchTest, NearestLandmarksAreThoseOfBruteForce) {
   const LandmarkIndex index(options_, map_, vocabulary_);
   std::vector<int> order;
   for (int i = 1; i < map_.NumLandmarks(); ++i) order.push_back(i);
-  std::ranges::sort(order, {}, [&](int i) { return (index.Position(i) - index.Position(0)).norm(); });
+  std::ranges::sort(
+      order, {}, [&](int i) { return (index.Position(i) - index.Position(0)).norm(); });
   order.resize(20);
   EXPECT_EQ(index.Nearest(0, 20), order);
   EXPECT_EQ(index.Nearest(0, 100000).size(), map_.positions_in_map.size() - 1);
@@ -144,8 +147,8 @@ TEST_F(SearchTest, RetrievalAndAPoseFindTheRightLandmarks) {
   const LandmarkIndex index(options_, map_, vocabulary_);
   auto found = SearchByRetrieval(options_, index, features_);
   ASSERT_EQ(found.size(), 1U);
-  found.push_back(SearchByPose(
-      options_, index, features_, scene_.cameras[0].color, pose_.Inverse(), seen_));
+  found.push_back(
+      SearchByPose(options_, index, features_, scene_.cameras[0].color, pose_.Inverse(), seen_));
   for (const auto& matches : found) {
     EXPECT_GT(matches.size(), seen_.size() / 2);
     for (const LandmarkMatch& match : matches) {
@@ -156,7 +159,8 @@ TEST_F(SearchTest, RetrievalAndAPoseFindTheRightLandmarks) {
 
 TEST_F(SearchTest, RivalsAreTheTwins) {
   const auto matches = Search("2d_to_3d");
-  EXPECT_TRUE(SearchRivals(options_, LandmarkIndex(options_, map_, vocabulary_), features_, {}).empty());
+  EXPECT_TRUE(
+      SearchRivals(options_, LandmarkIndex(options_, map_, vocabulary_), features_, {}).empty());
   const int num_landmarks = map_.NumLandmarks();
   AddTwin({Eigen::Quaterniond::Identity(), {20, 0, 0}}, &map_);
   const LandmarkIndex index(options_, map_, vocabulary_);

@@ -96,7 +96,8 @@ TEST_F(LocalizeTest, FindsThePoseWithAnotherCamera) {
   ExpectLocated(result);
 }
 
-// A picture turned by a quarter: the camera is rolled, no more. (Descriptors turn with the picture.)
+// A picture turned by a quarter: the camera is rolled, no more. (Descriptors turn with the
+// picture.)
 TEST_F(LocalizeTest, FindsThePoseOfARolledCamera) {
   const Rigid3 roll{Eigen::Quaterniond(Eigen::AngleAxisd(1.5708, Eigen::Vector3d::UnitZ())),
                     Eigen::Vector3d::Zero()};
