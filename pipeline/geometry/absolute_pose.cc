@@ -232,9 +232,10 @@ int Estimator::RequiredIterations(int num_inliers) const {
   const double miss = std::max(1e-12, 1 - std::pow(ratio, SampleSize()));
   if (miss >= 1) return options_.max_iterations;
   const double required = std::log(1 - options_.confidence) / std::log(miss);
-  return static_cast<int>(std::clamp(required,
-                                     static_cast<double>(options_.min_iterations),
-                                     static_cast<double>(options_.max_iterations)));
+  return static_cast<int>(
+      std::clamp(required,
+                 static_cast<double>(std::min(options_.min_iterations, options_.max_iterations)),
+                 static_cast<double>(options_.max_iterations)));
 }
 
 std::optional<Matrix6d> Estimator::Covariance(const Rigid3& camera_from_world,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Camera pose by the direct linear transform (Hartley and Zisserman, Multiple View Geometry, 2004,
-// section 7.1, with their normalization of the points).
+// section 7.1, the points normalized as there; rays need it less).
 #pragma once
 
 #include <Eigen/Core>

@@ -31,7 +31,7 @@ struct QueryResult {
   int query_idx = 0;
   std::int64_t time_ns = 0;
   std::string color_path;
-  QueryVerdict verdict = QueryVerdict::kLocated;
+  QueryVerdict verdict = QueryVerdict::kNotInMap;
   std::string reason;  // why not located, one word
   int num_matches = 0;
   int num_inliers = 0;

@@ -16,7 +16,7 @@ namespace nightmap {
 // are visited in the order of cells, then of insertion.
 class PixelGrid {
  public:
-  // Holds pixels inside the image of `camera`.
+  // Pixels outside of the image of `camera` (undistorted keypoints may be) count to its border.
   PixelGrid(const Camera& camera, double radius_px)
       : cell_px_(radius_px),
         columns_(Cell(camera.width) + 3),
@@ -24,14 +24,14 @@ class PixelGrid {
         cells_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {}
 
   void Add(const Eigen::Vector2d& pixel, int value) {
-    cells_[Index(Cell(pixel.x()) + 1, Cell(pixel.y()) + 1)].push_back(value);
+    cells_[Index(Column(pixel), Row(pixel))].push_back(value);
   }
 
   // Calls body(value) for everything that may lie within the radius (and some that does not).
   template <typename Body>
   void ForNear(const Eigen::Vector2d& pixel, const Body& body) const {
-    const int column = std::clamp(Cell(pixel.x()) + 1, 1, columns_ - 2);
-    const int row = std::clamp(Cell(pixel.y()) + 1, 1, rows_ - 2);
+    const int column = Column(pixel);
+    const int row = Row(pixel);
     for (int y = row - 1; y <= row + 1; ++y) {
       for (int x = column - 1; x <= column + 1; ++x) {
         for (const int value : cells_[Index(x, y)]) body(value);
@@ -41,6 +41,13 @@ class PixelGrid {
 
  private:
   int Cell(double coordinate) const { return static_cast<int>(std::floor(coordinate / cell_px_)); }
+  // Clamped before it becomes an integer; what is no number counts to the first.
+  int Clamped(double coordinate, int count) const {
+    const double cell = std::floor(coordinate / cell_px_) + 1;
+    return cell > 1 ? static_cast<int>(std::min(cell, static_cast<double>(count - 2))) : 1;
+  }
+  int Column(const Eigen::Vector2d& pixel) const { return Clamped(pixel.x(), columns_); }
+  int Row(const Eigen::Vector2d& pixel) const { return Clamped(pixel.y(), rows_); }
   std::size_t Index(int column, int row) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
            static_cast<std::size_t>(column);

@@ -52,9 +52,8 @@ std::vector<LandmarkMatch> KeepOneToOne(std::vector<LandmarkMatch> matches) {
 }
 
 struct LandmarkIndex::SpatialTree {
-  explicit SpatialTree(const std::vector<Eigen::Vector3d>& points) : cloud{points}, tree(3, cloud) {
-    tree.buildIndex();
-  }
+  explicit SpatialTree(const std::vector<Eigen::Vector3d>& points)
+      : cloud{points}, tree(3, cloud) {}
   PointCloud cloud;
   nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, PointCloud>,
                                       PointCloud,

@@ -34,15 +34,15 @@ void CheckInput(const LocalizeInput& input) {
 // What is known of a picture before it is searched for: its features, or why it has none.
 struct Described {
   FrameFeatures features;
-  bool is_readable = true;
+  std::string problem;
 };
 
 Described Describe(const LocalizeInput& input, const FrameRecord& query) {
   const RgbdCamera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)];
   try {
-    return {ExtractFeatures(input.load_color(query, camera), camera.color, input.extraction)};
-  } catch (const DataError&) {
-    return {{}, false};
+    return {ExtractFeatures(input.load_color(query, camera), camera.color, input.extraction), ""};
+  } catch (const DataError& error) {
+    return {{}, error.what()};
   }
 }
 
@@ -127,7 +127,7 @@ std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
   const Localizer localizer(options, *input.map, *input.vocabulary);
   std::vector<QueryResult> results(input.queries.size());
   std::vector<Described> described(std::min(kBatch, results.size()));
-  progress.Start(results.size());
+  progress.Start(2 * results.size());
   for (std::size_t begin = 0; begin < results.size(); begin += kBatch) {
     const std::size_t count = std::min(kBatch, results.size() - begin);
     input.begin_part("extract");
@@ -135,13 +135,17 @@ std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
       described[i] = Describe(input, input.queries[begin + i]);
       progress.Advance();
     });
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!described[i].problem.empty()) input.skip(described[i].problem);
+    }
     input.begin_part("locate");
     ParallelFor(count, num_threads, [&](std::size_t i) {
       const FrameRecord& query = input.queries[begin + i];
       const Camera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)].color;
-      results[begin + i] = described[i].is_readable
+      results[begin + i] = described[i].problem.empty()
                                ? localizer.Localize(query, camera, described[i].features)
                                : FailedQuery(query, QueryVerdict::kUnreadable, "unreadable_image");
+      progress.Advance();
     });
   }
   progress.Finish();

@@ -56,6 +56,8 @@ struct LocalizeInput {
   const Vocabulary* vocabulary = nullptr;
   // The color image of a query; throws DataError when it cannot be read.
   std::function<ColorImage(const FrameRecord&, const RgbdCamera&)> load_color;
+  // Told why a picture could not be read, in the order of the queries.
+  std::function<void(const std::string&)> skip = [](const std::string&) {};
   // Told when the work on features (`extract`) and that on poses (`locate`) begins, in turn.
   std::function<void(const char*)> begin_part = [](const char*) {};
 };

@@ -140,7 +140,7 @@ void Localizer::Judge(const Picture& picture, Located located, QueryResult* resu
   Votes votes{located.NumInliers(), 0};
   if (rival) {
     votes = Compare(located.Inliers(), rival->Inliers());
-    if (votes.num_second > votes.num_first) {
+    if (votes.num_second > votes.num_first && rival->NumInliers() >= options_.min_inliers) {
       std::swap(located, *rival);
       std::swap(votes.num_first, votes.num_second);
     }

@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
                                   [&](const FrameRecord& query, const RgbdCamera& camera) {
                                     return LoadColor(query, camera, data);
                                   },
+                                  [&](const std::string& problem) { context.Skip(problem); },
                                   [&](const char* part) { context.BeginPart(part); }};
         const auto results =
             RunLocalize(options, input, context.GetProgress(), context.NumThreads());

@@ -6,31 +6,18 @@
 #include <map>
 #include <numeric>
 
+#include "pipeline/base/union_find.h"
 #include "pipeline/vision/descriptor_distance.h"
 #include "pipeline/vision/pixel_grid.h"
 
 namespace nightmap {
 namespace {
 
-// Disjoint sets of keyframes.
-class Places {
- public:
-  explicit Places(const LandmarkIndex& index) : parents_(index.Map().keyframes.size()) {
-    std::iota(parents_.begin(), parents_.end(), 0);
+void JoinAll(const std::vector<int>& keyframes, UnionFind* places) {
+  for (const int keyframe : keyframes) {
+    places->Join(static_cast<std::size_t>(keyframes[0]), static_cast<std::size_t>(keyframe));
   }
-  int Find(int keyframe) {
-    int& parent = parents_[static_cast<std::size_t>(keyframe)];
-    return parent == keyframe ? keyframe : parent = Find(parent);
-  }
-  void Join(const std::vector<int>& keyframes) {
-    for (const int keyframe : keyframes) {
-      parents_[static_cast<std::size_t>(Find(keyframe))] = Find(keyframes[0]);
-    }
-  }
-
- private:
-  std::vector<int> parents_;
-};
+}
 
 // Retrieved keyframes, best first; more frames than keyframes are asked for: not every mapping
 // frame is a keyframe.
@@ -52,18 +39,19 @@ std::vector<int> Retrieve(const LocalizeOptions& options,
 // In the order of their first keyframe.
 std::vector<std::vector<int>> PartByCovisibility(const LandmarkIndex& index,
                                                  const std::vector<int>& keyframes) {
-  Places places(index);
+  UnionFind places(index.Map().keyframes.size());
   for (const int landmark : index.LandmarksOf(keyframes)) {
     std::vector<int> seen_by;
     for (const int keyframe : index.KeyframesOf(landmark)) {
       if (std::ranges::find(keyframes, keyframe) != keyframes.end()) seen_by.push_back(keyframe);
     }
-    if (seen_by.size() > 1) places.Join(seen_by);
+    JoinAll(seen_by, &places);
   }
   std::vector<std::vector<int>> parts;
-  std::map<int, std::size_t> part_of;
+  std::map<std::size_t, std::size_t> part_of;
   for (const int keyframe : keyframes) {
-    const auto [found, is_new] = part_of.try_emplace(places.Find(keyframe), parts.size());
+    const auto [found, is_new] =
+        part_of.try_emplace(places.Find(static_cast<std::size_t>(keyframe)), parts.size());
     if (is_new) parts.emplace_back();
     parts[found->second].push_back(keyframe);
   }
@@ -97,11 +85,12 @@ std::vector<int> MostCovisible(const LandmarkIndex& index,
 
 std::vector<LandmarkMatch> LargestPlace(const LandmarkIndex& index,
                                         const std::vector<LandmarkMatch>& matches) {
-  Places places(index);
-  for (const LandmarkMatch& match : matches) places.Join(index.KeyframesOf(match.landmark));
+  UnionFind places(index.Map().keyframes.size());
+  for (const LandmarkMatch& match : matches) JoinAll(index.KeyframesOf(match.landmark), &places);
   const auto place = [&](const LandmarkMatch& match) {
     const std::vector<int>& seen_by = index.KeyframesOf(match.landmark);
-    return seen_by.empty() ? -1 : places.Find(seen_by[0]);
+    return seen_by.empty() ? -1
+                           : static_cast<int>(places.Find(static_cast<std::size_t>(seen_by[0])));
   };
   std::map<int, int> sizes;
   for (const LandmarkMatch& match : matches) ++sizes[place(match)];
@@ -174,7 +163,8 @@ std::vector<LandmarkMatch> SearchByPose(const LocalizeOptions& options,
     const Eigen::Vector3d point = camera_from_map * index.Position(landmark);
     if (point.z() <= 0.01) continue;
     const auto pixel = camera.ProjectUndistorted(point);
-    if (!pixel || !camera.Contains(*pixel)) continue;
+    const auto raw_pixel = camera.Project(point);
+    if (!pixel || !raw_pixel || !camera.Contains(*raw_pixel)) continue;
     grid.ForNear(*pixel, [&](int feature) {
       const auto& keypoint = features.keypoints_px[static_cast<std::size_t>(feature)];
       if ((keypoint.cast<double>() - *pixel).norm() > options.guided_radius_px) return;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <map>
 
 #include "pipeline/vision/descriptor_distance.h"
@@ -105,14 +106,24 @@ TEST_F(SearchTest, StopsAtThePresetNumber) {
   }
 }
 
-// A feature that is unlike all landmarks of its word, but a landmark beside a match finds it: its
-// own word at landmark_level is right.
+// Every other landmark has a wrong word at search_level: only from beside it is it found, by its
+// word at landmark_level.
 TEST_F(SearchTest, TheCombinedSearchFindsWhatWordsMiss) {
-  options_.max_ratio = 0.5;
   options_.max_matches = 100000;
-  EXPECT_GE(Search("combined").size(), Search("2d_to_3d").size());
+  const auto level = static_cast<std::size_t>(options_.search_level - 1);
+  const auto depth = static_cast<std::size_t>(map_.num_word_levels);
+  for (std::size_t i = 0; i < map_.descriptor_landmarks.size(); i += 2) {
+    map_.words[i * depth + level] = 0;
+  }
+  const std::size_t num_by_words = Search("2d_to_3d").size();
+  EXPECT_LT(num_by_words, 0.7 * static_cast<double>(seen_.size()));
+  const auto matches = Search("combined");
+  EXPECT_GT(static_cast<double>(matches.size()), 1.3 * static_cast<double>(num_by_words));
+  for (const LandmarkMatch& match : matches) {
+    EXPECT_EQ(match.landmark, seen_[static_cast<std::size_t>(match.feature)]);
+  }
   options_.num_nearest_landmarks = 0;
-  EXPECT_EQ(Search("combined").size(), Search("2d_to_3d").size());
+  EXPECT_EQ(Search("combined").size(), num_by_words);
 }
 
 // The same descriptor at two distant points is ambiguous, at two near ones it is not.
@@ -154,6 +165,27 @@ TEST_F(SearchTest, RetrievalAndAPoseFindTheRightLandmarks) {
     for (const LandmarkMatch& match : matches) {
       EXPECT_EQ(match.landmark, seen_[static_cast<std::size_t>(match.feature)]);
     }
+  }
+}
+
+// Undistorted, the corners of a picture of a wide lens lie far outside of it.
+TEST_F(SearchTest, APoseFindsLandmarksToTheEdgeOfAWideLens) {
+  scene_.cameras[0].color = Camera{400, 240, 260, 260, 199.5, 119.5, -0.2};
+  seen_.clear();
+  features_ = scene_.See(pose_, 0, &seen_);
+  int num_outside = 0;
+  for (Eigen::Vector2f& pixel : features_.keypoints_px) {
+    pixel = scene_.cameras[0].color.Undistort(pixel.cast<double>()).cast<float>();
+    num_outside += !scene_.cameras[0].color.Contains(pixel.cast<double>());
+  }
+  EXPECT_GT(num_outside, 10);
+  features_.keypoints_px[0].x() = std::numeric_limits<float>::quiet_NaN();
+  const LandmarkIndex index(options_, map_, vocabulary_);
+  const auto matches =
+      SearchByPose(options_, index, features_, scene_.cameras[0].color, pose_.Inverse(), seen_);
+  EXPECT_GT(matches.size(), 0.95 * static_cast<double>(seen_.size()));
+  for (const LandmarkMatch& match : matches) {
+    EXPECT_EQ(match.landmark, seen_[static_cast<std::size_t>(match.feature)]);
   }
 }
 

@@ -171,7 +171,10 @@ TEST_F(LocalizeTest, EveryQueryGetsARow) {
     if (query.color_path == "broken.png") throw DataError("broken.png: truncated");
     return load_gray(query, camera);
   };
+  std::vector<std::string> problems;
+  input_.skip = [&](const std::string& problem) { problems.push_back(problem); };
   const auto results = Run(2);
+  EXPECT_EQ(problems, std::vector<std::string>{"broken.png: truncated"});
   ASSERT_EQ(results.size(), 3U);
   EXPECT_EQ(results[0].reason, "no_features");
   EXPECT_EQ(results[1].reason, "unreadable_image");

@@ -41,6 +41,7 @@ PlanInputs Rooms() {
 
 QueryResult Located(const std::string& color_path, double x, double y) {
   QueryResult query;
+  query.verdict = QueryVerdict::kLocated;
   query.color_path = color_path;
   query.map_from_camera.translation = {x, y, 1.2};
   return query;
@@ -49,6 +50,7 @@ QueryResult Located(const std::string& color_path, double x, double y) {
 PlanInputs RoomsWithPictures() {
   PlanInputs inputs = Rooms();
   QueryResult lost = Located("site/color/lost.png", 0, 0);
+  lost.verdict = QueryVerdict::kNotInMap;
   lost.reason = "too_few_inliers";
   inputs.queries = {lost,
                     Located("site/color/a.png", 1.25, 2.45),
@@ -276,6 +278,9 @@ TEST(PlanErrors, UnusablePictures) {
   once.queries.pop_back();
   EXPECT_THAT(ErrorOf<DataError>(Between("picture:lost", "picture:b"), once),
               AllOf(HasSubstr("not located"), HasSubstr("too_few_inliers")));
+  once.queries[0].verdict = QueryVerdict::kAmbiguous;  // has a pose, but perhaps the wrong one
+  EXPECT_THAT(ErrorOf<DataError>(Between("picture:lost", "picture:b"), once),
+              HasSubstr("ambiguous"));
   EXPECT_THAT(ErrorOf<DataError>(Between("picture:a", "picture:b"), Rooms()),
               HasSubstr("not among the 0"));
 }
