@@ -33,7 +33,8 @@ SETTING = (
     "map images: all mapping frames of nightmap",
     "COLMAP's defaults but for what is said here; on the CPU; intrinsics known and never refined",
     "matching of the map: {matching}",
-    "queries are matched with mapping frames only, registered, then bundle adjustment with the whole map",
+    "matching of a query: {query_matching}",
+    "queries are registered, then bundle adjustment with the whole map",
     "COLMAP's models are put on nightmap's map by a similarity over their map cameras",
 )
 
@@ -172,11 +173,13 @@ def main():
     truth, folder = site.truth(), arguments.out.parent
     references = {"truth": truth} if truth else {}
     references |= {m.name: m.merged() for m in methods if m.num_located()}
-    matches = read_receipt(site.colmap / "matches")
+    matches, queries = (read_receipt(site.colmap / step) for step in ("matches", "queries"))
+    matching = {"matching": matches.get("matching", "failed"),
+                "query_matching": queries.get("matching", "failed")}  # fmt: skip
     results = {
         "format": "nightmap comparison with COLMAP", "version": 1, "site": site.dir.resolve().name,
         "colmap": matches["colmap"], "threads": matches["threads"],
-        "setting": [line.format(matching=matches.get("matching", "failed")) for line in SETTING],
+        "setting": [line.format(**matching) for line in SETTING],
         "num_map_frames": len(site.map_times), "has_ground_truth": truth is not None,
         "made_of": {name: file_hash(site.dir / name) for name in ("pose_graph/trajectory.tum", "localize/queries.csv")},
         "methods": {m.name: method_figures(site, m, references) for m in methods},

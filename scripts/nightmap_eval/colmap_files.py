@@ -15,7 +15,6 @@ import numpy as np
 from nightmap_eval.errors import DataError
 from nightmap_eval.trajectory import quaternion, rotation_matrices
 
-MAX_IMAGES = 2147483647  # COLMAP's pair_id is image_id1 * MAX_IMAGES + image_id2
 NUM_PARAMETERS = {1: 4, 6: 12}  # of the camera models we give: PINHOLE, FULL_OPENCV
 
 
@@ -147,16 +146,3 @@ def read_cameras(database):
 def read_images(database):
     """Rows (image_id, name, camera_id)."""
     return _select(database, "SELECT image_id, name, camera_id FROM images ORDER BY image_id")
-
-
-def forget_pairs_among(database, names):
-    """Removes the matches between two images that are both among `names`."""
-    names = set(names)
-    ids = {image_id for image_id, name, _ in read_images(database) if name in names}
-    connection = sqlite3.connect(database)
-    for table in ("matches", "two_view_geometries"):
-        pairs = [row[0] for row in connection.execute(f"SELECT pair_id FROM {table}")]
-        among = [(p,) for p in pairs if p // MAX_IMAGES in ids and p % MAX_IMAGES in ids]
-        connection.executemany(f"DELETE FROM {table} WHERE pair_id = ?", among)
-    connection.commit()
-    connection.close()

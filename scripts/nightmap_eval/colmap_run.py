@@ -48,7 +48,8 @@ class Step:
         self.folder.mkdir(parents=True)
 
     def colmap(self, command, **options):
-        """Runs `colmap <command>`; an option a__b is --a.b. Raises ColmapFailed with the reason."""
+        """Runs `colmap <command>`; an option a__b is --a.b. Returns the lines it printed. Raises
+        ColmapFailed with the reason."""
         line = ["colmap", command, "--log_to_stderr", "1"]
         for name, value in options.items():
             line += ["--" + name.replace("__", "."), str(value)]
@@ -56,17 +57,19 @@ class Step:
         start_s = time.monotonic()
         with open(self.folder / "colmap.log", "a", encoding="utf-8") as log:
             log.write(" ".join(line) + "\n")
-            status, last = self._run(line, log)
+            status, printed = self._run(line, log)
         seconds = time.monotonic() - start_s
         self.parts.append({"name": command, "wall_time_s": seconds})
         if status != 0:
             how = f"ended by signal {-status}" if status < 0 else f"exit code {status}"
+            last = next((text.strip() for text in reversed(printed) if text.strip()), "")
             raise ColmapFailed(f"colmap {command}: {how}: {last}")
         print(f"colmap {command}: {seconds:.1f} s", flush=True)
+        return printed
 
     def _run(self, line, log):
-        """Exit status and the last line that was printed."""
-        last, shown_s = "", time.monotonic()
+        """Exit status and the lines that were printed."""
+        printed, shown_s = [], time.monotonic()
         environment = os.environ | {"OMP_NUM_THREADS": str(self.threads)}
         with subprocess.Popen(
             line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", env=environment
@@ -74,11 +77,11 @@ class Step:
             try:
                 for text in process.stdout:
                     log.write(text)
-                    last = text.strip() or last
+                    printed.append(text)
                     if PROGRESS.search(text) and time.monotonic() - shown_s > SHOW_EVERY_S:
                         print(f"  {text.strip()}", flush=True)
                         shown_s = time.monotonic()
-                return process.wait(), last
+                return process.wait(), printed
             finally:
                 process.kill()  # when this script is told to end, so must COLMAP; else it has ended already
 

@@ -12,9 +12,7 @@ import fake_colmap
 from fake_site import walk
 from nightmap_eval.colmap_files import (
     camera_parameters,
-    forget_pairs_among,
     read_cameras,
-    read_images,
     read_model,
     write_posed_images,
 )
@@ -70,16 +68,6 @@ class ColmapFilesTest(unittest.TestCase):
         cameras = (self.root / "posed" / "cameras.txt").read_text()
         self.assertEqual(cameras, "1 PINHOLE 640 480 500.0 501.0 320.0 240.0\n")
         self.assertEqual((self.root / "posed" / "points3D.txt").read_text(), "")
-
-    def test_forgets_pairs_of_queries_only(self):
-        database = self.root / "database.db"
-        fake_colmap.write_database(database, ["map", "query_a", "query_b"])
-        forget_pairs_among(database, ["query_a", "query_b"])
-        kept = [1 * 2147483647 + 2, 1 * 2147483647 + 3]
-        for table in ("matches", "two_view_geometries"):
-            rows = sqlite3.connect(database).execute(f"SELECT pair_id FROM {table}").fetchall()
-            self.assertEqual([row[0] for row in rows], kept)
-        self.assertEqual([name for _, name, _ in read_images(database)], ["map", "query_a", "query_b"])
 
     def test_refuses_cameras_we_did_not_give(self):
         database = self.root / "database.db"
