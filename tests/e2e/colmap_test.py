@@ -115,6 +115,9 @@ class ColmapTest(unittest.TestCase):
         self.assertEqual(len(images), self.report["num_observers"])
         for name in images.values():
             self.assertTrue((self.work.folder / "data" / name).exists())
+        for table in ("keypoints", "descriptors"):
+            (count,) = connection.execute(f"SELECT COUNT(*) FROM {table}").fetchone()
+            self.assertEqual(count, self.report["num_observers"], table)
         for rows, size in connection.execute("SELECT rows, length(data) FROM descriptors"):
             self.assertEqual(size, 128 * rows)
 
