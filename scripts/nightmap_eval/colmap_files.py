@@ -107,7 +107,7 @@ def write_posed_images(folder, database, pose_of_name):
         f"{i} {'PINHOLE' if model == 1 else 'FULL_OPENCV'} {width} {height} {_numbers(parameters)}\n"
         for i, model, width, height, parameters in cameras
     ]
-    (folder / "cameras.txt").write_text("".join(lines))
+    (folder / "cameras.txt").write_text("".join(lines), encoding="utf-8")
     lines = []
     for image_id, name, camera_id in images:
         if name in pose_of_name:
@@ -115,8 +115,8 @@ def write_posed_images(folder, database, pose_of_name):
             x, y, z, w = quaternion(rotation.T)
             pose = _numbers([w, x, y, z, *(-rotation.T @ position)])
             lines.append(f"{image_id} {pose} {camera_id} {name}\n\n")
-    (folder / "images.txt").write_text("".join(lines))
-    (folder / "points3D.txt").write_text("")
+    (folder / "images.txt").write_text("".join(lines), encoding="utf-8")
+    (folder / "points3D.txt").write_text("", encoding="utf-8")
     return len(lines)
 
 
