@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs COLMAP for one step of the comparison: progress, log, time, and an atomic result.
 
-A step writes into <folder>.tmp, which is renamed when all of it is there; receipt.json, for Make, is
-written last. A step whose COLMAP failed has a receipt too, with the reason, so that the others go on; its
+A step writes into <folder>.tmp, which is renamed when all of it is there and on the disk; receipt.json,
+for Make, is written last. The folder of the run before is <folder>.old for the moment in between: a step
+that is killed there finds it again. A step whose COLMAP failed has a receipt too, with the reason, so that the others go on; its
 time is in the past, so that the next make tries again.
 """
 
@@ -43,7 +44,10 @@ class Step:
     def __init__(self, folder, threads):
         self.version = require_colmap()
         self.final, self.threads, self.parts = folder, threads, []
-        self.folder = folder.with_name(folder.name + ".tmp")
+        self.folder, self.old = (folder.with_name(folder.name + suffix) for suffix in (".tmp", ".old"))
+        if self.old.exists() and not self.final.exists():
+            os.rename(self.old, self.final)  # killed between the two renames of finish
+        shutil.rmtree(self.old, ignore_errors=True)
         shutil.rmtree(self.folder, ignore_errors=True)
         self.folder.mkdir(parents=True)
 
@@ -96,8 +100,14 @@ class Step:
             print(f"{self.final.name}: failed: {failed}", flush=True)
             long_ago_ns = LONG_AGO_S * 10**9 + time.time_ns() % 10**9  # another time than the last failure
             os.utime(path, ns=(long_ago_ns, long_ago_ns))
-        shutil.rmtree(self.final, ignore_errors=True)
+        for made in self.folder.rglob("*"):
+            if made.is_file():
+                with open(made, "rb") as file:
+                    os.fsync(file.fileno())
+        if self.final.exists():
+            os.rename(self.final, self.old)
         os.rename(self.folder, self.final)
+        shutil.rmtree(self.old, ignore_errors=True)
 
 
 def read_receipt(folder):

@@ -180,6 +180,25 @@ class ColmapStepTest(unittest.TestCase):
             os.kill(int((self.root / "pid").read_text()), 0)
         self.assertFalse((self.colmap / "mapper").exists())
 
+    def test_killed_between_the_renames_the_next_run_has_the_old_step(self):
+        self.prepare("features")
+        self.run_step("matches")
+        after_both = [None, None, KeyboardInterrupt]
+        with mock.patch("nightmap_eval.colmap_run.shutil.rmtree", side_effect=after_both):
+            with self.assertRaises(KeyboardInterrupt):
+                self.run_step("matches")
+        self.assertTrue((self.colmap / "matches" / "receipt.json").exists())
+        (self.colmap / "matches").rename(self.colmap / "matches.tmp")  # as it is before the second
+        self.assertTrue((self.colmap / "matches.old" / "receipt.json").exists())
+        self.run_step("matches", path="/nonexistent")
+        self.assertFalse((self.colmap / "matches").exists())
+        with mock.patch("colmap_step.Work.copy_database", side_effect=KeyboardInterrupt):
+            with self.assertRaises(KeyboardInterrupt):
+                self.run_step("matches")
+        self.assertEqual(self.receipt("matches")["matching"], "exhaustive")
+        self.run_step("matches")
+        self.assertEqual({path.name for path in self.colmap.iterdir()}, {"features", "matches"})
+
     def test_without_colmap_it_says_what_to_do(self):
         result = self.run_step("features", path="/nonexistent")
         self.assertEqual(result.returncode, 1)
