@@ -28,6 +28,7 @@ from pathlib import Path
 from nightmap_eval.colmap_files import camera_parameters, read_images, read_model, write_posed_images
 from nightmap_eval.colmap_run import ColmapFailed, Step, require
 from nightmap_eval.errors import DataError, run_main
+from nightmap_eval.queries import refuse_mapped_queries
 from nightmap_eval.site import Frames, read_csv, read_json
 from nightmap_eval.trajectory import read_tum
 
@@ -66,7 +67,10 @@ class Work:
         return path
 
     def query_rows(self):
-        return read_csv(self.site_dir / "frames" / "queries.csv", ("color_path", "camera_idx"))
+        rows = read_csv(self.site_dir / "frames" / "queries.csv", ("color_path", "camera_idx"))
+        map_rows = Frames(self.site_dir).rows
+        refuse_mapped_queries(*([row["color_path"] for row in some] for some in (rows, map_rows)))
+        return rows
 
     def extract(self, database, rows, cameras):
         """Features of the pictures of rows of a list of frames, camera by camera."""
@@ -111,6 +115,7 @@ class Work:
 
 
 def features(work):
+    work.query_rows()  # refused now rather than after the hours that the map takes
     frames = Frames(work.site_dir)
     work.extract(work.step.folder / "database.db", frames.rows, "cameras.json")
     return {"num_images": len(frames)}

@@ -22,7 +22,7 @@ from nightmap_eval.comparison_figures import histogram_png, queries_png, recall_
 from nightmap_eval.comparison_table import comparison_table
 from nightmap_eval.errors import DataError, run_main
 from nightmap_eval.grid import read_grid
-from nightmap_eval.queries import read_located
+from nightmap_eval.queries import read_located, refuse_mapped_queries
 from nightmap_eval.query_errors import PROTOCOLS
 from nightmap_eval.site import Frames, file_hash, put_between, to_json, write_atomic
 from nightmap_eval.trajectory import read_tum
@@ -58,6 +58,7 @@ class Site:
         frames = Frames(site_dir)
         self.map_times = {row["color_path"]: int(t) for row, t in zip(frames.rows, frames.times_ns)}
         self.query_times = {r["color_path"]: int(t) for r, t in zip(self.rows, self.query_times_ns)}
+        refuse_mapped_queries(self.query_times, self.map_times)
 
     def truth(self):
         """The truth as a Part, or None."""

@@ -204,6 +204,16 @@ class ColmapStepTest(unittest.TestCase):
         self.assertEqual(result.returncode, 1)
         self.assertIn("make deps", result.stderr)
 
+    def test_a_query_that_is_mapped_is_refused_before_the_map_is_made(self):
+        path = self.site_dir / "frames" / "queries.csv"
+        path.write_text(path.read_text().replace("queries/1.png", "rgb/3.png"))
+        self.prepare("matches")
+        for step in ("features", "queries"):
+            result = self.run_step(step)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn("rgb/3.png: a query that is a mapping frame", result.stderr)
+        self.assertFalse((self.root / "calls").exists())
+
     def test_frames_of_a_video_are_refused(self):
         path = self.site_dir / "frames" / "shard_0000.csv"
         path.write_text(path.read_text().replace("rgb/0.png", "clip.avi#0"))

@@ -230,6 +230,13 @@ class EvaluateColmapTest(unittest.TestCase):
         trajectory.write_text(trajectory.read_text() + "# another\n")
         self.assertIn("changed since", comparison_section(self.site_dir))
 
+    def test_a_query_that_is_mapped_is_refused(self):
+        path = self.site_dir / "localize" / "queries.csv"
+        path.write_text(path.read_text().replace("queries/3.png", "rgb/3.png"))
+        result = fake_site.run("evaluate_colmap.py", "--site-dir", self.site_dir, "--out", self.colmap / "results.json")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("rgb/3.png: a query that is a mapping frame", result.stderr)
+
     def test_readme_table(self):
         readme = self.site_dir / "README.md"
         readme.write_text("a\n<!-- colmap:begin -->old<!-- colmap:end -->\nb\n")
