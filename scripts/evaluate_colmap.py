@@ -24,11 +24,13 @@ from nightmap_eval.errors import DataError, run_main
 from nightmap_eval.grid import read_grid
 from nightmap_eval.queries import read_located, refuse_mapped_queries
 from nightmap_eval.query_errors import PROTOCOLS
-from nightmap_eval.site import Frames, file_hash, put_between, to_json, write_atomic
+from nightmap_eval.site import Frames, hash_if_there, put_between, to_json, write_atomic
 from nightmap_eval.trajectory import read_tum
 
 BEGIN, END = "<!-- colmap:begin -->", "<!-- colmap:end -->"
 VARIANTS = ("mapper", "triangulate")
+TRUTH = ("frames/ground_truth.tum", "frames/query_ground_truth.tum")
+MADE_OF = ("pose_graph/trajectory.tum", "localize/queries.csv", *TRUTH)
 SETTING = (
     "map images: all mapping frames of nightmap",
     "COLMAP's defaults but for what is said here; on the CPU; intrinsics known and never refined",
@@ -62,7 +64,7 @@ class Site:
 
     def truth(self):
         """The truth as a Part, or None."""
-        paths = [self.dir / "frames" / name for name in ("ground_truth.tum", "query_ground_truth.tum")]
+        paths = [self.dir / name for name in TRUTH]
         return Part(*map(read_tum, paths)) if all(path.exists() for path in paths) else None
 
     def locate_by_colmap(self, variant):
@@ -182,7 +184,7 @@ def main():
         "colmap": matches["colmap"], "threads": matches["threads"],
         "setting": [line.format(**matching) for line in SETTING],
         "num_map_frames": len(site.map_times), "has_ground_truth": truth is not None,
-        "made_of": {name: file_hash(site.dir / name) for name in ("pose_graph/trajectory.tum", "localize/queries.csv")},
+        "made_of": {name: hash_if_there(site.dir / name) for name in MADE_OF},
         "methods": {m.name: method_figures(site, m, references) for m in methods},
     }  # fmt: skip
     errors = errors_by_method(methods, truth) if truth else {}

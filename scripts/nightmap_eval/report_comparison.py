@@ -3,14 +3,11 @@
 
 from nightmap_eval import html
 from nightmap_eval.comparison_table import comparison_rows
-from nightmap_eval.site import file_hash, read_json
+from nightmap_eval.site import hash_if_there, read_json
 
 
 def _stale(site_dir, made_of):
-    return any(
-        not (site_dir / name).exists() or file_hash(site_dir / name) != known
-        for name, known in made_of.items()
-    )
+    return any(hash_if_there(site_dir / name) != known for name, known in made_of.items())
 
 
 def _error_tables(results):
@@ -53,7 +50,7 @@ def comparison_section(site_dir):
     parts = [html.paragraph("; ".join([results["colmap"], *results["setting"]]) + ".", "note")]
     if _stale(site_dir, results["made_of"]):
         parts.append(html.paragraph(
-            "The map or its queries changed since: run make evaluate-colmap again.", "failed"))  # fmt: skip
+            "The map, its queries or the truth changed since: run make evaluate-colmap again.", "failed"))  # fmt: skip
     parts += _error_tables(results)
     parts += [html.image((folder / name).read_bytes(), name) for name in results["plots"]]
     parts += [_model_table(results), _time_table(results)]

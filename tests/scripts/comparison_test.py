@@ -226,8 +226,23 @@ class EvaluateColmapTest(unittest.TestCase):
         for text in ("Comparison with COLMAP", "Errors against truth", "recall.png", "tool_mapper"):
             self.assertIn(text, section)
         self.assertNotIn("changed since", section)
-        trajectory = self.site_dir / "pose_graph" / "trajectory.tum"
-        trajectory.write_text(trajectory.read_text() + "# another\n")
+        for name in ("pose_graph/trajectory.tum", "frames/ground_truth.tum", "frames/query_ground_truth.tum"):
+            path = self.site_dir / name
+            before = path.read_text()
+            path.write_text(before + "# another\n")
+            self.assertIn("changed since", comparison_section(self.site_dir), name)
+            path.unlink()
+            self.assertIn("changed since", comparison_section(self.site_dir), name)
+            path.write_text(before)
+        self.assertNotIn("changed since", comparison_section(self.site_dir))
+
+    def test_a_truth_that_came_later_is_told(self):
+        truth = self.site_dir / "frames" / "ground_truth.tum"
+        text = truth.read_text()
+        truth.unlink()
+        self.evaluate()
+        self.assertNotIn("changed since", comparison_section(self.site_dir))
+        truth.write_text(text)
         self.assertIn("changed since", comparison_section(self.site_dir))
 
     def test_a_query_that_is_mapped_is_refused(self):
