@@ -15,6 +15,8 @@ import csv
 import io
 from pathlib import Path
 
+import numpy as np
+
 from nightmap_eval.colmap_run import read_receipt
 from nightmap_eval.comparison import Located, Part, errors_against, locate_by_models, summaries
 from nightmap_eval.comparison_costs import colmap_costs, nightmap_costs
@@ -80,14 +82,7 @@ class Site:
 
 def compare(method, references):
     """Figures of one method against each reference but itself."""
-    against = {}
-    for name, reference in references.items():
-        if name != method.name:
-            try:
-                against[name] = summaries(method, reference)
-            except DataError as error:  # too few common frames to align on: the others still count
-                against[name] = {"failed": str(error)}
-    return against
+    return {name: summaries(method, reference) for name, reference in references.items() if name != method.name}
 
 
 def method_figures(site, method, references):
@@ -101,12 +96,16 @@ def method_figures(site, method, references):
 
 
 def errors_by_method(methods, reference):
-    """protocol -> method -> errors (time -> cm, degrees) against one reference."""
+    """protocol -> method -> errors (time -> cm, degrees) against one reference; none of a method that
+    cannot be aligned on it, which its figures tell."""
     result = {}
     for protocol in PROTOCOLS:
         result[protocol] = {}
         for method in methods:
-            times, metres, degrees = errors_against(method, reference, protocol)
+            try:
+                times, metres, degrees = errors_against(method, reference, protocol)
+            except DataError:
+                times, metres, degrees = [], np.array([]), []
             result[protocol][method.name] = dict(zip(times, zip(100 * metres, degrees)))
     return result
 
@@ -123,8 +122,7 @@ def summary_csv(results):
     rows, keys = [], []
     for method, figures in results["methods"].items():
         for reference, by_protocol in figures["against"].items():
-            for protocol in PROTOCOLS if "failed" not in by_protocol else ():
-                values = by_protocol[protocol]
+            for protocol, values in by_protocol.items():
                 keys += [key for key in values if key not in keys]
                 rows.append((method, reference, protocol, values))
     cells = [[*head, *(values.get(key, "") for key in keys)] for *head, values in rows]
@@ -153,8 +151,8 @@ def queries_csv(site, methods, errors):
 def write_plots(site, methods, errors, num_queries, folder):
     errors_cm = {
         protocol: {name: [cm for cm, _ in found.values()] for name, found in by_method.items() if found}
-        for protocol, by_method in errors.items()
-    }
+        for protocol, by_method in errors.items() if any(by_method.values())
+    }  # fmt: skip
     plots = {}
     if errors_cm:
         plots["recall.png"] = recall_png(errors_cm, num_queries)

@@ -18,7 +18,13 @@ def _error_tables(results):
     ] or ["truth"]  # fmt: skip
     tables = [html.table(("", *results["methods"]), comparison_rows(results, name)) for name in references]
     titles = [f"Errors against {name}" for name in references]
-    return [html.paragraph(titles[0] + "."), tables[0], *map(html.folded, titles[1:], tables[1:])]
+    failures = [
+        html.paragraph(f"{method} against {name}, {protocol} alignment: {values['failed']}.", "failed")
+        for method, figures in results["methods"].items()
+        for name, by_protocol in figures["against"].items()
+        for protocol, values in by_protocol.items() if "failed" in values
+    ]  # fmt: skip
+    return [html.paragraph(titles[0] + "."), tables[0], *failures, *map(html.folded, titles[1:], tables[1:])]
 
 
 def _model_table(results):

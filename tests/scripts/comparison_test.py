@@ -212,6 +212,32 @@ class EvaluateColmapTest(unittest.TestCase):
         results, _ = self.evaluate()
         self.assertEqual(results["methods"]["nightmap"]["num_located"], 8)
 
+    def test_a_method_that_cannot_be_aligned_on_the_truth_is_told_and_the_others_count(self):
+        fake_site.write_tum(self.site_dir / "frames" / "ground_truth.tum", walk().select(range(22)))
+        for folder, queries in (("mapper", []), ("register_mapper", range(6))):
+            shutil.rmtree(self.colmap / folder / "models")
+            write_model(self.colmap / folder / "models" / "0", range(20, 40), queries=queries)
+        results, table = self.evaluate()
+        mapper = results["methods"]["colmap_mapper"]["against"]
+        self.assertIn("at least 3", mapper["truth"]["global"]["failed"])
+        self.assertEqual(mapper["nightmap"]["global"]["recall_1cm_1deg_percent"], 75)
+        against_truth = results["methods"]["nightmap"]["against"]["truth"]
+        self.assertEqual(against_truth["global"]["recall_1cm_1deg_percent"], 80)
+        self.assertIn("| global 1 cm, 1 deg (%) | 80 | n/a | 60 |", table)
+        queries = self.read_csv("queries.csv")
+        self.assertEqual((queries[0]["colmap_mapper_status"], queries[0]["colmap_mapper_global_error_cm"]), ("located", ""))
+        told = [row for row in self.read_csv("summary.csv") if "at least 3" in row["failed"]]
+        self.assertEqual({row["method"] for row in told}, {"colmap_mapper"})
+        self.assertIn("alignment needs at least 3", comparison_section(self.site_dir))
+
+    def test_no_method_can_be_aligned_on_the_truth(self):
+        fake_site.write_tum(self.site_dir / "frames" / "ground_truth.tum", walk().select([]))
+        results, _ = self.evaluate()
+        for figures in results["methods"].values():
+            for protocol in ("global", "local"):
+                self.assertIn("failed", figures["against"]["truth"][protocol])
+        self.assertEqual(results["plots"], ["queries.png"])
+
     def test_without_truth_the_methods_are_held_against_each_other(self):
         (self.site_dir / "frames" / "ground_truth.tum").unlink()
         results, table = self.evaluate()
