@@ -44,6 +44,7 @@ int main(int argc, char** argv) {
         }
         context.BeginPart("write");
         WriteLandmarks(context.Output("landmarks"), map, context.ConfigToml());
+        context.BeginPart("export");
         const ColmapModel model = MakeColmapModel(input, map);
         for (const auto& [name, bytes] : ColmapFiles(model)) WriteFile(context.Output(name), bytes);
         WriteColmapDatabase(context.Output("database"), model);

@@ -121,6 +121,13 @@ class ColmapTest(unittest.TestCase):
         for rows, size in connection.execute("SELECT rows, length(data) FROM descriptors"):
             self.assertEqual(size, 128 * rows)
 
+    def test_the_export_is_a_part_of_its_own(self):
+        receipt = json.loads(self.work.path("landmarks/receipt.json").read_text())
+        times_s = {part["name"]: part["wall_time_s"] for part in receipt["parts"]}
+        self.assertGreater(times_s["export"], 0)
+        counted_s = self.results["methods"]["nightmap"]["map_parts_s"]["landmarks"]
+        self.assertAlmostEqual(counted_s, receipt["wall_time_s"] - times_s["export"], places=6)
+
     def test_both_variants_of_colmap_locate_queries(self):
         methods = self.results["methods"]
         for name in ("nightmap", "colmap_mapper", "colmap_triangulate"):

@@ -186,6 +186,16 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertGreater(mapper["map_size_bytes"], 300)
         self.assertIn("| located | 8 | 6 | 6 |", table)
 
+    def test_writing_the_map_for_colmap_is_no_time_of_nightmap(self):
+        path = self.site_dir / "landmarks" / "receipt.json"
+        receipt = json.loads(path.read_text())
+        receipt["parts"] += [{"name": "write", "wall_time_s": 1.0}, {"name": "export", "wall_time_s": 4.0}]
+        path.write_text(json.dumps(receipt))
+        results, _ = self.evaluate()
+        nightmap = results["methods"]["nightmap"]
+        self.assertEqual(nightmap["map_parts_s"]["landmarks"], 8.5)
+        self.assertEqual(nightmap["map_time_s"], 5 * 12.5 - 4)
+
     def test_tables_and_plots_are_beside_the_results(self):
         results, _ = self.evaluate()
         rows = self.read_csv("summary.csv")
