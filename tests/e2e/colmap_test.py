@@ -82,6 +82,7 @@ class ColmapTest(unittest.TestCase):
                 for title, key in (("Points", "num_colmap_points"), ("Registered images", "num_observers")):
                     self.assertEqual(int(re.search(rf"^{title}: (\d+)", output, re.M).group(1)), self.report[key])
                 self.assertLessEqual(self.report["num_colmap_points"], self.report["num_landmarks"])
+                self.assertIs(self.report["colmap_names_usable"], True)
                 error_px = float(re.search(r"Mean reprojection error: ([\d.]+)px", output).group(1))
                 self.assertAlmostEqual(error_px, self.report["mean_reprojection_error_px"], places=5)
 
