@@ -3,8 +3,8 @@
 
 A step writes into <folder>.tmp, which is renamed when all of it is there and on the disk; receipt.json,
 for Make, is written last. The folder of the run before is <folder>.old for the moment in between: a step
-that is killed there finds it again. A step whose COLMAP failed has a receipt too, with the reason, so that the others go on; its
-time is in the past, so that the next make tries again.
+that is killed there finds it again. A step whose COLMAP failed has a receipt too, with the reason, so that
+the others go on; its time is in the past, so that the next make tries again.
 """
 
 import json
