@@ -7,7 +7,8 @@
                 tree that is built of the map's own features
   mapper        COLMAP's own map; it may come in several models
   triangulate   COLMAP's points at nightmap's poses
-  queries       features of the queries, and their matches with mapping frames (not with each other)
+  queries       features of the queries, and the matches of each with mapping frames: all of them up to
+                100, above that those that are most similar by the vocabulary tree
   register_mapper, register_triangulate
                 queries put into these maps, then bundle adjustment, as COLMAP's documentation recommends
 
@@ -18,21 +19,26 @@ Exit codes: 0 written; 1 COLMAP is not installed, or missing data; 2 wrong comma
 """
 
 import argparse
+import re
 import shutil
 import signal
 import sys
 from pathlib import Path
 
-from nightmap_eval.colmap_files import camera_parameters, forget_pairs_among, read_model, write_posed_images
+from nightmap_eval.colmap_files import camera_parameters, read_images, read_model, write_posed_images
 from nightmap_eval.colmap_run import ColmapFailed, Step, require
 from nightmap_eval.errors import DataError, run_main
+from nightmap_eval.queries import refuse_mapped_queries
 from nightmap_eval.site import Frames, read_csv, read_json
 from nightmap_eval.trajectory import read_tum
 
 MAX_EXHAUSTIVE = 100
-# Images that the vocabulary tree retrieves for each. COLMAP's default is 100, which on a CPU makes matching
-# take hours for a few hundred frames.
+# Images that the vocabulary tree retrieves for each: mapping frames for a query, and for a mapping frame,
+# as COLMAP counts, one of them is itself. COLMAP's default is 100, which on a CPU makes matching take hours
+# for a few hundred frames.
 NUM_RETRIEVED = 30
+# What vocab_tree_retriever prints: a line a query, then one for each image it found, best first.
+QUERYING, FOUND = re.compile(r"Querying for image "), re.compile(r"image_id=(\d+), image_name=")
 INTRINSICS = ("focal_length", "principal_point", "extra_params")
 FIXED_MAPPER = {f"Mapper__ba_refine_{name}": 0 for name in INTRINSICS}
 FIXED_ADJUSTER = {f"BundleAdjustment__refine_{name}": 0 for name in INTRINSICS}
@@ -61,7 +67,10 @@ class Work:
         return path
 
     def query_rows(self):
-        return read_csv(self.site_dir / "frames" / "queries.csv", ("color_path", "camera_idx"))
+        rows = read_csv(self.site_dir / "frames" / "queries.csv", ("color_path", "camera_idx"))
+        map_rows = Frames(self.site_dir).rows
+        refuse_mapped_queries(*([row["color_path"] for row in some] for some in (rows, map_rows)))
+        return rows
 
     def extract(self, database, rows, cameras):
         """Features of the pictures of rows of a list of frames, camera by camera."""
@@ -83,15 +92,30 @@ class Work:
                 SiftExtraction__use_gpu=0, SiftExtraction__num_threads=self.step.threads,
             )  # fmt: skip
 
-    def retrieve(self, database, tree, **options):
-        """Matches each image, or those listed, with the most similar ones by the vocabulary tree."""
-        self.step.colmap(
-            "vocab_tree_matcher", database_path=database, VocabTreeMatching__vocab_tree_path=tree,
-            VocabTreeMatching__num_images=NUM_RETRIEVED, **options, **self.matching,
+    def retrieve(self, database, tree, names, map_names):
+        """query -> the NUM_RETRIEVED mapping frames that are most similar to it by the vocabulary tree.
+
+        vocab_tree_matcher would search all images of the database: a query would find itself and other
+        queries, and the fewer mapping frames for it. It has the same defaults."""
+        printed = self.step.colmap(
+            "vocab_tree_retriever", database_path=database, vocab_tree_path=tree, num_images=NUM_RETRIEVED,
+            query_image_list_path=self.write_list("queries.txt", names),
+            database_image_list_path=self.write_list("map.txt", map_names),
         )  # fmt: skip
+        name_of_id = {image_id: name for image_id, name, _ in read_images(database)}
+        found = []
+        for text in printed:
+            if QUERYING.search(text):
+                found.append([])
+            elif found and (match := FOUND.search(text)):
+                found[-1].append(name_of_id[int(match.group(1))])
+        if len(found) != len(names):
+            raise ColmapFailed(f"colmap vocab_tree_retriever: told of {len(found)} of {len(names)} queries")
+        return dict(zip(names, found))
 
 
 def features(work):
+    work.query_rows()  # refused now rather than after the hours that the map takes
     frames = Frames(work.site_dir)
     work.extract(work.step.folder / "database.db", frames.rows, "cameras.json")
     return {"num_images": len(frames)}
@@ -105,7 +129,10 @@ def matches(work):
     tree = work.step.folder / "vocabulary.bin"
     work.step.colmap("sequential_matcher", database_path=database, **work.matching)
     work.step.colmap("vocab_tree_builder", database_path=database, vocab_tree_path=tree)
-    work.retrieve(database, tree)
+    work.step.colmap(
+        "vocab_tree_matcher", database_path=database, VocabTreeMatching__vocab_tree_path=tree,
+        VocabTreeMatching__num_images=NUM_RETRIEVED, **work.matching,
+    )  # fmt: skip
     return {"matching": f"sequential and vocabulary tree of the map's features, {NUM_RETRIEVED} images retrieved"}
 
 
@@ -146,18 +173,19 @@ def queries(work):
     database, rows = work.copy_database("matches"), work.query_rows()
     names = [row["color_path"] for row in rows]
     work.extract(database, rows, "query_cameras.json")
+    map_names = [row["color_path"] for row in Frames(work.site_dir).rows]
     tree = work.root / "matches" / "vocabulary.bin"
     if tree.exists():
-        names_file = work.write_list("queries.txt", names)
-        work.retrieve(database, tree, VocabTreeMatching__match_list_path=names_file)
+        found = work.retrieve(database, tree, names, map_names)
+        matching = f"with the {NUM_RETRIEVED} mapping frames most similar by that vocabulary tree"
     else:
-        map_names = [row["color_path"] for row in Frames(work.site_dir).rows]
-        pairs = [f"{name} {other}" for name in names for other in map_names]
-        work.step.colmap(
-            "matches_importer", database_path=database, match_type="pairs",
-            match_list_path=work.write_list("pairs.txt", pairs), **work.matching,
-        )  # fmt: skip
-    forget_pairs_among(database, names)
+        found, matching = dict.fromkeys(names, map_names), "with all mapping frames"
+    pairs = [f"{name} {other}" for name in names for other in found[name]]
+    work.step.colmap(
+        "matches_importer", database_path=database, match_type="pairs",
+        match_list_path=work.write_list("pairs.txt", pairs), **work.matching,
+    )  # fmt: skip
+    return {"matching": matching}
 
 
 def register(work, variant):

@@ -15,6 +15,8 @@ import csv
 import io
 from pathlib import Path
 
+import numpy as np
+
 from nightmap_eval.colmap_run import read_receipt
 from nightmap_eval.comparison import Located, Part, errors_against, locate_by_models, summaries
 from nightmap_eval.comparison_costs import colmap_costs, nightmap_costs
@@ -22,18 +24,21 @@ from nightmap_eval.comparison_figures import histogram_png, queries_png, recall_
 from nightmap_eval.comparison_table import comparison_table
 from nightmap_eval.errors import DataError, run_main
 from nightmap_eval.grid import read_grid
-from nightmap_eval.queries import read_located
+from nightmap_eval.queries import read_located, refuse_mapped_queries
 from nightmap_eval.query_errors import PROTOCOLS
-from nightmap_eval.site import Frames, file_hash, put_between, to_json, write_atomic
+from nightmap_eval.site import Frames, hash_if_there, put_between, to_json, write_atomic
 from nightmap_eval.trajectory import read_tum
 
 BEGIN, END = "<!-- colmap:begin -->", "<!-- colmap:end -->"
 VARIANTS = ("mapper", "triangulate")
+TRUTH = ("frames/ground_truth.tum", "frames/query_ground_truth.tum")
+MADE_OF = ("pose_graph/trajectory.tum", "localize/queries.csv", *TRUTH)
 SETTING = (
     "map images: all mapping frames of nightmap",
     "COLMAP's defaults but for what is said here; on the CPU; intrinsics known and never refined",
     "matching of the map: {matching}",
-    "queries are matched with mapping frames only, registered, then bundle adjustment with the whole map",
+    "matching of a query: {query_matching}",
+    "queries are registered, then bundle adjustment with the whole map",
     "COLMAP's models are put on nightmap's map by a similarity over their map cameras",
 )
 
@@ -57,10 +62,11 @@ class Site:
         frames = Frames(site_dir)
         self.map_times = {row["color_path"]: int(t) for row, t in zip(frames.rows, frames.times_ns)}
         self.query_times = {r["color_path"]: int(t) for r, t in zip(self.rows, self.query_times_ns)}
+        refuse_mapped_queries(self.query_times, self.map_times)
 
     def truth(self):
         """The truth as a Part, or None."""
-        paths = [self.dir / "frames" / name for name in ("ground_truth.tum", "query_ground_truth.tum")]
+        paths = [self.dir / name for name in TRUTH]
         return Part(*map(read_tum, paths)) if all(path.exists() for path in paths) else None
 
     def locate_by_colmap(self, variant):
@@ -76,14 +82,7 @@ class Site:
 
 def compare(method, references):
     """Figures of one method against each reference but itself."""
-    against = {}
-    for name, reference in references.items():
-        if name != method.name:
-            try:
-                against[name] = summaries(method, reference)
-            except DataError as error:  # too few common frames to align on: the others still count
-                against[name] = {"failed": str(error)}
-    return against
+    return {name: summaries(method, reference) for name, reference in references.items() if name != method.name}
 
 
 def method_figures(site, method, references):
@@ -97,12 +96,16 @@ def method_figures(site, method, references):
 
 
 def errors_by_method(methods, reference):
-    """protocol -> method -> errors (time -> cm, degrees) against one reference."""
+    """protocol -> method -> errors (time -> cm, degrees) against one reference; none of a method that
+    cannot be aligned on it, which its figures tell."""
     result = {}
     for protocol in PROTOCOLS:
         result[protocol] = {}
         for method in methods:
-            times, metres, degrees = errors_against(method, reference, protocol)
+            try:
+                times, metres, degrees = errors_against(method, reference, protocol)
+            except DataError:
+                times, metres, degrees = [], np.array([]), []
             result[protocol][method.name] = dict(zip(times, zip(100 * metres, degrees)))
     return result
 
@@ -119,8 +122,7 @@ def summary_csv(results):
     rows, keys = [], []
     for method, figures in results["methods"].items():
         for reference, by_protocol in figures["against"].items():
-            for protocol in PROTOCOLS if "failed" not in by_protocol else ():
-                values = by_protocol[protocol]
+            for protocol, values in by_protocol.items():
                 keys += [key for key in values if key not in keys]
                 rows.append((method, reference, protocol, values))
     cells = [[*head, *(values.get(key, "") for key in keys)] for *head, values in rows]
@@ -149,8 +151,8 @@ def queries_csv(site, methods, errors):
 def write_plots(site, methods, errors, num_queries, folder):
     errors_cm = {
         protocol: {name: [cm for cm, _ in found.values()] for name, found in by_method.items() if found}
-        for protocol, by_method in errors.items()
-    }
+        for protocol, by_method in errors.items() if any(by_method.values())
+    }  # fmt: skip
     plots = {}
     if errors_cm:
         plots["recall.png"] = recall_png(errors_cm, num_queries)
@@ -172,13 +174,15 @@ def main():
     truth, folder = site.truth(), arguments.out.parent
     references = {"truth": truth} if truth else {}
     references |= {m.name: m.merged() for m in methods if m.num_located()}
-    matches = read_receipt(site.colmap / "matches")
+    matches, queries = (read_receipt(site.colmap / step) for step in ("matches", "queries"))
+    matching = {"matching": matches.get("matching", "failed"),
+                "query_matching": queries.get("matching", "failed")}  # fmt: skip
     results = {
         "format": "nightmap comparison with COLMAP", "version": 1, "site": site.dir.resolve().name,
         "colmap": matches["colmap"], "threads": matches["threads"],
-        "setting": [line.format(matching=matches.get("matching", "failed")) for line in SETTING],
+        "setting": [line.format(**matching) for line in SETTING],
         "num_map_frames": len(site.map_times), "has_ground_truth": truth is not None,
-        "made_of": {name: file_hash(site.dir / name) for name in ("pose_graph/trajectory.tum", "localize/queries.csv")},
+        "made_of": {name: hash_if_there(site.dir / name) for name in MADE_OF},
         "methods": {m.name: method_figures(site, m, references) for m in methods},
     }  # fmt: skip
     errors = errors_by_method(methods, truth) if truth else {}

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "pipeline/io/colmap_camera.h"
+#include "pipeline/io/image_io.h"
 
 namespace nightmap {
 namespace {
@@ -134,6 +135,31 @@ double ColmapModel::MeanReprojectionError_px() const {
   double sum_px = 0;
   for (const ColmapPoint& point : points) sum_px += point.error_px;
   return points.empty() ? 0 : sum_px / static_cast<double>(points.size());
+}
+
+std::string UnusableColmapNames(const ColmapModel& model) {
+  int num_with_blank = 0;
+  int num_of_videos = 0;
+  for (const ColmapImage& image : model.images) {
+    if (image.name.find(' ') != std::string::npos) ++num_with_blank;
+    if (SplitVideoFramePath(image.name)) ++num_of_videos;
+  }
+  std::string reason;
+  if (num_with_blank > 0) {
+    AppendText(
+        &reason,
+        "COLMAP ends a name of the text model at a blank, use the binary one: {} of {} names",
+        num_with_blank,
+        model.images.size());
+  }
+  if (num_of_videos > 0) {
+    AppendText(&reason,
+               "{}COLMAP cannot open frames of a video, store them as pictures: {} of {} names",
+               reason.empty() ? "" : "; ",
+               num_of_videos,
+               model.images.size());
+  }
+  return reason;
 }
 
 std::map<std::string, std::string> ColmapFiles(const ColmapModel& model) {

@@ -48,7 +48,13 @@ struct ColmapModel {
   double MeanReprojectionError_px() const;
 };
 
-// Bytes by name of file: cameras, images and points3D, each .txt and .bin.
+// Why COLMAP cannot use the names of some images; empty when it can use all. Its reader of the text
+// model ends a name at the first blank (the binary model and the database keep it whole), and it
+// opens pictures, not frames of a video ("clip.avi#12"). The model itself is right all the same.
+std::string UnusableColmapNames(const ColmapModel& model);
+
+// Bytes by name of file: cameras, images and points3D, each .txt and .bin. Names are written as
+// they are, also those that UnusableColmapNames tells of.
 std::map<std::string, std::string> ColmapFiles(const ColmapModel& model);
 
 // SQLite database with cameras, images, keypoints, descriptors, and the matches that the tracks

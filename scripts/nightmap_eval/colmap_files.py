@@ -15,7 +15,6 @@ import numpy as np
 from nightmap_eval.errors import DataError
 from nightmap_eval.trajectory import quaternion, rotation_matrices
 
-MAX_IMAGES = 2147483647  # COLMAP's pair_id is image_id1 * MAX_IMAGES + image_id2
 NUM_PARAMETERS = {1: 4, 6: 12}  # of the camera models we give: PINHOLE, FULL_OPENCV
 
 
@@ -108,7 +107,7 @@ def write_posed_images(folder, database, pose_of_name):
         f"{i} {'PINHOLE' if model == 1 else 'FULL_OPENCV'} {width} {height} {_numbers(parameters)}\n"
         for i, model, width, height, parameters in cameras
     ]
-    (folder / "cameras.txt").write_text("".join(lines))
+    (folder / "cameras.txt").write_text("".join(lines), encoding="utf-8")
     lines = []
     for image_id, name, camera_id in images:
         if name in pose_of_name:
@@ -116,8 +115,8 @@ def write_posed_images(folder, database, pose_of_name):
             x, y, z, w = quaternion(rotation.T)
             pose = _numbers([w, x, y, z, *(-rotation.T @ position)])
             lines.append(f"{image_id} {pose} {camera_id} {name}\n\n")
-    (folder / "images.txt").write_text("".join(lines))
-    (folder / "points3D.txt").write_text("")
+    (folder / "images.txt").write_text("".join(lines), encoding="utf-8")
+    (folder / "points3D.txt").write_text("", encoding="utf-8")
     return len(lines)
 
 
@@ -147,16 +146,3 @@ def read_cameras(database):
 def read_images(database):
     """Rows (image_id, name, camera_id)."""
     return _select(database, "SELECT image_id, name, camera_id FROM images ORDER BY image_id")
-
-
-def forget_pairs_among(database, names):
-    """Removes the matches between two images that are both among `names`."""
-    names = set(names)
-    ids = {image_id for image_id, name, _ in read_images(database) if name in names}
-    connection = sqlite3.connect(database)
-    for table in ("matches", "two_view_geometries"):
-        pairs = [row[0] for row in connection.execute(f"SELECT pair_id FROM {table}")]
-        among = [(p,) for p in pairs if p // MAX_IMAGES in ids and p % MAX_IMAGES in ids]
-        connection.executemany(f"DELETE FROM {table} WHERE pair_id = ?", among)
-    connection.commit()
-    connection.close()

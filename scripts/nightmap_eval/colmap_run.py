@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs COLMAP for one step of the comparison: progress, log, time, and an atomic result.
 
-A step writes into <folder>.tmp, which is renamed when all of it is there; receipt.json, for Make, is
-written last. A step whose COLMAP failed has a receipt too, with the reason, so that the others go on; its
-time is in the past, so that the next make tries again.
+A step writes into <folder>.tmp, which is renamed when all of it is there and on the disk; receipt.json,
+for Make, is written last. The folder of the run before is <folder>.old for the moment in between: a step
+that is killed there finds it again. A step whose COLMAP failed has a receipt too, with the reason, so that
+the others go on; its time is in the past, so that the next make tries again.
 """
 
 import json
@@ -43,12 +44,16 @@ class Step:
     def __init__(self, folder, threads):
         self.version = require_colmap()
         self.final, self.threads, self.parts = folder, threads, []
-        self.folder = folder.with_name(folder.name + ".tmp")
+        self.folder, self.old = (folder.with_name(folder.name + suffix) for suffix in (".tmp", ".old"))
+        if self.old.exists() and not self.final.exists():
+            os.rename(self.old, self.final)  # killed between the two renames of finish
+        shutil.rmtree(self.old, ignore_errors=True)
         shutil.rmtree(self.folder, ignore_errors=True)
         self.folder.mkdir(parents=True)
 
     def colmap(self, command, **options):
-        """Runs `colmap <command>`; an option a__b is --a.b. Raises ColmapFailed with the reason."""
+        """Runs `colmap <command>`; an option a__b is --a.b. Returns the lines it printed. Raises
+        ColmapFailed with the reason."""
         line = ["colmap", command, "--log_to_stderr", "1"]
         for name, value in options.items():
             line += ["--" + name.replace("__", "."), str(value)]
@@ -56,17 +61,19 @@ class Step:
         start_s = time.monotonic()
         with open(self.folder / "colmap.log", "a", encoding="utf-8") as log:
             log.write(" ".join(line) + "\n")
-            status, last = self._run(line, log)
+            status, printed = self._run(line, log)
         seconds = time.monotonic() - start_s
         self.parts.append({"name": command, "wall_time_s": seconds})
         if status != 0:
             how = f"ended by signal {-status}" if status < 0 else f"exit code {status}"
+            last = next((text.strip() for text in reversed(printed) if text.strip()), "")
             raise ColmapFailed(f"colmap {command}: {how}: {last}")
         print(f"colmap {command}: {seconds:.1f} s", flush=True)
+        return printed
 
     def _run(self, line, log):
-        """Exit status and the last line that was printed."""
-        last, shown_s = "", time.monotonic()
+        """Exit status and the lines that were printed."""
+        printed, shown_s = [], time.monotonic()
         environment = os.environ | {"OMP_NUM_THREADS": str(self.threads)}
         with subprocess.Popen(
             line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", env=environment
@@ -74,11 +81,11 @@ class Step:
             try:
                 for text in process.stdout:
                     log.write(text)
-                    last = text.strip() or last
+                    printed.append(text)
                     if PROGRESS.search(text) and time.monotonic() - shown_s > SHOW_EVERY_S:
                         print(f"  {text.strip()}", flush=True)
                         shown_s = time.monotonic()
-                return process.wait(), last
+                return process.wait(), printed
             finally:
                 process.kill()  # when this script is told to end, so must COLMAP; else it has ended already
 
@@ -93,8 +100,14 @@ class Step:
             print(f"{self.final.name}: failed: {failed}", flush=True)
             long_ago_ns = LONG_AGO_S * 10**9 + time.time_ns() % 10**9  # another time than the last failure
             os.utime(path, ns=(long_ago_ns, long_ago_ns))
-        shutil.rmtree(self.final, ignore_errors=True)
+        for made in self.folder.rglob("*"):
+            if made.is_file():
+                with open(made, "rb") as file:
+                    os.fsync(file.fileno())
+        if self.final.exists():
+            os.rename(self.final, self.old)
         os.rename(self.folder, self.final)
+        shutil.rmtree(self.old, ignore_errors=True)
 
 
 def read_receipt(folder):

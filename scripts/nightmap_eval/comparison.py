@@ -144,9 +144,14 @@ def errors_against(located, reference, protocol):
 
 
 def summaries(located, reference):
-    """Figures by each protocol: counts, quantiles and recall over the reference's queries."""
+    """Figures by each protocol: counts, quantiles and recall over the reference's queries; where the
+    common frames are too few to align on, the reason as `failed`."""
     figures = {}
     for protocol in PROTOCOLS:
-        _, translation_m, rotation_deg = errors_against(located, reference, protocol)
-        figures[protocol] = query_summary(translation_m, rotation_deg, len(reference.queries))
+        try:
+            _, translation_m, rotation_deg = errors_against(located, reference, protocol)
+        except DataError as error:
+            figures[protocol] = {"failed": str(error)}
+        else:
+            figures[protocol] = query_summary(translation_m, rotation_deg, len(reference.queries))
     return figures

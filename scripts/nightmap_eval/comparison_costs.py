@@ -3,7 +3,7 @@
 
 The parts of COLMAP's variants are its commands. The triangulated variant needs nightmap's poses, so
 nightmap's stages up to the trajectory are parts of it. What only the cloud and the grid need (octree,
-...) is no part of any.
+...) is no part of any, nor is writing nightmap's map as a COLMAP model, which locates nothing.
 """
 
 from nightmap_eval.colmap_run import read_receipt
@@ -25,8 +25,12 @@ def _costs(map_parts, query_parts, num_queries):
 
 
 def _stage_times_s(site_dir, stages):
-    times = {stage: StageResult(site_dir / stage).wall_time_s() for stage in stages}
-    return {stage: time for stage, time in times.items() if time is not None}
+    """Wall time of each stage that ran, without its part `export`."""
+    results = {stage: StageResult(site_dir / stage) for stage in stages}
+    return {
+        stage: result.wall_time_s() - result.part_time_s("export")
+        for stage, result in results.items() if result.wall_time_s() is not None
+    }  # fmt: skip
 
 
 def nightmap_costs(site_dir, num_queries):

@@ -10,6 +10,17 @@ VERDICTS = ("located", "ambiguous", "not_in_map", "no_features", "unreadable")
 POSE_COLUMNS = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw")
 
 
+def refuse_mapped_queries(names, map_names):
+    """Raises DataError when a picture is a query and a mapping frame: COLMAP knows pictures by their name,
+    so the query would be one of its map's images, and found where it was mapped."""
+    both = sorted(set(names) & set(map_names))
+    if both:
+        raise DataError(
+            f"{both[0]}: a query that is a mapping frame as well ({len(both)} of them); the comparison with "
+            "COLMAP needs queries that were not mapped: hold them out or leave them out of the site's queries"
+        )
+
+
 def read_located(path):
     """Rows of localize/queries.csv, and the located ones as a trajectory (map_from_camera)."""
     rows = read_csv(path, QUERY_COLUMNS + POSE_COLUMNS)

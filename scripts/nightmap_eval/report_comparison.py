@@ -3,14 +3,11 @@
 
 from nightmap_eval import html
 from nightmap_eval.comparison_table import comparison_rows
-from nightmap_eval.site import file_hash, read_json
+from nightmap_eval.site import hash_if_there, read_json
 
 
 def _stale(site_dir, made_of):
-    return any(
-        not (site_dir / name).exists() or file_hash(site_dir / name) != known
-        for name, known in made_of.items()
-    )
+    return any(hash_if_there(site_dir / name) != known for name, known in made_of.items())
 
 
 def _error_tables(results):
@@ -21,7 +18,13 @@ def _error_tables(results):
     ] or ["truth"]  # fmt: skip
     tables = [html.table(("", *results["methods"]), comparison_rows(results, name)) for name in references]
     titles = [f"Errors against {name}" for name in references]
-    return [html.paragraph(titles[0] + "."), tables[0], *map(html.folded, titles[1:], tables[1:])]
+    failures = [
+        html.paragraph(f"{method} against {name}, {protocol} alignment: {values['failed']}.", "failed")
+        for method, figures in results["methods"].items()
+        for name, by_protocol in figures["against"].items()
+        for protocol, values in by_protocol.items() if "failed" in values
+    ]  # fmt: skip
+    return [html.paragraph(titles[0] + "."), tables[0], *failures, *map(html.folded, titles[1:], tables[1:])]
 
 
 def _model_table(results):
@@ -53,7 +56,7 @@ def comparison_section(site_dir):
     parts = [html.paragraph("; ".join([results["colmap"], *results["setting"]]) + ".", "note")]
     if _stale(site_dir, results["made_of"]):
         parts.append(html.paragraph(
-            "The map or its queries changed since: run make evaluate-colmap again.", "failed"))  # fmt: skip
+            "The map, its queries or the truth changed since: run make evaluate-colmap again.", "failed"))  # fmt: skip
     parts += _error_tables(results)
     parts += [html.image((folder / name).read_bytes(), name) for name in results["plots"]]
     parts += [_model_table(results), _time_table(results)]

@@ -143,6 +143,11 @@ def file_hash(path):
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
+def hash_if_there(path):
+    """As file_hash; None when there is no such file."""
+    return file_hash(path) if Path(path).exists() else None
+
+
 def write_atomic(path, content):
     """Writes text or bytes beside the path, flushes to disk, renames: readers see the old or the new."""
     path = Path(path)

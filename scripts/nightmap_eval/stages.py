@@ -30,6 +30,11 @@ class StageResult:
         times = [time for time in times if time is not None]
         return sum(times) if times else None
 
+    def part_time_s(self, name):
+        """Sum of one part over the shards; 0 where there is none of that name."""
+        parts = [part for receipt in self.receipts for part in receipt.get("parts", [])]
+        return sum(part["wall_time_s"] for part in parts if part["name"] == name)
+
     def peak_memory_bytes(self):
         """Largest over the shards; None without receipts."""
         peaks = [receipt.get("peak_memory_bytes") for receipt in self.receipts]

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // landmarks: reads features and the optimized poses, writes landmarks.h5, the map that pictures are
 // localized against, and the same map as a COLMAP model and database.
+#include <spdlog/spdlog.h>
+
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/vision/vocabulary_io.h"
@@ -44,9 +46,12 @@ int main(int argc, char** argv) {
         }
         context.BeginPart("write");
         WriteLandmarks(context.Output("landmarks"), map, context.ConfigToml());
+        context.BeginPart("export");
         const ColmapModel model = MakeColmapModel(input, map);
         for (const auto& [name, bytes] : ColmapFiles(model)) WriteFile(context.Output(name), bytes);
         WriteColmapDatabase(context.Output("database"), model);
+        const std::string unusable_names = UnusableColmapNames(model);
+        if (!unusable_names.empty()) spdlog::warn("COLMAP export: {}", unusable_names);
         std::size_t num_observations = 0;
         for (const auto& keyframes : map.landmark_keyframes) num_observations += keyframes.size();
         context.Report()["num_observers"] = map.keyframes.size();
@@ -55,5 +60,7 @@ int main(int argc, char** argv) {
         context.Report()["num_observations"] = num_observations;
         context.Report()["num_colmap_points"] = model.points.size();
         context.Report()["mean_reprojection_error_px"] = model.MeanReprojectionError_px();
+        context.Report()["colmap_names_usable"] = unusable_names.empty();
+        if (!unusable_names.empty()) context.Report()["colmap_names_reason"] = unusable_names;
       });
 }

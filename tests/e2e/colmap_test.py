@@ -82,6 +82,7 @@ class ColmapTest(unittest.TestCase):
                 for title, key in (("Points", "num_colmap_points"), ("Registered images", "num_observers")):
                     self.assertEqual(int(re.search(rf"^{title}: (\d+)", output, re.M).group(1)), self.report[key])
                 self.assertLessEqual(self.report["num_colmap_points"], self.report["num_landmarks"])
+                self.assertIs(self.report["colmap_names_usable"], True)
                 error_px = float(re.search(r"Mean reprojection error: ([\d.]+)px", output).group(1))
                 self.assertAlmostEqual(error_px, self.report["mean_reprojection_error_px"], places=5)
 
@@ -115,8 +116,18 @@ class ColmapTest(unittest.TestCase):
         self.assertEqual(len(images), self.report["num_observers"])
         for name in images.values():
             self.assertTrue((self.work.folder / "data" / name).exists())
+        for table in ("keypoints", "descriptors"):
+            (count,) = connection.execute(f"SELECT COUNT(*) FROM {table}").fetchone()
+            self.assertEqual(count, self.report["num_observers"], table)
         for rows, size in connection.execute("SELECT rows, length(data) FROM descriptors"):
             self.assertEqual(size, 128 * rows)
+
+    def test_the_export_is_a_part_of_its_own(self):
+        receipt = json.loads(self.work.path("landmarks/receipt.json").read_text())
+        times_s = {part["name"]: part["wall_time_s"] for part in receipt["parts"]}
+        self.assertGreater(times_s["export"], 0)
+        counted_s = self.results["methods"]["nightmap"]["map_parts_s"]["landmarks"]
+        self.assertAlmostEqual(counted_s, receipt["wall_time_s"] - times_s["export"], places=6)
 
     def test_both_variants_of_colmap_locate_queries(self):
         methods = self.results["methods"]
@@ -133,6 +144,10 @@ class ColmapTest(unittest.TestCase):
         result = self.work.make("report", f"SET={FEW}")
         self.assertEqual(result.returncode, 0, result.stdout)
         self.assertIn("Comparison with COLMAP", self.work.path("report/index.html").read_text())
+        # A corrected truth is compared anew.
+        truth = self.work.path("frames/query_ground_truth.tum")
+        truth.write_text(truth.read_text() + "# corrected\n")
+        self.assertEqual(self.work.make("-q", "evaluate-colmap", f"SET={FEW}").returncode, 1)
         # A changed way of locating leaves COLMAP's work as it is.
         result = self.work.make("evaluate-colmap", f"SET={FEW} localize.max_error_px=4.5")
         self.assertEqual(result.returncode, 0, result.stdout)

@@ -143,6 +143,33 @@ TEST(ColmapIoTest, MeanErrorIsThatOfThePoints) {
   EXPECT_EQ(ColmapModel{}.MeanReprojectionError_px(), 0);
 }
 
+TEST(ColmapIoTest, TellsOfNamesThatColmapCannotUse) {
+  ColmapModel model = MakeModel();
+  EXPECT_EQ(UnusableColmapNames(model), "");
+  model.images[0].name = "a b/1.png";
+  EXPECT_EQ(UnusableColmapNames(model),
+            "COLMAP ends a name of the text model at a blank, use the binary one: 1 of 2 names");
+  model.images[1].name = "a b/clip.avi#12";
+  EXPECT_EQ(UnusableColmapNames(model),
+            "COLMAP ends a name of the text model at a blank, use the binary one: 2 of 2 names; "
+            "COLMAP cannot open frames of a video, store them as pictures: 1 of 2 names");
+  model.images[0].name = "a#b.png";
+  model.images[1].name = "clip.avi#12";
+  EXPECT_EQ(UnusableColmapNames(model),
+            "COLMAP cannot open frames of a video, store them as pictures: 1 of 2 names");
+}
+
+TEST(ColmapIoTest, BinaryKeepsNamesWithBlanks) {
+  ColmapModel model = MakeModel();
+  model.images[0].name = "a b/1.png";
+  Bytes bytes(ColmapFiles(model).at("images.bin"));
+  bytes.Take<std::uint64_t>();
+  bytes.Take<std::uint32_t>();
+  bytes.TakeDoubles(7);
+  bytes.Take<std::uint32_t>();
+  EXPECT_EQ(bytes.TakeText(), "a b/1.png");
+}
+
 class ColmapDatabaseTest : public testing::Test {
  protected:
   void SetUp() override { WriteColmapDatabase(path_, model_); }

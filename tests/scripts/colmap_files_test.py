@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """COLMAP's models and databases: what is read, written and refused."""
 
+import os
 import sqlite3
+import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -9,12 +12,10 @@ from pathlib import Path
 import numpy as np
 
 import fake_colmap
-from fake_site import walk
+from fake_site import SCRIPTS, walk
 from nightmap_eval.colmap_files import (
     camera_parameters,
-    forget_pairs_among,
     read_cameras,
-    read_images,
     read_model,
     write_posed_images,
 )
@@ -71,15 +72,18 @@ class ColmapFilesTest(unittest.TestCase):
         self.assertEqual(cameras, "1 PINHOLE 640 480 500.0 501.0 320.0 240.0\n")
         self.assertEqual((self.root / "posed" / "points3D.txt").read_text(), "")
 
-    def test_forgets_pairs_of_queries_only(self):
+    def test_names_are_written_as_utf_8(self):
         database = self.root / "database.db"
-        fake_colmap.write_database(database, ["map", "query_a", "query_b"])
-        forget_pairs_among(database, ["query_a", "query_b"])
-        kept = [1 * 2147483647 + 2, 1 * 2147483647 + 3]
-        for table in ("matches", "two_view_geometries"):
-            rows = sqlite3.connect(database).execute(f"SELECT pair_id FROM {table}").fetchall()
-            self.assertEqual([row[0] for row in rows], kept)
-        self.assertEqual([name for _, name, _ in read_images(database)], ["map", "query_a", "query_b"])
+        fake_colmap.write_database(database, ["büro.png"])
+        program = (
+            "import sys; from pathlib import Path; from numpy import eye, zeros\n"
+            "from nightmap_eval.colmap_files import write_posed_images\n"
+            "root = Path(sys.argv[1])\n"
+            "write_posed_images(root / 'posed', root / 'database.db', {'b\\xfcro.png': (eye(3), zeros(3))})\n"
+        )
+        plain = os.environ | {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONPATH": str(SCRIPTS)}
+        subprocess.run([sys.executable, "-X", "utf8=0", "-c", program, self.root], env=plain, check=True)
+        self.assertIn("büro.png".encode(), (self.root / "posed" / "images.txt").read_bytes())
 
     def test_refuses_cameras_we_did_not_give(self):
         database = self.root / "database.db"

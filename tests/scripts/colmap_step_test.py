@@ -14,6 +14,14 @@ from unittest import mock
 import fake_colmap
 import fake_site
 
+RETRIEVED = """
+if [ "$1" = vocab_tree_retriever ]; then
+  echo "Querying for image queries/0.png [1/2] in 0.1s"
+  echo "  image_id=4, image_name=rgb/1.png, score=0.4"
+  echo "  image_id=1, image_name=rgb/0.png, score=0.3"
+  echo "Querying for image queries/1.png [2/2] in 0.1s"
+fi
+"""
 STAND_IN = """#!/bin/sh
 [ "$1" = help ] && { echo "COLMAP 3.8 -- of tests (Commit)"; exit 0; }
 echo "$@" >> CALLS
@@ -74,7 +82,7 @@ class ColmapStepTest(unittest.TestCase):
     def prepare(self, *steps):
         for step in steps:
             fake_colmap.write_receipt(self.colmap / step)
-            names = ["rgb/0.png", "queries/0.png", "queries/1.png"]
+            names = ["rgb/0.png", "queries/0.png", "queries/1.png", "rgb/1.png"]
             fake_colmap.write_database(self.colmap / step / "database.db", names)
 
     def test_few_frames_are_matched_exhaustively(self):
@@ -96,6 +104,25 @@ class ColmapStepTest(unittest.TestCase):
         pairs = (self.colmap / "queries" / "pairs.txt").read_text().splitlines()
         self.assertEqual(len(pairs), 2 * fake_site.NUM_FRAMES)
         self.assertTrue(all(len(set(name.split("/")[0] for name in pair.split())) == 2 for pair in pairs))
+
+    def test_queries_of_a_large_map_are_matched_with_the_mapping_frames_retrieved(self):
+        self.prepare("matches")
+        (self.colmap / "matches" / "vocabulary.bin").write_bytes(b"tree")
+        self.run_step("queries", RETRIEVED)
+        queries = self.colmap / "queries"
+        self.assertEqual((queries / "queries.txt").read_text().split(), ["queries/0.png", "queries/1.png"])
+        searched = (queries / "map.txt").read_text().split()
+        self.assertEqual(searched, [f"rgb/{i}.png" for i in range(fake_site.NUM_FRAMES)])
+        pairs = (queries / "pairs.txt").read_text().splitlines()
+        self.assertEqual(pairs, ["queries/0.png rgb/1.png", "queries/0.png rgb/0.png"])
+        self.assertIn("--num_images 30", self.calls())
+        self.assertIn("30 mapping frames", self.receipt("queries")["matching"])
+
+    def test_a_retrieval_that_does_not_tell_of_every_query_is_a_failure(self):
+        self.prepare("matches")
+        (self.colmap / "matches" / "vocabulary.bin").write_bytes(b"tree")
+        self.run_step("queries")
+        self.assertIn("told of 0 of 2 queries", self.receipt("queries")["failed"])
 
     def test_intrinsics_stay_fixed(self):
         self.prepare("matches")
@@ -153,10 +180,39 @@ class ColmapStepTest(unittest.TestCase):
             os.kill(int((self.root / "pid").read_text()), 0)
         self.assertFalse((self.colmap / "mapper").exists())
 
+    def test_killed_between_the_renames_the_next_run_has_the_old_step(self):
+        self.prepare("features")
+        self.run_step("matches")
+        after_both = [None, None, KeyboardInterrupt]
+        with mock.patch("nightmap_eval.colmap_run.shutil.rmtree", side_effect=after_both):
+            with self.assertRaises(KeyboardInterrupt):
+                self.run_step("matches")
+        self.assertTrue((self.colmap / "matches" / "receipt.json").exists())
+        (self.colmap / "matches").rename(self.colmap / "matches.tmp")  # as it is before the second
+        self.assertTrue((self.colmap / "matches.old" / "receipt.json").exists())
+        self.run_step("matches", path="/nonexistent")
+        self.assertFalse((self.colmap / "matches").exists())
+        with mock.patch("colmap_step.Work.copy_database", side_effect=KeyboardInterrupt):
+            with self.assertRaises(KeyboardInterrupt):
+                self.run_step("matches")
+        self.assertEqual(self.receipt("matches")["matching"], "exhaustive")
+        self.run_step("matches")
+        self.assertEqual({path.name for path in self.colmap.iterdir()}, {"features", "matches"})
+
     def test_without_colmap_it_says_what_to_do(self):
         result = self.run_step("features", path="/nonexistent")
         self.assertEqual(result.returncode, 1)
         self.assertIn("make deps", result.stderr)
+
+    def test_a_query_that_is_mapped_is_refused_before_the_map_is_made(self):
+        path = self.site_dir / "frames" / "queries.csv"
+        path.write_text(path.read_text().replace("queries/1.png", "rgb/3.png"))
+        self.prepare("matches")
+        for step in ("features", "queries"):
+            result = self.run_step(step)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn("rgb/3.png: a query that is a mapping frame", result.stderr)
+        self.assertFalse((self.root / "calls").exists())
 
     def test_frames_of_a_video_are_refused(self):
         path = self.site_dir / "frames" / "shard_0000.csv"

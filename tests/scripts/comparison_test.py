@@ -186,6 +186,16 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertGreater(mapper["map_size_bytes"], 300)
         self.assertIn("| located | 8 | 6 | 6 |", table)
 
+    def test_writing_the_map_for_colmap_is_no_time_of_nightmap(self):
+        path = self.site_dir / "landmarks" / "receipt.json"
+        receipt = json.loads(path.read_text())
+        receipt["parts"] += [{"name": "write", "wall_time_s": 1.0}, {"name": "export", "wall_time_s": 4.0}]
+        path.write_text(json.dumps(receipt))
+        results, _ = self.evaluate()
+        nightmap = results["methods"]["nightmap"]
+        self.assertEqual(nightmap["map_parts_s"]["landmarks"], 8.5)
+        self.assertEqual(nightmap["map_time_s"], 5 * 12.5 - 4)
+
     def test_tables_and_plots_are_beside_the_results(self):
         results, _ = self.evaluate()
         rows = self.read_csv("summary.csv")
@@ -212,6 +222,33 @@ class EvaluateColmapTest(unittest.TestCase):
         results, _ = self.evaluate()
         self.assertEqual(results["methods"]["nightmap"]["num_located"], 8)
 
+    def test_a_method_that_cannot_be_aligned_on_the_truth_is_told_and_the_others_count(self):
+        fake_site.write_tum(self.site_dir / "frames" / "ground_truth.tum", walk().select(range(22)))
+        for folder, queries in (("mapper", []), ("register_mapper", range(6))):
+            shutil.rmtree(self.colmap / folder / "models")
+            write_model(self.colmap / folder / "models" / "0", range(20, 40), queries=queries)
+        results, table = self.evaluate()
+        mapper = results["methods"]["colmap_mapper"]["against"]
+        self.assertIn("at least 3", mapper["truth"]["global"]["failed"])
+        self.assertEqual(mapper["nightmap"]["global"]["recall_1cm_1deg_percent"], 75)
+        against_truth = results["methods"]["nightmap"]["against"]["truth"]
+        self.assertEqual(against_truth["global"]["recall_1cm_1deg_percent"], 80)
+        self.assertIn("| global 1 cm, 1 deg (%) | 80 | n/a | 60 |", table)
+        queries = self.read_csv("queries.csv")
+        self.assertEqual(queries[0]["colmap_mapper_status"], "located")
+        self.assertEqual(queries[0]["colmap_mapper_global_error_cm"], "")
+        told = [row for row in self.read_csv("summary.csv") if "at least 3" in row["failed"]]
+        self.assertEqual({row["method"] for row in told}, {"colmap_mapper"})
+        self.assertIn("alignment needs at least 3", comparison_section(self.site_dir))
+
+    def test_no_method_can_be_aligned_on_the_truth(self):
+        fake_site.write_tum(self.site_dir / "frames" / "ground_truth.tum", walk().select([]))
+        results, _ = self.evaluate()
+        for figures in results["methods"].values():
+            for protocol in ("global", "local"):
+                self.assertIn("failed", figures["against"]["truth"][protocol])
+        self.assertEqual(results["plots"], ["queries.png"])
+
     def test_without_truth_the_methods_are_held_against_each_other(self):
         (self.site_dir / "frames" / "ground_truth.tum").unlink()
         results, table = self.evaluate()
@@ -226,9 +263,31 @@ class EvaluateColmapTest(unittest.TestCase):
         for text in ("Comparison with COLMAP", "Errors against truth", "recall.png", "tool_mapper"):
             self.assertIn(text, section)
         self.assertNotIn("changed since", section)
-        trajectory = self.site_dir / "pose_graph" / "trajectory.tum"
-        trajectory.write_text(trajectory.read_text() + "# another\n")
+        for name in ("pose_graph/trajectory.tum", "frames/ground_truth.tum", "frames/query_ground_truth.tum"):
+            path = self.site_dir / name
+            before = path.read_text()
+            path.write_text(before + "# another\n")
+            self.assertIn("changed since", comparison_section(self.site_dir), name)
+            path.unlink()
+            self.assertIn("changed since", comparison_section(self.site_dir), name)
+            path.write_text(before)
+        self.assertNotIn("changed since", comparison_section(self.site_dir))
+
+    def test_a_truth_that_came_later_is_told(self):
+        truth = self.site_dir / "frames" / "ground_truth.tum"
+        text = truth.read_text()
+        truth.unlink()
+        self.evaluate()
+        self.assertNotIn("changed since", comparison_section(self.site_dir))
+        truth.write_text(text)
         self.assertIn("changed since", comparison_section(self.site_dir))
+
+    def test_a_query_that_is_mapped_is_refused(self):
+        path = self.site_dir / "localize" / "queries.csv"
+        path.write_text(path.read_text().replace("queries/3.png", "rgb/3.png"))
+        result = fake_site.run("evaluate_colmap.py", "--site-dir", self.site_dir, "--out", self.colmap / "results.json")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("rgb/3.png: a query that is a mapping frame", result.stderr)
 
     def test_readme_table(self):
         readme = self.site_dir / "README.md"

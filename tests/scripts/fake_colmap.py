@@ -50,20 +50,15 @@ def write_receipt(folder, failed=None, parts=(), **figures):
 
 
 def write_database(path, names):
-    """Cameras and images as COLMAP's database has them, without features; every pair is matched."""
+    """Cameras and images as COLMAP's database has them, without features and matches."""
     connection = sqlite3.connect(path)
     connection.executescript(
         "CREATE TABLE cameras (camera_id INTEGER PRIMARY KEY, model, width, height, params BLOB, prior);"
         "CREATE TABLE images (image_id INTEGER PRIMARY KEY, name TEXT, camera_id INTEGER);"
-        "CREATE TABLE matches (pair_id INTEGER PRIMARY KEY, rows, cols, data BLOB);"
-        "CREATE TABLE two_view_geometries (pair_id INTEGER PRIMARY KEY, rows, cols, data BLOB);"
     )
     parameters = np.array([500.0, 501.0, 320.0, 240.0]).tobytes()
     connection.execute("INSERT INTO cameras VALUES (1, 1, 640, 480, ?, 1)", (parameters,))
     for i, name in enumerate(names, 1):
         connection.execute("INSERT INTO images VALUES (?, ?, 1)", (i, name))
-        for k in range(i + 1, len(names) + 1):
-            for table in ("matches", "two_view_geometries"):
-                connection.execute(f"INSERT INTO {table} VALUES (?, 0, 2, NULL)", (i * 2147483647 + k,))
     connection.commit()
     connection.close()

@@ -113,7 +113,7 @@ def write_receipt(site_dir, stage, name="receipt.json"):
     receipt = {
         "stage": stage, "version": "0.1.0", "build_type": "Release", "seed": 0, "threads": 2,
         "start_time": "2000-01-01T00:00:00Z", "wall_time_s": 12.5,
-        "parts": [{"name": "read", "seconds": 2.5}], "peak_memory_bytes": 512 * 2**20,
+        "parts": [{"name": "read", "wall_time_s": 2.5}], "peak_memory_bytes": 512 * 2**20,
         "inputs": [], "outputs": [], "program": {}, "config": "",
     }  # fmt: skip
     (site_dir / stage).mkdir(exist_ok=True)
