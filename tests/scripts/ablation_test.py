@@ -5,6 +5,7 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
+import fake_site  # noqa: F401  first: it makes the scripts importable
 import ablation
 from nightmap_eval.errors import DataError
 
