@@ -8,8 +8,9 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
+import fake_site  # first: it makes the scripts importable
+
 import bench
-import fake_site
 
 
 class FakeMake:
