@@ -28,9 +28,17 @@ YARDSTICK = "features.max_gap_frames=0 features.num_features=1000"
 YARDSTICK_FRAMES = 1000
 
 
+def case(text):
+    """The text of a case, checked."""
+    site, colon, count = text.partition(":")
+    if not site or (colon and not (count.isdecimal() and int(count) > 0)):
+        raise argparse.ArgumentTypeError(f"'{text}' is neither SITE nor SITE:N with N of at least 1")
+    return text
+
+
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("cases", nargs="+", help="SITE or SITE:N")
+    parser.add_argument("cases", nargs="+", type=case, help="SITE or SITE:N")
     parser.add_argument("--data", type=Path, required=True, help="recordings")
     parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench")
     parser.add_argument("--threads", type=int, required=True, help="of each stage")

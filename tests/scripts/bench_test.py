@@ -22,6 +22,7 @@ class FakeMake:
 
     def __call__(self, case, maps, settings, num_frames, *goals):
         self.calls.append((maps, num_frames, len(goals)))
+        assert settings == (bench.YARDSTICK if maps == "yardstick" else ""), settings
         site = case.folder / maps / case.site
         for stage in bench.STAGES:
             (site / stage).mkdir(parents=True, exist_ok=True)
@@ -51,6 +52,12 @@ class BenchTest(unittest.TestCase):
         row, calls = self.row("building:8000")
         self.assertEqual(calls, [("yardstick", 1000, 1), ("yardstick", 1000, 3), ("map", 8000, 1)])
         self.assertEqual((row["frames"], row["ms"], row["yardstick"]), ("8000", "20.0", "240.0"))
+
+    def test_a_case_that_is_none_is_refused(self):
+        for text in ("office:all", "office:0", "office:-5", "office:", ":100"):
+            with self.subTest(text), self.assertRaisesRegex(argparse.ArgumentTypeError, "SITE:N"):
+                bench.case(text)
+        self.assertEqual(bench.case("office:100"), "office:100")
 
     def test_a_whole_recording(self):
         row, calls = self.row("office")
