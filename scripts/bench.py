@@ -4,7 +4,9 @@
 
 A case is SITE or SITE:N, its first N frames. The yardstick of a case is measured in the same run:
 decode every frame and describe 1,000 SIFT features on each, all cores busy. It is the features stage
-at that setting. Both include every process and Make itself; programs and recordings are made before.
+at that setting; of a longer recording its first 1,000 frames stand for all, for a frame costs the
+same whatever comes before. Both include every process and Make itself; programs and recordings are
+made before.
 Prints a Markdown table; with --readme it goes between `<!-- bench:begin -->` and `<!-- bench:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
@@ -23,11 +25,20 @@ from nightmap_eval.stages import StageResult
 BEGIN, END = "<!-- bench:begin -->", "<!-- bench:end -->"
 STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph")
 YARDSTICK = "features.max_gap_frames=0 features.num_features=1000"
+YARDSTICK_FRAMES = 1000
+
+
+def case(text):
+    """The text of a case, checked."""
+    site, colon, count = text.partition(":")
+    if not site or (colon and not (count.isdecimal() and int(count) > 0)):
+        raise argparse.ArgumentTypeError(f"'{text}' is neither SITE nor SITE:N with N of at least 1")
+    return text
 
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("cases", nargs="+", help="SITE or SITE:N")
+    parser.add_argument("cases", nargs="+", type=case, help="SITE or SITE:N")
     parser.add_argument("--data", type=Path, required=True, help="recordings")
     parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench")
     parser.add_argument("--threads", type=int, required=True, help="of each stage")
@@ -39,14 +50,15 @@ class Case:
     """One recording, in a results folder of its own."""
 
     def __init__(self, name, arguments):
-        self.site, _, self.num_frames = name.partition(":")
+        self.site, _, num_frames = name.partition(":")
+        self.num_frames = int(num_frames or 0)
         self.arguments = arguments
         self.folder = arguments.build / "bench" / name.replace(":", "_")
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def make(self, maps, settings, *goals):
-        """Seconds that `make` takes."""
-        limit = f" frames.max_frames={self.num_frames}" if self.num_frames else ""
+    def make(self, maps, settings, num_frames, *goals):
+        """Seconds that `make` takes; num_frames 0: all."""
+        limit = f" frames.max_frames={num_frames}" if num_frames else ""
         command = [
             "make", "--no-print-directory", f"SITE={self.site}", f"DATA={self.arguments.data}",
             f"BUILD={self.arguments.build}", f"THREADS={self.arguments.threads}",
@@ -58,20 +70,24 @@ class Case:
             raise DataError(f"{' '.join(map(str, command))}\n{run.stdout}\nthe run failed, see above")
         return time.monotonic() - start_s
 
-    def yardstick_s(self):
+    def yardstick_s_per_frame(self):
         """Frames are listed first, then described: the list is not part of the yardstick."""
+        limit = min(self.num_frames or YARDSTICK_FRAMES, YARDSTICK_FRAMES)
         listed = self.folder / "yardstick" / self.site / "frames" / "shards.mk"
-        self.make("yardstick", YARDSTICK, str(listed))
+        self.make("yardstick", YARDSTICK, limit, str(listed))
         features = listed.parent.parent / "features"
         shards = re.findall(r"\d{4,}", read_text(listed))
-        return self.make("yardstick", YARDSTICK, *(f"{features}/shard_{s}.h5" for s in shards))
+        goals = (f"{features}/shard_{shard}.h5" for shard in shards)
+        wall_time_s = self.make("yardstick", YARDSTICK, limit, *goals)
+        return wall_time_s / read_json(listed.parent / "report.json")["num_frames"]
 
     def row(self):
-        yardstick_s = self.yardstick_s()
         site = self.folder / "map" / self.site
-        total_s = self.make("map", "", str(site / "pose_graph" / "trajectory.tum"))
+        s_per_frame = self.yardstick_s_per_frame()
+        total_s = self.make("map", "", self.num_frames, str(site / "pose_graph" / "trajectory.tum"))
         stages = [StageResult(site / name) for name in STAGES]
         num_frames = read_json(site / "pose_graph" / "report.json")["num_frames"]
+        yardstick_s = s_per_frame * num_frames
         peak = max(stages, key=lambda stage: stage.peak_memory_bytes())
         return [
             self.site, f"{num_frames}", f"{total_s:.1f}", f"{num_frames / total_s:.1f}",

@@ -26,9 +26,9 @@ inline bool IsContinuousIntegration() {
   return ci && std::string(ci) == "true";
 }
 
-// First line of a test that needs a real recording. The recordings are gigabytes that a user need not
-// have, so the test is skipped without them, with the remedy; never in CI, where a silent skip would
-// pass for a test that ran.
+// First line of a test that needs a real recording. Recordings are hundreds of megabytes that are
+// not in the repository (datasets.md says where they are had from), so the test is skipped without
+// them, with the remedy; never in CI, where a silent skip would pass for a test that ran.
 #define NIGHTMAP_REQUIRE_DATA(name)                                                     \
   if (!std::filesystem::exists(::nightmap::TestDataPath(name))) {                       \
     if (::nightmap::IsContinuousIntegration()) {                                        \

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The whole chain on a small building: what is made, what is remade, and that bytes agree."""
+import subprocess
 import time
 import unittest
 
@@ -33,6 +34,16 @@ CHANGES = [
     ("frames.max_failed_ratio=0.19", {"frames"}),
     ("synthesize.color_noise_levels=2.5", {"synthesize", "frames", "features"} | AFTER_FEATURES),
 ]
+
+
+def shortest_s(body, num_runs=5):
+    """Of several runs the shortest: what the work itself takes, whatever else the machine does."""
+    times_s = []
+    for _ in range(num_runs):
+        start = time.monotonic()
+        body()
+        times_s.append(time.monotonic() - start)
+    return min(times_s)
 
 
 class ChainTest(unittest.TestCase):
@@ -81,9 +92,12 @@ class ChainTest(unittest.TestCase):
         self.assertIn("all as written", self.make("verify", *moved))
 
     def test_a_second_make_does_nothing_and_quickly(self):
-        start = time.monotonic()
         self.assertEqual(self.reran(), set())
-        self.assertLess(time.monotonic() - start, 1.0)
+        # The configs are resolved by one small Python program; the rest is Make's own: about three times
+        # the start of such a program, on a slow machine as on a fast one.
+        start_python = ["/usr/bin/python3", "-I", "-S", "-c", "import argparse"]
+        yardstick_s = shortest_s(lambda: subprocess.run(start_python, check=True))
+        self.assertLess(shortest_s(lambda: self.work.make(*GOALS)), 8 * yardstick_s)
         self.assertEqual(self.work.make("-q", *GOALS).returncode, 0)
 
     def test_comments_and_touches_rerun_nothing(self):

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+
 #include "stages/pose_graph/pose_graph_output.h"
 #include "tests/landmark_scene.h"
 
