@@ -25,18 +25,18 @@ class Finisher {
            const std::vector<Observer>& observers)
       : options_(options), kind_(kind), observers_(observers) {}
 
-  std::optional<Landmark> Finish(const Track& track) const {
+  std::optional<Landmark> Finish(const LandmarkTrack& track) const {
     Landmark landmark;
     landmark.position_in_map = track.position_in_map;
     PointEstimate estimate;
     for (const Observation& observation : track.observations) {
       const Observer& observer = observers_[static_cast<std::size_t>(observation.observer)];
       if (ReprojectionError_px(observer, observation.feature, track.position_in_map) >
-          options_.max_error_px) {
+          options_.tracker.max_error_px) {
         continue;
       }
       const double z_m = (observer.map_from_camera.Inverse() * track.position_in_map).z();
-      estimate.Add(observer, observation.feature, z_m, options_.pixel_sigma_px);
+      estimate.Add(observer, observation.feature, z_m, options_.tracker.pixel_sigma_px);
       landmark.observations.push_back(observation);
     }
     if (static_cast<int>(landmark.observations.size()) < options_.min_observations) return {};
@@ -102,7 +102,7 @@ class Finisher {
 std::optional<Landmark> FinishTrack(const LandmarksOptions& options,
                                     DescriptorKind kind,
                                     const std::vector<Observer>& observers,
-                                    const Track& track) {
+                                    const LandmarkTrack& track) {
   return Finisher(options, kind, observers).Finish(track);
 }
 

@@ -5,7 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "stages/landmarks/landmark_tracker.h"
+#include "pipeline/vision/landmark_tracker.h"
+#include "stages/landmarks/landmarks.h"
 
 namespace nightmap {
 
@@ -20,6 +21,6 @@ struct Landmark {
 std::optional<Landmark> FinishTrack(const LandmarksOptions& options,
                                     DescriptorKind kind,
                                     const std::vector<Observer>& observers,
-                                    const Track& track);
+                                    const LandmarkTrack& track);
 
 }  // namespace nightmap

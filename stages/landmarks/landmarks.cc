@@ -115,14 +115,24 @@ void LandmarksOptions::Register(OptionList& list) {
            &observers,
            {"keyframes", "all"},
            "described frames whose features make landmarks");
-  list.Add("max_error_px", &max_error_px, Range(0.5, 50), "reprojection error of an observation");
-  list.Add("max_depth_error", &max_depth_error, Range(0, 1), "relative, landmark against depth");
+  list.Add("max_error_px",
+           &tracker.max_error_px,
+           Range(0.5, 50),
+           "reprojection error of an observation");
+  list.Add(
+      "max_depth_error", &tracker.max_depth_error, Range(0, 1), "relative, landmark against depth");
   list.Add("max_descriptor_distance",
-           &max_descriptor_distance,
+           &tracker.max_descriptor_distance,
            Range(0, 2),
            "of one landmark's observations; 1: as unrelated descriptors");
-  list.Add("voxel_size_m", &voxel_size_m, Range(0.01, 10), "of the index landmarks are found by");
-  list.Add("pixel_sigma_px", &pixel_sigma_px, Range(0.1, 20), "noise of a keypoint and its pose");
+  list.Add("voxel_size_m",
+           &tracker.voxel_size_m,
+           Range(0.01, 10),
+           "of the index landmarks are found by");
+  list.Add("pixel_sigma_px",
+           &tracker.pixel_sigma_px,
+           Range(0.1, 20),
+           "noise of a keypoint and its pose");
   list.Add("min_observations", &min_observations, Range(1, 100), "fewer: the landmark is dropped");
   list.Add("max_position_sigma_m",
            &max_position_sigma_m,
@@ -142,14 +152,14 @@ LandmarkMap RunLandmarks(const LandmarksOptions& options,
                          int num_threads) {
   CheckInput(input);
   const std::vector<Observer> observers = MakeObservers(options, input);
-  LandmarkTracker tracker(options, input.features.kind, &observers);
+  LandmarkTracker tracker(options.tracker, input.features.kind, &observers);
   progress.Start(observers.size());
   for (std::size_t i = 0; i < observers.size(); ++i) {
     tracker.Add(static_cast<int>(i));
     progress.Advance();
   }
   progress.Finish();
-  const std::vector<Track> tracks = tracker.TakeTracks();
+  const std::vector<LandmarkTrack> tracks = tracker.TakeTracks();
   std::vector<std::optional<Landmark>> finished(tracks.size());
   ParallelFor(tracks.size(), num_threads, [&](std::size_t i) {
     finished[i] = FinishTrack(options, input.features.kind, observers, tracks[i]);

@@ -11,17 +11,14 @@
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/landmarks_io.h"
+#include "pipeline/vision/landmark_tracker.h"
 #include "pipeline/vision/vocabulary_tree.h"
 
 namespace nightmap {
 
 struct LandmarksOptions {
   std::string observers = "keyframes";
-  double max_error_px = 4.0;
-  double max_depth_error = 0.1;
-  double max_descriptor_distance = 0.6;
-  double voxel_size_m = 0.25;
-  double pixel_sigma_px = 1.0;
+  LandmarkTrackerOptions tracker;
   int min_observations = 1;
   double max_position_sigma_m = 0.3;
   int max_landmarks = 2000000;

@@ -114,7 +114,7 @@ TEST_F(LandmarksTest, ObservesWithoutDepth) {
   // Without any depth a frame does not know where to look.
   scene_.features.frames[5].depths_m[0] =
       static_cast<float>((scene_.poses[5].pose.Inverse() * Point(scene_.frame_points[5][0])).z());
-  options_.voxel_size_m = 10.0;
+  options_.tracker.voxel_size_m = 10.0;
   const LandmarkMap map = Run();
   EXPECT_GT(map.KeyframeLandmarks()[5].size(), scene_.frame_points[5].size() * 9 / 10);
 }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Landmarks under construction: which feature of which observer shows which point.
+// Landmarks under construction: which feature of which posed frame shows which point. Each frame is
+// compared only with points in the voxels its own depth falls into, so the work of one does not
+// grow with the map. Deterministic; one thread.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +13,6 @@
 
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
-#include "stages/landmarks/landmarks.h"
 
 namespace nightmap {
 
@@ -21,6 +22,14 @@ struct Observer {
   const RgbdCamera* camera = nullptr;
   const FrameFeatures* features = nullptr;
   Rigid3 map_from_camera;
+};
+
+struct LandmarkTrackerOptions {
+  double max_error_px = 4.0;             // between a projected point and a feature that shows it
+  double max_depth_error = 0.1;          // relative
+  double max_descriptor_distance = 0.6;  // 1: as unrelated descriptors
+  double voxel_size_m = 0.25;            // of the index points are found by
+  double pixel_sigma_px = 1.0;           // of a keypoint and its pose
 };
 
 struct Observation {
@@ -43,7 +52,7 @@ class PointEstimate {
   Eigen::Vector3d weighted_sum_ = Eigen::Vector3d::Zero();
 };
 
-struct Track {
+struct LandmarkTrack {
   Eigen::Vector3d position_in_map = Eigen::Vector3d::Zero();
   PointEstimate estimate;
   std::vector<Observation> observations;  // ascending by observer
@@ -51,14 +60,14 @@ struct Track {
 
 class LandmarkTracker {
  public:
-  LandmarkTracker(const LandmarksOptions& options,
+  LandmarkTracker(const LandmarkTrackerOptions& options,
                   DescriptorKind kind,
                   const std::vector<Observer>* observers)
       : options_(options), kind_(kind), observers_(observers) {}
 
   // Observers must be added in order, each once.
   void Add(int observer);
-  std::vector<Track> TakeTracks() { return std::move(tracks_); }
+  std::vector<LandmarkTrack> TakeTracks() { return std::move(tracks_); }
 
  private:
   struct Candidate {
@@ -75,13 +84,13 @@ class LandmarkTracker {
   std::vector<Projection> Project(const Observer& observer) const;
   std::vector<Candidate> FindCandidates(const Observer& observer) const;
   bool DepthAgrees(const Observer& observer, int feature, double z_m) const;
-  int Distance(const std::uint8_t* descriptor, const Track& track) const;
+  int Distance(const std::uint8_t* descriptor, const LandmarkTrack& track) const;
   void Found(int observer, int feature);
 
-  LandmarksOptions options_;
+  LandmarkTrackerOptions options_;
   DescriptorKind kind_;
   const std::vector<Observer>* observers_;
-  std::vector<Track> tracks_;
+  std::vector<LandmarkTrack> tracks_;
   std::unordered_map<std::uint64_t, std::vector<int>> voxels_;  // tracks founded in each voxel
 };
 

@@ -2,7 +2,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "stages/landmarks/landmark_tracker.h"
+#include "pipeline/vision/landmark_tracker.h"
 
 namespace nightmap {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/landmarks/landmark_tracker.h"
+#include "pipeline/vision/landmark_tracker.h"
 
 #include <algorithm>
 #include <cmath>
@@ -69,7 +69,7 @@ bool LandmarkTracker::DepthAgrees(const Observer& observer, int feature, double 
 }
 
 // To the last few observations: the point is seen about as it was then.
-int LandmarkTracker::Distance(const std::uint8_t* descriptor, const Track& track) const {
+int LandmarkTracker::Distance(const std::uint8_t* descriptor, const LandmarkTrack& track) const {
   constexpr std::size_t kNumCompared = 3;
   const std::size_t count = track.observations.size();
   int best = std::numeric_limits<int>::max();
@@ -113,7 +113,7 @@ std::vector<LandmarkTracker::Candidate> LandmarkTracker::FindCandidates(
 
 void LandmarkTracker::Found(int observer_idx, int feature) {
   const Observer& observer = (*observers_)[static_cast<std::size_t>(observer_idx)];
-  Track track;
+  LandmarkTrack track;
   track.position_in_map = FeatureInMap(observer, static_cast<std::size_t>(feature));
   track.observations.push_back({observer_idx, feature});
   track.estimate.Add(observer, feature, 0.0, options_.pixel_sigma_px);
@@ -128,7 +128,7 @@ void LandmarkTracker::Add(int observer_idx) {
   std::vector<bool> used(num_features, false);
   // Most similar first, one to one.
   for (const Candidate& candidate : FindCandidates(observer)) {
-    Track& track = tracks_[static_cast<std::size_t>(candidate.track)];
+    LandmarkTrack& track = tracks_[static_cast<std::size_t>(candidate.track)];
     if (used[static_cast<std::size_t>(candidate.feature)]) continue;
     if (track.observations.back().observer == observer_idx) continue;
     used[static_cast<std::size_t>(candidate.feature)] = true;
