@@ -16,6 +16,7 @@
 #include "stages/pose_graph/global_bundle.h"
 #include "stages/pose_graph/join_runs.h"
 #include "stages/pose_graph/optimize_graph.h"
+#include "stages/pose_graph/retrack.h"
 
 namespace nightmap {
 namespace {
@@ -40,7 +41,12 @@ class Pipeline {
     const auto redundant =
         RedundantKeyframes(tracks, KeyframeIdxs(), BridgeEnds(), options_.max_seen_ratio);
     Cull(redundant);
-    if (options_.bundle_adjustment) Adjust(WithoutFrames(std::move(tracks), redundant));
+    if (options_.bundle_adjustment) {
+      Adjust(WithoutFrames(std::move(tracks), redundant));
+      for (int i = 0; i < options_.num_retrackings; ++i) {
+        Adjust(Retrack(input_, keyframes_, options_.bundle_max_error_px));
+      }
+    }
     progress.Advance();
     CarryFrames();
     TurnIntoMapFrame(num_threads);
@@ -367,6 +373,10 @@ void PoseGraphOptions::Register(OptionList& list) {
            &bundle_max_error_px,
            Range(0.5, 50),
            "observations off by more are dropped");
+  list.Add("num_retrackings",
+           &num_retrackings,
+           Range(0, 10),
+           "adjustments with points found anew in all keyframes");
   list.Add(
       "estimate_depth_scales",
       &estimate_depth_scales,

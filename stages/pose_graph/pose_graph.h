@@ -27,6 +27,7 @@ struct PoseGraphOptions {
   bool bundle_adjustment = true;
   int bundle_iterations = 15;
   double bundle_max_error_px = 4.0;
+  int num_retrackings = 1;
   bool estimate_depth_scales = false;
   int max_tracks_per_keyframe = 250;
   MapFrameOptions map_frame;

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/pose_graph/retrack.h"
+
+#include "pipeline/vision/landmark_tracker.h"
+
+namespace nightmap {
+
+std::vector<Track> Retrack(const PoseGraphInput& input,
+                           const std::map<int, Rigid3>& graph_from_keyframe,
+                           double max_error_px) {
+  std::vector<Observer> observers;
+  for (const auto& [frame_idx, pose] : graph_from_keyframe) {
+    const auto i = static_cast<std::size_t>(frame_idx);
+    const FrameRecord& frame = input.frames[i];
+    observers.push_back({&frame,
+                         &input.cameras.at(static_cast<std::size_t>(frame.camera_idx)),
+                         &input.features.frames[i],
+                         pose});
+  }
+  LandmarkTrackerOptions options;
+  options.max_error_px = max_error_px;
+  LandmarkTracker tracker(options, input.features.kind, &observers);
+  for (std::size_t i = 0; i < observers.size(); ++i) {
+    if (observers[i].features->IsDescribed()) tracker.Add(static_cast<int>(i));
+  }
+  std::vector<Track> tracks;
+  for (const LandmarkTrack& found : tracker.TakeTracks()) {
+    if (found.observations.size() < 2) continue;
+    Track& track = tracks.emplace_back();
+    for (const Observation& o : found.observations) {
+      track.push_back(
+          {observers[static_cast<std::size_t>(o.observer)].frame->frame_idx, o.feature});
+    }
+  }
+  return tracks;
+}
+
+}  // namespace nightmap
