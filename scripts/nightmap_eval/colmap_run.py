@@ -10,6 +10,7 @@ the others go on; its time is in the past, so that the next make tries again.
 import json
 import os
 import re
+import resource
 import shutil
 import subprocess
 import time
@@ -38,6 +39,12 @@ def require_colmap():
     return found.group(0)
 
 
+def _children_cpu_s():
+    """Of all commands that ended so far, on all cores."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
 class Step:
     """One step: a folder and the COLMAP commands that fill it."""
 
@@ -58,12 +65,13 @@ class Step:
         for name, value in options.items():
             line += ["--" + name.replace("__", "."), str(value)]
         print(f"colmap {command}", flush=True)
-        start_s = time.monotonic()
+        start_s, start_cpu_s = time.monotonic(), _children_cpu_s()
         with open(self.folder / "colmap.log", "a", encoding="utf-8") as log:
             log.write(" ".join(line) + "\n")
             status, printed = self._run(line, log)
         seconds = time.monotonic() - start_s
-        self.parts.append({"name": command, "wall_time_s": seconds})
+        cpu_s = _children_cpu_s() - start_cpu_s
+        self.parts.append({"name": command, "wall_time_s": seconds, "cpu_time_s": cpu_s})
         if status != 0:
             how = f"ended by signal {-status}" if status < 0 else f"exit code {status}"
             last = next((text.strip() for text in reversed(printed) if text.strip()), "")
