@@ -111,21 +111,22 @@ $(call shard,odometry,    frames=frames/shard_<.csv frames=frames/shard_%.csv ca
                           odometry=shard_%.h5 trajectory=shard_%.tum)
 $(call whole,pose_graph,  frames=frames/shard_*.csv cameras=frames/cameras.json data features=features/shard_*.h5 \
                           odometry=odometry/shard_*.h5 loops=matches/loops.h5 $(ACCELEROMETER), \
-                          graph=graph.g2o trajectory=trajectory.tum keyframes=keyframes.tum loops_csv=loops.csv)
-$(call whole,point_cloud, frames=frames/shard_*.csv cameras=frames/cameras.json data keyframes=pose_graph/keyframes.tum, \
+                          graph=graph.g2o trajectory=trajectory.tum keyframes=keyframes.tum cameras=cameras.json loops_csv=loops.csv)
+$(call whole,point_cloud, frames=frames/shard_*.csv cameras=pose_graph/cameras.json data keyframes=pose_graph/keyframes.tum, \
                           cloud=cloud.ply)
-$(call whole,octree,      frames=frames/shard_*.csv cameras=frames/cameras.json data keyframes=pose_graph/keyframes.tum \
+$(call whole,octree,      frames=frames/shard_*.csv cameras=pose_graph/cameras.json data keyframes=pose_graph/keyframes.tum \
                           cloud=point_cloud/cloud.ply, \
                           ot=map.ot bt=map.bt)
 $(call whole,grid,        octree=octree/map.ot, \
                           pgm=map.pgm yaml=map.yaml)
-$(call whole,landmarks,   frames=frames/shard_*.csv cameras=frames/cameras.json features=features/shard_*.h5 \
+$(call whole,landmarks,   frames=frames/shard_*.csv cameras=pose_graph/cameras.json features=features/shard_*.h5 \
                           vocabulary=vocabulary/vocabulary.h5 trajectory=pose_graph/trajectory.tum \
                           keyframes=pose_graph/keyframes.tum, \
                           landmarks=landmarks.h5 \
                           $(foreach f,cameras images points3D,$f.txt=colmap/$f.txt $f.bin=colmap/$f.bin) \
                           database=colmap/database.db)
 $(call whole,localize,    queries=frames/queries.csv cameras=frames/query_cameras.json data \
+                          configured=frames/cameras.json calibrated=pose_graph/cameras.json \
                           landmarks=landmarks/landmarks.h5 vocabulary=vocabulary/vocabulary.h5, \
                           queries=queries.csv trajectory=queries.tum)
 $(if $(PLANNING),$(call whole,plan, pgm=grid/map.pgm yaml=grid/map.yaml trajectory=pose_graph/trajectory.tum $(LOCATED), \

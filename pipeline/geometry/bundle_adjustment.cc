@@ -2,8 +2,11 @@
 #include "pipeline/geometry/bundle_adjustment.h"
 
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 
 #include <algorithm>
+#include <array>
+#include <limits>
 #include <memory>
 
 #include "pipeline/base/error.h"
@@ -20,18 +23,24 @@ void CheckSizes(const BundleProblem& problem) {
                     problem.cameras.size(),
                     problem.is_fixed.size());
   }
-  const auto& scale_idx = problem.depth_scale_idx;
-  const auto num_scales = static_cast<int>(problem.depth_scales.size());
-  if (num_scales == 0 || (!scale_idx.empty() && scale_idx.size() != num_poses) ||
-      std::ranges::any_of(scale_idx, [&](int i) { return i < 0 || i >= num_scales; })) {
-    throw DataError(
-        "bundle adjustment: {} depth scales do not fit {} poses", num_scales, num_poses);
+  const auto& sensor_idx = problem.sensor_idx;
+  const auto num_sensors = static_cast<int>(problem.calibrations.size());
+  if (num_sensors == 0 || (!sensor_idx.empty() && sensor_idx.size() != num_poses) ||
+      (!problem.motions.empty() && problem.motions.size() != num_poses) ||
+      std::ranges::any_of(sensor_idx, [&](int i) { return i < 0 || i >= num_sensors; })) {
+    throw DataError("bundle adjustment: {} calibrations and {} motions do not fit {} poses",
+                    num_sensors,
+                    problem.motions.size(),
+                    num_poses);
   }
 }
 
-double& DepthScale(std::size_t pose, BundleProblem* data) {
-  if (data->depth_scale_idx.empty()) return data->depth_scales[0];
-  return data->depth_scales[static_cast<std::size_t>(data->depth_scale_idx[pose])];
+std::size_t SensorOf(std::size_t pose, const BundleProblem& data) {
+  return data.sensor_idx.empty() ? 0 : static_cast<std::size_t>(data.sensor_idx[pose]);
+}
+
+PointMotion MotionOf(std::size_t pose, const BundleProblem& data) {
+  return data.motions.empty() ? PointMotion{} : data.motions[pose];
 }
 
 // A wrong match may put a point behind a camera that sees it; no step could start from there.
@@ -44,17 +53,34 @@ void DropUnseeable(BundleProblem* data) {
   });
 }
 
+ceres::LossFunction* MakeLoss(const BundleOptions& options) {
+  if (options.loss == RobustLoss::kCauchy) return new ceres::CauchyLoss(options.robust_scale);
+  return new ceres::HuberLoss(options.robust_scale);
+}
+
+// One block: focal scale, readout, depth scale.
+static_assert(sizeof(CameraCalibration) == 3 * sizeof(double));
+
+Eigen::Array3d FreeCalibration(const BundleOptions& options, std::size_t sensor) {
+  const double calibrates = options.calibrate ? 1 : 0;
+  return {calibrates, calibrates, options.estimate_depth_scales && sensor > 0 ? 1.0 : 0.0};
+}
+
 void AddObservations(const BundleOptions& options, BundleProblem* data, ceres::Problem* problem) {
   for (const BundleObservation& observation : data->observations) {
     const auto pose = static_cast<std::size_t>(observation.pose_idx);
     Rigid3& camera_from_world = data->camera_from_world[pose];
+    const std::size_t sensor = SensorOf(pose, *data);
     problem->AddResidualBlock(
-        new ObservationError(observation, data->cameras[pose], options.pixel_sigma_px),
-        new ceres::HuberLoss(options.robust_scale),
+        new ObservationError(observation,
+                             data->cameras[pose],
+                             MotionOf(pose, *data),
+                             FreeCalibration(options, sensor)),
+        MakeLoss(options),
         camera_from_world.rotation.coeffs().data(),
         camera_from_world.translation.data(),
         data->points_in_world[static_cast<std::size_t>(observation.point_idx)].data(),
-        &DepthScale(pose, data));
+        &data->calibrations[sensor].focal_scale);
   }
 }
 
@@ -70,16 +96,34 @@ std::shared_ptr<ceres::ParameterBlockOrdering> MakeOrdering(BundleProblem* data,
     ordering->AddElementToGroup(pose.rotation.coeffs().data(), 1);
     ordering->AddElementToGroup(pose.translation.data(), 1);
   }
-  for (double& scale : data->depth_scales) {
-    if (problem.HasParameterBlock(&scale)) ordering->AddElementToGroup(&scale, 1);
+  for (CameraCalibration& calibration : data->calibrations) {
+    double* block = &calibration.focal_scale;
+    if (problem.HasParameterBlock(block)) ordering->AddElementToGroup(block, 1);
   }
   return ordering;
 }
 
-void HoldDepthScales(bool all, BundleProblem* data, ceres::Problem* problem) {
-  for (double& scale : data->depth_scales) {
-    const bool is_held = all || &scale == &data->depth_scales[0];
-    if (is_held && problem->HasParameterBlock(&scale)) problem->SetParameterBlockConstant(&scale);
+// Held, or pulled to what is configured as strongly as that is believed. An entry that is held
+// beside free ones has no derivative, so that its prior, which it obeys already, leaves it in place.
+void HoldCalibrations(const BundleOptions& options, BundleProblem* data, ceres::Problem* problem) {
+  for (std::size_t sensor = 0; sensor < data->calibrations.size(); ++sensor) {
+    const CameraCalibration& start = data->calibrations[sensor];
+    double* block = &data->calibrations[sensor].focal_scale;
+    if (!problem->HasParameterBlock(block)) continue;
+    const Eigen::Array3d is_free = FreeCalibration(options, sensor);
+    if ((is_free == 0).all()) {
+      problem->SetParameterBlockConstant(block);
+      continue;
+    }
+    Eigen::Vector3d weights(1 / options.focal_scale_sigma, 1 / options.readout_sigma_s, 0);
+    Eigen::Vector3d believed(1, 0, 1);
+    for (int i = 0; i < 3; ++i) {
+      if (is_free[i] != 0) continue;
+      weights[i] = 1;
+      believed[i] = (&start.focal_scale)[i];
+    }
+    const Eigen::Matrix3d weight_matrix = weights.asDiagonal();
+    problem->AddResidualBlock(new ceres::NormalPrior(weight_matrix, believed), nullptr, block);
   }
 }
 
@@ -103,7 +147,7 @@ BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* data) {
   ceres::Problem problem;
   AddObservations(options, data, &problem);
   SetManifolds(data, &problem);
-  HoldDepthScales(!options.estimate_depth_scales, data, &problem);
+  HoldCalibrations(options, data, &problem);
   ceres::Solver::Options solver_options;
   solver_options.linear_solver_type = ceres::SPARSE_SCHUR;
   solver_options.linear_solver_ordering = MakeOrdering(data, problem);
@@ -118,6 +162,22 @@ BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* data) {
   }
   for (Rigid3& pose : data->camera_from_world) pose.rotation.normalize();
   return {summary.initial_cost, summary.final_cost, static_cast<int>(summary.iterations.size())};
+}
+
+double ReprojectionError_px(const BundleProblem& data, const BundleObservation& observation) {
+  const auto pose = static_cast<std::size_t>(observation.pose_idx);
+  const std::size_t sensor = SensorOf(pose, data);
+  const Rigid3& camera_from_world = data.camera_from_world[pose];
+  const std::array<const double*, 4> parameters = {
+      camera_from_world.rotation.coeffs().data(),
+      camera_from_world.translation.data(),
+      data.points_in_world[static_cast<std::size_t>(observation.point_idx)].data(),
+      &data.calibrations[sensor].focal_scale};
+  Eigen::Vector3d residuals = Eigen::Vector3d::Zero();
+  const ObservationError error(observation, data.cameras[pose], MotionOf(pose, data));
+  const bool is_seen = error.Evaluate(parameters.data(), residuals.data(), nullptr);
+  return is_seen ? observation.pixel_sigma_px * residuals.head<2>().norm()
+                 : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace nightmap

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bundle adjustment of RGB-D cameras and points: reprojection plus measured depth, each over its
 // standard deviation, robust loss, Schur elimination of the points (Triggs et al., 2000; depth
-// residual as in Mur-Artal and Tardos, T-RO 2017, with sigma growing with z squared).
+// residual as in Mur-Artal and Tardos, T-RO 2017, with sigma growing with z squared). The cameras can
+// be calibrated in it: focal length, and the time a rolling shutter takes to read an image (one
+// velocity a frame, as Hedborg et al., CVPR 2012, linearized).
 #pragma once
 
 #include <Eigen/Core>
@@ -18,6 +20,20 @@ struct BundleObservation {
   Eigen::Vector2d pixel;  // undistorted
   double depth_m = 0;     // 0 = not measured
   DepthNoise noise;
+  double pixel_sigma_px = 1.0;
+};
+
+// How points that stand still move in a camera's frame: p' = angular x p + linear.
+struct PointMotion {
+  Eigen::Vector3d angular_rad_per_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d linear_m_per_s = Eigen::Vector3d::Zero();
+};
+
+// What may differ from what a camera's configuration says.
+struct CameraCalibration {
+  double focal_scale = 1;  // true focal length over the configured one
+  double readout_s = 0;    // between the first row of an image and the last; the pose is the middle's
+  double depth_scale = 1;  // true depth over measured
 };
 
 struct BundleProblem {
@@ -26,19 +42,25 @@ struct BundleProblem {
   std::vector<bool> is_fixed;             // one a pose; at least one, or the gauge is free
   std::vector<Eigen::Vector3d> points_in_world;
   std::vector<BundleObservation> observations;
-  // True depth over measured, of each depth sensor, and which sensor each pose has; empty: the
-  // first.
-  std::vector<double> depth_scales = {1};
-  std::vector<int> depth_scale_idx;
+  std::vector<PointMotion> motions;  // one a pose; empty: the camera stands still
+  // Which sensor each pose has; empty: the first.
+  std::vector<int> sensor_idx;
+  std::vector<CameraCalibration> calibrations = {{}};  // one a sensor
 };
 
+enum class RobustLoss { kHuber, kCauchy };  // the second all but forgets outliers
+
 struct BundleOptions {
-  double pixel_sigma_px = 1.0;
-  double robust_scale = 2.0;  // Huber's constant, in standard deviations
+  RobustLoss loss = RobustLoss::kHuber;
+  double robust_scale = 2.0;  // the loss's constant, in standard deviations
   int max_iterations = 20;
   // All but the first: the size of the whole map would change with a common factor, and nothing
   // seen tells it.
   bool estimate_depth_scales = false;
+  // Focal lengths and readout, from these deviations, which hold what the motion does not tell.
+  bool calibrate = false;
+  double focal_scale_sigma = 0.01;
+  double readout_sigma_s = 0.02;
 };
 
 struct BundleSummary {
@@ -51,5 +73,9 @@ struct BundleSummary {
 // observation are held only by their depth. Observations whose point starts behind the camera are
 // removed. Throws DataError when the solver fails.
 BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* problem);
+
+// Distance of an observation from where its point is predicted; infinite for a point that the
+// camera cannot see.
+double ReprojectionError_px(const BundleProblem& problem, const BundleObservation& observation);
 
 }  // namespace nightmap

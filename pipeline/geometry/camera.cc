@@ -41,6 +41,19 @@ bool IsFolded(const Camera& camera, const Eigen::Vector2d& point) {
 
 }  // namespace
 
+Camera Camera::WithFocalScale(double scale) const {
+  Camera camera = *this;
+  const double scale2 = scale * scale;
+  camera.fx *= scale;
+  camera.fy *= scale;
+  camera.k1 *= scale2;
+  camera.k2 *= scale2 * scale2;
+  camera.k3 *= scale2 * scale2 * scale2;
+  camera.p1 *= scale;
+  camera.p2 *= scale;
+  return camera;
+}
+
 std::optional<Eigen::Vector2d> Camera::Project(const Eigen::Vector3d& point_in_camera) const {
   if (!(point_in_camera.z() > 0)) return std::nullopt;
   Eigen::Vector2d point = point_in_camera.head<2>() / point_in_camera.z();

@@ -20,6 +20,10 @@ struct Camera {
     return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= width - 1 && pixel.y() <= height - 1;
   }
 
+  // The camera whose undistorted image is this one's, seen through focal lengths `scale` times as
+  // long: a pixel's undistorted pixel stays, its ray gets steeper by 1 / scale.
+  Camera WithFocalScale(double scale) const;
+
   // Pixel of a point in the camera frame, possibly outside the image; nothing for z <= 0 and where
   // the distortion polynomial has turned back.
   std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_in_camera) const;

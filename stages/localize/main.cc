@@ -5,6 +5,7 @@
 #include "pipeline/io/trajectory_io.h"
 #include "stages/localize/localize.h"
 #include "stages/localize/localize_report.h"
+#include "stages/localize/query_cameras.h"
 
 int main(int argc, char** argv) {
   using namespace nightmap;
@@ -12,6 +13,8 @@ int main(int argc, char** argv) {
                        "finds where each query picture was taken, from the picture alone",
                        {{"queries", "queries.csv of the frames stage"},
                         {"cameras", "query_cameras.json of the frames stage"},
+                        {"configured", "cameras.json of the frames stage"},
+                        {"calibrated", "cameras.json of the pose_graph stage"},
                         {"data", "folder that the paths in queries are relative to"},
                         {"landmarks", "landmarks.h5"},
                         {"vocabulary", "vocabulary.h5"}},
@@ -26,7 +29,9 @@ int main(int argc, char** argv) {
         ExtractionOptions extraction;
         RegisterOptions(extraction).ParseToml(map.extraction, context.Input("landmarks").string());
         const LocalizeInput input{ReadFrames(context.Input("queries")),
-                                  ReadCameras(context.Input("cameras")),
+                                  WithCalibration(ReadCameras(context.Input("cameras")),
+                                                  ReadCameras(context.Input("configured")),
+                                                  ReadCameras(context.Input("calibrated"))),
                                   extraction,
                                   &map,
                                   &vocabulary,

@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
   const StageSpec spec{"octree",
                        "marks the space of the building occupied, free or unknown",
                        {{"frames", "shard_NNNN.csv of the frames stage", Arity::kMany},
-                        {"cameras", "cameras.json of the frames stage"},
+                        {"cameras", "cameras.json of the pose_graph stage"},
                         {"data", "folder the frames' paths are relative to"},
                         {"keyframes", "keyframes.tum of the pose_graph stage, map_from_camera"},
                         {"cloud", "cloud.ply of the point_cloud stage", Arity::kOptional}},

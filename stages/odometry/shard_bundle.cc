@@ -179,10 +179,10 @@ class Adjuster {
                                       o.track_idx,
                                       Pixel(o),
                                       Depth_m(o),
-                                      CameraOf(o.frame_idx).noise});
+                                      CameraOf(o.frame_idx).noise,
+                                      options_.pixel_sigma_px});
     }
     BundleOptions bundle_options;
-    bundle_options.pixel_sigma_px = options_.pixel_sigma_px;
     bundle_options.max_iterations = options_.max_iterations;
     AdjustBundle(bundle_options, &problem);
     result_.points_in_shard = problem.points_in_world;

@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   const StageSpec spec{"point_cloud",
                        "fuses the depth of all keyframes to one point cloud in the map frame",
                        {{"frames", "shard_NNNN.csv of the frames stage", Arity::kMany},
-                        {"cameras", "cameras.json of the frames stage"},
+                        {"cameras", "cameras.json of the pose_graph stage"},
                         {"data", "folder the frames' paths are relative to"},
                         {"keyframes", "keyframes.tum of the pose_graph stage, map_from_camera"}},
                        {{"cloud", "cloud.ply: position, normal, color and label of each point"}}};

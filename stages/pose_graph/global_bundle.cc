@@ -9,27 +9,26 @@
 namespace nightmap {
 namespace {
 
-class KeyframeAdjuster {
+class FrameAdjuster {
  public:
-  KeyframeAdjuster(const PoseGraphOptions& options,
-                   const PoseGraphInput& input,
-                   std::map<int, Rigid3>* graph_from_keyframe)
-      : options_(options), input_(input), poses_(*graph_from_keyframe) {
-    problem_.depth_scales.assign(input.cameras.size(), 1.0);
+  FrameAdjuster(const PoseGraphOptions& options,
+                const PoseGraphInput& input,
+                const std::map<int, PointMotion>& motions,
+                std::map<int, Rigid3>* graph_from_frame)
+      : options_(options), input_(input), poses_(*graph_from_frame) {
+    problem_.calibrations.assign(input.cameras.size(), {});
     for (const auto& [frame_idx, pose] : poses_) {
       position_[frame_idx] = static_cast<int>(problem_.camera_from_world.size());
       problem_.camera_from_world.push_back(pose.Inverse());
       problem_.cameras.push_back(CameraOf(frame_idx).color);
-      problem_.depth_scale_idx.push_back(CameraIdx(frame_idx));
+      problem_.sensor_idx.push_back(CameraIdx(frame_idx));
+      if (!motions.empty()) problem_.motions.push_back(motions.at(frame_idx));
       problem_.is_fixed.push_back(problem_.is_fixed.empty());
     }
   }
 
-  GlobalBundleSummary Run(std::vector<Track> tracks) {
+  GlobalBundleSummary Run(const BundleOptions& bundle_options, std::vector<Track> tracks) {
     for (const Track& track : SelectLongest(std::move(tracks))) AddTrack(track);
-    BundleOptions bundle_options;
-    bundle_options.max_iterations = options_.bundle_iterations;
-    bundle_options.estimate_depth_scales = options_.estimate_depth_scales;
     for (int round = 0; round < 2; ++round) {
       if (problem_.observations.empty()) break;
       AdjustBundle(bundle_options, &problem_);
@@ -38,7 +37,9 @@ class KeyframeAdjuster {
     for (auto& [frame_idx, pose] : poses_) {
       pose = problem_.camera_from_world[static_cast<std::size_t>(position_[frame_idx])].Inverse();
     }
-    return {Rms_px(), static_cast<int>(problem_.observations.size()), problem_.depth_scales};
+    return {Rms_px(),
+            static_cast<int>(problem_.observations.size()),
+            problem_.calibrations};
   }
 
  private:
@@ -56,6 +57,15 @@ class KeyframeAdjuster {
     return input_.features.frames[static_cast<std::size_t>(s.first)]
         .keypoints_px.at(static_cast<std::size_t>(s.second))
         .cast<double>();
+  }
+
+  // A keypoint of a large patch is found less well.
+  double PixelSigma_px(const Sighting& s) const {
+    constexpr double kOfSmallest_px = 0.5;
+    constexpr double kPerDiameter = 0.1;
+    const auto& scales_px = input_.features.frames[static_cast<std::size_t>(s.first)].scales_px;
+    const auto scale_px = static_cast<double>(scales_px.at(static_cast<std::size_t>(s.second)));
+    return std::hypot(kOfSmallest_px, kPerDiameter * scale_px);
   }
 
   std::vector<Track> SelectLongest(std::vector<Track> tracks) const {
@@ -84,44 +94,47 @@ class KeyframeAdjuster {
         CameraOf(nearest->first).color.BackProjectUndistorted(Pixel(*nearest), Depth_m(*nearest)));
     for (const Sighting& s : track) {
       problem_.observations.push_back(
-          {position_.at(s.first), point_idx, Pixel(s), Depth_m(s), CameraOf(s.first).noise});
+          {position_.at(s.first),
+           point_idx,
+           Pixel(s),
+           Depth_m(s),
+           CameraOf(s.first).noise,
+           PixelSigma_px(s)});
     }
-  }
-
-  double Error_px(const BundleObservation& o) const {
-    const auto pose = static_cast<std::size_t>(o.pose_idx);
-    const auto projected = problem_.cameras[pose].ProjectUndistorted(
-        problem_.camera_from_world[pose] *
-        problem_.points_in_world[static_cast<std::size_t>(o.point_idx)]);
-    return projected ? (*projected - o.pixel).norm() : 1e9;
   }
 
   void DropOutliers() {
     std::erase_if(problem_.observations, [&](const BundleObservation& o) {
-      return Error_px(o) > options_.bundle_max_error_px;
+      return ReprojectionError_px(problem_, o) > options_.bundle_max_error_px;
     });
   }
 
   double Rms_px() const {
     double sum = 0;
-    for (const BundleObservation& o : problem_.observations) sum += Error_px(o) * Error_px(o);
+    for (const BundleObservation& o : problem_.observations) {
+      const double error_px = ReprojectionError_px(problem_, o);
+      sum += error_px * error_px;
+    }
     return std::sqrt(sum / std::max<double>(1, static_cast<double>(problem_.observations.size())));
   }
 
   const PoseGraphOptions& options_;
   const PoseGraphInput& input_;
   std::map<int, Rigid3>& poses_;
-  std::map<int, int> position_;  // of a keyframe in the problem
+  std::map<int, int> position_;  // of a frame in the problem
   BundleProblem problem_;
 };
 
 }  // namespace
 
-GlobalBundleSummary AdjustKeyframes(const PoseGraphOptions& options,
-                                    const PoseGraphInput& input,
-                                    std::vector<Track> tracks,
-                                    std::map<int, Rigid3>* graph_from_keyframe) {
-  return KeyframeAdjuster(options, input, graph_from_keyframe).Run(std::move(tracks));
+GlobalBundleSummary AdjustFrames(const PoseGraphOptions& options,
+                                 const PoseGraphInput& input,
+                                 const BundleOptions& bundle_options,
+                                 std::vector<Track> tracks,
+                                 const std::map<int, PointMotion>& motions,
+                                 std::map<int, Rigid3>* graph_from_frame) {
+  return FrameAdjuster(options, input, motions, graph_from_frame)
+      .Run(bundle_options, std::move(tracks));
 }
 
 }  // namespace nightmap

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundle adjustment of all keyframes after loop closure.
+// Bundle adjustment of all keyframes after loop closure, or of all described frames.
 #pragma once
 
 #include <map>
 #include <vector>
 
+#include "pipeline/geometry/bundle_adjustment.h"
 #include "stages/pose_graph/merged_tracks.h"
 #include "stages/pose_graph/pose_graph.h"
 
@@ -13,14 +14,17 @@ namespace nightmap {
 struct GlobalBundleSummary {
   double rms_px = 0;
   int num_observations = 0;
-  std::vector<double> depth_scales;  // of each camera: true depth over measured, see BundleProblem
+  std::vector<CameraCalibration> calibrations;  // of each camera
 };
 
-// Keeps the longest tracks of each keyframe, and adjusts keyframes and points. The first keyframe
-// is held fixed: it is the graph's gauge.
-GlobalBundleSummary AdjustKeyframes(const PoseGraphOptions& options,
-                                    const PoseGraphInput& input,
-                                    std::vector<Track> tracks,
-                                    std::map<int, Rigid3>* graph_from_keyframe);
+// Keeps the longest tracks of each frame, and adjusts the frames' poses and the points. The first
+// frame is held fixed: it is the graph's gauge. `motions`: of these frames, for the rolling shutter;
+// empty: all stand still.
+GlobalBundleSummary AdjustFrames(const PoseGraphOptions& options,
+                                 const PoseGraphInput& input,
+                                 const BundleOptions& bundle_options,
+                                 std::vector<Track> tracks,
+                                 const std::map<int, PointMotion>& motions,
+                                 std::map<int, Rigid3>* graph_from_frame);
 
 }  // namespace nightmap

@@ -32,8 +32,9 @@ void Run(const PoseGraphOptions& options, StageContext& context) {
   WriteFile(context.Output("graph"), PoseGraphToG2o(result.graph));
   WriteFile(context.Output("trajectory"), TrajectoryText(input, result, false));
   WriteFile(context.Output("keyframes"), TrajectoryText(input, result, true));
+  WriteFile(context.Output("cameras"), CamerasToJson(CalibratedCameras(input, result)));
   WriteFile(context.Output("loops_csv"), LoopsToCsv(result.loops));
-  context.Report().update(Summarize(input, result));
+  context.Report().update(Summarize(options, input, result));
 }
 
 }  // namespace
@@ -54,6 +55,7 @@ int main(int argc, char** argv) {
       {{"graph", "graph.g2o: keyframes and edges"},
        {"trajectory", "trajectory.tum: every frame, map_from_camera"},
        {"keyframes", "keyframes.tum: keyframes, map_from_camera"},
+       {"cameras", "cameras.json: as those of the frames stage, with the focal lengths found"},
        {"loops_csv", "loops.csv: every loop candidate and what became of it"}}};
   return StageMain(argc, argv, spec, PoseGraphOptions{}, Run);
 }

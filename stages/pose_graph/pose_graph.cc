@@ -42,13 +42,11 @@ class Pipeline {
         RedundantKeyframes(tracks, KeyframeIdxs(), BridgeEnds(), options_.max_seen_ratio);
     Cull(redundant);
     if (options_.bundle_adjustment) {
-      Adjust(WithoutFrames(std::move(tracks), redundant));
-      for (int i = 0; i < options_.num_retrackings; ++i) {
-        Adjust(Retrack(input_, keyframes_, options_.bundle_max_error_px));
-      }
+      AdjustKeyframes(WithoutFrames(std::move(tracks), redundant));
     }
+    CarryFrames(keyframes_);
+    if (options_.bundle_adjustment && options_.final_adjustment) AdjustDescribed();
     progress.Advance();
-    CarryFrames();
     TurnIntoMapFrame(num_threads);
     return std::move(result_);
   }
@@ -247,37 +245,84 @@ class Pipeline {
             false};
   }
 
-  void Adjust(std::vector<Track> tracks) {
-    const auto summary = AdjustKeyframes(options_, input_, std::move(tracks), &keyframes_);
-    result_.bundle_rms_px = summary.rms_px;
-    result_.num_bundle_observations = summary.num_observations;
-    if (options_.estimate_depth_scales) result_.depth_scales = summary.depth_scales;
+  BundleOptions MakeBundleOptions() const {
+    BundleOptions bundle_options;
+    bundle_options.max_iterations = options_.bundle_iterations;
+    bundle_options.estimate_depth_scales = options_.estimate_depth_scales;
+    return bundle_options;
   }
 
-  // A frame keeps its odometry pose relative to the keyframes around it; between two it follows
-  // both in proportion, so that the trajectory stays smooth. Before a bridge it follows the one
-  // before it alone.
-  void CarryFrames() {
-    for (std::size_t i = 0; i < chained_.size(); ++i) {
-      const int idx = static_cast<int>(i);
-      const auto after = keyframes_.lower_bound(idx);
-      const int before = after == keyframes_.begin() ? after->first : KeyframeAtOrBefore(idx);
-      const Rigid3 by_before = Carried(before, idx);
-      if (after == keyframes_.end() || after->first == before || IsBridged(before, after->first)) {
+  void Note(const GlobalBundleSummary& summary) {
+    result_.bundle_rms_px = summary.rms_px;
+    result_.num_bundle_observations = summary.num_observations;
+    result_.calibrations = summary.calibrations;
+  }
+
+  void AdjustKeyframes(std::vector<Track> tracks) {
+    Note(AdjustFrames(options_, input_, MakeBundleOptions(), std::move(tracks), {}, &keyframes_));
+  }
+
+  // Where most observations are good, those that are not need no say.
+  void AdjustDescribed() {
+    BundleOptions bundle_options = MakeBundleOptions();
+    bundle_options.loss = RobustLoss::kCauchy;
+    bundle_options.calibrate = options_.calibrate;
+    std::map<int, Rigid3> poses = keyframes_;
+    std::map<int, PointMotion> motions;
+    for (const FrameFeatures& frame : input_.features.frames) {
+      const auto i = static_cast<std::size_t>(frame.frame_idx);
+      if (frame.IsDescribed()) poses.emplace(frame.frame_idx, result_.map_from_camera[i]);
+    }
+    for (const auto& [idx, pose] : poses) motions[idx] = MotionAt(idx);
+    auto tracks = Retrack(input_, poses, options_.retrack_max_error_px);
+    const auto summary =
+        AdjustFrames(options_, input_, bundle_options, std::move(tracks), motions, &poses);
+    Note(summary);
+    for (auto& [idx, pose] : keyframes_) pose = poses.at(idx);
+    CarryFrames(poses);
+  }
+
+  // From the frame before to the one after, by odometry; none across a gap.
+  PointMotion MotionAt(int idx) {
+    constexpr double kMaxGap_s = 0.5;
+    const int first = std::max(0, idx - 1);
+    const int last = std::min(static_cast<int>(chained_.size()) - 1, idx + 1);
+    const double gap_s = 1e-9 * static_cast<double>(Time_ns(last) - Time_ns(first));
+    const bool is_bridged = after_bridge_.contains(idx) || after_bridge_.contains(last);
+    if (gap_s <= 0 || gap_s > kMaxGap_s || is_bridged) return {};
+    const Rigid3 last_from_first = Chained(last).Inverse() * Chained(first);
+    const Eigen::AngleAxisd turn(last_from_first.rotation);
+    return {turn.angle() / gap_s * turn.axis(), last_from_first.translation / gap_s};
+  }
+
+  std::int64_t Time_ns(int idx) const {
+    return input_.frames[static_cast<std::size_t>(idx)].time_ns;
+  }
+
+  // A frame keeps its odometry pose relative to the adjusted frames around it; between two it
+  // follows both in proportion, so that the trajectory stays smooth. Before a bridge it follows the
+  // one before it alone.
+  void CarryFrames(const std::map<int, Rigid3>& adjusted) {
+    result_.map_from_camera.clear();
+    for (int idx = 0; idx < static_cast<int>(chained_.size()); ++idx) {
+      const auto after = adjusted.lower_bound(idx);
+      const auto before = after == adjusted.begin() ? after : std::prev(adjusted.upper_bound(idx));
+      const Rigid3 by_before = Carried(*before, idx);
+      if (after == adjusted.end() || after == before || IsBridged(before->first, after->first)) {
         result_.map_from_camera.push_back(by_before);
         continue;
       }
-      const double fraction =
-          static_cast<double>(idx - before) / static_cast<double>(after->first - before);
-      const Rigid3 by_after = Carried(after->first, idx);
+      const double fraction = static_cast<double>(idx - before->first) /
+                              static_cast<double>(after->first - before->first);
+      const Rigid3 by_after = Carried(*after, idx);
       result_.map_from_camera.push_back(
           {by_before.rotation.slerp(fraction, by_after.rotation),
            (1 - fraction) * by_before.translation + fraction * by_after.translation});
     }
   }
 
-  Rigid3 Carried(int keyframe, int idx) {
-    return keyframes_.at(keyframe) * Chained(keyframe).Inverse() * Chained(idx);
+  Rigid3 Carried(const std::pair<const int, Rigid3>& adjusted, int idx) {
+    return adjusted.second * Chained(adjusted.first).Inverse() * Chained(idx);
   }
 
   std::vector<SurfacePatch> Patches(int num_threads) const {
@@ -373,10 +418,16 @@ void PoseGraphOptions::Register(OptionList& list) {
            &bundle_max_error_px,
            Range(0.5, 50),
            "observations off by more are dropped");
-  list.Add("num_retrackings",
-           &num_retrackings,
-           Range(0, 10),
-           "adjustments with points found anew in all keyframes");
+  list.Add("final_adjustment",
+           &final_adjustment,
+           "adjust all described frames too, with points found anew by projection");
+  list.Add("calibrate",
+           &calibrate,
+           "find each camera's focal length and rolling shutter in the final adjustment");
+  list.Add("retrack_max_error_px",
+           &retrack_max_error_px,
+           Range(0.5, 50),
+           "from a projected point to a feature that may show it");
   list.Add(
       "estimate_depth_scales",
       &estimate_depth_scales,
@@ -384,8 +435,17 @@ void PoseGraphOptions::Register(OptionList& list) {
   list.Add("max_tracks_per_keyframe",
            &max_tracks_per_keyframe,
            Range(20, 10000),
-           "longest tracks of a keyframe that enter bundle adjustment");
+           "longest tracks of a frame that enter bundle adjustment");
   map_frame.Register(list);
+}
+
+std::vector<RgbdCamera> CalibratedCameras(const PoseGraphInput& input,
+                                          const PoseGraphResult& result) {
+  std::vector<RgbdCamera> cameras = input.cameras;
+  for (std::size_t i = 0; i < result.calibrations.size(); ++i) {
+    cameras[i].color = cameras[i].color.WithFocalScale(result.calibrations[i].focal_scale);
+  }
+  return cameras;
 }
 
 PoseGraphResult RunPoseGraph(const PoseGraphOptions& options,

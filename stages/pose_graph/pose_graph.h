@@ -9,6 +9,7 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/geometry/bundle_adjustment.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/g2o_io.h"
@@ -25,9 +26,11 @@ struct PoseGraphOptions {
   double max_loop_error = 6.0;
   double max_seen_ratio = 0.9;
   bool bundle_adjustment = true;
-  int bundle_iterations = 15;
+  int bundle_iterations = 5;
   double bundle_max_error_px = 4.0;
-  int num_retrackings = 1;
+  bool final_adjustment = true;
+  bool calibrate = true;
+  double retrack_max_error_px = 6.0;
   bool estimate_depth_scales = false;
   int max_tracks_per_keyframe = 250;
   MapFrameOptions map_frame;
@@ -75,13 +78,18 @@ struct PoseGraphResult {
   double bundle_rms_px = 0;  // reprojection error after bundle adjustment
   int num_bundle_observations = 0;
   int num_culled = 0;  // keyframes of the odometry that add nothing
-  std::vector<double>
-      depth_scales;  // of each camera, true depth over measured; empty: not estimated
+  std::vector<CameraCalibration> calibrations;  // of each camera; empty: nothing was adjusted
 };
+
+// The cameras with the focal lengths that were found.
+std::vector<RgbdCamera> CalibratedCameras(const PoseGraphInput& input,
+                                          const PoseGraphResult& result);
+
 
 // Chains the shards, drops loops that the odometry rules out, closes the others (graduated
 // non-convexity decides which to believe), drops redundant keyframes, adjusts the others and
-// points, and turns everything into the map frame. Deterministic.
+// points; then all described frames, with points found anew, and the cameras' focal lengths and
+// rolling shutters; and turns everything into the map frame. Deterministic.
 PoseGraphResult RunPoseGraph(const PoseGraphOptions& options,
                              const PoseGraphInput& input,
                              int num_threads,

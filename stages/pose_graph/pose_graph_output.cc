@@ -39,15 +39,33 @@ std::string LoopsToCsv(const std::vector<LoopRecord>& loops) {
 
 namespace {
 
-nlohmann::json DepthScales(const PoseGraphResult& result) {
-  if (result.depth_scales.empty()) return "not estimated";
-  if (result.depth_scales.size() > 1) return result.depth_scales;
-  return "one camera: its depth scale and the size of the map are one unknown";
+nlohmann::json DepthScales(const PoseGraphOptions& options, const PoseGraphResult& result) {
+  if (!options.estimate_depth_scales || result.calibrations.empty()) return "not estimated";
+  if (result.calibrations.size() == 1) {
+    return "one camera: its depth scale and the size of the map are one unknown";
+  }
+  std::vector<double> scales;
+  for (const auto& calibration : result.calibrations) scales.push_back(calibration.depth_scale);
+  return scales;
+}
+
+nlohmann::json Calibrations(const PoseGraphOptions& options, const PoseGraphResult& result) {
+  if (!options.calibrate || !options.final_adjustment || result.calibrations.empty()) {
+    return "not estimated";
+  }
+  auto all = nlohmann::json::array();
+  for (const CameraCalibration& calibration : result.calibrations) {
+    all.push_back({{"focal_scale", calibration.focal_scale},
+                   {"rolling_shutter_readout_s", calibration.readout_s}});
+  }
+  return all;
 }
 
 }  // namespace
 
-nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& result) {
+nlohmann::json Summarize(const PoseGraphOptions& options,
+                         const PoseGraphInput& input,
+                         const PoseGraphResult& result) {
   const auto num_accepted = std::ranges::count_if(result.loops, &LoopRecord::is_accepted);
   const auto num_verified = std::ranges::count_if(
       input.loops, [](const FramePair& loop) { return loop.status == PairStatus::kAccepted; });
@@ -72,7 +90,8 @@ nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& res
       {"loops", num_accepted > 0 ? "closed" : "no loop found: the map is held by odometry alone"},
       {"num_bundle_observations", result.num_bundle_observations},
       {"bundle_rms_px", result.bundle_rms_px},
-      {"depth_scales", DepthScales(result)},
+      {"depth_scales", DepthScales(options, result)},
+      {"calibrations", Calibrations(options, result)},
       {"gravity_source", result.map_frame.gravity_source},
       {"floor_source", result.map_frame.floor_source},
       {"floor_area_m2", result.map_frame.floor_area_m2},

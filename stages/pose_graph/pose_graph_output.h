@@ -19,7 +19,9 @@ std::string TrajectoryText(const PoseGraphInput& input,
 // frame_a,frame_b,status,reason,score,num_putative,num_inliers,drift,error (Mahalanobis distances).
 std::string LoopsToCsv(const std::vector<LoopRecord>& loops);
 
-nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& result);
+nlohmann::json Summarize(const PoseGraphOptions& options,
+                         const PoseGraphInput& input,
+                         const PoseGraphResult& result);
 
 // Columns time_ns, ax_m_per_s2, ay_m_per_s2, az_m_per_s2; the color camera's axes; at least one
 // sample, ascending in time. Throws DataError naming file and line.

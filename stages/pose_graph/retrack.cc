@@ -6,10 +6,10 @@
 namespace nightmap {
 
 std::vector<Track> Retrack(const PoseGraphInput& input,
-                           const std::map<int, Rigid3>& graph_from_keyframe,
+                           const std::map<int, Rigid3>& graph_from_frame,
                            double max_error_px) {
   std::vector<Observer> observers;
-  for (const auto& [frame_idx, pose] : graph_from_keyframe) {
+  for (const auto& [frame_idx, pose] : graph_from_frame) {
     const auto i = static_cast<std::size_t>(frame_idx);
     const FrameRecord& frame = input.frames[i];
     observers.push_back({&frame,

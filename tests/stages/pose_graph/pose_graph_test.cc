@@ -167,7 +167,7 @@ TEST(PoseGraph, WithoutLoopsTheGraphIsTheOdometry) {
   PoseGraphInput input = MakeInput();
   input.loops.clear();
   const PoseGraphResult result = Optimize(input);
-  EXPECT_THAT(Summarize(input, result).at("loops").get<std::string>(),
+  EXPECT_THAT(Summarize({}, input, result).at("loops").get<std::string>(),
               testing::HasSubstr("no loop found"));
   for (const PoseEdge& edge : result.graph.edges) EXPECT_LT(edge.frame_a, edge.frame_b);
 }
@@ -209,7 +209,7 @@ TEST(PoseGraph, PartsThatNoLoopJoinsAreReported) {
   using Runs = std::vector<std::pair<int, int>>;
   EXPECT_EQ(result.parts[0].runs, (Runs{{12, kNumFrames - 1}}));
   EXPECT_EQ(result.parts[1].runs, (Runs{{0, 11}}));
-  EXPECT_EQ(Summarize(input, result).at("parts").size(), 2U);
+  EXPECT_EQ(Summarize({}, input, result).at("parts").size(), 2U);
   EXPECT_EQ(result.map_from_camera.size(), static_cast<std::size_t>(kNumFrames));
 }
 
