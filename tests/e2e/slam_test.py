@@ -69,7 +69,8 @@ class MirrorTest(unittest.TestCase):
         inputs += [f"cameras={self.site_dir}/frames/cameras.json", f"data={FOLDER}/data",
                    f"loops={folder}/loops.h5"]
         outputs = [f"graph={folder}/graph.g2o", f"trajectory={folder}/trajectory.tum",
-                   f"keyframes={folder}/keyframes.tum", f"loops_csv={folder}/loops.csv"]
+                   f"keyframes={folder}/keyframes.tum",
+                   f"cameras={folder}/cameras.json", f"loops_csv={folder}/loops.csv"]
         run([BUILD / "run/pose_graph", "--config", self.site_dir / "config/pose_graph.toml",
              *(word for path in inputs for word in ("--in", path)),
              *(word for path in outputs for word in ("--out", path))])

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
@@ -65,21 +66,24 @@ TEST(BundleAdjustment, ReturnsFromADisturbedStart) {
 }
 
 TEST(BundleAdjustment, DerivativesAreThoseOfFiniteDifferences) {
-  constexpr std::array<int, 4> kSizes = {4, 3, 3, 1};
+  constexpr std::array<int, 4> kSizes = {4, 3, 3, 3};
   constexpr double kStep = 1e-6;
   Random random(3);
   for (int trial = 0; trial < 20; ++trial) {
     const BundleObservation observation{
-        0, 0, {random.Uniform(0, 640), random.Uniform(0, 480)}, trial % 4 == 0 ? 0 : 2.5, {}};
-    const ObservationError error(observation, kCamera, 0.7);
+        0, 0, {random.Uniform(0, 640), random.Uniform(0, 480)}, trial % 4 == 0 ? 0 : 2.5, {}, 0.7};
+    const PointMotion motion{{random.Gaussian(), random.Gaussian(), random.Gaussian()},
+                             {random.Gaussian(), random.Gaussian(), random.Gaussian()}};
+    const ObservationError error(observation, kCamera, motion);
     const Eigen::Quaterniond rotation =
         Eigen::Quaterniond(1, 0.3 * random.Gaussian(), 0.3 * random.Gaussian(), 0.1).normalized();
     const Eigen::Vector3d translation(random.Gaussian(), random.Gaussian(), 0.3);
     const Eigen::Vector3d in_camera(
         random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(1, 5));
     const Eigen::Vector3d point = rotation.conjugate() * (in_camera - translation);
-    Eigen::Matrix<double, 11, 1> x;
-    x << rotation.coeffs(), translation, point, random.Uniform(0.9, 1.1);
+    Eigen::Matrix<double, 13, 1> x;
+    x << rotation.coeffs(), translation, point, random.Uniform(0.9, 1.1),
+        random.Uniform(-0.03, 0.03), random.Uniform(0.9, 1.1);
     const std::array<const double*, 4> blocks = {&x[0], &x[4], &x[7], &x[10]};
     std::array<std::vector<double>, 4> jacobians;
     std::array<double*, 4> pointers{};
@@ -89,7 +93,7 @@ TEST(BundleAdjustment, DerivativesAreThoseOfFiniteDifferences) {
     }
     Eigen::Vector3d residual;
     ASSERT_TRUE(error.Evaluate(blocks.data(), residual.data(), pointers.data()));
-    for (int k = 0, block = 0, column = 0; k < 11; ++k, ++column) {
+    for (int k = 0, block = 0, column = 0; k < 13; ++k, ++column) {
       if (column == kSizes[static_cast<std::size_t>(block)]) {
         ++block;
         column = 0;
@@ -138,15 +142,17 @@ TEST(BundleAdjustment, MovingTheWorldChangesNothing) {
 // The second of two sensors measures 3 % short, of the points that both see.
 TEST(BundleAdjustment, FindsTheDepthScaleOfTheSecondSensor) {
   BundleProblem problem = ExactProblem();
-  problem.depth_scales = {1, 1};
-  problem.depth_scale_idx = {0, 0, 0, 1, 1};
+  problem.calibrations = {{}, {}};
+  problem.sensor_idx = {0, 0, 0, 1, 1};
   for (BundleObservation& o : problem.observations) {
     if (o.pose_idx >= 3) o.depth_m *= 0.97;
   }
   BundleProblem ignored = problem;
   AdjustBundle({.max_iterations = 50, .estimate_depth_scales = true}, &problem);
-  EXPECT_EQ(problem.depth_scales[0], 1);
-  EXPECT_NEAR(problem.depth_scales[1], 1 / 0.97, 1e-4);
+  EXPECT_EQ(problem.calibrations[0].depth_scale, 1);
+  EXPECT_NEAR(problem.calibrations[1].depth_scale, 1 / 0.97, 1e-4);
+  EXPECT_EQ(problem.calibrations[1].focal_scale, 1) << "was not asked for";
+  EXPECT_EQ(problem.calibrations[1].readout_s, 0);
   const BundleProblem truth = ExactProblem();
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_LT(
@@ -154,7 +160,7 @@ TEST(BundleAdjustment, FindsTheDepthScaleOfTheSecondSensor) {
         1e-3);
   }
   AdjustBundle({.max_iterations = 50}, &ignored);
-  EXPECT_EQ(ignored.depth_scales, (std::vector<double>{1, 1}));
+  EXPECT_EQ(ignored.calibrations[1].depth_scale, 1);
   EXPECT_GT(
       (ignored.camera_from_world[4].translation - truth.camera_from_world[4].translation).norm(),
       5e-3);
@@ -165,7 +171,92 @@ TEST(BundleAdjustment, TheScaleOfOneSensorIsNotObservable) {
   BundleProblem problem = ExactProblem();
   for (BundleObservation& o : problem.observations) o.depth_m *= 0.97;
   AdjustBundle({.max_iterations = 50, .estimate_depth_scales = true}, &problem);
-  EXPECT_EQ(problem.depth_scales, (std::vector<double>{1}));
+  EXPECT_EQ(problem.calibrations[0].depth_scale, 1);
+}
+
+// What a camera saw whose focal length is 1 % longer than configured, whose rows are read one after
+// the other in 25 ms, and which moves.
+BundleProblem RollingProblem() {
+  constexpr double kFocalScale = 1.01;
+  constexpr double kReadout_s = 0.025;
+  BundleProblem problem = ExactProblem();
+  problem.motions.resize(problem.camera_from_world.size());
+  for (std::size_t i = 0; i < problem.motions.size(); ++i) {
+    const double sign = i % 2 == 0 ? 1 : -1;
+    problem.motions[i] = {{0.2 * sign, 0.8 * sign, 0.1}, {0.3, 0.1 * sign, -0.2}};
+  }
+  for (BundleObservation& o : problem.observations) {
+    const auto pose = static_cast<std::size_t>(o.pose_idx);
+    const Eigen::Vector3d in_middle =
+        problem.camera_from_world[pose] *
+        problem.points_in_world[static_cast<std::size_t>(o.point_idx)];
+    const PointMotion& motion = problem.motions[pose];
+    for (int step = 0; step < 20; ++step) {  // the row tells when, and when tells the row
+      const double time_s = kReadout_s * (o.pixel.y() / (kCamera.height - 1) - 0.5);
+      const Eigen::Vector3d p =
+          in_middle +
+          time_s * (motion.angular_rad_per_s.cross(in_middle) + motion.linear_m_per_s);
+      o.pixel = {kFocalScale * kCamera.fx * p.x() / p.z() + kCamera.cx,
+                 kFocalScale * kCamera.fy * p.y() / p.z() + kCamera.cy};
+      o.depth_m = p.z();
+    }
+  }
+  return problem;
+}
+
+TEST(BundleAdjustment, FindsFocalLengthAndRollingShutter) {
+  BundleProblem problem = RollingProblem();
+  BundleProblem ignored = problem;
+  AdjustBundle({.max_iterations = 100, .calibrate = true, .focal_scale_sigma = 1}, &problem);
+  EXPECT_NEAR(problem.calibrations[0].focal_scale, 1.01, 1e-4);
+  EXPECT_NEAR(problem.calibrations[0].readout_s, 0.025, 2e-4);
+  EXPECT_EQ(problem.calibrations[0].depth_scale, 1);
+  for (const BundleObservation& o : problem.observations) {
+    EXPECT_LT(ReprojectionError_px(problem, o), 0.05);
+  }
+  const BundleProblem truth = ExactProblem();
+  EXPECT_LT(
+      (problem.camera_from_world[4].translation - truth.camera_from_world[4].translation).norm(),
+      1e-3);
+  AdjustBundle({.max_iterations = 50}, &ignored);
+  EXPECT_EQ(ignored.calibrations[0].focal_scale, 1);
+  EXPECT_GT(
+      (ignored.camera_from_world[4].translation - truth.camera_from_world[4].translation).norm(),
+      3e-3);
+}
+
+// Nothing tells the readout of a camera that stands still: it stays what it is believed to be.
+TEST(BundleAdjustment, TheReadoutOfAStillCameraIsNotInvented) {
+  BundleProblem problem = ExactProblem();
+  AdjustBundle({.max_iterations = 50, .calibrate = true}, &problem);
+  EXPECT_NEAR(problem.calibrations[0].readout_s, 0, 1e-12);
+  EXPECT_NEAR(problem.calibrations[0].focal_scale, 1, 1e-9);
+}
+
+// Half of the observations of some points are 30 px off.
+TEST(BundleAdjustment, CauchysLossForgetsOutliersBetterThanHubers) {
+  const BundleProblem truth = ExactProblem();
+  const auto error_m = [&](RobustLoss loss) {
+    BundleProblem problem = truth;
+    for (std::size_t i = 0; i < problem.observations.size(); i += 9) {
+      problem.observations[i].pixel += Eigen::Vector2d(30, -20);
+    }
+    AdjustBundle({.loss = loss, .max_iterations = 100}, &problem);
+    return (problem.camera_from_world[4].translation - truth.camera_from_world[4].translation)
+        .norm();
+  };
+  EXPECT_LT(error_m(RobustLoss::kCauchy), 0.5 * error_m(RobustLoss::kHuber));
+}
+
+TEST(BundleAdjustment, TheErrorOfAPointBehindTheCameraIsInfinite) {
+  BundleProblem problem = ExactProblem();
+  EXPECT_LT(ReprojectionError_px(problem, problem.observations[7]), 1e-9);
+  problem.observations[7].pixel += Eigen::Vector2d(3, 4);
+  problem.observations[7].pixel_sigma_px = 0.3;
+  EXPECT_NEAR(ReprojectionError_px(problem, problem.observations[7]), 5, 1e-9);
+  problem.points_in_world[static_cast<std::size_t>(problem.observations[7].point_idx)].z() = -2;
+  EXPECT_EQ(ReprojectionError_px(problem, problem.observations[7]),
+            std::numeric_limits<double>::infinity());
 }
 
 TEST(BundleAdjustment, FixedPoseDoesNotMove) {
@@ -193,7 +284,10 @@ TEST(BundleAdjustment, RefusesSizesThatDoNotFit) {
   problem.is_fixed.pop_back();
   EXPECT_THROW(AdjustBundle({}, &problem), DataError);
   problem = ExactProblem();
-  problem.depth_scale_idx = {0, 0, 1, 0, 0};
+  problem.sensor_idx = {0, 0, 1, 0, 0};
+  EXPECT_THROW(AdjustBundle({}, &problem), DataError);
+  problem = ExactProblem();
+  problem.motions.resize(2);
   EXPECT_THROW(AdjustBundle({}, &problem), DataError);
 }
 

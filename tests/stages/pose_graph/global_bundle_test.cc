@@ -53,32 +53,48 @@ double WorstError_m(const TwoCameras& two, const LandmarkScene& truth) {
 }
 
 TEST(GlobalBundle, FindsTheDepthScaleOfTheCameraThatMeasuresShort) {
-  PoseGraphOptions options;
-  options.estimate_depth_scales = true;
-  options.bundle_iterations = 50;
+  const BundleOptions bundle_options{.max_iterations = 50, .estimate_depth_scales = true};
   TwoCameras two = MakeTwoCameras();
-  const auto summary = AdjustKeyframes(options, two.input, two.tracks, &two.poses);
-  ASSERT_EQ(summary.depth_scales.size(), 2U);
-  EXPECT_EQ(summary.depth_scales[0], 1);
-  EXPECT_NEAR(summary.depth_scales[1], 1 / 0.96, 1e-3);
+  const auto summary = AdjustFrames({}, two.input, bundle_options, two.tracks, {}, &two.poses);
+  ASSERT_EQ(summary.calibrations.size(), 2U);
+  EXPECT_EQ(summary.calibrations[0].depth_scale, 1);
+  EXPECT_NEAR(summary.calibrations[1].depth_scale, 1 / 0.96, 1e-3);
   EXPECT_LT(WorstError_m(two, MakeLandmarkScene()), 1e-3);
 }
 
 TEST(GlobalBundle, ADepthScaleIsOneUnlessAsked) {
   TwoCameras two = MakeTwoCameras();
-  const auto summary = AdjustKeyframes({}, two.input, two.tracks, &two.poses);
-  EXPECT_EQ(summary.depth_scales, (std::vector<double>{1, 1}));
+  const auto summary = AdjustFrames({}, two.input, {}, two.tracks, {}, &two.poses);
+  EXPECT_EQ(summary.calibrations[0].depth_scale, 1);
+  EXPECT_EQ(summary.calibrations[1].depth_scale, 1);
   EXPECT_GT(WorstError_m(two, MakeLandmarkScene()), 1e-3) << "the bias must show somewhere";
 }
 
-TEST(GlobalBundle, TheReportSaysWhatIsKnownOfTheDepthScales) {
+TEST(GlobalBundle, TheReportSaysWhatIsKnownOfTheCameras) {
+  PoseGraphOptions options;
   PoseGraphResult result;
-  const auto told = [&] { return Summarize({}, result).at("depth_scales"); };
-  EXPECT_EQ(told(), "not estimated");
-  result.depth_scales = {1, 1.04};
-  EXPECT_EQ(told(), (nlohmann::json{1, 1.04}));
-  result.depth_scales = {1};
-  EXPECT_NE(told().get<std::string>().find("one unknown"), std::string::npos);
+  const auto told = [&](const char* what) { return Summarize(options, {}, result).at(what); };
+  EXPECT_EQ(told("calibrations"), "not estimated");
+  result.calibrations = {{}, {1.01, 0.02, 1.04}};
+  EXPECT_EQ(told("depth_scales"), "not estimated");
+  EXPECT_EQ(told("calibrations")[1],
+            (nlohmann::json{{"focal_scale", 1.01}, {"rolling_shutter_readout_s", 0.02}}));
+  options.estimate_depth_scales = true;
+  EXPECT_EQ(told("depth_scales"), (nlohmann::json{1, 1.04}));
+  result.calibrations.pop_back();
+  EXPECT_NE(told("depth_scales").get<std::string>().find("one unknown"), std::string::npos);
+  options.calibrate = false;
+  EXPECT_EQ(told("calibrations"), "not estimated");
+}
+
+TEST(GlobalBundle, TheFocalLengthFoundGoesIntoTheCameras) {
+  const TwoCameras two = MakeTwoCameras();
+  PoseGraphResult result;
+  EXPECT_EQ(CalibratedCameras(two.input, result)[1].color, two.input.cameras[1].color);
+  result.calibrations = {{}, {1.01, 0.02, 1}};
+  const auto cameras = CalibratedCameras(two.input, result);
+  EXPECT_EQ(cameras[0].color, two.input.cameras[0].color);
+  EXPECT_DOUBLE_EQ(cameras[1].color.fx, 1.01 * two.input.cameras[1].color.fx);
 }
 
 }  // namespace
