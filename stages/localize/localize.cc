@@ -5,6 +5,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "stages/localize/describe_picture.h"
 #include "stages/localize/localizer.h"
 
 namespace nightmap {
@@ -28,21 +29,6 @@ void CheckInput(const LocalizeInput& input) {
       throw DataError(
           "queries: query {} has camera_idx {} out of range", query.frame_idx, query.camera_idx);
     }
-  }
-}
-
-// What is known of a picture before it is searched for: its features, or why it has none.
-struct Described {
-  FrameFeatures features;
-  std::string problem;
-};
-
-Described Describe(const LocalizeInput& input, const FrameRecord& query) {
-  const RgbdCamera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)];
-  try {
-    return {ExtractFeatures(input.load_color(query, camera), camera.color, input.extraction), ""};
-  } catch (const DataError& error) {
-    return {{}, error.what()};
   }
 }
 
@@ -83,6 +69,10 @@ void LocalizeOptions::Register(OptionList& list) {
            &max_descriptor_distance,
            Range(0, 2),
            "of a match; 1: as unrelated descriptors");
+  list.Add("max_focal_ratio",
+           &max_focal_ratio,
+           Range(1, 1000),
+           "focal length over the map's, px; pictures with more are scaled down to the map's");
   list.Add("solver", &solver, {"p3p", "dlt6"}, "of the samples of RANSAC: 3 matches, or 6");
   list.Add("local_optimization", &local_optimization, "of each best sample of RANSAC");
   list.Add("refinement", &refinement, "robust least squares over the inliers");
@@ -126,13 +116,13 @@ std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
   CheckInput(input);
   const Localizer localizer(options, *input.map, *input.vocabulary);
   std::vector<QueryResult> results(input.queries.size());
-  std::vector<Described> described(std::min(kBatch, results.size()));
+  std::vector<DescribedPicture> described(std::min(kBatch, results.size()));
   progress.Start(2 * results.size());
   for (std::size_t begin = 0; begin < results.size(); begin += kBatch) {
     const std::size_t count = std::min(kBatch, results.size() - begin);
     input.begin_part("extract");
     ParallelFor(count, num_threads, [&](std::size_t i) {
-      described[i] = Describe(input, input.queries[begin + i]);
+      described[i] = DescribePicture(options, input, input.queries[begin + i]);
       progress.Advance();
     });
     for (std::size_t i = 0; i < count; ++i) {
@@ -141,10 +131,10 @@ std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
     input.begin_part("locate");
     ParallelFor(count, num_threads, [&](std::size_t i) {
       const FrameRecord& query = input.queries[begin + i];
-      const Camera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)].color;
-      results[begin + i] = described[i].problem.empty()
-                               ? localizer.Localize(query, camera, described[i].features)
-                               : FailedQuery(query, QueryVerdict::kUnreadable, "unreadable_image");
+      results[begin + i] =
+          described[i].problem.empty()
+              ? localizer.Localize(query, described[i].camera, described[i].features)
+              : FailedQuery(query, QueryVerdict::kUnreadable, "unreadable_image");
       progress.Advance();
     });
   }
