@@ -2,6 +2,8 @@
 #include "stages/localize/describe_picture.h"
 
 #include <algorithm>
+#include <new>
+#include <opencv2/core.hpp>
 
 #include "pipeline/base/error.h"
 #include "pipeline/vision/resize_picture.h"
@@ -42,6 +44,10 @@ DescribedPicture DescribePicture(const LocalizeOptions& options,
     return {ExtractFeatures(picture.color, picture.camera, input.extraction), picture.camera, ""};
   } catch (const DataError& error) {
     problem = error.what();
+  } catch (const cv::Exception& error) {  // as when there is no memory for so large a picture
+    problem = fmt::format("{}: OpenCV: {}", query.color_path, error.err);
+  } catch (const std::bad_alloc&) {
+    problem = fmt::format("{}: does not fit into memory", query.color_path);
   }
   return {{}, camera.color, problem};
 }
