@@ -40,6 +40,10 @@ void LocalizeOptions::Register(OptionList& list) {
            {"combined", "2d_to_3d", "3d_to_2d", "tree"},
            "combined: 2-D to 3-D, then 3-D to 2-D around each match; or one of them; or by tree");
   list.Add("search_level", &search_level, Range(1, 8), "vocabulary level of 2-D to 3-D");
+  list.Add("max_word_descriptors",
+           &max_word_descriptors,
+           Range(1, 1e9),
+           "of a word of that level; with more, the feature's word of a deeper level is searched");
   list.Add("max_ratio", &max_ratio, Range(0.1, 1), "of the ratio test between two landmarks");
   list.Add("same_point_radius_m",
            &same_point_radius_m,

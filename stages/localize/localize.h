@@ -19,6 +19,7 @@ namespace nightmap {
 struct LocalizeOptions {
   std::string search = "combined";
   int search_level = 3;
+  int max_word_descriptors = 500;
   double max_ratio = 0.8;
   double same_point_radius_m = 0.1;
   int num_nearest_landmarks = 50;

@@ -106,14 +106,13 @@ TEST_F(SearchTest, StopsAtThePresetNumber) {
   }
 }
 
-// Every other landmark has a wrong word at search_level: only from beside it is it found, by its
-// word at landmark_level.
+// Every other landmark has wrong words down to search_level: only from beside it is it found, by
+// its word at landmark_level.
 TEST_F(SearchTest, TheCombinedSearchFindsWhatWordsMiss) {
   options_.max_matches = 100000;
-  const auto level = static_cast<std::size_t>(options_.search_level - 1);
-  const auto depth = static_cast<std::size_t>(map_.num_word_levels);
-  for (std::size_t i = 0; i < map_.descriptor_landmarks.size(); i += 2) {
-    map_.words[i * depth + level] = 0;
+  const int depth = map_.num_word_levels;
+  for (int i = 0; i < map_.NumDescriptors(); i += 2) {
+    std::fill_n(map_.words.begin() + i * depth, options_.search_level, 0);
   }
   const std::size_t num_by_words = Search("2d_to_3d").size();
   EXPECT_LT(num_by_words, 0.7 * static_cast<double>(seen_.size()));
