@@ -76,11 +76,17 @@ class Estimator {
   Random random_;
 };
 
+// No match twice: five determine nothing.
 std::vector<Rigid3> Estimator::SampleDlt() {
+  std::vector<std::size_t> sample;
+  while (sample.size() < kDltSampleSize) {
+    const std::size_t i = random_.Index(matches_.size());
+    if (std::ranges::find(sample, i) == sample.end()) sample.push_back(i);
+  }
   std::vector<Eigen::Vector2d> rays;
   std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < kDltSampleSize; ++i) {
-    const PointMatch& match = matches_[random_.Index(matches_.size())];
+  for (const std::size_t i : sample) {
+    const PointMatch& match = matches_[i];
     rays.push_back(camera_.BackProjectUndistorted(match.pixel, 1).head<2>());
     points.push_back(match.point_in_world);
   }

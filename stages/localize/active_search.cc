@@ -55,9 +55,8 @@ void ActiveSearch::Queue(int cost, bool is_landmark, int item) {
 
 void ActiveSearch::QueueFeatures() {
   for (int i = 0; i < features_.NumFeatures(); ++i) {
-    feature_words_.push_back(
-        index_.GetVocabulary().tree.Word(index_.Descriptor(features_, i), options_.search_level));
-    const auto cost = static_cast<int>(index_.DescriptorsOfWord(feature_words_.back()).size());
+    feature_words_.push_back(index_.SearchWord(index_.Descriptor(features_, i)));
+    const int cost = index_.OfWord(feature_words_.back()).Size();
     if (cost > 0) Queue(cost, false, i);
   }
 }
@@ -105,7 +104,7 @@ void ActiveSearch::QueueNeighbours(int landmark) {
 void ActiveSearch::TryFeature(int feature) {
   if (is_matched_[static_cast<std::size_t>(feature)]) return;
   const int word = feature_words_[static_cast<std::size_t>(feature)];
-  const auto match = index_.Match(features_, feature, index_.DescriptorsOfWord(word));
+  const auto match = index_.MatchInWord(features_, feature, word);
   if (!match) return;
   is_matched_[static_cast<std::size_t>(feature)] = true;
   matches_.push_back(*match);
@@ -141,7 +140,7 @@ std::vector<LandmarkMatch> ActiveSearch::SearchTree() const {
   for (int feature = 0; feature < features_.NumFeatures(); ++feature) {
     std::vector<int> candidates;
     tree.VisitLeaves(index_.Descriptor(features_, feature), [&](int leaf) {
-      const auto found = index_.DescriptorsOfLeaf(leaf);
+      const auto found = index_.OfWord(leaf).rows;
       candidates.insert(candidates.end(), found.begin(), found.end());
       return static_cast<int>(candidates.size()) < options_.num_tree_checks;
     });

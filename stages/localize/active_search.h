@@ -17,7 +17,7 @@ namespace nightmap {
 // The search of one picture, until options.max_matches features are matched (search = "tree" uses
 // all features). The cheapest step is next: a feature costs the descriptors it is compared with.
 //
-// 2-D to 3-D: a feature against the landmarks of its word at search_level.
+// 2-D to 3-D: a feature against the landmarks of its word (LandmarkIndex::SearchWord).
 // 3-D to 2-D: a landmark against the features of its words at landmark_level.
 // combined: 2-D to 3-D, and each match brings the landmarks nearest to it in space (only those that
 // some keyframe sees together with it) for 3-D to 2-D; at once, as published, or by their cost.
@@ -56,7 +56,7 @@ class ActiveSearch {
   const FrameFeatures& features_;
   std::priority_queue<Step> steps_;
   int num_steps_ = 0;                                        // queued so far
-  std::vector<int> feature_words_;                           // at search_level
+  std::vector<int> feature_words_;                           // as SearchWord
   std::unordered_map<int, std::vector<int>> word_features_;  // at landmark_level
   std::vector<bool> is_matched_;                             // of each feature
   std::vector<bool> is_queued_;                              // of each landmark

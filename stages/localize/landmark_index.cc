@@ -14,12 +14,6 @@ namespace {
 
 constexpr int kFar = std::numeric_limits<int>::max();
 
-std::vector<int> WordsAtLevel(const LandmarkMap& map, int level) {
-  std::vector<int> words;
-  for (int i = 0; i < map.NumDescriptors(); ++i) words.push_back(map.Word(i, level));
-  return words;
-}
-
 // What nanoflann wants to know of a list of points.
 struct PointCloud {
   const std::vector<Eigen::Vector3d>& points;
@@ -62,23 +56,6 @@ struct LandmarkIndex::SpatialTree {
       tree;
 };
 
-LandmarkIndex::Lists::Lists(int num_lists, const std::vector<int>& list_of_item)
-    : begins_(static_cast<std::size_t>(num_lists) + 1, 0), items_(list_of_item.size()) {
-  for (const int list : list_of_item) ++begins_[static_cast<std::size_t>(list) + 1];
-  for (std::size_t i = 1; i < begins_.size(); ++i) begins_[i] += begins_[i - 1];
-  std::vector<int> next = begins_;
-  for (std::size_t i = 0; i < list_of_item.size(); ++i) {
-    items_[static_cast<std::size_t>(next[static_cast<std::size_t>(list_of_item[i])]++)] =
-        static_cast<int>(i);
-  }
-}
-
-std::span<const int> LandmarkIndex::Lists::Of(int list) const {
-  const auto begin = static_cast<std::size_t>(begins_[static_cast<std::size_t>(list)]);
-  const auto end = static_cast<std::size_t>(begins_[static_cast<std::size_t>(list) + 1]);
-  return std::span(items_).subspan(begin, end - begin);
-}
-
 LandmarkIndex::LandmarkIndex(const LocalizeOptions& options,
                              const LandmarkMap& map,
                              const Vocabulary& vocabulary)
@@ -86,9 +63,7 @@ LandmarkIndex::LandmarkIndex(const LocalizeOptions& options,
       map_(map),
       vocabulary_(vocabulary),
       max_distance_(DistanceFromRelative(map.kind, options.max_descriptor_distance)),
-      at_search_level_(vocabulary.tree.NumNodes(),
-                       WordsAtLevel(map, std::min(options.search_level, map.num_word_levels))),
-      at_leaves_(vocabulary.tree.NumNodes(), WordsAtLevel(map, map.num_word_levels)),
+      words_(map, vocabulary.tree),
       keyframe_landmarks_(map.KeyframeLandmarks()),
       descriptor_offsets_(map.DescriptorOffsets()),
       frame_keyframes_(vocabulary.inverted_file.Words().size(), -1),
@@ -159,14 +134,53 @@ int LandmarkIndex::Distance(const std::uint8_t* descriptor, int landmark) const 
   return best;
 }
 
+int LandmarkIndex::SearchWord(const std::uint8_t* descriptor) const {
+  const VocabularyTree& tree = vocabulary_.tree;
+  int word = tree.Word(descriptor, options_.search_level);
+  if (OfWord(word).Size() <= options_.max_word_descriptors) return word;
+  const std::vector<int> path = tree.Path(descriptor);
+  for (auto level = static_cast<std::size_t>(options_.search_level); level < path.size(); ++level) {
+    const int size = OfWord(path[level]).Size();
+    if (size == 0) break;
+    word = path[level];
+    if (size <= options_.max_word_descriptors) break;
+  }
+  return word;
+}
+
+std::vector<int> LandmarkIndex::Distances(const std::uint8_t* descriptor,
+                                          const WordIndex::Block& word) const {
+  const auto size = static_cast<std::size_t>(DescriptorSize(map_.kind));
+  std::vector<int> distances(word.rows.size());
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    distances[i] = DescriptorDistance(map_.kind, descriptor, word.values + i * size);
+  }
+  return distances;
+}
+
 std::optional<LandmarkMatch> LandmarkIndex::Match(const FrameFeatures& features,
                                                   int feature,
                                                   std::span<const int> candidates) const {
   const std::uint8_t* descriptor = Descriptor(features, feature);
-  std::vector<int> distances(candidates.size());
+  std::vector<int> distances;
+  for (const int candidate : candidates) {
+    distances.push_back(DescriptorDistance(map_.kind, descriptor, map_.Descriptor(candidate)));
+  }
+  return Best(feature, candidates, distances);
+}
+
+std::optional<LandmarkMatch> LandmarkIndex::MatchInWord(const FrameFeatures& features,
+                                                        int feature,
+                                                        int word) const {
+  const WordIndex::Block block = OfWord(word);
+  return Best(feature, block.rows, Distances(Descriptor(features, feature), block));
+}
+
+std::optional<LandmarkMatch> LandmarkIndex::Best(int feature,
+                                                 std::span<const int> candidates,
+                                                 const std::vector<int>& distances) const {
   LandmarkMatch best{feature, -1, kFar};
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    distances[i] = DescriptorDistance(map_.kind, descriptor, map_.Descriptor(candidates[i]));
     if (distances[i] < best.distance) best = {feature, LandmarkOf(candidates[i]), distances[i]};
   }
   if (best.distance > max_distance_) return {};

@@ -10,6 +10,7 @@
 #include "pipeline/io/landmarks_io.h"
 #include "pipeline/vision/vocabulary_io.h"
 #include "stages/localize/localize.h"
+#include "stages/localize/word_index.h"
 
 namespace nightmap {
 
@@ -44,10 +45,12 @@ class LandmarkIndex {
     return map_.landmark_keyframes[static_cast<std::size_t>(landmark)];
   }
 
-  // Descriptors (rows of the map) under a vocabulary node of the search level, or of the leaf
-  // level.
-  std::span<const int> DescriptorsOfWord(int word) const { return at_search_level_.Of(word); }
-  std::span<const int> DescriptorsOfLeaf(int leaf) const { return at_leaves_.Of(leaf); }
+  // Descriptors under a vocabulary node.
+  WordIndex::Block OfWord(int word) const { return words_.Of(word); }
+  // The word in which the landmarks like a descriptor are looked for: that of the search level, or
+  // of a deeper one when it has more than max_word_descriptors, so that the cost of a feature does
+  // not grow with the map.
+  int SearchWord(const std::uint8_t* descriptor) const;
   // First descriptor of a landmark and the one after its last.
   std::pair<int, int> DescriptorsOf(int landmark) const;
   std::vector<int> DescriptorsOf(const std::vector<int>& landmarks) const;
@@ -60,31 +63,29 @@ class LandmarkIndex {
 
   // Of the descriptor of a landmark that is nearest.
   int Distance(const std::uint8_t* descriptor, int landmark) const;
+  // To each descriptor of a word.
+  std::vector<int> Distances(const std::uint8_t* descriptor, const WordIndex::Block& word) const;
   // Linear search with ratio test against the best candidate that is another point in space; where
-  // there is none, the distance must do.
+  // there is none, the distance must do. Candidates are descriptors of the map.
   std::optional<LandmarkMatch> Match(const FrameFeatures& features,
                                      int feature,
                                      std::span<const int> candidates) const;
+  std::optional<LandmarkMatch> MatchInWord(const FrameFeatures& features,
+                                           int feature,
+                                           int word) const;
 
  private:
-  // Lists of ints, one a node of the vocabulary.
-  class Lists {
-   public:
-    Lists(int num_lists, const std::vector<int>& list_of_item);
-    std::span<const int> Of(int list) const;
-
-   private:
-    std::vector<int> begins_;
-    std::vector<int> items_;
-  };
   struct SpatialTree;
+
+  std::optional<LandmarkMatch> Best(int feature,
+                                    std::span<const int> candidates,
+                                    const std::vector<int>& distances) const;
 
   const LocalizeOptions& options_;
   const LandmarkMap& map_;
   const Vocabulary& vocabulary_;
   int max_distance_;
-  Lists at_search_level_;
-  Lists at_leaves_;
+  WordIndex words_;
   std::vector<std::vector<int>> keyframe_landmarks_;
   std::vector<int> descriptor_offsets_;
   std::vector<int> frame_keyframes_;  // frame_idx -> keyframe, or -1

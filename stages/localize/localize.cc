@@ -5,6 +5,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "stages/localize/describe_picture.h"
 #include "stages/localize/localizer.h"
 
 namespace nightmap {
@@ -31,21 +32,6 @@ void CheckInput(const LocalizeInput& input) {
   }
 }
 
-// What is known of a picture before it is searched for: its features, or why it has none.
-struct Described {
-  FrameFeatures features;
-  std::string problem;
-};
-
-Described Describe(const LocalizeInput& input, const FrameRecord& query) {
-  const RgbdCamera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)];
-  try {
-    return {ExtractFeatures(input.load_color(query, camera), camera.color, input.extraction), ""};
-  } catch (const DataError& error) {
-    return {{}, error.what()};
-  }
-}
-
 }  // namespace
 
 void LocalizeOptions::Register(OptionList& list) {
@@ -54,6 +40,10 @@ void LocalizeOptions::Register(OptionList& list) {
            {"combined", "2d_to_3d", "3d_to_2d", "tree"},
            "combined: 2-D to 3-D, then 3-D to 2-D around each match; or one of them; or by tree");
   list.Add("search_level", &search_level, Range(1, 8), "vocabulary level of 2-D to 3-D");
+  list.Add("max_word_descriptors",
+           &max_word_descriptors,
+           Range(1, 1e9),
+           "of a word of that level; with more, the feature's word of a deeper level is searched");
   list.Add("max_ratio", &max_ratio, Range(0.1, 1), "of the ratio test between two landmarks");
   list.Add("same_point_radius_m",
            &same_point_radius_m,
@@ -83,6 +73,10 @@ void LocalizeOptions::Register(OptionList& list) {
            &max_descriptor_distance,
            Range(0, 2),
            "of a match; 1: as unrelated descriptors");
+  list.Add("max_focal_ratio",
+           &max_focal_ratio,
+           Range(1, 1000),
+           "focal length over the map's, px; pictures with more are scaled down to the map's");
   list.Add("solver", &solver, {"p3p", "dlt6"}, "of the samples of RANSAC: 3 matches, or 6");
   list.Add("local_optimization", &local_optimization, "of each best sample of RANSAC");
   list.Add("refinement", &refinement, "robust least squares over the inliers");
@@ -126,13 +120,13 @@ std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
   CheckInput(input);
   const Localizer localizer(options, *input.map, *input.vocabulary);
   std::vector<QueryResult> results(input.queries.size());
-  std::vector<Described> described(std::min(kBatch, results.size()));
+  std::vector<DescribedPicture> described(std::min(kBatch, results.size()));
   progress.Start(2 * results.size());
   for (std::size_t begin = 0; begin < results.size(); begin += kBatch) {
     const std::size_t count = std::min(kBatch, results.size() - begin);
     input.begin_part("extract");
     ParallelFor(count, num_threads, [&](std::size_t i) {
-      described[i] = Describe(input, input.queries[begin + i]);
+      described[i] = DescribePicture(options, input, input.queries[begin + i]);
       progress.Advance();
     });
     for (std::size_t i = 0; i < count; ++i) {
@@ -141,10 +135,10 @@ std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
     input.begin_part("locate");
     ParallelFor(count, num_threads, [&](std::size_t i) {
       const FrameRecord& query = input.queries[begin + i];
-      const Camera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)].color;
-      results[begin + i] = described[i].problem.empty()
-                               ? localizer.Localize(query, camera, described[i].features)
-                               : FailedQuery(query, QueryVerdict::kUnreadable, "unreadable_image");
+      results[begin + i] =
+          described[i].problem.empty()
+              ? localizer.Localize(query, described[i].camera, described[i].features)
+              : FailedQuery(query, QueryVerdict::kUnreadable, "unreadable_image");
       progress.Advance();
     });
   }

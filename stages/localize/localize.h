@@ -19,6 +19,7 @@ namespace nightmap {
 struct LocalizeOptions {
   std::string search = "combined";
   int search_level = 3;
+  int max_word_descriptors = 500;
   double max_ratio = 0.8;
   double same_point_radius_m = 0.1;
   int num_nearest_landmarks = 50;
@@ -29,6 +30,7 @@ struct LocalizeOptions {
   int max_matches = 300;
   int num_tree_checks = 200;
   double max_descriptor_distance = 0.7;
+  double max_focal_ratio = 1.5;
   std::string solver = "p3p";
   bool local_optimization = true;
   bool refinement = true;
@@ -60,10 +62,15 @@ struct LocalizeInput {
   std::function<void(const std::string&)> skip = [](const std::string&) {};
   // Told when the work on features (`extract`) and that on poses (`locate`) begins, in turn.
   std::function<void(const char*)> begin_part = [](const char*) {};
+  // Those that recorded the map; without any no picture is scaled.
+  std::vector<RgbdCamera> map_cameras = {};
 };
 
 // One result a query, in their order; see QueryVerdict. Reasons: too_few_matches, too_few_inliers
 // and uncertain_pose (not in the map), rival_place (ambiguous), no_features, unreadable_image.
+// A picture much finer than the map's (max_focal_ratio) is scaled down to the focal length of the
+// map before it is described: thresholds in pixels and the features' scales then mean what they
+// mean in the map, and errors are in pixels of the scaled picture.
 // Active search as published in CN106940186A, or by the options one of its parts, with what makes
 // it better: prioritized search (Sattler, Leibe, Kobbelt, ICCV 2011 and ECCV 2012), covisible
 // matches only, P3P, a second search around the first pose, and retrieval where words lead nowhere.

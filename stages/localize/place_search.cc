@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "pipeline/base/union_find.h"
-#include "pipeline/vision/descriptor_distance.h"
 #include "pipeline/vision/pixel_grid.h"
 
 namespace nightmap {
@@ -125,15 +124,14 @@ std::vector<LandmarkMatch> SearchRivals(const LocalizeOptions& options,
   std::vector<LandmarkMatch> rivals;
   for (const LandmarkMatch& match : matches) {
     const std::uint8_t* descriptor = index.Descriptor(features, match.feature);
-    const int word = index.GetVocabulary().tree.Word(descriptor, options.search_level);
+    const WordIndex::Block word = index.OfWord(index.SearchWord(descriptor));
+    const std::vector<int> distances = index.Distances(descriptor, word);
     LandmarkMatch best{match.feature, -1, index.MaxDistance()};
-    for (const int candidate : index.DescriptorsOfWord(word)) {
-      const int landmark = index.LandmarkOf(candidate);
-      const int distance =
-          DescriptorDistance(index.Map().kind, descriptor, index.Map().Descriptor(candidate));
+    for (std::size_t i = 0; i < distances.size(); ++i) {
+      if (distances[i] >= best.distance) continue;
+      const int landmark = index.LandmarkOf(word.rows[i]);
       const double apart_m = (index.Position(landmark) - index.Position(match.landmark)).norm();
-      if (distance >= best.distance || apart_m < options.rival_distance_m) continue;
-      best = {match.feature, landmark, distance};
+      if (apart_m >= options.rival_distance_m) best = {match.feature, landmark, distances[i]};
     }
     if (best.landmark >= 0) rivals.push_back(best);
   }

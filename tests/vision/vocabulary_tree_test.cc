@@ -34,6 +34,52 @@ class VocabularyTreeTest : public testing::TestWithParam<DescriptorKind> {
   const std::uint8_t* Descriptor(int i) const {
     return &descriptors_[static_cast<std::size_t>(i) * Size()];
   }
+  std::vector<int> VisitedLeaves(const std::uint8_t* descriptor) const {
+    std::vector<int> leaves;
+    tree_.VisitLeaves(descriptor, [&](int leaf) {
+      leaves.push_back(leaf);
+      return true;
+    });
+    return leaves;
+  }
+  std::vector<int> Parents() const {
+    std::vector<int> parents(tree_.Nodes().size(), -1);
+    for (std::size_t i = 0; i < parents.size(); ++i) {
+      const auto& node = tree_.Nodes()[i];
+      for (int k = 0; k < node.num_children; ++k) {
+        parents[static_cast<std::size_t>(node.first_child + k)] = static_cast<int>(i);
+      }
+    }
+    return parents;
+  }
+  std::vector<int> DistancesToCentres(const std::uint8_t* descriptor) const {
+    std::vector<int> distances;
+    for (std::size_t i = 0; i < tree_.Nodes().size(); ++i) {
+      const std::uint8_t* centre = &tree_.Centres()[i * Size()];
+      distances.push_back(DescriptorDistance(GetParam(), descriptor, centre));
+    }
+    return distances;
+  }
+  // Of the nodes on the way from the last common one to each of two leaves.
+  static std::pair<int, int> FarthestSteps(int leaf_a,
+                                           int leaf_b,
+                                           const std::vector<int>& parents,
+                                           const std::vector<int>& distances) {
+    std::set<int> above_a;
+    for (int node = leaf_a; node >= 0; node = parents[static_cast<std::size_t>(node)]) {
+      above_a.insert(node);
+    }
+    const auto climb = [&](int node, const auto& is_common) {
+      int farthest = 0;
+      for (; !is_common(node); node = parents[static_cast<std::size_t>(node)]) {
+        farthest = std::max(farthest, distances[static_cast<std::size_t>(node)]);
+      }
+      return std::pair(farthest, node);
+    };
+    const auto [of_b, common] = climb(leaf_b, [&](int node) { return above_a.contains(node); });
+    const auto of_a = climb(leaf_a, [&, last = common](int node) { return node == last; });
+    return {of_a.first, of_b};
+  }
   static constexpr int kCount = 3000;
   std::vector<std::uint8_t> descriptors_ = RandomDescriptors(GetParam(), kCount, 1);
   VocabularyTree tree_ = VocabularyTree::Train(descriptors_, GetParam(), {}, 1);
@@ -59,21 +105,31 @@ TEST_P(VocabularyTreeTest, WordsAreThePathsPrefix) {
   }
 }
 
-TEST_P(VocabularyTreeTest, LeavesAreVisitedFromTheNearestToTheLast) {
+TEST_P(VocabularyTreeTest, EveryLeafIsVisitedOnceFromTheNearestOn) {
   int num_leaves = 0;
   for (const auto& node : tree_.Nodes()) num_leaves += node.num_children == 0;
   for (int i = 0; i < kCount; i += 300) {
-    std::vector<int> leaves;
-    tree_.VisitLeaves(Descriptor(i), [&](int leaf) {
-      leaves.push_back(leaf);
-      return true;
-    });
+    const std::vector<int> leaves = VisitedLeaves(Descriptor(i));
     EXPECT_EQ(leaves[0], tree_.LeafWord(Descriptor(i)));
     EXPECT_EQ(static_cast<int>(leaves.size()), num_leaves);
     EXPECT_EQ(std::set<int>(leaves.begin(), leaves.end()).size(), leaves.size());
     int num_visited = 0;
     tree_.VisitLeaves(Descriptor(i), [&](int) { return ++num_visited < 5; });
     EXPECT_EQ(num_visited, 5);
+  }
+}
+
+// The best branch is next. So of two leaves the one comes first to which, from where their ways
+// part, no step is as far as the farthest to the other.
+TEST_P(VocabularyTreeTest, LeavesAreVisitedInTheOrderOfTheBestBranch) {
+  const std::vector<int> parents = Parents();
+  for (int i = 0; i < kCount; i += 300) {
+    const std::vector<int> distances = DistancesToCentres(Descriptor(i));
+    const std::vector<int> leaves = VisitedLeaves(Descriptor(i));
+    for (std::size_t k = 1; k < leaves.size(); ++k) {
+      const auto [before, after] = FarthestSteps(leaves[k - 1], leaves[k], parents, distances);
+      ASSERT_LE(before, after) << "leaf " << k;
+    }
   }
 }
 

@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
+#include <numeric>
 
 #include "pipeline/vision/descriptor_distance.h"
 #include "stages/localize/place_search.h"
@@ -27,21 +31,76 @@ class SearchTest : public testing::Test {
     return &features_.descriptors[static_cast<std::size_t>(128 * feature)];
   }
 
-  // Of all landmarks with the word of the feature, the nearest, and whether it is by far the
-  // nearest.
-  std::map<int, int> BruteForceWords() const {
-    std::map<int, int> landmark_of;
+  // So much that some features have another word, or are no clear match, and some are still.
+  void AddNoise() {
+    Random random(21);
+    for (std::uint8_t& value : features_.descriptors) {
+      const double noisy = value + 9 * random.Gaussian();
+      value = static_cast<std::uint8_t>(std::clamp(noisy, 0.0, 255.0));
+    }
+  }
+
+  // A candidate of either side, and where it is: metres in the map, or pixels.
+  struct Candidate {
+    int distance;
+    int idx;
+    Eigen::Vector3d place;
+  };
+  // The nearest in descriptor, when it is clearly nearer than any in another place; or -1.
+  int ClearBest(const std::vector<Candidate>& found, double same_place, double max_ratio) const {
+    const double max_distance = std::pow(512 * options_.max_descriptor_distance, 2);
+    const auto best = std::ranges::min_element(found, {}, &Candidate::distance);
+    if (best == found.end() || best->distance > max_distance) return -1;
+    double second = std::numeric_limits<double>::infinity();
+    for (const Candidate& other : found) {
+      if ((other.place - best->place).norm() <= same_place) continue;
+      second = std::min(second, static_cast<double>(other.distance));
+    }
+    if (std::isinf(second)) second = max_distance;
+    return best->distance < max_ratio * max_ratio * second ? best->idx : -1;
+  }
+
+  // Of all landmarks with the word of a feature.
+  std::vector<LandmarkMatch> BruteForceOfFeatures() const {
+    std::vector<LandmarkMatch> matches;
     for (int f = 0; f < features_.NumFeatures(); ++f) {
       const int word = vocabulary_.tree.Word(Descriptor(f), options_.search_level);
-      std::vector<std::pair<int, int>> found;
+      std::vector<Candidate> found;
       for (int d = 0; d < map_.NumDescriptors(); ++d) {
         if (map_.Word(d, options_.search_level) != word) continue;
-        found.emplace_back(SquaredDistance(Descriptor(f), map_.Descriptor(d), 128), d);
+        found.push_back({SquaredDistance(Descriptor(f), map_.Descriptor(d), 128),
+                         d,
+                         map_.positions_in_map[static_cast<std::size_t>(d)]});
       }
-      std::ranges::sort(found);
-      if (found.empty()) continue;
-      const bool is_only = found.size() == 1;
-      if (is_only || found[0].first < 0.64 * found[1].first) landmark_of[f] = found[0].second;
+      const int best = ClearBest(found, options_.same_point_radius_m, options_.max_ratio);
+      if (best < 0) continue;
+      matches.push_back({f, best, SquaredDistance(Descriptor(f), map_.Descriptor(best), 128)});
+    }
+    return KeepOneToOne(matches);
+  }
+
+  // Of all features with the word of a landmark, those most seen first; each feature once.
+  std::map<int, int> BruteForceOfLandmarks() const {
+    std::vector<int> landmarks(map_.positions_in_map.size());
+    std::iota(landmarks.begin(), landmarks.end(), 0);
+    std::ranges::stable_sort(landmarks, std::greater<>(), [&](int i) {
+      return map_.landmark_keyframes[static_cast<std::size_t>(i)].size();
+    });
+    std::map<int, int> landmark_of;
+    for (const int d : landmarks) {
+      std::vector<Candidate> found;
+      for (int f = 0; f < features_.NumFeatures(); ++f) {
+        if (vocabulary_.tree.Word(Descriptor(f), options_.landmark_level) !=
+            map_.Word(d, options_.landmark_level)) {
+          continue;
+        }
+        const auto& pixel = features_.keypoints_px[static_cast<std::size_t>(f)];
+        found.push_back({SquaredDistance(Descriptor(f), map_.Descriptor(d), 128),
+                         f,
+                         {pixel.x(), pixel.y(), 0}});
+      }
+      const int best = ClearBest(found, 5, options_.max_landmark_ratio);
+      if (best >= 0) landmark_of.try_emplace(best, d);
     }
     return landmark_of;
   }
@@ -67,35 +126,30 @@ TEST_F(SearchTest, EverySearchFindsTheRightLandmarks) {
 
 TEST_F(SearchTest, FeaturesToLandmarksIsWhatBruteForceFinds) {
   options_.max_matches = 100000;
-  const auto expected = BruteForceWords();
+  AddNoise();
+  const auto expected = BruteForceOfFeatures();
   const auto matches = Search("2d_to_3d");
-  EXPECT_EQ(matches.size(), expected.size());
-  for (const LandmarkMatch& match : matches) {
-    EXPECT_EQ(match.landmark, expected.at(match.feature));
+  EXPECT_GT(expected.size(), seen_.size() / 4);
+  EXPECT_LT(expected.size(), seen_.size());
+  ASSERT_EQ(matches.size(), expected.size());
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    EXPECT_EQ(matches[i].feature, expected[i].feature);
+    EXPECT_EQ(matches[i].landmark, expected[i].landmark);
+    EXPECT_EQ(matches[i].distance, expected[i].distance);
   }
 }
 
 TEST_F(SearchTest, LandmarksToFeaturesIsWhatBruteForceFinds) {
   options_.max_matches = 100000;
-  std::map<int, int> feature_of;  // by landmark: of all features with its word, the nearest
-  for (int d = 0; d < map_.NumDescriptors(); ++d) {
-    std::vector<std::pair<int, int>> found;
-    for (int f = 0; f < features_.NumFeatures(); ++f) {
-      if (vocabulary_.tree.Word(Descriptor(f), options_.landmark_level) !=
-          map_.Word(d, std::min(options_.landmark_level, map_.num_word_levels))) {
-        continue;
-      }
-      found.emplace_back(SquaredDistance(Descriptor(f), map_.Descriptor(d), 128), f);
-    }
-    std::ranges::sort(found);
-    if (found.empty() || found[0].first > 512 * 512 * 0.49) continue;
-    if (found.size() == 1 || found[0].first < 0.64 * found[1].first)
-      feature_of[d] = found[0].second;
-  }
+  options_.landmark_level = 2;  // words of more than one feature
+  AddNoise();
+  const auto expected = BruteForceOfLandmarks();
   const auto matches = Search("3d_to_2d");
-  EXPECT_EQ(matches.size(), feature_of.size());
+  EXPECT_GT(expected.size(), seen_.size() / 4);
+  EXPECT_LT(expected.size(), seen_.size());
+  ASSERT_EQ(matches.size(), expected.size());
   for (const LandmarkMatch& match : matches) {
-    EXPECT_EQ(match.feature, feature_of.at(match.landmark));
+    EXPECT_EQ(match.landmark, expected.at(match.feature));
   }
 }
 
@@ -106,14 +160,13 @@ TEST_F(SearchTest, StopsAtThePresetNumber) {
   }
 }
 
-// Every other landmark has a wrong word at search_level: only from beside it is it found, by its
-// word at landmark_level.
+// Every other landmark has wrong words down to search_level: only from beside it is it found, by
+// its word at landmark_level.
 TEST_F(SearchTest, TheCombinedSearchFindsWhatWordsMiss) {
   options_.max_matches = 100000;
-  const auto level = static_cast<std::size_t>(options_.search_level - 1);
-  const auto depth = static_cast<std::size_t>(map_.num_word_levels);
-  for (std::size_t i = 0; i < map_.descriptor_landmarks.size(); i += 2) {
-    map_.words[i * depth + level] = 0;
+  const int depth = map_.num_word_levels;
+  for (int i = 0; i < map_.NumDescriptors(); i += 2) {
+    std::fill_n(map_.words.begin() + i * depth, options_.search_level, 0);
   }
   const std::size_t num_by_words = Search("2d_to_3d").size();
   EXPECT_LT(num_by_words, 0.7 * static_cast<double>(seen_.size()));

@@ -185,6 +185,28 @@ TEST_F(LocalizeTest, EveryQueryGetsARow) {
   EXPECT_EQ(report["num_not_located_by_reason"]["unreadable_image"], 1);
 }
 
+// An empty picture that must be scaled: OpenCV throws. The others go on.
+TEST_F(LocalizeTest, AnExceptionOfOpenCvIsOfItsPictureAlone) {
+  input_.map_cameras = scene_.cameras;
+  input_.cameras.push_back(scene_.cameras[0]);
+  input_.cameras[1].color = Camera{2560, 1920, 2080, 2080, 1279.5, 959.5};
+  input_.queries.assign(3, query_);
+  input_.queries[1].camera_idx = 1;
+  const auto load_gray = input_.load_color;
+  input_.load_color = [&](const FrameRecord& query, const RgbdCamera& camera) {
+    return query.camera_idx == 1 ? ColorImage{} : load_gray(query, camera);
+  };
+  std::vector<std::string> problems;
+  input_.skip = [&](const std::string& problem) { problems.push_back(problem); };
+  const auto results = Run(2);
+  EXPECT_EQ(results[0].verdict, QueryVerdict::kNoFeatures);
+  EXPECT_EQ(results[1].verdict, QueryVerdict::kUnreadable);
+  EXPECT_EQ(results[1].reason, "unreadable_image");
+  EXPECT_EQ(results[2].verdict, QueryVerdict::kNoFeatures);
+  ASSERT_EQ(problems.size(), 1U);
+  EXPECT_THAT(problems[0], testing::StartsWith("query.png: OpenCV: "));
+}
+
 TEST_F(LocalizeTest, RefusesInputsThatDoNotBelongTogether) {
   input_.queries.clear();
   NIGHTMAP_EXPECT_ERROR(DataError, Run(), "no queries");

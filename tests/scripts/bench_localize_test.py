@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: Apache-2.0
+"""bench_localize.py: maps padded to a size are as real ones would be, and what is timed."""
+
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+import fake_site
+from nightmap_eval import padded_map
+from nightmap_eval.errors import DataError
+
+NUM_LANDMARKS, NUM_KEYFRAMES, NUM_FRAMES = 60, 4, 6
+NODES = [[1, 3, 0], [4, 2, 1], [0, 0, 1], [6, 2, 1], [0, 0, 2], [0, 0, 2], [0, 0, 2], [0, 0, 2]]
+
+# Stands for the program: two queries, of which the second is not located in maps of 100 landmarks
+# or more; a millisecond for each ten landmarks.
+LOCALIZE = """#!/usr/bin/python3
+import json, sys
+import h5py
+paths = dict(argument.split("=", 1) for argument in sys.argv if "=" in argument)
+outs = [a.split("=", 1) for flag, a in zip(sys.argv, sys.argv[1:]) if flag == "--out"]
+out = dict(outs)
+landmarks = [a for a in sys.argv if a.startswith("landmarks=")][0].split("=", 1)[1]
+size = len(h5py.File(landmarks)["landmarks/position_sigma_m"])
+assert len(h5py.File(paths["vocabulary"])["frames/word_offsets"]) >= 7
+parts = [["read", 1], ["extract", 0.1], ["locate", 0.0001 * size], ["extract", 0.1], ["locate", 0.0001 * size]]
+json.dump({"parts": [{"name": n, "wall_time_s": s} for n, s in parts]}, open(out["receipt"], "w"))
+rows = ["query_idx,status,tx_m,ty_m,tz_m", f"0,located,{0.001 * size},0,0"]
+rows.append("1,located,1,2,3" if size < 100 else "1,not_in_map,,,")
+open(out["queries"], "w").write("\\n".join(rows) + "\\n")
+"""
+
+
+def write(path, attributes, arrays):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with h5py.File(path, "w") as file:
+        file.attrs["format"] = attributes
+        for name, values in arrays.items():
+            file[name] = values.reshape(len(values), -1)
+
+
+def write_site(site_dir, seed=0, kind=0):
+    """Each landmark has one or two descriptors and is seen by one or two of the keyframes."""
+    rng = np.random.default_rng(seed)
+    of = np.sort(np.r_[np.arange(NUM_LANDMARKS), rng.permutation(NUM_LANDMARKS)[:20]])
+    descriptors = np.minimum(255, 45 * np.abs(rng.normal(size=(len(of), 128)))).astype(np.uint8)
+    counts = rng.integers(1, 3, NUM_LANDMARKS)
+    seen = [np.sort(rng.permutation(NUM_KEYFRAMES)[:count]) for count in counts]
+    poses = np.tile([0, 0, 0, 0, 0, 0, 1.0], (NUM_KEYFRAMES, 1))
+    centres = np.minimum(255, 45 * np.abs(rng.normal(size=(len(NODES), 128)))).astype(np.uint8)
+    write(site_dir / "landmarks" / "landmarks.h5", "nightmap.landmarks", {
+        "kind": np.array([kind], np.int32),
+        "landmarks/position_in_map_m": rng.normal(size=(NUM_LANDMARKS, 3)),
+        "landmarks/position_sigma_m": np.full(NUM_LANDMARKS, 0.01, np.float32),
+        "descriptors/values": descriptors, "descriptors/landmark_idx": of.astype(np.int32),
+        "descriptors/words": np.zeros((len(of), 2), np.int32),
+        "keyframes/frame_idx": np.array([0, 2, 3, 5], np.int32),
+        "keyframes/time_ns": np.array([10, 20, 30, 40], np.int64), "keyframes/map_from_camera": poses,
+        "observations/offsets": np.r_[0, np.cumsum(counts)],
+        "observations/keyframe_idx": np.concatenate(seen).astype(np.int32),
+        "observations/feature_idx": np.zeros(sum(counts), np.int32),
+    })  # fmt: skip
+    write(site_dir / "vocabulary" / "vocabulary.h5", "nightmap.vocabulary", {
+        "tree/kind": np.array([0], np.int32), "tree/depth": np.array([2], np.int32),
+        "tree/nodes": np.array(NODES, np.int32), "tree/centres": centres,
+        "frames/word_offsets": np.arange(NUM_FRAMES + 1) * 5,
+        "frames/words": rng.integers(2, 8, 5 * NUM_FRAMES).astype(np.int32),
+    })  # fmt: skip
+
+
+def brute_force_path(descriptor, nodes, centres):
+    """Down to the nearest child, in integers; the leaf repeated."""
+    path, at = [], 0
+    for _ in range(2):
+        first, num_children, _ = nodes[at]
+        children = range(first, first + num_children)
+        if num_children:
+            at = min(children, key=lambda node: int(((descriptor.astype(int) - centres[node]) ** 2).sum()))
+        path.append(at)
+    return path
+
+
+class PaddedMapTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.site = Path(folder.name) / "site"
+        write_site(self.site)
+        self.real = padded_map.read_map(self.site / "landmarks" / "landmarks.h5")
+        self.rng = np.random.default_rng(1)
+
+    def test_a_thinned_map_keeps_what_belongs_together(self):
+        thinned = padded_map.thin(self.real, 25, self.rng)
+        self.assertEqual(len(thinned), 25)
+        for new, position_m in enumerate(thinned.positions_m):
+            old = int(np.flatnonzero((self.real.positions_m == position_m).all(axis=1))[0])
+            for name in ("descriptors", "seen"):
+                before, after = getattr(self.real, name), getattr(thinned, name)
+                if name == "descriptors":
+                    before, after = before[self.real.landmark_idxs == old], after[thinned.landmark_idxs == new]
+                else:
+                    before, after = before[before[:, 0] == old, 1], after[after[:, 0] == new, 1]
+                np.testing.assert_array_equal(before, after)
+
+    def test_a_padded_map_is_the_real_one_and_other_points(self):
+        base = padded_map.thin(self.real, 30, self.rng)
+        padded = padded_map.pad(base, self.real, [], 200, self.rng)
+        self.assertEqual(len(padded), 200)
+        np.testing.assert_array_equal(padded.positions_m[:30], base.positions_m)
+        np.testing.assert_array_equal(padded.descriptors[: len(base.descriptors)], base.descriptors)
+        self.assertTrue((np.diff(padded.landmark_idxs) >= 0).all())
+        self.assertEqual(set(padded.landmark_idxs), set(range(200)))
+        self.assertEqual(padded.seen[:, 1].max(), len(padded.poses) - 1)
+        self.assertTrue((np.diff(padded.seen[:, 0]) >= 0).all())
+        self.assertAlmostEqual(padded.seen_per_keyframe() / base.seen_per_keyframe(), 1, delta=0.25)
+        # No added landmark looks like a real one, as it would in a mere copy.
+        added = padded.descriptors[len(base.descriptors) :].astype(int)
+        nearest = [np.sqrt(((added - one) ** 2).sum(axis=1)).min() for one in base.descriptors.astype(int)]
+        self.assertGreater(min(nearest), 0.4 * padded_map.NORM)
+
+    def test_another_building_is_copied_as_it_is_first(self):
+        other = padded_map.moved(padded_map.mirrored(self.real), 0)
+        padded = padded_map.pad(self.real, self.real, [other], 2 * NUM_LANDMARKS, self.rng)
+        added = padded.descriptors[len(self.real.descriptors) :]
+        self.assertEqual(set(map(bytes, added)), set(map(bytes, other.descriptors)))
+
+    def test_a_mirrored_camera_sees_mirrored_pixels(self):
+        turn = np.array([0.1, 0.5, -0.2, 0.8])
+        poses = np.tile([0.3, 0.1, -4, *(turn / np.linalg.norm(turn))], (NUM_KEYFRAMES, 1))
+        real = padded_map.replace(self.real, poses=poses)
+        seen = []
+        for sparse in (real, padded_map.mirrored(real)):
+            x, y, z, w = sparse.poses[0, 3:]
+            angle = 2 * np.arccos(w)
+            rotation = fake_site.rotation_about([x, y, z], angle)
+            seen.append((sparse.positions_m - sparse.poses[0, :3]) @ rotation)
+        np.testing.assert_allclose(seen[1], seen[0] * [-1, 1, 1], atol=1e-12)
+        twice = padded_map.mirrored(padded_map.mirrored(real))
+        np.testing.assert_array_equal(twice.descriptors, real.descriptors)
+        # The gradient that pointed up points down.
+        only = np.zeros((1, 128), np.uint8)
+        only[0, (0 * 4 + 1) * 8 + 2] = 255
+        flipped = padded_map.mirrored(padded_map.replace(real, descriptors=only)).descriptors
+        self.assertEqual(np.flatnonzero(flipped[0]).tolist(), [(3 * 4 + 1) * 8 + 6])
+
+    def test_half_of_a_mixed_descriptor_is_anothers(self):
+        mixed = padded_map.mixed(self.real, self.rng)
+        norms = np.linalg.norm(mixed.descriptors.astype(float), axis=1)
+        self.assertLess(abs(norms - padded_map.NORM).max(), 8)
+        of, to = mixed.descriptors.reshape(-1, 16, 8), self.real.descriptors.reshape(-1, 16, 8)
+        cosine = (of.astype(float) * to).sum(axis=2) / np.linalg.norm(of, axis=2) / np.linalg.norm(to, axis=2)
+        self.assertTrue(((cosine > 0.998).sum(axis=1) >= 8).all())
+        self.assertLess(np.median((cosine > 0.998).sum(axis=1)), 10)
+
+    def test_words_are_those_of_the_tree(self):
+        with h5py.File(self.site / "vocabulary" / "vocabulary.h5") as file:
+            paths = padded_map.word_paths(file["tree"], self.real.descriptors)
+            nodes, centres = file["tree/nodes"][:], file["tree/centres"][:].astype(int)
+        expected = [brute_force_path(one, nodes, centres) for one in self.real.descriptors]
+        self.assertEqual(paths.tolist(), expected)
+        self.assertGreater(len(set(paths[:, 1])), 2)
+
+    def test_files_hold_the_added_keyframes_as_frames_of_their_own(self):
+        out = self.site / "padded"
+        out.mkdir()
+        padded = padded_map.pad(self.real, self.real, [], 150, self.rng)
+        vocabulary = self.site / "vocabulary" / "vocabulary.h5"
+        with h5py.File(vocabulary) as file:
+            paths = padded_map.write_map(
+                self.site / "landmarks" / "landmarks.h5", file, padded, NUM_KEYFRAMES, out / "landmarks.h5"
+            )
+        padded_map.write_vocabulary(vocabulary, padded, paths[:, -1], NUM_KEYFRAMES, out / "vocabulary.h5", self.rng)
+        again = padded_map.read_map(out / "landmarks.h5")
+        np.testing.assert_array_equal(again.seen, padded.seen)
+        np.testing.assert_array_equal(again.descriptors, padded.descriptors)
+        with h5py.File(out / "landmarks.h5") as landmarks, h5py.File(out / "vocabulary.h5") as words:
+            self.assertEqual(landmarks.attrs["format"], "nightmap.landmarks")
+            frames = np.ravel(landmarks["keyframes/frame_idx"])
+            self.assertEqual(frames.tolist(), [0, 2, 3, 5, *range(6, 2 + len(padded.poses))])
+            counts = np.diff(np.ravel(words["frames/word_offsets"]))
+            self.assertEqual(len(counts), NUM_FRAMES + len(padded.poses) - NUM_KEYFRAMES)
+            self.assertEqual(counts.sum(), len(words["frames/words"]))
+            self.assertGreaterEqual(counts.min(), 5)
+
+    def test_other_descriptors_are_refused(self):
+        write_site(self.site, kind=1)
+        with self.assertRaisesRegex(DataError, "landmarks.h5: made with another detector"):
+            padded_map.read_map(self.site / "landmarks" / "landmarks.h5")
+
+
+class BenchLocalizeTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        write_site(self.folder / "site")
+        write_site(self.folder / "donor", seed=5)
+        (self.folder / "build" / "bin").mkdir(parents=True)
+        self.program(LOCALIZE)
+
+    def program(self, text):
+        path = self.folder / "build" / "bin" / "localize"
+        path.write_text(text)
+        path.chmod(0o755)
+
+    def run_bench(self, *arguments):
+        return fake_site.run(
+            "bench_localize.py", self.folder / "site", "--data", self.folder, "--build", self.folder / "build",
+            *arguments,
+        )  # fmt: skip
+
+    def test_a_row_for_each_size(self):
+        result = self.run_bench("--sizes", 120, 40, "--repeats", 2, "--donor", self.folder / "donor")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        rows = [[cell.strip() for cell in line.strip("|\n").split("|")] for line in result.stdout.splitlines()]
+        rows = [dict(zip(rows[0], row)) for row in rows[2:]]
+        # Two queries: 200 ms to describe, 8 ms (24 ms) to locate.
+        self.assertEqual([row["landmarks"] for row in rows], ["40", "120"])
+        self.assertEqual([row["extract (ms)"] for row in rows], ["100.0", "100.0"])
+        self.assertEqual([row["locate (ms)"] for row in rows], ["4.0", "12.0"])
+        self.assertEqual([row["both / extract"] for row in rows], ["1.04", "1.12"])
+        self.assertEqual([row["both / smallest"] for row in rows], ["1.00", "1.08"])
+        self.assertEqual([row["located"] for row in rows], ["2 of 2", "1 of 2"])
+        self.assertEqual([row["moved"] for row in rows], ["0", "1"])  # by 80 mm
+
+    def test_the_table_goes_into_the_readme(self):
+        readme = self.folder / "README.md"
+        readme.write_text("a\n<!-- bench_localize:begin -->\nold\n<!-- bench_localize:end -->\nb\n")
+        self.assertEqual(self.run_bench("--sizes", 40, "--repeats", 1, "--readme", readme).returncode, 0)
+        self.assertIn("| 40 |", readme.read_text())
+        self.assertNotIn("old", readme.read_text())
+
+    def test_failures_are_told(self):
+        self.program("#!/bin/sh\necho no such camera\nexit 1\n")
+        result = self.run_bench("--sizes", 40)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("no such camera", result.stderr)
+        self.assertEqual(self.run_bench("--sizes", 0).returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
