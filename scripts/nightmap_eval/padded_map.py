@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Landmark maps of any size made of real ones, to measure how localization grows with the map.
 
-A larger map is the real one and, beside it, copies of real maps: other rooms of the same kind. Another
-building's map is copied as it is first, then as of a mirrored building; its own map mirrored only,
-or each place had a twin. In each further copy half of each descriptor's cells are those of another
-landmark, so that its landmarks are other points whose cells, and so whose visual words, are
+A larger map is the real one and, beside it, copies of real maps: other rooms of the same kind. The
+map of another building is copied as it is, then as of a mirrored building; its own map is mirrored
+first, or each place had a twin. In all further copies half of each descriptor's cells are those of
+another landmark: these landmarks are other points, but their cells, and so their visual words, are
 distributed as in real maps.
 """
 
@@ -23,7 +23,7 @@ APART_M = 1000.0  # between a map and the next copy
 
 @dataclass
 class SparseMap:
-    """The arrays of landmarks.h5, and the words of each keyframe's frame in the vocabulary."""
+    """The arrays of landmarks.h5 that localization reads; words are of the tree and made anew."""
 
     positions_m: np.ndarray
     sigmas_m: np.ndarray

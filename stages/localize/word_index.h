@@ -12,7 +12,8 @@
 
 namespace nightmap {
 
-// Const after construction.
+// Const after construction. Takes the words of a descriptor to be its path down the tree, as the
+// landmarks stage writes them.
 class WordIndex {
  public:
   struct Block {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/localize/localize.h"
 
+#include <algorithm>
+#include <functional>
+
 #include "pipeline/base/error.h"
 #include "stages/localize/localize_report.h"
 #include "stages/localize/localizer.h"
@@ -21,6 +24,11 @@ class LocalizeTest : public testing::Test {
     EXPECT_NEAR((result.map_from_camera.translation - pose_.translation).norm(), 0, 1e-3);
     EXPECT_NEAR(AngleBetween_rad(result.map_from_camera, pose_), 0, 1e-3);
     EXPECT_LT(result.reprojection_error_px, 0.1);
+  }
+  void MoveLandmarks(const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& move) {
+    std::ranges::transform(map_.positions_in_map, map_.positions_in_map.begin(), move);
+    scene_.points_in_map = map_.positions_in_map;
+    features_ = scene_.See(pose_, 0, nullptr);
   }
   std::vector<QueryResult> Run(int num_threads = 1) const {
     Progress progress("localize", false);
@@ -103,6 +111,29 @@ TEST_F(LocalizeTest, FindsThePoseOfARolledCamera) {
                     Eigen::Vector3d::Zero()};
   pose_ = pose_ * roll;
   ExpectLocated(Localize(scene_.See(pose_, 0, nullptr)));
+}
+
+// A camera may turn about the line and see the same.
+TEST_F(LocalizeTest, LandmarksOnALineGiveNoPose) {
+  MoveLandmarks([](const Eigen::Vector3d& point) {
+    return Eigen::Vector3d(point.x(), 0.2 * point.x() + 0.1, 4 + 0.3 * point.x());
+  });
+  for (const char* solver : {"p3p", "dlt6"}) {
+    options_.solver = solver;
+    const QueryResult result = Localize(features_);
+    EXPECT_EQ(result.verdict, QueryVerdict::kNotInMap) << solver;
+    EXPECT_FALSE(result.reason.empty()) << solver;
+  }
+}
+
+// A poster on a wall: enough for three points, not for six.
+TEST_F(LocalizeTest, LandmarksOnAPlaneGiveAPoseToP3pOnly) {
+  MoveLandmarks([](const Eigen::Vector3d& point) {
+    return Eigen::Vector3d(point.x(), point.y(), 4 + 0.3 * point.x());
+  });
+  ExpectLocated(Localize(features_));
+  options_.solver = "dlt6";
+  EXPECT_EQ(Localize(features_).reason, "too_few_inliers");
 }
 
 TEST_F(LocalizeTest, TwoPlacesThatLookAlikeAreAmbiguous) {
