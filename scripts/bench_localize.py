@@ -98,6 +98,7 @@ def localize(arguments, folder):
     out = folder / "localize"
     inputs = {
         "queries": frames / "queries.csv", "cameras": frames / "query_cameras.json",
+        "configured": frames / "cameras.json", "calibrated": arguments.site_dir / "pose_graph" / "cameras.json",
         "data": arguments.data, "landmarks": folder / "landmarks.h5", "vocabulary": folder / "vocabulary.h5",
     }  # fmt: skip
     outputs = {

@@ -6,7 +6,7 @@ Three methods locate the same queries in maps of the same mapping frames (all of
 sees as much): nightmap; COLMAP's own map; COLMAP's points at nightmap's poses. Each is measured against
 the truth, where there is one, and against the others. Writes results.json, summary.csv (a row for each
 method, reference and protocol), queries.csv (a row a query) and plots. With --readme it puts its table
-between `<!-- colmap:begin -->` and `<!-- colmap:end -->` of that file.
+between `<!-- colmap SITE:begin -->` and `<!-- colmap SITE:end -->` of that file.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
@@ -29,7 +29,6 @@ from nightmap_eval.query_errors import PROTOCOLS
 from nightmap_eval.site import Frames, hash_if_there, put_between, to_json, write_atomic
 from nightmap_eval.trajectory import read_tum
 
-BEGIN, END = "<!-- colmap:begin -->", "<!-- colmap:end -->"
 VARIANTS = ("mapper", "triangulate")
 TRUTH = ("frames/ground_truth.tum", "frames/query_ground_truth.tum")
 MADE_OF = ("pose_graph/trajectory.tum", "localize/queries.csv", *TRUTH)
@@ -193,7 +192,8 @@ def main():
     write_atomic(arguments.out, to_json(results))
     table = comparison_table(results)
     if arguments.readme:
-        put_between(arguments.readme, BEGIN, END, table)
+        begin, end = (f"<!-- colmap {results['site']}:{edge} -->" for edge in ("begin", "end"))
+        put_between(arguments.readme, begin, end, table)
     print(table, end="")
 
 

@@ -117,10 +117,21 @@ std::string UtcNow() {
   return text;
 }
 
-std::int64_t PeakMemory_bytes() {
+rusage Usage() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::int64_t>(usage.ru_maxrss) * 1024;
+  return usage;
+}
+
+std::int64_t PeakMemory_bytes() { return static_cast<std::int64_t>(Usage().ru_maxrss) * 1024; }
+
+// Of all threads.
+double CpuTime_s() {
+  const rusage usage = Usage();
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
 json DescribeFile(const std::string& name, const fs::path& path, const fs::path& bytes_at) {
@@ -278,6 +289,7 @@ class StageRun {
       receipt["parts"].push_back({{"name", name}, {"wall_time_s", seconds}});
     }
     receipt["wall_time_s"] = Elapsed_s();
+    receipt["cpu_time_s"] = CpuTime_s();
     receipt["peak_memory_bytes"] = PeakMemory_bytes();
     WriteFile(context.Output("receipt"), receipt.dump(1) + "\n");
   }

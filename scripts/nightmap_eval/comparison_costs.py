@@ -13,7 +13,8 @@ from nightmap_eval.stages import StageResult
 POSE_STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph")
 
 
-def _costs(map_parts, query_parts, num_queries):
+def _costs(map_parts, query_parts, query_cpu_s, num_queries):
+    """`query_cpu_s`: of all cores, which other jobs of the machine change little; None if not known."""
     query_s = sum(query_parts.values())
     return {
         "map_time_s": sum(map_parts.values()),
@@ -21,6 +22,7 @@ def _costs(map_parts, query_parts, num_queries):
         "query_time_s": query_s,
         "query_parts_s": query_parts,
         "time_per_query_s": query_s / num_queries,
+        "cpu_time_per_query_s": None if query_cpu_s is None else query_cpu_s / num_queries,
     }
 
 
@@ -38,19 +40,30 @@ def nightmap_costs(site_dir, num_queries):
     files = [site_dir / "landmarks" / "landmarks.h5", site_dir / "vocabulary" / "vocabulary.h5"]
     report = read_json(site_dir / "landmarks" / "report.json")
     size = sum(path.stat().st_size for path in files)
-    costs = _costs(map_parts, _stage_times_s(site_dir, ("localize",)), num_queries)
+    query_parts, query_cpu_s = _stage_times_s(site_dir, ("localize",)), StageResult(site_dir / "localize").cpu_time_s()
+    costs = _costs(map_parts, query_parts, query_cpu_s, num_queries)
     return costs | {"map_size_bytes": size, "num_points": report["num_landmarks"]}
+
+
+def _commands(root, steps):
+    """The commands that ran in these steps, each with its name and times."""
+    for step in steps:
+        if (root / step / "receipt.json").exists():
+            for part in read_receipt(root / step)["parts"]:
+                yield f"{step}: {part['name']}", part
 
 
 def _command_times_s(root, steps):
     """Time of each command; the same command in another step is another part."""
     times = {}
-    for step in steps:
-        if (root / step / "receipt.json").exists():
-            for part in read_receipt(root / step)["parts"]:
-                name = f"{step}: {part['name']}"
-                times[name] = times.get(name, 0.0) + part["wall_time_s"]
+    for name, part in _commands(root, steps):
+        times[name] = times.get(name, 0.0) + part["wall_time_s"]
     return times
+
+
+def _command_cpu_s(root, steps):
+    times = [part.get("cpu_time_s") for _, part in _commands(root, steps)]
+    return sum(times) if times and None not in times else None
 
 
 def colmap_costs(site_dir, variant, num_queries):
@@ -59,8 +72,9 @@ def colmap_costs(site_dir, variant, num_queries):
     map_parts = _command_times_s(root, ("features", "matches", variant))
     if variant == "triangulate":
         map_parts = _stage_times_s(site_dir, POSE_STAGES) | map_parts
-    query_parts = _command_times_s(root, ("queries", f"register_{variant}"))
+    query_steps = ("queries", f"register_{variant}")
+    query_parts, query_cpu_s = _command_times_s(root, query_steps), _command_cpu_s(root, query_steps)
     files = [root / "matches" / name for name in ("database.db", "vocabulary.bin")]
     files += sorted((root / variant).glob("models/*/*.bin"))
     size = sum(path.stat().st_size for path in files if path.exists())
-    return _costs(map_parts, query_parts, num_queries) | {"map_size_bytes": size}
+    return _costs(map_parts, query_parts, query_cpu_s, num_queries) | {"map_size_bytes": size}

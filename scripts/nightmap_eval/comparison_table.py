@@ -48,6 +48,7 @@ def comparison_rows(results, reference="truth"):
     rows += [
         ("map (s)", *(f"{f['map_time_s']:.0f}" for f in methods)),
         ("a query (s)", *(f"{f['time_per_query_s']:.2f}" for f in methods)),
+        ("a query (CPU s)", *(_text(f["cpu_time_per_query_s"], "{:.2f}") for f in methods)),
         ("points", *(_text(_num_points(f), "{}") for f in methods)),
         ("map size (MB)", *(f"{f['map_size_bytes'] / 1e6:.1f}" for f in methods)),
     ]

@@ -30,6 +30,11 @@ class StageResult:
         times = [time for time in times if time is not None]
         return sum(times) if times else None
 
+    def cpu_time_s(self):
+        """Of all cores, summed over the shards; None where a receipt has none."""
+        times = [receipt.get("cpu_time_s") for receipt in self.receipts]
+        return sum(times) if times and None not in times else None
+
     def part_time_s(self, name):
         """Sum of one part over the shards; 0 where there is none of that name."""
         parts = [part for receipt in self.receipts for part in receipt.get("parts", [])]

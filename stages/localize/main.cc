@@ -28,10 +28,11 @@ int main(int argc, char** argv) {
         const auto data = context.Input("data");
         ExtractionOptions extraction;
         RegisterOptions(extraction).ParseToml(map.extraction, context.Input("landmarks").string());
+        const auto map_cameras = ReadCameras(context.Input("calibrated"));
         const LocalizeInput input{ReadFrames(context.Input("queries")),
                                   WithCalibration(ReadCameras(context.Input("cameras")),
                                                   ReadCameras(context.Input("configured")),
-                                                  ReadCameras(context.Input("calibrated"))),
+                                                  map_cameras),
                                   extraction,
                                   &map,
                                   &vocabulary,
@@ -39,7 +40,8 @@ int main(int argc, char** argv) {
                                     return LoadColor(query, camera, data);
                                   },
                                   [&](const std::string& problem) { context.Skip(problem); },
-                                  [&](const char* part) { context.BeginPart(part); }};
+                                  [&](const char* part) { context.BeginPart(part); },
+                                  map_cameras};
         const auto results =
             RunLocalize(options, input, context.GetProgress(), context.NumThreads());
         context.BeginPart("write");

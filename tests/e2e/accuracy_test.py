@@ -72,6 +72,12 @@ class Bars(unittest.TestCase):
         self.assertLessEqual(metrics["trajectory"]["se3"]["ate_rmse_m"], max_ate_m)
         self.assertGreaterEqual(metrics["coverage"]["num_frames_with_pose"], min_frames)
 
+    def check_queries(self, queries, max_median_cm, max_median_deg):
+        """Against the map around them; and none is in a wrong place."""
+        self.assertLessEqual(queries["local"]["median_translation_error_cm"], max_median_cm)
+        self.assertLessEqual(queries["local"]["median_rotation_error_deg"], max_median_deg)
+        self.assertEqual(queries["num_wrong"], 0)
+
     def check_path(self, site_dir):
         """Every cell within the robot's radius of the path is free, and the path has no gap."""
         pixels, known, resolution_m, origin = read_map(site_dir)
@@ -91,7 +97,12 @@ class Bars(unittest.TestCase):
 class RealDataTest(Bars):
     def test_fr1_xyz(self):
         data = real("tum_fr1_xyz_15hz")
-        self.check_trajectory(metrics_of(make("tum_fr1_xyz_15hz", data, "map", "evaluate")), 0.012, 399)
+        self.check_trajectory(metrics_of(make("tum_fr1_xyz_15hz", data, "map", "evaluate")), 0.009, 399)
+
+    def test_fr1_xyz_queries(self):
+        data = real("tum_fr1_xyz_15hz")
+        queries = metrics_of(make("tum_fr1_xyz_15hz_queries", data, "localize", "evaluate"))["queries"]
+        self.check_queries(queries, 1.2, 0.7)
 
     def test_hololens_office(self):
         data = real("hololens_office")
@@ -100,7 +111,10 @@ class RealDataTest(Bars):
     def test_hololens_office_queries(self):
         data = real("hololens_office")
         site_dir = make("hololens_office_queries", data, "map", "localize", "plan", "evaluate")
-        self.assertGreaterEqual(metrics_of(site_dir)["queries"]["recall_10cm_5deg_percent"], 90)
+        queries = metrics_of(site_dir)["queries"]
+        self.check_queries(queries, 1.4, 0.4)
+        self.assertGreaterEqual(queries["local"]["recall_5cm_5deg_percent"], 97)
+        self.assertGreaterEqual(queries["global"]["recall_5cm_5deg_percent"], 85)
         self.check_path(site_dir)
 
 
@@ -112,7 +126,8 @@ class DemoTest(Bars):
 
     def test_trajectory_queries_cloud_and_grid_against_the_truth(self):
         self.check_trajectory(self.metrics, 0.02, 700)
-        self.assertGreaterEqual(self.metrics["queries"]["recall_10cm_5deg_percent"], 90)
+        self.check_queries(self.metrics["queries"], 0.5, 0.2)
+        self.assertGreaterEqual(self.metrics["queries"]["local"]["recall_3cm_1deg_percent"], 98)
         self.assertLessEqual(self.metrics["map"]["cloud"]["surface_distance_median_m"], 0.02)
         self.assertGreaterEqual(self.metrics["map"]["grid"]["seen_right_percent"], 95)
 

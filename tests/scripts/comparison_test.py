@@ -186,6 +186,21 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertGreater(mapper["map_size_bytes"], 300)
         self.assertIn("| located | 8 | 6 | 6 |", table)
 
+    def test_cpu_time_is_told_where_every_receipt_has_it(self):
+        results, table = self.evaluate()
+        self.assertIn("| a query (CPU s) | n/a | n/a | n/a |", table)
+        for path in [self.site_dir / "localize" / "receipt.json",
+                     *self.colmap.glob("queries/receipt.json"), *self.colmap.glob("register_*/receipt.json")]:  # fmt: skip
+            receipt = json.loads(path.read_text())
+            receipt["cpu_time_s"] = 20.0
+            for part in receipt["parts"]:
+                part["cpu_time_s"] = 30.0
+            path.write_text(json.dumps(receipt))
+        results, _ = self.evaluate()
+        self.assertEqual(results["methods"]["nightmap"]["cpu_time_per_query_s"], 2)
+        parts = results["methods"]["colmap_mapper"]["query_parts_s"]
+        self.assertEqual(results["methods"]["colmap_mapper"]["cpu_time_per_query_s"], 3 * len(parts))
+
     def test_writing_the_map_for_colmap_is_no_time_of_nightmap(self):
         path = self.site_dir / "landmarks" / "receipt.json"
         receipt = json.loads(path.read_text())
@@ -291,7 +306,7 @@ class EvaluateColmapTest(unittest.TestCase):
 
     def test_readme_table(self):
         readme = self.site_dir / "README.md"
-        readme.write_text("a\n<!-- colmap:begin -->old<!-- colmap:end -->\nb\n")
+        readme.write_text("a\n<!-- colmap office:begin -->old<!-- colmap office:end -->\nb\n")
         self.evaluate("--readme", readme)
         self.assertIn("| map (s) |", readme.read_text())
         self.assertNotIn("old", readme.read_text())
