@@ -104,7 +104,8 @@ std::shared_ptr<ceres::ParameterBlockOrdering> MakeOrdering(BundleProblem* data,
 }
 
 // Held, or pulled to what is configured as strongly as that is believed. An entry that is held
-// beside free ones has no derivative, so that its prior, which it obeys already, leaves it in place.
+// beside free ones has no derivative, so that its prior, which it obeys already, leaves it in
+// place.
 void HoldCalibrations(const BundleOptions& options, BundleProblem* data, ceres::Problem* problem) {
   for (std::size_t sensor = 0; sensor < data->calibrations.size(); ++sensor) {
     const CameraCalibration& start = data->calibrations[sensor];

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bundle adjustment of RGB-D cameras and points: reprojection plus measured depth, each over its
 // standard deviation, robust loss, Schur elimination of the points (Triggs et al., 2000; depth
-// residual as in Mur-Artal and Tardos, T-RO 2017, with sigma growing with z squared). The cameras can
-// be calibrated in it: focal length, and the time a rolling shutter takes to read an image (one
+// residual as in Mur-Artal and Tardos, T-RO 2017, with sigma growing with z squared). The cameras
+// can be calibrated in it: focal length, and the time a rolling shutter takes to read an image (one
 // velocity a frame, as Hedborg et al., CVPR 2012, linearized).
 #pragma once
 
@@ -32,7 +32,7 @@ struct PointMotion {
 // What may differ from what a camera's configuration says.
 struct CameraCalibration {
   double focal_scale = 1;  // true focal length over the configured one
-  double readout_s = 0;    // between the first row of an image and the last; the pose is the middle's
+  double readout_s = 0;  // between the first row of an image and the last; the pose is the middle's
   double depth_scale = 1;  // true depth over measured
 };
 

@@ -44,8 +44,7 @@ class ObservationError : public ceres::SizedCostFunction<3, 4, 3, 3, 3> {
     const double scale = parameters[3][2];
     const Eigen::Vector3d in_middle = rotation * point + translation;
     const Eigen::Vector3d drift =  // over the whole readout of a second
-        row_fraction_ *
-        (motion_.angular_rad_per_s.cross(in_middle) + motion_.linear_m_per_s);
+        row_fraction_ * (motion_.angular_rad_per_s.cross(in_middle) + motion_.linear_m_per_s);
     const Eigen::Vector3d p = in_middle + readout_s * drift;
     if (p.z() < kMinDepth_m) return false;  // Ceres takes a shorter step
     const Eigen::Vector2d from_centre(camera_.fx * p.x() / p.z(), camera_.fy * p.y() / p.z());

@@ -37,9 +37,7 @@ class FrameAdjuster {
     for (auto& [frame_idx, pose] : poses_) {
       pose = problem_.camera_from_world[static_cast<std::size_t>(position_[frame_idx])].Inverse();
     }
-    return {Rms_px(),
-            static_cast<int>(problem_.observations.size()),
-            problem_.calibrations};
+    return {Rms_px(), static_cast<int>(problem_.observations.size()), problem_.calibrations};
   }
 
  private:
@@ -93,13 +91,12 @@ class FrameAdjuster {
         poses_.at(nearest->first) *
         CameraOf(nearest->first).color.BackProjectUndistorted(Pixel(*nearest), Depth_m(*nearest)));
     for (const Sighting& s : track) {
-      problem_.observations.push_back(
-          {position_.at(s.first),
-           point_idx,
-           Pixel(s),
-           Depth_m(s),
-           CameraOf(s.first).noise,
-           PixelSigma_px(s)});
+      problem_.observations.push_back({position_.at(s.first),
+                                       point_idx,
+                                       Pixel(s),
+                                       Depth_m(s),
+                                       CameraOf(s.first).noise,
+                                       PixelSigma_px(s)});
     }
   }
 

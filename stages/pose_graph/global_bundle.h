@@ -18,8 +18,8 @@ struct GlobalBundleSummary {
 };
 
 // Keeps the longest tracks of each frame, and adjusts the frames' poses and the points. The first
-// frame is held fixed: it is the graph's gauge. `motions`: of these frames, for the rolling shutter;
-// empty: all stand still.
+// frame is held fixed: it is the graph's gauge. `motions`: of these frames, for the rolling
+// shutter; empty: all stand still.
 GlobalBundleSummary AdjustFrames(const PoseGraphOptions& options,
                                  const PoseGraphInput& input,
                                  const BundleOptions& bundle_options,

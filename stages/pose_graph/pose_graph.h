@@ -77,14 +77,13 @@ struct PoseGraphResult {
   MapFrame map_frame;
   double bundle_rms_px = 0;  // reprojection error after bundle adjustment
   int num_bundle_observations = 0;
-  int num_culled = 0;  // keyframes of the odometry that add nothing
+  int num_culled = 0;                           // keyframes of the odometry that add nothing
   std::vector<CameraCalibration> calibrations;  // of each camera; empty: nothing was adjusted
 };
 
 // The cameras with the focal lengths that were found.
 std::vector<RgbdCamera> CalibratedCameras(const PoseGraphInput& input,
                                           const PoseGraphResult& result);
-
 
 // Chains the shards, drops loops that the odometry rules out, closes the others (graduated
 // non-convexity decides which to believe), drops redundant keyframes, adjusts the others and

@@ -113,6 +113,23 @@ class PicturesTest(unittest.TestCase):
         self.assertEqual(self.reran(*GOALS), {"frames", "localize"})
         self.assertEqual(self.work.hashes(), self.hashes)
 
+    def test_a_picture_of_many_pixels_is_located_as_well(self):
+        """As by a phone: four times the map's pixels each way. It is scaled down before it is described."""
+        image = self.image(self.best)
+        image.resize((4 * WIDTH, 4 * HEIGHT), Image.BICUBIC).save(self.photos / "large.png")
+        focal_px, cx, cy = (4 * CAMERA["fx"], 4 * CAMERA["cx"] + 1.5, 4 * CAMERA["cy"] + 1.5)
+        (self.photos / "cameras.csv").write_text(
+            f"{CSV_HEADER}large.png,{4 * WIDTH},{4 * HEIGHT},{focal_px},{focal_px},{cx},{cy},0,0,0,0,0\n")
+        rows = {}
+        for name, ratio in (("scaled", 1.5), ("whole", 100)):
+            self.make("localize", "QUERY=photos", f"SET=localize.max_focal_ratio={ratio}")
+            rows[name] = self.located("large.png")
+        self.check_same_place(rows["scaled"], self.best)
+        self.assertGreater(int(rows["scaled"]["num_inliers"]), 0.9 * int(self.best["num_inliers"]))
+        error_px, whole_px = (float(rows[name]["reprojection_error_px"] or "inf") for name in ("scaled", "whole"))
+        self.assertLess(error_px, 1.3 * float(self.best["reprojection_error_px"]))
+        self.assertGreater(whole_px, 1.2 * error_px)
+
     def test_a_camera_of_queries_in_the_site_config_reruns_no_stage_of_the_map(self):
         folder = self.work.data() / "phone"
         folder.mkdir()

@@ -194,8 +194,7 @@ BundleProblem RollingProblem() {
     for (int step = 0; step < 20; ++step) {  // the row tells when, and when tells the row
       const double time_s = kReadout_s * (o.pixel.y() / (kCamera.height - 1) - 0.5);
       const Eigen::Vector3d p =
-          in_middle +
-          time_s * (motion.angular_rad_per_s.cross(in_middle) + motion.linear_m_per_s);
+          in_middle + time_s * (motion.angular_rad_per_s.cross(in_middle) + motion.linear_m_per_s);
       o.pixel = {kFocalScale * kCamera.fx * p.x() / p.z() + kCamera.cx,
                  kFocalScale * kCamera.fy * p.y() / p.z() + kCamera.cy};
       o.depth_m = p.z();
