@@ -127,7 +127,7 @@ class DemoTest(Bars):
     def test_trajectory_queries_cloud_and_grid_against_the_truth(self):
         self.check_trajectory(self.metrics, 0.02, 700)
         self.check_queries(self.metrics["queries"], 0.5, 0.2)
-        self.assertGreaterEqual(self.metrics["queries"]["local"]["recall_3cm_1deg_percent"], 98)
+        self.assertGreaterEqual(self.metrics["queries"]["local"]["recall_1cm_1deg_percent"], 98)
         self.assertLessEqual(self.metrics["map"]["cloud"]["surface_distance_median_m"], 0.02)
         self.assertGreaterEqual(self.metrics["map"]["grid"]["seen_right_percent"], 95)
 
