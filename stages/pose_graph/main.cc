@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// pose_graph: reads odometry and loops of all shards; writes the graph and the trajectory in the
-// map frame.
+// pose_graph: from odometry and loops of all shards to graph and trajectory in the map frame.
 #include "stages/pose_graph/pose_graph.h"
 
 #include "pipeline/base/stage_main.h"
@@ -53,8 +52,8 @@ int main(int argc, char** argv) {
        {"loops", "loops.h5 of the matches stage"},
        {"accelerometer", "accelerometer.csv of the frames stage", Arity::kOptional}},
       {{"graph", "graph.g2o: keyframes and edges"},
-       {"trajectory", "trajectory.tum: every frame, map_from_camera"},
-       {"keyframes", "keyframes.tum: keyframes, map_from_camera"},
+       {"trajectory", "trajectory.tum: map_from_camera of every frame"},
+       {"keyframes", "keyframes.tum: the same of the keyframes"},
        {"cameras", "cameras.json: as those of the frames stage, with the focal lengths found"},
        {"loops_csv", "loops.csv: every loop candidate and what became of it"}}};
   return StageMain(argc, argv, spec, PoseGraphOptions{}, Run);

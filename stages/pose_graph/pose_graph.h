@@ -81,10 +81,6 @@ struct PoseGraphResult {
   std::vector<CameraCalibration> calibrations;  // of each camera; empty: nothing was adjusted
 };
 
-// The cameras with the focal lengths that were found.
-std::vector<RgbdCamera> CalibratedCameras(const PoseGraphInput& input,
-                                          const PoseGraphResult& result);
-
 // Chains the shards, drops loops that the odometry rules out, closes the others (graduated
 // non-convexity decides which to believe), drops redundant keyframes, adjusts the others and
 // points; then all described frames, with points found anew, and the cameras' focal lengths and

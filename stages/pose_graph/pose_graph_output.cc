@@ -20,6 +20,15 @@ std::string TrajectoryText(const PoseGraphInput& input,
   return TrajectoryToTum(poses, "map_from_camera; map frame: z up, floor at z = 0");
 }
 
+std::vector<RgbdCamera> CalibratedCameras(const PoseGraphInput& input,
+                                          const PoseGraphResult& result) {
+  std::vector<RgbdCamera> cameras = input.cameras;
+  for (std::size_t i = 0; i < result.calibrations.size(); ++i) {
+    cameras[i].color = cameras[i].color.WithFocalScale(result.calibrations[i].focal_scale);
+  }
+  return cameras;
+}
+
 std::string LoopsToCsv(const std::vector<LoopRecord>& loops) {
   std::string text = "frame_a,frame_b,status,reason,score,num_putative,num_inliers,drift,error\n";
   for (const LoopRecord& loop : loops) {

@@ -16,6 +16,10 @@ std::string TrajectoryText(const PoseGraphInput& input,
                            const PoseGraphResult& result,
                            bool only_keyframes);
 
+// The cameras with the focal lengths that were found.
+std::vector<RgbdCamera> CalibratedCameras(const PoseGraphInput& input,
+                                          const PoseGraphResult& result);
+
 // frame_a,frame_b,status,reason,score,num_putative,num_inliers,drift,error (Mahalanobis distances).
 std::string LoopsToCsv(const std::vector<LoopRecord>& loops);
 

@@ -38,6 +38,12 @@ def metrics_of(site_dir):
     return json.loads((site_dir / "evaluate/metrics.json").read_text())
 
 
+def calibration_of(site_dir):
+    """What mapping found out about the site's only camera."""
+    [calibration] = json.loads((site_dir / "pose_graph/report.json").read_text())["calibrations"]
+    return calibration
+
+
 def real(recording):
     """Skips the test without the recording, except in CI, where a skip would hide a missing test."""
     if (DATA / recording).is_dir():
@@ -97,7 +103,11 @@ class Bars(unittest.TestCase):
 class RealDataTest(Bars):
     def test_fr1_xyz(self):
         data = real("tum_fr1_xyz_15hz")
-        self.check_trajectory(metrics_of(make("tum_fr1_xyz_15hz", data, "map", "evaluate")), 0.009, 399)
+        site_dir = make("tum_fr1_xyz_15hz", data, "map", "evaluate")
+        self.check_trajectory(metrics_of(site_dir), 0.009, 399)
+        # A Kinect reads its rows one after the other, from the top, in most of the 33 ms of a frame.
+        readout_s = calibration_of(site_dir)["rolling_shutter_readout_s"]
+        self.assertTrue(0.015 < readout_s < 0.034, readout_s)
 
     def test_fr1_xyz_queries(self):
         data = real("tum_fr1_xyz_15hz")
@@ -126,6 +136,9 @@ class DemoTest(Bars):
 
     def test_trajectory_queries_cloud_and_grid_against_the_truth(self):
         self.check_trajectory(self.metrics, 0.02, 700)
+        calibration = calibration_of(self.site_dir)  # of a rendered camera: what is configured
+        self.assertAlmostEqual(calibration["focal_scale"], 1, delta=0.001)
+        self.assertAlmostEqual(calibration["rolling_shutter_readout_s"], 0, delta=0.001)
         self.check_queries(self.metrics["queries"], 0.5, 0.2)
         self.assertGreaterEqual(self.metrics["queries"]["local"]["recall_1cm_1deg_percent"], 98)
         self.assertLessEqual(self.metrics["map"]["cloud"]["surface_distance_median_m"], 0.02)

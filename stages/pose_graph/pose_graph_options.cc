@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/pose_graph/pose_graph.h"
+
+namespace nightmap {
+
+void PoseGraphOptions::Register(OptionList& list) {
+  list.Add("edge_sigma_floor_m",
+           &edge_sigma_floor_m,
+           Range(1e-5, 1),
+           "added in quadrature to every edge's translation");
+  list.Add("edge_sigma_floor_rad",
+           &edge_sigma_floor_rad,
+           Range(1e-5, 1),
+           "added in quadrature to every edge's rotation");
+  list.Add("max_drift",
+           &max_drift,
+           Range(0.5, 1e9),
+           "Mahalanobis distance from the odometry beyond which a loop is held to be wrong");
+  list.Add("max_loop_error",
+           &max_loop_error,
+           Range(0.5, 1000),
+           "Mahalanobis distance beyond which a loop is held to be wrong");
+  list.Add(
+      "max_seen_ratio",
+      &max_seen_ratio,
+      Range(0.5, 1),
+      "a keyframe is dropped when three others see more than this part of its points; 1: none");
+  list.Add("bundle_adjustment", &bundle_adjustment, "adjust keyframes and points after the loops");
+  list.Add("bundle_iterations", &bundle_iterations, Range(1, 500), "of bundle adjustment");
+  list.Add("bundle_max_error_px",
+           &bundle_max_error_px,
+           Range(0.5, 50),
+           "observations off by more are dropped");
+  list.Add("final_adjustment",
+           &final_adjustment,
+           "adjust all described frames too, with points found anew by projection");
+  list.Add("calibrate",
+           &calibrate,
+           "find each camera's focal length and rolling shutter in the final adjustment");
+  list.Add("retrack_max_error_px",
+           &retrack_max_error_px,
+           Range(0.5, 50),
+           "from a projected point to a feature that may show it");
+  list.Add(
+      "estimate_depth_scales",
+      &estimate_depth_scales,
+      "find how much too short or long each camera measures depth, relative to the first camera");
+  list.Add("max_tracks_per_keyframe",
+           &max_tracks_per_keyframe,
+           Range(20, 10000),
+           "longest tracks of a frame that enter bundle adjustment");
+  map_frame.Register(list);
+}
+
+}  // namespace nightmap

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/pose_graph/retrack.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "pipeline/geometry/bundle_adjustment.h"
+#include "stages/pose_graph/global_bundle.h"
+#include "tests/landmark_scene.h"
+
+namespace nightmap {
+namespace {
+
+struct Retracked {
+  LandmarkScene scene = MakeLandmarkScene();
+  PoseGraphInput input;
+  std::map<int, Rigid3> poses;
+
+  Retracked() {
+    input.frames = scene.frames;
+    input.features = scene.features;
+    input.cameras = scene.cameras;
+    for (std::size_t i = 0; i < scene.poses.size(); ++i) {
+      poses[static_cast<int>(i)] = scene.poses[i].pose;
+    }
+  }
+};
+
+// Every point seen twice or more is one track with all its sightings, and none joins two points.
+TEST(Retrack, ATrackIsAPointWithAllItsSightings) {
+  const Retracked r;
+  std::map<int, std::size_t> num_seen;
+  for (const auto& points : r.scene.frame_points) {
+    for (const int point : points) ++num_seen[point];
+  }
+  const auto num_shared =
+      std::ranges::count_if(num_seen, [](const auto& entry) { return entry.second > 1; });
+  std::set<int> found;
+  for (const Track& track : Retrack(r.input, r.poses, 3.0)) {
+    std::set<int> points;
+    for (const auto& [frame, feature] : track) {
+      points.insert(
+          r.scene.frame_points[static_cast<std::size_t>(frame)][static_cast<std::size_t>(feature)]);
+    }
+    ASSERT_EQ(points.size(), 1U);
+    EXPECT_EQ(track.size(), num_seen.at(*points.begin()));
+    EXPECT_TRUE(found.insert(*points.begin()).second) << "a point is two tracks";
+  }
+  EXPECT_EQ(static_cast<std::ptrdiff_t>(found.size()), num_shared);
+}
+
+TEST(Retrack, AFrameThatWasOnlyTrackedHasNoSighting) {
+  Retracked r;
+  TrackFrom(2, 3, &r.scene);
+  r.input.features = r.scene.features;
+  const auto tracks = Retrack(r.input, r.poses, 3.0);
+  EXPECT_GT(tracks.size(), 100U);
+  for (const Track& track : tracks) {
+    for (const auto& [frame, feature] : track) EXPECT_NE(frame, 3);
+  }
+}
+
+// A pose that is a centimetre off is put right by points found from there.
+TEST(Retrack, TheTracksPutAPoseRight) {
+  Retracked r;
+  const Rigid3 truth = r.poses.at(4);
+  r.poses.at(4).translation += Eigen::Vector3d(0.01, -0.008, 0.004);
+  const auto tracks = Retrack(r.input, r.poses, 6.0);
+  AdjustFrames({}, r.input, {.loss = RobustLoss::kCauchy}, tracks, {}, &r.poses);
+  EXPECT_LT((r.poses.at(4).translation - truth.translation).norm(), 5e-4);
+}
+
+}  // namespace
+}  // namespace nightmap
