@@ -129,14 +129,29 @@ class ColmapTest(unittest.TestCase):
         counted_s = self.results["methods"]["nightmap"]["map_parts_s"]["landmarks"]
         self.assertAlmostEqual(counted_s, receipt["wall_time_s"] - times_s["export"], places=6)
 
-    def test_both_variants_of_colmap_locate_queries(self):
-        methods = self.results["methods"]
-        for name in ("nightmap", "colmap_mapper", "colmap_triangulate"):
-            self.assertEqual(methods[name]["failed"], "")
-            self.assertGreaterEqual(methods[name]["num_located"], methods[name]["num_queries"] / 2)
-            self.assertEqual(methods[name]["against"]["truth"]["local"]["num_wrong"], 0)
+    def assert_located(self, name):
+        figures = self.results["methods"][name]
+        self.assertEqual(figures["failed"], "")
+        self.assertGreaterEqual(figures["num_located"], figures["num_queries"] / 2)
+        self.assertEqual(figures["against"]["truth"]["local"]["num_wrong"], 0)
+
+    def test_queries_are_located_in_the_map_and_in_colmaps_points_at_its_poses(self):
+        self.assert_located("nightmap")
+        self.assert_located("colmap_triangulate")
         self.assertIn("exhaustive", " ".join(self.results["setting"]))
         self.assertIn("| located |", self.output)
+
+    def test_colmaps_own_map_is_used_where_it_fits_and_reported_where_it_does_not(self):
+        """COLMAP 3.8 draws other samples each time it runs. About one in four of its maps of these
+        frames is wrong. (comparison_test makes such models to measure.)"""
+        figures = self.results["methods"]["colmap_mapper"]
+        self.assertGreater(len(figures["models"]), 0)
+        if any(model["fits"] for model in figures["models"]):
+            self.assert_located("colmap_mapper")
+            return
+        self.assertEqual((figures["failed"], figures["num_located"]), ("no model fits the metric map", 0))
+        for model in figures["models"]:
+            self.assertRegex(model["reason"], "^wrong: [0-9]+ % of its map cameras")
 
     def test_nothing_is_repeated_and_the_report_shows_it(self):
         self.assertEqual(self.work.make("-q", "evaluate-colmap", f"SET={FEW}").returncode, 0)
