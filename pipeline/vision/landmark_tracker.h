@@ -25,9 +25,12 @@ struct Observer {
 };
 
 struct LandmarkTrackerOptions {
-  double max_error_px = 4.0;             // between a projected point and a feature that shows it
-  double max_depth_error = 0.1;          // relative
-  double max_descriptor_distance = 0.6;  // 1: as unrelated descriptors
+  double max_error_px = 4.0;     // between a projected point and a feature that shows it
+  double max_depth_error = 0.1;  // relative
+  // 1: as unrelated descriptors. A feature that is only somewhat alike and near where the point is
+  // thought to be is often the neighbour of the right one: it confirms the pose as it is, wrong or
+  // not.
+  double max_descriptor_distance = 0.4;
   double voxel_size_m = 0.25;            // of the index points are found by
   double pixel_sigma_px = 1.0;           // of a keypoint and its pose
 };

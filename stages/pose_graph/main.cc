@@ -18,8 +18,7 @@ PoseGraphInput ReadInput(const StageContext& context) {
   if (context.HasInput("accelerometer")) {
     input.accelerometer = ReadAccelerometer(context.Input("accelerometer"));
   }
-  input.load_depth = [cameras = input.cameras,
-                      data = context.Input("data")](const FrameRecord& frame) {
+  input.load_depth = [cameras = input.cameras, data = context.Input("data")](const auto& frame) {
     return LoadDepth(frame, cameras.at(static_cast<std::size_t>(frame.camera_idx)), data);
   };
   return input;

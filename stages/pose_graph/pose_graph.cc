@@ -274,7 +274,7 @@ class Pipeline {
       if (frame.IsDescribed()) poses.emplace(frame.frame_idx, result_.map_from_camera[i]);
     }
     for (const auto& [idx, pose] : poses) motions[idx] = MotionAt(idx);
-    auto tracks = Retrack(input_, poses, options_.retrack_max_error_px);
+    auto tracks = Retrack(input_, poses, options_.retrack);
     const auto summary =
         AdjustFrames(options_, input_, bundle_options, std::move(tracks), motions, &poses);
     Note(summary);

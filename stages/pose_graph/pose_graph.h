@@ -15,6 +15,7 @@
 #include "pipeline/io/g2o_io.h"
 #include "pipeline/io/matches_io.h"
 #include "pipeline/io/odometry_io.h"
+#include "pipeline/vision/landmark_tracker.h"
 #include "stages/pose_graph/map_frame.h"
 
 namespace nightmap {
@@ -26,11 +27,11 @@ struct PoseGraphOptions {
   double max_loop_error = 6.0;
   double max_seen_ratio = 0.9;
   bool bundle_adjustment = true;
-  int bundle_iterations = 5;
+  int bundle_iterations = 10;
   double bundle_max_error_px = 4.0;
   bool final_adjustment = true;
   bool calibrate = true;
-  double retrack_max_error_px = 6.0;
+  LandmarkTrackerOptions retrack{.max_error_px = 6.0};
   bool estimate_depth_scales = false;
   int max_tracks_per_keyframe = 250;
   MapFrameOptions map_frame;

@@ -38,9 +38,13 @@ void PoseGraphOptions::Register(OptionList& list) {
            &calibrate,
            "find each camera's focal length and rolling shutter in the final adjustment");
   list.Add("retrack_max_error_px",
-           &retrack_max_error_px,
+           &retrack.max_error_px,
            Range(0.5, 50),
            "from a projected point to a feature that may show it");
+  list.Add("retrack_max_descriptor_distance",
+           &retrack.max_descriptor_distance,
+           Range(0.05, 1),
+           "of a feature that shows a point; 1: as far apart as unrelated descriptors");
   list.Add(
       "estimate_depth_scales",
       &estimate_depth_scales,

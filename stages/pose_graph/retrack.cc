@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/pose_graph/retrack.h"
 
-#include "pipeline/vision/landmark_tracker.h"
-
 namespace nightmap {
 
 std::vector<Track> Retrack(const PoseGraphInput& input,
                            const std::map<int, Rigid3>& graph_from_frame,
-                           double max_error_px) {
+                           const LandmarkTrackerOptions& options) {
   std::vector<Observer> observers;
   for (const auto& [frame_idx, pose] : graph_from_frame) {
     const auto i = static_cast<std::size_t>(frame_idx);
@@ -17,8 +15,6 @@ std::vector<Track> Retrack(const PoseGraphInput& input,
                          &input.features.frames[i],
                          pose});
   }
-  LandmarkTrackerOptions options;
-  options.max_error_px = max_error_px;
   LandmarkTracker tracker(options, input.features.kind, &observers);
   for (std::size_t i = 0; i < observers.size(); ++i) {
     if (observers[i].features->IsDescribed()) tracker.Add(static_cast<int>(i));

@@ -5,6 +5,7 @@
 #include <map>
 #include <vector>
 
+#include "pipeline/vision/landmark_tracker.h"
 #include "stages/pose_graph/merged_tracks.h"
 #include "stages/pose_graph/pose_graph.h"
 
@@ -16,6 +17,6 @@ namespace nightmap {
 // Mur-Artal and Tardos, T-RO 2015 and 2017). Of points seen once nothing is kept.
 std::vector<Track> Retrack(const PoseGraphInput& input,
                            const std::map<int, Rigid3>& graph_from_frame,
-                           double max_error_px);
+                           const LandmarkTrackerOptions& options);
 
 }  // namespace nightmap

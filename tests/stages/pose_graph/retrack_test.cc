@@ -38,7 +38,7 @@ TEST(Retrack, ATrackIsAPointWithAllItsSightings) {
   const auto num_shared =
       std::ranges::count_if(num_seen, [](const auto& entry) { return entry.second > 1; });
   std::set<int> found;
-  for (const Track& track : Retrack(r.input, r.poses, 3.0)) {
+  for (const Track& track : Retrack(r.input, r.poses, {.max_error_px = 3.0})) {
     std::set<int> points;
     for (const auto& [frame, feature] : track) {
       points.insert(
@@ -51,11 +51,31 @@ TEST(Retrack, ATrackIsAPointWithAllItsSightings) {
   EXPECT_EQ(static_cast<std::ptrdiff_t>(found.size()), num_shared);
 }
 
+// A feature at the right place that is only half as unlike as a stranger is no sighting: it may be
+// a neighbour of the right one, and such pairs hold the poses where they are.
+TEST(Retrack, AFeatureThatIsOnlySomewhatAlikeIsNoSighting) {
+  Retracked r;
+  FrameFeatures& frame = r.input.features.frames[3];
+  for (std::size_t i = 0; i < frame.descriptors.size(); ++i) {
+    const std::uint8_t strange = frame.descriptors[(i + 128) % frame.descriptors.size()];
+    frame.descriptors[i] = static_cast<std::uint8_t>(0.4 * frame.descriptors[i] + 0.6 * strange);
+  }
+  const auto num_sightings = [&](const LandmarkTrackerOptions& options) {
+    std::ptrdiff_t count = 0;
+    for (const Track& track : Retrack(r.input, r.poses, options)) {
+      count += std::ranges::count(track, 3, &Sighting::first);
+    }
+    return count;
+  };
+  EXPECT_EQ(num_sightings(PoseGraphOptions{}.retrack), 0);
+  EXPECT_GT(num_sightings({.max_error_px = 3.0, .max_descriptor_distance = 0.6}), 100);
+}
+
 TEST(Retrack, AFrameThatWasOnlyTrackedHasNoSighting) {
   Retracked r;
   TrackFrom(2, 3, &r.scene);
   r.input.features = r.scene.features;
-  const auto tracks = Retrack(r.input, r.poses, 3.0);
+  const auto tracks = Retrack(r.input, r.poses, {.max_error_px = 3.0});
   EXPECT_GT(tracks.size(), 100U);
   for (const Track& track : tracks) {
     for (const auto& [frame, feature] : track) EXPECT_NE(frame, 3);
@@ -67,7 +87,7 @@ TEST(Retrack, TheTracksPutAPoseRight) {
   Retracked r;
   const Rigid3 truth = r.poses.at(4);
   r.poses.at(4).translation += Eigen::Vector3d(0.01, -0.008, 0.004);
-  const auto tracks = Retrack(r.input, r.poses, 6.0);
+  const auto tracks = Retrack(r.input, r.poses, {.max_error_px = 6.0});
   AdjustFrames({}, r.input, {.loss = RobustLoss::kCauchy}, tracks, {}, &r.poses);
   EXPECT_LT((r.poses.at(4).translation - truth.translation).norm(), 5e-4);
 }
