@@ -6,13 +6,14 @@
   matches       their matches: exhaustive up to 100 frames, above that sequential and by a vocabulary
                 tree that is built of the map's own features
   mapper        COLMAP's own map; it may come in several models
-  triangulate   COLMAP's points at nightmap's poses
+  triangulate   COLMAP's points at nightmap's poses, with the focal lengths that nightmap found for them
   queries       features of the queries, and the matches of each with mapping frames: all of them up to
                 100, above that those that are most similar by the vocabulary tree
   register_mapper, register_triangulate
                 queries put into these maps, then bundle adjustment, as COLMAP's documentation recommends
 
-COLMAP's defaults, but on the CPU, with the intrinsics known and never refined, and fewer images retrieved.
+COLMAP's defaults, but on the CPU, with the intrinsics known and never refined by COLMAP, and fewer images
+retrieved.
 COLMAP failing is a result, kept in the step's receipt; the variants that depend on it are reported as
 failed.
 Exit codes: 0 written; 1 COLMAP is not installed, or missing data; 2 wrong command line.
@@ -25,7 +26,7 @@ import signal
 import sys
 from pathlib import Path
 
-from nightmap_eval.colmap_files import camera_parameters, read_images, read_model, write_posed_images
+from nightmap_eval.colmap_files import camera_parameters, read_images, read_model, replace_cameras, write_posed_images
 from nightmap_eval.colmap_run import ColmapFailed, Step, require
 from nightmap_eval.errors import DataError, run_main
 from nightmap_eval.queries import refuse_mapped_queries
@@ -60,6 +61,14 @@ class Work:
         target = self.step.folder / "database.db"
         shutil.copyfile(self.root / before / "database.db", target)
         return target
+
+    def calibrate(self, database):
+        """Puts in the cameras that belong to nightmap's poses: its focal lengths may differ from the configured."""
+        configured, calibrated = (
+            [camera["color"] for camera in read_json(self.site_dir / stage / "cameras.json")["cameras"]]
+            for stage in ("frames", "pose_graph")
+        )
+        replace_cameras(database, configured, calibrated)
 
     def write_list(self, name, lines):
         path = self.step.folder / name
@@ -149,8 +158,8 @@ def mapper(work):
 
 
 def triangulate(work):
-    require(work.root / "matches")
-    database = work.root / "matches" / "database.db"
+    database = work.copy_database("matches")
+    work.calibrate(database)
     trajectory = read_tum(work.site_dir / "pose_graph" / "trajectory.tum")
     poses = zip(trajectory.rotations(), trajectory.positions_m)
     pose_of_time = dict(zip(trajectory.times_ns.tolist(), poses))
@@ -190,13 +199,15 @@ def queries(work):
 
 def register(work, variant):
     require(work.root / variant)
-    require(work.root / "queries")
+    database = work.copy_database("queries")
+    if variant == "triangulate":
+        work.calibrate(database)
     for model in sorted((work.root / variant / "models").iterdir(), key=lambda path: int(path.name)):
         registered, adjusted = (work.step.folder / kind / model.name for kind in ("registered", "models"))
         registered.mkdir(parents=True)
         adjusted.mkdir(parents=True)
         work.step.colmap(
-            "image_registrator", database_path=work.root / "queries" / "database.db", input_path=model,
+            "image_registrator", database_path=database, input_path=model,
             output_path=registered, **work.mapping,
         )  # fmt: skip
         work.step.colmap("bundle_adjuster", input_path=registered, output_path=adjusted, **FIXED_ADJUSTER)

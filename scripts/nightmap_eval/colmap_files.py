@@ -143,6 +143,22 @@ def read_cameras(database):
     return result
 
 
+def replace_cameras(database, before, after):
+    """Cameras of the database with the parameters of one of `before` get those of the same place in `after`:
+    both lists of color cameras of cameras.json. Others stay as they are."""
+    connection = sqlite3.connect(database)
+    try:
+        for old, new in zip(before, after, strict=True):
+            (model, old_values), (new_model, new_values) = camera_parameters(old), camera_parameters(new)
+            if model != new_model:
+                raise DataError(f"{database}: a {model} camera cannot become a {new_model} one")
+            blobs = [np.array(values, "<f8").tobytes() for values in (new_values, old_values)]
+            connection.execute("UPDATE cameras SET params = ? WHERE params = ?", blobs)
+        connection.commit()
+    finally:
+        connection.close()
+
+
 def read_images(database):
     """Rows (image_id, name, camera_id)."""
     return _select(database, "SELECT image_id, name, camera_id FROM images ORDER BY image_id")

@@ -17,6 +17,7 @@ from nightmap_eval.colmap_files import (
     camera_parameters,
     read_cameras,
     read_model,
+    replace_cameras,
     write_posed_images,
 )
 from nightmap_eval.errors import DataError
@@ -84,6 +85,18 @@ class ColmapFilesTest(unittest.TestCase):
         plain = os.environ | {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONPATH": str(SCRIPTS)}
         subprocess.run([sys.executable, "-X", "utf8=0", "-c", program, self.root], env=plain, check=True)
         self.assertIn("büro.png".encode(), (self.root / "posed" / "images.txt").read_bytes())
+
+    def test_only_the_cameras_named_are_replaced(self):
+        database = self.root / "database.db"
+        fake_colmap.write_database(database, ["a.png"])
+        given = {"fx": 500, "fy": 501, "cx": 319.5, "cy": 239.5} | dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0)
+        others = {"fx": 400}, {"fx": 450}
+        replace_cameras(database, [given | others[0]], [given | others[1]])
+        self.assertEqual(read_cameras(database)[0][4].tolist(), [500, 501, 320, 240])
+        replace_cameras(database, [given | others[0], given], [given | others[1], given | {"fx": 490, "fy": 491}])
+        self.assertEqual(read_cameras(database)[0][4].tolist(), [490, 491, 320, 240])
+        with self.assertRaisesRegex(DataError, "PINHOLE camera cannot become a FULL_OPENCV"):
+            replace_cameras(database, [given], [given | {"k1": 0.1}])
 
     def test_refuses_cameras_we_did_not_give(self):
         database = self.root / "database.db"

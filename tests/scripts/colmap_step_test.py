@@ -13,6 +13,7 @@ from unittest import mock
 
 import fake_colmap
 import fake_site
+from nightmap_eval.colmap_files import read_cameras
 
 RETRIEVED = """
 if [ "$1" = vocab_tree_retriever ]; then
@@ -38,9 +39,11 @@ class ColmapStepTest(unittest.TestCase):
         self.site_dir = self.root / "office"
         self.colmap = self.site_dir / "evaluate_colmap"
         fake_site.write_site(self.site_dir)
-        camera = {"fx": 500, "fy": 500, "cx": 99.5, "cy": 79.5} | dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0)
+        camera = {"fx": 500, "fy": 501, "cx": 319.5, "cy": 239.5} | dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0)
         for name in ("cameras.json", "query_cameras.json"):
             (self.site_dir / "frames" / name).write_text(json.dumps({"cameras": [{"color": camera}]}))
+        calibrated = {"cameras": [{"color": camera | {"fx": 490, "fy": 491}}]}
+        (self.site_dir / "pose_graph" / "cameras.json").write_text(json.dumps(calibrated))
         header = "frame_idx,time_ns,color_path,depth_path,camera_idx,sequence_idx,content_hash\n"
         rows = "0,5,queries/0.png,,0,0,00\n1,6,queries/1.png,,0,0,00\n"
         (self.site_dir / "frames" / "queries.csv").write_text(header + rows)
@@ -70,7 +73,7 @@ class ColmapStepTest(unittest.TestCase):
     def test_features_are_asked_with_known_intrinsics_on_the_cpu(self):
         self.assertEqual(self.run_step("features").returncode, 0)
         self.assertIn("--ImageReader.camera_model PINHOLE", self.calls())
-        self.assertIn("--ImageReader.camera_params 500.0,500.0,100.0,80.0", self.calls())
+        self.assertIn("--ImageReader.camera_params 500.0,501.0,320.0,240.0", self.calls())
         self.assertIn("--SiftExtraction.use_gpu 0", self.calls())
         names = (self.colmap / "features" / "images_0.txt").read_text().split()
         self.assertEqual(len(names), fake_site.NUM_FRAMES)
@@ -164,6 +167,20 @@ class ColmapStepTest(unittest.TestCase):
         commands = [line.split()[0] for line in self.calls().splitlines()]
         self.assertEqual(commands, ["image_registrator", "bundle_adjuster"] * 2)
         self.assertIn("--BundleAdjustment.refine_focal_length 0", self.calls())
+
+    def test_nightmaps_poses_come_with_the_focal_lengths_it_found(self):
+        self.prepare("matches", "queries")
+        fake_colmap.write_model(self.root / "made", ["rgb/0.png"], fake_site.walk(1))
+        self.run_step("triangulate", f"cp {self.root}/made/* {self.colmap}/triangulate.tmp/models/0/")
+        self.assertIsNone(self.receipt("triangulate")["failed"])
+        cameras = (self.colmap / "triangulate" / "posed" / "cameras.txt").read_text()
+        self.assertEqual(cameras, "1 PINHOLE 640 480 490.0 491.0 320.0 240.0\n")
+        fake_colmap.write_receipt(self.colmap / "mapper")
+        (self.colmap / "mapper" / "models" / "0").mkdir(parents=True)
+        for variant, focal_px in (("triangulate", 490), ("mapper", 500)):
+            self.run_step(f"register_{variant}")
+            (camera,) = read_cameras(self.colmap / f"register_{variant}" / "database.db")
+            self.assertEqual(camera[4][0], focal_px)
 
     def test_colmap_ends_with_the_step(self):
         self.prepare("matches")
