@@ -24,7 +24,7 @@ from nightmap_eval.trajectory import read_tum
 BEGIN, END = "<!-- ablation:begin -->", "<!-- ablation:end -->"
 MAX_GAP_NS = 20_000_000
 NO_LEVER = {"prioritized": "false", "covisibility_filter": "false", "local_optimization": "false",
-            "refinement": "false", "num_retrieved_keyframes": "0", "num_guided_keyframes": "0",
+            "refinement": "false", "readout_turn_sigma_rad": "0", "num_retrieved_keyframes": "0", "num_guided_keyframes": "0",
             "max_rival_ratio": "1.0"}  # fmt: skip
 SEARCHES = ("combined", "2d_to_3d", "3d_to_2d", "tree")
 # Name and options that differ from those of the map's config.

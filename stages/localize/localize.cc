@@ -80,6 +80,14 @@ void LocalizeOptions::Register(OptionList& list) {
   list.Add("solver", &solver, {"p3p", "dlt6"}, "of the samples of RANSAC: 3 matches, or 6");
   list.Add("local_optimization", &local_optimization, "of each best sample of RANSAC");
   list.Add("refinement", &refinement, "robust least squares over the inliers");
+  list.Add("readout_turn_sigma_rad",
+           &readout_turn_sigma_rad,
+           Range(0, 1),
+           "expected turn of the camera from a picture's first row to its last; 0: global shutter");
+  list.Add("readout_shift_sigma_m",
+           &readout_shift_sigma_m,
+           Range(1e-6, 1),
+           "expected way of the camera in that time");
   list.Add("max_error_px", &max_error_px, Range(0.5, 50), "reprojection error of an inlier");
   list.Add("max_iterations", &max_iterations, Range(10, 1e6), "of RANSAC");
   list.Add("min_seed_inliers", &min_seed_inliers, Range(4, 1000), "of the first pose");

@@ -34,6 +34,8 @@ struct LocalizeOptions {
   std::string solver = "p3p";
   bool local_optimization = true;
   bool refinement = true;
+  double readout_turn_sigma_rad = 0.005;
+  double readout_shift_sigma_m = 0.002;
   double max_error_px = 4.0;
   int max_iterations = 2000;
   int min_seed_inliers = 8;
@@ -73,7 +75,8 @@ struct LocalizeInput {
 // mean in the map, and errors are in pixels of the scaled picture.
 // Active search as published in CN106940186A, or by the options one of its parts, with what makes
 // it better: prioritized search (Sattler, Leibe, Kobbelt, ICCV 2011 and ECCV 2012), covisible
-// matches only, P3P, a second search around the first pose, and retrieval where words lead nowhere.
+// matches only, P3P, a second search around the first pose, retrieval where words lead nowhere, and
+// the camera's motion while its shutter rolls (the pose is that of the middle row).
 // Deterministic in the seed, at any number of threads. Throws DataError without queries or
 // landmarks or when map and vocabulary do not belong together.
 std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,

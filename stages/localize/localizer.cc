@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "pipeline/base/random.h"
+#include "pipeline/geometry/moving_pose.h"
 #include "stages/localize/active_search.h"
 #include "stages/localize/place_search.h"
 
@@ -146,6 +147,7 @@ void Localizer::Judge(const Picture& picture, Located located, QueryResult* resu
     }
     result->num_rival_inliers = rival->NumInliers();
   }
+  if (located.NumInliers() >= options_.min_inliers) AllowMotion(picture, &located);
   FillPose(located, result);
   if (result->num_inliers < options_.min_inliers) return;
   if (!(result->position_sigma_m <= options_.max_position_sigma_m)) {
@@ -173,15 +175,32 @@ void Localizer::FillPose(const Located& located, QueryResult* result) const {
   result->map_from_camera = located.pose.camera_from_world.Inverse();
 }
 
-std::optional<Localizer::Located> Localizer::Estimate(const Picture& picture,
-                                                      const std::vector<LandmarkMatch>& matches,
-                                                      int min_inliers) const {
+void Localizer::AllowMotion(const Picture& picture, Located* located) const {
+  if (!options_.refinement || options_.readout_turn_sigma_rad == 0) return;
+  const auto moving = RefineMovingPose(picture.camera,
+                                       Points(picture, located->matches),
+                                       located->pose.camera_from_world,
+                                       located->NumInliers(),
+                                       {.turn_sigma_rad = options_.readout_turn_sigma_rad,
+                                        .shift_sigma_m = options_.readout_shift_sigma_m,
+                                        .max_error_px = options_.max_error_px});
+  if (moving) located->pose = moving->pose;
+}
+
+std::vector<PointMatch> Localizer::Points(const Picture& picture,
+                                          const std::vector<LandmarkMatch>& matches) const {
   std::vector<PointMatch> points;
   for (const LandmarkMatch& match : matches) {
     const auto feature = static_cast<std::size_t>(match.feature);
     points.push_back(
         {picture.features.keypoints_px[feature].cast<double>(), index_.Position(match.landmark)});
   }
+  return points;
+}
+
+std::optional<Localizer::Located> Localizer::Estimate(const Picture& picture,
+                                                      const std::vector<LandmarkMatch>& matches,
+                                                      int min_inliers) const {
   AbsolutePoseOptions pose_options;
   pose_options.solver = options_.solver == "dlt6" ? MinimalSolver::kDlt6 : MinimalSolver::kP3p;
   pose_options.local_optimization = options_.local_optimization;
@@ -190,7 +209,7 @@ std::optional<Localizer::Located> Localizer::Estimate(const Picture& picture,
   pose_options.min_inliers = min_inliers;
   pose_options.max_iterations = options_.max_iterations;
   pose_options.seed = picture.random_seed;
-  auto pose = EstimateAbsolutePose(picture.camera, points, pose_options);
+  auto pose = EstimateAbsolutePose(picture.camera, Points(picture, matches), pose_options);
   if (!pose) return {};
   return Located{std::move(*pose), matches};
 }

@@ -48,9 +48,13 @@ class Localizer {
   Located SearchAround(const Picture& picture, const Located& first) const;
   // The best pose in another place, if any.
   std::optional<Located> SearchRival(const Picture& picture, const Located& located) const;
+  std::vector<PointMatch> Points(const Picture& picture,
+                                 const std::vector<LandmarkMatch>& matches) const;
   std::optional<Located> Estimate(const Picture& picture,
                                   const std::vector<LandmarkMatch>& matches,
                                   int min_inliers) const;
+  // The pose of a camera that may have moved while the picture was read, if it explains as much.
+  void AllowMotion(const Picture& picture, Located* located) const;
   void Judge(const Picture& picture, Located located, QueryResult* result) const;
   void FillPose(const Located& located, QueryResult* result) const;
 

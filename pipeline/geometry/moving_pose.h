@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pose of a camera that moved while its rolling shutter read the picture: one velocity for all rows
+// (as Hedborg et al., CVPR 2012, linearized), found together with the pose. A pose alone takes a
+// turn for half of what it bends the picture by.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "pipeline/geometry/absolute_pose.h"
+
+namespace nightmap {
+
+// What points that stand still do in the camera's frame from the first row to the last.
+struct ReadoutMotion {
+  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();
+  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();
+
+  // Of a point from where it is at the middle row; `row` is -0.5 at the first and 0.5 at the last.
+  Eigen::Vector3d Move(const Eigen::Vector3d& in_middle, double row) const {
+    return in_middle + row * (turn_rad.cross(in_middle) + shift_m);
+  }
+};
+
+struct MovingPoseOptions {
+  double turn_sigma_rad = 0.005;  // standard deviations of the motion that is expected; they hold
+  double shift_sigma_m = 0.002;   // what the matches do not tell
+  double max_error_px = 4.0;      // of an inlier
+  double pixel_sigma_px = 1.0;
+};
+
+struct MovingPose {
+  AbsolutePose pose;  // at the middle row; its covariance has that of the motion in it
+  ReadoutMotion motion;
+};
+
+// Robust least squares over pose and motion, from a pose near the solution. Measured depths are not
+// used. Nothing when fewer than min_inliers agree, or they do not determine the pose.
+// Deterministic.
+std::optional<MovingPose> RefineMovingPose(const Camera& camera,
+                                           const std::vector<PointMatch>& matches,
+                                           const Rigid3& camera_from_world,
+                                           int min_inliers,
+                                           const MovingPoseOptions& options);
+
+}  // namespace nightmap
