@@ -147,7 +147,6 @@ void Localizer::Judge(const Picture& picture, Located located, QueryResult* resu
     }
     result->num_rival_inliers = rival->NumInliers();
   }
-  if (located.NumInliers() >= options_.min_inliers) AllowMotion(picture, &located);
   FillPose(located, result);
   if (result->num_inliers < options_.min_inliers) return;
   if (!(result->position_sigma_m <= options_.max_position_sigma_m)) {
@@ -161,6 +160,8 @@ void Localizer::Judge(const Picture& picture, Located located, QueryResult* resu
       votes.Significance() < options_.min_rival_significance;
   result->verdict = is_ambiguous ? QueryVerdict::kAmbiguous : QueryVerdict::kLocated;
   result->reason = is_ambiguous ? "rival_place" : "";
+  AllowMotion(picture, &located);  // last: verdicts are those of poses without motion
+  FillPose(located, result);
 }
 
 void Localizer::FillPose(const Located& located, QueryResult* result) const {
