@@ -31,8 +31,8 @@ struct LandmarkTrackerOptions {
   // thought to be is often the neighbour of the right one: it confirms the pose as it is, wrong or
   // not.
   double max_descriptor_distance = 0.4;
-  double voxel_size_m = 0.25;            // of the index points are found by
-  double pixel_sigma_px = 1.0;           // of a keypoint and its pose
+  double voxel_size_m = 0.25;   // of the index points are found by
+  double pixel_sigma_px = 1.0;  // of a keypoint and its pose
 };
 
 struct Observation {
