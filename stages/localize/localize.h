@@ -46,7 +46,7 @@ struct LocalizeOptions {
   double max_position_sigma_m = 0.5;
   double rival_distance_m = 1.0;
   double max_rival_ratio = 0.5;
-  double min_rival_significance = 5.0;
+  double min_rival_significance = 3.5;
   int seed = 0;
 
   void Register(OptionList& list);
