@@ -18,9 +18,7 @@ namespace nightmap {
 
 struct LandmarksOptions {
   std::string observers = "keyframes";
-  // More are one landmark than are tracks of bundle adjustment: of points that lie twice in the map
-  // a wrong pose can be right about either.
-  LandmarkTrackerOptions tracker{.max_descriptor_distance = 0.6};
+  LandmarkTrackerOptions tracker;
   int min_observations = 1;
   double max_position_sigma_m = 0.3;
   int max_landmarks = 2000000;

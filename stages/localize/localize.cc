@@ -101,6 +101,10 @@ void LocalizeOptions::Register(OptionList& list) {
            "whose landmarks are projected with the first pose; 0: no second search");
   list.Add("guided_radius_px", &guided_radius_px, Range(1, 100), "of the search with a first pose");
   list.Add("min_inliers", &min_inliers, Range(4, 1000), "of the final pose; fewer: not in the map");
+  list.Add("min_inlier_significance",
+           &min_inlier_significance,
+           Range(0, 1000),
+           "of inliers beyond those of a wrong pose, in standard deviations; less: not in the map");
   list.Add("max_position_sigma_m",
            &max_position_sigma_m,
            Range(0.001, 1000),

@@ -43,10 +43,11 @@ struct LocalizeOptions {
   int num_guided_keyframes = 10;
   double guided_radius_px = 10.0;
   int min_inliers = 12;
+  double min_inlier_significance = 8.0;
   double max_position_sigma_m = 0.5;
   double rival_distance_m = 1.0;
   double max_rival_ratio = 0.5;
-  double min_rival_significance = 3.5;
+  double min_rival_significance = 4.0;
   int seed = 0;
 
   void Register(OptionList& list);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -63,6 +64,13 @@ std::vector<LandmarkMatch> Localizer::Located::Inliers() const {
   return inliers;
 }
 
+double Localizer::Located::InlierSignificance() const {
+  const auto num_matches = static_cast<double>(matches.size());
+  const double deviation = std::sqrt(num_matches * chance_ratio * (1 - chance_ratio));
+  if (deviation == 0) return std::numeric_limits<double>::infinity();
+  return (NumInliers() - chance_ratio * num_matches) / deviation;
+}
+
 QueryResult Localizer::Localize(const FrameRecord& query,
                                 const Camera& camera,
                                 const FrameFeatures& features) const {
@@ -114,6 +122,9 @@ Localizer::Located Localizer::SearchAround(const Picture& picture, const Located
       options_, index_, picture.features, picture.camera, first.pose.camera_from_world, seen);
   auto second = Estimate(picture, matches, options_.min_inliers);
   if (!second || second->NumInliers() < first.NumInliers()) return first;
+  // A match is found within the radius of where the first pose puts its landmark, right or wrong.
+  second->chance_ratio =
+      std::pow(std::min(1.0, options_.max_error_px / options_.guided_radius_px), 2);
   return *std::move(second);
 }
 
@@ -149,6 +160,7 @@ void Localizer::Judge(const Picture& picture, Located located, QueryResult* resu
   }
   FillPose(located, result);
   if (result->num_inliers < options_.min_inliers) return;
+  if (located.InlierSignificance() < options_.min_inlier_significance) return;
   if (!(result->position_sigma_m <= options_.max_position_sigma_m)) {
     result->reason = "uncertain_pose";
     return;

@@ -39,8 +39,11 @@ class Localizer {
   struct Located {
     AbsolutePose pose;
     std::vector<LandmarkMatch> matches;
+    double chance_ratio = 0;  // of the matches, that a wrong pose would have for inliers
     int NumInliers() const { return static_cast<int>(pose.inliers.size()); }
     std::vector<LandmarkMatch> Inliers() const;
+    // Of the inliers beyond that ratio (binomial), in standard deviations.
+    double InlierSignificance() const;
   };
 
   std::optional<Located> SearchAndEstimate(const Picture& picture, int* num_matches) const;

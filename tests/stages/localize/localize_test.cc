@@ -2,6 +2,7 @@
 #include "stages/localize/localize.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "pipeline/base/error.h"
@@ -157,6 +158,25 @@ TEST_F(LocalizeTest, LandmarksOnAPlaneGiveAPoseToP3pOnly) {
   ExpectLocated(Localize(features_));
   options_.solver = "dlt6";
   EXPECT_EQ(Localize(features_).reason, "too_few_inliers");
+}
+
+// Of features anywhere near where a pose puts their landmarks some are inliers, however wrong it
+// is.
+TEST_F(LocalizeTest, InliersByChanceGiveNoPlace) {
+  Random random(3);
+  for (auto& keypoint : features_.keypoints_px) {
+    const double angle_rad = random.Uniform(0, 6.28);
+    const double radius_px = 9.5 * std::sqrt(random.Uniform(0, 1));
+    keypoint += Eigen::Vector2f(static_cast<float>(radius_px * std::cos(angle_rad)),
+                                static_cast<float>(radius_px * std::sin(angle_rad)));
+  }
+  const QueryResult refused = Localize(features_);
+  EXPECT_EQ(refused.verdict, QueryVerdict::kNotInMap);
+  EXPECT_EQ(refused.reason, "too_few_inliers");
+  options_.min_inlier_significance = 0;
+  const QueryResult placed = Localize(features_);
+  EXPECT_TRUE(placed.IsLocated());
+  EXPECT_GE(placed.num_inliers, options_.min_inliers);
 }
 
 TEST_F(LocalizeTest, TwoPlacesThatLookAlikeAreAmbiguous) {
