@@ -11,6 +11,7 @@ Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
 import argparse
+from datetime import date
 import csv
 import io
 from pathlib import Path
@@ -193,7 +194,7 @@ def main():
     table = comparison_table(results)
     if arguments.readme:
         begin, end = (f"<!-- colmap {results['site']}:{edge} -->" for edge in ("begin", "end"))
-        put_between(arguments.readme, begin, end, table)
+        put_between(arguments.readme, begin, end, f"Measured {date.today().isoformat()}. {table}")
     print(table, end="")
 
 

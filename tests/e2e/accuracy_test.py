@@ -112,7 +112,7 @@ class RealDataTest(Bars):
     def test_fr1_xyz_queries(self):
         data = real("tum_fr1_xyz_15hz")
         queries = metrics_of(make("tum_fr1_xyz_15hz_queries", data, "localize", "evaluate"))["queries"]
-        self.check_queries(queries, 1.2, 0.7)
+        self.check_queries(queries, 1.0, 0.6)
 
     def test_hololens_office(self):
         data = real("hololens_office")
@@ -122,7 +122,7 @@ class RealDataTest(Bars):
         data = real("hololens_office")
         site_dir = make("hololens_office_queries", data, "map", "localize", "plan", "evaluate")
         queries = metrics_of(site_dir)["queries"]
-        self.check_queries(queries, 1.4, 0.4)
+        self.check_queries(queries, 1.2, 0.3)
         self.assertGreaterEqual(queries["local"]["recall_5cm_5deg_percent"], 97)
         self.assertGreaterEqual(queries["global"]["recall_5cm_5deg_percent"], 85)
         self.check_path(site_dir)

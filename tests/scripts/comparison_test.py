@@ -309,6 +309,7 @@ class EvaluateColmapTest(unittest.TestCase):
         readme.write_text("a\n<!-- colmap office:begin -->old<!-- colmap office:end -->\nb\n")
         self.evaluate("--readme", readme)
         self.assertIn("| map (s) |", readme.read_text())
+        self.assertRegex(readme.read_text(), "Measured [0-9]{4}-[0-9]{2}-[0-9]{2}. office, ")
         self.assertNotIn("old", readme.read_text())
 
 
