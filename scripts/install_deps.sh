@@ -19,7 +19,8 @@ packages=(
   python3-pil          # report: thumbnails of query pictures
   libeigen3-dev        # geometry
   libopencv-dev        # features, RANSAC, images
-  libceres-dev         # pose graph, non-linear refinement
+  libceres-dev         # pose graph
+  libsuitesparse-dev   # bundle adjustment: sparse Cholesky factorization
   libpcl-dev           # point cloud: voxel filter, normals
   libnanoflann-dev     # localize: nearest landmarks in space
   liboctomap-dev       # octree

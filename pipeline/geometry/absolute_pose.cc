@@ -15,17 +15,6 @@
 namespace nightmap {
 namespace {
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-
-Rigid3 ExpLeft(const Vector6d& step, const Rigid3& pose) {
-  const Eigen::Vector3d axis = step.head<3>();
-  const double angle = axis.norm();
-  const Eigen::Quaterniond rotation =
-      angle < 1e-12 ? Eigen::Quaterniond::Identity()
-                    : Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis / angle));
-  return Rigid3{rotation, step.tail<3>()} * pose;
-}
-
 // The estimation problem with everything that stays fixed during it.
 class Estimator {
  public:
@@ -214,7 +203,7 @@ Rigid3 Estimator::Refine(Rigid3 pose, const std::vector<int>& inliers, int num_s
     damped.diagonal() *= 1 + damping;
     const Vector6d update = -damped.ldlt().solve(gradient);
     if (!update.allFinite()) break;
-    const Rigid3 candidate = ExpLeft(update, pose);
+    const Rigid3 candidate = PerturbLeft(update, pose);
     Matrix6d candidate_hessian;
     Vector6d candidate_gradient;
     const double candidate_cost =

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/geometry/bundle_adjustment.h"
 
-#include <ceres/ceres.h>
-#include <ceres/normal_prior.h>
-
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <limits>
-#include <memory>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
 #include "pipeline/geometry/observation_error.h"
+#include "pipeline/geometry/schur_system.h"
 
 namespace nightmap {
 namespace {
@@ -43,101 +41,183 @@ PointMotion MotionOf(std::size_t pose, const BundleProblem& data) {
   return data.motions.empty() ? PointMotion{} : data.motions[pose];
 }
 
+std::optional<Eigen::Vector3d> Residual(const BundleProblem& data,
+                                        const BundleObservation& observation,
+                                        ObservationJacobian* jacobian) {
+  const auto pose = static_cast<std::size_t>(observation.pose_idx);
+  const PointMotion motion = MotionOf(pose, data);
+  return ObservationError(observation, data.cameras[pose], motion)
+      .Evaluate(data.camera_from_world[pose],
+                data.points_in_world[static_cast<std::size_t>(observation.point_idx)],
+                data.calibrations[SensorOf(pose, data)],
+                jacobian);
+}
+
 // A wrong match may put a point behind a camera that sees it; no step could start from there.
 void DropUnseeable(BundleProblem* data) {
-  std::erase_if(data->observations, [&](const BundleObservation& observation) {
-    const Eigen::Vector3d p =
-        data->camera_from_world[static_cast<std::size_t>(observation.pose_idx)] *
-        data->points_in_world[static_cast<std::size_t>(observation.point_idx)];
-    return !(p.z() >= ObservationError::kMinDepth_m);
-  });
+  std::erase_if(data->observations,
+                [&](const BundleObservation& o) { return !Residual(*data, o, nullptr); });
 }
 
-ceres::LossFunction* MakeLoss(const BundleOptions& options) {
-  if (options.loss == RobustLoss::kCauchy) return new ceres::CauchyLoss(options.robust_scale);
-  return new ceres::HuberLoss(options.robust_scale);
-}
+// Levenberg-Marquardt on weighted residuals, the weights those of the robust loss at each estimate.
+// The region of trust grows and shrinks as in Nielsen, 1999 (Damping Parameter in Marquardt's
+// Method, IMM-REP-1999-05).
+class Adjuster {
+ public:
+  Adjuster(const BundleOptions& options, BundleProblem* data)
+      : options_(options),
+        data_(*data),
+        has_calibrations_(options.calibrate || options.estimate_depth_scales),
+        system_(*data, has_calibrations_, options.num_threads),
+        linear_(data->observations.size()),
+        costs_(data->observations.size()) {}
 
-// One block: focal scale, readout, depth scale.
-static_assert(sizeof(CameraCalibration) == 3 * sizeof(double));
-
-Eigen::Array3d FreeCalibration(const BundleOptions& options, std::size_t sensor) {
-  const double calibrates = options.calibrate ? 1 : 0;
-  return {calibrates, calibrates, options.estimate_depth_scales && sensor > 0 ? 1.0 : 0.0};
-}
-
-void AddObservations(const BundleOptions& options, BundleProblem* data, ceres::Problem* problem) {
-  for (const BundleObservation& observation : data->observations) {
-    const auto pose = static_cast<std::size_t>(observation.pose_idx);
-    Rigid3& camera_from_world = data->camera_from_world[pose];
-    const std::size_t sensor = SensorOf(pose, *data);
-    problem->AddResidualBlock(
-        new ObservationError(observation,
-                             data->cameras[pose],
-                             MotionOf(pose, *data),
-                             FreeCalibration(options, sensor)),
-        MakeLoss(options),
-        camera_from_world.rotation.coeffs().data(),
-        camera_from_world.translation.data(),
-        data->points_in_world[static_cast<std::size_t>(observation.point_idx)].data(),
-        &data->calibrations[sensor].focal_scale);
-  }
-}
-
-// Points first, then poses: the elimination order that makes the Schur complement small.
-std::shared_ptr<ceres::ParameterBlockOrdering> MakeOrdering(BundleProblem* data,
-                                                            const ceres::Problem& problem) {
-  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (Eigen::Vector3d& point : data->points_in_world) {
-    if (problem.HasParameterBlock(point.data())) ordering->AddElementToGroup(point.data(), 0);
-  }
-  for (Rigid3& pose : data->camera_from_world) {
-    if (!problem.HasParameterBlock(pose.translation.data())) continue;
-    ordering->AddElementToGroup(pose.rotation.coeffs().data(), 1);
-    ordering->AddElementToGroup(pose.translation.data(), 1);
-  }
-  for (CameraCalibration& calibration : data->calibrations) {
-    double* block = &calibration.focal_scale;
-    if (problem.HasParameterBlock(block)) ordering->AddElementToGroup(block, 1);
-  }
-  return ordering;
-}
-
-// Held, or pulled to what is configured as strongly as that is believed. An entry that is held
-// beside free ones has no derivative, so that its prior, which it obeys already, leaves it in
-// place.
-void HoldCalibrations(const BundleOptions& options, BundleProblem* data, ceres::Problem* problem) {
-  for (std::size_t sensor = 0; sensor < data->calibrations.size(); ++sensor) {
-    const CameraCalibration& start = data->calibrations[sensor];
-    double* block = &data->calibrations[sensor].focal_scale;
-    if (!problem->HasParameterBlock(block)) continue;
-    const Eigen::Array3d is_free = FreeCalibration(options, sensor);
-    if ((is_free == 0).all()) {
-      problem->SetParameterBlockConstant(block);
-      continue;
+  BundleSummary Run() {
+    Linearize();
+    BundleSummary summary;
+    summary.initial_cost = summary.final_cost = Cost();
+    for (int num_refused = 0; num_refused <= kMaxRefused;) {
+      if (summary.num_iterations++ >= options_.max_iterations) break;
+      const auto gain = TryStep(summary.final_cost);
+      if (!gain) {
+        trust_ /= distrust_;
+        distrust_ *= 2;
+        ++num_refused;
+        continue;
+      }
+      num_refused = 0;
+      summary.final_cost -= gain->decrease;
+      if (gain->decrease <= kMinRelativeDecrease * summary.final_cost) break;
+      trust_ /= std::max(1.0 / 3, 1 - std::pow(2 * gain->of_predicted - 1, 3));
+      trust_ = std::min(trust_, kMaxTrust);
+      distrust_ = 2;
+      Linearize();
     }
-    Eigen::Vector3d weights(1 / options.focal_scale_sigma, 1 / options.readout_sigma_s, 0);
-    Eigen::Vector3d believed(1, 0, 1);
-    for (int i = 0; i < 3; ++i) {
-      if (is_free[i] != 0) continue;
-      weights[i] = 1;
-      believed[i] = (&start.focal_scale)[i];
-    }
-    const Eigen::Matrix3d weight_matrix = weights.asDiagonal();
-    problem->AddResidualBlock(new ceres::NormalPrior(weight_matrix, believed), nullptr, block);
+    return summary;
   }
-}
 
-void SetManifolds(BundleProblem* data, ceres::Problem* problem) {
-  for (std::size_t i = 0; i < data->camera_from_world.size(); ++i) {
-    Rigid3& pose = data->camera_from_world[i];
-    if (!problem->HasParameterBlock(pose.translation.data())) continue;
-    problem->SetManifold(pose.rotation.coeffs().data(), new ceres::EigenQuaternionManifold);
-    if (!data->is_fixed[i]) continue;
-    problem->SetParameterBlockConstant(pose.rotation.coeffs().data());
-    problem->SetParameterBlockConstant(pose.translation.data());
+ private:
+  static constexpr int kMaxRefused = 30;  // in a row; each step is shorter than the one before
+  static constexpr double kMinRelativeDecrease = 1e-5;  // of the cost; less ends the adjustment
+  static constexpr double kMinOfPredicted = 1e-3;       // less refuses the step
+  static constexpr double kMaxTrust = 1e12;
+
+  struct Gain {
+    double decrease;
+    double of_predicted;
+  };
+
+  // Nothing, and nothing changed, when the step does not lower the cost as it should.
+  std::optional<Gain> TryStep(double cost) {
+    const auto step = system_.Solve(linear_, Priors(), trust_);
+    if (!step) return {};
+    const auto poses = data_.camera_from_world;
+    const auto points = data_.points_in_world;
+    const auto calibrations = data_.calibrations;
+    Move(*step);
+    const double decrease = cost - Cost();
+    const double of_predicted = decrease / step->predicted_decrease;
+    if (of_predicted > kMinOfPredicted) return Gain{decrease, of_predicted};
+    data_.camera_from_world = poses;
+    data_.points_in_world = points;
+    data_.calibrations = calibrations;
+    return {};
   }
-}
+
+  void Move(const BundleStep& step) {
+    for (std::size_t i = 0; i < step.poses.size(); ++i) {
+      if (data_.is_fixed[i]) continue;
+      data_.camera_from_world[i] = PerturbLeft(step.poses[i], data_.camera_from_world[i]);
+    }
+    for (std::size_t k = 0; k < step.points.size(); ++k) {
+      data_.points_in_world[k] += step.points[k];
+    }
+    for (std::size_t i = 0; i < step.calibrations.size(); ++i) {
+      data_.calibrations[i].focal_scale += step.calibrations[i][0];
+      data_.calibrations[i].readout_s += step.calibrations[i][1];
+      data_.calibrations[i].depth_scale += step.calibrations[i][2];
+    }
+  }
+
+  // Half the robust sum; infinite where a camera cannot see a point that it saw.
+  double Cost() {
+    ParallelFor(costs_.size(), options_.num_threads, [&](std::size_t i) {
+      const auto residual = Residual(data_, data_.observations[i], nullptr);
+      costs_[i] =
+          residual ? Loss(residual->squaredNorm()) : std::numeric_limits<double>::infinity();
+    });
+    double sum = 0;
+    for (const double cost : costs_) sum += cost;
+    for (std::size_t i = 0; has_calibrations_ && i < data_.calibrations.size(); ++i) {
+      const Eigen::Vector3d deviation = Deviation(i);
+      sum += deviation.dot(Weights(i).cwiseProduct(deviation));
+    }
+    return 0.5 * sum;
+  }
+
+  void Linearize() {
+    ParallelFor(linear_.size(), options_.num_threads, [&](std::size_t i) {
+      auto& [jacobian, residual] = linear_[i];
+      const BundleObservation& observation = data_.observations[i];
+      residual = *Residual(data_, observation, &jacobian);
+      const double weight = std::sqrt(LossDerivative(residual.squaredNorm()));
+      residual *= weight;
+      jacobian.by_pose *= weight;
+      jacobian.by_point *= weight;
+      jacobian.by_calibration *=
+          weight *
+          Free(SensorOf(static_cast<std::size_t>(observation.pose_idx), data_)).asDiagonal();
+    });
+  }
+
+  double Loss(double squared) const {
+    const double scale2 = options_.robust_scale * options_.robust_scale;
+    if (options_.loss == RobustLoss::kCauchy) return scale2 * std::log1p(squared / scale2);
+    return squared <= scale2 ? squared : 2 * options_.robust_scale * std::sqrt(squared) - scale2;
+  }
+  double LossDerivative(double squared) const {
+    const double scale2 = options_.robust_scale * options_.robust_scale;
+    if (options_.loss == RobustLoss::kCauchy) return 1 / (1 + squared / scale2);
+    return squared <= scale2 ? 1 : options_.robust_scale / std::sqrt(squared);
+  }
+
+  // 1 for what may move of focal scale, readout and depth scale.
+  Eigen::Vector3d Free(std::size_t sensor) const {
+    const double calibrates = options_.calibrate ? 1 : 0;
+    return {calibrates, calibrates, options_.estimate_depth_scales && sensor > 0 ? 1.0 : 0.0};
+  }
+
+  // Of a calibration from what is believed; and how strongly that is.
+  Eigen::Vector3d Deviation(std::size_t sensor) const {
+    const CameraCalibration& now = data_.calibrations[sensor];
+    return Free(sensor).cwiseProduct(
+        Eigen::Vector3d(now.focal_scale - 1, now.readout_s, now.depth_scale - 1));
+  }
+  Eigen::Vector3d Weights(std::size_t sensor) const {
+    const Eigen::Vector3d weights(
+        std::pow(options_.focal_scale_sigma, -2), std::pow(options_.readout_sigma_s, -2), 0);
+    return Free(sensor).cwiseProduct(weights);
+  }
+
+  // What is held has no derivative: any weight leaves it in place.
+  std::vector<LinearPrior> Priors() const {
+    std::vector<LinearPrior> priors;
+    for (std::size_t i = 0; i < data_.calibrations.size(); ++i) {
+      const Eigen::Vector3d held = Eigen::Vector3d::Ones() - Free(i);
+      priors.push_back({Weights(i) + held, Weights(i).cwiseProduct(Deviation(i))});
+    }
+    return priors;
+  }
+
+  const BundleOptions& options_;
+  BundleProblem& data_;
+  bool has_calibrations_;
+  SchurSystem system_;
+  std::vector<LinearObservation> linear_;
+  std::vector<double> costs_;  // of the observations
+  double trust_ = 1e4;
+  double distrust_ = 2;
+};
 
 }  // namespace
 
@@ -145,40 +225,13 @@ BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* data) {
   CheckSizes(*data);
   DropUnseeable(data);
   if (data->observations.empty()) return {};
-  ceres::Problem problem;
-  AddObservations(options, data, &problem);
-  SetManifolds(data, &problem);
-  HoldCalibrations(options, data, &problem);
-  ceres::Solver::Options solver_options;
-  solver_options.linear_solver_type = ceres::SPARSE_SCHUR;
-  solver_options.linear_solver_ordering = MakeOrdering(data, problem);
-  solver_options.max_num_iterations = options.max_iterations;
-  solver_options.function_tolerance = 1e-5;
-  solver_options.max_num_consecutive_invalid_steps = 30;  // each is shorter than the one before
-  solver_options.num_threads = 1;  // parallel sums would make the result depend on the schedule
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver_options, &problem, &summary);
-  if (!summary.IsSolutionUsable()) {
-    throw DataError("bundle adjustment failed: {}", summary.message);
-  }
-  for (Rigid3& pose : data->camera_from_world) pose.rotation.normalize();
-  return {summary.initial_cost, summary.final_cost, static_cast<int>(summary.iterations.size())};
+  return Adjuster(options, data).Run();
 }
 
 double ReprojectionError_px(const BundleProblem& data, const BundleObservation& observation) {
-  const auto pose = static_cast<std::size_t>(observation.pose_idx);
-  const std::size_t sensor = SensorOf(pose, data);
-  const Rigid3& camera_from_world = data.camera_from_world[pose];
-  const std::array<const double*, 4> parameters = {
-      camera_from_world.rotation.coeffs().data(),
-      camera_from_world.translation.data(),
-      data.points_in_world[static_cast<std::size_t>(observation.point_idx)].data(),
-      &data.calibrations[sensor].focal_scale};
-  Eigen::Vector3d residuals = Eigen::Vector3d::Zero();
-  const ObservationError error(observation, data.cameras[pose], MotionOf(pose, data));
-  const bool is_seen = error.Evaluate(parameters.data(), residuals.data(), nullptr);
-  return is_seen ? observation.pixel_sigma_px * residuals.head<2>().norm()
-                 : std::numeric_limits<double>::infinity();
+  const auto residual = Residual(data, observation, nullptr);
+  return residual ? observation.pixel_sigma_px * residual->head<2>().norm()
+                  : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace nightmap

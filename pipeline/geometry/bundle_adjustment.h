@@ -61,6 +61,7 @@ struct BundleOptions {
   bool calibrate = false;
   double focal_scale_sigma = 0.01;
   double readout_sigma_s = 0.02;
+  int num_threads = 1;  // changes no result
 };
 
 struct BundleSummary {
@@ -69,9 +70,9 @@ struct BundleSummary {
   int num_iterations = 0;
 };
 
-// Optimizes poses and points in place. Deterministic: one thread, fixed order. Points with a single
+// Optimizes poses and points in place, by Levenberg-Marquardt. Deterministic. Points with a single
 // observation are held only by their depth. Observations whose point starts behind the camera are
-// removed. Throws DataError when the solver fails.
+// removed. Throws DataError when sizes do not fit.
 BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* problem);
 
 // Distance of an observation from where its point is predicted; infinite for a point that the

@@ -18,11 +18,7 @@ struct State {
   ReadoutMotion motion;
 
   State Stepped(const Vector12d& step) const {
-    const double angle = step.head<3>().norm();
-    const Eigen::Vector3d axis =
-        angle < 1e-12 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d(step.head<3>() / angle);
-    const Rigid3 moved{Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)), step.segment<3>(3)};
-    return {moved * camera_from_world,
+    return {PerturbLeft(step.head<6>(), camera_from_world),
             {motion.turn_rad + step.segment<3>(6), motion.shift_m + step.tail<3>()}};
   }
 };
@@ -61,7 +57,7 @@ class MovingPoseProblem {
       if (!update.allFinite()) break;
       const State candidate = state.Stepped(update);
       const NormalEquations there = Build(candidate, inliers);
-      if (there.cost >= equations.cost) {
+      if (!(there.cost < equations.cost)) {  // nor where it is not a number
         damping *= 10;
         continue;
       }

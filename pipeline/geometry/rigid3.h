@@ -40,7 +40,19 @@ inline Eigen::Matrix3d Skew(const Eigen::Vector3d& a) {
 }
 
 // Covariance of a pose: rotation (rad) first, then translation (m), of a left perturbation.
+using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+// The pose after a left perturbation (rotation rad, translation m): a turn about the target's
+// origin, then a shift.
+inline Rigid3 PerturbLeft(const Vector6d& step, const Rigid3& pose) {
+  const Eigen::Vector3d axis = step.head<3>();
+  const double angle = axis.norm();
+  const Eigen::Quaterniond rotation =
+      angle < 1e-12 ? Eigen::Quaterniond::Identity()
+                    : Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis / angle));
+  return Rigid3{rotation, step.tail<3>()} * pose;
+}
 
 // Angle of the rotation between two poses, in [0, pi].
 inline double AngleBetween_rad(const Rigid3& a, const Rigid3& b) {

@@ -23,12 +23,12 @@ namespace {
 
 class Pipeline {
  public:
-  Pipeline(const PoseGraphOptions& options, const PoseGraphInput& input)
-      : options_(options), input_(input), chained_(input.frames.size()) {
+  Pipeline(const PoseGraphOptions& options, const PoseGraphInput& input, int num_threads)
+      : options_(options), input_(input), num_threads_(num_threads), chained_(input.frames.size()) {
     result_.is_keyframe.assign(input.frames.size(), false);
   }
 
-  PoseGraphResult Run(int num_threads, Progress& progress) {
+  PoseGraphResult Run(Progress& progress) {
     progress.Start(4);
     ChainShards();
     AddLoops();
@@ -47,7 +47,7 @@ class Pipeline {
     CarryFrames(keyframes_);
     if (options_.bundle_adjustment && options_.final_adjustment) AdjustDescribed();
     progress.Advance();
-    TurnIntoMapFrame(num_threads);
+    TurnIntoMapFrame();
     return std::move(result_);
   }
 
@@ -249,6 +249,7 @@ class Pipeline {
     BundleOptions bundle_options;
     bundle_options.max_iterations = options_.bundle_iterations;
     bundle_options.estimate_depth_scales = options_.estimate_depth_scales;
+    bundle_options.num_threads = num_threads_;
     return bundle_options;
   }
 
@@ -325,7 +326,7 @@ class Pipeline {
     return adjusted.second * Chained(adjusted.first).Inverse() * Chained(idx);
   }
 
-  std::vector<SurfacePatch> Patches(int num_threads) const {
+  std::vector<SurfacePatch> Patches() const {
     std::vector<int> chosen;
     const std::size_t step =
         keyframes_.size() / static_cast<std::size_t>(options_.map_frame.floor_num_keyframes) + 1;
@@ -334,7 +335,7 @@ class Pipeline {
       if (i++ % step == 0) chosen.push_back(idx);
     }
     std::vector<std::vector<SurfacePatch>> of_keyframe(chosen.size());
-    ParallelFor(chosen.size(), num_threads, [&](std::size_t k) {
+    ParallelFor(chosen.size(), num_threads_, [&](std::size_t k) {
       const FrameRecord& frame = input_.frames[static_cast<std::size_t>(chosen[k])];
       try {
         of_keyframe[k] =
@@ -360,11 +361,10 @@ class Pipeline {
     return UpFromAccelerometer(input_.accelerometer, keyframes);
   }
 
-  void TurnIntoMapFrame(int num_threads) {
+  void TurnIntoMapFrame() {
     std::vector<Rigid3> cameras;
     for (const auto& [idx, pose] : keyframes_) cameras.push_back(pose);
-    result_.map_frame =
-        FindMapFrame(options_.map_frame, Patches(num_threads), cameras, UpInGraph());
+    result_.map_frame = FindMapFrame(options_.map_frame, Patches(), cameras, UpInGraph());
     const Rigid3& map_from_graph = result_.map_frame.map_from_graph;
     for (Rigid3& pose : result_.map_from_camera) pose = map_from_graph * pose;
     for (const auto& [idx, pose] : keyframes_) {
@@ -377,6 +377,7 @@ class Pipeline {
 
   const PoseGraphOptions& options_;
   const PoseGraphInput& input_;
+  int num_threads_;
   std::vector<Rigid3> chained_;      // graph_from_camera by odometry alone
   std::map<int, Rigid3> keyframes_;  // graph_from_camera, optimized
   std::vector<PoseEdge> odometry_;
@@ -395,7 +396,7 @@ PoseGraphResult RunPoseGraph(const PoseGraphOptions& options,
                              int num_threads,
                              Progress& progress) {
   CheckInput(input);
-  return Pipeline(options, input).Run(num_threads, progress);
+  return Pipeline(options, input, num_threads).Run(progress);
 }
 
 }  // namespace nightmap

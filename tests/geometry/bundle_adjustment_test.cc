@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -66,53 +65,44 @@ TEST(BundleAdjustment, ReturnsFromADisturbedStart) {
 }
 
 TEST(BundleAdjustment, DerivativesAreThoseOfFiniteDifferences) {
-  constexpr std::array<int, 4> kSizes = {4, 3, 3, 3};
+  using Vector12d = Eigen::Matrix<double, 12, 1>;
   constexpr double kStep = 1e-6;
   Random random(3);
+  const auto noise = [&] {
+    return Eigen::Vector3d(random.Gaussian(), random.Gaussian(), random.Gaussian());
+  };
   for (int trial = 0; trial < 20; ++trial) {
     const BundleObservation observation{
         0, 0, {random.Uniform(0, 640), random.Uniform(0, 480)}, trial % 4 == 0 ? 0 : 2.5, {}, 0.7};
-    const PointMotion motion{{random.Gaussian(), random.Gaussian(), random.Gaussian()},
-                             {random.Gaussian(), random.Gaussian(), random.Gaussian()}};
+    const PointMotion motion{noise(), noise()};
     const ObservationError error(observation, kCamera, motion);
-    const Eigen::Quaterniond rotation =
-        Eigen::Quaterniond(1, 0.3 * random.Gaussian(), 0.3 * random.Gaussian(), 0.1).normalized();
-    const Eigen::Vector3d translation(random.Gaussian(), random.Gaussian(), 0.3);
-    const Eigen::Vector3d in_camera(
-        random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(1, 5));
-    const Eigen::Vector3d point = rotation.conjugate() * (in_camera - translation);
-    Eigen::Matrix<double, 13, 1> x;
-    x << rotation.coeffs(), translation, point, random.Uniform(0.9, 1.1),
-        random.Uniform(-0.03, 0.03), random.Uniform(0.9, 1.1);
-    const std::array<const double*, 4> blocks = {&x[0], &x[4], &x[7], &x[10]};
-    std::array<std::vector<double>, 4> jacobians;
-    std::array<double*, 4> pointers{};
-    for (std::size_t block = 0; block < 4; ++block) {
-      jacobians[block].resize(static_cast<std::size_t>(3 * kSizes[block]));
-      pointers[block] = jacobians[block].data();
-    }
-    Eigen::Vector3d residual;
-    ASSERT_TRUE(error.Evaluate(blocks.data(), residual.data(), pointers.data()));
-    for (int k = 0, block = 0, column = 0; k < 13; ++k, ++column) {
-      if (column == kSizes[static_cast<std::size_t>(block)]) {
-        ++block;
-        column = 0;
-      }
-      const double value = x[k];
-      Eigen::Vector3d above, below;
-      x[k] = value + kStep;
-      ASSERT_TRUE(error.Evaluate(blocks.data(), above.data(), nullptr));
-      x[k] = value - kStep;
-      ASSERT_TRUE(error.Evaluate(blocks.data(), below.data(), nullptr));
-      x[k] = value;
-      for (int row = 0; row < 3; ++row) {
-        const int size = kSizes[static_cast<std::size_t>(block)];
-        const double derivative = jacobians[static_cast<std::size_t>(block)]
-                                           [static_cast<std::size_t>(row * size + column)];
-        EXPECT_NEAR(
-            derivative, (above[row] - below[row]) / (2 * kStep), 1e-5 * (1 + std::abs(derivative)))
-            << trial << " " << k << " " << row;
-      }
+    Vector6d pose_step;
+    pose_step << 0.3 * noise(), noise();
+    const Rigid3 camera_from_world = PerturbLeft(pose_step, Rigid3());
+    const Eigen::Vector3d point =
+        camera_from_world.Inverse() *
+        Eigen::Vector3d(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(1, 5));
+    const Eigen::Vector3d calibration(
+        random.Uniform(0.9, 1.1), random.Uniform(-0.03, 0.03), random.Uniform(0.9, 1.1));
+    const auto evaluate = [&](const Vector12d& step, ObservationJacobian* jacobian) {
+      const Eigen::Vector3d moved = calibration + step.tail<3>();
+      const auto residual = error.Evaluate(PerturbLeft(step.head<6>(), camera_from_world),
+                                           point + step.segment<3>(6),
+                                           {moved[0], moved[1], moved[2]},
+                                           jacobian);
+      EXPECT_TRUE(residual) << trial;
+      return residual.value_or(Eigen::Vector3d::Zero());
+    };
+    ObservationJacobian jacobian;
+    evaluate(Vector12d::Zero(), &jacobian);
+    Eigen::Matrix<double, 3, 12> derivatives;
+    derivatives << jacobian.by_pose, jacobian.by_point, jacobian.by_calibration;
+    for (int k = 0; k < 12; ++k) {
+      const Vector12d step = kStep * Vector12d::Unit(k);
+      const Eigen::Vector3d difference =
+          (evaluate(step, nullptr) - evaluate(-step, nullptr)) / (2 * kStep);
+      EXPECT_LT((derivatives.col(k) - difference).norm(), 1e-5 * (1 + difference.norm()))
+          << trial << " " << k;
     }
   }
 }
@@ -264,6 +254,32 @@ TEST(BundleAdjustment, FixedPoseDoesNotMove) {
   const Rigid3 before = problem.camera_from_world[0];
   AdjustBundle({}, &problem);
   EXPECT_EQ(before.Matrix(), problem.camera_from_world[0].Matrix());
+}
+
+TEST(BundleAdjustment, SameBytesAtAnyNumberOfThreads) {
+  Random random(6);
+  BundleProblem problem = RollingProblem();
+  for (BundleObservation& o : problem.observations) {
+    o.pixel += Eigen::Vector2d(random.Gaussian(), random.Gaussian());
+  }
+  BundleProblem parallel = problem;
+  const auto by_one = AdjustBundle({.calibrate = true, .num_threads = 1}, &problem);
+  const auto by_four = AdjustBundle({.calibrate = true, .num_threads = 4}, &parallel);
+  EXPECT_EQ(by_one.final_cost, by_four.final_cost);
+  EXPECT_EQ(problem.calibrations[0].focal_scale, parallel.calibrations[0].focal_scale);
+  for (std::size_t i = 0; i < problem.camera_from_world.size(); ++i) {
+    EXPECT_EQ(problem.camera_from_world[i].Matrix(), parallel.camera_from_world[i].Matrix());
+  }
+  EXPECT_EQ(problem.points_in_world, parallel.points_in_world);
+}
+
+// A pixel that is no number makes no estimate, and spoils none.
+TEST(BundleAdjustment, ChangesNothingWhenNoStepHelps) {
+  BundleProblem problem = ExactProblem();
+  problem.observations[7].pixel.x() = std::numeric_limits<double>::quiet_NaN();
+  const Rigid3 before = problem.camera_from_world[3];
+  AdjustBundle({}, &problem);
+  EXPECT_EQ(before.Matrix(), problem.camera_from_world[3].Matrix());
 }
 
 TEST(BundleAdjustment, LeavesOutWhatIsBehindTheCamera) {

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Damped normal equations of bundle adjustment, the points eliminated, solved by sparse Cholesky
+// factorization (Triggs et al., 2000, section 6; the damping of Marquardt, 1963). Each pose's rows
+// are summed by one thread in the order of the observations, so that the result is the same at any
+// number of threads; Ceres's are not.
+#pragma once
+
+#include <Eigen/CholmodSupport>
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "pipeline/geometry/bundle_adjustment.h"
+#include "pipeline/geometry/observation_error.h"
+
+namespace nightmap {
+
+// An observation at the present estimate, times the square root of its robust weight.
+struct LinearObservation {
+  ObservationJacobian jacobian;
+  Eigen::Vector3d residual;
+};
+
+// What is believed of a calibration, apart from observations: 0.5 x^T H x + g^T x of its step.
+struct LinearPrior {
+  Eigen::Vector3d hessian_diagonal;
+  Eigen::Vector3d gradient;
+};
+
+struct BundleStep {
+  std::vector<Vector6d> poses;                // left perturbations; zero of a fixed pose
+  std::vector<Eigen::Vector3d> points;        // zero of a point that nothing sees
+  std::vector<Eigen::Vector3d> calibrations;  // zero when they are held
+  double predicted_decrease = 0;              // of half the sum of squares
+};
+
+// Indices grouped by what they belong to; ascending in each group.
+class IndexGroups {
+ public:
+  IndexGroups() = default;
+  IndexGroups(const std::vector<int>& group_of_index, std::size_t num_groups);
+  std::span<const int> Of(std::size_t group) const {
+    return {members_.data() + begins_[group], members_.data() + begins_[group + 1]};
+  }
+
+ private:
+  std::vector<std::size_t> begins_;
+  std::vector<int> members_;
+};
+
+class SchurSystem {
+ public:
+  // Takes the structure, which stays: which pose sees which point. Keeps a reference.
+  SchurSystem(const BundleProblem& problem, bool has_calibrations, int num_threads);
+
+  // The step that minimizes the linearized cost plus the damping: every variable's own curvature
+  // over `trust`, times its step squared. Nothing when the system is not positive definite.
+  // `priors`: one a sensor; not looked at when calibrations are held.
+  std::optional<BundleStep> Solve(const std::vector<LinearObservation>& observations,
+                                  const std::vector<LinearPrior>& priors,
+                                  double trust);
+
+ private:
+  using Matrix63d = Eigen::Matrix<double, 6, 3>;
+
+  // A point at the present estimate: what it adds by itself, and what ties it to calibrations.
+  struct PointBlock {
+    Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();  // of the damped Hessian
+    Eigen::Vector3d damping = Eigen::Vector3d::Zero();
+    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  };
+  struct PoseBlock {
+    Vector6d damping = Vector6d::Zero();
+    Vector6d gradient = Vector6d::Zero();
+  };
+  struct CalibrationBlock {
+    Eigen::VectorXd damping;
+    Eigen::VectorXd gradient;
+  };
+
+  std::size_t PoseOf(int observation) const;
+  std::size_t PointOf(int observation) const;
+  std::size_t SensorOf(int observation) const;
+  std::vector<std::vector<int>> FindNeighbours(int num_threads) const;
+  void OrderPoses(const std::vector<std::vector<int>>& neighbours);
+  void LayOut(const std::vector<std::vector<int>>& neighbours);
+  Eigen::Index NumCalibrations() const { return has_calibrations_ ? 3 * num_sensors_ : 0; }
+
+  void EliminatePoint(const std::vector<LinearObservation>& observations,
+                      double trust,
+                      std::size_t point);
+  void SumPoseRow(const std::vector<LinearObservation>& observations,
+                  double trust,
+                  std::size_t pose);
+  void SumCalibrationRows(const std::vector<LinearObservation>& observations,
+                          const std::vector<LinearPrior>& priors,
+                          double trust);
+  Eigen::Vector3d PointStep(const BundleStep& step, std::size_t point) const;
+  double PredictedDecrease(const BundleStep& step) const;
+
+  const BundleProblem& problem_;
+  bool has_calibrations_;
+  int num_threads_;
+  Eigen::Index num_sensors_;
+  IndexGroups of_point_;  // observations
+  IndexGroups of_pose_;
+  std::vector<int> rank_;  // of a pose in the order of elimination; -1: fixed or without any point
+  std::vector<std::vector<int>> later_;  // by pose: those that it shares points with, ranked later
+
+  std::vector<PointBlock> points_;
+  std::vector<Eigen::Matrix3Xd> calibration_by_point_;  // transposed: 3 rows, NumCalibrations()
+  std::vector<Matrix63d> pose_by_point_;                // by observation
+  std::vector<PoseBlock> poses_;
+  CalibrationBlock calibrations_;
+  // Lower triangle of the reduced system: the poses by rank, then the calibrations.
+  Eigen::SparseMatrix<double> reduced_;
+  Eigen::VectorXd right_side_;
+  Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>, Eigen::Lower> cholesky_;
+};
+
+}  // namespace nightmap
