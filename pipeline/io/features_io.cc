@@ -15,8 +15,8 @@
 namespace nightmap {
 namespace {
 
-constexpr char kFormat[] = "nightmap features";
-constexpr int kVersion = 2;
+constexpr char kFeaturesFormat[] = "nightmap features";
+constexpr int kFeaturesVersion = 2;
 
 Array<float> Flatten(const std::vector<Eigen::Vector2f>& points) {
   Array<float> array{points.size(), 2, {}};
@@ -112,7 +112,8 @@ void WriteFeatures(const std::filesystem::path& path,
     reference_frame_idx.push_back(frame.reference_frame_idx);
     first_feature.push_back(first_feature.back() + frame.NumFeatures());
   }
-  Hdf5Writer file(path, kFormat, kVersion, config, "pixels of the color image; depth_m metres");
+  Hdf5Writer file(
+      path, kFeaturesFormat, kFeaturesVersion, config, "pixels of the color image; depth_m metres");
   file.WriteText("extraction", shard.extraction);
   file.WriteList<std::int32_t>("kind", {static_cast<std::int32_t>(shard.kind)});
   file.WriteList("frame_idx", frame_idx);
@@ -130,7 +131,7 @@ void WriteFeatures(const std::filesystem::path& path,
 }
 
 FeaturesShard ReadFeatures(const std::filesystem::path& path) {
-  const Hdf5Reader file(path, kFormat, kVersion);
+  const Hdf5Reader file(path, kFeaturesFormat, kFeaturesVersion);
   FeaturesShard shard;
   shard.extraction = file.ReadText("extraction");
   const auto kind = file.ReadList<std::int32_t>("kind");

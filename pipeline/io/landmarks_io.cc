@@ -9,8 +9,8 @@
 namespace nightmap {
 namespace {
 
-constexpr char kFormat[] = "nightmap.landmarks";
-constexpr int kVersion = 2;  // 2: observations/feature_idx
+constexpr char kLandmarksFormat[] = "nightmap.landmarks";
+constexpr int kLandmarksVersion = 2;  // 2: observations/feature_idx
 constexpr char kUnits[] = "metres, map frame (z up); quaternions x y z w; times in nanoseconds";
 
 void CheckIndices(const Hdf5Reader& reader,
@@ -171,7 +171,7 @@ std::vector<int> LandmarkMap::DescriptorOffsets() const {
 void WriteLandmarks(const std::filesystem::path& path,
                     const LandmarkMap& map,
                     const std::string& config) {
-  Hdf5Writer writer(path, kFormat, kVersion, config, kUnits);
+  Hdf5Writer writer(path, kLandmarksFormat, kLandmarksVersion, config, kUnits);
   writer.WriteText("extraction", map.extraction);
   writer.WriteList<std::int32_t>("kind", {static_cast<std::int32_t>(map.kind)});
   Array<double> positions{map.positions_in_map.size(), 3, {}};
@@ -192,7 +192,7 @@ void WriteLandmarks(const std::filesystem::path& path,
 }
 
 LandmarkMap ReadLandmarks(const std::filesystem::path& path) {
-  const Hdf5Reader reader(path, kFormat, kVersion);
+  const Hdf5Reader reader(path, kLandmarksFormat, kLandmarksVersion);
   LandmarkMap map;
   const auto kind = reader.ReadList<std::int32_t>("kind");
   reader.Demand(kind.size() == 1 && kind[0] >= 0 && kind[0] <= 2, "kind", "is not known");

@@ -10,8 +10,8 @@
 namespace nightmap {
 namespace {
 
-constexpr char kFormat[] = "nightmap matches";
-constexpr int kVersion = 1;
+constexpr char kMatchesFormat[] = "nightmap matches";
+constexpr int kMatchesVersion = 1;
 
 }  // namespace
 
@@ -55,7 +55,11 @@ void WritePairs(const std::filesystem::path& path,
     match.rows += pair.inliers.size();
     first_match.push_back(static_cast<std::int32_t>(match.rows));
   }
-  Hdf5Writer file(path, kFormat, kVersion, config, "metres; rad; b_from_a: camera b from camera a");
+  Hdf5Writer file(path,
+                  kMatchesFormat,
+                  kMatchesVersion,
+                  config,
+                  "metres; rad; b_from_a: camera b from camera a");
   file.Write("frame", frame);
   file.WriteList("status", status);
   file.WriteList("num_putative", num_putative);
@@ -68,7 +72,7 @@ void WritePairs(const std::filesystem::path& path,
 }
 
 std::vector<FramePair> ReadPairs(const std::filesystem::path& path) {
-  const Hdf5Reader file(path, kFormat, kVersion);
+  const Hdf5Reader file(path, kMatchesFormat, kMatchesVersion);
   const auto frame = file.Read<std::int32_t>("frame", 2);
   const auto status = file.ReadList<std::int32_t>("status");
   const auto num_putative = file.ReadList<std::int32_t>("num_putative");

@@ -11,8 +11,8 @@
 namespace nightmap {
 namespace {
 
-constexpr char kFormat[] = "nightmap odometry";
-constexpr int kVersion = 1;
+constexpr char kOdometryFormat[] = "nightmap odometry";
+constexpr int kOdometryVersion = 1;
 
 void WriteFrames(const std::vector<OdometryFrame>& frames, Hdf5Writer* file) {
   std::vector<std::int32_t> frame_idx;
@@ -92,7 +92,8 @@ std::vector<PoseEdge> ReadEdges(const Hdf5Reader& file) {
 void WriteOdometry(const std::filesystem::path& path,
                    const OdometryShard& shard,
                    const std::string& config) {
-  Hdf5Writer file(path, kFormat, kVersion, config, "metres; rad; target_from_source poses");
+  Hdf5Writer file(
+      path, kOdometryFormat, kOdometryVersion, config, "metres; rad; target_from_source poses");
   WriteFrames(shard.frames, &file);
   WriteEdges(shard.edges, &file);
   Array<std::int32_t> observation{shard.observations.size(), 3, {}};
@@ -104,7 +105,7 @@ void WriteOdometry(const std::filesystem::path& path,
 }
 
 OdometryShard ReadOdometry(const std::filesystem::path& path) {
-  const Hdf5Reader file(path, kFormat, kVersion);
+  const Hdf5Reader file(path, kOdometryFormat, kOdometryVersion);
   OdometryShard shard{ReadOdometryFrames(file), ReadEdges(file), {}};
   const auto observation = file.Read<std::int32_t>("observation", 3);
   shard.observations.reserve(observation.rows);

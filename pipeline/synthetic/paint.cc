@@ -33,10 +33,10 @@ Canvas Wood(int size_px, Random& random) {
 
 Canvas Planks(int size_px, Random& random) {
   Canvas canvas = Wood(size_px, random);
-  constexpr int kNumRows = 16;
-  for (int row = 0; row < kNumRows; ++row) {
-    const float low = static_cast<float>(row) / kNumRows;
-    const float high = static_cast<float>(row + 1) / kNumRows;
+  constexpr int kNumPlanks = 16;
+  for (int row = 0; row < kNumPlanks; ++row) {
+    const float low = static_cast<float>(row) / kNumPlanks;
+    const float high = static_cast<float>(row + 1) / kNumPlanks;
     const int row_start = static_cast<int>(low * static_cast<float>(size_px));
     const int row_end = static_cast<int>(high * static_cast<float>(size_px));
     float end = Uniform(random, 0.1, 0.3);
@@ -57,15 +57,15 @@ Canvas Planks(int size_px, Random& random) {
 
 Canvas Brick(int size_px, Random& random) {
   Canvas canvas(size_px, {188, 182, 172});
-  constexpr int kNumRows = 24;
+  constexpr int kNumPlanks = 24;
   constexpr int kNumColumns = 8;
   constexpr float kJoint = 0.006F;
-  for (int row = 0; row < kNumRows; ++row) {
+  for (int row = 0; row < kNumPlanks; ++row) {
     const float shift = row % 2 == 0 ? 0.0F : 0.5F / kNumColumns;
     for (int column = 0; column < kNumColumns; ++column) {
       const Eigen::Vector2f low(shift + static_cast<float>(column) / kNumColumns + kJoint,
-                                static_cast<float>(row) / kNumRows + kJoint);
-      const Eigen::Vector2f size(1.0F / kNumColumns - kJoint, 1.0F / kNumRows - kJoint);
+                                static_cast<float>(row) / kNumPlanks + kJoint);
+      const Eigen::Vector2f size(1.0F / kNumColumns - kJoint, 1.0F / kNumPlanks - kJoint);
       const Eigen::Vector3f tone = Eigen::Vector3f(168, 96, 74) * Uniform(random, 0.62, 1.3);
       canvas.Rectangle(low, low + size, tone + RandomColor(random, -14, 14));
     }

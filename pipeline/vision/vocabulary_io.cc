@@ -9,8 +9,8 @@
 namespace nightmap {
 namespace {
 
-constexpr char kFormat[] = "nightmap.vocabulary";
-constexpr int kVersion = 1;
+constexpr char kVocabularyFormat[] = "nightmap.vocabulary";
+constexpr int kVocabularyVersion = 1;
 constexpr char kUnits[] = "node indices; descriptors as in the features artifact";
 
 DescriptorKind ReadKind(const Hdf5Reader& reader) {
@@ -75,7 +75,7 @@ void WriteVocabulary(const std::filesystem::path& path,
                      const Vocabulary& vocabulary,
                      const std::string& config) {
   const VocabularyTree& tree = vocabulary.tree;
-  Hdf5Writer writer(path, kFormat, kVersion, config, kUnits);
+  Hdf5Writer writer(path, kVocabularyFormat, kVocabularyVersion, config, kUnits);
   writer.WriteList<std::int32_t>("tree/kind", {static_cast<std::int32_t>(tree.Kind())});
   writer.WriteList<std::int32_t>("tree/depth", {tree.Depth()});
   Array<std::int32_t> nodes{tree.Nodes().size(), 3, {}};
@@ -99,7 +99,7 @@ void WriteVocabulary(const std::filesystem::path& path,
 }
 
 Vocabulary ReadVocabulary(const std::filesystem::path& path) {
-  const Hdf5Reader reader(path, kFormat, kVersion);
+  const Hdf5Reader reader(path, kVocabularyFormat, kVocabularyVersion);
   Vocabulary vocabulary;
   vocabulary.tree = ReadTree(reader);
   vocabulary.inverted_file = InvertedFile(ReadWords(reader, vocabulary.tree));
