@@ -8,7 +8,7 @@ namespace nightmap {
 
 namespace {
 
-constexpr int kNumRows = 3;
+constexpr int kNumRoomRows = 3;
 constexpr double kDoorPosition = 0.36;  // of the room's width
 
 // South edges of the south corridor, the inner row, the north corridor and the north row.
@@ -29,14 +29,14 @@ RowHeights ComputeRowHeights(const BuildingOptions& options) {
 // Rooms of style 0 are chosen from the outer rows first: their doors are on the same side of the
 // robot, so that they can be furnished exactly alike.
 int StyleOfRoom(const BuildingOptions& options, int room_idx, int num_columns) {
-  constexpr int kRank[kNumRows] = {0, 2, 1};
-  const int rank = kRank[room_idx % kNumRows] * num_columns + room_idx / kNumRows;
+  constexpr int kRank[kNumRoomRows] = {0, 2, 1};
+  const int rank = kRank[room_idx % kNumRoomRows] * num_columns + room_idx / kNumRoomRows;
   return rank < options.num_identical_rooms ? 0 : room_idx + 1;
 }
 
 Room MakeRoom(const BuildingOptions& options, const RowHeights& y, int room_idx, int num_columns) {
-  const int column = room_idx / kNumRows;
-  const int row = room_idx % kNumRows;
+  const int column = room_idx / kNumRoomRows;
+  const int row = room_idx % kNumRoomRows;
   const double x0 = options.corridor_width_m + options.wall_thickness_m +
                     column * (options.room_width_m + options.wall_thickness_m);
   const double y0 = row == 0 ? 0 : (row == 1 ? y.inner : y.north);
@@ -91,7 +91,7 @@ FloorLayout PlanLayout(const BuildingOptions& options) {
   const double wall = options.wall_thickness_m;
   const double width = options.corridor_width_m;
   FloorLayout layout;
-  layout.num_columns = (options.num_rooms + kNumRows - 1) / kNumRows;
+  layout.num_columns = (options.num_rooms + kNumRoomRows - 1) / kNumRoomRows;
   for (int room_idx = 0; room_idx < options.num_rooms; ++room_idx) {
     layout.rooms.push_back(MakeRoom(options, y, room_idx, layout.num_columns));
     layout.doorways.push_back(Doorway(options, layout.rooms.back()));

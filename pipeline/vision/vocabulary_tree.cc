@@ -108,12 +108,13 @@ void VocabularyTree::VisitLeaves(const std::uint8_t* descriptor,
 
 std::vector<int> VocabularyTree::LeafWords(const std::vector<std::uint8_t>& descriptors,
                                            int num_threads) const {
-  constexpr std::size_t kChunk = 1024;
+  constexpr std::size_t kChunkSize = 1024;
   const auto size = static_cast<std::size_t>(DescriptorSize(kind_));
   std::vector<int> words(descriptors.size() / size);
-  ParallelFor((words.size() + kChunk - 1) / kChunk, num_threads, [&](std::size_t chunk) {
-    const std::size_t end = std::min(words.size(), (chunk + 1) * kChunk);
-    for (std::size_t i = chunk * kChunk; i < end; ++i) words[i] = LeafWord(&descriptors[i * size]);
+  ParallelFor((words.size() + kChunkSize - 1) / kChunkSize, num_threads, [&](std::size_t chunk) {
+    const std::size_t end = std::min(words.size(), (chunk + 1) * kChunkSize);
+    for (std::size_t i = chunk * kChunkSize; i < end; ++i)
+      words[i] = LeafWord(&descriptors[i * size]);
   });
   return words;
 }
