@@ -236,8 +236,10 @@ def query_tables(root, arguments):
     for path in paths:
         if not os.path.exists(path):
             raise ConfigError(f"QUERY: {path} does not exist: name pictures, folders of them or .txt lists")
-    return [{"layout": "pictures", "pictures": os.path.relpath(from_data(path, arguments.data), root)} | camera
-            for path in paths]
+    data = os.path.realpath(arguments.data)  # absolute: how many `..` lead out does not depend on where we are
+    from_root = [os.path.relpath(os.path.join(data, from_data(path, arguments.data)), os.path.join(data, root))
+                 for path in paths]
+    return [{"layout": "pictures", "pictures": path} | camera for path in from_root]
 
 
 def effective_site(arguments):

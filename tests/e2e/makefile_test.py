@@ -175,6 +175,15 @@ class ResolveConfigTest(unittest.TestCase):
         self.resolve("--query", str(picture))
         self.assertFalse(os.path.isabs(self.site()["query"][0]["pictures"]))
 
+    def test_query_is_found_from_a_data_folder_beside_the_working_folder(self):
+        picture = self.picture("photos/start.jpg")
+        with tempfile.TemporaryDirectory(dir=self.folder.parent) as beside:
+            for folder in (pathlib.Path(beside), pathlib.Path(beside) / "data"):
+                shutil.copytree(self.folder / "data", folder, dirs_exist_ok=True)
+                self.resolve("--query", "photos/start.jpg", "--data", str(folder))
+                path = os.path.normpath(os.path.join("office", self.site()["query"][0]["pictures"]))
+                self.assertTrue((folder / path).samefile(picture), path)
+
     def test_a_changed_picture_of_a_query_is_noticed(self):
         """And of a recording that synthesize makes nothing else, since it is not there at first."""
         self.picture("photos/a.jpg")
