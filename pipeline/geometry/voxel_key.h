@@ -35,4 +35,22 @@ inline VoxelKey UnpackVoxel(std::uint64_t packed) {
   return {axis(42), axis(21), axis(0)};
 }
 
+// The lowest 16 bits of `value`, two zeros between each and the next.
+inline std::uint64_t SpreadBits(std::uint64_t value) {
+  value &= 0xFFFF;
+  value = (value | value << 16) & 0x0000FF0000FF;
+  value = (value | value << 8) & 0x00F00F00F00F;
+  value = (value | value << 4) & 0x0C30C30C30C3;
+  return (value | value << 2) & 0x249249249249;
+}
+
+// Morton code of a key with coordinates in [-2^15, 2^15): the order in which an octree of depth 16
+// has its leaves, x in the lowest bit of each three.
+inline std::uint64_t MortonCode(const VoxelKey& key) {
+  const auto spread = [](int value) {
+    return SpreadBits(static_cast<std::uint64_t>(value + (1 << 15)));
+  };
+  return spread(key.x()) | spread(key.y()) << 1 | spread(key.z()) << 2;
+}
+
 }  // namespace nightmap

@@ -7,7 +7,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <memory>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -20,74 +19,6 @@ namespace nightmap {
 namespace {
 
 constexpr int kTreeDepth = 16;
-
-// An OctoMap tree that takes leaves of any size.
-template <typename Tree>
-class LeafTree : public Tree {
- public:
-  using Node = std::remove_pointer_t<decltype(std::declval<Tree>().getRoot())>;
-
-  explicit LeafTree(double resolution_m) : Tree(resolution_m) {}
-
-  void Insert(const OccupancyVoxel& leaf) {
-    const octomap::OcTreeKey key =
-        this->coordToKey(leaf.centre_in_map.x(), leaf.centre_in_map.y(), leaf.centre_in_map.z());
-    Node* node =
-        Descend(key, static_cast<int>(std::lround(std::log2(leaf.size_m / this->resolution))));
-    node->setLogOdds(leaf.log_odds);
-    if constexpr (std::is_same_v<Tree, octomap::ColorOcTree>) {
-      node->setColor(leaf.rgb[0], leaf.rgb[1], leaf.rgb[2]);
-    }
-  }
-
- private:
-  Node* Descend(const octomap::OcTreeKey& key, int height) {
-    if (this->root == nullptr) {
-      this->root = new Node();  // owned and freed by the tree, as its own insertion does
-      ++this->tree_size;
-    }
-    Node* node = this->root;
-    for (int level = kTreeDepth - 1; level >= height; --level) {
-      const unsigned child = octomap::computeChildIdx(key, level);
-      node = this->nodeChildExists(node, child) ? this->getNodeChild(node, child)
-                                                : this->createNodeChild(node, child);
-    }
-    this->size_changed = true;
-    return node;
-  }
-};
-
-void CheckLeaf(const OccupancyVoxel& leaf, double resolution_m, const std::filesystem::path& path) {
-  const double height = std::log2(leaf.size_m / resolution_m);
-  const bool valid_size =
-      height > -0.01 && std::abs(height - std::round(height)) < 0.01 && height < 15.5;
-  if (!valid_size || !std::isfinite(leaf.log_odds) ||
-      !(leaf.centre_in_map.cwiseAbs().maxCoeff() < OctreeReach_m(resolution_m))) {
-    throw DataError("{}: a leaf at ({}, {}, {}) of size {} m does not fit an octree of {} m",
-                    path.string(),
-                    leaf.centre_in_map.x(),
-                    leaf.centre_in_map.y(),
-                    leaf.centre_in_map.z(),
-                    leaf.size_m,
-                    resolution_m);
-  }
-}
-
-template <typename Tree>
-std::unique_ptr<LeafTree<Tree>> BuildTree(const OccupancyTree& tree,
-                                          const std::filesystem::path& path) {
-  if (!(tree.resolution_m > 0)) {
-    throw DataError("{}: the octree's resolution must be positive", path.string());
-  }
-  auto built = std::make_unique<LeafTree<Tree>>(tree.resolution_m);
-  for (const OccupancyVoxel& leaf : tree.leaves) {
-    CheckLeaf(leaf, tree.resolution_m, path);
-    built->Insert(leaf);
-  }
-  built->updateInnerOccupancy();
-  built->prune();
-  return built;
-}
 
 struct Header {
   std::string type;
@@ -181,24 +112,6 @@ OccupancyTree ListLeaves(const Header& header, const std::string& data) {
 }  // namespace
 
 double OctreeReach_m(double resolution_m) { return resolution_m * (1 << (kTreeDepth - 1)); }
-
-void WriteOctree(const std::filesystem::path& path, const OccupancyTree& tree) {
-  std::ostringstream stream;
-  BuildTree<octomap::ColorOcTree>(tree, path)->write(stream);
-  WriteFile(path, stream.str());
-}
-
-// The header is written here because OctoMap's own writer prints to the terminal.
-void WriteBinaryOctree(const std::filesystem::path& path, const OccupancyTree& tree) {
-  const auto built = BuildTree<octomap::OcTree>(tree, path);
-  built->toMaxLikelihood();
-  built->prune();
-  std::ostringstream stream;
-  stream << "# Octomap OcTree binary file\nid OcTree\nsize " << built->size() << "\nres "
-         << built->getResolution() << "\ndata\n";
-  built->writeBinaryData(stream);
-  WriteFile(path, stream.str());
-}
 
 OccupancyTree ReadOctree(const std::filesystem::path& path) {
   const std::string bytes = ReadFile(path);

@@ -31,8 +31,10 @@ struct OccupancyTree {
 // How far from the origin a tree reaches along each axis.
 double OctreeReach_m(double resolution_m);
 
-// `.ot`: log-odds and colors. Eight equal leaves are merged to one (their colors averaged), so a
-// tree read back may hold fewer, larger leaves. Throws DataError naming the file.
+// `.ot`: log-odds and colors, the bytes that OctoMap's own ColorOcTree of these leaves would write
+// once pruned at every level (its prune() ends at the first with nothing to merge). Eight equal
+// leaves are merged to one (their colors averaged), so a tree read back may hold fewer, larger
+// leaves. Fast for leaves that come depth first. Throws DataError naming the file.
 void WriteOctree(const std::filesystem::path& path, const OccupancyTree& tree);
 
 // `.bt`: only occupied or free (maximum likelihood). Throws DataError naming the file.

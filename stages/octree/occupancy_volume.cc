@@ -48,7 +48,9 @@ void OccupancyVolume::AppendBlock(const VoxelKey& key,
     tree.leaves.push_back({VoxelCentre(key, size_m), size_m, block.log_odds[0]});
     return;
   }
-  for (std::size_t i = block.known._Find_first(); i < kBlockVoxels; i = block.known._Find_next(i)) {
+  static constexpr auto kOrder = MortonOrderInBlock();
+  for (const std::size_t i : kOrder) {
+    if (!block.known.test(i)) continue;
     OccupancyVoxel leaf{
         VoxelCentre(VoxelInBlock(key, i), tree.resolution_m), tree.resolution_m, block.log_odds[i]};
     if (leaf.Occupied() && block.colors && (*block.colors)[i].count > 0) {
@@ -59,14 +61,12 @@ void OccupancyVolume::AppendBlock(const VoxelKey& key,
 }
 
 OccupancyTree OccupancyVolume::Leaves(double resolution_m) const {
-  std::vector<std::uint64_t> keys;
-  for (const auto& [packed, block] : blocks_.Blocks()) keys.push_back(packed);
-  std::sort(keys.begin(), keys.end());
+  std::vector<VoxelKey> keys;
+  for (const auto& [packed, block] : blocks_.Blocks()) keys.push_back(UnpackVoxel(packed));
+  std::ranges::sort(keys, {}, MortonCode);
   OccupancyTree tree;
   tree.resolution_m = resolution_m;
-  for (const std::uint64_t packed : keys) {
-    AppendBlock(UnpackVoxel(packed), blocks_.Blocks().at(packed), tree);
-  }
+  for (const VoxelKey& key : keys) AppendBlock(key, *blocks_.Find(key), tree);
   return tree;
 }
 

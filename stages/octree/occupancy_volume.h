@@ -27,7 +27,7 @@ class OccupancyVolume {
   // Scans must come in a fixed order: clamping makes the sum depend on it.
   void Integrate(const ScanEvidence& evidence);
 
-  // Known voxels; a block whose voxels are all free with one value becomes one leaf.
+  // Known voxels, depth first; a block whose voxels are all free with one value becomes one leaf.
   OccupancyTree Leaves(double resolution_m) const;
 
  private:

@@ -3,6 +3,7 @@
 // within one hash entry.
 #pragma once
 
+#include <array>
 #include <bitset>
 #include <cstdint>
 #include <unordered_map>
@@ -27,6 +28,18 @@ inline std::size_t IndexInBlock(const VoxelKey& voxel) {
 inline VoxelKey VoxelInBlock(const VoxelKey& block, std::size_t index) {
   const int i = static_cast<int>(index);
   return block * kBlockEdge + VoxelKey(i >> 6, i >> 3 & 7, i & 7);
+}
+
+// Indices in a block in the order of an octree's leaves.
+constexpr std::array<std::size_t, kBlockVoxels> MortonOrderInBlock() {
+  std::array<std::size_t, kBlockVoxels> order{};
+  for (std::size_t code = 0; code < kBlockVoxels; ++code) {
+    const auto every_third = [](std::size_t bits) {
+      return (bits & 1) | (bits >> 2 & 2) | (bits >> 4 & 4);
+    };
+    order[code] = every_third(code) << 6 | every_third(code >> 1) << 3 | every_third(code >> 2);
+  }
+  return order;
 }
 
 // Values of type T by block, made when first asked for. Remembers the last block: neighbouring

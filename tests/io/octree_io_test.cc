@@ -7,10 +7,14 @@
 #include <octomap/OcTree.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <sstream>
+#include <type_traits>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
@@ -104,6 +108,116 @@ TEST_F(OctreeIoTest, EqualLeavesAreMergedAndLargeLeavesSurvive) {
   EXPECT_DOUBLE_EQ(merged.leaves[0].size_m, 0.2);
   WriteOctree(ot_, merged);
   EXPECT_EQ(ReadOctree(ot_).leaves.size(), 8U);
+}
+
+// An OctoMap tree that takes leaves of any size.
+template <typename Tree>
+class LeafTree : public Tree {
+ public:
+  explicit LeafTree(const OccupancyTree& tree) : Tree(tree.resolution_m) {
+    for (const OccupancyVoxel& leaf : tree.leaves) Insert(leaf);
+    this->updateInnerOccupancy();
+    this->prune();
+  }
+
+ private:
+  void Insert(const OccupancyVoxel& leaf) {
+    const octomap::OcTreeKey key = this->coordToKey({static_cast<float>(leaf.centre_in_map.x()),
+                                                     static_cast<float>(leaf.centre_in_map.y()),
+                                                     static_cast<float>(leaf.centre_in_map.z())});
+    const int height = static_cast<int>(std::lround(std::log2(leaf.size_m / this->resolution)));
+    if (this->root == nullptr) {
+      this->root = new std::remove_pointer_t<decltype(this->root)>();
+      ++this->tree_size;
+    }
+    auto* node = this->root;
+    for (int level = 15; level >= height; --level) {
+      const unsigned child = octomap::computeChildIdx(key, level);
+      node = this->nodeChildExists(node, child) ? this->getNodeChild(node, child)
+                                                : this->createNodeChild(node, child);
+    }
+    this->size_changed = true;
+    node->setLogOdds(leaf.log_odds);
+    if constexpr (std::is_same_v<Tree, octomap::ColorOcTree>) {
+      node->setColor(leaf.rgb[0], leaf.rgb[1], leaf.rgb[2]);
+    }
+  }
+};
+
+// Voxels and cubes of 2 and 8 voxels around the origin, none in another; few values, so that many
+// merge, and some without a color.
+OccupancyTree RandomTree(std::uint64_t seed) {
+  Random random(seed);
+  OccupancyTree tree;
+  tree.resolution_m = 0.1;
+  const std::array<float, 3> values = {-2.0F, -0.4F, 0.85F};
+  for (int block = 0; block < 64; ++block) {
+    const Eigen::Vector3d corner(block / 16 * 8 - 16, block / 4 % 4 * 8 - 16, block % 4 * 8 - 16);
+    const int edge = 1 << random.Index(4);
+    if (edge == 4) continue;
+    const float usual = values[random.Index(values.size())];
+    for (int x = 0; x < 8; x += edge) {
+      for (int y = 0; y < 8; y += edge) {
+        for (int z = 0; z < 8; z += edge) {
+          if (block % 3 > 0 && random.Index(9) == 0) continue;
+          OccupancyVoxel leaf;
+          leaf.size_m = tree.resolution_m * edge;
+          leaf.centre_in_map =
+              ((corner + Eigen::Vector3d(x, y, z)).array() + 0.5 * edge) * tree.resolution_m;
+          const bool is_usual = block % 2 > 0 || random.Index(8) > 0;
+          leaf.log_odds = is_usual ? usual : values[random.Index(values.size())];
+          if (random.Index(3) > 0) {
+            for (auto& channel : leaf.rgb) channel = static_cast<std::uint8_t>(random.Index(256));
+          }
+          tree.leaves.push_back(leaf);
+        }
+      }
+    }
+  }
+  return tree;
+}
+
+TEST_F(OctreeIoTest, WritesTheBytesThatOctoMapWrites) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const OccupancyTree tree = RandomTree(seed);
+    WriteOctree(ot_, tree);
+    std::ostringstream by_octomap;
+    LeafTree<octomap::ColorOcTree>(tree).write(by_octomap);
+    EXPECT_TRUE(ReadFile(ot_) == by_octomap.str()) << seed;
+
+    WriteBinaryOctree(bt_, tree);
+    LeafTree<octomap::OcTree> binary(tree);
+    std::ostringstream binary_by_octomap;
+    binary.writeBinary(binary_by_octomap);
+    const std::string bytes = ReadFile(bt_);
+    const std::string wanted = binary_by_octomap.str();
+    const std::string kData = "\ndata\n";
+    EXPECT_TRUE(bytes.substr(bytes.find(kData)) == wanted.substr(wanted.find(kData))) << seed;
+    EXPECT_THAT(bytes, testing::HasSubstr(fmt::format("\nsize {}\n", binary.size()))) << seed;
+  }
+}
+
+TEST_F(OctreeIoTest, TheOrderOfTheLeavesDoesNotMatter) {
+  OccupancyTree tree = RandomTree(3);
+  WriteOctree(ot_, tree);
+  WriteBinaryOctree(bt_, tree);
+  const std::string ot = ReadFile(ot_);
+  const std::string bt = ReadFile(bt_);
+  std::ranges::reverse(tree.leaves);
+  WriteOctree(ot_, tree);
+  WriteBinaryOctree(bt_, tree);
+  EXPECT_TRUE(ReadFile(ot_) == ot);
+  EXPECT_TRUE(ReadFile(bt_) == bt);
+}
+
+TEST_F(OctreeIoTest, RefusesLeavesThatOverlap) {
+  for (const double size_m : {0.05, 0.1, 0.2}) {
+    OccupancyTree tree = Checkerboard();
+    OccupancyVoxel leaf = tree.leaves[300];
+    leaf.size_m = size_m;
+    tree.leaves.push_back(leaf);
+    EXPECT_THROW(WriteOctree(ot_, tree), DataError) << size_m;
+  }
 }
 
 TEST_F(OctreeIoTest, OctoMapReadsTheColoredTree) {
