@@ -16,8 +16,8 @@ namespace {
 cv::Ptr<cv::Feature2D> MakeDetector(const ExtractionOptions& options) {
   switch (options.Kind()) {
     case DescriptorKind::kRootSift:
-      // All keypoints are kept here: OpenCV's own selection leaves ties to chance.
-      return cv::SIFT::create(0,
+      // OpenCV keeps all that tie with the last one, so that the choice among them is ours.
+      return cv::SIFT::create(options.num_features,
                               options.sift_num_octave_layers,
                               options.sift_contrast_threshold,
                               options.sift_edge_threshold,
@@ -44,27 +44,21 @@ bool IsStronger(const cv::KeyPoint& a, const cv::KeyPoint& b) {
          std::tie(a.response, b.pt.y, b.pt.x, b.size, b.angle);
 }
 
-void KeepStrongest(int count, std::vector<cv::KeyPoint>* keypoints) {
-  std::sort(keypoints->begin(), keypoints->end(), IsStronger);
-  if (keypoints->size() > static_cast<std::size_t>(count)) {
-    keypoints->resize(static_cast<std::size_t>(count));
-  }
-}
-
-// cv::ORB::compute regroups keypoints by octave; this puts them and their rows in order again.
-void SortWithDescriptors(std::vector<cv::KeyPoint>* keypoints, cv::Mat* descriptors) {
+// The strongest keypoints in order, and their rows.
+void KeepStrongest(int count, std::vector<cv::KeyPoint>* keypoints, cv::Mat* descriptors) {
   std::vector<std::size_t> order(keypoints->size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::sort(order, [&](std::size_t a, std::size_t b) {
     return IsStronger((*keypoints)[a], (*keypoints)[b]);
   });
-  std::vector<cv::KeyPoint> sorted;
+  order.resize(std::min(order.size(), static_cast<std::size_t>(count)));
+  std::vector<cv::KeyPoint> kept;
   cv::Mat rows;
   for (const std::size_t i : order) {
-    sorted.push_back((*keypoints)[i]);
+    kept.push_back((*keypoints)[i]);
     rows.push_back(descriptors->row(static_cast<int>(i)));
   }
-  *keypoints = std::move(sorted);
+  *keypoints = std::move(kept);
   *descriptors = rows;
 }
 
@@ -164,12 +158,9 @@ FrameFeatures ExtractFeatures(const ColorImage& color,
   const auto detector = MakeDetector(options);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
-  detector->detect(image, keypoints);
-  KeepStrongest(options.num_features, &keypoints);
-  if (!keypoints.empty()) {
-    detector->compute(image, keypoints, descriptors);
-    SortWithDescriptors(&keypoints, &descriptors);
-  }
+  // At once: each of detect() and compute() would make the pyramid of the image.
+  detector->detectAndCompute(image, cv::noArray(), keypoints, descriptors);
+  KeepStrongest(options.num_features, &keypoints, &descriptors);
 
   FrameFeatures features;
   for (const cv::KeyPoint& keypoint : keypoints) {
