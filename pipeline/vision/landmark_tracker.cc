@@ -18,6 +18,11 @@ Eigen::Vector3d FeatureInMap(const Observer& observer, std::size_t feature) {
   return observer.map_from_camera * observer.camera->color.BackProjectUndistorted(pixel, z_m);
 }
 
+void SortUnique(std::vector<std::uint64_t>* values) {
+  std::sort(values->begin(), values->end());
+  values->erase(std::unique(values->begin(), values->end()), values->end());
+}
+
 const std::uint8_t* DescriptorOf(const Observer& observer, DescriptorKind kind, int feature) {
   const auto size = static_cast<std::size_t>(DescriptorSize(kind));
   return &observer.features->descriptors[static_cast<std::size_t>(feature) * size];
@@ -26,17 +31,20 @@ const std::uint8_t* DescriptorOf(const Observer& observer, DescriptorKind kind, 
 }  // namespace
 
 std::vector<int> LandmarkTracker::TracksNear(const Observer& observer) const {
-  std::vector<std::uint64_t> keys;
+  std::vector<std::uint64_t> centres;
   for (std::size_t i = 0; i < observer.features->depths_m.size(); ++i) {
     if (observer.features->depths_m[i] <= 0) continue;
-    const VoxelKey centre = VoxelOf(FeatureInMap(observer, i), options_.voxel_size_m);
+    centres.push_back(PackVoxel(VoxelOf(FeatureInMap(observer, i), options_.voxel_size_m)));
+  }
+  SortUnique(&centres);
+  std::vector<std::uint64_t> keys;
+  for (const std::uint64_t centre : centres) {
     for (int offset = 0; offset < 27; ++offset) {
-      keys.push_back(
-          PackVoxel(centre + VoxelKey(offset / 9 - 1, offset / 3 % 3 - 1, offset % 3 - 1)));
+      keys.push_back(PackVoxel(UnpackVoxel(centre) +
+                               VoxelKey(offset / 9 - 1, offset / 3 % 3 - 1, offset % 3 - 1)));
     }
   }
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  SortUnique(&keys);
   std::vector<int> tracks;
   for (const std::uint64_t key : keys) {
     const auto voxel = voxels_.find(key);
