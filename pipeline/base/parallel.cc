@@ -11,6 +11,10 @@
 namespace nightmap {
 namespace {
 
+// Of so many items each is small: they are handed out several at a time.
+constexpr std::size_t kManyItems = 4096;
+constexpr std::size_t kMaxChunk = 64;
+
 // The failure with the lowest index seen so far.
 class FirstFailure {
  public:
@@ -37,14 +41,16 @@ void ParallelFor(std::size_t count, int num_threads, const std::function<void(st
   std::atomic<std::size_t> next{0};
   std::atomic<bool> stop{false};
   FirstFailure failure;
+  const std::size_t chunk = std::clamp(count / kManyItems, std::size_t{1}, kMaxChunk);
   const auto work = [&] {
-    // Indices are handed out in order, so every index below a failing one has been started and the
-    // lowest failure is the same at any number of threads.
+    // Chunks are handed out in order and run up to their own first failure, so every index below a
+    // failing one is tried and the lowest failure is the same at any number of threads.
     while (!stop) {
-      const std::size_t index = next++;
-      if (index >= count) return;
+      const std::size_t begin = next.fetch_add(chunk);
+      if (begin >= count) return;
+      std::size_t index = begin;
       try {
-        body(index);
+        for (; index < std::min(begin + chunk, count); ++index) body(index);
       } catch (...) {
         failure.Record(index, std::current_exception());
         stop = true;

@@ -18,9 +18,11 @@ namespace {
 
 TEST(ParallelFor, VisitsEveryItemOnce) {
   for (const int num_threads : {1, 2, 7, 100}) {
-    std::vector<std::atomic<int>> visits(50);
-    ParallelFor(visits.size(), num_threads, [&](std::size_t i) { ++visits[i]; });
-    for (const auto& count : visits) EXPECT_EQ(count, 1);
+    for (const std::size_t num_items : {50, 4097, 100'003}) {
+      std::vector<std::atomic<int>> visits(num_items);
+      ParallelFor(visits.size(), num_threads, [&](std::size_t i) { ++visits[i]; });
+      for (const auto& count : visits) ASSERT_EQ(count, 1);
+    }
   }
   ParallelFor(0, 4, [](std::size_t) { ADD_FAILURE() << "there is no item"; });
 }
@@ -35,6 +37,15 @@ TEST(ParallelFor, CarriesTheExceptionOfTheLowestItem) {
     } catch (const DataError& error) {
       EXPECT_STREQ(error.what(), "item 5");
     }
+  }
+}
+
+TEST(ParallelFor, CarriesTheExceptionOfTheLowestOfManyItems) {
+  for (int trial = 0; trial < 20; ++trial) {
+    const auto fail = [](std::size_t i) {
+      if (i % 1000 == 999) throw DataError("item {}", i);
+    };
+    NIGHTMAP_EXPECT_ERROR(DataError, ParallelFor(100'000, 4, fail), "item 999");
   }
 }
 
