@@ -18,8 +18,6 @@
 namespace nightmap {
 namespace {
 
-constexpr int kTreeDepth = 16;
-
 struct Header {
   std::string type;
   std::size_t num_nodes = 0;
@@ -69,7 +67,7 @@ class NodeChecker {
 
  private:
   std::string CheckNode(int depth) {
-    if (depth > kTreeDepth) return "deeper than 16 levels";
+    if (depth > kOctreeDepth) return "deeper than 16 levels";
     if (data_.size() - offset_ < payload_ + 1) return "truncated";
     float log_odds = 0;
     std::memcpy(&log_odds, data_.data() + offset_, sizeof(log_odds));
@@ -111,7 +109,7 @@ OccupancyTree ListLeaves(const Header& header, const std::string& data) {
 
 }  // namespace
 
-double OctreeReach_m(double resolution_m) { return resolution_m * (1 << (kTreeDepth - 1)); }
+double OctreeReach_m(double resolution_m) { return resolution_m * (1 << (kOctreeDepth - 1)); }
 
 OccupancyTree ReadOctree(const std::filesystem::path& path) {
   const std::string bytes = ReadFile(path);

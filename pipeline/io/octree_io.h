@@ -11,6 +11,8 @@
 
 namespace nightmap {
 
+constexpr int kOctreeDepth = 16;  // levels of OctoMap's trees
+
 // One leaf: a cube of known space. What no leaf covers is unknown.
 struct OccupancyVoxel {
   Eigen::Vector3d centre_in_map = Eigen::Vector3d::Zero();

@@ -20,8 +20,6 @@
 namespace nightmap {
 namespace {
 
-constexpr int kTreeDepth = 16;
-
 struct PlacedLeaf {
   std::uint64_t code = 0;  // Morton code of its first voxel
   int height = 0;          // 0: the smallest voxel
@@ -223,7 +221,7 @@ template <typename Encoder>
 void Write(const std::filesystem::path& path, const OccupancyTree& tree, std::string_view head) {
   const std::vector<PlacedLeaf> leaves = PlaceAll(tree, path);
   Encoder encoder;
-  if (!leaves.empty()) Encode<Encoder>(leaves, kTreeDepth, encoder);
+  if (!leaves.empty()) Encode<Encoder>(leaves, kOctreeDepth, encoder);
   std::ostringstream stream;
   stream << head << "size " << encoder.NumNodes() << "\nres " << tree.resolution_m << "\ndata\n";
   WriteFile(path, stream.str() + encoder.Bytes());
