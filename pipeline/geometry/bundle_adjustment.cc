@@ -33,6 +33,16 @@ void CheckSizes(const BundleProblem& problem) {
   }
 }
 
+void CheckNumbers(const BundleProblem& problem) {
+  for (const BundleObservation& o : problem.observations) {
+    if (o.pixel.allFinite() && std::isfinite(o.depth_m)) continue;
+    throw DataError(
+        "bundle adjustment: pose {} sees point {} at a pixel or depth that is no number",
+        o.pose_idx,
+        o.point_idx);
+  }
+}
+
 std::size_t SensorOf(std::size_t pose, const BundleProblem& data) {
   return data.sensor_idx.empty() ? 0 : static_cast<std::size_t>(data.sensor_idx[pose]);
 }
@@ -223,6 +233,7 @@ class Adjuster {
 
 BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* data) {
   CheckSizes(*data);
+  CheckNumbers(*data);
   DropUnseeable(data);
   if (data->observations.empty()) return {};
   return Adjuster(options, data).Run();

@@ -72,7 +72,7 @@ struct BundleSummary {
 
 // Optimizes poses and points in place, by Levenberg-Marquardt. Deterministic. Points with a single
 // observation are held only by their depth. Observations whose point starts behind the camera are
-// removed. Throws DataError when sizes do not fit.
+// removed. Throws DataError when sizes do not fit or an observation is no number.
 BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* problem);
 
 // Distance of an observation from where its point is predicted; infinite for a point that the

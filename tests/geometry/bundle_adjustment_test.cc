@@ -273,13 +273,13 @@ TEST(BundleAdjustment, SameBytesAtAnyNumberOfThreads) {
   EXPECT_EQ(problem.points_in_world, parallel.points_in_world);
 }
 
-// A pixel that is no number makes no estimate, and spoils none.
-TEST(BundleAdjustment, ChangesNothingWhenNoStepHelps) {
+TEST(BundleAdjustment, RefusesWhatIsNoNumber) {
   BundleProblem problem = ExactProblem();
   problem.observations[7].pixel.x() = std::numeric_limits<double>::quiet_NaN();
-  const Rigid3 before = problem.camera_from_world[3];
-  AdjustBundle({}, &problem);
-  EXPECT_EQ(before.Matrix(), problem.camera_from_world[3].Matrix());
+  EXPECT_THROW(AdjustBundle({}, &problem), DataError);
+  problem = ExactProblem();
+  problem.observations[7].depth_m = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(AdjustBundle({}, &problem), DataError);
 }
 
 TEST(BundleAdjustment, LeavesOutWhatIsBehindTheCamera) {
