@@ -2,6 +2,9 @@
 #include "stages/localize/localize.h"
 
 #include <algorithm>
+#include <future>
+#include <span>
+#include <utility>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
@@ -30,6 +33,42 @@ void CheckInput(const LocalizeInput& input) {
           "queries: query {} has camera_idx {} out of range", query.frame_idx, query.camera_idx);
     }
   }
+}
+
+struct LocatedPicture {
+  QueryResult result;
+  std::string problem;  // why the picture was of no use
+};
+
+// First all pictures are described, then all are located, in one loop: a thread with nothing left
+// to describe goes on to locate, so that none waits for the slowest picture.
+std::vector<LocatedPicture> LocateBatch(const LocalizeOptions& options,
+                                        const LocalizeInput& input,
+                                        const Localizer& localizer,
+                                        std::span<const FrameRecord> queries,
+                                        Progress& progress,
+                                        int num_threads) {
+  std::vector<std::packaged_task<DescribedPicture()>> describe;
+  std::vector<std::future<DescribedPicture>> described;
+  for (const FrameRecord& query : queries) {
+    describe.emplace_back([&] { return DescribePicture(options, input, query); });
+    described.push_back(describe.back().get_future());
+  }
+  std::vector<LocatedPicture> located(queries.size());
+  const auto locate = [&](std::size_t i) {
+    const DescribedPicture picture = described[i].get();
+    located[i] = {picture.problem.empty()
+                      ? localizer.Localize(queries[i], picture.camera, picture.features)
+                      : FailedQuery(queries[i], QueryVerdict::kUnreadable, "unreadable_image"),
+                  picture.problem};
+  };
+  input.begin_part("extract");
+  ParallelFor(2 * queries.size(), num_threads, [&](std::size_t i) {
+    if (i == queries.size()) input.begin_part("locate");
+    i < queries.size() ? describe[i]() : locate(i - queries.size());
+    progress.Advance();
+  });
+  return located;
 }
 
 }  // namespace
@@ -131,28 +170,16 @@ std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
   constexpr std::size_t kBatch = 256;  // bounds the memory for features
   CheckInput(input);
   const Localizer localizer(options, *input.map, *input.vocabulary);
-  std::vector<QueryResult> results(input.queries.size());
-  std::vector<DescribedPicture> described(std::min(kBatch, results.size()));
-  progress.Start(2 * results.size());
-  for (std::size_t begin = 0; begin < results.size(); begin += kBatch) {
-    const std::size_t count = std::min(kBatch, results.size() - begin);
-    input.begin_part("extract");
-    ParallelFor(count, num_threads, [&](std::size_t i) {
-      described[i] = DescribePicture(options, input, input.queries[begin + i]);
-      progress.Advance();
-    });
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!described[i].problem.empty()) input.skip(described[i].problem);
+  std::vector<QueryResult> results;
+  progress.Start(2 * input.queries.size());
+  for (std::size_t begin = 0; begin < input.queries.size(); begin += kBatch) {
+    const std::size_t count = std::min(kBatch, input.queries.size() - begin);
+    const std::span queries(&input.queries[begin], count);
+    for (LocatedPicture& located :
+         LocateBatch(options, input, localizer, queries, progress, num_threads)) {
+      if (!located.problem.empty()) input.skip(located.problem);
+      results.push_back(std::move(located.result));
     }
-    input.begin_part("locate");
-    ParallelFor(count, num_threads, [&](std::size_t i) {
-      const FrameRecord& query = input.queries[begin + i];
-      results[begin + i] =
-          described[i].problem.empty()
-              ? localizer.Localize(query, described[i].camera, described[i].features)
-              : FailedQuery(query, QueryVerdict::kUnreadable, "unreadable_image");
-      progress.Advance();
-    });
   }
   progress.Finish();
   return results;

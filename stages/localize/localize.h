@@ -63,7 +63,8 @@ struct LocalizeInput {
   std::function<ColorImage(const FrameRecord&, const RgbdCamera&)> load_color;
   // Told why a picture could not be read, in the order of the queries.
   std::function<void(const std::string&)> skip = [](const std::string&) {};
-  // Told when the work on features (`extract`) and that on poses (`locate`) begins, in turn.
+  // Told when the work on features (`extract`) and that on poses (`locate`) begins, in turn, by the
+  // thread that begins it. The last features are then still being extracted by other threads.
   std::function<void(const char*)> begin_part = [](const char*) {};
   // Those that recorded the map; without any no picture is scaled.
   std::vector<RgbdCamera> map_cameras = {};

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // localize: reads query pictures and the landmark map, writes queries.csv (every query, failures
 // with their reason) and queries.tum (the located ones).
+#include <opencv2/core.hpp>
+
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
 #include "stages/localize/localize.h"
@@ -22,6 +24,7 @@ int main(int argc, char** argv) {
                         {"trajectory", "queries.tum: map_from_camera of the located queries"}}};
   return StageMain(
       argc, argv, spec, LocalizeOptions{}, [](const auto& options, StageContext& context) {
+        cv::setNumThreads(1);  // pictures are the unit of parallelism
         context.BeginPart("read");
         const LandmarkMap map = ReadLandmarks(context.Input("landmarks"));
         const Vocabulary vocabulary = ReadVocabulary(context.Input("vocabulary"));
