@@ -13,7 +13,7 @@
                 queries put into these maps, then bundle adjustment, as COLMAP's documentation recommends
 
 COLMAP's defaults, but on the CPU, with the intrinsics known and never refined by COLMAP, and fewer images
-retrieved.
+retrieved for a mapping frame.
 COLMAP failing is a result, kept in the step's receipt; the variants that depend on it are reported as
 failed.
 Exit codes: 0 written; 1 COLMAP is not installed, or missing data; 2 wrong command line.
@@ -34,9 +34,9 @@ from nightmap_eval.site import Frames, read_csv, read_json
 from nightmap_eval.trajectory import read_tum
 
 MAX_EXHAUSTIVE = 100
-# Images that the vocabulary tree retrieves for each: mapping frames for a query, and for a mapping frame,
-# as COLMAP counts, one of them is itself. COLMAP's default is 100, which on a CPU makes matching take hours
-# for a few hundred frames.
+# Images that the vocabulary tree retrieves for a query: COLMAP's default. For a mapping frame (as COLMAP
+# counts, one of them is itself) that would make matching on a CPU take hours for a few hundred frames.
+NUM_RETRIEVED_FOR_QUERY = 100
 NUM_RETRIEVED = 30
 # What vocab_tree_retriever prints: a line a query, then one for each image it found, best first.
 QUERYING, FOUND = re.compile(r"Querying for image "), re.compile(r"image_id=(\d+), image_name=")
@@ -102,12 +102,12 @@ class Work:
             )  # fmt: skip
 
     def retrieve(self, database, tree, names, map_names):
-        """query -> the NUM_RETRIEVED mapping frames that are most similar to it by the vocabulary tree.
+        """query -> the NUM_RETRIEVED_FOR_QUERY mapping frames that are most similar to it by the vocabulary tree.
 
         vocab_tree_matcher would search all images of the database: a query would find itself and other
         queries, and the fewer mapping frames for it. It has the same defaults."""
         printed = self.step.colmap(
-            "vocab_tree_retriever", database_path=database, vocab_tree_path=tree, num_images=NUM_RETRIEVED,
+            "vocab_tree_retriever", database_path=database, vocab_tree_path=tree, num_images=NUM_RETRIEVED_FOR_QUERY,
             query_image_list_path=self.write_list("queries.txt", names),
             database_image_list_path=self.write_list("map.txt", map_names),
         )  # fmt: skip
@@ -186,7 +186,7 @@ def queries(work):
     tree = work.root / "matches" / "vocabulary.bin"
     if tree.exists():
         found = work.retrieve(database, tree, names, map_names)
-        matching = f"with the {NUM_RETRIEVED} mapping frames most similar by that vocabulary tree"
+        matching = f"with the {NUM_RETRIEVED_FOR_QUERY} mapping frames most similar by that vocabulary tree"
     else:
         found, matching = dict.fromkeys(names, map_names), "with all mapping frames"
     pairs = [f"{name} {other}" for name in names for other in found[name]]

@@ -118,8 +118,8 @@ class ColmapStepTest(unittest.TestCase):
         self.assertEqual(searched, [f"rgb/{i}.png" for i in range(fake_site.NUM_FRAMES)])
         pairs = (queries / "pairs.txt").read_text().splitlines()
         self.assertEqual(pairs, ["queries/0.png rgb/1.png", "queries/0.png rgb/0.png"])
-        self.assertIn("--num_images 30", self.calls())
-        self.assertIn("30 mapping frames", self.receipt("queries")["matching"])
+        self.assertIn("--num_images 100", self.calls())
+        self.assertIn("100 mapping frames", self.receipt("queries")["matching"])
 
     def test_a_retrieval_that_does_not_tell_of_every_query_is_a_failure(self):
         self.prepare("matches")
