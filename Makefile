@@ -48,7 +48,7 @@ CASES ?= $(SITE)
 BUILD ?= build
 # For tests: other site configs, and the sites whose recording the synthesize stage makes.
 SITES ?= configs/sites
-SYNTHETIC ?= demo building mirror
+SYNTHETIC ?= demo building mirror two_floors
 PYTHON ?= /usr/bin/python3
 
 M := $(MAPS)/$(SITE)

@@ -24,7 +24,8 @@ class GroundFinder {
         resolution_m_(columns.resolution_m),
         supports_(supports),
         floor_m_(floors_m[floor_idx]),
-        tops_(area_.Size(), kNoSupport) {
+        tops_(area_.Size(), kNoSupport),
+        is_of_other_floor_(area_.Size(), false) {
     const double step_m = options.max_step_height_m;
     if (floor_idx > 0) lowest_m_ = floors_m[floor_idx - 1] + step_m;
     if (floor_idx + 1 < floors_m.size()) highest_m_ = floors_m[floor_idx + 1] - step_m;
@@ -72,14 +73,13 @@ class GroundFinder {
   // The support of a column that is reached from one beside it.
   int ReachedTop(std::size_t cell, int from_top) const {
     for (const int top : supports_.Of(cell)) {
-      const double height_m = Height_m(top);
       const double rise_m = std::abs(top - from_top) * resolution_m_;
-      if (rise_m <= options_.max_step_height_m + kTolerance_m && height_m > lowest_m_ &&
-          height_m < highest_m_) {
-        return top;
-      }
+      if (rise_m <= options_.max_step_height_m + kTolerance_m) return top;
     }
     return kNoSupport;
+  }
+  bool IsOfOtherFloor(int top) const {
+    return Height_m(top) <= lowest_m_ || Height_m(top) >= highest_m_;
   }
 
   void FollowRamps(std::vector<std::size_t> queue) {
@@ -87,8 +87,14 @@ class GroundFinder {
       const int from_top = tops_[queue[next]];
       ForNeighbours(queue[next], [&](std::size_t cell) {
         if (tops_[cell] != kNoSupport) return;
-        tops_[cell] = ReachedTop(cell, from_top);
-        if (tops_[cell] != kNoSupport) queue.push_back(cell);
+        const int top = ReachedTop(cell, from_top);
+        if (top == kNoSupport) return;
+        if (IsOfOtherFloor(top)) {
+          is_of_other_floor_[cell] = true;
+          return;
+        }
+        tops_[cell] = top;
+        queue.push_back(cell);
       });
     }
   }
@@ -114,7 +120,7 @@ class GroundFinder {
 
   std::vector<double> Fill() const {
     std::vector<double> ground_m(tops_.size(), floor_m_);
-    std::vector<bool> is_done(tops_.size(), false);
+    std::vector<bool> is_done = is_of_other_floor_;  // a ramp that leaves this floor ends there
     std::vector<std::size_t> border;
     for (std::size_t cell = 0; cell < tops_.size(); ++cell) {
       if (tops_[cell] == kNoSupport) continue;
@@ -146,6 +152,7 @@ class GroundFinder {
   double lowest_m_ = -std::numeric_limits<double>::infinity();
   double highest_m_ = std::numeric_limits<double>::infinity();
   std::vector<int> tops_;  // of each cell's ground, or kNoSupport
+  std::vector<bool> is_of_other_floor_;
 };
 
 }  // namespace

@@ -10,15 +10,15 @@ namespace nightmap {
 namespace {
 
 // Solid ground up to and including voxel `top`, and free space above it up to `free_top`.
-void Raise(Room& room, int x0, int y0, int x1, int y1, int top, int free_top) {
+void Raise(VoxelRoom& room, int x0, int y0, int x1, int y1, int top, int free_top) {
   room.Fill({x0, y0, top - 1}, {x1, y1, top}, true);
   room.Fill({x0, y0, top + 1}, {x1, y1, free_top}, false);
 }
 
 // A hall 20 cells wide (y): 2 m of level ground, a ramp that rises a voxel every 4 cells to `top`,
 // and 2 m level up there. Walls along both sides, 3 m high. The ramp ends at x = 40 + 4 * top.
-Room RampHall(int top) {
-  Room room;
+VoxelRoom RampHall(int top) {
+  VoxelRoom room;
   const int end = 40 + 4 * top;
   for (int x = 0; x < end + 40; ++x) {
     const int height = std::clamp((x - 40) / 4 + 1, 0, top);
@@ -39,7 +39,7 @@ TEST(GridFloors, ARampIsFreeAndItsWallsAreNot) {
 }
 
 TEST(GridFloors, WhatStandsOnARampIsAnObstacleAndWhatHangsOverItIsNot) {
-  Room room = RampHall(20);
+  VoxelRoom room = RampHall(20);
   const int top = (100 - 40) / 4 + 1;  // of the ramp at x = 100
   room.Fill({100, 5, top + 3}, {102, 7, top + 6}, true);
   room.Fill({100, 12, top + 35}, {102, 14, top + 36}, true);  // 1.75 m above it
@@ -51,7 +51,7 @@ TEST(GridFloors, WhatStandsOnARampIsAnObstacleAndWhatHangsOverItIsNot) {
 TEST(GridFloors, TheStepThatIsClimbedIsTheOptions) {
   // A sill across the room of a height in voxels, three cells deep.
   for (const auto& [top, cell] : std::map<int, int>{{1, kFreeCell}, {3, kOccupiedCell}}) {
-    Room room = EmptyRoom();
+    VoxelRoom room = EmptyRoom();
     Raise(room, 9, 0, 11, 19, top, 48);
     EXPECT_EQ(CellAt(Project(room.Tree()), 10, 10), cell) << top;
     GridOptions options;
@@ -61,7 +61,7 @@ TEST(GridFloors, TheStepThatIsClimbedIsTheOptions) {
 }
 
 TEST(GridFloors, APlatformWithoutARampIsAnObstacle) {
-  Room room = EmptyRoom();
+  VoxelRoom room = EmptyRoom();
   Raise(room, 20, 0, 69, 19, 6, 48);  // 2.5 m2, 0.35 m high
   const FloorGrid floor = Project(room.Tree());
   EXPECT_EQ(CellAt(floor, 21, 10), kOccupiedCell);
@@ -70,7 +70,7 @@ TEST(GridFloors, APlatformWithoutARampIsAnObstacle) {
 }
 
 TEST(GridFloors, SmallSlopesAreNoRamps) {
-  Room room = EmptyRoom();
+  VoxelRoom room = EmptyRoom();
   for (int x = 5; x <= 12; ++x) Raise(room, x, 5, x, 8, x - 4, 48);  // a pile of 8 x 4 cells
   EXPECT_EQ(CellAt(Project(room.Tree()), 10, 6), kOccupiedCell);
   GridOptions options;
@@ -80,8 +80,8 @@ TEST(GridFloors, SmallSlopesAreNoRamps) {
 
 // A ramp from z = 0 up to 3 m, where a second floor of 4 m x 4 m lies beside and above the first.
 constexpr int kUpper = 60;  // top voxel of the second floor
-Room TwoFloors() {
-  Room room = RampHall(kUpper);
+VoxelRoom TwoFloors() {
+  VoxelRoom room = RampHall(kUpper);
   const int end = 40 + 4 * kUpper;
   for (int floor = 0; floor < 2; ++floor) {
     Raise(room, end - 40, 21, end + 39, 100, floor * kUpper, floor * kUpper + 50);
@@ -119,7 +119,7 @@ TEST(GridFloors, AFloorThatNoCameraWasOnIsNone) {
 }
 
 TEST(GridFloors, TheMapsFloorIsMainEvenWithOneBelow) {
-  Room room;
+  VoxelRoom room;
   for (const int top : {0, -60}) Raise(room, 0, 0, 49, 49, top, top + 50);
   const GridResult result = ProjectFloors(room.Tree());
   ASSERT_EQ(result.floors.size(), 2U);
@@ -128,14 +128,14 @@ TEST(GridFloors, TheMapsFloorIsMainEvenWithOneBelow) {
 }
 
 TEST(GridFloors, TablesAreNoFloors) {
-  Room room;
+  VoxelRoom room;
   Raise(room, 0, 0, 99, 49, 0, 50);
   Raise(room, 0, 50, 99, 99, 14, 50);  // 12.5 m2 of tables
   EXPECT_EQ(ProjectFloors(room.Tree()).floors.size(), 1U);
 }
 
 TEST(GridFloors, WhereTheGroundEndsIsAnObstacle) {
-  Room room = EmptyRoom();
+  VoxelRoom room = EmptyRoom();
   room.Fill({20, 0, -30}, {29, 19, 48}, false);  // a stairwell: free 1.5 m down
   const FloorGrid floor = Project(room.Tree());
   for (int y = 0; y < 20; ++y) {

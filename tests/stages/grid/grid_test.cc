@@ -21,7 +21,7 @@ TEST(Grid, FloorAndCeilingAreNoObstacles) {
 }
 
 TEST(Grid, WallTableAndLampBecomeWhatTheyAre) {
-  Room room = EmptyRoom();
+  VoxelRoom room = EmptyRoom();
   room.Fill({0, 0, 0}, {0, 19, 48}, true);      // wall
   room.Fill({5, 5, 14}, {8, 9, 14}, true);      // table top at 0.725 m
   room.Fill({12, 12, 40}, {14, 14, 42}, true);  // lamp above the robot
@@ -36,7 +36,7 @@ TEST(Grid, WallTableAndLampBecomeWhatTheyAre) {
 }
 
 TEST(Grid, TheRobotsHeightDecidesWhatItPassesUnder) {
-  Room room = EmptyRoom();
+  VoxelRoom room = EmptyRoom();
   room.Fill({5, 5, 14}, {8, 9, 14}, true);  // table top, underside at 0.7 m
   GridOptions options;
   for (const double height_m : {0.3, 0.72}) {  // 0.725 m: the centre of the table's voxels
@@ -57,7 +57,7 @@ TEST(Grid, NoisyFloorStaysFree) {
       const double z = std::clamp(0.03 * random.Gaussian(), -0.09, 0.09);
       const int key = static_cast<int>(std::floor(z / kResolution_m));
       const Eigen::Vector3d centre(x + 0.5, y + 0.5, key + 0.5);
-      tree.leaves.push_back(Room::Leaf(kResolution_m * centre, kResolution_m, true));
+      tree.leaves.push_back(VoxelRoom::Leaf(kResolution_m * centre, kResolution_m, true));
     }
   }
   const FloorGrid result = Project(tree);
@@ -70,14 +70,14 @@ TEST(Grid, StepAndRobotHeightAreComparedWithCentres) {
   const std::map<int, int> expected = {
       {1, kFreeCell}, {2, kOccupiedCell}, {29, kOccupiedCell}, {30, kFreeCell}};
   for (const auto& [z, cell] : expected) {
-    Room room = EmptyRoom();
+    VoxelRoom room = EmptyRoom();
     room.Fill({8, 8, z}, {10, 10, z}, true);
     EXPECT_EQ(CellAt(Project(room.Tree()), 9, 9), cell) << z;
   }
 }
 
 TEST(Grid, UnseenColumnsAreUnknownAndTheGridIsCropped) {
-  Room room;
+  VoxelRoom room;
   room.Fill({100, -50, -1}, {109, -41, -1}, true);   // floor
   room.Fill({300, 300, 45}, {310, 310, 45}, true);   // far ceiling only
   room.Fill({200, 200, 40}, {210, 210, 44}, false);  // free space above the robot only
@@ -96,7 +96,7 @@ TEST(Grid, AnUnseenPartBetweenFreeOnesMakesACellUnknown) {
   // Floor and free space below, free space above, and in between: nothing, or a little.
   const std::map<int, int> expected = {{1, kFreeCell}, {2, kFreeCell}, {3, kUnknownCell}};
   for (const auto& [num_unseen, cell] : expected) {
-    Room room = EmptyRoom();
+    VoxelRoom room = EmptyRoom();
     room.Fill({20, 0, 0}, {29, 9, 0}, true);
     room.Fill({20, 0, 1}, {29, 9, 13}, false);
     room.Fill({20, 0, 14 + num_unseen}, {29, 9, 29}, false);
@@ -108,7 +108,7 @@ TEST(Grid, AnUnseenPartBetweenFreeOnesMakesACellUnknown) {
 }
 
 TEST(Grid, SpecksGoPolesAndWallsStay) {
-  Room room = EmptyRoom();
+  VoxelRoom room = EmptyRoom();
   room.Fill({3, 3, 10}, {3, 3, 11}, true);     // speck: two voxels
   room.Fill({10, 10, 2}, {10, 10, 20}, true);  // pole
   room.Fill({15, 2, 10}, {15, 9, 10}, true);   // shelf edge, one voxel high
@@ -133,12 +133,12 @@ TEST(Grid, MergedLeavesEqualTheirParts) {
   for (int i = 0; i < 200; ++i) {  // disjoint blocks of 4 x 4 x 4
     const Eigen::Vector3d corner(4.0 * (i % 10) - 20, 4.0 * (i / 10 % 4) - 8, 4.0 * (i / 40) - 4);
     const bool occupied = random.Uniform() < 0.2;
-    merged.leaves.push_back(Room::Leaf(
+    merged.leaves.push_back(VoxelRoom::Leaf(
         kResolution_m * (corner + Eigen::Vector3d(2, 2, 2)), 4 * kResolution_m, occupied));
     for (int k = 0; k < 64; ++k) {
       const Eigen::Vector3d centre =
           corner + Eigen::Vector3d(k % 4 + 0.5, k / 4 % 4 + 0.5, k / 16 + 0.5);
-      split.leaves.push_back(Room::Leaf(kResolution_m * centre, kResolution_m, occupied));
+      split.leaves.push_back(VoxelRoom::Leaf(kResolution_m * centre, kResolution_m, occupied));
     }
   }
   const FloorGrid a = Project(merged);
@@ -152,7 +152,7 @@ TEST(Grid, MergedLeavesEqualTheirParts) {
 }
 
 TEST(Grid, FreeSpaceBeyondAWindowIsUnknownUnlessACameraWasThere) {
-  Room room = EmptyRoom();
+  VoxelRoom room = EmptyRoom();
   room.Fill({20, 0, 0}, {20, 19, 16}, true);    // wall below the window
   room.Fill({20, 0, 17}, {20, 19, 48}, false);  // and the pane, which depth passes
   room.Fill({21, 0, 0}, {29, 19, 48}, false);   // outside
@@ -172,7 +172,7 @@ TEST(Grid, FreeSpaceBeyondAWindowIsUnknownUnlessACameraWasThere) {
 
 TEST(Grid, RefusesWhatCannotBeProjected) {
   EXPECT_THROW(Project(OccupancyTree{kResolution_m, {}}), DataError);
-  Room ceiling;
+  VoxelRoom ceiling;
   ceiling.Fill({0, 0, 60}, {5, 5, 60}, true);
   EXPECT_THROW(Project(ceiling.Tree()), DataError);
   GridOptions options;

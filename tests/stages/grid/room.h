@@ -12,9 +12,9 @@ namespace nightmap {
 inline constexpr double kResolution_m = 0.05;
 
 // Smallest voxels by key; centre (k + 0.5) * resolution.
-class Room {
+class VoxelRoom {
  public:
-  Room& Fill(Eigen::Vector3i low, Eigen::Vector3i high, bool occupied) {
+  VoxelRoom& Fill(Eigen::Vector3i low, Eigen::Vector3i high, bool occupied) {
     for (int x = low.x(); x <= high.x(); ++x) {
       for (int y = low.y(); y <= high.y(); ++y) {
         for (int z = low.z(); z <= high.z(); ++z) voxels_[{x, y, z}] = occupied;
@@ -39,8 +39,8 @@ class Room {
 };
 
 // 20 x 20 cells: floor at z = -0.05..0.05 m, ceiling at 2.5 m, free between.
-inline Room EmptyRoom() {
-  Room room;
+inline VoxelRoom EmptyRoom() {
+  VoxelRoom room;
   room.Fill({0, 0, 0}, {19, 19, 48}, false);
   room.Fill({0, 0, -1}, {19, 19, 0}, true);
   room.Fill({0, 0, 49}, {19, 19, 50}, true);
