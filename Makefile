@@ -17,7 +17,7 @@ SHELL := bash
 SITE ?= demo
 ## PROFILE     a set of stage configs: configs/<profile>/<stage>.toml over configs/default
 PROFILE ?= default
-## SET         single values over the profile, as in SET="octree.resolution_m=0.1 grid.obstacle_max_height_m=1.2"
+## SET         single values over the profile, as in SET="octree.resolution_m=0.1 grid.robot_height_m=1.2"
 SET ?=
 ## SEED        seed of every stage that draws random numbers (a made-up recording has its own)
 SEED ?= 0
@@ -48,7 +48,7 @@ CASES ?= $(SITE)
 BUILD ?= build
 # For tests: other site configs, and the sites whose recording the synthesize stage makes.
 SITES ?= configs/sites
-SYNTHETIC ?= demo building mirror
+SYNTHETIC ?= demo building mirror two_floors
 PYTHON ?= /usr/bin/python3
 
 M := $(MAPS)/$(SITE)
@@ -117,8 +117,8 @@ $(call whole,point_cloud, frames=frames/shard_*.csv cameras=pose_graph/cameras.j
 $(call whole,octree,      frames=frames/shard_*.csv cameras=pose_graph/cameras.json data keyframes=pose_graph/keyframes.tum \
                           cloud=point_cloud/cloud.ply, \
                           ot=map.ot bt=map.bt)
-$(call whole,grid,        octree=octree/map.ot, \
-                          pgm=map.pgm yaml=map.yaml)
+$(call whole,grid,        octree=octree/map.ot keyframes=pose_graph/keyframes.tum, \
+                          floors=floors.json pgm=map.pgm yaml=map.yaml png=map.png distances=distances.h5)
 $(call whole,landmarks,   frames=frames/shard_*.csv cameras=pose_graph/cameras.json features=features/shard_*.h5 \
                           vocabulary=vocabulary/vocabulary.h5 trajectory=pose_graph/trajectory.tum \
                           keyframes=pose_graph/keyframes.tum, \

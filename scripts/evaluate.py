@@ -5,7 +5,7 @@
 Trajectory: ATE after SE(3) and Sim(3) alignment, RPE per frame and per metre. Queries: error in the
 map aligned by its own mapping frames, as a whole (global) and around each query (local), recall with
 missing poses counted as failures. Synthetic
-sites: distance of the cloud to the exact surfaces, and the grid against the exact plan. A site
+sites: distance of the cloud to the exact surfaces, and each floor's grid, walls and doors against the exact plan. A site
 without truth gets counts only, and says so.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.grid import compare_with_plan, read_grid
+from nightmap_eval.floors import evaluate_floors
 from nightmap_eval.loops import loop_counts, loop_metrics, read_loops, read_relative_poses
 from nightmap_eval.metrics import query_summary, trajectory_metrics
 from nightmap_eval.ply import read_ply
@@ -184,7 +184,7 @@ def evaluate_map(site_dir, truth_dir, alignment):
         figures["cloud"] = cloud_metrics(read_ply(cloud)[0], alignment, vertices, triangles)
     plan, grid = truth_dir / "floor_plan.yaml", site_dir / "grid" / "map.yaml"
     if plan.exists() and grid.exists():
-        figures["grid"] = compare_with_plan(read_grid(grid), read_grid(plan), alignment)
+        figures["grid"] = evaluate_floors(site_dir, truth_dir, alignment)
     return figures
 
 

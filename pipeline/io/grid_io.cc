@@ -116,14 +116,21 @@ Eigen::Vector2i OccupancyGrid::CellOf(const Eigen::Vector2d& point_in_map) const
   return {floor_to_int(point.x()), floor_to_int(point.y())};
 }
 
-std::string GridToPgm(const OccupancyGrid& grid) {
-  std::string bytes = fmt::format("P5\n{} {}\n255\n", grid.width, grid.height);
-  bytes.reserve(bytes.size() + grid.cells.size());
+GrayImage GridToImage(const OccupancyGrid& grid) {
+  GrayImage image{grid.width, grid.height, 1, {}};
+  image.pixels.reserve(grid.cells.size());
   for (int y = grid.height - 1; y >= 0; --y) {
     for (int x = 0; x < grid.width; ++x) {
-      bytes.push_back(static_cast<char>(kGrayOfCell.at(grid.cells[grid.Index(x, y)])));
+      image.pixels.push_back(kGrayOfCell.at(grid.cells[grid.Index(x, y)]));
     }
   }
+  return image;
+}
+
+std::string GridToPgm(const OccupancyGrid& grid) {
+  const GrayImage image = GridToImage(grid);
+  std::string bytes = fmt::format("P5\n{} {}\n255\n", grid.width, grid.height);
+  bytes.append(image.pixels.begin(), image.pixels.end());
   return bytes;
 }
 

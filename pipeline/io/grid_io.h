@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/io/image_io.h"
+
 namespace nightmap {
 
 enum CellValue : std::uint8_t { kFreeCell = 0, kOccupiedCell = 1, kUnknownCell = 2 };
@@ -41,7 +43,10 @@ struct OccupancyGrid {
   }
 };
 
-// P5 bytes: 254 free, 0 occupied, 205 unknown; the top row of the image has the largest y.
+// 254 free, 0 occupied, 205 unknown; the top row of the image has the largest y.
+GrayImage GridToImage(const OccupancyGrid& grid);
+
+// The same as the bytes of a P5 file.
 std::string GridToPgm(const OccupancyGrid& grid);
 
 // The YAML beside it. `image_name` is the PGM's path relative to the YAML's folder. Numbers are

@@ -72,6 +72,7 @@ bool FloorLayout::IsIndoors(double x, double y) const {
   const auto contains = [x, y](const Rect2& rect) { return rect.Contains(x, y); };
   return std::any_of(corridor.begin(), corridor.end(), contains) ||
          std::any_of(doorways.begin(), doorways.end(), contains) ||
+         (ramp_hall && ramp_hall->passage.Contains(x, y)) ||
          std::any_of(rooms.begin(), rooms.end(), [&](const Room& r) { return contains(r.area); });
 }
 
@@ -105,6 +106,11 @@ FloorLayout PlanLayout(const BuildingOptions& options) {
                      {0, y0, width, y1}};
   layout.center_line = {width / 2, y0 + width / 2, x1 - width / 2, y1 - width / 2};
   layout.extent = {-wall, -wall, x1 + wall, y.north + options.room_depth_m + wall};
+  layout.num_floors = options.num_floors;
+  layout.storey_m = options.ceiling_height_m + options.slab_thickness_m;
+  if (options.num_floors > 1) {
+    layout.ramp_hall = PlanRampHall(options, layout.corridor[3], layout.extent);
+  }
   return layout;
 }
 

@@ -4,8 +4,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
+#include "pipeline/synthetic/ramp_hall.h"
 #include "pipeline/synthetic/scene.h"
 #include "pipeline/synthetic/synthetic_options.h"
 
@@ -30,10 +32,13 @@ struct FloorLayout {
   std::vector<Rect2> corridor;  // south, east, north, west; they overlap at the corners
   std::vector<Rect2> doorways;  // one a room: the gap in the wall
   Rect2 center_line;            // rectangle through the middle of the corridor
-  Rect2 extent;                 // of everything, outer walls included
+  Rect2 extent;                 // of everything but the ramp, outer walls included
   int num_columns = 0;
+  int num_floors = 1;
+  double storey_m = 0;                // from a floor to the next
+  std::optional<RampHall> ramp_hall;  // of a building with two floors
 
-  // Free of walls: a room, the corridor or a doorway.
+  // Free of walls on every floor: a room, the corridor, a doorway or a passage to the ramp.
   bool IsIndoors(double x, double y) const;
   double IndoorArea_m2() const;
 };

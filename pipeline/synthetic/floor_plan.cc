@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace nightmap {
 
@@ -38,10 +39,53 @@ void DrawBox(const Box& box, OccupancyGrid& grid) {
   }
 }
 
+// Height of the ramp where it belongs to a floor.
+std::optional<double> RampOfFloor_m(const FloorLayout& layout,
+                                    const Eigen::Vector2d& point,
+                                    int floor,
+                                    double step_m) {
+  if (!layout.ramp_hall) return {};
+  const auto ramp_m = layout.ramp_hall->RampHeight_m(point.x(), point.y());
+  if (!ramp_m) return {};
+  const bool is_of_floor = floor == 0 ? *ramp_m < layout.storey_m - step_m : *ramp_m > step_m;
+  return is_of_floor ? ramp_m : std::nullopt;
+}
+
+CellValue StateWithoutBoxes(const FloorLayout& layout,
+                            const Eigen::Vector2d& point,
+                            int floor,
+                            double step_m) {
+  if (layout.IsIndoors(point.x(), point.y())) return kFreeCell;
+  if (!layout.ramp_hall) return kUnknownCell;
+  const RampHall& hall = *layout.ramp_hall;
+  if (hall.landing.Contains(point.x(), point.y())) return kFreeCell;
+  if (RampOfFloor_m(layout, point, floor, step_m)) return kFreeCell;
+  const bool is_edge = floor > 0 && hall.RampHeight_m(point.x(), point.y());
+  return is_edge ? kOccupiedCell : kUnknownCell;
+}
+
+// Whether a box stands in the way above the ground of a floor.
+bool IsInBand(const Box& box,
+              const FloorLayout& layout,
+              const FloorPlanOptions& options,
+              int floor) {
+  const double ground_m = RampOfFloor_m(layout, box.center.head<2>(), floor, options.min_height_m)
+                              .value_or(floor * layout.storey_m);
+  return box.center.z() - box.half_size.z() < ground_m + options.max_height_m &&
+         box.center.z() + box.half_size.z() > ground_m + options.min_height_m;
+}
+
 }  // namespace
 
-OccupancyGrid TrueFloorPlan(const SyntheticWorld& world, const FloorPlanOptions& options) {
-  const Rect2& extent = world.layout.extent;
+OccupancyGrid TrueFloorPlan(const SyntheticWorld& world,
+                            const FloorPlanOptions& options,
+                            int floor) {
+  Rect2 extent = world.layout.extent;
+  if (const auto& hall = world.layout.ramp_hall) {
+    const double wall_m = extent.x1 - world.layout.corridor[1].x1;
+    extent.x0 = hall->landing.x0 - wall_m;
+    extent.y1 = std::max(extent.y1, hall->half_landing.y1 + wall_m);
+  }
   // The border lies on whole cells, so that plans of one building always have the same raster.
   const auto to_cell = [&](double value) {
     return static_cast<int>(std::floor(value / options.cell_m + 1e-9));
@@ -55,14 +99,12 @@ OccupancyGrid TrueFloorPlan(const SyntheticWorld& world, const FloorPlanOptions&
   grid.cells.assign(grid.Index(0, grid.height), kUnknownCell);
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
-      const Eigen::Vector2d center = grid.CenterInMap({x, y});
-      if (world.layout.IsIndoors(center.x(), center.y())) grid.cells[grid.Index(x, y)] = kFreeCell;
+      grid.cells[grid.Index(x, y)] =
+          StateWithoutBoxes(world.layout, grid.CenterInMap({x, y}), floor, options.min_height_m);
     }
   }
   for (const Box& box : world.scene.boxes) {
-    const bool is_in_band = box.center.z() - box.half_size.z() < options.max_height_m &&
-                            box.center.z() + box.half_size.z() > options.min_height_m;
-    if (is_in_band) DrawBox(box, grid);
+    if (IsInBand(box, world.layout, options, floor)) DrawBox(box, grid);
   }
   return grid;
 }

@@ -171,6 +171,11 @@ std::vector<CorridorWall> CorridorWalls(const FloorLayout& layout) {
       const double b = std::abs(doorway.x1 - wall.placement.origin.x());
       gaps.emplace_back(std::min(a, b) - kDoorMargin_m, std::max(a, b) + kDoorMargin_m);
     }
+    const bool is_west_wall = wall.placement.origin.isApprox(Eigen::Vector2d(n.x0, n.y1));
+    if (layout.ramp_hall && is_west_wall) {
+      const Rect2& passage = layout.ramp_hall->passage;
+      gaps.emplace_back(n.y1 - passage.y1 - kDoorMargin_m, n.y1 - passage.y0 + kDoorMargin_m);
+    }
     gaps.emplace_back(wall.length_m, wall.length_m);
     std::sort(gaps.begin(), gaps.end());
     double start = 0;

@@ -25,7 +25,8 @@ std::vector<RoutePoint> Resample(const std::vector<RoutePoint>& keys) {
     for (int step = 0; step < num_steps; ++step) {
       const double t = static_cast<double>(step) / num_steps;
       dense.push_back({a.position + t * (b.position - a.position),
-                       a.heading_rad + t * (b.heading_rad - a.heading_rad)});
+                       a.heading_rad + t * (b.heading_rad - a.heading_rad),
+                       a.floor_m + t * (b.floor_m - a.floor_m)});
     }
   }
   return dense;
@@ -49,9 +50,11 @@ std::vector<RoutePoint> Smooth(const std::vector<RoutePoint>& path,
       const RoutePoint& point = path[static_cast<std::size_t>(wrapped)];
       sum.position += weight * point.position;
       sum.heading_rad += weight * (point.heading_rad + turns);
+      sum.floor_m += weight * point.floor_m;
       total += weight;
     }
-    smooth[static_cast<std::size_t>(i)] = {sum.position / total, sum.heading_rad / total};
+    smooth[static_cast<std::size_t>(i)] = {
+        sum.position / total, sum.heading_rad / total, sum.floor_m / total};
   }
   return smooth;
 }
@@ -78,7 +81,8 @@ std::vector<RoutePoint> Unroll(const std::vector<RoutePoint>& path, const RouteO
   for (std::size_t i = start; driven_m < length_m; ++i) {
     const RoutePoint& point = path[i % path.size()];
     const std::size_t lap = i / path.size();
-    unrolled.push_back({point.position, point.heading_rad + static_cast<double>(lap) * gain});
+    unrolled.push_back(
+        {point.position, point.heading_rad + static_cast<double>(lap) * gain, point.floor_m});
     if (i == start) continue;
     driven_m += (point.position - unrolled[unrolled.size() - 2].position).norm();
   }
@@ -117,7 +121,8 @@ std::vector<RoutePoint> SampleFrames(const std::vector<RoutePoint>& path,
     const RoutePoint& a = route[next - 1];
     const RoutePoint& b = route[next];
     frames.push_back({a.position + t * (b.position - a.position),
-                      a.heading_rad + t * (b.heading_rad - a.heading_rad)});
+                      a.heading_rad + t * (b.heading_rad - a.heading_rad),
+                      a.floor_m + t * (b.floor_m - a.floor_m)});
   }
   return frames;
 }
@@ -144,7 +149,8 @@ std::vector<Rigid3> PlanRoute(const FloorLayout& layout,
   for (const RoutePoint& point : SampleFrames(PlanPath(layout, options), options)) {
     if (!poses.empty()) driven_m += (point.position - previous).norm();
     previous = point.position;
-    const double height_m = camera.camera_height_m + 0.006 * std::sin(2.1 * driven_m);
+    const double sway_m = 0.006 * std::sin(2.1 * driven_m);
+    const double height_m = point.floor_m + camera.camera_height_m + sway_m;
     const double pitch_rad = camera.pitch_rad + 0.02 * std::sin(1.3 * driven_m);
     poses.push_back(CameraPose(point, height_m, pitch_rad, 0.006 * std::sin(1.7 * driven_m)));
   }

@@ -15,6 +15,7 @@ namespace nightmap {
 struct RoutePoint {
   Eigen::Vector2d position = Eigen::Vector2d::Zero();  // building frame, metres
   double heading_rad = 0;  // of the camera, from +x towards +y; unwrapped along the route
+  double floor_m = 0;      // height of the ground
 };
 
 // The closed path at a spacing of about 2 cm: all laps, without the overlap. The last point joins

@@ -120,9 +120,11 @@ double NetTurn_rad(const std::vector<RoutePoint>& keys, double heading_rad) {
 void AppendLap(const FloorLayout& layout,
                const Ring& ring,
                double loop_scale,
+               double floor_m,
                double& turned_rad,
                std::vector<RoutePoint>& keys) {
   const std::vector<Event> events = ListEvents(layout, ring);
+  const std::size_t first = keys.size();
   const auto add = [&](double arc_m, double heading_rad) {
     keys.push_back({ring.At(arc_m), heading_rad + turned_rad});
   };
@@ -146,6 +148,51 @@ void AppendLap(const FloorLayout& layout,
     add(arc_m + after_reach_m, heading_rad);
   }
   turned_rad += 360 * kDegree;  // the ring itself
+  for (std::size_t i = first; i < keys.size(); ++i) keys[i].floor_m = floor_m;
+}
+
+// From the west corridor, where it is left southwards, over the ramp to where it is entered
+// southwards on the other floor.
+void AppendRamp(const RampHall& hall,
+                bool is_upwards,
+                double& turned_rad,
+                std::vector<RoutePoint>& keys) {
+  const auto middle = [](double a, double b) { return (a + b) / 2; };
+  const double west_x = middle(hall.up.x0, hall.up.x1);
+  const double east_x = middle(hall.down.x0, hall.down.x1);
+  const double landing_y = middle(hall.landing.y0, hall.landing.y1);
+  const double half_y = middle(hall.half_landing.y0, hall.half_landing.y1);
+  const Eigen::Vector2d passage(middle(hall.passage.x0, hall.passage.x1), landing_y);
+  const double start_rad = turned_rad;
+  const auto add = [&](double x, double y, double storeys, double heading_deg) {
+    keys.push_back({{x, y}, start_rad + heading_deg * kDegree, storeys * hall.storey_m});
+  };
+  if (is_upwards) {
+    add(passage.x(), passage.y(), 0, -155);
+    add(east_x, landing_y, 0, -180);
+    add(west_x, landing_y, 0, -225);
+    add(west_x, hall.up.y0, 0, -270);
+    add(west_x, hall.up.y1, 0.5, -270);
+    add(west_x, half_y, 0.5, -315);
+    add(east_x, half_y, 0.5, -405);
+    add(east_x, hall.down.y1, 0.5, -450);
+    add(east_x, hall.down.y0, 1, -450);
+    add(east_x, landing_y, 1, -400);
+    add(passage.x(), passage.y(), 1, -385);
+    turned_rad -= 360 * kDegree;
+    return;
+  }
+  add(passage.x(), passage.y(), 1, -155);
+  add(east_x, landing_y, 1, -200);
+  add(east_x, hall.down.y0, 1, -270);
+  add(east_x, hall.down.y1, 0.5, -270);
+  add(east_x, half_y, 0.5, -225);
+  add(west_x, half_y, 0.5, -135);
+  add(west_x, hall.up.y1, 0.5, -90);
+  add(west_x, hall.up.y0, 0, -90);
+  add(west_x, landing_y, 0, -45);
+  add(east_x, landing_y, 0, 0);
+  add(passage.x(), passage.y(), 0, -20);
 }
 
 }  // namespace
@@ -153,11 +200,17 @@ void AppendLap(const FloorLayout& layout,
 std::vector<RoutePoint> RouteKeys(const FloorLayout& layout, const RouteOptions& options) {
   std::vector<RoutePoint> keys;
   double turned_rad = 0;
-  for (int lap = 0; lap < options.num_laps; ++lap) {
-    const double inset_m = lap % 2 == 0 ? 0 : 0.12;
-    const double loop_scale = lap % 2 == 0 ? 1 : 0.8;
-    const Ring ring(layout.center_line, inset_m);
-    AppendLap(layout, ring, loop_scale, turned_rad, keys);
+  for (int floor = 0; floor < layout.num_floors; ++floor) {
+    for (int lap = 0; lap < options.num_laps; ++lap) {
+      const double inset_m = lap % 2 == 0 ? 0 : 0.12;
+      const double loop_scale = lap % 2 == 0 ? 1 : 0.8;
+      const Ring ring(layout.center_line, inset_m);
+      AppendLap(layout, ring, loop_scale, floor * layout.storey_m, turned_rad, keys);
+    }
+    if (!layout.ramp_hall) continue;
+    const Ring ring(layout.center_line, 0);
+    keys.push_back({ring.At(0), turned_rad - 90 * kDegree, floor * layout.storey_m});
+    AppendRamp(*layout.ramp_hall, floor == 0, turned_rad, keys);
   }
   keys.push_back({keys.front().position, keys.front().heading_rad + turned_rad});
   return keys;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace nightmap {
@@ -51,6 +52,25 @@ Surface BoxFace(const Box& box,
 }  // namespace
 
 const char* LabelName(SurfaceLabel label) { return kLabelNames[static_cast<std::size_t>(label)]; }
+
+void AddScene(Scene part, double height_m, Scene& whole) {
+  const Eigen::Vector3d raise(0, 0, height_m);
+  const int num_textures = static_cast<int>(whole.textures.size());
+  for (Box& box : part.boxes) box.center += raise;
+  for (Lamp& lamp : part.lamps) lamp.center += raise;
+  for (Surface& surface : part.surfaces) {
+    surface.origin += raise;
+    surface.material.texture_idx += num_textures;
+    if (surface.material.overlay_idx >= 0) surface.material.overlay_idx += num_textures;
+  }
+  const auto append = [](auto&& from, auto& to) {
+    to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+  };
+  append(part.textures, whole.textures);
+  append(part.boxes, whole.boxes);
+  append(part.surfaces, whole.surfaces);
+  append(part.lamps, whole.lamps);
+}
 
 std::array<Surface, 6> BoxFaces(const Box& box, const Material& material) {
   const Eigen::Vector3d x = Eigen::Vector3d::UnitX();

@@ -85,6 +85,9 @@ struct Scene {
   std::vector<Lamp> lamps;
 };
 
+// Adds the part to the whole, raised by `height_m`.
+void AddScene(Scene part, double height_m, Scene& whole);
+
 // The faces of a box as surfaces: front (-y in the box frame), right (+x), back, left, top, bottom.
 std::array<Surface, 6> BoxFaces(const Box& box, const Material& material);
 

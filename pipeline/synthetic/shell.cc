@@ -119,6 +119,19 @@ void AddWallAlongX(const Rect2& rect,
   }
 }
 
+// The corridor's outer wall, with the passage to the ramp if there is one.
+void AddWestWall(const Rect2& rect,
+                 const FloorLayout& layout,
+                 double height_m,
+                 WallMaterials& materials,
+                 SceneBuilder& builder) {
+  if (!layout.ramp_hall) return AddWallBox(rect, 0, height_m, materials, builder);
+  const Rect2& passage = layout.ramp_hall->passage;
+  AddWallBox({rect.x0, rect.y0, rect.x1, passage.y0}, 0, height_m, materials, builder);
+  AddWallBox({rect.x0, passage.y1, rect.x1, rect.y1}, 0, height_m, materials, builder);
+  AddWallBox(passage, kDoorHeight_m, height_m, materials, builder);
+}
+
 void AddWalls(const FloorLayout& layout, const BuildingOptions& options, SceneBuilder& builder) {
   WallMaterials materials(layout, options, builder);
   const double t = options.wall_thickness_m;
@@ -134,7 +147,7 @@ void AddWalls(const FloorLayout& layout, const BuildingOptions& options, SceneBu
                                       {layout.extent.x0, north.y1, layout.extent.x1, north.y1 + t},
                                       {x0, layout.extent.y1 - t, x1, layout.extent.y1}};
   for (const Rect2& wall : along_x) AddWallAlongX(wall, layout, height, materials, builder);
-  AddWallBox({layout.extent.x0, south.y0, south.x0, north.y1}, 0, height, materials, builder);
+  AddWestWall({layout.extent.x0, south.y0, south.x0, north.y1}, layout, height, materials, builder);
   AddWallBox({south.x1, south.y0, layout.extent.x1, north.y1}, 0, height, materials, builder);
   for (int column = 0; column <= layout.num_columns; ++column) {
     const double x = x0 + column * (options.room_width_m + t);

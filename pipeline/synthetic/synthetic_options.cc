@@ -25,6 +25,12 @@ void BuildingOptions::Register(OptionList& list) {
       "mirrored_corridors",
       &mirrored_corridors,
       "opposite corridors are furnished alike, so that a half turn of the building shows the same");
+  list.Add("num_floors",
+           &num_floors,
+           Range(1, 2),
+           "storeys of the same layout, furnished differently; a ramp west of them joins two");
+  list.Add("slab_thickness_m", &slab_thickness_m, Range(0.1, 1), "ceiling to the floor above it");
+  list.Add("ramp_slope", &ramp_slope, Range(0.05, 0.5), "rise of the ramp over its run");
   list.Add("light_map_cell_m", &light_map_cell_m, Range(0.02, 1), "spacing of baked light samples");
   list.Add("num_light_samples", &num_light_samples, Range(1, 1024), "rays per baked light sample");
 }

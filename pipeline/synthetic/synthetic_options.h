@@ -19,6 +19,9 @@ struct BuildingOptions {
   double door_width_m = 0.95;
   double repeated_panel_ratio = 0.25;
   bool mirrored_corridors = false;
+  int num_floors = 1;
+  double slab_thickness_m = 0.3;
+  double ramp_slope = 0.3;
   double light_map_cell_m = 0.1;
   int num_light_samples = 32;
   void Register(OptionList& list);

@@ -16,10 +16,19 @@ SyntheticWorld BuildWorld(const BuildingOptions& options,
   std::vector<Eigen::Vector2d> route_points;
   for (const RoutePoint& point : PlanPath(world.layout, route))
     route_points.push_back(point.position);
-  SceneBuilder builder(seed);
-  BuildShell(world.layout, options, builder);
-  Furnish(world.layout, options, route_points, route.clearance_m, builder);
-  world.scene = builder.Finish(num_threads);
+  for (int floor = 0; floor < options.num_floors; ++floor) {
+    BuildingOptions storey = options;
+    storey.seed += floor;  // the same rooms with other things in them
+    SceneBuilder builder(static_cast<std::uint64_t>(storey.seed));
+    BuildShell(world.layout, storey, builder);
+    Furnish(world.layout, storey, route_points, route.clearance_m, builder);
+    AddScene(builder.Finish(num_threads), floor * world.layout.storey_m, world.scene);
+  }
+  if (world.layout.ramp_hall) {
+    SceneBuilder builder(seed);
+    BuildRampHall(*world.layout.ramp_hall, options, world.layout.corridor[3], builder);
+    AddScene(builder.Finish(num_threads), 0, world.scene);
+  }
   world.rays = std::make_shared<RayScene>(world.scene.surfaces);
   world.light = LightMap(world.scene,
                          *world.rays,

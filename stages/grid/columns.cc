@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/grid/columns.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
 
 namespace nightmap {
 namespace {
@@ -50,75 +50,72 @@ Area BoundingArea(const std::vector<Block>& blocks) {
   return {min_x, min_y, max_x - min_x, max_y - min_y};
 }
 
-void AddFree(const Block& block, const Band& band, int num_free, Column& column) {
-  if (num_free == 0) return;
-  column.num_free = static_cast<std::uint16_t>(column.num_free + num_free);
-  column.lowest_free = std::min(column.lowest_free, std::max(block.z, band.free.min));
-  column.highest_free =
-      std::max(column.highest_free, std::min(block.z + block.size - 1, band.free.max));
+// Calls visit(column) for every column a block stands in.
+template <typename Visit>
+void ForColumns(const Block& block, const Area& area, const Visit& visit) {
+  for (int y = block.y - area.min_y; y < block.y - area.min_y + block.size; ++y) {
+    const std::size_t column = area.Index(block.x - area.min_x, y);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(block.size); ++i) visit(column + i);
+  }
 }
 
-void AddBlock(const Block& block, const Band& band, Columns& columns) {
-  const int num_in_band = band.obstacles.Overlap(block.z, block.size);
-  const int num_free = band.free.Overlap(block.z, block.size);
-  const bool floor = band.floor.Overlap(block.z, block.size) > 0;
-  for (int y = block.y - columns.area.min_y; y < block.y - columns.area.min_y + block.size; ++y) {
-    for (int x = block.x - columns.area.min_x; x < block.x - columns.area.min_x + block.size; ++x) {
-      Column& column = columns.columns[columns.Index(x, y)];
-      if (block.occupied) {
-        column.num_occupied = static_cast<std::uint16_t>(column.num_occupied + num_in_band);
-        column.floor |= floor;
-      } else {
-        AddFree(block, band, num_free, column);
-      }
+// Sorts a column's runs and joins those that touch; returns how many are left.
+std::size_t JoinRuns(std::span<Run> runs) {
+  std::ranges::sort(runs, {}, &Run::begin);
+  std::size_t last = 0;
+  for (std::size_t i = 1; i < runs.size(); ++i) {
+    if (runs[i].begin == runs[last].end && runs[i].occupied == runs[last].occupied) {
+      runs[last].end = runs[i].end;
+    } else {
+      runs[++last] = runs[i];
     }
   }
-}
-
-std::vector<Block> BlocksOfInterest(const OccupancyTree& tree, const Band& band) {
-  std::vector<Block> blocks;
-  for (const OccupancyVoxel& leaf : tree.leaves) {
-    const Block block = ToBlock(leaf, tree.resolution_m);
-    const bool use = block.occupied ? band.obstacles.Overlap(block.z, block.size) > 0 ||
-                                          band.floor.Overlap(block.z, block.size) > 0
-                                    : band.free.Overlap(block.z, block.size) > 0;
-    if (use) blocks.push_back(block);
-  }
-  return blocks;
+  return runs.empty() ? 0 : last + 1;
 }
 
 }  // namespace
 
-Band MakeBand(double min_height_m, double max_height_m, double resolution_m) {
-  const int first = static_cast<int>(std::ceil(min_height_m / resolution_m - 0.5 - kRounding));
-  const int last = static_cast<int>(std::floor(max_height_m / resolution_m - 0.5 + kRounding));
-  if (last < first) {
-    throw UsageError(
-        "obstacle_min_height_m {} to obstacle_max_height_m {} holds no centre of a {} m voxel: "
-        "widen the band",
-        min_height_m,
-        max_height_m,
-        resolution_m);
-  }
-  const HeightRange obstacles{first, last};
-  return {{-obstacles.min, obstacles.min - 1}, obstacles, {0, last}};
+HeightRange VoxelsWithin(double min_m, double max_m, double resolution_m) {
+  return {static_cast<int>(std::ceil(min_m / resolution_m - 0.5 - kRounding)),
+          static_cast<int>(std::floor(max_m / resolution_m - 0.5 + kRounding))};
 }
 
-Columns CollectColumns(const OccupancyTree& tree, const Band& band, Progress& progress) {
-  const std::vector<Block> blocks = BlocksOfInterest(tree, band);
-  if (blocks.empty()) {
-    throw DataError(
-        "the octree holds nothing between the floor (z = 0) and the top of the obstacle band: "
-        "check that the map is upright");
+Columns CollectColumns(const OccupancyTree& tree, Progress& progress, int num_threads) {
+  if (tree.leaves.empty()) throw DataError("the octree is empty: check the octree stage's report");
+  std::vector<Block> blocks;
+  blocks.reserve(tree.leaves.size());
+  for (const OccupancyVoxel& leaf : tree.leaves) {
+    blocks.push_back(ToBlock(leaf, tree.resolution_m));
   }
-  Columns columns{BoundingArea(blocks), {}};
-  columns.columns.resize(columns.Index(0, columns.area.height));
+  Columns columns{BoundingArea(blocks), tree.resolution_m, {}, {}};
+  const std::size_t num_columns = columns.area.Size();
+  std::vector<std::size_t> next(num_columns + 1, 0);
+  for (const Block& block : blocks) {
+    ForColumns(block, columns.area, [&](std::size_t column) { ++next[column + 1]; });
+  }
+  for (std::size_t i = 0; i < num_columns; ++i) next[i + 1] += next[i];
+  const std::vector<std::size_t> first = next;
+  std::vector<Run> runs(first.back());
   progress.Start(blocks.size());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    AddBlock(blocks[i], band, columns);
+    const Block& block = blocks[i];
+    ForColumns(block, columns.area, [&](std::size_t column) {
+      runs[next[column]++] = {block.z, block.z + block.size, block.occupied};
+    });
     if ((i + 1) % kProgressStep == 0) progress.Advance(kProgressStep);
   }
   progress.Advance(blocks.size() % kProgressStep);
+  std::vector<std::size_t> num_runs(num_columns);
+  ParallelFor(num_columns, num_threads, [&](std::size_t i) {
+    num_runs[i] = JoinRuns(std::span(runs).subspan(first[i], first[i + 1] - first[i]));
+  });
+  columns.first.assign(1, 0);
+  for (std::size_t i = 0; i < num_columns; ++i) {
+    const auto begin = runs.begin() + static_cast<std::ptrdiff_t>(first[i]);
+    columns.runs.insert(
+        columns.runs.end(), begin, begin + static_cast<std::ptrdiff_t>(num_runs[i]));
+    columns.first.push_back(columns.runs.size());
+  }
   progress.Finish();
   return columns;
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the octree holds above each cell of the grid. Heights are z in the map frame, counted in
-// smallest voxels: voxel k spans [k, k + 1) * resolution.
+// What the octree holds above each cell of the grid, as runs along z. Heights are z in the map
+// frame, counted in smallest voxels: voxel k spans [k, k + 1) * resolution.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
+#include <span>
 #include <vector>
 
 #include "pipeline/base/progress.h"
@@ -16,51 +16,49 @@ namespace nightmap {
 
 struct HeightRange {
   int min = 0;
-  int max = 0;  // inclusive
+  int max = 0;  // inclusive; below min: empty
 
-  int Overlap(int first, int count) const {
-    return std::max(0, std::min(max, first + count - 1) - std::max(min, first) + 1);
+  int Overlap(int begin, int end) const {
+    return std::max(0, std::min(max + 1, end) - std::max(min, begin));
   }
 };
 
-struct Band {
-  HeightRange floor;  // centres nearer to z = 0 than the band's lower end
-  HeightRange obstacles;
-  HeightRange free;  // where a robot needs space: from the floor to the band's upper end
-};
+// The voxels whose centres lie in [min_m, max_m].
+HeightRange VoxelsWithin(double min_m, double max_m, double resolution_m);
 
-// Voxels belong to a range by their centre. Throws UsageError when the band holds no centre.
-Band MakeBand(double min_height_m, double max_height_m, double resolution_m);
-
-struct Column {
-  std::uint16_t num_occupied = 0;  // in the obstacle band
-  std::uint16_t num_free = 0;      // in Band::free, as are the next two
-  int lowest_free = std::numeric_limits<int>::max();
-  int highest_free = -1;
-  bool floor = false;
-
-  // Voxels between free ones that no ray reached or crossed.
-  int NumUnseen() const {
-    return highest_free < 0 ? 0 : highest_free - lowest_free + 1 - num_free - num_occupied;
-  }
+// Voxels [begin, end) of one state.
+struct Run {
+  std::int32_t begin = 0;
+  std::int32_t end = 0;
+  bool occupied = false;
 };
 
 struct Area {
   int min_x = 0, min_y = 0;  // cells from the map's origin
   int width = 0, height = 0;
-};
 
-struct Columns {
-  Area area;
-  std::vector<Column> columns;  // row by row, smallest y first
-
+  std::size_t Size() const {
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  }
   std::size_t Index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(area.width) +
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
            static_cast<std::size_t>(x);
   }
 };
 
-// Throws DataError when no leaf lies in the band's ranges or the area is too large.
-Columns CollectColumns(const OccupancyTree& tree, const Band& band, Progress& progress);
+struct Columns {
+  Area area;
+  double resolution_m = 0;
+  std::vector<std::size_t> first;  // of each column, row by row, smallest y first; and the end
+  std::vector<Run> runs;           // of a column upwards; neighbours of one state are one run
+
+  std::span<const Run> Of(std::size_t column) const {
+    return {runs.data() + first[column], runs.data() + first[column + 1]};
+  }
+};
+
+// Throws DataError when the tree is empty or spans too large an area. The same for any order of the
+// leaves and any number of threads.
+Columns CollectColumns(const OccupancyTree& tree, Progress& progress, int num_threads);
 
 }  // namespace nightmap

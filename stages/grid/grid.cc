@@ -3,74 +3,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "pipeline/base/error.h"
+#include "stages/grid/classify.h"
 #include "stages/grid/columns.h"
+#include "stages/grid/floors.h"
+#include "stages/grid/ground.h"
 
 namespace nightmap {
 namespace {
-
-CellValue Seen(const GridOptions& options, double resolution_m, const Column& column) {
-  const double unseen_m = resolution_m * column.NumUnseen();
-  const bool is_seen = column.floor || column.num_free > 0;
-  return is_seen && unseen_m <= options.max_unseen_m + 1e-9 ? kFreeCell : kUnknownCell;
-}
-
-CellValue Classify(const GridOptions& options, double resolution_m, const Column& column) {
-  const bool occupied = column.num_occupied >= options.min_occupied_voxels;
-  return occupied ? kOccupiedCell : Seen(options, resolution_m, column);
-}
-
-int CountOccupiedNeighbors(const OccupancyGrid& grid, int x, int y) {
-  int count = 0;
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      const Eigen::Vector2i cell(x + dx, y + dy);
-      if (dx == 0 && dy == 0) continue;
-      count += grid.Contains(cell) && grid.At(cell) == kOccupiedCell ? 1 : 0;
-    }
-  }
-  return count;
-}
-
-// A lone cell is a speck only when its column is low too: a thin pole stays an obstacle.
-std::size_t RemoveSpecks(const GridOptions& options, const Columns& columns, OccupancyGrid& grid) {
-  std::vector<std::size_t> specks;
-  for (int y = 0; y < grid.height; ++y) {
-    for (int x = 0; x < grid.width; ++x) {
-      const std::size_t i = grid.Index(x, y);
-      if (grid.cells[i] == kOccupiedCell &&
-          columns.columns[i].num_occupied <= options.speck_max_voxels &&
-          CountOccupiedNeighbors(grid, x, y) < options.speck_min_neighbors) {
-        specks.push_back(i);
-      }
-    }
-  }
-  for (const std::size_t i : specks)
-    grid.cells[i] = Seen(options, grid.resolution_m, columns.columns[i]);
-  return specks.size();
-}
-
-OccupancyGrid MakeGrid(const GridOptions& options, const Columns& columns, double resolution_m) {
-  OccupancyGrid grid;
-  grid.width = columns.area.width;
-  grid.height = columns.area.height;
-  grid.resolution_m = resolution_m;
-  grid.origin_in_map = Eigen::Vector2d(columns.area.min_x, columns.area.min_y) * resolution_m;
-  grid.cells.reserve(columns.columns.size());
-  for (const Column& column : columns.columns) {
-    grid.cells.push_back(Classify(options, resolution_m, column));
-  }
-  return grid;
-}
 
 // To a nanometre: multiples of the resolution print short in the YAML.
 Eigen::Vector2d Rounded(const Eigen::Vector2d& point_m) {
   return (point_m * 1e9).array().round() / 1e9;
 }
 
-// The part of the grid with known cells and an unknown border around it.
+// The part of the grid with known cells and an unknown border around it. Empty when there is none.
 OccupancyGrid CropToSeen(const OccupancyGrid& grid, double margin_m) {
   Eigen::Vector2i low(grid.width, grid.height);
   Eigen::Vector2i high(-1, -1);
@@ -81,7 +29,7 @@ OccupancyGrid CropToSeen(const OccupancyGrid& grid, double margin_m) {
       high = high.cwiseMax(Eigen::Vector2i(x, y));
     }
   }
-  if (high.x() < 0) throw DataError("the grid has no free and no occupied cell: widen the band");
+  if (high.x() < 0) return {};
   const int margin = static_cast<int>(std::ceil(margin_m / grid.resolution_m));
   low.array() -= margin;
   high.array() += margin;
@@ -100,21 +48,54 @@ OccupancyGrid CropToSeen(const OccupancyGrid& grid, double margin_m) {
   return crop;
 }
 
+void CountCells(FloorGrid& floor) {
+  const auto count = [&](CellValue value) {
+    return static_cast<std::size_t>(std::ranges::count(floor.grid.cells, value));
+  };
+  floor.num_free_cells = count(kFreeCell);
+  floor.num_occupied_cells = count(kOccupiedCell);
+  floor.num_unknown_cells = count(kUnknownCell);
+}
+
+void CheckBand(const GridOptions& options, double resolution_m) {
+  const HeightRange band =
+      VoxelsWithin(options.max_step_height_m, options.robot_height_m, resolution_m);
+  if (band.max >= band.min) return;
+  throw UsageError(
+      "max_step_height_m {} to robot_height_m {} holds no centre of a {} m voxel: raise "
+      "robot_height_m, or make the octree finer",
+      options.max_step_height_m,
+      options.robot_height_m,
+      resolution_m);
+}
+
 }  // namespace
 
 void GridOptions::Register(OptionList& list) {
-  list.Add("obstacle_min_height_m",
-           &obstacle_min_height_m,
-           Range(0.0, 2.0),
-           "voxels whose centre is lower are floor, never an obstacle");
-  list.Add("obstacle_max_height_m",
-           &obstacle_max_height_m,
+  list.Add("robot_height_m",
+           &robot_height_m,
            Range(0.05, 10.0),
-           "voxels whose centre is higher are above the robot");
+           "what hangs higher above the ground does not block the robot");
+  list.Add("max_step_height_m",
+           &max_step_height_m,
+           Range(0.0, 2.0),
+           "sills, kerbs and edges up to this high are driven over");
+  list.Add("min_floor_area_m2",
+           &min_floor_area_m2,
+           Range(0.1, 1e6),
+           "level ground seen of a floor above or below the map's, at least");
+  list.Add("min_floor_distance_m",
+           &min_floor_distance_m,
+           Range(0.5, 100),
+           "between the heights of two floors; nearer level surfaces are furniture");
+  list.Add("min_ramp_area_m2",
+           &min_ramp_area_m2,
+           Range(0.0, 1000),
+           "smaller patches that rise or fall from the floor by steps are no ramps");
   list.Add("min_occupied_voxels",
            &min_occupied_voxels,
            Range(1, 100),
-           "occupied voxels in the band that make a cell occupied");
+           "occupied voxels between step and robot height that make a cell occupied");
   list.Add("max_unseen_m",
            &max_unseen_m,
            Range(0, 10),
@@ -130,22 +111,32 @@ void GridOptions::Register(OptionList& list) {
   list.Add("margin_m", &margin_m, Range(0.0, 10.0), "unknown border kept around the seen area");
 }
 
-GridResult RunGrid(const GridOptions& options, const OccupancyTree& tree, Progress& progress) {
-  const Band band =
-      MakeBand(options.obstacle_min_height_m, options.obstacle_max_height_m, tree.resolution_m);
-  const Columns columns = CollectColumns(tree, band, progress);
+GridResult RunGrid(const GridOptions& options,
+                   const OccupancyTree& tree,
+                   const std::vector<Eigen::Vector3d>& cameras_in_map,
+                   Progress& progress,
+                   int num_threads) {
+  CheckBand(options, tree.resolution_m);
+  const Columns columns = CollectColumns(tree, progress, num_threads);
+  const Supports supports = FindSupports(options, columns);
+  const auto floors_m = FindFloors(options, columns, supports, cameras_in_map);
   GridResult result;
-  result.grid = MakeGrid(options, columns, tree.resolution_m);
-  result.num_removed_specks = RemoveSpecks(options, columns, result.grid);
-  for (const Column& column : columns.columns) result.num_floor_cells += column.floor ? 1 : 0;
-  result.grid = CropToSeen(result.grid, options.margin_m);
-  const auto count = [&](CellValue value) {
-    return static_cast<std::size_t>(
-        std::count(result.grid.cells.begin(), result.grid.cells.end(), value));
-  };
-  result.num_free_cells = count(kFreeCell);
-  result.num_occupied_cells = count(kOccupiedCell);
-  result.num_unknown_cells = count(kUnknownCell);
+  for (std::size_t i = 0; i < floors_m.size(); ++i) {
+    const auto ground_m = FindGround(options, columns, supports, floors_m, i);
+    FloorGrid floor =
+        ClassifyFloor(options, columns, ground_m, floors_m[i], cameras_in_map, num_threads);
+    floor.grid = CropToSeen(floor.grid, options.margin_m);
+    CountCells(floor);
+    const bool is_main = floors_m[i] == 0;
+    if (floor.grid.cells.empty() && is_main) {
+      throw DataError(
+          "nothing is seen between the floor (z = 0) and the robot's height: check that the map "
+          "is upright, or raise grid.robot_height_m");
+    }
+    if (floor.grid.cells.empty()) continue;
+    if (is_main) result.main_floor_idx = result.floors.size();
+    result.floors.push_back(std::move(floor));
+  }
   return result;
 }
 

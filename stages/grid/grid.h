@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projects the octree to a 2-D occupancy grid for planning: a cell is occupied when something a
-// robot would hit stands in its column, free when the floor or free space is seen there.
+// Projects the octree to 2-D occupancy grids for planning, one a floor: a cell is occupied when
+// something that a robot would hit stands over its ground or the ground drops away, free when the
+// ground or free space above it is seen.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
+#include <vector>
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
@@ -12,11 +15,13 @@
 
 namespace nightmap {
 
-// Heights are z in the map frame (floor at 0) and are compared with the centres of voxels, so that
-// the floor's noise does not become an obstacle.
+// Heights are compared with the centres of voxels, so that the floor's noise is no obstacle.
 struct GridOptions {
-  double obstacle_min_height_m = 0.10;
-  double obstacle_max_height_m = 1.50;
+  double robot_height_m = 1.5;
+  double max_step_height_m = 0.10;
+  double min_floor_area_m2 = 3.0;
+  double min_floor_distance_m = 2.0;
+  double min_ramp_area_m2 = 0.5;
   int min_occupied_voxels = 1;
   double max_unseen_m = 0.10;
   int speck_min_neighbors = 1;
@@ -26,21 +31,40 @@ struct GridOptions {
   void Register(OptionList& list);
 };
 
-struct GridResult {
+struct FloorGrid {
+  double height_m = 0;  // z of the floor in the map frame
   OccupancyGrid grid;
   std::size_t num_free_cells = 0;
   std::size_t num_occupied_cells = 0;
   std::size_t num_unknown_cells = 0;
-  std::size_t num_floor_cells = 0;  // columns where the floor itself was seen
+  std::size_t num_ground_cells = 0;  // where the ground itself was seen
+  std::size_t num_ramp_cells = 0;    // whose ground is more than a step off the floor's height
+  std::size_t num_drop_cells = 0;    // occupied because the ground ends
+  std::size_t num_unvisited_cells = 0;
   std::size_t num_removed_specks = 0;
 };
 
-// One cell a column of smallest voxels, edges aligned with the tree's. Below the band lies floor,
-// above it ceiling; neither is ever an obstacle. Free space counts from the floor's height up to
-// the top of the band. A column with an unseen part between free ones is unknown: that is the mark
-// of a table top seen at too flat an angle to be measured, with floor seen below and a wall above.
-// Deterministic. Throws UsageError when no voxel centre fits the band, DataError when the tree
-// holds nothing between the floor and the top of the band.
-GridResult RunGrid(const GridOptions& options, const OccupancyTree& tree, Progress& progress);
+struct GridResult {
+  std::vector<FloorGrid> floors;   // rising
+  std::size_t main_floor_idx = 0;  // the one at z = 0
+};
+
+// One cell a column of smallest voxels, edges aligned with the tree's. What lies up to
+// max_step_height_m above a cell's ground (FindGround) the robot drives over, what begins at
+// robot_height_m it passes under; anything between is an obstacle. Free space counts from the
+// ground up to the robot's height. A column with an unseen part between free ones is unknown: that
+// is the mark of a table top seen at too flat an angle to be measured, with floor seen below and a
+// wall above. A column with free space deeper than a step below its ground, and no ground, is a
+// drop: occupied beside free cells, else unknown. Free cells that are not joined to one under or
+// nearest to a camera on that floor (`cameras_in_map`; empty: not asked) are unknown: what is seen
+// through a window, or over a wall. A pane of glass that reaches the ground leaves no trace in an
+// octree. Deterministic, at any number of threads. Throws UsageError when no voxel centre fits
+// between step and robot height, DataError when the tree is empty or the main floor has no free and
+// no occupied cell; other floors without one are left out.
+GridResult RunGrid(const GridOptions& options,
+                   const OccupancyTree& tree,
+                   const std::vector<Eigen::Vector3d>& cameras_in_map,
+                   Progress& progress,
+                   int num_threads);
 
 }  // namespace nightmap

@@ -1,50 +1,53 @@
 // SPDX-License-Identifier: Apache-2.0
-// grid: projects the octree's obstacle band to a 2-D occupancy grid. Reads map.ot; writes map.pgm
-// and map.yaml, the pair ROS map_server reads.
-#include "pipeline/base/files.h"
+// grid: projects the octree to a 2-D occupancy grid for each floor. Reads map.ot and, where given,
+// keyframes.tum; writes floors.json, the pair ROS map_server reads for each floor, and
+// distances.h5.
+#include <spdlog/spdlog.h>
+
 #include "pipeline/base/stage_main.h"
-#include "pipeline/io/grid_io.h"
 #include "pipeline/io/octree_io.h"
+#include "pipeline/io/trajectory_io.h"
 #include "stages/grid/grid.h"
+#include "stages/grid/write_grid.h"
 
 namespace {
 
-void Report(const nightmap::GridResult& result, nlohmann::json& report) {
-  const nightmap::OccupancyGrid& grid = result.grid;
-  const double cell_m2 = grid.resolution_m * grid.resolution_m;
-  report["width_cells"] = grid.width;
-  report["height_cells"] = grid.height;
-  report["resolution_m"] = grid.resolution_m;
-  report["num_free_cells"] = result.num_free_cells;
-  report["num_occupied_cells"] = result.num_occupied_cells;
-  report["num_unknown_cells"] = result.num_unknown_cells;
-  report["num_floor_cells"] = result.num_floor_cells;
-  report["num_removed_specks"] = result.num_removed_specks;
-  report["free_area_m2"] = cell_m2 * static_cast<double>(result.num_free_cells);
-  report["seen_area_m2"] =
-      cell_m2 * static_cast<double>(result.num_free_cells + result.num_occupied_cells);
+using namespace nightmap;
+
+std::vector<Eigen::Vector3d> ReadCameras(const StageContext& context) {
+  std::vector<Eigen::Vector3d> cameras_in_map;
+  if (!context.HasInput("keyframes")) return cameras_in_map;
+  for (const StampedPose& keyframe : ReadTum(context.Input("keyframes"))) {
+    cameras_in_map.push_back(keyframe.pose.translation);
+  }
+  return cameras_in_map;
+}
+
+void Run(const GridOptions& options, StageContext& context) {
+  context.BeginPart("read");
+  const OccupancyTree tree = ReadOctree(context.Input("octree"));
+  const auto cameras_in_map = ReadCameras(context);
+  context.BeginPart("project");
+  const GridResult result =
+      RunGrid(options, tree, cameras_in_map, context.GetProgress(), context.NumThreads());
+  for (const FloorGrid& floor : result.floors) spdlog::info("floor at {:.2f} m", floor.height_m);
+  context.BeginPart("write");
+  WriteGrids(result, context);
+  context.Report() = DescribeGrids(result);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  using namespace nightmap;
-  const StageSpec spec{"grid",
-                       "projects the octree's obstacle band to a 2-D occupancy grid",
-                       {{"octree", "map.ot of the octree stage"}},
-                       {{"pgm", "grid image: 254 free, 0 occupied, 205 unknown"},
-                        {"yaml", "map_server's description of the image"}}};
-  return StageMain(
-      argc, argv, spec, GridOptions{}, [](const GridOptions& options, StageContext& context) {
-        context.BeginPart("read");
-        const OccupancyTree tree = ReadOctree(context.Input("octree"));
-        context.BeginPart("project");
-        const GridResult result = RunGrid(options, tree, context.GetProgress());
-        context.BeginPart("write");
-        const auto image =
-            context.FinalPath("pgm").lexically_proximate(context.FinalPath("yaml").parent_path());
-        WriteFile(context.Output("pgm"), GridToPgm(result.grid));
-        WriteFile(context.Output("yaml"), GridToYaml(result.grid, image.generic_string()));
-        Report(result, context.Report());
-      });
+  const StageSpec spec{
+      "grid",
+      "projects the octree to a 2-D occupancy grid for each floor",
+      {{"octree", "map.ot of the octree stage"},
+       {"keyframes", "keyframes.tum: where the camera was", Arity::kOptional}},
+      {{"floors", "floors.json: the floors and their files, written beside it"},
+       {"pgm", "grid of the floor at z = 0: 254 free, 0 occupied, 205 unknown"},
+       {"yaml", "map_server's description of that image"},
+       {"png", "the same image for people"},
+       {"distances", "distances.h5: clearance and signed distance of each floor"}}};
+  return StageMain(argc, argv, spec, GridOptions{}, Run);
 }

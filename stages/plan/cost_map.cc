@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "stages/plan/distance_transform.h"
+#include "pipeline/geometry/distance_transform.h"
 
 namespace nightmap {
 namespace {

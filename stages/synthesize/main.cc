@@ -34,8 +34,11 @@ int main(int argc, char** argv) {
         write("queries/rgb.txt", FileList(plan.queries, "rgb", "jpg"));
         write("queries/depth.txt", FileList(plan.queries, "depth", "png"));
         write("queries/groundtruth.txt", TrajectoryToTum(plan.queries, truth_comment));
-        write("truth/floor_plan.pgm", GridToPgm(plan.floor_plan));
-        write("truth/floor_plan.yaml", GridToYaml(plan.floor_plan, "floor_plan.pgm"));
+        for (std::size_t i = 0; i < plan.floor_plans.size(); ++i) {
+          const std::string name = FloorPlanName(i);
+          write("truth/" + name + ".pgm", GridToPgm(plan.floor_plans[i]));
+          write("truth/" + name + ".yaml", GridToYaml(plan.floor_plans[i], name + ".pgm"));
+        }
         write("truth/boxes.json", TruthJson(plan.world));
         write("truth/surfaces.ply", TruthMesh(plan.world));
 

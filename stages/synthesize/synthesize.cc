@@ -33,11 +33,13 @@ double Median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-double SmallestClearance_m(const SynthesizePlan& plan) {
+double SmallestClearance_m(const SynthesizeOptions& options, const SynthesizePlan& plan) {
   double smallest = std::numeric_limits<double>::infinity();
   for (const StampedPose& frame : plan.frames) {
     const Eigen::Vector2d position = frame.pose.translation.head<2>();
-    smallest = std::min(smallest, Clearance(plan.world.scene.boxes, position, 0.05, 1.5));
+    const double floor_m = frame.pose.translation.z() - options.camera.camera_height_m;
+    smallest = std::min(smallest,
+                        Clearance(plan.world.scene.boxes, position, floor_m + 0.05, floor_m + 1.5));
   }
   return smallest;
 }
@@ -78,7 +80,9 @@ SynthesizePlan PlanSynthesize(const SynthesizeOptions& options, int num_threads)
     plan.queries.push_back({Time_ns(kFirstQuery_ns, i, options.frame_rate_hz),
                             plan.query_details[i].building_from_camera});
   }
-  plan.floor_plan = TrueFloorPlan(plan.world, options.floor_plan);
+  for (int floor = 0; floor < options.building.num_floors; ++floor) {
+    plan.floor_plans.push_back(TrueFloorPlan(plan.world, options.floor_plan, floor));
+  }
   return plan;
 }
 
@@ -125,6 +129,7 @@ nlohmann::json DescribePlan(const SynthesizeOptions& options, const SynthesizePl
     covisible_ratios.push_back(query.covisible_ratio);
   }
   nlohmann::json report;
+  report["num_floors"] = plan.world.layout.num_floors;
   report["num_rooms"] = plan.world.layout.rooms.size();
   report["num_identical_rooms"] =
       std::min(options.building.num_identical_rooms, options.building.num_rooms);
@@ -134,7 +139,7 @@ nlohmann::json DescribePlan(const SynthesizeOptions& options, const SynthesizePl
   report["indoor_area_m2"] = plan.world.layout.IndoorArea_m2();
   report["num_frames"] = plan.frames.size();
   report["route_length_m"] = length_m;
-  report["route_clearance_m"] = SmallestClearance_m(plan);
+  report["route_clearance_m"] = SmallestClearance_m(options, plan);
   report["median_step_m"] = Median(steps_m);
   report["max_step_m"] = *std::max_element(steps_m.begin(), steps_m.end());
   report["median_turn_rad"] = Median(turns_rad);

@@ -36,7 +36,7 @@ struct SynthesizePlan {
   std::vector<StampedPose> frames;   // building_from_camera
   std::vector<StampedPose> queries;  // building_from_camera
   std::vector<SyntheticQuery> query_details;
-  OccupancyGrid floor_plan;
+  std::vector<OccupancyGrid> floor_plans;  // the lowest floor first
 };
 
 SynthesizePlan PlanSynthesize(const SynthesizeOptions& options, int num_threads);

@@ -117,6 +117,10 @@ std::string CameraJson(const SynthesizeOptions& options) {
   return json.dump(2) + "\n";
 }
 
+std::string FloorPlanName(std::size_t floor) {
+  return floor == 0 ? "floor_plan" : fmt::format("floor_plan_{}", floor);
+}
+
 std::string TruthJson(const SyntheticWorld& world) {
   nlohmann::ordered_json json;
   json["format"] = "nightmap_true_surfaces";
@@ -124,6 +128,16 @@ std::string TruthJson(const SyntheticWorld& world) {
   json["units"] = "metres, radians; building frame: z up, floor z = 0";
   for (int i = 0; i < kNumSurfaceLabels; ++i)
     json["labels"].push_back(LabelName(static_cast<SurfaceLabel>(i)));
+  const FloorLayout& layout = world.layout;
+  std::vector<Rect2> doorways = layout.doorways;
+  if (layout.ramp_hall) doorways.push_back(layout.ramp_hall->passage);
+  for (int floor = 0; floor < layout.num_floors; ++floor) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const Rect2& door : doorways) list.push_back({door.x0, door.y0, door.x1, door.y1});
+    json["floors"].push_back({{"height_m", floor * layout.storey_m},
+                              {"plan", FloorPlanName(static_cast<std::size_t>(floor)) + ".yaml"},
+                              {"doorways_m", list}});
+  }
   json["boxes"] = nlohmann::ordered_json::array();
   for (const Box& box : world.scene.boxes) {
     json["boxes"].push_back({{"center_m", ToList(box.center)},

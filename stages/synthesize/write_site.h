@@ -26,7 +26,12 @@ std::string FileList(const std::vector<StampedPose>& poses,
 // Intrinsics and depth scale as JSON.
 std::string CameraJson(const SynthesizeOptions& options);
 
-// Boxes and floor and ceiling rectangles as JSON, for distances of points to the true surfaces.
+// `floor_plan`, and of floors above the lowest `floor_plan_N`.
+std::string FloorPlanName(std::size_t floor);
+
+// Boxes and floor and ceiling rectangles as JSON, for distances of points to the true surfaces; the
+// floors with their heights, the plan and the doorways of each (two opposite corners of the gap in
+// the wall; the way through is along the shorter side).
 std::string TruthJson(const SyntheticWorld& world);
 
 // All surfaces as a binary PLY mesh of triangles, with the label of each.

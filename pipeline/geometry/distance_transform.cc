@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/plan/distance_transform.h"
+#include "pipeline/geometry/distance_transform.h"
 
 #include <algorithm>
 
@@ -114,7 +114,9 @@ std::vector<std::int32_t> SquaredDistances(const std::vector<std::uint8_t>& bloc
                                            int num_threads) {
   if (width + height > kMaxSum) {
     throw DataError(
-        "the grid has {} x {} cells, too many to plan on: use a coarser resolution", width, height);
+        "the grid has {} x {} cells, too many for a distance transform: use a coarser resolution",
+        width,
+        height);
   }
   std::vector<std::int32_t> distances =
       ColumnDistances(blocked, width, height, outside_blocked, width + height);

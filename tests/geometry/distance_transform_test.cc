@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/plan/distance_transform.h"
+#include "pipeline/geometry/distance_transform.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// The hall with the ramp that joins two storeys: two lanes side by side, west of the building. One
+// goes north from a landing up to a half landing, the other one back south to the upper landing,
+// which lies over the lower one. A passage leads from each landing into the west corridor.
+#pragma once
+
+#include <optional>
+
+#include "pipeline/synthetic/scene_builder.h"
+#include "pipeline/synthetic/synthetic_options.h"
+
+namespace nightmap {
+
+struct RampHall {
+  Rect2 landing;       // of both storeys
+  Rect2 up;            // the western lane, from the lower landing
+  Rect2 half_landing;  // half a storey up
+  Rect2 down;          // the eastern lane, from the upper landing
+  Rect2 passage;       // the gap in the corridor's wall, on both storeys
+  double storey_m = 0;
+
+  // Height of the ground: of a lane or the half landing; nothing elsewhere, landings included.
+  std::optional<double> RampHeight_m(double x, double y) const;
+};
+
+// `corridor` is the corridor's western part, `extent` the building without the hall.
+RampHall PlanRampHall(const BuildingOptions& options, const Rect2& corridor, const Rect2& extent);
+
+// Ground, walls, ceiling, lamps and posters of the hall; storeys are as high as the options say and
+// the slab between them fills the rest. The corridor's wall is not part of it.
+void BuildRampHall(const RampHall& hall,
+                   const BuildingOptions& options,
+                   const Rect2& corridor,
+                   SceneBuilder& builder);
+
+}  // namespace nightmap

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The grids of a site's floors against the exact plans of a made-up building."""
+
+import numpy as np
+
+from nightmap_eval.errors import DataError
+from nightmap_eval.grid import compare_with_plan, read_grid
+from nightmap_eval.site import read_json, read_toml
+from nightmap_eval.structure import Sampler, door_figures, wall_figures
+
+MAX_HEIGHT_ERROR_M = 0.5
+DEFAULT_ROBOT_WIDTH_M = 0.5
+
+
+def read_floors(grid_dir):
+    """Rows of floors.json, the lowest first; of a folder without it the one floor of map.yaml."""
+    path = grid_dir / "floors.json"
+    if not path.exists():
+        return [{"idx": 0, "height_m": 0.0, "is_main": True, "yaml": "map.yaml"}]
+    content = read_json(path)
+    if content.get("format") != "nightmap floors" or content.get("version", 0) > 1:
+        raise DataError(f"{path}: not floors.json of this version; run the grid stage again")
+    return content["floors"]
+
+
+def read_true_floors(truth_dir):
+    """Floors and boxes of the exact building, and the label of walls."""
+    path = truth_dir / "boxes.json"
+    truth = read_json(path) if path.exists() else {}
+    only = {"height_m": 0.0, "plan": "floor_plan.yaml", "doorways_m": []}
+    return truth.get("floors", [only]), truth.get("boxes", []), truth.get("labels", ["", "wall"]).index("wall")
+
+
+def robot_width_m(site_dir):
+    """Of the robot that the site plans for."""
+    path = site_dir / "config" / "plan.toml"
+    config = read_toml(path) if path.exists() else {}
+    return 2 * config["robot_radius_m"] if "robot_radius_m" in config else DEFAULT_ROBOT_WIDTH_M
+
+
+def evaluate_floor(grid, floor, truth_dir, boxes, wall_label, building_from_map, robot_m):
+    plan = read_grid(truth_dir / floor["plan"])
+    sampler = Sampler(grid, building_from_map, floor["height_m"])
+    figures = compare_with_plan(grid, plan, building_from_map)
+    figures |= wall_figures(sampler, plan, boxes, wall_label)
+    return figures | door_figures(sampler, floor["doorways_m"], robot_m)
+
+
+def evaluate_floors(site_dir, truth_dir, building_from_map):
+    """Figures of the lowest true floor, and under `floors` those of each; a floor that the map lacks has
+    `found` false."""
+    rows = read_floors(site_dir / "grid")
+    heights_m = [floor_height_m(row, building_from_map) for row in rows]
+    true_floors, boxes, wall_label = read_true_floors(truth_dir)
+    robot_m, floors = robot_width_m(site_dir), []
+    for floor in true_floors:
+        errors_m = [abs(height_m - floor["height_m"]) for height_m in heights_m]
+        nearest = int(np.argmin(errors_m))
+        figures = {"height_m": floor["height_m"], "found": errors_m[nearest] <= MAX_HEIGHT_ERROR_M}
+        if figures["found"]:
+            grid = read_grid(site_dir / "grid" / rows[nearest]["yaml"])
+            figures["height_error_m"] = errors_m[nearest]
+            figures |= evaluate_floor(grid, floor, truth_dir, boxes, wall_label, building_from_map, robot_m)
+        floors.append(figures)
+    num_found = sum(floor["found"] for floor in floors)
+    return floors[0] | {"num_true_floors": len(floors), "num_floors": len(rows),
+                        "num_floors_found": num_found, "floors": floors}  # fmt: skip
+
+
+def floor_height_m(row, building_from_map):
+    """Height of a floor of the map in the building's frame, over the map's origin."""
+    return float(building_from_map.apply(np.array([[0.0, 0.0, row["height_m"]]]))[0, 2])

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/grid/ground.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace nightmap {
+namespace {
+
+constexpr double kFillReach_m = 0.5;
+constexpr double kTolerance_m = 1e-9;
+constexpr int kNoSupport = std::numeric_limits<int>::min();
+
+class GroundFinder {
+ public:
+  GroundFinder(const GridOptions& options,
+               const Columns& columns,
+               const Supports& supports,
+               const std::vector<double>& floors_m,
+               std::size_t floor_idx)
+      : options_(options),
+        area_(columns.area),
+        resolution_m_(columns.resolution_m),
+        supports_(supports),
+        floor_m_(floors_m[floor_idx]),
+        tops_(area_.Size(), kNoSupport),
+        is_of_other_floor_(area_.Size(), false) {
+    const double step_m = options.max_step_height_m;
+    if (floor_idx > 0) lowest_m_ = floors_m[floor_idx - 1] + step_m;
+    if (floor_idx + 1 < floors_m.size()) highest_m_ = floors_m[floor_idx + 1] - step_m;
+  }
+
+  std::vector<double> Find() {
+    FollowRamps(LevelCells());
+    DropSmallRamps();
+    return Fill();
+  }
+
+ private:
+  double Height_m(int top) const { return SurfaceHeight_m(top, resolution_m_); }
+  bool IsLevel(int top) const {
+    return std::abs(Height_m(top) - floor_m_) <= options_.max_step_height_m + kTolerance_m;
+  }
+  bool IsRamp(std::size_t cell) const { return tops_[cell] != kNoSupport && !IsLevel(tops_[cell]); }
+
+  // Calls visit(neighbour) for the cells that share a side.
+  template <typename Visit>
+  void ForNeighbours(std::size_t cell, const Visit& visit) const {
+    const auto width = static_cast<std::size_t>(area_.width);
+    const std::size_t x = cell % width;
+    if (x > 0) visit(cell - 1);
+    if (x + 1 < width) visit(cell + 1);
+    if (cell >= width) visit(cell - width);
+    if (cell + width < tops_.size()) visit(cell + width);
+  }
+
+  // Of several level supports in a column, the one nearest to the floor's height.
+  std::vector<std::size_t> LevelCells() {
+    std::vector<std::size_t> cells;
+    for (std::size_t cell = 0; cell < tops_.size(); ++cell) {
+      for (const int top : supports_.Of(cell)) {
+        const bool is_nearer =
+            tops_[cell] == kNoSupport ||
+            std::abs(Height_m(top) - floor_m_) < std::abs(Height_m(tops_[cell]) - floor_m_);
+        if (IsLevel(top) && is_nearer) tops_[cell] = top;
+      }
+      if (tops_[cell] != kNoSupport) cells.push_back(cell);
+    }
+    return cells;
+  }
+
+  // The support of a column that is reached from one beside it.
+  int ReachedTop(std::size_t cell, int from_top) const {
+    for (const int top : supports_.Of(cell)) {
+      const double rise_m = std::abs(top - from_top) * resolution_m_;
+      if (rise_m <= options_.max_step_height_m + kTolerance_m) return top;
+    }
+    return kNoSupport;
+  }
+  bool IsOfOtherFloor(int top) const {
+    return Height_m(top) <= lowest_m_ || Height_m(top) >= highest_m_;
+  }
+
+  void FollowRamps(std::vector<std::size_t> queue) {
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+      const int from_top = tops_[queue[next]];
+      ForNeighbours(queue[next], [&](std::size_t cell) {
+        if (tops_[cell] != kNoSupport) return;
+        const int top = ReachedTop(cell, from_top);
+        if (top == kNoSupport) return;
+        if (IsOfOtherFloor(top)) {
+          is_of_other_floor_[cell] = true;
+          return;
+        }
+        tops_[cell] = top;
+        queue.push_back(cell);
+      });
+    }
+  }
+
+  void DropSmallRamps() {
+    const double cell_m2 = resolution_m_ * resolution_m_;
+    std::vector<bool> is_done(tops_.size(), false);
+    for (std::size_t seed = 0; seed < tops_.size(); ++seed) {
+      if (is_done[seed] || !IsRamp(seed)) continue;
+      std::vector<std::size_t> patch = {seed};
+      is_done[seed] = true;
+      for (std::size_t next = 0; next < patch.size(); ++next) {
+        ForNeighbours(patch[next], [&](std::size_t cell) {
+          if (is_done[cell] || !IsRamp(cell)) return;
+          is_done[cell] = true;
+          patch.push_back(cell);
+        });
+      }
+      if (cell_m2 * static_cast<double>(patch.size()) >= options_.min_ramp_area_m2) continue;
+      for (const std::size_t cell : patch) tops_[cell] = kNoSupport;
+    }
+  }
+
+  std::vector<double> Fill() const {
+    std::vector<double> ground_m(tops_.size(), floor_m_);
+    std::vector<bool> is_done = is_of_other_floor_;  // a ramp that leaves this floor ends there
+    std::vector<std::size_t> border;
+    for (std::size_t cell = 0; cell < tops_.size(); ++cell) {
+      if (tops_[cell] == kNoSupport) continue;
+      if (!IsLevel(tops_[cell])) ground_m[cell] = Height_m(tops_[cell]);
+      is_done[cell] = true;
+      border.push_back(cell);
+    }
+    const int reach = static_cast<int>(std::lround(kFillReach_m / resolution_m_));
+    for (int distance = 0; distance < reach; ++distance) {
+      std::vector<std::size_t> filled;
+      for (const std::size_t from : border) {
+        ForNeighbours(from, [&](std::size_t cell) {
+          if (is_done[cell]) return;
+          is_done[cell] = true;
+          ground_m[cell] = ground_m[from];
+          filled.push_back(cell);
+        });
+      }
+      border = std::move(filled);
+    }
+    return ground_m;
+  }
+
+  const GridOptions& options_;
+  const Area area_;
+  const double resolution_m_;
+  const Supports& supports_;
+  const double floor_m_;
+  double lowest_m_ = -std::numeric_limits<double>::infinity();
+  double highest_m_ = std::numeric_limits<double>::infinity();
+  std::vector<int> tops_;  // of each cell's ground, or kNoSupport
+  std::vector<bool> is_of_other_floor_;
+};
+
+}  // namespace
+
+std::vector<double> FindGround(const GridOptions& options,
+                               const Columns& columns,
+                               const Supports& supports,
+                               const std::vector<double>& floors_m,
+                               std::size_t floor_idx) {
+  return GroundFinder(options, columns, supports, floors_m, floor_idx).Find();
+}
+
+}  // namespace nightmap

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// How high the ground is in each cell of a floor: the floor's height, and along ramps the ramp's.
+#pragma once
+
+#include <vector>
+
+#include "stages/grid/floors.h"
+
+namespace nightmap {
+
+// What lies within a step of the floor's height is level ground. From there on the ground follows
+// the supports from cell to cell (4 neighbours) as long as they differ by a step at most, up or
+// down to within a step of the next floor; patches of less than min_ramp_area_m2 are no ramps. So
+// both floors have the ramp that joins them. Cells without a support take the ground of the nearest
+// cell that has one, up to half a metre off, and are level beyond. `floors_m` as of FindFloors.
+// Returns z (m) of each cell.
+std::vector<double> FindGround(const GridOptions& options,
+                               const Columns& columns,
+                               const Supports& supports,
+                               const std::vector<double>& floors_m,
+                               std::size_t floor_idx);
+
+}  // namespace nightmap

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ramps, steps, drops and several floors.
+#include "stages/grid/floors.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/stages/grid/room.h"
+
+namespace nightmap {
+namespace {
+
+// Solid ground up to and including voxel `top`, and free space above it up to `free_top`.
+void Raise(VoxelRoom& room, int x0, int y0, int x1, int y1, int top, int free_top) {
+  room.Fill({x0, y0, top - 1}, {x1, y1, top}, true);
+  room.Fill({x0, y0, top + 1}, {x1, y1, free_top}, false);
+}
+
+// A hall 20 cells wide (y): 2 m of level ground, a ramp that rises a voxel every 4 cells to `top`,
+// and 2 m level up there. Walls along both sides, 3 m high. The ramp ends at x = 40 + 4 * top.
+VoxelRoom RampHall(int top) {
+  VoxelRoom room;
+  const int end = 40 + 4 * top;
+  for (int x = 0; x < end + 40; ++x) {
+    const int height = std::clamp((x - 40) / 4 + 1, 0, top);
+    Raise(room, x, 0, x, 19, height, top + 50);
+  }
+  for (const int y : {-1, 20}) room.Fill({0, y, 0}, {end + 39, y, top + 50}, true);
+  return room;
+}
+
+TEST(GridFloors, ARampIsFreeAndItsWallsAreNot) {
+  const FloorGrid floor = Project(RampHall(20).Tree());  // up to 1 m: not another floor
+  for (int x = 0; x < 160; ++x) {
+    EXPECT_EQ(CellAt(floor, x, 10), kFreeCell) << x;
+    EXPECT_EQ(CellAt(floor, x, 0), kFreeCell) << x;
+    EXPECT_EQ(CellAt(floor, x, 20), kOccupiedCell) << x;
+  }
+  EXPECT_GT(floor.num_ramp_cells, 100 * 20);
+}
+
+TEST(GridFloors, WhatStandsOnARampIsAnObstacleAndWhatHangsOverItIsNot) {
+  VoxelRoom room = RampHall(20);
+  const int top = (100 - 40) / 4 + 1;  // of the ramp at x = 100
+  room.Fill({100, 5, top + 3}, {102, 7, top + 6}, true);
+  room.Fill({100, 12, top + 35}, {102, 14, top + 36}, true);  // 1.75 m above it
+  const FloorGrid floor = Project(room.Tree());
+  EXPECT_EQ(CellAt(floor, 101, 6), kOccupiedCell);
+  EXPECT_EQ(CellAt(floor, 101, 13), kFreeCell);
+}
+
+TEST(GridFloors, TheStepThatIsClimbedIsTheOptions) {
+  // A sill across the room of a height in voxels, three cells deep.
+  for (const auto& [top, cell] : std::map<int, int>{{1, kFreeCell}, {3, kOccupiedCell}}) {
+    VoxelRoom room = EmptyRoom();
+    Raise(room, 9, 0, 11, 19, top, 48);
+    EXPECT_EQ(CellAt(Project(room.Tree()), 10, 10), cell) << top;
+    GridOptions options;
+    options.max_step_height_m = 0.2;
+    EXPECT_EQ(CellAt(Project(room.Tree(), options), 10, 10), kFreeCell) << top;
+  }
+}
+
+TEST(GridFloors, APlatformWithoutARampIsAnObstacle) {
+  VoxelRoom room = EmptyRoom();
+  Raise(room, 20, 0, 69, 19, 6, 48);  // 2.5 m2, 0.35 m high
+  const FloorGrid floor = Project(room.Tree());
+  EXPECT_EQ(CellAt(floor, 21, 10), kOccupiedCell);
+  EXPECT_EQ(CellAt(floor, 60, 10), kOccupiedCell);
+  EXPECT_EQ(floor.num_ramp_cells, 0U);
+}
+
+TEST(GridFloors, SmallSlopesAreNoRamps) {
+  VoxelRoom room = EmptyRoom();
+  for (int x = 5; x <= 12; ++x) Raise(room, x, 5, x, 8, x - 4, 48);  // a pile of 8 x 4 cells
+  EXPECT_EQ(CellAt(Project(room.Tree()), 10, 6), kOccupiedCell);
+  GridOptions options;
+  options.min_ramp_area_m2 = 0;
+  EXPECT_EQ(CellAt(Project(room.Tree(), options), 10, 6), kFreeCell);
+}
+
+// A ramp from z = 0 up to 3 m, where a second floor of 4 m x 4 m lies beside and above the first.
+constexpr int kUpper = 60;  // top voxel of the second floor
+VoxelRoom TwoFloors() {
+  VoxelRoom room = RampHall(kUpper);
+  const int end = 40 + 4 * kUpper;
+  for (int floor = 0; floor < 2; ++floor) {
+    Raise(room, end - 40, 21, end + 39, 100, floor * kUpper, floor * kUpper + 50);
+  }
+  room.Fill({end + 5, 20, kUpper + 1}, {end + 24, 20, kUpper + 50}, false);  // door upstairs
+  room.Fill({end + 5, 20, kUpper}, {end + 24, 20, kUpper}, true);
+  room.Fill({end - 40, 21, kUpper - 4}, {end + 39, 100, kUpper - 3}, true);  // ceiling below it
+  return room;
+}
+
+TEST(GridFloors, TwoFloorsGiveTwoGrids) {
+  const int end = 40 + 4 * kUpper;
+  const GridResult result = ProjectFloors(TwoFloors().Tree());
+  ASSERT_EQ(result.floors.size(), 2U);
+  EXPECT_EQ(result.main_floor_idx, 0U);
+  EXPECT_EQ(result.floors[0].height_m, 0);
+  EXPECT_NEAR(result.floors[1].height_m, SurfaceHeight_m(kUpper, kResolution_m), 0.05);
+  for (const FloorGrid& floor : result.floors) {
+    EXPECT_EQ(CellAt(floor, end + 10, 60), kFreeCell);  // the room is on both floors
+    EXPECT_EQ(CellAt(floor, 160, 10), kFreeCell);       // and so is the ramp
+    EXPECT_EQ(CellAt(floor, 160, 20), kOccupiedCell);   // with its walls
+  }
+  EXPECT_EQ(CellAt(result.floors[0], 10, 10), kFreeCell);
+  EXPECT_EQ(CellAt(result.floors[1], 10, 10), kUnknownCell);  // the foot of the ramp, 3 m below
+  EXPECT_EQ(CellAt(result.floors[0], end + 10, 20), kOccupiedCell);
+  EXPECT_EQ(CellAt(result.floors[1], end + 10, 20), kFreeCell);  // the door
+}
+
+TEST(GridFloors, AFloorThatNoCameraWasOnIsNone) {
+  const int end = 40 + 4 * kUpper;
+  const Eigen::Vector3d downstairs(0.5, 0.5, 1.0);
+  const Eigen::Vector3d upstairs(kResolution_m * (end + 10), 3.0, 4.0);
+  EXPECT_EQ(ProjectFloors(TwoFloors().Tree(), {}, {downstairs}).floors.size(), 1U);
+  EXPECT_EQ(ProjectFloors(TwoFloors().Tree(), {}, {downstairs, upstairs}).floors.size(), 2U);
+}
+
+TEST(GridFloors, TheMapsFloorIsMainEvenWithOneBelow) {
+  VoxelRoom room;
+  for (const int top : {0, -60}) Raise(room, 0, 0, 49, 49, top, top + 50);
+  const GridResult result = ProjectFloors(room.Tree());
+  ASSERT_EQ(result.floors.size(), 2U);
+  EXPECT_EQ(result.main_floor_idx, 1U);
+  EXPECT_LT(result.floors[0].height_m, -2.9);
+}
+
+TEST(GridFloors, TablesAreNoFloors) {
+  VoxelRoom room;
+  Raise(room, 0, 0, 99, 49, 0, 50);
+  Raise(room, 0, 50, 99, 99, 14, 50);  // 12.5 m2 of tables
+  EXPECT_EQ(ProjectFloors(room.Tree()).floors.size(), 1U);
+}
+
+TEST(GridFloors, WhereTheGroundEndsIsAnObstacle) {
+  VoxelRoom room = EmptyRoom();
+  room.Fill({20, 0, -30}, {29, 19, 48}, false);  // a stairwell: free 1.5 m down
+  const FloorGrid floor = Project(room.Tree());
+  for (int y = 0; y < 20; ++y) {
+    EXPECT_EQ(CellAt(floor, 19, y), kFreeCell);
+    EXPECT_EQ(CellAt(floor, 20, y), kOccupiedCell);
+    EXPECT_EQ(CellAt(floor, 25, y), kUnknownCell);
+  }
+  EXPECT_EQ(floor.num_drop_cells, 20U);
+}
+
+}  // namespace
+}  // namespace nightmap
