@@ -11,6 +11,16 @@ namespace nightmap {
 // Cube [x, x+1) * size along each axis.
 using VoxelKey = Eigen::Vector3i;
 
+// The cubes with min <= key < max along each axis.
+struct VoxelBox {
+  VoxelKey min = VoxelKey::Zero();
+  VoxelKey max = VoxelKey::Zero();
+
+  bool Contains(const VoxelKey& key) const {
+    return (key.array() >= min.array()).all() && (key.array() < max.array()).all();
+  }
+};
+
 // Keys are packable while every coordinate is in [-kVoxelKeyReach, kVoxelKeyReach).
 constexpr int kVoxelKeyReach = 1 << 20;
 
@@ -51,6 +61,22 @@ inline std::uint64_t MortonCode(const VoxelKey& key) {
     return SpreadBits(static_cast<std::uint64_t>(value + (1 << 15)));
   };
   return spread(key.x()) | spread(key.y()) << 1 | spread(key.z()) << 2;
+}
+
+// Inverse of SpreadBits.
+inline std::uint64_t GatherBits(std::uint64_t value) {
+  value &= 0x249249249249;
+  value = (value | value >> 2) & 0x0C30C30C30C3;
+  value = (value | value >> 4) & 0x00F00F00F00F;
+  value = (value | value >> 8) & 0x0000FF0000FF;
+  return (value | value >> 16) & 0xFFFF;
+}
+
+inline VoxelKey KeyOfMortonCode(std::uint64_t code) {
+  const auto axis = [code](int shift) {
+    return static_cast<int>(GatherBits(code >> shift)) - (1 << 15);
+  };
+  return {axis(0), axis(1), axis(2)};
 }
 
 }  // namespace nightmap

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <vector>
 
 namespace nightmap {
@@ -41,6 +42,11 @@ void WriteOctree(const std::filesystem::path& path, const OccupancyTree& tree);
 
 // `.bt`: only occupied or free (maximum likelihood). Throws DataError naming the file.
 void WriteBinaryOctree(const std::filesystem::path& path, const OccupancyTree& tree);
+
+// The leaves of trees that share no space, depth first, with eight equal free leaves merged to one
+// at every level: trees of the parts of a box give the tree of the box. Throws DataError when
+// resolutions differ or leaves overlap.
+OccupancyTree MergeOctrees(std::span<const OccupancyTree> trees);
 
 // Reads an `.ot` of type ColorOcTree or OcTree (white leaves). Throws DataError naming the file
 // when it is truncated, of another type, or holds NaN.

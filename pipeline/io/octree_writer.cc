@@ -3,7 +3,6 @@
 // each, take several times the memory and the time.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -12,68 +11,11 @@
 #include <string>
 #include <string_view>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
-#include "pipeline/geometry/voxel_key.h"
-#include "pipeline/io/octree_io.h"
+#include "pipeline/io/octree_leaves.h"
 
 namespace nightmap {
 namespace {
-
-struct PlacedLeaf {
-  std::uint64_t code = 0;  // Morton code of its first voxel
-  int height = 0;          // 0: the smallest voxel
-  const OccupancyVoxel* voxel = nullptr;
-};
-
-PlacedLeaf Place(const OccupancyVoxel& leaf,
-                 double resolution_m,
-                 const std::filesystem::path& path) {
-  const double height = std::log2(leaf.size_m / resolution_m);
-  const bool valid_size =
-      height > -0.01 && std::abs(height - std::round(height)) < 0.01 && height < 15.5;
-  if (!valid_size || !std::isfinite(leaf.log_odds) ||
-      !(leaf.centre_in_map.cwiseAbs().maxCoeff() < OctreeReach_m(resolution_m))) {
-    throw DataError("{}: a leaf at ({}, {}, {}) of size {} m does not fit an octree of {} m",
-                    path.string(),
-                    leaf.centre_in_map.x(),
-                    leaf.centre_in_map.y(),
-                    leaf.centre_in_map.z(),
-                    leaf.size_m,
-                    resolution_m);
-  }
-  const int levels = static_cast<int>(std::lround(height));
-  const std::uint64_t code = MortonCode(VoxelOf(leaf.centre_in_map, resolution_m));
-  return {code >> 3 * levels << 3 * levels, levels, &leaf};
-}
-
-// In depth-first order.
-std::vector<PlacedLeaf> PlaceAll(const OccupancyTree& tree, const std::filesystem::path& path) {
-  if (!(tree.resolution_m > 0)) {
-    throw DataError("{}: the octree's resolution must be positive", path.string());
-  }
-  std::vector<PlacedLeaf> leaves;
-  leaves.reserve(tree.leaves.size());
-  for (const OccupancyVoxel& leaf : tree.leaves) {
-    leaves.push_back(Place(leaf, tree.resolution_m, path));
-  }
-  const auto by_code = [](const PlacedLeaf& leaf) { return leaf.code; };
-  if (!std::ranges::is_sorted(leaves, {}, by_code)) {
-    std::ranges::stable_sort(leaves, {}, by_code);
-  }
-  for (std::size_t i = 1; i < leaves.size(); ++i) {
-    if (leaves[i].code >> 3 * leaves[i - 1].height ==
-        leaves[i - 1].code >> 3 * leaves[i - 1].height) {
-      const Eigen::Vector3d& centre = leaves[i].voxel->centre_in_map;
-      throw DataError("{}: two leaves of the octree overlap at ({}, {}, {})",
-                      path.string(),
-                      centre.x(),
-                      centre.y(),
-                      centre.z());
-    }
-  }
-  return leaves;
-}
 
 // `.ot`: of each node its log-odds, color and a bit for each child, then its children.
 class ValueEncoder {
@@ -87,9 +29,9 @@ class ValueEncoder {
   };
   using Children = std::array<std::optional<Node>, 8>;
 
-  Node Leaf(const OccupancyVoxel& voxel) {
-    Put(Open(), voxel.log_odds, voxel.rgb, 0);
-    return {voxel.log_odds, voxel.rgb, voxel.rgb, true};
+  Node Leaf(const PlacedLeaf& leaf) {
+    Put(Open(), leaf.log_odds, leaf.rgb, 0);
+    return {leaf.log_odds, leaf.rgb, leaf.rgb, true};
   }
 
   std::size_t Open() {
@@ -160,9 +102,9 @@ class StateEncoder {
   enum class Node : unsigned { kFree = 1, kOccupied = 2, kInner = 3 };
   using Children = std::array<std::optional<Node>, 8>;
 
-  Node Leaf(const OccupancyVoxel& voxel) {
+  Node Leaf(const PlacedLeaf& leaf) {
     ++num_nodes_;
-    return voxel.Occupied() ? Node::kOccupied : Node::kFree;
+    return leaf.log_odds >= 0 ? Node::kOccupied : Node::kFree;
   }
 
   std::size_t Open() {
@@ -202,7 +144,7 @@ class StateEncoder {
 // The node of `height` that holds all of `leaves`.
 template <typename Encoder>
 typename Encoder::Node Encode(std::span<const PlacedLeaf> leaves, int height, Encoder& encoder) {
-  if (leaves.front().height == height) return encoder.Leaf(*leaves.front().voxel);
+  if (leaves.front().height == height) return encoder.Leaf(leaves.front());
   const std::size_t begin = encoder.Open();
   const int shift = 3 * (height - 1);
   typename Encoder::Children children;
@@ -219,7 +161,7 @@ typename Encoder::Node Encode(std::span<const PlacedLeaf> leaves, int height, En
 
 template <typename Encoder>
 void Write(const std::filesystem::path& path, const OccupancyTree& tree, std::string_view head) {
-  const std::vector<PlacedLeaf> leaves = PlaceAll(tree, path);
+  const std::vector<PlacedLeaf> leaves = PlaceLeaves(tree, path.string());
   Encoder encoder;
   if (!leaves.empty()) Encode<Encoder>(leaves, kOctreeDepth, encoder);
   std::ostringstream stream;

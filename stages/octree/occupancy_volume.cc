@@ -2,72 +2,114 @@
 #include "stages/octree/occupancy_volume.h"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/io/octree_leaves.h"
 
 namespace nightmap {
 namespace {
 
-std::array<std::uint8_t, 3> MeanColor(const ColorSum& sum) {
-  std::array<std::uint8_t, 3> mean{};
-  for (std::size_t channel = 0; channel < 3; ++channel) {
-    mean[channel] = static_cast<std::uint8_t>((sum.rgb[channel] + sum.count / 2) / sum.count);
-  }
-  return mean;
-}
+// The blocks of one scan that lie in one region.
+struct Run {
+  std::uint64_t region = 0;
+  const ScanEvidence* scan = nullptr;
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
 
-bool IsUniform(const std::array<float, kBlockVoxels>& values) {
-  return std::all_of(values.begin(), values.end(), [&](float value) { return value == values[0]; });
+// By region, and in the order of the scans in each.
+std::vector<Run> SplitByRegion(std::span<const ScanEvidence> scans) {
+  std::vector<Run> runs;
+  for (const ScanEvidence& scan : scans) {
+    for (std::size_t i = 0; i < scan.blocks.size(); ++i) {
+      const std::uint64_t region = BlockOf(scan.blocks[i].block);
+      if (i == 0 || region != runs.back().region) runs.push_back({region, &scan, i, i});
+      ++runs.back().end;
+    }
+  }
+  std::ranges::stable_sort(runs, {}, &Run::region);
+  return runs;
 }
 
 }  // namespace
 
-void OccupancyVolume::Integrate(const ScanEvidence& evidence) {
-  for (const auto& [packed, scanned] : evidence.blocks.Blocks()) {
-    Block& block = blocks_.At(UnpackVoxel(packed));
-    const BlockBits touched = scanned.hit | scanned.passed;
-    for (std::size_t i = touched._Find_first(); i < kBlockVoxels; i = touched._Find_next(i)) {
-      const float update = scanned.hit.test(i) ? model_.hit : model_.miss;
-      block.log_odds[i] = std::clamp(block.log_odds[i] + update, model_.min, model_.max);
-    }
-    block.known |= touched;
+OccupancyVolume::OccupancyVolume(const SensorModel& model)
+    : model_(model), of_hit_(MakeUpdates(model.hit)), of_miss_(MakeUpdates(model.miss)) {}
+
+OccupancyVolume::Updates OccupancyVolume::MakeUpdates(float log_odds) {
+  Updates updates;
+  for (unsigned bits = 0; bits < updates.size(); ++bits) {
+    for (unsigned i = 0; i < 4; ++i) updates[bits][i] = (bits >> i & 1) != 0 ? log_odds : 0;
   }
-  for (const HitColor& hit : evidence.colors) {
-    Block& block = blocks_.At(BlockOf(hit.voxel));
-    if (!block.colors) block.colors = std::make_unique<std::array<ColorSum, kBlockVoxels>>();
-    ColorSum& sum = (*block.colors)[IndexInBlock(hit.voxel)];
-    for (std::size_t channel = 0; channel < 3; ++channel)
-      sum.rgb[channel] += hit.color.rgb[channel];
-    sum.count += hit.color.count;
+  return updates;
+}
+
+void OccupancyVolume::Integrate(std::span<const ScanEvidence> scans, int num_threads) {
+  const std::vector<Run> runs = SplitByRegion(scans);
+  std::vector<std::pair<Region*, std::span<const Run>>> work;
+  for (std::size_t begin = 0, end = 0; begin < runs.size(); begin = end) {
+    while (end < runs.size() && runs[end].region == runs[begin].region) ++end;
+    work.emplace_back(&regions_[runs[begin].region], std::span(runs).subspan(begin, end - begin));
+  }
+  ParallelFor(work.size(), num_threads, [&](std::size_t i) {
+    Region& region = *work[i].first;
+    for (const Run& run : work[i].second) {
+      for (std::size_t b = run.begin; b < run.end; ++b) {
+        const auto& [code, evidence] = run.scan->blocks[b];
+        std::unique_ptr<Block>& block = region[IndexInBlock(code)];
+        if (!block) block = std::make_unique<Block>();
+        Update(evidence, *block);
+        if (evidence.hit.None()) continue;
+        block->colors.Add(evidence.hit, &run.scan->colors[evidence.first_color]);
+      }
+    }
+  });
+}
+
+void OccupancyVolume::Update(const BlockEvidence& evidence, Block& block) const {
+  block.known |= evidence.hit;
+  block.known |= evidence.passed;
+  for (std::size_t word = 0; word < kBlockWords; ++word) {
+    const std::uint64_t hit = evidence.hit.words[word];
+    const std::uint64_t passed = evidence.passed.words[word];
+    if (hit == 0 && (passed == 0 || block.settled[word])) continue;
+    Eigen::Array4f highest = Eigen::Array4f::Constant(model_.min);
+    for (std::size_t i = 0; i < 64; i += 4) {
+      Eigen::Map<Eigen::Array4f, Eigen::Aligned16> values(&block.log_odds[64 * word + i]);
+      values = (values + of_hit_[hit >> i & 15] + of_miss_[passed >> i & 15])
+                   .min(model_.max)
+                   .max(model_.min);
+      highest = highest.max(values);
+    }
+    block.settled[word] = highest.maxCoeff() == model_.min;
   }
 }
 
-void OccupancyVolume::AppendBlock(const VoxelKey& key,
-                                  const Block& block,
-                                  OccupancyTree& tree) const {
-  if (block.known.all() && block.log_odds[0] < 0 && IsUniform(block.log_odds)) {
-    const double size_m = tree.resolution_m * kBlockEdge;
-    tree.leaves.push_back({VoxelCentre(key, size_m), size_m, block.log_odds[0]});
-    return;
-  }
-  static constexpr auto kOrder = MortonOrderInBlock();
-  for (const std::size_t i : kOrder) {
-    if (!block.known.test(i)) continue;
-    OccupancyVoxel leaf{
-        VoxelCentre(VoxelInBlock(key, i), tree.resolution_m), tree.resolution_m, block.log_odds[i]};
-    if (leaf.Occupied() && block.colors && (*block.colors)[i].count > 0) {
-      leaf.rgb = MeanColor((*block.colors)[i]);
+OccupancyTree OccupancyVolume::Leaves(double resolution_m, int num_threads) const {
+  std::vector<std::pair<std::uint64_t, const Region*>> regions;
+  for (const auto& [code, region] : regions_) regions.emplace_back(code, &region);
+  std::vector<LeafList> lists(regions.size());
+  ParallelFor(regions.size(), num_threads, [&](std::size_t i) {
+    const auto& [region_code, region] = regions[i];
+    for (std::size_t b = 0; b < kBlockVoxels; ++b) {
+      if (!(*region)[b]) continue;
+      const Block& block = *(*region)[b];
+      const std::uint64_t first = (region_code << kBlockShift | b) << kBlockShift;
+      block.known.ForEach([&](std::size_t index) {
+        PlacedLeaf leaf{first | index, block.log_odds[index]};
+        if (leaf.log_odds >= 0) leaf.rgb = block.colors.Mean(index);
+        lists[i].Append(leaf);
+      });
     }
-    tree.leaves.push_back(leaf);
+  });
+  LeafList all;
+  for (LeafList& list : lists) {
+    for (const PlacedLeaf& leaf : list.Leaves()) all.Append(leaf);
+    list = {};
   }
-}
-
-OccupancyTree OccupancyVolume::Leaves(double resolution_m) const {
-  std::vector<VoxelKey> keys;
-  for (const auto& [packed, block] : blocks_.Blocks()) keys.push_back(UnpackVoxel(packed));
-  std::ranges::sort(keys, {}, MortonCode);
-  OccupancyTree tree;
-  tree.resolution_m = resolution_m;
-  for (const VoxelKey& key : keys) AppendBlock(key, *blocks_.Find(key), tree);
-  return tree;
+  return all.Tree(resolution_m);
 }
 
 }  // namespace nightmap

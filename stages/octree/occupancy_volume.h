@@ -2,45 +2,51 @@
 // Log-odds fusion of scans, kept in blocks of voxels and handed over as octree leaves.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
+#include <map>
 #include <memory>
-#include <vector>
+#include <span>
 
 #include "pipeline/io/octree_io.h"
+#include "stages/octree/block_colors.h"
 #include "stages/octree/scan.h"
+#include "stages/octree/sensor_model.h"
 
 namespace nightmap {
 
-// Log-odds of the inverse sensor model (Moravec and Elfes, High resolution maps from wide angle
-// sonar, 1985) with clamping, which lets a map follow change and its octree be pruned.
-struct SensorModel {
-  float hit = 0.85F;
-  float miss = -0.4F;
-  float min = -2.0F;
-  float max = 3.5F;
-};
-
 class OccupancyVolume {
  public:
-  explicit OccupancyVolume(const SensorModel& model) : model_(model) {}
+  explicit OccupancyVolume(const SensorModel& model);
 
-  // Scans must come in a fixed order: clamping makes the sum depend on it.
-  void Integrate(const ScanEvidence& evidence);
+  // Adds to each voxel, scan by scan, the model's hit or miss, then clamps: a scan changes a voxel
+  // at most once, and the order of the scans matters. A new voxel begins at 0. Threads share the
+  // space, not the scans, so none waits for another and the result is the same for any number.
+  void Integrate(std::span<const ScanEvidence> scans, int num_threads);
 
-  // Known voxels, depth first; a block whose voxels are all free with one value becomes one leaf.
-  OccupancyTree Leaves(double resolution_m) const;
+  // Known voxels, depth first, as LeafList merges them; occupied ones with the mean of the colors
+  // that hit them.
+  OccupancyTree Leaves(double resolution_m, int num_threads) const;
 
  private:
   struct Block {
-    std::array<float, kBlockVoxels> log_odds{};
+    alignas(16) std::array<float, kBlockVoxels> log_odds{};
     BlockBits known;
-    std::unique_ptr<std::array<ColorSum, kBlockVoxels>> colors;  // of blocks with a hit
+    std::array<bool, kBlockWords> settled{};  // words of voxels that cannot become freer
+    BlockColors colors;
   };
+  // A cube of 8 x 8 x 8 blocks; what a thread works on.
+  using Region = std::array<std::unique_ptr<Block>, kBlockVoxels>;
+  // What four bits of evidence add to four voxels.
+  using Updates = std::array<Eigen::Array4f, 16>;
 
-  void AppendBlock(const VoxelKey& key, const Block& block, OccupancyTree& tree) const;
+  static Updates MakeUpdates(float log_odds);
+  void Update(const BlockEvidence& evidence, Block& block) const;
 
   SensorModel model_;
-  BlockMap<Block> blocks_;
+  Updates of_hit_;
+  Updates of_miss_;
+  std::map<std::uint64_t, Region> regions_;
 };
 
 }  // namespace nightmap

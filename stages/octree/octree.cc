@@ -6,8 +6,9 @@
 #include <optional>
 
 #include "pipeline/base/error.h"
+#include "stages/octree/make_scan.h"
 #include "stages/octree/occupancy_volume.h"
-#include "stages/octree/scan.h"
+#include "stages/octree/octomap_volume.h"
 
 namespace nightmap {
 namespace {
@@ -23,77 +24,89 @@ SensorModel MakeModel(const OctreeOptions& options) {
           LogOdds(options.probability_max)};
 }
 
-// The voxels of the cloud and the 26 around each.
-VoxelSupport MakeSupport(const std::vector<CloudPoint>& cloud, double resolution_m) {
-  VoxelSupport support;
-  for (const CloudPoint& point : cloud) {
-    const VoxelKey voxel = VoxelOf(point.position_in_map.cast<double>(), resolution_m);
-    for (int i = 0; i < 27; ++i) {
-      const VoxelKey near = voxel + VoxelKey(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1);
-      support.At(BlockOf(near)).set(IndexInBlock(near));
-    }
-  }
-  return support;
-}
+// What both builders start from.
+struct Job {
+  const OctreeOptions& options;
+  const KeyframeSource& source;
+  const CloudSupport* support;
+  ScanOptions scan;
+  std::vector<RayTable> rays;
+};
 
-void CheckCloudReach(const std::vector<CloudPoint>& cloud, double reach_m) {
-  for (const CloudPoint& point : cloud) {
-    if (!(point.position_in_map.cwiseAbs().maxCoeff() < reach_m)) {
-      throw DataError(
-          "the cloud has a point beyond the octree's reach of {} m; cloud and keyframes must "
-          "be of one run, or take a larger octree.resolution_m",
-          reach_m);
-    }
-  }
-}
-
-std::vector<ScanPoint> ToScan(const std::vector<DepthPoint>& points,
-                              const Rigid3& map_from_camera,
-                              double margin_sigmas) {
-  std::vector<ScanPoint> scan;
-  scan.reserve(points.size());
-  for (const DepthPoint& point : points) {
-    scan.push_back({map_from_camera * point.point_in_camera.cast<double>(),
-                    margin_sigmas * point.sigma_m,
-                    point.rgb});
-  }
-  return scan;
-}
-
-OccupancyTree FuseAll(const OctreeOptions& options,
-                      const KeyframeSource& source,
-                      const VoxelSupport* support,
-                      Progress& progress,
-                      int num_threads,
-                      OctreeResult& result) {
-  const std::vector<RayTable> rays = MakeRayTables(source.cameras, num_threads);
-  const ScanOptions scan_options{options.resolution_m, options.max_range_m, options.discretize};
+SupportedScan LoadScan(const Job& job, const Keyframe& keyframe, const RgbdImages& images) {
+  const auto camera = static_cast<std::size_t>(keyframe.frame.camera_idx);
   constexpr double kAnyDepth = std::numeric_limits<double>::max();
-  OccupancyVolume volume(MakeModel(options));
-  result.skipped = FuseKeyframes<ScanEvidence>(
-      source,
+  const auto points = BackProjectDepth(images.depth,
+                                       images.color,
+                                       job.rays[camera],
+                                       job.source.cameras[camera],
+                                       kAnyDepth,
+                                       job.options.depth_filter);
+  return MakeScan(points,
+                  keyframe.map_from_camera,
+                  job.options.carve_margin_sigmas,
+                  job.options.max_range_m,
+                  job.support);
+}
+
+void FuseBatched(const Job& job, Progress& progress, int num_threads, OctreeResult& result) {
+  struct Traced {
+    ScanEvidence evidence;
+    std::size_t num_unsupported = 0;
+  };
+  OccupancyVolume volume(MakeModel(job.options));
+  const std::size_t batch = 4 * static_cast<std::size_t>(num_threads);
+  std::vector<ScanEvidence> pending;
+  result.skipped = FuseKeyframes<Traced>(
+      job.source,
       progress,
       num_threads,
       [&](const Keyframe& keyframe, const RgbdImages& images) {
-        const auto camera = static_cast<std::size_t>(keyframe.frame.camera_idx);
-        const auto points = BackProjectDepth(images.depth,
-                                             images.color,
-                                             rays[camera],
-                                             source.cameras[camera],
-                                             kAnyDepth,
-                                             options.depth_filter);
-        const Rigid3& pose = keyframe.map_from_camera;
-        return TraceScan(pose.translation,
-                         ToScan(points, pose, options.carve_margin_sigmas),
-                         scan_options,
-                         support);
+        const SupportedScan supported = LoadScan(job, keyframe, images);
+        return Traced{TraceScan(supported.scan, job.scan), supported.num_unsupported};
       },
-      [&](ScanEvidence&& evidence) {
-        volume.Integrate(evidence);
-        result.num_rays += evidence.num_rays;
-        result.num_unsupported += evidence.num_unsupported;
+      [&](Traced&& traced) {
+        result.num_rays += traced.evidence.num_rays;
+        result.num_unsupported += traced.num_unsupported;
+        pending.push_back(std::move(traced.evidence));
+        if (pending.size() < batch) return;
+        volume.Integrate(pending, num_threads);
+        pending.clear();
       });
-  return volume.Leaves(options.resolution_m);
+  volume.Integrate(pending, num_threads);
+  result.tree = volume.Leaves(job.options.resolution_m, num_threads);
+}
+
+void FuseWithOctomap(const Job& job, Progress& progress, int num_threads, OctreeResult& result) {
+  OctomapVolume volume(MakeModel(job.options), job.scan);
+  result.skipped = FuseKeyframes<SupportedScan>(
+      job.source,
+      progress,
+      num_threads,
+      [&](const Keyframe& keyframe, const RgbdImages& images) {
+        return LoadScan(job, keyframe, images);
+      },
+      [&](SupportedScan&& supported) {
+        result.num_rays += supported.scan.points.size();
+        result.num_unsupported += supported.num_unsupported;
+        volume.Insert(supported.scan);
+      });
+  result.tree = volume.Leaves();
+}
+
+// The keyframes whose rays can reach `region`.
+KeyframeSource Near(const KeyframeSource& source, const VoxelBox& region, const ScanOptions& scan) {
+  const auto edge = [&](const VoxelKey& key, double outwards) {
+    return (key.cast<double>() * scan.resolution_m).array() + outwards;
+  };
+  const double reach_m = scan.max_range_m + scan.resolution_m;
+  KeyframeSource near = source;
+  std::erase_if(near.keyframes, [&](const Keyframe& keyframe) {
+    const auto& position = keyframe.map_from_camera.translation.array();
+    return (position < edge(region.min, -reach_m)).any() ||
+           (position > edge(region.max, reach_m)).any();
+  });
+  return near;
 }
 
 void CountVoxels(OctreeResult& result) {
@@ -119,6 +132,10 @@ void CheckOccupied(const OctreeResult& result, const KeyframeSource& source) {
 }  // namespace
 
 void OctreeOptions::Register(OptionList& list) {
+  list.Add("builder",
+           &builder,
+           {"batched", "octomap"},
+           "batched: our own; octomap: OctoMap's insertPointCloud, slow, the reference for tests");
   list.Add("keyframe_stride", &keyframe_stride, Range(1, 1000), "uses every Nth keyframe");
   list.Add("resolution_m", &resolution_m, Range(0.005, 1.0), "edge of the smallest voxel");
   list.Add("max_range_m",
@@ -148,20 +165,24 @@ OctreeResult RunOctree(const OctreeOptions& options,
                        const KeyframeSource& source,
                        const std::vector<CloudPoint>* cloud,
                        Progress& progress,
-                       int num_threads) {
+                       int num_threads,
+                       const std::optional<VoxelBox>& region) {
   // A voxel of room at the rim for the neighbours of what is seen there.
   const double reach_m = OctreeReach_m(options.resolution_m) - 2 * options.resolution_m;
   CheckReach(source.keyframes, options.max_range_m, reach_m);
-  std::optional<VoxelSupport> support;
+  std::optional<CloudSupport> support;
   if (cloud != nullptr && options.require_cloud_support) {
-    CheckCloudReach(*cloud, reach_m);
-    support = MakeSupport(*cloud, options.resolution_m);
+    support.emplace(*cloud, options.resolution_m, reach_m);
   }
+  const ScanOptions scan{options.resolution_m, options.max_range_m, options.discretize, region};
+  const KeyframeSource used = region ? Near(source, *region, scan) : source;
+  const Job job{
+      options, used, support ? &*support : nullptr, scan, MakeRayTables(used.cameras, num_threads)};
   OctreeResult result;
-  result.tree =
-      FuseAll(options, source, support ? &*support : nullptr, progress, num_threads, result);
+  const auto fuse = options.builder == "octomap" ? FuseWithOctomap : FuseBatched;
+  fuse(job, progress, num_threads, result);
   CountVoxels(result);
-  CheckOccupied(result, source);
+  if (!region) CheckOccupied(result, source);
   return result;
 }
 

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/geometry/voxel_key.h"
 #include "pipeline/io/octree_io.h"
 #include "pipeline/io/ply_io.h"
 #include "pipeline/vision/back_project.h"
@@ -16,6 +18,7 @@
 namespace nightmap {
 
 struct OctreeOptions {
+  std::string builder = "batched";
   int keyframe_stride = 1;
   double resolution_m = 0.05;
   double max_range_m = 4.0;
@@ -41,14 +44,20 @@ struct OctreeResult {
   std::size_t num_free = 0;         // voxels of the smallest size
 };
 
-// Inserts the keyframes' rays in order: hits where they end, misses where they pass, nothing where
-// depth is missing (OctoMap's update rule, Hornung et al. 2013). A point counts only when `cloud`
-// (null: not asked) has a point in its voxel or one of the 26 around. Voxels are as OctoMap lays
-// them out. Same result at any number of threads. Throws DataError when nothing became occupied.
+// Inserts the keyframes in order. Each changes the log-odds of a voxel at most once: by
+// probability_hit where one of its rays ends, else by probability_miss where one passes, nothing
+// where depth is missing; after each the clamps (OctoMap's update rule, Hornung et al. 2013). A
+// point counts only when `cloud` (null: not asked) has a point in its voxel or one of the 26
+// around. Voxels are as OctoMap lays them out; leaves come depth first.
+// With a `region`, in voxels of resolution_m, the tree is what the whole one has there: regions
+// that share no voxel and together hold all give it by MergeOctrees, exactly, as long as `source`
+// and `cloud` are the same or lack only what is out of max_range_m of the region. It may be empty.
+// Same result at any number of threads. Throws DataError when nothing became occupied anywhere.
 OctreeResult RunOctree(const OctreeOptions& options,
                        const KeyframeSource& source,
                        const std::vector<CloudPoint>* cloud,
                        Progress& progress,
-                       int num_threads);
+                       int num_threads,
+                       const std::optional<VoxelBox>& region = std::nullopt);
 
 }  // namespace nightmap

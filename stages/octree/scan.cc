@@ -2,130 +2,184 @@
 #include "stages/octree/scan.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <unordered_map>
+
+#include "stages/octree/voxel_walk.h"
 
 namespace nightmap {
 namespace {
 
-struct Ray {
-  Eigen::Vector3d end = Eigen::Vector3d::Zero();
+// Points that share a ray.
+struct RayEnd {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double margin_m = 0;
-};
-
-// Points that share a ray, summed.
-struct RayGroup {
-  Eigen::Vector3d end_sum = Eigen::Vector3d::Zero();
-  double margin_m = 0;
-  int count = 0;
 };
 
 class ScanTracer {
  public:
-  ScanTracer(const Eigen::Vector3d& origin, const ScanOptions& options, const VoxelSupport* support)
-      : origin_(origin), options_(options), support_(support) {}
+  ScanTracer(const Scan& scan, const ScanOptions& options)
+      : scan_(scan),
+        options_(options),
+        origin_voxel_(VoxelOf(scan.origin_in_map, options.resolution_m)) {}
 
-  void Add(const ScanPoint& point) {
-    const Eigen::Vector3d offset = point.point_in_map - origin_;
-    const double range_m = offset.norm();
-    if (range_m > options_.max_range_m) {
-      AddRay({origin_ + offset * (options_.max_range_m / range_m), 0});
-      return;
-    }
-    const VoxelKey voxel = VoxelOf(point.point_in_map, options_.resolution_m);
-    if (!Supported(voxel)) {
-      ++evidence_.num_unsupported;
-      return;
-    }
-    evidence_.blocks.At(BlockOf(voxel)).hit.set(IndexInBlock(voxel));
-    AddColor(voxel, point.rgb);
-    AddRay({point.point_in_map, point.margin_m});
-  }
-
-  ScanEvidence Finish() {
-    for (const RayGroup& group : groups_) {
-      Trace({group.end_sum / group.count, group.margin_m});
-    }
-    evidence_.num_rays = groups_.size();
+  ScanEvidence Trace() {
+    MarkHits();
+    SumHits();
+    CastRays();
+    Finish();
     return std::move(evidence_);
   }
 
  private:
-  bool Supported(const VoxelKey& voxel) const {
-    if (support_ == nullptr) return true;
-    const BlockBits* block = support_->Find(BlockOf(voxel));
-    return block != nullptr && block->test(IndexInBlock(voxel));
+  static constexpr std::uint32_t kBeyondRange = std::numeric_limits<std::uint32_t>::max();
+
+  void MarkHits() {
+    hit_of_point_.reserve(scan_.points.size());
+    const double max_range_m2 = options_.max_range_m * options_.max_range_m;
+    for (const ScanPoint& point : scan_.points) {
+      if ((point.point_in_map - scan_.origin_in_map).squaredNorm() > max_range_m2) {
+        hit_of_point_.push_back(kBeyondRange);
+        continue;
+      }
+      const auto voxel = MortonCode(VoxelOf(point.point_in_map, options_.resolution_m));
+      const std::size_t entry = EntryOf(BlockOf(voxel));
+      blocks_.Entries()[entry].value.hit.Set(IndexInBlock(voxel));
+      hit_of_point_.push_back(
+          static_cast<std::uint32_t>(entry << kBlockShift | IndexInBlock(voxel)));
+    }
   }
 
-  void AddColor(const VoxelKey& voxel, const std::array<std::uint8_t, 3>& rgb) {
-    const auto [entry, is_new] =
-        color_index_.try_emplace(PackVoxel(voxel), evidence_.colors.size());
-    if (is_new) evidence_.colors.push_back({voxel, {}});
-    ColorSum& color = evidence_.colors[entry->second].color;
-    for (std::size_t channel = 0; channel < 3; ++channel) color.rgb[channel] += rgb[channel];
-    ++color.count;
+  // Numbers the hits by block and by order in it, then sums what lies in each.
+  void SumHits() {
+    std::size_t num_hits = 0;
+    for (auto& [block, evidence] : blocks_.Entries()) {
+      evidence.first_color = static_cast<std::uint32_t>(num_hits);
+      num_hits += evidence.hit.Count();
+    }
+    evidence_.colors.resize(num_hits);
+    ends_.resize(options_.discretize ? num_hits : 0);
+    for (std::size_t i = 0; i < scan_.points.size(); ++i) {
+      if (hit_of_point_[i] == kBeyondRange) continue;
+      const ScanPoint& point = scan_.points[i];
+      const BlockEvidence& block = blocks_.Entries()[BlockOf(hit_of_point_[i])].value;
+      const std::size_t hit = block.first_color + block.hit.Rank(IndexInBlock(hit_of_point_[i]));
+      evidence_.colors[hit].Add({{point.rgb[0], point.rgb[1], point.rgb[2]}, 1});
+      if (!options_.discretize) continue;
+      ends_[hit].sum += point.point_in_map;
+      ends_[hit].margin_m = std::max(ends_[hit].margin_m, point.margin_m);
+    }
   }
 
-  void AddRay(const Ray& ray) {
-    std::size_t index = groups_.size();
+  void CastRays() {
+    for (std::size_t i = 0; i < ends_.size(); ++i) {
+      CastRay(ends_[i].sum / evidence_.colors[i].count, ends_[i].margin_m);
+    }
+    for (std::size_t i = 0; i < scan_.points.size(); ++i) {
+      const ScanPoint& point = scan_.points[i];
+      if (hit_of_point_[i] == kBeyondRange) {
+        CastRayBeyond(point.point_in_map);
+      } else if (!options_.discretize) {
+        CastRay(point.point_in_map, point.margin_m);
+      }
+    }
+  }
+
+  void CastRayBeyond(const Eigen::Vector3d& point) {
+    const Eigen::Vector3d offset = point - scan_.origin_in_map;
+    const Eigen::Vector3d end =
+        scan_.origin_in_map + offset * (options_.max_range_m / offset.norm());
     if (options_.discretize) {
-      const VoxelKey voxel = VoxelOf(ray.end, options_.resolution_m);
-      index = group_index_.try_emplace(PackVoxel(voxel), index).first->second;
+      const std::uint64_t voxel = MortonCode(VoxelOf(end, options_.resolution_m));
+      if (!ended_beyond_.At(BlockOf(voxel)).Insert(IndexInBlock(voxel))) return;
     }
-    if (index == groups_.size()) groups_.emplace_back();
-    RayGroup& group = groups_[index];
-    group.end_sum += ray.end;
-    group.margin_m = std::max(group.margin_m, ray.margin_m);
-    ++group.count;
+    CastRay(end, 0);
   }
 
-  // Marks the voxels from the origin to the ray's end less its margin.
-  void Trace(const Ray& ray) {
-    const Eigen::Vector3d full = ray.end - origin_;
-    const double length_m = full.norm() - ray.margin_m;
-    if (!(length_m > 0)) return;
-    const Eigen::Vector3d start = origin_ / options_.resolution_m;
-    const Eigen::Vector3d step = full.normalized() * (length_m / options_.resolution_m);
-    VoxelKey voxel = start.array().floor().matrix().cast<int>();
-    Eigen::Vector3d next;   // share of the ray at which the voxel is left along each axis
-    Eigen::Vector3d delta;  // share of the ray per voxel along each axis
-    for (int axis = 0; axis < 3; ++axis) {
-      constexpr double kNever = std::numeric_limits<double>::infinity();
-      const double edge = voxel[axis] + (step[axis] > 0 ? 1 : 0);
-      delta[axis] = step[axis] != 0 ? 1 / std::abs(step[axis]) : kNever;
-      next[axis] = step[axis] != 0 ? (edge - start[axis]) / step[axis] : kNever;
+  // Backwards, from margin_m before `end`.
+  void CastRay(const Eigen::Vector3d& end, double margin_m) {
+    ++evidence_.num_rays;
+    Eigen::Vector3d start = end;
+    if (margin_m > 0) {
+      const Eigen::Vector3d to_origin = scan_.origin_in_map - end;
+      const double length_m = to_origin.norm();
+      if (margin_m >= length_m) return;
+      start += to_origin * (margin_m / length_m);
     }
-    const VoxelKey direction = (step.array() > 0).select(VoxelKey::Ones(), -VoxelKey::Ones());
-    for (double share = 0; share < 1;) {
-      BlockEvidence& block = evidence_.blocks.At(BlockOf(voxel));
-      const std::size_t index = IndexInBlock(voxel);
-      if (!block.hit.test(index)) block.passed.set(index);
-      int axis = 0;
-      share = next.minCoeff(&axis);
-      next[axis] += delta[axis];
-      voxel[axis] += direction[axis];
-    }
+    const VoxelKey start_voxel = VoxelOf(start, options_.resolution_m);
+    const VoxelWalk walk(start / options_.resolution_m,
+                         (scan_.origin_in_map - start) / options_.resolution_m);
+    BlockBits* passed = nullptr;
+    std::uint64_t block = kNoBlock;
+    walk.Visit((origin_voxel_ - start_voxel).cwiseAbs().sum(), [&](std::uint64_t voxel) {
+      if (BlockOf(voxel) != block) {
+        block = BlockOf(voxel);
+        passed = &blocks_.Entries()[EntryOf(block)].value.passed;
+      }
+      passed->Set(IndexInBlock(voxel));
+    });
   }
 
-  Eigen::Vector3d origin_;
+  std::size_t EntryOf(std::uint64_t block) {
+    if (block != last_block_) {
+      last_block_ = block;
+      last_entry_ = blocks_.IndexOf(block);
+    }
+    return last_entry_;
+  }
+
+  void Finish() {
+    for (auto& entry : blocks_.Entries()) {
+      for (std::size_t w = 0; w < kBlockWords; ++w) {
+        entry.value.passed.words[w] &= ~entry.value.hit.words[w];
+      }
+      if (options_.region) Crop(entry);
+    }
+    evidence_.blocks = std::move(blocks_.Entries());
+    std::erase_if(evidence_.blocks, [](const auto& entry) {
+      return entry.value.hit.None() && entry.value.passed.None();
+    });
+    std::ranges::sort(evidence_.blocks, {}, [](const auto& entry) { return entry.block; });
+  }
+
+  void Crop(BlockMap<BlockEvidence>::Entry& entry) {
+    const auto voxel = [&](std::size_t i) {
+      return KeyOfMortonCode(entry.block << kBlockShift | i);
+    };
+    const VoxelBox& region = *options_.region;
+    if (region.Contains(voxel(0)) && region.Contains(voxel(kBlockVoxels - 1))) return;
+    BlockBits inside;
+    for (std::size_t i = 0; i < kBlockVoxels; ++i) {
+      if (region.Contains(voxel(i))) inside.Set(i);
+    }
+    const BlockBits hit = entry.value.hit;
+    std::size_t color = entry.value.first_color;
+    entry.value.first_color = static_cast<std::uint32_t>(evidence_.colors.size());
+    hit.ForEach([&](std::size_t i) {
+      const ColorSum sum = evidence_.colors[color++];
+      if (inside.Test(i)) evidence_.colors.push_back(sum);
+    });
+    entry.value.hit &= inside;
+    entry.value.passed &= inside;
+  }
+
+  static constexpr std::uint64_t kNoBlock = ~std::uint64_t{0};
+
+  const Scan& scan_;
   const ScanOptions& options_;
-  const VoxelSupport* support_;
+  VoxelKey origin_voxel_;
+  BlockMap<BlockEvidence> blocks_;
+  BlockMap<BlockBits> ended_beyond_;  // voxels with the end of a ray that was cut
+  std::uint64_t last_block_ = kNoBlock;
+  std::size_t last_entry_ = 0;
+  std::vector<std::uint32_t> hit_of_point_;  // its block's entry and its index in the block
+  std::vector<RayEnd> ends_;                 // of each hit
   ScanEvidence evidence_;
-  std::vector<RayGroup> groups_;  // by first point, so that the order of the pixels decides
-  std::unordered_map<std::uint64_t, std::size_t> group_index_;
-  std::unordered_map<std::uint64_t, std::size_t> color_index_;
 };
 
 }  // namespace
 
-ScanEvidence TraceScan(const Eigen::Vector3d& origin,
-                       const std::vector<ScanPoint>& points,
-                       const ScanOptions& options,
-                       const VoxelSupport* support) {
-  ScanTracer tracer(origin, options, support);
-  for (const ScanPoint& point : points) tracer.Add(point);
-  return tracer.Finish();
+ScanEvidence TraceScan(const Scan& scan, const ScanOptions& options) {
+  return ScanTracer(scan, options).Trace();
 }
 
 }  // namespace nightmap

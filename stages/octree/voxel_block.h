@@ -1,74 +1,118 @@
 // SPDX-License-Identifier: Apache-2.0
-// Voxels of the smallest size in blocks of 8 x 8 x 8, so that a ray or a neighbourhood stays mostly
-// within one hash entry.
+// Voxels of the smallest size in blocks of 8 x 8 x 8, addressed by Morton code: the upper bits name
+// the block, the lowest nine the voxel in it. Ascending codes are the leaves of an octree depth
+// first, and 64 voxels in a row a cube of 4 x 4 x 4.
 #pragma once
 
 #include <array>
-#include <bitset>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
-#include <unordered_map>
-
-#include "pipeline/geometry/voxel_key.h"
+#include <utility>
+#include <vector>
 
 namespace nightmap {
 
-constexpr int kBlockEdge = 8;
-constexpr int kBlockVoxels = kBlockEdge * kBlockEdge * kBlockEdge;
-using BlockBits = std::bitset<kBlockVoxels>;
+constexpr int kBlockShift = 9;
+constexpr std::size_t kBlockVoxels = 1 << kBlockShift;
+constexpr std::size_t kBlockWords = kBlockVoxels / 64;
 
-// Arithmetic shift: rounds down for negative keys too, so blocks coincide with octree nodes.
-inline VoxelKey BlockOf(const VoxelKey& voxel) {
-  return {voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3};
-}
+inline std::uint64_t BlockOf(std::uint64_t voxel) { return voxel >> kBlockShift; }
+inline std::size_t IndexInBlock(std::uint64_t voxel) { return voxel & (kBlockVoxels - 1); }
 
-inline std::size_t IndexInBlock(const VoxelKey& voxel) {
-  return static_cast<std::size_t>((voxel.x() & 7) << 6 | (voxel.y() & 7) << 3 | (voxel.z() & 7));
-}
+// A set of voxels of one block.
+struct BlockBits {
+  std::array<std::uint64_t, kBlockWords> words{};
 
-inline VoxelKey VoxelInBlock(const VoxelKey& block, std::size_t index) {
-  const int i = static_cast<int>(index);
-  return block * kBlockEdge + VoxelKey(i >> 6, i >> 3 & 7, i & 7);
-}
-
-// Indices in a block in the order of an octree's leaves.
-constexpr std::array<std::size_t, kBlockVoxels> MortonOrderInBlock() {
-  std::array<std::size_t, kBlockVoxels> order{};
-  for (std::size_t code = 0; code < kBlockVoxels; ++code) {
-    const auto every_third = [](std::size_t bits) {
-      return (bits & 1) | (bits >> 2 & 2) | (bits >> 4 & 4);
-    };
-    order[code] = every_third(code) << 6 | every_third(code >> 1) << 3 | every_third(code >> 2);
+  bool Test(std::size_t index) const { return words[index / 64] >> index % 64 & 1; }
+  void Set(std::size_t index) { words[index / 64] |= std::uint64_t{1} << index % 64; }
+  // Whether it was new.
+  bool Insert(std::size_t index) {
+    const bool is_new = !Test(index);
+    Set(index);
+    return is_new;
   }
-  return order;
-}
+  bool None() const { return words == std::array<std::uint64_t, kBlockWords>{}; }
 
-// Values of type T by block, made when first asked for. Remembers the last block: neighbouring
-// calls are cheap. Not for use from two threads at once.
+  std::size_t Count() const {
+    int count = 0;
+    for (const std::uint64_t word : words) count += std::popcount(word);
+    return static_cast<std::size_t>(count);
+  }
+  // How many of the set come before `index`.
+  std::size_t Rank(std::size_t index) const {
+    int count = std::popcount(words[index / 64] & ((std::uint64_t{1} << index % 64) - 1));
+    for (std::size_t word = 0; word < index / 64; ++word) count += std::popcount(words[word]);
+    return static_cast<std::size_t>(count);
+  }
+  // visit(index) in ascending order.
+  template <typename Visit>
+  void ForEach(const Visit& visit) const {
+    for (std::size_t word = 0; word < kBlockWords; ++word) {
+      for (std::uint64_t bits = words[word]; bits != 0; bits &= bits - 1) {
+        visit(64 * word + static_cast<std::size_t>(std::countr_zero(bits)));
+      }
+    }
+  }
+
+  BlockBits& operator&=(const BlockBits& other) {
+    for (std::size_t word = 0; word < kBlockWords; ++word) words[word] &= other.words[word];
+    return *this;
+  }
+  BlockBits& operator|=(const BlockBits& other) {
+    for (std::size_t word = 0; word < kBlockWords; ++word) words[word] |= other.words[word];
+    return *this;
+  }
+  bool operator==(const BlockBits&) const = default;
+};
+
+// Values by block, in the order in which they were first asked for: a hash table with open
+// addressing, since a scan asks for millions. Not for use from two threads at once.
 template <typename T>
 class BlockMap {
  public:
-  BlockMap() = default;
-  BlockMap(BlockMap&&) noexcept = default;
-  BlockMap& operator=(BlockMap&&) noexcept = default;
+  struct Entry {
+    std::uint64_t block = 0;
+    T value;
+  };
 
-  T& At(const VoxelKey& block) {
-    const std::uint64_t packed = PackVoxel(block);
-    if (last_ == nullptr || packed != last_packed_) {
-      last_ = &blocks_[packed];
-      last_packed_ = packed;
+  // Position in Entries() of the block's entry, made when new.
+  std::size_t IndexOf(std::uint64_t block) {
+    if (2 * (entries_.size() + 1) > slots_.size()) Grow();
+    std::uint32_t& slot = slots_[Slot(block)];
+    if (slot == 0) {
+      entries_.push_back({block, {}});
+      slot = static_cast<std::uint32_t>(entries_.size());
     }
-    return *last_;
+    return slot - 1;
   }
-  const T* Find(const VoxelKey& block) const {
-    const auto found = blocks_.find(PackVoxel(block));
-    return found == blocks_.end() ? nullptr : &found->second;
+  // Null when the block was never asked for.
+  const T* Find(std::uint64_t block) const {
+    if (entries_.empty()) return nullptr;
+    const std::uint32_t slot = slots_[Slot(block)];
+    return slot == 0 ? nullptr : &entries_[slot - 1].value;
   }
-  const std::unordered_map<std::uint64_t, T>& Blocks() const { return blocks_; }
+  T& At(std::uint64_t block) { return entries_[IndexOf(block)].value; }
+
+  std::vector<Entry>& Entries() { return entries_; }
+  const std::vector<Entry>& Entries() const { return entries_; }
 
  private:
-  std::unordered_map<std::uint64_t, T> blocks_;
-  std::uint64_t last_packed_ = 0;
-  T* last_ = nullptr;  // into blocks_, whose nodes never move
+  // Of the block, or the empty one where it belongs.
+  std::size_t Slot(std::uint64_t block) const {
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t slot = (block * 0x9E3779B97F4A7C15U) >> 32 & mask;  // Fibonacci hashing
+    while (slots_[slot] != 0 && entries_[slots_[slot] - 1].block != block) slot = (slot + 1) & mask;
+    return slot;
+  }
+
+  void Grow() {
+    slots_.assign(slots_.empty() ? 1024 : 2 * slots_.size(), 0);
+    for (std::uint32_t i = 0; i < entries_.size(); ++i) slots_[Slot(entries_[i].block)] = i + 1;
+  }
+
+  std::vector<std::uint32_t> slots_;  // 1 + index into entries_; 0: empty
+  std::vector<Entry> entries_;
 };
 
 }  // namespace nightmap

@@ -210,6 +210,39 @@ TEST_F(OctreeIoTest, TheOrderOfTheLeavesDoesNotMatter) {
   EXPECT_TRUE(ReadFile(bt_) == bt);
 }
 
+TEST_F(OctreeIoTest, MergedPartsAreTheWholeTree) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    OccupancyTree tree = RandomTree(seed);
+    for (OccupancyVoxel& leaf : tree.leaves) {
+      if (!leaf.Occupied()) leaf.rgb = {255, 255, 255};
+    }
+    WriteOctree(ot_, tree);
+    const std::string whole = ReadFile(ot_);
+    std::vector<OccupancyTree> parts(3);
+    Random random(seed);
+    for (OccupancyTree& part : parts) part.resolution_m = tree.resolution_m;
+    for (const auto& leaf : tree.leaves) parts[random.Index(3)].leaves.push_back(leaf);
+    const OccupancyTree merged = MergeOctrees(parts);
+    EXPECT_LT(merged.leaves.size(), tree.leaves.size());
+    WriteOctree(ot_, merged);
+    EXPECT_TRUE(ReadFile(ot_) == whole) << seed;
+    const OccupancyTree again = MergeOctrees(std::span(&tree, 1));
+    ASSERT_EQ(again.leaves.size(), merged.leaves.size());
+    for (std::size_t i = 0; i < again.leaves.size(); ++i) {
+      EXPECT_EQ(again.leaves[i].centre_in_map, merged.leaves[i].centre_in_map);
+      EXPECT_EQ(again.leaves[i].size_m, merged.leaves[i].size_m);
+    }
+  }
+}
+
+TEST_F(OctreeIoTest, RefusesToMergeTreesThatOverlapOrDifferInResolution) {
+  std::vector<OccupancyTree> trees{Checkerboard(), Checkerboard()};
+  EXPECT_THROW(MergeOctrees(trees), DataError);
+  trees[1].resolution_m = 0.1;
+  EXPECT_THROW(MergeOctrees(trees), DataError);
+  EXPECT_TRUE(MergeOctrees({}).leaves.empty());
+}
+
 TEST_F(OctreeIoTest, RefusesLeavesThatOverlap) {
   for (const double size_m : {0.05, 0.1, 0.2}) {
     OccupancyTree tree = Checkerboard();

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/octree_leaves.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/base/error.h"
+#include "pipeline/geometry/voxel_key.h"
+
+namespace nightmap {
+namespace {
+
+constexpr std::array<std::uint8_t, 3> kNoColor{255, 255, 255};
+
+PlacedLeaf Place(const OccupancyVoxel& leaf, double resolution_m, const std::string& name) {
+  const double height = std::log2(leaf.size_m / resolution_m);
+  const bool valid_size =
+      height > -0.01 && std::abs(height - std::round(height)) < 0.01 && height < 15.5;
+  if (!valid_size || !std::isfinite(leaf.log_odds) ||
+      !(leaf.centre_in_map.cwiseAbs().maxCoeff() < OctreeReach_m(resolution_m))) {
+    throw DataError("{}: a leaf at ({}, {}, {}) of size {} m does not fit an octree of {} m",
+                    name,
+                    leaf.centre_in_map.x(),
+                    leaf.centre_in_map.y(),
+                    leaf.centre_in_map.z(),
+                    leaf.size_m,
+                    resolution_m);
+  }
+  const int levels = static_cast<int>(std::lround(height));
+  const std::uint64_t code = MortonCode(VoxelOf(leaf.centre_in_map, resolution_m));
+  return {
+      code >> 3 * levels << 3 * levels, leaf.log_odds, leaf.rgb, static_cast<std::uint8_t>(levels)};
+}
+
+double Size_m(const PlacedLeaf& leaf, double resolution_m) {
+  return resolution_m * (1 << leaf.height);
+}
+
+Eigen::Vector3d Centre(const PlacedLeaf& leaf, double resolution_m) {
+  const VoxelKey first = KeyOfMortonCode(leaf.code);
+  const auto cube = [&](int axis) { return first[axis] >> leaf.height; };
+  return VoxelCentre({cube(0), cube(1), cube(2)}, Size_m(leaf, resolution_m));
+}
+
+}  // namespace
+
+std::vector<PlacedLeaf> PlaceLeaves(const OccupancyTree& tree, const std::string& name) {
+  if (!(tree.resolution_m > 0)) {
+    throw DataError("{}: the octree's resolution must be positive", name);
+  }
+  std::vector<PlacedLeaf> leaves;
+  leaves.reserve(tree.leaves.size());
+  for (const OccupancyVoxel& leaf : tree.leaves) {
+    leaves.push_back(Place(leaf, tree.resolution_m, name));
+  }
+  if (!std::ranges::is_sorted(leaves, {}, &PlacedLeaf::code)) {
+    std::ranges::stable_sort(leaves, {}, &PlacedLeaf::code);
+  }
+  for (std::size_t i = 1; i < leaves.size(); ++i) {
+    if (leaves[i].code >> 3 * leaves[i - 1].height ==
+        leaves[i - 1].code >> 3 * leaves[i - 1].height) {
+      const Eigen::Vector3d centre = Centre(leaves[i], tree.resolution_m);
+      throw DataError("{}: two leaves of the octree overlap at ({}, {}, {})",
+                      name,
+                      centre.x(),
+                      centre.y(),
+                      centre.z());
+    }
+  }
+  return leaves;
+}
+
+void LeafList::Append(const PlacedLeaf& leaf) {
+  leaves_.push_back(leaf);
+  while (EndsWithEightEqual()) {
+    leaves_.erase(leaves_.end() - 7, leaves_.end());
+    ++leaves_.back().height;
+  }
+}
+
+bool LeafList::EndsWithEightEqual() const {
+  if (leaves_.size() < 8) return false;
+  const PlacedLeaf& last = leaves_.back();
+  const bool is_eighth = (last.code >> 3 * last.height & 7) == 7;
+  if (!is_eighth || last.log_odds >= 0 || last.height + 1 >= kOctreeDepth) return false;
+  return std::all_of(leaves_.end() - 8, leaves_.end(), [&](const PlacedLeaf& leaf) {
+    return leaf.code >> 3 * (last.height + 1) == last.code >> 3 * (last.height + 1) &&
+           leaf.height == last.height && leaf.log_odds == last.log_odds && leaf.rgb == kNoColor;
+  });
+}
+
+OccupancyTree LeafList::Tree(double resolution_m) const {
+  OccupancyTree tree;
+  tree.resolution_m = resolution_m;
+  tree.leaves.reserve(leaves_.size());
+  for (const PlacedLeaf& leaf : leaves_) {
+    tree.leaves.push_back(
+        {Centre(leaf, resolution_m), Size_m(leaf, resolution_m), leaf.log_odds, leaf.rgb});
+  }
+  return tree;
+}
+
+OccupancyTree MergeOctrees(std::span<const OccupancyTree> trees) {
+  OccupancyTree joined;
+  if (trees.empty()) return joined;
+  joined.resolution_m = trees.front().resolution_m;
+  for (const OccupancyTree& tree : trees) {
+    if (tree.resolution_m != joined.resolution_m) {
+      throw DataError("octrees of {} m and {} m cannot be merged: make them with one resolution",
+                      joined.resolution_m,
+                      tree.resolution_m);
+    }
+    joined.leaves.insert(joined.leaves.end(), tree.leaves.begin(), tree.leaves.end());
+  }
+  LeafList list;
+  for (const PlacedLeaf& leaf : PlaceLeaves(joined, "the merged octrees")) list.Append(leaf);
+  return list.Tree(joined.resolution_m);
+}
+
+}  // namespace nightmap

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Leaves of an octree in depth-first order, addressed by Morton code: what reading, writing and
+// merging octrees share.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "pipeline/io/octree_io.h"
+
+namespace nightmap {
+
+struct PlacedLeaf {
+  std::uint64_t code = 0;  // Morton code of its first voxel
+  float log_odds = 0;
+  std::array<std::uint8_t, 3> rgb{255, 255, 255};
+  std::uint8_t height = 0;  // 0: the smallest voxel
+};
+
+// The tree's leaves in depth-first order. Throws DataError beginning with `name` when one does not
+// fit OctoMap's grid, is not finite, or overlaps another.
+std::vector<PlacedLeaf> PlaceLeaves(const OccupancyTree& tree, const std::string& name);
+
+// Collects leaves that come depth first. Eight equal free ones without a color become one, at every
+// level, so the same space gives the same leaves however it was cut.
+class LeafList {
+ public:
+  void Append(const PlacedLeaf& leaf);
+  const std::vector<PlacedLeaf>& Leaves() const { return leaves_; }
+  OccupancyTree Tree(double resolution_m) const;
+
+ private:
+  bool EndsWithEightEqual() const;
+
+  std::vector<PlacedLeaf> leaves_;
+};
+
+}  // namespace nightmap

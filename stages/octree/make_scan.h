@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a keyframe's depth pixels to the points whose rays count.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "pipeline/geometry/rigid3.h"
+#include "pipeline/io/ply_io.h"
+#include "pipeline/vision/back_project.h"
+#include "stages/octree/scan.h"
+#include "stages/octree/voxel_block.h"
+
+namespace nightmap {
+
+// The voxels of a cloud and the 26 around each. Throws DataError when a point is beyond reach_m.
+class CloudSupport {
+ public:
+  CloudSupport(const std::vector<CloudPoint>& cloud, double resolution_m, double reach_m);
+  bool Holds(const Eigen::Vector3d& point_in_map) const;
+
+ private:
+  double resolution_m_;
+  BlockMap<BlockBits> voxels_;
+};
+
+struct SupportedScan {
+  Scan scan;
+  std::size_t num_unsupported = 0;  // points in range that were left out
+};
+
+// Points within range that `support` (null: all are) does not hold are left out.
+SupportedScan MakeScan(const std::vector<DepthPoint>& points,
+                       const Rigid3& map_from_camera,
+                       double margin_sigmas,
+                       double max_range_m,
+                       const CloudSupport* support);
+
+}  // namespace nightmap
