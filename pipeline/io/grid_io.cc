@@ -20,24 +20,35 @@ constexpr int kMaxSide = 32767;  // cells; keeps every squared distance within 3
 constexpr std::array<std::uint8_t, 3> kGrayOfCell = {254, 0, 205};
 
 struct Thresholds {
+  bool is_raw = false;  // gray values are percentages, more than 100 is unknown
   bool negate = false;
   double occupied = 0.65;
   double free = 0.196;
 };
 
-Thresholds ReadThresholds(const MapYaml& yaml, const std::string& path) {
+// 0 or 1, or as Nav2 has it false or true.
+bool ReadNegate(const MapYaml& yaml, const std::string& path) {
+  const std::string& text = yaml.Text("negate");
+  if (text == "false" || text == "true") return text == "true";
   const double negate = yaml.Number("negate");
   if (negate != 0 && negate != 1) throw DataError("{}: negate is {}, not 0 or 1", path, negate);
-  const Thresholds thresholds{
-      negate == 1, yaml.Fraction("occupied_thresh"), yaml.Fraction("free_thresh")};
+  return negate == 1;
+}
+
+Thresholds ReadThresholds(const MapYaml& yaml, const std::string& path) {
+  const std::string mode = yaml.Has("mode") ? yaml.Text("mode") : "trinary";
+  if (mode != "trinary" && mode != "scale" && mode != "raw") {
+    throw DataError("{}: mode is '{}', not trinary, scale or raw", path, mode);
+  }
+  const Thresholds thresholds{mode == "raw",
+                              ReadNegate(yaml, path),
+                              yaml.Fraction("occupied_thresh"),
+                              yaml.Fraction("free_thresh")};
   if (thresholds.free > thresholds.occupied) {
     throw DataError("{}: free_thresh {} is above occupied_thresh {}",
                     path,
                     thresholds.free,
                     thresholds.occupied);
-  }
-  if (yaml.Has("mode") && yaml.Text("mode") != "trinary") {
-    throw DataError("{}: mode is '{}', only trinary is supported", path, yaml.Text("mode"));
   }
   return thresholds;
 }
@@ -96,7 +107,9 @@ Pgm ReadPgm(const std::filesystem::path& path) {
 }
 
 std::uint8_t Classify(int gray, const Thresholds& thresholds) {
-  const double occupied = (thresholds.negate ? gray : 255 - gray) / 255.0;
+  if (thresholds.is_raw && gray > 100) return kUnknownCell;
+  const double occupied =
+      thresholds.is_raw ? gray / 100.0 : (thresholds.negate ? gray : 255 - gray) / 255.0;
   if (occupied > thresholds.occupied) return kOccupiedCell;
   return occupied < thresholds.free ? kFreeCell : kUnknownCell;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // 2-D occupancy grids in ROS map_server's format: a P5 PGM image and a small YAML file beside it.
-// Grids of other systems can be read too, as long as they are P5, trinary and not rotated.
+// Grids of other systems can be read too, as long as they are P5 and not rotated.
 #pragma once
 
 #include <Eigen/Core>
@@ -56,10 +56,12 @@ std::string GridToYaml(const OccupancyGrid& grid, const std::string& image_name)
 // The PGM's path that a map YAML names, relative names resolved against the YAML's folder.
 std::filesystem::path GridImagePath(const std::filesystem::path& yaml_path);
 
-// Reads the YAML and the image it names, by map_server's rules: p = (255 - v) / 255, or v / 255
-// with negate; p > occupied_thresh is occupied, p < free_thresh free, the rest unknown. Throws
-// DataError naming file and field on a missing, repeated or malformed key, NaN, a rotated origin, a
-// mode other than trinary, or an image that is not P5 or whose size does not add up.
+// Reads the YAML and the image it names, by the rules of map_server and Nav2: p = (255 - v) / 255,
+// or v / 255 with negate; p > occupied_thresh is occupied, p < free_thresh free, the rest unknown.
+// Mode `scale` is read the same way: what lies between the thresholds is neither surely free nor
+// surely occupied. In mode `raw` p = v / 100, and v > 100 is unknown. Throws DataError naming file
+// and field on a missing, repeated or malformed key, NaN, a rotated origin (which most of ROS
+// ignores), another mode, or an image that is not P5 or whose size does not add up.
 OccupancyGrid ReadGrid(const std::filesystem::path& yaml_path);
 
 }  // namespace nightmap

@@ -5,11 +5,23 @@ import numpy as np
 
 from nightmap_eval import figures, html
 from nightmap_eval.errors import DataError
+from nightmap_eval.floors import read_floors
 from nightmap_eval.grid import read_grid
 from nightmap_eval.site import Frames, read_csv, read_json
 from nightmap_eval.trajectory import Similarity, associate, read_tum, rotation_matrices
 
 MAX_GAP_NS = 20_000_000
+GRID_ROWS = (
+    ("free_right_percent", "Free cells right within one cell (%)"),
+    ("occupied_right_percent", "Occupied cells right within one cell (%)"),
+    ("seen_right_percent", "Seen cells right within one cell (%)"),
+    ("walls_closed_percent", "Walls that no free cells lead through (%)"),
+    ("wall_length_present_percent", "Length of the seen walls that is there (%)"),
+    ("wall_length_unseen_percent", "Length of the walls that was not seen (%)"),
+    ("num_doors_wrongly_passable", "Doors narrower than the robot, but passable"),
+    ("num_doors_wrongly_closed", "Doors wider than the robot, but closed"),
+    ("max_door_width_error_m", "Width of a door, largest error (m)"),
+)
 
 
 def map_sections(site_dir, metrics):
@@ -102,11 +114,14 @@ def _building_rows(building):
                        ("surface_distance_p90_m", "Cloud to surface, 90 % (cm)")):  # fmt: skip
         if key in cloud:
             yield [title, 100 * cloud[key]]
-    for key, title in (("free_right_percent", "Free cells right within one cell (%)"),
-                       ("occupied_right_percent", "Occupied cells right within one cell (%)"),
-                       ("seen_right_percent", "Seen cells right within one cell (%)")):  # fmt: skip
-        if grid.get(key) is not None:
-            yield [title, grid[key]]
+    floors = grid.get("floors", [grid])
+    for floor in floors:
+        prefix = f"Floor at {floor['height_m']:.1f} m: " if len(floors) > 1 else ""
+        if not floor.get("found", True):
+            yield [prefix + "in the map", "no"]
+        for key, title in GRID_ROWS:
+            if floor.get(key) is not None:
+                yield [prefix + title, floor[key]]
 
 
 def accuracy_section(metrics):
@@ -165,6 +180,10 @@ def plan_section(site_dir):
         None if located is None else located.positions_m,
     )
     parts = [html.image(picture, "floor plan")]
+    for floor in read_floors(yaml_path.parent):
+        if not floor["is_main"]:
+            picture = figures.grid_png(read_grid(yaml_path.parent / floor["yaml"]))
+            parts.append(html.image(picture, f"floor at {floor['height_m']:.1f} m"))
     note = path_note(site_dir, path_m)
     if note:
         parts.append(html.paragraph(note, "note"))

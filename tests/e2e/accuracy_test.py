@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import unittest
 
+import h5py
 import numpy as np
 from PIL import Image
 
@@ -84,6 +85,14 @@ class Bars(unittest.TestCase):
         self.assertLessEqual(queries["local"]["median_rotation_error_deg"], max_median_deg)
         self.assertEqual(queries["num_wrong"], 0)
 
+    def check_grid(self, floor):
+        """One floor against its exact plan: cells, walls, doors."""
+        self.assertGreaterEqual(floor["seen_right_percent"], 97)
+        self.assertGreaterEqual(floor["walls_closed_percent"], 99)
+        self.assertGreaterEqual(floor["wall_length_present_percent"], 99)
+        self.assertGreater(floor["num_walls"], 4 * floor["num_walls_unseen"])
+        self.assertEqual((floor["num_doors_wrongly_passable"], floor["num_doors_wrongly_closed"]), (0, 0))
+
     def check_path(self, site_dir):
         """Every cell within the robot's radius of the path is free, and the path has no gap."""
         pixels, known, resolution_m, origin = read_map(site_dir)
@@ -142,7 +151,7 @@ class DemoTest(Bars):
         self.check_queries(self.metrics["queries"], 0.5, 0.2)
         self.assertGreaterEqual(self.metrics["queries"]["local"]["recall_1cm_1deg_percent"], 98)
         self.assertLessEqual(self.metrics["map"]["cloud"]["surface_distance_median_m"], 0.02)
-        self.assertGreaterEqual(self.metrics["map"]["grid"]["seen_right_percent"], 95)
+        self.check_grid(self.metrics["map"]["grid"])
 
     def test_path(self):
         self.check_path(self.site_dir)
@@ -152,6 +161,21 @@ class DemoTest(Bars):
         report = json.loads((self.site_dir / "grid/report.json").read_text())
         self.assertEqual(np.count_nonzero(known["free"]), report["num_free_cells"])
         self.assertEqual(np.count_nonzero(known["occupied"]), report["num_occupied_cells"])
+
+    def test_picture_and_distances_of_the_grid(self):
+        pixels, known, resolution_m, origin = read_map(self.site_dir)
+        np.testing.assert_array_equal(np.array(Image.open(self.site_dir / "grid/map.png")), pixels)
+        [floor] = json.loads((self.site_dir / "grid/floors.json").read_text())["floors"]
+        with h5py.File(self.site_dir / "grid/distances.h5") as file:
+            group = file[floor["distances"]]
+            clearance_m, signed_m = np.array(group["clearance_m"]), np.array(group["signed_distance_m"])
+            np.testing.assert_allclose(np.ravel(group["origin_in_map_m"]), origin)
+        np.testing.assert_array_equal(clearance_m > 0, known["free"][::-1])  # row 0 is the smallest y
+        np.testing.assert_array_equal(signed_m < 0, known["occupied"][::-1])
+        blocked = np.argwhere(~known["free"][::-1])
+        for cell in np.argwhere(known["free"][::-1])[::997]:
+            nearest_m = resolution_m * np.linalg.norm(blocked - cell, axis=1).min()
+            self.assertAlmostEqual(clearance_m[tuple(cell)], nearest_m, places=5)
 
     def test_trajectories_as_evo_reads_them(self):
         for name, count in (("trajectory", 700), ("keyframes", None)):
@@ -195,6 +219,22 @@ class DemoTest(Bars):
         normals = np.column_stack([points["nx"], points["ny"], points["nz"]])
         np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-3)
         self.assertTrue(-0.2 < np.percentile(points["z"], 1) and np.percentile(points["z"], 99) < 2.8)
+
+
+class TwoFloorsTest(Bars):
+    def test_each_floor_has_a_right_grid(self):
+        site_dir = make("two_floors", FOLDER / "data", "map", "evaluate")
+        metrics = metrics_of(site_dir)
+        self.check_trajectory(metrics, 0.02, 600)
+        grid = metrics["map"]["grid"]
+        self.assertEqual((grid["num_true_floors"], grid["num_floors"], grid["num_floors_found"]), (2, 2, 2))
+        for floor in grid["floors"]:
+            self.check_grid(floor)
+            self.assertLess(floor["height_error_m"], 0.03)
+        for name in ("map", "floor_1"):
+            text = (site_dir / f"grid/{name}.yaml").read_text()
+            self.assertIn(f"image: {name}.pgm\n", text)
+            self.assertTrue((site_dir / f"grid/{name}.png").exists())
 
 
 if __name__ == "__main__":

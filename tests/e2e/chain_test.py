@@ -136,6 +136,14 @@ class ChainTest(unittest.TestCase):
                 self.make(*GOALS)
                 self.assertEqual(self.work.hashes(), self.hashes)
 
+    def test_files_of_floors_that_are_gone_are_removed(self):
+        leftover = self.work.path("grid/floor_1.pgm")
+        leftover.write_bytes(b"of an earlier octree")
+        self.make("map", "SET=grid.margin_m=0.3")
+        self.assertFalse(leftover.exists())
+        self.make("map")
+        self.assertEqual(self.work.hashes(), self.hashes)
+
     def test_bytes_do_not_depend_on_threads_or_jobs(self):
         for name, arguments in (("one thread", ["THREADS=1"]), ("two threads, two jobs", ["THREADS=2", "-j2"])):
             with self.subTest(name):

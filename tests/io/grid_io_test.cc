@@ -115,6 +115,32 @@ TEST_F(GridIoTest, AppliesMapServerRules) {
   EXPECT_EQ(grid.cells[205], kUnknownCell);
 }
 
+TEST_F(GridIoTest, AppliesTheOtherModes) {
+  std::string pgm = "P5\n256 1\n255\n";
+  for (int gray = 0; gray < 256; ++gray) pgm.push_back(static_cast<char>(gray));
+  Write(kYaml, pgm);
+  const OccupancyGrid trinary = ReadGrid(Yaml());
+  Write(Replace(kYaml, "trinary", "scale"), pgm);
+  EXPECT_EQ(ReadGrid(Yaml()).cells, trinary.cells);
+  Write(Replace(kYaml, "negate: 0", "negate: false"), pgm);
+  EXPECT_EQ(ReadGrid(Yaml()).cells, trinary.cells);
+  Write(Replace(kYaml, "trinary", "raw"), pgm);
+  const OccupancyGrid raw = ReadGrid(Yaml());
+  for (std::size_t gray = 0; gray < 256; ++gray) {
+    const bool is_known = gray < 20 || (gray > 65 && gray <= 100);  // 0.196 and 0.65 of 100
+    const int expected = gray < 20 ? kFreeCell : kOccupiedCell;
+    EXPECT_EQ(raw.cells[gray], is_known ? expected : kUnknownCell) << gray;
+  }
+}
+
+TEST_F(GridIoTest, PictureHasTheBytesOfThePgm) {
+  const OccupancyGrid grid = RandomGrid(4);
+  const GrayImage image = GridToImage(grid);
+  const std::string pgm = GridToPgm(grid);
+  EXPECT_EQ(pgm.substr(pgm.size() - image.pixels.size()),
+            std::string(image.pixels.begin(), image.pixels.end()));
+}
+
 TEST_F(GridIoTest, ReadsYamlOfOtherPrograms) {
   Write(
       "---\n# a map\nimage: \"map.pgm\"  # beside\nresolution: 5e-2\norigin: [-1.5,2.0,-0.0]\n"
@@ -144,7 +170,8 @@ TEST_F(GridIoTest, RefusesBadYaml) {
   ExpectError(Replace(kYaml, "negate: 0", "negate: 2"), kPgm, "negate");
   ExpectError(Replace(kYaml, "0.65", "1.5"), kPgm, "occupied_thresh");
   ExpectError(Replace(kYaml, "0.196", "0.7"), kPgm, "free_thresh");
-  ExpectError(Replace(kYaml, "trinary", "raw"), kPgm, "mode");
+  ExpectError(Replace(kYaml, "negate: 0", "negate: yes"), kPgm, "negate");
+  ExpectError(Replace(kYaml, "trinary", "binary"), kPgm, "mode");
   ExpectError(kYaml + "negate: 0\n", kPgm, "twice");
   ExpectError(kYaml + "nonsense\n", kPgm, "nonsense");
   ExpectError(Replace(kYaml, "map.pgm", "absent.pgm"), kPgm, "absent.pgm");

@@ -13,7 +13,7 @@ from PIL import Image
 
 import fake_site
 from nightmap_eval import html
-from nightmap_eval.report_map import path_note, truth_in_map
+from nightmap_eval.report_map import _building_rows, path_note, truth_in_map
 from nightmap_eval.report_queries import choose
 
 VOID_TAGS = ("meta", "img")
@@ -158,6 +158,20 @@ class ReportTest(unittest.TestCase):
         result = fake_site.run("report.py", "--site-dir", self.site_dir, "--out", self.out)
         self.assertEqual(result.returncode, 1)
         self.assertIn("make map", result.stderr)
+
+
+class BuildingRowsTest(unittest.TestCase):
+    def test_each_floor_has_its_rows(self):
+        floors = [
+            {"height_m": 0.0, "found": True, "seen_right_percent": 99.0, "walls_closed_percent": 100.0},
+            {"height_m": 2.9, "found": False},
+        ]
+        rows = dict(_building_rows({"grid": floors[0] | {"floors": floors}}))
+        self.assertEqual(rows["Floor at 0.0 m: Seen cells right within one cell (%)"], 99.0)
+        self.assertEqual(rows["Floor at 0.0 m: Walls that no free cells lead through (%)"], 100.0)
+        self.assertEqual(rows["Floor at 2.9 m: in the map"], "no")
+        [row] = _building_rows({"grid": {"height_m": 0.0, "seen_right_percent": 98.0}})
+        self.assertEqual(row, ["Seen cells right within one cell (%)", 98.0])
 
 
 class PiecesTest(unittest.TestCase):
