@@ -18,7 +18,7 @@ function(nightmap_tests group)
 endfunction()
 nightmap_tests(base LINK nightmap_base)
 nightmap_tests(geometry LINK nightmap_geometry)
-nightmap_tests(io LINK nightmap_io)
+nightmap_tests(io LINK nightmap_io ${OCTOMAP_LIBRARIES})
 nightmap_tests(vision LINK nightmap_vision)
 nightmap_tests(synthetic LINK nightmap_synthetic)
 file(GLOB stage_folders RELATIVE ${CMAKE_SOURCE_DIR}/stages ${CMAKE_SOURCE_DIR}/stages/*)
@@ -27,6 +27,8 @@ foreach(stage ${stage_folders})
     nightmap_tests(stages/${stage} LINK stage_${stage} nightmap_synthetic)
   endif()
 endforeach()
+add_executable(bench_octree ${CMAKE_SOURCE_DIR}/tests/stages/octree/bench_octree.cc)  # of scripts/bench_octree.py
+target_link_libraries(bench_octree PRIVATE stage_octree)
 # End-to-end tests on the stage programs, and the tests of the Python scripts.
 file(GLOB scripts CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/e2e/*_test.py
      ${CMAKE_SOURCE_DIR}/tests/scripts/*_test.py)

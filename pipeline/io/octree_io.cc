@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/octree_io.h"
 
-#include <octomap/ColorOcTree.h>
-#include <octomap/OcTree.h>
-
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <sstream>
 #include <string>
 #include <string_view>
-#include <type_traits>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/io/octree_leaves.h"
 
 namespace nightmap {
 namespace {
@@ -51,61 +47,61 @@ Header ParseHeader(const std::string& bytes, const std::filesystem::path& path) 
   return header;
 }
 
-// Walks the nodes before OctoMap does, because its reader recurses without end on a short file.
-class NodeChecker {
+// Each node is its log-odds, its color if the tree has any, and a byte with a bit for each child;
+// then its children. Inner nodes say nothing that their leaves do not.
+class NodeReader {
  public:
-  NodeChecker(std::string_view data, std::size_t payload) : data_(data), payload_(payload) {}
+  NodeReader(std::string_view data, const Header& header, bool colored)
+      : data_(data), header_(header), color_size_(colored ? 3 : 0) {}
 
   // Nothing wrong: empty string.
-  std::string Check(std::size_t num_nodes) {
-    std::string problem = num_nodes == 0 ? "" : CheckNode(0);
-    if (problem.empty() && (num_nodes_ != num_nodes || offset_ != data_.size())) {
+  std::string Read(OccupancyTree& tree) {
+    tree.resolution_m = header_.resolution_m;
+    tree.leaves.reserve(data_.size() / NodeSize());
+    std::string problem;
+    if (header_.num_nodes > 0) problem = ReadNode({0, 0, {}, kOctreeDepth}, tree);
+    if (problem.empty() && (num_nodes_ != header_.num_nodes || offset_ != data_.size())) {
       problem = "field size does not agree with the data";
     }
     return problem;
   }
 
  private:
-  std::string CheckNode(int depth) {
-    if (depth > kOctreeDepth) return "deeper than 16 levels";
-    if (data_.size() - offset_ < payload_ + 1) return "truncated";
-    float log_odds = 0;
-    std::memcpy(&log_odds, data_.data() + offset_, sizeof(log_odds));
-    if (!std::isfinite(log_odds)) return "field log-odds is not finite";
-    unsigned num_children =
-        static_cast<unsigned>(std::popcount(static_cast<std::uint8_t>(data_[offset_ + payload_])));
-    offset_ += payload_ + 1;
+  std::string ReadNode(PlacedLeaf node, OccupancyTree& tree) {
+    if (data_.size() - offset_ < NodeSize()) return "truncated";
+    std::memcpy(&node.log_odds, &data_[offset_], kValueSize);
+    if (!std::isfinite(node.log_odds)) return "field log-odds is not finite";
+    node.rgb = {255, 255, 255};
+    std::memcpy(node.rgb.data(), &data_[offset_ + kValueSize], color_size_);
+    const unsigned children = static_cast<std::uint8_t>(data_[offset_ + NodeSize() - 1]);
+    offset_ += NodeSize();
     ++num_nodes_;
+    if (children == 0) return AddLeaf(node, tree);
+    if (node.height == 0) return "deeper than 16 levels";
     std::string problem;
-    for (; num_children > 0 && problem.empty(); --num_children) problem = CheckNode(depth + 1);
+    for (std::uint64_t child = 0; child < 8 && problem.empty(); ++child) {
+      if ((children >> child & 1) == 0) continue;
+      const auto height = static_cast<std::uint8_t>(node.height - 1);
+      problem = ReadNode({node.code | child << 3 * height, 0, {}, height}, tree);
+    }
     return problem;
   }
 
+  static constexpr std::size_t kValueSize = sizeof(float);
+  std::size_t NodeSize() const { return kValueSize + color_size_ + 1; }
+
+  std::string AddLeaf(const PlacedLeaf& leaf, OccupancyTree& tree) const {
+    if (leaf.height == kOctreeDepth) return "all space is one leaf";
+    tree.leaves.push_back(ToVoxel(leaf, header_.resolution_m));
+    return "";
+  }
+
   std::string_view data_;
-  std::size_t payload_;
+  const Header& header_;
+  std::size_t color_size_;
   std::size_t offset_ = 0;
   std::size_t num_nodes_ = 0;
 };
-
-template <typename Tree>
-OccupancyTree ListLeaves(const Header& header, const std::string& data) {
-  Tree tree(header.resolution_m);
-  std::istringstream stream(data);
-  if (header.num_nodes > 0) tree.readData(stream);
-  OccupancyTree result;
-  result.resolution_m = header.resolution_m;
-  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) {
-    OccupancyVoxel voxel;
-    voxel.centre_in_map = {leaf.getX(), leaf.getY(), leaf.getZ()};
-    voxel.size_m = leaf.getSize();
-    voxel.log_odds = leaf->getLogOdds();
-    if constexpr (std::is_same_v<Tree, octomap::ColorOcTree>) {
-      voxel.rgb = {leaf->getColor().r, leaf->getColor().g, leaf->getColor().b};
-    }
-    result.leaves.push_back(voxel);
-  }
-  return result;
-}
 
 }  // namespace
 
@@ -119,13 +115,13 @@ OccupancyTree ReadOctree(const std::filesystem::path& path) {
     throw DataError(
         "{}: field id is '{}'; ColorOcTree or OcTree is needed", path.string(), header.type);
   }
-  const std::string data = bytes.substr(header.data_begin);
-  const std::string problem = NodeChecker(data, colored ? 7 : 4).Check(header.num_nodes);
+  OccupancyTree tree;
+  const std::string_view data = std::string_view(bytes).substr(header.data_begin);
+  const std::string problem = NodeReader(data, header, colored).Read(tree);
   if (!problem.empty()) {
     throw DataError("{}: {}; make the octree again", path.string(), problem);
   }
-  return colored ? ListLeaves<octomap::ColorOcTree>(header, data)
-                 : ListLeaves<octomap::OcTree>(header, data);
+  return tree;
 }
 
 }  // namespace nightmap

@@ -32,17 +32,14 @@ PlacedLeaf Place(const OccupancyVoxel& leaf, double resolution_m, const std::str
       code >> 3 * levels << 3 * levels, leaf.log_odds, leaf.rgb, static_cast<std::uint8_t>(levels)};
 }
 
-double Size_m(const PlacedLeaf& leaf, double resolution_m) {
-  return resolution_m * (1 << leaf.height);
-}
-
-Eigen::Vector3d Centre(const PlacedLeaf& leaf, double resolution_m) {
-  const VoxelKey first = KeyOfMortonCode(leaf.code);
-  const auto cube = [&](int axis) { return first[axis] >> leaf.height; };
-  return VoxelCentre({cube(0), cube(1), cube(2)}, Size_m(leaf, resolution_m));
-}
-
 }  // namespace
+
+OccupancyVoxel ToVoxel(const PlacedLeaf& leaf, double resolution_m) {
+  const VoxelKey first = KeyOfMortonCode(leaf.code);
+  const VoxelKey cube(first.x() >> leaf.height, first.y() >> leaf.height, first.z() >> leaf.height);
+  const double size_m = resolution_m * (1 << leaf.height);
+  return {VoxelCentre(cube, size_m), size_m, leaf.log_odds, leaf.rgb};
+}
 
 std::vector<PlacedLeaf> PlaceLeaves(const OccupancyTree& tree, const std::string& name) {
   if (!(tree.resolution_m > 0)) {
@@ -59,7 +56,7 @@ std::vector<PlacedLeaf> PlaceLeaves(const OccupancyTree& tree, const std::string
   for (std::size_t i = 1; i < leaves.size(); ++i) {
     if (leaves[i].code >> 3 * leaves[i - 1].height ==
         leaves[i - 1].code >> 3 * leaves[i - 1].height) {
-      const Eigen::Vector3d centre = Centre(leaves[i], tree.resolution_m);
+      const Eigen::Vector3d centre = ToVoxel(leaves[i], tree.resolution_m).centre_in_map;
       throw DataError("{}: two leaves of the octree overlap at ({}, {}, {})",
                       name,
                       centre.x(),
@@ -94,8 +91,7 @@ OccupancyTree LeafList::Tree(double resolution_m) const {
   tree.resolution_m = resolution_m;
   tree.leaves.reserve(leaves_.size());
   for (const PlacedLeaf& leaf : leaves_) {
-    tree.leaves.push_back(
-        {Centre(leaf, resolution_m), Size_m(leaf, resolution_m), leaf.log_odds, leaf.rgb});
+    tree.leaves.push_back(ToVoxel(leaf, resolution_m));
   }
   return tree;
 }

@@ -19,6 +19,8 @@ struct PlacedLeaf {
   std::uint8_t height = 0;  // 0: the smallest voxel
 };
 
+OccupancyVoxel ToVoxel(const PlacedLeaf& leaf, double resolution_m);
+
 // The tree's leaves in depth-first order. Throws DataError beginning with `name` when one does not
 // fit OctoMap's grid, is not finite, or overlaps another.
 std::vector<PlacedLeaf> PlaceLeaves(const OccupancyTree& tree, const std::string& name);

@@ -197,6 +197,29 @@ TEST_F(OctreeIoTest, WritesTheBytesThatOctoMapWrites) {
   }
 }
 
+TEST_F(OctreeIoTest, ReadsTheLeavesThatOctoMapReads) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const auto expect_leaves = [&](auto octomap_tree) {
+      octomap_tree.write(ot_.string());
+      const OccupancyTree tree = ReadOctree(ot_);
+      std::size_t i = 0;
+      for (auto leaf = octomap_tree.begin_leafs(); leaf != octomap_tree.end_leafs(); ++leaf, ++i) {
+        ASSERT_LT(i, tree.leaves.size());
+        const OccupancyVoxel& read = tree.leaves[i];
+        EXPECT_EQ(read.centre_in_map, Eigen::Vector3d(leaf.getX(), leaf.getY(), leaf.getZ()));
+        EXPECT_EQ(read.size_m, leaf.getSize());
+        EXPECT_EQ(read.log_odds, leaf->getLogOdds());
+        if constexpr (requires { leaf->getColor(); }) {
+          EXPECT_EQ(read.rgb[1], leaf->getColor().g);
+        }
+      }
+      EXPECT_EQ(i, tree.leaves.size());
+    };
+    expect_leaves(LeafTree<octomap::ColorOcTree>(RandomTree(seed)));
+    expect_leaves(LeafTree<octomap::OcTree>(RandomTree(seed)));
+  }
+}
+
 TEST_F(OctreeIoTest, TheOrderOfTheLeavesDoesNotMatter) {
   OccupancyTree tree = RandomTree(3);
   WriteOctree(ot_, tree);

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// The program of scripts/bench_octree.py. Builds one octree in one way from all depth of a mapped
+// site's poses but every fifth, and prints as JSON what that took, how much it agrees with another
+// octree, and with the rays of the poses kept out.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/vision/back_project.h"
+#include "pipeline/vision/rgbd_keyframes.h"
+#include "stages/octree/occupancy_volume.h"
+#include "stages/octree/octomap_volume.h"
+#include "stages/octree/voxel_walk.h"
+#include "tests/stages/octree/voxel_states.h"
+
+namespace nightmap {
+namespace {
+
+constexpr double kNoLimit_m = 100.0;
+constexpr std::size_t kHoldOutEvery = 5;
+constexpr int kNearEnd_voxels = 2;
+
+struct BenchOptions {
+  std::filesystem::path site, data, out, reference;
+  std::string poses = "keyframes";
+  std::string builder = "batched";
+  bool discretize = false;
+  int stride = 1;
+  int num_threads = 1;
+  double resolution_m = 0.04;
+};
+
+double Now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double CpuTime_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+// A size in /proc/self/status.
+double Memory_mib(const std::string& name) {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with(name + ":")) return std::stod(line.substr(name.size() + 1)) / 1024;
+  }
+  throw DataError("/proc/self/status has no {}", name);
+}
+
+KeyframeSource Open(const BenchOptions& options) {
+  std::vector<std::filesystem::path> shards;
+  for (const auto& file : std::filesystem::directory_iterator(options.site / "frames")) {
+    if (file.path().filename().string().starts_with("shard_")) shards.push_back(file.path());
+  }
+  std::ranges::sort(shards);
+  const std::filesystem::path poses = options.site / "pose_graph";
+  return OpenKeyframes(shards,
+                       poses / "cameras.json",
+                       poses / (options.poses + ".tum"),
+                       options.data,
+                       options.stride);
+}
+
+std::vector<Scan> LoadScans(const KeyframeSource& source) {
+  DepthFilterOptions every_pixel;
+  every_pixel.pixel_stride = 1;
+  every_pixel.edge_radius_px = 0;
+  every_pixel.max_incidence_rad = M_PI / 2;
+  const std::vector<RayTable> rays = MakeRayTables(source.cameras, 2);
+  std::vector<Scan> scans(source.keyframes.size());
+  ParallelFor(scans.size(), 2, [&](std::size_t i) {
+    const Keyframe& keyframe = source.keyframes[i];
+    const RgbdImages images = source.load(keyframe);
+    const auto camera = static_cast<std::size_t>(keyframe.frame.camera_idx);
+    const auto points = BackProjectDepth(
+        images.depth, images.color, rays[camera], source.cameras[camera], kNoLimit_m, every_pixel);
+    scans[i].origin_in_map = keyframe.map_from_camera.translation;
+    scans[i].points.reserve(points.size());
+    for (const DepthPoint& point : points) {
+      scans[i].points.push_back(
+          {keyframe.map_from_camera * point.point_in_camera.cast<double>(), 0, point.rgb});
+    }
+  });
+  return scans;
+}
+
+OccupancyTree Batched(const ScanOptions& options, std::span<const Scan> scans, int num_threads) {
+  OccupancyVolume volume({});
+  const std::size_t batch = 4 * static_cast<std::size_t>(num_threads);
+  for (std::size_t begin = 0; begin < scans.size(); begin += batch) {
+    std::vector<ScanEvidence> evidence(std::min(batch, scans.size() - begin));
+    ParallelFor(evidence.size(), num_threads, [&](std::size_t i) {
+      evidence[i] = TraceScan(scans[begin + i], options);
+    });
+    volume.Integrate(evidence, num_threads);
+  }
+  return volume.Leaves(options.resolution_m, num_threads);
+}
+
+// Time a scan and memory from its making to Stop().
+class Meter {
+ public:
+  Meter() : before_mib_(Memory_mib("VmRSS")) {
+    std::ofstream("/proc/self/clear_refs") << "5";  // forget the peak
+    wall_s_ = -Now_s();
+    cpu_s_ = -CpuTime_s();
+  }
+  void Stop(std::size_t num_scans, nlohmann::json& result) {
+    wall_s_ += Now_s();
+    cpu_s_ += CpuTime_s();
+    result["wall_ms"] = 1e3 * wall_s_ / static_cast<double>(num_scans);
+    result["cpu_ms"] = 1e3 * cpu_s_ / static_cast<double>(num_scans);
+    result["peak_mib"] = Memory_mib("VmHWM") - before_mib_;
+  }
+
+ private:
+  double before_mib_ = 0;
+  double wall_s_ = 0;
+  double cpu_s_ = 0;
+};
+
+OccupancyTree Build(const BenchOptions& options,
+                    std::span<const Scan> scans,
+                    nlohmann::json& result) {
+  const ScanOptions scan_options{
+      options.resolution_m, kNoLimit_m, options.discretize, std::nullopt};
+  Meter meter;
+  if (options.builder == "batched") {
+    OccupancyTree tree = Batched(scan_options, scans, options.num_threads);
+    meter.Stop(scans.size(), result);
+    return tree;
+  }
+  OctomapVolume volume({}, scan_options);
+  for (const Scan& scan : scans) volume.Insert(scan);
+  meter.Stop(scans.size(), result);  // what OctoMap does to the tree afterwards is not counted
+  return volume.Leaves();
+}
+
+// Share of the rays that end in an occupied voxel and pass none on the way to it.
+double RayAgreement(const VoxelStates& states, std::span<const Scan> scans, double resolution_m) {
+  std::size_t num_agreeing = 0;
+  std::size_t num_rays = 0;
+  for (const Scan& scan : scans) {
+    const VoxelKey origin = VoxelOf(scan.origin_in_map, resolution_m);
+    for (const ScanPoint& point : scan.points) {
+      const VoxelKey end = VoxelOf(point.point_in_map, resolution_m);
+      bool agrees = states.Is(MortonCode(end), true);
+      int num_passed = 0;
+      const VoxelWalk walk(point.point_in_map / resolution_m,
+                           (scan.origin_in_map - point.point_in_map) / resolution_m);
+      walk.Visit((origin - end).cwiseAbs().sum(), [&](std::uint64_t voxel) {
+        if (++num_passed > kNearEnd_voxels && states.Is(voxel, true)) agrees = false;
+      });
+      num_agreeing += agrees ? 1 : 0;
+      ++num_rays;
+    }
+  }
+  return static_cast<double>(num_agreeing) / static_cast<double>(num_rays);
+}
+
+void Run(const BenchOptions& options) {
+  std::vector<Scan> scans;
+  std::vector<Scan> held_out;
+  std::size_t num_points = 0;
+  for (Scan& scan : LoadScans(Open(options))) {
+    const bool hold_out = (scans.size() + held_out.size()) % kHoldOutEvery == kHoldOutEvery - 1;
+    if (!hold_out) num_points += scan.points.size();
+    (hold_out ? held_out : scans).push_back(std::move(scan));
+  }
+  if (scans.empty()) throw DataError("{}: no poses with depth", options.site.string());
+  nlohmann::json result;
+  const OccupancyTree tree = Build(options, scans, result);
+  result["num_frames"] = scans.size();
+  result["points_per_frame"] = num_points / scans.size();
+  if (!options.out.empty()) WriteOctree(options.out, tree);
+  const VoxelStates states(tree);
+  result["ray_agreement"] = RayAgreement(states, held_out, options.resolution_m);
+  if (!options.reference.empty()) {
+    const VoxelStates reference(ReadOctree(options.reference));
+    result["iou_occupied"] = states.IntersectionOverUnion(reference, true);
+    result["iou_free"] = states.IntersectionOverUnion(reference, false);
+  }
+  std::cout << result.dump() << "\n";
+}
+
+}  // namespace
+}  // namespace nightmap
+
+int main(int argc, char** argv) {
+  nightmap::BenchOptions options;
+  CLI::App app("builds one octree and measures it");
+  app.add_option("--site", options.site, "MAPS/SITE")->required();
+  app.add_option("--data", options.data, "recordings")->required();
+  app.add_option("--poses", options.poses, "keyframes or trajectory");
+  app.add_option("--stride", options.stride, "every Nth pose");
+  app.add_option("--builder", options.builder, "batched or octomap");
+  app.add_flag("--discretize", options.discretize);
+  app.add_option("--threads", options.num_threads);
+  app.add_option("--resolution_m", options.resolution_m);
+  app.add_option("--out", options.out, ".ot to write");
+  app.add_option("--reference", options.reference, ".ot to compare with");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    nightmap::Run(options);
+  } catch (const nightmap::DataError& error) {
+    std::cerr << error.what() << "\n";
+    return 1;
+  }
+}
