@@ -130,7 +130,7 @@ $(call whole,localize,    queries=frames/queries.csv cameras=frames/query_camera
                           landmarks=landmarks/landmarks.h5 vocabulary=vocabulary/vocabulary.h5, \
                           queries=queries.csv trajectory=queries.tum)
 $(if $(PLANNING),$(call whole,plan, pgm=grid/map.pgm yaml=grid/map.yaml trajectory=pose_graph/trajectory.tum $(LOCATED), \
-                          csv=path.csv json=path.json png=path.png))
+                          csv=path.csv json=path.json nav=path.yaml png=path.png))
 endef
 
 # Everything below is needed only by goals that make or ask about a site's artifacts.

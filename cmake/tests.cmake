@@ -39,3 +39,6 @@ foreach(script ${scripts})
   set_tests_properties(${group}/${name} PROPERTIES
                        RUN_SERIAL TRUE TIMEOUT 1500 ENVIRONMENT NIGHTMAP_BUILD=${CMAKE_BINARY_DIR})
 endforeach()
+# Benchmarks: built and run by hand, their first lines say how.
+add_executable(bench_plan EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/tests/bench/bench_plan.cc)
+target_link_libraries(bench_plan PRIVATE stage_plan)

@@ -1,43 +1,53 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a round robot can stand and what it costs: the grid inflated by the robot's radius, dearer
-// near obstacles.
+// Where a robot can stand and what it costs: the grid inflated by the circle about the robot's
+// footprint, dearer near obstacles.
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
+#include "pipeline/base/options.h"
 #include "pipeline/io/grid_io.h"
 
 namespace nightmap {
 
-struct RobotOptions {
-  double robot_radius_m = 0.25;
-  bool unknown_is_obstacle = true;
-  double clearance_m = 0.75;      // obstacles farther away cost nothing
-  double clearance_weight = 2.0;  // extra cost of a metre at the robot's radius from an obstacle
+struct CostOptions {
+  std::string unknown = "forbidden";  // allowed; costed: allowed, but dearer
+  double unknown_weight = 5;          // costed: extra cost of a metre in unknown space
+  double clearance_m = 0.75;          // obstacles farther away cost nothing
+  double clearance_weight = 2;        // extra cost of a metre that touches an obstacle's margin
+
+  void Register(OptionList& list);
 };
 
-// Cells are those of the grid. A cell is free when the nearest obstacle cell is at least the
-// robot's radius away, centre to centre.
+// Cells are those of the grid, and have a rim of cells that are not free around them, so that a
+// search needs not look for the border. A cell is free when a circle of the robot's radius touches
+// no obstacle cell wherever in the cell its centre is: the squares of the two cells are at least
+// the radius apart.
 struct CostMap {
   static constexpr int kUnitCost = 1024;
 
   int width = 0;
   int height = 0;
   double resolution_m = 0;
-  std::vector<std::int32_t> squared_distances;  // cells^2, to the nearest obstacle cell
-  std::vector<std::uint16_t> costs;             // 0: not free; else cost of a metre * kUnitCost
+  double robot_radius_m = 0;
+  std::vector<std::int32_t> squared_distances;  // cells^2 to the nearest obstacle, square to square
+  std::vector<std::uint16_t> costs;  // with the rim. 0: not free; else cost of a metre * kUnitCost
 
+  int Stride() const { return width + 2; }  // from a cell to the one above it, in costs
   std::size_t Size() const { return costs.size(); }
+  // Place of a cell in `costs`; cells of the rim have one too.
   std::size_t Index(const Eigen::Vector2i& cell) const {
-    return static_cast<std::size_t>(cell.y()) * static_cast<std::size_t>(width) +
-           static_cast<std::size_t>(cell.x());
+    return static_cast<std::size_t>(cell.y() + 1) * static_cast<std::size_t>(Stride()) +
+           static_cast<std::size_t>(cell.x() + 1);
   }
   Eigen::Vector2i Cell(std::size_t index) const {
-    const auto columns = static_cast<std::size_t>(width);
-    return {static_cast<int>(index % columns), static_cast<int>(index / columns)};
+    const auto stride = static_cast<std::size_t>(Stride());
+    return {static_cast<int>(index % stride) - 1, static_cast<int>(index / stride) - 1};
   }
   bool Contains(const Eigen::Vector2i& cell) const {
     return cell.x() >= 0 && cell.y() >= 0 && cell.x() < width && cell.y() < height;
@@ -45,14 +55,27 @@ struct CostMap {
   bool IsFree(const Eigen::Vector2i& cell) const {
     return Contains(cell) && costs[Index(cell)] > 0;
   }
-  double Clearance_m(const Eigen::Vector2i& cell) const;
+  std::int32_t SquaredDistance(const Eigen::Vector2i& cell) const {
+    return squared_distances[static_cast<std::size_t>(cell.y()) * static_cast<std::size_t>(width) +
+                             static_cast<std::size_t>(cell.x())];
+  }
+  // Any point of the cell is at least this far from any obstacle.
+  double Clearance_m(const Eigen::Vector2i& cell) const {
+    return resolution_m * std::sqrt(static_cast<double>(SquaredDistance(cell)));
+  }
 };
 
-// Unknown cells, and everything outside of the grid, are obstacles when the options say so.
-CostMap MakeCostMap(const OccupancyGrid& grid, const RobotOptions& options, int num_threads);
+// Whether a robot must not touch the cell. Beyond the grid is unknown.
+bool IsObstacle(const OccupancyGrid& grid, const Eigen::Vector2i& cell, bool unknown_is_obstacle);
+
+CostMap MakeCostMap(const OccupancyGrid& grid,
+                    const CostOptions& options,
+                    double robot_radius_m,
+                    int num_threads);
 
 // Which free cells reach each other. With diagonal steps that cut no corner these are the
-// 4-connected components. Labels count from 1 in order of the first cell; 0 where not free.
+// 4-connected components. Labels, in order of `costs`, count from 1 in order of the first cell; 0
+// where not free.
 std::vector<std::int32_t> LabelReachable(const CostMap& map);
 
 }  // namespace nightmap

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -65,6 +66,16 @@ class Canvas {
     }
   }
 
+  // The robot's outline as it stands at a path point.
+  void DrawOutline(const std::vector<Eigen::Vector2d>& corners, const PathPoint& point) {
+    std::vector<Eigen::Vector2d> outline;
+    for (const Eigen::Vector2d& corner : corners) {
+      outline.push_back(point.point_in_map + Eigen::Rotation2Dd(point.heading_rad) * corner);
+    }
+    if (!outline.empty()) outline.push_back(outline.front());
+    DrawLine(outline, kInk, 1);
+  }
+
   void DrawEnd(const Endpoint& endpoint, const std::string& label, const cv::Scalar& color) {
     const int radius = std::max(4, 2 * thickness_);
     const cv::Point pixel = ToPixel(endpoint.point_in_map);
@@ -123,10 +134,12 @@ class Canvas {
 
 }  // namespace
 
-ColorImage DrawPath(const PlanInputs& inputs, const PlanResult& result, double robot_radius_m) {
+ColorImage DrawPath(const PlanInputs& inputs,
+                    const PlanResult& result,
+                    const FootprintOptions& footprint) {
   Canvas canvas(inputs.grid);
   canvas.DrawCells();
-  canvas.DrawSwath(result.path, robot_radius_m);
+  canvas.DrawSwath(result.path, CircumscribedRadius_m(footprint));
   std::vector<Eigen::Vector2d> travelled;
   for (const StampedPose& pose : inputs.trajectory) {
     travelled.push_back(pose.pose.translation.head<2>());
@@ -135,8 +148,13 @@ ColorImage DrawPath(const PlanInputs& inputs, const PlanResult& result, double r
   std::vector<Eigen::Vector2d> path;
   for (const PathPoint& point : result.path) path.push_back(point.point_in_map);
   canvas.DrawLine(path, kLine, canvas.Thickness());
-  canvas.DrawEnd(result.start, "start", kStart);
-  canvas.DrawEnd(result.goal, "goal", kGoal);
+  const auto corners = FootprintCorners(footprint);
+  canvas.DrawOutline(corners, result.path.front());
+  for (const PlanLeg& leg : result.legs) canvas.DrawOutline(corners, result.path[leg.last_point]);
+  canvas.DrawEnd(result.ends.front(), "start", kStart);
+  for (std::size_t i = 1; i < result.ends.size(); ++i) {
+    canvas.DrawEnd(result.ends[i], result.ends[i].request.role, kGoal);
+  }
   canvas.DrawScaleBar();
   return canvas.Take();
 }

@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/plan/endpoints.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
 
 #include "pipeline/base/error.h"
-#include "pipeline/io/csv.h"
-#include "stages/plan/pictures.h"
 
 namespace nightmap {
 namespace {
-
-const std::string kPicturePrefix = "picture:";
 
 struct Candidate {
   Eigen::Vector2i cell = Eigen::Vector2i::Zero();
@@ -79,30 +76,41 @@ std::string WhyNotFree(const OccupancyGrid& grid, const CostMap& map, const Eige
         "is outside of the map, which spans {} to {}", ToText(grid.origin_in_map), ToText(end));
   }
   if (grid.At(cell) == kOccupiedCell) return "is inside an obstacle";
-  if (map.squared_distances[map.Index(cell)] == 0) return "is in unknown space";
-  return fmt::format("is {:.3f} m from an obstacle or unknown space, nearer than robot_radius_m",
-                     map.Clearance_m(cell));
+  if (grid.At(cell) == kUnknownCell && map.SquaredDistance(cell) == 0) {
+    return "is in unknown space";
+  }
+  return fmt::format(
+      "is in a cell {:.3f} m from an obstacle or unknown space, nearer than the robot's radius {}",
+      map.Clearance_m(cell),
+      map.robot_radius_m);
 }
 
 [[noreturn]] void FailNotFree(const OccupancyGrid& grid,
                               const CostMap& map,
                               const EndpointRequest& request,
                               double snap_radius_m) {
+  const Eigen::Vector2i own = grid.CellOf(request.point_in_map);
   const auto nearest = NearestFree(grid, map, request.point_in_map);
   const std::string remedy = nearest
                                  ? fmt::format("the nearest free cell is {:.2f} m away at \"{}\"",
                                                nearest->distance_m,
                                                ToText(grid.CenterInMap(nearest->cell)))
-                                 : "the map has no cell that is free for this robot_radius_m";
-  const std::string moved =
-      request.may_move ? fmt::format(" (more than snap_radius_m {} away)", snap_radius_m) : "";
+                                 : "the map has no cell that is free for this robot";
+  const std::string limit = nearest && grid.Contains(own)
+                                ? fmt::format(", more than snap_radius_m {}", snap_radius_m)
+                                : "";
   throw DataError("{} '{}' at {} {}; {}{}",
                   request.role,
                   request.text,
                   ToText(request.point_in_map),
-                  WhyNotFree(grid, map, grid.CellOf(request.point_in_map)),
+                  WhyNotFree(grid, map, own),
                   remedy,
-                  nearest ? moved : "");
+                  limit);
+}
+
+bool MayMove(const OccupancyGrid& grid, const CostMap& map, const EndpointRequest& request) {
+  const Eigen::Vector2i own = grid.CellOf(request.point_in_map);
+  return grid.Contains(own) && (request.is_picture || !map.IsFree(own));
 }
 
 Candidates CandidatesFor(const OccupancyGrid& grid,
@@ -110,11 +118,28 @@ Candidates CandidatesFor(const OccupancyGrid& grid,
                          const std::vector<std::int32_t>& labels,
                          const EndpointRequest& request,
                          double snap_radius_m) {
-  const bool outside = !grid.Contains(grid.CellOf(request.point_in_map));
-  const double radius_m = request.may_move && !outside ? snap_radius_m : 0;
+  const double radius_m = MayMove(grid, map, request) ? snap_radius_m : 0;
   Candidates candidates = CellsWithin(grid, map, labels, request.point_in_map, radius_m);
   if (candidates.empty()) FailNotFree(grid, map, request, snap_radius_m);
   return candidates;
+}
+
+// The label that all ends have a candidate of, with the least sum of moves; 0 where there is none.
+std::int32_t CommonLabel(const std::vector<Candidates>& candidates) {
+  std::int32_t best_label = 0;
+  double best_m = std::numeric_limits<double>::infinity();
+  for (const auto& [label, first] : candidates[0]) {
+    double sum_m = 0;
+    for (const Candidates& others : candidates) {
+      const auto other = others.find(label);
+      sum_m += other != others.end() ? other->second.distance_m
+                                     : std::numeric_limits<double>::infinity();
+    }
+    if (sum_m >= best_m) continue;
+    best_m = sum_m;
+    best_label = label;
+  }
+  return best_label;
 }
 
 Endpoint MakeEndpoint(const OccupancyGrid& grid,
@@ -129,44 +154,29 @@ Endpoint MakeEndpoint(const OccupancyGrid& grid,
 
 }  // namespace
 
-EndpointRequest ParseEndpoint(const std::string& role,
-                              const std::string& text,
-                              const std::vector<QueryResult>& queries) {
-  if (text.starts_with(kPicturePrefix) && text.size() > kPicturePrefix.size()) {
-    const auto& picture = FindPicture(queries, text.substr(kPicturePrefix.size()));
-    return {role, text, picture.map_from_camera.translation.head<2>(), true};
-  }
-  const auto comma = text.find(',');
-  const auto x = ParseReal(text.substr(0, comma));
-  const auto y = comma == std::string::npos ? std::nullopt : ParseReal(text.substr(comma + 1));
-  if (!x || !y) {
-    throw UsageError(
-        "option {} is '{}': give \"x_m,y_m\" in the map frame or \"picture:NAME\"", role, text);
-  }
-  return {role, text, {*x, *y}, false};
-}
-
-std::pair<Endpoint, Endpoint> PlaceEndpoints(const OccupancyGrid& grid,
-                                             const CostMap& map,
-                                             const EndpointRequest& start,
-                                             const EndpointRequest& goal,
-                                             double snap_radius_m) {
+std::vector<Endpoint> PlaceEndpoints(const OccupancyGrid& grid,
+                                     const CostMap& map,
+                                     const std::vector<EndpointRequest>& requests,
+                                     double snap_radius_m) {
   // Labels matter only where an end may move.
-  const auto labels =
-      start.may_move || goal.may_move ? LabelReachable(map) : std::vector<std::int32_t>();
-  const Candidates starts = CandidatesFor(grid, map, labels, start, snap_radius_m);
-  const Candidates goals = CandidatesFor(grid, map, labels, goal, snap_radius_m);
-  Candidate best_start = *Nearest(starts);
-  Candidate best_goal = *Nearest(goals);
-  double best_m = std::numeric_limits<double>::infinity();
-  for (const auto& [label, candidate] : starts) {
-    const auto other = goals.find(label);
-    if (other == goals.end() || candidate.distance_m + other->second.distance_m >= best_m) continue;
-    best_m = candidate.distance_m + other->second.distance_m;
-    best_start = candidate;
-    best_goal = other->second;
+  const bool any_may_move = std::any_of(requests.begin(), requests.end(), [&](const auto& request) {
+    return MayMove(grid, map, request);
+  });
+  const auto labels = any_may_move ? LabelReachable(map) : std::vector<std::int32_t>();
+  std::vector<Candidates> candidates;
+  for (const EndpointRequest& request : requests) {
+    candidates.push_back(CandidatesFor(grid, map, labels, request, snap_radius_m));
   }
-  return {MakeEndpoint(grid, start, best_start), MakeEndpoint(grid, goal, best_goal)};
+  const std::int32_t label = CommonLabel(candidates);
+  std::vector<Endpoint> endpoints;
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    const auto common = candidates[i].find(label);
+    endpoints.push_back(
+        MakeEndpoint(grid,
+                     requests[i],
+                     common != candidates[i].end() ? common->second : *Nearest(candidates[i])));
+  }
+  return endpoints;
 }
 
 }  // namespace nightmap

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// plan: finds a path on the grid from one point or picture to another. Reads map.yaml with map.pgm
-// and, where given, queries.csv and trajectory.tum; writes path.csv, path.json and path.png.
+// plan: finds a path on the grid from one point or picture to others. Reads map.yaml with map.pgm
+// and, where given, queries.csv and trajectory.tum; writes path.csv, .json, .yaml and .png.
 #include <spdlog/spdlog.h>
 
 #include "pipeline/base/files.h"
@@ -30,15 +30,16 @@ void Run(const PlanOptions& options, StageContext& context) {
   const PlanInputs inputs = ReadInputs(context);
   context.BeginPart("plan");
   const auto result = RunPlan(options, inputs, context.GetProgress(), context.NumThreads());
-  for (const Endpoint* end : {&result.start, &result.goal}) {
+  for (const Endpoint& end : result.ends) {
     spdlog::info(
-        "{} is '{}', moved by {:.3f} m", end->request.role, end->request.text, end->moved_by_m);
+        "{} is '{}', moved by {:.3f} m", end.request.role, end.request.text, end.moved_by_m);
   }
   context.BeginPart("write");
   const auto json = PathToJson(result, context.ConfigToml());
   WriteFile(context.Output("csv"), PathToCsv(result));
   WriteFile(context.Output("json"), json.dump(2) + "\n");
-  WritePng(context.Output("png"), DrawPath(inputs, result, options.robot.robot_radius_m));
+  WriteFile(context.Output("nav"), PathToNavYaml(result));
+  WritePng(context.Output("png"), DrawPath(inputs, result, options.footprint));
   context.Report().update(PathFigures(result));
 }
 
@@ -46,13 +47,14 @@ void Run(const PlanOptions& options, StageContext& context) {
 
 int main(int argc, char** argv) {
   const StageSpec spec{"plan",
-                       "finds a path on the grid between two points or pictures",
+                       "finds a path on the grid between points or pictures",
                        {{"yaml", "map.yaml of the grid stage, or an imported map_server map"},
                         {"pgm", "the image that the yaml names"},
                         {"queries", "queries.csv of the localize stage", Arity::kOptional},
                         {"trajectory", "drawn on path.png", Arity::kOptional}},
-                       {{"csv", "path: x_m,y_m,heading_rad,distance_m"},
-                        {"json", "both ends and the path's figures"},
+                       {{"csv", "path: x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m"},
+                        {"json", "its ends, legs and figures"},
+                        {"nav", "path as ROS's nav_msgs/Path, YAML"},
                         {"png", "picture of the path on the grid"}}};
   return StageMain(argc, argv, spec, PlanOptions{}, Run);
 }

@@ -3,13 +3,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
 namespace nightmap {
 namespace {
 
 nlohmann::ordered_json EndToJson(const Endpoint& endpoint) {
   const EndpointRequest& request = endpoint.request;
   return {{"request", request.text},
-          {"is_picture", request.may_move},
+          {"is_picture", request.is_picture},
           {"requested_x_m", request.point_in_map.x()},
           {"requested_y_m", request.point_in_map.y()},
           {"x_m", endpoint.point_in_map.x()},
@@ -17,35 +21,80 @@ nlohmann::ordered_json EndToJson(const Endpoint& endpoint) {
           {"moved_by_m", endpoint.moved_by_m}};
 }
 
+nlohmann::ordered_json LegToJson(const PlanResult& result, std::size_t index) {
+  const PlanLeg& leg = result.legs[index];
+  const Endpoint& start = result.ends[index];
+  const Endpoint& goal = result.ends[index + 1];
+  return {{"goal", EndToJson(goal)},
+          {"first_point", leg.first_point},
+          {"last_point", leg.last_point},
+          {"length_m", leg.length_m},
+          {"straight_line_m", (goal.point_in_map - start.point_in_map).norm()},
+          {"search_cost_m", leg.search_cost_m},
+          {"min_clearance_m", leg.min_clearance_m},
+          {"num_vertices", leg.num_vertices},
+          {"num_expanded_nodes", leg.num_expanded}};
+}
+
 }  // namespace
 
 std::string PathToCsv(const PlanResult& result) {
-  std::string csv = "x_m,y_m,heading_rad,distance_m\n";
+  std::string csv = "x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m\n";
   for (const PathPoint& point : result.path) {
-    csv += fmt::format("{:.6f},{:.6f},{:.6f},{:.6f}\n",
-                       point.point_in_map.x(),
-                       point.point_in_map.y(),
-                       point.heading_rad,
-                       point.distance_m);
+    fmt::format_to(std::back_inserter(csv),
+                   "{:.6f},{:.6f},{:.6f},{:.6f},{},{:.6f}\n",
+                   point.point_in_map.x(),
+                   point.point_in_map.y(),
+                   point.heading_rad,
+                   point.distance_m,
+                   point.leg_idx,
+                   point.clearance_m);
   }
   return csv;
 }
 
+std::string PathToNavYaml(const PlanResult& result) {
+  std::string yaml = "header:\n  stamp: {sec: 0, nanosec: 0}\n  frame_id: map\nposes:\n";
+  for (const PathPoint& point : result.path) {
+    fmt::format_to(std::back_inserter(yaml),
+                   "- header: {{stamp: {{sec: 0, nanosec: 0}}, frame_id: map}}\n"
+                   "  pose:\n"
+                   "    position: {{x: {:.6f}, y: {:.6f}, z: 0.0}}\n"
+                   "    orientation: {{x: 0.0, y: 0.0, z: {:.9f}, w: {:.9f}}}\n",
+                   point.point_in_map.x(),
+                   point.point_in_map.y(),
+                   std::sin(point.heading_rad / 2),
+                   std::cos(point.heading_rad / 2));
+  }
+  return yaml;
+}
+
 nlohmann::ordered_json PathFigures(const PlanResult& result) {
-  return {{"start", EndToJson(result.start)},
-          {"goal", EndToJson(result.goal)},
-          {"length_m", result.length_m},
-          {"straight_line_m", (result.goal.point_in_map - result.start.point_in_map).norm()},
-          {"search_cost_m", result.search_cost_m},
-          {"min_clearance_m", result.min_clearance_m},
+  PlanLeg total = result.legs.front();
+  auto legs = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < result.legs.size(); ++i) {
+    legs.push_back(LegToJson(result, i));
+    if (i == 0) continue;
+    const PlanLeg& leg = result.legs[i];
+    total.length_m += leg.length_m;
+    total.min_clearance_m = std::min(total.min_clearance_m, leg.min_clearance_m);
+    total.search_cost_m += leg.search_cost_m;
+    total.num_expanded += leg.num_expanded;
+  }
+  return {{"start", EndToJson(result.ends.front())},
+          {"goal", EndToJson(result.ends.back())},
+          {"length_m", total.length_m},
+          {"search_cost_m", total.search_cost_m},
+          {"min_clearance_m", total.min_clearance_m},
           {"num_points", result.path.size()},
-          {"num_cells", result.num_cells},
-          {"num_expanded_nodes", result.num_expanded}};
+          {"num_expanded_nodes", total.num_expanded},
+          {"num_legs", result.legs.size()},
+          {"legs", legs}};
 }
 
 nlohmann::ordered_json PathToJson(const PlanResult& result, const std::string& config_toml) {
   nlohmann::ordered_json json = {
-      {"format", "nightmap_path"}, {"version", 1}, {"units", "metres in the map frame, z up"}};
+      {"format", "nightmap_path"}, {"version", 2}, {"units", "metres in the map frame, z up"}};
   json.update(PathFigures(result));
   json["config"] = config_toml;
   return json;

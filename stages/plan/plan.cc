@@ -3,111 +3,66 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <limits>
 
 #include "pipeline/base/error.h"
+#include "stages/plan/any_angle.h"
 #include "stages/plan/search.h"
+#include "stages/plan/segment.h"
 #include "stages/plan/shorten.h"
 
 namespace nightmap {
 namespace {
 
-constexpr int kNumTightenPasses = 4;  // even: the route ends up in its own direction
-
-std::string PointText(const Eigen::Vector3d& position) {
-  return fmt::format("trajectory at {:.3f},{:.3f}", position.x(), position.y());
-}
-
-// The default ends: first and last located query, else of the trajectory.
-EndpointRequest DefaultEndpoint(const std::string& role, const PlanInputs& inputs) {
-  const bool first = role == "start";
-  std::vector<const QueryResult*> located;
-  for (const auto& query : inputs.queries) {
-    if (query.IsLocated()) located.push_back(&query);
-  }
-  if (!located.empty()) {
-    const QueryResult& picture = first ? *located.front() : *located.back();
-    return {
-        role, "picture:" + picture.color_path, picture.map_from_camera.translation.head<2>(), true};
-  }
-  if (!inputs.trajectory.empty()) {
-    const StampedPose& pose = first ? inputs.trajectory.front() : inputs.trajectory.back();
-    const Eigen::Vector3d& position = pose.pose.translation;
-    return {role, PointText(position), position.head<2>(), true};
-  }
-  throw UsageError(
-      "option {} is empty and there is no located query: set plan.{} = \"x_m,y_m\"", role, role);
-}
-
-EndpointRequest Request(const std::string& role,
-                        const std::string& text,
-                        const PlanInputs& inputs) {
-  return text.empty() ? DefaultEndpoint(role, inputs) : ParseEndpoint(role, text, inputs.queries);
-}
-
 [[noreturn]] void FailUnreachable(const OccupancyGrid& grid,
-                                  const SearchResult& search,
+                                  const CostMap& map,
                                   const Endpoint& start,
                                   const Endpoint& goal) {
-  const Eigen::Vector2d nearest = grid.CenterInMap(search.nearest_reached);
-  const double cell_m2 = grid.resolution_m * grid.resolution_m;
+  const auto labels = LabelReachable(map);
+  const std::int32_t label = labels[map.Index(start.cell)];
+  std::size_t num_reached = 0;
+  Eigen::Vector2i nearest = start.cell;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] != label) continue;
+    ++num_reached;
+    const Eigen::Vector2i cell = map.Cell(i);
+    if ((cell - goal.cell).squaredNorm() < (nearest - goal.cell).squaredNorm()) nearest = cell;
+  }
+  const Eigen::Vector2d point = grid.CenterInMap(nearest);
   throw DataError(
-      "no path from start '{}' to goal '{}': the start reaches {:.2f} m2, at its nearest "
-      "{:.3f},{:.3f}, {:.2f} m from the goal; try a smaller robot_radius_m or unknown_is_obstacle "
-      "= "
-      "false",
+      "no path from {} '{}' to {} '{}': the first reaches {:.2f} m2, at its nearest {:.3f},{:.3f}, "
+      "{:.2f} m from the other; try a smaller robot or unknown = \"costed\"",
+      start.request.role,
       start.request.text,
+      goal.request.role,
       goal.request.text,
-      cell_m2 * static_cast<double>(search.num_expanded),
-      nearest.x(),
-      nearest.y(),
-      (nearest - goal.point_in_map).norm());
+      grid.resolution_m * grid.resolution_m * static_cast<double>(num_reached),
+      point.x(),
+      point.y(),
+      (point - goal.point_in_map).norm());
 }
 
 // From the exact start over the centres of the cells to the exact goal, in units of cells.
 std::vector<Eigen::Vector2d> Route(const OccupancyGrid& grid,
                                    const std::vector<Eigen::Vector2i>& cells,
-                                   const PlanResult& result) {
-  std::vector<Eigen::Vector2d> route = {grid.ToCells(result.start.point_in_map)};
+                                   const Endpoint& start,
+                                   const Endpoint& goal) {
+  std::vector<Eigen::Vector2d> route = {grid.ToCells(start.point_in_map)};
   const auto append = [&](const Eigen::Vector2d& point) {
     if ((point - route.back()).norm() > 1e-9) route.push_back(point);
   };
   for (const Eigen::Vector2i& cell : cells) {
     append(cell.cast<double>() + Eigen::Vector2d(0.5, 0.5));
   }
-  append(grid.ToCells(result.goal.point_in_map));
+  append(grid.ToCells(goal.point_in_map));
   return route;
 }
 
-// Greedy shortcuts depend on the end they start from, so both ends take turns. The result is
-// sampled.
-std::vector<Eigen::Vector2d> Tighten(const CostMap& map, std::vector<Eigen::Vector2d> route) {
-  for (int pass = 0; pass < kNumTightenPasses; ++pass) {
-    route = Resample(Shorten(map, route));
-    std::reverse(route.begin(), route.end());
-  }
-  return route;
-}
-
-std::vector<PathPoint> MakePath(const OccupancyGrid& grid,
-                                const std::vector<Eigen::Vector2d>& points) {
-  std::vector<PathPoint> path(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    path[i].point_in_map = grid.origin_in_map + grid.resolution_m * points[i];
-    if (i == 0) continue;
-    const Eigen::Vector2d step = path[i].point_in_map - path[i - 1].point_in_map;
-    path[i - 1].heading_rad = std::atan2(step.y(), step.x());
-    path[i].heading_rad = path[i - 1].heading_rad;
-    path[i].distance_m = path[i - 1].distance_m + step.norm();
-  }
-  return path;
-}
-
-// Smallest clearance along the path; throws when the robot would not fit somewhere.
-double CheckClearance_m(const CostMap& map, const std::vector<Eigen::Vector2d>& points) {
-  double clearance_m = map.Clearance_m(points[0].array().floor().cast<int>());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    VisitSegment(points[i > 0 ? i - 1 : 0], points[i], [&](const Eigen::Vector2i& cell, double) {
+// Smallest clearance of the cells along a route; throws when one is not free.
+double MinClearance_m(const CostMap& map, const std::vector<Eigen::Vector2d>& route) {
+  double clearance_m = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < route.size(); ++i) {
+    VisitSegment(route[i > 0 ? i - 1 : 0], route[i], [&](const Eigen::Vector2i& cell, double) {
       if (!map.IsFree(cell)) {
         throw DataError("the planned path touches cell {},{}, which is not free: report this bug",
                         cell.x(),
@@ -120,56 +75,103 @@ double CheckClearance_m(const CostMap& map, const std::vector<Eigen::Vector2d>& 
   return clearance_m;
 }
 
+// Appends a leg's points; the first one is there already, except on the first leg.
+void AppendLeg(const OccupancyGrid& grid,
+               const CostMap& map,
+               const std::vector<Eigen::Vector2d>& route,
+               PlanResult& result) {
+  PlanLeg& leg = result.legs.back();
+  auto& path = result.path;
+  const int leg_idx = static_cast<int>(result.legs.size()) - 1;
+  leg.first_point = path.empty() ? 0 : path.size() - 1;
+  for (std::size_t i = path.empty() ? 0 : 1; i < route.size(); ++i) {
+    PathPoint point;
+    point.point_in_map = grid.origin_in_map + grid.resolution_m * route[i];
+    point.leg_idx = leg_idx;
+    point.clearance_m = map.Clearance_m(route[i].array().floor().cast<int>());
+    if (!path.empty()) {
+      const Eigen::Vector2d step = point.point_in_map - path.back().point_in_map;
+      path.back().heading_rad = std::atan2(step.y(), step.x());
+      point.heading_rad = path.back().heading_rad;
+      point.distance_m = path.back().distance_m + step.norm();
+    }
+    path.push_back(point);
+  }
+  leg.last_point = path.size() - 1;
+  leg.length_m = path.back().distance_m - path[leg.first_point].distance_m;
+  leg.min_clearance_m = MinClearance_m(map, route);
+}
+
+// The check that does not trust the cost map: every cell that the robot touches.
+void CheckFootprint(const PlanOptions& options,
+                    const OccupancyGrid& grid,
+                    const PlanResult& result) {
+  const double radius_m = CircumscribedRadius_m(options.footprint);
+  for (const PathPoint& point : result.path) {
+    if (IsCircleClear(grid, point.point_in_map, radius_m, options.cost.unknown == "forbidden")) {
+      continue;
+    }
+    throw DataError("on the planned path the robot touches an obstacle at {},{}: report this bug",
+                    point.point_in_map.x(),
+                    point.point_in_map.y());
+  }
+}
+
+void PlanLegs(const PlanOptions& options,
+              const OccupancyGrid& grid,
+              const CostMap& map,
+              PlanResult& result) {
+  const auto find = options.planner == "astar" ? FindPath : FindAnyAnglePath;
+  for (std::size_t i = 0; i + 1 < result.ends.size(); ++i) {
+    const Endpoint& start = result.ends[i];
+    const Endpoint& goal = result.ends[i + 1];
+    const SearchResult search = find(map, start.cell, goal.cell);
+    if (!search.found) FailUnreachable(grid, map, start, goal);
+    const auto route = Route(grid, search.cells, start, goal);
+    result.legs.emplace_back();
+    result.legs.back().search_cost_m = grid.resolution_m * search.cost_cells;
+    result.legs.back().num_vertices = search.cells.size();
+    result.legs.back().num_expanded = search.num_expanded;
+    AppendLeg(grid, map, options.shorten ? Tighten(map, route) : Resample(route), result);
+  }
+}
+
 }  // namespace
 
 void PlanOptions::Register(OptionList& list) {
   list.Add(
       "start", &start, "\"x_m,y_m\" in the map, \"picture:NAME\", or \"\": first located query");
-  list.Add("goal", &goal, "\"x_m,y_m\" in the map, \"picture:NAME\", or \"\": last located query");
-  list.Add("robot_radius_m", &robot.robot_radius_m, Range(0.0, 5.0), "radius of the round robot");
-  list.Add(
-      "unknown_is_obstacle", &robot.unknown_is_obstacle, "do not drive where nothing was seen");
-  list.Add("clearance_m",
-           &robot.clearance_m,
-           Range(0.0, 10.0),
-           "obstacles farther away than this do not make a path dearer");
-  list.Add("clearance_weight",
-           &robot.clearance_weight,
-           Range(0.0, 50.0),
-           "extra cost of a metre at robot_radius_m from an obstacle; 0: shortest path");
+  list.Add("goal",
+           &goal,
+           "the same, several separated by \";\" are visited in order; \"\": last located query");
+  list.Add("planner",
+           &planner,
+           {"any_angle", "astar"},
+           "straight lines in any direction (Lazy Theta*), or from cell to cell (A*)");
+  footprint.Register(list);
+  cost.Register(list);
   list.Add("snap_radius_m",
            &snap_radius_m,
            Range(0.0, 10.0),
-           "how far a picture's place may be moved to a cell the robot can stand on");
-  list.Add("shorten", &shorten, "replace the grid's zigzag by straight lines where they are free");
+           "how far an end may be moved to a place the robot can stand on; 0: not at all");
+  list.Add("shorten", &shorten, "pull the path tight where straight lines are free and not dearer");
 }
 
 PlanResult RunPlan(const PlanOptions& options,
                    const PlanInputs& inputs,
                    Progress& progress,
                    int num_threads) {
-  const OccupancyGrid& grid = inputs.grid;
   progress.Start(3);
-  const EndpointRequest start = Request("start", options.start, inputs);
-  const EndpointRequest goal = Request("goal", options.goal, inputs);
-  const CostMap map = MakeCostMap(grid, options.robot, num_threads);
+  const auto requests =
+      MakeRequests(options.start, options.goal, inputs.queries, inputs.trajectory);
+  const CostMap map =
+      MakeCostMap(inputs.grid, options.cost, CircumscribedRadius_m(options.footprint), num_threads);
   progress.Advance();
-
   PlanResult result;
-  std::tie(result.start, result.goal) =
-      PlaceEndpoints(grid, map, start, goal, options.snap_radius_m);
-  const SearchResult search = FindPath(map, result.start.cell, result.goal.cell);
-  if (!search.found) FailUnreachable(grid, search, result.start, result.goal);
+  result.ends = PlaceEndpoints(inputs.grid, map, requests, options.snap_radius_m);
+  PlanLegs(options, inputs.grid, map, result);
   progress.Advance();
-
-  std::vector<Eigen::Vector2d> route = Route(grid, search.cells, result);
-  route = options.shorten ? Tighten(map, route) : Resample(route);
-  result.min_clearance_m = CheckClearance_m(map, route);
-  result.path = MakePath(grid, route);
-  result.length_m = result.path.back().distance_m;
-  result.num_cells = search.cells.size();
-  result.num_expanded = search.num_expanded;
-  result.search_cost_m = grid.resolution_m * SearchCost::InCells(search.cost);
+  CheckFootprint(options, inputs.grid, result);
   progress.Finish();
   return result;
 }

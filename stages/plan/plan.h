@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plans a path for a round robot from one point or picture to another on the occupancy grid.
+// Plans a path for a robot over the occupancy grid, from a point or picture to one or more others.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,13 +14,16 @@
 #include "pipeline/io/queries_io.h"
 #include "stages/plan/cost_map.h"
 #include "stages/plan/endpoints.h"
+#include "stages/plan/footprint.h"
 
 namespace nightmap {
 
 struct PlanOptions {
   std::string start;  // "x_m,y_m", "picture:NAME", or empty: the first located query
-  std::string goal;   // the same; empty: the last located query
-  RobotOptions robot;
+  std::string goal;   // the same, several separated by ";"; empty: the last located query
+  std::string planner = "any_angle";
+  FootprintOptions footprint;
+  CostOptions cost;
   double snap_radius_m = 0.5;
   bool shorten = true;
 
@@ -37,22 +40,31 @@ struct PathPoint {
   Eigen::Vector2d point_in_map = Eigen::Vector2d::Zero();
   double heading_rad = 0;  // counter-clockwise from x; of the way onwards, the last as before
   double distance_m = 0;   // along the path
+  int leg_idx = 0;         // of the leg that it lies on or ends
+  double clearance_m = 0;  // of its cell, see CostMap
+};
+
+// From one end to the next.
+struct PlanLeg {
+  std::size_t first_point = 0;  // in the path, which has the end of a leg and the start of the next
+  std::size_t last_point = 0;   // only once
+  double length_m = 0;
+  double min_clearance_m = 0;    // of the cells that it touches
+  double search_cost_m = 0;      // of the search's path: length weighted by nearness to obstacles
+  std::size_t num_vertices = 0;  // of the search's path
+  std::size_t num_expanded = 0;
 };
 
 struct PlanResult {
-  Endpoint start;
-  Endpoint goal;
+  std::vector<Endpoint> ends;   // the start and every goal
+  std::vector<PlanLeg> legs;    // one fewer
   std::vector<PathPoint> path;  // at most one cell apart
-  double length_m = 0;
-  double min_clearance_m = 0;  // to the nearest obstacle cell, centre to centre
-  std::size_t num_cells = 0;   // of the A* path
-  std::size_t num_expanded = 0;
-  double search_cost_m = 0;  // length weighted by nearness to obstacles
 };
 
-// A* on the inflated grid, then straight shortcuts. Every cell the path touches is free for the
-// robot; this is checked at the end. Deterministic. Throws UsageError on malformed ends, DataError
-// on ends that are not usable or when no path joins them.
+// A path from cell to cell (A*) or of straight lines (Lazy Theta*) over the inflated grid, then
+// pulled tight. The robot's circle touches no obstacle anywhere on the path; this is checked at the
+// end. Deterministic. Throws UsageError on malformed ends or footprints, DataError on ends that are
+// not usable or when no path joins them.
 PlanResult RunPlan(const PlanOptions& options,
                    const PlanInputs& inputs,
                    Progress& progress,

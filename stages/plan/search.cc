@@ -6,121 +6,144 @@
 #include <cstdlib>
 #include <limits>
 
+#include "pipeline/base/error.h"
+#include "stages/plan/bucket_queue.h"
+#include "stages/plan/cell_array.h"
+
 namespace nightmap {
 namespace {
 
+constexpr int kBucketShift = 23;  // a sixteenth of a straight step between cells of unit cost
+
+// The cost G of a cell counts down from here, so that zero, what untouched memory is, means that
+// the cell was not reached.
 constexpr std::int64_t kUnreached = std::numeric_limits<std::int64_t>::max();
 
-struct Step {
-  int dx = 0, dy = 0;
-  std::int64_t length = 0;
-};
-
-constexpr std::array<Step, 8> kSteps = {{{1, 0, SearchCost::kStraight},
-                                         {0, 1, SearchCost::kStraight},
-                                         {-1, 0, SearchCost::kStraight},
-                                         {0, -1, SearchCost::kStraight},
-                                         {1, 1, SearchCost::kDiagonal},
-                                         {-1, 1, SearchCost::kDiagonal},
-                                         {-1, -1, SearchCost::kDiagonal},
-                                         {1, -1, SearchCost::kDiagonal}}};
-
 struct Open {
-  std::int64_t f = 0;
   std::int64_t g = 0;
-  int x = 0, y = 0;
-
-  // For std::push_heap, which keeps the largest on top: "worse than".
-  bool operator<(const Open& other) const {
-    if (f != other.f) return f > other.f;
-    if (g != other.g) return g < other.g;
-    return y != other.y ? y > other.y : x > other.x;
-  }
+  int x = 0, y = 0;  // with the rim
 };
 
-class Search {
+// Cells that leave the queue early may be expanded again: within a bucket the order is not that of
+// F. The path is the cheapest all the same, since the search ends only when nothing is left that
+// could be cheaper.
+class AStar {
  public:
-  Search(const CostMap& map, const Eigen::Vector2i& start, const Eigen::Vector2i& goal)
-      : map_(map),
+  AStar(const CostMap& map, const Eigen::Vector2i& start, const Eigen::Vector2i& goal)
+      : stride_(map.Stride()),
+        costs_(map.costs.data()),
+        goal_x_(goal.x() + 1),
+        goal_y_(goal.y() + 1),
         start_(map.Index(start)),
         goal_(map.Index(goal)),
-        goal_cell_(goal),
-        costs_(map.Size(), kUnreached),
-        steps_(map.Size(), 0) {
-    nearest_bound_ = SearchCost::LowerBound(start, goal);
-    result_.nearest_reached = start;
-    Push(start_, start, 0);
+        g_below_(map.Size()),
+        queue_(kBucketShift, MaxRise(map)) {
+    Reach(start_, start.x() + 1, start.y() + 1, 0);
   }
 
-  SearchResult Run() {
-    while (!heap_.empty()) {
-      std::pop_heap(heap_.begin(), heap_.end());
-      const Open open = heap_.back();
-      heap_.pop_back();
-      const Eigen::Vector2i cell(open.x, open.y);
-      if (open.g != costs_[map_.Index(cell)]) continue;  // a cheaper way was found since
-      ++result_.num_expanded;
-      if (cell == goal_cell_) return Found();
-      Expand(cell, open.g);
+  SearchResult Run(const CostMap& map) {
+    SearchResult result;
+    while (!queue_.IsEmpty() && queue_.MinKey() < G(goal_)) {
+      const Open open = queue_.Pop();
+      const std::size_t index = IndexOf(open.x, open.y);
+      if (open.g != G(index) || open.g + Bound(open.x, open.y) >= G(goal_)) continue;
+      ++result.num_expanded;
+      Expand(index, open);
     }
-    return result_;
+    result.found = g_below_[goal_] != 0;
+    if (result.found) {
+      result.cost_cells = SearchCost::InCells(G(goal_));
+      Trace(map, result.cells);
+    }
+    return result;
   }
 
  private:
-  void Push(std::size_t index, const Eigen::Vector2i& cell, std::int64_t cost) {
-    costs_[index] = cost;
-    const std::int64_t bound = SearchCost::LowerBound(cell, goal_cell_);
-    if (bound < nearest_bound_) {
-      nearest_bound_ = bound;
-      result_.nearest_reached = cell;
+  // F rises by at most twice the dearest step.
+  static std::int64_t MaxRise(const CostMap& map) {
+    const std::int64_t max_cost = *std::max_element(map.costs.begin(), map.costs.end());
+    return 4 * SearchCost::kDiagonal * max_cost;
+  }
+
+  std::size_t IndexOf(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(stride_) +
+           static_cast<std::size_t>(x);
+  }
+  std::int64_t G(std::size_t index) const { return kUnreached - g_below_[index]; }
+  std::int64_t Bound(int x, int y) const {
+    return SearchCost::LowerBound({x, y}, {goal_x_, goal_y_});
+  }
+
+  void Reach(std::size_t index, int x, int y, std::int64_t g) {
+    if (kUnreached - g <= g_below_[index]) return;
+    g_below_[index] = kUnreached - g;
+    queue_.Push(g + Bound(x, y), {g, x, y});
+  }
+
+  void Expand(std::size_t index, const Open& open) {
+    const std::uint16_t* cell = costs_ + index;
+    const std::int64_t own = *cell;
+    const auto step = [&](int dx, int dy, std::int64_t length) {
+      const std::ptrdiff_t offset = std::ptrdiff_t{dy} * stride_ + dx;
+      Reach(index + static_cast<std::size_t>(offset),
+            open.x + dx,
+            open.y + dy,
+            open.g + length * (own + cell[offset]));
+    };
+    const bool right = cell[1] != 0;
+    const bool left = cell[-1] != 0;
+    const bool up = cell[stride_] != 0;
+    const bool down = cell[-stride_] != 0;
+    if (right) step(1, 0, SearchCost::kStraight);
+    if (left) step(-1, 0, SearchCost::kStraight);
+    if (up) step(0, 1, SearchCost::kStraight);
+    if (down) step(0, -1, SearchCost::kStraight);
+    if (right && up && cell[stride_ + 1] != 0) step(1, 1, SearchCost::kDiagonal);
+    if (left && up && cell[stride_ - 1] != 0) step(-1, 1, SearchCost::kDiagonal);
+    if (right && down && cell[1 - stride_] != 0) step(1, -1, SearchCost::kDiagonal);
+    if (left && down && cell[-1 - stride_] != 0) step(-1, -1, SearchCost::kDiagonal);
+  }
+
+  // Back from the goal over cells whose G and step add up; the first in order where several do.
+  void Trace(const CostMap& map, std::vector<Eigen::Vector2i>& cells) const {
+    std::size_t at = goal_;
+    cells.push_back(map.Cell(at));
+    while (at != start_) {
+      at = Before(at);
+      cells.push_back(map.Cell(at));
     }
-    heap_.push_back({cost + bound, cost, cell.x(), cell.y()});
-    std::push_heap(heap_.begin(), heap_.end());
+    std::reverse(cells.begin(), cells.end());
   }
 
-  void Expand(const Eigen::Vector2i& cell, std::int64_t g) {
-    const std::int64_t own_cost = map_.costs[map_.Index(cell)];
-    for (std::size_t i = 0; i < kSteps.size(); ++i) {
-      const Step& step = kSteps[i];
-      const Eigen::Vector2i next = cell + Eigen::Vector2i(step.dx, step.dy);
-      if (!map_.IsFree(next)) continue;
-      const std::size_t index = map_.Index(next);
-      const std::int64_t cost = g + step.length * (own_cost + map_.costs[index]);
-      if (cost >= costs_[index] || CutsCorner(cell, step)) continue;
-      steps_[index] = static_cast<std::uint8_t>(i);
-      Push(index, next, cost);
+  std::size_t Before(std::size_t index) const {
+    const std::array<std::ptrdiff_t, 4> sides = {1, -1, stride_, -stride_};
+    const auto leads_here = [&](std::ptrdiff_t offset, std::int64_t length) {
+      const std::size_t from = index + static_cast<std::size_t>(offset);
+      return g_below_[from] != 0 && G(from) + length * (costs_[from] + costs_[index]) == G(index);
+    };
+    for (const std::ptrdiff_t side : sides) {
+      if (leads_here(side, SearchCost::kStraight)) return index + static_cast<std::size_t>(side);
     }
-  }
-
-  bool CutsCorner(const Eigen::Vector2i& cell, const Step& step) const {
-    return step.dx != 0 && step.dy != 0 &&
-           !(map_.IsFree(cell + Eigen::Vector2i(step.dx, 0)) &&
-             map_.IsFree(cell + Eigen::Vector2i(0, step.dy)));
-  }
-
-  SearchResult Found() {
-    result_.found = true;
-    result_.cost = costs_[goal_];
-    Eigen::Vector2i cell = goal_cell_;
-    result_.cells.push_back(cell);
-    while (map_.Index(cell) != start_) {
-      const Step& step = kSteps[steps_[map_.Index(cell)]];
-      cell -= Eigen::Vector2i(step.dx, step.dy);
-      result_.cells.push_back(cell);
+    for (const int i : {0, 1}) {
+      for (const int j : {2, 3}) {
+        const std::ptrdiff_t x = sides[static_cast<std::size_t>(i)];
+        const std::ptrdiff_t y = sides[static_cast<std::size_t>(j)];
+        const bool cuts_corner = costs_[index + static_cast<std::size_t>(x)] == 0 ||
+                                 costs_[index + static_cast<std::size_t>(y)] == 0;
+        if (!cuts_corner && leads_here(x + y, SearchCost::kDiagonal)) {
+          return index + static_cast<std::size_t>(x + y);
+        }
+      }
     }
-    std::reverse(result_.cells.begin(), result_.cells.end());
-    return result_;
+    throw DataError("the search lost its way back to the start: report this bug");
   }
 
-  const CostMap& map_;
-  std::size_t start_;
-  std::size_t goal_;
-  Eigen::Vector2i goal_cell_;
-  std::vector<std::int64_t> costs_;  // from the start; kUnreached before
-  std::vector<std::uint8_t> steps_;  // index of the step that led here
-  std::vector<Open> heap_;
-  std::int64_t nearest_bound_ = 0;
-  SearchResult result_;
+  std::ptrdiff_t stride_;
+  const std::uint16_t* costs_;
+  int goal_x_, goal_y_;
+  std::size_t start_, goal_;
+  CellArray<std::int64_t> g_below_;
+  BucketQueue<Open> queue_;
 };
 
 }  // namespace
@@ -128,15 +151,14 @@ class Search {
 std::int64_t SearchCost::LowerBound(const Eigen::Vector2i& a, const Eigen::Vector2i& b) {
   const std::int64_t dx = std::abs(a.x() - b.x());
   const std::int64_t dy = std::abs(a.y() - b.y());
-  const std::int64_t diagonal = std::min(dx, dy);
-  const std::int64_t straight = std::max(dx, dy) - diagonal;
-  return (diagonal * kDiagonal + straight * kStraight) * 2 * CostMap::kUnitCost;
+  return (std::max(dx, dy) * kStraight + std::min(dx, dy) * (kDiagonal - kStraight)) * 2 *
+         CostMap::kUnitCost;
 }
 
 SearchResult FindPath(const CostMap& map,
                       const Eigen::Vector2i& start,
                       const Eigen::Vector2i& goal) {
-  return Search(map, start, goal).Run();
+  return AStar(map, start, goal).Run(map);
 }
 
 }  // namespace nightmap

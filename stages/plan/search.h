@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shortest path on the cost map: A* (Hart, Nilsson and Raphael, A formal basis for the heuristic
-// determination of minimum cost paths, 1968).
+// Cheapest path on the cost map from cell to neighbouring cell: A* (Hart, Nilsson and Raphael, A
+// formal basis for the heuristic determination of minimum cost paths, 1968).
 #pragma once
 
 #include <Eigen/Core>
@@ -28,15 +28,14 @@ struct SearchCost {
 
 struct SearchResult {
   bool found = false;
-  std::vector<Eigen::Vector2i> cells;  // start to goal, both included
-  std::int64_t cost = 0;
-  std::size_t num_expanded = 0;
-  // When not found: the reached cell nearest to the goal. num_expanded counts the reached cells.
-  Eigen::Vector2i nearest_reached = Eigen::Vector2i::Zero();
+  // Start to goal, both included: each cell of A*, the turning points of FindAnyAnglePath.
+  std::vector<Eigen::Vector2i> cells;
+  double cost_cells = 0;         // length in cells, weighted by the map's costs
+  std::size_t num_expanded = 0;  // a cell that is expanded again counts again
 };
 
 // Both cells must be free. 8-connected; a diagonal step needs both cells beside it free. F = G + H
-// with the octile distance as H; ties by larger G, then smaller cell index, so the path is unique.
+// with the octile distance as H. No path is cheaper. Deterministic.
 SearchResult FindPath(const CostMap& map,
                       const Eigen::Vector2i& start,
                       const Eigen::Vector2i& goal);

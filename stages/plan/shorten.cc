@@ -3,87 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <limits>
+
+#include "stages/plan/segment.h"
 
 namespace nightmap {
 namespace {
 
-constexpr double kCornerTolerance = 1e-9;  // of the segment's length
-constexpr double kCostTolerance = 1e-6;    // cells
+constexpr double kCostTolerance = 1e-6;  // cells
 // How many points in a row may fail before the search for a longer shortcut ends.
 constexpr int kMaxFailures = 32;
-
-Eigen::Vector2i CellAt(const Eigen::Vector2d& point) {
-  return {static_cast<int>(std::floor(point.x())), static_cast<int>(std::floor(point.y()))};
-}
-
-// Position along a segment (0 to 1) of its next crossing of a grid line of one axis.
-struct Axis {
-  Axis(double from, double delta, int first_cell, int last_cell)
-      : step(last_cell < first_cell ? -1 : 1), num_left(std::abs(last_cell - first_cell)) {
-    if (num_left == 0) return;
-    next = ((step > 0 ? first_cell + 1 : first_cell) - from) / delta;
-    spacing = std::abs(1 / delta);
-  }
-  void Advance() {
-    --num_left;
-    next = num_left > 0 ? next + spacing : std::numeric_limits<double>::infinity();
-  }
-
-  int step;
-  int num_left;  // crossings to come
-  double next = std::numeric_limits<double>::infinity();
-  double spacing = 0;
-};
-
-// Cost of a free segment in cells; infinite when it is not free.
-double SegmentCost(const CostMap& map, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-  double cost = 0;
-  const bool free = VisitSegment(from, to, [&](const Eigen::Vector2i& cell, double length) {
-    if (!map.IsFree(cell)) return false;
-    cost += length * map.costs[map.Index(cell)] / CostMap::kUnitCost;
-    return true;
-  });
-  return free ? cost : std::numeric_limits<double>::infinity();
-}
+constexpr int kNumPasses = 4;  // even: the route ends up in its own direction
 
 }  // namespace
-
-bool VisitSegment(const Eigen::Vector2d& from,
-                  const Eigen::Vector2d& to,
-                  const std::function<bool(const Eigen::Vector2i&, double)>& visit) {
-  Eigen::Vector2i cell = CellAt(from);
-  const Eigen::Vector2i last = CellAt(to);
-  const Eigen::Vector2d delta = to - from;
-  Axis x(from.x(), delta.x(), cell.x(), last.x());
-  Axis y(from.y(), delta.y(), cell.y(), last.y());
-  double position = 0;
-  while (x.num_left > 0 || y.num_left > 0) {
-    const double next = std::min(x.next, y.next);
-    if (!visit(cell, (next - position) * delta.norm())) return false;
-    position = next;
-    const bool cross_x = x.next <= next + kCornerTolerance;
-    const bool cross_y = y.next <= next + kCornerTolerance;
-    const Eigen::Vector2i beside_x(cell.x() + x.step, cell.y());
-    const Eigen::Vector2i beside_y(cell.x(), cell.y() + y.step);
-    if (cross_x && cross_y && !(visit(beside_x, 0) && visit(beside_y, 0))) return false;
-    if (cross_x) {
-      cell.x() += x.step;
-      x.Advance();
-    }
-    if (cross_y) {
-      cell.y() += y.step;
-      y.Advance();
-    }
-  }
-  return visit(cell, (1 - position) * delta.norm());
-}
-
-bool IsSegmentFree(const CostMap& map, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-  return VisitSegment(
-      from, to, [&](const Eigen::Vector2i& cell, double) { return map.IsFree(cell); });
-}
 
 std::vector<Eigen::Vector2d> Shorten(const CostMap& map, const std::vector<Eigen::Vector2d>& path) {
   std::vector<Eigen::Vector2d> tight = {path.front()};
@@ -118,6 +49,15 @@ std::vector<Eigen::Vector2d> Resample(const std::vector<Eigen::Vector2d>& path) 
     points.push_back(path[i]);
   }
   return points;
+}
+
+std::vector<Eigen::Vector2d> Tighten(const CostMap& map, std::vector<Eigen::Vector2d> route) {
+  route = Resample(route);
+  for (int pass = 0; pass < kNumPasses; ++pass) {
+    route = Resample(Shorten(map, route));
+    std::reverse(route.begin(), route.end());
+  }
+  return route;
 }
 
 }  // namespace nightmap

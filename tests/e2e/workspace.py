@@ -64,7 +64,7 @@ class Workspace:
         (sites / SITE).mkdir()
         (sites / SITE / "synthesize.toml").write_text(SYNTHESIZE, encoding="utf-8")
         # So few frames leave unseen strips between what they see of the floor.
-        (sites / SITE / "plan.toml").write_text("unknown_is_obstacle = false\n", encoding="utf-8")
+        (sites / SITE / "plan.toml").write_text("unknown = \"allowed\"\n", encoding="utf-8")
         (sites / SITE / "frames.toml").write_text("shard_size = 25\nmax_frames = 60\n", encoding="utf-8")
 
     def copy(self):

@@ -4,7 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <numbers>
 #include <sstream>
 
 #include "pipeline/base/error.h"
@@ -22,6 +26,8 @@ PlanResult Plan(const PlanOptions& options, const PlanInputs& inputs, int num_th
   Progress progress("plan", false);
   return RunPlan(options, inputs, progress, num_threads);
 }
+
+double TotalLength_m(const PlanResult& result) { return result.path.back().distance_m; }
 
 // Cells of 0.1 m from (1, 2) to (3, 2.8): two rooms joined by a door of four cells, a closed cell
 // on the right, an unknown corner.
@@ -66,7 +72,7 @@ PlanOptions Between(const std::string& start, const std::string& goal) {
   PlanOptions options;
   options.start = start;
   options.goal = goal;
-  options.robot.robot_radius_m = 0.1;
+  options.footprint.robot_radius_m = 0.1;
   return options;
 }
 
@@ -82,12 +88,12 @@ std::string ErrorOf(const PlanOptions& options, const PlanInputs& inputs) {
 }
 
 TEST(Plan, GoesThroughTheDoor) {
-  const PlanResult result = Plan(Between("1.25,2.2", "2.2,2.7"), Rooms());
+  const PlanResult result = Plan(Between("1.25,2.2", "2.2,2.65"), Rooms());
   EXPECT_EQ(result.path.front().point_in_map, Eigen::Vector2d(1.25, 2.2));
-  EXPECT_LT((result.path.back().point_in_map - Eigen::Vector2d(2.2, 2.7)).norm(), 1e-12);
-  EXPECT_GE(result.length_m, std::hypot(0.95, 0.5));
-  EXPECT_LT(result.length_m, 1.4);
-  EXPECT_GE(result.min_clearance_m, 0.1 - 1e-9);
+  EXPECT_LT((result.path.back().point_in_map - Eigen::Vector2d(2.2, 2.65)).norm(), 1e-12);
+  EXPECT_GE(TotalLength_m(result), std::hypot(0.95, 0.45));
+  EXPECT_LT(TotalLength_m(result), 1.4);
+  EXPECT_GE(result.legs[0].min_clearance_m, 0.1 - 1e-9);
   for (std::size_t i = 1; i < result.path.size(); ++i) {
     const PathPoint& from = result.path[i - 1];
     const PathPoint& to = result.path[i];
@@ -105,10 +111,10 @@ TEST(Plan, PathsOfRandomMapsKeepTheRadius) {
     Random random(seed);
     PlanInputs inputs{RandomGrid(random, 40, 30, 0.03, 0.01), {}, {}};
     PlanOptions options;
-    options.robot.robot_radius_m = random.Uniform(0, 0.12);
-    options.robot.clearance_m = 0.3;
+    options.footprint.robot_radius_m = random.Uniform(0, 0.12);
+    options.cost.clearance_m = 0.3;
     options.shorten = seed % 4 != 0;
-    const CostMap map = MakeCostMap(inputs.grid, options.robot, 1);
+    const CostMap map = MakeCostMap(inputs.grid, options.cost, options.footprint.robot_radius_m, 1);
     const auto text = [&] {
       const Eigen::Vector2d point = inputs.grid.CenterInMap(RandomFreeCell(random, map));
       return fmt::format("{},{}", point.x(), point.y());
@@ -120,8 +126,8 @@ TEST(Plan, PathsOfRandomMapsKeepTheRadius) {
       ++num_found;
       for (const PathPoint& point : result.path) {
         const Eigen::Vector2i cell = inputs.grid.CellOf(point.point_in_map);
-        EXPECT_GE(map.Clearance_m(cell), options.robot.robot_radius_m - 1e-9);
-        EXPECT_GE(map.Clearance_m(cell), result.min_clearance_m - 1e-9);
+        EXPECT_GE(map.Clearance_m(cell), options.footprint.robot_radius_m - 1e-9);
+        EXPECT_GE(map.Clearance_m(cell), result.legs[0].min_clearance_m - 1e-9);
       }
     } catch (const DataError& error) {
       EXPECT_THAT(error.what(), HasSubstr("no path"));
@@ -139,12 +145,12 @@ TEST(Plan, WeightKeepsAwayFromWalls) {
   PlanOptions options;
   options.start = "0.4,1.2";
   options.goal = "2.6,1.2";
-  options.robot.clearance_weight = 0;
+  options.cost.clearance_weight = 0;
   const PlanResult shortest = Plan(options, inputs);
-  options.robot.clearance_weight = 10;
+  options.cost.clearance_weight = 10;
   const PlanResult safer = Plan(options, inputs);
-  EXPECT_LT(shortest.length_m, safer.length_m);
-  EXPECT_LT(shortest.min_clearance_m + 0.1, safer.min_clearance_m);
+  EXPECT_LT(TotalLength_m(shortest), TotalLength_m(safer));
+  EXPECT_LT(shortest.legs[0].min_clearance_m + 0.1, safer.legs[0].min_clearance_m);
 }
 
 TEST(Plan, SameAtAnyNumberOfThreads) {
@@ -167,9 +173,9 @@ TEST(Plan, PicturesAreFoundByPathItsEndOrStem) {
                            "color/a.png",
                            "a.png"}) {
     const PlanResult result = Plan(Between(std::string("picture:") + name, "picture:b"), inputs);
-    EXPECT_EQ(result.start.point_in_map, Eigen::Vector2d(1.25, 2.45)) << name;
-    EXPECT_EQ(result.goal.point_in_map, Eigen::Vector2d(2.15, 2.45)) << name;
-    EXPECT_EQ(result.start.moved_by_m, 0);
+    EXPECT_EQ(result.ends[0].point_in_map, Eigen::Vector2d(1.25, 2.45)) << name;
+    EXPECT_EQ(result.ends[1].point_in_map, Eigen::Vector2d(2.15, 2.45)) << name;
+    EXPECT_EQ(result.ends[0].moved_by_m, 0);
   }
 }
 
@@ -177,8 +183,8 @@ TEST(Plan, EmptyEndsAreFirstAndLastLocated) {
   PlanInputs inputs = RoomsWithPictures();
   inputs.queries.erase(inputs.queries.begin() + 4, inputs.queries.end() - 1);
   const PlanResult result = Plan(Between("", ""), inputs);
-  EXPECT_EQ(result.start.request.text, "picture:site/color/a.png");
-  EXPECT_EQ(result.goal.request.text, "picture:other/a.jpg");
+  EXPECT_EQ(result.ends[0].request.text, "picture:site/color/a.png");
+  EXPECT_EQ(result.ends[1].request.text, "picture:other/a.jpg");
 }
 
 TEST(Plan, EmptyEndsFallBackToTheTrajectory) {
@@ -188,17 +194,17 @@ TEST(Plan, EmptyEndsFallBackToTheTrajectory) {
   inputs.trajectory[0].pose.translation = {1.25, 2.45, 1};
   inputs.trajectory[1].pose.translation = {2.15, 2.45, 1};
   const PlanResult result = Plan(Between("", ""), inputs);
-  EXPECT_EQ(result.goal.point_in_map, Eigen::Vector2d(2.15, 2.45));
-  EXPECT_THAT(result.start.request.text, HasSubstr("trajectory"));
+  EXPECT_EQ(result.ends[1].point_in_map, Eigen::Vector2d(2.15, 2.45));
+  EXPECT_THAT(result.ends[0].request.text, HasSubstr("trajectory"));
 }
 
 TEST(Plan, PictureInAnObstacleMovesAndSaysSo) {
   const PlanInputs inputs = RoomsWithPictures();
   const PlanResult result = Plan(Between("picture:in_wall", "picture:b"), inputs);
-  EXPECT_GT(result.start.moved_by_m, 0.05);
-  EXPECT_LE(result.start.moved_by_m, 0.5);
-  EXPECT_NEAR((result.start.point_in_map - Eigen::Vector2d(1.55, 2.15)).norm(),
-              result.start.moved_by_m,
+  EXPECT_GT(result.ends[0].moved_by_m, 0.05);
+  EXPECT_LE(result.ends[0].moved_by_m, 0.5);
+  EXPECT_NEAR((result.ends[0].point_in_map - Eigen::Vector2d(1.55, 2.15)).norm(),
+              result.ends[0].moved_by_m,
               1e-12);
   PlanOptions options = Between("picture:in_wall", "picture:b");
   options.snap_radius_m = 0.05;
@@ -211,8 +217,8 @@ TEST(Plan, PictureInAnObstacleMovesAndSaysSo) {
 TEST(Plan, PictureInAClosedPocketMovesOutOfIt) {
   const PlanInputs inputs = RoomsWithPictures();
   const PlanResult result = Plan(Between("picture:closed", "picture:b"), inputs);
-  EXPECT_GT(result.start.moved_by_m, 0.2);
-  EXPECT_LT(result.start.point_in_map.x(), 2.4);
+  EXPECT_GT(result.ends[0].moved_by_m, 0.2);
+  EXPECT_LT(result.ends[0].point_in_map.x(), 2.4);
   PlanOptions options = Between("picture:closed", "picture:b");
   options.snap_radius_m = 0.2;
   EXPECT_THAT(ErrorOf<DataError>(options, inputs), HasSubstr("no path"));
@@ -239,7 +245,9 @@ TEST(PlanErrors, MalformedEnds) {
 
 TEST(PlanErrors, UnusableEnds) {
   const auto error = [](const std::string& goal) {
-    return ErrorOf<DataError>(Between("1.25,2.45", goal), Rooms());
+    PlanOptions options = Between("1.25,2.45", goal);
+    options.snap_radius_m = 0;
+    return ErrorOf<DataError>(options, Rooms());
   };
   EXPECT_THAT(error("9,9"),
               AllOf(HasSubstr("goal '9,9'"),
@@ -248,21 +256,140 @@ TEST(PlanErrors, UnusableEnds) {
   EXPECT_THAT(error("1e200,-1e200"), HasSubstr("outside of the map"));
   EXPECT_THAT(error("1.55,2.25"), HasSubstr("inside an obstacle"));
   EXPECT_THAT(error("2.75,2.15"), HasSubstr("unknown space"));
+  EXPECT_THAT(error("1.15,2.25"),
+              AllOf(HasSubstr("the robot's radius 0.1"), HasSubstr("nearest free cell is 0.1")));
   PlanOptions wide = Between("1.25,2.45", "1.45,2.25");
-  wide.robot.robot_radius_m = 0.15;
-  EXPECT_THAT(ErrorOf<DataError>(wide, Rooms()),
-              AllOf(HasSubstr("robot_radius_m"), HasSubstr("nearest free cell is 0.1")));
-  wide.robot.robot_radius_m = 4;
+  wide.footprint.robot_radius_m = 4;
   EXPECT_THAT(ErrorOf<DataError>(wide, Rooms()), HasSubstr("no cell that is free"));
+}
+
+// A point where the robot does not fit moves as a picture does; one where it fits stays, even if it
+// is cut off.
+TEST(Plan, PointInAnObstacleMovesToTheNearestFreeCell) {
+  const PlanResult result = Plan(Between("1.25,2.45", "2.45,2.65"), Rooms());
+  EXPECT_NEAR(result.ends[1].moved_by_m, 0.2, 1e-9);
+  EXPECT_LT((result.ends[1].point_in_map - Eigen::Vector2d(2.25, 2.65)).norm(), 1e-9);
+  EXPECT_EQ(result.ends[0].moved_by_m, 0);
+  PlanOptions options = Between("1.25,2.45", "2.45,2.65");
+  options.snap_radius_m = 0.15;
+  EXPECT_THAT(ErrorOf<DataError>(options, Rooms()),
+              AllOf(HasSubstr("inside an obstacle"),
+                    HasSubstr("nearest free cell is 0.20 m away"),
+                    HasSubstr("snap_radius_m 0.15")));
+  EXPECT_THAT(ErrorOf<DataError>(Between("1.25,2.45", "2.65,2.55"), Rooms()), HasSubstr("no path"));
+}
+
+TEST(Plan, VisitsSeveralGoalsInOrder) {
+  const std::vector<std::string> goals = {"2.2,2.65", "1.25,2.2", "picture:b"};
+  PlanOptions options = Between("1.25,2.45", goals[0] + "; " + goals[1] + " ;" + goals[2]);
+  const PlanResult result = Plan(options, RoomsWithPictures());
+  ASSERT_EQ(result.legs.size(), 3U);
+  ASSERT_EQ(result.ends.size(), 4U);
+  double length_m = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const PlanLeg& leg = result.legs[i];
+    EXPECT_EQ(result.ends[i + 1].request.text, goals[i]);
+    EXPECT_EQ(leg.first_point, i == 0 ? 0 : result.legs[i - 1].last_point);
+    EXPECT_LT((result.path[leg.last_point].point_in_map - result.ends[i + 1].point_in_map).norm(),
+              1e-9);
+    EXPECT_EQ(result.path[leg.last_point].leg_idx, static_cast<int>(i));
+    length_m += leg.length_m;
+    // As long as the leg alone.
+    options.start = i == 0 ? "1.25,2.45" : goals[i - 1];
+    options.goal = goals[i];
+    EXPECT_NEAR(TotalLength_m(Plan(options, RoomsWithPictures())), leg.length_m, 1e-9);
+  }
+  EXPECT_EQ(result.legs.back().last_point + 1, result.path.size());
+  EXPECT_NEAR(TotalLength_m(result), length_m, 1e-9);
+  for (std::size_t i = 1; i < result.path.size(); ++i) {
+    EXPECT_GT(result.path[i].distance_m, result.path[i - 1].distance_m);  // no point twice
+  }
+  const auto json = PathToJson(result, "");
+  EXPECT_EQ(json.at("num_legs"), 3);
+  EXPECT_NEAR(json.at("length_m"), length_m, 1e-9);
+  EXPECT_EQ(json.at("legs").at(2).at("goal").at("request"), "picture:b");
+}
+
+TEST(PlanErrors, SeveralGoals) {
+  EXPECT_THAT(ErrorOf<UsageError>(Between("1.25,2.45", "2.2,2.65;"), Rooms()),
+              HasSubstr("option goal is ''"));
+  EXPECT_THAT(ErrorOf<DataError>(Between("1.25,2.45", "2.2,2.65; 2.65,2.55"), Rooms()),
+              HasSubstr("no path from goal 1 '2.2,2.65' to goal 2 '2.65,2.55'"));
+}
+
+// The circle about a polygon is what the path keeps clear, however the robot turns on it.
+TEST(Plan, PolygonsKeepClearAtEveryHeading) {
+  Random random(3);
+  const PlanInputs inputs{RandomGrid(random, 120, 100, 0.004), {}, {}};
+  PlanOptions options = Between("0.6,0.6", "5.4,4.4");
+  options.footprint.footprint_m = {0.3, 0.15, -0.2, 0.15, -0.2, -0.15, 0.3, -0.15};
+  EXPECT_NEAR(CircumscribedRadius_m(options.footprint), std::hypot(0.3, 0.15), 1e-12);
+  const PlanResult result = Plan(options, inputs);
+  int num_samples = 0;
+  for (const PathPoint& point : result.path) {
+    for (int i = 0; i < 16; ++i) {  // points of the outline, at every heading
+      const Eigen::Rotation2Dd turn(point.heading_rad + i * std::numbers::pi / 8);
+      for (const Eigen::Vector2d& corner : FootprintCorners(options.footprint)) {
+        for (const double share : {1.0, 0.7, 0.3}) {
+          const Eigen::Vector2d at = point.point_in_map + turn * (share * corner);
+          EXPECT_EQ(inputs.grid.At(inputs.grid.CellOf(at)), kFreeCell);
+          ++num_samples;
+        }
+      }
+    }
+  }
+  EXPECT_GT(num_samples, 20000);
+  PlanOptions round = options;
+  round.footprint = {std::hypot(0.3, 0.15), {}};
+  EXPECT_EQ(PathToCsv(Plan(round, inputs)), PathToCsv(result));
+  for (const std::vector<double>& broken :
+       {std::vector<double>{1}, {1, 2}, {1, 2, 3, 4}, {1, 2, 3, 4, 5}}) {
+    options.footprint.footprint_m = broken;
+    EXPECT_THAT(ErrorOf<UsageError>(options, inputs), HasSubstr("option footprint_m"));
+  }
+}
+
+// A detour round unknown space, or through it, as it is costed.
+TEST(Plan, UnknownSpaceIsCrossedOnlyWhenItPays) {
+  PlanInputs inputs{OccupancyGrid{60, 60, 0.1, Eigen::Vector2d::Zero(), {}}, {}, {}};
+  inputs.grid.cells.assign(3600, kFreeCell);
+  for (int x = 28; x < 32; ++x) {
+    for (int y = 0; y < 50; ++y) inputs.grid.cells[inputs.grid.Index(x, y)] = kUnknownCell;
+  }
+  PlanOptions options = Between("1.5,1.5", "4.5,1.5");
+  const auto length_m = [&](const std::string& unknown, double weight) {
+    options.cost.unknown = unknown;
+    options.cost.unknown_weight = weight;
+    double in_unknown_m = 0;
+    const PlanResult result = Plan(options, inputs);
+    for (const PathPoint& point : result.path) {
+      in_unknown_m += inputs.grid.At(inputs.grid.CellOf(point.point_in_map)) == kUnknownCell;
+    }
+    EXPECT_EQ(in_unknown_m > 0, TotalLength_m(result) < 3.1);
+    return TotalLength_m(result);
+  };
+  for (const char* planner : {"any_angle", "astar"}) {
+    options.planner = planner;
+    EXPECT_GT(length_m("forbidden", 0), 7);
+    EXPECT_NEAR(length_m("allowed", 0), 3, 1e-6);
+    EXPECT_NEAR(length_m("costed", 5), 3, 0.1);
+    EXPECT_NEAR(length_m("costed", 1), 3, 0.1);
+  }
+  options.cost.unknown_weight = 10;
+  for (int y = 0; y < 35; ++y) {
+    for (int x = 18; x < 42; ++x) inputs.grid.cells[inputs.grid.Index(x, y)] = kUnknownCell;
+  }
+  EXPECT_GT(length_m("costed", 10), 4.5);
 }
 
 TEST(PlanErrors, Unreachable) {
   EXPECT_THAT(ErrorOf<DataError>(Between("1.25,2.45", "2.65,2.55"), Rooms()),
-              AllOf(HasSubstr("no path"), HasSubstr("m2"), HasSubstr("from the goal")));
+              AllOf(HasSubstr("no path"), HasSubstr("m2"), HasSubstr("from the other")));
   // With unknown space allowed there is a way round through the corner.
   PlanOptions options = Between("1.25,2.45", "2.65,2.55");
-  options.robot.unknown_is_obstacle = false;
-  EXPECT_GT(Plan(options, Rooms()).length_m, 1.4);
+  options.cost.unknown = "allowed";
+  options.footprint.robot_radius_m = 0;  // the way through is one cell wide
+  EXPECT_GT(TotalLength_m(Plan(options, Rooms())), 1.4);
 }
 
 TEST(PlanErrors, UnusablePictures) {
@@ -286,11 +413,11 @@ TEST(PlanErrors, UnusablePictures) {
 }
 
 TEST(PathOutput, CsvAndJsonAgree) {
-  const PlanResult result = Plan(Between("1.25,2.2", "2.2,2.7"), Rooms());
+  const PlanResult result = Plan(Between("1.25,2.2", "2.2,2.65"), Rooms());
   std::istringstream csv(PathToCsv(result));
   std::string line;
   std::getline(csv, line);
-  EXPECT_EQ(line, "x_m,y_m,heading_rad,distance_m");
+  EXPECT_EQ(line, "x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m");
   std::size_t num_rows = 0;
   std::string last;
   while (std::getline(csv, line)) {
@@ -299,19 +426,52 @@ TEST(PathOutput, CsvAndJsonAgree) {
   }
   const auto json = PathToJson(result, "a = 1\n");
   EXPECT_EQ(json.at("format"), "nightmap_path");
-  EXPECT_EQ(json.at("version"), 1);
+  EXPECT_EQ(json.at("version"), 2);
   EXPECT_EQ(json.at("num_points"), num_rows);
-  EXPECT_NEAR(std::stod(last.substr(last.rfind(',') + 1)), json.at("length_m"), 1e-6);
+  std::vector<double> columns;
+  std::istringstream row(last);
+  for (std::string column; std::getline(row, column, ',');) columns.push_back(std::stod(column));
+  ASSERT_EQ(columns.size(), 6U);
+  EXPECT_NEAR(columns[3], json.at("length_m"), 1e-6);
   EXPECT_EQ(json.at("start").at("moved_by_m"), 0);
+}
+
+// Read as YAML by the e2e test; here the numbers.
+TEST(PathOutput, NavPathHasAPoseForEachPoint) {
+  const PlanResult result = Plan(Between("1.25,2.2", "2.2,2.65"), Rooms());
+  std::istringstream yaml(PathToNavYaml(result));
+  std::vector<std::array<double, 4>> poses;  // x y, z w of the quaternion
+  for (std::string line; std::getline(yaml, line);) {
+    double a = 0;
+    double b = 0;
+    if (std::sscanf(line.c_str(), "    position: {x: %lf, y: %lf, z: 0.0}", &a, &b) == 2) {
+      poses.push_back({a, b, 0, 0});
+    }
+    if (std::sscanf(line.c_str(), "    orientation: {x: 0.0, y: 0.0, z: %lf, w: %lf}", &a, &b) ==
+        2) {
+      poses.back()[2] = a;
+      poses.back()[3] = b;
+    }
+  }
+  ASSERT_EQ(poses.size(), result.path.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const PathPoint& point = result.path[i];
+    EXPECT_NEAR(poses[i][0], point.point_in_map.x(), 1e-6);
+    EXPECT_NEAR(poses[i][1], point.point_in_map.y(), 1e-6);
+    EXPECT_NEAR(std::remainder(2 * std::atan2(poses[i][2], poses[i][3]) - point.heading_rad,
+                               2 * std::numbers::pi),
+                0,
+                1e-6);
+  }
 }
 
 TEST(PathOutput, PictureShowsBothEndsAndKeepsObstacles) {
   PlanInputs inputs = Rooms();
   inputs.trajectory.resize(2);
   inputs.trajectory[1].pose.translation = {1e9, -1e9, 0};  // off the picture: must not fail
-  const PlanOptions options = Between("1.25,2.2", "2.2,2.7");
+  const PlanOptions options = Between("1.25,2.2", "2.2,2.65");
   const PlanResult result = Plan(options, inputs);
-  const ColorImage image = DrawPath(inputs, result, options.robot.robot_radius_m);
+  const ColorImage image = DrawPath(inputs, result, options.footprint);
   const int scale = image.width / inputs.grid.width;
   EXPECT_EQ(image.width, inputs.grid.width * scale);
   EXPECT_EQ(image.height, inputs.grid.height * scale);
@@ -322,7 +482,7 @@ TEST(PathOutput, PictureShowsBothEndsAndKeepsObstacles) {
     return std::array<int, 3>{image.At(x, y, 0), image.At(x, y, 1), image.At(x, y, 2)};
   };
   EXPECT_GT(at({1.25, 2.2})[1], at({1.25, 2.2})[0]);  // green start
-  EXPECT_GT(at({2.2, 2.7})[0], at({2.2, 2.7})[1]);    // red goal
+  EXPECT_GT(at({2.2, 2.65})[0], at({2.2, 2.65})[1]);  // red goal
   EXPECT_EQ(at({1.55, 2.15}), (std::array<int, 3>{40, 40, 40}));
 }
 

@@ -78,4 +78,22 @@ inline Eigen::Vector2i RandomFreeCell(Random& random, const CostMap& map) {
   }
 }
 
+inline bool HasFree(const CostMap& map) {
+  return std::any_of(map.costs.begin(), map.costs.end(), [](auto cost) { return cost > 0; });
+}
+
+// Small, with all kinds of options.
+inline CostMap RandomMap(std::uint64_t seed) {
+  Random random(seed);
+  const int width = 5 + static_cast<int>(random.Index(30));
+  const int height = 5 + static_cast<int>(random.Index(30));
+  const OccupancyGrid grid = RandomGrid(random, width, height, 0.2 * random.Uniform(), 0.05);
+  CostOptions options;
+  const double radius_m = 0.05 * static_cast<double>(random.Index(3));
+  options.clearance_weight = seed % 2 == 0 ? 0.0 : random.Uniform(0, 10);
+  options.clearance_m = random.Uniform(0, 0.4);
+  options.unknown = random.Uniform() < 0.5 ? "forbidden" : seed % 3 == 0 ? "costed" : "allowed";
+  return MakeCostMap(grid, options, radius_m, 1);
+}
+
 }  // namespace nightmap

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// About how far it is to the goal: exact in what reaches it, coarse in the cost.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "stages/plan/cost_map.h"
+
+namespace nightmap {
+
+// The map in blocks of 8 x 8 cells. The free cells of a block that reach each other inside of it
+// are a node, and nodes with cells side by side are neighbours: a cell reaches the goal exactly
+// when its node does. (Botea, Mueller and Schaeffer, Near optimal hierarchical path-finding, 2004,
+// make a graph of blocks in another way.)
+class BlockField {
+ public:
+  BlockField(const CostMap& map, const Eigen::Vector2i& goal);
+
+  // Both are for free cells.
+  bool Reaches(const Eigen::Vector2i& cell) const { return nodes_[NodeOf(cell)].cost < kUnreached; }
+  // Estimate, in cells, of the cost from a cell that reaches the goal; it may be too high.
+  double CostToGoal(const Eigen::Vector2i& cell) const;
+
+ private:
+  static constexpr int kSide = 8;
+  static constexpr float kUnreached = 1e30F;
+
+  struct Node {
+    std::uint64_t cells = 0;  // bit 8 * y + x of the block
+    float weight = 0;         // mean cost of a metre in its cells
+    float cost = kUnreached;  // to the goal, in cells
+    Eigen::Vector2i centre = Eigen::Vector2i::Zero();
+    std::size_t block = 0;
+    std::size_t next = 0;  // the neighbour on the way to the goal, whose own is itself
+  };
+
+  struct Neighbour {
+    std::size_t node = 0;
+    float distance = 0;  // cells
+  };
+
+  std::size_t Stride() const { return static_cast<std::size_t>(num_columns_) + 2; }
+  std::size_t NodeOf(const Eigen::Vector2i& cell) const;
+  void MakeNodes(const CostMap& map);
+  void AddNodes(const CostMap& map, int column, int row);
+  void Spread(std::size_t goal);
+  void FindNeighbours(std::size_t node, std::vector<Neighbour>& neighbours) const;
+
+  int num_columns_ = 0;  // of blocks; there is a rim of empty blocks around them
+  int num_rows_ = 0;
+  std::vector<std::size_t> first_node_;  // of each block, and one beyond
+  std::vector<Node> nodes_;
+};
+
+}  // namespace nightmap
