@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/csv.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -47,6 +48,10 @@ std::optional<std::vector<std::string>> SplitLine(std::string_view line) {
   }
   if (quoted) return std::nullopt;
   return fields;
+}
+
+bool StartsWith(const std::vector<std::string>& fields, const std::vector<std::string>& start) {
+  return fields.size() >= start.size() && std::equal(start.begin(), start.end(), fields.begin());
 }
 
 }  // namespace
@@ -97,7 +102,7 @@ double CsvRow::Real(std::size_t column) const {
   return *value;
 }
 
-CsvFile::CsvFile(const std::filesystem::path& path, const std::string& header) {
+CsvFile::CsvFile(const std::filesystem::path& path, const std::string& header, bool may_have_more) {
   header_ = *SplitLine(header);
   const std::string text = ReadFile(path);
   if (text.empty() || text.back() != '\n') {
@@ -113,7 +118,11 @@ CsvFile::CsvFile(const std::filesystem::path& path, const std::string& header) {
     auto fields = SplitLine(line);
     if (!fields) row.Fail("a quote is not closed or not at the ends of a field");
     if (line_number == 1) {
-      if (*fields != header_) row.Fail(fmt::format("the header must be '{}'", header));
+      if (!StartsWith(*fields, header_) || (fields->size() > header_.size() && !may_have_more)) {
+        row.Fail(
+            fmt::format("the header must {} '{}'", may_have_more ? "begin with" : "be", header));
+      }
+      header_ = std::move(*fields);
       continue;
     }
     if (fields->size() != header_.size()) {

@@ -43,10 +43,10 @@ class CsvRow {
 };
 
 // A whole CSV file, checked: header as demanded, same number of fields in every line, last line
-// ended (a truncated file is refused).
+// ended (a truncated file is refused). With `may_have_more` further columns may follow.
 class CsvFile {
  public:
-  CsvFile(const std::filesystem::path& path, const std::string& header);
+  CsvFile(const std::filesystem::path& path, const std::string& header, bool may_have_more = false);
   CsvFile(const CsvFile&) = delete;
   CsvFile& operator=(const CsvFile&) = delete;
   const std::vector<CsvRow>& Rows() const { return rows_; }

@@ -110,6 +110,11 @@ ExifLens LensOf(const OIIO::ImageSpec& spec) {
                    spec.get_float_attribute("Exif:PixelYDimension"))};
 }
 
+void WriteBuffer(const std::filesystem::path& path, const OIIO::Filesystem::IOVecOutput& bytes) {
+  const auto& buffer = bytes.buffer();
+  WriteFile(path, {reinterpret_cast<const char*>(buffer.data()), buffer.size()});
+}
+
 template <typename T>
 void WritePngOf(const std::filesystem::path& path, const Image<T>& image) {
   UseOneThreadPerImage();
@@ -124,8 +129,7 @@ void WritePngOf(const std::filesystem::path& path, const Image<T>& image) {
   if (!done) {
     throw DataError("{}: {}", path.string(), output ? output->geterror() : OIIO::geterror());
   }
-  const auto& buffer = bytes.buffer();
-  WriteFile(path, {reinterpret_cast<const char*>(buffer.data()), buffer.size()});
+  WriteBuffer(path, bytes);
 }
 
 }  // namespace
@@ -189,6 +193,28 @@ void WritePng(const std::filesystem::path& path, const Image<std::uint8_t>& imag
 
 void WritePng(const std::filesystem::path& path, const Image<std::uint16_t>& image) {
   WritePngOf(path, image);
+}
+
+void WriteGif(const std::filesystem::path& path,
+              const std::vector<ColorImage>& images,
+              double images_per_s) {
+  UseOneThreadPerImage();
+  std::vector<OIIO::ImageSpec> specs;
+  for (const ColorImage& image : images) {
+    specs.emplace_back(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
+    specs.back()["FramesPerSecond"] = static_cast<float>(images_per_s);
+  }
+  OIIO::Filesystem::IOVecOutput bytes;
+  auto output = OIIO::ImageOutput::create("gif", &bytes);
+  bool done = output && output->open("memory.gif", static_cast<int>(specs.size()), specs.data());
+  for (std::size_t i = 0; done && i < images.size(); ++i) {
+    done = (i == 0 || output->open("memory.gif", specs[i], OIIO::ImageOutput::AppendSubimage)) &&
+           output->write_image(OIIO::TypeDesc::UINT8, images[i].pixels.data());
+  }
+  if (!done || !output->close()) {
+    throw DataError("{}: {}", path.string(), output ? output->geterror() : OIIO::geterror());
+  }
+  WriteBuffer(path, bytes);
 }
 
 }  // namespace nightmap

@@ -1,0 +1,216 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""bench_drive: plans between random places of a grid and drives each plan.
+
+A start and a goal are drawn among the grid's free cells, both headings from the whole circle; pairs that
+plan refuses (in an obstacle, too near to one, no way between) are drawn again. Everything is checked
+again from drive.csv: the commands within their limits, the poses what the commands give, the
+footprint clear of every obstacle cell at every pose and between, the arrival within 5 cm and 5 degrees.
+Prints counts and the spread of the figures. Exit codes: 0 all drives are right; 1 some are not; 2 wrong command line.
+"""
+
+import argparse
+import collections
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from nightmap_eval.errors import DataError, run_main
+from nightmap_eval.grid import FREE, OCCUPIED, read_grid
+
+MAX_POSITION_ERROR_M, MAX_HEADING_ERROR_DEG = 0.05, 5.0
+ROUNDING = 2e-6  # of what drive.csv and path.csv print
+MAX_DRAWS_A_DRIVE = 100
+NUM_BETWEEN = 4  # places checked from one pose to the next
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("grid", type=Path, help="map.yaml of a grid")
+    parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench_drive")
+    parser.add_argument("--plan", type=Path, help="another plan program than BUILD/bin/plan")
+    parser.add_argument("--folder", type=Path, help="for results, instead of BUILD/bench_drive")
+    parser.add_argument("--num-drives", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--set", action="append", default=[], metavar="STAGE.KEY=VALUE", help="options, as TOML")
+    return parser.parse_args()
+
+
+def run(program, config, inputs, folder, outputs):
+    """(exit code, what it said)"""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "config.toml").write_text("".join(f"{key} = {value}\n" for key, value in config.items()))
+    command = [program, "--config", folder / "config.toml", "--log-level", "err", "--threads", "1"]
+    for name, path in inputs.items():
+        command += ["--in", f"{name}={path}"]
+    for name, file in {**outputs, "report": "report.json", "receipt": "receipt.json"}.items():
+        command += ["--out", f"{name}={folder / file}"]
+    result = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    return result.returncode, result.stderr.strip()
+
+
+def wrapped(angles_rad):
+    return np.abs((np.asarray(angles_rad) + np.pi) % (2 * np.pi) - np.pi)
+
+
+def on_arcs(x, y, heading, v, omega, duration_s):
+    """Poses some time after others, with a twist held in between."""
+    turn = omega * duration_s
+    chord = v * duration_s * np.sinc(turn / (2 * np.pi))
+    return x + chord * np.cos(heading + turn / 2), y + chord * np.sin(heading + turn / 2), heading + turn
+
+
+class Drive:
+    """What drive.csv says, judged without the drive program."""
+
+    def __init__(self, folder, path):
+        values = np.loadtxt(folder / "drive.csv", delimiter=",", skiprows=1, ndmin=2)
+        self.times_s, self.x, self.y, self.heading, self.v, self.omega = values.T
+        self.times_s = self.times_s / 1e9
+        self.path = path
+        report = json.loads((folder / "report.json").read_text())
+        self.config = report.pop("config")
+        self.figures = report
+
+    def option(self, name):
+        return float(re.search(rf"(?m)^{name} = (.*)$", self.config).group(1))
+
+    def keeps_limits(self):
+        period_s = self.option("period_s")
+        for values, limit, change in (
+            (self.v, "max_v_m_s", "max_acceleration_m_s2"),
+            (self.omega, "max_omega_rad_s", "max_angular_acceleration_rad_s2"),
+        ):
+            changes = np.abs(np.diff(np.concatenate([[0], values])))
+            if np.abs(values).max() > self.option(limit) + 1e-9:
+                return False
+            if changes.max() > self.option(change) * period_s + 1e-9 or values[-1] != 0:
+                return False
+        return self.v.min() >= 0 and np.allclose(np.diff(self.times_s), period_s, atol=1e-9)
+
+    def replays(self):
+        """The first pose and the commands give all other poses."""
+        x, y, heading = self.x[0], self.y[0], self.heading[0]
+        steps = np.diff(self.times_s)
+        for i, duration_s in enumerate(steps):
+            x, y, heading = on_arcs(x, y, heading, self.v[i], self.omega[i], duration_s)
+            off = max(abs(x - self.x[i + 1]), abs(y - self.y[i + 1]), wrapped(heading - self.heading[i + 1]))
+            # The start is rounded: an angle off by that turns all that follows.
+            if off > ROUNDING * (2 + np.hypot(x - self.x[0], y - self.y[0])):
+                return False
+        return True
+
+    def clearance_m(self, obstacles_m, resolution_m):
+        """Smallest distance to an obstacle cell's square, at the poses and between them."""
+        period_s = self.option("period_s")
+        parts = [(self.x, self.y)]
+        for part in range(1, NUM_BETWEEN):
+            parts.append(on_arcs(self.x, self.y, self.heading, self.v, self.omega, period_s * part / NUM_BETWEEN)[:2])
+        x, y = (np.concatenate(values) for values in zip(*parts))
+        points = np.unique(np.column_stack([x, y]), axis=0)
+        nearest = np.inf
+        for chunk in np.array_split(points, len(points) // 500 + 1):
+            beside = np.abs(chunk[:, None] - obstacles_m[None]) - resolution_m / 2
+            nearest = min(nearest, np.linalg.norm(np.maximum(beside, 0), axis=2).min())
+        return nearest
+
+    def arrival(self, goal_heading_rad):
+        """Position error (m) and heading error (degrees)."""
+        position_m = np.hypot(*(self.path[-1] - [self.x[-1], self.y[-1]]))
+        return position_m, np.degrees(wrapped(self.heading[-1] - goal_heading_rad))
+
+
+def obstacle_centres_m(grid, unknown_is_obstacle):
+    """Centres of the obstacle cells that have a neighbour which is none; with a rim for the outside."""
+    cells = np.pad(grid.cells, 1)
+    blocked = cells != FREE if unknown_is_obstacle else cells == OCCUPIED
+    inner = np.pad(blocked, 1, constant_values=True)
+    surrounded = inner[:-2, 1:-1] & inner[2:, 1:-1] & inner[1:-1, :-2] & inner[1:-1, 2:]
+    rows, columns = np.nonzero(blocked & ~surrounded)
+    centres = np.column_stack([columns - 0.5, rows - 0.5]) * grid.resolution_m
+    return centres + [grid.origin_x_m, grid.origin_y_m]
+
+
+def judge(drive, obstacles_m, resolution_m, goal_heading_rad):
+    """What is wrong, one word each; nothing when all is right."""
+    drive.position_error_m, drive.heading_error_deg = drive.arrival(goal_heading_rad)
+    drive.nearest_m = drive.clearance_m(obstacles_m, resolution_m)
+    checks = {
+        "limits": drive.keeps_limits(),
+        "replay": drive.replays(),
+        "collision": drive.nearest_m >= drive.figures["robot_radius_m"] - 2 * ROUNDING,
+        "position": drive.position_error_m <= MAX_POSITION_ERROR_M,
+        "heading": drive.heading_error_deg <= MAX_HEADING_ERROR_DEG,
+        "start": np.hypot(drive.x[0] - drive.path[0, 0], drive.y[0] - drive.path[0, 1]) <= ROUNDING,
+    }
+    return [name for name, right in checks.items() if not right]
+
+
+def options_of(arguments, stage):
+    pairs = [text.partition("=") for text in arguments.set]
+    if not all(key.count(".") == 1 and equals for key, equals, _ in pairs):
+        raise DataError("--set takes STAGE.KEY=VALUE")
+    return {key.split(".")[1]: value for key, _, value in pairs if key.split(".")[0] == stage}
+
+
+def spread(name, values):
+    values = np.asarray(values)
+    print(f"{name}: median {np.median(values):.4g}, smallest {values.min():.4g}, largest {values.max():.4g}")
+
+
+def main():
+    arguments = parse_arguments()
+    folder = arguments.folder or arguments.build / "bench_drive"
+    grid = read_grid(arguments.grid)
+    image = arguments.grid.parent / re.search(r"(?m)^image: *(.*)$", arguments.grid.read_text()).group(1)
+    maps = {"yaml": arguments.grid, "pgm": image}
+    plan_program = arguments.plan or arguments.build / "bin" / "plan"
+    places_m = grid.centres_m()[grid.cells == FREE]
+    rng = np.random.default_rng(arguments.seed)
+    outcomes, refused, drives = collections.Counter(), collections.Counter(), []
+    obstacles_m = None
+    for number in range(MAX_DRAWS_A_DRIVE * arguments.num_drives):
+        if sum(outcomes.values()) == arguments.num_drives:
+            break
+        ends = places_m[rng.integers(len(places_m), size=2)] + rng.uniform(-0.5, 0.5, (2, 2)) * grid.resolution_m
+        headings_deg = rng.uniform(-180, 180, 2)
+        start, goal = (f'"{x:.6f},{y:.6f}"' for x, y in ends)
+        outputs = {"csv": "path.csv", "json": "path.json", "png": "path.png"}
+        config = {**options_of(arguments, "plan"), "start": start, "goal": goal}
+        code, said = run(plan_program, config, maps, folder / "plan", outputs)
+        if code != 0:
+            refused[code] += 1
+            continue
+        config = {"start_heading_deg": f'"{headings_deg[0]:.6f}"', "goal_heading_deg": f'"{headings_deg[1]:.6f}"',
+                  **options_of(arguments, "drive")}  # fmt: skip
+        inputs = {**maps, "csv": folder / "plan/path.csv", "json": folder / "plan/path.json"}
+        outputs = {"csv": "drive.csv", "json": "drive.json"}
+        code, said = run(arguments.build / "bin" / "drive", config, inputs, folder / "drive", outputs)
+        if code != 0:
+            outcomes[f"exit code {code}"] += 1
+            print(f"draw {number}: start {start}, goal {goal}, headings {headings_deg}: {said}")
+            continue
+        path = np.loadtxt(folder / "plan/path.csv", delimiter=",", skiprows=1, ndmin=2, usecols=(0, 1))
+        drive = Drive(folder / "drive", path)
+        if obstacles_m is None:
+            obstacles_m = obstacle_centres_m(grid, drive.figures["unknown_is_obstacle"])
+        wrong = judge(drive, obstacles_m, grid.resolution_m, np.radians(headings_deg[1]))
+        outcomes["right" if not wrong else ", ".join(wrong)] += 1
+        if wrong:
+            print(f"draw {number}: start {start}, goal {goal}, headings {headings_deg}: wrong: {', '.join(wrong)}")
+        drives.append(drive)
+    print(f"drives: {dict(outcomes)}; draws that plan refused: {sum(refused.values())}")
+    for name in ("path_length_m", "length_m", "duration_s", "max_deviation_m"):
+        spread(name, [drive.figures[name] for drive in drives])
+    for name in ("nearest_m", "position_error_m", "heading_error_deg"):
+        spread(name, [getattr(drive, name) for drive in drives])
+    spread("m/s on average", [drive.figures["length_m"] / drive.figures["duration_s"] for drive in drives])
+    sys.exit(0 if outcomes["right"] == arguments.num_drives else 1)
+
+
+if __name__ == "__main__":
+    run_main(main)

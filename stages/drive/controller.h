@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Steers a differential-drive robot along a path: regulated pure pursuit (Macenski, Singh, Martin
+// and Gines, Regulated pure pursuit for robot path tracking, 2023) with a brake that always works.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "stages/drive/clearance.h"
+#include "stages/drive/motion.h"
+#include "stages/drive/path_track.h"
+
+namespace nightmap {
+
+struct ControllerOptions {
+  MotionLimits limits;
+  double min_lookahead_m = 0.25;
+  double max_lookahead_m = 0.6;
+  double lookahead_time_s = 0.7;     // and what it takes to turn
+  double max_bearing_deg = 45;       // to the pursued point; beyond it the robot stops and turns
+  double slow_curve_radius_m = 0.5;  // tighter curves are driven slower
+  double slow_clearance_m = 0.15;    // with less room than this the robot is slower
+  double min_v_m_s = 0.05;           // both of them slow down to no less than this
+  double margin_m = 0.02;            // room it keeps to obstacles where the path has it
+};
+
+// The robot pursues the farthest point within the lookahead distance that it gets to on an arc
+// without a collision; where there is none ahead of it, it stops and turns in place. A command is
+// given only when after it the robot can still brake to rest without a collision, else it brakes:
+// so it never collides after a start that does not (as the dynamic window of Fox, Burgard and
+// Thrun, 1997). At the goal it turns in place to the goal's heading. Deterministic.
+class Controller {
+ public:
+  Controller(const ControllerOptions& options,
+             const PathTrack& track,
+             const ClearanceMap& map,
+             double goal_heading_rad);
+
+  // For the period that begins with this pose, after the last command `twist`.
+  Twist Command(const PlanarPose& pose, const Twist& twist);
+  // At the goal, turned and at rest; the last command was none.
+  bool IsDone() const { return done_; }
+  // How far along the track the robot is.
+  double Progress_m() const { return progress_m_; }
+
+ private:
+  // A point of the track as the robot sees it.
+  struct Carrot {
+    double lookahead_m = 0;
+    Eigen::Vector2d point_in_robot = Eigen::Vector2d::Zero();
+    bool is_goal = false;
+
+    double Bearing_rad() const;
+    double Curvature_per_m() const;  // of the arc there
+  };
+
+  double FindProgress_m(const Eigen::Vector2d& point) const;
+  Carrot CarrotAt(const PlanarPose& pose, double lookahead_m) const;
+  std::optional<Carrot> FindAhead(const PlanarPose& pose, double full_m, double margin_m) const;
+  std::optional<Carrot> FindInSight(const PlanarPose& pose, double full_m) const;
+  bool IsWayClear(const PlanarPose& pose, double length_m, double turn_rad, double margin_m) const;
+  bool CanStop(PlanarPose pose, Twist twist) const;
+
+  Twist Follow(const PlanarPose& pose, const Twist& twist);
+  Twist Pursue(const PlanarPose& pose, const Carrot& carrot, double full_m) const;
+  Twist Turn(double angle_rad) const;
+  Twist MakeSafe(const PlanarPose& pose, const Twist& twist, const Twist& wish) const;
+
+  const ControllerOptions& options_;
+  const PathTrack& track_;
+  const ClearanceMap& map_;
+  double goal_heading_rad_;
+  double time_s_;  // to the pursued point
+  double progress_m_ = 0;
+  double pursued_m_ = 0;  // along the track
+  bool turning_ = false;  // in place, until the track is straight ahead
+  bool at_goal_ = false;
+  bool done_ = false;
+};
+
+}  // namespace nightmap

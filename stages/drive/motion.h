@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a differential-drive robot moves: poses in the plane, twists, and their limits.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace nightmap {
+
+struct PlanarPose {
+  Eigen::Vector2d point_in_map = Eigen::Vector2d::Zero();
+  double heading_rad = 0;  // counter-clockwise from x, in (-pi, pi]
+};
+
+// Commanded for one control period, and held in it.
+struct Twist {
+  double v_m_s = 0;        // forwards
+  double omega_rad_s = 0;  // counter-clockwise
+
+  bool IsRest() const { return v_m_s == 0 && omega_rad_s == 0; }
+};
+
+struct MotionLimits {
+  double max_v_m_s = 0.5;
+  double max_omega_rad_s = 1.0;
+  double max_acceleration_m_s2 = 0.5;  // and deceleration
+  double max_angular_acceleration_rad_s2 = 2.0;
+  double period_s = 0.05;  // of control
+};
+
+// Into (-pi, pi].
+double WrapAngle(double angle_rad);
+
+// Exact: a twist held for a time moves along an arc (or a straight line).
+PlanarPose Advance(const PlanarPose& pose, const Twist& twist, double duration_s);
+
+// A twist near `wish` that may follow `twist`: whole millionths (what a file holds exactly), within
+// both velocity limits and one period's acceleration. A wish that is out of reach is clamped.
+Twist Reach(const Twist& twist, const Twist& wish, const MotionLimits& limits);
+
+// The twist that follows when the robot brakes as hard as it may, on the arc it is on as far as the
+// angular acceleration allows.
+Twist Brake(const Twist& twist, const MotionLimits& limits);
+
+// The largest speed for the next period from which the robot can still come to rest within a
+// distance; all in the same unit, m or rad.
+double SpeedToStopWithin(double distance, double acceleration, double period_s);
+
+}  // namespace nightmap
