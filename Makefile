@@ -92,7 +92,8 @@ $(PROGRAMS:%=$(RUN)/%): | $(BUILD)/programs.mk
 
 # ---- stages -------------------------------------------------------------------------------------
 # A line of the table is: stage, inputs NAME=PATH under maps/<site>/, outputs NAME=FILE under
-# maps/<site>/<stage>/. In paths % is the shard at hand, < the shard before it (if any), * every shard.
+# maps/<site>/<stage>/. In paths % is the shard or tile at hand, < the shard before it (if any), * every
+# shard, @ every tile.
 # `data` is the folder of the recordings: pixels are read from it, frames' hashes stand for them.
 # What a stage reads it declares here, and nothing else makes it stale but its program and config.
 define TABLE
@@ -112,13 +113,8 @@ $(call shard,odometry,    frames=frames/shard_<.csv frames=frames/shard_%.csv ca
 $(call whole,pose_graph,  frames=frames/shard_*.csv cameras=frames/cameras.json data features=features/shard_*.h5 \
                           odometry=odometry/shard_*.h5 loops=matches/loops.h5 $(ACCELEROMETER), \
                           graph=graph.g2o trajectory=trajectory.tum keyframes=keyframes.tum cameras=cameras.json loops_csv=loops.csv)
-$(call whole,point_cloud, frames=frames/shard_*.csv cameras=pose_graph/cameras.json data keyframes=pose_graph/keyframes.tum, \
-                          cloud=cloud.ply)
-$(call whole,octree,      frames=frames/shard_*.csv cameras=pose_graph/cameras.json data keyframes=pose_graph/keyframes.tum \
-                          cloud=point_cloud/cloud.ply, \
-                          ot=map.ot bt=map.bt)
-$(call whole,grid,        octree=octree/map.ot keyframes=pose_graph/keyframes.tum, \
-                          floors=floors.json pgm=map.pgm yaml=map.yaml png=map.png distances=distances.h5)
+$(call whole,tiles,       frames=frames/shard_*.csv cameras=pose_graph/cameras.json keyframes=pose_graph/keyframes.tum, \
+                          tiles_mk=tiles.mk)
 $(call whole,landmarks,   frames=frames/shard_*.csv cameras=pose_graph/cameras.json features=features/shard_*.h5 \
                           vocabulary=vocabulary/vocabulary.h5 trajectory=pose_graph/trajectory.tum \
                           keyframes=pose_graph/keyframes.tum, \
@@ -129,6 +125,17 @@ $(call whole,localize,    queries=frames/queries.csv cameras=frames/query_camera
                           configured=frames/cameras.json calibrated=pose_graph/cameras.json \
                           landmarks=landmarks/landmarks.h5 vocabulary=vocabulary/vocabulary.h5, \
                           queries=queries.csv trajectory=queries.tum)
+endef
+define TABLE_AFTER_TILES
+$(call tile,point_cloud,  tile=tiles/tile_%.json cameras=tiles/cameras.json data, \
+                          tile_cloud=tile_%.ply)
+$(call whole,point_cloud, tile=tiles/tile_@.json tile_cloud=point_cloud/tile_@.ply tile_report=point_cloud/report_@.json, \
+                          cloud=cloud.ply)
+$(call whole,octree,      frames=frames/shard_*.csv cameras=pose_graph/cameras.json data keyframes=pose_graph/keyframes.tum \
+                          cloud=point_cloud/cloud.ply, \
+                          ot=map.ot bt=map.bt)
+$(call whole,grid,        octree=octree/map.ot keyframes=pose_graph/keyframes.tum, \
+                          floors=floors.json pgm=map.pgm yaml=map.yaml png=map.png distances=distances.h5)
 $(if $(PLANNING),$(call whole,plan, pgm=grid/map.pgm yaml=grid/map.yaml trajectory=pose_graph/trajectory.tum $(LOCATED), \
                           csv=path.csv json=path.json nav=path.yaml png=path.png))
 endef
@@ -137,6 +144,8 @@ endef
 CHAIN := $(filter map localize plan evaluate evaluate-colmap report why $(M)/% $(DATA)/%,$(MAKECMDGOALS))
 ifneq ($(CHAIN),)
 
+# (The make that goes on after the tiles is told what the first one found.)
+ifneq ($(origin RESOLVED),command line)
 RESOLVED := $(shell $(PYTHON) -I -S scripts/resolve_config.py --site $(SITES)/$(SITE).toml --data $(DATA) \
   --profile $(call quote,$(PROFILE)) --seed $(call quote,$(SEED)) --set $(call quote,$(SET)) \
   $(and $(START),--value $(call quote,plan.start=$(START))) $(and $(GOAL),--value $(call quote,plan.goal=$(GOAL))) \
@@ -145,6 +154,10 @@ RESOLVED := $(shell $(PYTHON) -I -S scripts/resolve_config.py --site $(SITES)/$(
   --out $(M)/config $(if $(PREVIEW),--preview $(CONFIG)) $(if $(filter $(SITE),$(SYNTHETIC)),--synthetic))
 ifneq ($(.SHELLSTATUS),0)
 $(error the configs could not be resolved, see above)
+endif
+AFTER_TILES := $(PREVIEW)
+else
+AFTER_TILES := yes
 endif
 RAW_INPUTS := $(filter-out interrupted=%,$(RESOLVED))
 INTERRUPTED := $(patsubst interrupted=%,%,$(filter interrupted=%,$(RESOLVED)))
@@ -179,12 +192,15 @@ $(call paths,$(4)) &: $(RUN)/$(1) $(CONFIG)/$(1).toml $(call paths,$(filter-out 
 endef
 receipts = report=$(M)/$(1)/report$(2).json receipt=$(M)/$(1)/receipt$(2).json
 
-# expand(patterns of the table, shard)
+# expand(patterns of the table, shard or tile)
 expand = $(foreach word,$(1),$(if $(findstring *,$(word)),$(foreach s,$(SHARDS),$(subst *,$(s),$(word))), \
-  $(if $(findstring <,$(word)),$(if $(BEFORE_$(2)),$(subst <,$(BEFORE_$(2)),$(word))),$(subst %,$(2),$(word)))))
+  $(if $(findstring @,$(word)),$(foreach t,$(TILES),$(subst @,$(t),$(word))), \
+  $(if $(findstring <,$(word)),$(if $(BEFORE_$(2)),$(subst <,$(BEFORE_$(2)),$(word))),$(subst %,$(2),$(word))))))
 inputs = $(patsubst data,data=$(DATA),$(subst =,=$(M)/,$(call expand,$(1),$(2))))
 outputs = $(subst =,=$(M)/$(1)/,$(call expand,$(2),$(3))) $(call receipts,$(1),$(4))
-shard = $(foreach n,$(SHARDS),$(eval $(call rule,$(1),_$(n),$(call inputs,$(2),$(n)),$(call outputs,$(1),$(3),$(n),_$(n)))))
+each = $(foreach n,$(4),$(eval $(call rule,$(1),_$(n),$(call inputs,$(2),$(n)),$(call outputs,$(1),$(3),$(n),_$(n)))))
+shard = $(call each,$(1),$(2),$(3),$(SHARDS))
+tile = $(call each,$(1),$(2),$(3),$(TILES))
 whole = $(eval $(call rule,$(1),,$(call inputs,$(2),),$(call outputs,$(1),$(3),,)))
 loops = $(eval $(call rule,$(1),_loops,$(call inputs,$(2),),$(call outputs,$(1),$(3),,_loops)))
 
@@ -221,9 +237,30 @@ LOCATED := $(if $(HAS_QUERIES),queries=localize/queries.csv)
 # Only who asks for a path gets it planned.
 PLANNING := $(filter plan $(M)/plan/%,$(MAKECMDGOALS))
 MADE_plan :=
+# Which tiles there are tiles.mk says; its lists are kept and watched like those of the shards.
+T := $(M)/tiles
+TILES :=
+$(eval $(file <$(T)/tiles.mk))
+TILE_LISTS := $(if $(wildcard $(T)/tiles.mk),$(TILES:%=$(T)/tile_%.json) $(T)/cameras.json)
+$(T)/tiles.mk: $(if $(filter-out $(wildcard $(TILE_LISTS)),$(TILE_LISTS)),FORCE)
 $(eval $(TABLE))
 
-MAP := frames features vocabulary matches odometry pose_graph point_cloud octree grid landmarks
+# The tiles are known when the trajectory is, so this make gets them made and leaves what comes after to a
+# second one, which reads their list when it starts. (Included as shards.mk is, tiles.mk would be made along
+# with it, of shards that are not listed yet. Modes that only look see the tiles as they are.)
+LATER := $(filter map plan evaluate report $(foreach s,point_cloud octree grid plan evaluate report,$(M)/$(s)/%),$(MAKECMDGOALS))
+ifneq ($(if $(AFTER_TILES),,$(LATER)),)
+TILES_NEED := synthesize frames features vocabulary matches odometry pose_graph tiles
+FORWARDED := $(LATER) $(filter localize evaluate-colmap,$(MAKECMDGOALS))
+.PHONY: tiles_first
+tiles_first: $(BUILD)/programs.mk $(MADE_tiles) | $(filter-out $(FORWARDED),$(CHAIN))
+	+@$(MAKE) --no-print-directory RESOLVED="$(filter-out $(foreach s,$(TILES_NEED),interrupted=$(s) interrupted=$(s)_%),$(RESOLVED))" $(FORWARDED)
+$(FORWARDED): tiles_first ; @:
+else
+MADE_point_cloud :=
+$(eval $(TABLE_AFTER_TILES))
+
+MAP := frames features vocabulary matches odometry pose_graph tiles point_cloud octree grid landmarks
 map: $(BUILD)/programs.mk $(foreach s,$(MAP),$(MADE_$(s))) ## the map of SITE: trajectory, cloud, octree, grid, landmarks
 	@$(call say,map of $(SITE): $(M))
 ifneq ($(HAS_QUERIES),)
@@ -289,6 +326,7 @@ evaluate-colmap: localize
 endif
 why: ## what `make report` would rerun now and for what reason; with SET: what that change would rerun
 	@printf '%s\n' $(RULES) | $(PYTHON) scripts/why.py --out $(M)
+endif # AFTER_TILES
 endif # CHAIN
 
 # ---- commands -----------------------------------------------------------------------------------

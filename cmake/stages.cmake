@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 # One line a stage: its name and the libraries that only it needs.
-set(NIGHTMAP_PCL pcl_common pcl_search pcl_kdtree pcl_filters pcl_features)
 macro(stage_if_present stage)
   if(EXISTS ${CMAKE_SOURCE_DIR}/stages/${stage}/main.cc)
     nightmap_stage(${stage} ${ARGN})
@@ -13,7 +12,8 @@ stage_if_present(vocabulary)
 stage_if_present(matches)
 stage_if_present(odometry)
 stage_if_present(pose_graph LINK Ceres::ceres)
-stage_if_present(point_cloud LINK ${NIGHTMAP_PCL} SYSTEM ${PCL_INCLUDE_DIRS})
+stage_if_present(tiles)
+stage_if_present(point_cloud)
 stage_if_present(octree LINK ${OCTOMAP_LIBRARIES} SYSTEM ${OCTOMAP_INCLUDE_DIRS})
 stage_if_present(grid)
 stage_if_present(landmarks)

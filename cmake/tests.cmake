@@ -29,6 +29,10 @@ foreach(stage ${stage_folders})
 endforeach()
 add_executable(bench_octree ${CMAKE_SOURCE_DIR}/tests/stages/octree/bench_octree.cc)  # of scripts/bench_octree.py
 target_link_libraries(bench_octree PRIVATE stage_octree)
+if(TARGET test_stages_point_cloud)
+  target_link_libraries(test_stages_point_cloud PRIVATE pcl_common pcl_kdtree)
+  target_include_directories(test_stages_point_cloud SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
+endif()
 # End-to-end tests on the stage programs, and the tests of the Python scripts.
 file(GLOB scripts CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/e2e/*_test.py
      ${CMAKE_SOURCE_DIR}/tests/scripts/*_test.py)

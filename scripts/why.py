@@ -91,6 +91,8 @@ def main():
         print("(after the build, stages whose program came out different rerun too)")
     if any(rule[0] == "frames" and rule[1][0] in stale for rule in rules):
         print("(after frames, shards whose list of frames is the same are left alone)")
+    if any(rule[0] == "tiles" and rule[1][0] in stale for rule in rules):
+        print("(after tiles, those whose list of keyframes is the same are left alone)")
     return 0
 
 

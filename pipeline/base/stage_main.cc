@@ -32,6 +32,7 @@ struct CommandLine {
 
 const char* ArityText(Arity arity) {
   if (arity == Arity::kOptional) return " (optional)";
+  if (arity == Arity::kAnyNumber) return " (optional, may be repeated)";
   return arity == Arity::kMany ? " (may be repeated)" : "";
 }
 
@@ -87,10 +88,12 @@ std::map<std::string, std::vector<fs::path>> AssignPorts(const std::vector<std::
   }
   for (const PortSpec& port : ports) {
     const std::size_t count = paths[port.name].size();
-    if (count == 0 && port.arity != Arity::kOptional) {
+    const bool needed = port.arity == Arity::kOne || port.arity == Arity::kMany;
+    const bool repeatable = port.arity == Arity::kMany || port.arity == Arity::kAnyNumber;
+    if (count == 0 && needed) {
       throw UsageError("{} {}=PATH is missing ({})", flag, port.name, port.doc);
     }
-    if (count > 1 && port.arity != Arity::kMany) {
+    if (count > 1 && !repeatable) {
       throw UsageError("{} {} is given {} times, once is right", flag, port.name, count);
     }
   }
@@ -196,13 +199,17 @@ void StageContext::Skip(const std::string& reason) {
 }
 
 void StageContext::CheckSkipped(std::size_t num_items, double max_failed_ratio) const {
+  CheckFailedRatio(num_skipped_, num_items, max_failed_ratio);
+}
+
+void CheckFailedRatio(std::size_t num_failed, std::size_t num_items, double max_failed_ratio) {
   const double ratio =
-      static_cast<double>(num_skipped_) / static_cast<double>(std::max<std::size_t>(1, num_items));
+      static_cast<double>(num_failed) / static_cast<double>(std::max<std::size_t>(1, num_items));
   if (ratio <= max_failed_ratio) return;
   throw DataError(
       "{} of {} items were skipped, more than max_failed_ratio = {} allows; the log "
       "names each, repair them or raise max_failed_ratio",
-      num_skipped_,
+      num_failed,
       num_items,
       max_failed_ratio);
 }

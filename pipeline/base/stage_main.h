@@ -23,12 +23,13 @@
 
 namespace nightmap {
 
-enum class Arity { kOne, kOptional, kMany };
+enum class Arity { kOne, kOptional, kMany, kAnyNumber };
 
 struct PortSpec {
   std::string name;  // as in --in NAME=PATH
   std::string doc;
-  Arity arity = Arity::kOne;  // kMany: --in NAME=PATH may be repeated, order kept, at least once
+  // kMany: --in NAME=PATH may be repeated, order kept, at least once; kAnyNumber: or left out
+  Arity arity = Arity::kOne;
 };
 
 struct StageSpec {
@@ -92,6 +93,9 @@ class StageContext {
   std::size_t current_part_ = 0;
   std::chrono::steady_clock::time_point part_start_;
 };
+
+// Throws DataError when more than max_failed_ratio of the items failed.
+void CheckFailedRatio(std::size_t num_failed, std::size_t num_items, double max_failed_ratio);
 
 int RunStage(int argc,
              char** argv,

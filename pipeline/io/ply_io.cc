@@ -2,13 +2,12 @@
 #include "pipeline/io/ply_io.h"
 
 #include <bit>
+#include <cerrno>
 #include <cstring>
-#include <sstream>
 #include <string>
 #include <string_view>
 
 #include "pipeline/base/error.h"
-#include "pipeline/base/files.h"
 
 namespace nightmap {
 namespace {
@@ -27,8 +26,9 @@ constexpr std::string_view kAfterCount =
     "end_header\n";
 
 template <typename T>
-void Append(const T& value, std::string& bytes) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+void Put(const T& value, char*& to) {
+  std::memcpy(to, &value, sizeof(value));
+  to += sizeof(value);
 }
 
 template <typename T>
@@ -46,58 +46,87 @@ CloudPoint TakePoint(const char* from) {
   return point;
 }
 
-// Number of points; the header is cut off `bytes`.
-std::size_t TakeHeader(std::string_view& bytes, const std::filesystem::path& path) {
-  const std::size_t count_end = bytes.find('\n', kBeforeCount.size());
-  if (bytes.substr(0, kBeforeCount.size()) != kBeforeCount || count_end == std::string_view::npos ||
-      bytes.substr(count_end, kAfterCount.size()) != kAfterCount) {
-    throw DataError("{}: not a PLY file with nightmap's properties; make it with point_cloud",
-                    path.string());
-  }
-  const std::string count(bytes.substr(kBeforeCount.size(), count_end - kBeforeCount.size()));
-  bytes.remove_prefix(count_end + kAfterCount.size());
-  if (count.empty() || count.size() > 12 ||
-      count.find_first_not_of("0123456789") != std::string::npos) {
-    throw DataError("{}: element vertex: '{}' is not a count", path.string(), count);
-  }
-  return std::stoull(count);
-}
-
 }  // namespace
 
-void WritePly(const std::filesystem::path& path, const std::vector<CloudPoint>& points) {
-  std::string bytes(kBeforeCount);
-  bytes += std::to_string(points.size());
-  bytes += kAfterCount;
-  bytes.reserve(bytes.size() + points.size() * kPointBytes);
-  for (const CloudPoint& point : points) {
-    for (int axis = 0; axis < 3; ++axis) Append(point.position_in_map[axis], bytes);
-    for (int axis = 0; axis < 3; ++axis) Append(point.normal_in_map[axis], bytes);
-    Append(point.rgb, bytes);
-    Append(point.label, bytes);
+PlyWriter::PlyWriter(const std::filesystem::path& path, std::size_t num_points)
+    : path_(path), stream_(path, std::ios::binary | std::ios::trunc) {
+  stream_ << kBeforeCount << num_points << kAfterCount;
+}
+
+void PlyWriter::Add(const CloudPoint& point) {
+  std::array<char, kPointBytes> bytes{};
+  char* to = bytes.data();
+  for (int axis = 0; axis < 3; ++axis) Put(point.position_in_map[axis], to);
+  for (int axis = 0; axis < 3; ++axis) Put(point.normal_in_map[axis], to);
+  Put(point.rgb, to);
+  Put(point.label, to);
+  stream_.write(bytes.data(), bytes.size());
+}
+
+void PlyWriter::Close() {
+  stream_.close();
+  if (!stream_) {
+    throw DataError("{}: cannot write: {}; free space on that disk and run again",
+                    path_.string(),
+                    std::strerror(errno));
   }
-  WriteFile(path, bytes);
+}
+
+PlyReader::PlyReader(const std::filesystem::path& path)
+    : path_(path), stream_(path, std::ios::binary) {
+  if (!stream_) throw DataError("{}: cannot read: {}", path.string(), std::strerror(errno));
+  ReadHeader();
+  const auto begin = static_cast<std::uintmax_t>(stream_.tellg());
+  const std::uintmax_t size = std::filesystem::file_size(path);
+  if (size - begin != num_points_ * kPointBytes) {
+    throw DataError("{}: {} points need {} bytes, the file holds {}; make it again",
+                    path.string(),
+                    num_points_,
+                    num_points_ * kPointBytes,
+                    size - begin);
+  }
+}
+
+void PlyReader::ReadHeader() {
+  std::string before(kBeforeCount.size(), '\0'), count, after(kAfterCount.size() - 1, '\0');
+  stream_.read(before.data(), static_cast<std::streamsize>(before.size()));
+  std::getline(stream_, count);
+  stream_.read(after.data(), static_cast<std::streamsize>(after.size()));
+  if (!stream_ || before != kBeforeCount || after != kAfterCount.substr(1)) {
+    throw DataError("{}: not a PLY file with nightmap's properties; make it with point_cloud",
+                    path_.string());
+  }
+  if (count.empty() || count.size() > 12 ||
+      count.find_first_not_of("0123456789") != std::string::npos) {
+    throw DataError("{}: element vertex: '{}' is not a count", path_.string(), count);
+  }
+  num_points_ = std::stoull(count);
+}
+
+std::optional<CloudPoint> PlyReader::Next() {
+  if (num_read_ == num_points_) return std::nullopt;
+  std::array<char, kPointBytes> bytes{};
+  stream_.read(bytes.data(), bytes.size());
+  if (!stream_) throw DataError("{}: cannot read: {}", path_.string(), std::strerror(errno));
+  const CloudPoint point = TakePoint(bytes.data());
+  if (!point.position_in_map.allFinite() || !point.normal_in_map.allFinite()) {
+    throw DataError("{}: vertex {} is not finite; make it again", path_.string(), num_read_);
+  }
+  ++num_read_;
+  return point;
+}
+
+void WritePly(const std::filesystem::path& path, const std::vector<CloudPoint>& points) {
+  PlyWriter writer(path, points.size());
+  for (const CloudPoint& point : points) writer.Add(point);
+  writer.Close();
 }
 
 std::vector<CloudPoint> ReadPly(const std::filesystem::path& path) {
-  const std::string file = ReadFile(path);
-  std::string_view bytes = file;
-  const std::size_t num_points = TakeHeader(bytes, path);
-  if (bytes.size() != num_points * kPointBytes) {
-    throw DataError("{}: {} points need {} bytes, the file holds {}; make it again",
-                    path.string(),
-                    num_points,
-                    num_points * kPointBytes,
-                    bytes.size());
-  }
+  PlyReader reader(path);
   std::vector<CloudPoint> points;
-  points.reserve(num_points);
-  for (std::size_t i = 0; i < num_points; ++i) {
-    points.push_back(TakePoint(bytes.data() + i * kPointBytes));
-    if (!points.back().position_in_map.allFinite() || !points.back().normal_in_map.allFinite()) {
-      throw DataError("{}: vertex {} is not finite; make it again", path.string(), i);
-    }
-  }
+  points.reserve(reader.NumPoints());
+  while (const auto point = reader.Next()) points.push_back(*point);
   return points;
 }
 

@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
+#include <optional>
 #include <vector>
 
 namespace nightmap {
@@ -17,12 +19,41 @@ struct CloudPoint {
   std::uint16_t label = 0;  // class of the semantic labels; 0 = none
 };
 
+// Writes a cloud point by point, so that it need not fit into memory: exactly `num_points` calls of
+// Add, then Close. Throws DataError naming the file and the system's reason, a full disk included.
+class PlyWriter {
+ public:
+  PlyWriter(const std::filesystem::path& path, std::size_t num_points);
+  void Add(const CloudPoint& point);
+  void Close();
+
+ private:
+  std::filesystem::path path_;
+  std::ofstream stream_;
+};
+
+// Reads what PlyWriter wrote, in the same order. Throws DataError naming the file on another
+// layout, a size that does not agree with the number of points, or NaN.
+class PlyReader {
+ public:
+  explicit PlyReader(const std::filesystem::path& path);
+  std::size_t NumPoints() const { return num_points_; }
+  // The next point; nothing after the last.
+  std::optional<CloudPoint> Next();
+
+ private:
+  void ReadHeader();
+
+  std::filesystem::path path_;
+  std::ifstream stream_;
+  std::size_t num_points_ = 0;
+  std::size_t num_read_ = 0;
+};
+
 // One vertex a point: float x y z nx ny nz, uchar red green blue, ushort label. Equal points give
-// equal bytes. Throws DataError naming the file.
+// equal bytes.
 void WritePly(const std::filesystem::path& path, const std::vector<CloudPoint>& points);
 
-// Reads what WritePly wrote. Throws DataError naming the file on another layout, a size that does
-// not agree with the number of points, or NaN.
 std::vector<CloudPoint> ReadPly(const std::filesystem::path& path);
 
 }  // namespace nightmap

@@ -1,36 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/vision/rgbd_keyframes.h"
 
-#include <unordered_map>
-
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/vision/back_project.h"
 
 namespace nightmap {
+namespace {
 
-std::vector<Keyframe> SelectKeyframes(const std::vector<FrameRecord>& frames,
-                                      const std::vector<RgbdCamera>& cameras,
-                                      const std::vector<StampedPose>& keyframe_poses,
-                                      int stride) {
-  std::unordered_map<std::int64_t, const FrameRecord*> frame_at;
-  for (const FrameRecord& frame : frames) frame_at[frame.time_ns] = &frame;
-  std::vector<Keyframe> keyframes;
-  for (std::size_t i = 0; i < keyframe_poses.size(); i += static_cast<std::size_t>(stride)) {
-    const auto found = frame_at.find(keyframe_poses[i].time_ns);
-    if (found == frame_at.end()) {
-      throw DataError("keyframe at time {} has no frame; frames and keyframes must be of one run",
-                      TimeToString(keyframe_poses[i].time_ns));
-    }
-    const FrameRecord& frame = *found->second;
-    if (frame.camera_idx < 0 || frame.camera_idx >= static_cast<int>(cameras.size())) {
-      throw DataError("frame {}: camera_idx {} is not in the list of {} cameras",
-                      frame.frame_idx,
-                      frame.camera_idx,
-                      cameras.size());
-    }
-    if (!frame.depth_path.empty()) keyframes.push_back({frame, keyframe_poses[i].pose});
-  }
-  return keyframes;
+const RgbdCamera& CameraOf(const Keyframe& keyframe, const std::vector<RgbdCamera>& cameras) {
+  return cameras[static_cast<std::size_t>(keyframe.frame.camera_idx)];
 }
+
+// False only when all depth pixels, the camera, and so the rays between, lie on one side of `area`.
+bool MaySee(const Rectangle& area,
+            const Keyframe& keyframe,
+            const RayTable& rays,
+            const DepthImage& depth) {
+  const Eigen::Vector2d centre = keyframe.map_from_camera.translation.head<2>();
+  if (area.Contains(centre)) return true;
+  const Eigen::Matrix<float, 2, 3> turn =
+      keyframe.map_from_camera.rotation.toRotationMatrix().topRows<2>().cast<float>();
+  Eigen::Array2f min = Eigen::Array2f::Zero(), max = Eigen::Array2f::Zero();
+  for (std::size_t i = 0; i < depth.pixels.size(); ++i) {
+    const Eigen::Array2f offset = turn * (depth.pixels[i] * rays[i].homogeneous());
+    min = min.min(offset);
+    max = max.max(offset);
+  }
+  // A single-precision offset is good to a micrometre here.
+  constexpr double kSlack_m = 1e-4;
+  return area.Grown(kSlack_m).Touches(centre + min.matrix().cast<double>(),
+                                      centre + max.matrix().cast<double>());
+}
+
+}  // namespace
 
 KeyframeSource OpenKeyframes(const std::vector<std::filesystem::path>& frames_paths,
                              const std::filesystem::path& cameras_path,
@@ -42,25 +44,46 @@ KeyframeSource OpenKeyframes(const std::vector<std::filesystem::path>& frames_pa
   source.keyframes =
       SelectKeyframes(ReadFrames(frames_paths), source.cameras, ReadTum(keyframes_path), stride);
   source.load = [cameras = source.cameras, data_root](const Keyframe& keyframe) {
-    const RgbdCamera& camera = cameras[static_cast<std::size_t>(keyframe.frame.camera_idx)];
-    return LoadRgbd(keyframe.frame, camera, data_root);
+    return LoadRgbd(keyframe.frame, CameraOf(keyframe, cameras), data_root);
   };
   return source;
 }
 
-void CheckReach(const std::vector<Keyframe>& keyframes, double max_range_m, double reach_m) {
-  for (const Keyframe& keyframe : keyframes) {
-    const double extent_m =
-        keyframe.map_from_camera.translation.cwiseAbs().maxCoeff() + max_range_m;
-    if (!(extent_m < reach_m)) {
-      throw DataError(
-          "keyframe at time {}: what it sees is {} m from the origin, voxels reach {} m; "
-          "correct the trajectory or take larger voxels",
-          TimeToString(keyframe.frame.time_ns),
-          extent_m,
-          reach_m);
-    }
+KeyframeSource OpenTile(const std::filesystem::path& tile_path,
+                        const std::filesystem::path& cameras_path,
+                        const std::filesystem::path& data_root,
+                        int stride,
+                        double max_range_m) {
+  Tile tile = ReadTile(tile_path);
+  if (!(max_range_m <= tile.region.max_range_m)) {
+    throw UsageError(
+        "{} lists the keyframes within {} m, {} m are asked for; raise tiles.max_range_m",
+        tile_path.string(),
+        tile.region.max_range_m,
+        max_range_m);
   }
+  KeyframeSource source;
+  source.region = tile.region;
+  source.cameras = ReadCameras(cameras_path);
+  for (Keyframe& keyframe : tile.keyframes) {
+    CheckCamera(keyframe.frame, source.cameras);
+    if (keyframe.keyframe_idx % stride == 0) source.keyframes.push_back(std::move(keyframe));
+  }
+  // The color picture of a keyframe that looks at a wall before the tile is never decoded.
+  const Rectangle seen = tile.region.inside.Grown(tile.region.overlap_m);
+  source.load = [cameras = source.cameras,
+                 rays = MakeRayTables(source.cameras, 1),
+                 data_root,
+                 seen](const Keyframe& keyframe) {
+    const RgbdCamera& camera = CameraOf(keyframe, cameras);
+    const RayTable& table = rays[static_cast<std::size_t>(keyframe.frame.camera_idx)];
+    RgbdImages images;
+    images.depth = LoadDepth(keyframe.frame, camera, data_root);
+    if (!MaySee(seen, keyframe, table, images.depth)) return RgbdImages{};
+    images.color = LoadColor(keyframe.frame, camera, data_root);
+    return images;
+  };
+  return source;
 }
 
 }  // namespace nightmap

@@ -15,20 +15,17 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/geometry/rigid3.h"
-#include "pipeline/io/frames_io.h"
+#include "pipeline/io/tiles_io.h"
 
 namespace nightmap {
-
-struct Keyframe {
-  FrameRecord frame;
-  Rigid3 map_from_camera;
-};
 
 struct KeyframeSource {
   std::vector<RgbdCamera> cameras;
   std::vector<Keyframe> keyframes;
-  // Pixels of one keyframe; called from several threads. Throws DataError when they are unreadable.
+  // Pixels of one keyframe, or none when it sees nothing of the region; called from several
+  // threads. Throws DataError when they are unreadable.
   std::function<RgbdImages(const Keyframe&)> load;
+  MapRegion region;  // of which the map is wanted
 };
 
 // Every `stride`-th pose of a trajectory with the frame of the same time. Frames without depth are
@@ -38,6 +35,9 @@ std::vector<Keyframe> SelectKeyframes(const std::vector<FrameRecord>& frames,
                                       const std::vector<StampedPose>& keyframe_poses,
                                       int stride);
 
+// Throws DataError when a frame's camera is not in the list.
+void CheckCamera(const FrameRecord& frame, const std::vector<RgbdCamera>& cameras);
+
 // Reads the inputs that the fusing stages share. `load` reads below `data_root`.
 KeyframeSource OpenKeyframes(const std::vector<std::filesystem::path>& frames_paths,
                              const std::filesystem::path& cameras_path,
@@ -45,12 +45,21 @@ KeyframeSource OpenKeyframes(const std::vector<std::filesystem::path>& frames_pa
                              const std::filesystem::path& data_root,
                              int stride);
 
+// The same for one tile: of its list every keyframe whose keyframe_idx is a multiple of `stride`.
+// Throws UsageError when the list does not reach to max_range_m.
+KeyframeSource OpenTile(const std::filesystem::path& tile_path,
+                        const std::filesystem::path& cameras_path,
+                        const std::filesystem::path& data_root,
+                        int stride,
+                        double max_range_m);
+
 // Throws DataError when a keyframe with what it sees does not fit in a cube of +-reach_m.
 void CheckReach(const std::vector<Keyframe>& keyframes, double max_range_m, double reach_m);
 
-// merge(work(keyframe, images)) for each keyframe. `work` runs on several threads, `merge` in the
-// order of the keyframes, so results do not depend on the number of threads; at most four
-// keyframes a thread are in memory. Returns why keyframes were skipped (unreadable pixels).
+// merge(work(keyframe, images)) for each keyframe that sees something of the region. `work` runs on
+// several threads, `merge` in the order of the keyframes, so results do not depend on the number of
+// threads; at most four keyframes a thread are in memory. Returns why keyframes were skipped
+// (unreadable pixels).
 template <typename Partial>
 std::vector<std::string> FuseKeyframes(
     const KeyframeSource& source,
@@ -68,14 +77,15 @@ std::vector<std::string> FuseKeyframes(
     ParallelFor(count, num_threads, [&](std::size_t i) {
       const Keyframe& keyframe = source.keyframes[begin + i];
       try {
-        partials[i] = work(keyframe, source.load(keyframe));
+        const RgbdImages images = source.load(keyframe);
+        if (!images.depth.pixels.empty()) partials[i] = work(keyframe, images);
       } catch (const DataError& error) {
         reasons[i] = error.what();
       }
     });
     for (std::size_t i = 0; i < count; ++i) {
       if (partials[i]) merge(std::move(*partials[i]));
-      if (!partials[i]) skipped.push_back(std::move(reasons[i]));
+      if (!reasons[i].empty()) skipped.push_back(std::move(reasons[i]));
     }
     progress.Advance(count);
   }

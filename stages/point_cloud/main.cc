@@ -1,41 +1,61 @@
 // SPDX-License-Identifier: Apache-2.0
-// point_cloud: fuses the depth of all keyframes to one cloud. Reads the frames, their pixels and
-// keyframes.tum; writes cloud.ply.
-#include "pipeline/base/stage_main.h"
-#include "pipeline/io/ply_io.h"
+// point_cloud: fuses the depth of the keyframes. Reads the list of one tile and its frames' pixels
+// and writes the cloud of the tile; or reads the clouds of all tiles and writes cloud.ply.
 #include "stages/point_cloud/point_cloud.h"
+
+#include "pipeline/base/stage_main.h"
+#include "stages/point_cloud/join_tiles.h"
+
+namespace nightmap {
+namespace {
+
+void MapTile(const PointCloudOptions& options, StageContext& context) {
+  if (context.Inputs("tile").size() != 1 || !context.HasInput("cameras") ||
+      !context.HasInput("data")) {
+    throw UsageError(
+        "--out tile_cloud needs one --in tile=PATH, --in cameras=PATH and --in data=PATH");
+  }
+  const KeyframeSource source = OpenTile(context.Input("tile"),
+                                         context.Input("cameras"),
+                                         context.Input("data"),
+                                         options.keyframe_stride,
+                                         options.max_depth_m);
+  const PointCloudResult result =
+      RunPointCloud(options, source, context.GetProgress(), context.NumThreads());
+  for (const std::string& reason : result.skipped) context.Skip(reason);
+  WritePly(context.Output("tile_cloud"), result.points);
+  context.Report()["num_keyframes_listed"] = source.keyframes.size();
+  context.Report()["num_measurements"] = result.num_measurements;
+  context.Report()["num_voxels"] = result.num_voxels;
+  context.Report()["num_outliers"] = result.num_outliers;
+  context.Report()["plane_thickness_median_m"] = result.plane_thickness_median_m;
+  context.Report()["plane_thickness_p90_m"] = result.plane_thickness_p90_m;
+}
+
+}  // namespace
+}  // namespace nightmap
 
 int main(int argc, char** argv) {
   using namespace nightmap;
-  const StageSpec spec{"point_cloud",
-                       "fuses the depth of all keyframes to one point cloud in the map frame",
-                       {{"frames", "shard_NNNN.csv of the frames stage", Arity::kMany},
-                        {"cameras", "cameras.json of the pose_graph stage"},
-                        {"data", "folder the frames' paths are relative to"},
-                        {"keyframes", "keyframes.tum of the pose_graph stage, map_from_camera"}},
-                       {{"cloud", "cloud.ply: position, normal, color and label of each point"}}};
+  const StageSpec spec{
+      "point_cloud",
+      "fuses the depth of all keyframes to one point cloud in the map frame",
+      {{"tile", "tile_X_Y.json of the tiles stage", Arity::kMany},
+       {"cameras", "cameras.json of the tiles stage, for one tile", Arity::kOptional},
+       {"data", "folder the frames' paths are relative to", Arity::kOptional},
+       {"tile_cloud", "tile_X_Y.ply of all tiles, to join", Arity::kAnyNumber},
+       {"tile_report", "their report_X_Y.json", Arity::kAnyNumber}},
+      {{"tile_cloud", "tile_X_Y.ply: the part of the cloud in one tile", Arity::kOptional},
+       {"cloud", "cloud.ply: position, normal, color and label of each point", Arity::kOptional}}};
   return StageMain(argc,
                    argv,
                    spec,
                    PointCloudOptions{},
                    [](const PointCloudOptions& options, StageContext& context) {
-                     context.BeginPart("open");
-                     const KeyframeSource source = OpenKeyframes(context.Inputs("frames"),
-                                                                 context.Input("cameras"),
-                                                                 context.Input("keyframes"),
-                                                                 context.Input("data"),
-                                                                 options.keyframe_stride);
-                     context.BeginPart("fuse");
-                     const PointCloudResult result = RunPointCloud(
-                         options, source, context.GetProgress(), context.NumThreads());
-                     for (const std::string& reason : result.skipped) context.Skip(reason);
-                     context.CheckSkipped(source.keyframes.size(), options.max_failed_ratio);
-                     context.BeginPart("write");
-                     WritePly(context.Output("cloud"), result.points);
-                     context.Report()["num_keyframes"] = source.keyframes.size();
-                     context.Report()["num_measurements"] = result.num_measurements;
-                     context.Report()["num_voxels"] = result.num_voxels;
-                     context.Report()["num_outliers"] = result.num_outliers;
-                     context.Report()["num_points"] = result.points.size();
+                     if (context.HasOutput("tile_cloud") == context.HasOutput("cloud")) {
+                       throw UsageError("give either --out tile_cloud=PATH or --out cloud=PATH");
+                     }
+                     context.HasOutput("cloud") ? JoinTiles(options, context)
+                                                : MapTile(options, context);
                    });
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/point_cloud/point_cloud.h"
 
+#include <algorithm>
+#include <tuple>
+
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/voxel_key.h"
 #include "stages/point_cloud/surface.h"
@@ -9,8 +12,9 @@
 namespace nightmap {
 namespace {
 
-VoxelSum ToSum(const DepthPoint& point, const Rigid3& map_from_camera) {
-  const Eigen::Vector3d position = map_from_camera * point.point_in_camera.cast<double>();
+VoxelSum ToSum(const DepthPoint& point,
+               const Eigen::Vector3d& position,
+               const Rigid3& map_from_camera) {
   VoxelSum sum;
   sum.weight = 1.0 / (static_cast<double>(point.sigma_m) * point.sigma_m);
   sum.weighted_position = sum.weight * position;
@@ -25,14 +29,27 @@ VoxelSum ToSum(const DepthPoint& point, const Rigid3& map_from_camera) {
 VoxelSums FuseFrame(const PointCloudOptions& options,
                     const RgbdCamera& camera,
                     const RayTable& rays,
+                    const Rectangle& seen,
                     const Keyframe& keyframe,
                     const RgbdImages& images) {
   VoxelSums sums;
   for (const DepthPoint& point : BackProjectDepth(
            images.depth, images.color, rays, camera, options.max_depth_m, options.depth_filter)) {
-    AddPoint(ToSum(point, keyframe.map_from_camera), options.voxel_size_m, sums);
+    const Eigen::Vector3d position =
+        keyframe.map_from_camera * point.point_in_camera.cast<double>();
+    if (!seen.Contains(position.head<2>())) continue;
+    AddPoint(ToSum(point, position, keyframe.map_from_camera), options.voxel_size_m, sums);
   }
   return sums;
+}
+
+bool Owns(const MapRegion& region, const VoxelSum& sum) {
+  return region.inside.Contains(sum.Position().head<2>());
+}
+
+std::size_t CountOwned(const MapRegion& region, const std::vector<VoxelSum>& sums) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(sums, [&](const VoxelSum& sum) { return Owns(region, sum); }));
 }
 
 // All keyframes fused; the reasons of skipped ones go to `result`.
@@ -42,6 +59,7 @@ VoxelSums FuseAll(const PointCloudOptions& options,
                   int num_threads,
                   PointCloudResult& result) {
   const std::vector<RayTable> rays = MakeRayTables(source.cameras, num_threads);
+  const Rectangle seen = source.region.inside.Grown(source.region.overlap_m);
   VoxelSums all;
   result.skipped = FuseKeyframes<VoxelSums>(
       source,
@@ -49,10 +67,12 @@ VoxelSums FuseAll(const PointCloudOptions& options,
       num_threads,
       [&](const Keyframe& keyframe, const RgbdImages& images) {
         const auto camera = static_cast<std::size_t>(keyframe.frame.camera_idx);
-        return FuseFrame(options, source.cameras[camera], rays[camera], keyframe, images);
+        return FuseFrame(options, source.cameras[camera], rays[camera], seen, keyframe, images);
       },
       [&](VoxelSums&& sums) { MergeSums(sums, all); });
-  for (const auto& [key, sum] : all) result.num_measurements += sum.num_points;
+  for (const auto& [key, sum] : all) {
+    if (Owns(source.region, sum)) result.num_measurements += sum.num_points;
+  }
   return all;
 }
 
@@ -68,12 +88,49 @@ CloudPoint ToCloudPoint(const VoxelSum& sum) {
 }
 
 // Projection may bring two layers of one surface together in a voxel.
-std::vector<CloudPoint> ThinToVoxels(const std::vector<VoxelSum>& surface, double voxel_size_m) {
+std::vector<CloudPoint> ThinToVoxels(const std::vector<VoxelSum>& surface,
+                                     double voxel_size_m,
+                                     const Rectangle& inside) {
   VoxelSums sums;
   for (const VoxelSum& point : surface) AddPoint(point, voxel_size_m, sums);
   std::vector<CloudPoint> points;
-  for (const VoxelSum& voxel : SortedVoxels(sums, 1)) points.push_back(ToCloudPoint(voxel));
+  for (const VoxelSum& voxel : SortVoxels(sums, 1).sums) {
+    const CloudPoint point = ToCloudPoint(voxel);
+    if (inside.Contains(point.position_in_map.head<2>().cast<double>())) points.push_back(point);
+  }
+  // Positions are rounded to single precision, which may move one across the border of its voxel.
+  const auto by_voxel = [voxel_size_m](const CloudPoint& a, const CloudPoint& b) {
+    return ByVoxel(a, b, voxel_size_m);
+  };
+  if (!std::ranges::is_sorted(points, by_voxel)) std::ranges::sort(points, by_voxel);
   return points;
+}
+
+// The quantiles of the flat points' thickness.
+void MeasureThickness(const MapRegion& region, const Surface& surface, PointCloudResult& result) {
+  std::vector<float> values_m;
+  for (std::size_t i = 0; i < surface.points.size(); ++i) {
+    if (surface.thickness_m[i] >= 0 && Owns(region, surface.points[i])) {
+      values_m.push_back(surface.thickness_m[i]);
+    }
+  }
+  if (values_m.empty()) return;
+  std::ranges::sort(values_m);
+  result.plane_thickness_median_m = values_m[values_m.size() / 2];
+  result.plane_thickness_p90_m = values_m[values_m.size() * 9 / 10];
+}
+
+// A point of the cloud depends on what is this far around it: it was moved from a voxel whose plane
+// was fitted to points that were no outliers, each the mean of a voxel.
+void CheckOverlap(const PointCloudOptions& options, const MapRegion& region) {
+  const double reach_m =
+      2 * options.surface_radius_m + (options.outlier_radius_voxels + 2) * options.voxel_size_m;
+  if (!region.inside.IsBounded() || reach_m <= region.overlap_m) return;
+  throw UsageError(
+      "points depend on what is up to {} m around them (2 surface_radius_m + "
+      "(outlier_radius_voxels + 2) voxel_size_m), tiles overlap by {} m; raise tiles.overlap_m",
+      reach_m,
+      region.overlap_m);
 }
 
 }  // namespace
@@ -87,14 +144,14 @@ void PointCloudOptions::Register(OptionList& list) {
            Range(0.002, 1.0),
            "at most one point in a voxel of this edge");
   list.Add("min_observations", &min_observations, Range(1, 10000), "depth pixels a voxel needs");
-  list.Add("outlier_neighbors",
-           &outlier_neighbors,
-           Range(0, 200),
-           "neighbours of the statistical outlier test; 0 keeps outliers");
-  list.Add("outlier_deviations",
-           &outlier_deviations,
-           Range(0.1, 100.0),
-           "an outlier's mean neighbour distance, in standard deviations above the mean");
+  list.Add("outlier_radius_voxels",
+           &outlier_radius_voxels,
+           Range(1.0, 20.0),
+           "neighbourhood in which an outlier has few neighbours");
+  list.Add("outlier_min_neighbors",
+           &outlier_min_neighbors,
+           Range(0, 1000),
+           "a voxel with fewer others in this neighbourhood is an outlier; 0 keeps outliers");
   list.Add("surface_radius_m",
            &surface_radius_m,
            Range(0.005, 2.0),
@@ -102,6 +159,7 @@ void PointCloudOptions::Register(OptionList& list) {
   list.Add("project_to_surface",
            &project_to_surface,
            "moves points onto the plane of their neighbourhood");
+  list.Add("export_pcd", &export_pcd, "also writes cloud.pcd, for PCL");
   list.Add("max_failed_ratio",
            &max_failed_ratio,
            Range(0.0, 1.0),
@@ -112,29 +170,37 @@ PointCloudResult RunPointCloud(const PointCloudOptions& options,
                                const KeyframeSource& source,
                                Progress& progress,
                                int num_threads) {
+  CheckOverlap(options, source.region);
   CheckReach(source.keyframes, options.max_depth_m, options.voxel_size_m * kVoxelKeyReach);
   PointCloudResult result;
-  std::vector<VoxelSum> voxels = SortedVoxels(
-      FuseAll(options, source, progress, num_threads, result), options.min_observations);
-  if (voxels.empty()) {
-    throw DataError(
-        "{}: no depth within {} m here and in all {} keyframes ({} unreadable, {} pixels used); "
-        "look at the image, check depth_units_per_m of the site's cameras, or raise "
-        "point_cloud.max_depth_m",
-        source.keyframes.front().frame.depth_path,
-        options.max_depth_m,
-        source.keyframes.size(),
-        result.skipped.size(),
-        result.num_measurements);
+  SortedVoxels voxels =
+      SortVoxels(FuseAll(options, source, progress, num_threads, result), options.min_observations);
+  result.num_voxels = CountOwned(source.region, voxels.sums);
+  if (options.outlier_min_neighbors > 0) {
+    voxels = RemoveOutliers(voxels,
+                            options.voxel_size_m,
+                            options.outlier_radius_voxels * options.voxel_size_m,
+                            options.outlier_min_neighbors,
+                            num_threads);
   }
-  result.num_voxels = voxels.size();
-  if (options.outlier_neighbors > 0) {
-    voxels = RemoveOutliers(voxels, options.outlier_neighbors, options.outlier_deviations);
-  }
-  result.num_outliers = result.num_voxels - voxels.size();
-  voxels = FitSurface(voxels, options.surface_radius_m, options.project_to_surface, num_threads);
-  result.points = ThinToVoxels(voxels, options.voxel_size_m);
+  result.num_outliers = result.num_voxels - CountOwned(source.region, voxels.sums);
+  const Surface surface = FitSurface(voxels,
+                                     options.voxel_size_m,
+                                     options.surface_radius_m,
+                                     options.project_to_surface,
+                                     num_threads);
+  MeasureThickness(source.region, surface, result);
+  result.points = ThinToVoxels(surface.points, options.voxel_size_m, source.region.inside);
   return result;
+}
+
+bool ByVoxel(const CloudPoint& a, const CloudPoint& b, double voxel_size_m) {
+  const auto key = [voxel_size_m](const CloudPoint& point) {
+    const Eigen::Vector3f& p = point.position_in_map;
+    const VoxelKey voxel = VoxelOf(p.cast<double>(), voxel_size_m);
+    return std::tuple(PackVoxel(voxel), p.x(), p.y(), p.z());
+  };
+  return key(a) < key(b);
 }
 
 }  // namespace nightmap

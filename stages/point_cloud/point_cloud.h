@@ -20,10 +20,11 @@ struct PointCloudOptions {
   DepthFilterOptions depth_filter;
   double voxel_size_m = 0.02;
   int min_observations = 2;
-  int outlier_neighbors = 16;
-  double outlier_deviations = 2.0;
+  double outlier_radius_voxels = 3.0;
+  int outlier_min_neighbors = 12;
   double surface_radius_m = 0.08;
   bool project_to_surface = true;
+  bool export_pcd = false;
   double max_failed_ratio = 0.05;
 
   void Register(OptionList& list);
@@ -32,18 +33,28 @@ struct PointCloudOptions {
 struct PointCloudResult {
   std::vector<CloudPoint> points;    // in the map frame, by voxel
   std::vector<std::string> skipped;  // one reason for each keyframe left out
+  // Of the part of the map that was asked for:
   std::size_t num_measurements = 0;  // depth pixels fused
   std::size_t num_voxels = 0;        // with enough observations, before outlier removal
   std::size_t num_outliers = 0;
+  // Standard deviation of the fused points from the planes about them, before projection: median,
+  // and what 90 % stay below. 0 where nothing is flat.
+  double plane_thickness_median_m = 0;
+  double plane_thickness_p90_m = 0;
 };
 
 // Back-projects every keyframe, averages the points of each voxel weighted by 1 / sigma^2 of the
 // depth noise (colors plainly), removes outliers, fits the surface and averages by voxel once more:
-// at most one point a voxel. Memory grows with the surface mapped, not with the keyframes. Same
-// result at any number of threads. Throws DataError when nothing was measured.
+// at most one point a voxel. Memory grows with the surface of the source's region, not with the
+// keyframes. Each step looks at a bounded neighbourhood in an order of its own, so the points of
+// the regions of a site are those of the whole, bit for bit. Same result at any number of threads.
+// Throws UsageError when the overlap of the region is less than that neighbourhood.
 PointCloudResult RunPointCloud(const PointCloudOptions& options,
                                const KeyframeSource& source,
                                Progress& progress,
                                int num_threads);
+
+// The order of a cloud's points: by voxel, then by position.
+bool ByVoxel(const CloudPoint& a, const CloudPoint& b, double voxel_size_m);
 
 }  // namespace nightmap

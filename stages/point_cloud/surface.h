@@ -8,21 +8,33 @@
 
 namespace nightmap {
 
-// Drops points whose mean distance to their `num_neighbors` nearest exceeds the mean of all points
-// by `max_deviations` standard deviations (Rusu et al., Towards 3D point cloud based object maps,
-// 2008).
-std::vector<VoxelSum> RemoveOutliers(const std::vector<VoxelSum>& points,
-                                     int num_neighbors,
-                                     double max_deviations);
+// Drops points with fewer than `min_neighbors` others within `radius_m`. What becomes of a point
+// depends on its neighbourhood alone, so a cloud made in parts loses the same points.
+SortedVoxels RemoveOutliers(const SortedVoxels& voxels,
+                            double voxel_size_m,
+                            double radius_m,
+                            int min_neighbors,
+                            int num_threads);
+
+struct Surface {
+  // As given, with `direction` replaced by the unit normal on the side of the cameras.
+  std::vector<VoxelSum> points;
+  // Of each point the standard deviation of its neighbours from their plane, metres, before they
+  // are moved; negative where they are not flat. It grows with the noise of the depth and, where
+  // a wall was mapped twice, with the distance of the copies (its square is the plane variance of
+  // Razlaw, Droeschel, Holz, Behnke, Evaluation of registration methods for sparse 3D laser scans,
+  // 2015).
+  std::vector<float> thickness_m;
+};
 
 // Fits a plane to the points within `radius_m` of each point, weighted by their certainty and
 // closeness (one projection of moving least squares: Alexa et al., Computing and rendering point
-// set surfaces, 2003). Returns the points with `direction` replaced by the unit normal on the side
-// of the cameras and, where the neighbourhood is flat and `project` is set, moved along it onto the
-// plane. Same result at any number of threads.
-std::vector<VoxelSum> FitSurface(const std::vector<VoxelSum>& points,
-                                 double radius_m,
-                                 bool project,
-                                 int num_threads);
+// set surfaces, 2003). Where the neighbourhood is flat and `project` is set, points are moved along
+// the normal onto the plane, by less than `radius_m`. Same result at any number of threads.
+Surface FitSurface(const SortedVoxels& voxels,
+                   double voxel_size_m,
+                   double radius_m,
+                   bool project,
+                   int num_threads);
 
 }  // namespace nightmap

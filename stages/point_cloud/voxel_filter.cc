@@ -23,16 +23,22 @@ void MergeSums(const VoxelSums& from, VoxelSums& into) {
   for (const auto& [key, sum] : from) into[key].Add(sum);
 }
 
-std::vector<VoxelSum> SortedVoxels(const VoxelSums& sums, int min_points) {
-  std::vector<std::uint64_t> keys;
+SortedVoxels SortVoxels(const VoxelSums& sums, int min_points) {
+  SortedVoxels voxels;
   for (const auto& [key, sum] : sums) {
-    if (sum.num_points >= static_cast<std::uint32_t>(min_points)) keys.push_back(key);
+    if (sum.num_points >= static_cast<std::uint32_t>(min_points)) voxels.keys.push_back(key);
   }
-  std::sort(keys.begin(), keys.end());
-  std::vector<VoxelSum> voxels;
-  voxels.reserve(keys.size());
-  for (const std::uint64_t key : keys) voxels.push_back(sums.at(key));
+  std::sort(voxels.keys.begin(), voxels.keys.end());
+  voxels.sums.reserve(voxels.keys.size());
+  for (const std::uint64_t key : voxels.keys) voxels.sums.push_back(sums.at(key));
   return voxels;
+}
+
+std::vector<Eigen::Vector3d> Positions(const std::vector<VoxelSum>& sums) {
+  std::vector<Eigen::Vector3d> positions;
+  positions.reserve(sums.size());
+  for (const VoxelSum& sum : sums) positions.push_back(sum.Position());
+  return positions;
 }
 
 }  // namespace nightmap

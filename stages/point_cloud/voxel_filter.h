@@ -28,7 +28,15 @@ using VoxelSums = std::unordered_map<std::uint64_t, VoxelSum>;
 void AddPoint(const VoxelSum& point, double voxel_size_m, VoxelSums& sums);
 void MergeSums(const VoxelSums& from, VoxelSums& into);
 
-// Voxels of at least `min_points` points, by key.
-std::vector<VoxelSum> SortedVoxels(const VoxelSums& sums, int min_points);
+// Sums in the order of their voxels.
+struct SortedVoxels {
+  std::vector<std::uint64_t> keys;  // packed
+  std::vector<VoxelSum> sums;
+};
+
+// Voxels of at least `min_points` points.
+SortedVoxels SortVoxels(const VoxelSums& sums, int min_points);
+
+std::vector<Eigen::Vector3d> Positions(const std::vector<VoxelSum>& sums);
 
 }  // namespace nightmap

@@ -188,6 +188,21 @@ TEST_F(StageMainTest, ARepeatedInputKeepsItsOrderAndAnOptionalOneMayBeMissing) {
   EXPECT_EQ(ReadFile(folder_ / "out"), "hello again");
 }
 
+TEST_F(StageMainTest, AnInputOfAnyNumberMayBeMissingOrRepeated) {
+  spec_.inputs = {{"in", "a file"}, {"extra", "files", Arity::kAnyNumber}};
+  std::vector<std::string> arguments = Ports();
+  for (const std::size_t count : {0U, 1U, 2U}) {
+    std::size_t num_seen = 99;
+    const Result run = Main(arguments, [&](const Options& options, StageContext& context) {
+      num_seen = context.Inputs("extra").size();
+      CopyBody(options, context);
+    });
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_EQ(num_seen, count);
+    arguments.insert(arguments.end(), {"--in", "extra=" + (folder_ / "in.txt").string()});
+  }
+}
+
 TEST_F(StageMainTest, TooManySkippedItemsFail) {
   const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
     CopyBody(options, context);

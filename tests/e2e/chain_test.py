@@ -11,9 +11,10 @@ from workspace import GOALS, SITE, Workspace
 AFTER_GRID = {"plan"}
 AFTER_OCTREE = {"grid"} | AFTER_GRID
 AFTER_CLOUD = {"octree"} | AFTER_OCTREE
+AFTER_TILES = {"point_cloud"} | AFTER_CLOUD
 AFTER_LOCALIZE = {"plan"}
 AFTER_LANDMARKS = {"localize"} | AFTER_LOCALIZE
-AFTER_POSE_GRAPH = {"point_cloud", "landmarks"} | AFTER_CLOUD | AFTER_LANDMARKS
+AFTER_POSE_GRAPH = {"tiles", "landmarks"} | AFTER_TILES | AFTER_LANDMARKS
 AFTER_ODOMETRY = {"pose_graph"} | AFTER_POSE_GRAPH
 AFTER_MATCHES = {"odometry"} | AFTER_ODOMETRY
 AFTER_VOCABULARY = {"matches"} | AFTER_ODOMETRY  # the loops among the matches, not the neighbours
@@ -25,6 +26,7 @@ CHANGES = [
     ("grid.margin_m=0.3", {"grid"} | AFTER_GRID),
     ("octree.max_range_m=3.9", {"octree"} | AFTER_OCTREE),
     ("point_cloud.voxel_size_m=0.021", {"point_cloud"} | AFTER_CLOUD),
+    ("tiles.overlap_m=0.6", {"tiles"} | AFTER_TILES),
     ("pose_graph.edge_sigma_floor_m=0.0035", {"pose_graph"} | AFTER_POSE_GRAPH),
     ("odometry.max_iterations=14", {"odometry"} | AFTER_ODOMETRY),
     ("matches.max_ratio=0.84", {"matches"} | AFTER_MATCHES),
@@ -129,7 +131,7 @@ class ChainTest(unittest.TestCase):
         self.assertEqual(self.reran(), set())
 
     def test_a_deleted_artifact_is_remade_with_the_same_bytes(self):
-        for name in ("features/shard_0001.h5", "octree/map.bt", "pose_graph/report.json",
+        for name in ("features/shard_0001.h5", "octree/map.bt", "tiles/tile_0_0.json", "pose_graph/report.json",
                      "frames/shard_0001.csv", "frames/cameras.json", "frames/query_cameras.json"):
             with self.subTest(name=name):
                 self.work.path(name).unlink()

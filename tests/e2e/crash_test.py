@@ -81,7 +81,7 @@ class CrashTest(unittest.TestCase):
         self.fail(f"in {NUM_TRIES} tries no kill hit {folder.name} while it wrote")
 
     def test_killed_while_a_stage_writes(self):
-        for stage in ("features", "pose_graph", "octree"):
+        for stage in ("features", "pose_graph", "point_cloud", "octree"):
             with self.subTest(stage):
                 self.kill_in_mid_write(self.work.path(stage))
                 self.check_whole_artifacts()

@@ -36,11 +36,16 @@ class InputsTest(unittest.TestCase):
                              f"site={CONFIG}/site/{SITE}.toml", "--in", "data=data", "--out",
                              f"shards_mk={FRAMES}/shards.mk", "--out", f"report={FRAMES}/report.json")
 
-    def run_cloud(self):
-        return self.work.run("point_cloud", *(item for shard in sorted(self.work.path("frames").glob("shard_*.csv"))
-                                              for item in ("--in", f"frames={shard}")),
-                             "--in", f"cameras={FRAMES}/cameras.json", "--in", "data=data", "--in",
-                             f"keyframes=maps/{SITE}/pose_graph/keyframes.tum", "--out", "cloud=cloud.ply")
+    def run_tiles(self):
+        return self.work.run("tiles", *(item for shard in sorted(self.work.path("frames").glob("shard_*.csv"))
+                                        for item in ("--in", f"frames={shard}")),
+                             "--in", f"cameras={FRAMES}/cameras.json",
+                             "--in", f"keyframes=maps/{SITE}/pose_graph/keyframes.tum", "--out", "tiles_mk=tiles.mk")
+
+    def run_cloud(self, *outputs):
+        return self.work.run("point_cloud", "--in", f"tile=maps/{SITE}/tiles/tile_0_0.json", "--in",
+                             f"cameras=maps/{SITE}/tiles/cameras.json", "--in", "data=data", "--out",
+                             "tile_cloud=cloud.ply", *outputs)
 
     def run_vocabulary(self):
         return self.work.run("vocabulary", "--in", f"features=maps/{SITE}/features/shard_0000.h5",
@@ -132,7 +137,24 @@ class InputsTest(unittest.TestCase):
         lines = path.read_text().splitlines()
         words = lines[-1].split()
         path.write_text("\n".join(lines[:-1] + [" ".join([words[0], "nan", *words[2:]])]) + "\n")
-        self.check(self.run_cloud(), 1, "keyframes.tum:", "'nan' is not a finite number", "delete the file")
+        self.check(self.run_tiles(), 1, "keyframes.tum:", "'nan' is not a finite number", "delete the file")
+
+    def test_list_of_a_tile_that_is_cut_off(self):
+        path = self.work.path("tiles/tile_0_0.json")
+        path.write_text(path.read_text()[:500])
+        self.check(self.run_cloud(), 1, "tile_0_0.json", "parse error", "run make")
+
+    def test_one_unreadable_keyframe_is_skipped_and_many_stop_the_map(self):
+        tile = self.work.path("tiles/tile_0_0.json")
+        pictures = [keyframe["depth_path"] for keyframe in json.loads(tile.read_text())["keyframes"]]
+        join = ("--in", f"tile={tile}", "--in", "tile_cloud=cloud.ply", "--in", "tile_report=report.json")
+        for count, code in ((1, 0), (len(pictures) // 2, 1)):
+            for name in pictures[:count]:
+                (self.work.folder / "data" / name).write_bytes(b"not a picture")
+            self.check(self.run_cloud("--out", "report=report.json"), 0, "skipped", pictures[0])
+            result = self.work.run("point_cloud", *join, "--out", "cloud=joined.ply")
+            self.assertEqual(result.returncode, code, result.stdout)
+        self.check(result, 1, f"{count} of {len(pictures)}", "max_failed_ratio", "repair them")
 
     def test_nan_in_an_array(self):
         path = self.work.path("odometry/shard_0000.h5")

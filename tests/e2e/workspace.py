@@ -25,7 +25,7 @@ if not (BUILD / "programs.mk").exists():
 LINKS = ("Makefile", "CMakeLists.txt", "cmake", "pipeline", "stages", "scripts")
 GOALS = ("map", "localize", "plan")
 STAGES = ("synthesize", "frames", "features", "vocabulary", "matches", "odometry", "pose_graph",
-          "point_cloud", "octree", "grid", "landmarks", "localize", "plan")
+          "tiles", "point_cloud", "octree", "grid", "landmarks", "localize", "plan")
 SITE = "small"
 
 # The camera of the small building: the demo's at a fraction of its size, so that a run takes seconds.

@@ -8,6 +8,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/geometry/voxel_key.h"
+#include "stages/point_cloud/join_tiles.h"
 #include "tests/stages/point_cloud/box_room.h"
 
 namespace nightmap {
@@ -110,15 +111,88 @@ TEST(PointCloud, SkipsUnreadableFramesWithTheReason) {
   EXPECT_FALSE(result.points.empty());
 }
 
-TEST(PointCloud, WithoutDepthIsAnErrorWithARemedy) {
+TEST(PointCloud, WithoutDepthIsEmpty) {
   BoxRoom room;
   room.with_depth = false;
-  try {
-    MakeCloud(TestOptions(), LookAround(room, 3));
-    FAIL() << "no error";
-  } catch (const DataError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("depth_units_per_m"));
+  EXPECT_TRUE(MakeCloud(TestOptions(), LookAround(room, 3)).points.empty());
+}
+
+TEST(PointCloud, ThicknessGrowsWithTheNoise) {
+  BoxRoom room;
+  const double noisy_m = MakeCloud(TestOptions(), LookAround(room, 8)).plane_thickness_median_m;
+  room.noise_scale = 0;
+  const double exact_m = MakeCloud(TestOptions(), LookAround(room, 8)).plane_thickness_median_m;
+  EXPECT_LT(exact_m, 0.001);
+  EXPECT_GT(noisy_m, 2 * exact_m);
+}
+
+// The room in tiles of the given edges, the borders anywhere in a voxel, each made by itself.
+std::vector<PointCloudResult> MakeTiles(const PointCloudOptions& options,
+                                        KeyframeSource source,
+                                        double edge_m,
+                                        double overlap_m) {
+  std::vector<PointCloudResult> tiles;
+  for (double x = -3.013; x < 3; x += edge_m) {
+    for (double y = -3.511; y < 3.5; y += edge_m) {
+      source.region = {{{x, y}, {x + edge_m, y + edge_m}}, overlap_m, options.max_depth_m};
+      tiles.push_back(MakeCloud(options, source));
+    }
   }
+  return tiles;
+}
+
+class CloudOfTiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / fmt::format("nightmap_cloud_{}", getpid());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  // The clouds written one by one and joined.
+  std::vector<CloudPoint> Join(const std::vector<PointCloudResult>& tiles, double voxel_size_m) {
+    std::vector<std::filesystem::path> paths;
+    for (const PointCloudResult& tile : tiles) {
+      paths.push_back(folder_ / fmt::format("{}.ply", paths.size()));
+      WritePly(paths.back(), tile.points);
+    }
+    std::vector<CloudPoint> joined;
+    JoinClouds(paths, voxel_size_m, [&](const CloudPoint& point) { joined.push_back(point); });
+    return joined;
+  }
+
+  std::string Bytes(const std::vector<CloudPoint>& points) {
+    WritePly(folder_ / "cloud.ply", points);
+    return ReadFile(folder_ / "cloud.ply");
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(CloudOfTiles, HasTheBytesOfTheWhole) {
+  const PointCloudOptions options = TestOptions();
+  const KeyframeSource source = LookAround(BoxRoom(), 12);
+  const PointCloudResult whole = MakeCloud(options, source);
+  ASSERT_GT(whole.num_outliers, 0U);
+  for (const double edge_m : {3.6, 1.7}) {
+    const auto tiles = MakeTiles(options, source, edge_m, 0.51);
+    ASSERT_GE(tiles.size(), 4U);
+    EXPECT_EQ(Bytes(Join(tiles, options.voxel_size_m)), Bytes(whole.points));
+    std::size_t num_measurements = 0, num_voxels = 0, num_outliers = 0;
+    for (const PointCloudResult& tile : tiles) {
+      num_measurements += tile.num_measurements;
+      num_voxels += tile.num_voxels;
+      num_outliers += tile.num_outliers;
+    }
+    EXPECT_EQ(num_measurements, whole.num_measurements);
+    EXPECT_EQ(num_voxels, whole.num_voxels);
+    EXPECT_EQ(num_outliers, whole.num_outliers);
+  }
+}
+
+TEST_F(CloudOfTiles, NeedsEnoughOverlap) {
+  const PointCloudOptions options = TestOptions();  // 2 * 0.15 m + 5 * 0.04 m
+  EXPECT_THROW(MakeTiles(options, LookAround(BoxRoom(), 2), 3.6, 0.49), UsageError);
 }
 
 TEST(PointCloud, PosesFarOutAreAnError) {

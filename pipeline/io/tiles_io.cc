@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/tiles_io.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
+
+namespace nightmap {
+namespace {
+
+using TileJson = nlohmann::ordered_json;
+
+constexpr const char* kTileFormat = "nightmap tile";
+constexpr int kTileVersion = 1;
+
+TileJson KeyframeToJson(const Keyframe& keyframe) {
+  const FrameRecord& frame = keyframe.frame;
+  const auto& t = keyframe.map_from_camera.translation;
+  const auto& q = keyframe.map_from_camera.rotation;
+  return {{"keyframe_idx", keyframe.keyframe_idx},
+          {"frame_idx", frame.frame_idx},
+          {"time_ns", frame.time_ns},
+          {"color_path", frame.color_path},
+          {"depth_path", frame.depth_path},
+          {"camera_idx", frame.camera_idx},
+          {"sequence_idx", frame.sequence_idx},
+          {"content_hash", frame.content_hash},
+          {"map_from_camera", {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}}};
+}
+
+double FiniteNumber(const TileJson& json, const char* name) {
+  const double value = json.at(name).get<double>();
+  if (!std::isfinite(value)) throw DataError("{} is not finite", name);
+  return value;
+}
+
+Keyframe KeyframeFromJson(const TileJson& json) {
+  Keyframe keyframe;
+  keyframe.keyframe_idx = json.at("keyframe_idx").get<int>();
+  keyframe.frame.frame_idx = json.at("frame_idx").get<int>();
+  keyframe.frame.time_ns = json.at("time_ns").get<std::int64_t>();
+  keyframe.frame.color_path = json.at("color_path").get<std::string>();
+  keyframe.frame.depth_path = json.at("depth_path").get<std::string>();
+  keyframe.frame.camera_idx = json.at("camera_idx").get<int>();
+  keyframe.frame.sequence_idx = json.at("sequence_idx").get<int>();
+  keyframe.frame.content_hash = json.at("content_hash").get<std::string>();
+  const auto v = json.at("map_from_camera").get<std::vector<double>>();
+  if (v.size() != 7) throw DataError("map_from_camera has {} numbers, not 7", v.size());
+  Rigid3& pose = keyframe.map_from_camera;
+  pose = {Eigen::Quaterniond(v[6], v[3], v[4], v[5]), {v[0], v[1], v[2]}};
+  if (!(std::abs(pose.rotation.norm() - 1) < 1e-9) || !pose.translation.allFinite()) {
+    throw DataError("map_from_camera of keyframe {} is no rigid transform", keyframe.keyframe_idx);
+  }
+  return keyframe;
+}
+
+Tile TileFromJson(const TileJson& json) {
+  if (json.at("format").get<std::string>() != kTileFormat) {
+    throw DataError("format is not '{}'", kTileFormat);
+  }
+  if (json.at("version").get<int>() > kTileVersion) {
+    throw DataError("version is newer than {}: update nightmap", kTileVersion);
+  }
+  Tile tile;
+  tile.region.inside = {{FiniteNumber(json, "min_x_m"), FiniteNumber(json, "min_y_m")},
+                        {FiniteNumber(json, "max_x_m"), FiniteNumber(json, "max_y_m")}};
+  tile.region.overlap_m = FiniteNumber(json, "overlap_m");
+  tile.region.max_range_m = FiniteNumber(json, "max_range_m");
+  const Eigen::Array2d size_m = tile.region.inside.max_m - tile.region.inside.min_m;
+  if (!(size_m > 0).all() || !(tile.region.overlap_m >= 0) || !(tile.region.max_range_m > 0)) {
+    throw DataError("the tile has no extent");
+  }
+  for (const TileJson& keyframe : json.at("keyframes")) {
+    tile.keyframes.push_back(KeyframeFromJson(keyframe));
+    const std::size_t count = tile.keyframes.size();
+    if (count > 1 && tile.keyframes[count - 2].keyframe_idx >= tile.keyframes.back().keyframe_idx) {
+      throw DataError("keyframe_idx must increase");
+    }
+  }
+  return tile;
+}
+
+}  // namespace
+
+std::string TileToJson(const Tile& tile) {
+  const TileJson head = {{"format", kTileFormat},
+                         {"version", kTileVersion},
+                         {"units", "map_from_camera: tx ty tz (m) qx qy qz qw"},
+                         {"min_x_m", tile.region.inside.min_m.x()},
+                         {"min_y_m", tile.region.inside.min_m.y()},
+                         {"max_x_m", tile.region.inside.max_m.x()},
+                         {"max_y_m", tile.region.inside.max_m.y()},
+                         {"overlap_m", tile.region.overlap_m},
+                         {"max_range_m", tile.region.max_range_m}};
+  std::string text = head.dump(1);
+  text.erase(text.size() - 2);  // the closing brace and the line break before it
+  text += ",\n \"keyframes\": [";
+  for (const Keyframe& keyframe : tile.keyframes) {
+    text += text.back() == '[' ? "\n  " : ",\n  ";
+    try {
+      text += KeyframeToJson(keyframe).dump();
+    } catch (const TileJson::type_error&) {
+      throw DataError("{}: the name is not UTF-8, rename it", keyframe.frame.color_path);
+    }
+  }
+  return text + "\n ]\n}\n";
+}
+
+Tile ReadTile(const std::filesystem::path& path) {
+  const std::string text = ReadFile(path);
+  try {
+    return TileFromJson(TileJson::parse(text));
+  } catch (const std::exception& error) {
+    throw DataError(
+        "{}: {}; delete the tiles folder of this site and run make", path.string(), error.what());
+  }
+}
+
+void RemoveOtherTiles(const std::filesystem::path& folder, const std::set<std::string>& names) {
+  static const std::regex pattern("(?:tile|report|receipt)_(-?[0-9]+_-?[0-9]+)\\.[a-z]+");
+  std::vector<std::filesystem::path> others;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    std::smatch match;
+    const std::string name = entry.path().filename().string();
+    if (std::regex_match(name, match, pattern) && !names.contains(match[1])) {
+      others.push_back(entry.path());
+    }
+  }
+  for (const auto& path : others) std::filesystem::remove(path);
+}
+
+}  // namespace nightmap

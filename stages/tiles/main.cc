@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// tiles: lists the keyframes that may see each part of the building. Reads the frames, cameras and
+// keyframes.tum; writes tiles.mk and, beside it, tile_X_Y.json and the cameras.
+#include "pipeline/base/stage_main.h"
+#include "pipeline/io/trajectory_io.h"
+#include "pipeline/vision/rgbd_keyframes.h"
+#include "stages/tiles/tiles.h"
+#include "stages/tiles/write_tiles.h"
+
+int main(int argc, char** argv) {
+  using namespace nightmap;
+  const StageSpec spec{"tiles",
+                       "lists the keyframes that may see each tile of the building",
+                       {{"frames", "shard_NNNN.csv of the frames stage", Arity::kMany},
+                        {"cameras", "cameras.json of the pose_graph stage"},
+                        {"keyframes", "keyframes.tum of the pose_graph stage, map_from_camera"}},
+                       {{"tiles_mk", "tiles.mk; the other files are written beside it"}}};
+  return StageMain(
+      argc, argv, spec, TilesOptions{}, [](const TilesOptions& options, StageContext& context) {
+        const auto cameras = ReadCameras(context.Input("cameras"));
+        const auto keyframes = SelectKeyframes(
+            ReadFrames(context.Inputs("frames")), cameras, ReadTum(context.Input("keyframes")), 1);
+        if (keyframes.empty()) {
+          throw DataError("{}: no keyframe with depth: nothing can be mapped",
+                          context.Input("keyframes").string());
+        }
+        const auto tiles = RunTiles(options, cameras, keyframes);
+        WriteTiles(cameras, tiles, context);
+        context.Report()["num_keyframes"] = keyframes.size();
+        context.Report()["num_tiles"] = tiles.size();
+      });
+}

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/tiles/tiles.h"
+
+#include <cmath>
+
+#include "pipeline/base/error.h"
+#include "stages/tiles/view_footprint.h"
+
+namespace nightmap {
+namespace {
+
+constexpr int kMaxIndex = 100'000;
+
+// Neighbours compute their common border alike, to the last bit.
+MapRegion RegionOf(const TilesOptions& options, const TileIndex& index) {
+  const auto border_m = [&](int i) { return (i - 0.5) * options.edge_m; };
+  return {{{border_m(index.first), border_m(index.second)},
+           {border_m(index.first + 1), border_m(index.second + 1)}},
+          options.overlap_m,
+          options.max_range_m};
+}
+
+TileIndex TileOf(const TilesOptions& options, const Eigen::Vector2d& point) {
+  const auto index = [&](double value_m) {
+    return static_cast<int>(std::floor(value_m / options.edge_m + 0.5));
+  };
+  return {index(point.x()), index(point.y())};
+}
+
+void CheckPose(const TilesOptions& options, const Keyframe& keyframe) {
+  const double distance_m = keyframe.map_from_camera.translation.cwiseAbs().maxCoeff();
+  if (distance_m < kMaxIndex * options.edge_m) return;
+  throw DataError("keyframe {} is {} m from the origin of the map; correct the trajectory",
+                  keyframe.keyframe_idx,
+                  distance_m);
+}
+
+void CheckEdge(const TilesOptions& options, const ViewPyramid& pyramid) {
+  double reach_m = 0;
+  for (const Eigen::Vector3d& corner : pyramid) reach_m = std::max(reach_m, corner.norm());
+  if (reach_m + options.overlap_m <= options.edge_m) return;
+  throw UsageError("tiles.edge_m = {} is less than a camera sees with the overlap, {} m; raise it",
+                   options.edge_m,
+                   reach_m + options.overlap_m);
+}
+
+}  // namespace
+
+void TilesOptions::Register(OptionList& list) {
+  list.Add("edge_m", &edge_m, Range(1.0, 1000.0), "edge of a tile");
+  list.Add("overlap_m",
+           &overlap_m,
+           Range(0.0, 10.0),
+           "how far around a tile points are fused too, for the neighbourhoods at its edge");
+  list.Add("max_range_m",
+           &max_range_m,
+           Range(0.1, 100.0),
+           "depth up to which keyframes are listed; no less than what point_cloud and octree use");
+}
+
+std::string TileName(const TileIndex& index) {
+  return fmt::format("{}_{}", index.first, index.second);
+}
+
+std::map<TileIndex, Tile> RunTiles(const TilesOptions& options,
+                                   const std::vector<RgbdCamera>& cameras,
+                                   const std::vector<Keyframe>& keyframes) {
+  std::vector<ViewPyramid> pyramids;
+  for (const RgbdCamera& camera : cameras) {
+    pyramids.push_back(MakeViewPyramid(camera.color, options.max_range_m));
+    CheckEdge(options, pyramids.back());
+  }
+  std::map<TileIndex, Tile> tiles;
+  for (const Keyframe& keyframe : keyframes) {
+    CheckPose(options, keyframe);
+    const Rigid3& pose = keyframe.map_from_camera;
+    const TileIndex own = TileOf(options, pose.translation.head<2>());
+    const ViewFootprint footprint =
+        ProjectToMap(pyramids[static_cast<std::size_t>(keyframe.frame.camera_idx)], pose);
+    for (int i = 0; i < 9; ++i) {
+      const TileIndex index{own.first + i / 3 - 1, own.second + i % 3 - 1};
+      const MapRegion region = RegionOf(options, index);
+      if (!Touches(footprint, region.inside.Grown(options.overlap_m))) continue;
+      Tile& tile = tiles[index];
+      tile.region = region;
+      tile.keyframes.push_back(keyframe);
+    }
+  }
+  return tiles;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// tiles: cuts the building into squares that are mapped one by one, in bounded memory.
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/io/tiles_io.h"
+
+namespace nightmap {
+
+struct TilesOptions {
+  double edge_m = 24.0;
+  double overlap_m = 0.5;
+  double max_range_m = 4.0;
+
+  void Register(OptionList& list);
+};
+
+// Column and row of a tile: its middle is at (column, row) * edge_m, so that a small building about
+// the map's origin is one tile. Frames that are appended move no tile.
+using TileIndex = std::pair<int, int>;
+std::string TileName(const TileIndex& index);  // "0_0", "-1_2"
+
+// The tiles that a keyframe may see up to max_range_m deep, each with those keyframes, in their
+// order. Every point that is measured lies in exactly one of the tiles. Throws UsageError when
+// a keyframe could see beyond the neighbours of its tile, DataError when a pose is too far out.
+std::map<TileIndex, Tile> RunTiles(const TilesOptions& options,
+                                   const std::vector<RgbdCamera>& cameras,
+                                   const std::vector<Keyframe>& keyframes);
+
+}  // namespace nightmap

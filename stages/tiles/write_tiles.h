@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// The files of the tiles stage.
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "pipeline/base/stage_main.h"
+#include "stages/tiles/tiles.h"
+
+namespace nightmap {
+
+// Writes cameras.json and tile_X_Y.json beside the output `tiles_mk`, each kept as it is when its
+// bytes did not change, and tiles.mk: TILES := X_Y ..., and NEAR_X_Y := the tile and those of its
+// eight neighbours that are there. Removes the lists of tiles that no keyframe sees any more.
+void WriteTiles(const std::vector<RgbdCamera>& cameras,
+                const std::map<TileIndex, Tile>& tiles,
+                StageContext& context);
+
+}  // namespace nightmap

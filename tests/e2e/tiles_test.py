@@ -1,0 +1,169 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The building in tiles: the same map as in one, and only the tiles that something changed in are remade."""
+import os
+import unittest
+
+from workspace import SITE, Workspace
+
+SMALL = "SET=tiles.edge_m=6"
+KEYFRAMES = "pose_graph/keyframes.tum"
+
+
+class TilesTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.base = Workspace()
+        result = cls.base.make("map")
+        if result.returncode != 0:
+            raise AssertionError(f"the chain failed:\n{result.stdout}")
+        cls.whole = {name: digest for name, digest in cls.base.hashes().items()}
+        cls.tiled = cls.base.copy()
+        result = cls.tiled.make("map", SMALL, "-j2")
+        if result.returncode != 0:
+            raise AssertionError(f"the chain in tiles failed:\n{result.stdout}")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.base.remove()
+        cls.tiled.remove()
+
+    def setUp(self):
+        self.work = self.tiled.copy()
+        self.addCleanup(self.work.remove)
+
+    def make(self, *arguments):
+        result = self.work.make("map", SMALL, *arguments)
+        self.assertEqual(result.returncode, 0, result.stdout)
+        return result.stdout
+
+    def tiles(self):
+        words = self.work.path("tiles/tiles.mk").read_text(encoding="utf-8").splitlines()[0].split()
+        self.assertEqual(words[:2], ["TILES", ":="])
+        return words[2:]
+
+    def times(self):
+        """When each tile's cloud was made."""
+        return {path.stem.removeprefix("tile_"): path.stat().st_mtime_ns
+                for path in self.work.path("point_cloud").glob("tile_*.ply")}
+
+    def set_keyframes(self, lines):
+        """As if pose_graph had found these."""
+        self.work.path(KEYFRAMES).write_text("".join(lines), encoding="utf-8")
+        os.utime(self.work.path("pose_graph/receipt.json"))
+
+    def keyframes(self):
+        lines = self.work.path(KEYFRAMES).read_text(encoding="utf-8").splitlines(keepends=True)
+        self.assertTrue(all(line.startswith("#") for line in lines[:2]))
+        return lines[:2], lines[2:]
+
+    def test_tiles_do_not_show_in_the_map(self):
+        self.assertGreaterEqual(len(self.tiles()), 4)
+        self.assertEqual(set(self.times()), set(self.tiles()))
+        hashes = self.work.hashes()
+        for name in ("point_cloud/cloud.ply", "octree/map.ot", "octree/map.bt", "grid/map.pgm"):
+            self.assertEqual(hashes[name], self.whole[name], name)
+
+    def test_bytes_do_not_depend_on_threads_or_jobs(self):
+        hashes = self.work.hashes()
+        for stage in ("tiles", "point_cloud", "octree"):
+            for path in self.work.path(stage).iterdir():
+                path.unlink()
+        self.make("THREADS=1", "-j3")
+        self.assertEqual(self.work.hashes(), hashes)
+
+    def test_back_to_one_tile_leaves_nothing_of_the_others(self):
+        result = self.work.make("map")
+        self.assertEqual(result.returncode, 0, result.stdout)
+        self.assertEqual(self.work.hashes(), self.whole)
+        self.assertFalse(list(self.work.path("point_cloud").glob("receipt_1_*.json")))
+        self.assertIn("all as written", self.work.make("verify").stdout)
+
+    def test_appended_frames_far_from_the_rest_redo_only_their_tiles(self):
+        comments, poses = self.keyframes()
+        count = len(poses) - len(poses) // 10
+        self.assertGreater(len(poses), count)
+        self.set_keyframes(comments + poses[:count])
+        self.make()
+        before = self.times()
+        far = []
+        for line in poses[count:]:
+            words = line.split()
+            far.append(" ".join([words[0], str(float(words[1]) + 60), *words[2:]]) + "\n")
+        self.set_keyframes(comments + poses[:count] + far)
+        self.make()
+        after = self.times()
+        self.assertLess(set(before), set(after))
+        self.assertEqual({tile: after[tile] for tile in before}, before)
+        for tile in set(after) - set(before):
+            self.assertGreaterEqual(int(tile.split("_")[0]), 60 // 6 - 2, tile)
+        self.assertEqual(self.work.make("-q", "map", SMALL).returncode, 0)
+
+    def test_a_changed_pose_redoes_the_tiles_it_touches(self):
+        comments, poses = self.keyframes()
+        words = poses[0].split()
+        before = self.times()
+        poses[0] = " ".join([words[0], str(float(words[1]) + 0.001), *words[2:]]) + "\n"
+        self.set_keyframes(comments + poses)
+        self.make()
+        after = self.times()
+        redone = {tile for tile in after if after[tile] != before[tile]}
+        self.assertTrue(redone)
+        self.assertLess(redone, set(after))
+
+    def test_a_deleted_or_cut_artifact_is_remade_with_the_same_bytes(self):
+        hashes = self.work.hashes()
+        name = self.tiles()[1]
+        for path in (f"tiles/tile_{name}.json", "tiles/cameras.json", "tiles/tiles.mk", f"point_cloud/tile_{name}.ply",
+                     f"point_cloud/report_{name}.json", "point_cloud/cloud.ply"):
+            with self.subTest(path):
+                self.work.path(path).unlink()
+                self.assertEqual(self.work.make("-q", "map", SMALL).returncode, 1)
+                self.make()
+                self.assertEqual(self.work.hashes(), hashes)
+        # The state that a kill between two renames leaves: an output newer than its receipt.
+        cloud = self.work.path(f"point_cloud/tile_{name}.ply")
+        cloud.write_bytes(cloud.read_bytes()[:300])
+        self.make()
+        self.assertEqual(self.work.hashes(), hashes)
+
+    def test_looking_changes_nothing_and_names_the_stage(self):
+        hashes, times = self.work.hashes(), self.times()
+        why = self.work.make("why", "SET=tiles.edge_m=7").stdout
+        self.assertIn("edge_m 6.0 -> 7.0", why)
+        self.assertIn("point_cloud_0_0: ", self.work.make("why", SMALL + " point_cloud.voxel_size_m=0.03").stdout)
+        self.assertEqual(self.work.make("-n", "map", "SET=tiles.edge_m=7").returncode, 0)
+        self.assertEqual(self.work.make("-q", "map", "SET=tiles.edge_m=7").returncode, 1)
+        self.assertEqual((self.work.hashes(), self.times()), (hashes, times))
+        self.assertEqual(self.work.make("-q", "map", SMALL).returncode, 0)
+
+    def test_ranges_that_tiles_do_not_reach_are_refused(self):
+        for value, remedy in (("point_cloud.max_depth_m=4.5", "tiles.max_range_m"),
+                              ("point_cloud.surface_radius_m=0.3", "tiles.overlap_m")):
+            result = self.work.make("map", f"{SMALL} {value}")
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(remedy, result.stdout)
+        result = self.work.make("map", "SET=tiles.edge_m=3")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("tiles.edge_m", result.stdout)
+
+    def test_pcd_is_exported_when_asked_for(self):
+        self.make(SMALL + " point_cloud.export_pcd=true")
+        points = [line for line in self.work.path("point_cloud/cloud.pcd").read_bytes().split(b"\n")[:12]
+                  if line.startswith(b"POINTS")]
+        cloud = self.work.path("point_cloud/cloud.ply").read_bytes()
+        self.assertIn(b"element vertex " + points[0].split()[1] + b"\n", cloud[:300])
+        self.make()
+        self.assertFalse(self.work.path("point_cloud/cloud.pcd").exists())
+
+    def test_a_file_of_a_later_stage_can_be_asked_for(self):
+        grid = self.work.path("grid/map.pgm")
+        content = grid.read_bytes()
+        grid.unlink()
+        result = self.work.make(f"maps/{SITE}/grid/map.pgm", f"maps/{SITE}/pose_graph/graph.g2o", SMALL, "-j2")
+        self.assertEqual(result.returncode, 0, result.stdout)
+        self.assertEqual(grid.read_bytes(), content)
+
+
+if __name__ == "__main__":
+    unittest.main()

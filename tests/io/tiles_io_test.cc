@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/tiles_io.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
+#include "pipeline/base/random.h"
+
+namespace nightmap {
+namespace {
+
+class TilesIoTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::temp_directory_path() /
+              fmt::format("nightmap_tiles_{}_{}", info->name(), getpid());
+    std::filesystem::create_directories(folder_);
+    path_ = folder_ / "tile_-1_2.json";
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  // The file with one text replaced is refused, and the message names it.
+  void ExpectRefused(const std::string& from, const std::string& to, const std::string& part) {
+    std::string text = TileToJson(SomeTile());
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    WriteFile(path_, text.replace(text.find(from), from.size(), to));
+    try {
+      ReadTile(path_);
+      FAIL() << "no error; wanted: " << part;
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr(part));
+      EXPECT_THAT(error.what(), testing::HasSubstr(path_.string()));
+    }
+  }
+
+  static Tile SomeTile() {
+    Tile tile;
+    tile.region = {{{-36.1, 12.3}, {-12.1, 36.3}}, 0.5, 4.0};
+    for (int i = 0; i < 20; ++i) {
+      Random random(3, static_cast<std::uint64_t>(i));
+      Keyframe keyframe;
+      keyframe.keyframe_idx = 3 * i;
+      keyframe.frame = {
+          7 * i, 1305031102175304000 + i, "a, \"b\"/c.jpg", "d.png", i % 2, 1, "12ef"};
+      keyframe.map_from_camera.rotation = Eigen::AngleAxisd(
+          random.Uniform(-3, 3), Eigen::Vector3d(1, random.Uniform(-1, 1), 2).normalized());
+      keyframe.map_from_camera.translation = {
+          random.Uniform(-40, 40), random.Uniform(-9, 9), 1.0 / 3};
+      tile.keyframes.push_back(keyframe);
+    }
+    return tile;
+  }
+
+  std::filesystem::path folder_, path_;
+};
+
+TEST_F(TilesIoTest, WhatIsWrittenIsReadToTheLastBit) {
+  const Tile written = SomeTile();
+  WriteFile(path_, TileToJson(written));
+  const Tile read = ReadTile(path_);
+  EXPECT_EQ(read.region.inside.min_m, written.region.inside.min_m);
+  EXPECT_EQ(read.region.inside.max_m, written.region.inside.max_m);
+  EXPECT_EQ(read.region.overlap_m, written.region.overlap_m);
+  EXPECT_EQ(read.region.max_range_m, written.region.max_range_m);
+  ASSERT_EQ(read.keyframes.size(), written.keyframes.size());
+  for (std::size_t i = 0; i < read.keyframes.size(); ++i) {
+    const Keyframe &a = read.keyframes[i], &b = written.keyframes[i];
+    EXPECT_EQ(a.keyframe_idx, b.keyframe_idx);
+    EXPECT_EQ(a.map_from_camera.Matrix(), b.map_from_camera.Matrix());
+    EXPECT_EQ(FramesToCsv({a.frame}), FramesToCsv({b.frame}));
+  }
+  EXPECT_EQ(TileToJson(read), TileToJson(written));
+}
+
+TEST_F(TilesIoTest, EveryTruncationIsRefused) {
+  const std::string text = TileToJson(SomeTile());
+  for (std::size_t size = 0; size + 2 < text.size(); size += 41) {
+    WriteFile(path_, text.substr(0, size));
+    EXPECT_THROW(ReadTile(path_), DataError) << size << " of " << text.size() << " bytes";
+  }
+}
+
+TEST_F(TilesIoTest, MistakesAreRefused) {
+  ExpectRefused("nightmap tile", "nightmap stile", "format");
+  ExpectRefused("\"version\": 1", "\"version\": 2", "newer");
+  ExpectRefused("\"min_x_m\": -36.1", "\"min_x_m\": -12.1", "no extent");
+  ExpectRefused("\"min_x_m\": -36.1", "\"min_x_m\": null", "number");
+  ExpectRefused("\"max_range_m\": 4.0", "\"max_range_m\": 0", "no extent");
+  ExpectRefused("\"keyframe_idx\":57", "\"keyframe_idx\":54", "must increase");
+  ExpectRefused("\"map_from_camera\":[", "\"map_from_camera\":[1.0,", "8 numbers");
+  Tile tile = SomeTile();
+  tile.keyframes[2].map_from_camera.rotation.coeffs() *= 1.01;
+  WriteFile(path_, TileToJson(tile));
+  EXPECT_THROW(ReadTile(path_), DataError);
+}
+
+TEST_F(TilesIoTest, NamesThatAreNoTextAreRefusedByName) {
+  Tile tile = SomeTile();
+  tile.keyframes[3].frame.color_path = "caf\xE9.jpg";
+  EXPECT_THROW(TileToJson(tile), DataError);
+}
+
+TEST_F(TilesIoTest, RemovesWhatIsOfOtherTilesAndNothingElse) {
+  const std::vector<std::string> stay = {"tile_0_0.ply",
+                                         "tile_-1_2.json",
+                                         "report_0_0.json",
+                                         "report.json",
+                                         "tiles.mk",
+                                         "cloud.ply",
+                                         "tile_5.json",
+                                         "tile_1_1_1.json"};
+  const std::vector<std::string> go = {
+      "tile_-1_-1.ply", "tile_10_0.json", "report_0_1.json", "receipt_0_1.json"};
+  for (const auto& name : stay) WriteFile(folder_ / name, "x");
+  for (const auto& name : go) WriteFile(folder_ / name, "x");
+  RemoveOtherTiles(folder_, {"0_0", "-1_2"});
+  for (const auto& name : stay) EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
+  for (const auto& name : go) EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
+}
+
+}  // namespace
+}  // namespace nightmap
