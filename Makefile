@@ -21,7 +21,7 @@ PROFILE ?= default
 SET ?=
 ## SEED        seed of every stage that draws random numbers (a made-up recording has its own)
 SEED ?= 0
-## START GOAL  of plan: a pose or a query, see configs/default/plan.toml
+## START GOAL  of plan and drive: a pose or a query, see configs/default/plan.toml
 START ?=
 GOAL ?=
 ## QUERY       more pictures to localize, as in QUERY="start.jpg goal.jpg": files, folders or .txt lists, anywhere
@@ -68,7 +68,7 @@ ifneq ($(and $(filter clean distclean,$(MAKECMDGOALS)),$(word 2,$(MAKECMDGOALS))
 $(error run `make $(filter clean distclean,$(MAKECMDGOALS))` alone)
 endif
 
-.PHONY: FORCE help deps build demo map localize plan evaluate evaluate-colmap report test test-sanitize bench why verify \
+.PHONY: FORCE help deps build demo map localize plan drive evaluate evaluate-colmap report test test-sanitize bench why verify \
         clean distclean format format-check lint
 
 # ---- programs -----------------------------------------------------------------------------------
@@ -138,10 +138,12 @@ $(call whole,grid,        octree=octree/map.ot keyframes=pose_graph/keyframes.tu
                           floors=floors.json pgm=map.pgm yaml=map.yaml png=map.png distances=distances.h5)
 $(if $(PLANNING),$(call whole,plan, pgm=grid/map.pgm yaml=grid/map.yaml trajectory=pose_graph/trajectory.tum $(LOCATED), \
                           csv=path.csv json=path.json nav=path.yaml png=path.png))
+$(if $(DRIVING),$(call whole,drive, pgm=grid/map.pgm yaml=grid/map.yaml csv=plan/path.csv json=plan/path.json, \
+                          csv=drive.csv json=drive.json gif=drive.gif))
 endef
 
 # Everything below is needed only by goals that make or ask about a site's artifacts.
-CHAIN := $(filter map localize plan evaluate evaluate-colmap report why $(M)/% $(DATA)/%,$(MAKECMDGOALS))
+CHAIN := $(filter map localize plan drive evaluate evaluate-colmap report why $(M)/% $(DATA)/%,$(MAKECMDGOALS))
 ifneq ($(CHAIN),)
 
 # (The make that goes on after the tiles is told what the first one found.)
@@ -234,9 +236,11 @@ $(foreach s,$(SHARDS),$(eval BEFORE_$(s) := $(previous))$(eval previous := $(s))
 ACCELEROMETER := $(if $(wildcard $(F)/accelerometer.csv),accelerometer=frames/accelerometer.csv)
 HAS_QUERIES := $(word 2,$(file <$(F)/queries.csv))
 LOCATED := $(if $(HAS_QUERIES),queries=localize/queries.csv)
-# Only who asks for a path gets it planned.
-PLANNING := $(filter plan $(M)/plan/%,$(MAKECMDGOALS))
+# Only who asks for a path gets it planned, and driven.
+DRIVING := $(filter drive $(M)/drive/%,$(MAKECMDGOALS))
+PLANNING := $(DRIVING)$(filter plan $(M)/plan/%,$(MAKECMDGOALS))
 MADE_plan :=
+MADE_drive :=
 # Which tiles there are tiles.mk says; its lists are kept and watched like those of the shards.
 T := $(M)/tiles
 TILES :=
@@ -248,7 +252,7 @@ $(eval $(TABLE))
 # The tiles are known when the trajectory is, so this make gets them made and leaves what comes after to a
 # second one, which reads their list when it starts. (Included as shards.mk is, tiles.mk would be made along
 # with it, of shards that are not listed yet. Modes that only look see the tiles as they are.)
-LATER := $(filter map plan evaluate report $(foreach s,point_cloud octree grid plan evaluate report,$(M)/$(s)/%),$(MAKECMDGOALS))
+LATER := $(filter map plan drive evaluate report $(foreach s,point_cloud octree grid plan drive evaluate report,$(M)/$(s)/%),$(MAKECMDGOALS))
 ifneq ($(if $(AFTER_TILES),,$(LATER)),)
 TILES_NEED := synthesize frames features vocabulary matches odometry pose_graph tiles
 FORWARDED := $(LATER) $(filter localize evaluate-colmap,$(MAKECMDGOALS))
@@ -272,11 +276,14 @@ localize: $(F)/shards.mk
 endif
 plan: $(BUILD)/programs.mk $(MADE_plan) ## a path from START to GOAL on the grid
 	@$(call say,path: $(M)/plan/path.json)
+drive: $(BUILD)/programs.mk $(MADE_drive) ## the same, and a simulated robot that follows it
+	@$(call say,drive: $(M)/drive/drive.json)
 
 # evaluate and report read the whole site folder: they depend on every result in it. The path that is
 # there is shown, never planned anew: a map without a way through must not cost the morning its report.
 RESULTS := $(foreach s,$(MAP) $(if $(HAS_QUERIES),localize),$(MADE_$(s))) \
-  $(if $(PLANNING),$(MADE_plan),$(wildcard $(M)/plan/receipt.json))
+  $(if $(PLANNING),$(MADE_plan),$(wildcard $(M)/plan/receipt.json)) \
+  $(if $(DRIVING),$(MADE_drive),$(wildcard $(M)/drive/receipt.json))
 EVALUATION := $(wildcard scripts/evaluate.py scripts/report.py scripts/nightmap_eval/*.py)
 $(M)/evaluate/metrics.json: $(RESULTS) $(EVALUATION)
 	@mkdir -p $(@D) $(M)/logs; echo "== evaluate"
@@ -347,9 +354,9 @@ build: $(BUILD)/programs.mk ## the stage programs (map and the others build them
 	@$(call say,programs: $(RUN))
 
 # On a fresh machine python3 and the compiler come with deps, so the rest is parsed after it.
-demo: ## everything on a made-up building: install, build, map, localize, plan, evaluate, report
+demo: ## everything on a made-up building: install, build, map, localize, drive, evaluate, report
 	@scripts/install_deps.sh
-	@$(MAKE) --no-print-directory SITE=demo map localize plan evaluate report
+	@$(MAKE) --no-print-directory SITE=demo map localize drive evaluate report
 	@echo "demo: open $(MAPS)/demo/report/index.html"
 
 test: ## unit tests, end-to-end tests, and tests on real data where it is found

@@ -171,7 +171,7 @@ def main():
     plan_program = arguments.plan or arguments.build / "bin" / "plan"
     places_m = grid.centres_m()[grid.cells == FREE]
     rng = np.random.default_rng(arguments.seed)
-    outcomes, refused, drives = collections.Counter(), collections.Counter(), []
+    outcomes, num_refused, drives = collections.Counter(), 0, []
     obstacles_m = None
     for number in range(MAX_DRAWS_A_DRIVE * arguments.num_drives):
         if sum(outcomes.values()) == arguments.num_drives:
@@ -179,12 +179,14 @@ def main():
         ends = places_m[rng.integers(len(places_m), size=2)] + rng.uniform(-0.5, 0.5, (2, 2)) * grid.resolution_m
         headings_deg = rng.uniform(-180, 180, 2)
         start, goal = (f'"{x:.6f},{y:.6f}"' for x, y in ends)
-        outputs = {"csv": "path.csv", "json": "path.json", "png": "path.png"}
+        outputs = {"csv": "path.csv", "json": "path.json", "nav": "path.yaml", "png": "path.png"}
         config = {**options_of(arguments, "plan"), "start": start, "goal": goal}
         code, said = run(plan_program, config, maps, folder / "plan", outputs)
-        if code != 0:
-            refused[code] += 1
+        if code == 1:
+            num_refused += 1
             continue
+        if code != 0:
+            raise DataError(f"plan: exit code {code}: {said}")
         config = {"start_heading_deg": f'"{headings_deg[0]:.6f}"', "goal_heading_deg": f'"{headings_deg[1]:.6f}"',
                   **options_of(arguments, "drive")}  # fmt: skip
         inputs = {**maps, "csv": folder / "plan/path.csv", "json": folder / "plan/path.json"}
@@ -203,7 +205,7 @@ def main():
         if wrong:
             print(f"draw {number}: start {start}, goal {goal}, headings {headings_deg}: wrong: {', '.join(wrong)}")
         drives.append(drive)
-    print(f"drives: {dict(outcomes)}; draws that plan refused: {sum(refused.values())}")
+    print(f"drives: {dict(outcomes)}; draws that plan refused: {num_refused}")
     for name in ("path_length_m", "length_m", "duration_s", "max_deviation_m"):
         spread(name, [drive.figures[name] for drive in drives])
     for name in ("nearest_m", "position_error_m", "heading_error_deg"):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """report: the morning report of a site, one self-contained HTML page.
 
-Says what the run did and how good the map is: trajectory, floor plan with path, queries, accuracy,
+Says what the run did and how good the map is: trajectory, floor plan with path, drive, queries, accuracy,
 the comparison with COLMAP if there is one, time and memory of each stage, loops, skipped items,
 configs. Sections whose stage did not run say so. Nothing in it comes from the clock.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -16,37 +17,53 @@ namespace nightmap {
 namespace {
 
 constexpr const char* kPathFormat = "nightmap_path";
-constexpr int kPathVersion = 1;
+constexpr int kPathVersion = 2;
 
-// The numbers of the plan stage's options are in its config, which path.json carries.
-void ReadPathConfig(const std::string& config, const std::string& name, PlannedPath& path) {
-  const toml::table table = toml::parse(config);
-  path.robot_radius_m = table["robot_radius_m"].value<double>();
-  path.may_cross_unknown = !table["unknown_is_obstacle"].value_or(true) ||
-                           table["unknown"].value_or(std::string("forbidden")) != "forbidden";
-  if (path.robot_radius_m && !(std::isfinite(*path.robot_radius_m) && *path.robot_radius_m >= 0)) {
-    throw DataError("{}: config: robot_radius_m is {}", name, *path.robot_radius_m);
+// Of the circle about the robot's centre that it stays in however it turns.
+double RobotRadius_m(const toml::table& config) {
+  double radius_m = config["robot_radius_m"].value_or(-1.0);
+  const toml::array* corners = config["footprint_m"].as_array();
+  if (!corners || corners->empty()) return radius_m;
+  radius_m = 0;
+  for (std::size_t i = 0; i + 1 < corners->size(); i += 2) {
+    const double x_m = (*corners)[i].value_or(-1.0);
+    const double y_m = (*corners)[i + 1].value_or(-1.0);
+    radius_m = std::max(radius_m, std::hypot(x_m, y_m));
   }
+  return radius_m;
 }
 
-void ReadPathJson(const std::filesystem::path& json_path, PlannedPath& path) {
+// What the path was planned for is in the plan stage's config, which path.json carries.
+void ReadPathConfig(const std::string& text, const std::string& name, PlannedPath& path) {
+  const toml::table config = toml::parse(text);
+  path.robot_radius_m = RobotRadius_m(config);
+  const auto unknown = config["unknown"].value<std::string>();
+  if (!(std::isfinite(path.robot_radius_m) && path.robot_radius_m >= 0) || !unknown) {
+    throw DataError("{}: config: no robot_radius_m or unknown: run make plan again", name);
+  }
+  path.may_cross_unknown = *unknown != "forbidden";
+}
+
+void ReadPathJson(const std::filesystem::path& json_path,
+                  std::size_t num_points,
+                  PlannedPath& path) {
   const std::string name = json_path.string();
   try {
     const auto json = nlohmann::json::parse(ReadFile(json_path));
     if (json.at("format") != kPathFormat) throw DataError("{}: not a planned path", name);
     const int version = json.at("version").get<int>();
-    if (version > kPathVersion) {
-      throw DataError("{}: version {} is newer than this program's {}: rebuild it",
+    if (version != kPathVersion) {
+      throw DataError("{}: version {}, this program reads {}: run make plan again",
                       name,
                       version,
                       kPathVersion);
     }
-    const auto num_points = json.at("num_points").get<std::size_t>();
-    if (num_points != path.points_in_map.size()) {
+    const auto num_written = json.at("num_points").get<std::size_t>();
+    if (num_written != num_points) {
       throw DataError("{}: num_points is {}, but path.csv has {}: run make plan again",
                       name,
-                      num_points,
-                      path.points_in_map.size());
+                      num_written,
+                      num_points);
     }
     ReadPathConfig(json.at("config").get<std::string>(), name, path);
   } catch (const nlohmann::json::exception& error) {
@@ -56,18 +73,29 @@ void ReadPathJson(const std::filesystem::path& json_path, PlannedPath& path) {
   }
 }
 
+void AddPoint(const CsvRow& row, PlannedPath& path) {
+  const auto leg_idx = static_cast<std::size_t>(row.Index(4));
+  auto& legs = path.legs_in_map;
+  if (leg_idx >= legs.size() + 1 || leg_idx + 1 < legs.size()) {
+    row.Fail(fmt::format("leg_idx {} is out of order", leg_idx));
+  }
+  if (leg_idx == legs.size()) {
+    legs.push_back(legs.empty() ? std::vector<Eigen::Vector2d>()
+                                : std::vector<Eigen::Vector2d>{legs.back().back()});
+  }
+  legs.back().emplace_back(row.Real(0), row.Real(1));
+  path.goal_heading_rad = row.Real(2);
+}
+
 }  // namespace
 
 PlannedPath ReadPlannedPath(const std::filesystem::path& csv_path,
                             const std::filesystem::path& json_path) {
   PlannedPath path;
-  const CsvFile csv(csv_path, "x_m,y_m,heading_rad,distance_m", true);
-  for (const CsvRow& row : csv.Rows()) {
-    path.points_in_map.emplace_back(row.Real(0), row.Real(1));
-    path.goal_heading_rad = row.Real(2);
-  }
-  if (path.points_in_map.empty()) throw DataError("{}: the path has no point", csv_path.string());
-  ReadPathJson(json_path, path);
+  const CsvFile csv(csv_path, "x_m,y_m,heading_rad,distance_m,leg_idx", true);
+  for (const CsvRow& row : csv.Rows()) AddPoint(row, path);
+  if (csv.Rows().empty()) throw DataError("{}: the path has no point", csv_path.string());
+  ReadPathJson(json_path, csv.Rows().size(), path);
   return path;
 }
 

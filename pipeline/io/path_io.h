@@ -4,22 +4,23 @@
 
 #include <Eigen/Core>
 #include <filesystem>
-#include <optional>
 #include <vector>
 
 namespace nightmap {
 
 struct PlannedPath {
-  std::vector<Eigen::Vector2d> points_in_map;  // start to goal, at least one
-  double goal_heading_rad = 0;                 // counter-clockwise from x, of the last point
-  // What it was planned for, as far as path.json says so.
-  std::optional<double> robot_radius_m;
+  // A leg ends at each goal in turn; from its first to its last point, at least one. A leg starts
+  // where the one before it ends.
+  std::vector<std::vector<Eigen::Vector2d>> legs_in_map;
+  double goal_heading_rad = 0;  // counter-clockwise from x, of the last point
+  double robot_radius_m = 0;    // for which it was planned: of a circle about all of the robot
   bool may_cross_unknown = false;
 };
 
-// path.csv (columns x_m,y_m,heading_rad,distance_m, and any after them) and the path.json that was
-// written with it. Throws DataError naming file and line or field: another format, a newer version,
-// a wrong header, NaN, no point, or a number of points other than the JSON's.
+// path.csv (columns x_m,y_m,heading_rad,distance_m,leg_idx, and any after them) and the path.json
+// that was written with it. Throws DataError naming file and line or field: another format or
+// version, a wrong header, NaN, no point, legs out of order, or a number of points other than the
+// JSON's.
 PlannedPath ReadPlannedPath(const std::filesystem::path& csv_path,
                             const std::filesystem::path& json_path);
 

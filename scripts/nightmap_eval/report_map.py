@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sections of the report on the map: trajectory, accuracy, floor plan and path."""
+"""Sections of the report on the map: trajectory, accuracy, floor plan, path and drive."""
 
 import numpy as np
 
@@ -29,6 +29,7 @@ def map_sections(site_dir, metrics):
         trajectory_section(site_dir, metrics),
         accuracy_section(metrics),
         plan_section(site_dir),
+        *filter(None, [drive_section(site_dir)]),
     ]
 
 
@@ -188,3 +189,42 @@ def plan_section(site_dir):
     if note:
         parts.append(html.paragraph(note, "note"))
     return html.section("Floor plan", *parts)
+
+
+def drive_note(site_dir):
+    """What a reader must know of a drive whose path was planned anew since, or None."""
+    receipts = [site_dir / stage / "receipt.json" for stage in ("drive", "plan")]
+    if not all(receipt.exists() for receipt in receipts):
+        return None
+    drive, plan = map(read_json, receipts)
+    driven = [file["xxh3"] for file in drive["inputs"] if file["name"] == "csv"]
+    if driven == [file["xxh3"] for file in plan["outputs"] if file["name"] == "path.csv"]:
+        return None
+    return "This is the drive along an earlier path: run make drive."
+
+
+def drive_section(site_dir):
+    """The simulated drive along the path; None when there is none, which is no failure."""
+    figures_path, gif = site_dir / "drive" / "drive.json", site_dir / "drive" / "drive.gif"
+    if not (figures_path.exists() and gif.exists()):
+        return None
+    drive = read_json(figures_path)
+    try:
+        rows = [
+            ["Duration (s)", drive["duration_s"]],
+            ["Driven (m)", drive["length_m"]],
+            ["Planned (m)", drive["path_length_m"]],
+            ["Farthest from the path (cm)", 100 * drive["max_deviation_m"]],
+            ["Nearest to an obstacle (cm)", 100 * drive["min_clearance_m"]],
+            ["Radius of the robot (cm)", 100 * drive["robot_radius_m"]],
+            ["Off the goal (cm)", 100 * drive["position_error_m"]],
+            ["Off the goal (deg)", drive["heading_error_deg"]],
+        ]
+    except (KeyError, TypeError) as error:
+        raise DataError(f"{figures_path}: no number {error}") from None
+    parts = [html.image(gif.read_bytes(), "simulated drive", media_type="image/gif")]
+    parts.append(html.table(("Simulated drive", ""), rows))
+    note = drive_note(site_dir)
+    if note:
+        parts.append(html.paragraph(note, "note"))
+    return html.section("Drive", *parts)

@@ -7,7 +7,7 @@ from nightmap_eval.site import read_json
 
 STAGES = (
     "synthesize", "frames", "features", "vocabulary", "matches", "odometry", "pose_graph",
-    "tiles", "point_cloud", "octree", "grid", "landmarks", "localize", "plan",
+    "tiles", "point_cloud", "octree", "grid", "landmarks", "localize", "plan", "drive",
 )  # fmt: skip
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
 

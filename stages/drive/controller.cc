@@ -33,7 +33,7 @@ double Controller::Carrot::Curvature_per_m() const {
 Controller::Controller(const ControllerOptions& options,
                        const PathTrack& track,
                        const ClearanceMap& map,
-                       double goal_heading_rad)
+                       std::optional<double> goal_heading_rad)
     : options_(options),
       track_(track),
       map_(map),
@@ -185,7 +185,7 @@ Twist Controller::MakeSafe(const PlanarPose& pose, const Twist& twist, const Twi
 Twist Controller::Command(const PlanarPose& pose, const Twist& twist) {
   Twist wish;
   if (at_goal_) {
-    wish = Turn(WrapAngle(goal_heading_rad_ - pose.heading_rad));
+    if (goal_heading_rad_) wish = Turn(WrapAngle(*goal_heading_rad_ - pose.heading_rad));
     done_ = wish.IsRest() && twist.IsRest();
   } else {
     wish = Follow(pose, twist);

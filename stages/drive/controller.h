@@ -34,7 +34,7 @@ class Controller {
   Controller(const ControllerOptions& options,
              const PathTrack& track,
              const ClearanceMap& map,
-             double goal_heading_rad);
+             std::optional<double> goal_heading_rad);  // none: any
 
   // For the period that begins with this pose, after the last command `twist`.
   Twist Command(const PlanarPose& pose, const Twist& twist);
@@ -69,7 +69,7 @@ class Controller {
   const ControllerOptions& options_;
   const PathTrack& track_;
   const ClearanceMap& map_;
-  double goal_heading_rad_;
+  std::optional<double> goal_heading_rad_;
   double time_s_;  // to the pursued point
   double progress_m_ = 0;
   double pursued_m_ = 0;  // along the track

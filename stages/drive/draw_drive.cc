@@ -88,9 +88,10 @@ void DrawRobot(DriveCanvas& canvas, const PlanarPose& pose, double radius_m) {
 
 std::vector<ColorImage> DrawDrive(const DriveInputs& inputs, const DriveResult& result) {
   DriveCanvas driven(inputs.grid);
-  const auto& path = inputs.path.points_in_map;
-  for (std::size_t i = 1; i < path.size(); ++i) driven.Line(path[i - 1], path[i], kPathColor);
-  driven.Disc(result.goal.point_in_map, 0, kGoalColor);
+  for (const auto& leg : inputs.path.legs_in_map) {
+    for (std::size_t i = 1; i < leg.size(); ++i) driven.Line(leg[i - 1], leg[i], kPathColor);
+    driven.Disc(leg.back(), 0, kGoalColor);
+  }
 
   std::vector<ColorImage> images;
   const std::size_t last = result.steps.size() - 1;

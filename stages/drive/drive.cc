@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
@@ -23,20 +25,10 @@ double Heading_rad(const char* name, const std::string& text, double default_rad
   return WrapAngle(*value_deg * kDegree);
 }
 
-Footprint FootprintOf(const DriveOptions& options, const PlannedPath& path) {
-  if (options.robot_radius_m == 0 && !path.robot_radius_m) {
-    throw UsageError("path.json does not say for which radius it was planned: set robot_radius_m");
-  }
-  return {options.robot_radius_m > 0 ? options.robot_radius_m : *path.robot_radius_m,
-          !path.may_cross_unknown};
-}
-
-PlanarPose StartPose(const DriveOptions& options,
-                     const DriveInputs& inputs,
-                     const PathTrack& track) {
+PlanarPose StartPose(const DriveOptions& options, const PlannedPath& path) {
+  const PathTrack track(path.legs_in_map.front());
   const Eigen::Vector2d way = track.At(kStartDirection_m) - track.At(0);
-  const double along_rad =
-      way.norm() > 0 ? std::atan2(way.y(), way.x()) : inputs.path.goal_heading_rad;
+  const double along_rad = way.norm() > 0 ? std::atan2(way.y(), way.x()) : path.goal_heading_rad;
   return {track.At(0), Heading_rad("start_heading_deg", options.start_heading_deg, along_rad)};
 }
 
@@ -50,60 +42,106 @@ double Deviation_m(const PathTrack& track,
   return (track.At(nearest_m) - point).norm();
 }
 
-void CheckStep(const DriveOptions& options, double min_clearance_m, const DriveResult& result) {
-  const DriveStep& step = result.steps.back();
-  const Eigen::Vector2d& point = step.pose.point_in_map;
-  if (step.clearance_m < min_clearance_m) {
+// The drive so far; goes on leg by leg.
+class Simulation {
+ public:
+  Simulation(const DriveOptions& options, const DriveInputs& inputs)
+      : options_(options), map_(inputs.grid, FootprintOf(options, inputs.path)) {
+    result_.footprint = FootprintOf(options, inputs.path);
+    result_.period_s = options.controller.limits.period_s;
+    result_.steps.push_back({StartPose(options, inputs.path), {}, 0, 0});
+  }
+
+  // Until the robot is at rest at the leg's end, turned to the heading where there is one.
+  void DriveLeg(const std::vector<Eigen::Vector2d>& leg, std::optional<double> goal_heading_rad) {
+    const PathTrack track(leg);
+    const PathTrack pursued(KeepOff(map_, leg, options_.controller.margin_m));
+    Controller controller(options_.controller, pursued, map_, goal_heading_rad);
+    Twist last;
+    while (true) {
+      DriveStep& step = result_.steps.back();
+      const Eigen::Vector2d& point = step.pose.point_in_map;
+      step.clearance_m = map_.Clearance_m(point);
+      step.deviation_m =
+          Deviation_m(track, point, controller.Progress_m(), options_.controller.max_lookahead_m);
+      CheckCollision(step);
+      CheckTime(point, leg.back());
+      const Twist command = controller.Command(step.pose, last);
+      if (controller.IsDone()) break;
+      step.command = last = command;
+      const PlanarPose next = Advance(step.pose, command, result_.period_s);
+      result_.steps.push_back({next, {}, 0, 0});
+    }
+    CheckArrival(leg.back(), goal_heading_rad);
+    result_.path_length_m += track.Length_m();
+  }
+
+  DriveResult Take() {
+    result_.min_clearance_m = result_.steps[0].clearance_m;
+    for (const DriveStep& step : result_.steps) {
+      result_.length_m += step.command.v_m_s * result_.period_s;
+      result_.min_clearance_m = std::min(result_.min_clearance_m, step.clearance_m);
+      result_.max_deviation_m = std::max(result_.max_deviation_m, step.deviation_m);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  static Footprint FootprintOf(const DriveOptions& options, const PlannedPath& path) {
+    const double radius_m =
+        options.robot_radius_m > 0 ? options.robot_radius_m : path.robot_radius_m;
+    return {radius_m, !path.may_cross_unknown};
+  }
+
+  void CheckCollision(const DriveStep& step) const {
+    if (step.clearance_m >= map_.MinClearance_m()) return;
     throw ThresholdError(
-        "the robot of radius {:.3f} m collides after {:.2f} s at {:.3f},{:.3f}: an obstacle is "
-        "{:.3f} "
-        "m away; if the grid is newer than the path run make plan, else plan with a larger "
-        "robot_radius_m",
-        result.footprint.radius_m,
-        result.Duration_s(),
-        point.x(),
-        point.y(),
+        "the robot of radius {:.3f} m collides after {:.2f} s at {:.3f},{:.3f}, {:.3f} m from an "
+        "obstacle: run make plan again, the path is for another grid or a smaller robot",
+        result_.footprint.radius_m,
+        result_.Duration_s(),
+        step.pose.point_in_map.x(),
+        step.pose.point_in_map.y(),
         step.clearance_m);
   }
-  if (result.Duration_s() > options.max_duration_s) {
+
+  void CheckTime(const Eigen::Vector2d& point, const Eigen::Vector2d& goal) const {
+    if (result_.Duration_s() <= options_.max_duration_s) return;
     throw ThresholdError(
         "the robot has not arrived after max_duration_s = {} s: it is at {:.3f},{:.3f}, {:.3f} m "
-        "from "
-        "the goal; allow more time or more speed",
-        options.max_duration_s,
+        "from the goal; allow more time or speed, or run make plan again if the grid is newer",
+        options_.max_duration_s,
         point.x(),
         point.y(),
-        (point - result.goal.point_in_map).norm());
+        (point - goal).norm());
   }
-}
 
-void CheckArrival(const DriveOptions& options, const DriveResult& result) {
-  if (result.position_error_m <= options.position_tolerance_m &&
-      result.heading_error_deg <= options.heading_tolerance_deg) {
-    return;
+  void CheckArrival(const Eigen::Vector2d& goal, std::optional<double> goal_heading_rad) {
+    const PlanarPose& pose = result_.steps.back().pose;
+    const double turn_rad =
+        WrapAngle(pose.heading_rad - goal_heading_rad.value_or(pose.heading_rad));
+    const double off_m = (pose.point_in_map - goal).norm();
+    const double off_deg = std::abs(turn_rad) / kDegree;
+    if (off_m > options_.position_tolerance_m || off_deg > options_.heading_tolerance_deg) {
+      throw ThresholdError(
+          "the robot stops {:.3f} m and {:.2f} deg off the goal at {:.3f},{:.3f}: more than "
+          "position_tolerance_m = {} or heading_tolerance_deg = {}",
+          off_m,
+          off_deg,
+          goal.x(),
+          goal.y(),
+          options_.position_tolerance_m,
+          options_.heading_tolerance_deg);
+    }
+    result_.position_error_m = std::max(result_.position_error_m, off_m);
+    result_.heading_error_deg = std::max(result_.heading_error_deg, off_deg);
+    ++result_.num_goals;
   }
-  throw ThresholdError(
-      "the robot arrives {:.3f} m and {:.2f} deg off the goal, more than position_tolerance_m = {} "
-      "or "
-      "heading_tolerance_deg = {}",
-      result.position_error_m,
-      result.heading_error_deg,
-      options.position_tolerance_m,
-      options.heading_tolerance_deg);
-}
 
-void Summarize(DriveResult& result) {
-  const PlanarPose& last = result.steps.back().pose;
-  result.position_error_m = (last.point_in_map - result.goal.point_in_map).norm();
-  result.heading_error_deg =
-      std::abs(WrapAngle(last.heading_rad - result.goal.heading_rad)) / kDegree;
-  result.min_clearance_m = result.steps[0].clearance_m;
-  for (const DriveStep& step : result.steps) {
-    result.length_m += step.command.v_m_s * result.period_s;
-    result.min_clearance_m = std::min(result.min_clearance_m, step.clearance_m);
-    result.max_deviation_m = std::max(result.max_deviation_m, step.deviation_m);
-  }
-}
+  const DriveOptions& options_;
+  ClearanceMap map_;
+  DriveResult result_;
+};
 
 }  // namespace
 
@@ -114,37 +152,18 @@ DriveResult RunDrive(const DriveOptions& options, const DriveInputs& inputs, Pro
                      steering.min_lookahead_m,
                      steering.max_lookahead_m);
   }
-  const PathTrack track(inputs.path.points_in_map);
-  DriveResult result;
-  result.footprint = FootprintOf(options, inputs.path);
-  const ClearanceMap map(inputs.grid, result.footprint);
-  result.period_s = steering.limits.period_s;
-  result.path_length_m = track.Length_m();
-  result.goal = {
-      track.At(track.Length_m()),
-      Heading_rad("goal_heading_deg", options.goal_heading_deg, inputs.path.goal_heading_rad)};
-
-  progress.Start(1);
-  const PathTrack pursued(KeepOff(map, inputs.path.points_in_map, steering.margin_m));
-  Controller controller(steering, pursued, map, result.goal.heading_rad);
-  DriveStep step{StartPose(options, inputs, track), {}, 0, 0};
-  while (true) {
-    const Eigen::Vector2d& point = step.pose.point_in_map;
-    const Twist last = step.command;
-    step.command = {};
-    step.clearance_m = map.Clearance_m(point);
-    step.deviation_m = Deviation_m(track, point, controller.Progress_m(), steering.max_lookahead_m);
-    result.steps.push_back(step);
-    CheckStep(options, map.MinClearance_m(), result);
-    step.command = controller.Command(step.pose, last);
-    if (controller.IsDone()) break;
-    result.steps.back().command = step.command;
-    step.pose = Advance(step.pose, step.command, result.period_s);
+  const double goal_heading_rad =
+      Heading_rad("goal_heading_deg", options.goal_heading_deg, inputs.path.goal_heading_rad);
+  const auto& legs = inputs.path.legs_in_map;
+  progress.Start(legs.size());
+  Simulation simulation(options, inputs);
+  for (std::size_t i = 0; i < legs.size(); ++i) {
+    const bool is_last = i + 1 == legs.size();
+    simulation.DriveLeg(legs[i], is_last ? std::optional(goal_heading_rad) : std::nullopt);
+    progress.Advance();
   }
-  Summarize(result);
-  CheckArrival(options, result);
   progress.Finish();
-  return result;
+  return simulation.Take();
 }
 
 }  // namespace nightmap

@@ -41,23 +41,23 @@ struct DriveStep {
 
 struct DriveResult {
   Footprint footprint;  // as used
-  PlanarPose goal;
   std::vector<DriveStep> steps;
   double period_s = 0;
   double path_length_m = 0;
   double length_m = 0;  // driven
   double min_clearance_m = 0;
   double max_deviation_m = 0;
-  double position_error_m = 0;  // on arrival
-  double heading_error_deg = 0;
+  std::size_t num_goals = 0;
+  double position_error_m = 0;   // largest at a goal
+  double heading_error_deg = 0;  // at the last
 
   double Duration_s() const { return period_s * static_cast<double>(steps.size() - 1); }
 };
 
-// The robot starts at rest on the path's first point. Each step's pose follows exactly from the one
-// before it and its command, so commands alone replay the drive. Deterministic. Throws UsageError
-// on a malformed option, ThresholdError when the robot collides, does not arrive within
-// max_duration_s, or arrives outside of a tolerance.
+// The robot starts at rest on the path's first point, and stops at each goal of the path. Each
+// step's pose follows exactly from the one before it and its command, so commands alone replay the
+// drive. Deterministic. Throws UsageError on a malformed option, ThresholdError when the robot
+// collides, does not arrive within max_duration_s, or arrives outside of a tolerance.
 DriveResult RunDrive(const DriveOptions& options, const DriveInputs& inputs, Progress& progress);
 
 }  // namespace nightmap

@@ -36,6 +36,7 @@ nlohmann::ordered_json DriveFigures(const DriveResult& result) {
           {"robot_radius_m", result.footprint.radius_m},
           {"unknown_is_obstacle", result.footprint.unknown_is_obstacle},
           {"period_s", result.period_s},
+          {"num_goals", result.num_goals},
           {"num_steps", result.steps.size()}};
 }
 

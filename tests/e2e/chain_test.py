@@ -8,11 +8,12 @@ import unittest
 from workspace import GOALS, SITE, Workspace
 
 # What must rerun when one value of a stage's config changes: the stage and what depends on it.
-AFTER_GRID = {"plan"}
+AFTER_PLAN = {"drive"}
+AFTER_GRID = {"plan"} | AFTER_PLAN
 AFTER_OCTREE = {"grid"} | AFTER_GRID
 AFTER_CLOUD = {"octree"} | AFTER_OCTREE
 AFTER_TILES = {"point_cloud"} | AFTER_CLOUD
-AFTER_LOCALIZE = {"plan"}
+AFTER_LOCALIZE = {"plan"} | AFTER_PLAN
 AFTER_LANDMARKS = {"localize"} | AFTER_LOCALIZE
 AFTER_POSE_GRAPH = {"tiles", "landmarks"} | AFTER_TILES | AFTER_LANDMARKS
 AFTER_ODOMETRY = {"pose_graph"} | AFTER_POSE_GRAPH
@@ -20,7 +21,8 @@ AFTER_MATCHES = {"odometry"} | AFTER_ODOMETRY
 AFTER_VOCABULARY = {"matches"} | AFTER_ODOMETRY  # the loops among the matches, not the neighbours
 AFTER_FEATURES = {"vocabulary"} | AFTER_VOCABULARY | AFTER_MATCHES
 CHANGES = [
-    ("plan.robot_radius_m=0.2", {"plan"}),
+    ("drive.max_v_m_s=0.4", {"drive"}),
+    ("plan.robot_radius_m=0.2", {"plan"} | AFTER_PLAN),
     ("localize.max_error_px=4.5", {"localize"} | AFTER_LOCALIZE),
     ("landmarks.max_error_px=4.5", {"landmarks"} | AFTER_LANDMARKS),
     ("grid.margin_m=0.3", {"grid"} | AFTER_GRID),

@@ -23,9 +23,9 @@ BUILD = pathlib.Path(os.environ.get("NIGHTMAP_BUILD", REPOSITORY / "build")).res
 if not (BUILD / "programs.mk").exists():
     raise SystemExit(f"no programs in {BUILD}: run `make build`, or set NIGHTMAP_BUILD")
 LINKS = ("Makefile", "CMakeLists.txt", "cmake", "pipeline", "stages", "scripts")
-GOALS = ("map", "localize", "plan")
+GOALS = ("map", "localize", "plan", "drive")
 STAGES = ("synthesize", "frames", "features", "vocabulary", "matches", "odometry", "pose_graph",
-          "tiles", "point_cloud", "octree", "grid", "landmarks", "localize", "plan")
+          "tiles", "point_cloud", "octree", "grid", "landmarks", "localize", "plan", "drive")
 SITE = "small"
 
 # The camera of the small building: the demo's at a fraction of its size, so that a run takes seconds.

@@ -7,10 +7,11 @@
 namespace nightmap {
 namespace {
 
-constexpr char kHeader[] = "x_m,y_m,heading_rad,distance_m\n";
-constexpr char kRows[] = "1.5,2,0,0\n2.5,2,0.5,1\n";
+constexpr char kHeader[] = "x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m\n";
+constexpr char kRows[] = "1.5,2,0,0,0,1\n2.5,2,0.5,1,0,1\n3,2,0,0.5,1,1\n";
+constexpr char kConfig[] = "robot_radius_m = 0.25\\nunknown = \\\"forbidden\\\"\\n";
 
-std::string Json(const std::string& config, int num_points = 2, int version = 1) {
+std::string Json(const std::string& config, int num_points = 3, int version = 2) {
   return "{\"format\": \"nightmap_path\", \"version\": " + std::to_string(version) +
          ", \"num_points\": " + std::to_string(num_points) + ", \"config\": \"" + config + "\"}";
 }
@@ -23,45 +24,56 @@ class PathIoTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(PathIoTest, ReadsPointsAndWhatTheyWerePlannedFor) {
-  const PlannedPath path =
-      Read(std::string(kHeader) + kRows,
-           Json("robot_radius_m = 0.25\\nunknown_is_obstacle = false\\nother = \\\"x\\\"\\n"));
-  ASSERT_EQ(path.points_in_map.size(), 2U);
-  EXPECT_EQ(path.points_in_map[1], Eigen::Vector2d(2.5, 2));
-  EXPECT_EQ(path.goal_heading_rad, 0.5);
+TEST_F(PathIoTest, ReadsLegsAndWhatTheyWerePlannedFor) {
+  const PlannedPath path = Read(std::string(kHeader) + kRows, Json(kConfig));
+  ASSERT_EQ(path.legs_in_map.size(), 2U);
+  using Points = std::vector<Eigen::Vector2d>;
+  EXPECT_EQ(path.legs_in_map[0], (Points{{1.5, 2}, {2.5, 2}}));
+  EXPECT_EQ(path.legs_in_map[1], (Points{{2.5, 2}, {3, 2}}));
+  EXPECT_EQ(path.goal_heading_rad, 0);
   EXPECT_EQ(path.robot_radius_m, 0.25);
-  EXPECT_TRUE(path.may_cross_unknown);
-}
-
-TEST_F(PathIoTest, FurtherColumnsMayFollow) {
-  const PlannedPath path =
-      Read("x_m,y_m,heading_rad,distance_m,leg_idx\n1,2,0.5,0,0\n", Json("", 1));
-  EXPECT_EQ(path.points_in_map[0], Eigen::Vector2d(1, 2));
-  EXPECT_FALSE(path.robot_radius_m.has_value());
   EXPECT_FALSE(path.may_cross_unknown);
 }
 
+TEST_F(PathIoTest, CircleAboutAPolygonAndUnknownSpace) {
+  const std::string config = std::string(kConfig) + "footprint_m = [3, -4.0, 0, 1, -1, 0]\\n";
+  EXPECT_EQ(Read(std::string(kHeader) + kRows, Json(config)).robot_radius_m, 5);
+  const PlannedPath path =
+      Read(std::string(kHeader) + kRows, Json("robot_radius_m = 1\\nunknown = \\\"costed\\\"\\n"));
+  EXPECT_EQ(path.robot_radius_m, 1);
+  EXPECT_TRUE(path.may_cross_unknown);
+}
+
 TEST_F(PathIoTest, RefusesDamagedPoints) {
+  const auto expect = [&](const std::string& csv, const std::string& message) {
+    NIGHTMAP_EXPECT_ERROR(DataError, Read(csv, Json(kConfig, 1)), message);
+  };
   const std::string header = kHeader;
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(header, Json("", 0)), "no point");
-  NIGHTMAP_EXPECT_ERROR(DataError, Read("x_m,y_m,distance_m\n1,2,3\n", Json("", 1)), "begin with");
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(header + "1,nan,0,0\n", Json("", 1)), "y_m");
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(header + "1,2,0\n", Json("", 1)), "path.csv:2");
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(header + "1,2,0,0,7\n", Json("", 1)), "5 fields");
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(header + "1,2,0,0", Json("", 1)), "truncated");
+  expect(header, "no point");
+  expect("x_m,y_m,heading_rad,distance_m\n1,2,0,0\n", "begin with");
+  expect(header + "1,nan,0,0,0,1\n", "y_m");
+  expect(header + "1,2,0\n", "path.csv:2");
+  expect(header + "1,2,0,0,0,1,7\n", "7 fields");
+  expect(header + "1,2,0,0,0,1", "truncated");
+  expect(header + "1,2,0,0,1,1\n", "leg_idx 1 is out of order");
+  expect(header + "1,2,0,0,-1,1\n", "leg_idx");
+  expect(header + "1,2,0,0,0,1\n1,3,0,0,1,1\n1,3,0,0,0,1\n", "path.csv:4: leg_idx 0");
 }
 
 TEST_F(PathIoTest, RefusesAnotherJson) {
-  const std::string csv = std::string(kHeader) + kRows;
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(csv, Json("", 3)), "make plan");
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(csv, Json("", 2, 2)), "newer");
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(csv, "{\"format\": \"other\"}"), "not a planned path");
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(csv, "{\"format\": "), "path.json");
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(csv, "{\"format\": \"nightmap_path\"}"), "version");
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(csv, Json("a = = 1")), "path.json: config");
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(csv, Json("robot_radius_m = nan")), "robot_radius_m");
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(csv, Json("robot_radius_m = -1")), "robot_radius_m");
+  const auto expect = [&](const std::string& json, const std::string& message) {
+    NIGHTMAP_EXPECT_ERROR(DataError, Read(std::string(kHeader) + kRows, json), message);
+    NIGHTMAP_EXPECT_ERROR(DataError, Read(std::string(kHeader) + kRows, json), "path.json");
+  };
+  expect(Json(kConfig, 4), "make plan");
+  expect(Json(kConfig, 3, 3), "version 3");
+  expect("{\"format\": \"other\"}", "not a planned path");
+  expect("{\"format\": ", "parse");
+  expect("{\"format\": \"nightmap_path\"}", "version");
+  expect(Json("a = = 1"), "config");
+  expect(Json("unknown = \\\"allowed\\\""), "robot_radius_m");
+  expect(Json("robot_radius_m = nan\\nunknown = \\\"allowed\\\""), "robot_radius_m");
+  expect(Json("robot_radius_m = 0.2"), "unknown");
 }
 
 }  // namespace

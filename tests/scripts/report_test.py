@@ -13,7 +13,7 @@ from PIL import Image
 
 import fake_site
 from nightmap_eval import html
-from nightmap_eval.report_map import _building_rows, path_note, truth_in_map
+from nightmap_eval.report_map import _building_rows, drive_note, path_note, truth_in_map
 from nightmap_eval.report_queries import choose
 
 VOID_TAGS = ("meta", "img")
@@ -51,6 +51,22 @@ class PathNoteTest(unittest.TestCase):
             self.assertIsNone(path_note(site_dir, np.zeros((2, 2))))
 
 
+class DriveNoteTest(unittest.TestCase):
+    def test_tells_of_a_drive_along_an_earlier_path(self):
+        with tempfile.TemporaryDirectory() as folder:
+            site_dir = Path(folder)
+            self.assertIsNone(drive_note(site_dir))
+            for stage, kind, name in (("drive", "inputs", "csv"), ("plan", "outputs", "path.csv")):
+                (site_dir / stage).mkdir()
+                receipt = {kind: [{"name": name, "xxh3": "1"}]}
+                (site_dir / stage / "receipt.json").write_text(json.dumps(receipt))
+            self.assertIsNone(drive_note(site_dir))
+            (site_dir / "plan" / "receipt.json").write_text(
+                json.dumps({"outputs": [{"name": "path.csv", "xxh3": "2"}]})
+            )
+            self.assertIn("earlier path", drive_note(site_dir))
+
+
 class ReportTest(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -61,10 +77,12 @@ class ReportTest(unittest.TestCase):
     def tearDown(self):
         self.folder.cleanup()
 
+    def run_report(self):
+        folders = ("--site-dir", self.site_dir, "--data", self.root)
+        return fake_site.run("report.py", *folders, "--out", self.out)
+
     def report(self):
-        result = fake_site.run(
-            "report.py", "--site-dir", self.site_dir, "--data", self.root, "--out", self.out
-        )
+        result = self.run_report()
         self.assertEqual(result.returncode, 0, result.stderr)
         page = self.out.read_text()
         checker = Checker()
@@ -121,6 +139,24 @@ class ReportTest(unittest.TestCase):
         ):
             self.assertIn(text, page)
         self.assertEqual(page.count("data:image/png"), 3)
+
+    def test_shows_the_drive_if_there_is_one(self):
+        self.write_everything()
+        self.assertNotIn("Simulated drive", self.report())
+        (self.site_dir / "drive").mkdir()
+        Image.new("RGB", (64, 48), "red").save(self.site_dir / "drive" / "drive.gif")
+        drive = {"duration_s": 61.25, "length_m": 20.5, "path_length_m": 21.0, "max_deviation_m": 0.123,
+                 "min_clearance_m": 0.3, "robot_radius_m": 0.25, "position_error_m": 0.004, "heading_error_deg": 0.5}
+        figures = self.site_dir / "drive" / "drive.json"
+        figures.write_text(json.dumps(drive))
+        page = self.report()
+        for text in ("data:image/gif", "61.2", "12.3", "Off the goal"):
+            self.assertIn(text, page)
+        del drive["duration_s"]
+        figures.write_text(json.dumps(drive))
+        result = self.run_report()
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("drive.json: no number 'duration_s'", result.stderr)
 
     def test_same_bytes_twice_and_no_time(self):
         self.write_everything()
