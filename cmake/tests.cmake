@@ -27,8 +27,6 @@ foreach(stage ${stage_folders})
     nightmap_tests(stages/${stage} LINK stage_${stage} nightmap_synthetic)
   endif()
 endforeach()
-add_executable(bench_octree ${CMAKE_SOURCE_DIR}/tests/stages/octree/bench_octree.cc)  # of scripts/bench_octree.py
-target_link_libraries(bench_octree PRIVATE stage_octree)
 if(TARGET test_stages_point_cloud)
   target_link_libraries(test_stages_point_cloud PRIVATE pcl_common pcl_kdtree)
   target_include_directories(test_stages_point_cloud SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
@@ -45,6 +43,11 @@ foreach(script ${scripts})
   set_tests_properties(${group}/${name} PROPERTIES
                        RUN_SERIAL TRUE TIMEOUT 1500 ENVIRONMENT NIGHTMAP_BUILD=${CMAKE_BINARY_DIR})
 endforeach()
-# Benchmarks: built and run by hand, their first lines say how.
-add_executable(bench_plan EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/tests/bench/bench_plan.cc)
-target_link_libraries(bench_plan PRIVATE stage_plan)
+# Benchmarks: run by hand; the first lines of each say how.
+file(GLOB benchmarks CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/bench/bench_*.cc)
+foreach(source ${benchmarks})
+  get_filename_component(name ${source} NAME_WE)
+  string(REPLACE bench_ stage_ stage ${name})
+  add_executable(${name} ${source})
+  target_link_libraries(${name} PRIVATE ${stage})
+endforeach()
