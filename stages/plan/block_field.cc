@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint64_t kLeftColumn = 0x0101010101010101;
 constexpr std::uint64_t kRightColumn = kLeftColumn << 7;
 constexpr float kDiagonalRatio = 1.41421356F;
-constexpr float kKeysPerCell = 16;
+constexpr float kFieldKeysPerCell = 16;
 constexpr int kKeyShift = 5;
 constexpr std::int64_t kMaxKeyRise = 1 << 16;
 
@@ -180,7 +180,7 @@ void BlockField::Spread(std::size_t goal) {
       if (cost >= other.cost) continue;
       other.cost = cost;
       other.next = open.node;
-      queue.Push(static_cast<std::int64_t>(cost * kKeysPerCell), {neighbour.node, cost});
+      queue.Push(static_cast<std::int64_t>(cost * kFieldKeysPerCell), {neighbour.node, cost});
     }
   }
 }

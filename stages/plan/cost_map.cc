@@ -12,7 +12,7 @@ namespace nightmap {
 namespace {
 
 constexpr double kRounding = 1e-9;  // so that a radius of whole cells is met exactly
-constexpr int kRowsPerItem = 64;
+constexpr int kCostRowsPerItem = 64;
 
 // The obstacles, each with the eight cells around it: from a cell to the nearest of these, centre
 // to centre, is as far as between the squares of the cell and of the obstacle.
@@ -115,10 +115,10 @@ CostMap MakeCostMap(const OccupancyGrid& grid,
   const std::array<std::uint16_t, 3> extra = {0, 0, unknown_cost};
   map.costs.resize(static_cast<std::size_t>(map.Stride()) *
                    static_cast<std::size_t>(map.height + 2));
-  const int num_items = (map.height + kRowsPerItem - 1) / kRowsPerItem;
+  const int num_items = (map.height + kCostRowsPerItem - 1) / kCostRowsPerItem;
   ParallelFor(static_cast<std::size_t>(num_items), num_threads, [&](std::size_t item) {
-    const int first = static_cast<int>(item) * kRowsPerItem;
-    for (int y = first; y < std::min(first + kRowsPerItem, map.height); ++y) {
+    const int first = static_cast<int>(item) * kCostRowsPerItem;
+    for (int y = first; y < std::min(first + kCostRowsPerItem, map.height); ++y) {
       const std::size_t from = grid.Index(0, y);
       std::uint16_t* row = map.costs.data() + map.Index({0, y});
       for (std::size_t x = 0; x < static_cast<std::size_t>(map.width); ++x) {

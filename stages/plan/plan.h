@@ -24,7 +24,7 @@ struct PlanOptions {
   std::string planner = "any_angle";
   FootprintOptions footprint;
   CostOptions cost;
-  double snap_radius_m = 0.5;
+  double snap_radius_m = 1;
   bool shorten = true;
 
   void Register(OptionList& list);
