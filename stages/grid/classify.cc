@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <ranges>
 
 #include "pipeline/base/parallel.h"
 #include "stages/grid/floors.h"
@@ -12,7 +13,7 @@ namespace nightmap {
 namespace {
 
 constexpr double kTolerance_m = 1e-9;
-constexpr double kDropDepth_m = 0.5;  // how deep below the ground a drop is looked for
+constexpr double kMinUnseenDrop_m = 0.3;  // free space below the ground that proves one
 
 // What a column holds, in smallest voxels.
 struct Contents {
@@ -20,8 +21,9 @@ struct Contents {
   int num_free = 0;      // from the ground to the robot's height, as are the next two
   int lowest_free = std::numeric_limits<int>::max();
   int highest_free = std::numeric_limits<int>::min();
-  int num_free_below = 0;  // deeper than a step
   bool has_ground = false;
+  int drop = 0;             // how much deeper than a step free space goes on from there
+  bool has_bottom = false;  // whether it ends on something seen
 
   // Voxels between free ones that no ray reached or crossed.
   int NumUnseen() const {
@@ -73,7 +75,6 @@ class FloorClassifier {
     const HeightRange robot = within(0, options_.robot_height_m);
     const HeightRange band{within(step_m, options_.robot_height_m).min, robot.max};
     const HeightRange level{within(-step_m, 0).min, band.min - 1};
-    const HeightRange below{within(-step_m - kDropDepth_m, 0).min, level.min - 1};
     Contents contents;
     for (const Run& run : columns_.Of(cell)) {
       if (run.occupied) {
@@ -81,19 +82,36 @@ class FloorClassifier {
         contents.has_ground |= level.Overlap(run.begin, run.end) > 0;
         continue;
       }
-      contents.num_free_below += below.Overlap(run.begin, run.end);
       const int num_free = robot.Overlap(run.begin, run.end);
       if (num_free == 0) continue;
       contents.num_free += num_free;
       contents.lowest_free = std::min(contents.lowest_free, std::max(run.begin, robot.min));
       contents.highest_free = std::max(contents.highest_free, std::min(run.end - 1, robot.max));
     }
+    if (contents.num_free > 0 && !contents.has_ground) FindDrop(cell, level.min, contents);
     return contents;
   }
 
+  // Follows free space downwards, over unseen parts that are short.
+  void FindDrop(std::size_t cell, int step_bottom, Contents& contents) const {
+    const int max_gap = static_cast<int>(options_.max_unseen_m / resolution_m_ + kTolerance_m);
+    int bottom = contents.lowest_free;
+    for (const Run& run : std::views::reverse(columns_.Of(cell))) {
+      if (run.begin >= contents.lowest_free) continue;
+      if (run.end < bottom - max_gap) break;
+      if (run.occupied) {
+        contents.has_bottom = true;
+        break;
+      }
+      bottom = run.begin;
+    }
+    contents.drop = std::max(0, step_bottom - bottom);
+  }
+
+  // A little free space that ends unseen may be above the ground of a ramp that was not seen.
   bool IsDrop(const Contents& contents) const {
-    return !contents.has_ground && contents.num_free_below > 0 &&
-           resolution_m_ * contents.num_free_below >= options_.max_step_height_m - kTolerance_m;
+    if (contents.drop == 0) return false;
+    return contents.has_bottom || resolution_m_ * contents.drop >= kMinUnseenDrop_m - kTolerance_m;
   }
 
   CellValue SeenState(const Contents& contents) const {

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/grid/ground.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace nightmap {
 namespace {
 
-constexpr double kFillReach_m = 0.5;
+constexpr double kFillReach_m = 0.75;
+constexpr double kBridge_m = 1.5;    // a ramp goes on behind as much unseen ground, at most
+constexpr double kMaxSlope = 0.36;   // of ramps under unseen ground
+constexpr int kNumSmoothings = 100;  // of the ground that is filled in beside ramps
 constexpr double kTolerance_m = 1e-9;
 constexpr int kNoSupport = std::numeric_limits<int>::min();
 
@@ -20,11 +23,13 @@ class GroundFinder {
                const std::vector<double>& floors_m,
                std::size_t floor_idx)
       : options_(options),
+        columns_(columns),
         area_(columns.area),
         resolution_m_(columns.resolution_m),
         supports_(supports),
         floor_m_(floors_m[floor_idx]),
         tops_(area_.Size(), kNoSupport),
+        bridges_(area_.Size()),
         is_of_other_floor_(area_.Size(), false) {
     const double step_m = options.max_step_height_m;
     if (floor_idx > 0) lowest_m_ = floors_m[floor_idx - 1] + step_m;
@@ -70,11 +75,25 @@ class GroundFinder {
     return cells;
   }
 
-  // The support of a column that is reached from one beside it.
-  int ReachedTop(std::size_t cell, int from_top) const {
+  // Ground that was not seen below seen free space: the support before it, and how far back that
+  // is.
+  struct Bridge {
+    int from_top = kNoSupport;
+    int num_cells = std::numeric_limits<int>::max();
+  };
+
+  int Voxels(double height_m) const {
+    return static_cast<int>(std::floor(height_m / resolution_m_ + kTolerance_m));
+  }
+  // How far the ground may have risen or fallen, in voxels.
+  int MaxRise(int num_unseen_cells) const {
+    return Voxels(options_.max_step_height_m + kMaxSlope * num_unseen_cells * resolution_m_);
+  }
+
+  // The support of a column that is reached from one beside it, or from before unseen ground.
+  int ReachedTop(std::size_t cell, const Bridge& from) const {
     for (const int top : supports_.Of(cell)) {
-      const double rise_m = std::abs(top - from_top) * resolution_m_;
-      if (rise_m <= options_.max_step_height_m + kTolerance_m) return top;
+      if (std::abs(top - from.from_top) <= MaxRise(from.num_cells)) return top;
     }
     return kNoSupport;
   }
@@ -82,13 +101,38 @@ class GroundFinder {
     return Height_m(top) <= lowest_m_ || Height_m(top) >= highest_m_;
   }
 
+  // Whether a robot could stand in a column on ground that was not seen: space is free there,
+  // nothing stands in its way and there is no drop, wherever within reach the ground is.
+  bool CanBridge(std::size_t cell, const Bridge& to) const {
+    const int rise = MaxRise(to.num_cells);
+    const HeightRange way{to.from_top + rise + 1,
+                          to.from_top + Voxels(options_.robot_height_m) - rise};
+    bool has_room = false;
+    for (const Run& run : columns_.Of(cell)) {
+      if (way.Overlap(run.begin, run.end) == 0) continue;
+      if (run.occupied || run.begin < to.from_top + 1 - rise) return false;
+      has_room = true;
+    }
+    return has_room && to.num_cells * resolution_m_ <= kBridge_m;
+  }
+
+  // Only ramps go on under unseen ground; level ground is where it is.
+  void TryBridge(std::size_t cell, const Bridge& from, std::vector<std::size_t>& queue) {
+    const Bridge to{from.from_top, from.num_cells + 1};
+    if (IsLevel(from.from_top) || to.num_cells >= bridges_[cell].num_cells) return;
+    if (!CanBridge(cell, to)) return;
+    bridges_[cell] = to;
+    queue.push_back(cell);
+  }
+
   void FollowRamps(std::vector<std::size_t> queue) {
     for (std::size_t next = 0; next < queue.size(); ++next) {
-      const int from_top = tops_[queue[next]];
-      ForNeighbours(queue[next], [&](std::size_t cell) {
+      const std::size_t at = queue[next];
+      const Bridge from = tops_[at] == kNoSupport ? bridges_[at] : Bridge{tops_[at], 0};
+      ForNeighbours(at, [&](std::size_t cell) {
         if (tops_[cell] != kNoSupport) return;
-        const int top = ReachedTop(cell, from_top);
-        if (top == kNoSupport) return;
+        const int top = ReachedTop(cell, from);
+        if (top == kNoSupport) return TryBridge(cell, from, queue);
         if (IsOfOtherFloor(top)) {
           is_of_other_floor_[cell] = true;
           return;
@@ -129,22 +173,48 @@ class GroundFinder {
       border.push_back(cell);
     }
     const int reach = static_cast<int>(std::lround(kFillReach_m / resolution_m_));
+    std::vector<std::size_t> filled;
     for (int distance = 0; distance < reach; ++distance) {
-      std::vector<std::size_t> filled;
+      std::vector<std::size_t> next;
       for (const std::size_t from : border) {
         ForNeighbours(from, [&](std::size_t cell) {
           if (is_done[cell]) return;
           is_done[cell] = true;
           ground_m[cell] = ground_m[from];
-          filled.push_back(cell);
+          next.push_back(cell);
         });
       }
-      border = std::move(filled);
+      filled.insert(filled.end(), next.begin(), next.end());
+      border = std::move(next);
     }
+    Smooth(filled, is_done, ground_m);
     return ground_m;
   }
 
+  // The filled cells become the mean of those around them, so that the ground between two parts of
+  // a ramp rises from one to the other.
+  void Smooth(const std::vector<std::size_t>& filled,
+              const std::vector<bool>& is_done,
+              std::vector<double>& ground_m) const {
+    const bool is_level =
+        std::ranges::all_of(filled, [&](std::size_t cell) { return ground_m[cell] == floor_m_; });
+    for (int i = 0; i < kNumSmoothings && !is_level; ++i) {
+      for (const std::size_t cell : filled) {
+        double sum_m = 0;
+        int count = 0;
+        ForNeighbours(cell, [&](std::size_t near) {
+          if (!is_done[near] || is_of_other_floor_[near]) return;
+          if (std::abs(ground_m[near] - ground_m[cell]) > kMaxSlope * kBridge_m) return;
+          sum_m += ground_m[near];
+          ++count;
+        });
+        if (count > 0) ground_m[cell] = sum_m / count;
+      }
+    }
+  }
+
   const GridOptions& options_;
+  const Columns& columns_;
   const Area area_;
   const double resolution_m_;
   const Supports& supports_;
@@ -152,6 +222,7 @@ class GroundFinder {
   double lowest_m_ = -std::numeric_limits<double>::infinity();
   double highest_m_ = std::numeric_limits<double>::infinity();
   std::vector<int> tops_;  // of each cell's ground, or kNoSupport
+  std::vector<Bridge> bridges_;
   std::vector<bool> is_of_other_floor_;
 };
 

@@ -11,9 +11,10 @@ namespace nightmap {
 // What lies within a step of the floor's height is level ground. From there on the ground follows
 // the supports from cell to cell (4 neighbours) as long as they differ by a step at most, up or
 // down to within a step of the next floor; patches of less than min_ramp_area_m2 are no ramps. So
-// both floors have the ramp that joins them. Cells without a support take the ground of the nearest
-// cell that has one, up to half a metre off, and are level beyond. `floors_m` as of FindFloors.
-// Returns z (m) of each cell.
+// both floors have the ramp that joins them. A ramp goes on behind up to 1.5 m of ground that was
+// not seen below seen free space, if it can have got there at a slope of 0.36. Cells without a
+// support take their ground from the supports around them, up to 0.75 m off, and are level beyond.
+// `floors_m` as of FindFloors. Returns z (m) of each cell.
 std::vector<double> FindGround(const GridOptions& options,
                                const Columns& columns,
                                const Supports& supports,

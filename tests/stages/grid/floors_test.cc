@@ -38,6 +38,38 @@ TEST(GridFloors, ARampIsFreeAndItsWallsAreNot) {
   EXPECT_GT(floor.num_ramp_cells, 100 * 20);
 }
 
+// The same hall, with the ground unseen from x0 to x1 and free space seen from two voxels above it.
+VoxelRoom RampHallWithGap(int top, int x0, int x1) {
+  VoxelRoom room;
+  const int end = 40 + 4 * top;
+  for (int x = 0; x < end + 40; ++x) {
+    const int height = std::clamp((x - 40) / 4 + 1, 0, top);
+    if (x < x0 || x > x1) {
+      Raise(room, x, 0, x, 19, height, top + 50);
+    } else {
+      room.Fill({x, 0, height + 3}, {x, 19, top + 50}, false);
+    }
+  }
+  for (const int y : {-1, 20}) room.Fill({0, y, 0}, {end + 39, y, top + 50}, true);
+  return room;
+}
+
+TEST(GridFloors, ARampGoesOnBehindAMetreOfUnseenGround) {
+  const FloorGrid floor = Project(RampHallWithGap(20, 80, 99).Tree());
+  for (int x = 0; x < 160; ++x) EXPECT_EQ(CellAt(floor, x, 10), kFreeCell) << x;
+  EXPECT_EQ(floor.num_drop_cells, 0U);
+  // Not behind two metres: what rises there may be anything.
+  EXPECT_EQ(CellAt(Project(RampHallWithGap(20, 70, 109).Tree()), 115, 10), kOccupiedCell);
+}
+
+TEST(GridFloors, UnseenGroundBeforeAPlatformIsNoRamp) {
+  VoxelRoom room;
+  Raise(room, 0, 0, 39, 19, 0, 50);
+  room.Fill({40, 0, 3}, {59, 19, 50}, false);
+  Raise(room, 60, 0, 99, 19, 7, 50);  // 0.35 m higher, a metre on
+  EXPECT_EQ(CellAt(Project(room.Tree()), 80, 10), kOccupiedCell);
+}
+
 TEST(GridFloors, WhatStandsOnARampIsAnObstacleAndWhatHangsOverItIsNot) {
   VoxelRoom room = RampHall(20);
   const int top = (100 - 40) / 4 + 1;  // of the ramp at x = 100
@@ -144,6 +176,23 @@ TEST(GridFloors, WhereTheGroundEndsIsAnObstacle) {
     EXPECT_EQ(CellAt(floor, 25, y), kUnknownCell);
   }
   EXPECT_EQ(floor.num_drop_cells, 20U);
+}
+
+TEST(GridFloors, TheRoomBelowAnUnseenFloorIsNoDrop) {
+  VoxelRoom room = EmptyRoom();
+  room.Fill({20, 0, 1}, {29, 19, 48}, false);  // the floor was not seen here
+  room.Fill({20, 0, -7}, {29, 19, -6}, true);  // but the ceiling of the room below
+  room.Fill({20, 0, -50}, {29, 19, -8}, false);
+  EXPECT_EQ(CellAt(Project(room.Tree()), 25, 10), kFreeCell);
+}
+
+TEST(GridFloors, ALowerFloorThatIsSeenIsADropAndALittleUnseenDepthIsNot) {
+  for (const bool is_seen : {true, false}) {
+    VoxelRoom room = EmptyRoom();
+    room.Fill({20, 0, -4}, {29, 19, 48}, false);  // 0.2 m deep
+    if (is_seen) room.Fill({20, 0, -5}, {29, 19, -5}, true);
+    EXPECT_EQ(CellAt(Project(room.Tree()), 20, 10), is_seen ? kOccupiedCell : kFreeCell);
+  }
 }
 
 }  // namespace
