@@ -26,7 +26,7 @@ double Controller::Carrot::Bearing_rad() const {
   return std::atan2(point_in_robot.y(), point_in_robot.x());
 }
 
-double Controller::Carrot::Curvature_per_m() const {
+double Controller::Carrot::ArcCurvature() const {
   return 2 * point_in_robot.y() / point_in_robot.squaredNorm();
 }
 
@@ -113,7 +113,7 @@ Twist Controller::Turn(double angle_rad) const {
 Twist Controller::Pursue(const PlanarPose& pose, const Carrot& carrot, double full_m) const {
   const MotionLimits& limits = options_.limits;
   const bool near_goal = carrot.is_goal && carrot.point_in_robot.norm() < kNearGoal_m;
-  const double curvature_per_m = near_goal ? 0 : carrot.Curvature_per_m();
+  const double curvature_per_m = near_goal ? 0 : carrot.ArcCurvature();
   const double room_m = map_.Clearance_m(pose.point_in_map) - map_.MinClearance_m();
   double v_m_s = limits.max_v_m_s;
   v_m_s *= std::clamp(room_m / options_.slow_clearance_m, 0.0, 1.0);

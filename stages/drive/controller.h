@@ -51,7 +51,7 @@ class Controller {
     bool is_goal = false;
 
     double Bearing_rad() const;
-    double Curvature_per_m() const;  // of the arc there
+    double ArcCurvature() const;  // 1/m, of the arc there
   };
 
   double FindProgress_m(const Eigen::Vector2d& point) const;

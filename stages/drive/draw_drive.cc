@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kTargetSide_px = 360;
 constexpr int kFixedShift = 4;  // OpenCV draws in 1/16 px
-// RGB, the order of ColorImage. Without anti-aliasing, so that a GIF's palette holds all of them.
+// RGB, the order of ColorImage. Without anti-aliasing: a GIF has few colors.
 const cv::Scalar kPathColor(130, 170, 230);
 const cv::Scalar kDrivenColor(20, 80, 200);
 const cv::Scalar kRobotColor(20, 150, 60);
@@ -90,7 +90,7 @@ std::vector<ColorImage> DrawDrive(const DriveInputs& inputs, const DriveResult& 
   DriveCanvas driven(inputs.grid);
   for (const auto& leg : inputs.path.legs_in_map) {
     for (std::size_t i = 1; i < leg.size(); ++i) driven.Line(leg[i - 1], leg[i], kPathColor);
-    driven.Disc(leg.back(), 0, kGoalColor);
+    driven.Disc(leg.back(), 0.5 * result.footprint.radius_m, kGoalColor);
   }
 
   std::vector<ColorImage> images;

@@ -161,6 +161,14 @@ class ChainTest(unittest.TestCase):
             self.assertGreater(self.work.path(name).stat().st_size, 100)
         self.assertEqual(self.work.make("-q", "report").returncode, 0)
 
+    def test_a_drive_that_does_not_arrive_commits_nothing(self):
+        result = self.work.make("drive", "SET=drive.max_duration_s=0.5")
+        self.assertEqual(result.returncode, 2, result.stdout)
+        self.assertIn("has not arrived", result.stdout)
+        self.assertRegex(result.stdout, r"drive/drive\.csv\] Error 3")
+        self.assertEqual(self.work.hashes(), self.hashes)
+        self.assertEqual(self.work.make("-q", "drive").returncode, 1)
+
     def test_mistakes_in_what_is_asked_are_refused(self):
         for argument, message in [("SET=octree.max_rang_m=1", "unknown key 'max_rang_m'"),
                                   ("SET=octre.max_range_m=1", "no stage 'octre'"),

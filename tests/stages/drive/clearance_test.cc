@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "stages/drive/keep_off.h"
 #include "stages/drive/path_track.h"
 #include "tests/stages/drive/random_path.h"
 
@@ -41,6 +42,38 @@ TEST(Clearance, UnknownAndOutsideAreObstaclesOnlyWhenTheyAreToBe) {
   const ClearanceMap lax(grid, {0.1, false});
   EXPECT_GE(lax.Clearance_m({0.55, 0.45}), ClearanceMap::kFar_m);
   EXPECT_GE(lax.Clearance_m({-0.5, 3}), ClearanceMap::kFar_m);
+}
+
+TEST(KeepOff, MakesRoomWithoutGoingFar) {
+  constexpr double kMargin_m = 0.02;
+  int num_tight = 0;
+  int num_roomy = 0;
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    Random random(seed);
+    const OccupancyGrid grid = RandomBuilding(random);
+    const ClearanceMap map(grid, {0.2, true});
+    const std::vector<Eigen::Vector2d> path = RandomPaths(grid, 0.2).Draw(random);
+    if (path.empty()) continue;
+    const PathTrack track(path);
+    const std::vector<Eigen::Vector2d> moved = KeepOff(map, path, kMargin_m);
+    EXPECT_EQ(moved.front(), path.front());
+    EXPECT_LT((moved.back() - path.back()).norm(), 1e-12);
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      const double along = static_cast<double>(i) / static_cast<double>(moved.size() - 1);
+      const Eigen::Vector2d before = track.At(along * track.Length_m());
+      const double room_m = map.Clearance_m(before) - map.MinClearance_m();
+      const double moved_room_m = map.Clearance_m(moved[i]) - map.MinClearance_m();
+      EXPECT_LE((moved[i] - before).norm(), kMargin_m + 1e-9) << seed;
+      EXPECT_GE(moved_room_m, room_m - 1e-9) << seed;
+      if (room_m >= kMargin_m) {
+        EXPECT_LT((moved[i] - before).norm(), 1e-12) << seed;
+      }
+      num_tight += room_m < 0.5 * kMargin_m ? 1 : 0;
+      num_roomy += room_m < 0.5 * kMargin_m && moved_room_m > 0.9 * kMargin_m ? 1 : 0;
+    }
+  }
+  EXPECT_GT(num_tight, 100);
+  EXPECT_GT(num_roomy, num_tight / 2);
 }
 
 TEST(PathTrack, NearestIsThatOfDenseSamples) {
