@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
@@ -117,19 +116,6 @@ Tile ReadTile(const std::filesystem::path& path) {
     throw DataError(
         "{}: {}; delete the tiles folder of this site and run make", path.string(), error.what());
   }
-}
-
-void RemoveOtherTiles(const std::filesystem::path& folder, const std::set<std::string>& names) {
-  static const std::regex pattern("(?:tile|report|receipt)_(-?[0-9]+_-?[0-9]+)\\.[a-z]+");
-  std::vector<std::filesystem::path> others;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    std::smatch match;
-    const std::string name = entry.path().filename().string();
-    if (std::regex_match(name, match, pattern) && !names.contains(match[1])) {
-      others.push_back(entry.path());
-    }
-  }
-  for (const auto& path : others) std::filesystem::remove(path);
 }
 
 }  // namespace nightmap

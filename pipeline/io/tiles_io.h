@@ -5,7 +5,6 @@
 #pragma once
 
 #include <filesystem>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -38,9 +37,5 @@ std::string TileToJson(const Tile& tile);
 // Throws DataError naming the file on another format, a newer version, numbers that are not finite,
 // an empty region, or keyframes out of order.
 Tile ReadTile(const std::filesystem::path& path);
-
-// Removes from a folder what was made of tiles that are no more: tile_X_Y.*, report_X_Y.json and
-// receipt_X_Y.json of any X_Y but those of `names`.
-void RemoveOtherTiles(const std::filesystem::path& folder, const std::set<std::string>& names);
 
 }  // namespace nightmap

@@ -20,8 +20,7 @@ void MapTile(const PointCloudOptions& options, StageContext& context) {
                                          context.Input("data"),
                                          options.keyframe_stride,
                                          options.max_depth_m);
-  const PointCloudResult result =
-      RunPointCloud(options, source, context.GetProgress(), context.NumThreads());
+  const auto result = RunPointCloud(options, source, context.GetProgress(), context.NumThreads());
   for (const std::string& reason : result.skipped) context.Skip(reason);
   WritePly(context.Output("tile_cloud"), result.points);
   context.Report()["num_keyframes_listed"] = source.keyframes.size();

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/tiles/write_tiles.h"
 
-#include <set>
+#include <vector>
 
 #include "pipeline/base/files.h"
+#include "pipeline/io/tile_results.h"
 
 namespace nightmap {
 namespace {
@@ -31,14 +32,14 @@ std::string TilesMk(const std::map<TileIndex, Tile>& tiles) {
 void WriteTiles(const std::vector<RgbdCamera>& cameras,
                 const std::map<TileIndex, Tile>& tiles,
                 StageContext& context) {
-  std::set<std::string> names;
+  std::vector<std::filesystem::path> lists;
   WriteFile(context.OutputBeside(kPort, "cameras.json"), CamerasToJson(cameras));
   for (const auto& [index, tile] : tiles) {
-    names.insert(TileName(index));
-    WriteFile(context.OutputBeside(kPort, ListName(index)), TileToJson(tile));
+    lists.emplace_back(ListName(index));
+    WriteFile(context.OutputBeside(kPort, lists.back()), TileToJson(tile));
   }
   WriteFile(context.Output(kPort), TilesMk(tiles));
-  RemoveOtherTiles(std::filesystem::absolute(context.FinalPath(kPort)).parent_path(), names);
+  RemoveOtherTiles(std::filesystem::absolute(context.FinalPath(kPort)).parent_path(), lists);
 }
 
 }  // namespace nightmap

@@ -8,6 +8,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/base/random.h"
+#include "pipeline/io/tile_results.h"
 
 namespace nightmap {
 namespace {
@@ -104,6 +105,26 @@ TEST_F(TilesIoTest, NamesThatAreNoTextAreRefusedByName) {
   EXPECT_THROW(TileToJson(tile), DataError);
 }
 
+TEST_F(TilesIoTest, ResultsCountKeyframesAndReasonsOnce) {
+  Tile tile = SomeTile();
+  WriteFile(folder_ / "a.json", TileToJson(tile));
+  tile.keyframes.erase(tile.keyframes.begin(), tile.keyframes.begin() + 5);
+  tile.keyframes.back().keyframe_idx = 1000;
+  WriteFile(folder_ / "b.json", TileToJson(tile));
+  WriteFile(folder_ / "1.json", R"({"skipped": ["x: truncated", "y: truncated"]})");
+  WriteFile(folder_ / "2.json", R"({"skipped": ["x: truncated"]})");
+  WriteFile(folder_ / "3.json", R"({"num_skipped": 0})");
+  const std::vector<std::filesystem::path> tiles = {folder_ / "a.json", folder_ / "b.json"};
+  const auto results =
+      ReadTileResults(tiles, {folder_ / "1.json", folder_ / "2.json", folder_ / "3.json"}, 1);
+  EXPECT_EQ(results.num_keyframes, 21U);
+  EXPECT_EQ(results.num_skipped, 2U);
+  EXPECT_EQ(results.first_depth_path, "d.png");
+  EXPECT_EQ(ReadTileResults(tiles, {}, 6).num_keyframes, 10U);  // of 0, 3 ... 57 those of 0, 6 ...
+  WriteFile(folder_ / "2.json", R"({"skipped": ["x: trun)");
+  EXPECT_THROW(ReadTileResults(tiles, {folder_ / "2.json"}, 1), DataError);
+}
+
 TEST_F(TilesIoTest, RemovesWhatIsOfOtherTilesAndNothingElse) {
   const std::vector<std::string> stay = {"tile_0_0.ply",
                                          "tile_-1_2.json",
@@ -117,7 +138,7 @@ TEST_F(TilesIoTest, RemovesWhatIsOfOtherTilesAndNothingElse) {
       "tile_-1_-1.ply", "tile_10_0.json", "report_0_1.json", "receipt_0_1.json"};
   for (const auto& name : stay) WriteFile(folder_ / name, "x");
   for (const auto& name : go) WriteFile(folder_ / name, "x");
-  RemoveOtherTiles(folder_, {"0_0", "-1_2"});
+  RemoveOtherTiles(folder_, {"elsewhere/tile_0_0.json", "tile_-1_2.json"});
   for (const auto& name : stay) EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
   for (const auto& name : go) EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
 }

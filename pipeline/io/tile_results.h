@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the runs of a stage on single tiles left, for the run that joins them.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace nightmap {
+
+struct TileResults {
+  std::size_t num_keyframes = 0;  // of all tiles, each counted once
+  // That could not be read: skipped by every tile that lists them, for the same reason, counted
+  // once.
+  std::size_t num_skipped = 0;
+  std::string first_depth_path;
+};
+
+// From the lists of the tiles, of which every keyframe_stride-th keyframe was used, and the reports
+// of their runs. Throws DataError naming the file.
+TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
+                            const std::vector<std::filesystem::path>& reports,
+                            int keyframe_stride);
+
+// Removes from a folder what was made of tiles that are no more: tile_X_Y.*, report_X_Y.json and
+// receipt_X_Y.json of any X_Y but those of the lists `tiles`, tile_X_Y.json.
+void RemoveOtherTiles(const std::filesystem::path& folder,
+                      const std::vector<std::filesystem::path>& tiles);
+
+}  // namespace nightmap

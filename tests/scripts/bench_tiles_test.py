@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""bench_tiles.py: the repeated keyframes are those of a larger building."""
+
+import csv
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+from fake_site import CHECKOUT
+
+sys.path.insert(0, str(CHECKOUT / "scripts"))
+import bench_tiles  # noqa: E402
+
+HEADER = "frame_idx,time_ns,color_path,depth_path,camera_idx,sequence_idx,content_hash"
+POSES = ((1.5, 0.0, 0.0), (2.0, 3.0, 1.0), (2.25, 1.0, 5.0))
+
+
+class RepeatTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        for name in ("frames", "pose_graph"):
+            (self.folder / name).mkdir()
+        rows = [f'{i},{round(1e9 * time_s)},"a,{i}.jpg",d{i}.png,0,0,ab' for i, (time_s, _, _) in enumerate(POSES)]
+        (self.folder / "frames" / "shard_0000.csv").write_text("\n".join([HEADER, *rows]) + "\n")
+        lines = [f"{time_s:.6f} {x} {y} 1.0 0 0 0 1\n" for time_s, x, y in POSES]
+        (self.folder / "pose_graph" / "keyframes.tum").write_text("# comment\n" + "".join(lines))
+        bench_tiles.Original(self.folder).repeat(8, self.folder)
+
+    def test_copies_lie_side_by_side(self):
+        lines = (self.folder / "keyframes.tum").read_text().splitlines()[1:]
+        positions = [tuple(map(float, line.split()[1:3])) for line in lines]
+        # Two columns; a copy is 3 m x 5 m and 4 m of view larger.
+        for copy, (shift_x_m, shift_y_m) in enumerate([(0, 0), (7, 0), (0, 9)]):
+            for idx, (_, x_m, y_m) in enumerate(POSES[: 8 - 3 * copy]):
+                self.assertEqual(positions[3 * copy + idx], (x_m + shift_x_m, y_m + shift_y_m))
+        self.assertEqual(len(positions), 8)
+
+    def test_every_keyframe_has_a_frame_of_its_own_time_and_the_pictures_of_the_original(self):
+        with open(self.folder / "frames.csv", encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        lines = (self.folder / "keyframes.tum").read_text().splitlines()[1:]
+        self.assertEqual([row["frame_idx"] for row in rows], [str(idx) for idx in range(8)])
+        times_ns = [int(row["time_ns"]) for row in rows]
+        self.assertEqual(times_ns, sorted(set(times_ns)))
+        self.assertEqual(times_ns, [int(line.split()[0].replace(".", "")) for line in lines])
+        self.assertEqual([row["color_path"] for row in rows], [f"a,{idx % 3}.jpg" for idx in range(8)])
+
+
+if __name__ == "__main__":
+    unittest.main()
