@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <limits>
-#include <ranges>
 
 #include "pipeline/base/parallel.h"
 #include "stages/grid/floors.h"
@@ -96,14 +95,15 @@ class FloorClassifier {
   void FindDrop(std::size_t cell, int step_bottom, Contents& contents) const {
     const int max_gap = static_cast<int>(options_.max_unseen_m / resolution_m_ + kTolerance_m);
     int bottom = contents.lowest_free;
-    for (const Run& run : std::views::reverse(columns_.Of(cell))) {
-      if (run.begin >= contents.lowest_free) continue;
-      if (run.end < bottom - max_gap) break;
-      if (run.occupied) {
+    const auto runs = columns_.Of(cell);
+    for (auto run = runs.rbegin(); run != runs.rend(); ++run) {
+      if (run->begin >= contents.lowest_free) continue;
+      if (run->end < bottom - max_gap) break;
+      if (run->occupied) {
         contents.has_bottom = true;
         break;
       }
-      bottom = run.begin;
+      bottom = run->begin;
     }
     contents.drop = std::max(0, step_bottom - bottom);
   }

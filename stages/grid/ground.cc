@@ -12,7 +12,7 @@ constexpr double kFillReach_m = 0.75;
 constexpr double kBridge_m = 1.5;    // a ramp goes on behind as much unseen ground, at most
 constexpr double kMaxSlope = 0.36;   // of ramps under unseen ground
 constexpr int kNumSmoothings = 100;  // of the ground that is filled in beside ramps
-constexpr double kTolerance_m = 1e-9;
+constexpr double kStepTolerance_m = 1e-9;
 constexpr int kNoSupport = std::numeric_limits<int>::min();
 
 class GroundFinder {
@@ -45,7 +45,7 @@ class GroundFinder {
  private:
   double Height_m(int top) const { return SurfaceHeight_m(top, resolution_m_); }
   bool IsLevel(int top) const {
-    return std::abs(Height_m(top) - floor_m_) <= options_.max_step_height_m + kTolerance_m;
+    return std::abs(Height_m(top) - floor_m_) <= options_.max_step_height_m + kStepTolerance_m;
   }
   bool IsRamp(std::size_t cell) const { return tops_[cell] != kNoSupport && !IsLevel(tops_[cell]); }
 
@@ -83,7 +83,7 @@ class GroundFinder {
   };
 
   int Voxels(double height_m) const {
-    return static_cast<int>(std::floor(height_m / resolution_m_ + kTolerance_m));
+    return static_cast<int>(std::floor(height_m / resolution_m_ + kStepTolerance_m));
   }
   // How far the ground may have risen or fallen, in voxels.
   int MaxRise(int num_unseen_cells) const {
