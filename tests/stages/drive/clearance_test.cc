@@ -48,7 +48,7 @@ TEST(KeepOff, MakesRoomWithoutGoingFar) {
   constexpr double kMargin_m = 0.02;
   int num_tight = 0;
   int num_roomy = 0;
-  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
     Random random(seed);
     const OccupancyGrid grid = RandomBuilding(random);
     const ClearanceMap map(grid, {0.2, true});
