@@ -20,6 +20,9 @@ AFTER_ODOMETRY = {"pose_graph"} | AFTER_POSE_GRAPH
 AFTER_MATCHES = {"odometry"} | AFTER_ODOMETRY
 AFTER_VOCABULARY = {"matches"} | AFTER_ODOMETRY  # the loops among the matches, not the neighbours
 AFTER_FEATURES = {"vocabulary"} | AFTER_VOCABULARY | AFTER_MATCHES
+# What depends on the lists of the tiles alone. A change before them that moves no pose ends there; one of
+# these stages' own values does not touch the lists.
+OF_TILES = {"point_cloud"}
 CHANGES = [
     ("drive.max_v_m_s=0.4", {"drive"}),
     ("plan.robot_radius_m=0.2", {"plan"} | AFTER_PLAN),
@@ -65,6 +68,7 @@ class ChainTest(unittest.TestCase):
 
     def setUp(self):
         self.fresh()
+        self.base_lists = self.tile_lists()
 
     def fresh(self):
         self.work = self.base.copy()
@@ -74,6 +78,10 @@ class ChainTest(unittest.TestCase):
         result = self.work.make(*arguments)
         self.assertEqual(result.returncode, 0, result.stdout)
         return result.stdout
+
+    def tile_lists(self):
+        return {name: digest for name, digest in self.work.hashes().items()
+                if name.startswith("tiles/") and name.endswith(".json") and "report" not in name}
 
     def reran(self, *arguments):
         before = self.work.runs()
@@ -115,7 +123,10 @@ class ChainTest(unittest.TestCase):
             with self.subTest(change=change):
                 self.fresh()
                 self.assertEqual(self.work.make("-q", *GOALS, f"SET={change}").returncode, 1)
-                self.assertEqual(self.reran(f"SET={change}"), expected)
+                reran = self.reran(f"SET={change}")
+                if "tiles" in expected and self.tile_lists() == self.base_lists:
+                    expected = expected - OF_TILES
+                self.assertEqual(reran, expected)
 
     def test_a_value_and_back_gives_the_first_bytes(self):
         self.make(*GOALS, "SET=octree.max_range_m=3.0")
