@@ -29,7 +29,7 @@ Plane FitPlane(const std::vector<VoxelSum>& sums,
                std::size_t at,
                const std::vector<Neighbor>& neighbors,
                double radius_m) {
-  const Eigen::Vector3d origin = positions[at];
+  const Eigen::Vector3d& origin = positions[at];
   double total = 0;
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
