@@ -1,15 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/tile_results.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <set>
+#include <string>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/io/tiles_io.h"
 
 namespace nightmap {
+namespace {
+
+// X_Y of tile_X_Y.*, report_X_Y.* and receipt_X_Y.*; empty of any other file.
+std::string TileNameOf(const std::filesystem::path& path) {
+  const std::string stem = path.stem().string();
+  const std::size_t end = stem.find('_');
+  if (end == std::string::npos) return {};
+  const std::string kind = stem.substr(0, end);
+  if (kind != "tile" && kind != "report" && kind != "receipt") return {};
+  const std::string name = stem.substr(end + 1);
+  const bool is_numbers = name.find_first_not_of("-0123456789_") == std::string::npos;
+  return is_numbers && std::ranges::count(name, '_') == 1 ? name : std::string();
+}
+
+}  // namespace
 
 TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
                             const std::vector<std::filesystem::path>& reports,
@@ -41,17 +57,11 @@ TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
 
 void RemoveOtherTiles(const std::filesystem::path& folder,
                       const std::vector<std::filesystem::path>& tiles) {
-  static const std::regex pattern("(?:tile|report|receipt)_(-?[0-9]+_-?[0-9]+)\\.[a-z]+");
-  const auto name_of = [](const std::filesystem::path& path) {
-    std::smatch match;
-    const std::string file = path.filename().string();
-    return std::regex_match(file, match, pattern) ? match[1].str() : std::string();
-  };
   std::set<std::string> names;
-  for (const auto& path : tiles) names.insert(name_of(path));
+  for (const auto& path : tiles) names.insert(TileNameOf(path));
   std::vector<std::filesystem::path> others;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    const std::string name = name_of(entry.path());
+    const std::string name = TileNameOf(entry.path());
     if (!name.empty() && !names.contains(name)) others.push_back(entry.path());
   }
   for (const auto& path : others) std::filesystem::remove(path);
