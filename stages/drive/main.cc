@@ -10,18 +10,10 @@ namespace {
 
 using namespace nightmap;
 
-DriveInputs ReadInputs(const StageContext& context) {
-  const auto& yaml = context.Input("yaml");
-  if (!std::filesystem::equivalent(GridImagePath(yaml), context.Input("pgm"))) {
-    throw UsageError(
-        "--in pgm={} is not the image {} names", context.Input("pgm").string(), yaml.string());
-  }
-  return {ReadGrid(yaml), ReadPlannedPath(context.Input("csv"), context.Input("json"))};
-}
-
 void Run(const DriveOptions& options, StageContext& context) {
   context.BeginPart("read");
-  const DriveInputs inputs = ReadInputs(context);
+  const DriveInputs inputs{ReadGrid(context.Input("yaml"), context.Input("pgm")),
+                           ReadPlannedPath(context.Input("csv"), context.Input("json"))};
   context.BeginPart("drive");
   const DriveResult result = RunDrive(options, inputs, context.GetProgress());
   context.BeginPart("write");

@@ -14,12 +14,7 @@ namespace {
 using namespace nightmap;
 
 PlanInputs ReadInputs(const StageContext& context) {
-  const auto& yaml = context.Input("yaml");
-  if (!std::filesystem::equivalent(GridImagePath(yaml), context.Input("pgm"))) {
-    throw UsageError(
-        "--in pgm={} is not the image {} names", context.Input("pgm").string(), yaml.string());
-  }
-  PlanInputs inputs{ReadGrid(yaml), {}, {}};
+  PlanInputs inputs{ReadGrid(context.Input("yaml"), context.Input("pgm")), {}, {}};
   if (context.HasInput("queries")) inputs.queries = ReadQueries(context.Input("queries"));
   if (context.HasInput("trajectory")) inputs.trajectory = ReadTum(context.Input("trajectory"));
   return inputs;
