@@ -3,16 +3,30 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 
 #include "stages/octree/voxel_walk.h"
 
 namespace nightmap {
 namespace {
 
-// Points that share a ray.
-struct RayEnd {
+// A voxel with points, and what they add up to.
+struct Hit {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double margin_m = 0;
+  ColorSum color;
+
+  void Add(const ScanPoint& point) {
+    sum += point.point_in_map;
+    margin_m = std::max(margin_m, point.margin_m);
+    color.Add({{point.rgb[0], point.rgb[1], point.rgb[2]}, 1});
+  }
+};
+
+// A cube of 8 x 8 x 8 blocks: large enough for a ray to stay in it for a while.
+struct RegionBits {
+  std::array<BlockBits, kBlockVoxels> hit;
+  std::array<BlockBits, kBlockVoxels> passed;
 };
 
 class ScanTracer {
@@ -23,64 +37,35 @@ class ScanTracer {
         origin_voxel_(VoxelOf(scan.origin_in_map, options.resolution_m)) {}
 
   ScanEvidence Trace() {
-    MarkHits();
-    SumHits();
-    CastRays();
+    AddPoints();
+    for (const auto& [voxel, hit] : hits_.Entries()) {
+      const std::uint64_t block = BlockOf(voxel);
+      RegionAt(BlockOf(block)).hit[IndexInBlock(block)].Set(IndexInBlock(voxel));
+      if (options_.discretize) CastRay(hit.sum / hit.color.count, hit.margin_m);
+    }
+    walks_.Finish([this](int lane, std::uint64_t voxel) { Pass(lane, voxel); });
     Finish();
     return std::move(evidence_);
   }
 
  private:
-  static constexpr std::uint32_t kBeyondRange = std::numeric_limits<std::uint32_t>::max();
-
-  void MarkHits() {
-    hit_of_point_.reserve(scan_.points.size());
+  // Neighbouring pixels mostly end in one voxel, which is looked up once for all of them.
+  void AddPoints() {
     const double max_range_m2 = options_.max_range_m * options_.max_range_m;
+    VoxelKey last = VoxelKey::Constant(std::numeric_limits<int>::max());
+    Hit* hit = nullptr;
     for (const ScanPoint& point : scan_.points) {
       if ((point.point_in_map - scan_.origin_in_map).squaredNorm() > max_range_m2) {
-        hit_of_point_.push_back(kBeyondRange);
+        CastRayBeyond(point.point_in_map);
         continue;
       }
-      const auto voxel = MortonCode(VoxelOf(point.point_in_map, options_.resolution_m));
-      const std::size_t entry = EntryOf(BlockOf(voxel));
-      blocks_.Entries()[entry].value.hit.Set(IndexInBlock(voxel));
-      hit_of_point_.push_back(
-          static_cast<std::uint32_t>(entry << kBlockShift | IndexInBlock(voxel)));
-    }
-  }
-
-  // Numbers the hits by block and by order in it, then sums what lies in each.
-  void SumHits() {
-    std::size_t num_hits = 0;
-    for (auto& [block, evidence] : blocks_.Entries()) {
-      evidence.first_color = static_cast<std::uint32_t>(num_hits);
-      num_hits += evidence.hit.Count();
-    }
-    evidence_.colors.resize(num_hits);
-    ends_.resize(options_.discretize ? num_hits : 0);
-    for (std::size_t i = 0; i < scan_.points.size(); ++i) {
-      if (hit_of_point_[i] == kBeyondRange) continue;
-      const ScanPoint& point = scan_.points[i];
-      const BlockEvidence& block = blocks_.Entries()[BlockOf(hit_of_point_[i])].value;
-      const std::size_t hit = block.first_color + block.hit.Rank(IndexInBlock(hit_of_point_[i]));
-      evidence_.colors[hit].Add({{point.rgb[0], point.rgb[1], point.rgb[2]}, 1});
-      if (!options_.discretize) continue;
-      ends_[hit].sum += point.point_in_map;
-      ends_[hit].margin_m = std::max(ends_[hit].margin_m, point.margin_m);
-    }
-  }
-
-  void CastRays() {
-    for (std::size_t i = 0; i < ends_.size(); ++i) {
-      CastRay(ends_[i].sum / evidence_.colors[i].count, ends_[i].margin_m);
-    }
-    for (std::size_t i = 0; i < scan_.points.size(); ++i) {
-      const ScanPoint& point = scan_.points[i];
-      if (hit_of_point_[i] == kBeyondRange) {
-        CastRayBeyond(point.point_in_map);
-      } else if (!options_.discretize) {
-        CastRay(point.point_in_map, point.margin_m);
+      const VoxelKey voxel = VoxelOf(point.point_in_map, options_.resolution_m);
+      if (voxel != last) {
+        last = voxel;
+        hit = &hits_.At(MortonCode(voxel));
       }
+      hit->Add(point);
+      if (!options_.discretize) CastRay(point.point_in_map, point.margin_m);
     }
   }
 
@@ -108,71 +93,76 @@ class ScanTracer {
     const VoxelKey start_voxel = VoxelOf(start, options_.resolution_m);
     const VoxelWalk walk(start / options_.resolution_m,
                          (scan_.origin_in_map - start) / options_.resolution_m);
-    BlockBits* passed = nullptr;
-    std::uint64_t block = kNoBlock;
-    walk.Visit((origin_voxel_ - start_voxel).cwiseAbs().sum(), [&](std::uint64_t voxel) {
-      if (BlockOf(voxel) != block) {
-        block = BlockOf(voxel);
-        passed = &blocks_.Entries()[EntryOf(block)].value.passed;
-      }
-      passed->Set(IndexInBlock(voxel));
-    });
+    walks_.Add(walk,
+               (origin_voxel_ - start_voxel).cwiseAbs().sum(),
+               [this](int lane, std::uint64_t voxel) { Pass(lane, voxel); });
   }
 
-  std::size_t EntryOf(std::uint64_t block) {
-    if (block != last_block_) {
-      last_block_ = block;
-      last_entry_ = blocks_.IndexOf(block);
+  void Pass(int lane, std::uint64_t voxel) {
+    const std::uint64_t block = BlockOf(voxel);
+    Place& place = places_[static_cast<std::size_t>(lane)];
+    if (BlockOf(block) != place.region) {
+      place = {BlockOf(block), RegionAt(BlockOf(block)).passed.data()};
     }
-    return last_entry_;
+    place.passed[IndexInBlock(block)].Set(IndexInBlock(voxel));
+  }
+
+  RegionBits& RegionAt(std::uint64_t code) {
+    std::unique_ptr<RegionBits>& region = regions_.At(code);
+    if (!region) region = std::make_unique<RegionBits>();
+    return *region;
   }
 
   void Finish() {
-    for (auto& entry : blocks_.Entries()) {
-      for (std::size_t w = 0; w < kBlockWords; ++w) {
-        entry.value.passed.words[w] &= ~entry.value.hit.words[w];
+    std::ranges::sort(regions_.Entries(), {}, [](const auto& entry) { return entry.block; });
+    for (const auto& [code, region] : regions_.Entries()) {
+      for (std::size_t i = 0; i < kBlockVoxels; ++i) {
+        AddBlock(code << kBlockShift | i, region->hit[i], region->passed[i]);
       }
-      if (options_.region) Crop(entry);
     }
-    evidence_.blocks = std::move(blocks_.Entries());
-    std::erase_if(evidence_.blocks, [](const auto& entry) {
-      return entry.value.hit.None() && entry.value.passed.None();
-    });
-    std::ranges::sort(evidence_.blocks, {}, [](const auto& entry) { return entry.block; });
   }
 
-  void Crop(BlockMap<BlockEvidence>::Entry& entry) {
-    const auto voxel = [&](std::size_t i) {
-      return KeyOfMortonCode(entry.block << kBlockShift | i);
-    };
-    const VoxelBox& region = *options_.region;
-    if (region.Contains(voxel(0)) && region.Contains(voxel(kBlockVoxels - 1))) return;
-    BlockBits inside;
-    for (std::size_t i = 0; i < kBlockVoxels; ++i) {
-      if (region.Contains(voxel(i))) inside.Set(i);
-    }
-    const BlockBits hit = entry.value.hit;
-    std::size_t color = entry.value.first_color;
-    entry.value.first_color = static_cast<std::uint32_t>(evidence_.colors.size());
+  void AddBlock(std::uint64_t block, BlockBits hit, BlockBits passed) {
+    if (hit.None() && passed.None()) return;
+    if (options_.region) Crop(block, hit, passed);
+    if (hit.None() && passed.None()) return;
+    for (std::size_t w = 0; w < kBlockWords; ++w) passed.words[w] &= ~hit.words[w];
+    const auto first_color = static_cast<std::uint32_t>(evidence_.colors.size());
+    evidence_.blocks.push_back({block, {hit, passed, first_color}});
     hit.ForEach([&](std::size_t i) {
-      const ColorSum sum = evidence_.colors[color++];
-      if (inside.Test(i)) evidence_.colors.push_back(sum);
+      evidence_.colors.push_back(hits_.At(block << kBlockShift | i).color);
     });
-    entry.value.hit &= inside;
-    entry.value.passed &= inside;
   }
 
-  static constexpr std::uint64_t kNoBlock = ~std::uint64_t{0};
+  void Crop(std::uint64_t block, BlockBits& hit, BlockBits& passed) const {
+    const auto inside = [&](std::size_t i) {
+      return options_.region->Contains(KeyOfMortonCode(block << kBlockShift | i));
+    };
+    if (inside(0) && inside(kBlockVoxels - 1)) return;
+    BlockBits bits;
+    for (std::size_t i = 0; i < kBlockVoxels; ++i) {
+      if (inside(i)) bits.Set(i);
+    }
+    hit &= bits;
+    passed &= bits;
+  }
+
+  static constexpr std::uint64_t kNowhere = ~std::uint64_t{0};
+
+  // Where one of the two walks is.
+  struct Place {
+    std::uint64_t region = kNowhere;
+    BlockBits* passed = nullptr;
+  };
 
   const Scan& scan_;
   const ScanOptions& options_;
   VoxelKey origin_voxel_;
-  BlockMap<BlockEvidence> blocks_;
+  BlockMap<Hit> hits_;  // by voxel
+  BlockMap<std::unique_ptr<RegionBits>> regions_;
+  VoxelWalkPair walks_;
+  std::array<Place, 2> places_;
   BlockMap<BlockBits> ended_beyond_;  // voxels with the end of a ray that was cut
-  std::uint64_t last_block_ = kNoBlock;
-  std::size_t last_entry_ = 0;
-  std::vector<std::uint32_t> hit_of_point_;  // its block's entry and its index in the block
-  std::vector<RayEnd> ends_;                 // of each hit
   ScanEvidence evidence_;
 };
 

@@ -66,8 +66,8 @@ struct BlockBits {
   bool operator==(const BlockBits&) const = default;
 };
 
-// Values by block, in the order in which they were first asked for: a hash table with open
-// addressing, since a scan asks for millions. Not for use from two threads at once.
+// Values by block, or any other code, in the order in which they were first asked for: a hash table
+// with open addressing, since a scan asks for many. Not for use from two threads at once.
 template <typename T>
 class BlockMap {
  public:
@@ -101,7 +101,7 @@ class BlockMap {
   // Of the block, or the empty one where it belongs.
   std::size_t Slot(std::uint64_t block) const {
     const std::size_t mask = slots_.size() - 1;
-    std::size_t slot = (block * 0x9E3779B97F4A7C15U) >> 32 & mask;  // Fibonacci hashing
+    std::size_t slot = block * 0x9E3779B97F4A7C15U >> std::countl_zero(mask);  // Fibonacci hashing
     while (slots_[slot] != 0 && entries_[slots_[slot] - 1].block != block) slot = (slot + 1) & mask;
     return slot;
   }

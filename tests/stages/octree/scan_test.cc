@@ -7,6 +7,7 @@
 #include <set>
 
 #include "pipeline/base/random.h"
+#include "stages/octree/voxel_walk.h"
 
 namespace nightmap {
 namespace {
@@ -109,6 +110,33 @@ TEST(Scan, ARayAlongAnAxisPassesARow) {
   }
   scan.points = {{scan.origin_in_map, 0, {}}};
   EXPECT_TRUE(ListScan(scan, NoLimits()).passed.empty());
+}
+
+TEST(Scan, TwoWalksAtATimeVisitWhatEachDoesAlone) {
+  Random random(3);
+  for (int num_walks = 0; num_walks < 40; ++num_walks) {
+    std::multiset<std::uint64_t> expected;
+    std::multiset<std::uint64_t> visited;
+    const auto visit = [&](int lane, std::uint64_t voxel) {
+      EXPECT_TRUE(lane == 0 || lane == 1);
+      visited.insert(voxel);
+    };
+    VoxelWalkPair pair;
+    for (int i = 0; i < num_walks; ++i) {
+      Eigen::Vector3d start;
+      Eigen::Vector3d ray;
+      for (int axis = 0; axis < 3; ++axis) {
+        start[axis] = random.Uniform(-20, 20);
+        ray[axis] = random.Index(4) == 0 ? 0 : random.Uniform(-20, 20);
+      }
+      const VoxelWalk walk(start, ray);
+      const int count = (VoxelOf(start + ray, 1) - VoxelOf(start, 1)).cwiseAbs().sum();
+      walk.Visit(count, [&](std::uint64_t voxel) { expected.insert(voxel); });
+      pair.Add(walk, count, visit);
+    }
+    pair.Finish(visit);
+    EXPECT_EQ(visited, expected);
+  }
 }
 
 TEST(Scan, HitBeatsPassedAndColorsAreSummedPerVoxel) {
