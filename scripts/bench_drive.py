@@ -4,8 +4,9 @@
 
 A start and a goal are drawn among the grid's free cells, both headings from the whole circle; pairs that
 plan refuses (in an obstacle, too near to one, no way between) are drawn again. Everything is checked
-again from drive.csv: the commands within their limits, the poses what the commands give, the
-footprint clear of every obstacle cell at every pose and between, the arrival within 5 cm and 5 degrees.
+again from drive.csv: the commands within their limits, the poses what the commands give (where wheels
+slip, as nearly as six standard deviations of that allow), the footprint clear of every obstacle cell at
+every pose and between, the arrival within 5 cm and 5 degrees. Each drive has its own seed of noise.
 Prints counts and the spread of the figures. Exit codes: 0 all drives are right; 1 some are not; 2 wrong command line.
 """
 
@@ -25,6 +26,8 @@ from nightmap_eval.grid import FREE, OCCUPIED, read_grid
 MAX_POSITION_ERROR_M, MAX_HEADING_ERROR_DEG = 0.05, 5.0
 ROUNDING = 2e-6  # of what drive.csv and path.csv print
 MAX_DRAWS_A_DRIVE = 100
+MAX_SIGMAS = 6
+FAILURES = {"collides": "collided", "has not arrived": "not arrived", "off the goal": "stopped off the goal"}
 NUM_BETWEEN = 4  # places checked from one pose to the next
 
 
@@ -54,7 +57,8 @@ def run(program, config, inputs, folder, outputs):
 
 
 def wrapped(angles_rad):
-    return np.abs((np.asarray(angles_rad) + np.pi) % (2 * np.pi) - np.pi)
+    """Into [-pi, pi)."""
+    return (np.asarray(angles_rad) + np.pi) % (2 * np.pi) - np.pi
 
 
 def on_arcs(x, y, heading, v, omega, duration_s):
@@ -93,23 +97,39 @@ class Drive:
         return self.v.min() >= 0 and np.allclose(np.diff(self.times_s), period_s, atol=1e-9)
 
     def replays(self):
-        """The first pose and the commands give all other poses."""
+        """The first pose and the commands give all other poses; with noise each pose the next one."""
         x, y, heading = self.x[0], self.y[0], self.heading[0]
-        steps = np.diff(self.times_s)
-        for i, duration_s in enumerate(steps):
+        noise = MAX_SIGMAS * self.option("wheel_noise")
+        for i, duration_s in enumerate(np.diff(self.times_s)):
+            if noise > 0:
+                x, y, heading = self.x[i], self.y[i], self.heading[i]
             x, y, heading = on_arcs(x, y, heading, self.v[i], self.omega[i], duration_s)
-            off = max(abs(x - self.x[i + 1]), abs(y - self.y[i + 1]), wrapped(heading - self.heading[i + 1]))
+            off_m = max(abs(x - self.x[i + 1]), abs(y - self.y[i + 1]))
+            off_rad = abs(wrapped(heading - self.heading[i + 1]))
+            radius_m = self.figures["robot_radius_m"]
+            way_m = noise * (self.v[i] + radius_m * abs(self.omega[i])) * duration_s
             # The start is rounded: an angle off by that turns all that follows.
-            if off > ROUNDING * (2 + np.hypot(x - self.x[0], y - self.y[0])):
+            rounding = ROUNDING * (2 + np.hypot(x - self.x[0], y - self.y[0]))
+            if off_m > rounding + way_m or off_rad > rounding + way_m / radius_m:
                 return False
         return True
+
+    def moved(self):
+        """Velocities from each pose to the next one, as if they were constant on the way; at rest at last."""
+        turns = wrapped(np.diff(self.heading))
+        direction = self.heading[:-1] + turns / 2
+        chords = np.diff(self.x) * np.cos(direction) + np.diff(self.y) * np.sin(direction)
+        steps_s = np.diff(self.times_s)
+        v, omega = chords / np.sinc(turns / (2 * np.pi)) / steps_s, turns / steps_s
+        return np.append(v, 0), np.append(omega, 0)
 
     def clearance_m(self, obstacles_m, resolution_m):
         """Smallest distance to an obstacle cell's square, at the poses and between them."""
         period_s = self.option("period_s")
+        v, omega = self.moved()
         parts = [(self.x, self.y)]
         for part in range(1, NUM_BETWEEN):
-            parts.append(on_arcs(self.x, self.y, self.heading, self.v, self.omega, period_s * part / NUM_BETWEEN)[:2])
+            parts.append(on_arcs(self.x, self.y, self.heading, v, omega, period_s * part / NUM_BETWEEN)[:2])
         x, y = (np.concatenate(values) for values in zip(*parts))
         points = np.unique(np.column_stack([x, y]), axis=0)
         nearest = np.inf
@@ -121,7 +141,7 @@ class Drive:
     def arrival(self, goal_heading_rad):
         """Position error (m) and heading error (degrees)."""
         position_m = np.hypot(*(self.path[-1] - [self.x[-1], self.y[-1]]))
-        return position_m, np.degrees(wrapped(self.heading[-1] - goal_heading_rad))
+        return position_m, np.degrees(abs(wrapped(self.heading[-1] - goal_heading_rad)))
 
 
 def obstacle_centres_m(grid, unknown_is_obstacle):
@@ -188,12 +208,12 @@ def main():
         if code != 0:
             raise DataError(f"plan: exit code {code}: {said}")
         config = {"start_heading_deg": f'"{headings_deg[0]:.6f}"', "goal_heading_deg": f'"{headings_deg[1]:.6f}"',
-                  **options_of(arguments, "drive")}  # fmt: skip
+                  "seed": number, **options_of(arguments, "drive")}  # fmt: skip
         inputs = {**maps, "csv": folder / "plan/path.csv", "json": folder / "plan/path.json"}
         outputs = {"csv": "drive.csv", "json": "drive.json"}
         code, said = run(arguments.build / "bin" / "drive", config, inputs, folder / "drive", outputs)
         if code != 0:
-            outcomes[f"exit code {code}"] += 1
+            outcomes[next((name for text, name in FAILURES.items() if text in said), f"exit code {code}")] += 1
             print(f"draw {number}: start {start}, goal {goal}, headings {headings_deg}: {said}")
             continue
         path = np.loadtxt(folder / "plan/path.csv", delimiter=",", skiprows=1, ndmin=2, usecols=(0, 1))

@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 #include <ctime>
 #include <iostream>
+#include <stdexcept>
 #include <thread>
 
 namespace nightmap {
@@ -169,7 +170,13 @@ StageContext::StageContext(StageSpec spec,
       progress_(spec_.name),
       part_start_(Clock::now()) {}
 
-const fs::path& StageContext::Input(const std::string& name) const { return Inputs(name).front(); }
+const fs::path& StageContext::Input(const std::string& name) const {
+  if (!HasInput(name)) {
+    throw std::logic_error(fmt::format(
+        "{}: input '{}' is used but was not given; a stage asks HasInput first", spec_.name, name));
+  }
+  return Inputs(name).front();
+}
 
 const std::vector<fs::path>& StageContext::Inputs(const std::string& name) const {
   return inputs_.at(name);

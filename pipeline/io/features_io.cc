@@ -154,6 +154,9 @@ FeaturesShard ReadFeatures(const std::filesystem::path& path) {
   file.Demand(raw_keypoints.rows == keypoints.rows, "raw_keypoint_px");
   file.Demand(scales.size() == keypoints.rows, "scale_px");
   file.Demand(depths.size() == keypoints.rows, "depth_m");
+  const auto is_negative = [](float value) { return value < 0; };
+  file.Demand(std::ranges::none_of(scales, is_negative), "scale_px");
+  file.Demand(std::ranges::none_of(depths, is_negative), "depth_m");
   file.Demand(descriptors.rows + reference_features.size() == keypoints.rows, "descriptor");
 
   std::size_t first_described = 0;

@@ -48,12 +48,13 @@ Handle UntimedProperties(hid_t property_class) {
   return Handle(H5Pcopy(properties), H5Pclose);
 }
 
-void WriteStringAttribute(hid_t file, const char* name, const std::string& text) {
+// HDF5 has no room for attributes of 64 kB and more.
+bool WriteStringAttribute(hid_t file, const char* name, const std::string& text) {
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type, text.size() + 1);
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
   const Handle attribute(H5Acreate2(file, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  H5Awrite(attribute, type, text.c_str());
+  return attribute.Valid() && H5Awrite(attribute, type, text.c_str()) >= 0;
 }
 
 std::string ReadStringAttribute(hid_t file, const char* name) {
@@ -97,15 +98,18 @@ Hdf5Writer::Hdf5Writer(const std::filesystem::path& path,
                        int version,
                        const std::string& config,
                        const std::string& units)
-    : path_(path) {
+    : Hdf5Writer(path) {
+  WriteText("format", format);
+  WriteIntAttribute(file_, "version", version);
+  WriteText("config", config);
+  WriteText("units", units);
+}
+
+Hdf5Writer::Hdf5Writer(const std::filesystem::path& path) : path_(path) {
   SilenceErrorStack();
   const Handle properties = UntimedProperties(H5P_FILE_CREATE);
   file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, properties, H5P_DEFAULT);
   if (file_ < 0) throw DataError("{}: cannot create; is the folder writable?", path.string());
-  WriteStringAttribute(file_, "format", format);
-  WriteIntAttribute(file_, "version", version);
-  WriteStringAttribute(file_, "config", config);
-  WriteStringAttribute(file_, "units", units);
 }
 
 Hdf5Writer::~Hdf5Writer() {
@@ -179,7 +183,14 @@ Hdf5Reader::~Hdf5Reader() {
 }
 
 void Hdf5Writer::WriteText(const std::string& name, const std::string& text) {
-  WriteStringAttribute(file_, name.c_str(), text);
+  if (WriteStringAttribute(file_, name.c_str(), text)) return;
+  throw DataError(
+      "{}: cannot write text '{}' of {} bytes; shorten it to less than 64 kB, or free space on "
+      "that "
+      "disk, and run again",
+      path_.string(),
+      name,
+      text.size());
 }
 
 std::string Hdf5Reader::ReadText(const std::string& name) const {

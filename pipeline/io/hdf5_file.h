@@ -40,12 +40,15 @@ class Hdf5Writer {
   void WriteList(const std::string& name, const std::vector<T>& values) {
     Write(name, Array<T>{values.size(), 1, values});
   }
-  // A text beside the arrays (an attribute of the file).
+  // A text beside the arrays (an attribute of the file). As with `config` and the others, throws
+  // DataError naming file and text when it is too long for HDF5: it holds less than 64 kB.
   void WriteText(const std::string& name, const std::string& text);
   // Flushes and closes; throws DataError naming the file (full disk included).
   void Close();
 
  private:
+  explicit Hdf5Writer(const std::filesystem::path& path);
+
   std::filesystem::path path_;
   std::int64_t file_ = -1;
 };

@@ -39,7 +39,10 @@ Controller::Controller(const ControllerOptions& options,
       map_(map),
       goal_heading_rad_(goal_heading_rad),
       time_s_(options.lookahead_time_s +
-              options.limits.max_omega_rad_s / options.limits.max_angular_acceleration_rad_s2) {}
+              options.limits.max_omega_rad_s / options.limits.max_angular_acceleration_rad_s2),
+      near_goal_m_(std::max(kNearGoal_m, 3 * options.position_sigma_m)),
+      reached_m_(std::max(kReached_m, options.position_sigma_m)),
+      turned_rad_(std::max(kTurned_rad, options.heading_sigma_rad)) {}
 
 Controller::Carrot Controller::CarrotAt(const PlanarPose& pose, double lookahead_m) const {
   const double at_m = progress_m_ + lookahead_m;
@@ -103,7 +106,7 @@ std::optional<Controller::Carrot> Controller::FindInSight(const PlanarPose& pose
 }
 
 Twist Controller::Turn(double angle_rad) const {
-  if (std::abs(angle_rad) < kTurned_rad) return {};
+  if (std::abs(angle_rad) < turned_rad_) return {};
   const MotionLimits& limits = options_.limits;
   const double omega_rad_s = SpeedToStopWithin(
       std::abs(angle_rad), limits.max_angular_acceleration_rad_s2, limits.period_s);
@@ -112,7 +115,7 @@ Twist Controller::Turn(double angle_rad) const {
 
 Twist Controller::Pursue(const PlanarPose& pose, const Carrot& carrot, double full_m) const {
   const MotionLimits& limits = options_.limits;
-  const bool near_goal = carrot.is_goal && carrot.point_in_robot.norm() < kNearGoal_m;
+  const bool near_goal = carrot.is_goal && carrot.point_in_robot.norm() < near_goal_m_;
   const double curvature_per_m = near_goal ? 0 : carrot.ArcCurvature();
   const double room_m = map_.Clearance_m(pose.point_in_map) - map_.MinClearance_m();
   double v_m_s = limits.max_v_m_s;
@@ -125,7 +128,7 @@ Twist Controller::Pursue(const PlanarPose& pose, const Carrot& carrot, double fu
   const double left_m =
       carrot.is_goal ? carrot.point_in_robot.x() : track_.Length_m() - progress_m_;
   const double stop_m_s = SpeedToStopWithin(left_m, limits.max_acceleration_m_s2, limits.period_s);
-  v_m_s = std::min(v_m_s, left_m < kReached_m ? 0 : stop_m_s);
+  v_m_s = std::min(v_m_s, left_m < reached_m_ ? 0 : stop_m_s);
   return {v_m_s, curvature_per_m * v_m_s};
 }
 
@@ -134,7 +137,7 @@ Twist Controller::Follow(const PlanarPose& pose, const Twist& twist) {
       std::clamp(twist.v_m_s * time_s_, options_.min_lookahead_m, options_.max_lookahead_m);
   progress_m_ = FindProgress_m(pose.point_in_map);
   const Carrot goal = CarrotAt(pose, track_.Length_m());
-  if (goal.point_in_robot.norm() < kNearGoal_m && progress_m_ + full_m > track_.Length_m()) {
+  if (goal.point_in_robot.norm() < near_goal_m_ && progress_m_ + full_m > track_.Length_m()) {
     const Twist wish = Pursue(pose, goal, full_m);
     at_goal_ = twist.IsRest() && wish.IsRest();
     return wish;

@@ -22,13 +22,17 @@ struct ControllerOptions {
   double slow_clearance_m = 0.15;    // with less room than this the robot is slower
   double min_v_m_s = 0.05;           // both of them slow down to no less than this
   double margin_m = 0.02;            // room it keeps to obstacles where the path has it
+  // How exact the poses are that it is told; standard deviations. It does not try to be more exact.
+  double position_sigma_m = 0;
+  double heading_sigma_rad = 0;
 };
 
 // The robot pursues the farthest point within the lookahead distance that it gets to on an arc
 // without a collision; where there is none ahead of it, it stops and turns in place. A command is
 // given only when after it the robot can still brake to rest without a collision, else it brakes:
 // so it never collides after a start that does not (as the dynamic window of Fox, Burgard and
-// Thrun, 1997). At the goal it turns in place to the goal's heading. Deterministic.
+// Thrun, 1997) as long as the poses it is told are true. At the goal it turns in place to the
+// goal's heading. Deterministic.
 class Controller {
  public:
   Controller(const ControllerOptions& options,
@@ -71,6 +75,9 @@ class Controller {
   const ClearanceMap& map_;
   std::optional<double> goal_heading_rad_;
   double time_s_;  // to the pursued point
+  double near_goal_m_;
+  double reached_m_;
+  double turned_rad_;
   double progress_m_ = 0;
   double pursued_m_ = 0;  // along the track
   bool turning_ = false;  // in place, until the track is straight ahead

@@ -16,6 +16,7 @@ namespace nightmap {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kNumSigmas = 3;           // of a told position, to keep off obstacles besides
 constexpr double kStartDirection_m = 0.1;  // of the path, over which its direction is taken
 
 double Heading_rad(const char* name, const std::string& text, double default_rad) {
@@ -46,7 +47,12 @@ double Deviation_m(const PathTrack& track,
 class Simulation {
  public:
   Simulation(const DriveOptions& options, const DriveInputs& inputs)
-      : options_(options), map_(inputs.grid, FootprintOf(options, inputs.path)) {
+      : options_(options),
+        steering_(Steering(options)),
+        map_(inputs.grid, FootprintOf(options, inputs.path)),
+        noise_(options.noise,
+               2 * FootprintOf(options, inputs.path).radius_m,
+               options.controller.limits.period_s) {
     result_.footprint = FootprintOf(options, inputs.path);
     result_.period_s = options.controller.limits.period_s;
     result_.steps.push_back({StartPose(options, inputs.path), {}, 0, 0});
@@ -55,8 +61,8 @@ class Simulation {
   // Until the robot is at rest at the leg's end, turned to the heading where there is one.
   void DriveLeg(const std::vector<Eigen::Vector2d>& leg, std::optional<double> goal_heading_rad) {
     const PathTrack track(leg);
-    const PathTrack pursued(KeepOff(map_, leg, options_.controller.margin_m));
-    Controller controller(options_.controller, pursued, map_, goal_heading_rad);
+    const PathTrack pursued(KeepOff(map_, leg, steering_.margin_m));
+    Controller controller(steering_, pursued, map_, goal_heading_rad);
     Twist last;
     while (true) {
       DriveStep& step = result_.steps.back();
@@ -66,10 +72,12 @@ class Simulation {
           Deviation_m(track, point, controller.Progress_m(), options_.controller.max_lookahead_m);
       CheckCollision(step);
       CheckTime(point, leg.back());
-      const Twist command = controller.Command(step.pose, last);
+      const Twist command = controller.Command(noise_.Told(step.pose), last);
       if (controller.IsDone()) break;
       step.command = last = command;
-      const PlanarPose next = Advance(step.pose, command, result_.period_s);
+      const Twist moved = noise_.Moved(command);
+      result_.length_m += moved.v_m_s * result_.period_s;
+      const PlanarPose next = Advance(step.pose, moved, result_.period_s);
       result_.steps.push_back({next, {}, 0, 0});
     }
     CheckArrival(leg.back(), goal_heading_rad);
@@ -79,7 +87,6 @@ class Simulation {
   DriveResult Take() {
     result_.min_clearance_m = result_.steps[0].clearance_m;
     for (const DriveStep& step : result_.steps) {
-      result_.length_m += step.command.v_m_s * result_.period_s;
       result_.min_clearance_m = std::min(result_.min_clearance_m, step.clearance_m);
       result_.max_deviation_m = std::max(result_.max_deviation_m, step.deviation_m);
     }
@@ -87,6 +94,15 @@ class Simulation {
   }
 
  private:
+  // The controller knows how well it is localized.
+  static ControllerOptions Steering(const DriveOptions& options) {
+    ControllerOptions steering = options.controller;
+    steering.position_sigma_m = options.noise.position_noise_m;
+    steering.heading_sigma_rad = options.noise.heading_noise_rad;
+    steering.margin_m += kNumSigmas * steering.position_sigma_m;
+    return steering;
+  }
+
   static Footprint FootprintOf(const DriveOptions& options, const PlannedPath& path) {
     const double radius_m =
         options.robot_radius_m > 0 ? options.robot_radius_m : path.robot_radius_m;
@@ -97,12 +113,15 @@ class Simulation {
     if (step.clearance_m >= map_.MinClearance_m()) return;
     throw ThresholdError(
         "the robot of radius {:.3f} m collides after {:.2f} s at {:.3f},{:.3f}, {:.3f} m from an "
-        "obstacle: run make plan again, the path is for another grid or a smaller robot",
+        "obstacle: {}",
         result_.footprint.radius_m,
         result_.Duration_s(),
         step.pose.point_in_map.x(),
         step.pose.point_in_map.y(),
-        step.clearance_m);
+        step.clearance_m,
+        options_.noise.IsNone()
+            ? "run make plan again, the path is for another grid or a smaller robot"
+            : "plan for a larger robot_radius_m than that of drive, or allow less noise");
   }
 
   void CheckTime(const Eigen::Vector2d& point, const Eigen::Vector2d& goal) const {
@@ -139,7 +158,9 @@ class Simulation {
   }
 
   const DriveOptions& options_;
+  ControllerOptions steering_;
   ClearanceMap map_;
+  Noise noise_;
   DriveResult result_;
 };
 

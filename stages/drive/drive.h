@@ -12,6 +12,7 @@
 #include "stages/drive/clearance.h"
 #include "stages/drive/controller.h"
 #include "stages/drive/motion.h"
+#include "stages/drive/noise.h"
 
 namespace nightmap {
 
@@ -23,6 +24,7 @@ struct DriveOptions {
   double position_tolerance_m = 0.05;
   double heading_tolerance_deg = 5;
   double max_duration_s = 3600;  // of the simulated drive
+  NoiseOptions noise;            // none by default
 
   void Register(OptionList& list);
 };
@@ -33,7 +35,7 @@ struct DriveInputs {
 };
 
 struct DriveStep {
-  PlanarPose pose;         // at the step's time, the step's number times the period
+  PlanarPose pose;         // true, at the step's time, the step's number times the period
   Twist command;           // from then on until the next step; the last is none
   double clearance_m = 0;  // see ClearanceMap
   double deviation_m = 0;  // from the path
@@ -54,10 +56,12 @@ struct DriveResult {
   double Duration_s() const { return period_s * static_cast<double>(steps.size() - 1); }
 };
 
-// The robot starts at rest on the path's first point, and stops at each goal of the path. Each
-// step's pose follows exactly from the one before it and its command, so commands alone replay the
-// drive. Deterministic. Throws UsageError on a malformed option, ThresholdError when the robot
-// collides, does not arrive within max_duration_s, or arrives outside of a tolerance.
+// The robot starts at rest on the path's first point, and stops at each goal of the path. Without
+// noise each step's pose follows exactly from the one before it and its command, so commands alone
+// replay the drive. With noise the controller sees other poses than the true ones, by which
+// collisions and arrival are judged all the same. Deterministic. Throws UsageError on a malformed
+// option, ThresholdError when the robot collides, does not arrive within max_duration_s, or arrives
+// outside of a tolerance.
 DriveResult RunDrive(const DriveOptions& options, const DriveInputs& inputs, Progress& progress);
 
 }  // namespace nightmap

@@ -73,6 +73,7 @@ void DriveOptions::Register(OptionList& list) {
            Range(0.1, 180.0),
            "and turned so near to the goal's heading");
   list.Add("max_duration_s", &max_duration_s, Range(0.1, 1e5), "of the simulated drive");
+  noise.Register(list);
 }
 
 }  // namespace nightmap

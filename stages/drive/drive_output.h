@@ -12,8 +12,8 @@
 namespace nightmap {
 
 // Header time_ns,x_m,y_m,heading_rad,v_m_s,omega_rad_s; map frame, one row a control period, from
-// time 0. The command of a row holds until the next row's time; the last row's is none. Commands
-// have all their digits, poses are rounded to micrometres and microradians.
+// time 0. Poses are the true ones. The command of a row holds until the next row's time; the last
+// row's is none. Commands have all their digits, poses are rounded to micrometres and microradians.
 std::string DriveToCsv(const DriveResult& result);
 
 // The drive's figures, for report.json.

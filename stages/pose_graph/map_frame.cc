@@ -201,43 +201,6 @@ void MapFrameOptions::Register(OptionList& list) {
            "cameras are at least this far above the floor");
 }
 
-std::vector<SurfacePatch> SamplePatches(const DepthImage& depth,
-                                        const RgbdCamera& camera,
-                                        const Rigid3& graph_from_camera,
-                                        double max_depth_m) {
-  constexpr int kStep_px = 12;
-  constexpr int kReach_px = 6;
-  std::vector<SurfacePatch> patches;
-  const auto point_at = [&](int x, int y) {
-    return camera.color.BackProject(Eigen::Vector2d(x, y), depth.At(x, y));
-  };
-  for (int y = kReach_px; y + kReach_px < depth.height; y += kStep_px) {
-    for (int x = kReach_px; x + kReach_px < depth.width; x += kStep_px) {
-      const float z = depth.At(x, y);
-      const float corners[] = {depth.At(x - kReach_px, y),
-                               depth.At(x + kReach_px, y),
-                               depth.At(x, y - kReach_px),
-                               depth.At(x, y + kReach_px)};
-      const bool is_smooth = std::ranges::all_of(
-          corners, [z](float c) { return c > 0 && std::abs(c - z) < 0.1f * z; });
-      if (z <= 0 || z > max_depth_m || !is_smooth) continue;
-      const Eigen::Vector3d center = point_at(x, y);
-      Eigen::Vector3d normal = (point_at(x + kReach_px, y) - point_at(x - kReach_px, y))
-                                   .cross(point_at(x, y + kReach_px) - point_at(x, y - kReach_px));
-      if (normal.norm() < 1e-9) continue;
-      normal.normalize();
-      if (normal.dot(center) > 0) normal = -normal;
-      const double cosine = -normal.dot(center.normalized());
-      if (cosine < 0.1) continue;
-      const double pixel_area_m2 = z * z / (camera.color.fx * camera.color.fy);
-      patches.push_back({graph_from_camera * center,
-                         graph_from_camera.rotation * normal,
-                         kStep_px * kStep_px * pixel_area_m2 / cosine});
-    }
-  }
-  return patches;
-}
-
 Eigen::Vector3d UpFromAccelerometer(const std::vector<AccelerometerSample>& samples,
                                     const std::vector<StampedPose>& keyframes) {
   constexpr double kMinMean_m_per_s2 = 5;  // half of gravity

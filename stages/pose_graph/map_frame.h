@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "pipeline/base/options.h"
-#include "pipeline/geometry/camera.h"
 #include "pipeline/geometry/rigid3.h"
 #include "pipeline/io/frames_io.h"
+#include "stages/pose_graph/surface_patches.h"
 
 namespace nightmap {
 
@@ -24,19 +24,6 @@ struct MapFrameOptions {
 
   void Register(OptionList& list);
 };
-
-// A small patch of surface.
-struct SurfacePatch {
-  Eigen::Vector3d point;   // in the graph frame
-  Eigen::Vector3d normal;  // towards the camera
-  double area_m2 = 0;      // share of the surface this sample stands for
-};
-
-// Patches of one depth image on a coarse pixel grid, where the surface is smooth.
-std::vector<SurfacePatch> SamplePatches(const DepthImage& depth,
-                                        const RgbdCamera& camera,
-                                        const Rigid3& graph_from_camera,
-                                        double max_depth_m);
 
 // One sample of an accelerometer whose axes are the color camera's.
 struct AccelerometerSample {

@@ -15,6 +15,8 @@ struct GraphEdge {
   bool is_loop = false;  // may be wrong
   double weight = 1;     // of a loop after optimization, 0 .. 1
   double error = 0;      // Mahalanobis distance after optimization
+
+  bool IsBelieved() const { return !is_loop || weight > 0.5; }
 };
 
 // Poses by frame index, world_from_camera; the first is held fixed. `max_loop_error` is the

@@ -188,6 +188,21 @@ TEST_F(StageMainTest, ARepeatedInputKeepsItsOrderAndAnOptionalOneMayBeMissing) {
   EXPECT_EQ(ReadFile(folder_ / "out"), "hello again");
 }
 
+// A mistake in a stage, not of its user.
+TEST_F(StageMainTest, AnAbsentInputIsNotMadeUp) {
+  spec_.inputs = {{"in", "a file"}, {"extra", "a file", Arity::kOptional}};
+  for (const char* name : {"extra", "unheard_of"}) {
+    const Result run = Main(Ports(), [&](const Options& options, StageContext& context) {
+      CopyBody(options, context);
+      EXPECT_THROW(context.Input(name), std::logic_error);
+      context.Input(name);
+    });
+    EXPECT_EQ(run.code, 1);
+    EXPECT_THAT(run.err, testing::HasSubstr("input '" + std::string(name) + "' is used but"));
+    ExpectNothingWritten();
+  }
+}
+
 TEST_F(StageMainTest, AnInputOfAnyNumberMayBeMissingOrRepeated) {
   spec_.inputs = {{"in", "a file"}, {"extra", "files", Arity::kAnyNumber}};
   std::vector<std::string> arguments = Ports();

@@ -121,6 +121,12 @@ TEST(FeaturesIo, SizesThatDoNotAddUpAndNanAreRefused) {
   shard.frames[3].depths_m[1] = std::numeric_limits<float>::infinity();
   expect(shard, "depth_m");
   shard = MakeShard(DescriptorKind::kOrb, 0);
+  shard.frames[3].depths_m[1] = -0.5F;
+  expect(shard, "depth_m");
+  shard = MakeShard(DescriptorKind::kOrb, 0);
+  shard.frames[0].scales_px[2] = -1;
+  expect(shard, "scale_px");
+  shard = MakeShard(DescriptorKind::kOrb, 0);
   shard.frames[1].reference_features[1] = 3;
   expect(shard, "reference_feature");
   shard = MakeShard(DescriptorKind::kOrb, 0);

@@ -55,6 +55,21 @@ TEST_F(Hdf5FileTest, TextsReadBack) {
   NIGHTMAP_EXPECT_ERROR(DataError, reader.ReadText("more"), "a.h5: field 'more' is missing");
 }
 
+TEST_F(Hdf5FileTest, NoTextIsLost) {
+  const std::string longest(64000, 'x');
+  const std::string too_long(70000, 'x');
+  {
+    Hdf5Writer writer(path_, "thing", 1, "", "");
+    writer.WriteText("note", longest);
+    NIGHTMAP_EXPECT_ERROR(
+        DataError, writer.WriteText("more", too_long), "a.h5: cannot write text 'more' of 70000");
+    writer.Close();
+  }
+  EXPECT_EQ(Hdf5Reader(path_, "thing", 1).ReadText("note"), longest);
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, Hdf5Writer(path_, "thing", 1, too_long, ""), "a.h5: cannot write text 'config'");
+}
+
 TEST_F(Hdf5FileTest, ErrorsNameFileAndField) {
   Hdf5Writer writer(path_, "thing", 3, "", "");
   writer.WriteList<double>("nan", {1, std::numeric_limits<double>::quiet_NaN()});

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/pose_graph/adjust_rounds.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "stages/pose_graph/retrack.h"
+
+namespace nightmap {
+
+BundleOptions AdjustmentRounds::MakeBundleOptions() const {
+  BundleOptions bundle_options;
+  bundle_options.max_iterations = options_.bundle_iterations;
+  bundle_options.estimate_depth_scales = options_.estimate_depth_scales;
+  bundle_options.num_threads = num_threads_;
+  return bundle_options;
+}
+
+GlobalBundleSummary AdjustmentRounds::AdjustKeyframes(
+    std::vector<Track> tracks, std::map<int, Rigid3>* graph_from_keyframe) const {
+  return AdjustFrames(
+      options_, input_, MakeBundleOptions(), std::move(tracks), {}, graph_from_keyframe);
+}
+
+// Where most observations are good, those that are not need no say.
+GlobalBundleSummary AdjustmentRounds::AdjustDescribed(
+    std::map<int, Rigid3>* graph_from_keyframe, std::vector<Rigid3>* graph_from_camera) const {
+  BundleOptions bundle_options = MakeBundleOptions();
+  bundle_options.loss = RobustLoss::kCauchy;
+  bundle_options.calibrate = options_.calibrate;
+  std::map<int, Rigid3> poses = *graph_from_keyframe;
+  std::map<int, PointMotion> motions;
+  for (const FrameFeatures& frame : input_.features.frames) {
+    const auto i = static_cast<std::size_t>(frame.frame_idx);
+    if (frame.IsDescribed()) poses.emplace(frame.frame_idx, (*graph_from_camera)[i]);
+  }
+  for (const auto& [idx, pose] : poses) motions[idx] = MotionAt(idx);
+  auto tracks = Retrack(input_, poses, options_.retrack);
+  const auto summary =
+      AdjustFrames(options_, input_, bundle_options, std::move(tracks), motions, &poses);
+  for (auto& [idx, pose] : *graph_from_keyframe) pose = poses.at(idx);
+  *graph_from_camera = CarryFrames(poses);
+  return summary;
+}
+
+// From the frame before to the one after, by odometry; none across a gap.
+PointMotion AdjustmentRounds::MotionAt(int frame_idx) const {
+  constexpr double kMaxGap_s = 0.5;
+  const auto time_ns = [&](int idx) {
+    return input_.frames[static_cast<std::size_t>(idx)].time_ns;
+  };
+  const int first = std::max(0, frame_idx - 1);
+  const int last = std::min(static_cast<int>(input_.frames.size()) - 1, frame_idx + 1);
+  const double gap_s = 1e-9 * static_cast<double>(time_ns(last) - time_ns(first));
+  const bool is_bridged =
+      chain_.after_bridge.contains(frame_idx) || chain_.after_bridge.contains(last);
+  if (gap_s <= 0 || gap_s > kMaxGap_s || is_bridged) return {};
+  const Rigid3 last_from_first = chain_.At(last).Inverse() * chain_.At(first);
+  const Eigen::AngleAxisd turn(last_from_first.rotation);
+  return {turn.angle() / gap_s * turn.axis(), last_from_first.translation / gap_s};
+}
+
+std::vector<Rigid3> AdjustmentRounds::CarryFrames(const std::map<int, Rigid3>& adjusted) const {
+  std::vector<Rigid3> graph_from_camera;
+  for (int idx = 0; idx < static_cast<int>(input_.frames.size()); ++idx) {
+    const auto after = adjusted.lower_bound(idx);
+    const auto before = after == adjusted.begin() ? after : std::prev(adjusted.upper_bound(idx));
+    const Rigid3 by_before = Carried(*before, idx);
+    if (after == adjusted.end() || after == before ||
+        chain_.IsBridged(before->first, after->first)) {
+      graph_from_camera.push_back(by_before);
+      continue;
+    }
+    const double fraction = static_cast<double>(idx - before->first) /
+                            static_cast<double>(after->first - before->first);
+    const Rigid3 by_after = Carried(*after, idx);
+    graph_from_camera.push_back(
+        {by_before.rotation.slerp(fraction, by_after.rotation),
+         (1 - fraction) * by_before.translation + fraction * by_after.translation});
+  }
+  return graph_from_camera;
+}
+
+Rigid3 AdjustmentRounds::Carried(const std::pair<const int, Rigid3>& adjusted,
+                                 int frame_idx) const {
+  return adjusted.second * chain_.At(adjusted.first).Inverse() * chain_.At(frame_idx);
+}
+
+}  // namespace nightmap
