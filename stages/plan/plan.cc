@@ -154,7 +154,9 @@ void PlanOptions::Register(OptionList& list) {
            &snap_radius_m,
            Range(0.0, 10.0),
            "how far an end may be moved to a place the robot can stand on; 0: not at all");
-  list.Add("shorten", &shorten, "pull the path tight where straight lines are free and not dearer");
+  list.Add("shorten",
+           &shorten,
+           "move the path to where it is cheapest around it, straight where that is free");
 }
 
 PlanResult RunPlan(const PlanOptions& options,
