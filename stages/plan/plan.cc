@@ -86,7 +86,7 @@ void AppendLeg(const OccupancyGrid& grid,
   leg.first_point = path.empty() ? 0 : path.size() - 1;
   for (std::size_t i = path.empty() ? 0 : 1; i < route.size(); ++i) {
     PathPoint point;
-    point.point_in_map = grid.origin_in_map + grid.resolution_m * route[i];
+    point.point_in_map = grid.FromCells(route[i]);
     point.leg_idx = leg_idx;
     point.clearance_m = map.Clearance_m(route[i].array().floor().cast<int>());
     if (!path.empty()) {
