@@ -149,12 +149,13 @@ std::string GridToPgm(const OccupancyGrid& grid) {
 
 std::string GridToYaml(const OccupancyGrid& grid, const std::string& image_name) {
   return fmt::format(
-      "image: {}\nmode: trinary\nresolution: {}\norigin: [{}, {}, 0]\nnegate: 0\n"
+      "image: {}\nmode: trinary\nresolution: {}\norigin: [{}, {}, {}]\nnegate: 0\n"
       "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
       image_name,
       grid.resolution_m,
       grid.origin_in_map.x(),
-      grid.origin_in_map.y());
+      grid.origin_in_map.y(),
+      grid.origin_yaw_rad);
 }
 
 std::filesystem::path GridImagePath(const std::filesystem::path& yaml_path) {
@@ -170,9 +171,8 @@ OccupancyGrid ReadGrid(const std::filesystem::path& yaml_path) {
     throw DataError("{}: resolution is {}, not positive", name, grid.resolution_m);
   }
   const Eigen::Vector3d origin = yaml.Triple("origin");
-  if (origin.z() != 0)
-    throw DataError("{}: origin has yaw {}, only 0 is supported", name, origin.z());
   grid.origin_in_map = origin.head<2>();
+  grid.origin_yaw_rad = origin.z();
   const Thresholds thresholds = ReadThresholds(yaml, name);
 
   const Pgm pgm = ReadPgm(ImagePath(yaml, yaml_path));

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // 2-D occupancy grids in ROS map_server's format: a P5 PGM image and a small YAML file beside it.
-// Grids of other systems can be read too, as long as they are P5 and not rotated.
+// Grids of other systems can be read too, as long as they are P5.
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -16,13 +17,15 @@ namespace nightmap {
 
 enum CellValue : std::uint8_t { kFreeCell = 0, kOccupiedCell = 1, kUnknownCell = 2 };
 
-// Cells in the x-y plane of the map frame, row by row; row 0 has the smallest y.
+// Cells in the x-y plane of the map frame, row by row from cell (0, 0). Our own are not turned: row
+// 0 has the smallest y.
 struct OccupancyGrid {
   int width = 0;
   int height = 0;
   double resolution_m = 0.05;                               // edge length of a cell
   Eigen::Vector2d origin_in_map = Eigen::Vector2d::Zero();  // lower left corner of cell (0, 0), m
   std::vector<std::uint8_t> cells;                          // CellValue
+  double origin_yaw_rad = 0;  // from the map's x axis to the rows, counter-clockwise
 
   std::size_t Index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
@@ -34,12 +37,15 @@ struct OccupancyGrid {
   std::uint8_t At(const Eigen::Vector2i& cell) const { return cells[Index(cell.x(), cell.y())]; }
   // Point in units of cells: the centre of cell (x, y) is (x + 0.5, y + 0.5).
   Eigen::Vector2d ToCells(const Eigen::Vector2d& point_in_map) const {
-    return (point_in_map - origin_in_map) / resolution_m;
+    return Eigen::Rotation2Dd(-origin_yaw_rad) * (point_in_map - origin_in_map) / resolution_m;
+  }
+  Eigen::Vector2d FromCells(const Eigen::Vector2d& point_in_cells) const {
+    return origin_in_map + Eigen::Rotation2Dd(origin_yaw_rad) * (resolution_m * point_in_cells);
   }
   // The cell a point lies in; may be outside of the grid.
   Eigen::Vector2i CellOf(const Eigen::Vector2d& point_in_map) const;
   Eigen::Vector2d CenterInMap(const Eigen::Vector2i& cell) const {
-    return origin_in_map + resolution_m * (cell.cast<double>() + Eigen::Vector2d(0.5, 0.5));
+    return FromCells(cell.cast<double>() + Eigen::Vector2d(0.5, 0.5));
   }
 };
 
@@ -59,9 +65,9 @@ std::filesystem::path GridImagePath(const std::filesystem::path& yaml_path);
 // Reads the YAML and the image it names, by the rules of map_server and Nav2: p = (255 - v) / 255,
 // or v / 255 with negate; p > occupied_thresh is occupied, p < free_thresh free, the rest unknown.
 // Mode `scale` is read the same way: what lies between the thresholds is neither surely free nor
-// surely occupied. In mode `raw` p = v / 100, and v > 100 is unknown. Throws DataError naming file
-// and field on a missing, repeated or malformed key, NaN, a rotated origin (which most of ROS
-// ignores), another mode, or an image that is not P5 or whose size does not add up.
+// surely occupied. An origin with a yaw turns the grid about its lower left corner. In mode `raw` p
+// = v / 100, and v > 100 is unknown. Throws DataError naming file and field on a missing, repeated
+// or malformed key, NaN, another mode, or an image that is not P5 or whose size does not add up.
 OccupancyGrid ReadGrid(const std::filesystem::path& yaml_path);
 
 // The same for a stage that was given both files. Throws UsageError when `image_path` is not the

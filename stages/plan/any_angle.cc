@@ -16,8 +16,6 @@ namespace {
 constexpr double kKeysPerCell = 64;
 constexpr int kKeyBits = 3;  // an eighth of a cell
 constexpr std::int64_t kMaxRise = 1 << 16;
-// Above 1 fewer cells are searched and the path is a little shorter and dearer.
-constexpr double kGreed = 1.02;
 // Longer lines take longer to check; they are put together when the path is pulled tight.
 constexpr int kMaxLine_cells = 48;
 
@@ -103,7 +101,7 @@ class LazyThetaStar {
     if (state.closed != 0 || (state.g_plus_1 != 0 && state.g_plus_1 <= g + 1)) return;
     state.g_plus_1 = g + 1;
     state.parent = static_cast<std::uint32_t>(parent);
-    const double f = g + kGreed * field_.CostToGoal(cell);
+    const double f = g + field_.CostToGoal(cell);
     queue_.Push(static_cast<std::int64_t>(f * kKeysPerCell), cell);
   }
 

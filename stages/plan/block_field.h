@@ -30,7 +30,7 @@ class BlockField {
 
   struct Node {
     std::uint64_t cells = 0;  // bit 8 * y + x of the block
-    float weight = 0;         // mean cost of a metre in its cells
+    float weight = 0;         // about the cost of a metre through it
     float cost = kUnreached;  // to the goal, in cells
     Eigen::Vector2i centre = Eigen::Vector2i::Zero();
     std::size_t block = 0;

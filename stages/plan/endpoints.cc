@@ -70,10 +70,9 @@ std::optional<Candidate> NearestFree(const OccupancyGrid& grid,
 
 std::string WhyNotFree(const OccupancyGrid& grid, const CostMap& map, const Eigen::Vector2i& cell) {
   if (!grid.Contains(cell)) {
-    const Eigen::Vector2d end =
-        grid.origin_in_map + grid.resolution_m * Eigen::Vector2d(grid.width, grid.height);
-    return fmt::format(
-        "is outside of the map, which spans {} to {}", ToText(grid.origin_in_map), ToText(end));
+    return fmt::format("is outside of the map, which spans {} to {}",
+                       ToText(grid.origin_in_map),
+                       ToText(grid.FromCells(Eigen::Vector2d(grid.width, grid.height))));
   }
   if (grid.At(cell) == kOccupiedCell) return "is inside an obstacle";
   if (grid.At(cell) == kUnknownCell && map.SquaredDistance(cell) == 0) {

@@ -86,7 +86,7 @@ void AppendLeg(const OccupancyGrid& grid,
   leg.first_point = path.empty() ? 0 : path.size() - 1;
   for (std::size_t i = path.empty() ? 0 : 1; i < route.size(); ++i) {
     PathPoint point;
-    point.point_in_map = grid.origin_in_map + grid.resolution_m * route[i];
+    point.point_in_map = grid.FromCells(route[i]);
     point.leg_idx = leg_idx;
     point.clearance_m = map.Clearance_m(route[i].array().floor().cast<int>());
     if (!path.empty()) {
@@ -154,7 +154,9 @@ void PlanOptions::Register(OptionList& list) {
            &snap_radius_m,
            Range(0.0, 10.0),
            "how far an end may be moved to a place the robot can stand on; 0: not at all");
-  list.Add("shorten", &shorten, "pull the path tight where straight lines are free and not dearer");
+  list.Add("shorten",
+           &shorten,
+           "move the path to where it is cheapest around it, straight where that is free");
 }
 
 PlanResult RunPlan(const PlanOptions& options,

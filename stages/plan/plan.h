@@ -62,9 +62,9 @@ struct PlanResult {
 };
 
 // A path from cell to cell (A*) or of straight lines (Lazy Theta*) over the inflated grid, then
-// pulled tight. The robot's circle touches no obstacle anywhere on the path; this is checked at the
-// end. Deterministic. Throws UsageError on malformed ends or footprints, DataError on ends that are
-// not usable or when no path joins them.
+// pulled tight (Tighten). The robot's circle touches no obstacle anywhere on the path; this is
+// checked at the end. Deterministic. Throws UsageError on malformed ends or footprints, DataError
+// on ends that are not usable or when no path joins them.
 PlanResult RunPlan(const PlanOptions& options,
                    const PlanInputs& inputs,
                    Progress& progress,

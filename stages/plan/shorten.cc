@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "stages/plan/relax.h"
 #include "stages/plan/segment.h"
 
 namespace nightmap {
@@ -12,7 +13,6 @@ namespace {
 constexpr double kCostTolerance = 1e-6;  // cells
 // How many points in a row may fail before the search for a longer shortcut ends.
 constexpr int kMaxFailures = 32;
-constexpr int kNumPasses = 4;  // even: the route ends up in its own direction
 
 }  // namespace
 
@@ -38,11 +38,11 @@ std::vector<Eigen::Vector2d> Shorten(const CostMap& map, const std::vector<Eigen
   return tight;
 }
 
-std::vector<Eigen::Vector2d> Resample(const std::vector<Eigen::Vector2d>& path) {
+std::vector<Eigen::Vector2d> Resample(const std::vector<Eigen::Vector2d>& path, double gap_cells) {
   std::vector<Eigen::Vector2d> points = {path.front()};
   for (std::size_t i = 1; i < path.size(); ++i) {
     const Eigen::Vector2d delta = path[i] - path[i - 1];
-    const int num_parts = std::max(1, static_cast<int>(std::ceil(delta.norm() - 1e-9)));
+    const int num_parts = std::max(1, static_cast<int>(std::ceil(delta.norm() / gap_cells - 1e-9)));
     for (int k = 1; k < num_parts; ++k) {
       points.push_back(path[i - 1] + delta * k / num_parts);
     }
@@ -51,13 +51,8 @@ std::vector<Eigen::Vector2d> Resample(const std::vector<Eigen::Vector2d>& path) 
   return points;
 }
 
-std::vector<Eigen::Vector2d> Tighten(const CostMap& map, std::vector<Eigen::Vector2d> route) {
-  route = Resample(route);
-  for (int pass = 0; pass < kNumPasses; ++pass) {
-    route = Resample(Shorten(map, route));
-    std::reverse(route.begin(), route.end());
-  }
-  return route;
+std::vector<Eigen::Vector2d> Tighten(const CostMap& map, const std::vector<Eigen::Vector2d>& path) {
+  return Resample(Shorten(map, Resample(Relax(map, Shorten(map, path)))));
 }
 
 }  // namespace nightmap

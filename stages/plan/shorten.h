@@ -14,10 +14,12 @@ namespace nightmap {
 // last point.
 std::vector<Eigen::Vector2d> Shorten(const CostMap& map, const std::vector<Eigen::Vector2d>& path);
 
-// Points at most one cell apart along the path.
-std::vector<Eigen::Vector2d> Resample(const std::vector<Eigen::Vector2d>& path);
+// Its points, and between them as many that no two are farther than `gap_cells` apart.
+std::vector<Eigen::Vector2d> Resample(const std::vector<Eigen::Vector2d>& path,
+                                      double gap_cells = 1);
 
-// Both together, from either end in turn, since what is found depends on the end begun from.
-std::vector<Eigen::Vector2d> Tighten(const CostMap& map, std::vector<Eigen::Vector2d> route);
+// Shortens and relaxes a path (see Relax), and straightens what that left bent for nothing. Points
+// are at most one cell apart.
+std::vector<Eigen::Vector2d> Tighten(const CostMap& map, const std::vector<Eigen::Vector2d>& path);
 
 }  // namespace nightmap

@@ -52,6 +52,7 @@ OccupancyGrid RandomGrid(std::uint64_t seed) {
   grid.height = 1 + static_cast<int>(random.Index(40));
   grid.resolution_m = random.Uniform(0.01, 0.3);
   grid.origin_in_map = {random.Uniform(-90, 90), random.Uniform(-1e-7, 1e-7)};
+  grid.origin_yaw_rad = seed % 2 == 0 ? 0 : random.Uniform(-3, 3);
   for (int i = 0; i < grid.width * grid.height; ++i) {
     grid.cells.push_back(static_cast<std::uint8_t>(random.Index(3)));
   }
@@ -76,6 +77,7 @@ TEST_F(GridIoTest, WhatIsWrittenIsRead) {
     EXPECT_EQ(read.height, grid.height);
     EXPECT_EQ(read.resolution_m, grid.resolution_m);
     EXPECT_EQ(read.origin_in_map, grid.origin_in_map);
+    EXPECT_EQ(read.origin_yaw_rad, grid.origin_yaw_rad);
     EXPECT_EQ(read.cells, grid.cells);
   }
 }
@@ -97,6 +99,17 @@ TEST_F(GridIoTest, CellsAndPointsAgree) {
     }
   }
   EXPECT_FALSE(grid.Contains(grid.CellOf({1e300, -1e300})));
+}
+
+// A quarter turn about the origin: the rows go up, the columns to the left.
+TEST_F(GridIoTest, YawTurnsTheGridAboutItsOrigin) {
+  Write(Replace(kYaml, "2, 0]", "2, 1.5707963267948966]"), kPgm);
+  const OccupancyGrid grid = ReadGrid(Yaml());
+  const Eigen::Vector2d second = grid.CenterInMap({1, 0});
+  EXPECT_NEAR(second.x(), -1.5 - 0.025, 1e-12);
+  EXPECT_NEAR(second.y(), 2 + 0.075, 1e-12);
+  EXPECT_EQ(grid.CellOf({-1.52, 2.09}), Eigen::Vector2i(1, 0));
+  EXPECT_FALSE(grid.Contains(grid.CellOf({-1.48, 2.09})));
 }
 
 TEST_F(GridIoTest, AppliesMapServerRules) {
@@ -172,7 +185,7 @@ TEST_F(GridIoTest, RefusesBadYaml) {
   ExpectError(Replace(kYaml, "0.05", "0.05x"), kPgm, "resolution");
   ExpectError(Replace(kYaml, "2, 0]", "2, nan]"), kPgm, "origin");
   ExpectError(Replace(kYaml, "-1.5", ".inf"), kPgm, "origin");
-  ExpectError(Replace(kYaml, "2, 0]", "2, 0.3]"), kPgm, "yaw");
+  ExpectError(Replace(kYaml, "2, 0]", "2, .inf]"), kPgm, "origin");
   ExpectError(Replace(kYaml, "2, 0]", "2]"), kPgm, "origin");
   ExpectError(Replace(kYaml, "negate: 0", "negate: 2"), kPgm, "negate");
   ExpectError(Replace(kYaml, "0.65", "1.5"), kPgm, "occupied_thresh");

@@ -134,6 +134,24 @@ TEST(Drive, ArrivesOnRandomPathsWithinTheLimitsAndClearOfObstacles) {
   EXPECT_GT(num_tight, 50);
 }
 
+// The hall with a wall beside the path, turned in the map by the yaw of its origin: the same drive;
+// with the wall on the path, the same collision.
+TEST(Drive, FollowsAGridThatIsTurned) {
+  DriveInputs inputs = Hall();
+  Block(inputs.grid, 30, 28, 70, 30);
+  const DriveResult straight = Drive({}, inputs);
+  const Eigen::Rotation2Dd turn(0.7);
+  inputs.grid.origin_yaw_rad = turn.angle();
+  for (auto& point : inputs.path.legs_in_map[0]) point = turn * point;
+  inputs.path.goal_heading_rad += turn.angle();
+  const DriveResult turned = Drive({}, inputs);
+  EXPECT_NEAR(turned.min_clearance_m, straight.min_clearance_m, 1e-3);
+  const Eigen::Vector2d goal = turn * Eigen::Vector2d(4, 5);
+  EXPECT_LT((turned.steps.back().pose.point_in_map - goal).norm(), 0.05);
+  Block(inputs.grid, 30, 18, 70, 22);
+  EXPECT_THROW(Drive({}, inputs), ThresholdError);
+}
+
 TEST(Drive, TurnsInPlaceAtBothEnds) {
   DriveOptions options;
   options.start_heading_deg = "180";

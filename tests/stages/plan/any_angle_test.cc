@@ -4,35 +4,13 @@
 #include <gtest/gtest.h>
 
 #include "stages/plan/block_field.h"
-#include "stages/plan/segment.h"
 #include "stages/plan/shorten.h"
 #include "tests/stages/plan/office_floor.h"
+#include "tests/stages/plan/reference_path.h"
 #include "tests/stages/plan/scene.h"
 
 namespace nightmap {
 namespace {
-
-std::vector<Eigen::Vector2d> Centres(const SearchResult& result) {
-  std::vector<Eigen::Vector2d> points;
-  for (const auto& cell : result.cells) {
-    points.push_back(cell.cast<double>() + Eigen::Vector2d(0.5, 0.5));
-  }
-  return points;
-}
-
-double CostOfLines(const CostMap& map, const std::vector<Eigen::Vector2d>& points) {
-  double cost = 0;
-  for (std::size_t i = 1; i < points.size(); ++i) {
-    cost += SegmentCost(map, points[i - 1], points[i]);
-  }
-  return cost;
-}
-
-double Length(const std::vector<Eigen::Vector2d>& points) {
-  double length = 0;
-  for (std::size_t i = 1; i < points.size(); ++i) length += (points[i] - points[i - 1]).norm();
-  return length;
-}
 
 TEST(BlockField, ReachesWhatTheFloodReaches) {
   int num_cut_off = 0;
@@ -74,7 +52,7 @@ TEST(AnyAngle, FindsAPathExactlyWhenThereIsOne) {
       EXPECT_EQ(result.cells.front(), start);
       EXPECT_EQ(result.cells.back(), goal);
       // Infinite if a line touched a cell that is not free.
-      EXPECT_NEAR(CostOfLines(map, Centres(result)), result.cost_cells, 1e-6) << seed << " " << i;
+      EXPECT_NEAR(CostOf(map, Centres(result.cells)), result.cost_cells, 1e-6) << seed << " " << i;
       any_angle_cost += result.cost_cells;
       grid_cost += on_grid.cost_cells;
     }
@@ -97,8 +75,8 @@ TEST(AnyAngle, IsStraightWhereNothingIsInTheWay) {
     const Eigen::Vector2i goal = RandomFreeCell(random, map);
     const double straight = (goal - start).cast<double>().norm();
     const auto result = FindAnyAnglePath(map, start, goal);
-    EXPECT_NEAR(result.cost_cells, Length(Centres(result)), 1e-6);
-    EXPECT_NEAR(Length(Tighten(map, Centres(result))), straight, 1e-6);
+    EXPECT_NEAR(result.cost_cells, LengthOf(Centres(result.cells)), 1e-6);
+    EXPECT_NEAR(LengthOf(Tighten(map, Centres(result.cells))), straight, 1e-6);
   }
 }
 
@@ -119,8 +97,8 @@ TEST(AnyAngle, IsShorterThanAStarAndSearchesLess) {
     const SearchResult on_grid = FindPath(map, start, goal);
     if (!on_grid.found || (goal - start).cast<double>().norm() < 200) continue;
     const SearchResult result = FindAnyAnglePath(map, start, goal);
-    any_angle_length += Length(Centres(result));
-    grid_length += Length(Centres(on_grid));
+    any_angle_length += LengthOf(Centres(result.cells));
+    grid_length += LengthOf(Centres(on_grid.cells));
     any_angle_cost += result.cost_cells;
     grid_cost += on_grid.cost_cells;
     num_any_angle += result.num_expanded;

@@ -87,6 +87,37 @@ std::string ErrorOf(const PlanOptions& options, const PlanInputs& inputs) {
   return "";
 }
 
+// map_server's origin may have a yaw: the same rooms, turned in the map.
+TEST(Plan, FollowsAGridThatIsTurned) {
+  PlanInputs inputs = Rooms();
+  PlanOptions options;
+  options.footprint.robot_radius_m = 0.1;
+  const auto plan = [&](const Eigen::Rotation2Dd& turn) {
+    const Eigen::Vector2d start = turn * Eigen::Vector2d(1.27, 2.23);
+    const Eigen::Vector2d goal = turn * Eigen::Vector2d(2.21, 2.61);
+    options.start = fmt::format("{},{}", start.x(), start.y());
+    options.goal = fmt::format("{},{}", goal.x(), goal.y());
+    inputs.grid.origin_in_map = turn * Rooms().grid.origin_in_map;
+    inputs.grid.origin_yaw_rad = turn.angle();
+    return Plan(options, inputs);
+  };
+  const auto straight = plan(Eigen::Rotation2Dd(0));
+  EXPECT_GT(straight.path.size(), 10);
+  for (const double yaw_rad : {0.4, -2.0}) {
+    const Eigen::Rotation2Dd turn(yaw_rad);
+    const auto turned = plan(turn);
+    EXPECT_NEAR(TotalLength_m(turned), TotalLength_m(straight), 1e-6);
+    ASSERT_EQ(turned.path.size(), straight.path.size());
+    for (std::size_t i = 0; i < turned.path.size(); ++i) {
+      const Eigen::Vector2d expected = turn * straight.path[i].point_in_map;
+      EXPECT_LT((turned.path[i].point_in_map - expected).norm(), 1e-6) << i;
+    }
+    const Eigen::Vector2d outside = turn * Eigen::Vector2d(0.9, 2.5);
+    options.goal = fmt::format("{},{}", outside.x(), outside.y());
+    EXPECT_THROW(Plan(options, inputs), DataError);
+  }
+}
+
 TEST(Plan, GoesThroughTheDoor) {
   const PlanResult result = Plan(Between("1.25,2.2", "2.2,2.65"), Rooms());
   EXPECT_EQ(result.path.front().point_in_map, Eigen::Vector2d(1.25, 2.2));
