@@ -136,7 +136,7 @@ $(call whole,octree,      frames=frames/shard_*.csv cameras=pose_graph/cameras.j
                           ot=map.ot bt=map.bt)
 $(call whole,grid,        octree=octree/map.ot keyframes=pose_graph/keyframes.tum, \
                           floors=floors.json pgm=map.pgm yaml=map.yaml png=map.png distances=distances.h5)
-$(if $(PLANNING),$(call whole,plan, pgm=grid/map.pgm yaml=grid/map.yaml trajectory=pose_graph/trajectory.tum $(LOCATED), \
+$(if $(PLANNING),$(call whole,plan, pgm=grid/map.pgm yaml=grid/map.yaml floors=grid/floors.json trajectory=pose_graph/trajectory.tum $(LOCATED), \
                           csv=path.csv json=path.json nav=path.yaml png=path.png))
 $(if $(DRIVING),$(call whole,drive, pgm=grid/map.pgm yaml=grid/map.yaml csv=plan/path.csv json=plan/path.json, \
                           csv=drive.csv json=drive.json gif=drive.gif))

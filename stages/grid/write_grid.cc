@@ -8,14 +8,13 @@
 #include <string>
 
 #include "pipeline/base/files.h"
+#include "pipeline/io/floors_io.h"
 #include "pipeline/io/hdf5_file.h"
 #include "pipeline/io/image_io.h"
 #include "stages/grid/clearance.h"
 
 namespace nightmap {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr const char* kUnits =
     "m; map frame; clearance_m: centre of a free cell to the centre of the nearest that is not "
@@ -50,9 +49,9 @@ void WriteDistances(const GridResult& result, StageContext& context) {
 }
 
 // Files whose number only the map tells, beside floors.json.
-class FloorFiles {
+class OutputFiles {
  public:
-  explicit FloorFiles(StageContext& context) : context_(context) {}
+  explicit OutputFiles(StageContext& context) : context_(context) {}
 
   std::filesystem::path Path(const std::string& name) {
     names_.insert(name);
@@ -108,8 +107,8 @@ void WriteGrids(const GridResult& result, StageContext& context) {
         .lexically_proximate(context.FinalPath("yaml").parent_path())
         .generic_string();
   };
-  FloorFiles files(context);
-  Json list = Json::array();
+  OutputFiles files(context);
+  std::vector<FloorFiles> list;
   for (std::size_t i = 0; i < result.floors.size(); ++i) {
     const FloorGrid& floor = result.floors[i];
     const bool is_main = i == result.main_floor_idx;
@@ -121,19 +120,14 @@ void WriteGrids(const GridResult& result, StageContext& context) {
       WritePair(floor.grid, files.Path(stem + ".pgm"), files.Path(stem + ".yaml"), stem + ".pgm");
       WritePng(files.Path(stem + ".png"), GridToImage(floor.grid));
     }
-    list.push_back({{"idx", i},
-                    {"height_m", floor.height_m},
-                    {"is_main", is_main},
-                    {"yaml", is_main ? name_of("yaml") : stem + ".yaml"},
-                    {"png", is_main ? name_of("png") : stem + ".png"},
-                    {"distances", fmt::format("floor_{}", i)}});
+    list.push_back({.height_m = floor.height_m,
+                    .is_main = is_main,
+                    .yaml = is_main ? name_of("yaml") : stem + ".yaml",
+                    .png = is_main ? name_of("png") : stem + ".png",
+                    .distances = fmt::format("floor_{}", i)});
   }
   WriteDistances(result, context);
-  const Json json = {{"format", "nightmap floors"},
-                     {"version", 1},
-                     {"units", "height_m: z of the floor in the map frame"},
-                     {"floors", list}};
-  WriteFile(context.Output("floors"), json.dump(2) + "\n");
+  WriteFile(context.Output("floors"), FloorsToJson(list));
   files.RemoveOthers();
 }
 

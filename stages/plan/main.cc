@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // plan: finds a path on the grid from one point or picture to others. Reads map.yaml with map.pgm
-// and, where given, queries.csv and trajectory.tum; writes path.csv, .json, .yaml and .png.
+// and, where given, floors.json, queries.csv and trajectory.tum; writes path.csv, .json, .yaml and
+// .png.
 #include <spdlog/spdlog.h>
 
 #include "pipeline/base/files.h"
@@ -14,9 +15,10 @@ namespace {
 using namespace nightmap;
 
 PlanInputs ReadInputs(const StageContext& context) {
-  PlanInputs inputs{ReadGrid(context.Input("yaml"), context.Input("pgm")), {}, {}};
+  PlanInputs inputs{ReadGrid(context.Input("yaml"), context.Input("pgm")), {}, {}, {}};
   if (context.HasInput("queries")) inputs.queries = ReadQueries(context.Input("queries"));
   if (context.HasInput("trajectory")) inputs.trajectory = ReadTum(context.Input("trajectory"));
+  if (context.HasInput("floors")) inputs.floors = ReadFloors(context.Input("floors"));
   return inputs;
 }
 
@@ -45,6 +47,7 @@ int main(int argc, char** argv) {
                        "finds a path on the grid between points or pictures",
                        {{"yaml", "map.yaml of the grid stage, or an imported map_server map"},
                         {"pgm", "the image that the yaml names"},
+                        {"floors", "floors.json of the grid stage", Arity::kOptional},
                         {"queries", "queries.csv of the localize stage", Arity::kOptional},
                         {"trajectory", "drawn on path.png", Arity::kOptional}},
                        {{"csv", "path: x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m"},

@@ -13,7 +13,7 @@ namespace {
 nlohmann::ordered_json EndToJson(const Endpoint& endpoint) {
   const EndpointRequest& request = endpoint.request;
   return {{"request", request.text},
-          {"is_picture", request.is_picture},
+          {"is_picture", request.IsPicture()},
           {"requested_x_m", request.point_in_map.x()},
           {"requested_y_m", request.point_in_map.y()},
           {"x_m", endpoint.point_in_map.x()},

@@ -166,6 +166,7 @@ PlanResult RunPlan(const PlanOptions& options,
   progress.Start(3);
   const auto requests =
       MakeRequests(options.start, options.goal, inputs.queries, inputs.trajectory);
+  CheckFloors(requests, inputs.floors);
   const CostMap map =
       MakeCostMap(inputs.grid, options.cost, CircumscribedRadius_m(options.footprint), num_threads);
   progress.Advance();

@@ -10,6 +10,7 @@
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/geometry/rigid3.h"
+#include "pipeline/io/floors_io.h"
 #include "pipeline/io/grid_io.h"
 #include "pipeline/io/queries_io.h"
 #include "stages/plan/cost_map.h"
@@ -34,6 +35,7 @@ struct PlanInputs {
   OccupancyGrid grid;
   std::vector<QueryResult> queries;
   std::vector<StampedPose> trajectory;  // map_from_camera; for default ends when nothing is located
+  std::vector<FloorFiles> floors = {};  // of which `grid` is the main one; none: it is the only one
 };
 
 struct PathPoint {
@@ -64,7 +66,7 @@ struct PlanResult {
 // A path from cell to cell (A*) or of straight lines (Lazy Theta*) over the inflated grid, then
 // pulled tight (Tighten). The robot's circle touches no obstacle anywhere on the path; this is
 // checked at the end. Deterministic. Throws UsageError on malformed ends or footprints, DataError
-// on ends that are not usable or when no path joins them.
+// on ends that are not usable, lie on another floor, or when no path joins them.
 PlanResult RunPlan(const PlanOptions& options,
                    const PlanInputs& inputs,
                    Progress& progress,

@@ -32,13 +32,19 @@ std::vector<std::string> SplitGoals(const std::string& text) {
   }
 }
 
+EndpointRequest AtCamera(const std::string& role,
+                         const std::string& text,
+                         const Eigen::Vector3d& camera_in_map) {
+  return {role, text, camera_in_map.head<2>(), camera_in_map.z()};
+}
+
 EndpointRequest Parse(const std::string& role,
                       const std::string& option,
                       const std::string& text,
                       const std::vector<QueryResult>& queries) {
   if (text.starts_with(kPicturePrefix) && text.size() > kPicturePrefix.size()) {
     const auto& picture = FindPicture(queries, text.substr(kPicturePrefix.size()));
-    return {role, text, picture.map_from_camera.translation.head<2>(), true};
+    return AtCamera(role, text, picture.map_from_camera.translation);
   }
   const auto comma = text.find(',');
   const auto x = ParseReal(text.substr(0, comma));
@@ -47,7 +53,7 @@ EndpointRequest Parse(const std::string& role,
     throw UsageError(
         "option {} is '{}': give \"x_m,y_m\" in the map frame or \"picture:NAME\"", option, text);
   }
-  return {role, text, {*x, *y}, false};
+  return {role, text, {*x, *y}, {}};
 }
 
 EndpointRequest DefaultRequest(const std::string& role,
@@ -60,18 +66,15 @@ EndpointRequest DefaultRequest(const std::string& role,
   }
   if (!located.empty()) {
     const QueryResult& picture = first ? *located.front() : *located.back();
-    return {role,
-            std::string(kPicturePrefix) + picture.color_path,
-            picture.map_from_camera.translation.head<2>(),
-            true};
+    return AtCamera(role,
+                    std::string(kPicturePrefix) + picture.color_path,
+                    picture.map_from_camera.translation);
   }
   if (!trajectory.empty()) {
     const StampedPose& pose = first ? trajectory.front() : trajectory.back();
     const Eigen::Vector3d& position = pose.pose.translation;
-    return {role,
-            fmt::format("trajectory at {:.3f},{:.3f}", position.x(), position.y()),
-            position.head<2>(),
-            true};
+    return AtCamera(
+        role, fmt::format("trajectory at {:.3f},{:.3f}", position.x(), position.y()), position);
   }
   throw UsageError(
       "option {} is empty and there is no located query: set plan.{} = \"x_m,y_m\"", role, role);
@@ -96,6 +99,25 @@ std::vector<EndpointRequest> MakeRequests(const std::string& start,
     requests.push_back(Parse(role, "goal", texts[i], queries));
   }
   return requests;
+}
+
+void CheckFloors(const std::vector<EndpointRequest>& requests,
+                 const std::vector<FloorFiles>& floors) {
+  if (floors.size() < 2) return;
+  for (const EndpointRequest& request : requests) {
+    if (!request.IsPicture()) continue;
+    const FloorFiles& floor = floors[FloorBelow(floors, *request.camera_z_m)];
+    if (floor.is_main) continue;
+    throw DataError(
+        "{} '{}' was taken at z = {:.2f} m, above the floor at {:.2f} m, but paths are planned on "
+        "the "
+        "main floor: for that floor run the plan program on {} beside map.yaml",
+        request.role,
+        request.text,
+        *request.camera_z_m,
+        floor.height_m,
+        floor.yaml);
+  }
 }
 
 }  // namespace nightmap

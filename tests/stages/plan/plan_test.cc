@@ -244,6 +244,27 @@ TEST(Plan, PictureInAnObstacleMovesAndSaysSo) {
       AllOf(HasSubstr("start"), HasSubstr("nearest free cell"), HasSubstr("snap_radius_m")));
 }
 
+// Pictures are at z = 1.2.
+TEST(Plan, RefusesPicturesOfAnotherFloor) {
+  const FloorFiles low{0, true, "map.yaml", "map.png", "floor_0"};
+  const FloorFiles high{2.9, false, "floor_1.yaml", "floor_1.png", "floor_1"};
+  PlanInputs inputs = RoomsWithPictures();
+  const PlanOptions options = Between("picture:a.png", "picture:b");
+  const std::string path = PathToCsv(Plan(options, inputs));
+  inputs.floors = {low, high};
+  EXPECT_EQ(PathToCsv(Plan(options, inputs)), path);
+  inputs.queries[2].map_from_camera.translation.z() = 4.1;
+  EXPECT_THAT([&] { Plan(options, inputs); },
+              testing::ThrowsMessage<DataError>(
+                  AllOf(HasSubstr("goal 'picture:b'"), HasSubstr("floor_1.yaml"))));
+  // Its own floor is the main one, or the only one that is known.
+  inputs.floors = {high};
+  EXPECT_EQ(PathToCsv(Plan(options, inputs)), path);
+  // Points have no height.
+  inputs.floors = {low, high};
+  EXPECT_GT(TotalLength_m(Plan(Between("1.25,2.45", "2.15,2.45"), inputs)), 0.5);
+}
+
 // The picture was taken in a closed cell; the nearest place that the goal can reach is used.
 TEST(Plan, PictureInAClosedPocketMovesOutOfIt) {
   const PlanInputs inputs = RoomsWithPictures();
