@@ -25,6 +25,16 @@ std::string TileNameOf(const std::filesystem::path& path) {
   return is_numbers && std::ranges::count(name, '_') == 1 ? name : std::string();
 }
 
+// use(report) of the file's content; what it does not find there is an error of the file.
+template <typename Use>
+void ReadReport(const std::filesystem::path& path, const Use& use) {
+  try {
+    use(nlohmann::json::parse(ReadFile(path)));
+  } catch (const nlohmann::json::exception& error) {
+    throw DataError("{}: {}; delete it and run make", path.string(), error.what());
+  }
+}
+
 }  // namespace
 
 TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
@@ -41,18 +51,30 @@ TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
   }
   std::set<std::string> reasons;
   for (const auto& path : reports) {
-    try {
-      const auto report = nlohmann::json::parse(ReadFile(path));
+    ReadReport(path, [&](const nlohmann::json& report) {
       for (const auto& reason : report.value("skipped", nlohmann::json::array())) {
         reasons.insert(reason.get<std::string>());
       }
-    } catch (const nlohmann::json::exception& error) {
-      throw DataError("{}: {}; delete it and run make", path.string(), error.what());
-    }
+    });
   }
   results.num_keyframes = keyframes.size();
   results.num_skipped = reasons.size();
   return results;
+}
+
+std::size_t SumOfReports(const std::vector<std::filesystem::path>& reports,
+                         const std::string& count) {
+  std::size_t sum = 0;
+  for (const auto& path : reports) {
+    ReadReport(path, [&](const nlohmann::json& report) {
+      const auto& value = report.at(count);
+      if (!value.is_number_unsigned()) {
+        throw DataError("{}: {} is no count; delete it and run make", path.string(), count);
+      }
+      sum += value.get<std::size_t>();
+    });
+  }
+  return sum;
 }
 
 void RemoveOtherTiles(const std::filesystem::path& folder,

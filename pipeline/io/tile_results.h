@@ -23,6 +23,10 @@ TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
                             const std::vector<std::filesystem::path>& reports,
                             int keyframe_stride);
 
+// Of a count that every report has, the sum. Throws DataError naming the file without it.
+std::size_t SumOfReports(const std::vector<std::filesystem::path>& reports,
+                         const std::string& count);
+
 // Removes from a folder what was made of tiles that are no more: tile_X_Y.*, report_X_Y.json and
 // receipt_X_Y.json of any X_Y but those of the lists `tiles`, tile_X_Y.json.
 void RemoveOtherTiles(const std::filesystem::path& folder,

@@ -32,6 +32,12 @@ bool MaySee(const Rectangle& area,
                                       centre + max.matrix().cast<double>());
 }
 
+auto DepthLoader(const std::vector<RgbdCamera>& cameras, const std::filesystem::path& data_root) {
+  return [cameras, data_root](const Keyframe& keyframe) {
+    return LoadDepth(keyframe.frame, CameraOf(keyframe, cameras), data_root);
+  };
+}
+
 }  // namespace
 
 KeyframeSource OpenKeyframes(const std::vector<std::filesystem::path>& frames_paths,
@@ -46,6 +52,7 @@ KeyframeSource OpenKeyframes(const std::vector<std::filesystem::path>& frames_pa
   source.load = [cameras = source.cameras, data_root](const Keyframe& keyframe) {
     return LoadRgbd(keyframe.frame, CameraOf(keyframe, cameras), data_root);
   };
+  source.load_depth = DepthLoader(source.cameras, data_root);
   return source;
 }
 
@@ -83,6 +90,7 @@ KeyframeSource OpenTile(const std::filesystem::path& tile_path,
     images.color = LoadColor(keyframe.frame, camera, data_root);
     return images;
   };
+  source.load_depth = DepthLoader(source.cameras, data_root);
   return source;
 }
 

@@ -25,6 +25,8 @@ struct KeyframeSource {
   // Pixels of one keyframe, or none when it sees nothing of the region; called from several
   // threads. Throws DataError when they are unreadable.
   std::function<RgbdImages(const Keyframe&)> load;
+  // The depth of any keyframe, which is cheaper; else the same.
+  std::function<DepthImage(const Keyframe&)> load_depth;
   MapRegion region;  // of which the map is wanted
 };
 

@@ -7,6 +7,7 @@ from nightmap_eval import figures, html
 from nightmap_eval.errors import DataError
 from nightmap_eval.floors import read_floors
 from nightmap_eval.grid import read_grid
+from nightmap_eval.report_cloud import cloud_section
 from nightmap_eval.site import Frames, read_csv, read_json
 from nightmap_eval.trajectory import Similarity, associate, read_tum, rotation_matrices
 
@@ -28,6 +29,7 @@ def map_sections(site_dir, metrics):
     return [
         trajectory_section(site_dir, metrics),
         accuracy_section(metrics),
+        *filter(None, [cloud_section(site_dir)]),
         plan_section(site_dir),
         *filter(None, [drive_section(site_dir)]),
     ]

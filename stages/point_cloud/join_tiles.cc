@@ -6,6 +6,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/io/pcd_io.h"
 #include "pipeline/io/tile_results.h"
+#include "stages/point_cloud/report_tile.h"
 
 namespace nightmap {
 namespace {
@@ -94,6 +95,7 @@ void JoinTiles(const PointCloudOptions& options, StageContext& context) {
   context.Report()["num_tiles"] = tiles.size();
   context.Report()["num_keyframes"] = results.num_keyframes;
   context.Report()["num_points"] = num_points;
+  ReportHeldOutRays(reports, context);
 }
 
 }  // namespace nightmap

@@ -5,6 +5,7 @@
 
 #include "pipeline/base/stage_main.h"
 #include "stages/point_cloud/join_tiles.h"
+#include "stages/point_cloud/report_tile.h"
 
 namespace nightmap {
 namespace {
@@ -21,14 +22,9 @@ void MapTile(const PointCloudOptions& options, StageContext& context) {
                                          options.keyframe_stride,
                                          options.max_depth_m);
   const auto result = RunPointCloud(options, source, context.GetProgress(), context.NumThreads());
-  for (const std::string& reason : result.skipped) context.Skip(reason);
   WritePly(context.Output("tile_cloud"), result.points);
   context.Report()["num_keyframes_listed"] = source.keyframes.size();
-  context.Report()["num_measurements"] = result.num_measurements;
-  context.Report()["num_voxels"] = result.num_voxels;
-  context.Report()["num_outliers"] = result.num_outliers;
-  context.Report()["plane_thickness_median_m"] = result.plane_thickness_median_m;
-  context.Report()["plane_thickness_p90_m"] = result.plane_thickness_p90_m;
+  ReportTile(result, context);
 }
 
 }  // namespace

@@ -6,42 +6,12 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/voxel_key.h"
+#include "stages/point_cloud/consistency.h"
+#include "stages/point_cloud/fuse_depth.h"
 #include "stages/point_cloud/surface.h"
-#include "stages/point_cloud/voxel_filter.h"
 
 namespace nightmap {
 namespace {
-
-VoxelSum ToSum(const DepthPoint& point,
-               const Eigen::Vector3d& position,
-               const Rigid3& map_from_camera) {
-  VoxelSum sum;
-  sum.weight = 1.0 / (static_cast<double>(point.sigma_m) * point.sigma_m);
-  sum.weighted_position = sum.weight * position;
-  sum.direction = (map_from_camera.translation - position).normalized().cast<float>();
-  sum.color = {static_cast<float>(point.rgb[0]),
-               static_cast<float>(point.rgb[1]),
-               static_cast<float>(point.rgb[2])};
-  sum.num_points = 1;
-  return sum;
-}
-
-VoxelSums FuseFrame(const PointCloudOptions& options,
-                    const RgbdCamera& camera,
-                    const RayTable& rays,
-                    const Rectangle& seen,
-                    const Keyframe& keyframe,
-                    const RgbdImages& images) {
-  VoxelSums sums;
-  for (const DepthPoint& point : BackProjectDepth(
-           images.depth, images.color, rays, camera, options.max_depth_m, options.depth_filter)) {
-    const Eigen::Vector3d position =
-        keyframe.map_from_camera * point.point_in_camera.cast<double>();
-    if (!seen.Contains(position.head<2>())) continue;
-    AddPoint(ToSum(point, position, keyframe.map_from_camera), options.voxel_size_m, sums);
-  }
-  return sums;
-}
 
 bool Owns(const MapRegion& region, const VoxelSum& sum) {
   return region.inside.Contains(sum.Position().head<2>());
@@ -52,28 +22,37 @@ std::size_t CountOwned(const MapRegion& region, const std::vector<VoxelSum>& sum
       std::ranges::count_if(sums, [&](const VoxelSum& sum) { return Owns(region, sum); }));
 }
 
-// All keyframes fused; the reasons of skipped ones go to `result`.
-VoxelSums FuseAll(const PointCloudOptions& options,
-                  const KeyframeSource& source,
-                  Progress& progress,
-                  int num_threads,
-                  PointCloudResult& result) {
-  const std::vector<RayTable> rays = MakeRayTables(source.cameras, num_threads);
-  const Rectangle seen = source.region.inside.Grown(source.region.overlap_m);
-  VoxelSums all;
-  result.skipped = FuseKeyframes<VoxelSums>(
-      source,
-      progress,
-      num_threads,
-      [&](const Keyframe& keyframe, const RgbdImages& images) {
-        const auto camera = static_cast<std::size_t>(keyframe.frame.camera_idx);
-        return FuseFrame(options, source.cameras[camera], rays[camera], seen, keyframe, images);
-      },
-      [&](VoxelSums&& sums) { MergeSums(sums, all); });
-  for (const auto& [key, sum] : all) {
-    if (Owns(source.region, sum)) result.num_measurements += sum.num_points;
+std::size_t CountMeasurements(const MapRegion& region, const VoxelSums& sums) {
+  std::size_t num_measurements = 0;
+  for (const auto& [key, sum] : sums) {
+    if (Owns(region, sum)) num_measurements += sum.num_points;
   }
-  return all;
+  return num_measurements;
+}
+
+// Without the voxels that keyframes contradict, and without outliers.
+SortedVoxels CleanVoxels(const PointCloudOptions& options,
+                         const KeyframeSource& source,
+                         SortedVoxels voxels,
+                         Progress& progress,
+                         int num_threads,
+                         PointCloudResult& result) {
+  const auto count = [&](const SortedVoxels& some) { return CountOwned(source.region, some.sums); };
+  result.num_voxels = count(voxels);
+  if (options.min_consistent_frames > 0) {
+    voxels = RemoveInconsistent(options, voxels, source, progress, num_threads);
+  }
+  const std::size_t num_consistent = count(voxels);
+  result.num_inconsistent = result.num_voxels - num_consistent;
+  if (options.outlier_min_neighbors > 0) {
+    voxels = RemoveOutliers(voxels,
+                            options.voxel_size_m,
+                            options.outlier_radius_voxels * options.voxel_size_m,
+                            options.outlier_min_neighbors,
+                            num_threads);
+  }
+  result.num_outliers = num_consistent - count(voxels);
+  return voxels;
 }
 
 CloudPoint ToCloudPoint(const VoxelSum& sum) {
@@ -88,11 +67,15 @@ CloudPoint ToCloudPoint(const VoxelSum& sum) {
 }
 
 // Projection may bring two layers of one surface together in a voxel.
-std::vector<CloudPoint> ThinToVoxels(const std::vector<VoxelSum>& surface,
-                                     double voxel_size_m,
-                                     const Rectangle& inside) {
+VoxelSums MergeToVoxels(const std::vector<VoxelSum>& surface, double voxel_size_m) {
   VoxelSums sums;
   for (const VoxelSum& point : surface) AddPoint(point, voxel_size_m, sums);
+  return sums;
+}
+
+std::vector<CloudPoint> ToCloud(const VoxelSums& sums,
+                                double voxel_size_m,
+                                const Rectangle& inside) {
   std::vector<CloudPoint> points;
   for (const VoxelSum& voxel : SortVoxels(sums, 1).sums) {
     const CloudPoint point = ToCloudPoint(voxel);
@@ -144,6 +127,16 @@ void PointCloudOptions::Register(OptionList& list) {
            Range(0.002, 1.0),
            "at most one point in a voxel of this edge");
   list.Add("min_observations", &min_observations, Range(1, 10000), "depth pixels a voxel needs");
+  list.Add(
+      "min_consistent_frames",
+      &min_consistent_frames,
+      Range(0, 1000),
+      "keyframes that must confirm a voxel, and be no fewer than those that see through it; 0 asks "
+      "none");
+  list.Add("consistency_sigmas",
+           &consistency_sigmas,
+           Range(0.5, 20.0),
+           "depths that differ by this many sigma of their noise, and a voxel, agree");
   list.Add("outlier_radius_voxels",
            &outlier_radius_voxels,
            Range(1.0, 20.0),
@@ -173,24 +166,21 @@ PointCloudResult RunPointCloud(const PointCloudOptions& options,
   CheckOverlap(options, source.region);
   CheckReach(source.keyframes, options.max_depth_m, options.voxel_size_m * kVoxelKeyReach);
   PointCloudResult result;
-  SortedVoxels voxels =
-      SortVoxels(FuseAll(options, source, progress, num_threads, result), options.min_observations);
-  result.num_voxels = CountOwned(source.region, voxels.sums);
-  if (options.outlier_min_neighbors > 0) {
-    voxels = RemoveOutliers(voxels,
-                            options.voxel_size_m,
-                            options.outlier_radius_voxels * options.voxel_size_m,
-                            options.outlier_min_neighbors,
-                            num_threads);
-  }
-  result.num_outliers = result.num_voxels - CountOwned(source.region, voxels.sums);
+  FusedDepth fused = FuseDepth(options, source, progress, num_threads);
+  result.skipped = std::move(fused.skipped);
+  result.num_measurements = CountMeasurements(source.region, fused.sums);
+  SortedVoxels voxels = SortVoxels(fused.sums, options.min_observations);
+  fused.sums = VoxelSums();  // the largest there is, and there will be others
+  voxels = CleanVoxels(options, source, std::move(voxels), progress, num_threads, result);
   const Surface surface = FitSurface(voxels,
                                      options.voxel_size_m,
                                      options.surface_radius_m,
                                      options.project_to_surface,
                                      num_threads);
   MeasureThickness(source.region, surface, result);
-  result.points = ThinToVoxels(surface.points, options.voxel_size_m, source.region.inside);
+  const VoxelSums cloud = MergeToVoxels(surface.points, options.voxel_size_m);
+  result.held_out = TestRays(fused.rays, cloud, options.voxel_size_m, num_threads);
+  result.points = ToCloud(cloud, options.voxel_size_m, source.region.inside);
   return result;
 }
 

@@ -11,6 +11,7 @@
 #include "pipeline/io/ply_io.h"
 #include "pipeline/vision/back_project.h"
 #include "pipeline/vision/rgbd_keyframes.h"
+#include "stages/point_cloud/held_out_rays.h"
 
 namespace nightmap {
 
@@ -20,6 +21,8 @@ struct PointCloudOptions {
   DepthFilterOptions depth_filter;
   double voxel_size_m = 0.02;
   int min_observations = 2;
+  int min_consistent_frames = 1;
+  double consistency_sigmas = 3.0;
   double outlier_radius_voxels = 3.0;
   int outlier_min_neighbors = 12;
   double surface_radius_m = 0.08;
@@ -35,20 +38,23 @@ struct PointCloudResult {
   std::vector<std::string> skipped;  // one reason for each keyframe left out
   // Of the part of the map that was asked for:
   std::size_t num_measurements = 0;  // depth pixels fused
-  std::size_t num_voxels = 0;        // with enough observations, before outlier removal
+  std::size_t num_voxels = 0;        // with enough observations, before anything is removed
+  std::size_t num_inconsistent = 0;  // of these, that other keyframes contradict
   std::size_t num_outliers = 0;
   // Standard deviation of the fused points from the planes about them, before projection: median,
   // and what 90 % stay below. 0 where nothing is flat.
   double plane_thickness_median_m = 0;
   double plane_thickness_p90_m = 0;
+  RayAgreement held_out;  // of sampled rays that end there
 };
 
 // Back-projects every keyframe, averages the points of each voxel weighted by 1 / sigma^2 of the
-// depth noise (colors plainly), removes outliers, fits the surface and averages by voxel once more:
-// at most one point a voxel. Memory grows with the surface of the source's region, not with the
-// keyframes. Each step looks at a bounded neighbourhood in an order of its own, so the points of
-// the regions of a site are those of the whole, bit for bit. Same result at any number of threads.
-// Throws UsageError when the overlap of the region is less than that neighbourhood.
+// depth noise (colors plainly), removes what other keyframes contradict and outliers, fits the
+// surface and averages by voxel once more: at most one point a voxel. Memory grows with the surface
+// of the source's region, not with the keyframes. Each step looks at a bounded neighbourhood in an
+// order of its own, so the points of the regions of a site are those of the whole, bit for bit.
+// Same result at any number of threads. Throws UsageError when the overlap of the region is less
+// than that neighbourhood.
 PointCloudResult RunPointCloud(const PointCloudOptions& options,
                                const KeyframeSource& source,
                                Progress& progress,

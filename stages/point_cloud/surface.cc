@@ -78,13 +78,7 @@ SortedVoxels RemoveOutliers(const SortedVoxels& voxels,
                       [&](std::size_t i, const std::vector<Neighbor>& neighbors) {
                         keep[i] = neighbors.size() > static_cast<std::size_t>(min_neighbors);
                       });
-  SortedVoxels kept;
-  for (std::size_t i = 0; i < keep.size(); ++i) {
-    if (!keep[i]) continue;
-    kept.keys.push_back(voxels.keys[i]);
-    kept.sums.push_back(voxels.sums[i]);
-  }
-  return kept;
+  return Select(voxels, [&](std::size_t i) { return keep[i] != 0; });
 }
 
 Surface FitSurface(const SortedVoxels& voxels,

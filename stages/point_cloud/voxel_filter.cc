@@ -13,6 +13,7 @@ void VoxelSum::Add(const VoxelSum& other) {
   direction += other.direction;
   color += other.color;
   num_points += other.num_points;
+  folds |= other.folds;
 }
 
 void AddPoint(const VoxelSum& point, double voxel_size_m, VoxelSums& sums) {

@@ -16,6 +16,7 @@ struct VoxelSum {
   Eigen::Vector3f direction = Eigen::Vector3f::Zero();  // to the cameras, or the normal, summed
   Eigen::Array3f color = Eigen::Array3f::Zero();        // of 0..255, summed
   std::uint32_t num_points = 0;
+  std::uint8_t folds = 0;  // a bit for each fold of keyframes that measured it (held_out_rays.h)
 
   void Add(const VoxelSum& other);
   Eigen::Vector3d Position() const { return weighted_position / weight; }
@@ -36,6 +37,18 @@ struct SortedVoxels {
 
 // Voxels of at least `min_points` points.
 SortedVoxels SortVoxels(const VoxelSums& sums, int min_points);
+
+// Those whose index satisfies `keep`.
+template <typename Predicate>
+SortedVoxels Select(const SortedVoxels& voxels, const Predicate& keep) {
+  SortedVoxels kept;
+  for (std::size_t i = 0; i < voxels.keys.size(); ++i) {
+    if (!keep(i)) continue;
+    kept.keys.push_back(voxels.keys[i]);
+    kept.sums.push_back(voxels.sums[i]);
+  }
+  return kept;
+}
 
 std::vector<Eigen::Vector3d> Positions(const std::vector<VoxelSum>& sums);
 

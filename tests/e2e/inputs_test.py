@@ -156,6 +156,19 @@ class InputsTest(unittest.TestCase):
             self.assertEqual(result.returncode, code, result.stdout)
         self.check(result, 1, f"{count} of {len(pictures)}", "max_failed_ratio", "repair them")
 
+    def test_report_of_a_tile_that_is_cut_off_or_lacks_a_count(self):
+        report = self.work.path("point_cloud/report_0_0.json")
+        whole = report.read_text()
+        join = ("--in", f"tile=maps/{SITE}/tiles/tile_0_0.json", "--in",
+                f"tile_cloud=maps/{SITE}/point_cloud/tile_0_0.ply", "--in", f"tile_report={report}")
+        for text, told in ((whole[:200], "parse error"), (whole.replace("num_held_out_rays\"", "rays\""),
+                                                          "num_held_out_rays")):
+            self.assertNotEqual(text, whole)
+            report.write_text(text)
+            result = self.work.run("point_cloud", *join, "--out", "cloud=joined.ply")
+            self.check(result, 1, "report_0_0.json", told, "run make")
+            self.assertFalse((self.work.folder / "joined.ply").exists())
+
     def test_nan_in_an_array(self):
         path = self.work.path("odometry/shard_0000.h5")
         with h5py.File(path, "r+") as file:

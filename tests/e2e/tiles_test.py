@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The building in tiles: the same map as in one, and only the tiles that something changed in are remade."""
+import json
 import os
 import unittest
 
@@ -146,6 +147,36 @@ class TilesTest(unittest.TestCase):
         result = self.work.make("map", "SET=tiles.edge_m=3")
         self.assertEqual(result.returncode, 2)
         self.assertIn("tiles.edge_m", result.stdout)
+
+    def cloud_reports(self, work):
+        tiles = [json.loads(path.read_text()) for path in sorted(work.path("point_cloud").glob("report_*.json"))]
+        return tiles, json.loads(work.path("point_cloud/report.json").read_text())
+
+    def test_held_out_rays_are_reported_for_tiles_and_site(self):
+        tiles, site = self.cloud_reports(self.work)
+        whole_tiles, whole = self.cloud_reports(self.base)
+        num = {name: sum(tile[f"num_held_out_rays{name}"] for tile in tiles) for name in ("", "_agreeing", "_blocked")}
+        self.assertEqual(num[""], sum(tile["num_held_out_rays"] for tile in whole_tiles))
+        for kind in ("agreeing", "blocked"):
+            percent = site[f"held_out_rays_{kind}_percent"]
+            self.assertAlmostEqual(percent, 100 * num[f"_{kind}"] / num[""])
+            self.assertAlmostEqual(percent, whole[f"held_out_rays_{kind}_percent"], delta=2)
+        self.assertGreater(site["held_out_rays_agreeing_percent"], 80)
+        self.assertLess(site["held_out_rays_blocked_percent"], 3)
+
+    def test_consistency_is_an_option(self):
+        def num_inconsistent():
+            return sum(tile["num_inconsistent"] for tile in self.cloud_reports(self.work)[0])
+
+        by_default = num_inconsistent()
+        self.assertGreater(by_default, 0)
+        self.make(SMALL + " point_cloud.min_consistent_frames=0")
+        self.assertEqual(num_inconsistent(), 0)
+        self.make(SMALL + " point_cloud.min_consistent_frames=2")
+        self.assertGreater(num_inconsistent(), by_default)
+        result = self.work.make("map", SMALL + " point_cloud.min_consistent_frames=-1")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("min_consistent_frames", result.stdout)
 
     def test_pcd_is_exported_when_asked_for(self):
         self.make(SMALL + " point_cloud.export_pcd=true")

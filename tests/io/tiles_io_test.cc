@@ -125,6 +125,23 @@ TEST_F(TilesIoTest, ResultsCountKeyframesAndReasonsOnce) {
   EXPECT_THROW(ReadTileResults(tiles, {folder_ / "2.json"}, 1), DataError);
 }
 
+TEST_F(TilesIoTest, CountsOfReportsAreAddedAndMustBeThere) {
+  WriteFile(folder_ / "1.json", R"({"num_rays": 5})");
+  WriteFile(folder_ / "2.json", R"({"num_rays": 70})");
+  EXPECT_EQ(SumOfReports({folder_ / "1.json", folder_ / "2.json"}, "num_rays"), 75U);
+  for (const char* damaged :
+       {R"({"num": 5})", R"({"num_rays": -5})", R"({"num_rays": "5"})", R"({"n)"}) {
+    WriteFile(folder_ / "2.json", damaged);
+    try {
+      SumOfReports({folder_ / "1.json", folder_ / "2.json"}, "num_rays");
+      FAIL() << "no error: " << damaged;
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr((folder_ / "2.json").string()));
+      EXPECT_THAT(error.what(), testing::HasSubstr("delete it and run make"));
+    }
+  }
+}
+
 TEST_F(TilesIoTest, RemovesWhatIsOfOtherTilesAndNothingElse) {
   const std::vector<std::string> stay = {"tile_0_0.ply",
                                          "tile_-1_2.json",

@@ -13,6 +13,7 @@ from PIL import Image
 
 import fake_site
 from nightmap_eval import html
+from nightmap_eval.report_cloud import cloud_section
 from nightmap_eval.report_map import _building_rows, drive_note, path_note, truth_in_map
 from nightmap_eval.report_queries import choose
 
@@ -65,6 +66,23 @@ class DriveNoteTest(unittest.TestCase):
                 json.dumps({"outputs": [{"name": "path.csv", "xxh3": "2"}]})
             )
             self.assertIn("earlier path", drive_note(site_dir))
+
+
+class CloudSectionTest(unittest.TestCase):
+    def test_has_the_range_of_tiles_and_the_shares_of_the_site(self):
+        with tempfile.TemporaryDirectory() as folder:
+            site_dir = Path(folder)
+            self.assertIsNone(cloud_section(site_dir))
+            (site_dir / "point_cloud").mkdir()
+            for tile, thickness_m in (("0_0", 0.004), ("0_1", 0.0065)):
+                report = {"plane_thickness_median_m": thickness_m, "num_held_out_rays": 10}
+                (site_dir / "point_cloud" / f"report_{tile}.json").write_text(json.dumps(report))
+            site = {"held_out_rays_agreeing_percent": 97.5}
+            (site_dir / "point_cloud" / "report.json").write_text(json.dumps(site))
+            section = str(cloud_section(site_dir))
+            self.assertIn("0.4 to 0.65", section)
+            self.assertIn("97.5", section)
+            self.assertNotIn("blocks", section)
 
 
 class ReportTest(unittest.TestCase):

@@ -68,6 +68,7 @@ inline KeyframeSource LookAround(const BoxRoom& room, int num_keyframes) {
       (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());
   for (int i = 0; i < num_keyframes; ++i) {
     Keyframe keyframe;
+    keyframe.keyframe_idx = i;
     keyframe.frame.frame_idx = i;
     keyframe.frame.time_ns = i * 1000;
     keyframe.map_from_camera.rotation =
@@ -76,6 +77,9 @@ inline KeyframeSource LookAround(const BoxRoom& room, int num_keyframes) {
     source.keyframes.push_back(keyframe);
   }
   source.load = [room, camera](const Keyframe& keyframe) { return room.Render(keyframe, camera); };
+  source.load_depth = [room, camera](const Keyframe& keyframe) {
+    return room.Render(keyframe, camera).depth;
+  };
   return source;
 }
 
