@@ -19,6 +19,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/base/random.h"
+#include "pipeline/io/octree_reader.h"
 
 namespace nightmap {
 namespace {
@@ -243,6 +244,27 @@ TEST_F(OctreeIoTest, TheOrderOfTheLeavesDoesNotMatter) {
   WriteBinaryOctree(bt_, tree);
   EXPECT_TRUE(ReadFile(ot_) == ot);
   EXPECT_TRUE(ReadFile(bt_) == bt);
+}
+
+TEST_F(OctreeIoTest, LeavesOfAFileComeDepthFirstAsOftenAsTheyAreVisited) {
+  WriteOctree(ot_, RandomTree(2));
+  const OccupancyTree tree = ReadOctree(ot_);
+  const auto wanted = PlaceLeaves(tree, "tree");
+  const LeafSource leaves = LeavesOfFile(ot_);
+  EXPECT_EQ(leaves.resolution_m, tree.resolution_m);
+  for (int pass = 0; pass < 2; ++pass) {
+    std::size_t i = 0;
+    leaves.visit([&](const PlacedLeaf& leaf) {
+      ASSERT_LT(i, wanted.size());
+      EXPECT_EQ(leaf.code, wanted[i].code);
+      EXPECT_EQ(leaf.height, wanted[i].height);
+      EXPECT_EQ(leaf.log_odds, wanted[i].log_odds);
+      EXPECT_EQ(leaf.rgb, wanted[i].rgb);
+      EXPECT_TRUE(i == 0 || leaf.code > wanted[i - 1].code);
+      ++i;
+    });
+    EXPECT_EQ(i, wanted.size());
+  }
 }
 
 TEST_F(OctreeIoTest, MergedPartsAreTheWholeTree) {
