@@ -93,7 +93,7 @@ $(PROGRAMS:%=$(RUN)/%): | $(BUILD)/programs.mk
 # ---- stages -------------------------------------------------------------------------------------
 # A line of the table is: stage, inputs NAME=PATH under maps/<site>/, outputs NAME=FILE under
 # maps/<site>/<stage>/. In paths % is the shard or tile at hand, < the shard before it (if any), * every
-# shard, @ every tile.
+# shard, @ every tile, ~ the tile at hand and its neighbours.
 # `data` is the folder of the recordings: pixels are read from it, frames' hashes stand for them.
 # What a stage reads it declares here, and nothing else makes it stale but its program and config.
 define TABLE
@@ -131,8 +131,9 @@ $(call tile,point_cloud,  tile=tiles/tile_%.json cameras=tiles/cameras.json data
                           tile_cloud=tile_%.ply)
 $(call whole,point_cloud, tile=tiles/tile_@.json tile_cloud=point_cloud/tile_@.ply tile_report=point_cloud/report_@.json, \
                           cloud=cloud.ply)
-$(call whole,octree,      frames=frames/shard_*.csv cameras=pose_graph/cameras.json data keyframes=pose_graph/keyframes.tum \
-                          cloud=point_cloud/cloud.ply, \
+$(call tile,octree,       tile=tiles/tile_%.json cameras=tiles/cameras.json data cloud=point_cloud/tile_~.ply, \
+                          tile_ot=tile_%.ot)
+$(call whole,octree,      tile=tiles/tile_@.json tile_ot=octree/tile_@.ot tile_report=octree/report_@.json, \
                           ot=map.ot bt=map.bt)
 $(call whole,grid,        octree=octree/map.ot keyframes=pose_graph/keyframes.tum, \
                           floors=floors.json pgm=map.pgm yaml=map.yaml png=map.png distances=distances.h5)
@@ -197,7 +198,8 @@ receipts = report=$(M)/$(1)/report$(2).json receipt=$(M)/$(1)/receipt$(2).json
 # expand(patterns of the table, shard or tile)
 expand = $(foreach word,$(1),$(if $(findstring *,$(word)),$(foreach s,$(SHARDS),$(subst *,$(s),$(word))), \
   $(if $(findstring @,$(word)),$(foreach t,$(TILES),$(subst @,$(t),$(word))), \
-  $(if $(findstring <,$(word)),$(if $(BEFORE_$(2)),$(subst <,$(BEFORE_$(2)),$(word))),$(subst %,$(2),$(word))))))
+  $(if $(findstring ~,$(word)),$(foreach t,$(NEAR_$(2)),$(subst ~,$(t),$(word))), \
+  $(if $(findstring <,$(word)),$(if $(BEFORE_$(2)),$(subst <,$(BEFORE_$(2)),$(word))),$(subst %,$(2),$(word)))))))
 inputs = $(patsubst data,data=$(DATA),$(subst =,=$(M)/,$(call expand,$(1),$(2))))
 outputs = $(subst =,=$(M)/$(1)/,$(call expand,$(2),$(3))) $(call receipts,$(1),$(4))
 each = $(foreach n,$(4),$(eval $(call rule,$(1),_$(n),$(call inputs,$(2),$(n)),$(call outputs,$(1),$(3),$(n),_$(n)))))
@@ -262,6 +264,7 @@ tiles_first: $(BUILD)/programs.mk $(MADE_tiles) | $(filter-out $(FORWARDED),$(CH
 $(FORWARDED): tiles_first ; @:
 else
 MADE_point_cloud :=
+MADE_octree :=
 $(eval $(TABLE_AFTER_TILES))
 
 MAP := frames features vocabulary matches odometry pose_graph tiles point_cloud octree grid landmarks

@@ -31,6 +31,9 @@ if(TARGET test_stages_point_cloud)
   target_link_libraries(test_stages_point_cloud PRIVATE pcl_common pcl_kdtree)
   target_include_directories(test_stages_point_cloud SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
 endif()
+if(TARGET test_stages_octree AND TARGET stage_tiles)
+  target_link_libraries(test_stages_octree PRIVATE stage_tiles)  # octrees of its tiles
+endif()
 # End-to-end tests on the stage programs, and the tests of the Python scripts.
 file(GLOB scripts CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/e2e/*_test.py
      ${CMAKE_SOURCE_DIR}/tests/scripts/*_test.py)

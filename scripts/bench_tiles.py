@@ -3,8 +3,8 @@
 """bench_tiles: time and memory of the dense half of the chain against the number of keyframes.
 
 Takes the keyframes of a mapped site and repeats them side by side, as more rooms of one building: the
-same pictures at other poses, decoded anew for each. Then runs tiles, point_cloud for each tile and for
-all, octree and grid, one program after the other, with their default configs.
+same pictures at other poses, decoded anew for each. Then runs tiles, point_cloud and octree for each
+tile and for all, and grid, one program after the other, with their default configs.
 Prints a Markdown table of CPU seconds, all programs included, and the largest memory of each stage; with
 --readme it goes between `<!-- bench_tiles:begin -->` and `<!-- bench_tiles:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
@@ -102,9 +102,12 @@ class Bench:
         name, _, path = port.partition("=")
         return f"{name}={folder / path}"
 
+    def listed(self, variable):
+        lines = [line.split() for line in read_text(self.folder / "tiles" / "tiles.mk").splitlines()]
+        return next(words[2:] for words in lines if words[0] == variable)
+
     def tiles(self):
-        words = read_text(self.folder / "tiles" / "tiles.mk").splitlines()[0].split()
-        return words[2:]
+        return self.listed("TILES")
 
     def run_stage(self, stage):
         data = f"data={self.arguments.data.resolve()}"
@@ -120,11 +123,17 @@ class Bench:
                 f"tile_report=point_cloud/report_{tile}.json")]  # fmt: skip
             self.run(stage, "", inputs, ["cloud=cloud.ply"])
         elif stage == "octree":
-            inputs = ["frames=frames.csv", f"cameras={self.cameras()}", data, "keyframes=keyframes.tum",
-                      "cloud=point_cloud/cloud.ply"]  # fmt: skip
+            for tile in self.tiles():
+                near = [f"cloud=point_cloud/tile_{other}.ply" for other in self.listed(f"NEAR_{tile}")]
+                inputs = [f"tile=tiles/tile_{tile}.json", "cameras=tiles/cameras.json", data, *near]
+                self.run(stage, f"_{tile}", inputs, [f"tile_ot=tile_{tile}.ot"])
+            inputs = [port for tile in self.tiles() for port in (
+                f"tile=tiles/tile_{tile}.json", f"tile_ot=octree/tile_{tile}.ot",
+                f"tile_report=octree/report_{tile}.json")]  # fmt: skip
             self.run(stage, "", inputs, ["ot=map.ot", "bt=map.bt"])
         else:
-            self.run(stage, "", ["octree=octree/map.ot"], ["pgm=map.pgm", "yaml=map.yaml"])
+            self.run(stage, "", ["octree=octree/map.ot", "keyframes=keyframes.tum"],
+                     ["floors=floors.json", "pgm=map.pgm", "yaml=map.yaml", "png=map.png", "distances=distances.h5"])
 
     def cameras(self):
         return (self.arguments.site_dir / "pose_graph" / "cameras.json").resolve()

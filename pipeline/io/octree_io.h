@@ -5,9 +5,9 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <span>
 #include <vector>
 
 namespace nightmap {
@@ -43,10 +43,24 @@ void WriteOctree(const std::filesystem::path& path, const OccupancyTree& tree);
 // `.bt`: only occupied or free (maximum likelihood). Throws DataError naming the file.
 void WriteBinaryOctree(const std::filesystem::path& path, const OccupancyTree& tree);
 
-// The leaves of trees that share no space, depth first, with eight equal free leaves merged to one
-// at every level: trees of the parts of a box give the tree of the box. Throws DataError when
+// Voxels of the smallest size.
+struct VoxelCounts {
+  std::size_t num_occupied = 0;
+  std::size_t num_free = 0;
+
+  void Add(int height, bool occupied) {
+    (occupied ? num_occupied : num_free) += std::size_t{1} << 3 * height;
+  }
+};
+
+// Writes the `.ot` and `.bt` of the tree that files of parts, which share no space, make together:
+// the bytes that WriteOctree and WriteBinaryOctree give for the whole, provided that occupied
+// leaves have a color and free ones none, or none has. Holds what it writes in memory, and of each
+// part a leaf. Throws DataError naming the file when one cannot be read or written, when
 // resolutions differ or leaves overlap.
-OccupancyTree MergeOctrees(std::span<const OccupancyTree> trees);
+VoxelCounts MergeOctrees(const std::vector<std::filesystem::path>& parts,
+                         const std::filesystem::path& ot,
+                         const std::filesystem::path& bt);
 
 // Reads an `.ot` of type ColorOcTree or OcTree (white leaves). Throws DataError naming the file
 // when it is truncated, of another type, or holds NaN.

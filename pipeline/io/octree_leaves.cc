@@ -53,17 +53,6 @@ std::vector<PlacedLeaf> PlaceLeaves(const OccupancyTree& tree, const std::string
   if (!std::ranges::is_sorted(leaves, {}, &PlacedLeaf::code)) {
     std::ranges::stable_sort(leaves, {}, &PlacedLeaf::code);
   }
-  for (std::size_t i = 1; i < leaves.size(); ++i) {
-    if (leaves[i].code >> 3 * leaves[i - 1].height ==
-        leaves[i - 1].code >> 3 * leaves[i - 1].height) {
-      const Eigen::Vector3d centre = ToVoxel(leaves[i], tree.resolution_m).centre_in_map;
-      throw DataError("{}: two leaves of the octree overlap at ({}, {}, {})",
-                      name,
-                      centre.x(),
-                      centre.y(),
-                      centre.z());
-    }
-  }
   return leaves;
 }
 
@@ -96,21 +85,10 @@ OccupancyTree LeafList::Tree(double resolution_m) const {
   return tree;
 }
 
-OccupancyTree MergeOctrees(std::span<const OccupancyTree> trees) {
-  OccupancyTree joined;
-  if (trees.empty()) return joined;
-  joined.resolution_m = trees.front().resolution_m;
-  for (const OccupancyTree& tree : trees) {
-    if (tree.resolution_m != joined.resolution_m) {
-      throw DataError("octrees of {} m and {} m cannot be merged: make them with one resolution",
-                      joined.resolution_m,
-                      tree.resolution_m);
-    }
-    joined.leaves.insert(joined.leaves.end(), tree.leaves.begin(), tree.leaves.end());
-  }
-  LeafList list;
-  for (const PlacedLeaf& leaf : PlaceLeaves(joined, "the merged octrees")) list.Append(leaf);
-  return list.Tree(joined.resolution_m);
+LeafSource LeavesOfTree(const OccupancyTree& tree) {
+  return {tree.resolution_m, [leaves = PlaceLeaves(tree, "octree")](const auto& visit) {
+            for (const PlacedLeaf& leaf : leaves) visit(leaf);
+          }};
 }
 
 }  // namespace nightmap

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,16 @@ struct PlacedLeaf {
 OccupancyVoxel ToVoxel(const PlacedLeaf& leaf, double resolution_m);
 
 // The tree's leaves in depth-first order. Throws DataError beginning with `name` when one does not
-// fit OctoMap's grid, is not finite, or overlaps another.
+// fit OctoMap's grid or is not finite.
 std::vector<PlacedLeaf> PlaceLeaves(const OccupancyTree& tree, const std::string& name);
+
+// Leaves to be visited depth first, as often as needed.
+struct LeafSource {
+  double resolution_m = 0;
+  std::function<void(const std::function<void(const PlacedLeaf&)>&)> visit;
+};
+
+LeafSource LeavesOfTree(const OccupancyTree& tree);
 
 // Collects leaves that come depth first. Eight equal free ones without a color become one, at every
 // level, so the same space gives the same leaves however it was cut.

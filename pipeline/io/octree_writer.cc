@@ -1,186 +1,97 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes octrees straight from their leaves in depth-first order: OctoMap's nodes, one allocation
-// each, take several times the memory and the time.
-#include <algorithm>
-#include <array>
-#include <cstring>
-#include <limits>
-#include <optional>
-#include <span>
-#include <sstream>
-#include <string>
-#include <string_view>
+#include "pipeline/io/octree_writer.h"
 
-#include "pipeline/base/files.h"
-#include "pipeline/io/octree_leaves.h"
+#include <algorithm>
+#include <utility>
+
+#include "pipeline/io/octree_reader.h"
 
 namespace nightmap {
 namespace {
 
-// `.ot`: of each node its log-odds, color and a bit for each child, then its children.
-class ValueEncoder {
+template <typename Encoder>
+void Write(const std::filesystem::path& path, const OccupancyTree& tree) {
+  OctreeWriter<Encoder> writer(path, tree.resolution_m);
+  for (const PlacedLeaf& leaf : PlaceLeaves(tree, path.string())) writer.Add(leaf);
+  writer.Close();
+}
+
+// The leaves of several files as one list in depth-first order; one leaf of each is in memory.
+class LeafMerger {
  public:
-  using Rgb = std::array<std::uint8_t, 3>;
-  struct Node {
-    float log_odds = 0;
-    Rgb mean{};  // of all that is below it
-    Rgb rgb{};   // of the leaf that it is, or that was merged to it
-    bool is_leaf = true;
+  explicit LeafMerger(const std::vector<std::filesystem::path>& paths) {
+    for (const auto& path : paths) {
+      readers_.emplace_back(path);
+      const double resolution_m = readers_.front().Resolution_m();
+      if (readers_.back().Resolution_m() != resolution_m) {
+        throw DataError(
+            "{}: octrees of {} m and {} m cannot be merged: make them with one resolution",
+            path.string(),
+            resolution_m,
+            readers_.back().Resolution_m());
+      }
+      Advance(readers_.size() - 1);
+    }
+  }
+
+  double Resolution_m() const { return readers_.empty() ? 0 : readers_.front().Resolution_m(); }
+
+  std::optional<PlacedLeaf> Next() {
+    if (heads_.empty()) return std::nullopt;
+    std::ranges::pop_heap(heads_, Later);
+    const Head head = heads_.back();
+    heads_.pop_back();
+    Advance(head.reader);
+    return head.leaf;
+  }
+
+ private:
+  struct Head {
+    PlacedLeaf leaf;
+    std::size_t reader = 0;
   };
-  using Children = std::array<std::optional<Node>, 8>;
+  static bool Later(const Head& a, const Head& b) { return a.leaf.code > b.leaf.code; }
 
-  Node Leaf(const PlacedLeaf& leaf) {
-    Put(Open(), leaf.log_odds, leaf.rgb, 0);
-    return {leaf.log_odds, leaf.rgb, leaf.rgb, true};
+  void Advance(std::size_t reader) {
+    const auto leaf = readers_[reader].Next();
+    if (!leaf) return;
+    heads_.push_back({*leaf, reader});
+    std::ranges::push_heap(heads_, Later);
   }
 
-  std::size_t Open() {
-    const std::size_t begin = bytes_.size();
-    bytes_.resize(begin + kNodeSize);
-    return begin;
-  }
-
-  // As likely occupied as the likeliest child, and of their mean color. When eight leaves are
-  // merged, OctoMap keeps a mean color only if the first of them has one.
-  Node Close(std::size_t begin, const Children& children) {
-    unsigned mask = 0;
-    float log_odds = -std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < children.size(); ++i) {
-      if (!children[i]) continue;
-      mask |= 1U << i;
-      log_odds = std::max(log_odds, children[i]->log_odds);
-    }
-    const Rgb mean = MeanColor(children, &Node::mean);
-    const bool is_leaf = std::ranges::all_of(children, [&](const auto& child) {
-      return child && child->is_leaf && child->log_odds == log_odds;
-    });
-    if (!is_leaf) {
-      Put(begin, log_odds, mean, mask);
-      return {log_odds, mean, mean, false};
-    }
-    const Rgb rgb = children[0]->rgb == kNoColor ? kNoColor : MeanColor(children, &Node::rgb);
-    bytes_.resize(begin + kNodeSize);
-    Put(begin, log_odds, rgb, 0);
-    return {log_odds, mean, rgb, true};
-  }
-
-  std::size_t NumNodes() const { return bytes_.size() / kNodeSize; }
-  const std::string& Bytes() const { return bytes_; }
-
- private:
-  static constexpr std::size_t kNodeSize = 8;
-
-  static constexpr Rgb kNoColor{255, 255, 255};
-
-  // Of the children with a color.
-  static Rgb MeanColor(const Children& children, Rgb Node::*color) {
-    std::array<int, 3> sum{};
-    int count = 0;
-    for (const auto& child : children) {
-      if (!child || (*child).*color == kNoColor) continue;
-      for (std::size_t i = 0; i < 3; ++i) sum[i] += ((*child).*color)[i];
-      ++count;
-    }
-    if (count == 0) return kNoColor;
-    Rgb mean{};
-    for (std::size_t i = 0; i < 3; ++i) mean[i] = static_cast<std::uint8_t>(sum[i] / count);
-    return mean;
-  }
-
-  void Put(std::size_t begin, float log_odds, const Rgb& rgb, unsigned mask) {
-    std::memcpy(&bytes_[begin], &log_odds, sizeof(log_odds));
-    std::memcpy(&bytes_[begin + 4], rgb.data(), rgb.size());
-    bytes_[begin + 7] = static_cast<char>(mask);
-  }
-
-  std::string bytes_;
+  std::vector<OctreeReader> readers_;
+  std::vector<Head> heads_;  // a heap with the first leaf in front
 };
-
-// `.bt`: of each inner node two bits a child: none, free, occupied, inner; then its inner children.
-class StateEncoder {
- public:
-  enum class Node : unsigned { kFree = 1, kOccupied = 2, kInner = 3 };
-  using Children = std::array<std::optional<Node>, 8>;
-
-  Node Leaf(const PlacedLeaf& leaf) {
-    ++num_nodes_;
-    return leaf.log_odds >= 0 ? Node::kOccupied : Node::kFree;
-  }
-
-  std::size_t Open() {
-    const std::size_t begin = bytes_.size();
-    bytes_.resize(begin + 2);
-    return begin;
-  }
-
-  Node Close(std::size_t begin, const Children& children) {
-    const bool is_leaf =
-        children[0] != Node::kInner && std::ranges::all_of(children, [&](const auto& child) {
-          return child && child == children[0];
-        });
-    if (is_leaf) {
-      bytes_.resize(begin);
-      num_nodes_ -= 7;  // they become one
-      return *children[0];
-    }
-    ++num_nodes_;
-    unsigned bits = 0;
-    for (std::size_t i = 0; i < children.size(); ++i) {
-      if (children[i]) bits |= static_cast<unsigned>(*children[i]) << 2 * i;
-    }
-    bytes_[begin] = static_cast<char>(bits & 0xFF);
-    bytes_[begin + 1] = static_cast<char>(bits >> 8);
-    return Node::kInner;
-  }
-
-  std::size_t NumNodes() const { return num_nodes_; }
-  const std::string& Bytes() const { return bytes_; }
-
- private:
-  std::string bytes_;
-  std::size_t num_nodes_ = 0;
-};
-
-// The node of `height` that holds all of `leaves`.
-template <typename Encoder>
-typename Encoder::Node Encode(std::span<const PlacedLeaf> leaves, int height, Encoder& encoder) {
-  if (leaves.front().height == height) return encoder.Leaf(leaves.front());
-  const std::size_t begin = encoder.Open();
-  const int shift = 3 * (height - 1);
-  typename Encoder::Children children;
-  while (!leaves.empty()) {
-    const std::uint64_t child = leaves.front().code >> shift;
-    const auto end = std::ranges::partition_point(
-        leaves, [&](const PlacedLeaf& leaf) { return leaf.code >> shift == child; });
-    const auto count = static_cast<std::size_t>(end - leaves.begin());
-    children[child & 7] = Encode(leaves.first(count), height - 1, encoder);
-    leaves = leaves.subspan(count);
-  }
-  return encoder.Close(begin, children);
-}
-
-template <typename Encoder>
-void Write(const std::filesystem::path& path, const OccupancyTree& tree, std::string_view head) {
-  const std::vector<PlacedLeaf> leaves = PlaceLeaves(tree, path.string());
-  Encoder encoder;
-  if (!leaves.empty()) Encode<Encoder>(leaves, kOctreeDepth, encoder);
-  std::ostringstream stream;
-  stream << head << "size " << encoder.NumNodes() << "\nres " << tree.resolution_m << "\ndata\n";
-  WriteFile(path, stream.str() + encoder.Bytes());
-}
 
 }  // namespace
 
 void WriteOctree(const std::filesystem::path& path, const OccupancyTree& tree) {
-  Write<ValueEncoder>(path,
-                      tree,
-                      "# Octomap OcTree file\n"
-                      "# (feel free to add / change comments, but leave the first line as it is!)\n"
-                      "#\nid ColorOcTree\n");
+  Write<ValueEncoder>(path, tree);
 }
 
 void WriteBinaryOctree(const std::filesystem::path& path, const OccupancyTree& tree) {
-  Write<StateEncoder>(path, tree, "# Octomap OcTree binary file\nid OcTree\n");
+  Write<StateEncoder>(path, tree);
+}
+
+VoxelCounts MergeOctrees(const std::vector<std::filesystem::path>& parts,
+                         const std::filesystem::path& ot,
+                         const std::filesystem::path& bt) {
+  LeafMerger merger(parts);
+  OctreeWriter<ValueEncoder> values(ot, merger.Resolution_m());
+  OctreeWriter<StateEncoder> states(bt, merger.Resolution_m());
+  // The whole has no more nodes than its parts; growing would hold it twice.
+  std::uintmax_t num_bytes = 0;
+  for (const auto& path : parts) num_bytes += std::filesystem::file_size(path);
+  values.GetEncoder().Reserve(num_bytes);
+  VoxelCounts counts;
+  while (const auto leaf = merger.Next()) {
+    values.Add(*leaf);
+    states.Add(*leaf);
+    counts.Add(leaf->height, leaf->log_odds >= 0);
+  }
+  values.Close();
+  states.Close();
+  return counts;
 }
 
 }  // namespace nightmap

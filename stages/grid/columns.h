@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "pipeline/base/progress.h"
-#include "pipeline/io/octree_io.h"
+#include "pipeline/io/octree_leaves.h"
 
 namespace nightmap {
 
@@ -57,8 +57,8 @@ struct Columns {
   }
 };
 
-// Throws DataError when the tree is empty or spans too large an area. The same for any order of the
-// leaves and any number of threads.
-Columns CollectColumns(const OccupancyTree& tree, Progress& progress, int num_threads);
+// Reads the leaves three times and holds only what comes of it, so that a tree need not fit into
+// memory. Throws DataError when there is no leaf or they span too large an area.
+Columns CollectColumns(const LeafSource& leaves, Progress& progress);
 
 }  // namespace nightmap

@@ -112,12 +112,12 @@ void GridOptions::Register(OptionList& list) {
 }
 
 GridResult RunGrid(const GridOptions& options,
-                   const OccupancyTree& tree,
+                   const LeafSource& leaves,
                    const std::vector<Eigen::Vector3d>& cameras_in_map,
                    Progress& progress,
                    int num_threads) {
-  CheckBand(options, tree.resolution_m);
-  const Columns columns = CollectColumns(tree, progress, num_threads);
+  CheckBand(options, leaves.resolution_m);
+  const Columns columns = CollectColumns(leaves, progress);
   const Supports supports = FindSupports(options, columns);
   const auto floors_m = FindFloors(options, columns, supports, cameras_in_map);
   GridResult result;

@@ -11,7 +11,7 @@
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/io/grid_io.h"
-#include "pipeline/io/octree_io.h"
+#include "pipeline/io/octree_leaves.h"
 
 namespace nightmap {
 
@@ -59,10 +59,10 @@ struct GridResult {
 // that are not joined to one under or nearest to a camera on that floor (`cameras_in_map`; empty:
 // not asked) are unknown: what is seen through a window, or over a wall. A pane of glass that
 // reaches the ground leaves no trace in an octree. Deterministic, at any number of threads. Throws
-// UsageError when no voxel centre fits between step and robot height, DataError when the tree is
-// empty or the main floor has no free and no occupied cell; other floors without one are left out.
+// UsageError when no voxel centre fits between step and robot height, DataError when there is no
+// leaf or the main floor has no free and no occupied cell; other floors without one are left out.
 GridResult RunGrid(const GridOptions& options,
-                   const OccupancyTree& tree,
+                   const LeafSource& leaves,
                    const std::vector<Eigen::Vector3d>& cameras_in_map,
                    Progress& progress,
                    int num_threads);

@@ -5,7 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include "pipeline/base/stage_main.h"
-#include "pipeline/io/octree_io.h"
+#include "pipeline/io/octree_reader.h"
 #include "pipeline/io/trajectory_io.h"
 #include "stages/grid/grid.h"
 #include "stages/grid/write_grid.h"
@@ -25,11 +25,11 @@ std::vector<Eigen::Vector3d> ReadCameras(const StageContext& context) {
 
 void Run(const GridOptions& options, StageContext& context) {
   context.BeginPart("read");
-  const OccupancyTree tree = ReadOctree(context.Input("octree"));
+  const LeafSource leaves = LeavesOfFile(context.Input("octree"));
   const auto cameras_in_map = ReadCameras(context);
   context.BeginPart("project");
   const GridResult result =
-      RunGrid(options, tree, cameras_in_map, context.GetProgress(), context.NumThreads());
+      RunGrid(options, leaves, cameras_in_map, context.GetProgress(), context.NumThreads());
   for (const FloorGrid& floor : result.floors) spdlog::info("floor at {:.2f} m", floor.height_m);
   context.BeginPart("write");
   WriteGrids(result, context);

@@ -117,7 +117,7 @@ void CountVoxels(OctreeResult& result) {
   }
 }
 
-void CheckOccupied(const OctreeResult& result, const KeyframeSource& source) {
+void CheckAnyOccupied(const OctreeResult& result, const KeyframeSource& source) {
   if (result.num_occupied > 0) return;
   throw DataError(
       "nothing is occupied after {} keyframes ({} unreadable, {} rays, {} points away from "
@@ -182,7 +182,7 @@ OctreeResult RunOctree(const OctreeOptions& options,
   const auto fuse = options.builder == "octomap" ? FuseWithOctomap : FuseBatched;
   fuse(job, progress, num_threads, result);
   CountVoxels(result);
-  if (!region) CheckOccupied(result, source);
+  if (!region) CheckAnyOccupied(result, source);
   return result;
 }
 

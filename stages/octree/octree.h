@@ -50,9 +50,10 @@ struct OctreeResult {
 // point counts only when `cloud` (null: not asked) has a point in its voxel or one of the 26
 // around. Voxels are as OctoMap lays them out; leaves come depth first.
 // With a `region`, in voxels of resolution_m, the tree is what the whole one has there: regions
-// that share no voxel and together hold all give it by MergeOctrees, exactly, as long as `source`
-// and `cloud` are the same or lack only what is out of max_range_m of the region. It may be empty.
-// Same result at any number of threads. Throws DataError when nothing became occupied anywhere.
+// that share no voxel and together hold all give it by MergeOctrees, byte for byte, as long as
+// `source` and `cloud` are the same or lack only what is out of max_range_m of the region. It may
+// be empty. Same result at any number of threads. Throws DataError when nothing became occupied
+// anywhere.
 OctreeResult RunOctree(const OctreeOptions& options,
                        const KeyframeSource& source,
                        const std::vector<CloudPoint>* cloud,

@@ -22,7 +22,7 @@ AFTER_VOCABULARY = {"matches"} | AFTER_ODOMETRY  # the loops among the matches, 
 AFTER_FEATURES = {"vocabulary"} | AFTER_VOCABULARY | AFTER_MATCHES
 # What depends on the lists of the tiles alone. A change before them that moves no pose ends there; one of
 # these stages' own values does not touch the lists.
-OF_TILES = {"point_cloud"}
+OF_TILES = {"point_cloud", "octree"}
 CHANGES = [
     ("drive.max_v_m_s=0.4", {"drive"}),
     ("plan.robot_radius_m=0.2", {"plan"} | AFTER_PLAN),

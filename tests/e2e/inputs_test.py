@@ -144,6 +144,16 @@ class InputsTest(unittest.TestCase):
         path.write_text(path.read_text()[:500])
         self.check(self.run_cloud(), 1, "tile_0_0.json", "parse error", "run make")
 
+    def test_octree_of_a_tile_that_is_cut_off(self):
+        path = self.work.path("octree/tile_0_0.ot")
+        path.write_bytes(path.read_bytes()[:500])
+        join = ("--in", f"tile=maps/{SITE}/tiles/tile_0_0.json", "--in",
+                f"tile_report=maps/{SITE}/octree/report_0_0.json", "--out", "ot=joined.ot", "--out", "bt=joined.bt")
+        result = self.work.run("octree", *join, "--in", f"tile_ot={path}")
+        self.check(result, 1, "tile_0_0.ot", "truncated", "make the octree again")
+        self.assertFalse(list(self.work.folder.glob("joined.*")))
+        self.check(self.work.run("octree", *join), 2, "as many tile_ot")
+
     def test_one_unreadable_keyframe_is_skipped_and_many_stop_the_map(self):
         tile = self.work.path("tiles/tile_0_0.json")
         pictures = [keyframe["depth_path"] for keyframe in json.loads(tile.read_text())["keyframes"]]

@@ -3,9 +3,12 @@
 """The building in tiles: the same map as in one, and only the tiles that something changed in are remade."""
 import json
 import os
+import signal
+import subprocess
+import time
 import unittest
 
-from workspace import SITE, Workspace
+from workspace import SITE, Workspace, environment
 
 SMALL = "SET=tiles.edge_m=6"
 KEYFRAMES = "pose_graph/keyframes.tum"
@@ -43,10 +46,21 @@ class TilesTest(unittest.TestCase):
         self.assertEqual(words[:2], ["TILES", ":="])
         return words[2:]
 
+    def near(self, tile):
+        """The tile and its neighbours."""
+        lines = self.work.path("tiles/tiles.mk").read_text(encoding="utf-8").splitlines()
+        return next(line.split()[2:] for line in lines if line.startswith(f"NEAR_{tile} "))
+
+    def written(self, stage):
+        """Which file each tile's artifact is, and when it was made."""
+        stats = {path.stem.removeprefix("tile_"): path.stat() for path in self.work.path(stage).glob("tile_*")}
+        return {tile: (stat.st_ino, stat.st_mtime_ns) for tile, stat in stats.items()}
+
     def times(self):
-        """When each tile's cloud was made."""
-        return {path.stem.removeprefix("tile_"): path.stat().st_mtime_ns
-                for path in self.work.path("point_cloud").glob("tile_*.ply")}
+        """The same of each tile's cloud and octree."""
+        clouds, octrees = self.written("point_cloud"), self.written("octree")
+        self.assertEqual(set(clouds), set(octrees))
+        return {tile: (clouds[tile], octrees[tile]) for tile in clouds}
 
     def set_keyframes(self, lines):
         """As if pose_graph had found these."""
@@ -103,30 +117,64 @@ class TilesTest(unittest.TestCase):
     def test_a_changed_pose_redoes_the_tiles_it_touches(self):
         comments, poses = self.keyframes()
         words = poses[0].split()
-        before = self.times()
+        before = {stage: self.written(stage) for stage in ("point_cloud", "octree")}
         poses[0] = " ".join([words[0], str(float(words[1]) + 0.001), *words[2:]]) + "\n"
         self.set_keyframes(comments + poses)
         self.make()
-        after = self.times()
-        redone = {tile for tile in after if after[tile] != before[tile]}
-        self.assertTrue(redone)
-        self.assertLess(redone, set(after))
+        redone = {}
+        for stage, old in before.items():
+            new = self.written(stage)
+            redone[stage] = {tile for tile in new if new[tile] != old[tile]}
+        self.assertTrue(redone["point_cloud"])
+        self.assertLess(redone["point_cloud"], set(self.tiles()))
+        # A cloud tells the octrees around it which rays count.
+        self.assertEqual(redone["octree"], {near for tile in redone["point_cloud"] for near in self.near(tile)})
 
     def test_a_deleted_or_cut_artifact_is_remade_with_the_same_bytes(self):
         hashes = self.work.hashes()
         name = self.tiles()[1]
         for path in (f"tiles/tile_{name}.json", "tiles/cameras.json", "tiles/tiles.mk", f"point_cloud/tile_{name}.ply",
-                     f"point_cloud/report_{name}.json", "point_cloud/cloud.ply"):
+                     f"point_cloud/report_{name}.json", "point_cloud/cloud.ply", f"octree/tile_{name}.ot",
+                     f"octree/receipt_{name}.json", "octree/map.bt"):
             with self.subTest(path):
                 self.work.path(path).unlink()
                 self.assertEqual(self.work.make("-q", "map", SMALL).returncode, 1)
                 self.make()
                 self.assertEqual(self.work.hashes(), hashes)
         # The state that a kill between two renames leaves: an output newer than its receipt.
-        cloud = self.work.path(f"point_cloud/tile_{name}.ply")
-        cloud.write_bytes(cloud.read_bytes()[:300])
-        self.make()
-        self.assertEqual(self.work.hashes(), hashes)
+        for path in (f"point_cloud/tile_{name}.ply", f"octree/tile_{name}.ot"):
+            with self.subTest(path):
+                artifact = self.work.path(path)
+                artifact.write_bytes(artifact.read_bytes()[:300])
+                self.make()
+                self.assertEqual(self.work.hashes(), hashes)
+
+    def test_a_killed_run_goes_on_with_the_tiles_it_had_not_made(self):
+        hashes = self.work.hashes()
+        for stage in ("point_cloud", "octree"):
+            with self.subTest(stage):
+                folder = self.work.path(stage)
+                for path in folder.iterdir():
+                    path.unlink()
+                self.kill_when(lambda made=folder: any(made.glob("receipt_*.json")))
+                # The receipt of a tile is committed last.
+                done = {path.stem.removeprefix("receipt_") for path in folder.glob("receipt_*.json")}
+                self.assertTrue(done)
+                self.assertLess(done, set(self.tiles()))
+                before = self.written(stage)
+                self.make()
+                after = self.written(stage)
+                self.assertEqual({tile: after[tile] for tile in done}, {tile: before[tile] for tile in done})
+                self.assertEqual(self.work.hashes(), hashes)
+
+    def kill_when(self, condition):
+        process = subprocess.Popen(self.work.command("map", SMALL), cwd=self.work.folder, env=environment(),
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+        while process.poll() is None and not condition():
+            time.sleep(0.001)
+        self.assertIsNone(process.poll(), "it ended before it could be killed")
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
     def test_looking_changes_nothing_and_names_the_stage(self):
         hashes, times = self.work.hashes(), self.times()
@@ -140,6 +188,7 @@ class TilesTest(unittest.TestCase):
 
     def test_ranges_that_tiles_do_not_reach_are_refused(self):
         for value, remedy in (("point_cloud.max_depth_m=4.5", "tiles.max_range_m"),
+                              ("octree.max_range_m=4.5", "tiles.max_range_m"),
                               ("point_cloud.surface_radius_m=0.3", "tiles.overlap_m")):
             result = self.work.make("map", f"{SMALL} {value}")
             self.assertEqual(result.returncode, 2)

@@ -19,6 +19,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/base/random.h"
+#include "pipeline/io/octree_reader.h"
 
 namespace nightmap {
 namespace {
@@ -32,6 +33,8 @@ class OctreeIoTest : public testing::Test {
     std::filesystem::create_directories(folder_);
     ot_ = folder_ / "map.ot";
     bt_ = folder_ / "map.bt";
+    merged_ot_ = folder_ / "merged.ot";
+    merged_bt_ = folder_ / "merged.bt";
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
@@ -45,7 +48,17 @@ class OctreeIoTest : public testing::Test {
     }
   }
 
-  std::filesystem::path folder_, ot_, bt_;
+  // Of files of the parts.
+  VoxelCounts Merge(const std::vector<OccupancyTree>& parts) const {
+    std::vector<std::filesystem::path> paths;
+    for (const OccupancyTree& part : parts) {
+      paths.push_back(folder_ / fmt::format("part_{}.ot", paths.size()));
+      WriteOctree(paths.back(), part);
+    }
+    return MergeOctrees(paths, merged_ot_, merged_bt_);
+  }
+
+  std::filesystem::path folder_, ot_, bt_, merged_ot_, merged_bt_;
 };
 
 // A checkerboard of voxels around the origin: nothing to merge, both signs of every coordinate.
@@ -233,37 +246,85 @@ TEST_F(OctreeIoTest, TheOrderOfTheLeavesDoesNotMatter) {
   EXPECT_TRUE(ReadFile(bt_) == bt);
 }
 
+TEST_F(OctreeIoTest, LeavesOfAFileComeDepthFirstAsOftenAsTheyAreVisited) {
+  WriteOctree(ot_, RandomTree(2));
+  const OccupancyTree tree = ReadOctree(ot_);
+  const auto wanted = PlaceLeaves(tree, "tree");
+  const LeafSource leaves = LeavesOfFile(ot_);
+  EXPECT_EQ(leaves.resolution_m, tree.resolution_m);
+  for (int pass = 0; pass < 2; ++pass) {
+    std::size_t i = 0;
+    leaves.visit([&](const PlacedLeaf& leaf) {
+      ASSERT_LT(i, wanted.size());
+      EXPECT_EQ(leaf.code, wanted[i].code);
+      EXPECT_EQ(leaf.height, wanted[i].height);
+      EXPECT_EQ(leaf.log_odds, wanted[i].log_odds);
+      EXPECT_EQ(leaf.rgb, wanted[i].rgb);
+      EXPECT_TRUE(i == 0 || leaf.code > wanted[i - 1].code);
+      ++i;
+    });
+    EXPECT_EQ(i, wanted.size());
+  }
+}
+
 TEST_F(OctreeIoTest, MergedPartsAreTheWholeTree) {
-  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
     OccupancyTree tree = RandomTree(seed);
     for (OccupancyVoxel& leaf : tree.leaves) {
-      if (!leaf.Occupied()) leaf.rgb = {255, 255, 255};
+      const auto shade = static_cast<std::uint8_t>(leaf.rgb[0] / 2);
+      leaf.rgb = {255, 255, 255};
+      if (leaf.Occupied()) leaf.rgb = {shade, 7, 200};
     }
     WriteOctree(ot_, tree);
-    const std::string whole = ReadFile(ot_);
-    std::vector<OccupancyTree> parts(3);
-    Random random(seed);
-    for (OccupancyTree& part : parts) part.resolution_m = tree.resolution_m;
-    for (const auto& leaf : tree.leaves) parts[random.Index(3)].leaves.push_back(leaf);
-    const OccupancyTree merged = MergeOctrees(parts);
-    EXPECT_LT(merged.leaves.size(), tree.leaves.size());
-    WriteOctree(ot_, merged);
-    EXPECT_TRUE(ReadFile(ot_) == whole) << seed;
-    const OccupancyTree again = MergeOctrees(std::span(&tree, 1));
-    ASSERT_EQ(again.leaves.size(), merged.leaves.size());
-    for (std::size_t i = 0; i < again.leaves.size(); ++i) {
-      EXPECT_EQ(again.leaves[i].centre_in_map, merged.leaves[i].centre_in_map);
-      EXPECT_EQ(again.leaves[i].size_m, merged.leaves[i].size_m);
+    WriteBinaryOctree(bt_, tree);
+    // Parts of single leaves, or of slabs, in which eight leaves may have become one.
+    for (const bool slabs : {false, true}) {
+      std::vector<OccupancyTree> parts(4, OccupancyTree{tree.resolution_m, {}});
+      Random random(seed);
+      const double border_m = random.Uniform(-1.0, 1.0);
+      for (const OccupancyVoxel& leaf : tree.leaves) {
+        const bool left = leaf.centre_in_map.x() < border_m;
+        parts[slabs ? (left ? 0 : 1) : random.Index(3)].leaves.push_back(leaf);
+      }
+      const VoxelCounts counts = Merge(parts);
+      EXPECT_TRUE(ReadFile(merged_ot_) == ReadFile(ot_)) << seed;
+      EXPECT_TRUE(ReadFile(merged_bt_) == ReadFile(bt_)) << seed;
+      VoxelCounts wanted;
+      for (const OccupancyVoxel& leaf : tree.leaves) {
+        wanted.Add(static_cast<int>(std::lround(std::log2(leaf.size_m / tree.resolution_m))),
+                   leaf.Occupied());
+      }
+      EXPECT_EQ(counts.num_occupied, wanted.num_occupied);
+      EXPECT_EQ(counts.num_free, wanted.num_free);
     }
   }
 }
 
+TEST_F(OctreeIoTest, MergedWithoutALeafIsAnEmptyTree) {
+  const VoxelCounts counts = Merge({{0.05, {}}, {0.05, {}}});
+  EXPECT_EQ(counts.num_occupied + counts.num_free, 0U);
+  WriteOctree(ot_, {0.05, {}});
+  EXPECT_EQ(ReadFile(merged_ot_), ReadFile(ot_));
+}
+
 TEST_F(OctreeIoTest, RefusesToMergeTreesThatOverlapOrDifferInResolution) {
-  std::vector<OccupancyTree> trees{Checkerboard(), Checkerboard()};
-  EXPECT_THROW(MergeOctrees(trees), DataError);
-  trees[1].resolution_m = 0.1;
-  EXPECT_THROW(MergeOctrees(trees), DataError);
-  EXPECT_TRUE(MergeOctrees({}).leaves.empty());
+  EXPECT_THROW(Merge({Checkerboard(), Checkerboard()}), DataError);
+  OccupancyTree coarse = Checkerboard();
+  coarse.resolution_m = 0.1;
+  for (OccupancyVoxel& leaf : coarse.leaves) {
+    leaf.size_m = 0.1;
+    leaf.centre_in_map = 2 * leaf.centre_in_map.array() + 10;
+  }
+  EXPECT_THROW(Merge({Checkerboard(), coarse}), DataError);
+}
+
+TEST_F(OctreeIoTest, RefusesToMergeATruncatedPart) {
+  WriteOctree(ot_, Checkerboard());
+  const std::string bytes = ReadFile(ot_);
+  for (std::size_t size = 0; size < bytes.size(); size += 97) {
+    WriteFile(ot_, bytes.substr(0, size));
+    EXPECT_THROW(MergeOctrees({ot_}, merged_ot_, merged_bt_), DataError) << size;
+  }
 }
 
 TEST_F(OctreeIoTest, RefusesLeavesThatOverlap) {

@@ -52,7 +52,7 @@ inline GridResult ProjectFloors(const OccupancyTree& tree,
                                 const std::vector<Eigen::Vector3d>& cameras_in_map = {},
                                 int num_threads = 1) {
   Progress progress("grid", false);
-  return RunGrid(options, tree, cameras_in_map, progress, num_threads);
+  return RunGrid(options, LeavesOfTree(tree), cameras_in_map, progress, num_threads);
 }
 
 // The grid of the floor at z = 0.

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads OctoMap's `.ot` files leaf by leaf, so that a tree need not fit into memory.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/io/octree_leaves.h"
+
+namespace nightmap {
+
+// Leaves come depth first, each as it is in the file. The constructor and Next throw DataError
+// naming the file when it is truncated, of another type than ColorOcTree or OcTree (white leaves),
+// or holds NaN; a size that does not agree with the data shows after the last leaf.
+class OctreeReader {
+ public:
+  explicit OctreeReader(const std::filesystem::path& path);
+
+  double Resolution_m() const { return resolution_m_; }
+  // The next leaf; nothing after the last.
+  std::optional<PlacedLeaf> Next();
+
+ private:
+  struct Inner {
+    std::uint64_t code = 0;
+    int height = 0;
+    unsigned children = 0;  // a bit for each that was not read yet
+  };
+
+  void ReadHeader();
+  std::optional<PlacedLeaf> ReadNode(std::uint64_t code, int height);
+  void CheckEnd();
+  [[noreturn]] void Fail(const std::string& problem) const;
+
+  std::filesystem::path path_;
+  std::ifstream stream_;
+  double resolution_m_ = 0;
+  std::size_t color_size_ = 0;  // bytes
+  std::size_t num_nodes_ = 0;   // as the header says
+  std::size_t num_read_ = 0;
+  std::vector<Inner> open_;  // from the root to where reading is
+};
+
+// All leaves of a file; may be called again.
+LeafSource LeavesOfFile(const std::filesystem::path& path);
+
+}  // namespace nightmap

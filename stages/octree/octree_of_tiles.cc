@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/octree/octree_of_tiles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/tile_results.h"
+
+namespace nightmap {
+namespace {
+
+// A ray through a voxel of the tile may pass beside the tile, by half a voxel, and end as far as it
+// reaches; a point two voxels on may support it.
+double SupportReach_m(const OctreeOptions& options) {
+  return options.max_range_m + 3 * options.resolution_m;
+}
+
+void CheckTile(const OctreeOptions& options, const MapRegion& region) {
+  if (region.overlap_m < options.resolution_m / 2) {
+    throw UsageError("tiles overlap by {} m, less than half a voxel of {} m; raise tiles.overlap_m",
+                     region.overlap_m,
+                     options.resolution_m);
+  }
+  const double edge_m = (region.inside.max_m - region.inside.min_m).minCoeff();
+  if (edge_m < SupportReach_m(options)) {
+    throw UsageError(
+        "tiles of {} m are smaller than the {} m from which points support rays in them "
+        "(max_range_m + 3 resolution_m); raise tiles.edge_m",
+        edge_m,
+        SupportReach_m(options));
+  }
+}
+
+void CheckOccupied(const VoxelCounts& counts, const TileResults& results) {
+  if (counts.num_occupied > 0) return;
+  throw DataError(
+      "{}: nothing is occupied after this and all {} keyframes ({} unreadable); check "
+      "depth_units_per_m of the site's cameras, raise octree.max_range_m, or set "
+      "octree.require_cloud_support = false",
+      results.first_depth_path,
+      results.num_keyframes,
+      results.num_skipped);
+}
+
+}  // namespace
+
+VoxelBox VoxelsOf(const Rectangle& rectangle, double resolution_m) {
+  constexpr int kReach = 1 << (kOctreeDepth - 1);
+  const auto first = [resolution_m](double border_m) {
+    const double voxel = std::ceil(border_m / resolution_m - 0.5);
+    return static_cast<int>(std::clamp(voxel, -1.0 * kReach, 1.0 * kReach));
+  };
+  return {{first(rectangle.min_m.x()), first(rectangle.min_m.y()), -kReach},
+          {first(rectangle.max_m.x()), first(rectangle.max_m.y()), kReach}};
+}
+
+std::vector<CloudPoint> ReadCloudAround(const std::vector<std::filesystem::path>& clouds,
+                                        const Rectangle& tile,
+                                        const OctreeOptions& options) {
+  const Rectangle around = tile.Grown(SupportReach_m(options));
+  std::vector<CloudPoint> points;
+  for (const auto& path : clouds) {
+    PlyReader reader(path);
+    while (const auto point = reader.Next()) {
+      if (around.Contains(point->position_in_map.head<2>().cast<double>())) {
+        points.push_back(*point);
+      }
+    }
+  }
+  return points;
+}
+
+OctreeResult RunOctreeTile(const OctreeOptions& options,
+                           const KeyframeSource& source,
+                           const std::vector<CloudPoint>* cloud,
+                           Progress& progress,
+                           int num_threads) {
+  CheckTile(options, source.region);
+  const VoxelBox voxels = VoxelsOf(source.region.inside, options.resolution_m);
+  return RunOctree(options, source, cloud, progress, num_threads, voxels);
+}
+
+void MapOctreeTile(const OctreeOptions& options, StageContext& context) {
+  if (context.Inputs("tile").size() != 1 || !context.HasInput("cameras") ||
+      !context.HasInput("data")) {
+    throw UsageError(
+        "--out tile_ot needs one --in tile=PATH, --in cameras=PATH and --in data=PATH");
+  }
+  context.BeginPart("open");
+  const KeyframeSource source = OpenTile(context.Input("tile"),
+                                         context.Input("cameras"),
+                                         context.Input("data"),
+                                         options.keyframe_stride,
+                                         options.max_range_m);
+  std::optional<std::vector<CloudPoint>> cloud;
+  if (context.HasInput("cloud")) {
+    cloud = ReadCloudAround(context.Inputs("cloud"), source.region.inside, options);
+  }
+  context.BeginPart("cast");
+  const OctreeResult result = RunOctreeTile(
+      options, source, cloud ? &*cloud : nullptr, context.GetProgress(), context.NumThreads());
+  for (const std::string& reason : result.skipped) context.Skip(reason);
+  context.BeginPart("write");
+  WriteOctree(context.Output("tile_ot"), result.tree);
+  context.Report()["num_keyframes_listed"] = source.keyframes.size();
+  context.Report()["num_rays"] = result.num_rays;
+  context.Report()["num_unsupported"] = result.num_unsupported;
+}
+
+void JoinOctreeTiles(const OctreeOptions& options, StageContext& context) {
+  const auto& tiles = context.Inputs("tile");
+  const auto& parts = context.Inputs("tile_ot");
+  const auto& reports = context.Inputs("tile_report");
+  if (parts.size() != tiles.size() || reports.size() != tiles.size()) {
+    throw UsageError("--out ot needs as many tile_ot and tile_report as tile: {}, {} and {}",
+                     parts.size(),
+                     reports.size(),
+                     tiles.size());
+  }
+  const TileResults results = ReadTileResults(tiles, reports, options.keyframe_stride);
+  CheckFailedRatio(results.num_skipped, results.num_keyframes, options.max_failed_ratio);
+  const VoxelCounts counts = MergeOctrees(parts, context.Output("ot"), context.Output("bt"));
+  CheckOccupied(counts, results);
+  RemoveOtherTiles(std::filesystem::absolute(context.FinalPath("ot")).parent_path(), tiles);
+  context.Report()["num_tiles"] = tiles.size();
+  context.Report()["num_keyframes"] = results.num_keyframes;
+  context.Report()["num_occupied_voxels"] = counts.num_occupied;
+  context.Report()["num_free_voxels"] = counts.num_free;
+}
+
+}  // namespace nightmap
