@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/distance_transform.h"
@@ -12,33 +13,43 @@ namespace nightmap {
 namespace {
 
 constexpr double kRounding = 1e-9;  // so that a radius of whole cells is met exactly
-constexpr int kCostRowsPerItem = 64;
+
+// In items of many rows.
+void ForRows(int height, int num_threads, const std::function<void(int y)>& body) {
+  constexpr int kRowsPerItem = 64;
+  const int num_items = (height + kRowsPerItem - 1) / kRowsPerItem;
+  ParallelFor(static_cast<std::size_t>(num_items), num_threads, [&](std::size_t item) {
+    const int first = static_cast<int>(item) * kRowsPerItem;
+    for (int y = first; y < std::min(first + kRowsPerItem, height); ++y) body(y);
+  });
+}
 
 // The obstacles, each with the eight cells around it: from a cell to the nearest of these, centre
 // to centre, is as far as between the squares of the cell and of the obstacle.
-std::vector<std::uint8_t> GrownObstacles(const OccupancyGrid& grid, bool unknown_is_obstacle) {
+std::vector<std::uint8_t> GrownObstacles(const OccupancyGrid& grid,
+                                         bool unknown_is_obstacle,
+                                         int num_threads) {
   const auto width = static_cast<std::size_t>(grid.width);
   const std::uint8_t rim = unknown_is_obstacle ? 1 : 0;
-  std::vector<std::uint8_t> row(width + 2, rim);
   std::vector<std::uint8_t> wide(grid.cells.size());  // grown along x
-  for (std::size_t y = 0; y < static_cast<std::size_t>(grid.height); ++y) {
-    const std::uint8_t* cells = grid.cells.data() + y * width;
+  ForRows(grid.height, num_threads, [&](int y) {
+    const std::uint8_t* cells = grid.cells.data() + grid.Index(0, y);
+    std::vector<std::uint8_t> row(width + 2, rim);
     for (std::size_t x = 0; x < width; ++x) {
       row[x + 1] = (cells[x] == kOccupiedCell) | ((cells[x] == kUnknownCell) & rim);
     }
-    for (std::size_t x = 0; x < width; ++x) {
-      wide[y * width + x] = row[x] | row[x + 1] | row[x + 2];
-    }
-  }
+    std::uint8_t* out = wide.data() + grid.Index(0, y);
+    for (std::size_t x = 0; x < width; ++x) out[x] = row[x] | row[x + 1] | row[x + 2];
+  });
   std::vector<std::uint8_t> grown(grid.cells.size());
   const std::vector<std::uint8_t> outside(width, rim);
-  for (std::size_t y = 0; y < static_cast<std::size_t>(grid.height); ++y) {
-    const std::uint8_t* own = wide.data() + y * width;
+  ForRows(grid.height, num_threads, [&](int y) {
+    const std::uint8_t* own = wide.data() + grid.Index(0, y);
     const std::uint8_t* below = y > 0 ? own - width : outside.data();
-    const std::uint8_t* above =
-        y + 1 < static_cast<std::size_t>(grid.height) ? own + width : outside.data();
-    for (std::size_t x = 0; x < width; ++x) grown[y * width + x] = below[x] | own[x] | above[x];
-  }
+    const std::uint8_t* above = y + 1 < grid.height ? own + width : outside.data();
+    std::uint8_t* out = grown.data() + grid.Index(0, y);
+    for (std::size_t x = 0; x < width; ++x) out[x] = below[x] | own[x] | above[x];
+  });
   return grown;
 }
 
@@ -100,7 +111,7 @@ CostMap MakeCostMap(const OccupancyGrid& grid,
                     int num_threads) {
   const bool unknown_is_obstacle = options.unknown == "forbidden";
   CostMap map{grid.width, grid.height, grid.resolution_m, robot_radius_m, {}, {}};
-  map.squared_distances = SquaredDistances(GrownObstacles(grid, unknown_is_obstacle),
+  map.squared_distances = SquaredDistances(GrownObstacles(grid, unknown_is_obstacle, num_threads),
                                            grid.width,
                                            grid.height,
                                            unknown_is_obstacle,
@@ -115,18 +126,14 @@ CostMap MakeCostMap(const OccupancyGrid& grid,
   const std::array<std::uint16_t, 3> extra = {0, 0, unknown_cost};
   map.costs.resize(static_cast<std::size_t>(map.Stride()) *
                    static_cast<std::size_t>(map.height + 2));
-  const int num_items = (map.height + kCostRowsPerItem - 1) / kCostRowsPerItem;
-  ParallelFor(static_cast<std::size_t>(num_items), num_threads, [&](std::size_t item) {
-    const int first = static_cast<int>(item) * kCostRowsPerItem;
-    for (int y = first; y < std::min(first + kCostRowsPerItem, map.height); ++y) {
-      const std::size_t from = grid.Index(0, y);
-      std::uint16_t* row = map.costs.data() + map.Index({0, y});
-      for (std::size_t x = 0; x < static_cast<std::size_t>(map.width); ++x) {
-        const std::uint8_t state = grid.cells[from + x];
-        const std::int32_t squared = std::min(map.squared_distances[from + x], last);
-        const int cost = table[static_cast<std::size_t>(squared)] * allowed[state];
-        row[x] = static_cast<std::uint16_t>(cost == 0 ? 0 : cost + extra[state]);
-      }
+  ForRows(map.height, num_threads, [&](int y) {
+    const std::size_t from = grid.Index(0, y);
+    std::uint16_t* row = map.costs.data() + map.Index({0, y});
+    for (std::size_t x = 0; x < static_cast<std::size_t>(map.width); ++x) {
+      const std::uint8_t state = grid.cells[from + x];
+      const std::int32_t squared = std::min(map.squared_distances[from + x], last);
+      const int cost = table[static_cast<std::size_t>(squared)] * allowed[state];
+      row[x] = static_cast<std::uint16_t>(cost == 0 ? 0 : cost + extra[state]);
     }
   });
   return map;
