@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/vision/rgbd_keyframes.h"
 
-#include "pipeline/io/trajectory_io.h"
 #include "pipeline/vision/back_project.h"
 
 namespace nightmap {
@@ -39,22 +38,6 @@ auto DepthLoader(const std::vector<RgbdCamera>& cameras, const std::filesystem::
 }
 
 }  // namespace
-
-KeyframeSource OpenKeyframes(const std::vector<std::filesystem::path>& frames_paths,
-                             const std::filesystem::path& cameras_path,
-                             const std::filesystem::path& keyframes_path,
-                             const std::filesystem::path& data_root,
-                             int stride) {
-  KeyframeSource source;
-  source.cameras = ReadCameras(cameras_path);
-  source.keyframes =
-      SelectKeyframes(ReadFrames(frames_paths), source.cameras, ReadTum(keyframes_path), stride);
-  source.load = [cameras = source.cameras, data_root](const Keyframe& keyframe) {
-    return LoadRgbd(keyframe.frame, CameraOf(keyframe, cameras), data_root);
-  };
-  source.load_depth = DepthLoader(source.cameras, data_root);
-  return source;
-}
 
 KeyframeSource OpenTile(const std::filesystem::path& tile_path,
                         const std::filesystem::path& cameras_path,

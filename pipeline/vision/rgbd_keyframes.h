@@ -40,15 +40,8 @@ std::vector<Keyframe> SelectKeyframes(const std::vector<FrameRecord>& frames,
 // Throws DataError when a frame's camera is not in the list.
 void CheckCamera(const FrameRecord& frame, const std::vector<RgbdCamera>& cameras);
 
-// Reads the inputs that the fusing stages share. `load` reads below `data_root`.
-KeyframeSource OpenKeyframes(const std::vector<std::filesystem::path>& frames_paths,
-                             const std::filesystem::path& cameras_path,
-                             const std::filesystem::path& keyframes_path,
-                             const std::filesystem::path& data_root,
-                             int stride);
-
-// The same for one tile: of its list every keyframe whose keyframe_idx is a multiple of `stride`.
-// Throws UsageError when the list does not reach to max_range_m.
+// Of the list of a tile every keyframe whose keyframe_idx is a multiple of `stride`, with pixels
+// read below `data_root`. Throws UsageError when the list does not reach to max_range_m.
 KeyframeSource OpenTile(const std::filesystem::path& tile_path,
                         const std::filesystem::path& cameras_path,
                         const std::filesystem::path& data_root,

@@ -11,6 +11,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/io/trajectory_io.h"
 #include "pipeline/vision/back_project.h"
 #include "pipeline/vision/rgbd_keyframes.h"
 #include "stages/octree/occupancy_volume.h"
@@ -57,11 +58,17 @@ KeyframeSource Open(const BenchOptions& options) {
   }
   std::ranges::sort(shards);
   const std::filesystem::path poses = options.site / "pose_graph";
-  return OpenKeyframes(shards,
-                       poses / "cameras.json",
-                       poses / (options.poses + ".tum"),
-                       options.data,
-                       options.stride);
+  KeyframeSource source;
+  source.cameras = ReadCameras(poses / "cameras.json");
+  source.keyframes = SelectKeyframes(ReadFrames(shards),
+                                     source.cameras,
+                                     ReadTum(poses / (options.poses + ".tum")),
+                                     options.stride);
+  source.load = [cameras = source.cameras, data = options.data](const Keyframe& keyframe) {
+    const auto camera = static_cast<std::size_t>(keyframe.frame.camera_idx);
+    return LoadRgbd(keyframe.frame, cameras[camera], data);
+  };
+  return source;
 }
 
 std::vector<Scan> LoadScans(const KeyframeSource& source) {
