@@ -93,8 +93,8 @@ Testimony DepthView::Of(const PointCloudOptions& options,
   if (point.z() > options.max_depth_m) return Testimony::kNone;
   const auto pixel = camera_->color.Project(point);
   if (!pixel || !camera_->color.Contains(*pixel)) return Testimony::kNone;
-  const int x = static_cast<int>(pixel->x() + 0.5);
-  const int y = static_cast<int>(pixel->y() + 0.5);
+  const int x = static_cast<int>(std::floor(pixel->x() + 0.5));
+  const int y = static_cast<int>(std::floor(pixel->y() + 0.5));
   const float measured_m = depth_.At(x, y);
   const double tolerance_m = DepthTolerance_m(options, camera_->noise.Sigma_m(point.z()));
   if (measured_m <= 0 || measured_m < point.z() - tolerance_m) return Testimony::kNone;
