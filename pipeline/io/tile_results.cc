@@ -62,6 +62,25 @@ TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
   return results;
 }
 
+TileResults CheckTileParts(const StageContext& context,
+                           const std::string& part,
+                           int keyframe_stride,
+                           double max_failed_ratio) {
+  const auto& tiles = context.Inputs("tile");
+  const auto& reports = context.Inputs("tile_report");
+  const std::size_t num_parts = context.Inputs(part).size();
+  if (num_parts != tiles.size() || reports.size() != tiles.size()) {
+    throw UsageError("to join tiles give as many {} and tile_report as tile: {}, {} and {}",
+                     part,
+                     num_parts,
+                     reports.size(),
+                     tiles.size());
+  }
+  const TileResults results = ReadTileResults(tiles, reports, keyframe_stride);
+  CheckFailedRatio(results.num_skipped, results.num_keyframes, max_failed_ratio);
+  return results;
+}
+
 std::size_t SumOfReports(const std::vector<std::filesystem::path>& reports,
                          const std::string& count) {
   std::size_t sum = 0;

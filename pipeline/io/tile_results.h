@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/base/stage_main.h"
+
 namespace nightmap {
 
 struct TileResults {
@@ -22,6 +24,14 @@ struct TileResults {
 TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
                             const std::vector<std::filesystem::path>& reports,
                             int keyframe_stride);
+
+// The same of a stage that joins its inputs `part`, one for each of its inputs tile and
+// tile_report. Throws also UsageError when there are not as many of each, DataError when more than
+// max_failed_ratio of the keyframes could not be read.
+TileResults CheckTileParts(const StageContext& context,
+                           const std::string& part,
+                           int keyframe_stride,
+                           double max_failed_ratio);
 
 // Of a count that every report has, the sum. Throws DataError naming the file without it.
 std::size_t SumOfReports(const std::vector<std::filesystem::path>& reports,

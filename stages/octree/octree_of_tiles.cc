@@ -110,21 +110,14 @@ void MapOctreeTile(const OctreeOptions& options, StageContext& context) {
 }
 
 void JoinOctreeTiles(const OctreeOptions& options, StageContext& context) {
-  const auto& tiles = context.Inputs("tile");
-  const auto& parts = context.Inputs("tile_ot");
-  const auto& reports = context.Inputs("tile_report");
-  if (parts.size() != tiles.size() || reports.size() != tiles.size()) {
-    throw UsageError("--out ot needs as many tile_ot and tile_report as tile: {}, {} and {}",
-                     parts.size(),
-                     reports.size(),
-                     tiles.size());
-  }
-  const TileResults results = ReadTileResults(tiles, reports, options.keyframe_stride);
-  CheckFailedRatio(results.num_skipped, results.num_keyframes, options.max_failed_ratio);
-  const VoxelCounts counts = MergeOctrees(parts, context.Output("ot"), context.Output("bt"));
+  const TileResults results =
+      CheckTileParts(context, "tile_ot", options.keyframe_stride, options.max_failed_ratio);
+  const VoxelCounts counts =
+      MergeOctrees(context.Inputs("tile_ot"), context.Output("ot"), context.Output("bt"));
   CheckOccupied(counts, results);
-  RemoveOtherTiles(std::filesystem::absolute(context.FinalPath("ot")).parent_path(), tiles);
-  context.Report()["num_tiles"] = tiles.size();
+  RemoveOtherTiles(std::filesystem::absolute(context.FinalPath("ot")).parent_path(),
+                   context.Inputs("tile"));
+  context.Report()["num_tiles"] = context.Inputs("tile").size();
   context.Report()["num_keyframes"] = results.num_keyframes;
   context.Report()["num_occupied_voxels"] = counts.num_occupied;
   context.Report()["num_free_voxels"] = counts.num_free;

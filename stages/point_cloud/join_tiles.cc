@@ -67,15 +67,8 @@ void JoinClouds(const std::vector<std::filesystem::path>& clouds,
 void JoinTiles(const PointCloudOptions& options, StageContext& context) {
   const Paths& tiles = context.Inputs("tile");
   const Paths& clouds = context.Inputs("tile_cloud");
-  const Paths& reports = context.Inputs("tile_report");
-  if (clouds.size() != tiles.size() || reports.size() != tiles.size()) {
-    throw UsageError("--out cloud needs as many tile_cloud and tile_report as tile: {}, {} and {}",
-                     clouds.size(),
-                     reports.size(),
-                     tiles.size());
-  }
-  const TileResults results = ReadTileResults(tiles, reports, options.keyframe_stride);
-  CheckFailedRatio(results.num_skipped, results.num_keyframes, options.max_failed_ratio);
+  const TileResults results =
+      CheckTileParts(context, "tile_cloud", options.keyframe_stride, options.max_failed_ratio);
   const std::size_t num_points = CountPoints(clouds);
   if (num_points == 0) {
     throw DataError(
@@ -95,7 +88,7 @@ void JoinTiles(const PointCloudOptions& options, StageContext& context) {
   context.Report()["num_tiles"] = tiles.size();
   context.Report()["num_keyframes"] = results.num_keyframes;
   context.Report()["num_points"] = num_points;
-  ReportHeldOutRays(reports, context);
+  ReportHeldOutRays(context.Inputs("tile_report"), context);
 }
 
 }  // namespace nightmap

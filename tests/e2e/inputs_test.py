@@ -152,7 +152,7 @@ class InputsTest(unittest.TestCase):
         result = self.work.run("octree", *join, "--in", f"tile_ot={path}")
         self.check(result, 1, "tile_0_0.ot", "truncated", "make the octree again")
         self.assertFalse(list(self.work.folder.glob("joined.*")))
-        self.check(self.work.run("octree", *join), 2, "as many tile_ot")
+        self.check(self.work.run("octree", *join), 2, "as many tile_ot and tile_report")
 
     def test_one_unreadable_keyframe_is_skipped_and_many_stop_the_map(self):
         tile = self.work.path("tiles/tile_0_0.json")

@@ -9,30 +9,12 @@
 
 #include "pipeline/base/error.h"
 #include "stages/drive/drive_output.h"
+#include "tests/stages/drive/hall.h"
 #include "tests/stages/drive/random_path.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
 namespace {
-
-constexpr double kRadius_m = 0.2;
-constexpr double kDegrees = 3.14159265358979323846 / 180;
-
-DriveResult Drive(const DriveOptions& options, const DriveInputs& inputs) {
-  Progress progress("drive", false);
-  return RunDrive(options, inputs, progress);
-}
-
-// Free but for what the tests put there, 6 m a side, and an L-shaped path.
-DriveInputs Hall() {
-  DriveInputs inputs;
-  inputs.grid = {120, 120, 0.05, {0, 0}, {}};
-  inputs.grid.cells.assign(120 * 120, kFreeCell);
-  inputs.path.legs_in_map = {{{1, 1}, {4, 1}, {4, 5}}};
-  inputs.path.goal_heading_rad = 90 * kDegrees;
-  inputs.path.robot_radius_m = kRadius_m;
-  return inputs;
-}
 
 void Block(OccupancyGrid& grid, int x0, int y0, int x1, int y1) {
   for (int y = y0; y < y1; ++y) {

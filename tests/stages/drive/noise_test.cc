@@ -7,28 +7,14 @@
 
 #include "pipeline/base/error.h"
 #include "stages/drive/drive_output.h"
+#include "tests/stages/drive/hall.h"
 #include "tests/stages/drive/random_path.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
 namespace {
 
-constexpr double kNoiseDeg = 3.14159265358979323846 / 180;
 constexpr NoiseOptions kSmall{0.05, 0.01, 0.01, 1, 0};
-
-DriveResult DriveNoisily(const DriveOptions& options, const DriveInputs& inputs) {
-  Progress progress("drive", false);
-  return RunDrive(options, inputs, progress);
-}
-
-// 6 m a side and free, and an L-shaped path.
-DriveInputs FreeHall() {
-  DriveInputs inputs;
-  inputs.grid = {120, 120, 0.05, {0, 0}, {}};
-  inputs.grid.cells.assign(120 * 120, kFreeCell);
-  inputs.path = {{{{1, 1}, {4, 1}, {4, 5}}}, 90 * kNoiseDeg, 0.2, false};
-  return inputs;
-}
 
 DriveOptions WithNoise(const NoiseOptions& noise, int seed) {
   DriveOptions options;
@@ -84,7 +70,7 @@ TEST(Noise, ToldPosesErrAsSaidAndForAsLong) {
     Eigen::Vector3d products = Eigen::Vector3d::Zero();
     for (int i = 0; i < kNum; ++i) {
       const PlanarPose told = noise.Told(pose);
-      EXPECT_LE(std::abs(told.heading_rad), 180 * kNoiseDeg + 1e-12);
+      EXPECT_LE(std::abs(told.heading_rad), 180 * kDegrees + 1e-12);
       const Eigen::Vector2d off = told.point_in_map - pose.point_in_map;
       const Eigen::Vector3d error(off.x(), off.y(), WrapAngle(told.heading_rad - pose.heading_rad));
       squares += error.cwiseAbs2();
@@ -103,31 +89,31 @@ TEST(Noise, ToldPosesErrAsSaidAndForAsLong) {
 }
 
 TEST(NoisyDrive, ArrivesWithEverySeed) {
-  const DriveInputs inputs = FreeHall();
+  const DriveInputs inputs = Hall();
   for (const double time_s : {0.0, 1.0, 10.0}) {
     NoiseOptions noise = kSmall;
     noise.localization_time_s = time_s;
     for (int seed = 0; seed < 20; ++seed) {
       SCOPED_TRACE(testing::Message() << "seed " << seed << ", time " << time_s);
-      const DriveResult result = DriveNoisily(WithNoise(noise, seed), inputs);
+      const DriveResult result = Drive(WithNoise(noise, seed), inputs);
       const PlanarPose& last = result.steps.back().pose;
       const double off_m = (last.point_in_map - Eigen::Vector2d(4, 5)).norm();
       EXPECT_LE(off_m, 0.05);
       EXPECT_GT(off_m, 1e-4);  // by the true pose, of which the controller does not know
       EXPECT_EQ(result.position_error_m, off_m);
-      EXPECT_LE(std::abs(last.heading_rad - 90 * kNoiseDeg), 5 * kNoiseDeg);
+      EXPECT_LE(std::abs(last.heading_rad - 90 * kDegrees), 5 * kDegrees);
       EXPECT_LT(result.Duration_s(), 60);  // without noise 20
     }
   }
 }
 
 TEST(NoisyDrive, SeedsDecideAllOfIt) {
-  const DriveInputs inputs = FreeHall();
-  const std::string csv = DriveToCsv(DriveNoisily(WithNoise(kSmall, 1), inputs));
-  EXPECT_EQ(DriveToCsv(DriveNoisily(WithNoise(kSmall, 1), inputs)), csv);
-  EXPECT_NE(DriveToCsv(DriveNoisily(WithNoise(kSmall, 2), inputs)), csv);
-  EXPECT_EQ(DriveToCsv(DriveNoisily(WithNoise({}, 1), inputs)),
-            DriveToCsv(DriveNoisily(WithNoise({}, 2), inputs)));
+  const DriveInputs inputs = Hall();
+  const std::string csv = DriveToCsv(Drive(WithNoise(kSmall, 1), inputs));
+  EXPECT_EQ(DriveToCsv(Drive(WithNoise(kSmall, 1), inputs)), csv);
+  EXPECT_NE(DriveToCsv(Drive(WithNoise(kSmall, 2), inputs)), csv);
+  EXPECT_EQ(DriveToCsv(Drive(WithNoise({}, 1), inputs)),
+            DriveToCsv(Drive(WithNoise({}, 2), inputs)));
 }
 
 // What is told changes commands, not where the robot is; slipping wheels change where it is.
@@ -135,7 +121,7 @@ TEST(NoisyDrive, PosesFollowFromCommandsButForTheWheels) {
   NoiseOptions noise = kSmall;
   for (const double wheel_noise : {0.0, 0.05}) {
     noise.wheel_noise = wheel_noise;
-    const DriveResult result = DriveNoisily(WithNoise(noise, 4), FreeHall());
+    const DriveResult result = Drive(WithNoise(noise, 4), Hall());
     double farthest_m = 0;
     double length_m = 0;
     for (std::size_t i = 1; i < result.steps.size(); ++i) {
@@ -166,7 +152,7 @@ TEST(NoisyDrive, CollisionsAreThoseOfTheTruePose) {
     options.heading_tolerance_deg = 180;
     SCOPED_TRACE(seed);
     try {
-      const DriveResult result = DriveNoisily(options, inputs);
+      const DriveResult result = Drive(options, inputs);
       for (const DriveStep& step : result.steps) {
         EXPECT_GE(PlainClearance_m(inputs.grid, step.pose.point_in_map), 0.2 - 1e-5);
       }
@@ -201,7 +187,7 @@ TEST(NoisyDrive, RoomInThePlanIsRoomForNoise) {
     DriveOptions options = WithNoise(kSmall, seed);
     options.robot_radius_m = 0.2;
     SCOPED_TRACE(seed);
-    const DriveResult result = DriveNoisily(options, inputs);
+    const DriveResult result = Drive(options, inputs);
     EXPECT_GE(result.min_clearance_m, 0.2 - 1e-5);
     EXPECT_LE(result.position_error_m, 0.05);
   }
@@ -213,7 +199,7 @@ TEST(NoisyDrive, ToleranceIsOfTheTruePose) {
   int num_off = 0;
   for (int seed = 0; seed < 10; ++seed) {
     try {
-      EXPECT_LE(DriveNoisily(WithNoise(noise, seed), FreeHall()).position_error_m, 0.05);
+      EXPECT_LE(Drive(WithNoise(noise, seed), Hall()).position_error_m, 0.05);
     } catch (const ThresholdError& error) {
       num_off += std::string(error.what()).find("off the goal") != std::string::npos ? 1 : 0;
     }
