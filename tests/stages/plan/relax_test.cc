@@ -6,28 +6,21 @@
 #include "stages/plan/any_angle.h"
 #include "stages/plan/shorten.h"
 #include "tests/stages/plan/office_floor.h"
-#include "tests/stages/plan/reference_path.h"
-#include "tests/stages/plan/scene.h"
+#include "tests/stages/plan/random_routes.h"
 
 namespace nightmap {
 namespace {
 
 TEST(Relax, StaysFreeKeepsItsEndsAndIsNeverDearer) {
   int num_cheaper = 0;
-  for (std::uint64_t seed = 0; seed < 300; ++seed) {
-    const CostMap map = RandomMap(seed);
-    if (!HasFree(map)) continue;
-    Random random(seed, 1);
-    const auto search = FindPath(map, RandomFreeCell(random, map), RandomFreeCell(random, map));
-    if (!search.found) continue;
-    const Points path = Centres(search.cells);
+  ForRandomRoutes([&](const CostMap& map, const Points& path) {
     const Points relaxed = Relax(map, path);
     const double cost = CostOf(map, relaxed);  // infinite where it is not free
-    EXPECT_LE(cost, CostOf(map, path) + 1e-9) << seed;
+    EXPECT_LE(cost, CostOf(map, path) + 1e-9);
     EXPECT_EQ(relaxed.front(), path.front());
     EXPECT_EQ(relaxed.back(), path.back());
     num_cheaper += cost < CostOf(map, path) - 0.1 ? 1 : 0;
-  }
+  });
   EXPECT_GT(num_cheaper, 30);
 }
 

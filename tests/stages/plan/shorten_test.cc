@@ -5,9 +5,8 @@
 
 #include <set>
 
-#include "stages/plan/search.h"
 #include "stages/plan/segment.h"
-#include "tests/stages/plan/scene.h"
+#include "tests/stages/plan/random_routes.h"
 
 namespace nightmap {
 namespace {
@@ -53,36 +52,17 @@ TEST(Shorten, CornerTouchesAllFourCells) {
 
 TEST(Shorten, StaysFreeAndIsNeverDearer) {
   int num_shorter = 0;
-  for (std::uint64_t seed = 0; seed < 300; ++seed) {
-    const CostMap map = RandomMap(seed);
-    if (!HasFree(map)) continue;
-    Random random(seed, 1);
-    const auto search = FindPath(map, RandomFreeCell(random, map), RandomFreeCell(random, map));
-    if (!search.found) continue;
-    std::vector<Eigen::Vector2d> route;
-    for (const auto& cell : search.cells) {
-      route.push_back(cell.cast<double>() + Eigen::Vector2d(0.5, 0.5));
-    }
-    const auto cost = [&](const std::vector<Eigen::Vector2d>& points) {
-      double sum = 0;
-      for (std::size_t i = 1; i < points.size(); ++i) {
-        EXPECT_TRUE(IsSegmentFree(map, points[i - 1], points[i])) << seed;
-        VisitSegment(points[i - 1], points[i], [&](const Eigen::Vector2i& cell, double length) {
-          sum += length * map.costs[map.Index(cell)];
-          return true;
-        });
-      }
-      return sum / CostMap::kUnitCost;
-    };
-    const auto tight = Shorten(map, route);
-    EXPECT_LE(cost(tight), cost(route) + 1e-4) << seed;
+  ForRandomRoutes([&](const CostMap& map, const Points& route) {
+    const Points tight = Shorten(map, route);
+    const double cost = CostOf(map, tight);  // infinite where it is not free
+    EXPECT_LE(cost, CostOf(map, route) + 1e-4);
     EXPECT_EQ(tight.front(), route.front());
     EXPECT_EQ(tight.back(), route.back());
-    num_shorter += cost(tight) < cost(route) - 0.1 ? 1 : 0;
+    num_shorter += cost < CostOf(map, route) - 0.1 ? 1 : 0;
     for (const auto& dense = Resample(tight); const auto& point : dense) {
-      EXPECT_TRUE(map.IsFree(point.array().floor().cast<int>())) << seed;
+      EXPECT_TRUE(map.IsFree(point.array().floor().cast<int>()));
     }
-  }
+  });
   EXPECT_GT(num_shorter, 30);
 }
 
