@@ -41,7 +41,7 @@ class PathNoteTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             site_dir = Path(folder)
             self.assertIn("No path", path_note(site_dir, None))
-            for stage, kind, name in (("plan", "inputs", "pgm"), ("grid", "outputs", "map.pgm")):
+            for stage, kind, name in (("plan", "inputs", "map.pgm"), ("grid", "outputs", "map.pgm")):
                 (site_dir / stage).mkdir()
                 receipt = {kind: [{"name": name, "xxh3": "1" if stage == "plan" else "2"}]}
                 (site_dir / stage / "receipt.json").write_text(json.dumps(receipt))
