@@ -21,7 +21,7 @@ PROFILE ?= default
 SET ?=
 ## SEED        seed of every stage that draws random numbers (a made-up recording has its own)
 SEED ?= 0
-## START GOAL  of plan and drive: a pose or a query, see configs/default/plan.toml
+## START GOAL  of plan and drive: a place or a query on any one floor, see configs/default/plan.toml
 START ?=
 GOAL ?=
 ## QUERY       more pictures to localize, as in QUERY="start.jpg goal.jpg": files, folders or .txt lists, anywhere
