@@ -52,7 +52,7 @@ TEST_F(FloorsIoTest, RefusesWhatIsNoListOfFloors) {
   ExpectRefused("\"yaml\"", "\"yml\"", "yaml");
   ExpectRefused("\"floor_1.yaml\"", "\"\"", "yaml");
   ExpectRefused("-2.9", "\"low\"", "number");
-  ExpectRefused("-2.9", "1e999", "out of range");
+  ExpectRefused("-2.9", "1e999", "overflow");
   ExpectRefused("-2.9", "9.9", "ascend in height_m");
   ExpectRefused("-2.9", "3.1", "ascend in height_m");
   ExpectRefused("\"number\": 1,", "\"number\": 2,", "numbers must ascend");
