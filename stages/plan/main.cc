@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// plan: finds a path on the grid of a floor from one point or picture to others. Reads floors.json
-// with that grid and, where given, queries.csv and trajectory.tum; writes path.csv, .json, .yaml
-// and .png.
+// plan: finds a path on a floor's grid from one point or picture to others. Reads floors.json, that
+// grid and, where given, queries.csv and trajectory.tum; writes path.csv, .json, .yaml and .png.
 #include <spdlog/spdlog.h>
 
 #include "pipeline/base/files.h"

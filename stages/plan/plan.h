@@ -38,7 +38,7 @@ struct PlanInputs {
   std::vector<QueryResult> queries;
   std::vector<StampedPose> trajectory;  // map_from_camera; for default ends when nothing is located
   std::vector<FloorFiles> floors = {FloorFiles{}};
-  std::size_t floor_idx = 0;  // of which the grid is: PlanFloor's
+  std::size_t floor_idx = 0;  // of the floor that the grid is of: PlanFloor's
 };
 
 struct PathPoint {

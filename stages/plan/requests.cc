@@ -149,8 +149,7 @@ std::size_t ChooseFloor(const std::vector<EndpointRequest>& requests,
     if (other == chosen) continue;
     throw DataError(
         "{} '{}' is on {}, but {} '{}' on {}: a path keeps to one floor, since the map has no "
-        "stairs "
-        "or lifts; \"x_m,y_m\" is on floor {}, as the option floor says",
+        "stairs or lifts; \"x_m,y_m\" is on floor {}, as the option floor says",
         requests[0].role,
         requests[0].text,
         FloorText(floors[chosen]),
