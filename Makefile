@@ -21,7 +21,7 @@ PROFILE ?= default
 SET ?=
 ## SEED        seed of every stage that draws random numbers (a made-up recording has its own)
 SEED ?= 0
-## START GOAL  of plan and drive: a pose or a query, see configs/default/plan.toml
+## START GOAL  of plan and drive: a place or a query on any one floor, see configs/default/plan.toml
 START ?=
 GOAL ?=
 ## QUERY       more pictures to localize, as in QUERY="start.jpg goal.jpg": files, folders or .txt lists, anywhere
@@ -95,7 +95,8 @@ $(PROGRAMS:%=$(RUN)/%): | $(BUILD)/programs.mk
 # maps/<site>/<stage>/. In paths % is the shard or tile at hand, < the shard before it (if any), * every
 # shard, @ every tile, ~ the tile at hand and its neighbours.
 # `data` is the folder of the recordings: pixels are read from it, frames' hashes stand for them.
-# What a stage reads it declares here, and nothing else makes it stale but its program and config.
+# What a stage reads it declares here, and nothing else makes it stale but its program and config. A file
+# that another input names is `beside`: the program finds it there.
 define TABLE
 $(call shard,features,    frames=frames/shard_%.csv cameras=frames/cameras.json data, \
                           features=shard_%.h5)
@@ -137,9 +138,9 @@ $(call whole,octree,      tile=tiles/tile_@.json tile_ot=octree/tile_@.ot tile_r
                           ot=map.ot bt=map.bt)
 $(call whole,grid,        octree=octree/map.ot keyframes=pose_graph/keyframes.tum, \
                           floors=floors.json pgm=map.pgm yaml=map.yaml png=map.png distances=distances.h5)
-$(if $(PLANNING),$(call whole,plan, pgm=grid/map.pgm yaml=grid/map.yaml floors=grid/floors.json trajectory=pose_graph/trajectory.tum $(LOCATED), \
+$(if $(PLANNING),$(call whole,plan, grid=grid/floors.json $(FLOOR_GRIDS:%=beside=%) trajectory=pose_graph/trajectory.tum $(LOCATED), \
                           csv=path.csv json=path.json nav=path.yaml png=path.png))
-$(if $(DRIVING),$(call whole,drive, pgm=grid/map.pgm yaml=grid/map.yaml csv=plan/path.csv json=plan/path.json, \
+$(if $(DRIVING),$(call whole,drive, grid=grid/floors.json $(FLOOR_GRIDS:%=beside=%) csv=plan/path.csv json=plan/path.json, \
                           csv=drive.csv json=drive.json gif=drive.gif))
 endef
 
@@ -190,7 +191,7 @@ MADE_$(1) += $(call paths,$(4))
 RULES += $(1)$(2):$(call list,$(call paths,$(4))):$(call list,$(RUN)/$(1) $(CONFIG)/$(1).toml $(call paths,$(filter-out data=%,$(3))))
 $(call paths,$(4)) &: $(RUN)/$(1) $(CONFIG)/$(1).toml $(call paths,$(filter-out data=%,$(3))) $(call incomplete,$(1)$(2),$(call paths,$(4)))
 	@mkdir -p $(dir $(firstword $(call paths,$(4)))) $(M)/logs; echo "== $(1)$(2)"
-	$$(QUIET)$$(LAUNCH) $(RUN)/$(1) --config $(CONFIG)/$(1).toml $(3:%=--in %) $(4:%=--out %) \
+	$$(QUIET)$$(LAUNCH) $(RUN)/$(1) --config $(CONFIG)/$(1).toml $(patsubst %,--in %,$(filter-out beside=%,$(3))) $(4:%=--out %) \
 	  --threads $$(THREADS) --log-level $$(LOG_LEVEL) 2>&1 | tee $(M)/logs/$(1)$(2).log
 endef
 receipts = report=$(M)/$(1)/report$(2).json receipt=$(M)/$(1)/receipt$(2).json
@@ -265,7 +266,15 @@ $(FORWARDED): tiles_first ; @:
 else
 MADE_point_cloud :=
 MADE_octree :=
+# The floors that floors.json lists; their files are kept and watched like the lists of the tiles. The order-only
+# rule is for those of a floor that grid finds no more.
+G := $(M)/grid
+FLOOR_YAMLS := $(filter %.yaml,$(subst ",,$(subst $(comma),,$(file <$(G)/floors.json))))
+FLOOR_GRIDS := $(patsubst %,grid/%,$(FLOOR_YAMLS) $(FLOOR_YAMLS:.yaml=.pgm))
+FLOOR_FILES := $(FLOOR_GRIDS:%=$(M)/%) $(FLOOR_YAMLS:%.yaml=$(G)/%.png)
 $(eval $(TABLE_AFTER_TILES))
+$(G)/floors.json: $(if $(filter-out $(wildcard $(FLOOR_FILES)),$(FLOOR_FILES)),FORCE)
+$(filter-out $(MADE_grid),$(FLOOR_FILES)): | $(G)/floors.json
 
 MAP := frames features vocabulary matches odometry pose_graph tiles point_cloud octree grid landmarks
 map: $(BUILD)/programs.mk $(foreach s,$(MAP),$(MADE_$(s))) ## the map of SITE: trajectory, cloud, octree, grid, landmarks

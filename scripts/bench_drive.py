@@ -186,8 +186,7 @@ def main():
     arguments = parse_arguments()
     folder = arguments.folder or arguments.build / "bench_drive"
     grid = read_grid(arguments.grid)
-    image = arguments.grid.parent / re.search(r"(?m)^image: *(.*)$", arguments.grid.read_text()).group(1)
-    maps = {"yaml": arguments.grid, "pgm": image}
+    maps = {"grid": arguments.grid}
     plan_program = arguments.plan or arguments.build / "bin" / "plan"
     places_m = grid.centres_m()[grid.cells == FREE]
     rng = np.random.default_rng(arguments.seed)

@@ -20,7 +20,7 @@ from PIL import Image  # noqa: E402
 from nightmap_eval.errors import DataError, run_main  # noqa: E402
 from nightmap_eval.figures import draw_grid, draw_path, draw_trajectory  # noqa: E402
 from nightmap_eval.grid import read_grid  # noqa: E402
-from nightmap_eval.report_map import accepted_loops, read_path  # noqa: E402
+from nightmap_eval.report_map import accepted_loops, path_floor, read_path  # noqa: E402
 from nightmap_eval.site import Frames  # noqa: E402
 from nightmap_eval.trajectory import read_tum  # noqa: E402
 
@@ -52,7 +52,7 @@ def show_plan(axes, site_dir):
     draw_grid(axes, read_grid(site_dir / "grid" / "map.yaml"))
     draw_trajectory(axes, estimate.positions_m, None, accepted_loops(site_dir, estimate))
     path_m = read_path(site_dir)
-    if path_m is not None and len(path_m):
+    if path_m is not None and len(path_m) and path_floor(site_dir) == 0:
         draw_path(axes, path_m)
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")

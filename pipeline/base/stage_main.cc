@@ -187,6 +187,16 @@ bool StageContext::HasInput(const std::string& name) const {
   return found != inputs_.end() && !found->second.empty();
 }
 
+void StageContext::AddInput(const fs::path& path, const fs::path& named_by) {
+  if (!fs::exists(path)) {
+    throw DataError("{}: {} names this file, but it does not exist; make it again or correct {}",
+                    path.string(),
+                    named_by.string(),
+                    named_by.filename().string());
+  }
+  inputs_[path.filename().string()].push_back(path);
+}
+
 fs::path StageContext::Output(const std::string& name) {
   return output_set_.Create(outputs_.at(name));
 }

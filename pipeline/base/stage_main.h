@@ -52,6 +52,9 @@ class StageContext {
   const std::filesystem::path& Input(const std::string& name) const;
   const std::vector<std::filesystem::path>& Inputs(const std::string& name) const;
   bool HasInput(const std::string& name) const;
+  // A file that the input at `named_by` names. It is in the receipt like the other inputs, under
+  // its file name. Throws DataError when it does not exist.
+  void AddInput(const std::filesystem::path& path, const std::filesystem::path& named_by);
 
   // Temporary path to write; renamed to the final one after the body returned.
   std::filesystem::path Output(const std::string& name);

@@ -142,4 +142,26 @@ std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path) {
   }
 }
 
+std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path,
+                                    const std::vector<FrameRecord>& frames) {
+  auto cameras = ReadCameras(path);
+  for (const FrameRecord& frame : frames) CheckCamera(frame, cameras, path.string());
+  return cameras;
+}
+
+void CheckCamera(const FrameRecord& frame,
+                 const std::vector<RgbdCamera>& cameras,
+                 const std::string& list) {
+  if (frame.camera_idx >= 0 && frame.camera_idx < static_cast<int>(cameras.size())) return;
+  throw DataError(
+      "{}: has {} cameras, but frame {} ({}) has camera_idx {}: the frames are of another run, "
+      "make "
+      "both again",
+      list,
+      cameras.size(),
+      frame.frame_idx,
+      frame.color_path,
+      frame.camera_idx);
+}
+
 }  // namespace nightmap

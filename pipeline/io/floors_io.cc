@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/floors_io.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -14,33 +16,40 @@ namespace {
 using FloorJson = nlohmann::ordered_json;
 
 constexpr const char* kFloorsFormat = "nightmap floors";
-constexpr int kFloorsVersion = 1;
+constexpr int kFloorsVersion = 2;
 
 FloorFiles FloorFromJson(const FloorJson& json) {
-  FloorFiles floor{json.at("height_m").get<double>(),
-                   json.at("is_main").get<bool>(),
+  FloorFiles floor{json.at("number").get<int>(),
+                   json.at("height_m").get<double>(),
                    json.at("yaml").get<std::string>(),
                    json.at("png").get<std::string>(),
                    json.at("distances").get<std::string>()};
   if (!std::isfinite(floor.height_m)) throw DataError("height_m is not finite");
+  if (floor.yaml.empty()) throw DataError("floor {} has no yaml", floor.number);
   return floor;
+}
+
+void CheckFloors(const std::vector<FloorFiles>& floors) {
+  if (!FindFloor(floors, 0)) throw DataError("there is no floor of number 0");
+  for (std::size_t i = 1; i < floors.size(); ++i) {
+    if (floors[i].number != floors[i - 1].number + 1) throw DataError("numbers must ascend by 1");
+    if (floors[i].height_m <= floors[i - 1].height_m) {
+      throw DataError("floors must ascend in height_m");
+    }
+  }
 }
 
 std::vector<FloorFiles> FloorsFromJson(const FloorJson& json) {
   if (json.at("format").get<std::string>() != kFloorsFormat) {
     throw DataError("format is not '{}'", kFloorsFormat);
   }
-  if (json.at("version").get<int>() > kFloorsVersion) {
-    throw DataError("version is newer than {}: update nightmap", kFloorsVersion);
+  const int version = json.at("version").get<int>();
+  if (version != kFloorsVersion) {
+    throw DataError("version {}, this program reads {}", version, kFloorsVersion);
   }
   std::vector<FloorFiles> floors;
   for (const FloorJson& floor : json.at("floors")) floors.push_back(FloorFromJson(floor));
-  if (std::ranges::count_if(floors, &FloorFiles::is_main) != 1) {
-    throw DataError("of the floors not exactly one is the main floor");
-  }
-  if (!std::ranges::is_sorted(floors, {}, &FloorFiles::height_m)) {
-    throw DataError("floors must ascend in height_m");
-  }
+  CheckFloors(floors);
   return floors;
 }
 
@@ -48,13 +57,12 @@ std::vector<FloorFiles> FloorsFromJson(const FloorJson& json) {
 
 std::string FloorsToJson(const std::vector<FloorFiles>& floors) {
   FloorJson list = FloorJson::array();
-  for (std::size_t i = 0; i < floors.size(); ++i) {
-    list.push_back({{"idx", i},
-                    {"height_m", floors[i].height_m},
-                    {"is_main", floors[i].is_main},
-                    {"yaml", floors[i].yaml},
-                    {"png", floors[i].png},
-                    {"distances", floors[i].distances}});
+  for (const FloorFiles& floor : floors) {
+    list.push_back({{"number", floor.number},
+                    {"height_m", floor.height_m},
+                    {"yaml", floor.yaml},
+                    {"png", floor.png},
+                    {"distances", floor.distances}});
   }
   const FloorJson json = {{"format", kFloorsFormat},
                           {"version", kFloorsVersion},
@@ -64,6 +72,9 @@ std::string FloorsToJson(const std::vector<FloorFiles>& floors) {
 }
 
 std::vector<FloorFiles> ReadFloors(const std::filesystem::path& path) {
+  if (path.extension() == ".yaml" || path.extension() == ".yml") {
+    return {{.yaml = path.filename().string(), .png = {}, .distances = {}}};
+  }
   const std::string text = ReadFile(path);
   try {
     return FloorsFromJson(FloorJson::parse(text));
@@ -74,9 +85,35 @@ std::vector<FloorFiles> ReadFloors(const std::filesystem::path& path) {
   }
 }
 
+OccupancyGrid ReadFloorGrid(StageContext& context,
+                            const std::string& port,
+                            const FloorFiles& floor) {
+  const std::filesystem::path list = context.Input(port);
+  const std::filesystem::path yaml = list.parent_path() / floor.yaml;
+  context.AddInput(yaml, list);
+  context.AddInput(GridImagePath(yaml), yaml);
+  return ReadGrid(yaml);
+}
+
+std::optional<std::size_t> FindFloor(const std::vector<FloorFiles>& floors, int number) {
+  const auto found = std::ranges::find(floors, number, &FloorFiles::number);
+  if (found == floors.end()) return {};
+  return static_cast<std::size_t>(found - floors.begin());
+}
+
 std::size_t FloorBelow(const std::vector<FloorFiles>& floors, double z_m) {
   const auto above = std::ranges::lower_bound(floors, z_m, {}, &FloorFiles::height_m);
   return above == floors.begin() ? 0 : static_cast<std::size_t>(above - floors.begin()) - 1;
+}
+
+std::string FloorText(const FloorFiles& floor) {
+  return fmt::format("floor {} (z = {:.2f} m)", floor.number, floor.height_m);
+}
+
+std::string FloorsText(const std::vector<FloorFiles>& floors) {
+  std::string text;
+  for (const FloorFiles& floor : floors) text += (text.empty() ? "" : ", ") + FloorText(floor);
+  return text;
 }
 
 }  // namespace nightmap

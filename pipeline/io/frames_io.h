@@ -54,6 +54,13 @@ std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& pa
 
 std::string CamerasToJson(const std::vector<RgbdCamera>& cameras);
 std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path);
+// The same for those who look up the cameras of frames: every camera_idx is checked.
+std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path,
+                                    const std::vector<FrameRecord>& frames);
+// Throws DataError when the frame's camera is not in the list; `list` is its name for the message.
+void CheckCamera(const FrameRecord& frame,
+                 const std::vector<RgbdCamera>& cameras,
+                 const std::string& list);
 
 // `depth` of the depth camera as seen from the color camera: every measured pixel is moved by the
 // extrinsics and drawn as a rectangle as large as it appears in the color image (at least one

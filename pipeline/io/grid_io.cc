@@ -188,13 +188,4 @@ OccupancyGrid ReadGrid(const std::filesystem::path& yaml_path) {
   return grid;
 }
 
-OccupancyGrid ReadGrid(const std::filesystem::path& yaml_path,
-                       const std::filesystem::path& image_path) {
-  if (!std::filesystem::equivalent(GridImagePath(yaml_path), image_path)) {
-    throw UsageError(
-        "--in pgm={} is not the image {} names", image_path.string(), yaml_path.string());
-  }
-  return ReadGrid(yaml_path);
-}
-
 }  // namespace nightmap

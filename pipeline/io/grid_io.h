@@ -70,9 +70,4 @@ std::filesystem::path GridImagePath(const std::filesystem::path& yaml_path);
 // or malformed key, NaN, another mode, or an image that is not P5 or whose size does not add up.
 OccupancyGrid ReadGrid(const std::filesystem::path& yaml_path);
 
-// The same for a stage that was given both files. Throws UsageError when `image_path` is not the
-// image that the YAML names.
-OccupancyGrid ReadGrid(const std::filesystem::path& yaml_path,
-                       const std::filesystem::path& image_path);
-
 }  // namespace nightmap

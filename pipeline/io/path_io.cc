@@ -17,7 +17,7 @@ namespace nightmap {
 namespace {
 
 constexpr const char* kPathFormat = "nightmap_path";
-constexpr int kPathVersion = 2;
+constexpr int kPathVersion = 3;
 
 // Of the circle about the robot's centre that it stays in however it turns.
 double RobotRadius_m(const toml::table& config) {
@@ -65,6 +65,7 @@ void ReadPathJson(const std::filesystem::path& json_path,
                       num_written,
                       num_points);
     }
+    path.floor = json.at("floor").get<int>();
     ReadPathConfig(json.at("config").get<std::string>(), name, path);
   } catch (const nlohmann::json::exception& error) {
     throw DataError("{}: {}", name, error.what());

@@ -56,7 +56,7 @@ KeyframeSource OpenTile(const std::filesystem::path& tile_path,
   source.region = tile.region;
   source.cameras = ReadCameras(cameras_path);
   for (Keyframe& keyframe : tile.keyframes) {
-    CheckCamera(keyframe.frame, source.cameras);
+    CheckCamera(keyframe.frame, source.cameras, cameras_path.string());
     if (keyframe.keyframe_idx % stride == 0) source.keyframes.push_back(std::move(keyframe));
   }
   // The color picture of a keyframe that looks at a wall before the tile is never decoded.

@@ -37,9 +37,6 @@ std::vector<Keyframe> SelectKeyframes(const std::vector<FrameRecord>& frames,
                                       const std::vector<StampedPose>& keyframe_poses,
                                       int stride);
 
-// Throws DataError when a frame's camera is not in the list.
-void CheckCamera(const FrameRecord& frame, const std::vector<RgbdCamera>& cameras);
-
 // Of the list of a tile every keyframe whose keyframe_idx is a multiple of `stride`, with pixels
 // read below `data_root`. Throws UsageError when the list does not reach to max_range_m.
 KeyframeSource OpenTile(const std::filesystem::path& tile_path,

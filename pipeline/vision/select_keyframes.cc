@@ -8,14 +8,6 @@
 
 namespace nightmap {
 
-void CheckCamera(const FrameRecord& frame, const std::vector<RgbdCamera>& cameras) {
-  if (frame.camera_idx >= 0 && frame.camera_idx < static_cast<int>(cameras.size())) return;
-  throw DataError("frame {}: camera_idx {} is not in the list of {} cameras",
-                  frame.frame_idx,
-                  frame.camera_idx,
-                  cameras.size());
-}
-
 std::vector<Keyframe> SelectKeyframes(const std::vector<FrameRecord>& frames,
                                       const std::vector<RgbdCamera>& cameras,
                                       const std::vector<StampedPose>& keyframe_poses,
@@ -30,7 +22,7 @@ std::vector<Keyframe> SelectKeyframes(const std::vector<FrameRecord>& frames,
                       TimeToString(keyframe_poses[i].time_ns));
     }
     const FrameRecord& frame = *found->second;
-    CheckCamera(frame, cameras);
+    CheckCamera(frame, cameras, "the list of cameras");
     if (frame.depth_path.empty()) continue;
     keyframes.push_back({static_cast<int>(i), frame, keyframe_poses[i].pose});
   }

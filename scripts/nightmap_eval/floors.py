@@ -16,9 +16,9 @@ def read_floors(grid_dir):
     """Rows of floors.json, the lowest first; of a folder without it the one floor of map.yaml."""
     path = grid_dir / "floors.json"
     if not path.exists():
-        return [{"idx": 0, "height_m": 0.0, "is_main": True, "yaml": "map.yaml"}]
+        return [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"}]
     content = read_json(path)
-    if content.get("format") != "nightmap floors" or content.get("version", 0) > 1:
+    if content.get("format") != "nightmap floors" or content.get("version") != 2:
         raise DataError(f"{path}: not floors.json of this version; run the grid stage again")
     return content["floors"]
 

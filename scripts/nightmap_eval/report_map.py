@@ -155,6 +155,15 @@ def read_path(site_dir):
         raise DataError(f"{path}: {error}") from None
 
 
+def path_floor(site_dir):
+    """Number of the floor that plan/path.csv leads over; 0 of an older path, which says none."""
+    path = site_dir / "plan" / "path.json"
+    floor = read_json(path).get("floor", 0) if path.exists() else 0
+    if type(floor) is not int:
+        raise DataError(f"{path}: floor is {floor!r}, not a number: run make plan again")
+    return floor
+
+
 def path_note(site_dir, path_m):
     """What a reader must know of the path in the picture, or None."""
     if path_m is None:
@@ -163,30 +172,35 @@ def path_note(site_dir, path_m):
     if not all(receipt.exists() for receipt in receipts):
         return None
     plan, grid = map(read_json, receipts)
-    planned_on = [file["xxh3"] for file in plan["inputs"] if file["name"] == "pgm"]
-    if planned_on == [file["xxh3"] for file in grid["outputs"] if file["name"] == "map.pgm"]:
+    images = {(file["name"], file["xxh3"]) for file in plan["inputs"] if file["name"].endswith(".pgm")}
+    if images and images <= {(file["name"], file["xxh3"]) for file in grid["outputs"]}:
         return None
     return "The path was planned on an earlier grid: run make plan."
 
 
+def floor_picture(grid_dir, floor, path_m, estimate, located):
+    """One floor's grid, with the path when it leads over this floor; the camera's way on that of map.yaml."""
+    ways = (None, None)
+    if floor["number"] == 0:
+        ways = [None if way is None else way.positions_m for way in (estimate, located)]
+    return figures.grid_png(read_grid(grid_dir / floor["yaml"]), path_m, *ways)
+
+
 def plan_section(site_dir):
-    yaml_path = site_dir / "grid" / "map.yaml"
-    if not yaml_path.exists():
+    grid_dir = site_dir / "grid"
+    if not (grid_dir / "map.yaml").exists():
         return html.section("Floor plan", html.paragraph("The grid stage did not run.", "note"))
     estimate = _optional(site_dir / "pose_graph" / "trajectory.tum", read_tum)
     located = _optional(site_dir / "localize" / "queries.tum", read_tum)
-    path_m = read_path(site_dir)
-    picture = figures.grid_png(
-        read_grid(yaml_path),
-        path_m,
-        None if estimate is None else estimate.positions_m,
-        None if located is None else located.positions_m,
-    )
-    parts = [html.image(picture, "floor plan")]
-    for floor in read_floors(yaml_path.parent):
-        if not floor["is_main"]:
-            picture = figures.grid_png(read_grid(yaml_path.parent / floor["yaml"]))
-            parts.append(html.image(picture, f"floor at {floor['height_m']:.1f} m"))
+    path_m, number = read_path(site_dir), path_floor(site_dir)
+    floors, parts = read_floors(grid_dir), []
+    for floor in sorted(floors, key=lambda floor: abs(floor["number"])):
+        has_path = path_m is not None and floor["number"] == number
+        name = f"Floor {floor['number']} at {floor['height_m']:.1f} m" + (", with the path" if has_path else "")
+        if len(floors) > 1:
+            parts.append(html.paragraph(name))
+        picture = floor_picture(grid_dir, floor, path_m if has_path else None, estimate, located)
+        parts.append(html.image(picture, name))
     note = path_note(site_dir, path_m)
     if note:
         parts.append(html.paragraph(note, "note"))
@@ -213,6 +227,7 @@ def drive_section(site_dir):
     drive = read_json(figures_path)
     try:
         rows = [
+            ["Floor", drive.get("floor", 0)],
             ["Duration (s)", drive["duration_s"]],
             ["Driven (m)", drive["length_m"]],
             ["Planned (m)", drive["path_length_m"]],

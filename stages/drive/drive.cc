@@ -53,6 +53,7 @@ class Simulation {
         noise_(options.noise,
                2 * FootprintOf(options, inputs.path).radius_m,
                options.controller.limits.period_s) {
+    result_.floor = inputs.path.floor;
     result_.footprint = FootprintOf(options, inputs.path);
     result_.period_s = options.controller.limits.period_s;
     result_.steps.push_back({StartPose(options, inputs.path), {}, 0, 0});

@@ -42,6 +42,7 @@ struct DriveStep {
 };
 
 struct DriveResult {
+  int floor = 0;        // of the path
   Footprint footprint;  // as used
   std::vector<DriveStep> steps;
   double period_s = 0;

@@ -26,7 +26,8 @@ std::string DriveToCsv(const DriveResult& result) {
 }
 
 nlohmann::ordered_json DriveFigures(const DriveResult& result) {
-  return {{"duration_s", result.Duration_s()},
+  return {{"floor", result.floor},
+          {"duration_s", result.Duration_s()},
           {"length_m", result.length_m},
           {"path_length_m", result.path_length_m},
           {"max_deviation_m", result.max_deviation_m},

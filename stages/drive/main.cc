@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// drive: a simulated differential-drive robot follows the planned path. Reads map.yaml with
-// map.pgm, path.csv and path.json; writes drive.csv, drive.json and drive.gif.
+// drive: a simulated differential-drive robot follows the planned path. Reads path.csv and
+// path.json, and floors.json with the grid of the path's floor; writes drive.csv, drive.json and
+// drive.gif.
 #include "pipeline/base/files.h"
 #include "pipeline/base/stage_main.h"
+#include "pipeline/io/floors_io.h"
 #include "stages/drive/drive.h"
 #include "stages/drive/drive_output.h"
 
@@ -10,10 +12,22 @@ namespace {
 
 using namespace nightmap;
 
+OccupancyGrid ReadGridOf(const PlannedPath& path, StageContext& context) {
+  const auto floors = ReadFloors(context.Input("grid"));
+  const auto floor_idx = FindFloor(floors, path.floor);
+  if (!floor_idx) {
+    throw DataError("{}: the path is on floor {}, but the map has {}: run make plan again",
+                    context.Input("json").string(),
+                    path.floor,
+                    FloorsText(floors));
+  }
+  return ReadFloorGrid(context, "grid", floors[*floor_idx]);
+}
+
 void Run(const DriveOptions& options, StageContext& context) {
   context.BeginPart("read");
-  const DriveInputs inputs{ReadGrid(context.Input("yaml"), context.Input("pgm")),
-                           ReadPlannedPath(context.Input("csv"), context.Input("json"))};
+  const auto path = ReadPlannedPath(context.Input("csv"), context.Input("json"));
+  const DriveInputs inputs{ReadGridOf(path, context), path};
   context.BeginPart("drive");
   const DriveResult result = RunDrive(options, inputs, context.GetProgress());
   context.BeginPart("write");
@@ -32,8 +46,7 @@ int main(int argc, char** argv) {
   const StageSpec spec{
       "drive",
       "lets a simulated robot follow the planned path",
-      {{"yaml", "map.yaml of the grid stage, or an imported map_server map"},
-       {"pgm", "the image that the yaml names"},
+      {{"grid", "floors.json of the grid stage, or an imported map.yaml"},
        {"csv", "path.csv of the plan stage"},
        {"json", "path.json of the plan stage"}},
       {{"csv", "poses and commands: time_ns,x_m,y_m,heading_rad,v_m_s,omega_rad_s"},

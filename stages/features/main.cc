@@ -43,7 +43,7 @@ int main(int argc, char** argv) {
       {{"features", "shard_NNNN.h5: keypoints, descriptors, depths"}}};
   return StageMain(argc, argv, spec, FeaturesOptions{}, [](const auto& options, auto& context) {
     const auto frames = ReadFrames(context.Input("frames"));
-    const auto cameras = ReadCameras(context.Input("cameras"));
+    const auto cameras = ReadCameras(context.Input("cameras"), frames);
     const RgbdLoader load = [&](const FrameRecord& frame) {
       const RgbdCamera& camera = cameras.at(static_cast<std::size_t>(frame.camera_idx));
       return LoadRgbd(frame, camera, context.Input("data"));

@@ -22,8 +22,13 @@ constexpr const char* kUnits =
     "negative in occupied cells, to the nearest other; row 0 has the smallest y; "
     "origin_in_map_m: lower left corner";
 
-std::string Stem(const GridResult& result, std::size_t floor_idx) {
-  return floor_idx == result.main_floor_idx ? "map" : fmt::format("floor_{}", floor_idx);
+int FloorNumber(const GridResult& result, std::size_t floor_idx) {
+  return static_cast<int>(floor_idx) - static_cast<int>(result.main_floor_idx);
+}
+
+// Also the group of the floor in distances.h5.
+std::string FloorName(const GridResult& result, std::size_t floor_idx) {
+  return fmt::format("floor_{}", FloorNumber(result, floor_idx));
 }
 
 void WriteDistances(const GridResult& result, StageContext& context) {
@@ -31,7 +36,7 @@ void WriteDistances(const GridResult& result, StageContext& context) {
       context.Output("distances"), "nightmap grid distances", 1, context.ConfigToml(), kUnits);
   for (std::size_t i = 0; i < result.floors.size(); ++i) {
     const OccupancyGrid& grid = result.floors[i].grid;
-    const std::string group = fmt::format("floor_{}/", i);
+    const std::string group = FloorName(result, i) + "/";
     const auto write = [&](const char* name, std::vector<float> values) {
       file.Write(group + name,
                  Array<float>{static_cast<std::size_t>(grid.height),
@@ -112,7 +117,7 @@ void WriteGrids(const GridResult& result, StageContext& context) {
   for (std::size_t i = 0; i < result.floors.size(); ++i) {
     const FloorGrid& floor = result.floors[i];
     const bool is_main = i == result.main_floor_idx;
-    const std::string stem = Stem(result, i);
+    const std::string stem = is_main ? "map" : FloorName(result, i);
     if (is_main) {
       WritePair(floor.grid, context.Output("pgm"), context.Output("yaml"), name_of("pgm"));
       WritePng(context.Output("png"), GridToImage(floor.grid));
@@ -120,11 +125,11 @@ void WriteGrids(const GridResult& result, StageContext& context) {
       WritePair(floor.grid, files.Path(stem + ".pgm"), files.Path(stem + ".yaml"), stem + ".pgm");
       WritePng(files.Path(stem + ".png"), GridToImage(floor.grid));
     }
-    list.push_back({.height_m = floor.height_m,
-                    .is_main = is_main,
+    list.push_back({.number = FloorNumber(result, i),
+                    .height_m = floor.height_m,
                     .yaml = is_main ? name_of("yaml") : stem + ".yaml",
                     .png = is_main ? name_of("png") : stem + ".png",
-                    .distances = fmt::format("floor_{}", i)});
+                    .distances = FloorName(result, i)});
   }
   WriteDistances(result, context);
   WriteFile(context.Output("floors"), FloorsToJson(list));

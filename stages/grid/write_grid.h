@@ -8,8 +8,8 @@
 namespace nightmap {
 
 // Writes of the main floor map.pgm and map.yaml (ports `pgm` and `yaml`) and map.png; of every
-// other floor the same as floor_N, N its place from the lowest (0); distances.h5; and floors.json,
-// which lists what there is. Removes the files of floors that an earlier run found.
+// other floor the same as floor_N, N its number (FloorFiles); distances.h5; and floors.json, which
+// lists what there is. Removes the files of floors that an earlier run found.
 void WriteGrids(const GridResult& result, StageContext& context);
 
 // report.json: the figures of the main floor, and under `floors` those of each.

@@ -31,8 +31,9 @@ int main(int argc, char** argv) {
       argc, argv, spec, LandmarksOptions{}, [](const auto& options, StageContext& context) {
         context.BeginPart("read");
         const VocabularyTree tree = ReadVocabulary(context.Input("vocabulary")).tree;
-        const LandmarksInput input{ReadFrames(context.Inputs("frames")),
-                                   ReadCameras(context.Input("cameras")),
+        const auto frames = ReadFrames(context.Inputs("frames"));
+        const LandmarksInput input{frames,
+                                   ReadCameras(context.Input("cameras"), frames),
                                    ReadFeatures(context.Inputs("features")),
                                    &tree,
                                    ReadTum(context.Input("trajectory")),

@@ -32,8 +32,9 @@ int main(int argc, char** argv) {
         ExtractionOptions extraction;
         RegisterOptions(extraction).ParseToml(map.extraction, context.Input("landmarks").string());
         const auto map_cameras = ReadCameras(context.Input("calibrated"));
-        const LocalizeInput input{ReadFrames(context.Input("queries")),
-                                  WithCalibration(ReadCameras(context.Input("cameras")),
+        const auto queries = ReadFrames(context.Input("queries"));
+        const LocalizeInput input{queries,
+                                  WithCalibration(ReadCameras(context.Input("cameras"), queries),
                                                   ReadCameras(context.Input("configured")),
                                                   map_cameras),
                                   extraction,

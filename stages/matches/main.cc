@@ -30,8 +30,9 @@ void Run(const MatchesOptions& options, StageContext& context) {
   if (!wants_pairs && !context.HasInput("vocabulary")) {
     throw UsageError("--out loops needs --in vocabulary=PATH");
   }
-  const MatchesInput input{ReadFrames(context.Inputs("frames")),
-                           ReadCameras(context.Input("cameras")),
+  const auto frames = ReadFrames(context.Inputs("frames"));
+  const MatchesInput input{frames,
+                           ReadCameras(context.Input("cameras"), frames),
                            ReadFeatures(context.Inputs("features"))};
   std::vector<FramePair> pairs;
   if (wants_pairs) {

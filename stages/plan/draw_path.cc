@@ -60,6 +60,21 @@ void DrawEnd(GridCanvas& canvas,
   canvas.Label(endpoint.point_in_map, radius + 3, radius + 2, label, color);
 }
 
+// The parts of the camera's way that are on the floor of the grid.
+void DrawTrajectory(GridCanvas& canvas, const PlanInputs& inputs) {
+  std::vector<Eigen::Vector2d> part;
+  for (const StampedPose& pose : inputs.trajectory) {
+    const Eigen::Vector3d& camera_in_map = pose.pose.translation;
+    if (FloorBelow(inputs.floors, camera_in_map.z()) == inputs.floor_idx) {
+      part.emplace_back(camera_in_map.head<2>());
+      continue;
+    }
+    DrawLine(canvas, part, kTrajectory, 1);
+    part.clear();
+  }
+  DrawLine(canvas, part, kTrajectory, 1);
+}
+
 }  // namespace
 
 ColorImage DrawPath(const PlanInputs& inputs,
@@ -69,11 +84,7 @@ ColorImage DrawPath(const PlanInputs& inputs,
   std::vector<Eigen::Vector2d> path;
   for (const PathPoint& point : result.path) path.push_back(point.point_in_map);
   canvas.Tint(path, canvas.ToPixels(CircumscribedRadius_m(footprint)), kSwath);
-  std::vector<Eigen::Vector2d> travelled;
-  for (const StampedPose& pose : inputs.trajectory) {
-    travelled.push_back(pose.pose.translation.head<2>());
-  }
-  DrawLine(canvas, travelled, kTrajectory, 1);
+  DrawTrajectory(canvas, inputs);
   DrawLine(canvas, path, kLine, Thickness(canvas.Picture()));
   const auto corners = FootprintCorners(footprint);
   DrawOutline(canvas, corners, result.path.front());
@@ -81,6 +92,10 @@ ColorImage DrawPath(const PlanInputs& inputs,
   DrawEnd(canvas, result.ends.front(), "start", kStart);
   for (std::size_t i = 1; i < result.ends.size(); ++i) {
     DrawEnd(canvas, result.ends[i], result.ends[i].request.role, kGoal);
+  }
+  if (inputs.floors.size() > 1) {
+    const Eigen::Vector2d upper_left(0, inputs.grid.height);
+    canvas.Label(inputs.grid.FromCells(upper_left), 8, 0, FloorText(result.floor), kInk);
   }
   canvas.ScaleBar(kInk);
   return canvas.Picture();

@@ -109,7 +109,7 @@ std::string WhyNotFree(const OccupancyGrid& grid, const CostMap& map, const Eige
 
 bool MayMove(const OccupancyGrid& grid, const CostMap& map, const EndpointRequest& request) {
   const Eigen::Vector2i own = grid.CellOf(request.point_in_map);
-  return grid.Contains(own) && (request.IsPicture() || !map.IsFree(own));
+  return grid.Contains(own) && (request.is_picture || !map.IsFree(own));
 }
 
 Candidates CandidatesFor(const OccupancyGrid& grid,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// plan: finds a path on the grid from one point or picture to others. Reads map.yaml with map.pgm
-// and, where given, floors.json, queries.csv and trajectory.tum; writes path.csv, .json, .yaml and
-// .png.
+// plan: finds a path on a floor's grid from one point or picture to others. Reads floors.json, that
+// grid and, where given, queries.csv and trajectory.tum; writes path.csv, .json, .yaml and .png.
 #include <spdlog/spdlog.h>
 
 #include "pipeline/base/files.h"
@@ -14,19 +13,22 @@ namespace {
 
 using namespace nightmap;
 
-PlanInputs ReadInputs(const StageContext& context) {
-  PlanInputs inputs{ReadGrid(context.Input("yaml"), context.Input("pgm")), {}, {}, {}};
+PlanInputs ReadInputs(const PlanOptions& options, StageContext& context) {
+  PlanInputs inputs;
+  inputs.floors = ReadFloors(context.Input("grid"));
   if (context.HasInput("queries")) inputs.queries = ReadQueries(context.Input("queries"));
   if (context.HasInput("trajectory")) inputs.trajectory = ReadTum(context.Input("trajectory"));
-  if (context.HasInput("floors")) inputs.floors = ReadFloors(context.Input("floors"));
+  inputs.floor_idx = PlanFloor(options, inputs);
+  inputs.grid = ReadFloorGrid(context, "grid", inputs.floors[inputs.floor_idx]);
   return inputs;
 }
 
 void Run(const PlanOptions& options, StageContext& context) {
   context.BeginPart("read");
-  const PlanInputs inputs = ReadInputs(context);
+  const PlanInputs inputs = ReadInputs(options, context);
   context.BeginPart("plan");
   const auto result = RunPlan(options, inputs, context.GetProgress(), context.NumThreads());
+  spdlog::info("on {}, {}", FloorText(result.floor), result.floor.yaml);
   for (const Endpoint& end : result.ends) {
     spdlog::info(
         "{} is '{}', moved by {:.3f} m", end.request.role, end.request.text, end.moved_by_m);
@@ -43,16 +45,15 @@ void Run(const PlanOptions& options, StageContext& context) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const StageSpec spec{"plan",
-                       "finds a path on the grid between points or pictures",
-                       {{"yaml", "map.yaml of the grid stage, or an imported map_server map"},
-                        {"pgm", "the image that the yaml names"},
-                        {"floors", "floors.json of the grid stage", Arity::kOptional},
-                        {"queries", "queries.csv of the localize stage", Arity::kOptional},
-                        {"trajectory", "drawn on path.png", Arity::kOptional}},
-                       {{"csv", "path: x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m"},
-                        {"json", "its ends, legs and figures"},
-                        {"nav", "path as ROS's nav_msgs/Path, YAML"},
-                        {"png", "picture of the path on the grid"}}};
+  const StageSpec spec{
+      "plan",
+      "finds a path on the grid between points or pictures",
+      {{"grid", "floors.json of the grid stage, or an imported map.yaml"},
+       {"queries", "queries.csv of the localize stage", Arity::kOptional},
+       {"trajectory", "drawn on path.png", Arity::kOptional}},
+      {{"csv", "path: x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m,z_m,floor"},
+       {"json", "its ends, legs and figures"},
+       {"nav", "path as ROS's nav_msgs/Path, YAML"},
+       {"png", "picture of the path on the grid"}}};
   return StageMain(argc, argv, spec, PlanOptions{}, Run);
 }

@@ -10,14 +10,15 @@
 namespace nightmap {
 namespace {
 
-nlohmann::ordered_json EndToJson(const Endpoint& endpoint) {
+nlohmann::ordered_json EndToJson(const PlanResult& result, const Endpoint& endpoint) {
   const EndpointRequest& request = endpoint.request;
   return {{"request", request.text},
-          {"is_picture", request.IsPicture()},
+          {"is_picture", request.is_picture},
           {"requested_x_m", request.point_in_map.x()},
           {"requested_y_m", request.point_in_map.y()},
           {"x_m", endpoint.point_in_map.x()},
           {"y_m", endpoint.point_in_map.y()},
+          {"z_m", result.floor.height_m},
           {"moved_by_m", endpoint.moved_by_m}};
 }
 
@@ -25,7 +26,7 @@ nlohmann::ordered_json LegToJson(const PlanResult& result, std::size_t index) {
   const PlanLeg& leg = result.legs[index];
   const Endpoint& start = result.ends[index];
   const Endpoint& goal = result.ends[index + 1];
-  return {{"goal", EndToJson(goal)},
+  return {{"goal", EndToJson(result, goal)},
           {"first_point", leg.first_point},
           {"last_point", leg.last_point},
           {"length_m", leg.length_m},
@@ -39,30 +40,34 @@ nlohmann::ordered_json LegToJson(const PlanResult& result, std::size_t index) {
 }  // namespace
 
 std::string PathToCsv(const PlanResult& result) {
-  std::string csv = "x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m\n";
+  std::string csv = "x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m,z_m,floor\n";
   for (const PathPoint& point : result.path) {
     fmt::format_to(std::back_inserter(csv),
-                   "{:.6f},{:.6f},{:.6f},{:.6f},{},{:.6f}\n",
+                   "{:.6f},{:.6f},{:.6f},{:.6f},{},{:.6f},{:.6f},{}\n",
                    point.point_in_map.x(),
                    point.point_in_map.y(),
                    point.heading_rad,
                    point.distance_m,
                    point.leg_idx,
-                   point.clearance_m);
+                   point.clearance_m,
+                   result.floor.height_m,
+                   result.floor.number);
   }
   return csv;
 }
 
 std::string PathToNavYaml(const PlanResult& result) {
-  std::string yaml = "header:\n  stamp: {sec: 0, nanosec: 0}\n  frame_id: map\nposes:\n";
+  std::string yaml = fmt::format("# {}\n", FloorText(result.floor));
+  yaml += "header:\n  stamp: {sec: 0, nanosec: 0}\n  frame_id: map\nposes:\n";
   for (const PathPoint& point : result.path) {
     fmt::format_to(std::back_inserter(yaml),
                    "- header: {{stamp: {{sec: 0, nanosec: 0}}, frame_id: map}}\n"
                    "  pose:\n"
-                   "    position: {{x: {:.6f}, y: {:.6f}, z: 0.0}}\n"
+                   "    position: {{x: {:.6f}, y: {:.6f}, z: {:.6f}}}\n"
                    "    orientation: {{x: 0.0, y: 0.0, z: {:.9f}, w: {:.9f}}}\n",
                    point.point_in_map.x(),
                    point.point_in_map.y(),
+                   result.floor.height_m,
                    std::sin(point.heading_rad / 2),
                    std::cos(point.heading_rad / 2));
   }
@@ -81,8 +86,10 @@ nlohmann::ordered_json PathFigures(const PlanResult& result) {
     total.search_cost_m += leg.search_cost_m;
     total.num_expanded += leg.num_expanded;
   }
-  return {{"start", EndToJson(result.ends.front())},
-          {"goal", EndToJson(result.ends.back())},
+  return {{"floor", result.floor.number},
+          {"floor_height_m", result.floor.height_m},
+          {"start", EndToJson(result, result.ends.front())},
+          {"goal", EndToJson(result, result.ends.back())},
           {"length_m", total.length_m},
           {"search_cost_m", total.search_cost_m},
           {"min_clearance_m", total.min_clearance_m},
@@ -94,7 +101,7 @@ nlohmann::ordered_json PathFigures(const PlanResult& result) {
 
 nlohmann::ordered_json PathToJson(const PlanResult& result, const std::string& config_toml) {
   nlohmann::ordered_json json = {
-      {"format", "nightmap_path"}, {"version", 2}, {"units", "metres in the map frame, z up"}};
+      {"format", "nightmap_path"}, {"version", 3}, {"units", "metres in the map frame, z up"}};
   json.update(PathFigures(result));
   json["config"] = config_toml;
   return json;

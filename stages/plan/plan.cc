@@ -140,10 +140,16 @@ void PlanLegs(const PlanOptions& options,
 
 void PlanOptions::Register(OptionList& list) {
   list.Add(
-      "start", &start, "\"x_m,y_m\" in the map, \"picture:NAME\", or \"\": first located query");
+      "start",
+      &start,
+      "\"x_m,y_m\" or \"x_m,y_m,z_m\" in the map, \"picture:NAME\", or \"\": first located query");
   list.Add("goal",
            &goal,
            "the same, several separated by \";\" are visited in order; \"\": last located query");
+  list.Add("floor",
+           &floor,
+           Range(-1000, 1000),
+           "floor of ends without a z: 0 is the one at z = 0, 1 the next above, -1 the next below");
   list.Add("planner",
            &planner,
            {"any_angle", "astar"},
@@ -159,6 +165,12 @@ void PlanOptions::Register(OptionList& list) {
            "move the path to where it is cheapest around it, straight where that is free");
 }
 
+std::size_t PlanFloor(const PlanOptions& options, const PlanInputs& inputs) {
+  const auto requests =
+      MakeRequests(options.start, options.goal, inputs.queries, inputs.trajectory);
+  return ChooseFloor(requests, inputs.floors, options.floor);
+}
+
 PlanResult RunPlan(const PlanOptions& options,
                    const PlanInputs& inputs,
                    Progress& progress,
@@ -166,11 +178,10 @@ PlanResult RunPlan(const PlanOptions& options,
   progress.Start(3);
   const auto requests =
       MakeRequests(options.start, options.goal, inputs.queries, inputs.trajectory);
-  CheckFloors(requests, inputs.floors);
   const CostMap map =
       MakeCostMap(inputs.grid, options.cost, CircumscribedRadius_m(options.footprint), num_threads);
   progress.Advance();
-  PlanResult result;
+  PlanResult result{.floor = inputs.floors[inputs.floor_idx], .ends = {}, .legs = {}, .path = {}};
   result.ends = PlaceEndpoints(inputs.grid, map, requests, options.snap_radius_m);
   PlanLegs(options, inputs.grid, map, result);
   progress.Advance();

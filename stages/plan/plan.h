@@ -20,8 +20,10 @@
 namespace nightmap {
 
 struct PlanOptions {
-  std::string start;  // "x_m,y_m", "picture:NAME", or empty: the first located query
-  std::string goal;   // the same, several separated by ";"; empty: the last located query
+  // "x_m,y_m", "x_m,y_m,z_m", "picture:NAME", or empty: the first located query
+  std::string start;
+  std::string goal;  // the same, several separated by ";"; empty: the last located query
+  int floor = 0;     // of ends without a z
   std::string planner = "any_angle";
   FootprintOptions footprint;
   CostOptions cost;
@@ -35,7 +37,8 @@ struct PlanInputs {
   OccupancyGrid grid;
   std::vector<QueryResult> queries;
   std::vector<StampedPose> trajectory;  // map_from_camera; for default ends when nothing is located
-  std::vector<FloorFiles> floors = {};  // of which `grid` is the main one; none: it is the only one
+  std::vector<FloorFiles> floors = {FloorFiles{}};
+  std::size_t floor_idx = 0;  // of the floor that the grid is of: PlanFloor's
 };
 
 struct PathPoint {
@@ -58,15 +61,20 @@ struct PlanLeg {
 };
 
 struct PlanResult {
+  FloorFiles floor;
   std::vector<Endpoint> ends;   // the start and every goal
   std::vector<PlanLeg> legs;    // one fewer
   std::vector<PathPoint> path;  // at most one cell apart
 };
 
+// Place in `inputs.floors` of the floor to plan on, for which no grid is needed. Throws as
+// MakeRequests and ChooseFloor do.
+std::size_t PlanFloor(const PlanOptions& options, const PlanInputs& inputs);
+
 // A path from cell to cell (A*) or of straight lines (Lazy Theta*) over the inflated grid, then
 // pulled tight (Tighten). The robot's circle touches no obstacle anywhere on the path; this is
 // checked at the end. Deterministic. Throws UsageError on malformed ends or footprints, DataError
-// on ends that are not usable, lie on another floor, or when no path joins them.
+// on ends that are not usable or when no path joins them.
 PlanResult RunPlan(const PlanOptions& options,
                    const PlanInputs& inputs,
                    Progress& progress,

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <optional>
+#include <algorithm>
 #include <string_view>
 
 #include "pipeline/base/error.h"
@@ -14,6 +14,8 @@ namespace nightmap {
 namespace {
 
 constexpr std::string_view kPicturePrefix = "picture:";
+constexpr double kMaxBelowFloor_m = 0.1;  // floors' heights are read and typed rounded
+constexpr double kMaxAboveFloor_m = 2.5;  // as the grid stage says of cameras
 
 std::string Trim(const std::string& text) {
   const std::size_t first = text.find_first_not_of(' ');
@@ -35,7 +37,20 @@ std::vector<std::string> SplitGoals(const std::string& text) {
 EndpointRequest AtCamera(const std::string& role,
                          const std::string& text,
                          const Eigen::Vector3d& camera_in_map) {
-  return {role, text, camera_in_map.head<2>(), camera_in_map.z()};
+  return {role, text, camera_in_map.head<2>(), camera_in_map.z(), true};
+}
+
+// Two or three numbers, else none.
+std::vector<double> ParseNumbers(const std::string& text) {
+  std::vector<double> numbers;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const auto number = ParseReal(text.substr(begin, end - begin));
+    if (!number) return {};
+    numbers.push_back(*number);
+    begin = end + 1;
+  }
+  return numbers.size() == 2 || numbers.size() == 3 ? numbers : std::vector<double>();
 }
 
 EndpointRequest Parse(const std::string& role,
@@ -46,14 +61,17 @@ EndpointRequest Parse(const std::string& role,
     const auto& picture = FindPicture(queries, text.substr(kPicturePrefix.size()));
     return AtCamera(role, text, picture.map_from_camera.translation);
   }
-  const auto comma = text.find(',');
-  const auto x = ParseReal(text.substr(0, comma));
-  const auto y = comma == std::string::npos ? std::nullopt : ParseReal(text.substr(comma + 1));
-  if (!x || !y) {
+  const auto numbers = ParseNumbers(text);
+  if (numbers.empty()) {
     throw UsageError(
-        "option {} is '{}': give \"x_m,y_m\" in the map frame or \"picture:NAME\"", option, text);
+        "option {} is '{}': give \"x_m,y_m\" or \"x_m,y_m,z_m\" in the map frame or "
+        "\"picture:NAME\"",
+        option,
+        text);
   }
-  return {role, text, {*x, *y}, {}};
+  EndpointRequest request{role, text, {numbers[0], numbers[1]}, {}};
+  if (numbers.size() == 3) request.z_m = numbers[2];
+  return request;
 }
 
 EndpointRequest DefaultRequest(const std::string& role,
@@ -80,6 +98,27 @@ EndpointRequest DefaultRequest(const std::string& role,
       "option {} is empty and there is no located query: set plan.{} = \"x_m,y_m\"", role, role);
 }
 
+std::size_t FloorOf(const EndpointRequest& request,
+                    const std::vector<FloorFiles>& floors,
+                    int floor_number) {
+  if (!request.z_m) {
+    const auto found = FindFloor(floors, floor_number);
+    if (found) return *found;
+    throw UsageError("option floor is {}, but the map has {}", floor_number, FloorsText(floors));
+  }
+  const std::size_t below = FloorBelow(floors, *request.z_m + kMaxBelowFloor_m);
+  const double above_m = *request.z_m - floors[below].height_m;
+  if (!request.is_picture && (above_m < -kMaxBelowFloor_m || above_m > kMaxAboveFloor_m)) {
+    throw DataError("{} '{}' is {:.2f} m above {}: it is on no floor, the map has {}",
+                    request.role,
+                    request.text,
+                    above_m,
+                    FloorText(floors[below]),
+                    FloorsText(floors));
+  }
+  return below;
+}
+
 }  // namespace
 
 std::vector<EndpointRequest> MakeRequests(const std::string& start,
@@ -101,23 +140,25 @@ std::vector<EndpointRequest> MakeRequests(const std::string& start,
   return requests;
 }
 
-void CheckFloors(const std::vector<EndpointRequest>& requests,
-                 const std::vector<FloorFiles>& floors) {
-  if (floors.size() < 2) return;
+std::size_t ChooseFloor(const std::vector<EndpointRequest>& requests,
+                        const std::vector<FloorFiles>& floors,
+                        int floor_number) {
+  const std::size_t chosen = FloorOf(requests[0], floors, floor_number);
   for (const EndpointRequest& request : requests) {
-    if (!request.IsPicture()) continue;
-    const FloorFiles& floor = floors[FloorBelow(floors, *request.camera_z_m)];
-    if (floor.is_main) continue;
+    const std::size_t other = FloorOf(request, floors, floor_number);
+    if (other == chosen) continue;
     throw DataError(
-        "{} '{}' was taken at z = {:.2f} m, above the floor at {:.2f} m, but paths are planned on "
-        "the "
-        "main floor: for that floor run the plan program on {} beside map.yaml",
+        "{} '{}' is on {}, but {} '{}' on {}: a path keeps to one floor, since the map has no "
+        "stairs or lifts; \"x_m,y_m\" is on floor {}, as the option floor says",
+        requests[0].role,
+        requests[0].text,
+        FloorText(floors[chosen]),
         request.role,
         request.text,
-        *request.camera_z_m,
-        floor.height_m,
-        floor.yaml);
+        FloorText(floors[other]),
+        floor_number);
   }
+  return chosen;
 }
 
 }  // namespace nightmap

@@ -15,12 +15,11 @@ namespace nightmap {
 
 struct EndpointRequest {
   std::string role;  // "start", "goal" or "goal 2", for messages
-  std::string text;  // "x_m,y_m" or "picture:NAME"
-  // A camera's position is projected along z.
+  std::string text;  // "x_m,y_m", "x_m,y_m,z_m" or "picture:NAME"
+  // A position in space is projected along z.
   Eigen::Vector2d point_in_map = Eigen::Vector2d::Zero();
-  std::optional<double> camera_z_m;  // of a picture
-
-  bool IsPicture() const { return camera_z_m.has_value(); }
+  std::optional<double> z_m;  // as asked for, or of the camera
+  bool is_picture = false;    // or a pose of the trajectory: where a camera was
 };
 
 // The start and one goal or more, in order. `goals` are separated by semicolons. An empty start is
@@ -32,8 +31,13 @@ std::vector<EndpointRequest> MakeRequests(const std::string& start,
                                           const std::vector<QueryResult>& queries,
                                           const std::vector<StampedPose>& trajectory);
 
-// The grid is that of the main floor. Throws DataError when a picture was taken on another one.
-void CheckFloors(const std::vector<EndpointRequest>& requests,
-                 const std::vector<FloorFiles>& floors);
+// Place in `floors` of the one floor that all requests are on: with a z the highest floor that is
+// not above it (by more than a rounding; the lowest when none is), without one the floor of number
+// `floor_number`. Throws UsageError when there is no floor of that number, DataError when requests
+// are on different floors, since nothing tells where a robot could change, and when a z that is no
+// camera's is not on a floor.
+std::size_t ChooseFloor(const std::vector<EndpointRequest>& requests,
+                        const std::vector<FloorFiles>& floors,
+                        int floor_number);
 
 }  // namespace nightmap

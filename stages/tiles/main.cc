@@ -17,9 +17,10 @@ int main(int argc, char** argv) {
                        {{"tiles_mk", "tiles.mk; the other files are written beside it"}}};
   return StageMain(
       argc, argv, spec, TilesOptions{}, [](const TilesOptions& options, StageContext& context) {
-        const auto cameras = ReadCameras(context.Input("cameras"));
-        const auto keyframes = SelectKeyframes(
-            ReadFrames(context.Inputs("frames")), cameras, ReadTum(context.Input("keyframes")), 1);
+        const auto frames = ReadFrames(context.Inputs("frames"));
+        const auto cameras = ReadCameras(context.Input("cameras"), frames);
+        const auto keyframes =
+            SelectKeyframes(frames, cameras, ReadTum(context.Input("keyframes")), 1);
         if (keyframes.empty()) {
           throw DataError("{}: no keyframe with depth: nothing can be mapped",
                           context.Input("keyframes").string());

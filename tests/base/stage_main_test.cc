@@ -107,6 +107,25 @@ TEST_F(StageMainTest, WritesOutputsReportAndReceipt) {
   EXPECT_GT(receipt["peak_memory_bytes"], 0);
 }
 
+TEST_F(StageMainTest, FilesThatAnInputNamesAreInputs) {
+  const auto named = folder_.Write("named.txt", "more");
+  const auto body = [&](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    context.AddInput(named, context.Input("in"));
+  };
+  ASSERT_EQ(Main(Ports(), body).code, 0);
+  const auto inputs = nlohmann::json::parse(ReadFile(folder_ / "receipt"))["inputs"];
+  ASSERT_EQ(inputs.size(), 2U);
+  EXPECT_EQ(inputs[1]["name"], "named.txt");
+  EXPECT_EQ(inputs[1]["xxh3"], HashBytes("more"));
+  for (const char* name : {"out", "report", "receipt"}) std::filesystem::remove(folder_ / name);
+  std::filesystem::remove(named);
+  const Result run = Main(Ports(), body);
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, testing::HasSubstr(named.string() + ": " + input_.string() + " names"));
+  ExpectNothingWritten();
+}
+
 TEST_F(StageMainTest, MistakesInTheCallAreUsageErrors) {
   const auto config = folder_.Write("bad.toml", "sise = 7\n");
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {

@@ -55,9 +55,9 @@ def real(recording):
     raise unittest.SkipTest(message)
 
 
-def read_map(site_dir):
+def read_map(site_dir, name="map"):
     """Gray values (row 0 at the largest y), resolution and origin, by the rules of map_server."""
-    text = (site_dir / "grid/map.yaml").read_text()
+    text = (site_dir / f"grid/{name}.yaml").read_text()
     value = dict(re.findall(r"(?m)^(\w+): *(.*)$", text))
     pixels = np.array(Image.open(site_dir / "grid" / value["image"]))
     x, y, yaw = json.loads(value["origin"])
@@ -92,11 +92,14 @@ class Bars(unittest.TestCase):
         self.assertGreater(floor["num_walls"], 4 * floor["num_walls_unseen"])
         self.assertEqual((floor["num_doors_wrongly_passable"], floor["num_doors_wrongly_closed"]), (0, 0))
 
-    def check_path(self, site_dir):
-        """Every cell that the robot touches on the path is free, and the path has no gap."""
-        pixels, known, resolution_m, origin = read_map(site_dir)
-        plan = json.loads((site_dir / "plan/report.json").read_text())
+    def check_path_between_pictures(self, site_dir):
+        plan = self.check_path(site_dir)
         self.assertTrue(plan["start"]["is_picture"] and plan["goal"]["is_picture"])
+
+    def check_path(self, site_dir, name="map"):
+        """Every cell of a floor's grid that the robot touches on the path is free, and the path has no gap."""
+        pixels, known, resolution_m, origin = read_map(site_dir, name)
+        plan = json.loads((site_dir / "plan/report.json").read_text())
         radius_m = float(re.search(r"robot_radius_m = ([0-9.]+)", plan["config"]).group(1))
         points = np.loadtxt(site_dir / "plan/path.csv", delimiter=",", skiprows=1, ndmin=2)[:, :2]
         self.assertLessEqual(np.linalg.norm(np.diff(points, axis=0), axis=1).max(), 1.5 * resolution_m)
@@ -107,6 +110,7 @@ class Bars(unittest.TestCase):
         gaps_m = (np.maximum(np.abs(blocked - point) - resolution_m / 2, 0) for point in points)
         nearest_m = min(np.linalg.norm(gap_m, axis=1).min() for gap_m in gaps_m)
         self.assertGreaterEqual(nearest_m, radius_m - 1e-5)
+        return plan
 
 
 class RealDataTest(Bars):
@@ -134,7 +138,7 @@ class RealDataTest(Bars):
         self.check_queries(queries, 1.2, 0.3)
         self.assertGreaterEqual(queries["local"]["recall_5cm_5deg_percent"], 97)
         self.assertGreaterEqual(queries["global"]["recall_5cm_5deg_percent"], 85)
-        self.check_path(site_dir)
+        self.check_path_between_pictures(site_dir)
 
 
 class DemoTest(Bars):
@@ -155,7 +159,7 @@ class DemoTest(Bars):
         self.assertGreaterEqual(self.metrics["map"]["grid"]["wall_length_present_percent"], 99)
 
     def test_path(self):
-        self.check_path(self.site_dir)
+        self.check_path_between_pictures(self.site_dir)
 
     def test_grid_by_the_rules_of_map_server(self):
         _, known, _, _ = read_map(self.site_dir)
@@ -236,6 +240,28 @@ class TwoFloorsTest(Bars):
             text = (site_dir / f"grid/{name}.yaml").read_text()
             self.assertIn(f"image: {name}.pgm\n", text)
             self.assertTrue((site_dir / f"grid/{name}.png").exists())
+        self.check_drive_upstairs(site_dir)
+
+    def check_drive_upstairs(self, site_dir):
+        """Between two places where the camera was upstairs, the one as a pose, the other by its floor."""
+        floor = json.loads((site_dir / "grid/floors.json").read_text())["floors"][1]
+        poses = np.loadtxt(site_dir / "pose_graph/trajectory.tum")[:, 1:4]
+        upstairs = poses[np.abs(poses[:, 2] - floor["height_m"] - 1) < 0.1]
+        self.assertGreater(len(upstairs), 100)
+        start, goal = upstairs[len(upstairs) // 4], upstairs[3 * len(upstairs) // 4]
+        ends = [f"START={start[0]},{start[1]},{start[2]}", f"GOAL={goal[0]},{goal[1]}"]
+        with self.assertRaisesRegex(AssertionError, r"start .* is on floor 1 .* but goal .* on floor 0"):
+            make("two_floors", FOLDER / "data", "drive", *ends)
+        make("two_floors", FOLDER / "data", "drive", *ends, "SET=plan.floor=1")
+        plan = self.check_path(site_dir, "floor_1")
+        self.assertEqual((plan["floor"], plan["floor_height_m"]), (1, floor["height_m"]))
+        points = np.loadtxt(site_dir / "plan/path.csv", delimiter=",", skiprows=1)
+        np.testing.assert_allclose(points[:, 6:], [[floor["height_m"], 1]] * len(points), atol=1e-6)
+        positions = re.findall(r"position: {.* z: (.*)}", (site_dir / "plan/path.yaml").read_text())
+        self.assertEqual(set(positions), {f"{floor['height_m']:.6f}"})
+        drive = json.loads((site_dir / "drive/report.json").read_text())
+        self.assertEqual(drive["floor"], 1)
+        self.assertLess(drive["position_error_m"], 0.05)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The whole chain on a small building: what is made, what is remade, and that bytes agree."""
+import json
+import os
 import subprocess
 import time
 import unittest
@@ -157,6 +159,39 @@ class ChainTest(unittest.TestCase):
         self.make("map", "SET=grid.margin_m=0.3")
         self.assertFalse(leftover.exists())
         self.make("map")
+        self.assertEqual(self.work.hashes(), self.hashes)
+
+    def add_a_floor(self):
+        """As if grid had found one more, with the same cells; of the time of the other files."""
+        grid = self.work.path("grid")
+        floors = json.loads((grid / "floors.json").read_text())
+        names = {kind: f"floor_1.{kind}" for kind in ("yaml", "png")}
+        floors["floors"].append(floors["floors"][0] | {"number": 1, "height_m": 3.0} | names)
+        upper = {"floors.json": json.dumps(floors), **{f"floor_1.{kind}": (grid / f"map.{kind}").read_bytes()
+                                                       for kind in ("pgm", "png")},
+                 "floor_1.yaml": (grid / "map.yaml").read_text().replace("map.pgm", "floor_1.pgm")}  # fmt: skip
+        time_ns = (grid / "floors.json").stat().st_mtime_ns
+        for name, content in upper.items():
+            path = grid / name
+            path.write_bytes(content if isinstance(content, bytes) else content.encode())
+            os.utime(path, ns=(time_ns, time_ns))
+
+    def test_the_grids_of_all_floors_are_watched(self):
+        self.add_a_floor()
+        self.assertEqual(self.work.make("-q", *GOALS).returncode, 0)
+        path = json.loads(self.work.path("plan/path.json").read_text())
+        ends = [f"{name.upper()}={path[name]['x_m']},{path[name]['y_m']}" for name in ("start", "goal")]
+        upstairs = [*ends, "SET=plan.floor=1"]
+        self.assertEqual(self.reran(*upstairs), {"plan", "drive"})
+        self.assertEqual(json.loads(self.work.path("drive/drive.json").read_text())["floor"], 1)
+        self.assertEqual(self.reran(*upstairs), set())
+        self.work.path("grid/floor_1.pgm").touch()
+        self.assertEqual(self.reran(*upstairs), {"plan", "drive"})
+        self.work.path("grid/floor_1.yaml").unlink()
+        result = self.work.make(*GOALS, *upstairs)  # the floor is gone with the grid made anew
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("option floor is 1, but the map has floor 0 (z = 0.00 m)", result.stdout)
+        self.make(*GOALS)
         self.assertEqual(self.work.hashes(), self.hashes)
 
     def test_bytes_do_not_depend_on_threads_or_jobs(self):

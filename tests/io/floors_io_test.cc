@@ -1,68 +1,99 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/floors_io.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <unistd.h>
-
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace {
 
 std::vector<FloorFiles> ThreeFloors() {
-  return {{-2.9, false, "floor_0.yaml", "floor_0.png", "floor_0"},
-          {1.0 / 3, true, "map.yaml", "map.png", "floor_1"},
-          {3.1, false, "floor_2.yaml", "floor_2.png", "floor_2"}};
+  return {{-1, -2.9, "floor_-1.yaml", "floor_-1.png", "floor_-1"},
+          {0, 1.0 / 3, "map.yaml", "map.png", "floor_0"},
+          {1, 3.1, "floor_1.yaml", "floor_1.png", "floor_1"}};
 }
 
 class FloorsIoTest : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::temp_directory_path() /
-            fmt::format("nightmap_floors_{}_{}.json", info->name(), getpid());
-  }
-  void TearDown() override { std::filesystem::remove(path_); }
-
   void ExpectRefused(const std::string& from, const std::string& to, const std::string& part) {
     std::string text = FloorsToJson(ThreeFloors());
     ASSERT_NE(text.find(from), std::string::npos) << from;
     WriteFile(path_, text.replace(text.find(from), from.size(), to));
-    try {
-      ReadFloors(path_);
-      FAIL() << "no error; wanted: " << part;
-    } catch (const DataError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr(part));
-      EXPECT_THAT(error.what(), testing::HasSubstr(path_.string()));
+    for (const std::string& named : {part, path_.string(), std::string("make map")}) {
+      NIGHTMAP_EXPECT_ERROR(DataError, ReadFloors(path_), named);
     }
   }
 
-  std::filesystem::path path_;
+  // As a stage that was given the list reads it.
+  OccupancyGrid ReadGridOf(const FloorFiles& floor) const {
+    StageContext context({"test", "", {{"grid", ""}}, {}}, {{"grid", {path_}}}, {}, "", 1);
+    return ReadFloorGrid(context, "grid", floor);
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_ / "floors.json";
 };
 
 TEST_F(FloorsIoTest, ReadsWhatWasWritten) {
   WriteFile(path_, FloorsToJson(ThreeFloors()));
   const auto floors = ReadFloors(path_);
   ASSERT_EQ(floors.size(), 3U);
+  EXPECT_EQ(floors[0].number, -1);
   EXPECT_EQ(floors[1].height_m, 1.0 / 3);
-  EXPECT_TRUE(floors[1].is_main);
-  EXPECT_EQ(floors[2].yaml, "floor_2.yaml");
+  EXPECT_EQ(floors[2].yaml, "floor_1.yaml");
   EXPECT_EQ(FloorsToJson(floors), FloorsToJson(ThreeFloors()));
 }
 
 TEST_F(FloorsIoTest, RefusesWhatIsNoListOfFloors) {
   ExpectRefused("nightmap floors", "nightmap tile", "format");
-  ExpectRefused("\"version\": 1", "\"version\": 2", "newer");
+  ExpectRefused("\"version\": 2", "\"version\": 1", "version 1");
+  ExpectRefused("\"version\": 2", "\"version\": 3", "version 3");
   ExpectRefused("\"yaml\"", "\"yml\"", "yaml");
+  ExpectRefused("\"floor_1.yaml\"", "\"\"", "yaml");
   ExpectRefused("-2.9", "\"low\"", "number");
-  ExpectRefused("-2.9", "9.9", "ascend");
-  ExpectRefused("true", "false", "main");
-  ExpectRefused("false", "true", "main");
+  ExpectRefused("-2.9", "1e999", "overflow");
+  ExpectRefused("-2.9", "9.9", "ascend in height_m");
+  ExpectRefused("-2.9", "3.1", "ascend in height_m");
+  ExpectRefused("\"number\": 1,", "\"number\": 2,", "numbers must ascend");
+  ExpectRefused("\"number\": 0,", "\"number\": 4,", "number 0");
+  ExpectRefused("\"number\": 0,", "\"number\": \"ground\",", "number");
   ExpectRefused("\n}", "", "parse error");
   std::filesystem::remove(path_);
   EXPECT_THROW(ReadFloors(path_), DataError);
+}
+
+TEST_F(FloorsIoTest, TheGridOfAFloorIsReadBesideTheList) {
+  WriteFile(path_, FloorsToJson(ThreeFloors()));
+  const FloorFiles upper = ReadFloors(path_)[2];
+  const std::string remedy = "make it again or correct";
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadGridOf(upper), "floor_1.yaml: ");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadGridOf(upper), remedy + " floors.json");
+  OccupancyGrid grid{2, 1, 0.1, {1, 2}, {kFreeCell, kOccupiedCell}};
+  folder_.Write("floor_1.yaml", GridToYaml(grid, "floor_1.pgm"));
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadGridOf(upper), "floor_1.pgm: ");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadGridOf(upper), remedy + " floor_1.yaml");
+  folder_.Write("floor_1.pgm", GridToPgm(grid));
+  EXPECT_EQ(ReadGridOf(upper).cells, grid.cells);
+}
+
+TEST_F(FloorsIoTest, AMapOfAnotherSystemIsOneFloor) {
+  OccupancyGrid grid{2, 1, 0.1, {1, 2}, {kFreeCell, kOccupiedCell}};
+  path_ = folder_.Write("office.yaml", GridToYaml(grid, "office.pgm"));
+  folder_.Write("office.pgm", GridToPgm(grid));
+  const auto floors = ReadFloors(path_);
+  ASSERT_EQ(floors.size(), 1U);
+  EXPECT_EQ(floors[0].number, 0);
+  EXPECT_EQ(floors[0].height_m, 0);
+  EXPECT_EQ(ReadGridOf(floors[0]).cells, grid.cells);
+}
+
+TEST(FindFloor, GoesByTheNumber) {
+  EXPECT_EQ(FindFloor(ThreeFloors(), -1), 0U);
+  EXPECT_EQ(FindFloor(ThreeFloors(), 1), 2U);
+  EXPECT_FALSE(FindFloor(ThreeFloors(), 2).has_value());
+  EXPECT_EQ(FloorsText(ThreeFloors()),
+            "floor -1 (z = -2.90 m), floor 0 (z = 0.33 m), floor 1 (z = 3.10 m)");
 }
 
 TEST(FloorBelow, IsTheHighestThatIsLower) {

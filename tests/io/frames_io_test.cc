@@ -127,6 +127,21 @@ TEST(CamerasJson, WhatIsWrittenIsRead) {
             CamerasToJson(read));
 }
 
+TEST(CamerasJson, EveryFrameMustHaveItsCamera) {
+  const TemporaryFolder folder;
+  const auto path = folder.Write("cameras.json", CamerasToJson({SomeCamera(), SomeCamera()}));
+  auto frames = SomeFrames(7, 2);
+  frames[0].camera_idx = 1;
+  frames[1].camera_idx = 0;
+  EXPECT_EQ(ReadCameras(path, frames).size(), 2u);
+  for (const int camera_idx : {2, -1}) {
+    frames[1].camera_idx = camera_idx;
+    NIGHTMAP_EXPECT_ERROR(DataError,
+                          ReadCameras(path, frames),
+                          path.string() + ": has 2 cameras, but frame 8 (" + frames[1].color_path);
+  }
+}
+
 TEST(CamerasJson, DamageIsRefused) {
   const TemporaryFolder folder;
   const std::string text = CamerasToJson({SomeCamera(), UnregisteredCamera()});

@@ -154,13 +154,6 @@ TEST_F(GridIoTest, PictureHasTheBytesOfThePgm) {
             std::string(image.pixels.begin(), image.pixels.end()));
 }
 
-TEST_F(GridIoTest, AnImageThatTheYamlDoesNotNameIsRefused) {
-  Write(kYaml, kPgm);
-  WriteFile(folder_ / "other.pgm", kPgm);
-  EXPECT_EQ(ReadGrid(Yaml(), folder_ / "map.pgm").cells, ReadGrid(Yaml()).cells);
-  EXPECT_THROW(ReadGrid(Yaml(), folder_ / "other.pgm"), UsageError);
-}
-
 TEST_F(GridIoTest, ReadsYamlOfOtherPrograms) {
   Write(
       "---\n# a map\nimage: \"map.pgm\"  # beside\nresolution: 5e-2\norigin: [-1.5,2.0,-0.0]\n"

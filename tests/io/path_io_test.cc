@@ -11,9 +11,10 @@ constexpr char kHeader[] = "x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m\n
 constexpr char kRows[] = "1.5,2,0,0,0,1\n2.5,2,0.5,1,0,1\n3,2,0,0.5,1,1\n";
 constexpr char kConfig[] = "robot_radius_m = 0.25\\nunknown = \\\"forbidden\\\"\\n";
 
-std::string Json(const std::string& config, int num_points = 3, int version = 2) {
+std::string Json(const std::string& config, int num_points = 3, int version = 3) {
   return "{\"format\": \"nightmap_path\", \"version\": " + std::to_string(version) +
-         ", \"num_points\": " + std::to_string(num_points) + ", \"config\": \"" + config + "\"}";
+         ", \"floor\": 1, \"num_points\": " + std::to_string(num_points) + ", \"config\": \"" +
+         config + "\"}";
 }
 
 class PathIoTest : public testing::Test {
@@ -30,6 +31,7 @@ TEST_F(PathIoTest, ReadsLegsAndWhatTheyWerePlannedFor) {
   using Points = std::vector<Eigen::Vector2d>;
   EXPECT_EQ(path.legs_in_map[0], (Points{{1.5, 2}, {2.5, 2}}));
   EXPECT_EQ(path.legs_in_map[1], (Points{{2.5, 2}, {3, 2}}));
+  EXPECT_EQ(path.floor, 1);
   EXPECT_EQ(path.goal_heading_rad, 0);
   EXPECT_EQ(path.robot_radius_m, 0.25);
   EXPECT_FALSE(path.may_cross_unknown);
@@ -66,7 +68,10 @@ TEST_F(PathIoTest, RefusesAnotherJson) {
     NIGHTMAP_EXPECT_ERROR(DataError, Read(std::string(kHeader) + kRows, json), "path.json");
   };
   expect(Json(kConfig, 4), "make plan");
-  expect(Json(kConfig, 3, 3), "version 3");
+  expect(Json(kConfig, 3, 2), "version 2");
+  expect(Json(kConfig, 3, 4), "version 4");
+  std::string no_floor = Json(kConfig);
+  expect(no_floor.replace(no_floor.find("floor"), 5, "level"), "floor");
   expect("{\"format\": \"other\"}", "not a planned path");
   expect("{\"format\": ", "parse");
   expect("{\"format\": \"nightmap_path\"}", "version");

@@ -7,14 +7,16 @@ import tempfile
 import unittest
 from html.parser import HTMLParser
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 from PIL import Image
 
 import fake_site
 from nightmap_eval import html
+from nightmap_eval.errors import DataError
 from nightmap_eval.report_cloud import cloud_section
-from nightmap_eval.report_map import _building_rows, drive_note, path_note, truth_in_map
+from nightmap_eval.report_map import _building_rows, drive_note, path_note, plan_section, truth_in_map
 from nightmap_eval.report_queries import choose
 
 VOID_TAGS = ("meta", "img")
@@ -41,7 +43,7 @@ class PathNoteTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             site_dir = Path(folder)
             self.assertIn("No path", path_note(site_dir, None))
-            for stage, kind, name in (("plan", "inputs", "pgm"), ("grid", "outputs", "map.pgm")):
+            for stage, kind, name in (("plan", "inputs", "map.pgm"), ("grid", "outputs", "map.pgm")):
                 (site_dir / stage).mkdir()
                 receipt = {kind: [{"name": name, "xxh3": "1" if stage == "plan" else "2"}]}
                 (site_dir / stage / "receipt.json").write_text(json.dumps(receipt))
@@ -50,6 +52,35 @@ class PathNoteTest(unittest.TestCase):
                 json.dumps({"outputs": [{"name": "map.pgm", "xxh3": "1"}]})
             )
             self.assertIsNone(path_note(site_dir, np.zeros((2, 2))))
+
+
+class PlanSectionTest(unittest.TestCase):
+    def section(self, floor):
+        """Captions of the pictures of a site with two floors and a path on one."""
+        with tempfile.TemporaryDirectory() as folder:
+            site_dir = Path(folder)
+            for name in ("map", "floor_1"):
+                fake_site.write_map(site_dir / "grid", name, fake_site.room_pixels())
+            floors = [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"},
+                      {"number": 1, "height_m": 2.9, "yaml": "floor_1.yaml"}]  # fmt: skip
+            content = {"format": "nightmap floors", "version": 2, "floors": floors}
+            (site_dir / "grid" / "floors.json").write_text(json.dumps(content))
+            (site_dir / "plan").mkdir()
+            (site_dir / "plan" / "path.csv").write_text("x_m,y_m\n0,0\n1,1\n")
+            (site_dir / "plan" / "path.json").write_text(json.dumps(floor))
+            with mock.patch("nightmap_eval.figures.grid_png", side_effect=lambda *_: b"") as draw:
+                section = str(plan_section(site_dir))
+        with_path = [call.args[1] is not None for call in draw.call_args_list]
+        return re.findall(r'<p class="">(Floor .*?)</p>', section), with_path
+
+    def test_the_path_is_on_its_floor(self):
+        upstairs = ["Floor 0 at 0.0 m", "Floor 1 at 2.9 m, with the path"]
+        self.assertEqual(self.section({"floor": 1}), (upstairs, [False, True]))
+        downstairs = ["Floor 0 at 0.0 m, with the path", "Floor 1 at 2.9 m"]
+        self.assertEqual(self.section({"floor": 0}), (downstairs, [True, False]))
+        self.assertEqual(self.section({}), (downstairs, [True, False]))  # of an earlier version
+        with self.assertRaisesRegex(DataError, "path.json: floor is 'top'"):
+            self.section({"floor": "top"})
 
 
 class DriveNoteTest(unittest.TestCase):

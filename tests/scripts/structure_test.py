@@ -136,9 +136,9 @@ class FloorsTest(unittest.TestCase):
         }))  # fmt: skip
 
     def write_floors(self, heights_m, **more):
-        floors = [{"idx": i, "height_m": h, "is_main": i == 0, "yaml": "map.yaml" if i == 0 else f"floor_{i}.yaml"}
+        floors = [{"number": i, "height_m": h, "yaml": "map.yaml" if i == 0 else f"floor_{i}.yaml"}
                   for i, h in enumerate(heights_m)]  # fmt: skip
-        content = {"format": "nightmap floors", "version": 1, "floors": floors} | more
+        content = {"format": "nightmap floors", "version": 2, "floors": floors} | more
         (self.site_dir / "grid" / "floors.json").write_text(json.dumps(content))
 
     def evaluate(self):
@@ -171,7 +171,7 @@ class FloorsTest(unittest.TestCase):
 
     def test_other_files_are_refused(self):
         self.assertEqual(read_floors(self.site_dir / "grid")[0]["yaml"], "map.yaml")  # none: one floor
-        for wrong in ({"format": "other"}, {"version": 2}):
+        for wrong in ({"format": "other"}, {"version": 1}, {"version": 3}):
             self.write_floors([0.0], **wrong)
             with self.assertRaisesRegex(DataError, "floors.json"):
                 read_floors(self.site_dir / "grid")

@@ -245,24 +245,76 @@ TEST(Plan, PictureInAnObstacleMovesAndSaysSo) {
 }
 
 // Pictures are at z = 1.2.
-TEST(Plan, RefusesPicturesOfAnotherFloor) {
-  const FloorFiles low{0, true, "map.yaml", "map.png", "floor_0"};
-  const FloorFiles high{2.9, false, "floor_1.yaml", "floor_1.png", "floor_1"};
+PlanInputs TwoFloorsWithPictures() {
   PlanInputs inputs = RoomsWithPictures();
-  const PlanOptions options = Between("picture:a.png", "picture:b");
-  const std::string path = PathToCsv(Plan(options, inputs));
-  inputs.floors = {low, high};
-  EXPECT_EQ(PathToCsv(Plan(options, inputs)), path);
-  inputs.queries[2].map_from_camera.translation.z() = 4.1;
-  EXPECT_THAT([&] { Plan(options, inputs); },
-              testing::ThrowsMessage<DataError>(
-                  AllOf(HasSubstr("goal 'picture:b'"), HasSubstr("floor_1.yaml"))));
-  // Its own floor is the main one, or the only one that is known.
-  inputs.floors = {high};
-  EXPECT_EQ(PathToCsv(Plan(options, inputs)), path);
-  // Points have no height.
-  inputs.floors = {low, high};
-  EXPECT_GT(TotalLength_m(Plan(Between("1.25,2.45", "2.15,2.45"), inputs)), 0.5);
+  inputs.floors = {{-1, -3.2, "floor_-1.yaml", "", ""},
+                   {0, 0, "map.yaml", "", ""},
+                   {1, 2.9, "floor_1.yaml", "", ""}};
+  inputs.queries[2].map_from_camera.translation.z() = 4.1;  // b.jpg
+  return inputs;
+}
+
+int FloorFor(const std::string& start, const std::string& goal, int floor = 0) {
+  const PlanInputs inputs = TwoFloorsWithPictures();
+  PlanOptions options = Between(start, goal);
+  options.floor = floor;
+  return inputs.floors[PlanFloor(options, inputs)].number;
+}
+
+TEST(PlanFloor, IsThatOfTheEnds) {
+  EXPECT_EQ(FloorFor("picture:color/a.png", "1,2"), 0);
+  EXPECT_EQ(FloorFor("picture:b", "picture:b"), 1);
+  EXPECT_EQ(FloorFor("1,2", "1,2; 2,2"), 0);
+  EXPECT_EQ(FloorFor("1,2", "1,2; 2,2", -1), -1);
+  EXPECT_EQ(FloorFor("picture:b", "1,2; 1.5,2", 1), 1);
+  EXPECT_EQ(FloorFor("1,2,4.2", "1,2,2.9; picture:b"), 1);
+  EXPECT_EQ(FloorFor("picture:b", "picture:b", 7), 1);  // asks for no floor
+}
+
+// Of points on the way up, and of heights that were read rounded.
+TEST(PlanFloor, OfAZIsTheOneBelow) {
+  for (const auto& [z, number] :
+       {std::pair("2.5", 0), {"2.81", 1}, {"5.3", 1}, {"-0.05", 0}, {"-0.8", -1}, {"-3.25", -1}}) {
+    const std::string end = std::string("1,2,") + z;
+    EXPECT_EQ(FloorFor(end, end), number) << z;
+  }
+  for (const char* z : {"2.79", "-0.2", "5.5", "90", "-3.4", "-1e300"}) {
+    const std::string end = std::string("1,2,") + z;
+    EXPECT_THAT([&] { FloorFor("1,2", end); },
+                testing::ThrowsMessage<DataError>(
+                    AllOf(HasSubstr("goal '" + end + "'"), HasSubstr("floor 1 (z = 2.90 m)"))));
+  }
+  // A picture may be from any height: of a drone, or half way up the stairs.
+  PlanInputs inputs = TwoFloorsWithPictures();
+  for (const auto& [z, number] : {std::pair(90.0, 1), {2.7, 0}, {-9.0, -1}}) {
+    inputs.queries[2].map_from_camera.translation.z() = z;
+    EXPECT_EQ(inputs.floors[PlanFloor(Between("picture:b", "picture:b"), inputs)].number, number);
+  }
+}
+
+TEST(PlanFloor, IsOneForAllEnds) {
+  EXPECT_THAT([] { FloorFor("picture:color/a.png", "1,2; picture:b"); },
+              testing::ThrowsMessage<DataError>(AllOf(HasSubstr("start 'picture:color/a.png'"),
+                                                      HasSubstr("floor 0 (z = 0.00 m)"),
+                                                      HasSubstr("goal 2 'picture:b'"),
+                                                      HasSubstr("floor 1 (z = 2.90 m)"))));
+  EXPECT_THAT([] { FloorFor("picture:b", "1,2"); },
+              testing::ThrowsMessage<DataError>(HasSubstr("the option floor says")));
+  EXPECT_THAT([] { FloorFor("1,2", "picture:b", 2); },
+              testing::ThrowsMessage<UsageError>(
+                  AllOf(HasSubstr("option floor is 2"), HasSubstr("floor -1 (z = -3.20 m)"))));
+}
+
+// The first and the last pose of the camera are ends, too.
+TEST(PlanFloor, OfTheTrajectory) {
+  PlanInputs inputs = TwoFloorsWithPictures();
+  inputs.queries.clear();
+  inputs.trajectory.resize(2);
+  inputs.trajectory[0].pose.translation = {1.25, 2.45, 4.1};
+  inputs.trajectory[1].pose.translation = {2.15, 2.45, 4.2};
+  EXPECT_EQ(PlanFloor(Between("", ""), inputs), 2U);
+  inputs.trajectory[1].pose.translation.z() = 1;
+  EXPECT_THROW(PlanFloor(Between("", ""), inputs), DataError);
 }
 
 // The picture was taken in a closed cell; the nearest place that the goal can reach is used.
@@ -281,7 +333,9 @@ TEST(PlanErrors, MalformedEnds) {
                            "1.2,",
                            ",2",
                            "a,b",
-                           "1,2,3",
+                           "1,2,",
+                           "1,2,3,4",
+                           "1,2,z",
                            "nan,2",
                            "1,inf",
                            "picture:",
@@ -465,11 +519,13 @@ TEST(PlanErrors, UnusablePictures) {
 }
 
 TEST(PathOutput, CsvAndJsonAgree) {
-  const PlanResult result = Plan(Between("1.25,2.2", "2.2,2.65"), Rooms());
+  PlanInputs inputs = TwoFloorsWithPictures();
+  inputs.floor_idx = 2;
+  const PlanResult result = Plan(Between("1.25,2.2,2.9", "2.2,2.65,2.9"), inputs);
   std::istringstream csv(PathToCsv(result));
   std::string line;
   std::getline(csv, line);
-  EXPECT_EQ(line, "x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m");
+  EXPECT_EQ(line, "x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m,z_m,floor");
   std::size_t num_rows = 0;
   std::string last;
   while (std::getline(csv, line)) {
@@ -478,25 +534,35 @@ TEST(PathOutput, CsvAndJsonAgree) {
   }
   const auto json = PathToJson(result, "a = 1\n");
   EXPECT_EQ(json.at("format"), "nightmap_path");
-  EXPECT_EQ(json.at("version"), 2);
+  EXPECT_EQ(json.at("version"), 3);
+  EXPECT_EQ(json.at("floor"), 1);
+  EXPECT_EQ(json.at("floor_height_m"), 2.9);
+  EXPECT_EQ(json.at("start").at("z_m"), 2.9);
   EXPECT_EQ(json.at("num_points"), num_rows);
   std::vector<double> columns;
   std::istringstream row(last);
   for (std::string column; std::getline(row, column, ',');) columns.push_back(std::stod(column));
-  ASSERT_EQ(columns.size(), 6U);
+  ASSERT_EQ(columns.size(), 8U);
+  EXPECT_EQ(columns[6], 2.9);
+  EXPECT_EQ(columns[7], 1);
   EXPECT_NEAR(columns[3], json.at("length_m"), 1e-6);
   EXPECT_EQ(json.at("start").at("moved_by_m"), 0);
 }
 
 // Read as YAML by the e2e test; here the numbers.
 TEST(PathOutput, NavPathHasAPoseForEachPoint) {
-  const PlanResult result = Plan(Between("1.25,2.2", "2.2,2.65"), Rooms());
+  PlanInputs inputs = TwoFloorsWithPictures();
+  inputs.floor_idx = 0;
+  const PlanResult result = Plan(Between("1.25,2.2,-3.2", "2.2,2.65,-3.2"), inputs);
+  EXPECT_THAT(PathToNavYaml(result), testing::StartsWith("# floor -1 (z = -3.20 m)\nheader:"));
   std::istringstream yaml(PathToNavYaml(result));
   std::vector<std::array<double, 4>> poses;  // x y, z w of the quaternion
   for (std::string line; std::getline(yaml, line);) {
     double a = 0;
     double b = 0;
-    if (std::sscanf(line.c_str(), "    position: {x: %lf, y: %lf, z: 0.0}", &a, &b) == 2) {
+    double z = 0;
+    if (std::sscanf(line.c_str(), "    position: {x: %lf, y: %lf, z: %lf}", &a, &b, &z) == 3) {
+      EXPECT_EQ(z, -3.2);
       poses.push_back({a, b, 0, 0});
     }
     if (std::sscanf(line.c_str(), "    orientation: {x: 0.0, y: 0.0, z: %lf, w: %lf}", &a, &b) ==
@@ -536,6 +602,25 @@ TEST(PathOutput, PictureShowsBothEndsAndKeepsObstacles) {
   EXPECT_GT(at({1.25, 2.2})[1], at({1.25, 2.2})[0]);  // green start
   EXPECT_GT(at({2.2, 2.65})[0], at({2.2, 2.65})[1]);  // red goal
   EXPECT_EQ(at({1.55, 2.15}), (std::array<int, 3>{40, 40, 40}));
+}
+
+TEST(PathOutput, PictureOfAFloorNamesItAndShowsItsTrajectoryOnly) {
+  PlanInputs inputs = TwoFloorsWithPictures();
+  inputs.floor_idx = 2;
+  const PlanOptions options = Between("1.25,2.2,2.9", "1.25,2.65,2.9");
+  const PlanResult result = Plan(options, inputs);
+  const auto draw = [&] { return DrawPath(inputs, result, options.footprint).pixels; };
+  const auto without = draw();
+  inputs.trajectory.resize(2);
+  inputs.trajectory[0].pose.translation = {1.7, 2.3, 1.2};
+  inputs.trajectory[1].pose.translation = {2.3, 2.6, 1.2};
+  EXPECT_EQ(draw(), without);
+  for (StampedPose& pose : inputs.trajectory) pose.pose.translation.z() += 2.9;
+  EXPECT_NE(draw(), without);
+  inputs.trajectory.clear();
+  inputs.floors = {inputs.floors[2]};
+  inputs.floor_idx = 0;
+  EXPECT_NE(draw(), without);  // the only floor needs no name
 }
 
 TEST(PlanOptions, SurviveToml) {

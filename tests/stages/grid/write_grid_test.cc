@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/grid/write_grid.h"
+
+#include "pipeline/io/floors_io.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+// A row of cells, so many of them free.
+FloorGrid Row(double height_m, int num_free) {
+  FloorGrid floor{.height_m = height_m, .grid = {5, 1, 0.1, {0, 0}, {}}};
+  for (int x = 0; x < 5; ++x) floor.grid.cells.push_back(x < num_free ? kFreeCell : kOccupiedCell);
+  return floor;
+}
+
+class WriteGridTest : public testing::Test {
+ protected:
+  struct NoOptions {
+    void Register(OptionList&) {}
+  };
+
+  // As the stage writes them.
+  void Write(const GridResult& result) {
+    const StageSpec spec{
+        "grid",
+        "",
+        {},
+        {{"floors", ""}, {"pgm", ""}, {"yaml", ""}, {"png", ""}, {"distances", ""}}};
+    std::vector<std::string> arguments{"grid"};
+    for (const char* port : {"floors=floors.json",
+                             "pgm=map.pgm",
+                             "yaml=map.yaml",
+                             "png=map.png",
+                             "distances=distances.h5"}) {
+      const std::string text = port;
+      const auto name_end = text.find('=') + 1;
+      arguments.insert(
+          arguments.end(),
+          {"--out", text.substr(0, name_end) + (folder_ / text.substr(name_end)).string()});
+    }
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    const auto body = [&](const NoOptions&, StageContext& context) { WriteGrids(result, context); };
+    ASSERT_EQ(StageMain(static_cast<int>(argv.size()), argv.data(), spec, NoOptions{}, body), 0);
+  }
+
+  OccupancyGrid Read(const FloorFiles& floor) const {
+    StageContext context(
+        {"test", "", {{"grid", ""}}, {}}, {{"grid", {folder_ / "floors.json"}}}, {}, "", 1);
+    return ReadFloorGrid(context, "grid", floor);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(WriteGridTest, FloorsAreNumberedFromTheOneAtZero) {
+  const GridResult result{{Row(-2.9, 1), Row(0, 2), Row(2.8, 3), Row(5.6, 4)}, 1};
+  Write(result);
+  const auto floors = ReadFloors(folder_ / "floors.json");
+  ASSERT_EQ(floors.size(), 4U);
+  for (std::size_t i = 0; i < floors.size(); ++i) {
+    const int number = static_cast<int>(i) - 1;
+    EXPECT_EQ(floors[i].number, number);
+    EXPECT_EQ(floors[i].height_m, result.floors[i].height_m);
+    EXPECT_EQ(floors[i].yaml, number == 0 ? "map.yaml" : fmt::format("floor_{}.yaml", number));
+    EXPECT_EQ(Read(floors[i]).cells, result.floors[i].grid.cells);
+    EXPECT_TRUE(std::filesystem::exists(folder_ / floors[i].png));
+    EXPECT_EQ(floors[i].distances, fmt::format("floor_{}", number));
+  }
+}
+
+TEST_F(WriteGridTest, FilesOfFloorsThatAreGoneAreRemoved) {
+  Write({{Row(-2.9, 1), Row(0, 2), Row(2.8, 3)}, 1});
+  Write({{Row(0, 2), Row(2.8, 3)}, 0});
+  EXPECT_EQ(ReadFloors(folder_ / "floors.json").size(), 2U);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "floor_1.pgm"));
+  for (const char* kind : {"pgm", "yaml", "png"}) {
+    EXPECT_FALSE(std::filesystem::exists(folder_ / fmt::format("floor_-1.{}", kind))) << kind;
+  }
+}
+
+}  // namespace
+}  // namespace nightmap
