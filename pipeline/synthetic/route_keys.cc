@@ -12,6 +12,9 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kTurnReach_m = 0.7;  // a turn begins this far before a corner or a door
+// At a corner the camera turns farther than the corridor does, and back: so it sees the inner wall
+// of the next corridor, which else it would pass before that comes into view.
+constexpr double kCornerLook_deg = 40;
 
 // A place on the ring where the robot turns: a corner (room_idx -1) or the door of a room.
 struct Event {
@@ -138,7 +141,8 @@ void AppendLap(const FloorLayout& layout,
     const double after_reach_m = std::min(kTurnReach_m, after_m / 2);
     add(arc_m - before_reach_m, heading_rad);
     if (events[i].room_idx < 0) {
-      add(arc_m, heading_rad + 45 * kDegree);
+      add(arc_m, heading_rad + 60 * kDegree);
+      add(arc_m + 0.6 * after_reach_m, heading_rad + (90 + kCornerLook_deg) * kDegree);
       add(arc_m + after_reach_m, heading_rad + 90 * kDegree);
       continue;
     }

@@ -16,7 +16,7 @@ GRID_ROWS = (
     ("free_right_percent", "Free cells right within one cell (%)"),
     ("occupied_right_percent", "Occupied cells right within one cell (%)"),
     ("seen_right_percent", "Seen cells right within one cell (%)"),
-    ("walls_closed_percent", "Walls that no free cells lead through (%)"),
+    ("walls_closed_percent", "Walls that are there and no free cells lead through (%)"),
     ("wall_length_present_percent", "Length of the seen walls that is there (%)"),
     ("wall_length_unseen_percent", "Length of the walls that was not seen (%)"),
     ("num_doors_wrongly_passable", "Doors narrower than the robot, but passable"),

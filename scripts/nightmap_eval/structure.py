@@ -102,31 +102,36 @@ def is_crossed(strip, sampler):
 def wall_figures(sampler, plan, boxes, wall_label):
     """How much of the plan's walls the grid has, where they are not behind furniture.
 
-    A wall is closed when no chain of free cells leads through it. Walls of which less than half is
-    present or open the camera did not look at: they are counted apart."""
-    num_walls = num_closed = num_unseen = 0
-    lengths = np.zeros(3, dtype=int)  # exposed, present, open, in half cells
+    A wall counts when more than MIN_WALL_M of it is exposed; the others are hidden and only must not be
+    crossed. It is closed when at least half of what is exposed is present and no chain of free cells
+    leads through it."""
+    num_walls = num_closed = num_hidden = num_crossed = 0
+    lengths_m = np.zeros(3)  # exposed, present, open
     for box in boxes:
         if box["label"] != wall_label or not is_wall(box, sampler.height_m):
             continue
         strip = Strip(box)
         exposed, present, is_open = wall_masks(strip, sampler, plan)
-        counts = [int(np.count_nonzero(exposed & mask)) for mask in (exposed, present, is_open)]
-        lengths += counts
-        if counts[1] + counts[2] < counts[0] / 2:
-            num_unseen += 1
-        elif counts[0] > 0:
-            num_walls += 1
-            num_closed += not is_crossed(strip, sampler)
-    num_exposed, num_present, num_open = map(int, lengths)
-    num_seen = num_present + num_open
+        counts = [np.count_nonzero(exposed & mask) for mask in (exposed, present, is_open)]
+        exposed_m, present_m, _ = in_metres = np.array(counts) * sampler.grid.resolution_m / 2
+        lengths_m += in_metres
+        crossed = is_crossed(strip, sampler)
+        num_crossed += crossed
+        if exposed_m < MIN_WALL_M:
+            num_hidden += 1
+            continue
+        num_walls += 1
+        num_closed += bool(present_m >= exposed_m / 2 and not crossed)
+    all_m, present_m, open_m = map(float, lengths_m)
+    seen_m = present_m + open_m
     return {
         "num_walls": num_walls,
         "num_walls_closed": num_closed,
-        "num_walls_unseen": num_unseen,
+        "num_walls_hidden": num_hidden,
+        "num_walls_crossed": num_crossed,
         "walls_closed_percent": 100 * num_closed / num_walls if num_walls else None,
-        "wall_length_present_percent": 100 * num_present / num_seen if num_seen else None,
-        "wall_length_unseen_percent": 100 * (1 - num_seen / num_exposed) if num_exposed else None,
+        "wall_length_present_percent": 100 * present_m / seen_m if seen_m else None,
+        "wall_length_unseen_percent": 100 * (1 - seen_m / all_m) if all_m else None,
     }
 
 

@@ -59,7 +59,7 @@ class WallTest(unittest.TestCase):
         cells = rooms()
         cells[8, 79:81] = FREE
         figures = self.figures(cells)
-        self.assertEqual(figures["num_walls_closed"], 1)
+        self.assertEqual((figures["num_walls_closed"], figures["num_walls_crossed"]), (1, 1))
         self.assertEqual(figures["walls_closed_percent"], 50)
         self.assertLess(figures["wall_length_present_percent"], 98)
 
@@ -75,13 +75,24 @@ class WallTest(unittest.TestCase):
         self.assertEqual(figures["num_walls_closed"], 1)
         self.assertLess(figures["wall_length_present_percent"], 60)
 
-    def test_what_was_not_seen_is_counted_apart(self):
+    def test_a_wall_that_was_not_seen_is_not_closed(self):
         cells = rooms()
         cells[:12, 79:81] = UNKNOWN  # more than half of the first wall
         figures = self.figures(cells)
-        self.assertEqual((figures["num_walls"], figures["num_walls_unseen"]), (1, 1))
+        self.assertEqual((figures["num_walls"], figures["num_walls_closed"]), (2, 1))
+        self.assertEqual(figures["num_walls_crossed"], 0)
         self.assertEqual(figures["wall_length_present_percent"], 100)
         self.assertAlmostEqual(figures["wall_length_unseen_percent"], 100 * 12 / 40, delta=3)
+
+    def test_a_wall_behind_things_only_must_not_be_crossed(self):
+        plan = rooms()
+        plan[:12, 70:90] = OCCUPIED  # 0.4 m of the first wall are left
+        for state, num_crossed in ((UNKNOWN, 0), (FREE, 1)):
+            cells = rooms()
+            cells[:20, 79:81] = state
+            figures = wall_figures(sampler(cells), Grid(plan, CELL_M), BOXES, WALL)
+            self.assertEqual((figures["num_walls"], figures["num_walls_hidden"]), (1, 1))
+            self.assertEqual((figures["num_walls_closed"], figures["num_walls_crossed"]), (1, num_crossed))
 
     def test_without_walls_there_are_no_percentages(self):
         figures = wall_figures(sampler(rooms()), Grid(rooms(), CELL_M), [], WALL)

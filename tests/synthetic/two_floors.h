@@ -18,7 +18,7 @@ inline BuildingOptions TwoFloorBuilding() {
 
 inline RouteOptions TwoFloorRoute() {
   RouteOptions options;
-  options.num_frames = 900;
+  options.num_frames = 950;
   return options;
 }
 

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 
 #include "pipeline/base/error.h"
@@ -145,6 +147,46 @@ TEST(SyntheticRoute, IsClosedAndVisitsEveryRoom) {
     }
   }
   EXPECT_EQ(visited.size(), 6U);
+}
+
+// The corridor's inner walls are the ones that a camera turning into it can pass unseen.
+TEST(SyntheticRoute, LooksAtTheInnerWallsOfTheCorridor) {
+  const OccupancyGrid plan = TrueFloorPlan(World(), FloorPlanOptions{});
+  const Camera camera = SyntheticCameraOptions{}.Pinhole();
+  const std::vector<Rigid3> route = Route();
+  const auto is_seen = [&](const Eigen::Vector3d& point) {
+    return std::any_of(route.begin(), route.end(), [&](const Rigid3& pose) {
+      const Eigen::Vector3d in_camera = pose.Inverse() * point;
+      const std::optional<Eigen::Vector2d> pixel = camera.Project(in_camera);
+      if (!pixel || !camera.Contains(*pixel) || in_camera.z() < 0.4 || in_camera.z() > 4.5) {
+        return false;
+      }
+      const Eigen::Vector3d ray = point - pose.translation;
+      return World().rays->Cast(pose.translation, ray.normalized()).distance >
+             ray.norm() - 0.05;  // posters
+    });
+  };
+  const Rect2 middle = World().layout.center_line;
+  const double half_m = BuildingOptions{}.corridor_width_m / 2;
+  int num_points = 0;
+  int num_seen = 0;
+  const auto check = [&](const Eigen::Vector2d& wall, const Eigen::Vector2d& outward) {
+    const Eigen::Vector2d beside = wall + 0.1 * outward;
+    if (plan.At(plan.CellOf(beside)) != kFreeCell) return;
+    if (plan.At(plan.CellOf(wall - 0.05 * outward)) != kOccupiedCell) return;  // a doorway
+    ++num_points;
+    num_seen += is_seen({wall.x(), wall.y(), 0.8});
+  };
+  for (double x = middle.x0 + half_m + 0.05; x < middle.x1 - half_m; x += 0.1) {
+    check({x, middle.y0 + half_m}, {0, -1});
+    check({x, middle.y1 - half_m}, {0, 1});
+  }
+  for (double y = middle.y0 + half_m + 0.05; y < middle.y1 - half_m; y += 0.1) {
+    check({middle.x0 + half_m, y}, {-1, 0});
+    check({middle.x1 - half_m, y}, {1, 0});
+  }
+  EXPECT_GT(num_points, 100);
+  EXPECT_GE(num_seen, 0.9 * num_points) << num_points;
 }
 
 TEST(SyntheticRoute, MovesWithinItsLimits) {
