@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// A vector for large arrays of numbers that are written in full, in parallel, right after.
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace nightmap {
+
+// Leaves values alone that std::vector would set to zero, by one thread, when it is made or grows.
+template <typename Value>
+struct UninitializedAllocator : std::allocator<Value> {
+  template <typename Other>
+  struct rebind {
+    using other = UninitializedAllocator<Other>;
+  };
+
+  template <typename Other>
+  void construct(Other* at) {
+    ::new (static_cast<void*>(at)) Other;
+  }
+  template <typename Other, typename... Arguments>
+  void construct(Other* at, Arguments&&... arguments) {
+    ::new (static_cast<void*>(at)) Other(std::forward<Arguments>(arguments)...);
+  }
+};
+
+template <typename Value>
+using UninitializedVector = std::vector<Value, UninitializedAllocator<Value>>;
+
+}  // namespace nightmap
