@@ -52,7 +52,9 @@ void LeastSums(const std::uint16_t* columns,
     const Value* own = squares.data() + reach + x;
     std::array<Value, kLanes> least;
     std::copy_n(own, kLanes, least.begin());
-    for (std::size_t gap = 1; gap < reach; ++gap) {
+    Value most = 0;  // columns farther away than its root cannot change anything
+    for (std::size_t i = 0; i < kLanes; ++i) most = least[i] > most ? least[i] : most;
+    for (std::size_t gap = 1; gap < reach && gap * gap < most; ++gap) {
       const auto along_x = static_cast<Value>(gap * gap);
       for (std::size_t i = 0; i < kLanes; ++i) {
         const auto sum = static_cast<Value>(Least(*(own - gap + i), own[i + gap]) + along_x);
