@@ -3,7 +3,7 @@
 #pragma once
 
 #include <memory>
-#include <utility>
+#include <new>
 #include <vector>
 
 namespace nightmap {
@@ -12,17 +12,8 @@ namespace nightmap {
 template <typename Value>
 struct UninitializedAllocator : std::allocator<Value> {
   template <typename Other>
-  struct rebind {
-    using other = UninitializedAllocator<Other>;
-  };
-
-  template <typename Other>
-  void construct(Other* at) {
+  void construct(Other* at) {  // NOLINT(readability-identifier-naming): std::allocator_traits' name
     ::new (static_cast<void*>(at)) Other;
-  }
-  template <typename Other, typename... Arguments>
-  void construct(Other* at, Arguments&&... arguments) {
-    ::new (static_cast<void*>(at)) Other(std::forward<Arguments>(arguments)...);
   }
 };
 

@@ -37,7 +37,7 @@ class CellArray {
 class SquareOrder {
  public:
   SquareOrder(int width, int height)
-      : row_bits_(std::bit_width(static_cast<unsigned>(width) >> kSideBits)),
+      : row_bits_(static_cast<int>(std::bit_width(static_cast<unsigned>(width) >> kSideBits))),
         size_(static_cast<std::size_t>((height >> kSideBits) + 1) << (row_bits_ + 2 * kSideBits)) {}
 
   std::size_t Size() const { return size_; }
