@@ -6,12 +6,22 @@
 #include <cstdint>
 #include <vector>
 
+#include "pipeline/base/uninitialized_vector.h"
+
 namespace nightmap {
 
-// Squared distance in cells, centre to centre, from each cell to the nearest blocked one (row by
-// row, blocked != 0). With `outside_blocked` the cells beyond the border are blocked too. Without
-// any blocked cell every value is at least width^2. Deterministic at any number of threads. Throws
-// DataError when width + height is above 46340 (32-bit squares).
+// The first of its two phases: distance in cells, centre to centre, from each cell to the nearest
+// blocked one in the same column (row by row, blocked != 0), width + height where there is none.
+// With `outside_blocked` the cells beyond the border are blocked too. Deterministic at any number
+// of threads. Throws DataError when width + height is above 46340 (32-bit squares).
+UninitializedVector<std::uint16_t> ColumnDistances(const std::vector<std::uint8_t>& blocked,
+                                                   int width,
+                                                   int height,
+                                                   bool outside_blocked,
+                                                   int num_threads);
+
+// Both: squared distance in cells from each cell to the nearest blocked one. Without any blocked
+// cell every value is at least width^2. The rest as above.
 std::vector<std::int32_t> SquaredDistances(const std::vector<std::uint8_t>& blocked,
                                            int width,
                                            int height,

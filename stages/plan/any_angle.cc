@@ -65,15 +65,16 @@ class LazyThetaStar {
         goal_(goal),
         open_squared_(SquaredFromRadius(map, 1)),
         wide_squared_(SquaredFromRadius(map, 2)),
-        states_(map.Size()),
+        order_(map.width, map.height),
+        states_(order_.Size()),
         queue_(kKeyBits, kMaxRise) {}
 
   SearchResult Run(const Eigen::Vector2i& start) {
     SearchResult result;
-    Reach(start, map_.Index(start), 0);
+    Reach(start, order_.Index(start), 0);
     while (!queue_.IsEmpty()) {
       const Eigen::Vector2i cell = queue_.Pop();
-      State& state = states_[map_.Index(cell)];
+      State& state = states_[order_.Index(cell)];
       if (state.closed != 0) continue;
       state.closed = 1;
       ++result.num_expanded;
@@ -85,9 +86,9 @@ class LazyThetaStar {
   }
 
  private:
-  static double SquaredFromRadius(const CostMap& map, int num_diagonals) {
+  static std::int32_t SquaredFromRadius(const CostMap& map, int num_diagonals) {
     const double cells = map.robot_radius_m / map.resolution_m + num_diagonals * std::sqrt(2.0);
-    return cells * cells + 1e-6;
+    return static_cast<std::int32_t>(std::ceil(std::min(cells * cells + 1e-6, 2e9)));
   }
 
   struct State {
@@ -97,7 +98,7 @@ class LazyThetaStar {
   };
 
   void Reach(const Eigen::Vector2i& cell, std::size_t parent, double g) {
-    State& state = states_[map_.Index(cell)];
+    State& state = states_[order_.Index(cell)];
     if (state.closed != 0 || (state.g_plus_1 != 0 && state.g_plus_1 <= g + 1)) return;
     state.g_plus_1 = g + 1;
     state.parent = static_cast<std::uint32_t>(parent);
@@ -110,7 +111,7 @@ class LazyThetaStar {
   void StraightenTo(const Eigen::Vector2i& cell, State& state) {
     const std::size_t grandparent = states_[state.parent].parent;
     if (grandparent == state.parent) return;
-    const Eigen::Vector2i from = map_.Cell(grandparent);
+    const Eigen::Vector2i from = order_.Cell(grandparent);
     if ((from - cell).cwiseAbs().maxCoeff() > kMaxLine_cells) return;
     const double g = states_[grandparent].g_plus_1;
     const double cost = LineCost(map_, from, cell, state.g_plus_1 - g);
@@ -127,18 +128,20 @@ class LazyThetaStar {
   static bool IsEven(const Eigen::Vector2i& cell) { return ((cell.x() | cell.y()) & 1) == 0; }
 
   // Cells in the open are searched by twos: only those with two even coordinates are vertices. Near
-  // obstacles, and at the border, all are: no passage is missed.
+  // obstacles, and at the border, all are: no passage is missed. What was reached before is one,
+  // except the start.
   bool IsVertex(const Eigen::Vector2i& cell) const {
-    return IsEven(cell) || cell == goal_ || ToBorder(cell) == 0 ||
-           map_.SquaredDistance(cell) < open_squared_;
+    return IsEven(cell) || states_[order_.Index(cell)].g_plus_1 > 1 || cell == goal_ ||
+           ToBorder(cell) == 0 || map_.distances.Squared(cell, open_squared_) < open_squared_;
   }
 
   void Expand(const Eigen::Vector2i& cell, const State& state) {
     constexpr std::array<std::array<int, 2>, 8> kSteps = {
         {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
-    const std::size_t index = map_.Index(cell);
+    const std::size_t index = order_.Index(cell);
     const bool is_even = IsEven(cell);
-    const bool only_even = is_even && map_.SquaredDistance(cell) >= wide_squared_ &&
+    const bool only_even = is_even &&
+                           map_.distances.Squared(cell, wide_squared_) >= wide_squared_ &&
                            ToBorder(cell) > 1 && (cell - goal_).cwiseAbs().maxCoeff() > 1;
     const double g = state.g_plus_1 - 1;
     for (const auto& [dx, dy] : kSteps) {
@@ -164,13 +167,13 @@ class LazyThetaStar {
   }
 
   SearchResult Found(SearchResult result) const {
-    std::size_t at = map_.Index(goal_);
+    std::size_t at = order_.Index(goal_);
     result.found = true;
     result.cost_cells = states_[at].g_plus_1 - 1;
     result.cells.push_back(goal_);
     while (states_[at].parent != at) {
       at = states_[at].parent;
-      result.cells.push_back(map_.Cell(at));
+      result.cells.push_back(order_.Cell(at));
     }
     std::reverse(result.cells.begin(), result.cells.end());
     return result;
@@ -179,8 +182,10 @@ class LazyThetaStar {
   const CostMap& map_;
   const BlockField& field_;
   Eigen::Vector2i goal_;
-  double open_squared_;  // from this squared distance on all eight cells around a cell are free,
-  double wide_squared_;  // and from this on all cells around these
+  // From this squared distance on all eight cells around a cell are free,
+  std::int32_t open_squared_;
+  std::int32_t wide_squared_;  // and from this on all cells around these
+  SquareOrder order_;
   CellArray<State> states_;
   BucketQueue<Eigen::Vector2i> queue_;
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <cstring>
 
 #include "stages/plan/bucket_queue.h"
 
@@ -37,32 +38,35 @@ struct BlockCells {
   int least_cost = 0;      // of a free cell
 };
 
+// Eight bytes that are 0 or 1 as eight bits.
+std::uint64_t ToBits(const std::uint8_t* bytes) {
+  std::uint64_t word = 0;
+  std::memcpy(&word, bytes, sizeof word);
+  return (word * 0x0102040810204080) >> 56;
+}
+
 BlockCells ReadBlock(const CostMap& map,
                      const Eigen::Vector2i& first,
                      const Eigen::Vector2i& size) {
-  // Less one, so that cells that are not free count as the dearest.
-  std::uint16_t least = 0xffff;
-  std::uint16_t most = 0;
+  std::array<std::uint16_t, 64> costs = {};  // beyond the map not free
   for (int y = 0; y < size.y(); ++y) {
-    const std::uint16_t* costs = map.costs.data() + map.Index(first + Eigen::Vector2i(0, y));
-    for (int x = 0; x < size.x(); ++x) {
-      const auto cost = static_cast<std::uint16_t>(costs[x] - 1);
-      least = std::min(least, cost);
-      most = std::max(most, cost);
+    const std::uint16_t* row = map.costs.data() + map.Index(first + Eigen::Vector2i(0, y));
+    std::uint16_t* copy = &costs[static_cast<std::size_t>(8 * y)];
+    if (size.x() == 8) {
+      std::copy_n(row, 8, copy);
+    } else {
+      std::copy_n(row, size.x(), copy);
     }
+  }
+  std::uint16_t least = 0xffff;  // less one, so that cells that are not free count as the dearest
+  std::array<std::uint8_t, 64> is_free;
+  for (std::size_t i = 0; i < 64; ++i) {
+    const auto cost = static_cast<std::uint16_t>(costs[i] - 1);
+    least = cost < least ? cost : least;
+    is_free[i] = costs[i] != 0 ? 1 : 0;
   }
   BlockCells block{0, least + 1};
-  if (least == 0xffff) return block;
-  if (most != 0xffff && size.x() == 8 && size.y() == 8) {
-    block.free = ~std::uint64_t{0};
-    return block;
-  }
-  for (int y = 0; y < size.y(); ++y) {
-    const std::uint16_t* costs = map.costs.data() + map.Index(first + Eigen::Vector2i(0, y));
-    for (int x = 0; x < size.x(); ++x) {
-      block.free |= std::uint64_t{costs[x] != 0} << (8 * y + x);
-    }
-  }
+  for (std::size_t y = 0; y < 8; ++y) block.free |= ToBits(&is_free[8 * y]) << (8 * y);
   return block;
 }
 

@@ -2,6 +2,8 @@
 // An array of zeros of which only what is touched takes time and memory.
 #pragma once
 
+#include <Eigen/Core>
+#include <bit>
 #include <cstddef>
 #include <cstdlib>
 #include <memory>
@@ -28,6 +30,39 @@ class CellArray {
     void operator()(Value* values) const { std::free(values); }
   };
   std::unique_ptr<Value, Free> values_;
+};
+
+// Numbers the cells of a grid square by square of 16 x 16 cells, so that a search that keeps to a
+// narrow part of it touches few pages of memory.
+class SquareOrder {
+ public:
+  SquareOrder(int width, int height)
+      : row_bits_(static_cast<int>(std::bit_width(static_cast<unsigned>(width) >> kSideBits))),
+        size_(static_cast<std::size_t>((height >> kSideBits) + 1) << (row_bits_ + 2 * kSideBits)) {}
+
+  std::size_t Size() const { return size_; }
+  std::size_t Index(const Eigen::Vector2i& cell) const {
+    const auto x = static_cast<std::size_t>(cell.x());
+    const auto y = static_cast<std::size_t>(cell.y());
+    const std::size_t square = ((y >> kSideBits) << row_bits_) | (x >> kSideBits);
+    return (((square << kSideBits) | (y & kInside)) << kSideBits) | (x & kInside);
+  }
+  Eigen::Vector2i Cell(std::size_t index) const {
+    const std::size_t inside_x = index & kInside;
+    const std::size_t inside_y = (index >> kSideBits) & kInside;
+    const std::size_t square = index >> (2 * kSideBits);
+    const std::size_t row = square >> row_bits_;
+    const std::size_t column = square & ((std::size_t{1} << row_bits_) - 1);
+    return {static_cast<int>((column << kSideBits) | inside_x),
+            static_cast<int>((row << kSideBits) | inside_y)};
+  }
+
+ private:
+  static constexpr int kSideBits = 4;
+  static constexpr std::size_t kInside = (1 << kSideBits) - 1;
+
+  int row_bits_;  // squares of a row are counted up to a power of two
+  std::size_t size_;
 };
 
 }  // namespace nightmap

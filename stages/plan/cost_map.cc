@@ -7,7 +7,6 @@
 #include <functional>
 
 #include "pipeline/base/parallel.h"
-#include "pipeline/geometry/distance_transform.h"
 
 namespace nightmap {
 namespace {
@@ -22,35 +21,6 @@ void ForRows(int height, int num_threads, const std::function<void(int y)>& body
     const int first = static_cast<int>(item) * kRowsPerItem;
     for (int y = first; y < std::min(first + kRowsPerItem, height); ++y) body(y);
   });
-}
-
-// The obstacles, each with the eight cells around it: from a cell to the nearest of these, centre
-// to centre, is as far as between the squares of the cell and of the obstacle.
-std::vector<std::uint8_t> GrownObstacles(const OccupancyGrid& grid,
-                                         bool unknown_is_obstacle,
-                                         int num_threads) {
-  const auto width = static_cast<std::size_t>(grid.width);
-  const std::uint8_t rim = unknown_is_obstacle ? 1 : 0;
-  std::vector<std::uint8_t> wide(grid.cells.size());  // grown along x
-  ForRows(grid.height, num_threads, [&](int y) {
-    const std::uint8_t* cells = grid.cells.data() + grid.Index(0, y);
-    std::vector<std::uint8_t> row(width + 2, rim);
-    for (std::size_t x = 0; x < width; ++x) {
-      row[x + 1] = (cells[x] == kOccupiedCell) | ((cells[x] == kUnknownCell) & rim);
-    }
-    std::uint8_t* out = wide.data() + grid.Index(0, y);
-    for (std::size_t x = 0; x < width; ++x) out[x] = row[x] | row[x + 1] | row[x + 2];
-  });
-  std::vector<std::uint8_t> grown(grid.cells.size());
-  const std::vector<std::uint8_t> outside(width, rim);
-  ForRows(grid.height, num_threads, [&](int y) {
-    const std::uint8_t* own = wide.data() + grid.Index(0, y);
-    const std::uint8_t* below = y > 0 ? own - width : outside.data();
-    const std::uint8_t* above = y + 1 < grid.height ? own + width : outside.data();
-    std::uint8_t* out = grown.data() + grid.Index(0, y);
-    for (std::size_t x = 0; x < width; ++x) out[x] = below[x] | own[x] | above[x];
-  });
-  return grown;
 }
 
 // Smallest squared distance in cells^2 that is not nearer than a distance.
@@ -77,6 +47,25 @@ std::vector<std::uint16_t> CostTable(const CostOptions& options,
         std::lround(CostMap::kUnitCost * (1 + options.clearance_weight * nearness * nearness)));
   }
   return costs;
+}
+
+// What the state of a cell does to its cost.
+struct UnknownSpace {
+  bool is_free = false;
+  std::uint16_t extra_cost = 0;
+};
+
+// Obstacles are not free even for a robot without extent.
+void ApplyStates(const std::uint8_t* states,
+                 std::size_t width,
+                 UnknownSpace unknown,
+                 std::uint16_t* costs) {
+  for (std::size_t x = 0; x < width; ++x) {
+    const bool is_unknown = states[x] == kUnknownCell;
+    const bool is_free = states[x] == kFreeCell || (is_unknown && unknown.is_free);
+    const int extra = is_unknown ? unknown.extra_cost : 0;
+    costs[x] = static_cast<std::uint16_t>(is_free && costs[x] != 0 ? costs[x] + extra : 0);
+  }
 }
 
 }  // namespace
@@ -111,30 +100,28 @@ CostMap MakeCostMap(const OccupancyGrid& grid,
                     int num_threads) {
   const bool unknown_is_obstacle = options.unknown == "forbidden";
   CostMap map{grid.width, grid.height, grid.resolution_m, robot_radius_m, {}, {}};
-  map.squared_distances = SquaredDistances(GrownObstacles(grid, unknown_is_obstacle, num_threads),
-                                           grid.width,
-                                           grid.height,
-                                           unknown_is_obstacle,
-                                           num_threads);
+  map.distances = ObstacleDistances(grid, unknown_is_obstacle, num_threads);
   const auto table = CostTable(options, grid.resolution_m, robot_radius_m);
-  const auto last = static_cast<std::int32_t>(table.size()) - 1;
-  // By state of the cell: obstacles are not free even for a robot without extent.
-  const std::array<std::uint16_t, 3> allowed = {
-      1, 0, static_cast<std::uint16_t>(!unknown_is_obstacle)};
-  const auto unknown_cost = static_cast<std::uint16_t>(
-      options.unknown == "costed" ? std::lround(CostMap::kUnitCost * options.unknown_weight) : 0);
-  const std::array<std::uint16_t, 3> extra = {0, 0, unknown_cost};
-  map.costs.resize(static_cast<std::size_t>(map.Stride()) *
-                   static_cast<std::size_t>(map.height + 2));
+  const auto last = static_cast<std::uint32_t>(table.size() - 1);
+  const double unknown_weight = options.unknown == "costed" ? options.unknown_weight : 0;
+  const UnknownSpace unknown = {
+      !unknown_is_obstacle,
+      static_cast<std::uint16_t>(std::lround(CostMap::kUnitCost * unknown_weight))};
+  const auto width = static_cast<std::size_t>(map.width);
+  const auto stride = static_cast<std::size_t>(map.Stride());
+  map.costs.resize(stride * static_cast<std::size_t>(map.height + 2));
+  std::fill_n(map.costs.begin(), stride, std::uint16_t{0});
+  std::fill_n(map.costs.end() - map.Stride(), stride, std::uint16_t{0});
   ForRows(map.height, num_threads, [&](int y) {
-    const std::size_t from = grid.Index(0, y);
+    std::vector<std::uint32_t> squared;
+    map.distances.SquaredOfRow(y, static_cast<std::int32_t>(last), squared);
+    const std::uint8_t* states = grid.cells.data() + grid.Index(0, y);
     std::uint16_t* row = map.costs.data() + map.Index({0, y});
-    for (std::size_t x = 0; x < static_cast<std::size_t>(map.width); ++x) {
-      const std::uint8_t state = grid.cells[from + x];
-      const std::int32_t squared = std::min(map.squared_distances[from + x], last);
-      const int cost = table[static_cast<std::size_t>(squared)] * allowed[state];
-      row[x] = static_cast<std::uint16_t>(cost == 0 ? 0 : cost + extra[state]);
+    row[-1] = row[width] = 0;
+    for (std::size_t x = 0; x < width; ++x) {
+      row[x] = table[std::min(squared[x], last)];
     }
+    ApplyStates(states, width, unknown, row);
   });
   return map;
 }

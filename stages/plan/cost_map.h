@@ -11,7 +11,9 @@
 #include <vector>
 
 #include "pipeline/base/options.h"
+#include "pipeline/base/uninitialized_vector.h"
 #include "pipeline/io/grid_io.h"
+#include "stages/plan/obstacle_distances.h"
 
 namespace nightmap {
 
@@ -35,8 +37,9 @@ struct CostMap {
   int height = 0;
   double resolution_m = 0;
   double robot_radius_m = 0;
-  std::vector<std::int32_t> squared_distances;  // cells^2 to the nearest obstacle, square to square
-  std::vector<std::uint16_t> costs;  // with the rim. 0: not free; else cost of a metre * kUnitCost
+  ObstacleDistances distances;
+  UninitializedVector<std::uint16_t>
+      costs;  // with the rim. 0: not free; else of a metre * kUnitCost
 
   int Stride() const { return width + 2; }  // from a cell to the one above it, in costs
   std::size_t Size() const { return costs.size(); }
@@ -55,13 +58,9 @@ struct CostMap {
   bool IsFree(const Eigen::Vector2i& cell) const {
     return Contains(cell) && costs[Index(cell)] > 0;
   }
-  std::int32_t SquaredDistance(const Eigen::Vector2i& cell) const {
-    return squared_distances[static_cast<std::size_t>(cell.y()) * static_cast<std::size_t>(width) +
-                             static_cast<std::size_t>(cell.x())];
-  }
   // Any point of the cell is at least this far from any obstacle.
   double Clearance_m(const Eigen::Vector2i& cell) const {
-    return resolution_m * std::sqrt(static_cast<double>(SquaredDistance(cell)));
+    return resolution_m * std::sqrt(static_cast<double>(distances.Squared(cell)));
   }
 };
 

@@ -75,7 +75,7 @@ std::string WhyNotFree(const OccupancyGrid& grid, const CostMap& map, const Eige
                        ToText(grid.FromCells(Eigen::Vector2d(grid.width, grid.height))));
   }
   if (grid.At(cell) == kOccupiedCell) return "is inside an obstacle";
-  if (grid.At(cell) == kUnknownCell && map.SquaredDistance(cell) == 0) {
+  if (grid.At(cell) == kUnknownCell && map.distances.Squared(cell, 1) == 0) {
     return "is in unknown space";
   }
   return fmt::format(

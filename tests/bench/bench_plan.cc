@@ -8,7 +8,8 @@
 // everything from the grid to the path ("all", RunPlan: cost map, search, pulling tight, checks).
 // References are Dijkstra's algorithm with a heap of the standard library and, for paths in any
 // direction, the cheapest one of lines in 80 directions, pulled tight. "shortest" is with
-// clearance_weight = 0, where the cost of a path is its length.
+// clearance_weight = 0, where the cost of a path is its length. "A* as published" knows no cost of
+// nearness: it finds the shortest path from cell to cell, whatever the options of the floor.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -94,7 +95,7 @@ struct Column {
 struct Columns {
   Column dijkstra_ms, astar_ms, astar_all_ms, astar_above_percent;
   Column any_angle_ms, any_angle_all_ms, any_angle_above_percent;
-  Column shorter_percent, cheaper_percent, optimum_shorter_percent;
+  Column shorter_percent, cheaper_percent, optimum_shorter_percent, shorter_than_published_percent;
 
   std::size_t NumRoutes() const { return dijkstra_ms.values.size(); }
 };
@@ -102,6 +103,7 @@ struct Columns {
 void BenchRoute(const OccupancyGrid& grid,
                 const CostOptions& cost,
                 const CostMap& map,
+                const CostMap& map_of_lengths,
                 const Eigen::Vector2i& start,
                 const Eigen::Vector2i& goal,
                 Columns& columns) {
@@ -122,6 +124,8 @@ void BenchRoute(const OccupancyGrid& grid,
   const double astar_length = LengthOf(Centres(astar.cells));
   add(columns.shorter_percent, 100 * (1 - LengthOf(line) / astar_length));
   add(columns.optimum_shorter_percent, 100 * (1 - LengthOf(optimum) / astar_length));
+  const double shortest = FindPath(map_of_lengths, start, goal).cost_cells;
+  add(columns.shorter_than_published_percent, 100 * (1 - LengthOf(line) / shortest));
   add(columns.cheaper_percent, 100 * (1 - CostOf(map, line) / astar.cost_cells));
 }
 
@@ -132,6 +136,9 @@ void BenchFloor(const std::string& name, double side_m, double angle_rad, double
   CostMap map;
   const double map_ms =
       BestWallTime_ms([&] { map = MakeCostMap(grid, cost, kRadius_m, kNumThreads); });
+  CostOptions length_alone = cost;
+  length_alone.clearance_weight = 0;
+  const CostMap map_of_lengths = MakeCostMap(grid, length_alone, kRadius_m, kNumThreads);
   Random random(3);
   Columns columns;
   while (columns.NumRoutes() < kNumRoutes) {
@@ -140,7 +147,7 @@ void BenchFloor(const std::string& name, double side_m, double angle_rad, double
     const SearchResult astar = FindPath(map, start, goal);
     const double length_m = LengthOf(Centres(astar.cells)) * map.resolution_m;
     if (!astar.found || length_m < 85 || length_m > 95) continue;
-    BenchRoute(grid, cost, map, start, goal, columns);
+    BenchRoute(grid, cost, map, map_of_lengths, start, goal, columns);
   }
   fmt::print("| {} | {:.0f} | {:.0f} |", name, map_ms, columns.dijkstra_ms.Mean());
   for (const Column* times : {&columns.astar_ms, &columns.astar_all_ms}) {
@@ -152,8 +159,10 @@ void BenchFloor(const std::string& name, double side_m, double angle_rad, double
   }
   const Column& above = columns.any_angle_above_percent;
   fmt::print(" {:.2f} ({:.2f}) |", above.Mean(), above.Max());
-  for (const Column* gain :
-       {&columns.shorter_percent, &columns.optimum_shorter_percent, &columns.cheaper_percent}) {
+  for (const Column* gain : {&columns.shorter_percent,
+                             &columns.optimum_shorter_percent,
+                             &columns.cheaper_percent,
+                             &columns.shorter_than_published_percent}) {
     fmt::print(" {:.1f} ({:.1f}) |", gain->Mean(), gain->Min());
   }
   fmt::print("\n");
@@ -167,8 +176,9 @@ int main() {
       "| floor | cost map (ms) | Dijkstra (ms) | A*: search (ms) | all (ms) | above the optimum "
       "(%) "
       "| any-angle: search (ms) | all (ms) | above the optimum (%) | shorter than A* (%) | the "
-      "optimum is (%) | cheaper than A* (%) |\n"
-      "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
+      "optimum is (%) | cheaper than A* (%) | shorter than A* as published (%) |\n"
+      "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: "
+      "|\n");
   nightmap::BenchFloor("along the grid", 100, 0, 2);
   nightmap::BenchFloor("turned by 20 degrees", 78, 0.35, 2);
   nightmap::BenchFloor("along the grid, shortest", 100, 0, 0);
