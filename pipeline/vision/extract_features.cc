@@ -38,6 +38,14 @@ cv::Ptr<cv::Feature2D> MakeDetector(const ExtractionOptions& options) {
   throw UsageError("unknown detector '{}'", options.detector);
 }
 
+// OpenCV's SIFT doubles the image about its edges but halves keypoints about the first pixel's
+// centre, so that all of them lie a quarter of a pixel too far right and down (opencv/opencv issue
+// 23123).
+void CentreOnPixels(DescriptorKind kind, std::vector<cv::KeyPoint>* keypoints) {
+  if (kind != DescriptorKind::kRootSift) return;
+  for (cv::KeyPoint& keypoint : *keypoints) keypoint.pt -= cv::Point2f(0.25f, 0.25f);
+}
+
 // Strongest first; a total order, so that equal responses cannot reorder features between runs.
 bool IsStronger(const cv::KeyPoint& a, const cv::KeyPoint& b) {
   return std::tie(b.response, a.pt.y, a.pt.x, a.size, a.angle) <
@@ -160,6 +168,7 @@ FrameFeatures ExtractFeatures(const ColorImage& color,
   cv::Mat descriptors;
   // At once: each of detect() and compute() would make the pyramid of the image.
   detector->detectAndCompute(image, cv::noArray(), keypoints, descriptors);
+  CentreOnPixels(options.Kind(), &keypoints);
   KeepStrongest(options.num_features, &keypoints, &descriptors);
 
   FrameFeatures features;

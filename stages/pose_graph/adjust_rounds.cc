@@ -23,11 +23,13 @@ GlobalBundleSummary AdjustmentRounds::AdjustKeyframes(
       options_, input_, MakeBundleOptions(), std::move(tracks), {}, graph_from_keyframe);
 }
 
-// Where most observations are good, those that are not need no say.
+// Where most observations are good, those that are not need no say: on every recording with truth a
+// scale of one deviation gives better poses than two.
 GlobalBundleSummary AdjustmentRounds::AdjustDescribed(
     std::map<int, Rigid3>* graph_from_keyframe, std::vector<Rigid3>* graph_from_camera) const {
   BundleOptions bundle_options = MakeBundleOptions();
   bundle_options.loss = RobustLoss::kCauchy;
+  bundle_options.robust_scale = 1.0;
   bundle_options.calibrate = options_.calibrate;
   std::map<int, Rigid3> poses = *graph_from_keyframe;
   std::map<int, PointMotion> motions;

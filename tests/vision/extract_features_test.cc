@@ -15,24 +15,33 @@ constexpr int kWidth = 320;
 constexpr int kHeight = 240;
 const Camera kCamera{kWidth, kHeight, 260, 260, 159.5, 119.5};
 
-// Soft dots of random place, size and gray, moved right by `shift_px`.
-ColorImage Dots(int shift_px) {
+ColorImage Gray() {
   ColorImage image{kWidth, kHeight, 3, {}};
   image.pixels.assign(static_cast<std::size_t>(kWidth * kHeight * 3), 128);
+  return image;
+}
+
+void AddDot(const Eigen::Vector2d& centre, double sigma_px, double height, ColorImage* image) {
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      const double squared = (Eigen::Vector2d(u, v) - centre).squaredNorm();
+      const double add = height * std::exp(-squared / (2 * sigma_px * sigma_px));
+      for (int c = 0; c < 3; ++c) {
+        const double sum = std::clamp(image->At(u, v, c) + add, 0.0, 255.0);
+        image->At(u, v, c) = static_cast<std::uint8_t>(std::lround(sum));
+      }
+    }
+  }
+}
+
+// Soft dots of random place, size and gray, moved right by `shift_px`.
+ColorImage Dots(int shift_px) {
+  ColorImage image = Gray();
   Random random(3);
   for (int dot = 0; dot < 60; ++dot) {
     const double x = random.Uniform(40, 280) + shift_px, y = random.Uniform(30, 210);
     const double sigma_px = random.Uniform(2, 6), height = random.Uniform(-90, 90);
-    for (int v = 0; v < kHeight; ++v) {
-      for (int u = 0; u < kWidth; ++u) {
-        const double squared = (u - x) * (u - x) + (v - y) * (v - y);
-        const double add = height * std::exp(-squared / (2 * sigma_px * sigma_px));
-        for (int c = 0; c < 3; ++c) {
-          const double sum = std::clamp(image.At(u, v, c) + add, 0.0, 255.0);
-          image.At(u, v, c) = static_cast<std::uint8_t>(std::lround(sum));
-        }
-      }
-    }
+    AddDot({x, y}, sigma_px, height, &image);
   }
   return image;
 }
@@ -138,6 +147,28 @@ TEST(ExtractFeatures, MoveWithTheImage) {
   }
   EXPECT_GT(a.NumFeatures(), 30);
   EXPECT_GT(num_found, a.NumFeatures() * 8 / 10);
+}
+
+// Pixel (0, 0) is the centre of the first pixel, at every size of keypoint.
+TEST(ExtractFeatures, SiftFindsDotsWhereTheyAre) {
+  for (const double sigma_px : {1.5, 3.0, 6.0, 9.0}) {
+    ColorImage image = Gray();
+    Random random(7);
+    std::vector<Eigen::Vector2f> centres;
+    for (int dot = 0; dot < 6; ++dot) {
+      const Eigen::Vector2d place(60 + 100 * (dot % 3), 60 + 120 * (dot / 3));
+      const Eigen::Vector2d centre =
+          place + Eigen::Vector2d(random.Uniform(0, 1), random.Uniform(0, 1));
+      AddDot(centre, sigma_px, 90, &image);
+      centres.push_back(centre.cast<float>());
+    }
+    const FrameFeatures features = ExtractFeatures(image, kCamera, {});
+    for (const Eigen::Vector2f& centre : centres) {
+      const auto off_px = [&](const Eigen::Vector2f& p) { return (p - centre).norm(); };
+      EXPECT_LT(off_px(*std::ranges::min_element(features.keypoints_px, {}, off_px)), 0.1)
+          << "sigma " << sigma_px << ", at " << centre.transpose();
+    }
+  }
 }
 
 TEST(ExtractFeatures, DistortionIsTakenOutOfTheKeypointsOnly) {
