@@ -332,7 +332,8 @@ $(eval $(call colmap_step,triangulate,$(call steps,matches) $(M)/pose_graph/traj
 $(eval $(call colmap_step,queries,$(call steps,matches) $(F)/queries.csv $(F)/query_cameras.json))
 $(eval $(call colmap_step,register_mapper,$(call steps,mapper queries)))
 $(eval $(call colmap_step,register_triangulate,$(call steps,triangulate queries)))
-$(C)/results.json: $(call steps,register_mapper register_triangulate) $(MADE_localize) $(MADE_frames) \
+$(eval $(call colmap_step,register_held,$(call steps,triangulate queries)))
+$(C)/results.json: $(call steps,register_mapper register_triangulate register_held) $(MADE_localize) $(MADE_frames) \
   $(wildcard $(F)/ground_truth.tum $(F)/query_ground_truth.tum) $(EVALUATION) scripts/evaluate_colmap.py
 	@echo "== evaluate_colmap"
 	$(QUIET)$(PYTHON) scripts/evaluate_colmap.py --site-dir $(M) --out $@ 2>&1 | tee $(M)/logs/evaluate_colmap.log

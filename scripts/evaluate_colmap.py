@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """evaluate_colmap: what COLMAP made of the same pictures, held against nightmap and the truth.
 
-Three methods locate the same queries in maps of the same mapping frames (all of them, so that each map
-sees as much): nightmap; COLMAP's own map; COLMAP's points at nightmap's poses. Each is measured against
-the truth, where there is one, and against the others. Writes results.json, summary.csv (a row for each
+Four methods locate the same queries in maps of the same mapping frames (all of them, so that each map
+sees as much): nightmap; COLMAP in its own map; COLMAP among its points at nightmap's poses, once where
+these poses are adjusted with the queries' and once where they are held. Each is measured against the
+truth, where there is one, and against the others. Writes results.json, summary.csv (a row for each
 method, reference and protocol), queries.csv (a row a query) and plots. With --readme it puts its table
 between `<!-- colmap SITE:begin -->` and `<!-- colmap SITE:end -->` of that file.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
@@ -30,7 +31,12 @@ from nightmap_eval.query_errors import PROTOCOLS
 from nightmap_eval.site import Frames, hash_if_there, put_between, to_json, write_atomic
 from nightmap_eval.trajectory import read_tum
 
-VARIANTS = ("mapper", "triangulate")
+# Of COLMAP: the step that makes the map, the step that puts the queries into it.
+VARIANTS = {
+    "colmap_mapper": ("mapper", "register_mapper"),
+    "colmap_triangulate": ("triangulate", "register_triangulate"),
+    "colmap_held": ("triangulate", "register_held"),
+}
 TRUTH = ("frames/ground_truth.tum", "frames/query_ground_truth.tum")
 MADE_OF = ("pose_graph/trajectory.tum", "localize/queries.csv", *TRUTH)
 SETTING = (
@@ -38,7 +44,8 @@ SETTING = (
     "COLMAP's defaults but for what is said here; on the CPU; intrinsics known and never refined",
     "matching of the map: {matching}",
     "matching of a query: {query_matching}",
-    "queries are registered, then bundle adjustment with the whole map",
+    "queries are registered, then bundle adjustment with the whole map; colmap_held: by the mapper, which "
+    "triangulates and adjusts with them while nightmap's poses stay",
     "COLMAP's models are put on nightmap's map by a similarity over their map cameras",
 )
 
@@ -69,12 +76,13 @@ class Site:
         paths = [self.dir / name for name in TRUTH]
         return Part(*map(read_tum, paths)) if all(path.exists() for path in paths) else None
 
-    def locate_by_colmap(self, variant):
-        name, folder = f"colmap_{variant}", self.colmap / f"register_{variant}"
+    def locate_by_colmap(self, name):
+        map_step, query_step = VARIANTS[name]
+        folder = self.colmap / query_step
         failed = read_receipt(folder)["failed"]
         if failed:
             return Located(name, failed=failed)
-        mapped = self.colmap / variant / "models"
+        mapped = self.colmap / map_step / "models"
         return locate_by_models(
             name, mapped, folder / "models", self.map_times, self.query_times, self.trajectory
         )
@@ -92,7 +100,7 @@ def method_figures(site, method, references):
     figures["against"] = compare(method, references) if method.parts else {}
     if method.name == "nightmap":
         return figures | nightmap_costs(site.dir, len(site.rows))
-    return figures | colmap_costs(site.dir, method.name.removeprefix("colmap_"), len(site.rows))
+    return figures | colmap_costs(site.dir, *VARIANTS[method.name], len(site.rows))
 
 
 def errors_by_method(methods, reference):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Time and size of a map and of locating queries in it, from the receipts of what made them.
 
-The parts of COLMAP's variants are its commands. The triangulated variant needs nightmap's poses, so
+The parts of COLMAP's variants are its commands. The triangulated map needs nightmap's poses, so
 nightmap's stages up to the trajectory are parts of it. What only the cloud and the grid need (octree,
 ...) is no part of any, nor is writing nightmap's map as a COLMAP model, which locates nothing.
 """
@@ -66,15 +66,15 @@ def _command_cpu_s(root, steps):
     return sum(times) if times and None not in times else None
 
 
-def colmap_costs(site_dir, variant, num_queries):
-    """Map and points are those of the variant's models, all of them: each is needed to try a query."""
+def colmap_costs(site_dir, map_step, query_step, num_queries):
+    """Map and points are those of all models of `map_step`: each is needed to try a query."""
     root = site_dir / "evaluate_colmap"
-    map_parts = _command_times_s(root, ("features", "matches", variant))
-    if variant == "triangulate":
+    map_parts = _command_times_s(root, ("features", "matches", map_step))
+    if map_step == "triangulate":
         map_parts = _stage_times_s(site_dir, POSE_STAGES) | map_parts
-    query_steps = ("queries", f"register_{variant}")
+    query_steps = ("queries", query_step)
     query_parts, query_cpu_s = _command_times_s(root, query_steps), _command_cpu_s(root, query_steps)
     files = [root / "matches" / name for name in ("database.db", "vocabulary.bin")]
-    files += sorted((root / variant).glob("models/*/*.bin"))
+    files += sorted((root / map_step).glob("models/*/*.bin"))
     size = sum(path.stat().st_size for path in files if path.exists())
     return _costs(map_parts, query_parts, query_cpu_s, num_queries) | {"map_size_bytes": size}

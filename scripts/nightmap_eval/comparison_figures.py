@@ -4,10 +4,10 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from nightmap_eval.figures import BLUE, GRAY, GREEN, ORANGE, map_axes, draw_grid, to_png
+from nightmap_eval.figures import BLUE, GRAY, GREEN, ORANGE, RED, map_axes, draw_grid, to_png
 
-COLORS = {"nightmap": BLUE, "colmap_mapper": ORANGE, "colmap_triangulate": GREEN}
-MARKERS = {"nightmap": "^", "colmap_mapper": "x", "colmap_triangulate": "+"}
+COLORS = {"nightmap": BLUE, "colmap_mapper": ORANGE, "colmap_triangulate": GREEN, "colmap_held": RED}
+MARKERS = {"nightmap": "^", "colmap_mapper": "x", "colmap_triangulate": "+", "colmap_held": "1"}
 BINS_CM = np.geomspace(0.1, 1000, 25)
 
 

@@ -138,6 +138,7 @@ class ColmapTest(unittest.TestCase):
     def test_queries_are_located_in_the_map_and_in_colmaps_points_at_its_poses(self):
         self.assert_located("nightmap")
         self.assert_located("colmap_triangulate")
+        self.assert_located("colmap_held")
         self.assertIn("exhaustive", " ".join(self.results["setting"]))
         self.assertIn("| located |", self.output)
 

@@ -168,6 +168,17 @@ class ColmapStepTest(unittest.TestCase):
         self.assertEqual(commands, ["image_registrator", "bundle_adjuster"] * 2)
         self.assertIn("--BundleAdjustment.refine_focal_length 0", self.calls())
 
+    def test_the_map_is_held_where_the_mapper_goes_on_with_the_queries(self):
+        self.prepare("queries")
+        fake_colmap.write_receipt(self.colmap / "triangulate")
+        self.run_step("register_held")
+        self.assertIsNone(self.receipt("register_held")["failed"])
+        (call,) = self.calls().splitlines()
+        self.assertTrue(call.startswith("mapper "), call)
+        for option in ("--Mapper.fix_existing_images 1", "--Mapper.ba_refine_focal_length 0",
+                       f"--input_path {self.colmap}/triangulate/models/0"):  # fmt: skip
+            self.assertIn(option, call)
+
     def test_nightmaps_poses_come_with_the_focal_lengths_it_found(self):
         self.prepare("matches", "queries")
         fake_colmap.write_model(self.root / "made", ["rgb/0.png"], fake_site.walk(1))
@@ -177,7 +188,7 @@ class ColmapStepTest(unittest.TestCase):
         self.assertEqual(cameras, "1 PINHOLE 640 480 490.0 491.0 320.0 240.0\n")
         fake_colmap.write_receipt(self.colmap / "mapper")
         (self.colmap / "mapper" / "models" / "0").mkdir(parents=True)
-        for variant, focal_px in (("triangulate", 490), ("mapper", 500)):
+        for variant, focal_px in (("triangulate", 490), ("held", 490), ("mapper", 500)):
             self.run_step(f"register_{variant}")
             (camera,) = read_cameras(self.colmap / f"register_{variant}" / "database.db")
             self.assertEqual(camera[4][0], focal_px)

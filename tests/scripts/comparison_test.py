@@ -17,7 +17,8 @@ from nightmap_eval.colmap_files import read_model
 from nightmap_eval.comparison import Part, fit_to_map, locate_by_models, matched, model_trajectory, summaries
 from nightmap_eval.report_comparison import comparison_section
 
-STEPS = ("features", "matches", "mapper", "triangulate", "queries", "register_mapper", "register_triangulate")
+STEPS = ("features", "matches", "mapper", "triangulate", "queries",
+         "register_mapper", "register_triangulate", "register_held")  # fmt: skip
 MAP_NAMES = [f"rgb/{i}.png" for i in range(fake_site.NUM_FRAMES)]
 QUERIES = walk(11).select(range(10))
 QUERIES.times_ns = QUERIES.times_ns + 5
@@ -155,9 +156,9 @@ class EvaluateColmapTest(unittest.TestCase):
         for step in STEPS:
             fake_colmap.write_receipt(self.colmap / step, parts=[(f"tool_{step}", 2.0)], matching="exhaustive")
         (self.colmap / "matches" / "database.db").write_bytes(bytes(300))
-        for variant in ("mapper", "triangulate"):
-            write_model(self.colmap / variant / "models" / "0", range(40), queries=[])
-            write_model(self.colmap / f"register_{variant}" / "models" / "0", range(40), queries=range(6))
+        for made, num_queries in (("mapper", 0), ("triangulate", 0), ("register_mapper", 6),
+                                  ("register_triangulate", 6), ("register_held", 7)):  # fmt: skip
+            write_model(self.colmap / made / "models" / "0", range(40), queries=range(num_queries))
 
     def evaluate(self, *more):
         out = self.colmap / "results.json"
@@ -181,14 +182,15 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertEqual(mapper["map_time_s"], 6)
         self.assertEqual(mapper["time_per_query_s"], 0.4)
         self.assertEqual(nightmap["map_time_s"], 5 * 12.5)
-        self.assertEqual(results["methods"]["colmap_triangulate"]["map_time_s"], 6 + 4 * 12.5)
+        for name in ("colmap_triangulate", "colmap_held"):  # the same map
+            self.assertEqual(results["methods"][name]["map_time_s"], 6 + 4 * 12.5)
         self.assertEqual(nightmap["map_size_bytes"], 1500)
         self.assertGreater(mapper["map_size_bytes"], 300)
-        self.assertIn("| located | 8 | 6 | 6 |", table)
+        self.assertIn("| located | 8 | 6 | 6 | 7 |", table)
 
     def test_cpu_time_is_told_where_every_receipt_has_it(self):
         results, table = self.evaluate()
-        self.assertIn("| a query (CPU s) | n/a | n/a | n/a |", table)
+        self.assertIn("| a query (CPU s) | n/a | n/a | n/a | n/a |", table)
         for path in [self.site_dir / "localize" / "receipt.json",
                      *self.colmap.glob("queries/receipt.json"), *self.colmap.glob("register_*/receipt.json")]:  # fmt: skip
             receipt = json.loads(path.read_text())
@@ -214,7 +216,7 @@ class EvaluateColmapTest(unittest.TestCase):
     def test_tables_and_plots_are_beside_the_results(self):
         results, _ = self.evaluate()
         rows = self.read_csv("summary.csv")
-        self.assertEqual(len(rows), 3 * 3 * 2)  # each against the truth and the two others, two protocols
+        self.assertEqual(len(rows), 4 * 4 * 2)  # each against the truth and the three others, two protocols
         queries = self.read_csv("queries.csv")
         self.assertEqual(len(queries), 10)
         self.assertEqual([row["colmap_mapper_status"] for row in queries].count("located"), 6)
@@ -231,8 +233,8 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertEqual(results["methods"]["colmap_triangulate"]["num_located"], 6)
         self.assertIn("failed: colmap mapper: no model", table)
 
-    def test_both_variants_failed(self):
-        for variant in ("mapper", "triangulate"):
+    def test_all_variants_failed(self):
+        for variant in ("mapper", "triangulate", "held"):
             fake_colmap.write_receipt(self.colmap / f"register_{variant}", failed="out of memory")
         results, _ = self.evaluate()
         self.assertEqual(results["methods"]["nightmap"]["num_located"], 8)
@@ -248,7 +250,7 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertEqual(mapper["nightmap"]["global"]["recall_1cm_1deg_percent"], 75)
         against_truth = results["methods"]["nightmap"]["against"]["truth"]
         self.assertEqual(against_truth["global"]["recall_1cm_1deg_percent"], 80)
-        self.assertIn("| global 1 cm, 1 deg (%) | 80 | n/a | 60 |", table)
+        self.assertIn("| global 1 cm, 1 deg (%) | 80 | n/a | 60 | 70 |", table)
         queries = self.read_csv("queries.csv")
         self.assertEqual(queries[0]["colmap_mapper_status"], "located")
         self.assertEqual(queries[0]["colmap_mapper_global_error_cm"], "")

@@ -253,7 +253,7 @@ class BuildingRowsTest(unittest.TestCase):
         ]
         rows = dict(_building_rows({"grid": floors[0] | {"floors": floors}}))
         self.assertEqual(rows["Floor at 0.0 m: Seen cells right within one cell (%)"], 99.0)
-        self.assertEqual(rows["Floor at 0.0 m: Walls that no free cells lead through (%)"], 100.0)
+        self.assertEqual(rows["Floor at 0.0 m: Walls that are there and no free cells lead through (%)"], 100.0)
         self.assertEqual(rows["Floor at 2.9 m: in the map"], "no")
         [row] = _building_rows({"grid": {"height_m": 0.0, "seen_right_percent": 98.0}})
         self.assertEqual(row, ["Seen cells right within one cell (%)", 98.0])
