@@ -4,12 +4,13 @@
 the other way round, and of a building that was never mapped."""
 import csv
 import json
+import os
 import unittest
 
 from rendered_sites import FOLDER, make_site, recording, run, synthesize, write_site
 
 BUILDING = "num_identical_rooms = 3\nmirrored_corridors = true\n"
-NUM_QUERIES = 80
+NUM_QUERIES = int(os.environ.get("NIGHTMAP_NUM_QUERIES", "80"))  # of each kind; more take longer
 
 
 class LookAlikesTest(unittest.TestCase):

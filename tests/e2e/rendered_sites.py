@@ -25,14 +25,15 @@ def run(command):
 
 
 def synthesize(site, config):
-    """Renders into data/<site>, unless it is there already."""
-    folder = FOLDER / "data" / site
-    if (folder / "synthesize.json").exists():
+    """Renders into data/<site>, unless this program has done so already."""
+    folder, program = FOLDER / "data" / site, BUILD / "run/synthesize"
+    made = folder / "synthesize.json"
+    if made.exists() and made.stat().st_mtime > program.stat().st_mtime:
         return
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "config.toml"
     path.write_text(config + HALF_SIZE)
-    run([BUILD / "run/synthesize", "--config", path, "--out", f"site={folder}/synthesize.json"])
+    run([program, "--config", path, "--out", f"site={made}"])
 
 
 def make_site(site, *arguments):
