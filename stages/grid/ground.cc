@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kFillReach_m = 0.75;
 constexpr double kBridge_m = 1.5;    // a ramp goes on behind as much unseen ground, at most
-constexpr double kMaxSlope = 0.36;   // of ramps under unseen ground
+constexpr double kMaxSlope = 0.36;   // of ramps from where they leave level ground
 constexpr int kNumSmoothings = 100;  // of the ground that is filled in beside ramps
 constexpr double kStepTolerance_m = 1e-9;
 constexpr int kNoSupport = std::numeric_limits<int>::min();
@@ -30,6 +30,7 @@ class GroundFinder {
         floor_m_(floors_m[floor_idx]),
         tops_(area_.Size(), kNoSupport),
         bridges_(area_.Size()),
+        ways_(area_.Size()),
         is_of_other_floor_(area_.Size(), false) {
     const double step_m = options.max_step_height_m;
     if (floor_idx > 0) lowest_m_ = floors_m[floor_idx - 1] + step_m;
@@ -70,7 +71,9 @@ class GroundFinder {
             std::abs(Height_m(top) - floor_m_) < std::abs(Height_m(tops_[cell]) - floor_m_);
         if (IsLevel(top) && is_nearer) tops_[cell] = top;
       }
-      if (tops_[cell] != kNoSupport) cells.push_back(cell);
+      if (tops_[cell] == kNoSupport) continue;
+      ways_[cell].level_top = tops_[cell];
+      cells.push_back(cell);
     }
     return cells;
   }
@@ -80,6 +83,12 @@ class GroundFinder {
   struct Bridge {
     int from_top = kNoSupport;
     int num_cells = std::numeric_limits<int>::max();
+  };
+
+  // From level ground to a cell: what is steeper than a ramp is furniture.
+  struct Way {
+    int level_top = kNoSupport;
+    int num_cells = 0;
   };
 
   int Voxels(double height_m) const {
@@ -131,7 +140,10 @@ class GroundFinder {
       const Bridge from = tops_[at] == kNoSupport ? bridges_[at] : Bridge{tops_[at], 0};
       ForNeighbours(at, [&](std::size_t cell) {
         if (tops_[cell] != kNoSupport) return;
+        const Way way{ways_[at].level_top, ways_[at].num_cells + 1};
         const int top = ReachedTop(cell, from);
+        if (top != kNoSupport && std::abs(top - way.level_top) > MaxRise(way.num_cells)) return;
+        ways_[cell] = way;
         if (top == kNoSupport) return TryBridge(cell, from, queue);
         if (IsOfOtherFloor(top)) {
           is_of_other_floor_[cell] = true;
@@ -223,6 +235,7 @@ class GroundFinder {
   double highest_m_ = std::numeric_limits<double>::infinity();
   std::vector<int> tops_;  // of each cell's ground, or kNoSupport
   std::vector<Bridge> bridges_;
+  std::vector<Way> ways_;
   std::vector<bool> is_of_other_floor_;
 };
 

@@ -14,7 +14,9 @@ namespace nightmap {
 // both floors have the ramp that joins them. A ramp goes on behind up to 1.5 m of ground that was
 // not seen below seen free space, if it can have got there at a slope of 0.36. Cells without a
 // support take their ground from the supports around them, up to 0.75 m off, and are level beyond.
-// `floors_m` as of FindFloors. Returns z (m) of each cell.
+// What has risen by more than a step and a slope of 0.36 since level ground is no ramp but things
+// on each other, cushions before a table, say. `floors_m` as of FindFloors. Returns z (m) of each
+// cell.
 std::vector<double> FindGround(const GridOptions& options,
                                const Columns& columns,
                                const Supports& supports,

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include "tests/stages/grid/room.h"
 
 namespace nightmap {
@@ -103,11 +104,21 @@ TEST(GridFloors, APlatformWithoutARampIsAnObstacle) {
 
 TEST(GridFloors, SmallSlopesAreNoRamps) {
   VoxelRoom room = EmptyRoom();
-  for (int x = 5; x <= 12; ++x) Raise(room, x, 5, x, 8, x - 4, 48);  // a pile of 8 x 4 cells
-  EXPECT_EQ(CellAt(Project(room.Tree()), 10, 6), kOccupiedCell);
+  for (int x = 5; x <= 20; ++x) Raise(room, x, 5, x, 8, (x - 2) / 3, 48);  // a pile of 16 x 4 cells
+  EXPECT_EQ(CellAt(Project(room.Tree()), 18, 6), kOccupiedCell);
   GridOptions options;
   options.min_ramp_area_m2 = 0;
-  EXPECT_EQ(CellAt(Project(room.Tree(), options), 10, 6), kFreeCell);
+  EXPECT_EQ(CellAt(Project(room.Tree(), options), 18, 6), kFreeCell);
+}
+
+// Cushions lead from the ground onto a table in steps that a robot climbs, but at 45 degrees.
+TEST(GridFloors, SteepPilesAreNoRamps) {
+  VoxelRoom room = EmptyRoom();
+  for (int x = 5; x <= 20; ++x) Raise(room, x, 5, x, 20, std::min(x - 4, 14), 48);
+  GridOptions options;
+  options.min_ramp_area_m2 = 0;
+  const auto grid = Project(room.Tree(), options);
+  for (const int x : {12, 16, 19}) EXPECT_EQ(CellAt(grid, x, 12), kOccupiedCell) << x;
 }
 
 // A ramp from z = 0 up to 3 m, where a second floor of 4 m x 4 m lies beside and above the first.
