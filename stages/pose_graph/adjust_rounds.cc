@@ -23,8 +23,9 @@ GlobalBundleSummary AdjustmentRounds::AdjustKeyframes(
       options_, input_, MakeBundleOptions(), std::move(tracks), {}, graph_from_keyframe);
 }
 
-// Where most observations are good, those that are not need no say: on every recording with truth a
-// scale of one deviation gives better poses than two.
+// Where most observations are good, those that are not need no say: on every recording with truth
+// frames fit the map within 2 m of them better at a scale of one deviation than of two (the ATE of
+// hololens_office is 4 % larger).
 GlobalBundleSummary AdjustmentRounds::AdjustDescribed(
     std::map<int, Rigid3>* graph_from_keyframe, std::vector<Rigid3>* graph_from_camera) const {
   BundleOptions bundle_options = MakeBundleOptions();
