@@ -5,6 +5,7 @@
 #include "pipeline/base/files.h"
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/floors_io.h"
+#include "pipeline/io/gif_io.h"
 #include "stages/drive/drive.h"
 #include "stages/drive/drive_output.h"
 

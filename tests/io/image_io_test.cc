@@ -55,34 +55,6 @@ TEST(ImageIo, WhatIsWrittenIsRead) {
   EXPECT_EQ(info.num_bits, 16);
 }
 
-TEST(ImageIo, AnimationKeepsItsImagesAndTimes) {
-  const TemporaryFolder folder;
-  std::vector<ColorImage> images(3, ColorImage{40, 20, 3, {}});
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    images[i].pixels.assign(2400, 200);
-    for (int x = 0; x < 20; ++x) images[i].At(x, 5 * static_cast<int>(i), 1) = 17;
-  }
-  WriteGif(folder / "a.tmp", images, 5);
-  WriteGif(folder / "b.tmp", images, 5);
-  EXPECT_EQ(ReadBytes(folder / "a.tmp"), ReadBytes(folder / "b.tmp"));
-  std::filesystem::rename(folder / "a.tmp", folder / "a.gif");
-  const auto input = OIIO::ImageInput::open((folder / "a.gif").string());
-  ASSERT_TRUE(input);
-  for (int i = 0; i < 3; ++i) {
-    ASSERT_TRUE(input->seek_subimage(i, 0));
-    EXPECT_NEAR(input->spec().get_float_attribute("FramesPerSecond"), 5, 0.01);
-    std::vector<std::uint8_t> pixels(3200);  // with alpha
-    ASSERT_TRUE(input->read_image(i, 0, 0, 4, OIIO::TypeDesc::UINT8, pixels.data()));
-    for (std::size_t p = 0; p < 800; ++p) {
-      const auto& expected = images[static_cast<std::size_t>(i)].pixels;
-      EXPECT_EQ(pixels[4 * p], expected[3 * p]);
-      EXPECT_EQ(pixels[4 * p + 1], expected[3 * p + 1]);
-    }
-  }
-  EXPECT_FALSE(input->seek_subimage(3, 0));
-  EXPECT_THROW(WriteGif(folder / "none" / "c.gif", images, 5), DataError);
-}
-
 TEST(ImageIo, EqualPixelsGiveEqualBytes) {
   const TemporaryFolder folder;
   const auto image = RandomImage<std::uint8_t>(40, 30, 3, 4);

@@ -1,0 +1,295 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Attacks on a mapped site: each damages something in a tree of its own and names the command to run there.
+
+A tree is a copy of a workspace of the end-to-end tests (configs, data, maps). `commands` are the stages'
+commands as make ran them, so that a new stage is attacked as soon as the pipeline has it."""
+import dataclasses
+import os
+import pathlib
+import re
+import shlex
+
+from mutations import WORDS, append_garbage, damage, make_special, nest_deeply, replace, replace_word
+
+CANARY = "../outside/canary.txt"  # a file beside the tree that no command has any business with
+
+
+@dataclasses.dataclass
+class Attack:
+    what: str
+    command: list
+    must_fail: bool = False
+
+
+@dataclasses.dataclass
+class StageCommand:
+    """A stage's command line, taken apart."""
+    program: str
+    config: str
+    inputs: list   # of [name, path]
+    outputs: list
+
+    @classmethod
+    def parse(cls, line):
+        words = shlex.split(line)
+        pairs = list(zip(words[1::2], words[2::2]))
+        ports = {flag: [value.split("=", 1) for key, value in pairs if key == flag] for flag in ("--in", "--out")}
+        return cls(words[0], dict(pairs)["--config"], ports["--in"], ports["--out"])
+
+    def copy(self):
+        return StageCommand(self.program, self.config, [[*port] for port in self.inputs], [[*port] for port in self.outputs])
+
+    def words(self):
+        return ([self.program, "--config", self.config]
+                + [word for name, path in self.inputs for word in ("--in", f"{name}={path}")]
+                + [word for name, path in self.outputs for word in ("--out", f"{name}={path}")])
+
+    def name(self):
+        return pathlib.Path(self.program).name
+
+    def input_files(self, root):
+        return [port for port in self.inputs if (root / port[1]).is_file()]
+
+
+def parse_commands(log):
+    """The stages' commands in what `make V=1` printed."""
+    lines = re.findall(r"(?ms)^(build/run/\w+ --config .*?) 2>&1 \| tee", log)
+    commands = [StageCommand.parse(line.replace("\\\n", " ")) for line in lines]
+    return [command for command in commands if command.name() != "synthesize"]  # it writes to data
+
+
+# ---- on one program -----------------------------------------------------------------------------
+def special_output(draw, root, command):
+    port = draw.choice(command.outputs)
+    port[1] = f"maps/special{pathlib.Path(port[1]).suffix}"
+    kind = make_special(draw, root / port[1])
+    return Attack(f"output {port[0]} is a {kind}", command.words(), must_fail="link" not in kind)
+
+
+def output_over_input(draw, root, command):
+    port, source = draw.choice(command.outputs), draw.choice(command.input_files(root))
+    way = draw.choice(("same", "dots", "hard link", "linked folder"))
+    port[1] = source[1]
+    if way == "dots":
+        port[1] = os.path.join(os.path.dirname(source[1]), ".", "..", os.path.dirname(source[1]).split("/")[-1],
+                               os.path.basename(source[1]))
+    elif way == "hard link":
+        port[1] = "maps/another_name"
+        os.link(root / source[1], root / port[1])
+    elif way == "linked folder":
+        (root / "maps/folder").symlink_to(os.path.abspath(root / os.path.dirname(source[1])))
+        port[1] = f"maps/folder/{os.path.basename(source[1])}"
+    return Attack(f"output {port[0]} is input {source[0]} ({way})", command.words(), must_fail=True)
+
+
+def output_twice(draw, root, command):
+    if len(command.outputs) < 2:
+        return None
+    first, second = draw.sample(command.outputs, 2)
+    folder, name = os.path.split(first[1])
+    second[1] = draw.choice((first[1], f"./{first[1]}", f"{folder}//{name}", os.path.abspath(root / first[1])))
+    return Attack(f"outputs {first[0]} and {second[0]} are one", command.words(), must_fail=True)
+
+
+def special_input(draw, root, command):
+    port = draw.choice(command.inputs)
+    port[1] = "maps/special" + pathlib.Path(port[1]).suffix
+    return Attack(f"input {port[0]} is a {make_special(draw, root / port[1])}", command.words(), must_fail=True)
+
+
+def wrong_ports(draw, root, command):
+    ports = draw.choice((command.inputs, command.outputs))
+    way = draw.choice(("missing", "twice", "swapped", "unknown", "odd path"))
+    port = draw.choice(ports)
+    if way == "missing":
+        ports.remove(port)
+    elif way == "twice":
+        ports.append([*port])
+    elif way == "swapped":
+        other = draw.choice(ports)
+        port[1], other[1] = other[1], port[1]
+    elif way == "unknown":
+        port[0] = draw.choice(("nothing", "", "report", "data"))
+    else:
+        port[1] = draw.choice(("", "/", ".", "maps", "no/such/file", "maps/a\nb", "é", "x" * 300))
+    return Attack(f"{way} port {port[0]}", command.words())
+
+
+def damaged_input(draw, root, command):
+    files = command.input_files(root)
+    if not files:
+        return None
+    name, path = draw.choice(files)
+    return Attack(f"input {name}: {damage(draw, root / path)}", command.words())
+
+
+def damaged_config(draw, root, command):
+    path = root / command.config
+    kind = draw.choice((replace_word, replace_word, replace_word, nest_deeply, append_garbage))
+    kind(draw, path)
+    return Attack(f"config: {kind.__name__}", command.words())
+
+
+# ---- on the recording ---------------------------------------------------------------------------
+def _command_of(commands, name):
+    return next(command.copy() for command in commands if command.name() == name)
+
+
+def _lists(root):
+    return sorted(path for path in (root / "data").glob("*/*.txt"))
+
+
+def _pictures(root, folder="*"):
+    return sorted((root / "data").glob(f"*/{folder}/*.*"))
+
+
+def damaged_list(draw, root, commands):
+    path = draw.choice(_lists(root))
+    return Attack(f"{path.name}: {damage(draw, path)}", _command_of(commands, "frames").words())
+
+
+def picture_outside(draw, root, commands):
+    """A list, or a link in the recording, that leads out of it."""
+    path = next(path for path in _lists(root) if path.name == draw.choice(("rgb.txt", "depth.txt")))
+    lines = path.read_text().splitlines()
+    at = draw.randrange(3, len(lines))
+    time, name = lines[at].split()
+    picture = path.parent / name
+    outside = root.parent / "outside" / f"picture{picture.suffix}"
+    if draw.random() < 0.5:
+        lines[at] = f"{time} {os.path.dirname(name)}/../../../../outside/{outside.name}"
+        replace(path, "\n".join(lines).encode() + b"\n")
+        what = "a list leads out"
+    else:
+        picture.unlink()
+        picture.symlink_to(outside)
+        what = "a link leads out"
+    return Attack(f"{path.name}: {what}", _command_of(commands, "frames").words(), must_fail="list" in what)
+
+
+def special_picture(draw, root, commands):
+    path = draw.choice(_pictures(root))
+    path.unlink()
+    return Attack(f"picture is a {make_special(draw, path)}", _command_of(commands, "frames").words())
+
+
+def damaged_picture(draw, root, commands):
+    path = draw.choice(_pictures(root))
+    if draw.random() < 0.2:
+        path.unlink()
+        os.link(root.parent / "outside/bomb.png", path)
+        return Attack("picture is a decompression bomb", _command_of(commands, "frames").words())
+    name = draw.choice(("frames", "frames", "features", "localize", "point_cloud"))
+    return Attack(f"picture: {damage(draw, path)}", _command_of(commands, name).words())
+
+
+# ---- on make and its scripts --------------------------------------------------------------------
+GOALS = (["-n", "map"], ["-q", "map"], ["why"], ["verify"], ["-n", "report"], ["-q", "localize"])
+
+
+def damaged_site(draw, root, commands):
+    """The site's own config, or a file that make and its scripts read."""
+    path = draw.choice(sorted((root / "configs/sites").glob("small.toml")) + sorted((root / "configs/sites/small").iterdir()))
+    return Attack(f"{path.name}: {damage(draw, path)}", ["make", *draw.choice(GOALS)])
+
+
+def damaged_results(draw, root, commands):
+    """Any file below maps, under goals that only look."""
+    files = sorted(path for path in (root / "maps").rglob("*") if path.is_file())
+    path = draw.choice(files if draw.random() < 0.5 else [path for path in files if path.suffix in (".json", ".txt", ".mk", ".toml")])
+    return Attack(f"{path.relative_to(root)}: {damage(draw, path)}", ["make", *draw.choice(GOALS)])
+
+
+def damaged_evaluation(draw, root, commands):
+    """A file that the evaluation reads, under the evaluation."""
+    files = [path for path in sorted((root / "maps").glob("*/*/*.*")) + sorted((root / "data").glob("*/*.*"))
+             if path.suffix in (".json", ".csv", ".tum", ".txt", ".ply", ".h5", ".yaml")]
+    path = draw.choice(files)
+    site = next((root / "maps").iterdir())
+    return Attack(f"{path.relative_to(root)}: {damage(draw, path)}",
+                  ["/usr/bin/python3", "scripts/evaluate.py", "--site-dir", str(site.relative_to(root)), "--data", "data",
+                   "--out", f"{site.relative_to(root)}/evaluate/metrics.json"])
+
+
+def hostile_recording(draw, root, commands):
+    """Names and things in the recording's folder that only make looks at."""
+    folder = draw.choice([path for path in (root / "data").rglob("*") if path.is_dir()])
+    kind = draw.choice(("special", "name"))
+    if kind == "special":
+        kind = make_special(draw, folder / "special")
+    else:
+        (pathlib.Path(os.fsdecode(os.fsencode(folder) + draw.choice((b"/\xff\xfe.png", b"/a\nb.png", b"/$(touch owned).png",
+                                                                     b"/a b.png"))))).write_bytes(b"x")
+    return Attack(f"recording holds a {kind}", ["make", *draw.choice(GOALS)])
+
+
+def hostile_variable(draw, root, commands):
+    name = draw.choice(("START", "GOAL", "QUERY", "SET", "SEED", "PROFILE", "CAMERA", "FOV_DEG"))
+    value = draw.choice((*(word for word in WORDS if "\0" not in word and "$" not in word), "1,2", "nan,nan", "1e308,1e308", "x" * 100000,
+                         "plan.start='a", "octree.resolution_m=1e-300", CANARY, "[" * 1000))
+    return Attack(f"{name}={value[:40]}", ["make", f"{name}={value}", *draw.choice(GOALS)])
+
+
+def hostile_query(draw, root, commands):
+    """A picture to locate that is none, or much more than one."""
+    folder = root / "pictures"
+    folder.mkdir()
+    picture = pathlib.Path(os.fsdecode(os.fsencode(folder) + draw.choice((b"/a.png", b"/a b.jpg", b"/\xff.png", b"/a\nb.png"))))
+    kind = draw.choice(("special", "damaged", "bomb", "list"))
+    if kind == "special":
+        kind = make_special(draw, picture)
+    elif kind == "bomb":
+        os.link(root.parent / "outside/bomb.png", picture)
+    else:
+        picture.write_bytes(draw.choice(_pictures(root)).read_bytes())
+        if kind == "damaged":
+            damage(draw, picture)
+        else:
+            (folder / "list.txt").write_bytes(os.fsencode(picture.name) + b"\n" + draw.choice((b"\x00\xff", b"/dev/zero\n", b"a.png\n")))
+    query = "pictures/list.txt" if kind == "list" else draw.choice(("pictures", f"'{picture.relative_to(root)}'"))
+    return Attack(f"query {kind}: {query!r}", ["make", "localize", f"QUERY={query}", "FOV_DEG=62"])
+
+
+def damaged_lists(draw, root, commands):
+    """A list that make reads, of shards, tiles or floors: it is made again, or is an error."""
+    lists = [path for folder in ("frames", "tiles", "grid") for path in sorted((root / "maps").glob(f"*/{folder}/*"))
+             if path.suffix in (".mk", ".txt", ".json", ".csv") and not path.name.startswith(("receipt", "report"))]
+    path = draw.choice(lists)
+    return Attack(f"{path.relative_to(root)}: {damage(draw, path)}", ["make", draw.choice(("map", "-n")), "map"])
+
+
+def hostile_path(draw, root, commands):
+    """A path that is not on the grid, for the simulated robot."""
+    command = _command_of(commands, "drive")
+    path = root / dict(command.inputs)["csv"]
+    header, *rows = path.read_text().splitlines()
+    column = draw.randrange(len(header.split(",")))
+    shift = draw.choice((2.2, -5, 1e6, -1e9, 1e300, 0))
+    first = draw.randrange(len(rows))
+    for at in range(first, draw.choice((first + 1, len(rows)))):
+        words = rows[at].split(",")
+        words[column] = repr(float(words[column]) + shift) if shift else draw.choice(WORDS)
+        rows[at] = ",".join(words)
+    replace(path, "\n".join([header, *rows]).encode() + b"\n")
+    return Attack(f"path: column {header.split(',')[column]} {shift:+}", command.words())
+
+
+ON_A_STAGE = (special_output, output_over_input, output_twice, special_input, wrong_ports, damaged_input, damaged_input,
+              damaged_input, damaged_config)
+ON_A_SITE = (damaged_list, picture_outside, special_picture, damaged_picture, damaged_site, damaged_results,
+             damaged_evaluation, damaged_lists, hostile_recording, hostile_query, hostile_variable, hostile_path)
+
+
+def draw_attack(draw, root, commands):
+    """One attack, drawn and carried out in the tree at `root` up to its command."""
+    attack = None
+    while attack is None:
+        kind = draw.choice(ON_A_STAGE + ON_A_SITE)
+        if kind in ON_A_STAGE:
+            command = draw.choice(commands).copy()
+            attack = kind(draw, root, command)
+            name = f"{command.name()}: {kind.__name__}"
+        else:
+            attack, name = kind(draw, root, commands), kind.__name__
+    attack.what = f"{name}: {attack.what}"
+    return attack

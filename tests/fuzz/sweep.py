@@ -1,0 +1,194 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""sweep: attacks the programs and scripts with wrong ports, special files, damaged artifacts and hostile lists.
+
+Maps a small made-up building once, then runs each attack in a copy of it. A run is a violation when a program
+ends by a signal or an undocumented exit code, takes longer than the limit, prints a traceback or an exception's
+bare text, succeeds where it must refuse, or touches anything that is not in MAPS. The same seed and index
+give the same attack: `--only INDEX` repeats one and shows what was printed.
+Exit codes: 0 no violation; 1 violations, each listed; 2 wrong command line.
+"""
+import argparse
+import collections
+import concurrent.futures
+import os
+import pathlib
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
+
+from attacks import draw_attack, parse_commands  # noqa: E402
+from mutations import write_bomb  # noqa: E402
+from workspace import SITE, Workspace, environment  # noqa: E402
+
+MAX_TIME_S = 20
+GOALS = ("map", "localize", "plan", "drive")
+EXIT_CODES = (0, 1, 2, 3)
+# What a library or language says of itself, in place of a message to the user.
+BARE_TEXTS = re.compile(r"Traceback \(most recent|terminate called|Segmentation fault|Aborted|core dumped|stack smashing"
+                        r"|runtime error:|_M_range_check|std::|json\.exception|\[Errno \d|Error 1[34]\d\b|out of memory")
+
+
+def copy_tree(source, target):
+    """A copy by hard links: attacks replace files, and a program that writes in place shows in the source.
+    Logs are written in place by right."""
+    def copy(source_file, target_file):
+        (shutil.copy2 if source_file.endswith(".log") else os.link)(source_file, target_file)
+
+    shutil.copytree(source, target, symlinks=True, copy_function=copy)
+
+
+def make_outside(folder, bomb):
+    """What lies beside a tree, for attacks to lead to."""
+    folder.mkdir()
+    os.link(bomb, folder / "bomb.png")
+    (folder / "canary.txt").write_text("1.0 stay out\n")
+    for suffix in (".png", ".jpg"):
+        (folder / f"picture{suffix}").write_bytes(b"a picture of somebody else")
+
+
+def state(root, leave_out):
+    """(path, type, size, time) of all that is below a folder, but for one of its folders."""
+    found = set()
+    for folder, folders, files in os.walk(root):
+        if os.path.join(folder, "") == os.path.join(leave_out, ""):
+            folders.clear()
+            continue
+        for name in folders + files:
+            path = os.path.join(folder, name)
+            if path != str(leave_out):
+                status = os.lstat(path)
+                is_file = not os.path.isdir(path) or os.path.islink(path)
+                found.add((path, status.st_mode, *((status.st_size, status.st_mtime_ns) if is_file else ())))
+    return found
+
+
+def run_command(command, root):
+    """Exit code (None after the time limit), output and time of a command and all that it starts."""
+    start = time.monotonic()
+    process = subprocess.Popen(command, cwd=root, env=environment(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                               stderr=subprocess.STDOUT, start_new_session=True)
+    try:
+        output, _ = process.communicate(timeout=MAX_TIME_S)
+        code = process.returncode
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        output, code = process.communicate()[0], None
+    return code, output.decode("utf-8", errors="replace"), time.monotonic() - start
+
+
+def find_violations(attack, code, output, time_s, touched):
+    found = []
+    if code is None:
+        found.append(f"still running after {time_s:.0f} s")
+    elif code < 0:
+        found.append(f"ended by signal {-code}")
+    elif code not in EXIT_CODES:
+        found.append(f"exit code {code}")
+    elif code == 0 and attack.must_fail:
+        found.append("succeeded where it must refuse")
+    found += [f"printed '{bare}'" for bare in sorted(set(match.group() for match in BARE_TEXTS.finditer(output)))]
+    if code and code > 0 and not output.strip() and "-q" not in attack.command:
+        found.append(f"exit code {code} without a word")
+    return found + [f"touched {path}" for path in sorted(touched)]
+
+
+class Sweep:
+    def __init__(self, seed):
+        self.seed = seed
+        self.base = Workspace()
+        result = self.base.make("V=1", *GOALS)
+        if result.returncode != 0:
+            raise SystemExit(f"sweep: the chain fails without any attack:\n{result.stdout[-4000:]}")
+        self.commands = parse_commands(result.stdout)
+        self.bomb = self.base.folder / "bomb.png"
+        write_bomb(self.bomb)
+        self.before = state(self.base.folder, "")
+
+    def close(self):
+        self.base.remove()
+
+    def attack(self, index):
+        """(attack, exit code, violations, output) of one run."""
+        folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-sweep-"))
+        try:
+            root = folder / "tree"
+            copy_tree(self.base.folder, root)
+            make_outside(folder / "outside", self.bomb)
+            attack = draw_attack(random.Random(f"{self.seed}:{index}"), root, self.commands)
+            if attack.command[0] == "make":
+                attack.command[1:1] = ["--no-print-directory", f"SITE={SITE}", "SYNTHETIC=demo"]
+            before = state(folder, root / "maps")
+            code, output, time_s = run_command(attack.command, root)
+            touched = {os.path.relpath(item[0], folder) for item in before ^ state(folder, root / "maps")}
+            return attack, code, find_violations(attack, code, output, time_s, touched), output
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def touched_base(self):
+        """Files of the workspace itself that some attack's program wrote in place."""
+        return sorted(item[0] for item in self.before ^ state(self.base.folder, ""))
+
+
+def run_sweep(seed, num_runs, num_parallel, report=print):
+    """(number of runs by exit code, list of violations)"""
+    sweep = Sweep(seed)
+    codes, violations, lock = collections.Counter(), [], threading.Lock()
+
+    def run(index):
+        attack, code, found, _ = sweep.attack(index)
+        with lock:
+            codes[code] += 1
+            for text in found:
+                violations.append(f"{index}: {attack.what}: {text}")
+                report(violations[-1])
+            if sum(codes.values()) % 100 == 0:
+                report(f"{sum(codes.values())} of {num_runs} runs, {len(violations)} violations")
+
+    try:
+        with concurrent.futures.ThreadPoolExecutor(num_parallel) as pool:
+            list(pool.map(run, range(num_runs)))
+        for path in sweep.touched_base():
+            violations.append(f"a run wrote {path} in place")
+            report(violations[-1])
+    finally:
+        sweep.close()
+    return codes, violations
+
+
+def show_one(seed, index):
+    sweep = Sweep(seed)
+    try:
+        attack, code, found, output = sweep.attack(index)
+    finally:
+        sweep.close()
+    print(output, f"{attack.what}\n{' '.join(attack.command)[:2000]}\nexit code {code}", *found, sep="\n")
+    return 1 if found else 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--runs", type=int, default=2000, help="number of attacks (default 2000)")
+    parser.add_argument("--seed", type=int, default=0, help="of the attacks (default 0)")
+    parser.add_argument("--parallel", type=int, default=os.cpu_count(), help="attacks at a time (default: one per core)")
+    parser.add_argument("--only", type=int, metavar="INDEX", help="repeat one attack and show what it printed")
+    arguments = parser.parse_args()
+    if arguments.only is not None:
+        return show_one(arguments.seed, arguments.only)
+    start = time.monotonic()
+    codes, violations = run_sweep(arguments.seed, arguments.runs, arguments.parallel)
+    counts = ", ".join(f"{count} with exit code {code}" for code, count in sorted(codes.items(), key=str))
+    print(f"{sum(codes.values())} runs in {time.monotonic() - start:.0f} s ({counts}): {len(violations)} violations")
+    return 1 if violations else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
