@@ -20,6 +20,8 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using nlohmann::json;
 
+constexpr std::size_t kMaxCausesShown = 10;  // of skipped items, in a log
+
 struct CommandLine {
   fs::path config;
   std::vector<std::string> inputs;   // NAME=PATH
@@ -138,6 +140,11 @@ double CpuTime_s() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
+// A name in another encoding than UTF-8 must not cost the run its report.
+std::string Dump(const json& value) {
+  return value.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
 json DescribeFile(const std::string& name, const fs::path& path, const fs::path& bytes_at) {
   json entry{{"name", name}, {"path", path.string()}};
   if (fs::is_regular_file(bytes_at)) {
@@ -145,6 +152,18 @@ json DescribeFile(const std::string& name, const fs::path& path, const fs::path&
     entry["xxh3"] = HashFile(bytes_at);
   }
   return entry;
+}
+
+// What the log has not said yet.
+void SumUpSkipped(const SkippedItems& skipped) {
+  const auto causes = skipped.Causes();
+  for (std::size_t i = 0; i < std::min(causes.size(), kMaxCausesShown); ++i) {
+    if (causes[i].num_items > 1) spdlog::warn("{}", CauseText(causes[i]));
+  }
+  if (causes.size() > kMaxCausesShown) {
+    spdlog::warn("items are skipped for {} more causes; the report lists every item",
+                 causes.size() - kMaxCausesShown);
+  }
 }
 
 void SetUpLog(const StageSpec& spec, const std::string& level) {
@@ -209,26 +228,14 @@ bool StageContext::HasOutput(const std::string& name) const { return outputs_.co
 
 fs::path StageContext::FinalPath(const std::string& name) const { return outputs_.at(name); }
 
-void StageContext::Skip(const std::string& reason) {
-  ++num_skipped_;
-  spdlog::warn("skipped: {}", reason);
-  report_["skipped"].push_back(reason);
+void StageContext::Skip(const std::string& text) {
+  const bool is_new = skipped_.Add(text);
+  const bool is_shown = is_new && skipped_.NumCauses() <= kMaxCausesShown;
+  spdlog::log(is_shown ? spdlog::level::warn : spdlog::level::debug, "skipped: {}", text);
 }
 
 void StageContext::CheckSkipped(std::size_t num_items, double max_failed_ratio) const {
-  CheckFailedRatio(num_skipped_, num_items, max_failed_ratio);
-}
-
-void CheckFailedRatio(std::size_t num_failed, std::size_t num_items, double max_failed_ratio) {
-  const double ratio =
-      static_cast<double>(num_failed) / static_cast<double>(std::max<std::size_t>(1, num_items));
-  if (ratio <= max_failed_ratio) return;
-  throw DataError(
-      "{} of {} items were skipped, more than max_failed_ratio = {} allows; the log "
-      "names each, repair them or raise max_failed_ratio",
-      num_failed,
-      num_items,
-      max_failed_ratio);
+  skipped_.Check(num_items, max_failed_ratio);
 }
 
 void StageContext::BeginPart(const std::string& name) {
@@ -255,6 +262,7 @@ class StageRun {
                  NIGHTMAP_BUILD_TYPE,
                  context.num_threads_);
     body(context);
+    SumUpSkipped(context.skipped_);
     context.BeginPart("commit");
     context.progress_.Finish();
     WriteReport(context);
@@ -283,9 +291,10 @@ class StageRun {
     if (!context.HasOutput("report")) return;
     json report{{"format", "nightmap report"}, {"version", 1}, {"stage", spec_.name}};
     report["config"] = options_.ToToml();
-    report["num_skipped"] = context.num_skipped_;
+    report["num_skipped"] = context.skipped_.Count();
+    if (context.skipped_.Count() > 0) report["skipped"] = context.skipped_.Texts();
     report.update(context.report_);
-    WriteFile(context.Output("report"), report.dump(1) + "\n");
+    WriteFile(context.Output("report"), Dump(report));
   }
 
   void WriteReceipt(StageContext& context) const {
@@ -315,7 +324,7 @@ class StageRun {
     receipt["wall_time_s"] = Elapsed_s();
     receipt["cpu_time_s"] = CpuTime_s();
     receipt["peak_memory_bytes"] = PeakMemory_bytes();
-    WriteFile(context.Output("receipt"), receipt.dump(1) + "\n");
+    WriteFile(context.Output("receipt"), Dump(receipt));
   }
 
   double Elapsed_s() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }

@@ -20,6 +20,7 @@
 #include "pipeline/base/files.h"
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/base/skipped.h"
 
 namespace nightmap {
 
@@ -72,9 +73,11 @@ class StageContext {
   // Deterministic quality figures: counts and numbers with units as suffixes; goes to report.json.
   nlohmann::json& Report() { return report_; }
 
-  // Logs a skipped item once and counts it in the report as num_skipped. Throws DataError at the
-  // end of the stage when more than max_failed_ratio of the items were skipped (CheckSkipped).
-  void Skip(const std::string& reason);
+  // Notes a skipped item, "item: cause". It is listed in the report and counted there as
+  // num_skipped. The log has the first of each cause at once, and how many there were at the end;
+  // each at level debug. CheckSkipped throws DataError when more than max_failed_ratio of the items
+  // were skipped.
+  void Skip(const std::string& text);
   void CheckSkipped(std::size_t num_items, double max_failed_ratio) const;
 
   // Names the part of the work that starts now, or goes on; wall time per part goes to
@@ -91,14 +94,11 @@ class StageContext {
   OutputSet output_set_;
   Progress progress_;
   nlohmann::json report_ = nlohmann::json::object();
-  std::size_t num_skipped_ = 0;
+  SkippedItems skipped_;
   std::vector<std::pair<std::string, double>> parts_;  // name, seconds
   std::size_t current_part_ = 0;
   std::chrono::steady_clock::time_point part_start_;
 };
-
-// Throws DataError when more than max_failed_ratio of the items failed.
-void CheckFailedRatio(std::size_t num_failed, std::size_t num_items, double max_failed_ratio);
 
 int RunStage(int argc,
              char** argv,

@@ -247,5 +247,47 @@ TEST_F(StageMainTest, TooManySkippedItemsFail) {
   ExpectNothingWritten();
 }
 
+TEST_F(StageMainTest, SkippedItemsAreFoldedByCauseInTheLogAndListedInTheReport) {
+  const Body body = [](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    for (int i = 0; i < 120; ++i) context.Skip(fmt::format("rgb/{}.png: truncated", i));
+    context.CheckSkipped(1000, 0.2);
+  };
+  const Result run = Main(Ports(), body);
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, testing::HasSubstr("skipped: rgb/0.png: truncated"));
+  EXPECT_THAT(run.err, testing::Not(testing::HasSubstr("rgb/1.png")));
+  EXPECT_THAT(run.err,
+              testing::HasSubstr("120 items skipped: truncated; the first is rgb/0.png\n"));
+  const auto report = nlohmann::json::parse(ReadFile(folder_ / "report"));
+  EXPECT_EQ(report["num_skipped"], 121);
+  EXPECT_EQ(report["skipped"].size(), 121U);
+  EXPECT_EQ(report["skipped"][120], "rgb/119.png: truncated");
+  EXPECT_THAT(Main(With({"--log-level", "debug"}), body).err,
+              testing::HasSubstr("skipped: rgb/119.png: truncated"));
+}
+
+TEST_F(StageMainTest, AReportThatTheStageMakesAnewStillListsWhatWasSkipped) {
+  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    context.Report() = {{"num_things", 7}};
+  });
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto report = nlohmann::json::parse(ReadFile(folder_ / "report"));
+  EXPECT_EQ(report["num_things"], 7);
+  EXPECT_EQ(report["skipped"][0], "one bad item");
+}
+
+TEST_F(StageMainTest, ManyCausesDoNotFloodTheLog) {
+  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    for (char c = 'a'; c < 'z'; ++c) context.Skip(fmt::format("x.png: cause {}", c));
+  });
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, testing::HasSubstr("cause a"));
+  EXPECT_THAT(run.err, testing::Not(testing::HasSubstr("cause y")));
+  EXPECT_THAT(run.err, testing::HasSubstr("16 more causes"));
+}
+
 }  // namespace
 }  // namespace nightmap
