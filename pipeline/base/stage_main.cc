@@ -5,13 +5,15 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
-#include <algorithm>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <ctime>
 #include <iostream>
 #include <stdexcept>
 #include <thread>
+
+#include "pipeline/base/plain_file.h"
 
 namespace nightmap {
 namespace {
@@ -32,20 +34,6 @@ struct CommandLine {
   bool print_config = false;
   bool check_config = false;
 };
-
-const char* ArityText(Arity arity) {
-  if (arity == Arity::kOptional) return " (optional)";
-  if (arity == Arity::kAnyNumber) return " (optional, may be repeated)";
-  return arity == Arity::kMany ? " (may be repeated)" : "";
-}
-
-std::string PortHelp(const std::vector<PortSpec>& ports) {
-  std::string text;
-  for (const PortSpec& port : ports) {
-    text += fmt::format("  {:<12} {}{}\n", port.name, port.doc, ArityText(port.arity));
-  }
-  return text;
-}
 
 std::string Footer(const StageSpec& spec, const OptionList& options) {
   return fmt::format(
@@ -68,50 +56,6 @@ void DefineCommandLine(CLI::App& app, CommandLine* line) {
   app.add_flag("--version", line->version, "print the version and exit");
   app.add_flag("--print-config", line->print_config, "print the effective config and exit");
   app.add_flag("--check-config", line->check_config, "check the config file and exit");
-}
-
-std::pair<std::string, fs::path> SplitPort(const std::string& text, const char* flag) {
-  const auto equals = text.find('=');
-  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
-    throw UsageError("{} {}: write NAME=PATH", flag, text);
-  }
-  return {text.substr(0, equals), text.substr(equals + 1)};
-}
-
-std::map<std::string, std::vector<fs::path>> AssignPorts(const std::vector<std::string>& texts,
-                                                         const std::vector<PortSpec>& ports,
-                                                         const char* flag) {
-  std::map<std::string, std::vector<fs::path>> paths;
-  for (const std::string& text : texts) {
-    const auto [name, path] = SplitPort(text, flag);
-    if (std::ranges::count(ports, name, &PortSpec::name) == 0) {
-      throw UsageError("{} {}: no such name; see --help", flag, text);
-    }
-    paths[name].push_back(path);
-  }
-  for (const PortSpec& port : ports) {
-    const std::size_t count = paths[port.name].size();
-    const bool needed = port.arity == Arity::kOne || port.arity == Arity::kMany;
-    const bool repeatable = port.arity == Arity::kMany || port.arity == Arity::kAnyNumber;
-    if (count == 0 && needed) {
-      throw UsageError("{} {}=PATH is missing ({})", flag, port.name, port.doc);
-    }
-    if (count > 1 && !repeatable) {
-      throw UsageError("{} {} is given {} times, once is right", flag, port.name, count);
-    }
-  }
-  return paths;
-}
-
-void CheckInputsExist(const std::map<std::string, std::vector<fs::path>>& inputs) {
-  for (const auto& [name, paths] : inputs) {
-    for (const fs::path& path : paths) {
-      if (!fs::exists(path)) {
-        throw DataError(
-            "{}: input '{}' does not exist; make it or correct the path", path.string(), name);
-      }
-    }
-  }
 }
 
 std::string UtcNow() {
@@ -143,6 +87,10 @@ double CpuTime_s() {
 // A name in another encoding than UTF-8 must not cost the run its report.
 std::string Dump(const json& value) {
   return value.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+std::string PortText(const char* flag, const std::string& name, const fs::path& path) {
+  return fmt::format("{} {}={}", flag, name, path.string());
 }
 
 json DescribeFile(const std::string& name, const fs::path& path, const fs::path& bytes_at) {
@@ -177,7 +125,7 @@ void SetUpLog(const StageSpec& spec, const std::string& level) {
 }  // namespace
 
 StageContext::StageContext(StageSpec spec,
-                           std::map<std::string, std::vector<fs::path>> inputs,
+                           PortPaths inputs,
                            std::map<std::string, fs::path> outputs,
                            std::string config_toml,
                            int num_threads)
@@ -187,7 +135,12 @@ StageContext::StageContext(StageSpec spec,
       config_toml_(std::move(config_toml)),
       num_threads_(num_threads),
       progress_(spec_.name),
-      part_start_(Clock::now()) {}
+      part_start_(Clock::now()) {
+  for (const auto& [name, paths] : inputs_) {
+    for (const fs::path& path : paths) files_.AddRead(path, PortText("--in", name, path));
+  }
+  for (const auto& [name, path] : outputs_) files_.AddWritten(path, PortText("--out", name, path));
+}
 
 const fs::path& StageContext::Input(const std::string& name) const {
   if (!HasInput(name)) {
@@ -213,6 +166,8 @@ void StageContext::AddInput(const fs::path& path, const fs::path& named_by) {
                     named_by.string(),
                     named_by.filename().string());
   }
+  RequirePlain(path);
+  files_.AddRead(path, fmt::format("{}, which {} names", path.string(), named_by.string()));
   inputs_[path.filename().string()].push_back(path);
 }
 
@@ -221,7 +176,9 @@ fs::path StageContext::Output(const std::string& name) {
 }
 
 fs::path StageContext::OutputBeside(const std::string& name, const std::string& file_name) {
-  return output_set_.Create(outputs_.at(name).parent_path() / file_name, true);
+  const fs::path path = outputs_.at(name).parent_path() / file_name;
+  files_.AddWritten(path, fmt::format("{}, written beside --out {}", path.string(), name));
+  return output_set_.Create(path, true);
 }
 
 bool StageContext::HasOutput(const std::string& name) const { return outputs_.contains(name); }
@@ -257,6 +214,7 @@ class StageRun {
 
   void Execute(const std::function<void(StageContext&)>& body) {
     StageContext context = MakeContext();
+    if (!line_.config.empty()) context.files_.AddRead(line_.config, "--config");
     spdlog::info("nightmap {} {} build, {} threads",
                  NIGHTMAP_VERSION,
                  NIGHTMAP_BUILD_TYPE,
@@ -274,7 +232,7 @@ class StageRun {
  private:
   StageContext MakeContext() const {
     auto inputs = AssignPorts(line_.inputs, spec_.inputs, "--in");
-    CheckInputsExist(inputs);
+    CheckInputs(inputs, spec_.inputs);
     std::map<std::string, fs::path> outputs;
     for (auto& [name, paths] : AssignPorts(line_.outputs, spec_.outputs, "--out")) {
       if (!paths.empty()) outputs[name] = paths.front();
@@ -343,6 +301,22 @@ int Fail(const std::string& message, ExitCode code) {
   return static_cast<int>(code);
 }
 
+std::string OutOfMemoryText(const CommandLine& line) {
+  constexpr std::size_t kMaxNamed = 3;
+  const std::size_t num_named = std::min(line.inputs.size(), kMaxNamed);
+  std::string inputs = fmt::format(
+      "{}",
+      fmt::join(
+          line.inputs.begin(), line.inputs.begin() + static_cast<std::ptrdiff_t>(num_named), ", "));
+  if (num_named < line.inputs.size())
+    inputs += fmt::format(" and {} more", line.inputs.size() - num_named);
+  return fmt::format(
+      "out of memory{}{}; set smaller shards (frames.shard_size) or tiles (tiles.edge_m), or use a "
+      "machine with more",
+      inputs.empty() ? "" : " with the inputs ",
+      inputs);
+}
+
 // Work that needs no inputs; true when it was all that was asked.
 bool HandleQueries(const StageSpec& spec, const CommandLine& line, const OptionList& options) {
   if (line.version) {
@@ -376,6 +350,9 @@ int RunStage(int argc,
     if (!line.config.empty() && !fs::exists(line.config)) {
       throw UsageError("{}: config file does not exist", line.config.string());
     }
+    if (const std::string why = WhyNotPlain(line.config); !why.empty()) {
+      throw UsageError("--config {}: {}, a file is needed", line.config.string(), why);
+    }
     if (!line.config.empty()) options.ParseToml(ReadFile(line.config), line.config.string());
     if (HandleQueries(spec, line, options)) return 0;
     StageRun(spec, options, line).Execute(body);
@@ -388,7 +365,7 @@ int RunStage(int argc,
   } catch (const Error& error) {
     return Fail(error.what(), error.Code());
   } catch (const std::bad_alloc&) {
-    return Fail("out of memory; use smaller shards or a machine with more", ExitCode::kDataError);
+    return Fail(OutOfMemoryText(line), ExitCode::kDataError);
   } catch (const std::exception& error) {
     return Fail(error.what(), ExitCode::kDataError);
   }

@@ -2,6 +2,10 @@
 // What every stage program shares: command line, config, errors to exit codes, atomic outputs,
 // report and receipt. A stage's main.cc is one call of StageMain.
 //
+// A mistake in the call is found before anything is read or written: an output must be the path of
+// a plain file, or of nothing yet, and neither an input nor another output. A symbolic link in the
+// place of an output is replaced; the file that it points at stays as it is.
+//
 //   <stage> --config FILE --in NAME=PATH ... --out NAME=PATH ... [--threads N] [--log-level L]
 //   <stage> --help | --version | --print-config [--config FILE] | --check-config --config FILE
 #pragma once
@@ -18,20 +22,13 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/base/files_of_run.h"
 #include "pipeline/base/options.h"
+#include "pipeline/base/ports.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/base/skipped.h"
 
 namespace nightmap {
-
-enum class Arity { kOne, kOptional, kMany, kAnyNumber };
-
-struct PortSpec {
-  std::string name;  // as in --in NAME=PATH
-  std::string doc;
-  // kMany: --in NAME=PATH may be repeated, order kept, at least once; kAnyNumber: or left out
-  Arity arity = Arity::kOne;
-};
 
 struct StageSpec {
   std::string name;
@@ -43,8 +40,9 @@ struct StageSpec {
 // What the body of a stage sees of the outside world.
 class StageContext {
  public:
+  // Throws UsageError when an output is no place for a file, an input, or another output.
   StageContext(StageSpec spec,
-               std::map<std::string, std::vector<std::filesystem::path>> inputs,
+               PortPaths inputs,
                std::map<std::string, std::filesystem::path> outputs,
                std::string config_toml,
                int num_threads);
@@ -54,13 +52,15 @@ class StageContext {
   const std::vector<std::filesystem::path>& Inputs(const std::string& name) const;
   bool HasInput(const std::string& name) const;
   // A file that the input at `named_by` names. It is in the receipt like the other inputs, under
-  // its file name. Throws DataError when it does not exist.
+  // its file name. Throws DataError when it does not exist or is no file, UsageError when it is an
+  // output.
   void AddInput(const std::filesystem::path& path, const std::filesystem::path& named_by);
 
   // Temporary path to write; renamed to the final one after the body returned.
   std::filesystem::path Output(const std::string& name);
   // For outputs whose number the stage decides: a file beside output `name`. Kept (time too) when
-  // its bytes did not change.
+  // its bytes did not change. Throws UsageError when another file of the run has that path, or
+  // something that is no plain file.
   std::filesystem::path OutputBeside(const std::string& name, const std::string& file_name);
   bool HasOutput(const std::string& name) const;
   std::filesystem::path FinalPath(const std::string& name) const;
@@ -87,10 +87,11 @@ class StageContext {
  private:
   friend class StageRun;
   StageSpec spec_;
-  std::map<std::string, std::vector<std::filesystem::path>> inputs_;
+  PortPaths inputs_;
   std::map<std::string, std::filesystem::path> outputs_;
   std::string config_toml_;
   int num_threads_;
+  FilesOfRun files_;
   OutputSet output_set_;
   Progress progress_;
   nlohmann::json report_ = nlohmann::json::object();
