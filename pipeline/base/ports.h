@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace nightmap {
@@ -19,6 +20,11 @@ struct PortSpec {
   Arity arity = Arity::kOne;
   PortKind kind = PortKind::kFile;
 };
+
+// An input that is a folder.
+inline PortSpec FolderPort(std::string name, std::string doc, Arity arity = Arity::kOne) {
+  return {std::move(name), std::move(doc), arity, PortKind::kFolder};
+}
 
 using PortPaths = std::map<std::string, std::vector<std::filesystem::path>>;
 

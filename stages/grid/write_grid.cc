@@ -112,6 +112,7 @@ void WriteGrids(const GridResult& result, StageContext& context) {
         .lexically_proximate(context.FinalPath("yaml").parent_path())
         .generic_string();
   };
+  const bool has_png = context.HasOutput("png"), has_distances = context.HasOutput("distances");
   OutputFiles files(context);
   std::vector<FloorFiles> list;
   for (std::size_t i = 0; i < result.floors.size(); ++i) {
@@ -120,18 +121,20 @@ void WriteGrids(const GridResult& result, StageContext& context) {
     const std::string stem = is_main ? "map" : FloorName(result, i);
     if (is_main) {
       WritePair(floor.grid, context.Output("pgm"), context.Output("yaml"), name_of("pgm"));
-      WritePng(context.Output("png"), GridToImage(floor.grid));
+      if (has_png) WritePng(context.Output("png"), GridToImage(floor.grid));
     } else {
       WritePair(floor.grid, files.Path(stem + ".pgm"), files.Path(stem + ".yaml"), stem + ".pgm");
-      WritePng(files.Path(stem + ".png"), GridToImage(floor.grid));
+      if (has_png) WritePng(files.Path(stem + ".png"), GridToImage(floor.grid));
     }
     list.push_back({.number = FloorNumber(result, i),
                     .height_m = floor.height_m,
                     .yaml = is_main ? name_of("yaml") : stem + ".yaml",
-                    .png = is_main ? name_of("png") : stem + ".png",
-                    .distances = FloorName(result, i)});
+                    .png = !has_png  ? ""
+                           : is_main ? name_of("png")
+                                     : stem + ".png",
+                    .distances = has_distances ? FloorName(result, i) : ""});
   }
-  WriteDistances(result, context);
+  if (has_distances) WriteDistances(result, context);
   WriteFile(context.Output("floors"), FloorsToJson(list));
   files.RemoveOthers();
 }
