@@ -48,7 +48,8 @@ void RemoveLeftBehind(const fs::path& parent) {
   for (auto entry = fs::directory_iterator(parent, error); !error && entry != fs::end(entry);
        entry.increment(error)) {
     const std::string name = entry->path().filename().string();
-    if (name.starts_with(prefix) && name.size() == prefix.size() + kRandom.size()) {
+    // (With a dot it is of a host with a longer name.)
+    if (name.starts_with(prefix) && name.find('.', prefix.size()) == std::string::npos) {
       found.push_back(entry->path());
     }
   }
@@ -57,7 +58,8 @@ void RemoveLeftBehind(const fs::path& parent) {
 
 }  // namespace
 
-WritingFolder::WritingFolder(const fs::path& parent) {
+WritingFolder::WritingFolder(const fs::path& folder) {
+  const fs::path parent = folder.empty() ? fs::path(".") : folder;
   RemoveLeftBehind(parent);
   do {
     if (lock_ >= 0) close(lock_);

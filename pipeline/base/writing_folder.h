@@ -14,7 +14,7 @@ namespace nightmap {
 class WritingFolder {
  public:
   // Throws DataError when the folder cannot be made.
-  explicit WritingFolder(const std::filesystem::path& parent);
+  explicit WritingFolder(const std::filesystem::path& folder);
   // Removes the folder and what is left in it.
   ~WritingFolder();
   WritingFolder(const WritingFolder&) = delete;
