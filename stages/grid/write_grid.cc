@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <regex>
 #include <set>
 #include <string>
 
@@ -63,12 +64,14 @@ class OutputFiles {
     return context_.OutputBeside("floors", name);
   }
 
+  // Only files with just the names that are given here: the folder may hold more of its user's.
   void RemoveOthers() const {
+    static const std::regex ours("floor_-?[0-9]+[.](pgm|yaml|png)");
     const auto folder = std::filesystem::absolute(context_.FinalPath("floors")).parent_path();
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       const std::string name = entry.path().filename().string();
-      if (name.starts_with("floor_") && !names_.contains(name))
-        std::filesystem::remove(entry.path());
+      const bool is_ours = std::regex_match(name, ours) && entry.is_regular_file();
+      if (is_ours && !names_.contains(name)) std::filesystem::remove(entry.path());
     }
   }
 

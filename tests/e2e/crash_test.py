@@ -89,12 +89,12 @@ class CrashTest(unittest.TestCase):
 
     def test_a_run_leaves_the_temporaries_of_another_that_is_alive(self):
         stage = self.work.path("grid")
-        command = [BUILD / "bin" / "grid", "--config", self.work.path("config/grid.toml"),
-                   "--in", f"octree={self.work.path('octree/map.ot')}",
-                   "--in", f"keyframes={self.work.path('pose_graph/keyframes.tum')}"]
+        site = f"maps/{SITE}"
+        command = [BUILD / "bin" / "grid", "--config", f"{site}/config/grid.toml", "--in", f"octree={site}/octree/map.ot",
+                   "--in", f"keyframes={site}/pose_graph/keyframes.tum"]
         for name in ("floors=floors.json", "pgm=map.pgm", "yaml=map.yaml", "png=map.png",
                      "distances=distances.h5", "report=report.json", "receipt=receipt.json"):
-            command += ["--out", name.replace("=", f"={stage}/")]
+            command += ["--out", name.replace("=", f"={site}/grid/")]
         stopped = subprocess.Popen(command, cwd=self.work.folder, stderr=subprocess.DEVNULL)
         while stopped.poll() is None and not any(stage.glob(".writing.*/*")):
             time.sleep(0.001)
