@@ -9,7 +9,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kRemedy =
-    "give the path of a file to make, or leave out an output that --help calls optional";
+    "give another path, or leave the output out if --help calls it optional";
 
 }  // namespace
 

@@ -204,17 +204,14 @@ int Fail(const std::string& message, ExitCode code) {
 std::string OutOfMemoryText(const CommandLine& line) {
   constexpr std::size_t kMaxNamed = 3;
   const std::size_t num_named = std::min(line.inputs.size(), kMaxNamed);
-  std::string inputs = fmt::format(
-      "{}",
-      fmt::join(
-          line.inputs.begin(), line.inputs.begin() + static_cast<std::ptrdiff_t>(num_named), ", "));
-  if (num_named < line.inputs.size())
-    inputs += fmt::format(" and {} more", line.inputs.size() - num_named);
+  const std::vector<std::string> named(
+      line.inputs.begin(), line.inputs.begin() + static_cast<std::ptrdiff_t>(num_named));
   return fmt::format(
-      "out of memory{}{}; set smaller shards (frames.shard_size) or tiles (tiles.edge_m), or use a "
-      "machine with more",
-      inputs.empty() ? "" : " with the inputs ",
-      inputs);
+      "out of memory{}{}{}; set smaller shards (frames.shard_size) or tiles (tiles.edge_m), or use "
+      "a machine with more",
+      named.empty() ? "" : " with the inputs ",
+      fmt::join(named, ", "),
+      num_named < line.inputs.size() ? ", ..." : "");
 }
 
 // Work that needs no inputs; true when it was all that was asked.

@@ -47,7 +47,7 @@ TEST_F(FilesOfRunTest, WhatIsNoPlainFileIsNamed) {
   ASSERT_LT(name.size(), sizeof(address.sun_path));
   std::memcpy(address.sun_path, name.c_str(), name.size());
   ASSERT_EQ(bind(server, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
-  ExpectRefused("/dev/null", "--out b: is a device; give the path of a file");
+  ExpectRefused("/dev/null", "--out b: is a device; give another path");
   ExpectRefused(folder_ / "to_null", "is a device");
   ExpectRefused(folder_ / "fifo", "is a FIFO");
   ExpectRefused(folder_ / "to_fifo", "is a FIFO");
