@@ -8,7 +8,6 @@ Exit codes: 0 written; 1 missing data, or a picture above 300 KiB; 2 wrong comma
 
 import argparse
 import io
-import os
 from pathlib import Path
 
 import matplotlib
@@ -21,7 +20,7 @@ from nightmap_eval.errors import DataError, run_main  # noqa: E402
 from nightmap_eval.figures import draw_grid, draw_path, draw_trajectory  # noqa: E402
 from nightmap_eval.grid import read_grid  # noqa: E402
 from nightmap_eval.report_map import accepted_loops, path_floor, read_path  # noqa: E402
-from nightmap_eval.site import Frames  # noqa: E402
+from nightmap_eval.site import Frames, write_atomic  # noqa: E402
 from nightmap_eval.trajectory import read_tum  # noqa: E402
 
 CHECKOUT = Path(__file__).resolve().parent.parent
@@ -78,10 +77,7 @@ def main():
     png = draw(arguments.site_dir, arguments.data)
     if len(png) > MAX_BYTES:
         raise DataError(f"{out}: would be {len(png)} bytes, above {MAX_BYTES}")
-    out.parent.mkdir(parents=True, exist_ok=True)
-    temporary = out.with_name(out.name + ".tmp")
-    temporary.write_bytes(png)
-    os.replace(temporary, out)
+    write_atomic(out, png)
     print(f"{out}: {len(png) / 1024:.0f} KiB")
 
 

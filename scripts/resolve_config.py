@@ -21,6 +21,7 @@ message says what to do.
 """
 import argparse
 import calendar
+import contextlib
 import glob
 import hashlib
 import json
@@ -31,6 +32,7 @@ import time
 import tomllib
 
 HEADER = "# Written by scripts/resolve_config.py; edit configs/ or use SET instead.\n"
+LEFT_BEHIND_S = 3600  # the age of a temporary file that nobody writes any more
 
 
 class ConfigError(Exception):
@@ -183,8 +185,13 @@ def interrupted(arguments, stages):
 
 
 def write(path, text, mtime_ns=None):
-    temporary = f"{path}.{os.getpid()}.tmp"
-    with open(temporary, "w", encoding="utf-8") as file:
+    """In a temporary file of this run alone, then renamed. One that a killed run left is removed when it is old."""
+    for left in glob.glob(f"{glob.escape(path)}.*.tmp"):
+        with contextlib.suppress(OSError):
+            if time.time() - os.stat(left).st_mtime > LEFT_BEHIND_S:
+                os.remove(left)
+    temporary = f"{path}.{os.getpid()}-{os.urandom(6).hex()}.tmp"
+    with open(temporary, "x", encoding="utf-8") as file:
         file.write(text)
     if mtime_ns is not None:
         os.utime(temporary, ns=(mtime_ns, mtime_ns))

@@ -10,13 +10,13 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
-#include <set>
 #include <system_error>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/plain_file.h"
 
 namespace nightmap {
 namespace {
@@ -43,6 +43,10 @@ void FlushFolder(const fs::path& path) {
   close(descriptor);
 }
 
+fs::path FolderOf(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
 bool SameBytes(const fs::path& a, const fs::path& b) {
   std::error_code ignored;
   return fs::exists(b, ignored) && fs::file_size(a) == fs::file_size(b) &&
@@ -52,9 +56,7 @@ bool SameBytes(const fs::path& a, const fs::path& b) {
 }  // namespace
 
 std::string ReadFile(const fs::path& path) {
-  if (fs::is_directory(path)) {
-    throw DataError("{}: is a folder, a file is needed", path.string());
-  }
+  RequirePlain(path);
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw DataError("{}: cannot read: {}", path.string(), Reason());
   std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
@@ -67,6 +69,7 @@ std::string HashBytes(std::string_view bytes) {
 }
 
 std::string HashFile(const fs::path& path) {
+  RequirePlain(path);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
                                                              &std::fclose);
   if (!file) throw DataError("{}: cannot read: {}", path.string(), Reason());
@@ -92,26 +95,17 @@ void WriteFile(const fs::path& path, std::string_view bytes) {
   }
 }
 
-OutputSet::~OutputSet() {
-  if (committed_) return;
-  std::error_code ignored;
-  for (const Entry& entry : entries_) fs::remove(entry.temporary_path, ignored);
-}
-
 fs::path OutputSet::Create(const fs::path& final_path, bool keep_if_equal) {
-  std::error_code error;
-  if (final_path.has_parent_path()) fs::create_directories(final_path.parent_path(), error);
-  if (error) {
-    throw DataError(
-        "{}: cannot create folder: {}", final_path.parent_path().string(), error.message());
-  }
   if (std::ranges::count(entries_, final_path, &Entry::final_path) > 0) {
     throw UsageError("{}: is the path of two outputs; give each its own", final_path.string());
   }
-  // The extension is kept last: some writers choose the format by it.
+  const fs::path folder = FolderOf(final_path);
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw DataError("{}: cannot create folder: {}", folder.string(), error.message());
+  // The name stays: some writers choose the format by its extension.
   const fs::path temporary_path =
-      final_path.parent_path() / (".writing." + final_path.filename().string());
-  fs::remove(temporary_path, error);
+      folders_.try_emplace(folder, folder).first->second.Path() / final_path.filename();
   entries_.push_back({final_path, temporary_path, keep_if_equal});
   return temporary_path;
 }
@@ -121,10 +115,7 @@ void OutputSet::Commit() {
     if (!fs::exists(entry.temporary_path)) {
       throw DataError("{}: was announced but not written", entry.final_path.string());
     }
-    if (fs::is_directory(entry.final_path)) {
-      throw DataError("{}: is a folder, not a file to write; remove or rename it",
-                      entry.final_path.string());
-    }
+    RequirePlaceForFile(entry.final_path, entry.final_path.string());
     FlushToDisk(entry.temporary_path);
   }
   for (const Entry& entry : entries_) {
@@ -134,11 +125,9 @@ void OutputSet::Commit() {
     }
     fs::rename(entry.temporary_path, entry.final_path);
   }
-  std::set<fs::path> folders;  // a rename is safe from a power cut when its folder is on disk
-  for (const Entry& entry : entries_) {
-    folders.insert(entry.final_path.has_parent_path() ? entry.final_path.parent_path() : ".");
-  }
-  for (const fs::path& folder : folders) FlushFolder(folder);
+  // A rename is safe from a power cut when its folder is on disk.
+  for (const auto& [folder, writing] : folders_) FlushFolder(folder);
+  folders_.clear();
   committed_ = true;
 }
 

@@ -5,13 +5,15 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
-#include <algorithm>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <ctime>
 #include <iostream>
 #include <stdexcept>
 #include <thread>
+
+#include "pipeline/base/plain_file.h"
 
 namespace nightmap {
 namespace {
@@ -30,20 +32,6 @@ struct CommandLine {
   bool print_config = false;
   bool check_config = false;
 };
-
-const char* ArityText(Arity arity) {
-  if (arity == Arity::kOptional) return " (optional)";
-  if (arity == Arity::kAnyNumber) return " (optional, may be repeated)";
-  return arity == Arity::kMany ? " (may be repeated)" : "";
-}
-
-std::string PortHelp(const std::vector<PortSpec>& ports) {
-  std::string text;
-  for (const PortSpec& port : ports) {
-    text += fmt::format("  {:<12} {}{}\n", port.name, port.doc, ArityText(port.arity));
-  }
-  return text;
-}
 
 std::string Footer(const StageSpec& spec, const OptionList& options) {
   return fmt::format(
@@ -66,50 +54,6 @@ void DefineCommandLine(CLI::App& app, CommandLine* line) {
   app.add_flag("--version", line->version, "print the version and exit");
   app.add_flag("--print-config", line->print_config, "print the effective config and exit");
   app.add_flag("--check-config", line->check_config, "check the config file and exit");
-}
-
-std::pair<std::string, fs::path> SplitPort(const std::string& text, const char* flag) {
-  const auto equals = text.find('=');
-  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
-    throw UsageError("{} {}: write NAME=PATH", flag, text);
-  }
-  return {text.substr(0, equals), text.substr(equals + 1)};
-}
-
-std::map<std::string, std::vector<fs::path>> AssignPorts(const std::vector<std::string>& texts,
-                                                         const std::vector<PortSpec>& ports,
-                                                         const char* flag) {
-  std::map<std::string, std::vector<fs::path>> paths;
-  for (const std::string& text : texts) {
-    const auto [name, path] = SplitPort(text, flag);
-    if (std::ranges::count(ports, name, &PortSpec::name) == 0) {
-      throw UsageError("{} {}: no such name; see --help", flag, text);
-    }
-    paths[name].push_back(path);
-  }
-  for (const PortSpec& port : ports) {
-    const std::size_t count = paths[port.name].size();
-    const bool needed = port.arity == Arity::kOne || port.arity == Arity::kMany;
-    const bool repeatable = port.arity == Arity::kMany || port.arity == Arity::kAnyNumber;
-    if (count == 0 && needed) {
-      throw UsageError("{} {}=PATH is missing ({})", flag, port.name, port.doc);
-    }
-    if (count > 1 && !repeatable) {
-      throw UsageError("{} {} is given {} times, once is right", flag, port.name, count);
-    }
-  }
-  return paths;
-}
-
-void CheckInputsExist(const std::map<std::string, std::vector<fs::path>>& inputs) {
-  for (const auto& [name, paths] : inputs) {
-    for (const fs::path& path : paths) {
-      if (!fs::exists(path)) {
-        throw DataError(
-            "{}: input '{}' does not exist; make it or correct the path", path.string(), name);
-      }
-    }
-  }
 }
 
 std::string UtcNow() {
@@ -138,6 +82,11 @@ double CpuTime_s() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
+// A name in another encoding than UTF-8 must not cost the run its report.
+std::string Dump(const json& value) {
+  return value.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
 json DescribeFile(const std::string& name, const fs::path& path, const fs::path& bytes_at) {
   json entry{{"name", name}, {"path", path.string()}};
   if (fs::is_regular_file(bytes_at)) {
@@ -157,91 +106,6 @@ void SetUpLog(const StageSpec& spec, const std::string& level) {
 
 }  // namespace
 
-StageContext::StageContext(StageSpec spec,
-                           std::map<std::string, std::vector<fs::path>> inputs,
-                           std::map<std::string, fs::path> outputs,
-                           std::string config_toml,
-                           int num_threads)
-    : spec_(std::move(spec)),
-      inputs_(std::move(inputs)),
-      outputs_(std::move(outputs)),
-      config_toml_(std::move(config_toml)),
-      num_threads_(num_threads),
-      progress_(spec_.name),
-      part_start_(Clock::now()) {}
-
-const fs::path& StageContext::Input(const std::string& name) const {
-  if (!HasInput(name)) {
-    throw std::logic_error(fmt::format(
-        "{}: input '{}' is used but was not given; a stage asks HasInput first", spec_.name, name));
-  }
-  return Inputs(name).front();
-}
-
-const std::vector<fs::path>& StageContext::Inputs(const std::string& name) const {
-  return inputs_.at(name);
-}
-
-bool StageContext::HasInput(const std::string& name) const {
-  const auto found = inputs_.find(name);
-  return found != inputs_.end() && !found->second.empty();
-}
-
-void StageContext::AddInput(const fs::path& path, const fs::path& named_by) {
-  if (!fs::exists(path)) {
-    throw DataError("{}: {} names this file, but it does not exist; make it again or correct {}",
-                    path.string(),
-                    named_by.string(),
-                    named_by.filename().string());
-  }
-  inputs_[path.filename().string()].push_back(path);
-}
-
-fs::path StageContext::Output(const std::string& name) {
-  return output_set_.Create(outputs_.at(name));
-}
-
-fs::path StageContext::OutputBeside(const std::string& name, const std::string& file_name) {
-  return output_set_.Create(outputs_.at(name).parent_path() / file_name, true);
-}
-
-bool StageContext::HasOutput(const std::string& name) const { return outputs_.contains(name); }
-
-fs::path StageContext::FinalPath(const std::string& name) const { return outputs_.at(name); }
-
-void StageContext::Skip(const std::string& reason) {
-  ++num_skipped_;
-  spdlog::warn("skipped: {}", reason);
-  report_["skipped"].push_back(reason);
-}
-
-void StageContext::CheckSkipped(std::size_t num_items, double max_failed_ratio) const {
-  CheckFailedRatio(num_skipped_, num_items, max_failed_ratio);
-}
-
-void CheckFailedRatio(std::size_t num_failed, std::size_t num_items, double max_failed_ratio) {
-  const double ratio =
-      static_cast<double>(num_failed) / static_cast<double>(std::max<std::size_t>(1, num_items));
-  if (ratio <= max_failed_ratio) return;
-  throw DataError(
-      "{} of {} items were skipped, more than max_failed_ratio = {} allows; the log "
-      "names each, repair them or raise max_failed_ratio",
-      num_failed,
-      num_items,
-      max_failed_ratio);
-}
-
-void StageContext::BeginPart(const std::string& name) {
-  const auto now = Clock::now();
-  if (!parts_.empty()) {
-    parts_[current_part_].second += std::chrono::duration<double>(now - part_start_).count();
-  }
-  part_start_ = now;
-  const auto found = std::ranges::find(parts_, name, [](const auto& part) { return part.first; });
-  current_part_ = static_cast<std::size_t>(found - parts_.begin());
-  if (found == parts_.end()) parts_.emplace_back(name, 0.0);
-}
-
 // One run of a stage program, from the command line to the committed receipt.
 class StageRun {
  public:
@@ -250,11 +114,13 @@ class StageRun {
 
   void Execute(const std::function<void(StageContext&)>& body) {
     StageContext context = MakeContext();
+    if (!line_.config.empty()) context.files_.AddRead(line_.config, "--config");
     spdlog::info("nightmap {} {} build, {} threads",
                  NIGHTMAP_VERSION,
                  NIGHTMAP_BUILD_TYPE,
                  context.num_threads_);
     body(context);
+    context.SumUpSkipped();
     context.BeginPart("commit");
     context.progress_.Finish();
     WriteReport(context);
@@ -266,7 +132,7 @@ class StageRun {
  private:
   StageContext MakeContext() const {
     auto inputs = AssignPorts(line_.inputs, spec_.inputs, "--in");
-    CheckInputsExist(inputs);
+    CheckInputs(inputs, spec_.inputs);
     std::map<std::string, fs::path> outputs;
     for (auto& [name, paths] : AssignPorts(line_.outputs, spec_.outputs, "--out")) {
       if (!paths.empty()) outputs[name] = paths.front();
@@ -283,9 +149,10 @@ class StageRun {
     if (!context.HasOutput("report")) return;
     json report{{"format", "nightmap report"}, {"version", 1}, {"stage", spec_.name}};
     report["config"] = options_.ToToml();
-    report["num_skipped"] = context.num_skipped_;
+    report["num_skipped"] = context.skipped_.Count();
+    if (context.skipped_.Count() > 0) report["skipped"] = context.skipped_.Texts();
     report.update(context.report_);
-    WriteFile(context.Output("report"), report.dump(1) + "\n");
+    WriteFile(context.Output("report"), Dump(report));
   }
 
   void WriteReceipt(StageContext& context) const {
@@ -315,7 +182,7 @@ class StageRun {
     receipt["wall_time_s"] = Elapsed_s();
     receipt["cpu_time_s"] = CpuTime_s();
     receipt["peak_memory_bytes"] = PeakMemory_bytes();
-    WriteFile(context.Output("receipt"), receipt.dump(1) + "\n");
+    WriteFile(context.Output("receipt"), Dump(receipt));
   }
 
   double Elapsed_s() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
@@ -332,6 +199,19 @@ namespace {
 int Fail(const std::string& message, ExitCode code) {
   spdlog::error("{}", message);
   return static_cast<int>(code);
+}
+
+std::string OutOfMemoryText(const CommandLine& line) {
+  constexpr std::size_t kMaxNamed = 3;
+  const std::size_t num_named = std::min(line.inputs.size(), kMaxNamed);
+  const std::vector<std::string> named(
+      line.inputs.begin(), line.inputs.begin() + static_cast<std::ptrdiff_t>(num_named));
+  return fmt::format(
+      "out of memory{}{}{}; set smaller shards (frames.shard_size) or tiles (tiles.edge_m), or use "
+      "a machine with more",
+      named.empty() ? "" : " with the inputs ",
+      fmt::join(named, ", "),
+      num_named < line.inputs.size() ? ", ..." : "");
 }
 
 // Work that needs no inputs; true when it was all that was asked.
@@ -367,6 +247,9 @@ int RunStage(int argc,
     if (!line.config.empty() && !fs::exists(line.config)) {
       throw UsageError("{}: config file does not exist", line.config.string());
     }
+    if (const std::string why = WhyNotPlain(line.config); !why.empty()) {
+      throw UsageError("--config {}: {}, a file is needed", line.config.string(), why);
+    }
     if (!line.config.empty()) options.ParseToml(ReadFile(line.config), line.config.string());
     if (HandleQueries(spec, line, options)) return 0;
     StageRun(spec, options, line).Execute(body);
@@ -379,7 +262,7 @@ int RunStage(int argc,
   } catch (const Error& error) {
     return Fail(error.what(), error.Code());
   } catch (const std::bad_alloc&) {
-    return Fail("out of memory; use smaller shards or a machine with more", ExitCode::kDataError);
+    return Fail(OutOfMemoryText(line), ExitCode::kDataError);
   } catch (const std::exception& error) {
     return Fail(error.what(), ExitCode::kDataError);
   }

@@ -2,103 +2,23 @@
 // What every stage program shares: command line, config, errors to exit codes, atomic outputs,
 // report and receipt. A stage's main.cc is one call of StageMain.
 //
+// A mistake in the call is found before anything is read or written: an output must be the path of
+// a plain file, or of nothing yet, and neither an input nor another output. A symbolic link in the
+// place of an output is replaced; the file that it points at stays as it is.
+//
 //   <stage> --config FILE --in NAME=PATH ... --out NAME=PATH ... [--threads N] [--log-level L]
 //   <stage> --help | --version | --print-config [--config FILE] | --check-config --config FILE
 #pragma once
 
-#include <chrono>
-#include <filesystem>
 #include <functional>
-#include <map>
-#include <memory>
-#include <nlohmann/json.hpp>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/base/options.h"
-#include "pipeline/base/progress.h"
+#include "pipeline/base/stage_context.h"
 
 namespace nightmap {
-
-enum class Arity { kOne, kOptional, kMany, kAnyNumber };
-
-struct PortSpec {
-  std::string name;  // as in --in NAME=PATH
-  std::string doc;
-  // kMany: --in NAME=PATH may be repeated, order kept, at least once; kAnyNumber: or left out
-  Arity arity = Arity::kOne;
-};
-
-struct StageSpec {
-  std::string name;
-  std::string summary;
-  std::vector<PortSpec> inputs;
-  std::vector<PortSpec> outputs;  // `report` and `receipt` are added to every stage
-};
-
-// What the body of a stage sees of the outside world.
-class StageContext {
- public:
-  StageContext(StageSpec spec,
-               std::map<std::string, std::vector<std::filesystem::path>> inputs,
-               std::map<std::string, std::filesystem::path> outputs,
-               std::string config_toml,
-               int num_threads);
-
-  // Path of a kOne input. Every input was checked to exist before the body runs.
-  const std::filesystem::path& Input(const std::string& name) const;
-  const std::vector<std::filesystem::path>& Inputs(const std::string& name) const;
-  bool HasInput(const std::string& name) const;
-  // A file that the input at `named_by` names. It is in the receipt like the other inputs, under
-  // its file name. Throws DataError when it does not exist.
-  void AddInput(const std::filesystem::path& path, const std::filesystem::path& named_by);
-
-  // Temporary path to write; renamed to the final one after the body returned.
-  std::filesystem::path Output(const std::string& name);
-  // For outputs whose number the stage decides: a file beside output `name`. Kept (time too) when
-  // its bytes did not change.
-  std::filesystem::path OutputBeside(const std::string& name, const std::string& file_name);
-  bool HasOutput(const std::string& name) const;
-  std::filesystem::path FinalPath(const std::string& name) const;
-
-  int NumThreads() const { return num_threads_; }
-  // The effective config as TOML, to be carried by the artifacts.
-  const std::string& ConfigToml() const { return config_toml_; }
-  Progress& GetProgress() { return progress_; }
-
-  // Deterministic quality figures: counts and numbers with units as suffixes; goes to report.json.
-  nlohmann::json& Report() { return report_; }
-
-  // Logs a skipped item once and counts it in the report as num_skipped. Throws DataError at the
-  // end of the stage when more than max_failed_ratio of the items were skipped (CheckSkipped).
-  void Skip(const std::string& reason);
-  void CheckSkipped(std::size_t num_items, double max_failed_ratio) const;
-
-  // Names the part of the work that starts now, or goes on; wall time per part goes to
-  // receipt.json.
-  void BeginPart(const std::string& name);
-
- private:
-  friend class StageRun;
-  StageSpec spec_;
-  std::map<std::string, std::vector<std::filesystem::path>> inputs_;
-  std::map<std::string, std::filesystem::path> outputs_;
-  std::string config_toml_;
-  int num_threads_;
-  OutputSet output_set_;
-  Progress progress_;
-  nlohmann::json report_ = nlohmann::json::object();
-  std::size_t num_skipped_ = 0;
-  std::vector<std::pair<std::string, double>> parts_;  // name, seconds
-  std::size_t current_part_ = 0;
-  std::chrono::steady_clock::time_point part_start_;
-};
-
-// Throws DataError when more than max_failed_ratio of the items failed.
-void CheckFailedRatio(std::size_t num_failed, std::size_t num_items, double max_failed_ratio);
 
 int RunStage(int argc,
              char** argv,

@@ -16,8 +16,8 @@ struct FloorFiles {
   int number = 0;         // floors above the one at z = 0, the floor of map.yaml; below it negative
   double height_m = 0;    // z of the floor in the map frame
   std::string yaml;       // the grid, for ROS map_server
-  std::string png;        // the same for people
-  std::string distances;  // group in distances.h5
+  std::string png;        // the same for people; empty when there is none
+  std::string distances;  // group in distances.h5; empty when there is none
 };
 
 // The same floors give the same bytes.

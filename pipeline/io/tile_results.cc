@@ -58,7 +58,7 @@ TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
     });
   }
   results.num_keyframes = keyframes.size();
-  results.num_skipped = reasons.size();
+  for (const std::string& reason : reasons) results.skipped.Add(reason);
   return results;
 }
 
@@ -77,7 +77,7 @@ TileResults CheckTileParts(const StageContext& context,
                      tiles.size());
   }
   const TileResults results = ReadTileResults(tiles, reports, keyframe_stride);
-  CheckFailedRatio(results.num_skipped, results.num_keyframes, max_failed_ratio);
+  results.skipped.Check(results.num_keyframes, max_failed_ratio);
   return results;
 }
 

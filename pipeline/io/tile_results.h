@@ -13,9 +13,9 @@ namespace nightmap {
 
 struct TileResults {
   std::size_t num_keyframes = 0;  // of all tiles, each counted once
-  // That could not be read: skipped by every tile that lists them, for the same reason, counted
-  // once.
-  std::size_t num_skipped = 0;
+  // Those that could not be read. Every tile that lists one skips it for the same reason; it is
+  // counted once.
+  SkippedItems skipped;
   std::string first_depth_path;
 };
 

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs COLMAP for one step of the comparison: progress, log, time, and an atomic result.
 
-A step writes into <folder>.tmp, which is renamed when all of it is there and on the disk; receipt.json,
+A step writes into a folder of its own, which is renamed when all of it is there and on the disk; receipt.json,
 for Make, is written last. The folder of the run before is <folder>.old for the moment in between: a step
 that is killed there finds it again. A step whose COLMAP failed has a receipt too, with the reason, so that
 the others go on; its time is in the past, so that the next make tries again.
 """
 
+import contextlib
+import fcntl
 import json
 import os
 import re
@@ -14,9 +16,11 @@ import resource
 import shutil
 import subprocess
 import time
+import weakref
 
 from nightmap_eval.errors import DataError
 from nightmap_eval.site import read_json
+from nightmap_eval.writing_folder import WritingFolder
 
 # What COLMAP prints as it goes on.
 PROGRESS = re.compile(r"\[\d+/\d+|Registering image|Triangulating image|Bundle adjustment|Retriangulation")
@@ -45,18 +49,33 @@ def _children_cpu_s():
     return usage.ru_utime + usage.ru_stime
 
 
+@contextlib.contextmanager
+def _alone_in(folder):
+    """Two runs of a step do not rename at once."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
+
+
 class Step:
     """One step: a folder and the COLMAP commands that fill it."""
 
     def __init__(self, folder, threads):
         self.version = require_colmap()
         self.final, self.threads, self.parts = folder, threads, []
-        self.folder, self.old = (folder.with_name(folder.name + suffix) for suffix in (".tmp", ".old"))
-        if self.old.exists() and not self.final.exists():
-            os.rename(self.old, self.final)  # killed between the two renames of finish
-        shutil.rmtree(self.old, ignore_errors=True)
-        shutil.rmtree(self.folder, ignore_errors=True)
-        self.folder.mkdir(parents=True)
+        self.old = folder.with_name(folder.name + ".old")
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with _alone_in(folder.parent):
+            if self.old.exists() and not self.final.exists():
+                os.rename(self.old, self.final)  # killed between the two renames of finish
+            shutil.rmtree(self.old, ignore_errors=True)
+        writing = WritingFolder(folder.parent)
+        self._remove_writing = weakref.finalize(self, writing.remove)  # also at the end of the program
+        self.folder = writing.path / folder.name
+        self.folder.mkdir()
 
     def colmap(self, command, **options):
         """Runs `colmap <command>`; an option a__b is --a.b. Returns the lines it printed. Raises
@@ -112,10 +131,12 @@ class Step:
             if made.is_file():
                 with open(made, "rb") as file:
                     os.fsync(file.fileno())
-        if self.final.exists():
-            os.rename(self.final, self.old)
-        os.rename(self.folder, self.final)
-        shutil.rmtree(self.old, ignore_errors=True)
+        with _alone_in(self.final.parent):
+            if self.final.exists():
+                os.rename(self.final, self.old)
+            os.rename(self.folder, self.final)
+            shutil.rmtree(self.old, ignore_errors=True)
+        self._remove_writing()
 
 
 def read_receipt(folder):

@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 
 from nightmap_eval.errors import DataError
+from nightmap_eval.writing_folder import WritingFolder
 
 
 def read_text(path):
@@ -149,18 +150,20 @@ def hash_if_there(path):
 
 
 def write_atomic(path, content):
-    """Writes text or bytes beside the path, flushes to disk, renames: readers see the old or the new."""
+    """Writes text or bytes in a folder of this run, flushes to disk, renames: readers see the old or the new.
+
+    Raises DataError when something else than a plain file is at the path."""
     path = Path(path)
+    if path.exists() and not path.is_file():
+        raise DataError(f"{path}: is no plain file; give the path of a file to make")
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.name + ".tmp")
-    try:
+    with WritingFolder(path.parent) as folder:
+        temporary = folder / path.name
         with open(temporary, "wb") as file:
             file.write(content.encode() if isinstance(content, str) else content)
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def put_between(path, begin, end, text):

@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
       "Describes keypoints in the frames of one shard, and tracks them through those between.",
       {{"frames", "shard_NNNN.csv of the frames stage"},
        {"cameras", "cameras.json of the frames stage"},
-       {"data", "folder the paths in the frames file are relative to"}},
+       FolderPort("data", "folder the paths in the frames file are relative to")},
       {{"features", "shard_NNNN.h5: keypoints, descriptors, depths"}}};
   return StageMain(argc, argv, spec, FeaturesOptions{}, [](const auto& options, auto& context) {
     const auto frames = ReadFrames(context.Input("frames"));

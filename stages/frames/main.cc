@@ -12,11 +12,11 @@
 
 int main(int argc, char** argv) {
   using namespace nightmap;
-  const StageSpec spec{
-      "frames",
-      "lists, checks and associates the RGB-D frames of a site",
-      {{"site", "site config, configs/sites/<site>.toml"}, {"data", "folder of the recordings"}},
-      {{"shards_mk", "shards.mk; the other files are written beside it"}}};
+  const StageSpec spec{"frames",
+                       "lists, checks and associates the RGB-D frames of a site",
+                       {{"site", "site config, configs/sites/<site>.toml"},
+                        FolderPort("data", "folder of the recordings")},
+                       {{"shards_mk", "shards.mk; the other files are written beside it"}}};
   return StageMain(
       argc, argv, spec, FramesOptions{}, [](const FramesOptions& options, StageContext& context) {
         const auto& data_root = context.Input("data");

@@ -47,7 +47,9 @@ int main(int argc, char** argv) {
       {{"floors", "floors.json: the floors and their files, written beside it"},
        {"pgm", "grid of the floor at z = 0: 254 free, 0 occupied, 205 unknown"},
        {"yaml", "map_server's description of that image"},
-       {"png", "the same image for people"},
-       {"distances", "distances.h5: clearance and signed distance of each floor"}}};
+       {"png", "the same image for people, and one of every other floor", Arity::kOptional},
+       {"distances",
+        "distances.h5: clearance and signed distance of each floor",
+        Arity::kOptional}}};
   return StageMain(argc, argv, spec, GridOptions{}, Run);
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <regex>
 #include <set>
 #include <string>
 
@@ -63,12 +64,14 @@ class OutputFiles {
     return context_.OutputBeside("floors", name);
   }
 
+  // Only files with just the names that are given here: the folder may hold more of its user's.
   void RemoveOthers() const {
+    static const std::regex ours("floor_-?[0-9]+[.](pgm|yaml|png)");
     const auto folder = std::filesystem::absolute(context_.FinalPath("floors")).parent_path();
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       const std::string name = entry.path().filename().string();
-      if (name.starts_with("floor_") && !names_.contains(name))
-        std::filesystem::remove(entry.path());
+      const bool is_ours = std::regex_match(name, ours) && entry.is_regular_file();
+      if (is_ours && !names_.contains(name)) std::filesystem::remove(entry.path());
     }
   }
 
@@ -112,6 +115,7 @@ void WriteGrids(const GridResult& result, StageContext& context) {
         .lexically_proximate(context.FinalPath("yaml").parent_path())
         .generic_string();
   };
+  const bool has_png = context.HasOutput("png"), has_distances = context.HasOutput("distances");
   OutputFiles files(context);
   std::vector<FloorFiles> list;
   for (std::size_t i = 0; i < result.floors.size(); ++i) {
@@ -120,18 +124,20 @@ void WriteGrids(const GridResult& result, StageContext& context) {
     const std::string stem = is_main ? "map" : FloorName(result, i);
     if (is_main) {
       WritePair(floor.grid, context.Output("pgm"), context.Output("yaml"), name_of("pgm"));
-      WritePng(context.Output("png"), GridToImage(floor.grid));
+      if (has_png) WritePng(context.Output("png"), GridToImage(floor.grid));
     } else {
       WritePair(floor.grid, files.Path(stem + ".pgm"), files.Path(stem + ".yaml"), stem + ".pgm");
-      WritePng(files.Path(stem + ".png"), GridToImage(floor.grid));
+      if (has_png) WritePng(files.Path(stem + ".png"), GridToImage(floor.grid));
     }
     list.push_back({.number = FloorNumber(result, i),
                     .height_m = floor.height_m,
                     .yaml = is_main ? name_of("yaml") : stem + ".yaml",
-                    .png = is_main ? name_of("png") : stem + ".png",
-                    .distances = FloorName(result, i)});
+                    .png = !has_png  ? ""
+                           : is_main ? name_of("png")
+                                     : stem + ".png",
+                    .distances = has_distances ? FloorName(result, i) : ""});
   }
-  WriteDistances(result, context);
+  if (has_distances) WriteDistances(result, context);
   WriteFile(context.Output("floors"), FloorsToJson(list));
   files.RemoveOthers();
 }

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // landmarks: reads features and the optimized poses, writes landmarks.h5, the map that pictures are
 // localized against, and the same map as a COLMAP model and database.
-#include <spdlog/spdlog.h>
-
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/vision/vocabulary_io.h"
-#include "stages/landmarks/colmap_export.h"
 #include "stages/landmarks/landmarks.h"
+#include "stages/landmarks/write_colmap.h"
 
 int main(int argc, char** argv) {
   using namespace nightmap;
@@ -20,15 +18,16 @@ int main(int argc, char** argv) {
                         {"trajectory", "trajectory.tum of the pose_graph stage"},
                         {"keyframes", "keyframes.tum of the pose_graph stage"}},
                        {{"landmarks", "landmarks.h5"},
-                        {"cameras.txt", "COLMAP model as text"},
-                        {"images.txt", "of that model"},
-                        {"points3D.txt", "of that model"},
-                        {"cameras.bin", "the same model, binary"},
-                        {"images.bin", "of that model"},
-                        {"points3D.bin", "of that model"},
-                        {"database", "COLMAP database of its images"}}};
+                        {"cameras.txt", "COLMAP model as text", Arity::kOptional},
+                        {"images.txt", "of that model", Arity::kOptional},
+                        {"points3D.txt", "of that model", Arity::kOptional},
+                        {"cameras.bin", "the same model, binary", Arity::kOptional},
+                        {"images.bin", "of that model", Arity::kOptional},
+                        {"points3D.bin", "of that model", Arity::kOptional},
+                        {"database", "COLMAP database of its images", Arity::kOptional}}};
   return StageMain(
       argc, argv, spec, LandmarksOptions{}, [](const auto& options, StageContext& context) {
+        CheckColmapOutputs(context);
         context.BeginPart("read");
         const VocabularyTree tree = ReadVocabulary(context.Input("vocabulary")).tree;
         const auto frames = ReadFrames(context.Inputs("frames"));
@@ -47,21 +46,13 @@ int main(int argc, char** argv) {
         }
         context.BeginPart("write");
         WriteLandmarks(context.Output("landmarks"), map, context.ConfigToml());
-        context.BeginPart("export");
-        const ColmapModel model = MakeColmapModel(input, map);
-        for (const auto& [name, bytes] : ColmapFiles(model)) WriteFile(context.Output(name), bytes);
-        WriteColmapDatabase(context.Output("database"), model);
-        const std::string unusable_names = UnusableColmapNames(model);
-        if (!unusable_names.empty()) spdlog::warn("COLMAP export: {}", unusable_names);
         std::size_t num_observations = 0;
         for (const auto& keyframes : map.landmark_keyframes) num_observations += keyframes.size();
         context.Report()["num_observers"] = map.keyframes.size();
         context.Report()["num_landmarks"] = map.NumLandmarks();
         context.Report()["num_descriptors"] = map.NumDescriptors();
         context.Report()["num_observations"] = num_observations;
-        context.Report()["num_colmap_points"] = model.points.size();
-        context.Report()["mean_reprojection_error_px"] = model.MeanReprojectionError_px();
-        context.Report()["colmap_names_usable"] = unusable_names.empty();
-        if (!unusable_names.empty()) context.Report()["colmap_names_reason"] = unusable_names;
+        context.BeginPart("export");
+        WriteColmap(input, map, context);
       });
 }

@@ -11,17 +11,18 @@
 
 int main(int argc, char** argv) {
   using namespace nightmap;
-  const StageSpec spec{"localize",
-                       "finds where each query picture was taken, from the picture alone",
-                       {{"queries", "queries.csv of the frames stage"},
-                        {"cameras", "query_cameras.json of the frames stage"},
-                        {"configured", "cameras.json of the frames stage"},
-                        {"calibrated", "cameras.json of the pose_graph stage"},
-                        {"data", "folder that the paths in queries are relative to"},
-                        {"landmarks", "landmarks.h5"},
-                        {"vocabulary", "vocabulary.h5"}},
-                       {{"queries", "queries.csv: every query with the verdict and its reason"},
-                        {"trajectory", "queries.tum: map_from_camera of the located queries"}}};
+  const StageSpec spec{
+      "localize",
+      "finds where each query picture was taken, from the picture alone",
+      {{"queries", "queries.csv of the frames stage"},
+       {"cameras", "query_cameras.json of the frames stage"},
+       {"configured", "cameras.json of the frames stage"},
+       {"calibrated", "cameras.json of the pose_graph stage"},
+       FolderPort("data", "folder that the paths in queries are relative to"),
+       {"landmarks", "landmarks.h5"},
+       {"vocabulary", "vocabulary.h5"}},
+      {{"queries", "queries.csv: every query with the verdict and its reason"},
+       {"trajectory", "queries.tum: map_from_camera of the located queries", Arity::kOptional}}};
   return StageMain(
       argc, argv, spec, LocalizeOptions{}, [](const auto& options, StageContext& context) {
         cv::setNumThreads(1);  // pictures are the unit of parallelism
@@ -50,8 +51,9 @@ int main(int argc, char** argv) {
             RunLocalize(options, input, context.GetProgress(), context.NumThreads());
         context.BeginPart("write");
         WriteFile(context.Output("queries"), QueriesToCsv(results));
-        WriteFile(context.Output("trajectory"),
-                  TrajectoryToTum(LocatedPoses(results), "map_from_camera of the located queries"));
+        context.WriteIfWanted("trajectory", [&] {
+          return TrajectoryToTum(LocatedPoses(results), "map_from_camera of the located queries");
+        });
         context.Report() = SummarizeQueries(results);
       });
 }

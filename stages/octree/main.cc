@@ -12,7 +12,7 @@ int main(int argc, char** argv) {
       "marks the space of the building occupied, free or unknown",
       {{"tile", "tile_X_Y.json of the tiles stage", Arity::kMany},
        {"cameras", "cameras.json of the tiles stage, for one tile", Arity::kOptional},
-       {"data", "folder the frames' paths are relative to", Arity::kOptional},
+       FolderPort("data", "folder the frames' paths are relative to", Arity::kOptional),
        {"cloud", "tile_X_Y.ply of the tile and its neighbours", Arity::kAnyNumber},
        {"tile_ot", "tile_X_Y.ot of all tiles, to join", Arity::kAnyNumber},
        {"tile_report", "their report_X_Y.json", Arity::kAnyNumber}},

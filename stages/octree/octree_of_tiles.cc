@@ -41,7 +41,7 @@ void CheckOccupied(const VoxelCounts& counts, const TileResults& results) {
       "octree.require_cloud_support = false",
       results.first_depth_path,
       results.num_keyframes,
-      results.num_skipped);
+      results.skipped.Count());
 }
 
 }  // namespace

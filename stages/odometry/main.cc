@@ -28,8 +28,9 @@ void Run(const OdometryOptions& options, StageContext& context) {
     num_bridged += frame.state == TrackingState::kBridged;
   }
   WriteOdometry(context.Output("odometry"), shard, context.ConfigToml());
-  WriteFile(context.Output("trajectory"),
-            TrajectoryToTum(trajectory, "shard_from_camera, the shard's own frame of reference"));
+  context.WriteIfWanted("trajectory", [&] {
+    return TrajectoryToTum(trajectory, "shard_from_camera, the shard's own frame of reference");
+  });
   context.Report()["num_frames"] = shard.frames.size();
   context.Report()["num_keyframes"] = num_keyframes;
   context.Report()["num_bridged_frames"] = num_bridged;
@@ -49,6 +50,6 @@ int main(int argc, char** argv) {
        {"features", "shard_NNNN.h5 of the same shards, in order", Arity::kMany},
        {"pairs", "shard_NNNN.h5 of the matches stage"}},
       {{"odometry", "shard_NNNN.h5: poses, keyframes, edges, tracks"},
-       {"trajectory", "shard_NNNN.tum: the poses in TUM format"}}};
+       {"trajectory", "shard_NNNN.tum: the poses in TUM format", Arity::kOptional}}};
   return StageMain(argc, argv, spec, OdometryOptions{}, Run);
 }

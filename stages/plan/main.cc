@@ -3,7 +3,6 @@
 // grid and, where given, queries.csv and trajectory.tum; writes path.csv, .json, .yaml and .png.
 #include <spdlog/spdlog.h>
 
-#include "pipeline/base/files.h"
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
 #include "stages/plan/path_output.h"
@@ -34,11 +33,12 @@ void Run(const PlanOptions& options, StageContext& context) {
         "{} is '{}', moved by {:.3f} m", end.request.role, end.request.text, end.moved_by_m);
   }
   context.BeginPart("write");
-  const auto json = PathToJson(result, context.ConfigToml());
   WriteFile(context.Output("csv"), PathToCsv(result));
-  WriteFile(context.Output("json"), json.dump(2) + "\n");
-  WriteFile(context.Output("nav"), PathToNavYaml(result));
-  WritePng(context.Output("png"), DrawPath(inputs, result, options.footprint));
+  WriteFile(context.Output("json"), PathToJson(result, context.ConfigToml()).dump(2) + "\n");
+  context.WriteIfWanted("nav", [&] { return PathToNavYaml(result); });
+  if (context.HasOutput("png")) {
+    WritePng(context.Output("png"), DrawPath(inputs, result, options.footprint));
+  }
   context.Report().update(PathFigures(result));
 }
 
@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
        {"trajectory", "drawn on path.png", Arity::kOptional}},
       {{"csv", "path: x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m,z_m,floor"},
        {"json", "its ends, legs and figures"},
-       {"nav", "path as ROS's nav_msgs/Path, YAML"},
-       {"png", "picture of the path on the grid"}}};
+       {"nav", "path as ROS's nav_msgs/Path, YAML", Arity::kOptional},
+       {"png", "picture of the path on the grid", Arity::kOptional}}};
   return StageMain(argc, argv, spec, PlanOptions{}, Run);
 }

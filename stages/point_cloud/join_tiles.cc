@@ -78,7 +78,7 @@ void JoinTiles(const PointCloudOptions& options, StageContext& context) {
         results.first_depth_path,
         options.max_depth_m,
         results.num_keyframes,
-        results.num_skipped);
+        results.skipped.Count());
   }
   PlyWriter ply(context.Output("cloud"), num_points);
   JoinClouds(clouds, options.voxel_size_m, [&](const CloudPoint& point) { ply.Add(point); });

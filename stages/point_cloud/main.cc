@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
       "fuses the depth of all keyframes to one point cloud in the map frame",
       {{"tile", "tile_X_Y.json of the tiles stage", Arity::kMany},
        {"cameras", "cameras.json of the tiles stage, for one tile", Arity::kOptional},
-       {"data", "folder the frames' paths are relative to", Arity::kOptional},
+       FolderPort("data", "folder the frames' paths are relative to", Arity::kOptional),
        {"tile_cloud", "tile_X_Y.ply of all tiles, to join", Arity::kAnyNumber},
        {"tile_report", "their report_X_Y.json", Arity::kAnyNumber}},
       {{"tile_cloud", "tile_X_Y.ply: the part of the cloud in one tile", Arity::kOptional},

@@ -27,11 +27,11 @@ PoseGraphInput ReadInput(const StageContext& context) {
 void Run(const PoseGraphOptions& options, StageContext& context) {
   const PoseGraphInput input = ReadInput(context);
   const auto result = RunPoseGraph(options, input, context.NumThreads(), context.GetProgress());
-  WriteFile(context.Output("graph"), PoseGraphToG2o(result.graph));
+  context.WriteIfWanted("graph", [&] { return PoseGraphToG2o(result.graph); });
   WriteFile(context.Output("trajectory"), TrajectoryText(input, result, false));
   WriteFile(context.Output("keyframes"), TrajectoryText(input, result, true));
   WriteFile(context.Output("cameras"), CamerasToJson(CalibratedCameras(input, result)));
-  WriteFile(context.Output("loops_csv"), LoopsToCsv(result.loops));
+  context.WriteIfWanted("loops_csv", [&] { return LoopsToCsv(result.loops); });
   context.Report().update(Summarize(options, input, result));
 }
 
@@ -45,15 +45,15 @@ int main(int argc, char** argv) {
       "One consistent trajectory of all shards, loops closed, in the map frame.",
       {{"frames", "shard_NNNN.csv of all shards, in order", Arity::kMany},
        {"cameras", "cameras.json of the frames stage"},
-       {"data", "folder the paths in the frames files are relative to"},
+       FolderPort("data", "folder the paths in the frames files are relative to"),
        {"features", "shard_NNNN.h5 of the features stage", Arity::kMany},
        {"odometry", "shard_NNNN.h5 of the odometry stage", Arity::kMany},
        {"loops", "loops.h5 of the matches stage"},
        {"accelerometer", "accelerometer.csv of the frames stage", Arity::kOptional}},
-      {{"graph", "graph.g2o: keyframes and edges"},
+      {{"graph", "graph.g2o: keyframes and edges", Arity::kOptional},
        {"trajectory", "trajectory.tum: map_from_camera of every frame"},
        {"keyframes", "keyframes.tum: the same of the keyframes"},
        {"cameras", "cameras.json: as those of the frames stage, with the focal lengths found"},
-       {"loops_csv", "loops.csv: every loop candidate and what became of it"}}};
+       {"loops_csv", "loops.csv: every loop candidate and what became of it", Arity::kOptional}}};
   return StageMain(argc, argv, spec, PoseGraphOptions{}, Run);
 }

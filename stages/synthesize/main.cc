@@ -45,8 +45,10 @@ int main(int argc, char** argv) {
         context.BeginPart("render");
         const auto folder = context.FinalPath("site").parent_path();
         ClearRecording(context.FinalPath("site"));
-        const auto sink = [&folder](bool is_query, std::size_t idx, const RenderedFrame& frame) {
-          WriteFrame(is_query ? folder / "queries" : folder, idx, frame);
+        const std::filesystem::path queries = folder / "queries";
+        const WritingFolder writing(folder), writing_queries(queries);
+        const auto sink = [&](bool is_query, std::size_t idx, const RenderedFrame& frame) {
+          WriteFrame(is_query ? queries : folder, is_query ? writing_queries : writing, idx, frame);
         };
         RunSynthesize(options, plan, sink, context.GetProgress(), context.NumThreads());
         context.Report() = DescribePlan(options, plan);

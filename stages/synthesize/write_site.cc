@@ -33,11 +33,12 @@ void WriteJpeg(const fs::path& path, const ColorImage& image) {
   if (!is_written) throw DataError("{}: {}; is the disk full?", path.string(), output->geterror());
 }
 
-// Calls write(temporary path) and gives the file its final name. The extension stays: writers
-// choose the format by it.
+// Calls write(temporary path in `writing`) and gives the file its final name. The extension stays:
+// writers choose the format by it.
 template <typename Write>
-void WriteAtomically(const fs::path& path, const Write& write) {
-  const fs::path temporary = path.parent_path() / (".tmp_" + path.filename().string());
+void WriteAtomically(const fs::path& path, const WritingFolder& writing, const Write& write) {
+  const std::string kind = path.parent_path().filename().string();
+  const fs::path temporary = writing.Path() / (kind + "_" + path.filename().string());
   write(temporary);
   std::error_code error;
   fs::rename(temporary, path, error);
@@ -82,14 +83,20 @@ void ClearRecording(const fs::path& summary) {
   }
 }
 
-void WriteFrame(const fs::path& folder, std::size_t idx, const RenderedFrame& frame) {
+void WriteFrame(const fs::path& folder,
+                const WritingFolder& writing,
+                std::size_t idx,
+                const RenderedFrame& frame) {
   const std::string name = fmt::format("{:06}", idx);
-  WriteAtomically(folder / "rgb" / (name + ".jpg"),
-                  [&](const fs::path& path) { WriteJpeg(path, frame.color); });
-  WriteAtomically(folder / "depth" / (name + ".png"),
-                  [&](const fs::path& path) { WritePng(path, ToRawDepth(frame.depth)); });
-  WriteAtomically(folder / "labels" / (name + ".png"),
-                  [&](const fs::path& path) { WritePng(path, frame.labels); });
+  WriteAtomically(folder / "rgb" / (name + ".jpg"), writing, [&](const fs::path& path) {
+    WriteJpeg(path, frame.color);
+  });
+  WriteAtomically(folder / "depth" / (name + ".png"), writing, [&](const fs::path& path) {
+    WritePng(path, ToRawDepth(frame.depth));
+  });
+  WriteAtomically(folder / "labels" / (name + ".png"), writing, [&](const fs::path& path) {
+    WritePng(path, frame.labels);
+  });
 }
 
 std::string FileList(const std::vector<StampedPose>& poses,

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "pipeline/base/writing_folder.h"
 #include "stages/synthesize/synthesize.h"
 
 namespace nightmap {
@@ -15,8 +16,12 @@ namespace nightmap {
 void ClearRecording(const std::filesystem::path& summary);
 
 // Writes rgb/NNNNNN.jpg, depth/NNNNNN.png (5000 units a metre) and labels/NNNNNN.png under
-// `folder`, which exists; each appears complete or not at all. Throws DataError naming the file.
-void WriteFrame(const std::filesystem::path& folder, std::size_t idx, const RenderedFrame& frame);
+// `folder`, which exists; each appears complete or not at all, since it is written in `writing` and
+// renamed. Throws DataError naming the file.
+void WriteFrame(const std::filesystem::path& folder,
+                const WritingFolder& writing,
+                std::size_t idx,
+                const RenderedFrame& frame);
 
 // TUM list of time and file: `rgb` with extension jpg, `depth` with png.
 std::string FileList(const std::vector<StampedPose>& poses,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/base/files.h"
 
+#include <sys/stat.h>
+
 #include <set>
 
 #include "pipeline/base/error.h"
@@ -51,17 +53,38 @@ TEST(OutputSet, AnAnnouncedButUnwrittenFileStopsTheCommitOfAll) {
   EXPECT_EQ(ReadFile(folder / "one.txt"), "old");
 }
 
-TEST(OutputSet, ReplacesTheTemporaryOfAKilledRun) {
+TEST(OutputSet, TwoRunsOfOneOutputEachWriteTheirOwnFile) {
   const TemporaryFolder folder;
-  fs::path temporary;
-  {
-    OutputSet outputs;
-    temporary = outputs.Create(folder / "one.txt");
-  }
-  WriteFile(temporary, "half a file of a killed run");
+  OutputSet first, second;
+  const fs::path of_first = first.Create(folder / "one.txt");
+  const fs::path of_second = second.Create(folder / "one.txt");
+  WriteFile(of_first, "first");
+  WriteFile(of_second, "half of the sec");
+  const std::string hash = HashFile(first.CurrentPath(folder / "one.txt"));
+  first.Commit();
+  EXPECT_EQ(HashFile(folder / "one.txt"), hash);
+  EXPECT_EQ(ReadFile(of_second), "half of the sec");
+  WriteFile(of_second, "second");
+  second.Commit();
+  EXPECT_EQ(ReadFile(folder / "one.txt"), "second");
+  EXPECT_EQ(NamesIn(folder.Path()), std::set<std::string>{"one.txt"});
+}
+
+TEST(OutputSet, ALinkInPlaceOfAnOutputIsReplacedAndItsFileStays) {
+  const TemporaryFolder folder;
+  folder.Write("elsewhere/old.txt", "old");
+  fs::create_symlink("elsewhere/old.txt", folder / "link");
+  fs::create_symlink("nothing", folder / "dangling");
   OutputSet outputs;
-  EXPECT_EQ(outputs.Create(folder / "one.txt"), temporary);
-  EXPECT_FALSE(fs::exists(temporary));
+  WriteFile(outputs.Create(folder / "link"), "new");
+  WriteFile(outputs.Create(folder / "dangling"), "new");
+  outputs.Commit();
+  for (const char* name : {"link", "dangling"}) {
+    EXPECT_FALSE(fs::is_symlink(folder / name));
+    EXPECT_EQ(ReadFile(folder / name), "new");
+  }
+  EXPECT_EQ(ReadFile(folder / "elsewhere/old.txt"), "old");
+  EXPECT_FALSE(fs::exists(folder / "nothing"));
 }
 
 TEST(OutputSet, KeepIfEqualKeepsTheTimeOfEqualBytesOnly) {
@@ -87,7 +110,7 @@ TEST(OutputSet, APathForTwoOutputsAndAFolderInPlaceOfAFileCommitNothing) {
   WriteFile(outputs.Create(folder / "one.txt"), "new");
   NIGHTMAP_EXPECT_ERROR(UsageError, outputs.Create(folder / "one.txt"), "two outputs");
   WriteFile(outputs.Create(folder / "two"), "new");
-  NIGHTMAP_EXPECT_ERROR(DataError, outputs.Commit(), "is a folder");
+  NIGHTMAP_EXPECT_ERROR(UsageError, outputs.Commit(), "is a folder");
   EXPECT_EQ(ReadFile(folder / "one.txt"), "old");
 }
 
@@ -101,8 +124,7 @@ TEST(OutputSet, AFileInPlaceOfAFolderIsNamed) {
 // Not even root can write there, so that this holds in containers too.
 TEST(OutputSet, AFolderThatCannotBeWrittenIsNamed) {
   OutputSet outputs;
-  NIGHTMAP_EXPECT_ERROR(DataError, WriteFile(outputs.Create("/proc/one.txt"), "1"), "one.txt");
-  NIGHTMAP_EXPECT_ERROR(DataError, outputs.Commit(), "/proc/one.txt");
+  NIGHTMAP_EXPECT_ERROR(DataError, outputs.Create("/proc/one.txt"), "/proc: cannot write there");
   NIGHTMAP_EXPECT_ERROR(DataError, outputs.Create("/proc/a/one.txt"), "/proc/a");
 }
 
@@ -133,6 +155,20 @@ TEST(Files, HashesDependOnEveryByteAndAgree) {
   EXPECT_NE(HashBytes(bytes), hash);
   NIGHTMAP_EXPECT_ERROR(DataError, HashFile(folder / "missing"), "missing");
   NIGHTMAP_EXPECT_ERROR(DataError, ReadFile(folder / "missing"), "missing");
+}
+
+// Opening the FIFO would wait for a writer for ever.
+TEST(Files, WhatIsNoPlainFileIsNotRead) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder / "fifo").c_str(), 0600), 0);
+  fs::create_symlink("fifo", folder / "link");
+  for (const auto& [path, why] : {std::pair{folder / "fifo", "is a FIFO"},
+                                  std::pair{folder / "link", "is a FIFO"},
+                                  std::pair{fs::path("/dev/null"), "is a device"},
+                                  std::pair{folder.Path(), "is a folder"}}) {
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadFile(path), path.string() + ": " + why);
+    NIGHTMAP_EXPECT_ERROR(DataError, HashFile(path), path.string() + ": " + why);
+  }
 }
 
 }  // namespace

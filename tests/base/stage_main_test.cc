@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/base/stage_main.h"
 
+#include <sys/stat.h>
+
 #include "tests/test_data.h"
 
 namespace nightmap {
@@ -147,6 +149,92 @@ TEST_F(StageMainTest, MistakesInTheCallAreUsageErrors) {
   }
 }
 
+TEST_F(StageMainTest, OutputsInTheWrongPlaceAreUsageErrorsBeforeTheStageRuns) {
+  spec_.outputs.push_back({"more", "another", Arity::kOptional});
+  const auto config = folder_.Write("copy.toml", "size = 7\n");
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"more=/dev/null", "--out more=/dev/null: is a device"},
+      {"more=" + folder_.Path().string(), "is a folder"},
+      {"more=" + input_.string(), "is the file of --in in="},
+      {"more=" + config.string(), "is the file of --config"},
+      {"more=" + (folder_ / "./out").string(), "are one file"}};
+  for (const auto& [port, message] : cases) {
+    const Result run = Main(With({"--config", config.string(), "--out", port}),
+                            [](const Options&, StageContext&) { FAIL() << "the stage ran"; });
+    EXPECT_EQ(run.code, 2) << message;
+    EXPECT_THAT(run.err, testing::HasSubstr(message));
+    ExpectNothingWritten();
+    EXPECT_EQ(ReadFile(input_), "hello");
+  }
+}
+
+// The inputs would be waited for, if they were opened.
+TEST_F(StageMainTest, InputsOfTheWrongKindAreUsageErrors) {
+  const std::string fifo = (folder_ / "fifo").string();
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  spec_.inputs = {{"in", "a file"}, {"data", "a folder", Arity::kOptional, PortKind::kFolder}};
+  const std::string folder = folder_.Path().string();
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"--in", "in=" + fifo}, "--in in=" + fifo + ": is a FIFO, a file is needed (a file)"},
+      {{"--in", "in=/dev/null"}, "is a device, a file is needed"},
+      {{"--in", "in=" + folder}, "is a folder, a file is needed"},
+      {{"--in", "in=" + input_.string(), "--in", "data=" + input_.string()},
+       "is a file, a folder is needed (a folder)"},
+      {{"--in", "in=" + input_.string(), "--in", "data=" + fifo}, "is a FIFO, a folder is needed"},
+      {{"--in", "in=" + input_.string(), "--config", fifo},
+       "--config " + fifo + ": is a FIFO, a file is needed"}};
+  for (std::pair<std::vector<std::string>, std::string> item : cases) {
+    item.first.insert(item.first.end(), {"--out", "out=" + (folder_ / "out").string()});
+    const Result run = Main(item.first);
+    EXPECT_EQ(run.code, 2) << item.second;
+    EXPECT_THAT(run.err, testing::HasSubstr(item.second));
+    ExpectNothingWritten();
+  }
+  EXPECT_EQ(
+      Main(
+          {"--in", "in=" + input_.string(), "--in", "data=" + folder, "--out", "out=" + fifo + "_"})
+          .code,
+      0);
+}
+
+TEST_F(StageMainTest, AFileBesideAnOutputDoesNotReplaceAnythingElse) {
+  folder_.Write("a_folder/inside", "");
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"a_folder", "a_folder, written beside --out out: is a folder"},
+      {"in.txt", "in.txt, written beside --out out is the file of --in in"},
+      {"report", "and " + (folder_ / "report").string() + ", written beside --out out are one"}};
+  for (const auto& [name, message] : cases) {
+    const Result run = Main(Ports(), [&](const Options& options, StageContext& context) {
+      CopyBody(options, context);
+      WriteFile(context.OutputBeside("out", name), "new");
+    });
+    EXPECT_EQ(run.code, 2) << message;
+    EXPECT_THAT(run.err, testing::HasSubstr(message));
+    ExpectNothingWritten();
+    EXPECT_EQ(ReadFile(input_), "hello");
+  }
+}
+
+TEST_F(StageMainTest, AFileThatAnInputNamesIsNotOverwritten) {
+  const auto named = folder_.Write("named.txt", "more");
+  spec_.outputs.push_back({"more", "another", Arity::kOptional});
+  const auto body = [&](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    context.AddInput(named, context.Input("in"));
+  };
+  const Result run = Main(With({"--out", "more=" + named.string()}), body);
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.err, testing::HasSubstr("in.txt names; give the output another path"));
+  EXPECT_EQ(ReadFile(named), "more");
+}
+
+TEST_F(StageMainTest, OutOfMemoryNamesTheInputs) {
+  const Result run =
+      Main(Ports(), [](const Options&, StageContext&) -> void { throw std::bad_alloc(); });
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, testing::HasSubstr("out of memory with the inputs in=" + input_.string()));
+}
+
 TEST_F(StageMainTest, AMissingInputIsNamed) {
   std::filesystem::remove(input_);
   const Result run = Main(Ports());
@@ -245,6 +333,48 @@ TEST_F(StageMainTest, TooManySkippedItemsFail) {
   EXPECT_EQ(run.code, 1);
   EXPECT_THAT(run.err, testing::HasSubstr("1 of 2"));
   ExpectNothingWritten();
+}
+
+TEST_F(StageMainTest, SkippedItemsAreFoldedByCauseInTheLogAndListedInTheReport) {
+  const Body body = [](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    for (int i = 0; i < 120; ++i) context.Skip(fmt::format("rgb/{}.png: truncated", i));
+    context.CheckSkipped(1000, 0.2);
+  };
+  const Result run = Main(Ports(), body);
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, testing::HasSubstr("skipped: rgb/0.png: truncated"));
+  EXPECT_THAT(run.err, testing::Not(testing::HasSubstr("rgb/1.png")));
+  EXPECT_THAT(run.err,
+              testing::HasSubstr("120 items skipped: truncated; the first is rgb/0.png\n"));
+  const auto report = nlohmann::json::parse(ReadFile(folder_ / "report"));
+  EXPECT_EQ(report["num_skipped"], 121);
+  EXPECT_EQ(report["skipped"].size(), 121U);
+  EXPECT_EQ(report["skipped"][120], "rgb/119.png: truncated");
+  EXPECT_THAT(Main(With({"--log-level", "debug"}), body).err,
+              testing::HasSubstr("skipped: rgb/119.png: truncated"));
+}
+
+TEST_F(StageMainTest, AReportThatTheStageMakesAnewStillListsWhatWasSkipped) {
+  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    context.Report() = {{"num_things", 7}};
+  });
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto report = nlohmann::json::parse(ReadFile(folder_ / "report"));
+  EXPECT_EQ(report["num_things"], 7);
+  EXPECT_EQ(report["skipped"][0], "one bad item");
+}
+
+TEST_F(StageMainTest, ManyCausesDoNotFloodTheLog) {
+  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    for (char c = 'a'; c < 'z'; ++c) context.Skip(fmt::format("x.png: cause {}", c));
+  });
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, testing::HasSubstr("cause a"));
+  EXPECT_THAT(run.err, testing::Not(testing::HasSubstr("cause y")));
+  EXPECT_THAT(run.err, testing::HasSubstr("16 more causes"));
 }
 
 }  // namespace

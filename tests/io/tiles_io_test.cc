@@ -118,7 +118,7 @@ TEST_F(TilesIoTest, ResultsCountKeyframesAndReasonsOnce) {
   const auto results =
       ReadTileResults(tiles, {folder_ / "1.json", folder_ / "2.json", folder_ / "3.json"}, 1);
   EXPECT_EQ(results.num_keyframes, 21U);
-  EXPECT_EQ(results.num_skipped, 2U);
+  EXPECT_EQ(results.skipped.Count(), 2U);
   EXPECT_EQ(results.first_depth_path, "d.png");
   EXPECT_EQ(ReadTileResults(tiles, {}, 6).num_keyframes, 10U);  // of 0, 3 ... 57 those of 0, 6 ...
   WriteFile(folder_ / "2.json", R"({"skipped": ["x: trun)");

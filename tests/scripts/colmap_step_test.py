@@ -14,6 +14,7 @@ from unittest import mock
 import fake_colmap
 import fake_site
 from nightmap_eval.colmap_files import read_cameras
+from nightmap_eval.colmap_run import Step
 
 RETRIEVED = """
 if [ "$1" = vocab_tree_retriever ]; then
@@ -129,7 +130,7 @@ class ColmapStepTest(unittest.TestCase):
 
     def test_intrinsics_stay_fixed(self):
         self.prepare("matches")
-        self.run_step("mapper", f"mkdir {self.colmap}/mapper.tmp/models/0")
+        self.run_step("mapper", f"cd {self.colmap}/.writing.*/mapper/models && mkdir 0")
         self.assertIsNone(self.receipt("mapper")["failed"])
         self.assertIn("--Mapper.ba_refine_focal_length 0", self.calls())
 
@@ -182,7 +183,7 @@ class ColmapStepTest(unittest.TestCase):
     def test_nightmaps_poses_come_with_the_focal_lengths_it_found(self):
         self.prepare("matches", "queries")
         fake_colmap.write_model(self.root / "made", ["rgb/0.png"], fake_site.walk(1))
-        self.run_step("triangulate", f"cp {self.root}/made/* {self.colmap}/triangulate.tmp/models/0/")
+        self.run_step("triangulate", f"cp {self.root}/made/* {self.colmap}/.writing.*/triangulate/models/0/")
         self.assertIsNone(self.receipt("triangulate")["failed"])
         cameras = (self.colmap / "triangulate" / "posed" / "cameras.txt").read_text()
         self.assertEqual(cameras, "1 PINHOLE 640 480 490.0 491.0 320.0 240.0\n")
@@ -211,12 +212,14 @@ class ColmapStepTest(unittest.TestCase):
     def test_killed_between_the_renames_the_next_run_has_the_old_step(self):
         self.prepare("features")
         self.run_step("matches")
-        after_both = [None, None, KeyboardInterrupt]
+        after_both = [None, KeyboardInterrupt, None]
         with mock.patch("nightmap_eval.colmap_run.shutil.rmtree", side_effect=after_both):
             with self.assertRaises(KeyboardInterrupt):
                 self.run_step("matches")
         self.assertTrue((self.colmap / "matches" / "receipt.json").exists())
-        (self.colmap / "matches").rename(self.colmap / "matches.tmp")  # as it is before the second
+        killed = self.colmap / f".writing.{os.uname().nodename}.killed"
+        killed.mkdir()
+        (self.colmap / "matches").rename(killed / "matches")  # as it is before the second
         self.assertTrue((self.colmap / "matches.old" / "receipt.json").exists())
         self.run_step("matches", path="/nonexistent")
         self.assertFalse((self.colmap / "matches").exists())
@@ -226,6 +229,16 @@ class ColmapStepTest(unittest.TestCase):
         self.assertEqual(self.receipt("matches")["matching"], "exhaustive")
         self.run_step("matches")
         self.assertEqual({path.name for path in self.colmap.iterdir()}, {"features", "matches"})
+
+    def test_two_runs_of_a_step_each_fill_their_own_folder(self):
+        with mock.patch("nightmap_eval.colmap_run.require_colmap", return_value="COLMAP 3.8"):
+            first, second = (Step(self.colmap / "matches", 1) for _ in range(2))
+        for step, text in ((first, "first"), (second, "second")):
+            (step.folder / "database.db").write_text(text)
+        for step, text in ((first, "first"), (second, "second")):
+            step.finish()
+            self.assertEqual((self.colmap / "matches" / "database.db").read_text(), text)
+        self.assertEqual([path.name for path in self.colmap.iterdir()], ["matches"])
 
     def test_without_colmap_it_says_what_to_do(self):
         result = self.run_step("features", path="/nonexistent")

@@ -49,7 +49,7 @@ class EvaluateTest(unittest.TestCase):
         self.assertAlmostEqual(metrics["trajectory"]["sim3"]["scale"], 1.0, places=6)
         self.assertEqual(metrics["coverage"]["num_frames_without_pose"], 0)
         self.assertEqual(metrics["coverage"]["num_keyframes"], 8)
-        self.assertFalse(list(self.out.parent.glob("*.tmp")))
+        self.assertFalse(list(self.out.parent.glob(".writing.*")))
 
     def test_same_bytes_twice(self):
         fake_site.write_site(self.site_dir)

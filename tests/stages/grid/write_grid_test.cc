@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/grid/write_grid.h"
 
+#include <set>
+
 #include "pipeline/io/floors_io.h"
 #include "tests/test_data.h"
 
@@ -14,6 +16,9 @@ FloorGrid Row(double height_m, int num_free) {
   return floor;
 }
 
+const std::vector<std::string> kAllPorts = {
+    "floors=floors.json", "pgm=map.pgm", "yaml=map.yaml", "png=map.png", "distances=distances.h5"};
+
 class WriteGridTest : public testing::Test {
  protected:
   struct NoOptions {
@@ -21,19 +26,17 @@ class WriteGridTest : public testing::Test {
   };
 
   // As the stage writes them.
-  void Write(const GridResult& result) {
-    const StageSpec spec{
-        "grid",
-        "",
-        {},
-        {{"floors", ""}, {"pgm", ""}, {"yaml", ""}, {"png", ""}, {"distances", ""}}};
+  void Write(const GridResult& result, const std::vector<std::string>& ports = kAllPorts) {
+    const StageSpec spec{"grid",
+                         "",
+                         {},
+                         {{"floors", ""},
+                          {"pgm", ""},
+                          {"yaml", ""},
+                          {"png", "", Arity::kOptional},
+                          {"distances", "", Arity::kOptional}}};
     std::vector<std::string> arguments{"grid"};
-    for (const char* port : {"floors=floors.json",
-                             "pgm=map.pgm",
-                             "yaml=map.yaml",
-                             "png=map.png",
-                             "distances=distances.h5"}) {
-      const std::string text = port;
+    for (const std::string& text : ports) {
       const auto name_end = text.find('=') + 1;
       arguments.insert(
           arguments.end(),
@@ -67,6 +70,30 @@ TEST_F(WriteGridTest, FloorsAreNumberedFromTheOneAtZero) {
     EXPECT_EQ(Read(floors[i]).cells, result.floors[i].grid.cells);
     EXPECT_TRUE(std::filesystem::exists(folder_ / floors[i].png));
     EXPECT_EQ(floors[i].distances, fmt::format("floor_{}", number));
+  }
+}
+
+TEST_F(WriteGridTest, FilesOfTheUserStay) {
+  folder_.Write("floor_plan.pdf", "the architect's");
+  folder_.Write("floor_3.png/inside", "");
+  Write({{Row(0, 2), Row(2.8, 3)}, 0});
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "floor_plan.pdf"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "floor_3.png/inside"));
+}
+
+TEST_F(WriteGridTest, PicturesAndDistancesThatNobodyWantsAreNotMade) {
+  Write({{Row(0, 2), Row(2.8, 3)}, 0}, {kAllPorts.begin(), kAllPorts.begin() + 3});
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.Path())) {
+    names.insert(entry.path().filename());
+  }
+  EXPECT_EQ(
+      names,
+      (std::set<std::string>{"floors.json", "map.pgm", "map.yaml", "floor_1.pgm", "floor_1.yaml"}));
+  for (const FloorFiles& floor : ReadFloors(folder_ / "floors.json")) {
+    EXPECT_EQ(floor.png, "");
+    EXPECT_EQ(floor.distances, "");
+    EXPECT_EQ(Read(floor).width, 5);
   }
 }
 

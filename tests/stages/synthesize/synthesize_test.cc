@@ -73,9 +73,10 @@ TEST(Synthesize, FilesHoldTheRenderedFrame) {
       Render(plan.world, options.camera.Pinhole(), plan.frames[7].pose, options.sensor, 2.0, 1);
   const fs::path folder = fs::path(testing::TempDir()) / "nightmap_synthesize_test";
   for (const char* name : {"rgb", "depth", "labels"}) fs::create_directories(folder / name);
-  WriteFrame(folder, 7, frame);
+  const WritingFolder writing(folder);
+  WriteFrame(folder, writing, 7, frame);
   const std::string first_hash = HashFile(folder / "rgb/000007.jpg");
-  WriteFrame(folder, 7, frame);
+  WriteFrame(folder, writing, 7, frame);
   EXPECT_EQ(HashFile(folder / "rgb/000007.jpg"), first_hash);
   EXPECT_EQ(ReadGrayImage(folder / "labels/000007.png").pixels, frame.labels.pixels);
   const RawDepthImage raw = ReadRawDepth(folder / "depth/000007.png");
