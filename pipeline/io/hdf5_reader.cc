@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/base/error.h"
+#include "pipeline/io/hdf5_driver.h"
 #include "pipeline/io/hdf5_file.h"
 #include "pipeline/io/hdf5_handle.h"
 
@@ -60,7 +61,7 @@ bool HoldsBytes(hid_t dataset, std::uintmax_t num_bytes, std::uintmax_t file_byt
 
 Hdf5Reader::Hdf5Reader(const std::filesystem::path& path) : path_(path) {
   SilenceHdf5Errors();
-  file_ = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  file_ = OpenHdf5ToRead(path);
   if (file_ < 0) {
     throw DataError("{}: not a readable HDF5 file (missing or truncated); delete it and run make",
                     path.string());
