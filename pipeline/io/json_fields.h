@@ -3,9 +3,7 @@
 // is missing or no number.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 
 #include "pipeline/base/error.h"
@@ -19,12 +17,9 @@ int IntegerAt(const Json& json,
               int min = 0,
               int max = std::numeric_limits<int>::max()) {
   const Json& field = json.at(name);
-  const bool fits =
-      field.is_number_unsigned()
-          ? field.template get<std::uint64_t>() <= static_cast<std::uint64_t>(std::max(max, 0))
-          : field.is_number_integer() && field.template get<std::int64_t>() <= max;
-  if (!fits || field.template get<std::int64_t>() < min) {
-    throw DataError("{} is {}, not an integer in [{}, {}]", name, field.dump(), min, max);
+  const auto value = field.template get<double>();
+  if (!field.is_number_integer() || value < min || value > max) {
+    throw DataError("{} is {}, not an integer in [{}, {}]", name, value, min, max);
   }
   return field.template get<int>();
 }

@@ -92,6 +92,8 @@ PlannedPath ReadPlannedPath(const std::filesystem::path& csv_path,
   const std::string text = ReadFile(json_path);
   try {
     ReadPathJson(nlohmann::json::parse(text), csv_path, csv.Rows().size(), path);
+  } catch (const toml::parse_error& error) {
+    throw DataError("{}: config: {}: run make plan again", json_path.string(), error.description());
   } catch (const std::exception& error) {
     throw DataError("{}: {}: run make plan again", json_path.string(), error.what());
   }

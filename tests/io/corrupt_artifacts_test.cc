@@ -236,5 +236,25 @@ TEST_F(CorruptArtifactsTest, Paths) {
   ExpectText("a.json", json, [&](const Path& path) { ReadPlannedPath(whole_csv, path); });
 }
 
+// Whatever recursion a parser or its values have must not end the stack.
+TEST_F(CorruptArtifactsTest, DeeplyNestedJson) {
+  const std::string deep = std::string(100'000, '[') + std::string(100'000, ']');
+  const auto tile = folder_.Write("tile_0_0.json", SomeTile());
+  const auto csv = folder_.Write("a.csv", "x_m,y_m,heading_rad,distance_m,leg_idx\n0,0,0,0,0\n");
+  for (const std::string field :
+       {"format", "version", "cameras", "floors", "keyframes", "config", "skipped"}) {
+    const std::string text = R"({"format": "nightmap floors", ")" + field + "\": " + deep + "}";
+    const auto path = folder_.Write("deep.json", text);
+    EXPECT_THROW(ReadFloors(path), DataError);
+    EXPECT_THROW(ReadTile(path), DataError);
+    EXPECT_THROW(ReadCameras(path), DataError);
+    EXPECT_THROW(ReadPlannedPath(csv, path), DataError);
+    EXPECT_THROW(SumOfReports({path}, field), DataError);
+    if (field == "skipped") {
+      EXPECT_THROW(ReadTileResults({tile}, {path}, 1), DataError);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace nightmap
