@@ -6,6 +6,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/io/frames_io.h"
+#include "pipeline/io/json_fields.h"
 
 namespace nightmap {
 namespace {
@@ -14,6 +15,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kCamerasFormat = "nightmap cameras";
 constexpr int kCamerasVersion = 1;
+constexpr int kMaxSide_px = 32768;  // as in the site config
 
 Json ToJson(const Camera& c) {
   return {{"width", c.width},
@@ -47,12 +49,6 @@ Json ToJson(const RgbdCamera& camera) {
   return json;
 }
 
-double FiniteAt(const Json& json, const char* name) {
-  const double value = json.at(name).get<double>();
-  if (!std::isfinite(value)) throw DataError("{} is not finite", name);
-  return value;
-}
-
 double AtLeast(const Json& json, const char* name, double min) {
   const double value = FiniteAt(json, name);
   if (value >= min) return value;
@@ -70,8 +66,8 @@ double PositiveAt(const Json& json, const char* name) {
 
 Camera CameraFromJson(const Json& json) {
   Camera camera;
-  camera.width = static_cast<int>(PositiveAt(json, "width"));
-  camera.height = static_cast<int>(PositiveAt(json, "height"));
+  camera.width = IntegerAt(json, "width", 1, kMaxSide_px);
+  camera.height = IntegerAt(json, "height", 1, kMaxSide_px);
   camera.fx = PositiveAt(json, "fx");
   camera.fy = PositiveAt(json, "fy");
   camera.cx = FiniteAt(json, "cx");
@@ -131,7 +127,7 @@ std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path) {
     if (json.at("format").get<std::string>() != kCamerasFormat) {
       throw DataError("format is not '{}'", kCamerasFormat);
     }
-    if (json.at("version").get<int>() > kCamerasVersion) {
+    if (IntegerAt(json, "version", 1) > kCamerasVersion) {
       throw DataError("version is newer than {}: update the program", kCamerasVersion);
     }
     std::vector<RgbdCamera> cameras;

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/io/json_fields.h"
 
 namespace nightmap {
 namespace {
@@ -17,14 +17,14 @@ using FloorJson = nlohmann::ordered_json;
 
 constexpr const char* kFloorsFormat = "nightmap floors";
 constexpr int kFloorsVersion = 2;
+constexpr int kMaxNumber = 1000;  // of a floor
 
 FloorFiles FloorFromJson(const FloorJson& json) {
-  FloorFiles floor{json.at("number").get<int>(),
-                   json.at("height_m").get<double>(),
+  FloorFiles floor{IntegerAt(json, "number", -kMaxNumber, kMaxNumber),
+                   FiniteAt(json, "height_m"),
                    json.at("yaml").get<std::string>(),
                    json.at("png").get<std::string>(),
                    json.at("distances").get<std::string>()};
-  if (!std::isfinite(floor.height_m)) throw DataError("height_m is not finite");
   if (floor.yaml.empty()) throw DataError("floor {} has no yaml", floor.number);
   return floor;
 }
@@ -43,7 +43,7 @@ std::vector<FloorFiles> FloorsFromJson(const FloorJson& json) {
   if (json.at("format").get<std::string>() != kFloorsFormat) {
     throw DataError("format is not '{}'", kFloorsFormat);
   }
-  const int version = json.at("version").get<int>();
+  const int version = IntegerAt(json, "version");
   if (version != kFloorsVersion) {
     throw DataError("version {}, this program reads {}", version, kFloorsVersion);
   }

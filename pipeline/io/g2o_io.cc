@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <sstream>
 
@@ -64,7 +65,13 @@ class LineReader {
     }
     return value;
   }
-  int Index() { return static_cast<int>(Number()); }
+  int Index() {
+    const double value = Number();
+    if (value < 0 || value > std::numeric_limits<int>::max() || value != std::floor(value)) {
+      throw DataError("{}: {} is not the number of a vertex", where_, value);
+    }
+    return static_cast<int>(value);
+  }
   Rigid3 Pose() {
     Rigid3 pose;
     for (int i = 0; i < 3; ++i) pose.translation[i] = Number();

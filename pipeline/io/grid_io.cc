@@ -16,6 +16,9 @@
 namespace nightmap {
 namespace {
 
+// Beyond these a distance in cells does not fit an integer.
+constexpr double kMinResolution_m = 1e-4;
+constexpr double kMaxResolution_m = 1e4;
 constexpr int kMaxSide = 32767;  // cells; keeps every squared distance within 32 bits
 constexpr std::array<std::uint8_t, 3> kGrayOfCell = {254, 0, 205};
 
@@ -167,8 +170,12 @@ OccupancyGrid ReadGrid(const std::filesystem::path& yaml_path) {
   const MapYaml yaml(yaml_path);
   OccupancyGrid grid;
   grid.resolution_m = yaml.Number("resolution");
-  if (grid.resolution_m <= 0) {
-    throw DataError("{}: resolution is {}, not positive", name, grid.resolution_m);
+  if (grid.resolution_m < kMinResolution_m || grid.resolution_m > kMaxResolution_m) {
+    throw DataError("{}: resolution is {} m, not in [{}, {}]; correct it",
+                    name,
+                    grid.resolution_m,
+                    kMinResolution_m,
+                    kMaxResolution_m);
   }
   const Eigen::Vector3d origin = yaml.Triple("origin");
   grid.origin_in_map = origin.head<2>();

@@ -64,14 +64,16 @@ class Hdf5Reader {
 
   bool Has(const std::string& name) const;
   // Throws DataError naming file and field on a missing array, another element type, NaN or
-  // infinity, or another number of columns (cols = 0: any).
+  // infinity, another number of columns (cols = 0: any), or anything but a contiguous uncompressed
+  // array of this file; memory is taken only for values that the file holds.
   template <typename T>
   Array<T> Read(const std::string& name, std::size_t cols = 0) const;
   template <typename T>
   std::vector<T> ReadList(const std::string& name) const {
     return Read<T>(name, 1).values;
   }
-  // A text that WriteText wrote, or "config". Throws DataError naming file and field when missing.
+  // A text that WriteText wrote, or "config". Throws DataError naming file and field when missing,
+  // when it is not one text of fixed length, or not UTF-8.
   std::string ReadText(const std::string& name) const;
   // Throws DataError naming file and field unless `condition` holds: what a reader of a format
   // checks beyond the types.
@@ -84,8 +86,14 @@ class Hdf5Reader {
   const std::filesystem::path& Path() const { return path_; }
 
  private:
+  explicit Hdf5Reader(const std::filesystem::path& path);
+  std::int64_t ReadInteger(const std::string& name) const;
+  // Fails unless `name` and the groups it goes through are members of this file.
+  void CheckLinks(const std::string& name) const;
+
   std::filesystem::path path_;
   std::int64_t file_ = -1;
+  std::uintmax_t file_bytes_ = 0;
 };
 
 }  // namespace nightmap

@@ -11,6 +11,7 @@ namespace {
 
 constexpr char kLandmarksFormat[] = "nightmap.landmarks";
 constexpr int kLandmarksVersion = 2;  // 2: observations/feature_idx
+constexpr std::size_t kMaxWordLevels = 64;
 constexpr char kUnits[] = "metres, map frame (z up); quaternions x y z w; times in nanoseconds";
 
 void CheckIndices(const Hdf5Reader& reader,
@@ -90,7 +91,9 @@ void ReadObservations(const Hdf5Reader& reader, LandmarkMap* map) {
                 kOffsets,
                 "does not cover observations/keyframe_idx");
   for (std::size_t i = 0; i + 1 < offsets.size(); ++i) {
-    reader.Demand(offsets[i] <= offsets[i + 1], kOffsets, "decreases");
+    reader.Demand(offsets[i] < offsets[i + 1],
+                  kOffsets,
+                  "decreases, or has a landmark that no keyframe sees");
   }
   map->landmark_keyframes.resize(map->positions_in_map.size());
   map->landmark_features.resize(map->positions_in_map.size());
@@ -139,6 +142,7 @@ void ReadDescriptors(const Hdf5Reader& reader, LandmarkMap* map) {
   reader.Demand(values.rows == num_descriptors, "descriptors/values", "has another length");
   reader.Demand(
       words.rows == num_descriptors && words.cols > 0, "descriptors/words", "has another length");
+  reader.Demand(words.cols <= kMaxWordLevels, "descriptors/words", "has too many levels");
   CheckEveryLandmarkDescribed(reader, *map);
   for (const std::int32_t word : words.values) {
     reader.Demand(word >= 0, "descriptors/words", "is negative");

@@ -97,6 +97,7 @@ std::vector<FramePair> ReadPairs(const std::filesystem::path& path) {
     pair.frame_b = frame.values[2 * i + 1];
     file.Demand(pair.frame_a >= 0 && pair.frame_a < pair.frame_b, "frame");
     file.Demand(status[i] >= 0 && status[i] <= static_cast<int>(PairStatus::kUncertain), "status");
+    file.Demand(num_putative[i] >= 0, "num_putative");
     file.Demand(first_match[i] <= first_match[i + 1], "first_match");
     pair.status = static_cast<PairStatus>(status[i]);
     pair.num_putative = num_putative[i];

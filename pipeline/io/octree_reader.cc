@@ -12,6 +12,13 @@
 #include "pipeline/base/error.h"
 
 namespace nightmap {
+namespace {
+
+// Beyond these a count of voxels, or of grid cells, does not fit an integer.
+constexpr double kMinResolution_m = 1e-4;
+constexpr double kMaxResolution_m = 1e4;
+
+}  // namespace
 
 OctreeReader::OctreeReader(const std::filesystem::path& path)
     : path_(path), stream_(path, std::ios::binary) {
@@ -37,8 +44,10 @@ void OctreeReader::ReadHeader() {
     if (key == "res") fields >> resolution_m_;
   }
   // (The line before the data ends with a line break, or the file ended in it.)
-  if (!stream_ || stream_.eof() || !(resolution_m_ > 0) || !std::isfinite(resolution_m_)) {
-    Fail("the header ends early or lacks res");
+  if (!stream_ || stream_.eof() || resolution_m_ == 0) Fail("the header ends early or lacks res");
+  if (!(resolution_m_ >= kMinResolution_m && resolution_m_ <= kMaxResolution_m)) {
+    Fail(fmt::format(
+        "field res is {}, not in [{}, {}] m", resolution_m_, kMinResolution_m, kMaxResolution_m));
   }
   if (type != "ColorOcTree" && type != "OcTree") {
     throw DataError("{}: field id is '{}'; ColorOcTree or OcTree is needed", path_.string(), type);

@@ -57,7 +57,7 @@ std::vector<OdometryFrame> ReadOdometryFrames(const Hdf5Reader& file) {
   file.Demand(pose.rows == frame_idx.size(), "shard_from_camera");
   std::vector<OdometryFrame> frames;
   for (std::size_t i = 0; i < frame_idx.size(); ++i) {
-    file.Demand(frame_idx[i] == frame_idx[0] + static_cast<int>(i), "frame_idx");
+    file.Demand(frame_idx[i] >= 0 && (i == 0 || frame_idx[i - 1] == frame_idx[i] - 1), "frame_idx");
     file.Demand(state[i] <= static_cast<int>(TrackingState::kStarted), "state");
     frames.push_back({frame_idx[i],
                       PoseAt(pose, i, file.Path()),

@@ -6,72 +6,65 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/io/csv.h"
+#include "pipeline/io/json_fields.h"
 
 namespace nightmap {
 namespace {
 
 constexpr const char* kPathFormat = "nightmap_path";
 constexpr int kPathVersion = 3;
+constexpr int kMaxFloor = 1000;
 
-// Of the circle about the robot's centre that it stays in however it turns.
+// Radius of the circle about the robot's centre that it stays in however it turns. NaN: the config
+// has none.
 double RobotRadius_m(const toml::table& config) {
-  double radius_m = config["robot_radius_m"].value_or(-1.0);
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  double radius_m = config["robot_radius_m"].value_or(kNan);
   const toml::array* corners = config["footprint_m"].as_array();
   if (!corners || corners->empty()) return radius_m;
   radius_m = 0;
   for (std::size_t i = 0; i + 1 < corners->size(); i += 2) {
-    const double x_m = (*corners)[i].value_or(-1.0);
-    const double y_m = (*corners)[i + 1].value_or(-1.0);
+    const double x_m = (*corners)[i].value_or(kNan);
+    const double y_m = (*corners)[i + 1].value_or(kNan);
+    if (!std::isfinite(x_m) || !std::isfinite(y_m)) return kNan;
     radius_m = std::max(radius_m, std::hypot(x_m, y_m));
   }
   return radius_m;
 }
 
 // What the path was planned for is in the plan stage's config, which path.json carries.
-void ReadPathConfig(const std::string& text, const std::string& name, PlannedPath& path) {
+void ReadPathConfig(const std::string& text, PlannedPath& path) {
   const toml::table config = toml::parse(text);
   path.robot_radius_m = RobotRadius_m(config);
   const auto unknown = config["unknown"].value<std::string>();
   if (!(std::isfinite(path.robot_radius_m) && path.robot_radius_m >= 0) || !unknown) {
-    throw DataError("{}: config: no robot_radius_m or unknown: run make plan again", name);
+    throw DataError("config: no robot_radius_m or unknown");
   }
   path.may_cross_unknown = *unknown != "forbidden";
 }
 
-void ReadPathJson(const std::filesystem::path& json_path,
+void ReadPathJson(const nlohmann::json& json,
+                  const std::filesystem::path& csv_path,
                   std::size_t num_points,
                   PlannedPath& path) {
-  const std::string name = json_path.string();
-  try {
-    const auto json = nlohmann::json::parse(ReadFile(json_path));
-    if (json.at("format") != kPathFormat) throw DataError("{}: not a planned path", name);
-    const int version = json.at("version").get<int>();
-    if (version != kPathVersion) {
-      throw DataError("{}: version {}, this program reads {}: run make plan again",
-                      name,
-                      version,
-                      kPathVersion);
-    }
-    const auto num_written = json.at("num_points").get<std::size_t>();
-    if (num_written != num_points) {
-      throw DataError("{}: num_points is {}, but path.csv has {}: run make plan again",
-                      name,
-                      num_written,
-                      num_points);
-    }
-    path.floor = json.at("floor").get<int>();
-    ReadPathConfig(json.at("config").get<std::string>(), name, path);
-  } catch (const nlohmann::json::exception& error) {
-    throw DataError("{}: {}", name, error.what());
-  } catch (const toml::parse_error& error) {
-    throw DataError("{}: config: {}", name, error.description());
+  if (json.at("format") != kPathFormat) throw DataError("not a planned path");
+  const int version = IntegerAt(json, "version");
+  if (version != kPathVersion) {
+    throw DataError("version {}, this program reads {}", version, kPathVersion);
   }
+  const auto num_written = static_cast<std::size_t>(IntegerAt(json, "num_points"));
+  if (num_written != num_points) {
+    throw DataError("num_points is {}, but {} has {}", num_written, csv_path.string(), num_points);
+  }
+  path.floor = IntegerAt(json, "floor", -kMaxFloor, kMaxFloor);
+  ReadPathConfig(json.at("config").get<std::string>(), path);
 }
 
 void AddPoint(const CsvRow& row, PlannedPath& path) {
@@ -97,7 +90,14 @@ PlannedPath ReadPlannedPath(const std::filesystem::path& csv_path,
   const CsvFile csv(csv_path, "x_m,y_m,heading_rad,distance_m,leg_idx", true);
   for (const CsvRow& row : csv.Rows()) AddPoint(row, path);
   if (csv.Rows().empty()) throw DataError("{}: the path has no point", csv_path.string());
-  ReadPathJson(json_path, csv.Rows().size(), path);
+  const std::string text = ReadFile(json_path);
+  try {
+    ReadPathJson(nlohmann::json::parse(text), csv_path, csv.Rows().size(), path);
+  } catch (const toml::parse_error& error) {
+    throw DataError("{}: config: {}: run make plan again", json_path.string(), error.description());
+  } catch (const std::exception& error) {
+    throw DataError("{}: {}: run make plan again", json_path.string(), error.what());
+  }
   return path;
 }
 

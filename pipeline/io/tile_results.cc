@@ -52,9 +52,9 @@ TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
   std::set<std::string> reasons;
   for (const auto& path : reports) {
     ReadReport(path, [&](const nlohmann::json& report) {
-      for (const auto& reason : report.value("skipped", nlohmann::json::array())) {
-        reasons.insert(reason.get<std::string>());
-      }
+      const auto skipped = report.find("skipped");
+      if (skipped == report.end()) return;
+      for (const auto& reason : *skipped) reasons.insert(reason.get<std::string>());
     });
   }
   results.num_keyframes = keyframes.size();

@@ -6,6 +6,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/io/json_fields.h"
 
 namespace nightmap {
 namespace {
@@ -30,21 +31,15 @@ TileJson KeyframeToJson(const Keyframe& keyframe) {
           {"map_from_camera", {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}}};
 }
 
-double FiniteNumber(const TileJson& json, const char* name) {
-  const double value = json.at(name).get<double>();
-  if (!std::isfinite(value)) throw DataError("{} is not finite", name);
-  return value;
-}
-
 Keyframe KeyframeFromJson(const TileJson& json) {
   Keyframe keyframe;
-  keyframe.keyframe_idx = json.at("keyframe_idx").get<int>();
-  keyframe.frame.frame_idx = json.at("frame_idx").get<int>();
+  keyframe.keyframe_idx = IntegerAt(json, "keyframe_idx");
+  keyframe.frame.frame_idx = IntegerAt(json, "frame_idx");
   keyframe.frame.time_ns = json.at("time_ns").get<std::int64_t>();
   keyframe.frame.color_path = json.at("color_path").get<std::string>();
   keyframe.frame.depth_path = json.at("depth_path").get<std::string>();
-  keyframe.frame.camera_idx = json.at("camera_idx").get<int>();
-  keyframe.frame.sequence_idx = json.at("sequence_idx").get<int>();
+  keyframe.frame.camera_idx = IntegerAt(json, "camera_idx");
+  keyframe.frame.sequence_idx = IntegerAt(json, "sequence_idx");
   keyframe.frame.content_hash = json.at("content_hash").get<std::string>();
   const auto v = json.at("map_from_camera").get<std::vector<double>>();
   if (v.size() != 7) throw DataError("map_from_camera has {} numbers, not 7", v.size());
@@ -60,14 +55,14 @@ Tile TileFromJson(const TileJson& json) {
   if (json.at("format").get<std::string>() != kTileFormat) {
     throw DataError("format is not '{}'", kTileFormat);
   }
-  if (json.at("version").get<int>() > kTileVersion) {
+  if (IntegerAt(json, "version", 1) > kTileVersion) {
     throw DataError("version is newer than {}: update nightmap", kTileVersion);
   }
   Tile tile;
-  tile.region.inside = {{FiniteNumber(json, "min_x_m"), FiniteNumber(json, "min_y_m")},
-                        {FiniteNumber(json, "max_x_m"), FiniteNumber(json, "max_y_m")}};
-  tile.region.overlap_m = FiniteNumber(json, "overlap_m");
-  tile.region.max_range_m = FiniteNumber(json, "max_range_m");
+  tile.region.inside = {{FiniteAt(json, "min_x_m"), FiniteAt(json, "min_y_m")},
+                        {FiniteAt(json, "max_x_m"), FiniteAt(json, "max_y_m")}};
+  tile.region.overlap_m = FiniteAt(json, "overlap_m");
+  tile.region.max_range_m = FiniteAt(json, "max_range_m");
   const Eigen::Array2d size_m = tile.region.inside.max_m - tile.region.inside.min_m;
   if (!(size_m > 0).all() || !(tile.region.overlap_m >= 0) || !(tile.region.max_range_m > 0)) {
     throw DataError("the tile has no extent");

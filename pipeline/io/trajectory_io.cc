@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
@@ -32,7 +33,7 @@ Decimal ParseDecimal(std::string_view text) {
     std::string_view power = rest.substr(e + 1);
     if (power.starts_with('+')) power.remove_prefix(1);
     const auto value = ParseInteger(power);
-    if (!value || std::abs(*value) > kMaxDigits) throw error;
+    if (!value || *value < -kMaxDigits || *value > kMaxDigits) throw error;
     decimal.exponent = static_cast<int>(*value);
     rest = rest.substr(0, e);
   }
@@ -111,7 +112,9 @@ std::int64_t ParseTime_ns(std::string_view text) {
     throw DataError("time '{}' is out of range: it must be in seconds", text);
   }
   const auto value = decimal.digits.empty() ? 0 : ParseInteger(decimal.digits);
-  if (!value) throw DataError("time '{}' is out of range: it must be in seconds", text);
+  if (!value || *value == std::numeric_limits<std::int64_t>::max()) {
+    throw DataError("time '{}' is out of range: it must be in seconds", text);
+  }
   const std::int64_t rounded = *value + (round_up ? 1 : 0);
   return decimal.negative ? -rounded : rounded;
 }

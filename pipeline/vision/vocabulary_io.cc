@@ -23,8 +23,10 @@ DescriptorKind ReadKind(const Hdf5Reader& reader) {
 
 int ReadDepth(const Hdf5Reader& reader) {
   const auto depth = reader.ReadList<std::int32_t>("tree/depth");
-  if (depth.size() != 1 || depth[0] < 1) {
-    throw DataError("{}: tree/depth must be one positive number", reader.Path().string());
+  if (depth.size() != 1 || depth[0] < 1 || depth[0] > VocabularyTreeOptions::kMaxDepth) {
+    throw DataError("{}: tree/depth is not one number in [1, {}]; rebuild it",
+                    reader.Path().string(),
+                    VocabularyTreeOptions::kMaxDepth);
   }
   return depth[0];
 }

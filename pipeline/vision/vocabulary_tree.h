@@ -18,6 +18,7 @@ namespace nightmap {
 
 struct VocabularyTreeOptions {
   int branching = 10;
+  static constexpr int kMaxDepth = 8;
   int depth = 5;  // levels below the root
   int num_kmeans_iterations = 8;
   int min_node_descriptors = 20;  // a node trained on fewer is a leaf

@@ -52,7 +52,7 @@ class Grid:
 def read_pgm(path):
     """8-bit gray image (rows, columns), top row first. Raises DataError when truncated."""
     data = Path(path).read_bytes()
-    header = re.match(rb"P5(?:\s+|\s*#[^\n]*\n)+(\d+)\s+(?:#[^\n]*\n\s*)*(\d+)\s+(\d+)\s", data)
+    header = re.match(rb"P5(?:\s+|\s*#[^\n]*\n)+(\d{1,9})\s+(?:#[^\n]*\n\s*)*(\d{1,9})\s+(\d{1,9})\s", data)
     if not header:
         raise DataError(f"{path}: not a binary PGM (P5) image")
     width, height, top = (int(word) for word in header.groups())
@@ -85,6 +85,8 @@ def read_grid(yaml_path):
         negate = int(keys.get("negate", 0))
     except ValueError as error:
         raise DataError(f"{yaml_path}: {error}") from None
+    if not np.all(np.isfinite([resolution_m, x, y, yaw])) or resolution_m <= 0:
+        raise DataError(f"{yaml_path}: resolution {resolution_m} m and origin {x}, {y}, {yaw} are no grid's")
     gray = read_pgm(Path(yaml_path).parent / keys["image"])[::-1].astype(float)
     occupancy = gray / 255 if negate else (255 - gray) / 255
     cells = np.full(gray.shape, UNKNOWN, dtype=np.uint8)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads PLY files (ASCII or binary little endian): vertices, and triangles when there are any."""
 
+import os
+
 import numpy as np
 
 from nightmap_eval.errors import DataError
@@ -18,15 +20,17 @@ def _read_header(path, file):
         raise DataError(f"{path}: not a PLY file")
     file_format, elements = "", []
     for line in file:
-        words = line.decode("ascii", "replace").split()
-        if words[:1] == ["format"]:
-            file_format = words[1]
-        elif words[:1] == ["element"]:
-            elements.append((words[1], int(words[2]), []))
-        elif words[:1] == ["property"]:
-            elements[-1][2].append(words[1:])
-        elif words[:1] == ["end_header"]:
-            return file_format, elements
+        match line.decode("ascii", "replace").split():
+            case ["format", name, *_]:
+                file_format = name
+            case ["element", name, count] if count.isdecimal() and len(count) < 19:
+                elements.append((name, int(count), []))
+            case ["property", *words] if elements and len(words) in (2, 4):
+                elements[-1][2].append(words)
+            case ["end_header"]:
+                return file_format, elements
+            case ["format" | "element" | "property", *_]:
+                raise DataError(f"{path}: not a line of a PLY header: {line[:80]!r}")
     raise DataError(f"{path}: truncated in the header")
 
 
@@ -34,30 +38,42 @@ def _row_type(path, properties):
     """numpy type of one element; a list is taken to be a triangle."""
     fields = []
     for words in properties:
-        if words[0] == "list":
+        if words[0] == "list" and len(words) == 4 and words[1] in _TYPES and words[2] in _TYPES:
             fields += [("num_" + words[3], "<" + _TYPES[words[1]])]
             fields += [(words[3], "<" + _TYPES[words[2]], (3,))]
-        elif words[0] in _TYPES:
+        elif words[0] in _TYPES and len(words) == 2:
             fields += [(words[1], "<" + _TYPES[words[0]])]
         else:
             raise DataError(f"{path}: unknown property type {words[0]}")
+    names = [name for name, *_ in fields]
+    if not names or len(set(names)) != len(names):
+        raise DataError(f"{path}: an element without properties, or with two of one name")
     return np.dtype(fields)
 
 
+def _check_count(path, file, count, row_bytes):
+    """Before anything is made of them: as many rows as declared must fit the rest of the file."""
+    left = os.fstat(file.fileno()).st_size - file.tell()
+    if count * row_bytes > left:
+        raise DataError(f"{path}: truncated: {count} rows of at least {row_bytes} bytes, {left} bytes are left")
+
+
 def _read_element(path, file, file_format, count, row_type):
+    _check_count(path, file, count, 2 if file_format == "ascii" else row_type.itemsize)
     if file_format == "ascii":
         words = b" ".join(file.readline() for _ in range(count)).split()
         width = len(np.zeros(1, row_type)[0].item()) if count else 0
         width += 2 * sum(1 for name in row_type.names if row_type[name].shape)
         if len(words) != count * width:
             raise DataError(f"{path}: {len(words)} values where {count * width} are declared")
-        return _rows_from_words(np.array(words, dtype=float).reshape(count, width), row_type)
+        try:
+            values = np.array(words, dtype=float)
+        except ValueError as error:
+            raise DataError(f"{path}: {error}") from None
+        return _rows_from_words(values.reshape(count, width), row_type)
     if file_format != "binary_little_endian":
         raise DataError(f"{path}: format {file_format}; expected ascii or binary_little_endian")
-    data = file.read(count * row_type.itemsize)
-    if len(data) != count * row_type.itemsize:
-        raise DataError(f"{path}: truncated: {len(data)} bytes of {count * row_type.itemsize}")
-    return np.frombuffer(data, row_type)
+    return np.frombuffer(file.read(count * row_type.itemsize), row_type)
 
 
 def _rows_from_words(table, row_type):
@@ -77,8 +93,8 @@ def read_ply(path):
         for name, count, properties in declared:
             row_type = _row_type(path, properties)
             elements[name] = _read_element(path, file, file_format, count, row_type)
-    if "vertex" not in elements:
-        raise DataError(f"{path}: no element vertex")
+    if "vertex" not in elements or not {"x", "y", "z"} <= set(elements["vertex"].dtype.names):
+        raise DataError(f"{path}: no element vertex with x, y and z")
     vertices = np.stack([elements["vertex"][axis] for axis in "xyz"], axis=1).astype(float)
     if not np.all(np.isfinite(vertices)):
         raise DataError(f"{path}: NaN or infinity in a vertex")
@@ -88,6 +104,8 @@ def read_ply(path):
 def _triangles(path, faces, num_vertices):
     if faces is None or len(faces) == 0:
         return np.zeros((0, 3), dtype=int)
+    if len(faces.dtype.names) < 2 or faces.dtype[1].shape != (3,):
+        raise DataError(f"{path}: element face does not begin with a list of vertices")
     name = faces.dtype.names[1]
     triangles = faces[name].astype(int)
     if np.any(faces["num_" + name] != 3):

@@ -28,6 +28,8 @@ def read_json(path):
         return json.loads(read_text(path))
     except json.JSONDecodeError as error:
         raise DataError(f"{path}:{error.lineno}: {error.msg}") from None
+    except RecursionError:
+        raise DataError(f"{path}: nested too deeply") from None
 
 
 def read_toml(path):
@@ -35,6 +37,8 @@ def read_toml(path):
         return tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as error:
         raise DataError(f"{path}: {error}") from None
+    except RecursionError:
+        raise DataError(f"{path}: nested too deeply") from None
 
 
 def read_csv(path, required=()):
@@ -86,6 +90,18 @@ class Frames:
         return len(self.rows)
 
 
+def _read_list(path, file, name):
+    """A list that a stage wrote to an open HDF5 file: memory is taken only for what the file holds."""
+    array = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
+    if not isinstance(array, h5py.Dataset) or array.dtype.kind not in "iu" or (
+        array.size * array.dtype.itemsize != array.id.get_storage_size()  # 0 when nothing was written
+        or array.chunks is not None
+        or array.size * array.dtype.itemsize > path.stat().st_size
+    ):
+        raise DataError(f"{path}: field '{name}' is not a list of integers; delete the file and run make")
+    return np.ravel(array)
+
+
 def bridged_frames(site_dir):
     """Frames without a verified pair to any other: odometry guessed their pose."""
     bridged = []
@@ -95,9 +111,11 @@ def bridged_frames(site_dir):
             continue
         try:
             with h5py.File(path) as file:
-                frame_idxs, states = np.ravel(file["frame_idx"]), np.ravel(file["state"])
-        except (OSError, KeyError) as error:
+                frame_idxs, states = (_read_list(path, file, name) for name in ("frame_idx", "state"))
+        except (OSError, RuntimeError) as error:
             raise DataError(f"{path}: {error}; delete the file and run make") from None
+        if len(frame_idxs) != len(states):
+            raise DataError(f"{path}: field 'state' has another length; delete the file and run make")
         bridged += frame_idxs[states == 1].tolist()
     return bridged
 

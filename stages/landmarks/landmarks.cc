@@ -8,6 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/io/features_of_frames.h"
 #include "pipeline/io/trajectory_io.h"
 #include "stages/landmarks/finish_track.h"
 
@@ -15,12 +16,7 @@ namespace nightmap {
 namespace {
 
 void CheckInput(const LandmarksInput& input) {
-  if (input.features.frames.size() != input.frames.size()) {
-    throw DataError(
-        "features: {} frames where the frames' list has {}; run the features stage again",
-        input.features.frames.size(),
-        input.frames.size());
-  }
+  CheckFeaturesOfFrames(input.frames, input.features);
   if (input.tree->Kind() != input.features.kind) {
     throw DataError("vocabulary: trained on another descriptor; run the vocabulary stage again");
   }

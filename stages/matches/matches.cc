@@ -8,6 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/io/features_of_frames.h"
 #include "stages/matches/direct_index.h"
 #include "stages/matches/neighbour_pairs.h"
 #include "stages/matches/verify_pair.h"
@@ -94,18 +95,23 @@ class Verifier {
   const DirectIndex* index_ = nullptr;
 };
 
-void CheckInput(const MatchesInput& input) {
-  const auto& frames = input.frames;
-  bool fits = !frames.empty() && frames.size() == input.features.frames.size();
-  for (std::size_t i = 0; fits && i < frames.size(); ++i) {
-    fits = frames[i].frame_idx == input.features.frames[i].frame_idx &&
-           frames[i].frame_idx == frames.front().frame_idx + static_cast<int>(i);
+// Loops are found by the place of a frame in the vocabulary, and their features by their words'.
+void CheckVocabulary(const MatchesInput& input, const Vocabulary& vocabulary) {
+  const auto& words = vocabulary.inverted_file.Words();
+  bool fits = vocabulary.tree.Kind() == input.features.kind &&
+              words.size() == input.frames.size() && input.frames.front().frame_idx == 0;
+  for (std::size_t i = 0; fits && i < words.size(); ++i) {
+    const FrameFeatures& frame = input.features.frames[i];
+    const int num_described = frame.IsDescribed() ? frame.NumFeatures() : 0;
+    fits = words[i].size() <= static_cast<std::size_t>(num_described);
   }
-  if (!fits) {
-    throw DataError(
-        "the features are not of the listed frames; delete the features folder of this "
-        "site and run make");
-  }
+  if (fits) return;
+  throw DataError(
+      "the vocabulary lists {} frames, the features {} from frame {} on, or the words of one are "
+      "not those of its features; delete the vocabulary folder of this site and run make",
+      words.size(),
+      input.frames.size(),
+      input.frames.front().frame_idx);
 }
 
 // Greedy choice of the best-scored candidates that are not neighbours of one chosen already.
@@ -189,7 +195,7 @@ std::vector<FramePair> MatchNeighbours(const MatchesOptions& options,
                                        int first_frame_idx,
                                        int num_threads,
                                        Progress& progress) {
-  CheckInput(input);
+  CheckFeaturesOfFrames(input.frames, input.features);
   const NeighbourPairs neighbours(input.features, first_frame_idx);
   std::vector<FramePair> pairs = neighbours.AtOffsets(options.pair_offsets);
   const Verifier verifier(options, input, /*is_loop=*/false);
@@ -206,15 +212,9 @@ std::vector<FramePair> MatchLoops(const MatchesOptions& options,
                                   const Vocabulary& vocabulary,
                                   int num_threads,
                                   Progress& progress) {
-  CheckInput(input);
+  CheckFeaturesOfFrames(input.frames, input.features);
+  CheckVocabulary(input, vocabulary);
   const auto& words = vocabulary.inverted_file.Words();
-  if (words.size() != input.frames.size()) {
-    throw DataError(
-        "the vocabulary lists {} frames, the features {}; delete the vocabulary folder "
-        "of this site and run make",
-        words.size(),
-        input.frames.size());
-  }
   const std::vector<int> seekers = LoopSeekers(options, input.features);
   std::vector<Ranking> rankings(seekers.size());
   ParallelFor(seekers.size(), num_threads, [&](std::size_t k) {

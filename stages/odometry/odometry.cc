@@ -8,6 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/absolute_pose.h"
+#include "pipeline/io/features_of_frames.h"
 #include "stages/odometry/initial_poses.h"
 #include "stages/odometry/shard_bundle.h"
 
@@ -162,12 +163,7 @@ class KeyframeGraph {
 };
 
 void CheckInput(const OdometryInput& input) {
-  if (input.frames.empty() || input.frames.size() != input.features.frames.size() ||
-      input.frames.front().frame_idx != input.features.frames.front().frame_idx) {
-    throw DataError(
-        "the features are not of the listed frames; delete the features folder of this "
-        "site and run make");
-  }
+  CheckFeaturesOfFrames(input.frames, input.features);
   const int end_idx = input.frames.front().frame_idx + static_cast<int>(input.frames.size());
   for (const FramePair& pair : input.pairs) {
     if (pair.frame_a < input.frames.front().frame_idx || pair.frame_b >= end_idx) {
@@ -177,6 +173,12 @@ void CheckInput(const OdometryInput& input) {
           pair.frame_a,
           pair.frame_b);
     }
+  }
+  // A frame's pairs are looked up by bisection.
+  if (!std::ranges::is_sorted(input.pairs, {}, &FramePair::frame_b)) {
+    throw DataError(
+        "the pairs are not sorted by their second frame; delete the matches folder of this site "
+        "and run make");
   }
 }
 

@@ -2,6 +2,7 @@
 #include "stages/pose_graph/check_input.h"
 
 #include "pipeline/base/error.h"
+#include "pipeline/io/features_of_frames.h"
 
 namespace nightmap {
 namespace {
@@ -37,6 +38,7 @@ void CheckFrames(const PoseGraphInput& input, const std::vector<bool>& is_keyfra
   if (!is_keyframe[0]) {
     throw DataError("odometry: frame 0, the first, is not a keyframe; {}", kRemedy);
   }
+  CheckFeaturesOfFrames(input.frames, input.features);
 }
 
 void CheckEdge(const OdometryShard& shard,
@@ -78,6 +80,30 @@ void CheckEdges(const OdometryShard& shard, const std::vector<bool>& is_keyframe
   }
 }
 
+// Tracks are numbered from 0 in each shard; each has features of its own.
+void CheckObservations(const OdometryShard& shard, const std::vector<FrameFeatures>& features) {
+  std::size_t num_features = 0;
+  for (const FrameFeatures& frame : features) {
+    num_features += static_cast<std::size_t>(frame.NumFeatures());
+  }
+  for (const TrackObservation& o : shard.observations) {
+    if (static_cast<std::size_t>(o.frame_idx) < features.size() &&
+        o.feature_idx < features[static_cast<std::size_t>(o.frame_idx)].NumFeatures() &&
+        static_cast<std::size_t>(o.track_idx) < num_features) {
+      continue;
+    }
+    throw DataError(
+        "odometry: track {} has feature {} of frame {}, and the {} frames with {} features lack "
+        "one of these; {}",
+        o.track_idx,
+        o.feature_idx,
+        o.frame_idx,
+        features.size(),
+        num_features,
+        kRemedy);
+  }
+}
+
 void CheckLoops(const std::vector<FramePair>& loops, std::size_t num_frames) {
   for (const FramePair& loop : loops) {
     if (loop.frame_a >= 0 && loop.frame_a < loop.frame_b &&
@@ -97,7 +123,10 @@ void CheckLoops(const std::vector<FramePair>& loops, std::size_t num_frames) {
 void CheckInput(const PoseGraphInput& input) {
   const std::vector<bool> is_keyframe = Keyframes(input.odometry);
   CheckFrames(input, is_keyframe);
-  for (const OdometryShard& shard : input.odometry) CheckEdges(shard, is_keyframe);
+  for (const OdometryShard& shard : input.odometry) {
+    CheckEdges(shard, is_keyframe);
+    CheckObservations(shard, input.features.frames);
+  }
   CheckLoops(input.loops, is_keyframe.size());
 }
 

@@ -61,7 +61,8 @@ std::vector<std::uint8_t> DrawTraining(const VocabularyOptions& options,
 
 void VocabularyOptions::Register(OptionList& list) {
   list.Add("branching", &tree.branching, Range(2, 64), "children of a node");
-  list.Add("depth", &tree.depth, Range(1, 8), "levels below the root");
+  list.Add(
+      "depth", &tree.depth, Range(1, VocabularyTreeOptions::kMaxDepth), "levels below the root");
   list.Add("num_kmeans_iterations",
            &tree.num_kmeans_iterations,
            Range(1, 100),

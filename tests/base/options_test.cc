@@ -35,6 +35,13 @@ std::string MessageOf(const std::string& toml) {
   return "";
 }
 
+TEST(Options, DeeplyNestedListsAreRefused) {
+  const std::string deep = std::string(100'000, '[') + std::string(100'000, ']');
+  EXPECT_THAT(MessageOf("offsets = " + deep + "\n"), HasSubstr("x.toml:1: not valid TOML"));
+  const std::string tables = std::string(100'000, '{');
+  EXPECT_THAT(MessageOf("offsets = " + tables), HasSubstr("x.toml:1: not valid TOML"));
+}
+
 TEST(Options, ParsesEveryType) {
   Options options;
   RegisterOptions(options).ParseToml(

@@ -57,6 +57,8 @@ TEST_F(FloorsIoTest, RefusesWhatIsNoListOfFloors) {
   ExpectRefused("-2.9", "3.1", "ascend in height_m");
   ExpectRefused("\"number\": 1,", "\"number\": 2,", "numbers must ascend");
   ExpectRefused("\"number\": 0,", "\"number\": 4,", "number 0");
+  ExpectRefused(
+      "\"number\": 1,", "\"number\": 4294967297,", "number is 4294967297, not an integer in");
   ExpectRefused("\"number\": 0,", "\"number\": \"ground\",", "number");
   ExpectRefused("\n}", "", "parse error");
   std::filesystem::remove(path_);

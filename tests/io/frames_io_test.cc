@@ -161,6 +161,9 @@ TEST(CamerasJson, DamageIsRefused) {
   expect("\"fx\": 35.25", "\"fx\": \"wide\"", "type");
   expect("\"fx\": 35.25", "\"fx\": null", "type");
   expect("\"fx\": 35.25,", "", "fx");
+  for (const std::string wrong : {"0", "-40", "40.5", "32769", "4294967336", "1e300"}) {
+    expect("\"width\": 40", "\"width\": " + wrong, "width is");
+  }
   expect("\"depth_noise_constant_m\": 0.001",
          "\"depth_noise_constant_m\": 0.0",
          "depth_noise_constant_m is 0, must be at least 1e-05: correct it in the site config");

@@ -30,6 +30,9 @@ TEST(G2oIo, RefusesBadLines) {
   for (const char* text : {"VERTEX_SE3:QUAT 0 nan 0 0 0 0 0 1\n",
                            "VERTEX_SE3:QUAT 0 0 0 0 0 0\n",
                            "VERTEX_SE2 0 0 0 0\n",
+                           "VERTEX_SE3:QUAT 1e300 0 0 0 0 0 0 1\n",
+                           "VERTEX_SE3:QUAT -1 0 0 0 0 0 0 1\n",
+                           "VERTEX_SE3:QUAT 0.5 0 0 0 0 0 0 1\n",
                            "EDGE_SE3:QUAT 0 1 0 0 0 0 0 0 1\n"}) {
     WriteFile(folder.Path() / "bad.g2o", text);
     EXPECT_THROW(ReadG2o(folder.Path() / "bad.g2o"), DataError) << text;

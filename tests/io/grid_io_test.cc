@@ -175,6 +175,8 @@ TEST_F(GridIoTest, RefusesBadYaml) {
   }
   ExpectError(Replace(kYaml, "0.05", "nan"), kPgm, "resolution");
   ExpectError(Replace(kYaml, "0.05", "0"), kPgm, "resolution");
+  ExpectError(Replace(kYaml, "0.05", "1e-300"), kPgm, "resolution is 1e-300 m, not in");
+  ExpectError(Replace(kYaml, "0.05", "1e300"), kPgm, "resolution is 1e+300 m, not in");
   ExpectError(Replace(kYaml, "0.05", "0.05x"), kPgm, "resolution");
   ExpectError(Replace(kYaml, "2, 0]", "2, nan]"), kPgm, "origin");
   ExpectError(Replace(kYaml, "-1.5", ".inf"), kPgm, "origin");

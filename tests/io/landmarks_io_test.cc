@@ -103,6 +103,14 @@ TEST_F(LandmarksIoTest, RefusesIndicesOutOfRange) {
   map_ = MakeMap();
   map_.words[3] = -1;
   ExpectRefused("descriptors/words");
+  map_ = MakeMap();
+  map_.num_word_levels = 65;
+  map_.words.assign(3 * 65, 1);
+  ExpectRefused("descriptors/words' has too many levels");
+  map_ = MakeMap();
+  map_.landmark_keyframes[1].clear();
+  map_.landmark_features[1].clear();
+  ExpectRefused("observations/offsets' decreases, or has a landmark that no keyframe sees");
 }
 
 TEST_F(LandmarksIoTest, RefusesLandmarksWithoutDescriptor) {

@@ -171,6 +171,7 @@ TEST_F(MatchesIoTest, ValuesOutOfRangeAreNamed) {
   ExpectRefused([](Arrays& a) { a.frame.values = {-1, 1, 0, 2}; }, "field 'frame'");
   ExpectRefused([](Arrays& a) { a.status[0] = 6; }, "field 'status'");
   ExpectRefused([](Arrays& a) { a.status[1] = -1; }, "field 'status'");
+  ExpectRefused([](Arrays& a) { a.num_putative[1] = -1; }, "field 'num_putative'");
   ExpectRefused([](Arrays& a) { a.match.values[4] = -1; }, "field 'match'");
   ExpectRefused([](Arrays& a) { a.match.values[5] = -1; }, "field 'match'");
   ExpectRefused([](Arrays& a) { a.b_from_a.values[13] = 0.5; }, "row 1 holds a quaternion");

@@ -20,6 +20,7 @@
 #include "pipeline/base/files.h"
 #include "pipeline/base/random.h"
 #include "pipeline/io/octree_reader.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace {
@@ -386,6 +387,15 @@ TEST_F(OctreeIoTest, EveryTruncationIsRefused) {
   for (std::size_t size = 0; size < bytes.size(); size += size < 200 ? 1 : 37) {
     WriteFile(ot_, bytes.substr(0, size));
     EXPECT_THROW(ReadOctree(ot_), DataError) << size << " of " << bytes.size() << " bytes";
+  }
+}
+
+TEST_F(OctreeIoTest, ResolutionsOutOfAllProportionAreRefused) {
+  for (const std::string res : {"1e-300", "-0.1", "1e300", "0"}) {
+    const std::string text = "# Octomap OcTree file\nid OcTree\nsize 0\nres " + res + "\ndata\n";
+    WriteFile(folder_ / "res.ot", text);
+    NIGHTMAP_EXPECT_ERROR(DataError, OctreeReader(folder_ / "res.ot"), "res.ot: ");
+    NIGHTMAP_EXPECT_ERROR(DataError, OctreeReader(folder_ / "res.ot"), "res");
   }
 }
 

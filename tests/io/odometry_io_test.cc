@@ -173,6 +173,13 @@ TEST_F(OdometryIoTest, NanAndInfinityAreNamed) {
 TEST_F(OdometryIoTest, ValuesOutOfRangeAreNamed) {
   ExpectRefused([](Arrays& a) { a.frame_idx = {3, 5}; }, "field 'frame_idx'");
   ExpectRefused([](Arrays& a) { a.frame_idx = {4, 3}; }, "field 'frame_idx'");
+  ExpectRefused([](Arrays& a) { a.frame_idx = {-1, 0}; }, "field 'frame_idx'");
+  using Limits = std::numeric_limits<std::int32_t>;
+  ExpectRefused(
+      [](Arrays& a) {
+        a.frame_idx = {Limits::max(), Limits::min()};
+      },
+      "field 'frame_idx'");
   ExpectRefused([](Arrays& a) { a.state[1] = 3; }, "field 'state'");
   ExpectRefused([](Arrays& a) { a.edge_frame.values = {4, 3}; }, "field 'edge_frame'");
   ExpectRefused([](Arrays& a) { a.edge_frame.values = {4, 4}; }, "field 'edge_frame'");

@@ -79,6 +79,9 @@ TEST_F(PathIoTest, RefusesAnotherJson) {
   expect(Json("unknown = \\\"allowed\\\""), "robot_radius_m");
   expect(Json("robot_radius_m = nan\\nunknown = \\\"allowed\\\""), "robot_radius_m");
   expect(Json("robot_radius_m = 0.2"), "unknown");
+  for (const std::string corners : {"[0.3, nan]", "[0.3, inf]", "[0.3, \\\"x\\\"]"}) {
+    expect(Json("footprint_m = " + corners + "\\nunknown = \\\"allowed\\\""), "robot_radius_m");
+  }
 }
 
 }  // namespace

@@ -92,6 +92,9 @@ TEST_F(TilesIoTest, MistakesAreRefused) {
   ExpectRefused("\"min_x_m\": -36.1", "\"min_x_m\": null", "number");
   ExpectRefused("\"max_range_m\": 4.0", "\"max_range_m\": 0", "no extent");
   ExpectRefused("\"keyframe_idx\":57", "\"keyframe_idx\":54", "must increase");
+  for (const std::string wrong : {"-1", "4294967297", "18446744073709551615", "1e300", "0.5"}) {
+    ExpectRefused("\"camera_idx\":1", "\"camera_idx\":" + wrong, "camera_idx is");
+  }
   ExpectRefused("\"map_from_camera\":[", "\"map_from_camera\":[1.0,", "8 numbers");
   Tile tile = SomeTile();
   tile.keyframes[2].map_from_camera.rotation.coeffs() *= 1.01;

@@ -33,11 +33,22 @@ TEST(Time, TextRoundTripsForAnyTime) {
 }
 
 TEST(Time, RefusesWhatIsNoTime) {
-  for (const char* text :
-       {"", ".", "-", "1.2.3", "nan", "inf", "1e", "1e99", "0x10", "1,5", "1 "}) {
+  for (const char* text : {"",
+                           ".",
+                           "-",
+                           "1.2.3",
+                           "nan",
+                           "inf",
+                           "1e",
+                           "1e99",
+                           "0x10",
+                           "1,5",
+                           "1 ",
+                           "1e-9223372036854775808"}) {
     EXPECT_THROW(ParseTime_ns(text), DataError) << text;
   }
-  EXPECT_THROW(ParseTime_ns("1305031102175304000"), DataError);  // nanoseconds given as seconds
+  EXPECT_THROW(ParseTime_ns("1305031102175304000"), DataError);    // nanoseconds given as seconds
+  EXPECT_THROW(ParseTime_ns("9223372036.8547758079"), DataError);  // rounds to 2^63
 }
 
 std::vector<StampedPose> RandomPoses(int count) {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/vision/vocabulary_io.h"
 
+#include <limits>
+
 #include "pipeline/base/error.h"
 #include "pipeline/io/hdf5_file.h"
+#include "tests/io/artifact_damage.h"
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
@@ -15,7 +18,7 @@ class VocabularyIoTest : public testing::Test {
   void WriteRaw() const {
     Hdf5Writer writer(path_, format_, version_, "", "none");
     writer.WriteList<std::int32_t>("tree/kind", {kind_});
-    writer.WriteList<std::int32_t>("tree/depth", {2});
+    writer.WriteList<std::int32_t>("tree/depth", {depth_});
     writer.Write("tree/nodes", Array<std::int32_t>{nodes_.size() / 3, 3, nodes_});
     writer.Write("tree/centres", Array<std::uint8_t>{3, 32, std::vector<std::uint8_t>(96)});
     writer.WriteList("frames/word_offsets", offsets_);
@@ -33,6 +36,7 @@ class VocabularyIoTest : public testing::Test {
   std::string format_ = "nightmap.vocabulary";
   int version_ = 1;
   std::int32_t kind_ = 1;
+  std::int32_t depth_ = 2;
   std::vector<std::int32_t> nodes_{1, 2, 0, 0, 0, 1, 0, 0, 1};
   std::vector<std::int64_t> offsets_{0, 1, 3};
   std::vector<std::int32_t> words_{1, 2, 1};
@@ -82,6 +86,22 @@ TEST_F(VocabularyIoTest, RefusesUnknownKinds) {
 TEST_F(VocabularyIoTest, RefusesBrokenTrees) {
   nodes_[0] = 7;
   ExpectRefused("tree/nodes");
+  nodes_[0] = 0;  // its own child
+  ExpectRefused("tree/nodes");
+}
+
+TEST_F(VocabularyIoTest, RefusesDepthsThatNoTreeHas) {
+  // Each landmark has a word for each level.
+  for (const std::int32_t depth : {0, -1, 9, std::numeric_limits<std::int32_t>::max()}) {
+    depth_ = depth;
+    ExpectRefused("tree/depth is not one number in [1, 8]");
+  }
+}
+
+TEST_F(VocabularyIoTest, SurvivesDamage) {
+  WriteRaw();
+  ExpectDamageIsSurvived(
+      folder_, path_, [](const std::filesystem::path& path) { ReadVocabulary(path); });
 }
 
 TEST_F(VocabularyIoTest, RefusesWordsOutOfRange) {

@@ -143,7 +143,7 @@ TEST_F(LandmarksTest, RefusesPosesOfAnotherSite) {
 
 TEST_F(LandmarksTest, RefusesFeaturesOfOtherFrames) {
   scene_.features.frames.pop_back();
-  NIGHTMAP_EXPECT_ERROR(DataError, Run(), "features");
+  NIGHTMAP_EXPECT_ERROR(DataError, Run(), "not of the listed frames");
 }
 
 }  // namespace

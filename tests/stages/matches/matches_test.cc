@@ -250,5 +250,24 @@ TEST(MatchLoops, FindsTheWayBackAndKeepsTheGap) {
   EXPECT_TRUE(MatchLoops(options, InputOf(scene), vocabulary, 2, progress).empty());
 }
 
+TEST(MatchLoops, RefusesAVocabularyOfOtherFeatures) {
+  const LandmarkScene scene = MakeLandmarkScene();
+  const auto expect_refused = [](const LandmarkScene& listed, const Vocabulary& vocabulary) {
+    Progress progress("test", false);
+    NIGHTMAP_EXPECT_ERROR(DataError,
+                          MatchLoops({}, InputOf(listed), vocabulary, 1, progress),
+                          "delete the vocabulary folder");
+  };
+  Vocabulary damaged = MakeSceneVocabulary(scene);
+  auto words = damaged.inverted_file.Words();
+  words[2].push_back(1);  // of a feature that the frame does not have
+  damaged.inverted_file = InvertedFile(words);
+  expect_refused(scene, damaged);
+  LandmarkScene later = scene;
+  for (FrameRecord& frame : later.frames) frame.frame_idx += 5;
+  for (FrameFeatures& frame : later.features.frames) frame.frame_idx += 5;
+  expect_refused(later, MakeSceneVocabulary(scene));
+}
+
 }  // namespace
 }  // namespace nightmap

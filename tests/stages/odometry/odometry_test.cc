@@ -261,5 +261,14 @@ TEST_F(OdometryTest, RefusesPairsOfOtherFrames) {
   NIGHTMAP_EXPECT_ERROR(DataError, Run(pairs), "outside the given frames");
 }
 
+TEST_F(OdometryTest, RefusesPairsThatAreNotSortedOrNameNoFeature) {
+  auto pairs = MakePairs(scene_, 0);
+  std::swap(pairs.front(), pairs.back());
+  NIGHTMAP_EXPECT_ERROR(DataError, Run(pairs), "not sorted by their second frame");
+  pairs = MakePairs(scene_, 0);
+  pairs[1].inliers[0].b = 1'000'000;
+  NIGHTMAP_EXPECT_ERROR(DataError, Run(pairs), "feature 1000000 of frame");
+}
+
 }  // namespace
 }  // namespace nightmap

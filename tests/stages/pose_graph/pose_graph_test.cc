@@ -126,6 +126,7 @@ TEST(PoseGraph, DroppedKeyframesKeepTheirPosesAndTheEdgesGoPastThem) {
   for (OdometryShard& shard : input.odometry) {
     for (const OdometryFrame& frame : shard.frames) {
       if (!frame.is_keyframe) continue;
+      input.features.frames[static_cast<std::size_t>(frame.frame_idx)].keypoints_px.resize(50);
       for (int i = 0; i < 50; ++i) shard.observations.push_back({i, frame.frame_idx, i});
     }
   }
@@ -220,6 +221,9 @@ TEST(PoseGraph, RefusesOdometryOfOtherFrames) {
   input = MakeInput();
   input.loops[0].frame_b = kNumFrames;
   NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "loop");
+  input = MakeInput();
+  input.features.frames[3].frame_idx = 4;
+  NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "not of the listed frames");
 }
 
 TEST(PoseGraph, RefusesOdometryThatDoesNotFitTogether) {
@@ -250,6 +254,13 @@ TEST(PoseGraph, RefusesOdometryThatDoesNotFitTogether) {
          "ends at frame 48, which is not a keyframe");
   expect([](Shards& shards) { shards[1].edges[0].frame_b = 21; },
          "edge 23-21 does not end in its shard, frames 24 to 47");
+  // No frame of MakeInput has a feature; one track too many would take memory for all before it.
+  const std::vector<TrackObservation> damaged = {
+      {0, 0, 0}, {0, kNumFrames, 0}, {std::numeric_limits<int>::max(), 0, 0}};
+  for (const TrackObservation& observation : damaged) {
+    expect([&](Shards& shards) { shards[1].observations = {observation}; },
+           "the 48 frames with 0 features lack one of these");
+  }
   expect([](Shards& shards) { shards[1].edges.erase(shards[1].edges.begin()); },
          "no edge joins the shard of frame 24 to the one before");
 }

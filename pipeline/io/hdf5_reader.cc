@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+// The reader of hdf5_file.h. Nothing that a file declares is believed before it was compared with
+// what is there: HDF5 itself reads a text or a number of another type past the end of its target,
+// and takes memory for whatever size is declared.
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/hdf5_driver.h"
+#include "pipeline/io/hdf5_file.h"
+#include "pipeline/io/hdf5_handle.h"
+
+namespace nightmap {
+namespace {
+
+constexpr std::size_t kMaxTextBytes = 64 * 1024;  // what Hdf5Writer can write, and its last zero
+
+template <typename T>
+bool AllFinite(const std::vector<T>& values) {
+  if constexpr (std::is_floating_point_v<T>) {
+    for (const T value : values) {
+      if (!std::isfinite(value)) return false;
+    }
+  }
+  return true;
+}
+
+// Without zeros and control characters but tab and line breaks, so that it prints as it is.
+bool IsPlainUtf8(const std::string& text) {
+  const auto is_control = [](char c) {
+    return static_cast<unsigned char>(c) < ' ' && c != '\t' && c != '\n' && c != '\r';
+  };
+  if (std::ranges::any_of(text, is_control)) return false;
+  try {
+    (void)nlohmann::json(text).dump();
+    return true;
+  } catch (const nlohmann::json::type_error&) {
+    return false;
+  }
+}
+
+bool IsScalar(hid_t attribute) {
+  const Hdf5Handle space(H5Aget_space(attribute), H5Sclose);
+  return H5Sget_simple_extent_type(space) == H5S_SCALAR;
+}
+
+// Contiguous, uncompressed, in this very file and wholly inside it: all that Hdf5Writer writes.
+bool HoldsBytes(hid_t dataset, std::uintmax_t num_bytes, std::uintmax_t file_bytes) {
+  const Hdf5Handle properties(H5Dget_create_plist(dataset), H5Pclose);
+  if (H5Pget_layout(properties) != H5D_CONTIGUOUS || H5Pget_external_count(properties) != 0) {
+    return false;
+  }
+  if (num_bytes == 0) return true;
+  const haddr_t begin = H5Dget_offset(dataset);
+  return H5Dget_storage_size(dataset) == num_bytes && begin != HADDR_UNDEF && begin <= file_bytes &&
+         num_bytes <= file_bytes - begin;
+}
+
+}  // namespace
+
+Hdf5Reader::Hdf5Reader(const std::filesystem::path& path) : path_(path) {
+  SilenceHdf5Errors();
+  file_ = OpenHdf5ToRead(path);
+  if (file_ < 0) {
+    throw DataError("{}: not a readable HDF5 file (missing or truncated); delete it and run make",
+                    path.string());
+  }
+  file_bytes_ = std::filesystem::file_size(path);
+}
+
+Hdf5Reader::Hdf5Reader(const std::filesystem::path& path, const std::string& format, int version)
+    : Hdf5Reader(path) {
+  const std::string found_format = ReadText("format");
+  if (found_format != format) {
+    throw DataError(
+        "{}: field 'format' is '{}', '{}' is needed", path.string(), found_format, format);
+  }
+  const std::int64_t found_version = ReadInteger("version");
+  if (found_version < 1 || found_version > version) {
+    throw DataError(
+        "{}: field 'version' is {}, this program reads up to {}; update nightmap or "
+        "delete the file and run make",
+        path.string(),
+        found_version,
+        version);
+  }
+}
+
+Hdf5Reader::~Hdf5Reader() {
+  if (file_ >= 0) H5Fclose(file_);
+}
+
+std::string Hdf5Reader::ReadText(const std::string& name) const {
+  if (H5Aexists(file_, name.c_str()) <= 0) Fail(name, "is missing");
+  const Hdf5Handle attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
+  const Hdf5Handle type(H5Aget_type(attribute), H5Tclose);
+  const std::size_t size = H5Tget_size(type);
+  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || !IsScalar(attribute) ||
+      size > kMaxTextBytes) {
+    Fail(name, "is not one text of fixed length below 64 kB");
+  }
+  std::string text(size, '\0');
+  if (H5Aread(attribute, type, text.data()) < 0) Fail(name, "cannot be read (truncated file?)");
+  text.erase(text.find_last_not_of('\0') + 1);  // what fills the fixed length
+  if (!IsPlainUtf8(text)) Fail(name, "is not a text in UTF-8");
+  return text;
+}
+
+std::int64_t Hdf5Reader::ReadInteger(const std::string& name) const {
+  if (H5Aexists(file_, name.c_str()) <= 0) Fail(name, "is missing");
+  const Hdf5Handle attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
+  const Hdf5Handle type(H5Aget_type(attribute), H5Tclose);
+  std::int64_t value = 0;
+  if (H5Tget_class(type) != H5T_INTEGER || H5Tget_size(type) > sizeof(value) ||
+      !IsScalar(attribute) || H5Aread(attribute, H5T_NATIVE_INT64, &value) < 0) {
+    Fail(name, "is not one integer");
+  }
+  return value;
+}
+
+bool Hdf5Reader::Has(const std::string& name) const {
+  return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0;
+}
+
+void Hdf5Reader::Fail(std::string_view field, std::string_view why) const {
+  throw DataError("{}: field '{}' {}; delete the file and run make", path_.string(), field, why);
+}
+
+void Hdf5Reader::CheckLinks(const std::string& name) const {
+  for (std::size_t end = 0; end != std::string::npos;) {
+    end = name.find('/', end + 1);
+    H5L_info_t link;
+    if (H5Lget_info(file_, name.substr(0, end).c_str(), &link, H5P_DEFAULT) < 0) {
+      Fail(name, "is missing");
+    }
+    if (link.type != H5L_TYPE_HARD) Fail(name, "is a link to elsewhere, not an array of this file");
+  }
+}
+
+template <typename T>
+Array<T> Hdf5Reader::Read(const std::string& name, std::size_t cols) const {
+  CheckLinks(name);
+  const Hdf5Handle dataset(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!dataset.Valid()) Fail(name, "is missing");
+  const Hdf5Handle type(H5Dget_type(dataset), H5Tclose);
+  if (H5Tequal(type, NativeHdf5Type<T>()) <= 0) Fail(name, "has another element type");
+  const Hdf5Handle space(H5Dget_space(dataset), H5Sclose);
+  hsize_t sizes[2] = {0, 0};
+  if (H5Sget_simple_extent_ndims(space) != 2) Fail(name, "is not a matrix");
+  H5Sget_simple_extent_dims(space, sizes, nullptr);
+  if (cols != 0 && sizes[1] != cols) {
+    Fail(name, fmt::format("has {} columns, {} are needed", sizes[1], cols));
+  }
+  const std::uintmax_t max_values = file_bytes_ / sizeof(T);
+  if (sizes[1] > max_values || sizes[0] > max_values / std::max<hsize_t>(sizes[1], 1) ||
+      !HoldsBytes(dataset, sizes[0] * sizes[1] * sizeof(T), file_bytes_)) {
+    Fail(name,
+         fmt::format("declares {} x {} values, which the file of {} bytes does not hold in one "
+                     "uncompressed piece",
+                     sizes[0],
+                     sizes[1],
+                     file_bytes_));
+  }
+  Array<T> array{sizes[0], sizes[1], std::vector<T>(sizes[0] * sizes[1])};
+  if (!array.values.empty() &&
+      H5Dread(dataset, NativeHdf5Type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, array.values.data()) <
+          0) {
+    Fail(name, "cannot be read (truncated file?)");
+  }
+  if (!AllFinite(array.values)) Fail(name, "holds NaN or infinity");
+  return array;
+}
+
+#define NIGHTMAP_INSTANTIATE(T) \
+  template Array<T> Hdf5Reader::Read<T>(const std::string&, std::size_t) const;
+NIGHTMAP_INSTANTIATE(std::uint8_t)
+NIGHTMAP_INSTANTIATE(std::int32_t)
+NIGHTMAP_INSTANTIATE(std::uint32_t)
+NIGHTMAP_INSTANTIATE(std::int64_t)
+NIGHTMAP_INSTANTIATE(float)
+NIGHTMAP_INSTANTIATE(double)
+#undef NIGHTMAP_INSTANTIATE
+
+}  // namespace nightmap

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// The writer of hdf5_file.h.
+#include "pipeline/base/error.h"
+#include "pipeline/io/hdf5_file.h"
+#include "pipeline/io/hdf5_handle.h"
+
+namespace nightmap {
+namespace {
+
+// Without object times equal content gives equal bytes.
+Hdf5Handle UntimedProperties(hid_t property_class) {
+  Hdf5Handle properties(H5Pcreate(property_class), H5Pclose);
+  H5Pset_obj_track_times(properties, false);
+  return Hdf5Handle(H5Pcopy(properties), H5Pclose);
+}
+
+// HDF5 has no room for attributes of 64 kB and more.
+bool WriteStringAttribute(hid_t file, const char* name, const std::string& text) {
+  const Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type, text.size() + 1);
+  const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Hdf5Handle attribute(H5Acreate2(file, name, type, space, H5P_DEFAULT, H5P_DEFAULT),
+                             H5Aclose);
+  return attribute.Valid() && H5Awrite(attribute, type, text.c_str()) >= 0;
+}
+
+void WriteIntAttribute(hid_t file, const char* name, int value) {
+  const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Hdf5Handle attribute(
+      H5Acreate2(file, name, H5T_NATIVE_INT, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  H5Awrite(attribute, H5T_NATIVE_INT, &value);
+}
+
+}  // namespace
+
+Hdf5Writer::Hdf5Writer(const std::filesystem::path& path,
+                       const std::string& format,
+                       int version,
+                       const std::string& config,
+                       const std::string& units)
+    : Hdf5Writer(path) {
+  WriteText("format", format);
+  WriteIntAttribute(file_, "version", version);
+  WriteText("config", config);
+  WriteText("units", units);
+}
+
+Hdf5Writer::Hdf5Writer(const std::filesystem::path& path) : path_(path) {
+  SilenceHdf5Errors();
+  const Hdf5Handle properties = UntimedProperties(H5P_FILE_CREATE);
+  file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, properties, H5P_DEFAULT);
+  if (file_ < 0) throw DataError("{}: cannot create; is the folder writable?", path.string());
+}
+
+Hdf5Writer::~Hdf5Writer() {
+  if (file_ >= 0) H5Fclose(file_);
+}
+
+void Hdf5Writer::Close() {
+  const herr_t flushed = H5Fflush(file_, H5F_SCOPE_LOCAL);
+  const herr_t closed = H5Fclose(file_);
+  file_ = -1;
+  if (flushed < 0 || closed < 0) {
+    throw DataError("{}: cannot write; free space on that disk and run again", path_.string());
+  }
+}
+
+template <typename T>
+void Hdf5Writer::Write(const std::string& name, const Array<T>& array) {
+  if (array.values.size() != array.rows * array.cols) {
+    throw DataError("{}: array '{}' has {} values, {} x {} are announced",
+                    path_.string(),
+                    name,
+                    array.values.size(),
+                    array.rows,
+                    array.cols);
+  }
+  const hsize_t sizes[2] = {array.rows, array.cols};
+  const Hdf5Handle space(H5Screate_simple(2, sizes, nullptr), H5Sclose);
+  const Hdf5Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+  H5Pset_create_intermediate_group(links, 1);
+  const Hdf5Handle properties = UntimedProperties(H5P_DATASET_CREATE);
+  const Hdf5Handle dataset(
+      H5Dcreate2(file_, name.c_str(), NativeHdf5Type<T>(), space, links, properties, H5P_DEFAULT),
+      H5Dclose);
+  const bool written =
+      dataset.Valid() &&
+      (array.values.empty() ||
+       H5Dwrite(dataset, NativeHdf5Type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, array.values.data()) >=
+           0);
+  if (!written) {
+    throw DataError(
+        "{}: cannot write array '{}'; free space on that disk and run again", path_.string(), name);
+  }
+}
+
+void Hdf5Writer::WriteText(const std::string& name, const std::string& text) {
+  if (WriteStringAttribute(file_, name.c_str(), text)) return;
+  throw DataError(
+      "{}: cannot write text '{}' of {} bytes; shorten it to less than 64 kB, or free space on "
+      "that disk, and run again",
+      path_.string(),
+      name,
+      text.size());
+}
+
+#define NIGHTMAP_INSTANTIATE(T) \
+  template void Hdf5Writer::Write<T>(const std::string&, const Array<T>&);
+NIGHTMAP_INSTANTIATE(std::uint8_t)
+NIGHTMAP_INSTANTIATE(std::int32_t)
+NIGHTMAP_INSTANTIATE(std::uint32_t)
+NIGHTMAP_INSTANTIATE(std::int64_t)
+NIGHTMAP_INSTANTIATE(float)
+NIGHTMAP_INSTANTIATE(double)
+#undef NIGHTMAP_INSTANTIATE
+
+}  // namespace nightmap

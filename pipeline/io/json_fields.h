@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers of JSON objects, checked. Throw DataError naming the field, nlohmann's exception when it
+// is missing or no number.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "pipeline/base/error.h"
+
+namespace nightmap {
+
+// nlohmann's get<int> would cut what is too large, and a fraction.
+template <typename Json>
+int IntegerAt(const Json& json,
+              const char* name,
+              int min = 0,
+              int max = std::numeric_limits<int>::max()) {
+  const Json& field = json.at(name);
+  const auto value = field.template get<double>();
+  if (!field.is_number_integer() || value < min || value > max) {
+    throw DataError("{} is {}, not an integer in [{}, {}]", name, value, min, max);
+  }
+  return field.template get<int>();
+}
+
+template <typename Json>
+double FiniteAt(const Json& json, const char* name) {
+  const double value = json.at(name).template get<double>();
+  if (!std::isfinite(value)) throw DataError("{} is not finite", name);
+  return value;
+}
+
+}  // namespace nightmap
