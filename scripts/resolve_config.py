@@ -29,7 +29,6 @@ import shlex
 import sys
 import time
 import tomllib
-import unicodedata
 
 HEADER = "# Written by scripts/resolve_config.py; edit configs/ or use SET instead.\n"
 
@@ -236,7 +235,7 @@ def query_tables(root, arguments):
         raise ConfigError("CAMERA and FOV_DEG are of the pictures of QUERY: name some")
     for path in paths:
         # Surrogates stand for bytes that are not UTF-8.
-        if any(unicodedata.category(character) in ("Cc", "Cs") for character in path):
+        if any(c < " " or c == "\x7f" or "\ud800" <= c <= "\udfff" for c in path):
             raise ConfigError(f"QUERY: the name {path!r} is not UTF-8 or holds control characters: rename it")
         if not os.path.exists(path):
             raise ConfigError(f"QUERY: {path} does not exist: name pictures, folders of them or .txt lists")
