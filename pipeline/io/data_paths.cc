@@ -10,6 +10,7 @@ namespace nightmap {
 namespace {
 
 bool IsControl(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
+bool IsAscii(char c) { return static_cast<unsigned char>(c) < 0x80; }
 
 }  // namespace
 
@@ -26,6 +27,7 @@ std::string WithoutDataRoot(std::string message,
 
 bool IsText(std::string_view path) {
   if (std::ranges::any_of(path, IsControl)) return false;
+  if (std::ranges::all_of(path, IsAscii)) return true;
   try {
     nlohmann::json(path).dump();
   } catch (const nlohmann::json::type_error&) {  // not UTF-8
@@ -38,8 +40,8 @@ std::string AsText(std::string_view path) {
   if (IsText(path)) return std::string(path);
   std::string text;
   for (const char c : path) {
-    const auto byte = static_cast<unsigned char>(c);
-    text += IsControl(c) || byte > 0x7f ? fmt::format("\\x{:02x}", byte) : std::string(1, c);
+    const bool is_kept = IsAscii(c) && !IsControl(c);
+    text += is_kept ? std::string(1, c) : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
   }
   return text;
 }

@@ -2,7 +2,7 @@
 #include "stages/frames/read_sequence.h"
 
 #include <cmath>
-#include <map>
+#include <unordered_map>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/data_paths.h"
@@ -84,7 +84,8 @@ void CheckFiles(const SequenceFolder& folder, RawSequence* sequence) {
 }
 
 // Two frames or queries of one picture could not be told apart by its name.
-void CheckListedOnce(const RawSequence& sequence, std::map<std::string, std::string>* listed_in) {
+void CheckListedOnce(const RawSequence& sequence,
+                     std::unordered_map<std::string, std::string>* listed_in) {
   for (const RawFrame& frame : sequence.frames) {
     const auto [first, is_new] = listed_in->emplace(frame.color_path, sequence.name);
     if (is_new) continue;
@@ -137,7 +138,7 @@ RawSequence ReadSequence(const SiteConfig& site,
 
 std::vector<RawSequence> ReadSequences(const SiteConfig& site, const fs::path& data_root) {
   std::vector<RawSequence> sequences;
-  std::map<std::string, std::string> frame_of, query_of;  // picture -> where it is listed
+  std::unordered_map<std::string, std::string> frame_of, query_of;  // picture -> where it is listed
   for (const SequenceConfig& config : site.sequences) {
     sequences.push_back(ReadSequence(site, config, false, data_root));
     CheckListedOnce(sequences.back(), &frame_of);

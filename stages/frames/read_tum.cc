@@ -2,8 +2,8 @@
 // TUM RGB-D layout: rgb.txt and depth.txt list `time_s file`, in the order of time.
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <tuple>
+#include <unordered_map>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/trajectory_io.h"
@@ -21,6 +21,11 @@ struct ListedFile {
   std::string path;
 };
 
+bool LeadsOut(std::string_view path) {
+  if (path.find("..") == std::string_view::npos) return false;
+  return *fs::path(path).lexically_normal().begin() == "..";
+}
+
 // Depth may be listed again, as by recorders whose depth is slower than their color. Each color
 // picture is a frame, and a frame's name is told apart from all others'.
 std::vector<ListedFile> ReadList(const SequenceFolder& folder,
@@ -35,19 +40,20 @@ std::vector<ListedFile> ReadList(const SequenceFolder& folder,
   }
   RecordingBounds(folder).Check(folder.Relative(name));
   std::vector<ListedFile> files;
-  std::map<std::string, std::string> first_time;
+  std::unordered_map<std::string, std::int64_t> first_time;
   VisitWordLines(path, [&](const std::vector<std::string_view>& words) {
     if (words.size() != 2) throw DataError("{} columns, expected 2 (time_s file)", words.size());
-    const fs::path file = fs::path(words[1]).lexically_normal();
-    if (file.is_absolute() || *file.begin() == "..") {
+    if (words[1].starts_with('/') || LeadsOut(words[1])) {
       throw DataError("'{}' leads out of the recording's folder: give a path inside", words[1]);
     }
     files.push_back({CheckedTime_ns(ParseTime_ns(words[0])), folder.Relative(words[1])});
-    const auto [first, is_new] = first_time.emplace(files.back().path, words[0]);
-    if (!is_new && !may_repeat_files) {
-      throw DataError("'{}' is listed at {} s already: one picture is one frame, remove a line",
-                      words[1],
-                      first->second);
+    if (!may_repeat_files) {
+      const auto [first, is_new] = first_time.emplace(files.back().path, files.back().time_ns);
+      if (!is_new) {
+        throw DataError("'{}' is listed at {} s already: one picture is one frame, remove a line",
+                        words[1],
+                        TimeToString(first->second));
+      }
     }
     if (files.size() > 1 && files.back().time_ns <= files[files.size() - 2].time_ns) {
       throw DataError("times must increase: sort the list and remove repeated times");

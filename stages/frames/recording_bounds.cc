@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/frames/recording_bounds.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 
 #include "pipeline/base/error.h"
@@ -18,6 +20,7 @@ bool IsAtOrBelow(const fs::path& path, const fs::path& place) {
 
 RecordingBounds::RecordingBounds(const SequenceFolder& folder)
     : data_root_(folder.data_root),
+      data_root_text_((folder.data_root / "").string()),
       folder_(folder.folder.lexically_normal()),
       source_(folder.config.source) {
   for (const std::string& name : folder.config.allow_outside) {
@@ -52,14 +55,21 @@ void RecordingBounds::CheckLink(const fs::path& inside) const {
       source_);
 }
 
-void RecordingBounds::Check(const std::string& file) {
-  const fs::path inside = fs::path(file).lexically_relative(folder_);
+void RecordingBounds::CheckFolder(const std::string& folder) {
+  if (!checked_folders_.insert(folder).second) return;
   fs::path way;
-  for (const fs::path& part : inside.parent_path()) {
+  for (const fs::path& part : fs::path(folder).lexically_relative(folder_)) {
     way /= part;
-    if (checked_folders_.insert(way).second) CheckLink(way);
+    CheckLink(way);
   }
-  CheckLink(inside);
+}
+
+// A list may have millions of lines: most cost one look at the disk, and a path is made of few.
+void RecordingBounds::Check(const std::string& file) {
+  CheckFolder(file.substr(0, std::min(file.rfind('/'), file.size())));
+  struct stat status;
+  if (lstat((data_root_text_ + file).c_str(), &status) != 0 || !S_ISLNK(status.st_mode)) return;
+  CheckLink(fs::path(file).lexically_relative(folder_));
 }
 
 }  // namespace nightmap

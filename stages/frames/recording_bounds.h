@@ -4,8 +4,8 @@
 #pragma once
 
 #include <filesystem>
-#include <set>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
 #include "stages/frames/read_sequence.h"
@@ -27,13 +27,15 @@ class RecordingBounds {
  private:
   bool IsAllowed(const std::filesystem::path& inside) const;
   void CheckLink(const std::filesystem::path& inside) const;
+  void CheckFolder(const std::string& folder);
 
   std::filesystem::path data_root_;
+  std::string data_root_text_;    // with a slash at its end
   std::filesystem::path folder_;  // relative to data_root_
   std::string source_;
   std::vector<std::filesystem::path> allowed_;  // relative to folder_, without links followed
   std::vector<std::filesystem::path> places_;   // real paths
-  std::set<std::filesystem::path> checked_folders_;
+  std::unordered_set<std::string> checked_folders_;
 };
 
 }  // namespace nightmap

@@ -149,8 +149,8 @@ TEST_F(ReadSequenceTest, BadListsAreNamed) {
        {"/rgb/1.png", "../1.png", "rgb/../../../outside.jpg", "./../site/1.png"}) {
     expect(std::string("1.1 ") + path, "leads out of the recording's folder: give a path inside");
   }
-  expect("1.1 rgb/0.png", "'rgb/0.png' is listed at 0.1 s already");
-  expect("1.1 rgb/../rgb/./0.png", "is listed at 0.1 s already");
+  expect("1.1 rgb/0.png", "'rgb/0.png' is listed at 0.100000 s already");
+  expect("1.1 rgb/../rgb/./0.png", "is listed at 0.100000 s already");
   expect("9e9 rgb/1.png", "time 9000000000.000000 s is out of range");
   expect("-9e9 rgb/1.png", "out of range");
   expect("1e308 rgb/1.png", "not a time");
