@@ -241,6 +241,9 @@ def query_tables(root, arguments):
     if camera and not paths:
         raise ConfigError("CAMERA and FOV_DEG are of the pictures of QUERY: name some")
     for path in paths:
+        # Surrogates stand for bytes that are not UTF-8.
+        if any(c < " " or c == "\x7f" or "\ud800" <= c <= "\udfff" for c in path):
+            raise ConfigError(f"QUERY: the name {path!r} is not UTF-8 or holds control characters: rename it")
         if not os.path.exists(path):
             raise ConfigError(f"QUERY: {path} does not exist: name pictures, folders of them or .txt lists")
     data = os.path.realpath(arguments.data)  # absolute: how many `..` lead out does not depend on where we are
@@ -250,30 +253,32 @@ def query_tables(root, arguments):
 
 
 def effective_site(arguments):
-    """Text and tables of the site config, with those of --query."""
-    with open(arguments.site, encoding="utf-8") as file:
-        text = file.read()
+    """Text and tables of the site config, with those of --query. The text is the user's line by line, and
+    names the user's file: pipeline/io/site_config.cc names it and its lines in messages."""
+    try:
+        with open(arguments.site, encoding="utf-8") as file:
+            text = file.read()
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{arguments.site}: not UTF-8 text ({error.reason}): store it as UTF-8")
     site = load(arguments.site)
     queries = query_tables(site.get("root", "."), arguments)
+    text += f"\n# This was the text of {arguments.site}; QUERY adds:\n"
     for query in queries:
-        text += "\n# of QUERY\n[[query]]\n" + "".join(f"{key} = {toml_value(query[key])}\n" for key in query)
+        text += "[[query]]\n" + "".join(f"{key} = {toml_value(query[key])}\n" for key in query)
     if queries:
         site["query"] = tables(site, "query", arguments) + queries
     return text, site
 
 
 def settle_site(text, site, arguments):
-    """The site config, rewritten when its meaning changed."""
+    """The site config. It keeps its time when only its text changed, not its meaning."""
     name = os.path.join("site", os.path.basename(arguments.site))
     folder = arguments.preview or arguments.out
     current, target = os.path.join(arguments.out, name), os.path.join(folder, name)
     same = os.path.exists(current) and load(current) == site
-    if same and not arguments.preview:
+    if same and not arguments.preview and open(current, encoding="utf-8").read() == text:
         return
     os.makedirs(os.path.dirname(target), exist_ok=True)
-    if same:
-        with open(current, encoding="utf-8") as file:
-            text = file.read()
     write(target, text, os.stat(current).st_mtime_ns if same else None)
 
 

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "pipeline/base/error.h"
-#include "pipeline/base/files.h"
+#include "pipeline/io/text_file.h"
 
 namespace nightmap {
 namespace {
@@ -104,7 +104,7 @@ double CsvRow::Real(std::size_t column) const {
 
 CsvFile::CsvFile(const std::filesystem::path& path, const std::string& header, bool may_have_more) {
   header_ = *SplitLine(header);
-  const std::string text = ReadFile(path);
+  const std::string text = ReadTextFile(path);
   if (text.empty() || text.back() != '\n') {
     throw DataError("{}: the last line has no end: the file is empty or truncated", path.string());
   }

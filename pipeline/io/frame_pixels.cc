@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "pipeline/base/error.h"
+#include "pipeline/io/camera_images.h"
+#include "pipeline/io/data_paths.h"
 #include "pipeline/io/frames_io.h"
 
 namespace nightmap {
@@ -11,15 +13,14 @@ namespace {
 
 constexpr std::uint16_t kSaturatedDepth = 65535;  // 7-Scenes: no measurement
 
-void CheckSize(int width, int height, const Camera& camera, const std::filesystem::path& path) {
-  if (width == camera.width && height == camera.height) return;
-  throw DataError(
-      "{}: {} x {} pixels, its camera has {} x {}: correct the camera in the site config",
-      path.string(),
-      width,
-      height,
-      camera.width,
-      camera.height);
+// What `read` makes of a file of the data folder; its errors name the file as the lists do.
+template <typename Read>
+auto ReadFromData(const std::filesystem::path& data_root, const std::string& file, Read read) {
+  try {
+    return read(data_root / file);
+  } catch (const DataError& error) {
+    throw DataError("{}", WithoutDataRoot(error.what(), data_root, file));
+  }
 }
 
 // First and last pixel that a footprint of `size` px around `center` covers: pixels whose centre
@@ -73,19 +74,20 @@ DepthImage RegisterDepth(const DepthImage& depth, const RgbdCamera& camera) {
 ColorImage LoadColor(const FrameRecord& frame,
                      const RgbdCamera& camera,
                      const std::filesystem::path& data_root) {
-  const auto path = data_root / frame.color_path;
-  ColorImage image = ReadColorImage(path);
-  CheckSize(image.width, image.height, camera.color, path);
-  return image;
+  return ReadFromData(data_root, frame.color_path, [&](const std::filesystem::path& path) {
+    return ReadColorOf(camera.color, path);
+  });
 }
 
 DepthImage LoadDepth(const FrameRecord& frame,
                      const RgbdCamera& camera,
                      const std::filesystem::path& data_root) {
   if (frame.depth_path.empty()) throw DataError("{}: frame has no depth", frame.color_path);
-  const auto path = data_root / frame.depth_path;
-  const RawDepthImage raw = ReadRawDepth(path);
-  CheckSize(raw.width, raw.height, camera.depth_registered ? camera.color : camera.depth, path);
+  const Camera& depth_camera = camera.depth_registered ? camera.color : camera.depth;
+  const RawDepthImage raw =
+      ReadFromData(data_root, frame.depth_path, [&](const std::filesystem::path& path) {
+        return ReadRawDepthOf(depth_camera, path);
+      });
   DepthImage depth{raw.width, raw.height, 1, std::vector<float>(raw.pixels.size(), 0.0f)};
   for (std::size_t i = 0; i < raw.pixels.size(); ++i) {
     if (raw.pixels[i] == 0 || raw.pixels[i] == kSaturatedDepth) continue;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/frames_io.h"
 
+#include <set>
+
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
 
@@ -55,6 +57,7 @@ std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path) {
 
 std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths) {
   std::vector<FrameRecord> frames;
+  std::set<std::string> pictures;  // later stages tell frames apart by them, as COLMAP does
   for (const auto& path : paths) {
     std::vector<FrameRecord> shard = ReadFrames(path);
     if (shard.empty()) {
@@ -67,6 +70,14 @@ std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& pa
                         path.string(),
                         frame.frame_idx,
                         frames.back().frame_idx);
+      }
+      if (!pictures.insert(frame.color_path).second) {
+        throw DataError(
+            "{}: frame {} has the picture {} of another frame; delete the frames folder of this "
+            "site and run make",
+            path.string(),
+            frame.frame_idx,
+            frame.color_path);
       }
       frames.push_back(std::move(frame));
     }

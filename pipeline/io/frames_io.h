@@ -49,7 +49,7 @@ struct RgbdImages {
 // Readers throw DataError naming file and line.
 std::string FramesToCsv(const std::vector<FrameRecord>& frames);
 std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path);
-// Several shards, concatenated; none may be empty, and frame_idx must be contiguous.
+// Several shards, concatenated; none may be empty, frame_idx is contiguous, a picture is one frame.
 std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths);
 
 std::string CamerasToJson(const std::vector<RgbdCamera>& cameras);

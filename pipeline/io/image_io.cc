@@ -17,6 +17,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/io/camera_images.h"
 
 namespace nightmap {
 namespace {
@@ -24,6 +25,7 @@ namespace {
 constexpr int kPngCompression = 4;
 constexpr std::streamoff kTailSize = 4096;  // bytes after the end mark that are tolerated
 constexpr int kMaxSize_px = 1 << 15;        // a wider header is damage, not a camera
+constexpr int kMaxChannels = 4;             // RGB and alpha; the decoder makes room for all
 
 // Stages run one image per thread: the library's own threads would only compete.
 void UseOneThreadPerImage() {
@@ -57,8 +59,9 @@ std::string Reason(const std::string& message) {
 std::unique_ptr<OIIO::ImageInput> Open(const std::filesystem::path& path) {
   UseOneThreadPerImage();
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) {
-    throw DataError("{}: no such image file", path.string());
+  if (!std::filesystem::is_regular_file(path, ignored)) {  // a pipe would be waited for
+    const bool is_there = std::filesystem::exists(path, ignored);
+    throw DataError("{}: {}", path.string(), is_there ? "not a file" : "no such image file");
   }
   OIIO::ImageSpec config;
   config["oiio:UnassociatedAlpha"] = 1;  // colors as stored, not multiplied by alpha
@@ -68,6 +71,13 @@ std::unique_ptr<OIIO::ImageInput> Open(const std::filesystem::path& path) {
   if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.width > kMaxSize_px ||
       spec.height > kMaxSize_px) {
     throw DataError("{}: header says {} x {} pixels", path.string(), spec.width, spec.height);
+  }
+  if (spec.depth > 1 || spec.nchannels > kMaxChannels) {
+    throw DataError("{}: header says {} layers of {} channels, a picture has one of at most {}",
+                    path.string(),
+                    spec.depth,
+                    spec.nchannels,
+                    kMaxChannels);
   }
   CheckEndMark(path, input->format_name());
   return input;
@@ -99,6 +109,25 @@ ColorImage ToRgb(const Image<std::uint8_t>& image) {
     }
   }
   return rgb;
+}
+
+void CheckSize(int width, int height, const Camera& camera, const std::filesystem::path& path) {
+  if (width == camera.width && height == camera.height) return;
+  throw DataError(
+      "{}: {} x {} pixels, its camera has {} x {}: correct the camera in the site config",
+      path.string(),
+      width,
+      height,
+      camera.width,
+      camera.height);
+}
+
+void CheckIsDepth(const OIIO::ImageSpec& spec, const std::filesystem::path& path) {
+  if (spec.nchannels == 1 && spec.format == OIIO::TypeDesc::UINT16) return;
+  throw DataError("{}: depth must be one channel of 16 bits, this has {} of {}",
+                  path.string(),
+                  spec.nchannels,
+                  spec.format.c_str());
 }
 
 ExifLens LensOf(const OIIO::ImageSpec& spec) {
@@ -158,13 +187,25 @@ GrayImage ToGray(const ColorImage& image) {
 
 RawDepthImage ReadRawDepth(const std::filesystem::path& path) {
   const auto input = Open(path);
-  const OIIO::ImageSpec& spec = input->spec();
-  if (spec.nchannels != 1 || spec.format != OIIO::TypeDesc::UINT16) {
-    throw DataError("{}: depth must be one channel of 16 bits, this has {} of {}",
-                    path.string(),
-                    spec.nchannels,
-                    spec.format.c_str());
+  CheckIsDepth(input->spec(), path);
+  return Decode<std::uint16_t>(*input, path);
+}
+
+ColorImage ReadColorOf(const Camera& camera, const std::filesystem::path& path) {
+  if (const auto frame = SplitVideoFramePath(path)) {
+    ColorImage image = ReadVideoFrame(frame->first, frame->second);
+    CheckSize(image.width, image.height, camera, path);
+    return image;
   }
+  const auto input = Open(path);
+  CheckSize(input->spec().width, input->spec().height, camera, path);
+  return ToRgb(Decode<std::uint8_t>(*input, path));
+}
+
+RawDepthImage ReadRawDepthOf(const Camera& camera, const std::filesystem::path& path) {
+  const auto input = Open(path);
+  CheckIsDepth(input->spec(), path);
+  CheckSize(input->spec().width, input->spec().height, camera, path);
   return Decode<std::uint16_t>(*input, path);
 }
 

@@ -5,68 +5,20 @@
 
 #include <toml++/toml.h>
 #include <algorithm>
-#include <cmath>
-#include <initializer_list>
 
 #include "pipeline/base/error.h"
-#include "pipeline/base/files.h"
 #include "pipeline/base/options.h"
+#include "pipeline/io/site_tables.h"
+#include "pipeline/io/text_file.h"
 
 namespace nightmap {
 namespace {
 
-const Range kSize_px{1, 32768};
-const Range kFocal_px{1, 1e6};
-const Range kCenter_px{-1e6, 1e6};
-const Range kDistortion{-100, 100};
 const Range kFieldOfView_deg{1, 170};
-
-// A [[camera]] table as written.
-struct CameraTable {
-  RgbdCamera camera;
-  std::vector<double> color_from_depth;
-
-  void Register(OptionList& list) {
-    Camera& color = camera.color;
-    list.Add("id", &camera.camera_id, "name that sequences refer to");
-    list.Add("width", &color.width, kSize_px, "columns of the color image, px");
-    list.Add("height", &color.height, kSize_px, "rows of the color image, px");
-    list.Add("fx", &color.fx, kFocal_px, "focal length, px");
-    list.Add("fy", &color.fy, kFocal_px, "focal length, px");
-    list.Add("cx", &color.cx, kCenter_px, "principal point, px");
-    list.Add("cy", &color.cy, kCenter_px, "principal point, px");
-    list.Add("k1", &color.k1, kDistortion, "radial distortion");
-    list.Add("k2", &color.k2, kDistortion, "radial distortion");
-    list.Add("p1", &color.p1, kDistortion, "tangential distortion");
-    list.Add("p2", &color.p2, kDistortion, "tangential distortion");
-    list.Add("k3", &color.k3, kDistortion, "radial distortion");
-    RegisterDepth(list);
-  }
-
- private:
-  void RegisterDepth(OptionList& list) {
-    Camera& depth = camera.depth;
-    list.Add("depth_units_per_m", &camera.depth_units_per_m, {1, 1e6}, "raw units in a metre");
-    list.Add("min_depth_m", &camera.min_depth_m, {0, 1000}, "nearer depth is not used");
-    list.Add("max_depth_m", &camera.max_depth_m, {0.01, 1000}, "farther depth is not used");
-    list.Add("depth_noise_constant_m",
-             &camera.noise.constant_m,
-             {DepthNoise::kMinConstant_m, 1},
-             "depth sigma at 0 m");
-    list.Add("depth_noise_quadratic_per_m",
-             &camera.noise.quadratic_per_m,
-             {0, 1},
-             "growth of the depth sigma with depth squared");
-    list.Add("depth_registered", &camera.depth_registered, "depth pixels are color pixels");
-    list.Add("depth_width", &depth.width, kSize_px, "columns of the depth image, px");
-    list.Add("depth_height", &depth.height, kSize_px, "rows of the depth image, px");
-    list.Add("depth_fx", &depth.fx, kFocal_px, "focal length, px");
-    list.Add("depth_fy", &depth.fy, kFocal_px, "focal length, px");
-    list.Add("depth_cx", &depth.cx, kCenter_px, "principal point, px");
-    list.Add("depth_cy", &depth.cy, kCenter_px, "principal point, px");
-    list.Add("color_from_depth", &color_from_depth, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
-  }
-};
+constexpr double kMinFrameRate_hz = 0.001;
+// Lines of the config that make writes with the user's text in it: where that ends, and its name.
+constexpr std::string_view kTextEnd = "\n# This was the text of ";
+constexpr std::string_view kQueryStart = "; QUERY adds:\n";
 
 // A [[sequence]] or [[query]] table as written.
 struct SequenceTable {
@@ -99,24 +51,6 @@ struct SequenceTable {
   }
 };
 
-std::string Where(const toml::node& node, const std::string& source) {
-  return fmt::format("{}:{}", source, node.source().begin.line);
-}
-
-using Names = std::initializer_list<const char*>;
-
-void Require(const toml::table& table, Names names, const std::string& where) {
-  for (const char* name : names) {
-    if (!table.contains(name)) throw UsageError("{}: '{}' is missing: add it", where, name);
-  }
-}
-
-void Refuse(const toml::table& table, Names names, const std::string& where, const char* why) {
-  for (const char* name : names) {
-    if (table.contains(name)) throw UsageError("{}: '{}' {}: remove it", where, name, why);
-  }
-}
-
 // Artifacts hold paths relative to the data folder, so nothing may lead out of it.
 void CheckPath(const std::string& text, const char* key, const std::string& where) {
   const auto path = std::filesystem::path(text).lexically_normal();
@@ -124,49 +58,6 @@ void CheckPath(const std::string& text, const char* key, const std::string& wher
     throw UsageError(
         "{}: {} = \"{}\" must lie inside the data folder: give a relative path", where, key, text);
   }
-}
-
-Rigid3 ToPose(const std::vector<double>& v, const std::string& where) {
-  if (v.size() != 7) {
-    throw UsageError(
-        "{}: color_from_depth has {} numbers: give tx ty tz qx qy qz qw", where, v.size());
-  }
-  Rigid3 pose{Eigen::Quaterniond(v[6], v[3], v[4], v[5]), {v[0], v[1], v[2]}};
-  if (!(std::abs(pose.rotation.norm() - 1) < 1e-2)) {
-    throw UsageError("{}: the quaternion in color_from_depth has length {:.3g}: give a unit one",
-                     where,
-                     pose.rotation.norm());
-  }
-  pose.rotation.normalize();
-  return pose;
-}
-
-RgbdCamera ParseCamera(const toml::table& table, const std::string& source) {
-  const std::string where = Where(table, source);
-  const Names depth_keys = {"depth_width",
-                            "depth_height",
-                            "depth_fx",
-                            "depth_fy",
-                            "depth_cx",
-                            "depth_cy",
-                            "color_from_depth"};
-  CameraTable parsed;
-  RegisterOptions(parsed).ParseTable(table, source);
-  Require(table, {"id", "width", "height", "fx", "fy", "cx", "cy", "depth_units_per_m"}, where);
-  RgbdCamera& camera = parsed.camera;
-  if (camera.min_depth_m >= camera.max_depth_m) {
-    throw UsageError("{}: min_depth_m = {} must be below max_depth_m = {}",
-                     where,
-                     camera.min_depth_m,
-                     camera.max_depth_m);
-  }
-  if (camera.depth_registered) {
-    Refuse(table, depth_keys, where, "needs depth_registered = false");
-  } else {
-    Require(table, depth_keys, where);
-    camera.color_from_depth = ToPose(parsed.color_from_depth, where);
-  }
-  return camera;
 }
 
 int FindCamera(const std::vector<RgbdCamera>& cameras,
@@ -202,17 +93,46 @@ void CheckKeys(const toml::table& table, const std::string& layout, const std::s
   }
 }
 
-SequenceConfig ParseSequence(const toml::table& table,
+// Takes the key out of the table, whose other keys are options of one value or of numbers.
+std::vector<std::string> TakeAllowOutside(toml::table& table, const std::string& source) {
+  std::vector<std::string> names;
+  const toml::node* list = table.get("allow_outside");
+  if (!list) return names;
+  const std::string where = Where(*list, source);
+  if (!list->is_array()) throw UsageError("{}: 'allow_outside' must be a list of paths", where);
+  for (const toml::node& item : *list->as_array()) {
+    const auto name = item.value_exact<std::string>();
+    if (!name || name->empty()) {
+      throw UsageError("{}: 'allow_outside' must be a list of paths", where);
+    }
+    CheckPath(*name, "allow_outside", where);
+    names.push_back(*name);
+  }
+  table.erase("allow_outside");
+  return names;
+}
+
+SequenceConfig ParseSequence(toml::table& table,
                              const std::string& source,
                              const std::vector<RgbdCamera>& cameras) {
   const std::string where = Where(table, source);
+  if (table.get_as<std::string>("layout") && table["layout"] == "pictures") {
+    Refuse(table, {"allow_outside"}, where, "is for recordings: pictures may lie anywhere");
+  }
   SequenceTable parsed;
+  parsed.sequence.allow_outside = TakeAllowOutside(table, source);
   RegisterOptions(parsed).ParseTable(table, source);
   Require(table, {"layout"}, where);
   SequenceConfig& sequence = parsed.sequence;
   CheckKeys(table, sequence.layout, where);
   sequence.camera_idx =
       table.contains("camera") ? FindCamera(cameras, parsed.camera, where) : kOwnCameras;
+  if (sequence.frame_rate_hz > 0 && sequence.frame_rate_hz < kMinFrameRate_hz) {
+    throw UsageError("{}: frame_rate_hz = {} is out of range; give 0 or at least {}",
+                     where,
+                     sequence.frame_rate_hz,
+                     kMinFrameRate_hz);
+  }
   sequence.source = where;
   CheckPath(sequence.folder, "folder", where);
   CheckPath(sequence.video, "video", where);
@@ -226,16 +146,14 @@ SequenceConfig ParseSequence(const toml::table& table,
 }
 
 // The tables written as [[name]].
-std::vector<const toml::table*> Tables(const toml::table& root,
-                                       const char* name,
-                                       const std::string& source) {
-  std::vector<const toml::table*> tables;
-  const toml::node* node = root.get(name);
+std::vector<toml::table*> Tables(toml::table& root, const char* name, const std::string& source) {
+  std::vector<toml::table*> tables;
+  toml::node* node = root.get(name);
   if (!node) return tables;
   if (!node->is_array_of_tables()) {
     throw UsageError("{}: '{}' must be written as [[{}]]", Where(*node, source), name, name);
   }
-  for (const toml::node& table : *node->as_array()) tables.push_back(table.as_table());
+  for (toml::node& table : *node->as_array()) tables.push_back(table.as_table());
   return tables;
 }
 
@@ -249,16 +167,23 @@ void CheckTopLevel(const SiteConfig& site, const std::string& source) {
   if (site.sequences.empty()) throw UsageError("{}: add a [[sequence]]", source);
 }
 
-}  // namespace
-
-SiteConfig ParseSiteConfig(std::string_view text, const std::string& source) {
-  toml::table root;
+toml::table ParseText(std::string_view text, const std::string& source) {
   try {
-    root = toml::parse(text, source);
+    return toml::parse(text, source);
   } catch (const toml::parse_error& error) {
     throw UsageError(
         "{}:{}: not valid TOML: {}", source, error.source().begin.line, error.description());
   }
+}
+
+void AddQueries(toml::table& root, const std::string& source, SiteConfig* site) {
+  for (toml::table* table : Tables(root, "query", source)) {
+    site->queries.push_back(ParseSequence(*table, source, site->cameras));
+  }
+}
+
+SiteConfig ParseOwnText(std::string_view text, const std::string& source) {
+  toml::table root = ParseText(text, source);
   SiteConfig site;
   for (const toml::table* table : Tables(root, "camera", source)) {
     RgbdCamera camera = ParseCamera(*table, source);
@@ -268,15 +193,13 @@ SiteConfig ParseSiteConfig(std::string_view text, const std::string& source) {
     }
     site.cameras.push_back(std::move(camera));
   }
-  for (const toml::table* table : Tables(root, "sequence", source)) {
+  for (toml::table* table : Tables(root, "sequence", source)) {
     site.sequences.push_back(ParseSequence(*table, source, site.cameras));
     if (site.sequences.back().layout != "pictures") continue;
     throw UsageError("{}: layout = \"pictures\" has no depth to map: make it a [[query]]",
                      site.sequences.back().source);
   }
-  for (const toml::table* table : Tables(root, "query", source)) {
-    site.queries.push_back(ParseSequence(*table, source, site.cameras));
-  }
+  AddQueries(root, source, &site);
   for (const char* name : {"camera", "sequence", "query"}) root.erase(name);
   OptionList list;
   list.Add("root", &site.root, "folder of the site, relative to the data folder");
@@ -286,8 +209,24 @@ SiteConfig ParseSiteConfig(std::string_view text, const std::string& source) {
   return site;
 }
 
+}  // namespace
+
+SiteConfig ParseSiteConfig(std::string_view text, const std::string& source) {
+  const std::size_t end = text.rfind(kTextEnd);
+  const std::size_t start = text.find(kQueryStart, end);
+  if (end == std::string_view::npos || start == std::string_view::npos) {
+    return ParseOwnText(text, source);
+  }
+  const std::size_t name = end + kTextEnd.size();
+  SiteConfig site =
+      ParseOwnText(text.substr(0, end + 1), std::string(text.substr(name, start - name)));
+  toml::table added = ParseText(text.substr(start + kQueryStart.size()), kQuerySource);
+  AddQueries(added, kQuerySource, &site);
+  return site;
+}
+
 SiteConfig ReadSiteConfig(const std::filesystem::path& path) {
-  return ParseSiteConfig(ReadFile(path), path.string());
+  return ParseSiteConfig(ReadTextFile(path), path.string());
 }
 
 }  // namespace nightmap

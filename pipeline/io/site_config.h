@@ -30,7 +30,10 @@ struct SequenceConfig {
   std::string accelerometer;
   double max_association_gap_s = 0.02;  // layout tum: between a color image and its depth image
   double time_offset_s = 0;             // added to all times of the recording
-  std::string source;                   // file:line of its table, for messages
+  // Links in the recording (relative to folder) that may lead out of it and of the data folder,
+  // with all below them.
+  std::vector<std::string> allow_outside;
+  std::string source;  // file:line of its table, for messages
 };
 
 constexpr int kOwnCameras = -1;
@@ -45,7 +48,9 @@ struct SiteConfig {
 
 // Strict: an unknown or missing key, a wrong type, a value out of range, an absolute path, an
 // unknown camera or a key that does not go with its layout is a UsageError naming `source` and
-// line, with the remedy.
+// line, with the remedy. Make hands programs a copy of the user's config: it has the user's text
+// line for line, then a comment `# This was the text of FILE; QUERY adds:`, then the [[query]] of
+// QUERY. Messages name FILE, the one to edit, or QUERY.
 SiteConfig ParseSiteConfig(std::string_view text, const std::string& source);
 SiteConfig ReadSiteConfig(const std::filesystem::path& path);
 

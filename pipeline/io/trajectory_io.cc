@@ -17,6 +17,7 @@ constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 constexpr int kNsDigits = 9;
 constexpr int kMaxDigits = 18;  // of any number that surely fits 64 bits
 constexpr double kMaxNormError = 0.05;
+constexpr double kMaxPosition_m = 1e9;
 
 // digits * 10^exponent, exactly as written: a double would round a time in 2024 to 200 ns.
 struct Decimal {
@@ -63,6 +64,10 @@ StampedPose ParsePose(const std::vector<std::string_view>& words) {
   StampedPose stamped;
   stamped.time_ns = ParseTime_ns(words[0]);
   stamped.pose.translation = {values[0], values[1], values[2]};
+  if (stamped.pose.translation.cwiseAbs().maxCoeff() > kMaxPosition_m) {
+    throw DataError("the position (columns 2 to 4) is farther than {} m: it must be in metres",
+                    kMaxPosition_m);
+  }
   stamped.pose.rotation = Eigen::Quaterniond(values[6], values[3], values[4], values[5]);
   if (std::abs(stamped.pose.rotation.norm() - 1) > kMaxNormError) {
     throw DataError("the quaternion (columns 5 to 8) has length {:.3g}, not 1",

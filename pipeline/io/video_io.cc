@@ -17,10 +17,14 @@
 namespace nightmap {
 namespace {
 
+// A frame of 8K video has 33 million; the decoder keeps several.
+constexpr double kMaxVideoFrame_px = 1e8;
+
 cv::VideoCapture OpenVideo(const std::filesystem::path& video) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(video, ignored)) {
-    throw DataError("{}: no such video file", video.string());
+  if (!std::filesystem::is_regular_file(video, ignored)) {  // a pipe would be waited for
+    const bool is_there = std::filesystem::exists(video, ignored);
+    throw DataError("{}: {}", video.string(), is_there ? "not a file" : "no such video file");
   }
   cv::VideoCapture capture;
   try {
@@ -29,6 +33,11 @@ cv::VideoCapture OpenVideo(const std::filesystem::path& video) {
     throw DataError("{}: {}", video.string(), error.what());
   }
   if (!capture.isOpened()) throw DataError("{}: not a readable video", video.string());
+  const double width = capture.get(cv::CAP_PROP_FRAME_WIDTH);
+  const double height = capture.get(cv::CAP_PROP_FRAME_HEIGHT);
+  if (width < 1 || height < 1 || width * height > kMaxVideoFrame_px) {
+    throw DataError("{}: header says {} x {} pixels", video.string(), width, height);
+  }
   return capture;
 }
 

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "pipeline/base/error.h"
-#include "pipeline/base/files.h"
 #include "pipeline/io/csv.h"
+#include "pipeline/io/text_file.h"
 
 namespace nightmap {
 namespace {
@@ -26,7 +26,7 @@ std::vector<std::string_view> SplitWords(std::string_view line) {
 
 void VisitWordLines(const std::filesystem::path& path,
                     const std::function<void(const std::vector<std::string_view>&)>& visit) {
-  const std::string text = ReadFile(path);
+  const std::string text = ReadTextFile(path);
   int line_number = 0;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());

@@ -55,7 +55,7 @@ Candidate MakeCandidate(const RawFrame& frame, const RawSequence& sequence, int 
   return {{.frame_idx = 0,
            .time_ns = frame.time_ns,
            .color_path = frame.color_path,
-           .depth_path = frame.depth_path,
+           .depth_path = frame.depth_problem.empty() ? frame.depth_path : "",
            .camera_idx = frame.camera_idx,
            .sequence_idx = sequence_idx,
            .content_hash = frame.content_hash},
@@ -111,10 +111,12 @@ FrameLists RunFrames(const std::vector<RawSequence>& sequences, int hold_out_eve
     for (const RawFrame& frame : sequences[s].frames) {
       ++lists.num_inspected;
       if (!sequences[s].is_query) ++num_selected;
-      if (!frame.problem.empty()) lists.skipped.push_back(frame.problem);
       const bool held_out = hold_out_every > 0 && num_selected % hold_out_every == 0;
       const bool is_query = sequences[s].is_query || held_out;
-      if (!is_query && !frame.problem.empty()) {
+      const std::string& problem =
+          is_query || !frame.problem.empty() ? frame.problem : frame.depth_problem;
+      if (!problem.empty()) lists.skipped.push_back(problem);
+      if (!is_query && !problem.empty()) {
         ++lists.num_frames_unusable;
         continue;
       }

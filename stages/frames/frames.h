@@ -19,23 +19,29 @@ struct FramesOptions {
   int stride = 1;
   int max_frames = 0;
   double max_failed_ratio = 0.2;
+  double max_picture_mpx = 128;
 
   void Register(OptionList& list) {
     list.Add("shard_size", &shard_size, {1, 1e6}, "frames in one shard, the unit of parallel work");
     list.Add("stride", &stride, {1, 1e6}, "use every Nth frame of a recording");
     list.Add("max_frames", &max_frames, {0, 1e9}, "use at most this many frames; 0: all");
     list.Add("max_failed_ratio", &max_failed_ratio, {0, 1}, "fail when more frames are unusable");
+    list.Add("max_picture_mpx",
+             &max_picture_mpx,
+             {0.01, 1000},
+             "million pixels of the largest picture; decoding takes 6 bytes for each, per thread");
   }
 };
 
 // One picture of a recording, as listed there, before its files were looked at.
 struct RawFrame {
-  std::int64_t time_ns = 0;  // time_offset_s included
-  std::string color_path;    // relative to the data folder
-  std::string depth_path;    // may be empty for a query
-  std::string problem;       // why it cannot be used; empty when it can
-  std::string content_hash;  // filled by InspectFrames
-  int camera_idx = 0;        // into the site's cameras and those found after them
+  std::int64_t time_ns = 0;   // time_offset_s included
+  std::string color_path;     // relative to the data folder
+  std::string depth_path;     // may be empty for a query
+  std::string problem;        // why its color cannot be used; empty when it can
+  std::string depth_problem;  // why its depth cannot; a query does without
+  std::string content_hash;   // filled by InspectFrames
+  int camera_idx = 0;         // into the site's cameras and those found after them
 };
 
 // One recording: what its folder says.
@@ -62,10 +68,11 @@ struct FrameLists {
 // Splits the sequences' frames into mapping frames and queries: with hold_out_every = N > 0 every
 // Nth selected frame of the mapping sequences is a query. The choice depends on a frame's place in
 // the lists alone, so that a damaged file moves no other frame between the two. A mapping frame
-// with a problem is left out; a query with one stays, for localize to locate it by its color alone
-// or to count it as a failure. Truth at a frame's time is the pose of exactly that time or
-// interpolated between neighbours at most 0.1 s apart (rotation by slerp). Throws DataError when
-// sequences overlap in time, or two queries have one time. Pure and deterministic.
+// with a problem is left out; a query with one stays, for localize to count it as a failure. What
+// is wrong with the depth of a query is no matter: it is located by its color, and its depth_path
+// is left empty. Truth at a frame's time is the pose of exactly that time or interpolated between
+// neighbours at most 0.1 s apart (rotation by slerp). Throws DataError when sequences overlap in
+// time, or two queries have one time. Pure and deterministic.
 FrameLists RunFrames(const std::vector<RawSequence>& sequences, int hold_out_every);
 
 // The cameras that the frames have, in their order among `cameras`; makes the frames' camera_idx

@@ -7,6 +7,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/io/data_paths.h"
 #include "pipeline/io/image_io.h"
 
 namespace nightmap {
@@ -37,7 +38,8 @@ Videos InspectVideos(const std::vector<RawSequence>& sequences, const fs::path& 
   for (const RawSequence& sequence : sequences) {
     if (sequence.frames.empty()) continue;
     const auto parts = SplitVideoFramePath(sequence.frames.front().color_path);
-    if (!parts || fs::exists(data_root / sequence.frames.front().color_path)) continue;
+    std::error_code missing;
+    if (!parts || fs::exists(data_root / sequence.frames.front().color_path, missing)) continue;
     const fs::path path = data_root / parts->first;
     videos[parts->first.generic_string()] = {InspectVideo(path), HashFile(path)};
   }
@@ -74,26 +76,34 @@ std::string InspectDepth(const std::string& path,
   return HashFile(data_root / path);
 }
 
-// The data folder's own place must not get into reports.
-std::string WithoutRoot(std::string message, const fs::path& data_root) {
-  const std::string prefix = (data_root / "").string();
-  if (message.starts_with(prefix)) message.erase(0, prefix.size());
-  return message;
+// What is wrong with a file; empty when nothing is.
+template <typename Inspect>
+std::string Problem(const fs::path& data_root, const std::string& file, Inspect inspect) {
+  try {
+    inspect();
+  } catch (const DataError& error) {
+    return WithoutDataRoot(error.what(), data_root, file);
+  }
+  return "";
 }
 
 void InspectFrame(const RgbdCamera& camera,
                   const fs::path& data_root,
                   const Videos& videos,
                   RawFrame* frame) {
-  try {
-    frame->content_hash = InspectColor(frame->color_path, camera.color, data_root, videos);
-    if (!frame->depth_path.empty()) {
-      frame->content_hash += InspectDepth(frame->depth_path, camera, data_root);
-    }
-  } catch (const DataError& error) {
-    if (frame->problem.empty()) frame->problem = WithoutRoot(error.what(), data_root);
-    if (frame->content_hash.empty()) frame->content_hash = "unreadable";
+  if (frame->problem.empty()) {
+    frame->problem = Problem(data_root, frame->color_path, [&] {
+      frame->content_hash = InspectColor(frame->color_path, camera.color, data_root, videos);
+    });
   }
+  if (!frame->problem.empty()) {
+    frame->content_hash = "unreadable";
+    return;
+  }
+  if (frame->depth_path.empty() || !frame->depth_problem.empty()) return;
+  frame->depth_problem = Problem(data_root, frame->depth_path, [&] {
+    frame->content_hash += InspectDepth(frame->depth_path, camera, data_root);
+  });
 }
 
 }  // namespace

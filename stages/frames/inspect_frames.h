@@ -12,9 +12,9 @@
 namespace nightmap {
 
 // Fills content_hash (16 hex digits of the color file, then of the depth file; of the whole video
-// for a video frame; as far as they can be read), and `problem` when a file is missing, truncated,
-// not an image, or of another size or kind than its camera says. Deterministic at any number of
-// threads.
+// for a video frame; as far as they can be read), and `problem` or `depth_problem` when a file is
+// missing, truncated, not an image, or of another size or kind than its camera says. Deterministic
+// at any number of threads.
 void InspectFrames(const std::vector<RgbdCamera>& cameras,
                    const std::filesystem::path& data_root,
                    Progress& progress,

@@ -26,7 +26,8 @@ int main(int argc, char** argv) {
         const auto accelerations = ReadAccelerations(site, data_root);
         SelectFrames(options, &sequences);
         context.BeginPart("inspect");
-        const auto cameras = FindPictureCameras(site, data_root, &sequences);
+        const auto cameras =
+            FindPictureCameras(site, data_root, options.max_picture_mpx, &sequences);
         InspectFrames(cameras, data_root, context.GetProgress(), context.NumThreads(), &sequences);
         const FrameLists lists = RunFrames(sequences, site.hold_out_every);
         for (const std::string& reason : lists.skipped) context.Skip(reason);

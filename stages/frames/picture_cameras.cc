@@ -18,6 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kHeader = "picture,width,height,fx,fy,cx,cy,k1,k2,p1,p2,k3";
+constexpr double kMaxValue = 1e6;  // as of the intrinsics in a site config
 constexpr const char* kFileName = "cameras.csv";
 
 // Path of the picture, relative to the data folder -> its camera.
@@ -36,6 +37,9 @@ Camera CameraFromRow(const CsvRow& row) {
                 .p2 = row.Real(10),
                 .k3 = row.Real(11)};
   if (!(camera.fx > 0 && camera.fy > 0)) row.Fail("fx and fy must be positive");
+  for (std::size_t column = 1; column < 12; ++column) {
+    if (std::abs(row.Real(column)) > kMaxValue) row.Fail(fmt::format("over {}", kMaxValue));
+  }
   return camera;
 }
 
@@ -65,14 +69,30 @@ double FocalOfView_px(int width, double horizontal_fov_deg) {
   return width / 2.0 / std::tan(horizontal_fov_deg / 2 * std::numbers::pi / 180);
 }
 
-// Nothing when the picture cannot be read.
-std::optional<Camera> CameraOfPicture(const std::string& path,
-                                      const SequenceConfig& query,
-                                      const fs::path& data_root) {
+bool IsLarger(int width, int height, double max_picture_mpx) {
+  return 1e-6 * width * height > max_picture_mpx;
+}
+
+// Nothing when the picture cannot be read or is too large to be.
+std::optional<Camera> CameraOfPicture(const SequenceConfig& query,
+                                      const fs::path& data_root,
+                                      double max_picture_mpx,
+                                      RawFrame* frame) {
+  const std::string& path = frame->color_path;
   ImageInfo info;
   try {
     info = InspectImage(data_root / path);
   } catch (const DataError&) {
+    return {};
+  }
+  if (IsLarger(info.width, info.height, max_picture_mpx)) {
+    frame->problem = fmt::format(
+        "{}: {} x {} pixels are more than max_picture_mpx = {}: make it smaller, or raise "
+        "max_picture_mpx of frames",
+        path,
+        info.width,
+        info.height,
+        max_picture_mpx);
     return {};
   }
   if (const auto focal_px = FocalLength_px(info.lens, info.width, info.height)) {
@@ -102,10 +122,28 @@ int IndexOf(const Camera& camera,
   return static_cast<int>(cameras->size()) - 1;
 }
 
+// A picture is decoded only when it has its camera's size, so this bounds what is decoded.
+void CheckAreas(const std::vector<RgbdCamera>& cameras, double max_picture_mpx) {
+  for (const RgbdCamera& camera : cameras) {
+    for (const Camera& image : {camera.color, camera.depth}) {
+      if (!IsLarger(image.width, image.height, max_picture_mpx)) continue;
+      throw DataError(
+          "camera of {}: {} x {} pixels are more than max_picture_mpx = {}: correct the camera in "
+          "the site config or {}, or raise max_picture_mpx of frames",
+          camera.camera_id,
+          image.width,
+          image.height,
+          max_picture_mpx,
+          kFileName);
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<RgbdCamera> FindPictureCameras(const SiteConfig& site,
                                            const fs::path& data_root,
+                                           double max_picture_mpx,
                                            std::vector<RawSequence>* sequences) {
   std::vector<RgbdCamera> cameras = site.cameras;
   for (std::size_t q = 0; q < site.queries.size(); ++q) {
@@ -115,12 +153,14 @@ std::vector<RgbdCamera> FindPictureCameras(const SiteConfig& site,
         ReadListedCameras(PicturesFolder({data_root, site.root, query, true}), data_root);
     for (RawFrame& frame : sequences->at(site.sequences.size() + q).frames) {
       const auto row = listed.find(frame.color_path);
-      const auto camera = row != listed.end() ? std::optional(row->second)
-                                              : CameraOfPicture(frame.color_path, query, data_root);
+      const auto camera = row != listed.end()
+                              ? std::optional(row->second)
+                              : CameraOfPicture(query, data_root, max_picture_mpx, &frame);
       frame.camera_idx =
           camera ? IndexOf(*camera, frame.color_path, site.cameras.size(), &cameras) : 0;
     }
   }
+  CheckAreas(cameras, max_picture_mpx);
   return cameras;
 }
 

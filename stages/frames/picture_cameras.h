@@ -14,7 +14,9 @@ namespace nightmap {
 // row in the file cameras.csv beside the pictures, else of the focal length in its EXIF, else of
 // the query's horizontal_fov_deg. The last two are for a lens without distortion, its axis through
 // the middle of the picture. All are cameras of the pixels as stored. A picture that cannot be read
-// gets the site's first camera: its pixels will never be looked at. Returns the site's cameras and
+// gets the site's first camera: its pixels will never be looked at. A picture of more than
+// max_picture_mpx million pixels counts as such, with a `problem`; a camera that large is a
+// DataError, so no picture that large is ever decoded. Returns the site's cameras and
 // after them the found ones, one for each that differs, in the order of the pictures. Throws
 // DataError naming the picture, or cameras.csv and line, and the remedy.
 //
@@ -22,6 +24,7 @@ namespace nightmap {
 // relative to it; px and OpenCV's distortion model, as in a [[camera]].
 std::vector<RgbdCamera> FindPictureCameras(const SiteConfig& site,
                                            const std::filesystem::path& data_root,
+                                           double max_picture_mpx,
                                            std::vector<RawSequence>* sequences);
 
 }  // namespace nightmap

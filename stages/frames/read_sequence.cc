@@ -2,11 +2,13 @@
 #include "stages/frames/read_sequence.h"
 
 #include <cmath>
-#include <map>
+#include <unordered_map>
 
 #include "pipeline/base/error.h"
+#include "pipeline/io/data_paths.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/io/word_lines.h"
+#include "stages/frames/recording_bounds.h"
 
 namespace nightmap {
 namespace {
@@ -14,6 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
+constexpr std::int64_t kMaxTime_ns = std::int64_t{1} << 62;
+constexpr double kMaxAcceleration_m_per_s2 = 1e5;
 constexpr std::int64_t kPicturesStart_ns = 4'000'000'000 * kSecond_ns;
 constexpr std::int64_t kPicturesPeriod_ns = 1'000'000 * kSecond_ns;
 
@@ -41,23 +45,72 @@ RawSequence ReadLayout(const SequenceFolder& folder) {
 }
 
 void MoveTimes(std::int64_t offset_ns, RawSequence* sequence) {
-  for (RawFrame& frame : sequence->frames) frame.time_ns += offset_ns;
-  for (StampedPose& pose : sequence->ground_truth) pose.time_ns += offset_ns;
+  const auto move = [&](std::int64_t* time_ns) {
+    if (!__builtin_add_overflow(*time_ns, offset_ns, time_ns)) return;
+    throw DataError("{}: times are out of range: name fewer [[query]]", sequence->name);
+  };
+  for (RawFrame& frame : sequence->frames) move(&frame.time_ns);
+  for (StampedPose& pose : sequence->ground_truth) move(&pose.time_ns);
 }
 
-// Two queries of one picture could not be told apart by its name.
-void CheckListedOnce(const RawSequence& sequence, std::map<std::string, std::string>* listed_in) {
+void AddOffset(const SequenceConfig& config, RawSequence* sequence) {
+  const auto add = [&](std::int64_t* time_ns) {
+    *time_ns = CheckedTime_ns(CheckedTime_ns(*time_ns) + Offset_ns(config));
+  };
+  try {
+    for (RawFrame& frame : sequence->frames) add(&frame.time_ns);
+    for (StampedPose& pose : sequence->ground_truth) add(&pose.time_ns);
+  } catch (const DataError& error) {
+    throw DataError("{}: {}, with its time_offset_s", config.source, error.what());
+  }
+}
+
+void CheckName(std::string* path, std::string* problem) {
+  if (IsText(*path)) return;
+  *path = AsText(*path);
+  if (!problem->empty()) return;
+  *problem = *path + ": the name is not UTF-8 or holds control characters: rename the file";
+}
+
+void CheckFiles(const SequenceFolder& folder, RawSequence* sequence) {
+  RecordingBounds bounds(folder);
+  for (RawFrame& frame : sequence->frames) {
+    CheckName(&frame.color_path, &frame.problem);
+    CheckName(&frame.depth_path, &frame.depth_problem);
+    if (folder.config.layout == "pictures") continue;  // those may lie anywhere
+    bounds.Check(frame.color_path);
+    if (!frame.depth_path.empty()) bounds.Check(frame.depth_path);
+  }
+}
+
+// Two frames or queries of one picture could not be told apart by its name.
+void CheckListedOnce(const RawSequence& sequence,
+                     std::unordered_map<std::string, std::string>* listed_in) {
   for (const RawFrame& frame : sequence.frames) {
     const auto [first, is_new] = listed_in->emplace(frame.color_path, sequence.name);
     if (is_new) continue;
-    throw DataError("{}: {} is a query already, of {}: leave it out of one of them",
+    throw DataError("{}: {} is a {} already, of {}: leave it out of one of them",
                     sequence.name,
                     frame.color_path,
+                    sequence.is_query ? "query" : "frame",
                     first->second);
   }
 }
 
 }  // namespace
+
+std::int64_t CheckedTime_ns(std::int64_t time_ns) {
+  if (time_ns >= -kMaxTime_ns && time_ns <= kMaxTime_ns) return time_ns;
+  throw DataError("time {} s is out of range: it must be within 4.6e9 s of 0",
+                  TimeToString(time_ns));
+}
+
+std::int64_t TimeOfFrame_ns(std::int64_t number, double frame_rate_hz) {
+  const double time_ns = static_cast<double>(number) * 1e9 / frame_rate_hz;
+  if (time_ns <= static_cast<double>(kMaxTime_ns)) return std::llround(time_ns);
+  throw DataError(
+      "frame {} would be at {:.3g} s: correct its number or frame_rate_hz", number, time_ns / 1e9);
+}
 
 RawSequence ReadSequence(const SiteConfig& site,
                          const SequenceConfig& config,
@@ -78,23 +131,23 @@ RawSequence ReadSequence(const SiteConfig& site,
   if (!config.ground_truth.empty()) {
     sequence.ground_truth = ReadTum(SitePath(site, config.ground_truth, data_root));
   }
-  MoveTimes(Offset_ns(config), &sequence);
+  AddOffset(config, &sequence);
+  CheckFiles(folder, &sequence);
   return sequence;
 }
 
 std::vector<RawSequence> ReadSequences(const SiteConfig& site, const fs::path& data_root) {
   std::vector<RawSequence> sequences;
+  std::unordered_map<std::string, std::string> frame_of, query_of;  // picture -> where it is listed
   for (const SequenceConfig& config : site.sequences) {
     sequences.push_back(ReadSequence(site, config, false, data_root));
+    CheckListedOnce(sequences.back(), &frame_of);
   }
-  std::map<std::string, std::string> listed_in;
   std::int64_t pictures_start_ns = kPicturesStart_ns;
   for (const SequenceConfig& config : site.queries) {
     sequences.push_back(ReadSequence(site, config, true, data_root));
-    if (config.layout == "pictures") {
-      MoveTimes(pictures_start_ns, &sequences.back());
-      CheckListedOnce(sequences.back(), &listed_in);
-    }
+    if (config.layout == "pictures") MoveTimes(pictures_start_ns, &sequences.back());
+    CheckListedOnce(sequences.back(), &query_of);
     pictures_start_ns += kPicturesPeriod_ns;
   }
   return sequences;
@@ -109,8 +162,11 @@ std::vector<Acceleration> ReadAccelerations(const SiteConfig& site, const fs::pa
       if (words.size() != 4) {
         throw DataError("{} columns, expected 4 (time_s ax ay az)", words.size());
       }
-      const Acceleration sample{ParseTime_ns(words[0]) + Offset_ns(config),
+      const Acceleration sample{CheckedTime_ns(ParseTime_ns(words[0])) + Offset_ns(config),
                                 {RealWord(words[1]), RealWord(words[2]), RealWord(words[3])}};
+      if (sample.value_m_per_s2.cwiseAbs().maxCoeff() > kMaxAcceleration_m_per_s2) {
+        throw DataError("more than {} m/s2: it must be in m/s2", kMaxAcceleration_m_per_s2);
+      }
       if (!samples.empty() && sample.time_ns <= samples.back().time_ns) {
         throw DataError("times must increase: sort the file and remove repeated times");
       }

@@ -16,8 +16,9 @@ namespace nightmap {
 
 // Lists, associates and times the pictures; reads no pixels (a video is gone through once to count
 // its frames). Pictures that lack their depth carry a `problem`, except in queries, where depth may
-// be missing. Picture N of layout "pictures" is at N seconds. Throws DataError naming folder or
-// file and line, and the remedy.
+// be missing. A picture whose name is not text carries a `problem`, and the name as AsText writes
+// it. Picture N of layout "pictures" is at N seconds. Throws DataError naming folder or file and
+// line, and the remedy; also when a file lies outside of the recording (recording_bounds.h).
 RawSequence ReadSequence(const SiteConfig& site,
                          const SequenceConfig& config,
                          bool is_query,
@@ -25,8 +26,8 @@ RawSequence ReadSequence(const SiteConfig& site,
 
 // All sequences, then all queries, in the order of the site config. The pictures of [[query]] Q,
 // which have no times, and their truth are moved to 4e9 + Q * 1e6 s, later than any clock and apart
-// from each other whatever the other tables hold. Throws DataError also when a picture is a query
-// twice.
+// from each other whatever the other tables hold. Throws DataError also when a picture is a frame
+// twice or a query twice.
 std::vector<RawSequence> ReadSequences(const SiteConfig& site,
                                        const std::filesystem::path& data_root);
 
@@ -59,6 +60,13 @@ struct SequenceFolder {
     return (folder / file).lexically_normal().generic_string();
   }
 };
+
+// A time so near to 0 (146 years) that differences and offsets of times fit 64 bits. Throws
+// DataError.
+std::int64_t CheckedTime_ns(std::int64_t time_ns);
+// The time of frame `number` of a recording without times, from 0. Throws DataError when it is out
+// of range.
+std::int64_t TimeOfFrame_ns(std::int64_t number, double frame_rate_hz);
 
 // Times do not yet include time_offset_s.
 RawSequence ReadTumFolder(const SequenceFolder& folder);

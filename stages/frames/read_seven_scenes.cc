@@ -10,6 +10,7 @@
 #include "pipeline/io/csv.h"
 #include "pipeline/io/word_lines.h"
 #include "stages/frames/read_sequence.h"
+#include "stages/frames/recording_bounds.h"
 
 namespace nightmap {
 namespace {
@@ -19,6 +20,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kPrefix = "frame-";
 constexpr std::array<std::string_view, 2> kColorSuffixes = {".color.png", ".color.jpg"};
 constexpr double kFrameRate_hz = 30;
+constexpr double kMaxPosition_m = 1e9;      // farther away is damage
 constexpr double kMaxRotationError = 0.02;  // of R^T R against I; poses are printed rounded
 
 // A color file `frame-NNNNNN.color.png` with its number and its name up to the number.
@@ -75,7 +77,8 @@ std::optional<Rigid3> ReadPose(const fs::path& path) {
       Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
   const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
   const Eigen::Matrix3d error = rotation.transpose() * rotation - Eigen::Matrix3d::Identity();
-  if (error.cwiseAbs().maxCoeff() > kMaxRotationError || rotation.determinant() < 0) {
+  if (error.cwiseAbs().maxCoeff() > kMaxRotationError || rotation.determinant() < 0 ||
+      matrix.topRightCorner<3, 1>().cwiseAbs().maxCoeff() > kMaxPosition_m) {
     throw DataError("{}: not a rigid transform", path.string());
   }
   return Rigid3{Eigen::Quaterniond(rotation).normalized(), matrix.topRightCorner<3, 1>()};
@@ -87,18 +90,21 @@ RawSequence ReadSevenScenesFolder(const SequenceFolder& folder) {
   const fs::path absolute = folder.Absolute();
   const double rate_hz =
       folder.config.frame_rate_hz > 0 ? folder.config.frame_rate_hz : kFrameRate_hz;
+  RecordingBounds bounds(folder);
   RawSequence sequence;
   for (const NumberedFile& file : ListColorFiles(absolute)) {
     RawFrame frame;
-    frame.time_ns = std::llround(static_cast<double>(file.number) * 1e9 / rate_hz);
+    frame.time_ns = TimeOfFrame_ns(file.number, rate_hz);
     frame.color_path = folder.Relative(file.name);
     const std::string depth = file.stem + ".depth.png", pose = file.stem + ".pose.txt";
-    if (fs::exists(absolute / depth)) {
+    std::error_code missing;
+    if (fs::exists(absolute / depth, missing)) {
       frame.depth_path = folder.Relative(depth);
     } else if (!folder.is_query) {
-      frame.problem = fmt::format("{}: {} is missing", frame.color_path, depth);
+      frame.depth_problem = fmt::format("{}: {} is missing", frame.color_path, depth);
     }
-    if (fs::exists(absolute / pose)) {
+    if (fs::exists(absolute / pose, missing)) {
+      bounds.Check(folder.Relative(pose));
       if (const auto truth = ReadPose(absolute / pose)) {
         sequence.ground_truth.push_back({frame.time_ns, *truth});
       }

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
+#include <unordered_map>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/io/word_lines.h"
 #include "stages/frames/read_sequence.h"
+#include "stages/frames/recording_bounds.h"
 
 namespace nightmap {
 namespace {
@@ -19,20 +21,40 @@ struct ListedFile {
   std::string path;
 };
 
-std::vector<ListedFile> ReadList(const SequenceFolder& folder, const char* name) {
+bool LeadsOut(std::string_view path) {
+  if (path.find("..") == std::string_view::npos) return false;
+  return *fs::path(path).lexically_normal().begin() == "..";
+}
+
+// Depth may be listed again, as by recorders whose depth is slower than their color. Each color
+// picture is a frame, and a frame's name is told apart from all others'.
+std::vector<ListedFile> ReadList(const SequenceFolder& folder,
+                                 const char* name,
+                                 bool may_repeat_files) {
   const fs::path path = folder.Absolute() / name;
-  if (!fs::exists(path)) {
+  std::error_code missing;
+  if (!fs::exists(path, missing)) {
     throw DataError("{}: missing; layout \"tum\" needs it: correct `folder` or `layout` in {}",
                     path.string(),
                     folder.config.source);
   }
+  RecordingBounds(folder).Check(folder.Relative(name));
   std::vector<ListedFile> files;
+  std::unordered_map<std::string, std::int64_t> first_time;
   VisitWordLines(path, [&](const std::vector<std::string_view>& words) {
     if (words.size() != 2) throw DataError("{} columns, expected 2 (time_s file)", words.size());
-    if (words[1].starts_with('/') || words[1].starts_with("..")) {
-      throw DataError("'{}' must lie inside the folder: give a relative path", words[1]);
+    if (words[1].starts_with('/') || LeadsOut(words[1])) {
+      throw DataError("'{}' leads out of the recording's folder: give a path inside", words[1]);
     }
-    files.push_back({ParseTime_ns(words[0]), folder.Relative(words[1])});
+    files.push_back({CheckedTime_ns(ParseTime_ns(words[0])), folder.Relative(words[1])});
+    if (!may_repeat_files) {
+      const auto [first, is_new] = first_time.emplace(files.back().path, files.back().time_ns);
+      if (!is_new) {
+        throw DataError("'{}' is listed at {} s already: one picture is one frame, remove a line",
+                        words[1],
+                        TimeToString(first->second));
+      }
+    }
     if (files.size() > 1 && files.back().time_ns <= files[files.size() - 2].time_ns) {
       throw DataError("times must increase: sort the list and remove repeated times");
     }
@@ -71,12 +93,15 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateTimes(const std::vecto
 }
 
 RawSequence ReadTumFolder(const SequenceFolder& folder) {
-  const auto color = ReadList(folder, "rgb.txt");
-  const bool needs_depth = !folder.is_query || fs::exists(folder.Absolute() / "depth.txt");
-  const auto depth = needs_depth ? ReadList(folder, "depth.txt") : std::vector<ListedFile>{};
+  const auto color = ReadList(folder, "rgb.txt", false);
+  std::error_code missing;
+  const bool needs_depth = !folder.is_query || fs::exists(folder.Absolute() / "depth.txt", missing);
+  const auto depth = needs_depth ? ReadList(folder, "depth.txt", true) : std::vector<ListedFile>{};
   RawSequence sequence;
   for (const ListedFile& file : color) {
-    sequence.frames.push_back({file.time_ns, file.path, "", "", ""});
+    RawFrame& frame = sequence.frames.emplace_back();
+    frame.time_ns = file.time_ns;
+    frame.color_path = file.path;
   }
   const std::int64_t max_gap_ns = std::llround(folder.config.max_association_gap_s * 1e9);
   for (const auto& [i, j] : AssociateTimes(Times(color), Times(depth), max_gap_ns)) {
@@ -84,9 +109,9 @@ RawSequence ReadTumFolder(const SequenceFolder& folder) {
   }
   for (RawFrame& frame : sequence.frames) {
     if (folder.is_query || !frame.depth_path.empty()) continue;
-    frame.problem = fmt::format("{}: no depth image within max_association_gap_s = {}",
-                                frame.color_path,
-                                folder.config.max_association_gap_s);
+    frame.depth_problem = fmt::format("{}: no depth image within max_association_gap_s = {}",
+                                      frame.color_path,
+                                      folder.config.max_association_gap_s);
   }
   return sequence;
 }

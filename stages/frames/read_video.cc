@@ -13,6 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kMinFrameRate_hz = 0.001;
+constexpr double kMaxFrameRate_hz = 1000;
 constexpr std::array<std::string_view, 4> kDepthSuffixes = {".png", ".tif", ".tiff", ".exr"};
 
 std::vector<std::string> ListDepthFiles(const SequenceFolder& folder) {
@@ -33,9 +35,12 @@ std::vector<std::string> ListDepthFiles(const SequenceFolder& folder) {
 
 double FrameRate_hz(const SequenceFolder& folder, const VideoInfo& info) {
   if (folder.config.frame_rate_hz > 0) return folder.config.frame_rate_hz;
-  if (info.frame_rate_hz > 0 && std::isfinite(info.frame_rate_hz)) return info.frame_rate_hz;
-  throw DataError("{}: the video does not say its frame rate: set frame_rate_hz in {}",
+  if (info.frame_rate_hz >= kMinFrameRate_hz && info.frame_rate_hz <= kMaxFrameRate_hz) {
+    return info.frame_rate_hz;
+  }
+  throw DataError("{}: the video says a frame rate of {} Hz: set frame_rate_hz in {}",
                   (folder.Absolute() / folder.config.video).string(),
+                  info.frame_rate_hz,
                   folder.config.source);
 }
 
@@ -57,7 +62,7 @@ RawSequence ReadVideoFolder(const SequenceFolder& folder) {
   RawSequence sequence;
   for (int i = 0; i < info.num_frames; ++i) {
     RawFrame frame;
-    frame.time_ns = std::llround(i * 1e9 / rate_hz);
+    frame.time_ns = TimeOfFrame_ns(i, rate_hz);
     frame.color_path = VideoFramePath(folder.Relative(config.video), i).generic_string();
     if (needs_depth) frame.depth_path = depth[static_cast<std::size_t>(i)];
     sequence.frames.push_back(std::move(frame));

@@ -3,6 +3,7 @@
 """Broken input: what is skipped and counted, what stops a stage, and with which exit code."""
 import csv
 import json
+import os
 import shutil
 import unittest
 
@@ -98,6 +99,56 @@ class InputsTest(unittest.TestCase):
         for row in self.frames_of("shard_0000.csv") + self.frames_of("shard_0001.csv"):
             (self.work.folder / "data" / row["color_path"]).write_bytes(b"not a picture")
         self.check(self.run_frames(), 1, "max_failed_ratio", "repair them")
+
+    def test_a_link_out_of_the_recording_is_refused_unless_the_site_allows_it(self):
+        outside = self.work.folder / "outside"
+        (self.work.data() / "rgb").rename(outside)
+        (self.work.data() / "rgb").symlink_to(outside)
+        site = self.work.folder / f"configs/sites/{SITE}.toml"
+        result = self.work.make("map", "SYNTHETIC=demo")
+        self.check(result, 2, f"data/{SITE}/rgb: is a link to", 'allow_outside = ["rgb"]', f"{site.name}:")
+        self.assertNotIn(f"maps/{SITE}/config/site", result.stdout)
+        site.write_text(site.read_text().replace("[[sequence]]", '[[sequence]]\nallow_outside = ["rgb"]'))
+        result = self.work.make("map", "SYNTHETIC=demo")
+        self.assertEqual(result.returncode, 0, result.stdout)
+
+    def test_mistakes_in_the_site_are_named_in_the_file_to_edit(self):
+        site = self.work.folder / f"configs/sites/{SITE}.toml"
+        lines = site.read_text().splitlines()
+        line = next(i for i, text in enumerate(lines) if text.startswith("fx ="))
+        site.write_text("\n".join(lines[:line] + ["fx = -1"] + lines[line + 1:]) + "\n")
+        result = self.work.make("map", "SYNTHETIC=demo")
+        self.check(result, 2, f"configs/sites/{SITE}.toml:{line + 1}: fx = -1")
+        site.write_text("\n".join(lines) + "\n")
+        write_black(self.work.folder / "a.png", 32, 24)
+        result = self.work.make("localize", "SYNTHETIC=demo", "QUERY=a.png", "CAMERA=none")
+        self.check(result, 2, "QUERY of make: no [[camera]] has id")
+
+    def test_one_picture_in_two_lines_of_a_list(self):
+        rgb = self.work.data() / "rgb.txt"
+        lines = rgb.read_text().splitlines()
+        first, second = [i for i, line in enumerate(lines) if not line.startswith("#")][:2]
+        lines[second] = f"{lines[second].split()[0]} {lines[first].split()[1]}"
+        rgb.write_text("\n".join(lines) + "\n")
+        self.check(self.run_frames(), 1, f"rgb.txt:{second + 1}:", "is listed at", "remove a line")
+
+    def test_list_with_nul_bytes_after_a_power_cut(self):
+        rgb = self.work.data() / "rgb.txt"
+        lines = rgb.read_text().count("\n")
+        rgb.write_bytes(rgb.read_bytes()[:-5] + bytes(5))
+        self.check(self.run_frames(), 1, f"rgb.txt:{lines}: holds 5 NUL bytes", "copy the file again")
+
+    def test_a_small_file_that_unpacks_to_gigabytes_is_unreadable(self):
+        folder = self.work.folder / "photos"
+        folder.mkdir()
+        write_gray16(folder / "bomb.png", 30000, 5000)
+        write_black(folder / "black.png", 320, 240)
+        (folder / os.fsdecode(b"\xff.png")).write_bytes((folder / "black.png").read_bytes())
+        result = self.work.make("localize", "SYNTHETIC=demo", "QUERY=photos", "FOV_DEG=60")
+        self.check(result, 0, "photos/bomb.png: 30000 x 5000 pixels are more than max_picture_mpx")
+        rows = {name: row for name, row in self.located().items() if "photos" in name}
+        self.assertEqual({name.rpartition("/")[2]: row["status"] for name, row in rows.items()},
+                         {"bomb.png": "unreadable", "black.png": "no_features", "\\xff.png": "unreadable"})
 
     def test_missing_folder(self):
         shutil.rmtree(self.work.data())

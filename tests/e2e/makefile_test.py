@@ -3,6 +3,7 @@
 """The Makefile and resolve_config.py without any stage program."""
 import os
 import pathlib
+import shlex
 import shutil
 import subprocess
 import tempfile
@@ -146,6 +147,28 @@ class ResolveConfigTest(unittest.TestCase):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(b"pixels")
         return path
+
+    def test_the_copy_of_the_site_has_the_lines_and_the_name_of_the_users_file(self):
+        copy = self.folder / "maps/office/config/site/office.toml"
+        site = self.folder / "configs/sites/office.toml"
+        self.resolve()
+        time_ns = copy.stat().st_mtime_ns
+        site.write_text("# a new first line\n" + SITE)  # means the same, so nothing is stale
+        self.resolve()
+        lines = site.read_text().splitlines()
+        self.assertEqual(copy.read_text().splitlines()[:len(lines)], lines)
+        self.assertIn("# This was the text of configs/sites/office.toml; QUERY adds:\n", copy.read_text())
+        self.assertEqual(copy.stat().st_mtime_ns, time_ns)
+        site.write_bytes(SITE.encode() + b"# B\xfcro\n")
+        self.assertIn("office.toml: not UTF-8 text", self.resolve(code=2).stderr)
+        site.write_text(SITE)
+
+    def test_a_query_whose_name_is_not_text_is_refused(self):
+        for name in (b"\xff.jpg", b"a\nb.jpg"):
+            path = os.path.join(os.fsencode(self.folder), name)
+            open(path, "wb").close()
+            result = self.resolve("--query", shlex.quote(os.fsdecode(name)), code=2)
+            self.assertIn("rename it", result.stderr)
 
     def test_query_adds_pictures_to_the_site_for_one_run(self):
         self.picture("start.jpg")

@@ -80,6 +80,15 @@ TEST(FramesCsv, ShardsMustFollowEachOther) {
   NIGHTMAP_EXPECT_ERROR(DataError, ReadFrames(std::vector{a, empty}), "empty.csv: lists no frame");
 }
 
+TEST(FramesCsv, APictureIsOneFrame) {
+  const TemporaryFolder folder;
+  auto frames = SomeFrames(4, 3);
+  frames[2].color_path = SomeFrames(0, 4)[1].color_path;
+  const auto a = folder.Write("a.csv", FramesToCsv(SomeFrames(0, 4)));
+  const auto b = folder.Write("b.csv", FramesToCsv(frames));
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadFrames(std::vector{a, b}), "b.csv: frame 6 has the picture");
+}
+
 TEST(FramesCsv, BadLinesAreNamed) {
   const TemporaryFolder folder;
   const std::string header = FramesToCsv({});
@@ -200,6 +209,38 @@ TEST(LoadFrame, ImagesOfAnotherSizeAreRefused) {
   NIGHTMAP_EXPECT_ERROR(DataError, LoadDepth(frame, SomeCamera(), folder.Path()), "no depth");
   frame.depth_path = "d.png";
   NIGHTMAP_EXPECT_ERROR(DataError, LoadDepth(frame, SomeCamera(), folder.Path()), "d.png: 4 x 4");
+}
+
+TEST(LoadFrame, AnotherSizeIsRefusedBeforeAPixelIsDecoded) {
+  const TemporaryFolder folder;  // headers without the pixels they announce
+  folder.Write("c.ppm", "P6\n30000 30000\n255\nabc");
+  folder.Write("d.pgm", "P5\n30000 30000\n65535\nab");
+  FrameRecord frame;
+  frame.color_path = "c.ppm";
+  frame.depth_path = "d.pgm";
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        LoadColor(frame, SomeCamera(), folder.Path()),
+                        "c.ppm: 30000 x 30000 pixels, its camera has 40 x 30");
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        LoadDepth(frame, SomeCamera(), folder.Path()),
+                        "d.pgm: 30000 x 30000 pixels, its camera has 40 x 30");
+}
+
+TEST(LoadFrame, ErrorsNameFilesAsTheListsDo) {
+  const TemporaryFolder folder;
+  FrameRecord frame;
+  frame.color_path = folder.Write("c.png", "").filename();
+  frame.depth_path = folder.Write("d.png", "hello").filename();
+  for (const bool is_color : {true, false}) {
+    try {
+      is_color ? (void)LoadColor(frame, SomeCamera(), folder.Path())
+               : (void)LoadDepth(frame, SomeCamera(), folder.Path());
+      ADD_FAILURE() << "was read";
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), testing::StartsWith(is_color ? "c.png: " : "d.png: "));
+      EXPECT_THAT(error.what(), testing::Not(testing::HasSubstr(folder.Path().string())));
+    }
+  }
 }
 
 TEST(RegisterDepth, EqualCamerasInOnePlaceChangeNothing) {

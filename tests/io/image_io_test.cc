@@ -89,7 +89,7 @@ TEST(ImageIo, MissingOrForeignFileIsNamed) {
   NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder / "no.png"), "no.png: no such image file");
   NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder.Write("a.png", "")), "a.png");
   NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder.Write("b.png", "hello")), "b.png");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder.Path()), "no such image file");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(folder.Path()), "not a file");
 }
 
 TEST(ImageIo, DepthMustBeOneChannelOf16Bits) {

@@ -150,9 +150,48 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
   expect("layout = \"tum\"\nfolder = \"one\"",
          "layout = \"pictures\"\npictures = \"one\"",
          "s.toml:13: layout = \"pictures\" has no depth to map: make it a [[query]]");
+  expect("frame_rate_hz = 15", "frame_rate_hz = 1e-300", "frame_rate_hz = 1e-300 is out of range");
   expect("hold_out_every = 5", "hold_out_every = 1", "would leave nothing to map");
   expect("hold_out_every = 5", "hold_out_every = -1", "s.toml:2: hold_out_every = -1");
   expect("hold_out_every = 5", "hold_out_every = ", "s.toml:2: not valid TOML");
+}
+
+TEST(SiteConfig, LinksMayBeAllowedToLeadOutside) {
+  const auto with = [](const std::string& keys) {
+    return ParseSiteConfig(Replaced("folder = \"one\"\n", "folder = \"one\"\n" + keys), "s.toml");
+  };
+  const auto site = with("allow_outside = [\"rgb\", \"a/b.png\"]\n");
+  EXPECT_EQ(site.sequences[0].allow_outside, (std::vector<std::string>{"rgb", "a/b.png"}));
+  EXPECT_TRUE(site.sequences[1].allow_outside.empty());
+  const auto expect = [&](const std::string& keys, const std::string& why) {
+    NIGHTMAP_EXPECT_ERROR(UsageError, with(keys), why);
+  };
+  expect("allow_outside = \"rgb\"\n", "s.toml:16: 'allow_outside' must be a list of paths");
+  expect("allow_outside = [1]\n", "s.toml:16: 'allow_outside' must be a list of paths");
+  expect("allow_outside = [\"\"]\n", "s.toml:16: 'allow_outside' must be a list of paths");
+  expect("allow_outside = [\"/mnt\"]\n", "s.toml:16: allow_outside = \"/mnt\" must lie inside");
+  const std::string query =
+      "[[query]]\nlayout = \"pictures\"\npictures = \"a\"\nallow_outside = [\"a\"]\n";
+  NIGHTMAP_EXPECT_ERROR(UsageError,
+                        ParseSiteConfig(kSite + query, "s.toml"),
+                        "s.toml:30: 'allow_outside' is for recordings");
+}
+
+TEST(SiteConfig, ACopyNamesTheFileToEditAndTheQueriesThatWereAdded) {
+  const std::string end = "\n# This was the text of configs/sites/s.toml; QUERY adds:\n";
+  const std::string query = "[[query]]\nlayout = \"pictures\"\npictures = \"../a.jpg\"\n";
+  const auto site = ParseSiteConfig(kSite + end + query + query, "maps/s/config/site/s.toml");
+  ASSERT_EQ(site.queries.size(), 3u);
+  EXPECT_EQ(site.queries[0].source, "configs/sites/s.toml:25");
+  EXPECT_EQ(site.queries[1].source, "QUERY of make");
+  EXPECT_EQ(site.queries[2].pictures, "../a.jpg");
+  const auto expect = [&](const std::string& text, const std::string& why) {
+    NIGHTMAP_EXPECT_ERROR(UsageError, ParseSiteConfig(text, "maps/s/config/site/s.toml"), why);
+  };
+  expect(Replaced("fx = 517.3", "fx = -1") + end, "configs/sites/s.toml:7: fx = -1.0");
+  expect(Replaced("fx = 517.3", "fx = ") + end, "configs/sites/s.toml:7: not valid TOML");
+  expect(kSite + end + query + "camera = \"x\"\n", "QUERY of make: no [[camera]] has id \"x\"");
+  EXPECT_EQ(ParseSiteConfig(kSite + end, "copy.toml").queries.size(), 1u);
 }
 
 TEST(SiteConfig, CamerasAndSequencesMustBeThere) {

@@ -111,6 +111,7 @@ TEST(Tum, BadLinesAreNamed) {
   expect("2 nan 0 0 0 0 0 1", "'nan' is not a finite number");
   expect("2 0 inf 0 0 0 0 1", "'inf' is not a finite number");
   expect("2 0 0 x 0 0 0 1", "'x'");
+  expect("2 1e308 0 0 0 0 0 1", "farther than 1000000000 m");
   expect("2 0 0 0 0 0 0 0", "quaternion");
   expect("2 0 0 0 0 0 0 2", "quaternion");
   expect("x 0 0 0 0 0 0 1", "not a time");

@@ -16,7 +16,8 @@ RawSequence Sequence(const std::string& name, std::int64_t start_ns, int count) 
   sequence.name = name;
   for (int i = 0; i < count; ++i) {
     const std::string file = name + "/" + std::to_string(i);
-    sequence.frames.push_back({start_ns + i * kPeriod_ns, file + ".png", file + "d.png", "", "ff"});
+    sequence.frames.push_back(
+        {start_ns + i * kPeriod_ns, file + ".png", file + "d.png", "", "", "ff"});
   }
   return sequence;
 }
@@ -65,6 +66,17 @@ TEST(RunFrames, ADamagedQueryIsReportedAndStaysAQuery) {
   EXPECT_EQ(damaged.skipped, std::vector<std::string>{"a/4.png: truncated"});
   EXPECT_EQ(FramesToCsv(damaged.queries), FramesToCsv(whole.queries));
   EXPECT_EQ(FramesToCsv(damaged.frames), FramesToCsv(whole.frames));
+}
+
+TEST(RunFrames, DepthOfAHeldOutFrameIsNoMatter) {
+  auto sequence = Sequence("a", 0, 20);
+  sequence.frames[4].depth_problem = "a/4.png: no depth";
+  sequence.frames[5].depth_problem = "a/5.png: no depth";
+  const auto lists = RunFrames({sequence}, 5);
+  EXPECT_EQ(lists.skipped, std::vector<std::string>{"a/5.png: no depth"});
+  EXPECT_EQ(lists.num_frames_unusable, 1u);
+  EXPECT_EQ(lists.queries.at(0).color_path, "a/4.png");
+  EXPECT_EQ(lists.queries.at(0).depth_path, "");
 }
 
 TEST(RunFrames, ExtraQueriesJoinTheHeldOutOnesByTime) {

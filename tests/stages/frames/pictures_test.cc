@@ -78,7 +78,7 @@ class PicturesTest : public testing::Test {
   // The camera of each picture.
   std::vector<Camera> Cameras() {
     sequences_ = Read();
-    cameras_ = FindPictureCameras(site_, Data(), &sequences_);
+    cameras_ = FindPictureCameras(site_, Data(), max_picture_mpx_, &sequences_);
     std::vector<Camera> cameras;
     for (const RawSequence& sequence : sequences_) {
       for (const RawFrame& frame : sequence.frames) {
@@ -96,6 +96,7 @@ class PicturesTest : public testing::Test {
 
   TemporaryFolder folder_;
   SiteConfig site_;
+  double max_picture_mpx_ = 100;
   std::vector<RawSequence> sequences_;
   std::vector<RgbdCamera> cameras_;
 };
@@ -303,6 +304,54 @@ TEST_F(PicturesTest, WhatCannotBeReadStaysAQueryWithItsProblem) {
   const FrameLists lists = RunFrames(sequences_, 0);
   EXPECT_EQ(lists.queries.size(), 4u);
   EXPECT_EQ(lists.skipped.size(), 3u);
+}
+
+TEST_F(PicturesTest, APictureThatIsTooLargeIsAProblemBeforeItIsDecoded) {
+  WritePicture(Site() / "a.png", 600, 400);
+  AddQuery("a.png").horizontal_fov_deg = 60;
+  max_picture_mpx_ = 0.24;
+  EXPECT_EQ(Inspect()[0].problem, "");
+  EXPECT_EQ(cameras_.at(static_cast<std::size_t>(sequences_[0].frames[0].camera_idx)).color.width,
+            600);
+  max_picture_mpx_ = 0.23;
+  EXPECT_EQ(
+      Inspect()[0].problem,
+      "site/a.png: 600 x 400 pixels are more than max_picture_mpx = 0.23: make it smaller, or "
+      "raise max_picture_mpx of frames");
+  // Its camera has another size, so localize does not decode it either.
+  const FrameLists lists = RunFrames(sequences_, 0);
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        LoadColor(lists.queries[0], cameras_[0], Data()),
+                        "site/a.png: 600 x 400 pixels, its camera has 32 x 24");
+}
+
+TEST_F(PicturesTest, ACameraThatIsTooLargeIsRefused) {
+  WritePicture(Site() / "a.png", 60, 40);
+  AddQuery("a.png");
+  folder_.Write("data/site/cameras.csv",
+                std::string(kCsvHeader) + "a.png,30000,30000,70,70,28,18,0,0,0,0,0\n");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, Cameras(), "camera of site/a.png: 30000 x 30000 pixels are more");
+  site_.queries.clear();
+  site_.cameras[0].depth = {.width = 20000, .height = 20000};
+  NIGHTMAP_EXPECT_ERROR(DataError, Cameras(), "camera of map: 20000 x 20000 pixels are more");
+}
+
+TEST_F(PicturesTest, NamesThatAreNotTextStayQueriesWithTheirProblem) {
+  WritePicture(Site() / "lobby/good.png", 60, 40);
+  for (const char* name : {"\xff.png", "a\nb.png"}) {
+    std::filesystem::copy_file(Site() / "lobby/good.png", Site() / "lobby" / name);
+  }
+  AddQuery("lobby").horizontal_fov_deg = 60;
+  Inspect();
+  const FrameLists lists = RunFrames(sequences_, 0);
+  const auto read = ReadFrames(folder_.Write("queries.csv", FramesToCsv(lists.queries)));
+  ASSERT_EQ(read.size(), 3u);
+  EXPECT_EQ(read[0].color_path, "site/lobby/a\\x0ab.png");
+  EXPECT_EQ(read[1].color_path, "site/lobby/good.png");
+  EXPECT_EQ(read[2].color_path, "site/lobby/\\xff.png");
+  ASSERT_EQ(lists.skipped.size(), 2u);
+  EXPECT_THAT(lists.skipped[0], testing::HasSubstr("the name is not UTF-8 or holds control"));
 }
 
 TEST_F(PicturesTest, APictureOfAnotherSizeThanItsCameraIsAProblem) {

@@ -107,25 +107,28 @@ TEST_F(ReadSequenceTest, DamagedFramesCarryTheirProblem) {
   const auto frames = Inspect().frames;
   EXPECT_EQ(frames[0].problem.rfind("site/rgb/0.png: truncated png file", 0), 0u);
   EXPECT_EQ(frames[1].problem, "site/rgb/1.png: no such image file");
-  EXPECT_EQ(frames[2].problem, "site/depth/2.png: no such image file");
+  EXPECT_EQ(frames[2].depth_problem, "site/depth/2.png: no such image file");
   EXPECT_EQ(frames[3].problem,
             "site/rgb/3.png: 33 x 24 pixels, its camera has 32 x 24: pictures of another size need "
             "another camera");
-  EXPECT_THAT(frames[4].problem,
+  EXPECT_THAT(frames[4].depth_problem,
               testing::HasSubstr("site/depth/4.png: 16 x 24 pixels, its camera has 32 x 24"));
-  EXPECT_THAT(frames[5].problem, testing::HasSubstr("site/depth/5.png: depth must be one channel"));
+  EXPECT_THAT(frames[5].depth_problem,
+              testing::HasSubstr("site/depth/5.png: depth must be one channel"));
   EXPECT_THAT(frames[6].problem, testing::StartsWith("site/rgb/6.png"));
   EXPECT_EQ(frames[7].problem, "");
+  for (const std::size_t i : {0, 1, 3, 6, 7}) EXPECT_EQ(frames[i].depth_problem, "") << i;
+  for (const std::size_t i : {2, 4, 5}) EXPECT_EQ(frames[i].problem, "") << i;
 }
 
 TEST_F(ReadSequenceTest, TumColorWithoutDepthIsAProblemUnlessItIsAQuery) {
   WriteTum(3);
   folder_.Write("site/depth.txt", "0.11 depth/0.png\n2.15 depth/2.png\n");
   const auto frames = Read().frames;
-  EXPECT_EQ(frames[0].problem, "");
-  EXPECT_THAT(frames[1].problem, testing::HasSubstr("no depth image within"));
-  EXPECT_THAT(frames[2].problem, testing::HasSubstr("max_association_gap_s = 0.02"));
-  EXPECT_EQ(Read(true).frames[1].problem, "");
+  EXPECT_EQ(frames[0].depth_problem, "");
+  EXPECT_THAT(frames[1].depth_problem, testing::HasSubstr("no depth image within"));
+  EXPECT_THAT(frames[2].depth_problem, testing::HasSubstr("max_association_gap_s = 0.02"));
+  EXPECT_EQ(Read(true).frames[1].depth_problem, "");
   std::filesystem::remove(folder_ / "site/depth.txt");
   EXPECT_EQ(Read(true).frames[0].depth_path, "");
   NIGHTMAP_EXPECT_ERROR(DataError, Read(), "depth.txt: missing");
@@ -142,8 +145,15 @@ TEST_F(ReadSequenceTest, BadListsAreNamed) {
   expect("1.1 rgb/1.png x", "3 columns");
   expect("nan rgb/1.png", "not a time");
   expect("0.1 rgb/1.png", "times must increase");
-  expect("1.1 /rgb/1.png", "give a relative path");
-  expect("1.1 ../1.png", "give a relative path");
+  for (const char* path :
+       {"/rgb/1.png", "../1.png", "rgb/../../../outside.jpg", "./../site/1.png"}) {
+    expect(std::string("1.1 ") + path, "leads out of the recording's folder: give a path inside");
+  }
+  expect("1.1 rgb/0.png", "'rgb/0.png' is listed at 0.100000 s already");
+  expect("1.1 rgb/../rgb/./0.png", "is listed at 0.100000 s already");
+  expect("9e9 rgb/1.png", "time 9000000000.000000 s is out of range");
+  expect("-9e9 rgb/1.png", "out of range");
+  expect("1e308 rgb/1.png", "not a time");
 }
 
 TEST_F(ReadSequenceTest, EmptyAndMissingFoldersAreNamedWithTheRemedy) {
@@ -177,7 +187,7 @@ TEST_F(ReadSequenceTest, SevenScenesFolder) {
   ASSERT_EQ(sequence.frames.size(), 3u);
   EXPECT_EQ(sequence.frames[1].time_ns, 100'000'000);  // 3 / 30 s
   EXPECT_EQ(sequence.frames[1].depth_path, "site/frame-000003.depth.png");
-  EXPECT_EQ(sequence.frames[2].problem,
+  EXPECT_EQ(sequence.frames[2].depth_problem,
             "site/frame-000010.color.png: frame-000010.depth.png is missing");
   ASSERT_EQ(sequence.ground_truth.size(), 1u);  // tracking was lost in the second
   const Rigid3& pose = sequence.ground_truth[0].pose;
@@ -198,6 +208,7 @@ TEST_F(ReadSequenceTest, SevenScenesPosesAreChecked) {
   expect("1 0 0 4\n0 x -1 5\n0 1 0 6\n0 0 0 1\n", "pose.txt:2: 'x'");
   expect("2 0 0 4\n0 0 -1 5\n0 1 0 6\n0 0 0 1\n", "not a rigid transform");
   expect("1 0 0 4\n0 0 1 5\n0 1 0 6\n0 0 0 1\n", "not a rigid transform");  // mirrored
+  expect("1 0 0 1e308\n0 0 -1 5\n0 1 0 6\n0 0 0 1\n", "not a rigid transform");
 }
 
 TEST_F(ReadSequenceTest, VideoWithDepthFolder) {
@@ -237,6 +248,8 @@ TEST_F(ReadSequenceTest, Accelerations) {
   EXPECT_EQ(samples[0].value_m_per_s2.y(), -9.81);
   folder_.Write("site/acc.txt", "0.5 0 nan 0\n");
   NIGHTMAP_EXPECT_ERROR(DataError, ReadAccelerations(site_, folder_.Path()), "acc.txt:1: 'nan'");
+  folder_.Write("site/acc.txt", "0.5 0 1e308 0\n");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadAccelerations(site_, folder_.Path()), "must be in m/s2");
 }
 
 TEST(AssociateTimes, IsOneToOneNearestFirst) {

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/site_tables.h"
+
+#include <cmath>
+#include <vector>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/options.h"
+
+namespace nightmap {
+namespace {
+
+const Range kSize_px{1, 32768};
+const Range kFocal_px{1, 1e6};
+const Range kCenter_px{-1e6, 1e6};
+const Range kDistortion{-100, 100};
+
+// A [[camera]] table as written.
+struct CameraTable {
+  RgbdCamera camera;
+  std::vector<double> color_from_depth;
+
+  void Register(OptionList& list) {
+    Camera& color = camera.color;
+    list.Add("id", &camera.camera_id, "name that sequences refer to");
+    list.Add("width", &color.width, kSize_px, "columns of the color image, px");
+    list.Add("height", &color.height, kSize_px, "rows of the color image, px");
+    list.Add("fx", &color.fx, kFocal_px, "focal length, px");
+    list.Add("fy", &color.fy, kFocal_px, "focal length, px");
+    list.Add("cx", &color.cx, kCenter_px, "principal point, px");
+    list.Add("cy", &color.cy, kCenter_px, "principal point, px");
+    list.Add("k1", &color.k1, kDistortion, "radial distortion");
+    list.Add("k2", &color.k2, kDistortion, "radial distortion");
+    list.Add("p1", &color.p1, kDistortion, "tangential distortion");
+    list.Add("p2", &color.p2, kDistortion, "tangential distortion");
+    list.Add("k3", &color.k3, kDistortion, "radial distortion");
+    RegisterDepth(list);
+  }
+
+ private:
+  void RegisterDepth(OptionList& list) {
+    Camera& depth = camera.depth;
+    list.Add("depth_units_per_m", &camera.depth_units_per_m, {1, 1e6}, "raw units in a metre");
+    list.Add("min_depth_m", &camera.min_depth_m, {0, 1000}, "nearer depth is not used");
+    list.Add("max_depth_m", &camera.max_depth_m, {0.01, 1000}, "farther depth is not used");
+    list.Add("depth_noise_constant_m",
+             &camera.noise.constant_m,
+             {DepthNoise::kMinConstant_m, 1},
+             "depth sigma at 0 m");
+    list.Add("depth_noise_quadratic_per_m",
+             &camera.noise.quadratic_per_m,
+             {0, 1},
+             "growth of the depth sigma with depth squared");
+    list.Add("depth_registered", &camera.depth_registered, "depth pixels are color pixels");
+    list.Add("depth_width", &depth.width, kSize_px, "columns of the depth image, px");
+    list.Add("depth_height", &depth.height, kSize_px, "rows of the depth image, px");
+    list.Add("depth_fx", &depth.fx, kFocal_px, "focal length, px");
+    list.Add("depth_fy", &depth.fy, kFocal_px, "focal length, px");
+    list.Add("depth_cx", &depth.cx, kCenter_px, "principal point, px");
+    list.Add("depth_cy", &depth.cy, kCenter_px, "principal point, px");
+    list.Add("color_from_depth", &color_from_depth, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
+  }
+};
+
+Rigid3 ToPose(const std::vector<double>& v, const std::string& where) {
+  if (v.size() != 7) {
+    throw UsageError(
+        "{}: color_from_depth has {} numbers: give tx ty tz qx qy qz qw", where, v.size());
+  }
+  Rigid3 pose{Eigen::Quaterniond(v[6], v[3], v[4], v[5]), {v[0], v[1], v[2]}};
+  if (!(std::abs(pose.rotation.norm() - 1) < 1e-2)) {
+    throw UsageError("{}: the quaternion in color_from_depth has length {:.3g}: give a unit one",
+                     where,
+                     pose.rotation.norm());
+  }
+  pose.rotation.normalize();
+  return pose;
+}
+
+}  // namespace
+
+std::string Where(const toml::node& node, const std::string& source) {
+  if (source == kQuerySource) return source;
+  return fmt::format("{}:{}", source, node.source().begin.line);
+}
+
+void Require(const toml::table& table, Names names, const std::string& where) {
+  for (const char* name : names) {
+    if (!table.contains(name)) throw UsageError("{}: '{}' is missing: add it", where, name);
+  }
+}
+
+void Refuse(const toml::table& table, Names names, const std::string& where, const char* why) {
+  for (const char* name : names) {
+    if (table.contains(name)) throw UsageError("{}: '{}' {}: remove it", where, name, why);
+  }
+}
+
+RgbdCamera ParseCamera(const toml::table& table, const std::string& source) {
+  const std::string where = Where(table, source);
+  const Names depth_keys = {"depth_width",
+                            "depth_height",
+                            "depth_fx",
+                            "depth_fy",
+                            "depth_cx",
+                            "depth_cy",
+                            "color_from_depth"};
+  CameraTable parsed;
+  RegisterOptions(parsed).ParseTable(table, source);
+  Require(table, {"id", "width", "height", "fx", "fy", "cx", "cy", "depth_units_per_m"}, where);
+  RgbdCamera& camera = parsed.camera;
+  if (camera.min_depth_m >= camera.max_depth_m) {
+    throw UsageError("{}: min_depth_m = {} must be below max_depth_m = {}",
+                     where,
+                     camera.min_depth_m,
+                     camera.max_depth_m);
+  }
+  if (camera.depth_registered) {
+    Refuse(table, depth_keys, where, "needs depth_registered = false");
+  } else {
+    Require(table, depth_keys, where);
+    camera.color_from_depth = ToPose(parsed.color_from_depth, where);
+  }
+  return camera;
+}
+
+}  // namespace nightmap
