@@ -18,7 +18,9 @@ from pathlib import Path
 
 from evaluate import evaluate_queries, match_with_truth
 from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.site import put_between, read_json, read_text
+from nightmap_eval.reading import read_object, read_text
+from nightmap_eval.stages import RECEIPT
+from nightmap_eval.site import put_between
 from nightmap_eval.trajectory import read_tum
 
 BEGIN, END = "<!-- ablation:begin -->", "<!-- ablation:end -->"
@@ -94,7 +96,7 @@ class Site:
             raise DataError(f"{' '.join(map(str, command))}\n{run.stdout}\nthe run failed, see above")
         truth = self.folder / "frames" / "query_ground_truth.tum"
         figures = evaluate_queries(work / "queries.csv", truth, self.map_pair, MAX_GAP_NS)
-        parts = {part["name"]: part["wall_time_s"] for part in read_json(work / "receipt.json")["parts"]}
+        parts = {part["name"]: part["wall_time_s"] for part in read_object(work / "receipt.json", RECEIPT)["parts"]}
         return figures, parts["locate"] / max(1, figures["num_queries"])
 
 

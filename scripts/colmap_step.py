@@ -33,7 +33,8 @@ from nightmap_eval.colmap_files import camera_parameters, read_images, read_mode
 from nightmap_eval.colmap_run import ColmapFailed, Step, require
 from nightmap_eval.errors import DataError, run_main
 from nightmap_eval.queries import refuse_mapped_queries
-from nightmap_eval.site import Frames, read_csv, read_json
+from nightmap_eval.reading import read_object
+from nightmap_eval.site import Frames, read_csv
 from nightmap_eval.trajectory import read_tum
 
 MAX_EXHAUSTIVE = 100
@@ -68,7 +69,7 @@ class Work:
     def calibrate(self, database):
         """Puts in the cameras that belong to nightmap's poses: its focal lengths may differ from the configured."""
         configured, calibrated = (
-            [camera["color"] for camera in read_json(self.site_dir / stage / "cameras.json")["cameras"]]
+            [camera["color"] for camera in read_object(self.site_dir / stage / "cameras.json", CAMERAS)["cameras"]]
             for stage in ("frames", "pose_graph")
         )
         replace_cameras(database, configured, calibrated)
@@ -92,7 +93,7 @@ class Work:
                     f"{row['color_path']}: COLMAP cannot read a frame of a video or a name with a space; "
                     "store the pictures one by one"
                 )
-        cameras = read_json(self.site_dir / "frames" / cameras)["cameras"]
+        cameras = read_object(self.site_dir / "frames" / cameras, CAMERAS)["cameras"]
         for idx in sorted({int(row["camera_idx"]) for row in rows}):
             names = [row["color_path"] for row in rows if int(row["camera_idx"]) == idx]
             model, parameters = camera_parameters(cameras[idx]["color"])

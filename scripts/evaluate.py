@@ -22,12 +22,12 @@ from nightmap_eval.metrics import query_summary, trajectory_metrics
 from nightmap_eval.ply import read_ply
 from nightmap_eval.queries import VERDICTS, read_located
 from nightmap_eval.query_errors import PROTOCOLS
+from nightmap_eval.reading import check, read_toml
 from nightmap_eval.site import (
     Frames,
     bridged_frames,
     frames_apart,
     num_unusable_frames,
-    read_toml,
     to_json,
     write_atomic,
 )
@@ -102,7 +102,7 @@ def query_rows(rows, times_ns, errors):
     result = []
     for row, time_ns in zip(rows, times_ns):
         entry = {name: row[name] for name in ("color_path", "status", "reason")}
-        entry["query_idx"] = int(row["query_idx"])
+        entry["query_idx"] = int(row["query_idx"])  # read_located saw that it is one
         result.append(entry | errors.get(int(time_ns), {}))
     return result
 
@@ -172,7 +172,9 @@ def truth_folder(arguments):
         if arguments.site_config:
             raise DataError(f"{config}: no such site config")
         return None
-    return arguments.data / read_toml(config).get("root", ".") / "truth"
+    site = read_toml(config)
+    check(site, {"?root": str}, str(config))
+    return arguments.data / site.get("root", ".") / "truth"
 
 
 def evaluate_map(site_dir, truth_dir, alignment):

@@ -63,7 +63,9 @@ def reasons(rule, stale, out):
     oldest = min(outputs, key=lambda path: os.stat(path).st_mtime_ns)
     time_ns = os.stat(oldest).st_mtime_ns
     for path in inputs:
-        if path in stale:
+        if path == "FORCE":
+            found.append("its last run was not finished, or a file of its list is lost or damaged")
+        elif path in stale:
             found.append(f"{path} will be remade")
         elif not os.path.exists(path):
             found.append(f"{path} does not exist")

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads PLY files (ASCII or binary little endian): vertices, and triangles when there are any."""
 
+import os
+
 import numpy as np
 
 from nightmap_eval.errors import DataError
+from nightmap_eval.reading import using
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
@@ -45,6 +48,8 @@ def _row_type(path, properties):
 
 
 def _read_element(path, file, file_format, count, row_type):
+    if not 0 <= count <= os.fstat(file.fileno()).st_size:
+        raise DataError(f"{path}: truncated: it has fewer bytes than the {count} rows that it declares")
     if file_format == "ascii":
         words = b" ".join(file.readline() for _ in range(count)).split()
         width = len(np.zeros(1, row_type)[0].item()) if count else 0
@@ -72,17 +77,19 @@ def _rows_from_words(table, row_type):
 def read_ply(path):
     """Vertices (n, 3) in metres and triangles (m, 3) of vertex indices (m = 0 for a cloud)."""
     elements = {}
-    with open(path, "rb") as file:
+    with open(path, "rb") as file, using(path):
         file_format, declared = _read_header(path, file)
         for name, count, properties in declared:
             row_type = _row_type(path, properties)
             elements[name] = _read_element(path, file, file_format, count, row_type)
     if "vertex" not in elements:
         raise DataError(f"{path}: no element vertex")
-    vertices = np.stack([elements["vertex"][axis] for axis in "xyz"], axis=1).astype(float)
+    with using(path):
+        vertices = np.stack([elements["vertex"][axis] for axis in "xyz"], axis=1).astype(float)
     if not np.all(np.isfinite(vertices)):
         raise DataError(f"{path}: NaN or infinity in a vertex")
-    return vertices, _triangles(path, elements.get("face"), len(vertices))
+    with using(path):
+        return vertices, _triangles(path, elements.get("face"), len(vertices))
 
 
 def _triangles(path, faces, num_vertices):

@@ -9,6 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from nightmap_eval.errors import DataError
+from nightmap_eval.reading import read_text
+
+MAX_TIME_NS = 2**63 - 1
+MAX_POSITION_M = 1e9  # beyond it squares of distances lose the millimetres, and then overflow
 
 
 @dataclass
@@ -108,6 +112,8 @@ def _parse_line(path, number, line):
         raise DataError(f"{path}:{number}: not a number in: {line.strip()}") from None
     if not np.all(np.isfinite(values)):
         raise DataError(f"{path}:{number}: NaN or infinity in a pose; remove the line")
+    if abs(time_ns) > MAX_TIME_NS or max(map(abs, values[:3])) > MAX_POSITION_M:
+        raise DataError(f"{path}:{number}: a time or position beyond reason; correct or remove the line: {line.strip()[:80]}")
     norm = np.linalg.norm(values[3:])
     if not 0.5 < norm < 2:
         raise DataError(f"{path}:{number}: the quaternion has norm {norm:.3g}; expected 1")
@@ -116,11 +122,10 @@ def _parse_line(path, number, line):
 
 def read_tum(path):
     """A Trajectory sorted by time. Raises DataError naming file and line."""
-    with open(path, encoding="utf-8") as file:
-        lines = [(number, line) for number, line in enumerate(file, 1)]
+    lines = read_text(path, "replace it by a TUM trajectory").splitlines()
     poses = [
         _parse_line(path, number, line)
-        for number, line in lines
+        for number, line in enumerate(lines, 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     return make_trajectory(poses, path)
