@@ -44,6 +44,7 @@ NUM_RETRIEVED_FOR_QUERY = 100
 NUM_RETRIEVED = 30
 # What vocab_tree_retriever prints: a line a query, then one for each image it found, best first.
 QUERYING, FOUND = re.compile(r"Querying for image "), re.compile(r"image_id=(\d+), image_name=")
+CAMERAS = {"cameras": [{"color": dict}]}
 INTRINSICS = ("focal_length", "principal_point", "extra_params")
 FIXED_MAPPER = {f"Mapper__ba_refine_{name}": 0 for name in INTRINSICS}
 FIXED_ADJUSTER = {f"BundleAdjustment__refine_{name}": 0 for name in INTRINSICS}

@@ -5,12 +5,14 @@ import csv
 import io
 import math
 import os
+import re
 
 from nightmap_eval import lists
 from nightmap_eval.errors import DataError
 from nightmap_eval.reading import REMEDY, read_text, read_toml, using
 
-MARK = "# of QUERY"  # scripts/resolve_config.py writes it before each [[query]] that QUERY adds
+# The line that scripts/resolve_config.py writes before the first [[query]] that QUERY adds.
+MARK = re.compile(r"^# (?:of QUERY|This was the text of .*; QUERY adds:)$", re.MULTILINE)
 MAX_BELOW_FLOOR_M = 0.1  # as the plan stage takes it
 
 
@@ -28,7 +30,8 @@ def asked_pictures(site_dir):
     config, listed = os.path.join(site_dir, "config", "site", f"{name}.toml"), os.path.join(site_dir, "frames", "queries.csv")
     if not (os.path.exists(config) and os.path.exists(listed)):
         return set()
-    num_asked = read_text(config).splitlines().count(MARK)
+    added = MARK.split(read_text(config), maxsplit=1)[1:]
+    num_asked = added[0].splitlines().count("[[query]]") if added else 0
     site = read_toml(config)
     with using(config):
         first = len(site.get("sequence", [])) + len(site.get("query", [])) - num_asked
