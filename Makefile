@@ -258,6 +258,10 @@ $(BUILD)/lists/$(SITE).mk: $(F)/shards.txt
 ifeq ($(PREVIEW),)
 include $(BUILD)/lists/$(SITE).mk
 endif
+unmade = $(filter-out $(wildcard $(1)),$(1))
+# For the modes that only look, before there is a list.
+$(call unmade,$(F)/cameras.json $(F)/queries.csv $(F)/query_cameras.json): | $(F)/shards.txt
+$(call unmade,$(T)/cameras.json): | $(T)/tiles.txt
 $(foreach s,features vocabulary matches odometry,$(eval MADE_$(s) ?=))
 BEFORE_ :=
 previous :=
