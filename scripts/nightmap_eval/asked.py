@@ -67,7 +67,7 @@ class Floors:
 
     def __init__(self, site_dir):
         grid = os.path.join(site_dir, "grid")
-        rows = lists.read_floors(grid) if os.path.exists(os.path.join(grid, "floors.json")) else []
+        rows = lists.whole(lists.read_floors, grid) if os.path.exists(os.path.join(grid, "floors.json")) else []
         self._floors = sorted((row["height_m"], row["number"]) for row in rows)
         self.are_several = len(rows) > 1
 

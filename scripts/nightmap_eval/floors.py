@@ -23,7 +23,7 @@ def read_floors(grid_dir):
     """Rows of floors.json, the lowest first; of a folder without it the one floor of map.yaml."""
     if not (grid_dir / "floors.json").exists():
         return [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"}]
-    return lists.read_floors(grid_dir)
+    return lists.whole(lists.read_floors, grid_dir)
 
 
 def read_true_floors(truth_dir):

@@ -86,14 +86,14 @@ def read_floors(grid_dir):
     try:
         content = json.loads(read_data(path))
         if (content["format"], content["version"]) != ("nightmap floors", 2):
-            raise DataError(f"{path}: not floors.json of this version; run make map")
+            raise DataError(f"{path}: not a list of floors of this version")
         rows = list(content["floors"])
         whole = all(type(row["number"]) is int and type(row["height_m"]) in (int, float)
                     and math.isfinite(row["height_m"]) and FLOOR_YAML.fullmatch(row["yaml"]) for row in rows)
     except (ValueError, KeyError, TypeError, RecursionError, OverflowError):
         whole = False
     if not whole or len({row["yaml"] for row in rows}) != len(rows) or 0 not in [row["number"] for row in rows]:
-        raise DataError(f"{path}: damaged; delete the file and run make map")
+        raise DataError(f"{path}: not a whole list of floors")
     return rows
 
 
@@ -105,6 +105,16 @@ def has_queries(site_dir):
     with open(path, "rb") as file:
         file.readline(1 << 16)
         return bool(file.readline(1 << 16).strip())
+
+
+def whole(reader, folder):
+    """What a reader of lists reads, for those who cannot make a lost or damaged one anew."""
+    try:
+        return reader(folder)
+    except FileNotFoundError as error:
+        raise DataError(f"{error.filename}: there is no such list; run make map") from None
+    except DataError as error:
+        raise DataError(f"{error}; delete the file and run make again") from None
 
 
 class CurrentRuns:

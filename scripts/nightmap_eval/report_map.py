@@ -11,7 +11,7 @@ from nightmap_eval.report_cloud import cloud_section
 from nightmap_eval.report_stale import notes
 from nightmap_eval.reading import NUMBER, REMEDY, read_object, using
 from nightmap_eval.site import Frames, read_csv
-from nightmap_eval.trajectory import MAX_POSITION_M, Similarity, associate, read_tum, rotation_matrices
+from nightmap_eval.trajectory import MAX_POSITION_M, Similarity, associate, read_truth, read_tum, rotation_matrices
 
 MAX_GAP_NS = 20_000_000
 DRIVE_FIGURES = (
@@ -54,7 +54,7 @@ def truth_in_map(site_dir, metrics):
     values = np.array(metrics["trajectory"]["truth_from_map_m_q"])
     rotation = rotation_matrices(values[None, 3:])[0]
     map_from_truth = Similarity(1.0, rotation.T, -rotation.T @ values[:3])
-    truth = read_tum(path)
+    truth = read_truth(path)
     truth.positions_m = map_from_truth.apply(truth.positions_m)
     return truth
 

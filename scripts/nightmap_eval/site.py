@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from nightmap_eval.errors import DataError
-from nightmap_eval.lists import read_shards
+from nightmap_eval.lists import read_shards, whole
 from nightmap_eval.reading import REMEDY, read_object, read_text, using
 
 
@@ -50,12 +50,7 @@ def read_hdf5(path, *names):
 
 def shard_names(site_dir):
     """Names of the shards, in order."""
-    try:
-        return read_shards(site_dir)
-    except FileNotFoundError as error:
-        raise DataError(f"{error.filename}: there is no such list; run make map") from None
-    except DataError as error:
-        raise DataError(f"{error}; run make map") from None
+    return whole(read_shards, site_dir)
 
 
 class Frames:
