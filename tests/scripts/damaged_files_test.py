@@ -9,6 +9,8 @@ from pathlib import Path
 import h5py
 
 import fake_site
+from nightmap_eval.colmap_run import read_receipt
+from nightmap_eval.errors import DataError
 
 # Damage that any JSON file may have.
 JSON = (b"", b"{", b"[]", b"5", b"\xff\xfe", b"[" * 100000, b'{"a": Infinity}', b"9" * 5000)
@@ -55,7 +57,8 @@ class DamagedFilesTest(unittest.TestCase):
 
     def test_lists_of_frames_and_queries(self):
         shard = (self.site_dir / "frames" / "shard_0001.csv").read_text()
-        self.check("evaluate.py", "frames/shard_0001.csv", ["", b"\xff", shard[:-5], shard + "a\0b\n", "x" * 200000], "delete the file")
+        damaged = ["", b"\xff", shard[:-5], shard + "a\0b\n", "x" * 200000]
+        self.check("evaluate.py", "frames/shard_0001.csv", damaged, "delete the file")
         queries = (self.site_dir / "localize" / "queries.csv").read_text()
         damaged = [queries.replace("located", "lost", 1), queries.replace("\n0,", "\nx,", 1),
                    queries.replace("\n0,1", f"\n0,{'9' * 30}", 1), queries.replace("not_in_map", "located", 1)]
@@ -104,6 +107,18 @@ class DamagedFilesTest(unittest.TestCase):
         damaged.append(json.dumps(whole | {"queries": whole["queries"] | {"local": {}}}))
         damaged.append(json.dumps(whole)[:-20])
         self.check("report.py", "evaluate/metrics.json", [*JSON, *damaged], "delete the file and run make again")
+
+    def test_receipts_of_colmap(self):
+        path = self.site_dir / "receipt.json"
+        wrong = [b"{}", b'{"colmap": "COLMAP 3.8", "threads": "2", "failed": null, "parts": []}',
+                 b'{"colmap": "COLMAP 3.8", "threads": 2, "failed": null, "parts": [{"name": "mapper"}]}']
+        for content in [*JSON, *wrong]:
+            with self.subTest(content[:60]):
+                path.write_bytes(content)
+                with self.assertRaisesRegex(DataError, f"{path}.*run make evaluate-colmap again"):
+                    read_receipt(self.site_dir)
+        path.write_bytes(b'{"colmap": "COLMAP 3.8", "threads": 2, "failed": null, "parts": []}')
+        self.assertIsNone(read_receipt(self.site_dir)["failed"])
 
     def test_configs_and_comparison(self):
         self.check("report.py", "config/grid.toml", [b"\xff"], "delete the file")

@@ -72,7 +72,8 @@ class ResolveConfigTest(unittest.TestCase):
     def test_wrong_types_in_stage_configs(self):
         for text, word in (("start = 5\n", "must be like its default"), ("start = " + "[" * 20000, "nested too deep"),
                            ("[start]\na = 1\n", "must be like its default"), ("seed = 99999999999999999999\n", "larger than any"),
-                           ("footprint_m = [{a = 1}]\n", "neither a number"), ("footprint_m = [[2020-01-01]]\n", "neither a number"),
+                           ("footprint_m = [{a = 1}]\n", "neither a number"),
+                           ("footprint_m = [[2020-01-01]]\n", "neither a number"),
                            (b"start = '\xff'\n", "UTF-8")):  # fmt: skip
             with self.subTest(text[:40]):
                 path = self.write("configs/sites/office/plan.toml", text)
@@ -108,7 +109,7 @@ class ResolveConfigTest(unittest.TestCase):
         self.assertNotEqual(self.recordings(), after)
 
     def test_a_folder_that_cannot_be_read_is_noticed_and_left_to_frames(self):
-        script = f"import sys, os\nsys.argv[0] = {str(SCRIPTS / 'resolve_config.py')!r}\nsys.path.insert(0, {str(SCRIPTS)!r})\n" + (
+        script = f"import sys, os\nsys.path.insert(0, {str(SCRIPTS)!r})\n" + (
             "import resolve_config\nscandir = os.scandir\n"
             "def refuse(path):\n    if str(path).endswith('rgb'):\n        raise PermissionError(13, 'Permission denied', path)\n"
             "    return scandir(path)\n"

@@ -13,7 +13,8 @@ from nightmap_eval.report_queries import query_section
 HEADER = ("query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,confidence,"
           "reprojection_error_px,position_sigma_m,rotation_sigma_deg,tx_m,ty_m,tz_m,qx,qy,qz,qw")
 SITE = 'root = "office"\n[[sequence]]\nfolder = "."\n[[query]]\npictures = "own"\n'
-ASKED = '# This was the text of configs/sites/office.toml; QUERY adds:\n[[query]]\npictures = "a.jpg"\n[[query]]\npictures = "b.jpg"\n'
+ASKED = ("# This was the text of configs/sites/office.toml; QUERY adds:\n"
+         '[[query]]\npictures = "a.jpg"\n[[query]]\npictures = "b.jpg"\n')
 # The optical axis along y: turned from looking along z by -90 degrees about x.
 LOOKING_ALONG_Y = "-0.70710678,0,0,0.70710678"
 
@@ -73,7 +74,8 @@ class ShowQueriesTest(unittest.TestCase):
         self.assertEqual(lines[2].split()[6], "1")
 
     def test_damage_is_named(self):
-        for name, text in (("localize/queries.csv", HEADER + "\n1,2,3\n"), ("localize/queries.csv", f"{HEADER}\n" + "x," * 18 + "\n"),
+        for name, text in (("localize/queries.csv", HEADER + "\n1,2,3\n"),
+                           ("localize/queries.csv", f"{HEADER}\n" + "x," * 18 + "\n"),
                            ("frames/queries.csv", "color_path\na\n"), ("config/site/office.toml", "root = \n")):
             with self.subTest(name):
                 self.setUp()
