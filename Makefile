@@ -64,6 +64,13 @@ quote = '$(subst ','\'',$(1))'
 ifneq ($(words $(SITE) $(DATA) $(MAPS) $(BUILD))$(findstring /,$(SITE)),4)
 $(error SITE, DATA, MAPS and BUILD must each be one word without spaces, and SITE a name without /)
 endif
+# What Make or a shell would take for more than a letter of a name.
+define UNSAFE
+: % $$ ' " ; & | ( ) < > * ? [ ] { } \ ` = , # !
+endef
+ifneq ($(strip $(foreach c,$(UNSAFE),$(findstring $(c),$(SITE)$(DATA)$(MAPS)$(BUILD)))),)
+$(error SITE, DATA, MAPS and BUILD must have none of $(strip $(UNSAFE)) in their names: rename the folder or make a link to it)
+endif
 ifneq ($(and $(filter clean distclean,$(MAKECMDGOALS)),$(word 2,$(MAKECMDGOALS))),)
 $(error run `make $(filter clean distclean,$(MAKECMDGOALS))` alone)
 endif
@@ -115,7 +122,7 @@ $(call whole,pose_graph,  frames=frames/shard_*.csv cameras=frames/cameras.json 
                           odometry=odometry/shard_*.h5 loops=matches/loops.h5 $(ACCELEROMETER), \
                           graph=graph.g2o trajectory=trajectory.tum keyframes=keyframes.tum cameras=cameras.json loops_csv=loops.csv)
 $(call whole,tiles,       frames=frames/shard_*.csv cameras=pose_graph/cameras.json keyframes=pose_graph/keyframes.tum, \
-                          tiles_mk=tiles.mk)
+                          tiles=tiles.txt)
 $(call whole,landmarks,   frames=frames/shard_*.csv cameras=pose_graph/cameras.json features=features/shard_*.h5 \
                           vocabulary=vocabulary/vocabulary.h5 trajectory=pose_graph/trajectory.tum \
                           keyframes=pose_graph/keyframes.tum, \
@@ -174,25 +181,49 @@ ifeq ($(PREVIEW),)
 include $(BUILD)/programs.mk
 endif
 
+# Which shards, tiles and floors there are the stages say in lists. They are data: a script reads them and prints
+# checked words. Nothing in them is ever included or evaluated.
+LISTS := $(shell $(PYTHON) -I -S scripts/read_lists.py $(M) $(if $(RESTARTS)$(filter command,$(origin RESOLVED)),--quiet))
+ifneq ($(.SHELLSTATUS),0)
+$(error the lists of shards, tiles and floors could not be read, see above)
+endif
 comma := ,
+listed = $(patsubst $(1)=%,%,$(filter $(1)=%,$(LISTS)))
+SHARDS := $(call listed,shard)
+TILES := $(call listed,tile)
+$(foreach near,$(call listed,near),$(eval NEAR_$(subst $(comma), ,$(subst :, := ,$(near)))))
+FLOOR_YAMLS := $(call listed,floor)
+HAS_QUERIES := $(filter queries,$(LISTS))
+# The files of each list. They keep their time while their bytes are the same, so they have no rule.
+F := $(M)/frames
+T := $(M)/tiles
+G := $(M)/grid
+LISTED_frames := $(if $(wildcard $(F)/shards.txt),$(SHARDS:%=$(F)/shard_%.csv) $(F)/cameras.json $(F)/queries.csv $(F)/query_cameras.json)
+LISTED_tiles := $(if $(wildcard $(T)/tiles.txt),$(TILES:%=$(T)/tile_%.json) $(T)/cameras.json)
+FLOOR_GRIDS := $(patsubst %,grid/%,$(FLOOR_YAMLS) $(FLOOR_YAMLS:.yaml=.pgm))
+LISTED_grid := $(FLOOR_GRIDS:%=$(M)/%) $(FLOOR_YAMLS:%.yaml=$(G)/%.png)
+
 list = $(subst $(eval ) ,$(comma),$(strip $(1)))
 # NAME:OUTPUTS:INPUTS of each rule, for `why`.
 RULES := programs:$(BUILD)/programs.mk:$(call list,$(SOURCES))
 # The path of an input or output NAME=PATH, and the files among the inputs.
 paths = $(foreach port,$(1),$(lastword $(subst =, ,$(port))))
-# A stage whose outputs are not all there, or whose last run was killed while it committed, runs again
-# whatever the times say. Outputs are precious: programs commit all or nothing, so a stage that fails
-# leaves the last good ones (stale, and so remade next time).
-incomplete = $(if $(filter-out $(wildcard $(2)),$(2))$(filter $(1),$(INTERRUPTED)),FORCE)
+# A stage whose outputs are not all there, or whose last run was killed while it committed, or whose list is
+# damaged, runs again whatever the times say. Outputs are precious: programs commit all or nothing, so a stage
+# that fails leaves the last good ones (stale, and so remade next time).
+incomplete = $(call again,$(1),$(2) $(if $(filter frames tiles grid,$(1)),$(LISTED_$(1))))
+again = $(if $(filter-out $(wildcard $(2)),$(2))$(filter $(1),$(INTERRUPTED) $(call listed,damaged)),FORCE)
 # rule(stage, suffix of report, receipt and log, inputs NAME=PATH, outputs NAME=PATH)
 define rule
 .PRECIOUS: $(call paths,$(4))
 MADE_$(1) += $(call paths,$(4))
-RULES += $(1)$(2):$(call list,$(call paths,$(4))):$(call list,$(RUN)/$(1) $(CONFIG)/$(1).toml $(call paths,$(filter-out data=%,$(3))))
-$(call paths,$(4)) &: $(RUN)/$(1) $(CONFIG)/$(1).toml $(call paths,$(filter-out data=%,$(3))) $(call incomplete,$(1)$(2),$(call paths,$(4)))
+AGAIN := $(call incomplete,$(1)$(2),$(call paths,$(4)))
+RULES += $(1)$(2):$(call list,$(call paths,$(4))):$(call list,$(RUN)/$(1) $(CONFIG)/$(1).toml $(call paths,$(filter-out data=%,$(3))) $$(AGAIN))
+$(call paths,$(4)) &: $(RUN)/$(1) $(CONFIG)/$(1).toml $(call paths,$(filter-out data=%,$(3))) $$(AGAIN)
 	@mkdir -p $(dir $(firstword $(call paths,$(4)))) $(M)/logs; echo "== $(1)$(2)"
 	$$(QUIET)$$(LAUNCH) $(RUN)/$(1) --config $(CONFIG)/$(1).toml $(patsubst %,--in %,$(filter-out beside=%,$(3))) $(4:%=--out %) \
-	  --threads $$(THREADS) --log-level $$(LOG_LEVEL) 2>&1 | tee $(M)/logs/$(1)$(2).log
+	  --threads $$(THREADS) --log-level $$(LOG_LEVEL) 2>&1 | tee $(M)/logs/$(1)$(2).log || \
+	  { code=$$$$?; echo "nightmap: $(1)$(2) failed, exit code $$$$code" >>$(M)/logs/$(1)$(2).log; exit $$$$code; }
 endef
 receipts = report=$(M)/$(1)/report$(2).json receipt=$(M)/$(1)/receipt$(2).json
 
@@ -209,52 +240,44 @@ tile = $(call each,$(1),$(2),$(3),$(TILES))
 whole = $(eval $(call rule,$(1),,$(call inputs,$(2),),$(call outputs,$(1),$(3),,)))
 loops = $(eval $(call rule,$(1),_loops,$(call inputs,$(2),),$(call outputs,$(1),$(3),,_loops)))
 
-# The two stages before the shards are known. The lists that frames writes beside shards.mk (one CSV
-# a shard, queries, cameras of both) keep their time while their bytes are the same, so they have no rule.
-F := $(M)/frames
+# The two stages before the shards are known.
 ifneq ($(filter $(SITE),$(SYNTHETIC)),)
 RECORDING := $(DATA)/$(SITE)/synthesize.json
 RAW_INPUTS += $(RECORDING)
 $(eval $(call rule,synthesize,,,site=$(RECORDING) \
   report=$(DATA)/$(SITE)/synthesize_report.json receipt=$(DATA)/$(SITE)/synthesize_receipt.json))
 endif
-$(eval $(call rule,frames,,site=$(CONFIG)/site/$(SITE).toml data=$(DATA),shards_mk=$(F)/shards.mk $(call receipts,frames,)))
-$(F)/shards.mk: $(RAW_INPUTS)
+$(eval $(call rule,frames,,site=$(CONFIG)/site/$(SITE).toml data=$(DATA),shards=$(F)/shards.txt $(call receipts,frames,)))
+$(F)/shards.txt: $(RAW_INPUTS)
 
-# Make reads the shards; when shards.mk is out of date it runs frames first and starts over. The
-# modes that only look must not run frames, so they do not `include`.
-SHARDS :=
-$(foreach s,features vocabulary matches odometry,$(eval MADE_$(s) ?=))
+# When the list of shards is out of date, Make runs frames first, removes what is left of shards that are no
+# more, and starts over with the new list: the file that it includes is an empty one of the programs' folder.
+# The modes that only look must not run frames, so they do not `include`.
+$(BUILD)/lists/$(SITE).mk: $(F)/shards.txt
+	@mkdir -p $(@D); $(PYTHON) -I -S scripts/remove_leftovers.py $(M); : >$@; touch $@
 ifeq ($(PREVIEW),)
-include $(F)/shards.mk
-else
-$(eval $(file <$(F)/shards.mk))
+include $(BUILD)/lists/$(SITE).mk
 endif
-LISTED := $(if $(wildcard $(F)/shards.mk),$(SHARDS:%=$(F)/shard_%.csv) $(F)/cameras.json $(F)/queries.csv $(F)/query_cameras.json)
-LOST := $(filter-out $(wildcard $(LISTED)),$(LISTED))
-$(F)/shards.mk: $(if $(LOST),FORCE)
+unmade = $(filter-out $(wildcard $(1)),$(1))
+# For the modes that only look, before there is a list.
+$(call unmade,$(F)/cameras.json $(F)/queries.csv $(F)/query_cameras.json): | $(F)/shards.txt
+$(call unmade,$(T)/cameras.json): | $(T)/tiles.txt
+$(foreach s,features vocabulary matches odometry,$(eval MADE_$(s) ?=))
 BEFORE_ :=
 previous :=
 $(foreach s,$(SHARDS),$(eval BEFORE_$(s) := $(previous))$(eval previous := $(s)))
 ACCELEROMETER := $(if $(wildcard $(F)/accelerometer.csv),accelerometer=frames/accelerometer.csv)
-HAS_QUERIES := $(word 2,$(file <$(F)/queries.csv))
 LOCATED := $(if $(HAS_QUERIES),queries=localize/queries.csv)
 # Only who asks for a path gets it planned, and driven.
 DRIVING := $(filter drive $(M)/drive/%,$(MAKECMDGOALS))
 PLANNING := $(DRIVING)$(filter plan $(M)/plan/%,$(MAKECMDGOALS))
 MADE_plan :=
 MADE_drive :=
-# Which tiles there are tiles.mk says; its lists are kept and watched like those of the shards.
-T := $(M)/tiles
-TILES :=
-$(eval $(file <$(T)/tiles.mk))
-TILE_LISTS := $(if $(wildcard $(T)/tiles.mk),$(TILES:%=$(T)/tile_%.json) $(T)/cameras.json)
-$(T)/tiles.mk: $(if $(filter-out $(wildcard $(TILE_LISTS)),$(TILE_LISTS)),FORCE)
 $(eval $(TABLE))
 
 # The tiles are known when the trajectory is, so this make gets them made and leaves what comes after to a
-# second one, which reads their list when it starts. (Included as shards.mk is, tiles.mk would be made along
-# with it, of shards that are not listed yet. Modes that only look see the tiles as they are.)
+# second one, which reads their list when it starts. (A start over as for the shards would make the tiles along
+# with these, of shards that are not listed yet. Modes that only look see the tiles as they are.)
 LATER := $(filter map plan drive evaluate report $(foreach s,point_cloud octree grid plan drive evaluate report,$(M)/$(s)/%),$(MAKECMDGOALS))
 ifneq ($(if $(AFTER_TILES),,$(LATER)),)
 TILES_NEED := synthesize frames features vocabulary matches odometry pose_graph tiles
@@ -266,24 +289,18 @@ $(FORWARDED): tiles_first ; @:
 else
 MADE_point_cloud :=
 MADE_octree :=
-# The floors that floors.json lists; their files are kept and watched like the lists of the tiles. The order-only
-# rule is for those of a floor that grid finds no more.
-G := $(M)/grid
-FLOOR_YAMLS := $(filter %.yaml,$(subst ",,$(subst $(comma),,$(file <$(G)/floors.json))))
-FLOOR_GRIDS := $(patsubst %,grid/%,$(FLOOR_YAMLS) $(FLOOR_YAMLS:.yaml=.pgm))
-FLOOR_FILES := $(FLOOR_GRIDS:%=$(M)/%) $(FLOOR_YAMLS:%.yaml=$(G)/%.png)
 $(eval $(TABLE_AFTER_TILES))
-$(G)/floors.json: $(if $(filter-out $(wildcard $(FLOOR_FILES)),$(FLOOR_FILES)),FORCE)
-$(filter-out $(MADE_grid),$(FLOOR_FILES)): | $(G)/floors.json
+# For the files of a floor that grid finds no more.
+$(filter-out $(MADE_grid),$(LISTED_grid)): | $(G)/floors.json
 
 MAP := frames features vocabulary matches odometry pose_graph tiles point_cloud octree grid landmarks
 map: $(BUILD)/programs.mk $(foreach s,$(MAP),$(MADE_$(s))) ## the map of SITE: trajectory, cloud, octree, grid, landmarks
 	@$(call say,map of $(SITE): $(M))
 ifneq ($(HAS_QUERIES),)
 localize: $(BUILD)/programs.mk $(MADE_localize) ## where each query picture of SITE was taken
-	@$(call say,located queries: $(M)/localize/queries.csv)
+	@$(if $(PREVIEW),,$(PYTHON) -I -S scripts/show_queries.py $(M); )$(call say,located queries: $(M)/localize/queries.csv)
 else
-localize: $(F)/shards.mk
+localize: $(F)/shards.txt
 	@echo "site $(SITE) has no query pictures: name some in QUERY, or give $(SITES)/$(SITE).toml a [[query]] or hold_out_every > 0" >&2; exit 2
 endif
 plan: $(BUILD)/programs.mk $(MADE_plan) ## a path from START to GOAL on the grid
@@ -300,12 +317,15 @@ EVALUATION := $(wildcard scripts/evaluate.py scripts/report.py scripts/nightmap_
 $(M)/evaluate/metrics.json: $(RESULTS) $(EVALUATION)
 	@mkdir -p $(@D) $(M)/logs; echo "== evaluate"
 	$(QUIET)$(PYTHON) scripts/evaluate.py --site-dir $(M) --data $(DATA) --out $@ 2>&1 | tee $(M)/logs/evaluate.log
-$(M)/report/index.html: $(M)/evaluate/metrics.json $(wildcard $(M)/evaluate_colmap/results.json) $(EVALUATION)
+# What the report says of a path or drive that is not the one asked for last it takes from the logs and the config.
+REPORTED := $(M)/evaluate/metrics.json $(CONFIG)/plan.toml \
+  $(wildcard $(M)/logs/plan.log $(M)/logs/drive.log $(M)/evaluate_colmap/results.json) $(EVALUATION)
+$(M)/report/index.html: $(REPORTED)
 	@mkdir -p $(@D) $(M)/logs; echo "== report"
 	$(QUIET)$(PYTHON) scripts/report.py --site-dir $(M) --data $(DATA) --out $@ 2>&1 | tee $(M)/logs/report.log
-RULES += raw_inputs:$(F)/shards.mk:$(call list,$(RAW_INPUTS)) \
+RULES += raw_inputs:$(F)/shards.txt:$(call list,$(RAW_INPUTS)) \
   evaluate:$(M)/evaluate/metrics.json:$(call list,$(RESULTS) $(EVALUATION)) \
-  report:$(M)/report/index.html:$(call list,$(M)/evaluate/metrics.json $(EVALUATION))
+  report:$(M)/report/index.html:$(call list,$(REPORTED))
 evaluate: $(BUILD)/programs.mk $(M)/evaluate/metrics.json ## accuracy against the truth of SITE, where there is one
 	@$(call say,metrics: $(M)/evaluate/metrics.json)
 report: $(BUILD)/programs.mk $(M)/report/index.html ## one page: pictures, time and memory of each stage, accuracy
@@ -356,8 +376,8 @@ help: ## this page
 	echo; echo "Variables (now):"; \
 	sed -nE 's/^## ([A-Z][A-Z_ ]*) +(.*)$$/  \1 \t\2/p' Makefile | expand -t 14; \
 	echo; echo "  SITE=$(SITE) PROFILE=$(PROFILE) SEED=$(SEED) DATA=$(DATA) MAPS=$(MAPS) THREADS=$(THREADS)"; \
-	echo "  sites:    $(notdir $(basename $(wildcard $(SITES)/*.toml)))"; \
-	echo "  profiles: $(filter-out sites,$(notdir $(wildcard configs/*)))"; echo; \
+	echo "  sites:    "$(call quote,$(notdir $(basename $(wildcard $(SITES)/*.toml)))); \
+	echo "  profiles: "$(call quote,$(filter-out sites,$(notdir $(wildcard configs/*)))); echo; \
 	echo "make -n lists only the first of several stale stages (a trait of grouped targets): use make why."
 
 deps: ## install the Debian packages that are missing

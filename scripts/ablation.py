@@ -18,8 +18,10 @@ from pathlib import Path
 
 from evaluate import evaluate_queries, match_with_truth
 from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.site import put_between, read_json, read_text
-from nightmap_eval.trajectory import read_tum
+from nightmap_eval.reading import read_object, read_text
+from nightmap_eval.stages import RECEIPT
+from nightmap_eval.site import put_between
+from nightmap_eval.trajectory import read_truth, read_tum
 
 BEGIN, END = "<!-- ablation:begin -->", "<!-- ablation:end -->"
 MAX_GAP_NS = 20_000_000
@@ -71,7 +73,7 @@ class Site:
         if not truth.exists() or not (self.folder / "localize" / "queries.csv").exists():
             raise DataError(f"{self.folder}: no located queries with a truth; run make localize SITE={name}")
         estimate = read_tum(self.folder / "pose_graph" / "trajectory.tum")
-        self.map_pair = match_with_truth(estimate, read_tum(truth), MAX_GAP_NS)
+        self.map_pair = match_with_truth(estimate, read_truth(truth), MAX_GAP_NS)
         self.config = read_text(self.folder / "config" / "localize.toml")
 
     def run(self, options, work):
@@ -94,7 +96,7 @@ class Site:
             raise DataError(f"{' '.join(map(str, command))}\n{run.stdout}\nthe run failed, see above")
         truth = self.folder / "frames" / "query_ground_truth.tum"
         figures = evaluate_queries(work / "queries.csv", truth, self.map_pair, MAX_GAP_NS)
-        parts = {part["name"]: part["wall_time_s"] for part in read_json(work / "receipt.json")["parts"]}
+        parts = {part["name"]: part["wall_time_s"] for part in read_object(work / "receipt.json", RECEIPT)["parts"]}
         return figures, parts["locate"] / max(1, figures["num_queries"])
 
 

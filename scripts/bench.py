@@ -12,14 +12,15 @@ Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
 import argparse
-import re
 import shutil
 import subprocess
 import time
 from pathlib import Path
 
 from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.site import put_between, read_json, read_text
+from nightmap_eval.lists import read_shards
+from nightmap_eval.reading import read_object
+from nightmap_eval.site import put_between
 from nightmap_eval.stages import StageResult
 
 BEGIN, END = "<!-- bench:begin -->", "<!-- bench:end -->"
@@ -73,20 +74,19 @@ class Case:
     def yardstick_s_per_frame(self):
         """Frames are listed first, then described: the list is not part of the yardstick."""
         limit = min(self.num_frames or YARDSTICK_FRAMES, YARDSTICK_FRAMES)
-        listed = self.folder / "yardstick" / self.site / "frames" / "shards.mk"
+        listed = self.folder / "yardstick" / self.site / "frames" / "shards.txt"
         self.make("yardstick", YARDSTICK, limit, str(listed))
         features = listed.parent.parent / "features"
-        shards = re.findall(r"\d{4,}", read_text(listed))
-        goals = (f"{features}/shard_{shard}.h5" for shard in shards)
+        goals = (f"{features}/shard_{shard}.h5" for shard in read_shards(listed.parent.parent))
         wall_time_s = self.make("yardstick", YARDSTICK, limit, *goals)
-        return wall_time_s / read_json(listed.parent / "report.json")["num_frames"]
+        return wall_time_s / read_object(listed.parent / "report.json", {"num_frames": int})["num_frames"]
 
     def row(self):
         site = self.folder / "map" / self.site
         s_per_frame = self.yardstick_s_per_frame()
         total_s = self.make("map", "", self.num_frames, str(site / "pose_graph" / "trajectory.tum"))
         stages = [StageResult(site / name) for name in STAGES]
-        num_frames = read_json(site / "pose_graph" / "report.json")["num_frames"]
+        num_frames = read_object(site / "pose_graph" / "report.json", {"num_frames": int})["num_frames"]
         yardstick_s = s_per_frame * num_frames
         peak = max(stages, key=lambda stage: stage.peak_memory_bytes())
         return [

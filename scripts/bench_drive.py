@@ -12,7 +12,6 @@ Prints counts and the spread of the figures. Exit codes: 0 all drives are right;
 
 import argparse
 import collections
-import json
 import re
 import subprocess
 import sys
@@ -22,6 +21,7 @@ import numpy as np
 
 from nightmap_eval.errors import DataError, run_main
 from nightmap_eval.grid import FREE, OCCUPIED, read_grid
+from nightmap_eval.reading import read_object, using
 
 MAX_POSITION_ERROR_M, MAX_HEADING_ERROR_DEG = 0.05, 5.0
 ROUNDING = 2e-6  # of what drive.csv and path.csv print
@@ -72,11 +72,12 @@ class Drive:
     """What drive.csv says, judged without the drive program."""
 
     def __init__(self, folder, path):
-        values = np.loadtxt(folder / "drive.csv", delimiter=",", skiprows=1, ndmin=2)
-        self.times_s, self.x, self.y, self.heading, self.v, self.omega = values.T
+        with using(folder / "drive.csv"):
+            values = np.loadtxt(folder / "drive.csv", delimiter=",", skiprows=1, ndmin=2)
+            self.times_s, self.x, self.y, self.heading, self.v, self.omega = values.T
         self.times_s = self.times_s / 1e9
         self.path = path
-        report = json.loads((folder / "report.json").read_text())
+        report = read_object(folder / "report.json", {"config": str})
         self.config = report.pop("config")
         self.figures = report
 

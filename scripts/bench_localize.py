@@ -23,7 +23,9 @@ import numpy as np
 
 from nightmap_eval import padded_map
 from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.site import put_between, read_csv, read_json
+from nightmap_eval.reading import read_object
+from nightmap_eval.site import put_between, read_csv
+from nightmap_eval.stages import RECEIPT
 
 BEGIN, END = "<!-- bench_localize:begin -->", "<!-- bench_localize:end -->"
 SIZES = (20_000, 50_000, 100_000, 200_000, 500_000)
@@ -75,9 +77,9 @@ class Run:
     """One run of localize: seconds of its parts, and the positions of the located queries."""
 
     def __init__(self, folder):
-        receipt = read_json(folder / "receipt.json")
+        receipt = read_object(folder / "receipt.json", RECEIPT)
         self.parts_s = {}
-        for part in receipt["parts"]:
+        for part in receipt.get("parts", []):
             self.parts_s[part["name"]] = self.parts_s.get(part["name"], 0) + part["wall_time_s"]
         rows = read_csv(folder / "queries.csv", ("query_idx", "status", "tx_m", "ty_m", "tz_m"))
         self.num_queries = len(rows)

@@ -58,7 +58,10 @@ def run_once(arguments, case, voxel_cm, options):
     run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if run.returncode != 0:
         raise DataError(f"{' '.join(command)}\n{run.stdout}\nthe run failed, see above")
-    return json.loads(run.stdout)
+    try:
+        return json.loads(run.stdout)
+    except ValueError:
+        raise DataError(f"{' '.join(command)}\n{run.stdout}\nthe benchmark printed no figures; build it again") from None
 
 
 def measure(arguments, case, voxel_cm, folder):

@@ -18,7 +18,9 @@ import subprocess
 from pathlib import Path
 
 from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.site import put_between, read_text
+from nightmap_eval.lists import near, read_tiles
+from nightmap_eval.reading import read_text, using
+from nightmap_eval.site import put_between
 from nightmap_eval.stages import StageResult
 
 BEGIN, END = "<!-- bench_tiles:begin -->", "<!-- bench_tiles:end -->"
@@ -38,22 +40,28 @@ def parse_arguments():
     return parser.parse_args()
 
 
+def pose(line, frames):
+    """Time, x, y, the rest of a line of keyframes.tum, and the row of its frame."""
+    time_s, x_m, y_m, *rest = line.split()
+    seconds, _, fraction = time_s.partition(".")
+    time_ns = int(seconds) * 10**9 + int(fraction.ljust(9, "0"))
+    return time_ns, float(x_m), float(y_m), rest, frames[time_ns]
+
+
 class Original:
     """Keyframes of a site: poses (time, position, rest of the line) and the rows of their frames."""
 
     def __init__(self, site_dir):
         frames = {}
         for path in sorted((site_dir / "frames").glob("shard_*.csv")):
-            self.header, *rows = csv.reader(read_text(path).splitlines())
-            frames |= {int(row[1]): row for row in rows}
-        self.poses = []
-        for line in read_text(site_dir / "pose_graph" / "keyframes.tum").splitlines():
-            if line.startswith("#"):
-                continue
-            time_s, x_m, y_m, *rest = line.split()
-            seconds, _, fraction = time_s.partition(".")
-            time_ns = int(seconds) * 10**9 + int(fraction.ljust(9, "0"))
-            self.poses.append((time_ns, float(x_m), float(y_m), rest, frames[time_ns]))
+            with using(path):
+                self.header, *rows = csv.reader(read_text(path).splitlines())
+                frames |= {int(row[1]): row for row in rows}
+        keyframes = site_dir / "pose_graph" / "keyframes.tum"
+        with using(keyframes):
+            self.poses = [pose(line, frames) for line in read_text(keyframes).splitlines() if not line.startswith("#")]
+        if not self.poses:
+            raise DataError(f"{keyframes}: no keyframe to repeat")
         self.duration_ns = self.poses[-1][0] - self.poses[0][0] + 10**9
         self.width_m = self.extent_m(1)
         self.height_m = self.extent_m(2)
@@ -102,18 +110,14 @@ class Bench:
         name, _, path = port.partition("=")
         return f"{name}={folder / path}"
 
-    def listed(self, variable):
-        lines = [line.split() for line in read_text(self.folder / "tiles" / "tiles.mk").splitlines()]
-        return next(words[2:] for words in lines if words[0] == variable)
-
     def tiles(self):
-        return self.listed("TILES")
+        return read_tiles(self.folder)
 
     def run_stage(self, stage):
         data = f"data={self.arguments.data.resolve()}"
         if stage == "tiles":
             inputs = ["frames=frames.csv", f"cameras={self.cameras()}", "keyframes=keyframes.tum"]
-            self.run("tiles", "", inputs, ["tiles_mk=tiles.mk"])
+            self.run("tiles", "", inputs, ["tiles=tiles.txt"])
         elif stage == "point_cloud":
             for tile in self.tiles():
                 inputs = [f"tile=tiles/tile_{tile}.json", "cameras=tiles/cameras.json", data]
@@ -124,8 +128,8 @@ class Bench:
             self.run(stage, "", inputs, ["cloud=cloud.ply"])
         elif stage == "octree":
             for tile in self.tiles():
-                near = [f"cloud=point_cloud/tile_{other}.ply" for other in self.listed(f"NEAR_{tile}")]
-                inputs = [f"tile=tiles/tile_{tile}.json", "cameras=tiles/cameras.json", data, *near]
+                clouds = [f"cloud=point_cloud/tile_{other}.ply" for other in near(tile, set(self.tiles()))]
+                inputs = [f"tile=tiles/tile_{tile}.json", "cameras=tiles/cameras.json", data, *clouds]
                 self.run(stage, f"_{tile}", inputs, [f"tile_ot=tile_{tile}.ot"])
             inputs = [port for tile in self.tiles() for port in (
                 f"tile=tiles/tile_{tile}.json", f"tile_ot=octree/tile_{tile}.ot",

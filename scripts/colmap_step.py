@@ -33,7 +33,8 @@ from nightmap_eval.colmap_files import camera_parameters, read_images, read_mode
 from nightmap_eval.colmap_run import ColmapFailed, Step, require
 from nightmap_eval.errors import DataError, run_main
 from nightmap_eval.queries import refuse_mapped_queries
-from nightmap_eval.site import Frames, read_csv, read_json
+from nightmap_eval.reading import read_object
+from nightmap_eval.site import Frames, read_csv
 from nightmap_eval.trajectory import read_tum
 
 MAX_EXHAUSTIVE = 100
@@ -43,6 +44,7 @@ NUM_RETRIEVED_FOR_QUERY = 100
 NUM_RETRIEVED = 30
 # What vocab_tree_retriever prints: a line a query, then one for each image it found, best first.
 QUERYING, FOUND = re.compile(r"Querying for image "), re.compile(r"image_id=(\d+), image_name=")
+CAMERAS = {"cameras": [{"color": dict}]}
 INTRINSICS = ("focal_length", "principal_point", "extra_params")
 FIXED_MAPPER = {f"Mapper__ba_refine_{name}": 0 for name in INTRINSICS}
 FIXED_ADJUSTER = {f"BundleAdjustment__refine_{name}": 0 for name in INTRINSICS}
@@ -68,7 +70,7 @@ class Work:
     def calibrate(self, database):
         """Puts in the cameras that belong to nightmap's poses: its focal lengths may differ from the configured."""
         configured, calibrated = (
-            [camera["color"] for camera in read_json(self.site_dir / stage / "cameras.json")["cameras"]]
+            [camera["color"] for camera in read_object(self.site_dir / stage / "cameras.json", CAMERAS)["cameras"]]
             for stage in ("frames", "pose_graph")
         )
         replace_cameras(database, configured, calibrated)
@@ -92,7 +94,7 @@ class Work:
                     f"{row['color_path']}: COLMAP cannot read a frame of a video or a name with a space; "
                     "store the pictures one by one"
                 )
-        cameras = read_json(self.site_dir / "frames" / cameras)["cameras"]
+        cameras = read_object(self.site_dir / "frames" / cameras, CAMERAS)["cameras"]
         for idx in sorted({int(row["camera_idx"]) for row in rows}):
             names = [row["color_path"] for row in rows if int(row["camera_idx"]) == idx]
             model, parameters = camera_parameters(cameras[idx]["color"])

@@ -22,17 +22,17 @@ from nightmap_eval.metrics import query_summary, trajectory_metrics
 from nightmap_eval.ply import read_ply
 from nightmap_eval.queries import VERDICTS, read_located
 from nightmap_eval.query_errors import PROTOCOLS
+from nightmap_eval.reading import check, read_toml
 from nightmap_eval.site import (
     Frames,
     bridged_frames,
     frames_apart,
     num_unusable_frames,
-    read_toml,
     to_json,
     write_atomic,
 )
 from nightmap_eval.surfaces import cloud_metrics
-from nightmap_eval.trajectory import associate, path_length_m, read_tum
+from nightmap_eval.trajectory import associate, path_length_m, read_truth, read_tum
 
 
 def parse_arguments():
@@ -102,7 +102,7 @@ def query_rows(rows, times_ns, errors):
     result = []
     for row, time_ns in zip(rows, times_ns):
         entry = {name: row[name] for name in ("color_path", "status", "reason")}
-        entry["query_idx"] = int(row["query_idx"])
+        entry["query_idx"] = int(row["query_idx"])  # read_located saw that it is one
         result.append(entry | errors.get(int(time_ns), {}))
     return result
 
@@ -140,7 +140,7 @@ def evaluate_queries(path, truth_path, map_pair, max_gap_ns):
     }
     errors = {}
     if truth_path.exists() and map_pair is not None:
-        truth = read_tum(truth_path)
+        truth = read_truth(truth_path)
         by_protocol, errors = query_errors(
             located, truth, with_truth(times_ns, truth, max_gap_ns), map_pair
         )
@@ -156,7 +156,7 @@ def evaluate_loops(site_dir, frames, max_gap_ns):
     truth_path = site_dir / "frames" / "ground_truth.tum"
     measured = site_dir / "matches" / "loops.h5"
     if truth_path.exists() and measured.exists():
-        truth = read_tum(truth_path)
+        truth = read_truth(truth_path)
         pairs = associate(frames.times_ns, truth.times_ns, max_gap_ns)
         known, truth = frames.frame_idxs[pairs[:, 0]], truth.select(pairs[:, 1])
         figures |= loop_metrics(rows, read_relative_poses(measured), known, truth)
@@ -172,7 +172,9 @@ def truth_folder(arguments):
         if arguments.site_config:
             raise DataError(f"{config}: no such site config")
         return None
-    return arguments.data / read_toml(config).get("root", ".") / "truth"
+    site = read_toml(config)
+    check(site, {"?root": str}, str(config))
+    return arguments.data / site.get("root", ".") / "truth"
 
 
 def evaluate_map(site_dir, truth_dir, alignment):
@@ -207,7 +209,7 @@ def evaluate(arguments):
     truth_path, map_pair, alignment = site_dir / "frames" / "ground_truth.tum", None, None
     metrics["has_ground_truth"] = truth_path.exists()
     if truth_path.exists():
-        map_pair = match_with_truth(estimate, read_tum(truth_path), max_gap_ns)
+        map_pair = match_with_truth(estimate, read_truth(truth_path), max_gap_ns)
         metrics["trajectory"], alignment = evaluate_trajectory(frames, *map_pair)
     queries = site_dir / "localize" / "queries.csv"
     if queries.exists():

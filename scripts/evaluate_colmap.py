@@ -29,7 +29,7 @@ from nightmap_eval.grid import read_grid
 from nightmap_eval.queries import read_located, refuse_mapped_queries
 from nightmap_eval.query_errors import PROTOCOLS
 from nightmap_eval.site import Frames, hash_if_there, put_between, to_json, write_atomic
-from nightmap_eval.trajectory import read_tum
+from nightmap_eval.trajectory import read_truth, read_tum
 
 # Of COLMAP: the step that makes the map, the step that puts the queries into it.
 VARIANTS = {
@@ -74,7 +74,7 @@ class Site:
     def truth(self):
         """The truth as a Part, or None."""
         paths = [self.dir / name for name in TRUTH]
-        return Part(*map(read_tum, paths)) if all(path.exists() for path in paths) else None
+        return Part(*map(read_truth, paths)) if all(path.exists() for path in paths) else None
 
     def locate_by_colmap(self, name):
         map_step, query_step = VARIANTS[name]

@@ -18,10 +18,10 @@ packages=(
   python3-matplotlib   # report: plots
   python3-pil          # report: thumbnails of query pictures
   libeigen3-dev        # geometry
-  libopencv-dev        # features, RANSAC, images
+  libopencv-dev        # descriptors, optical flow, P3P, videos, drawing
   libceres-dev         # pose graph
   libsuitesparse-dev   # bundle adjustment: sparse Cholesky factorization
-  libpcl-dev           # point cloud: voxel filter, normals
+  libpcl-dev           # tests: the neighbours that those of the cloud are compared with
   libnanoflann-dev     # localize: nearest landmarks in space
   liboctomap-dev       # octree
   octomap-tools        # tests: convert_octree reads the octrees we write

@@ -13,11 +13,12 @@ from pathlib import Path
 
 from nightmap_eval import html
 from nightmap_eval.errors import DataError, run_main
+from nightmap_eval.metrics_file import read_metrics
 from nightmap_eval.report_comparison import comparison_section
 from nightmap_eval.report_map import map_sections
 from nightmap_eval.report_queries import query_section
 from nightmap_eval.report_run import run_sections, summary
-from nightmap_eval.site import read_json, write_atomic
+from nightmap_eval.site import write_atomic
 from nightmap_eval.stages import read_stages
 
 
@@ -32,8 +33,7 @@ def parse_arguments():
 def make_report(site_dir, data):
     if not site_dir.is_dir():
         raise DataError(f"{site_dir}: no such folder; run `make map` first")
-    metrics_path = site_dir / "evaluate" / "metrics.json"
-    metrics = read_json(metrics_path) if metrics_path.exists() else {}
+    metrics = read_metrics(site_dir / "evaluate" / "metrics.json")
     stages = read_stages(site_dir)
     sections = [
         *map_sections(site_dir, metrics),

@@ -26,11 +26,16 @@ import glob
 import hashlib
 import json
 import os
+import re
 import shlex
 import sys
 import time
 import tomllib
 
+MAX_INTEGER = 2**63 - 1
+# What a receipt may be called, and what reading a damaged one raises.
+RECEIPT = re.compile(r"(?:synthesize_)?receipt((?:_\d{4,}|_-?\d+_-?\d+|_loops)?)\.json", re.ASCII)
+DAMAGED = (OSError, ValueError, LookupError, TypeError, AttributeError, StopIteration, ArithmeticError, RecursionError)
 HEADER = "# Written by scripts/resolve_config.py; edit configs/ or use SET instead.\n"
 LEFT_BEHIND_S = 3600  # the age of a temporary file that nobody writes any more
 
@@ -43,7 +48,11 @@ def load(path):
     try:
         with open(path, "rb") as file:
             return tomllib.load(file)
-    except tomllib.TOMLDecodeError as error:
+    except RecursionError:
+        raise ConfigError(f"{path}: not valid TOML: nested too deep")
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: not valid TOML: not UTF-8 text; store it as UTF-8")
+    except ValueError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}")
 
 
@@ -64,12 +73,23 @@ def canonical(config):
 def like(default, value, where):
     """`value` with the type of `default`, so that 1 and 1.0 mean the same to a float option."""
     if isinstance(default, list) and isinstance(value, list):
-        return [like(default[0], item, where) if default else item for item in value]
+        return [like(default[0], item, where) if default else plain(item, where) for item in value]
     if isinstance(default, float) and type(value) is int:
         return float(value)
+    if type(value) is int and abs(value) > MAX_INTEGER:
+        raise ConfigError(f"{where} is larger than any whole number here: {toml_value(value)[:30]}...")
     if type(default) is not type(value):
         raise ConfigError(f"{where} must be like its default {toml_value(default)}, "
-                          f"but is {toml_value(value)}")
+                          f"but is {toml_value(value)[:100]}")
+    return value
+
+
+def plain(value, where):
+    """An item of a list without a default: a number, a text, or a list of them."""
+    if isinstance(value, list):
+        return [plain(item, where) for item in value]
+    if not isinstance(value, (bool, int, float, str)):
+        raise ConfigError(f"{where}: {value!r} is neither a number, a text nor a list")
     return value
 
 
@@ -79,7 +99,7 @@ def parse_value(text, default):
         return text
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return text
 
 
@@ -91,6 +111,14 @@ def split_set(text, stages):
     if stage not in stages:
         raise ConfigError(f"SET: '{text}': no stage '{stage}'; stages: {', '.join(stages)}")
     return stage, key, value
+
+
+def words(name, groups):
+    """The words of a variable of make, which a shell's quotation marks may hold together."""
+    try:
+        return [word for group in groups for word in shlex.split(group)]
+    except ValueError as error:
+        raise ConfigError(f"{name}: {' '.join(groups)}: {str(error).lower()}")
 
 
 def check_keys(config, default, where):
@@ -128,7 +156,7 @@ def effective_configs(arguments):
         check_keys(config, defaults[stage], where)
         for key, value in config.items():
             configs[stage][key] = like(defaults[stage][key], value, f"{where}: {key}")
-    for text in [item for group in arguments.set for item in shlex.split(group)] + arguments.value:
+    for text in words("SET", arguments.set) + arguments.value:
         stage, key, value = split_set(text, list(configs))
         check_keys({key: value}, defaults[stage], f"SET: {stage}")
         default = defaults[stage][key]
@@ -141,12 +169,15 @@ def receipt_paths(arguments, stage):
     if stage == "synthesize":
         site = os.path.basename(arguments.site).removesuffix(".toml")
         return glob.glob(os.path.join(glob.escape(arguments.data), site, "synthesize_receipt.json"))
-    return sorted(glob.glob(os.path.join(glob.escape(os.path.dirname(arguments.out)), stage, "receipt*.json")))
+    found = sorted(glob.glob(os.path.join(glob.escape(os.path.dirname(arguments.out)), stage, "receipt*.json")))
+    return [path for path in found if RECEIPT.fullmatch(os.path.basename(path))]
 
 
 def read_receipt(path):
     """The receipt, and whether its run was committed to the end: the receipt is renamed last, so an
     output newer than it is of a later run that was killed. Folders may have been moved since."""
+    if not os.path.isfile(path):
+        raise ValueError(f"{path}: not a file")
     with open(path, encoding="utf-8") as file:
         receipt = json.load(file)
     report = os.path.basename(path).replace("receipt", "report")
@@ -166,7 +197,7 @@ def made_with(arguments, stage, config):
             if not whole or tomllib.loads(receipt["config"]) != config:
                 return None
             starts.append(calendar.timegm(time.strptime(receipt["start_time"], "%Y-%m-%dT%H:%M:%SZ")))
-        except (OSError, ValueError, KeyError, StopIteration):
+        except DAMAGED:
             return None
     return min(starts) * 10**9 if starts else None
 
@@ -177,11 +208,18 @@ def interrupted(arguments, stages):
         for path in receipt_paths(arguments, stage):
             try:
                 _, whole = read_receipt(path)
-            except (OSError, ValueError, KeyError, StopIteration):
+            except DAMAGED:
                 whole = False
             if not whole:
-                suffix = os.path.basename(path).removesuffix(".json").partition("receipt")[2]
-                yield stage + suffix
+                yield stage + RECEIPT.fullmatch(os.path.basename(path))[1]
+
+
+def has_text(path, text):
+    """Whether a file of an earlier call holds this text; one that is damaged does not."""
+    if not os.path.isfile(path):
+        return False
+    with open(path, "rb") as file:
+        return file.read() == text.encode("utf-8", "surrogatepass")
 
 
 def write(path, text, mtime_ns=None):
@@ -205,7 +243,7 @@ def settle(configs, arguments):
         text = canonical(config)
         current = os.path.join(arguments.out, stage + ".toml")
         target = os.path.join(folder, stage + ".toml")
-        same = os.path.exists(current) and open(current, encoding="utf-8").read() == text
+        same = has_text(current, text)
         if same and not arguments.preview:
             continue
         mtime_ns = (os.stat(current).st_mtime_ns if same else
@@ -229,9 +267,26 @@ def tables(site, name, arguments):
     return found
 
 
+def check_site(arguments):
+    """What is read of the site config here has its type; the frames stage checks all of it."""
+    site = load(arguments.site)
+
+    def check_text(table, names, where):
+        for name in names:
+            if not isinstance(table.get(name, ""), str):
+                raise ConfigError(f"{arguments.site}: {name}{where} must be text in quotation marks")
+
+    check_text(site, ("root",), "")
+    for kind in ("sequence", "query"):
+        for table in tables(site, kind, arguments):
+            if not isinstance(table, dict):
+                raise ConfigError(f"{arguments.site}: '{kind}' must be written as [[{kind}]]")
+            check_text(table, ("folder", "pictures", "ground_truth", "accelerometer"), f" of [[{kind}]]")
+
+
 def query_tables(root, arguments):
     """The [[query]] of each path of --query."""
-    paths = [path for group in arguments.query for path in shlex.split(group)]
+    paths = words("QUERY", arguments.query)
     camera = {"camera": arguments.camera} if arguments.camera else {}
     if arguments.fov_deg:
         try:
@@ -283,29 +338,54 @@ def settle_site(text, site, arguments):
 
 
 def file_state(path):
-    """(path, size, time)"""
-    status = os.stat(path)
+    """(path, size, time); of what cannot be looked at, as a link to nowhere, the kind of error. Whether it
+    matters the frames stage says."""
+    try:
+        status = os.stat(path)
+    except OSError as error:
+        return path, error.errno, 0
     return path, status.st_size, status.st_mtime_ns
 
 
-def recording_files(folder):
-    """The state of every file below a folder, hidden ones left out."""
-    for entry in os.scandir(folder):
+def recording_files(folder, seen):
+    """The state of every file below a folder, hidden ones left out. `seen` are the folders that were looked
+    into: links may lead in a circle."""
+    try:
+        status = os.stat(folder)
+        if (status.st_dev, status.st_ino) in seen:
+            return
+        seen.add((status.st_dev, status.st_ino))
+        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+    except OSError:
+        yield file_state(folder) + ("not readable",)
+        return
+    for entry in entries:
         if entry.name.startswith("."):
             continue
-        if entry.is_dir():
-            yield from recording_files(entry.path)
+        if is_folder(entry):
+            yield from recording_files(entry.path, seen)
         else:
             yield file_state(entry.path)
+
+
+def is_folder(entry):
+    try:
+        return entry.is_dir()
+    except OSError:  # a link to itself
+        return False
 
 
 def picture_files(path):
     """The files of a folder, list or file of pictures: they, and cameras.csv beside them."""
     if os.path.isdir(path):
-        return [entry.path for entry in os.scandir(path) if entry.is_file() and not entry.name.startswith(".")]
+        try:
+            names = [name for name in os.listdir(path) if not name.startswith(".")]
+        except OSError as error:
+            raise ConfigError(f"{path}: {error.strerror}: make the folder readable")
+        return [file for file in (os.path.join(path, name) for name in names) if os.path.isfile(file)]
     names = ["cameras.csv"]
-    if path.lower().endswith(".txt"):
-        with open(path, encoding="utf-8") as file:
+    if path.lower().endswith(".txt") and os.path.isfile(path):
+        with open(path, encoding="utf-8", errors="surrogateescape") as file:
             names += [line.strip() for line in file if line.strip() and not line.lstrip().startswith("#")]
     beside = [os.path.join(os.path.dirname(path), name) for name in names]
     return [path] + [file for file in beside if os.path.isfile(file)]
@@ -332,13 +412,14 @@ def settle_recordings(site, arguments):
                               f"datasets.md says where to get each recording; DATA={arguments.data} "
                               "is the folder it is looked for in")
     files = {file_state(path) for path in extra.union(*map(picture_files, pictures))}
-    for folder in folders:
-        files.update(recording_files(folder))
+    seen = set()
+    for folder in sorted(folders):
+        files.update(recording_files(folder, seen))
     files = {(os.path.relpath(path, arguments.data), *rest) for path, *rest in files}
     digest = hashlib.sha256(repr(sorted(files)).encode()).hexdigest()
     text = f"{len(files)} files {digest}\n"
     current = os.path.join(arguments.out, "recordings")
-    same = os.path.exists(current) and open(current, encoding="utf-8").read() == text
+    same = has_text(current, text)
     if same and not arguments.preview:
         return current
     target = os.path.join(arguments.preview or arguments.out, "recordings")
@@ -364,24 +445,35 @@ def parse_arguments():
     return parser.parse_args()
 
 
+def refuse(error):
+    message = str(error).encode("utf-8", "backslashreplace").decode()
+    print(f"nightmap: {message}", file=sys.stderr)
+    return 2
+
+
 def main():
     arguments = parse_arguments()
     try:
-        if not arguments.seed.isdigit():
+        if not (arguments.seed.isascii() and arguments.seed.isdigit() and len(arguments.seed) < 19):
             raise ConfigError(f"SEED={arguments.seed}: give a whole number")
         arguments.seed = int(arguments.seed)
         if not os.path.exists(arguments.site):
-            known = sorted(os.listdir(os.path.dirname(arguments.site)))
+            folder = os.path.dirname(arguments.site)
+            known = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
             raise ConfigError(f"no site config {arguments.site}; sites: "
                               + ", ".join(name[:-5] for name in known if name.endswith(".toml")))
         configs = effective_configs(arguments)
+        check_site(arguments)
         text, site = effective_site(arguments)
         settle(configs, arguments)
         settle_site(text, site, arguments)
         recordings = settle_recordings(site, arguments)
-    except (ConfigError, OSError, ValueError) as error:
-        print(f"nightmap: {error}", file=sys.stderr)
-        return 2
+    except OSError as error:
+        return refuse(f"{error.filename}: {error.strerror}: correct its permissions or its place")
+    except RecursionError:
+        return refuse("a value of configs/ or SET is nested too deep: correct what you changed last")
+    except (ConfigError, ValueError) as error:
+        return refuse(error)
     print(recordings, *("interrupted=" + run for run in interrupted(arguments, configs)))
     return 0
 

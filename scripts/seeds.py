@@ -18,7 +18,9 @@ from pathlib import Path
 
 from nightmap_eval.errors import DataError, run_main
 from nightmap_eval.metrics import RECALL_THRESHOLDS
-from nightmap_eval.site import put_between, read_json
+from nightmap_eval.metrics_file import UNKNOWN_OR_NUMBER
+from nightmap_eval.reading import check, read_json
+from nightmap_eval.site import put_between
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 BEGIN, END = "<!-- accuracy:begin -->", "<!-- accuracy:end -->"
@@ -89,7 +91,10 @@ def collect(arguments, site):
         maps = arguments.maps / f"seed_{seed}"
         if not arguments.no_run:
             run_make(site, seed, maps, arguments.data)
-        metrics.append(read_json(maps / site / "evaluate" / "metrics.json"))
+        path = maps / site / "evaluate" / "metrics.json"
+        metrics.append(read_json(path))
+        for _, dotted, *_ in COLUMNS:
+            check(look_up(metrics[-1], dotted), UNKNOWN_OR_NUMBER, f"{path}: {dotted}")
     return metrics
 
 

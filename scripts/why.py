@@ -6,10 +6,12 @@ Reads the Makefile's rules on stdin, one a line: NAME:OUTPUT,OUTPUT:INPUT,INPUT 
 -n` cannot answer this: through grouped targets it stops at the first stale stage.
 """
 import argparse
-import json
 import os
 import sys
 import tomllib
+
+from nightmap_eval.errors import DataError, run_main
+from nightmap_eval.reading import read_object, read_toml, using
 
 
 def read_rules(lines):
@@ -42,14 +44,17 @@ def in_order(rules):
 def config_change(path, out):
     """What differs between a previewed or rewritten config and the one of the stage's report."""
     stage = os.path.basename(path)[:-5]
-    receipts = [os.path.join(out, stage, name) for name in sorted(os.listdir(os.path.join(out, stage)))
-                if name.startswith("report")] if os.path.isdir(os.path.join(out, stage)) else []
-    if not receipts:
+    reports = [os.path.join(out, stage, name) for name in sorted(os.listdir(os.path.join(out, stage)))
+               if name.startswith("report")] if os.path.isdir(os.path.join(out, stage)) else []
+    if not reports:
         return ""
-    with open(receipts[0], encoding="utf-8") as file:
-        old = tomllib.loads(json.load(file).get("config", ""))
-    with open(path, "rb") as file:
-        new = tomllib.load(file)
+    try:
+        report = read_object(reports[0], {"?config": str})
+        with using(reports[0]):
+            old = tomllib.loads(report.get("config", ""))
+    except (DataError, OSError):
+        return " (what changed cannot be told: the stage's report is damaged)"
+    new = read_toml(path)
     changes = [f"{key} {old.get(key)} -> {new[key]}" for key in sorted(new) if old.get(key) != new[key]]
     return f" ({', '.join(changes)})" if changes else ""
 
@@ -63,7 +68,9 @@ def reasons(rule, stale, out):
     oldest = min(outputs, key=lambda path: os.stat(path).st_mtime_ns)
     time_ns = os.stat(oldest).st_mtime_ns
     for path in inputs:
-        if path in stale:
+        if path == "FORCE":
+            found.append("its last run was not finished, or a file of its list is lost or damaged")
+        elif path in stale:
             found.append(f"{path} will be remade")
         elif not os.path.exists(path):
             found.append(f"{path} does not exist")
@@ -93,8 +100,7 @@ def main():
         print("(after frames, shards whose list of frames is the same are left alone)")
     if any(rule[0] == "tiles" and rule[1][0] in stale for rule in rules):
         print("(after tiles, those whose list of keyframes is the same are left alone)")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_main(main)

@@ -19,12 +19,16 @@ import time
 import weakref
 
 from nightmap_eval.errors import DataError
-from nightmap_eval.site import read_json
+from nightmap_eval.reading import NUMBER, read_object
 from nightmap_eval.writing_folder import WritingFolder
 
 # What COLMAP prints as it goes on.
 PROGRESS = re.compile(r"\[\d+/\d+|Registering image|Triangulating image|Bundle adjustment|Retriangulation")
 SHOW_EVERY_S = 5.0
+RECEIPT = {
+    "colmap": str, "threads": int, "failed": (str, type(None)), "?matching": str,
+    "parts": [{"name": str, "wall_time_s": NUMBER, "?cpu_time_s": NUMBER}],
+}  # fmt: skip
 LONG_AGO_S = 10**6
 
 
@@ -140,7 +144,7 @@ class Step:
 
 
 def read_receipt(folder):
-    return read_json(folder / "receipt.json")
+    return read_object(folder / "receipt.json", RECEIPT, "delete its folder and run make evaluate-colmap again")
 
 
 def require(folder):

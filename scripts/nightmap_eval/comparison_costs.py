@@ -7,7 +7,7 @@ nightmap's stages up to the trajectory are parts of it. What only the cloud and 
 """
 
 from nightmap_eval.colmap_run import read_receipt
-from nightmap_eval.site import read_json
+from nightmap_eval.reading import read_object
 from nightmap_eval.stages import StageResult
 
 POSE_STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph")
@@ -38,7 +38,7 @@ def _stage_times_s(site_dir, stages):
 def nightmap_costs(site_dir, num_queries):
     map_parts = _stage_times_s(site_dir, (*POSE_STAGES, "landmarks"))
     files = [site_dir / "landmarks" / "landmarks.h5", site_dir / "vocabulary" / "vocabulary.h5"]
-    report = read_json(site_dir / "landmarks" / "report.json")
+    report = read_object(site_dir / "landmarks" / "report.json", {"num_landmarks": int})
     size = sum(path.stat().st_size for path in files)
     query_parts, query_cpu_s = _stage_times_s(site_dir, ("localize",)), StageResult(site_dir / "localize").cpu_time_s()
     costs = _costs(map_parts, query_parts, query_cpu_s, num_queries)

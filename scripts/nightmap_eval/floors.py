@@ -5,37 +5,47 @@ import numpy as np
 
 from nightmap_eval.errors import DataError
 from nightmap_eval.grid import compare_with_plan, read_grid
-from nightmap_eval.site import read_json, read_toml
+from nightmap_eval import lists
+from nightmap_eval.reading import NUMBER, read_object, read_toml, using
 from nightmap_eval.structure import Sampler, door_figures, wall_figures
 
 MAX_HEIGHT_ERROR_M = 0.5
 DEFAULT_ROBOT_WIDTH_M = 0.5
+RECORD_AGAIN = "delete the recording and run make again: synthesize makes it anew"
+TRUTH = {
+    "?floors": [{"height_m": NUMBER, "plan": str, "doorways_m": [[NUMBER]]}],
+    "?boxes": [{"label": int, "center_m": [NUMBER], "half_size_m": [NUMBER], "yaw_rad": NUMBER}],
+    "?labels": [str],
+}
 
 
 def read_floors(grid_dir):
     """Rows of floors.json, the lowest first; of a folder without it the one floor of map.yaml."""
-    path = grid_dir / "floors.json"
-    if not path.exists():
+    if not (grid_dir / "floors.json").exists():
         return [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"}]
-    content = read_json(path)
-    if content.get("format") != "nightmap floors" or content.get("version") != 2:
-        raise DataError(f"{path}: not floors.json of this version; run the grid stage again")
-    return content["floors"]
+    return lists.whole(lists.read_floors, grid_dir)
 
 
 def read_true_floors(truth_dir):
     """Floors and boxes of the exact building, and the label of walls."""
     path = truth_dir / "boxes.json"
-    truth = read_json(path) if path.exists() else {}
+    truth = read_object(path, TRUTH, RECORD_AGAIN) if path.exists() else {}
     only = {"height_m": 0.0, "plan": "floor_plan.yaml", "doorways_m": []}
-    return truth.get("floors", [only]), truth.get("boxes", []), truth.get("labels", ["", "wall"]).index("wall")
+    floors, boxes = truth.get("floors", [only]), truth.get("boxes", [])
+    sizes = {len(doorway) for floor in floors for doorway in floor["doorways_m"]} - {4}
+    sizes |= {len(box[name]) for box in boxes for name in ("center_m", "half_size_m")} - {3}
+    if sizes or not floors:
+        raise DataError(f"{path}: a floor, doorway or box that is none; {RECORD_AGAIN}")
+    with using(path, RECORD_AGAIN):
+        return floors, boxes, truth.get("labels", ["", "wall"]).index("wall")
 
 
 def robot_width_m(site_dir):
     """Of the robot that the site plans for."""
     path = site_dir / "config" / "plan.toml"
     config = read_toml(path) if path.exists() else {}
-    return 2 * config["robot_radius_m"] if "robot_radius_m" in config else DEFAULT_ROBOT_WIDTH_M
+    with using(path):
+        return 2 * float(config["robot_radius_m"]) if "robot_radius_m" in config else DEFAULT_ROBOT_WIDTH_M
 
 
 def evaluate_floor(grid, floor, truth_dir, boxes, wall_label, building_from_map, robot_m):

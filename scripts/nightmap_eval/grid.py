@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from nightmap_eval.errors import DataError
-from nightmap_eval.site import read_text
+from nightmap_eval.reading import REMEDY, read_text
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 
@@ -54,11 +54,11 @@ def read_pgm(path):
     data = Path(path).read_bytes()
     header = re.match(rb"P5(?:\s+|\s*#[^\n]*\n)+(\d{1,9})\s+(?:#[^\n]*\n\s*)*(\d{1,9})\s+(\d{1,9})\s", data)
     if not header:
-        raise DataError(f"{path}: not a binary PGM (P5) image")
+        raise DataError(f"{path}: not a binary PGM (P5) image; {REMEDY}")
     width, height, top = (int(word) for word in header.groups())
     pixels = np.frombuffer(data, np.uint8, offset=header.end())
     if top != 255 or len(pixels) != width * height:
-        raise DataError(f"{path}: {len(pixels)} pixels of {width}x{height}, largest value {top}")
+        raise DataError(f"{path}: {len(pixels)} pixels of {width}x{height}, largest value {top}; {REMEDY}")
     return pixels.reshape(height, width)
 
 
@@ -71,7 +71,7 @@ def read_map_yaml(path):
             keys[name.strip()] = value.strip().strip("\"'")
     for name in ("image", "resolution", "origin"):
         if name not in keys:
-            raise DataError(f"{path}: no key {name}")
+            raise DataError(f"{path}: no key {name}; {REMEDY}")
     return keys
 
 
@@ -84,10 +84,10 @@ def read_grid(yaml_path):
         free = float(keys.get("free_thresh", 0.196))
         negate = int(keys.get("negate", 0))
     except ValueError as error:
-        raise DataError(f"{yaml_path}: {error}") from None
-    if not np.all(np.isfinite([resolution_m, x, y, yaw])) or resolution_m <= 0:
-        raise DataError(f"{yaml_path}: resolution {resolution_m} m and origin {x}, {y}, {yaw} are no grid's")
-    gray = read_pgm(Path(yaml_path).parent / keys["image"])[::-1].astype(float)
+        raise DataError(f"{yaml_path}: {error}; {REMEDY}") from None
+    if not (0 < resolution_m < np.inf and np.all(np.isfinite([x, y, yaw]))):
+        raise DataError(f"{yaml_path}: resolution or origin is no length; {REMEDY}")
+    gray = read_pgm(Path(yaml_path).parent / Path(keys["image"]).name)[::-1].astype(float)
     occupancy = gray / 255 if negate else (255 - gray) / 255
     cells = np.full(gray.shape, UNKNOWN, dtype=np.uint8)
     cells[occupancy < free] = FREE

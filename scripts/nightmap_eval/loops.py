@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Loop closures against the truth: which accepted ones are false, which revisits were closed."""
 
-import h5py
 import numpy as np
 
 from nightmap_eval.errors import DataError
-from nightmap_eval.site import read_csv
+from nightmap_eval.reading import REMEDY, using
+from nightmap_eval.site import read_csv, read_hdf5
 from nightmap_eval.trajectory import angles_deg, rotation_matrices
 
 MAX_ERROR_M, MAX_ERROR_DEG = 0.3, 10  # of a true loop's relative pose
@@ -21,19 +21,16 @@ def read_loops(path):
         try:
             row["frame_a"], row["frame_b"] = int(row["frame_a"]), int(row["frame_b"])
         except ValueError as error:
-            raise DataError(f"{path}:{number}: {error}") from None
+            raise DataError(f"{path}:{number}: {error}; {REMEDY}") from None
     return rows
 
 
 def read_relative_poses(path):
     """(frame_a, frame_b) -> measured (rotation, translation) of b_from_a, of matches/loops.h5."""
-    try:
-        with h5py.File(path) as file:
-            frames, poses = file["frame"][:], file["b_from_a"][:]
-    except (OSError, KeyError) as error:
-        raise DataError(f"{path}: {error}; delete the file and run make") from None
-    rotations = rotation_matrices(poses[:, 3:])
-    return {tuple(pair): (r, t) for pair, r, t in zip(frames.tolist(), rotations, poses[:, :3])}
+    frames, poses = read_hdf5(path, "frame", "b_from_a")
+    with using(path):
+        rotations = rotation_matrices(poses[:, 3:])
+        return {(a, b): (r, t) for (a, b), r, t in zip(frames.tolist(), rotations, poses[:, :3], strict=True)}
 
 
 def loop_counts(rows):
@@ -50,6 +47,9 @@ def loop_counts(rows):
 def is_true_loop(row, relative, rotation_of, position_of):
     """Whether the measured relative pose is that of the truth."""
     a, b = row["frame_a"], row["frame_b"]
+    if (a, b) not in relative:
+        raise DataError(f"loops.csv of pose_graph names frames {a} and {b}, of which loops.h5 of matches has no "
+                        "loop; delete both files and run make again")
     rotation, translation = relative[a, b]
     true_rotation = rotation_of[b].T @ rotation_of[a]
     true_translation = rotation_of[b].T @ (position_of[a] - position_of[b])

@@ -6,6 +6,7 @@ import os
 import numpy as np
 
 from nightmap_eval.errors import DataError
+from nightmap_eval.reading import using
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
@@ -88,17 +89,19 @@ def _rows_from_words(table, row_type):
 def read_ply(path):
     """Vertices (n, 3) in metres and triangles (m, 3) of vertex indices (m = 0 for a cloud)."""
     elements = {}
-    with open(path, "rb") as file:
+    with open(path, "rb") as file, using(path):
         file_format, declared = _read_header(path, file)
         for name, count, properties in declared:
             row_type = _row_type(path, properties)
             elements[name] = _read_element(path, file, file_format, count, row_type)
-    if "vertex" not in elements or not {"x", "y", "z"} <= set(elements["vertex"].dtype.names):
-        raise DataError(f"{path}: no element vertex with x, y and z")
-    vertices = np.stack([elements["vertex"][axis] for axis in "xyz"], axis=1).astype(float)
+    if "vertex" not in elements:
+        raise DataError(f"{path}: no element vertex")
+    with using(path):
+        vertices = np.stack([elements["vertex"][axis] for axis in "xyz"], axis=1).astype(float)
     if not np.all(np.isfinite(vertices)):
         raise DataError(f"{path}: NaN or infinity in a vertex")
-    return vertices, _triangles(path, elements.get("face"), len(vertices))
+    with using(path):
+        return vertices, _triangles(path, elements.get("face"), len(vertices))
 
 
 def _triangles(path, faces, num_vertices):

@@ -2,8 +2,9 @@
 """What the localize stage left: every query, and the poses of those it located."""
 
 from nightmap_eval.errors import DataError
+from nightmap_eval.reading import REMEDY
 from nightmap_eval.site import read_csv, to_ints
-from nightmap_eval.trajectory import make_trajectory
+from nightmap_eval.trajectory import MAX_POSITION_M, make_trajectory
 
 QUERY_COLUMNS = ("query_idx", "time_ns", "color_path", "status", "reason")
 VERDICTS = ("located", "ambiguous", "not_in_map", "no_features", "unreadable")
@@ -25,13 +26,16 @@ def read_located(path):
     """Rows of localize/queries.csv, and the located ones as a trajectory (map_from_camera)."""
     rows = read_csv(path, QUERY_COLUMNS + POSE_COLUMNS)
     times_ns, poses = to_ints(rows, "time_ns", path), []
+    to_ints(rows, "query_idx", path)
     for row, time_ns in zip(rows, times_ns):
         if row["status"] not in VERDICTS:
-            raise DataError(f"{path}: query {row['query_idx']}: unknown status {row['status']}")
+            raise DataError(f"{path}: query {row['query_idx']}: unknown status {row['status']}; {REMEDY}")
         if row["status"] == "located":
             try:
                 values = [float(row[name]) for name in POSE_COLUMNS]
             except ValueError as error:
-                raise DataError(f"{path}: query {row['query_idx']}: {error}") from None
+                raise DataError(f"{path}: query {row['query_idx']}: {error}; {REMEDY}") from None
+            if not all(abs(value) <= MAX_POSITION_M for value in values):  # nor NaN
+                raise DataError(f"{path}: query {row['query_idx']}: a pose beyond reason; {REMEDY}")
             poses.append((int(time_ns), values[:3], values[3:]))
     return rows, times_ns, make_trajectory(poses, path)

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Section of the report on the comparison with COLMAP: what `make evaluate-colmap` left."""
 
+from pathlib import Path
+
 from nightmap_eval import html
 from nightmap_eval.comparison_table import comparison_rows
-from nightmap_eval.site import hash_if_there, read_json
+from nightmap_eval.reading import read_json, using
+from nightmap_eval.site import hash_if_there
 
 
 def _stale(site_dir, made_of):
@@ -52,12 +55,18 @@ def comparison_section(site_dir):
     folder = site_dir / "evaluate_colmap"
     if not (folder / "results.json").exists():
         return None
-    results = read_json(folder / "results.json")
+    path, remedy = folder / "results.json", "delete the file and run make evaluate-colmap again"
+    results = read_json(path, remedy)
+    with using(path, remedy):
+        return _section(site_dir, folder, results)
+
+
+def _section(site_dir, folder, results):
     parts = [html.paragraph("; ".join([results["colmap"], *results["setting"]]) + ".", "note")]
     if _stale(site_dir, results["made_of"]):
         parts.append(html.paragraph(
             "The map, its queries or the truth changed since: run make evaluate-colmap again.", "failed"))  # fmt: skip
     parts += _error_tables(results)
-    parts += [html.image((folder / name).read_bytes(), name) for name in results["plots"]]
+    parts += [html.image((folder / Path(name).name).read_bytes(), name) for name in results["plots"]]
     parts += [_model_table(results), _time_table(results)]
     return html.section("Comparison with COLMAP", *parts)

@@ -8,10 +8,17 @@ from nightmap_eval.errors import DataError
 from nightmap_eval.floors import read_floors
 from nightmap_eval.grid import read_grid
 from nightmap_eval.report_cloud import cloud_section
-from nightmap_eval.site import Frames, read_csv, read_json
-from nightmap_eval.trajectory import Similarity, associate, read_tum, rotation_matrices
+from nightmap_eval.report_stale import notes
+from nightmap_eval.reading import NUMBER, REMEDY, read_object, using
+from nightmap_eval.site import Frames, read_csv
+from nightmap_eval.trajectory import MAX_POSITION_M, Similarity, associate, read_truth, read_tum, rotation_matrices
 
 MAX_GAP_NS = 20_000_000
+DRIVE_FIGURES = (
+    "duration_s", "length_m", "path_length_m", "max_deviation_m", "min_clearance_m", "robot_radius_m",
+    "position_error_m", "heading_error_deg",
+)  # fmt: skip
+DRIVE = dict.fromkeys(DRIVE_FIGURES, NUMBER) | {"?floor": int}
 GRID_ROWS = (
     ("free_right_percent", "Free cells right within one cell (%)"),
     ("occupied_right_percent", "Occupied cells right within one cell (%)"),
@@ -47,7 +54,7 @@ def truth_in_map(site_dir, metrics):
     values = np.array(metrics["trajectory"]["truth_from_map_m_q"])
     rotation = rotation_matrices(values[None, 3:])[0]
     map_from_truth = Similarity(1.0, rotation.T, -rotation.T @ values[:3])
-    truth = read_tum(path)
+    truth = read_truth(path)
     truth.positions_m = map_from_truth.apply(truth.positions_m)
     return truth
 
@@ -66,8 +73,9 @@ def accepted_loops(site_dir, estimate):
     numbered = zip(frames.frame_idxs, frames.times_ns)
     row_of_frame = {int(i): row_of_time.get(int(t)) for i, t in numbered}
     loops = []
-    for row in rows:
-        ends = [row_of_frame.get(int(row[name])) for name in columns]
+    for number, row in enumerate(rows, 2):
+        with using(f"{path}:{number}"):
+            ends = [row_of_frame.get(int(row[name])) for name in columns]
         if row["status"] == "accepted" and None not in ends:
             loops.append(estimate.positions_m[ends])
     return loops
@@ -149,33 +157,17 @@ def read_path(site_dir):
     if not path.exists():
         return None
     rows = read_csv(path, ("x_m", "y_m"))
-    try:
-        return np.array([[float(row["x_m"]), float(row["y_m"])] for row in rows]).reshape(-1, 2)
-    except ValueError as error:
-        raise DataError(f"{path}: {error}") from None
+    with using(path):
+        points_m = np.array([[float(row["x_m"]), float(row["y_m"])] for row in rows]).reshape(-1, 2)
+    if not np.all(np.abs(points_m) < MAX_POSITION_M):
+        raise DataError(f"{path}: a point that is none; {REMEDY}")
+    return points_m
 
 
 def path_floor(site_dir):
     """Number of the floor that plan/path.csv leads over; 0 of an older path, which says none."""
     path = site_dir / "plan" / "path.json"
-    floor = read_json(path).get("floor", 0) if path.exists() else 0
-    if type(floor) is not int:
-        raise DataError(f"{path}: floor is {floor!r}, not a number: run make plan again")
-    return floor
-
-
-def path_note(site_dir, path_m):
-    """What a reader must know of the path in the picture, or None."""
-    if path_m is None:
-        return "No path: the plan stage did not run."
-    receipts = [site_dir / stage / "receipt.json" for stage in ("plan", "grid")]
-    if not all(receipt.exists() for receipt in receipts):
-        return None
-    plan, grid = map(read_json, receipts)
-    images = {(file["name"], file["xxh3"]) for file in plan["inputs"] if file["name"].endswith(".pgm")}
-    if images and images <= {(file["name"], file["xxh3"]) for file in grid["outputs"]}:
-        return None
-    return "The path was planned on an earlier grid: run make plan."
+    return read_object(path, {"?floor": int}, "run make plan again").get("floor", 0) if path.exists() else 0
 
 
 def floor_picture(grid_dir, floor, path_m, estimate, located):
@@ -201,47 +193,30 @@ def plan_section(site_dir):
             parts.append(html.paragraph(name))
         picture = floor_picture(grid_dir, floor, path_m if has_path else None, estimate, located)
         parts.append(html.image(picture, name))
-    note = path_note(site_dir, path_m)
-    if note:
-        parts.append(html.paragraph(note, "note"))
+    if path_m is None:
+        parts.append(html.paragraph("No path: the plan stage did not run.", "note"))
+    parts += [html.paragraph(note, "failed") for note in notes(site_dir, "plan", "path")]
     return html.section("Floor plan", *parts)
-
-
-def drive_note(site_dir):
-    """What a reader must know of a drive whose path was planned anew since, or None."""
-    receipts = [site_dir / stage / "receipt.json" for stage in ("drive", "plan")]
-    if not all(receipt.exists() for receipt in receipts):
-        return None
-    drive, plan = map(read_json, receipts)
-    driven = [file["xxh3"] for file in drive["inputs"] if file["name"] == "csv"]
-    if driven == [file["xxh3"] for file in plan["outputs"] if file["name"] == "path.csv"]:
-        return None
-    return "This is the drive along an earlier path: run make drive."
 
 
 def drive_section(site_dir):
     """The simulated drive along the path; None when there is none, which is no failure."""
     figures_path, gif = site_dir / "drive" / "drive.json", site_dir / "drive" / "drive.gif"
+    said = [html.paragraph(note, "failed") for note in notes(site_dir, "drive", "drive")]
     if not (figures_path.exists() and gif.exists()):
-        return None
-    drive = read_json(figures_path)
-    try:
-        rows = [
-            ["Floor", drive.get("floor", 0)],
-            ["Duration (s)", drive["duration_s"]],
-            ["Driven (m)", drive["length_m"]],
-            ["Planned (m)", drive["path_length_m"]],
-            ["Farthest from the path (cm)", 100 * drive["max_deviation_m"]],
-            ["Nearest to an obstacle (cm)", 100 * drive["min_clearance_m"]],
-            ["Radius of the robot (cm)", 100 * drive["robot_radius_m"]],
-            ["Off the goal (cm)", 100 * drive["position_error_m"]],
-            ["Off the goal (deg)", drive["heading_error_deg"]],
-        ]
-    except (KeyError, TypeError) as error:
-        raise DataError(f"{figures_path}: no number {error}") from None
+        return html.section("Drive", *said) if said else None
+    drive = read_object(figures_path, DRIVE)
+    rows = [
+        ["Floor", drive.get("floor", 0)],
+        ["Duration (s)", drive["duration_s"]],
+        ["Driven (m)", drive["length_m"]],
+        ["Planned (m)", drive["path_length_m"]],
+        ["Farthest from the path (cm)", 100 * drive["max_deviation_m"]],
+        ["Nearest to an obstacle (cm)", 100 * drive["min_clearance_m"]],
+        ["Radius of the robot (cm)", 100 * drive["robot_radius_m"]],
+        ["Off the goal (cm)", 100 * drive["position_error_m"]],
+        ["Off the goal (deg)", drive["heading_error_deg"]],
+    ]
     parts = [html.image(gif.read_bytes(), "simulated drive", media_type="image/gif")]
     parts.append(html.table(("Simulated drive", ""), rows))
-    note = drive_note(site_dir)
-    if note:
-        parts.append(html.paragraph(note, "note"))
-    return html.section("Drive", *parts)
+    return html.section("Drive", *parts, *said)

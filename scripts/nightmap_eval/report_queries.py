@@ -6,9 +6,10 @@ import io
 from PIL import Image
 
 from nightmap_eval import html
+from nightmap_eval.asked import asked_pictures
 from nightmap_eval.metrics import RECALL_THRESHOLDS, WRONG_CM
 from nightmap_eval.query_errors import PROTOCOLS
-from nightmap_eval.site import read_csv
+from nightmap_eval.site import read_csv, to_ints
 
 MAX_PICTURES = 12
 THUMBNAIL_PX = (300, 200)
@@ -21,7 +22,8 @@ def query_rows(site_dir, metrics):
         return metrics["queries"]["rows"]
     if not path.exists():
         return None
-    return read_csv(path, ("query_idx", "color_path", "status", "reason"))
+    rows = read_csv(path, ("query_idx", "color_path", "status", "reason"))
+    return [row | {"query_idx": int(idx)} for row, idx in zip(rows, to_ints(rows, "query_idx", path))]
 
 
 def choose(rows, count):
@@ -33,7 +35,7 @@ def choose(rows, count):
     room = min(len(others), count - len(failed) - (worst is not None))
     spread = [others[i * len(others) // room] for i in range(room)]
     chosen = failed + spread + ([worst] if worst is not None else [])
-    return sorted(chosen, key=lambda row: int(row["query_idx"]))
+    return sorted(chosen, key=lambda row: row["query_idx"])
 
 
 def thumbnail(data, color_path):
@@ -41,12 +43,14 @@ def thumbnail(data, color_path):
     if data is None:
         return ""
     try:
+        if not (data / color_path).is_file():  # a pipe would keep the report waiting
+            raise OSError("no file")
         with Image.open(data / color_path) as picture:
             small = picture.convert("RGB")
         small.thumbnail(THUMBNAIL_PX)
         buffer = io.BytesIO()
         small.save(buffer, "JPEG", quality=80)
-    except (OSError, ValueError):
+    except Exception:  # Pillow raises nearly anything on a damaged picture
         return html.Raw('<span class="note">no picture</span>')
     return html.image(buffer.getvalue(), color_path, "thumbnail", "image/jpeg")
 
@@ -71,13 +75,14 @@ def _error_table(queries):
     return html.table(("", "map aligned as a whole", "map aligned around each query"), rows)
 
 
-def _picture_row(row, data):
+def _picture_row(row, data, is_asked):
     status = row["status"]
+    name = f"{row['color_path']} (of QUERY)" if is_asked else row["color_path"]
     if status != "located":
         status = html.Raw(f'<span class="failed">{html.escape(status)}</span>')
     errors = [row.get(name) for name in ("translation_error_cm", "rotation_error_deg")]
     shown = [html.number(value) if value is not None else "" for value in errors]
-    return [thumbnail(data, row["color_path"]), row["color_path"], status, *shown, row["reason"]]
+    return [thumbnail(data, row["color_path"]), name, status, *shown, row["reason"]]
 
 
 def query_section(site_dir, metrics, data):
@@ -86,8 +91,12 @@ def query_section(site_dir, metrics, data):
         return html.section("Queries", html.paragraph("The localize stage did not run.", "note"))
     parts = _figures(metrics["queries"]) if "queries" in metrics else []
     head = ("", "picture", "status", "error (cm)", "error (deg)", "reason")
-    parts.append(html.table(head, [_picture_row(row, data) for row in choose(rows, MAX_PICTURES)]))
-    if len(rows) > MAX_PICTURES:
-        chosen = f"{MAX_PICTURES} of {len(rows)} queries: failures, the worst, and a spread."
+    asked = asked_pictures(site_dir)
+    of_query, own = ([row for row in rows if (row["color_path"] in asked) == which] for which in (True, False))
+    shown = [_picture_row(row, data, True) for row in of_query]
+    shown += [_picture_row(row, data, False) for row in choose(own, MAX_PICTURES)]
+    parts.append(html.table(head, shown))
+    if len(own) > MAX_PICTURES:
+        chosen = f"{MAX_PICTURES} of the site's {len(own)} queries: failures, the worst, and a spread."
         parts.append(html.paragraph(chosen, "note"))
     return html.section("Queries", *parts)

@@ -2,7 +2,8 @@
 """Sections of the report on the run: summary line, stages, loops, skipped items, configs."""
 
 from nightmap_eval import html
-from nightmap_eval.site import read_csv, read_text
+from nightmap_eval.reading import read_text
+from nightmap_eval.site import read_csv
 
 MAX_ROWS = 200
 

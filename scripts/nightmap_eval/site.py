@@ -3,72 +3,66 @@
 
 import csv
 import hashlib
+import io
 import json
 import os
-import re
-import tomllib
 from pathlib import Path
 
 import h5py
 import numpy as np
 
 from nightmap_eval.errors import DataError
+from nightmap_eval.lists import read_shards, whole
+from nightmap_eval.reading import REMEDY, read_object, read_text, using
 from nightmap_eval.writing_folder import WritingFolder
-
-
-def read_text(path):
-    try:
-        return Path(path).read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        raise DataError(f"{path}: not a text file") from None
-
-
-def read_json(path):
-    try:
-        return json.loads(read_text(path))
-    except json.JSONDecodeError as error:
-        raise DataError(f"{path}:{error.lineno}: {error.msg}") from None
-    except RecursionError:
-        raise DataError(f"{path}: nested too deeply") from None
-
-
-def read_toml(path):
-    try:
-        return tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise DataError(f"{path}: {error}") from None
-    except RecursionError:
-        raise DataError(f"{path}: nested too deeply") from None
 
 
 def read_csv(path, required=()):
     """Rows as dictionaries. Raises DataError on a missing column or a row of another length."""
-    with open(path, newline="", encoding="utf-8") as file:
-        rows = csv.DictReader(file)
+    rows = csv.DictReader(io.StringIO(read_text(path), newline=""))
+    try:
         missing = [name for name in required if name not in (rows.fieldnames or [])]
         if missing:
-            raise DataError(f"{path}: no column {', '.join(missing)}")
+            raise DataError(f"{path}: no column {', '.join(missing)}; {REMEDY}")
         result = list(rows)
+    except csv.Error as error:
+        raise DataError(f"{path}:{rows.line_num}: {error}; {REMEDY}") from None
     for number, row in enumerate(result, 2):
         if None in row or None in row.values():
-            raise DataError(f"{path}:{number}: another number of columns than the header")
+            raise DataError(f"{path}:{number}: another number of columns than the header; {REMEDY}")
     return result
 
 
 def to_ints(rows, column, path):
     try:
         return np.array([int(row[column]) for row in rows], dtype=np.int64)
-    except ValueError as error:
-        raise DataError(f"{path}: column {column}: {error}") from None
+    except (ValueError, OverflowError) as error:
+        raise DataError(f"{path}: column {column}: {error}; {REMEDY}") from None
+
+
+def _read_array(path, file, name):
+    """An array that a stage wrote: memory is taken only for what the file holds."""
+    array = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
+    if not isinstance(array, h5py.Dataset):
+        raise KeyError(f"no array {name!r}")
+    num_bytes = array.size * array.dtype.itemsize
+    if array.chunks is not None or not num_bytes == array.id.get_storage_size() <= os.path.getsize(path):
+        raise ValueError(f"array {name!r} declares more than the file holds")
+    return array[()]
+
+
+def read_hdf5(path, *names):
+    """Arrays of a file by their names."""
+    try:
+        with h5py.File(path) as file:
+            return [_read_array(path, file, name) for name in names]
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError) as error:
+        raise DataError(f"{path}: {error}; {REMEDY}") from None
 
 
 def shard_names(site_dir):
-    """Names of the shards, in order, as listed in frames/shards.mk."""
-    path = Path(site_dir) / "frames" / "shards.mk"
-    found = re.search(r"^SHARDS\s*:?=\s*(.*)$", read_text(path), re.MULTILINE)
-    if not found:
-        raise DataError(f"{path}: no line SHARDS := ...; run the frames stage again")
-    return found.group(1).split()
+    """Names of the shards, in order."""
+    return whole(read_shards, site_dir)
 
 
 class Frames:
@@ -90,18 +84,6 @@ class Frames:
         return len(self.rows)
 
 
-def _read_list(path, file, name):
-    """A list that a stage wrote to an open HDF5 file: memory is taken only for what the file holds."""
-    array = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
-    if not isinstance(array, h5py.Dataset) or array.dtype.kind not in "iu" or (
-        array.size * array.dtype.itemsize != array.id.get_storage_size()  # 0 when nothing was written
-        or array.chunks is not None
-        or array.size * array.dtype.itemsize > path.stat().st_size
-    ):
-        raise DataError(f"{path}: field '{name}' is not a list of integers; delete the file and run make")
-    return np.ravel(array)
-
-
 def bridged_frames(site_dir):
     """Frames without a verified pair to any other: odometry guessed their pose."""
     bridged = []
@@ -109,29 +91,26 @@ def bridged_frames(site_dir):
         path = Path(site_dir) / "odometry" / f"shard_{name}.h5"
         if not path.exists():
             continue
-        try:
-            with h5py.File(path) as file:
-                frame_idxs, states = (_read_list(path, file, name) for name in ("frame_idx", "state"))
-        except (OSError, RuntimeError) as error:
-            raise DataError(f"{path}: {error}; delete the file and run make") from None
-        if len(frame_idxs) != len(states):
-            raise DataError(f"{path}: field 'state' has another length; delete the file and run make")
-        bridged += frame_idxs[states == 1].tolist()
+        frame_idxs, states = read_hdf5(path, "frame_idx", "state")
+        with using(path):
+            bridged += np.ravel(frame_idxs)[np.ravel(states) == 1].tolist()
     return bridged
 
 
 def frames_apart(site_dir):
     """Frames outside the largest part of the map: only guessed motion joins them to it."""
     path = Path(site_dir) / "pose_graph" / "report.json"
-    parts = read_json(path).get("parts", []) if path.exists() else []
-    runs = [run for part in parts[1:] for run in part["runs"]]
-    return sorted(idx for first, last in runs for idx in range(first, last + 1))
+    report = read_object(path, {"?parts": [{"runs": [[int]]}]}) if path.exists() else {}
+    with using(path):
+        runs = [run for part in report.get("parts", [])[1:] for run in part["runs"]]
+        return sorted(idx for first, last in runs for idx in range(first, last + 1))
 
 
 def num_unusable_frames(site_dir):
     """Frames of the recording that the frames stage left out: missing, truncated, of a wrong size."""
     path = Path(site_dir) / "frames" / "report.json"
-    return int(read_json(path).get("num_frames_unusable", 0)) if path.exists() else 0
+    report = read_object(path, {"?num_frames_unusable": int}) if path.exists() else {}
+    return report.get("num_frames_unusable", 0)
 
 
 def _rounded(value):
@@ -186,7 +165,7 @@ def write_atomic(path, content):
 
 def put_between(path, begin, end, text):
     """Replaces what stands between two markers in a text file."""
-    before, has_begin, rest = read_text(path).partition(begin)
+    before, has_begin, rest = read_text(path, "correct it").partition(begin)
     _, has_end, after = rest.partition(end)
     if not has_begin or not has_end:
         raise DataError(f"{path}: no markers {begin} and {end}")

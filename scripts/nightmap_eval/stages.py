@@ -3,7 +3,8 @@
 
 from pathlib import Path
 
-from nightmap_eval.site import read_json
+from nightmap_eval.lists import CurrentRuns
+from nightmap_eval.reading import NUMBER, read_object
 
 STAGES = (
     "synthesize", "frames", "features", "vocabulary", "matches", "odometry", "pose_graph",
@@ -12,13 +13,21 @@ STAGES = (
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
 
 
+# What is asked of these files.
+REPORT = {"?skipped": [str]}
+RECEIPT = {
+    "?wall_time_s": NUMBER, "?cpu_time_s": NUMBER, "?peak_memory_bytes": NUMBER, "?build_type": str,
+    "?parts": [{"name": str, "wall_time_s": NUMBER}],
+}  # fmt: skip
+
+
 class StageResult:
     """One stage of a site, its shards taken together."""
 
     def __init__(self, folder):
-        self.name = folder.name
-        self.reports = [read_json(path) for path in sorted(folder.glob("report*.json"))]
-        self.receipts = [read_json(path) for path in sorted(folder.glob("receipt*.json"))]
+        self.name, runs = folder.name, CurrentRuns(folder.parent)
+        self.reports = [read_object(path, REPORT) for path in sorted(folder.glob("report*.json")) if runs.has(path)]
+        self.receipts = [read_object(path, RECEIPT) for path in sorted(folder.glob("receipt*.json")) if runs.has(path)]
 
     @property
     def num_runs(self):

@@ -9,6 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from nightmap_eval.errors import DataError
+from nightmap_eval.reading import REMEDY, read_text
+
+MAX_TIME_NS = 2**63 - 1
+MAX_POSITION_M = 1e9  # beyond it squares of distances lose the millimetres, and then overflow
 
 
 @dataclass
@@ -98,32 +102,40 @@ def parse_time_ns(text):
     return -value if negative else value
 
 
-def _parse_line(path, number, line):
+def _parse_line(line):
+    """Time, position and quaternion. Raises ValueError with what is wrong."""
     words = line.replace(",", " ").split()
     if len(words) != 8:
-        raise DataError(f"{path}:{number}: {len(words)} columns, not 8: time tx ty tz qx qy qz qw")
+        raise ValueError(f"{len(words)} columns, not 8: time tx ty tz qx qy qz qw")
     try:
         time_ns, values = parse_time_ns(words[0]), [float(word) for word in words[1:]]
     except (ValueError, OverflowError):
-        raise DataError(f"{path}:{number}: not a number in: {line.strip()}") from None
+        raise ValueError(f"not a number in: {line.strip()[:200]}") from None
     if not np.all(np.isfinite(values)):
-        raise DataError(f"{path}:{number}: NaN or infinity in a pose; remove the line")
+        raise ValueError("NaN or infinity in a pose")
+    if abs(time_ns) > MAX_TIME_NS or max(map(abs, values[:3])) > MAX_POSITION_M:
+        raise ValueError(f"a time or position beyond reason: {line.strip()[:200]}")
     norm = np.linalg.norm(values[3:])
     if not 0.5 < norm < 2:
-        raise DataError(f"{path}:{number}: the quaternion has norm {norm:.3g}; expected 1")
+        raise ValueError(f"the quaternion has norm {norm:.3g}; expected 1")
     return time_ns, values[:3], np.array(values[3:]) / norm
 
 
-def read_tum(path):
+def read_tum(path, remedy=REMEDY):
     """A Trajectory sorted by time. Raises DataError naming file and line."""
-    with open(path, encoding="utf-8") as file:
-        lines = [(number, line) for number, line in enumerate(file, 1)]
-    poses = [
-        _parse_line(path, number, line)
-        for number, line in lines
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    poses = []
+    for number, line in enumerate(read_text(path, remedy).splitlines(), 1):
+        if line.strip() and not line.lstrip().startswith("#"):
+            try:
+                poses.append(_parse_line(line))
+            except ValueError as error:
+                raise DataError(f"{path}:{number}: {error}; {remedy}") from None
     return make_trajectory(poses, path)
+
+
+def read_truth(path):
+    """As read_tum, of the true poses that the frames stage took over."""
+    return read_tum(path, "correct the ground_truth of the site config, which it is made of, and run make again")
 
 
 def make_trajectory(poses, source):

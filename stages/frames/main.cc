@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // frames: lists a site's RGB-D frames. Reads a site config and the raw recordings; writes
-// shards.mk and, beside it, shard_NNNN.csv, cameras.json, queries.csv, query_cameras.json and the
+// shards.txt and, beside it, shard_NNNN.csv, cameras.json, queries.csv, query_cameras.json and the
 // truth.
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/site_config.h"
@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
                        "lists, checks and associates the RGB-D frames of a site",
                        {{"site", "site config, configs/sites/<site>.toml"},
                         FolderPort("data", "folder of the recordings")},
-                       {{"shards_mk", "shards.mk; the other files are written beside it"}}};
+                       {{"shards", "shards.txt; the other files are written beside it"}}};
   return StageMain(
       argc, argv, spec, FramesOptions{}, [](const FramesOptions& options, StageContext& context) {
         const auto& data_root = context.Input("data");

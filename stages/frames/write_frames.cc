@@ -3,8 +3,10 @@
 
 #include <set>
 #include <string>
+#include <vector>
 
 #include "pipeline/base/files.h"
+#include "pipeline/io/name_list.h"
 #include "pipeline/io/trajectory_io.h"
 
 namespace nightmap {
@@ -12,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kPort = "shards_mk";
+constexpr const char* kPort = "shards";
 
 std::string AccelerationsToCsv(const std::vector<Acceleration>& samples) {
   std::string text = "time_ns,ax_m_per_s2,ay_m_per_s2,az_m_per_s2\n";
@@ -22,7 +24,7 @@ std::string AccelerationsToCsv(const std::vector<Acceleration>& samples) {
   return text;
 }
 
-// Writes files beside shards.mk and remembers their names.
+// Writes files beside shards.txt and remembers their names.
 class Writer {
  public:
   explicit Writer(StageContext& context) : context_(context) {}
@@ -75,11 +77,11 @@ void WriteFrames(const FramesOptions& options,
   const auto query_cameras = KeepUsedCameras(cameras, &lists.queries);
   writer.Write("cameras.json", CamerasToJson(map_cameras));
   writer.Write("query_cameras.json", CamerasToJson(query_cameras));
-  std::string shards_mk = "SHARDS :=";
+  std::vector<std::string> names;
   const auto shards = CutShards(lists.frames, options.shard_size);
   for (std::size_t i = 0; i < shards.size(); ++i) {
-    writer.Write(fmt::format("shard_{:04}.csv", i), FramesToCsv(shards[i]));
-    shards_mk += fmt::format(" {:04}", i);
+    names.push_back(fmt::format("{:04}", i));
+    writer.Write("shard_" + names.back() + ".csv", FramesToCsv(shards[i]));
   }
   writer.Write("queries.csv", FramesToCsv(lists.queries));
   const std::string comment = "ground truth of the site, world_from_camera, at the times of the ";
@@ -91,7 +93,7 @@ void WriteFrames(const FramesOptions& options,
                  TrajectoryToTum(lists.query_ground_truth, comment + "queries"));
   }
   if (!accelerations.empty()) writer.Write("accelerometer.csv", AccelerationsToCsv(accelerations));
-  WriteFile(context.Output(kPort), shards_mk + '\n');
+  WriteFile(context.Output(kPort), NameListToText("shards", names));
   Report(lists, context.Report());
   context.Report()["num_cameras"] = map_cameras.size();
   context.Report()["num_query_cameras"] = query_cameras.size();

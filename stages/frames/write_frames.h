@@ -12,7 +12,7 @@
 namespace nightmap {
 
 // Writes shards, queries, the cameras of each, truth and accelerations beside the output
-// `shards_mk`, each kept as it is when its bytes did not change, then shards.mk, and fills the
+// `shards`, each kept as it is when its bytes did not change, then shards.txt, and fills the
 // report. Files of an earlier run that this one does not have (shards beyond the last, truth of a
 // site without) are removed. The camera_idx of `lists` count in `cameras`, those of the files in
 // the file's own cameras.

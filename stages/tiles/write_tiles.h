@@ -10,9 +10,9 @@
 
 namespace nightmap {
 
-// Writes cameras.json and tile_X_Y.json beside the output `tiles_mk`, each kept as it is when its
-// bytes did not change, and tiles.mk: TILES := X_Y ..., and NEAR_X_Y := the tile and those of its
-// eight neighbours that are there. Removes the lists of tiles that no keyframe sees any more.
+// Writes cameras.json and tile_X_Y.json beside the output `tiles`, each kept as it is when its
+// bytes did not change, and tiles.txt, the names X_Y of the tiles in order. Removes the lists of
+// tiles that no keyframe sees any more.
 void WriteTiles(const std::vector<RgbdCamera>& cameras,
                 const std::map<TileIndex, Tile>& tiles,
                 StageContext& context);

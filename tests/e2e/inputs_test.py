@@ -35,13 +35,13 @@ class InputsTest(unittest.TestCase):
     def run_frames(self):
         return self.work.run("frames", "--config", f"{CONFIG}/frames.toml", "--in",
                              f"site={CONFIG}/site/{SITE}.toml", "--in", "data=data", "--out",
-                             f"shards_mk={FRAMES}/shards.mk", "--out", f"report={FRAMES}/report.json")
+                             f"shards={FRAMES}/shards.txt", "--out", f"report={FRAMES}/report.json")
 
     def run_tiles(self):
         return self.work.run("tiles", *(item for shard in sorted(self.work.path("frames").glob("shard_*.csv"))
                                         for item in ("--in", f"frames={shard}")),
                              "--in", f"cameras={FRAMES}/cameras.json",
-                             "--in", f"keyframes=maps/{SITE}/pose_graph/keyframes.tum", "--out", "tiles_mk=tiles.mk")
+                             "--in", f"keyframes=maps/{SITE}/pose_graph/keyframes.tum", "--out", "tiles=tiles.txt")
 
     def run_cloud(self, *outputs):
         return self.work.run("point_cloud", "--in", f"tile=maps/{SITE}/tiles/tile_0_0.json", "--in",

@@ -61,6 +61,7 @@ class Workspace:
         for key, value in CAMERA.items():
             text = re.sub(rf"(?m)^{key} *=.*", f"{key} = {value}", text)
         (sites / f"{SITE}.toml").write_text(text, encoding="utf-8")
+        shutil.rmtree(sites / SITE, ignore_errors=True)  # of a user's site of that name
         (sites / SITE).mkdir()
         (sites / SITE / "synthesize.toml").write_text(SYNTHESIZE, encoding="utf-8")
         # So few frames leave unseen strips between what they see of the floor.

@@ -206,14 +206,18 @@ TEST(SiteConfig, CamerasAndSequencesMustBeThere) {
       UsageError, ParseSiteConfig(site + table, "s.toml"), "s.toml:30: a second camera \"color\"");
 }
 
+// Not those that a user put into the folder: a mistake there is no failure of the project.
 TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
-  int num_sites = 0;
-  for (const auto& entry : std::filesystem::directory_iterator("configs/sites")) {
-    if (entry.path().extension() != ".toml") continue;
-    EXPECT_NO_THROW(ReadSiteConfig(entry.path())) << entry.path();
-    ++num_sites;
+  for (const std::string site : {"building",
+                                 "demo",
+                                 "hololens_office",
+                                 "hololens_office_queries",
+                                 "mirror",
+                                 "tum_fr1_xyz_15hz",
+                                 "tum_fr1_xyz_15hz_queries",
+                                 "two_floors"}) {
+    EXPECT_NO_THROW(ReadSiteConfig("configs/sites/" + site + ".toml")) << site;
   }
-  EXPECT_GE(num_sites, 3);
 }
 
 }  // namespace

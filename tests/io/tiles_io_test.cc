@@ -150,7 +150,7 @@ TEST_F(TilesIoTest, RemovesWhatIsOfOtherTilesAndNothingElse) {
                                          "tile_-1_2.json",
                                          "report_0_0.json",
                                          "report.json",
-                                         "tiles.mk",
+                                         "tiles.txt",
                                          "cloud.ply",
                                          "tile_5.json",
                                          "tile_1_1_1.json"};

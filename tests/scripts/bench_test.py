@@ -28,8 +28,8 @@ class FakeMake:
             (site / stage).mkdir(parents=True, exist_ok=True)
             fake_site.write_receipt(site, stage)
             (site / stage / "report.json").write_text(json.dumps({"num_frames": num_frames or 373}))
-        (site / "frames" / "shards.mk").write_text("SHARDS := 0000 0001 0002\n")
-        if goals[0].endswith("shards.mk"):
+        (site / "frames" / "shards.txt").write_text("nightmap shards, version 1, 3 names\n0000\n0001\n0002\n")
+        if goals[0].endswith("shards.txt"):
             return 1000.0
         return (0.03 if maps == "yardstick" else 0.02) * (num_frames or 373)
 

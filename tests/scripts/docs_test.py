@@ -2,8 +2,10 @@
 """The documentation: its examples parse, its links lead somewhere, its tables name what exists."""
 
 import re
+import subprocess
 import tomllib
 import unittest
+from pathlib import Path
 
 from fake_site import CHECKOUT
 from nightmap_eval.stages import STAGES
@@ -57,6 +59,15 @@ class DocsTest(unittest.TestCase):
         for stage in stages:
             for page in ("README.md", "ARCHITECTURE.md"):
                 self.assertIn(f"`{stage}`", text_of(page))
+
+    def test_every_site_of_the_project_is_tested(self):
+        """tests/io/site_config_test.cc lists them, since a user may put others into the folder."""
+        listed = subprocess.run(["git", "ls-files", "configs/sites/*.toml"], cwd=CHECKOUT, capture_output=True, text=True)
+        sites = {Path(name).stem for name in listed.stdout.split() if name.count("/") == 2}
+        if listed.returncode != 0 or not sites:
+            self.skipTest("not a checkout of git")
+        test = text_of("tests/io/site_config_test.cc").split("TheSitesOfTheProjectAreValid")[1]
+        self.assertEqual(set(re.findall(r'"(\w+)"', test.split("}) {")[0])), sites)
 
     def test_code_that_is_named_exists(self):
         page = text_of("ARCHITECTURE.md")

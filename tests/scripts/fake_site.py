@@ -67,7 +67,7 @@ def write_frames(site_dir, trajectory):
     for name, indices in (("0000", range(split)), ("0001", range(split, len(trajectory)))):
         rows = [f"{i},{trajectory.times_ns[i]},rgb/{i}.png,depth/{i}.png,0,0,00" for i in indices]
         (folder / f"shard_{name}.csv").write_text("\n".join([header, *rows]) + "\n")
-    (folder / "shards.mk").write_text("SHARDS := 0000 0001\n")
+    (folder / "shards.txt").write_text("nightmap shards, version 1, 2 names\n0000\n0001\n")
 
 
 def write_queries(site_dir, located, num_failed):

@@ -16,8 +16,10 @@ import fake_site
 from nightmap_eval import html
 from nightmap_eval.errors import DataError
 from nightmap_eval.report_cloud import cloud_section
-from nightmap_eval.report_map import _building_rows, drive_note, path_note, plan_section, truth_in_map
+from nightmap_eval.report_map import _building_rows, plan_section, truth_in_map
+from nightmap_eval.receipts import Hashes
 from nightmap_eval.report_queries import choose
+from nightmap_eval.report_stale import notes
 
 VOID_TAGS = ("meta", "img")
 
@@ -38,20 +40,63 @@ class Checker(HTMLParser):
         assert self.open and self.open.pop() == tag, f"</{tag}> does not close its tag"
 
 
-class PathNoteTest(unittest.TestCase):
-    def test_tells_of_a_path_planned_on_an_earlier_grid(self):
-        with tempfile.TemporaryDirectory() as folder:
-            site_dir = Path(folder)
-            self.assertIn("No path", path_note(site_dir, None))
-            for stage, kind, name in (("plan", "inputs", "map.pgm"), ("grid", "outputs", "map.pgm")):
-                (site_dir / stage).mkdir()
-                receipt = {kind: [{"name": name, "xxh3": "1" if stage == "plan" else "2"}]}
-                (site_dir / stage / "receipt.json").write_text(json.dumps(receipt))
-            self.assertIn("earlier grid", path_note(site_dir, np.zeros((2, 2))))
-            (site_dir / "grid" / "receipt.json").write_text(
-                json.dumps({"outputs": [{"name": "map.pgm", "xxh3": "1"}]})
-            )
-            self.assertIsNone(path_note(site_dir, np.zeros((2, 2))))
+class StaleTest(unittest.TestCase):
+    """Notes on a path that is not the one asked for last."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.site_dir = Path(folder.name) / "maps" / "office"
+        for name in ("plan", "grid", "logs", "config"):
+            (self.site_dir / name).mkdir(parents=True)
+        self.grid = self.site_dir / "grid" / "map.pgm"
+        self.grid.write_bytes(b"cells")
+        self.log, self.config = self.site_dir / "logs" / "plan.log", self.site_dir / "config" / "plan.toml"
+        self.log.write_text("10:00:00 info plan: done in 0.1 s\n")
+        self.write_receipt('start = "1,1"\ngoal = ""\n')
+
+    def write_receipt(self, config):
+        # Of a run in a folder that was moved since.
+        receipt = {"inputs": [{"name": "map.pgm", "path": "was/office/grid/map.pgm", "xxh3": Hashes().of(self.grid)}],
+                   "outputs": [{"name": "report.json", "path": "was/office/plan/report.json", "xxh3": "0"}],
+                   "config": config}  # fmt: skip
+        (self.site_dir / "plan" / "receipt.json").write_text(json.dumps(receipt))
+
+    def notes(self):
+        return notes(self.site_dir, "plan", "path")
+
+    def test_nothing_is_said_of_a_path_that_is_up_to_date(self):
+        self.config.write_text('start = "1,1"\ngoal = ""\n')
+        self.assertEqual(self.notes(), [])
+        self.config.write_text('start = ""\n')  # a report without START does not ask for another path
+        self.assertEqual(self.notes(), [])
+
+    def test_a_run_that_failed_is_told_with_its_reason(self):
+        self.log.write_text("10:00:00 info plan: nightmap\n10:00:01 error plan: goal is in a wall\n"
+                            "nightmap: plan failed, exit code 3\n")
+        [note] = self.notes()
+        self.assertIn("failed, the path shown here is of an earlier run: goal is in a wall", note)
+        (self.site_dir / "plan" / "receipt.json").unlink()
+        [note] = self.notes()
+        self.assertIn("there is no path: goal is in a wall", note)
+        self.log.write_bytes(b"\xff\nnightmap: plan failed, exit code 137\n")
+        self.assertIn("exit code 137, see plan.log", self.notes()[0])
+
+    def test_a_grid_that_changed_since_is_told(self):
+        self.grid.write_bytes(b"other cells")
+        [note] = self.notes()
+        self.assertIn("grid/map.pgm changed since. Run make plan", note)
+
+    def test_other_ends_in_the_configs_are_told(self):
+        self.config.write_text('start = "2,2"\ngoal = ""\n')
+        [note] = self.notes()
+        self.assertIn("(start = 2,2). Run make plan", note)
+
+    def test_a_damaged_receipt_is_named(self):
+        for text in ("[]", "{}", "", '{"inputs": 5, "outputs": []}', '{"inputs": [], "outputs": []}', "[" * 100000):
+            (self.site_dir / "plan" / "receipt.json").write_text(text)
+            with self.assertRaisesRegex(DataError, "plan/receipt.json.*delete the file and run make"):
+                self.notes()
 
 
 class PlanSectionTest(unittest.TestCase):
@@ -79,24 +124,8 @@ class PlanSectionTest(unittest.TestCase):
         downstairs = ["Floor 0 at 0.0 m, with the path", "Floor 1 at 2.9 m"]
         self.assertEqual(self.section({"floor": 0}), (downstairs, [True, False]))
         self.assertEqual(self.section({}), (downstairs, [True, False]))  # of an earlier version
-        with self.assertRaisesRegex(DataError, "path.json: floor is 'top'"):
+        with self.assertRaisesRegex(DataError, "path.json: floor: 'top' is not of type int"):
             self.section({"floor": "top"})
-
-
-class DriveNoteTest(unittest.TestCase):
-    def test_tells_of_a_drive_along_an_earlier_path(self):
-        with tempfile.TemporaryDirectory() as folder:
-            site_dir = Path(folder)
-            self.assertIsNone(drive_note(site_dir))
-            for stage, kind, name in (("drive", "inputs", "csv"), ("plan", "outputs", "path.csv")):
-                (site_dir / stage).mkdir()
-                receipt = {kind: [{"name": name, "xxh3": "1"}]}
-                (site_dir / stage / "receipt.json").write_text(json.dumps(receipt))
-            self.assertIsNone(drive_note(site_dir))
-            (site_dir / "plan" / "receipt.json").write_text(
-                json.dumps({"outputs": [{"name": "path.csv", "xxh3": "2"}]})
-            )
-            self.assertIn("earlier path", drive_note(site_dir))
 
 
 class CloudSectionTest(unittest.TestCase):
@@ -205,7 +234,7 @@ class ReportTest(unittest.TestCase):
         figures.write_text(json.dumps(drive))
         result = self.run_report()
         self.assertEqual(result.returncode, 1)
-        self.assertIn("drive.json: no number 'duration_s'", result.stderr)
+        self.assertIn("drive.json: no 'duration_s'", result.stderr)
 
     def test_same_bytes_twice_and_no_time(self):
         self.write_everything()

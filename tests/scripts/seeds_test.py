@@ -101,6 +101,11 @@ class InsertTest(unittest.TestCase):
             more = ("office", "--seeds", "3", "--maps", root, "--no-run")
             missing = fake_site.run("seeds.py", *more)
             self.assertEqual(missing.returncode, 1)
+            for content in ("", "[", '{"trajectory": {"se3": {"ate_rmse_m": "0.1"}}}', '{"queries": {"num_wrong": 1e999}}'):
+                (out / "metrics.json").write_text(content)
+                damaged = fake_site.run("seeds.py", *arguments)
+                self.assertEqual(damaged.returncode, 1)
+                self.assertRegex(damaged.stderr, "^error: .*seed_1/office/evaluate/metrics.json[^\n]*delete the file[^\n]*\n$")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the report says beside a path or a drive that is not what was asked for last: a run of plan or drive
+that fails leaves the result of the one before."""
+
+import re
+import tomllib
+
+from nightmap_eval.errors import printable
+from nightmap_eval.reading import read_text, read_toml, using
+from nightmap_eval.receipts import Hashes, Receipt
+
+# What the Makefile adds to the log of a stage that fails, and what the stage itself said.
+FAILED = re.compile(r"nightmap: \w+ failed, exit code (\d+)")
+ERROR = re.compile(r"\S+ error \w+: (.*)")
+ENDS = ("start", "goal")
+
+
+def last_failure(site_dir, stage):
+    """Why the last run failed; None when it did not."""
+    path = site_dir / "logs" / f"{stage}.log"
+    if not path.exists():
+        return None
+    lines = path.read_bytes().decode("utf-8", "replace").splitlines()
+    failed = FAILED.fullmatch(lines[-1]) if lines else None
+    if not failed:
+        return None
+    reasons = [found[1] for found in map(ERROR.fullmatch, lines) if found]
+    return printable(reasons[-1] if reasons else f"exit code {failed[1]}, see {path.name}")
+
+
+def changed_inputs(site_dir, receipt):
+    """Names of the files that it was made of and that are others now."""
+    paths = [path for path, _ in receipt.changed("inputs", Hashes())]
+    return [str(path.relative_to(site_dir) if path.is_relative_to(site_dir) else path.name) for path in paths]
+
+
+def other_ends(site_dir, receipt):
+    """What the configs say of START and GOAL now, when the path is another one's; else None."""
+    path = site_dir / "config" / "plan.toml"
+    if not path.exists():
+        return None
+    now = read_toml(path)
+    with using(receipt.path):
+        then = _ends(receipt.content.get("config", ""))
+    asked = {name: now[name] for name in ENDS if now.get(name) and now[name] != then.get(name)}
+    return ", ".join(f"{name} = {value}" for name, value in asked.items()) or None
+
+
+def _ends(text):
+    """start and goal of a config as it is in a receipt."""
+    config = tomllib.loads(text)
+    return {name: config.get(name) for name in ENDS}
+
+
+def notes(site_dir, stage, result):
+    """Sentences on what the last runs of plan or drive left; `result` is the word for it."""
+    path, failure, found = site_dir / stage / "receipt.json", last_failure(site_dir, stage), []
+    if failure:
+        shown = f"the {result} shown here is of an earlier run" if path.exists() else f"there is no {result}"
+        found.append(f"The last run of {stage} failed, {shown}: {failure}")
+    if not path.exists():
+        return found
+    receipt = Receipt(path)
+    changed = changed_inputs(site_dir, receipt)
+    if changed:
+        found.append(f"The {result} is out of date: {', '.join(changed)} changed since. Run make {stage}.")
+    ends = other_ends(site_dir, receipt) if stage == "plan" else None
+    if ends:
+        found.append(f"The {result} was planned for other ends than the configs have now ({ends}). Run make plan.")
+    return found

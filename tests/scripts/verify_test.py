@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""verify.py and why.py on whole, altered and damaged site folders."""
+
+import contextlib
+import io
+import json
+import os
+import tempfile
+import unittest
+from pathlib import Path
+from unittest import mock
+
+import fake_site
+from nightmap_eval.receipts import Hashes
+
+DAMAGED = (b"", b"{", b"[]", b"5", b"{}", b'{"inputs": [], "outputs": []}', b'{"inputs": [5], "outputs": []}', b"\xff\xfe",
+           b'{"inputs": [], "outputs": [{"path": 5, "name": "a"}]}', b"[" * 100000, b'{"a": NaN}', b"1" * 5000,
+           b'{"inputs": [], "outputs": [{"path": "report.json", "name": "report.json"}]}')
+
+
+class VerifyTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.site_dir = Path(folder.name) / "maps" / "office"
+        self.frames = self.write("frames/shard_0000.csv", "frames")
+        self.write("frames/shards.txt", "nightmap shards, version 1, 1 names\n0000\n")
+        for shard in ("0000", "0001"):
+            self.run_of_features(shard)
+
+    def write(self, name, text):
+        path = self.site_dir / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        return path
+
+    def run_of_features(self, shard):
+        """What a run in a folder leaves that was moved since."""
+        outputs = [self.write(f"features/{name}", name) for name in (f"shard_{shard}.h5", f"report_{shard}.json")]
+        content = {kind: [{"name": path.name, "path": f"was/office/{path.relative_to(self.site_dir)}", "xxh3": Hashes().of(path)}
+                          for path in paths] for kind, paths in (("inputs", [self.frames]), ("outputs", outputs))}  # fmt: skip
+        self.write(f"features/receipt_{shard}.json", json.dumps(content))
+
+    def verify(self, code):
+        result = fake_site.run("verify.py", self.site_dir)
+        self.assertEqual(result.returncode, code, result.stderr)
+        return result
+
+    def test_a_whole_site(self):
+        self.assertIn("1 receipts, 3 files: all as written", self.verify(0).stdout)
+
+    def test_altered_and_missing_files_are_named(self):
+        self.write("features/shard_0000.h5", "altered")
+        self.assertIn("shard_0000.h5: altered since it was written", self.verify(1).stderr)
+        self.frames.unlink()
+        self.frames.mkdir()
+        self.assertIn("shard_0000.csv: missing or not readable", self.verify(1).stderr)
+
+    def test_shards_that_are_no_more_do_not_count(self):
+        self.write("features/shard_0001.h5", "altered")
+        self.verify(0)
+        self.write("frames/shards.txt", "nightmap shards, version 1, 2 names\n0000\n0001\n")
+        self.assertIn("shard_0001.h5: altered", self.verify(1).stderr)
+
+    def test_damaged_receipts_are_named(self):
+        path = self.site_dir / "features" / "receipt_0000.json"
+        for content in DAMAGED:
+            with self.subTest(content[:60]):
+                path.write_bytes(content)
+                result = self.verify(1)
+                self.assertRegex(result.stderr, f"^{path}.*delete the file and run make again\n$")
+        path.unlink()
+        os.mkfifo(path)
+        self.assertIn(f"{path}: not a file", self.verify(1).stderr)
+
+    def test_no_receipts(self):
+        result = fake_site.run("verify.py", self.site_dir / "elsewhere")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("run make map first", result.stderr)
+
+    def why(self, rules):
+        with mock.patch("sys.stdin", io.StringIO(rules)), contextlib.suppress(SystemExit):
+            return fake_site.run("why.py", "--out", self.site_dir)
+
+    def test_why_survives_damaged_reports(self):
+        config = self.write("config/features.toml", "num_features = 5\n")
+        output = self.site_dir / "features" / "shard_0000.h5"
+        os.utime(output, (1, 1))
+        report = self.site_dir / "features" / "report_0000.json"
+        report.write_text(json.dumps({"config": "num_features = 4\n"}))
+        rules = f"features_0000:{output}:{config}\n"
+        self.assertIn("(num_features 4 -> 5)", self.why(rules).stdout)
+        for content in (*DAMAGED[:4], b'{"config": "="}', b'{"config": 5}'):
+            with self.subTest(content):
+                report.write_bytes(content)
+                result = self.why(rules)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertIn("features.toml is newer", result.stdout)
+
+    def test_why_tells_of_what_make_does_whatever_the_times_say(self):
+        output = self.site_dir / "features" / "shard_0000.h5"
+        self.assertIn("features_0000: its last run was not finished", self.why(f"features_0000:{output}:FORCE,\n").stdout)
+        self.assertIn("up to date", self.why(f"features_0000:{output}:,\n").stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
