@@ -14,8 +14,9 @@ namespace nightmap {
 namespace {
 
 constexpr const char* kRemedy =
-    "delete the odometry folder of this site and run make; if it comes back, check depth_scale and "
-    "the intrinsics in the site config";
+    "delete the odometry folder of this site and run make; if it comes back, check "
+    "depth_units_per_m "
+    "and the intrinsics in the site config";
 
 void CheckSizes(const BundleProblem& problem) {
   const std::size_t num_poses = problem.camera_from_world.size();

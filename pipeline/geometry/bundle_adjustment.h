@@ -85,8 +85,7 @@ struct BundleSummary {
 // observation are held only by their depth. Observations whose point starts behind the camera are
 // removed. Throws DataError when sizes do not fit, when a number is none, when the system does not
 // fit into memory, and when no step lowers the cost though it should: nothing is adjusted then.
-[[nodiscard]] BundleSummary AdjustBundle(const BundleOptions& options,
-                                         BundleProblem* problem);
+[[nodiscard]] BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* problem);
 
 // Distance of an observation from where its point is predicted; infinite for a point that the
 // camera cannot see.

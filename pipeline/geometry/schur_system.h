@@ -61,8 +61,8 @@ class SchurSystem {
   // damping may help. Throws DataError when its factor does not fit: no damping will.
   // `priors`: one a sensor; not looked at when calibrations are held.
   [[nodiscard]] std::optional<BundleStep> Solve(const std::vector<LinearObservation>& observations,
-                                  const std::vector<LinearPrior>& priors,
-                                  double trust);
+                                                const std::vector<LinearPrior>& priors,
+                                                double trust);
 
  private:
   using Matrix63d = Eigen::Matrix<double, 6, 3>;

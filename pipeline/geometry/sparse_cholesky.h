@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cholesky factorization of a sparse matrix whose pattern stays (CHOLMOD, supernodal), which tells a
-// matrix that has no factor from a factor that does not fit.
+// Cholesky factorization of a sparse matrix whose pattern stays (CHOLMOD, supernodal), which tells
+// a matrix that has no factor from a factor that does not fit.
 #pragma once
 
 #include <Eigen/CholmodSupport>

@@ -78,6 +78,39 @@ void CheckEdges(const OdometryShard& shard, const std::vector<bool>& is_keyframe
   }
 }
 
+bool HasFeature(const FeaturesShard& features, int frame_idx, int feature_idx) {
+  if (frame_idx < 0 || static_cast<std::size_t>(frame_idx) >= features.frames.size()) return false;
+  const FrameFeatures& frame = features.frames[static_cast<std::size_t>(frame_idx)];
+  return feature_idx >= 0 && feature_idx < frame.NumFeatures();
+}
+
+void CheckObservations(const OdometryShard& shard, const FeaturesShard& features) {
+  for (const TrackObservation& o : shard.observations) {
+    if (o.track_idx >= 0 && HasFeature(features, o.frame_idx, o.feature_idx)) continue;
+    throw DataError("odometry: track {} has feature {} of frame {}, which does not exist; {}",
+                    o.track_idx,
+                    o.feature_idx,
+                    o.frame_idx,
+                    kRemedy);
+  }
+}
+
+void CheckMatches(const FramePair& loop, const FeaturesShard& features) {
+  for (const FeatureMatch& match : loop.inliers) {
+    if (HasFeature(features, loop.frame_a, match.a) &&
+        HasFeature(features, loop.frame_b, match.b)) {
+      continue;
+    }
+    throw DataError(
+        "loop {}-{} matches features {} and {}, which do not both exist; delete the matches folder "
+        "of this site and run make",
+        loop.frame_a,
+        loop.frame_b,
+        match.a,
+        match.b);
+  }
+}
+
 void CheckLoops(const std::vector<FramePair>& loops, std::size_t num_frames) {
   for (const FramePair& loop : loops) {
     if (loop.frame_a >= 0 && loop.frame_a < loop.frame_b &&
@@ -97,8 +130,12 @@ void CheckLoops(const std::vector<FramePair>& loops, std::size_t num_frames) {
 void CheckInput(const PoseGraphInput& input) {
   const std::vector<bool> is_keyframe = Keyframes(input.odometry);
   CheckFrames(input, is_keyframe);
-  for (const OdometryShard& shard : input.odometry) CheckEdges(shard, is_keyframe);
+  for (const OdometryShard& shard : input.odometry) {
+    CheckEdges(shard, is_keyframe);
+    CheckObservations(shard, input.features);
+  }
   CheckLoops(input.loops, is_keyframe.size());
+  for (const FramePair& loop : input.loops) CheckMatches(loop, input.features);
 }
 
 }  // namespace nightmap

@@ -8,7 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
-#include "tests/geometry/failing_cholmod.h"
+#include "tests/failing_cholmod.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
