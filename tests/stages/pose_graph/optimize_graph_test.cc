@@ -101,7 +101,7 @@ TEST(OptimizeGraph, MovingTheWholeGraphChangesNothing) {
 
 TEST(OptimizeGraph, WithoutMemoryItIsAnError) {
   Scene scene = MakeScene(0);
-  const FailingCholmod without_memory(1000);
+  const FailingCholmod without_memory(10'000);
   NIGHTMAP_EXPECT_ERROR(
       DataError, OptimizeGraph(6, &scene.edges, &scene.poses), "was not optimized");
 }
