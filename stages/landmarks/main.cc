@@ -7,7 +7,7 @@
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/vision/vocabulary_io.h"
 #include "stages/landmarks/colmap_export.h"
-#include "stages/landmarks/landmarks.h"
+#include "stages/landmarks/landmarks_report.h"
 
 int main(int argc, char** argv) {
   using namespace nightmap;
@@ -39,8 +39,11 @@ int main(int argc, char** argv) {
                                    ReadTum(context.Input("trajectory")),
                                    ReadTum(context.Input("keyframes"))};
         context.BeginPart("build");
-        const LandmarkMap map =
+        const LandmarksResult result =
             RunLandmarks(options, input, context.GetProgress(), context.NumThreads());
+        const LandmarkMap& map = result.map;
+        const std::string dropped = DroppedLandmarks(result);
+        if (!dropped.empty()) spdlog::warn("{}", dropped);
         if (map.NumLandmarks() == 0) {
           throw ThresholdError(
               "landmarks: none; see min_observations and the depth in the features");
@@ -53,12 +56,7 @@ int main(int argc, char** argv) {
         WriteColmapDatabase(context.Output("database"), model);
         const std::string unusable_names = UnusableColmapNames(model);
         if (!unusable_names.empty()) spdlog::warn("COLMAP export: {}", unusable_names);
-        std::size_t num_observations = 0;
-        for (const auto& keyframes : map.landmark_keyframes) num_observations += keyframes.size();
-        context.Report()["num_observers"] = map.keyframes.size();
-        context.Report()["num_landmarks"] = map.NumLandmarks();
-        context.Report()["num_descriptors"] = map.NumDescriptors();
-        context.Report()["num_observations"] = num_observations;
+        context.Report().update(SummarizeLandmarks(result));
         context.Report()["num_colmap_points"] = model.points.size();
         context.Report()["mean_reprojection_error_px"] = model.MeanReprojectionError_px();
         context.Report()["colmap_names_usable"] = unusable_names.empty();
