@@ -52,6 +52,6 @@ int main(int argc, char** argv) {
         WriteFile(context.Output("queries"), QueriesToCsv(results));
         WriteFile(context.Output("trajectory"),
                   TrajectoryToTum(LocatedPoses(results), "map_from_camera of the located queries"));
-        context.Report() = SummarizeQueries(results);
+        context.Report().update(SummarizeQueries(results));
       });
 }
