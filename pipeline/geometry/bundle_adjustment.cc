@@ -7,54 +7,12 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/check_bundle.h"
 #include "pipeline/geometry/observation_error.h"
 #include "pipeline/geometry/schur_system.h"
 
 namespace nightmap {
 namespace {
-
-constexpr const char* kRemedy =
-    "delete the odometry folder of this site and run make; if it comes back, check "
-    "depth_units_per_m "
-    "and the intrinsics in the site config";
-
-void CheckSizes(const BundleProblem& problem) {
-  const std::size_t num_poses = problem.camera_from_world.size();
-  if (problem.cameras.size() != num_poses || problem.is_fixed.size() != num_poses) {
-    throw DataError("bundle adjustment: {} poses, {} cameras, {} flags",
-                    num_poses,
-                    problem.cameras.size(),
-                    problem.is_fixed.size());
-  }
-  const auto& sensor_idx = problem.sensor_idx;
-  const auto num_sensors = static_cast<int>(problem.calibrations.size());
-  if (num_sensors == 0 || (!sensor_idx.empty() && sensor_idx.size() != num_poses) ||
-      (!problem.motions.empty() && problem.motions.size() != num_poses) ||
-      std::ranges::any_of(sensor_idx, [&](int i) { return i < 0 || i >= num_sensors; })) {
-    throw DataError("bundle adjustment: {} calibrations and {} motions do not fit {} poses",
-                    num_sensors,
-                    problem.motions.size(),
-                    num_poses);
-  }
-}
-
-void CheckNumbers(const BundleProblem& problem) {
-  for (const BundleObservation& o : problem.observations) {
-    if (o.pixel.allFinite() && std::isfinite(o.depth_m)) continue;
-    throw DataError(
-        "bundle adjustment: pose {} sees point {} at a pixel or depth that is no number",
-        o.pose_idx,
-        o.point_idx);
-  }
-  for (std::size_t i = 0; i < problem.camera_from_world.size(); ++i) {
-    if (problem.camera_from_world[i].Matrix().allFinite()) continue;
-    throw DataError("bundle adjustment: pose {} is no number; {}", i, kRemedy);
-  }
-  for (std::size_t i = 0; i < problem.points_in_world.size(); ++i) {
-    if (problem.points_in_world[i].allFinite()) continue;
-    throw DataError("bundle adjustment: point {} is no number; {}", i, kRemedy);
-  }
-}
 
 std::size_t SensorOf(std::size_t pose, const BundleProblem& data) {
   return data.sensor_idx.empty() ? 0 : static_cast<std::size_t>(data.sensor_idx[pose]);
@@ -156,7 +114,7 @@ class Adjuster {
         summary.num_iterations,
         summary.initial_cost,
         promised,
-        kRemedy);
+        kBundleRemedy);
   }
 
   // Refused when the step does not lower the cost as it should.
@@ -290,8 +248,7 @@ const char* BundleEndText(BundleEnd end) {
 }
 
 BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* data) {
-  CheckSizes(*data);
-  CheckNumbers(*data);
+  CheckBundle(*data);
   DropUnseeable(data);
   if (data->observations.empty()) return {};
   return Adjuster(options, data).Run();
