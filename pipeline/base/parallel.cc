@@ -5,6 +5,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -60,7 +61,12 @@ void ParallelFor(std::size_t count, int num_threads, const std::function<void(st
   const std::size_t num_helpers =
       std::min(count, static_cast<std::size_t>(std::max(1, num_threads))) - (count > 0 ? 1 : 0);
   std::vector<std::thread> helpers;
-  for (std::size_t i = 0; i < num_helpers; ++i) helpers.emplace_back(work);
+  helpers.reserve(num_helpers);
+  try {
+    for (std::size_t i = 0; i < num_helpers; ++i) helpers.emplace_back(work);
+  } catch (const std::system_error&) {
+    // The system gives no more threads; those there are do the work.
+  }
   work();
   for (std::thread& helper : helpers) helper.join();
   failure.Rethrow();

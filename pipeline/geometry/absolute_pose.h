@@ -53,22 +53,23 @@ struct AbsolutePose {
 
 // Nothing when fewer than min_inliers agree. Deterministic in the seed. The camera's distortion is
 // not applied: pixels are undistorted.
-std::optional<AbsolutePose> EstimateAbsolutePose(const Camera& camera,
-                                                 const std::vector<PointMatch>& matches,
-                                                 const AbsolutePoseOptions& options);
+[[nodiscard]] std::optional<AbsolutePose> EstimateAbsolutePose(
+    const Camera& camera,
+    const std::vector<PointMatch>& matches,
+    const AbsolutePoseOptions& options);
 
 // The robust refinement alone, from a pose near the solution; no sampling. Nothing when fewer than
 // min_inliers agree with the refined pose.
-std::optional<AbsolutePose> RefineAbsolutePose(const Camera& camera,
-                                               const std::vector<PointMatch>& matches,
-                                               const Rigid3& camera_from_world,
-                                               const AbsolutePoseOptions& options);
+[[nodiscard]] std::optional<AbsolutePose> RefineAbsolutePose(const Camera& camera,
+                                                             const std::vector<PointMatch>& matches,
+                                                             const Rigid3& camera_from_world,
+                                                             const AbsolutePoseOptions& options);
 
 // Covariance of a given pose from matches that are taken as inliers; nothing when they do not
 // determine it.
-std::optional<Matrix6d> PoseCovariance(const Camera& camera,
-                                       const std::vector<PointMatch>& matches,
-                                       const Rigid3& camera_from_world,
-                                       const AbsolutePoseOptions& options);
+[[nodiscard]] std::optional<Matrix6d> PoseCovariance(const Camera& camera,
+                                                     const std::vector<PointMatch>& matches,
+                                                     const Rigid3& camera_from_world,
+                                                     const AbsolutePoseOptions& options);
 
 }  // namespace nightmap

@@ -7,41 +7,12 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/check_bundle.h"
 #include "pipeline/geometry/observation_error.h"
 #include "pipeline/geometry/schur_system.h"
 
 namespace nightmap {
 namespace {
-
-void CheckSizes(const BundleProblem& problem) {
-  const std::size_t num_poses = problem.camera_from_world.size();
-  if (problem.cameras.size() != num_poses || problem.is_fixed.size() != num_poses) {
-    throw DataError("bundle adjustment: {} poses, {} cameras, {} flags",
-                    num_poses,
-                    problem.cameras.size(),
-                    problem.is_fixed.size());
-  }
-  const auto& sensor_idx = problem.sensor_idx;
-  const auto num_sensors = static_cast<int>(problem.calibrations.size());
-  if (num_sensors == 0 || (!sensor_idx.empty() && sensor_idx.size() != num_poses) ||
-      (!problem.motions.empty() && problem.motions.size() != num_poses) ||
-      std::ranges::any_of(sensor_idx, [&](int i) { return i < 0 || i >= num_sensors; })) {
-    throw DataError("bundle adjustment: {} calibrations and {} motions do not fit {} poses",
-                    num_sensors,
-                    problem.motions.size(),
-                    num_poses);
-  }
-}
-
-void CheckNumbers(const BundleProblem& problem) {
-  for (const BundleObservation& o : problem.observations) {
-    if (o.pixel.allFinite() && std::isfinite(o.depth_m)) continue;
-    throw DataError(
-        "bundle adjustment: pose {} sees point {} at a pixel or depth that is no number",
-        o.pose_idx,
-        o.point_idx);
-  }
-}
 
 std::size_t SensorOf(std::size_t pose, const BundleProblem& data) {
   return data.sensor_idx.empty() ? 0 : static_cast<std::size_t>(data.sensor_idx[pose]);
@@ -86,52 +57,83 @@ class Adjuster {
     Linearize();
     BundleSummary summary;
     summary.initial_cost = summary.final_cost = Cost();
-    for (int num_refused = 0; num_refused <= kMaxRefused;) {
-      if (summary.num_iterations++ >= options_.max_iterations) break;
-      const auto gain = TryStep(summary.final_cost);
-      if (!gain) {
+    summary.end = BundleEnd::kMaxIterations;
+    double promised = 0;  // the largest decrease that one of the steps refused in a row predicted
+    int num_refused = 0;
+    while (summary.num_iterations < options_.max_iterations && num_refused <= kMaxRefused) {
+      ++summary.num_iterations;
+      const Trial trial = TryStep(summary.final_cost);
+      if (!trial.is_accepted) {
         trust_ /= distrust_;
         distrust_ *= 2;
         ++num_refused;
+        promised = std::max(promised, trial.predicted);
         continue;
       }
+      ++summary.num_accepted;
+      summary.final_cost -= trial.decrease;
+      if (trial.decrease <= kMinRelativeDecrease * summary.final_cost) {
+        summary.end = BundleEnd::kConverged;
+        break;
+      }
       num_refused = 0;
-      summary.final_cost -= gain->decrease;
-      if (gain->decrease <= kMinRelativeDecrease * summary.final_cost) break;
-      trust_ /= std::max(1.0 / 3, 1 - std::pow(2 * gain->of_predicted - 1, 3));
+      promised = 0;
+      const double of_predicted = trial.decrease / trial.predicted;
+      trust_ /= std::max(1.0 / 3, 1 - std::pow(2 * of_predicted - 1, 3));
       trust_ = std::min(trust_, kMaxTrust);
       distrust_ = 2;
       Linearize();
     }
+    if (num_refused > 0) summary.end = EndAfterRefusals(promised, summary);
     return summary;
   }
 
  private:
   static constexpr int kMaxRefused = 30;  // in a row; each step is shorter than the one before
   static constexpr double kMinRelativeDecrease = 1e-5;  // of the cost; less ends the adjustment
+  static constexpr double kNoDecrease = 1e-9;           // rounding, when everything fits exactly
   static constexpr double kMinOfPredicted = 1e-3;       // less refuses the step
   static constexpr double kMaxTrust = 1e12;
 
-  struct Gain {
-    double decrease;
-    double of_predicted;
+  struct Trial {
+    bool is_accepted = false;  // else nothing changed
+    double decrease = 0;
+    double predicted = std::numeric_limits<double>::infinity();  // when there is no step
   };
 
-  // Nothing, and nothing changed, when the step does not lower the cost as it should.
-  std::optional<Gain> TryStep(double cost) {
+  // Of an adjustment whose last steps were refused, or gained little after such: nothing was left
+  // to gain, or what was left was not gained.
+  static BundleEnd EndAfterRefusals(double promised, const BundleSummary& summary) {
+    if (promised <= kMinRelativeDecrease * summary.final_cost + kNoDecrease) {
+      return BundleEnd::kConverged;
+    }
+    if (summary.num_accepted > 0) return BundleEnd::kStalled;
+    throw DataError(
+        "bundle adjustment: none of {} steps lowered the cost of {:.6g}, though one should have by "
+        "{:.6g}; {}",
+        summary.num_iterations,
+        summary.initial_cost,
+        promised,
+        kBundleRemedy);
+  }
+
+  // Refused when the step does not lower the cost as it should.
+  Trial TryStep(double cost) {
     const auto step = system_.Solve(linear_, Priors(), trust_);
     if (!step) return {};
     const auto poses = data_.camera_from_world;
     const auto points = data_.points_in_world;
     const auto calibrations = data_.calibrations;
     Move(*step);
-    const double decrease = cost - Cost();
-    const double of_predicted = decrease / step->predicted_decrease;
-    if (of_predicted > kMinOfPredicted) return Gain{decrease, of_predicted};
+    Trial trial;
+    trial.decrease = cost - Cost();
+    if (std::isfinite(step->predicted_decrease)) trial.predicted = step->predicted_decrease;
+    trial.is_accepted = trial.decrease / step->predicted_decrease > kMinOfPredicted;
+    if (trial.is_accepted) return trial;
     data_.camera_from_world = poses;
     data_.points_in_world = points;
     data_.calibrations = calibrations;
-    return {};
+    return trial;
   }
 
   void Move(const BundleStep& step) {
@@ -231,9 +233,22 @@ class Adjuster {
 
 }  // namespace
 
+const char* BundleEndText(BundleEnd end) {
+  switch (end) {
+    case BundleEnd::kNothingSeen:
+      return "nothing seen";
+    case BundleEnd::kConverged:
+      return "converged";
+    case BundleEnd::kMaxIterations:
+      return "max_iterations reached";
+    case BundleEnd::kStalled:
+      return "stalled";
+  }
+  return "";
+}
+
 BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* data) {
-  CheckSizes(*data);
-  CheckNumbers(*data);
+  CheckBundle(*data);
   DropUnseeable(data);
   if (data->observations.empty()) return {};
   return Adjuster(options, data).Run();

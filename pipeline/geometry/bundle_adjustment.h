@@ -64,16 +64,28 @@ struct BundleOptions {
   int num_threads = 1;  // changes no result
 };
 
+enum class BundleEnd {
+  kNothingSeen,    // no observation is left, nothing was adjusted
+  kConverged,      // another step would gain next to nothing
+  kMaxIterations,  // the last steps still gained
+  kStalled,        // the last steps gained nothing, though they should have
+};
+
+const char* BundleEndText(BundleEnd end);
+
 struct BundleSummary {
-  double initial_cost = 0;
+  double initial_cost = 0;  // half the robust sum of squares over the variances
   double final_cost = 0;
-  int num_iterations = 0;
+  int num_iterations = 0;  // steps tried
+  int num_accepted = 0;    // of these, steps that lowered the cost
+  BundleEnd end = BundleEnd::kNothingSeen;
 };
 
 // Optimizes poses and points in place, by Levenberg-Marquardt. Deterministic. Points with a single
 // observation are held only by their depth. Observations whose point starts behind the camera are
-// removed. Throws DataError when sizes do not fit or an observation is no number.
-BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* problem);
+// removed. Throws DataError when sizes do not fit, when a number is none, when the system does not
+// fit into memory, and when no step lowers the cost though it should: nothing is adjusted then.
+[[nodiscard]] BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* problem);
 
 // Distance of an observation from where its point is predicted; infinite for a point that the
 // camera cannot see.

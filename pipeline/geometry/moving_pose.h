@@ -38,10 +38,10 @@ struct MovingPose {
 // Robust least squares over pose and motion, from a pose near the solution. Measured depths are not
 // used. Nothing when fewer than min_inliers agree, or they do not determine the pose.
 // Deterministic.
-std::optional<MovingPose> RefineMovingPose(const Camera& camera,
-                                           const std::vector<PointMatch>& matches,
-                                           const Rigid3& camera_from_world,
-                                           int min_inliers,
-                                           const MovingPoseOptions& options);
+[[nodiscard]] std::optional<MovingPose> RefineMovingPose(const Camera& camera,
+                                                         const std::vector<PointMatch>& matches,
+                                                         const Rigid3& camera_from_world,
+                                                         int min_inliers,
+                                                         const MovingPoseOptions& options);
 
 }  // namespace nightmap

@@ -116,6 +116,16 @@ void SchurSystem::OrderPoses(const std::vector<std::vector<int>>& neighbours) {
   }
 }
 
+// Of the lower triangle as LayOut makes it, `later_` known.
+std::size_t SchurSystem::NumEntries() const {
+  const auto num_calibrations = static_cast<std::size_t>(NumCalibrations());
+  std::size_t count = num_calibrations * num_calibrations;
+  for (std::size_t pose = 0; pose < poses_.size(); ++pose) {
+    if (rank_[pose] >= 0) count += 6 * (6 * (later_[pose].size() + 1) + num_calibrations);
+  }
+  return count;
+}
+
 // The pattern of the lower triangle. The blocks on the diagonal are kept whole.
 void SchurSystem::LayOut(const std::vector<std::vector<int>>& neighbours) {
   std::vector<std::size_t> pose_at;
@@ -130,8 +140,10 @@ void SchurSystem::LayOut(const std::vector<std::vector<int>>& neighbours) {
   std::ranges::sort(pose_at, {}, [&](std::size_t pose) { return rank_[pose]; });
   const auto num_pose_columns = static_cast<int>(6 * pose_at.size());
   const int size = num_pose_columns + static_cast<int>(NumCalibrations());
+  const int num_entries = SparseIndex(NumEntries());
   std::vector<int> begins = {0};
   std::vector<int> rows;
+  rows.reserve(static_cast<std::size_t>(num_entries));
   const auto add_column = [&](std::span<const int> block_rows) {
     rows.insert(rows.end(), block_rows.begin(), block_rows.end());
     begins.push_back(static_cast<int>(rows.size()));
@@ -151,12 +163,9 @@ void SchurSystem::LayOut(const std::vector<std::vector<int>>& neighbours) {
   for (std::size_t i = 0; i < calibration_rows.size(); ++i) add_column(calibration_rows);
   const std::vector<double> zeros(rows.size(), 0);
   reduced_ = Eigen::Map<const Eigen::SparseMatrix<double>>(
-      size, size, static_cast<int>(rows.size()), begins.data(), rows.data(), zeros.data());
+      size, size, num_entries, begins.data(), rows.data(), zeros.data());
   right_side_.resize(size);
-  if (size == 0) return;
-  cholesky_.cholmod().nmethods = 1;
-  cholesky_.cholmod().method[0].ordering = CHOLMOD_NATURAL;  // OrderPoses has done it
-  cholesky_.analyzePattern(reduced_);
+  if (size > 0) cholesky_.Analyze(reduced_);
 }
 
 void SchurSystem::EliminatePoint(const std::vector<LinearObservation>& observations,
@@ -300,11 +309,10 @@ std::optional<BundleStep> SchurSystem::Solve(const std::vector<LinearObservation
   if (has_calibrations_) SumCalibrationRows(observations, priors, trust);
   Eigen::VectorXd solution;
   if (right_side_.size() > 0) {
-    cholesky_.factorize(reduced_);
-    if (cholesky_.info() != Eigen::Success) return {};
-    solution = cholesky_.solve(right_side_);
+    auto solved = cholesky_.Solve(reduced_, right_side_);
+    if (!solved || !solved->allFinite()) return {};
+    solution = *std::move(solved);
   }
-  if (!solution.allFinite()) return {};
   BundleStep step;
   for (const int rank : rank_) {
     step.poses.push_back(rank < 0 ? Vector6d::Zero() : Vector6d(solution.segment<6>(6 * rank)));

@@ -5,7 +5,6 @@
 // number of threads; Ceres's are not.
 #pragma once
 
-#include <Eigen/CholmodSupport>
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <optional>
@@ -14,6 +13,7 @@
 
 #include "pipeline/geometry/bundle_adjustment.h"
 #include "pipeline/geometry/observation_error.h"
+#include "pipeline/geometry/sparse_cholesky.h"
 
 namespace nightmap {
 
@@ -52,15 +52,17 @@ class IndexGroups {
 
 class SchurSystem {
  public:
-  // Takes the structure, which stays: which pose sees which point. Keeps a reference.
+  // Takes the structure, which stays: which pose sees which point. Keeps a reference. Throws
+  // DataError when the system is too large.
   SchurSystem(const BundleProblem& problem, bool has_calibrations, int num_threads);
 
   // The step that minimizes the linearized cost plus the damping: every variable's own curvature
-  // over `trust`, times its step squared. Nothing when the system is not positive definite.
+  // over `trust`, times its step squared. Nothing when the system is not positive definite: more
+  // damping may help. Throws DataError when its factor does not fit: no damping will.
   // `priors`: one a sensor; not looked at when calibrations are held.
-  std::optional<BundleStep> Solve(const std::vector<LinearObservation>& observations,
-                                  const std::vector<LinearPrior>& priors,
-                                  double trust);
+  [[nodiscard]] std::optional<BundleStep> Solve(const std::vector<LinearObservation>& observations,
+                                                const std::vector<LinearPrior>& priors,
+                                                double trust);
 
  private:
   using Matrix63d = Eigen::Matrix<double, 6, 3>;
@@ -85,6 +87,7 @@ class SchurSystem {
   std::size_t SensorOf(int observation) const;
   std::vector<std::vector<int>> FindNeighbours(int num_threads) const;
   void OrderPoses(const std::vector<std::vector<int>>& neighbours);
+  std::size_t NumEntries() const;
   void LayOut(const std::vector<std::vector<int>>& neighbours);
   Eigen::Index NumCalibrations() const { return has_calibrations_ ? 3 * num_sensors_ : 0; }
 
@@ -117,7 +120,7 @@ class SchurSystem {
   // Lower triangle of the reduced system: the poses by rank, then the calibrations.
   Eigen::SparseMatrix<double> reduced_;
   Eigen::VectorXd right_side_;
-  Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>, Eigen::Lower> cholesky_;
+  SparseCholesky cholesky_;
 };
 
 }  // namespace nightmap

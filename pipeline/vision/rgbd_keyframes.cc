@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/vision/rgbd_keyframes.h"
 
+#include "pipeline/base/error.h"
 #include "pipeline/vision/back_project.h"
 
 namespace nightmap {

@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/geometry/rigid3.h"
+#include "pipeline/io/frame_failure.h"
 #include "pipeline/io/tiles_io.h"
 
 namespace nightmap {
@@ -51,7 +51,7 @@ void CheckReach(const std::vector<Keyframe>& keyframes, double max_range_m, doub
 // merge(work(keyframe, images)) for each keyframe that sees something of the region. `work` runs on
 // several threads, `merge` in the order of the keyframes, so results do not depend on the number of
 // threads; at most four keyframes a thread are in memory. Returns why keyframes were skipped
-// (unreadable pixels).
+// (unreadable pixels, or whatever else FrameFailure catches).
 template <typename Partial>
 std::vector<std::string> FuseKeyframes(
     const KeyframeSource& source,
@@ -68,12 +68,10 @@ std::vector<std::string> FuseKeyframes(
     std::vector<std::string> reasons(count);
     ParallelFor(count, num_threads, [&](std::size_t i) {
       const Keyframe& keyframe = source.keyframes[begin + i];
-      try {
+      reasons[i] = FrameFailure(keyframe.frame.color_path, [&] {
         const RgbdImages images = source.load(keyframe);
         if (!images.depth.pixels.empty()) partials[i] = work(keyframe, images);
-      } catch (const DataError& error) {
-        reasons[i] = error.what();
-      }
+      });
     });
     for (std::size_t i = 0; i < count; ++i) {
       if (partials[i]) merge(std::move(*partials[i]));

@@ -3,6 +3,7 @@
 // libraries that decode them.
 #include <unordered_map>
 
+#include "pipeline/base/error.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/vision/rgbd_keyframes.h"
 

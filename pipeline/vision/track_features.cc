@@ -18,6 +18,7 @@ using Pyramid = std::vector<cv::Mat>;
 Pyramid BuildPyramid(const ColorImage& color, int window_px) {
   GrayImage gray = ToGray(color);
   const cv::Mat image(gray.height, gray.width, CV_8UC1, gray.pixels.data());
+  CV_Assert(!image.empty());  // OpenCV looks for a border of it without end
   Pyramid pyramid;
   cv::buildOpticalFlowPyramid(image, pyramid, {window_px, window_px}, kNumPyramidLevels);
   return pyramid;

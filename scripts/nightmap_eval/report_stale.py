@@ -6,7 +6,7 @@ import re
 import tomllib
 
 from nightmap_eval.errors import printable
-from nightmap_eval.reading import read_text, read_toml, using
+from nightmap_eval.reading import read_toml, using
 from nightmap_eval.receipts import Hashes, Receipt
 
 # What the Makefile adds to the log of a stage that fails, and what the stage itself said.

@@ -4,14 +4,15 @@
 #include <algorithm>
 #include <optional>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/io/frame_failure.h"
 
 namespace nightmap {
 
 namespace {
 
-// Describes or tracks the frames of one segment in order.
+// Describes or tracks the frames of one segment in order. After one that throws the next is tracked
+// from the last described one, or described, as if it were not there.
 class Segment {
  public:
   Segment(const FeaturesOptions& options, const std::vector<RgbdCamera>& cameras)
@@ -60,12 +61,10 @@ FeaturesResult RunFeatures(const FeaturesOptions& options,
     Segment segment(options, cameras);
     for (std::size_t k = i * length; k < std::min(frames.size(), (i + 1) * length); ++k) {
       result.shard.frames[k].frame_idx = frames[k].frame_idx;
-      try {
+      failures[k] = FrameFailure(frames[k].color_path, [&] {
         const bool is_last = k + 1 == frames.size();
         result.shard.frames[k] = segment.Next(frames[k], load(frames[k]), is_last);
-      } catch (const DataError& error) {
-        failures[k] = error.what();
-      }
+      });
       progress.Advance();
     }
   });

@@ -30,15 +30,15 @@ struct FeaturesOptions {
     list.Add("max_failed_ratio",
              &max_failed_ratio,
              Range(0, 1),
-             "share of unreadable frames above which the stage fails");
+             "share of failed frames above which the stage fails");
   }
 };
 
-// Throws DataError when the frame's pixels cannot be read.
+// Throws when the frame's pixels cannot be read: whatever FrameFailure catches fails this frame.
 using RgbdLoader = std::function<RgbdImages(const FrameRecord&)>;
 
 struct FeaturesResult {
-  FeaturesShard shard;  // one entry a frame, in order; an unreadable frame has no features
+  FeaturesShard shard;  // one entry a frame, in order; a failed frame has no features
   std::vector<std::string> skipped;  // reasons, in frame order
 };
 

@@ -85,21 +85,24 @@ void SortQueries(std::vector<Candidate>* queries) {
 
 }  // namespace
 
-void SelectFrames(const FramesOptions& options, std::vector<RawSequence>* sequences) {
+std::size_t SelectFrames(const FramesOptions& options, std::vector<RawSequence>* sequences) {
   std::size_t num_selected = 0;
+  std::size_t num_left_out = 0;
   for (RawSequence& sequence : *sequences) {
     if (sequence.is_query) continue;
     std::vector<RawFrame> selected;
     const std::size_t stride = static_cast<std::size_t>(options.stride);
     for (std::size_t i = 0; i < sequence.frames.size(); i += stride) {
       if (options.max_frames > 0 && num_selected >= static_cast<std::size_t>(options.max_frames)) {
-        break;
+        ++num_left_out;
+        continue;
       }
       selected.push_back(std::move(sequence.frames[i]));
       ++num_selected;
     }
     sequence.frames = std::move(selected);
   }
+  return num_left_out;
 }
 
 FrameLists RunFrames(const std::vector<RawSequence>& sequences, int hold_out_every) {

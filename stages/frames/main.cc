@@ -2,6 +2,8 @@
 // frames: lists a site's RGB-D frames. Reads a site config and the raw recordings; writes
 // shards.txt and, beside it, shard_NNNN.csv, cameras.json, queries.csv, query_cameras.json and the
 // truth.
+#include <spdlog/spdlog.h>
+
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/site_config.h"
 #include "stages/frames/frames.h"
@@ -24,7 +26,13 @@ int main(int argc, char** argv) {
         context.BeginPart("list");
         auto sequences = ReadSequences(site, data_root);
         const auto accelerations = ReadAccelerations(site, data_root);
-        SelectFrames(options, &sequences);
+        const std::size_t num_left_out = SelectFrames(options, &sequences);
+        context.Report()["num_left_out_by_max_frames"] = num_left_out;
+        if (num_left_out > 0) {
+          spdlog::warn("max_frames = {} leaves out the last {} frames; raise it to map them",
+                       options.max_frames,
+                       num_left_out);
+        }
         context.BeginPart("inspect");
         const auto cameras =
             FindPictureCameras(site, data_root, options.max_picture_mpx, &sequences);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 
 #include "pipeline/base/error.h"
@@ -11,6 +10,7 @@
 #include "pipeline/io/features_of_frames.h"
 #include "pipeline/io/trajectory_io.h"
 #include "stages/landmarks/finish_track.h"
+#include "stages/landmarks/keep_landmarks.h"
 
 namespace nightmap {
 namespace {
@@ -47,19 +47,11 @@ std::vector<Observer> MakeObservers(const LandmarksOptions& options, const Landm
   return observers;
 }
 
-// Keeps the `count` landmarks seen most often (ties: the older), in their order.
-void KeepMostSeen(int count, std::vector<Landmark>* landmarks) {
-  const auto num_kept = static_cast<std::size_t>(count);
-  if (landmarks->size() <= num_kept) return;
-  std::vector<std::size_t> order(landmarks->size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return (*landmarks)[a].observations.size() > (*landmarks)[b].observations.size();
-  });
-  order.resize(num_kept);
-  std::sort(order.begin(), order.end());
+void KeepSome(std::size_t num_observers, std::size_t count, std::vector<Landmark>* landmarks) {
   std::vector<Landmark> kept;
-  for (const std::size_t i : order) kept.push_back(std::move((*landmarks)[i]));
+  for (const std::size_t i : ChooseLandmarks(*landmarks, num_observers, count)) {
+    kept.push_back(std::move((*landmarks)[i]));
+  }
   *landmarks = std::move(kept);
 }
 
@@ -134,7 +126,10 @@ void LandmarksOptions::Register(OptionList& list) {
            &max_position_sigma_m,
            Range(0.001, 100),
            "a landmark known less well is dropped");
-  list.Add("max_landmarks", &max_landmarks, Range(1, 1e8), "those seen most often are kept");
+  list.Add("max_landmarks",
+           &max_landmarks,
+           Range(1, 1e8),
+           "where there are more each keyframe keeps as many of its most seen ones");
   list.Add("max_descriptors", &max_descriptors, Range(1, 16), "kept of one landmark");
   list.Add("min_descriptor_difference",
            &min_descriptor_difference,
@@ -142,10 +137,10 @@ void LandmarksOptions::Register(OptionList& list) {
            "a further descriptor of a landmark is kept when it differs by as much");
 }
 
-LandmarkMap RunLandmarks(const LandmarksOptions& options,
-                         const LandmarksInput& input,
-                         Progress& progress,
-                         int num_threads) {
+LandmarksResult RunLandmarks(const LandmarksOptions& options,
+                             const LandmarksInput& input,
+                             Progress& progress,
+                             int num_threads) {
   CheckInput(input);
   const std::vector<Observer> observers = MakeObservers(options, input);
   LandmarkTracker tracker(options.tracker, input.features.kind, &observers);
@@ -164,10 +159,12 @@ LandmarkMap RunLandmarks(const LandmarksOptions& options,
   for (auto& landmark : finished) {
     if (landmark) landmarks.push_back(std::move(*landmark));
   }
-  KeepMostSeen(options.max_landmarks, &landmarks);
-  LandmarkMap map = Assemble(input, observers, landmarks);
-  AssignWords(*input.tree, num_threads, &map);
-  return map;
+  LandmarksResult result;
+  result.num_found = landmarks.size();
+  KeepSome(observers.size(), static_cast<std::size_t>(options.max_landmarks), &landmarks);
+  result.map = Assemble(input, observers, landmarks);
+  AssignWords(*input.tree, num_threads, &result.map);
+  return result;
 }
 
 }  // namespace nightmap

@@ -37,16 +37,24 @@ struct LandmarksInput {
   std::vector<StampedPose> keyframes;   // map_from_camera of the keyframes
 };
 
+struct LandmarksResult {
+  LandmarkMap map;
+  std::size_t num_found = 0;  // before max_landmarks cut the map
+
+  std::size_t NumDropped() const { return num_found - map.positions_in_map.size(); }
+};
+
 // Each observer (a keyframe, or any posed frame), in order of time, is compared only with landmarks
 // in the voxels its own depth falls into, so the work of one does not grow with the map. A feature
 // within max_error_px of a projected landmark, at its depth and with a similar descriptor, observes
 // it; another feature with depth founds one. A position is the mean of its observations weighted by
 // information: a pixel across the ray and, where measured, the depth's noise along it. Observations
-// that do not agree with the mean are dropped. Poses whose time is no frame's are refused.
-// Throws DataError; the same at any number of threads.
-LandmarkMap RunLandmarks(const LandmarksOptions& options,
-                         const LandmarksInput& input,
-                         Progress& progress,
-                         int num_threads);
+// that do not agree with the mean are dropped. Of more than max_landmarks each observer keeps as
+// many as any other (see ChooseLandmarks). Poses whose time is no frame's are refused. Throws
+// DataError; the same at any number of threads.
+LandmarksResult RunLandmarks(const LandmarksOptions& options,
+                             const LandmarksInput& input,
+                             Progress& progress,
+                             int num_threads);
 
 }  // namespace nightmap

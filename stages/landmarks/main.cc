@@ -4,7 +4,7 @@
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/vision/vocabulary_io.h"
-#include "stages/landmarks/landmarks.h"
+#include "stages/landmarks/landmarks_report.h"
 #include "stages/landmarks/write_colmap.h"
 
 int main(int argc, char** argv) {
@@ -38,20 +38,18 @@ int main(int argc, char** argv) {
                                    ReadTum(context.Input("trajectory")),
                                    ReadTum(context.Input("keyframes"))};
         context.BeginPart("build");
-        const LandmarkMap map =
+        const LandmarksResult result =
             RunLandmarks(options, input, context.GetProgress(), context.NumThreads());
+        const LandmarkMap& map = result.map;
+        const std::string dropped = DroppedLandmarks(result);
+        if (!dropped.empty()) spdlog::warn("{}", dropped);
         if (map.NumLandmarks() == 0) {
           throw ThresholdError(
               "landmarks: none; see min_observations and the depth in the features");
         }
         context.BeginPart("write");
         WriteLandmarks(context.Output("landmarks"), map, context.ConfigToml());
-        std::size_t num_observations = 0;
-        for (const auto& keyframes : map.landmark_keyframes) num_observations += keyframes.size();
-        context.Report()["num_observers"] = map.keyframes.size();
-        context.Report()["num_landmarks"] = map.NumLandmarks();
-        context.Report()["num_descriptors"] = map.NumDescriptors();
-        context.Report()["num_observations"] = num_observations;
+        context.Report().update(SummarizeLandmarks(result));
         context.BeginPart("export");
         WriteColmap(input, map, context);
       });

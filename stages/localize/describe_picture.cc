@@ -2,10 +2,8 @@
 #include "stages/localize/describe_picture.h"
 
 #include <algorithm>
-#include <new>
-#include <opencv2/core.hpp>
 
-#include "pipeline/base/error.h"
+#include "pipeline/io/frame_failure.h"
 #include "pipeline/vision/resize_picture.h"
 
 namespace nightmap {
@@ -36,20 +34,15 @@ DescribedPicture DescribePicture(const LocalizeOptions& options,
                                  const LocalizeInput& input,
                                  const FrameRecord& query) {
   const RgbdCamera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)];
-  std::string problem;
-  try {
+  DescribedPicture described{{}, camera.color, ""};
+  described.problem = FrameFailure(query.color_path, [&] {
     const CameraPicture picture = FitToMap({input.load_color(query, camera), camera.color},
                                            input.map_cameras,
                                            options.max_focal_ratio);
-    return {ExtractFeatures(picture.color, picture.camera, input.extraction), picture.camera, ""};
-  } catch (const DataError& error) {
-    problem = error.what();
-  } catch (const cv::Exception& error) {  // as when there is no memory for so large a picture
-    problem = fmt::format("{}: OpenCV: {}", query.color_path, error.err);
-  } catch (const std::bad_alloc&) {
-    problem = fmt::format("{}: does not fit into memory", query.color_path);
-  }
-  return {{}, camera.color, problem};
+    described.features = ExtractFeatures(picture.color, picture.camera, input.extraction);
+    described.camera = picture.camera;
+  });
+  return described;
 }
 
 }  // namespace nightmap

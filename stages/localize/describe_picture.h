@@ -15,8 +15,8 @@ struct DescribedPicture {
   std::string problem;  // empty: there is none
 };
 
-// Throws nothing for a picture that cannot be read, or that OpenCV cannot cope with: it has a
-// problem.
+// Throws nothing for a picture that cannot be read, or that OpenCV cannot cope with, or that
+// does not fit into memory: it has a problem.
 DescribedPicture DescribePicture(const LocalizeOptions& options,
                                  const LocalizeInput& input,
                                  const FrameRecord& query);

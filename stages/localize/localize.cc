@@ -8,6 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/io/frame_failure.h"
 #include "stages/localize/describe_picture.h"
 #include "stages/localize/localizer.h"
 
@@ -57,10 +58,16 @@ std::vector<LocatedPicture> LocateBatch(const LocalizeOptions& options,
   std::vector<LocatedPicture> located(queries.size());
   const auto locate = [&](std::size_t i) {
     const DescribedPicture picture = described[i].get();
-    located[i] = {picture.problem.empty()
-                      ? localizer.Localize(queries[i], picture.camera, picture.features)
-                      : FailedQuery(queries[i], QueryVerdict::kUnreadable, "unreadable_image"),
-                  picture.problem};
+    LocatedPicture& found = located[i];
+    found.problem = picture.problem;
+    if (found.problem.empty()) {
+      found.problem = FrameFailure(queries[i].color_path, [&] {
+        found.result = localizer.Localize(queries[i], picture.camera, picture.features);
+      });
+    }
+    if (found.problem.empty()) return;
+    const char* reason = picture.problem.empty() ? "search_failed" : "unreadable_image";
+    found.result = FailedQuery(queries[i], QueryVerdict::kUnreadable, reason);
   };
   input.begin_part("extract");
   ParallelFor(2 * queries.size(), num_threads, [&](std::size_t i) {

@@ -71,7 +71,8 @@ struct LocalizeInput {
 };
 
 // One result a query, in their order; see QueryVerdict. Reasons: too_few_matches, too_few_inliers
-// and uncertain_pose (not in the map), rival_place (ambiguous), no_features, unreadable_image.
+// and uncertain_pose (not in the map), rival_place (ambiguous), no_features, unreadable_image,
+// search_failed (unreadable as well: the search had too little memory).
 // A picture much finer than the map's (max_focal_ratio) is scaled down to the focal length of the
 // map before it is described: thresholds in pixels and the features' scales then mean what they
 // mean in the map, and errors are in pixels of the scaled picture.

@@ -54,6 +54,6 @@ int main(int argc, char** argv) {
         context.WriteIfWanted("trajectory", [&] {
           return TrajectoryToTum(LocatedPoses(results), "map_from_camera of the located queries");
         });
-        context.Report() = SummarizeQueries(results);
+        context.Report().update(SummarizeQueries(results));
       });
 }

@@ -4,6 +4,7 @@
 #include "stages/odometry/odometry.h"
 
 #include "pipeline/base/stage_main.h"
+#include "pipeline/geometry/bundle_report.h"
 #include "pipeline/io/trajectory_io.h"
 
 namespace nightmap {
@@ -16,7 +17,9 @@ void Run(const OdometryOptions& options, StageContext& context) {
   input.features = ReadFeatures(context.Inputs("features"));
   input.pairs = ReadPairs(context.Input("pairs"));
   input.first_frame_idx = ReadFrames(context.Inputs("frames").back()).front().frame_idx;
-  const OdometryShard shard = RunOdometry(options, input, context.GetProgress());
+  const OdometryResult result = RunOdometry(options, input, context.GetProgress());
+  const OdometryShard& shard = result.shard;
+  WarnOfStalls(result.adjustments);
 
   std::vector<StampedPose> trajectory;
   int num_keyframes = 0;
@@ -34,6 +37,8 @@ void Run(const OdometryOptions& options, StageContext& context) {
   context.Report()["num_frames"] = shard.frames.size();
   context.Report()["num_keyframes"] = num_keyframes;
   context.Report()["num_bridged_frames"] = num_bridged;
+  context.Report()["num_unrefined_frames"] = result.num_unrefined;
+  context.Report()["bundle_adjustments"] = BundleReport(result.adjustments);
   context.Report()["num_track_observations"] = shard.observations.size();
 }
 

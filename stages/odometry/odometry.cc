@@ -214,9 +214,9 @@ void OdometryOptions::Register(OptionList& list) {
   list.Add("bridge_rad_per_s", &bridge_rad_per_s, Range(0.01, 100), "likewise, rotation");
 }
 
-OdometryShard RunOdometry(const OdometryOptions& options,
-                          const OdometryInput& input,
-                          Progress& progress) {
+OdometryResult RunOdometry(const OdometryOptions& options,
+                           const OdometryInput& input,
+                           Progress& progress) {
   CheckInput(input);
   progress.Start(3);
   std::vector<ChainedFrame> frames = ChainPoses(input.pairs,
@@ -226,7 +226,9 @@ OdometryShard RunOdometry(const OdometryOptions& options,
   progress.Advance();
   const ShardBundle bundle = AdjustShard(options, input, &frames);
   progress.Advance();
-  return KeyframeGraph(options, input, frames, bundle).Build();
+  return {KeyframeGraph(options, input, frames, bundle).Build(),
+          bundle.adjustments,
+          bundle.num_unrefined};
 }
 
 }  // namespace nightmap

@@ -6,6 +6,7 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/geometry/bundle_adjustment.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/matches_io.h"
@@ -37,6 +38,12 @@ struct OdometryInput {
   int first_frame_idx = 0;       // where the own shard begins
 };
 
+struct OdometryResult {
+  OdometryShard shard;
+  std::vector<BundleSummary> adjustments;  // in order
+  int num_unrefined = 0;  // tracked frames that keep their chained pose: too few points fit another
+};
+
 // 1. Each frame is posed from the verified pair with most inliers to a posed earlier frame; one
 //    without such a pair is bridged (interpolated between its neighbours, or moved on at constant
 //    velocity) and reported; where later frames hang on it, it starts a new part.
@@ -44,9 +51,10 @@ struct OdometryInput {
 //    points are refined together, then each tracked frame against the points.
 // 3. Keyframes are chosen among the described frames by motion and overlap; edges between
 //    consecutive ones get the covariance of their relative pose given the adjusted points.
-// Deterministic; one thread.
-OdometryShard RunOdometry(const OdometryOptions& options,
-                          const OdometryInput& input,
-                          Progress& progress);
+// Deterministic; one thread. Throws DataError when the input does not fit together or an adjustment
+// fails.
+OdometryResult RunOdometry(const OdometryOptions& options,
+                           const OdometryInput& input,
+                           Progress& progress);
 
 }  // namespace nightmap

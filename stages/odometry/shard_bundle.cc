@@ -184,7 +184,7 @@ class Adjuster {
     }
     BundleOptions bundle_options;
     bundle_options.max_iterations = options_.max_iterations;
-    AdjustBundle(bundle_options, &problem);
+    result_.adjustments.push_back(AdjustBundle(bundle_options, &problem));
     result_.points_in_shard = problem.points_in_world;
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       frames_[i].shard_from_camera = problem.camera_from_world[i].Inverse();
@@ -216,6 +216,7 @@ class Adjuster {
       const auto refined = RefineAbsolutePose(
           camera.color, matches[i], frames_[i].shard_from_camera.Inverse(), pose_options);
       if (refined) frames_[i].shard_from_camera = refined->camera_from_world.Inverse();
+      if (!refined) ++result_.num_unrefined;
     }
   }
 

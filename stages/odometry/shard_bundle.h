@@ -14,14 +14,16 @@ namespace nightmap {
 struct ShardBundle {
   std::vector<TrackObservation> observations;    // those the adjustment agreed with
   std::vector<Eigen::Vector3d> points_in_shard;  // one a track
+  std::vector<BundleSummary> adjustments;        // in order
+  int num_unrefined = 0;  // tracked frames that keep their chained pose: too few points fit another
 };
 
 // Joins the accepted pairs to tracks, adjusts the described frames and the points that at least two
 // of them see, drops observations off by more than max_error_px and adjusts again. Tracked frames
 // then get the pose that fits the points best. Updates the poses in `frames` (frame i is
-// input.frames[i]).
-ShardBundle AdjustShard(const OdometryOptions& options,
-                        const OdometryInput& input,
-                        std::vector<ChainedFrame>* frames);
+// input.frames[i]). Throws DataError when an adjustment fails.
+[[nodiscard]] ShardBundle AdjustShard(const OdometryOptions& options,
+                                      const OdometryInput& input,
+                                      std::vector<ChainedFrame>* frames);
 
 }  // namespace nightmap

@@ -5,9 +5,10 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <tuple>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/io/frame_failure.h"
 #include "stages/point_cloud/fuse_depth.h"
 
 namespace nightmap {
@@ -50,12 +51,10 @@ std::vector<std::optional<DepthView>> LoadViews(const KeyframeSource& source,
   ParallelFor(keyframes.size(), num_threads, [&](std::size_t i) {
     const Keyframe& keyframe = keyframes[i];
     const auto camera = static_cast<std::size_t>(keyframe.frame.camera_idx);
-    try {
+    std::ignore = FrameFailure(keyframe.frame.depth_path, [&] {  // reported where it was fused
       views[i].emplace(
           source.cameras[camera], keyframe.map_from_camera, source.load_depth(keyframe));
-    } catch (const DataError&) {
-      // Reported where it was fused.
-    }
+    });
   });
   return views;
 }

@@ -21,13 +21,13 @@ class AdjustmentRounds {
       : options_(options), input_(input), chain_(chain), num_threads_(num_threads) {}
 
   // The keyframes and the points of `tracks`, with Huber's loss.
-  GlobalBundleSummary AdjustKeyframes(std::vector<Track> tracks,
-                                      std::map<int, Rigid3>* graph_from_keyframe) const;
+  [[nodiscard]] GlobalBundleSummary AdjustKeyframes(
+      std::vector<Track> tracks, std::map<int, Rigid3>* graph_from_keyframe) const;
 
   // The keyframes and every other frame that has descriptors (from where `graph_from_camera`, of
   // all frames, has it), with points found anew, Cauchy's loss and, by option, calibration.
-  GlobalBundleSummary AdjustDescribed(std::map<int, Rigid3>* graph_from_keyframe,
-                                      std::vector<Rigid3>* graph_from_camera) const;
+  [[nodiscard]] GlobalBundleSummary AdjustDescribed(std::map<int, Rigid3>* graph_from_keyframe,
+                                                    std::vector<Rigid3>* graph_from_camera) const;
 
   // Poses of all frames. A frame keeps its odometry pose relative to the adjusted frames around it;
   // between two it follows both in proportion, so that the trajectory stays smooth. Before a bridge

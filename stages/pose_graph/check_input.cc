@@ -80,15 +80,20 @@ void CheckEdges(const OdometryShard& shard, const std::vector<bool>& is_keyframe
   }
 }
 
+bool HasFeature(const FeaturesShard& features, int frame_idx, int feature_idx) {
+  if (frame_idx < 0 || static_cast<std::size_t>(frame_idx) >= features.frames.size()) return false;
+  const FrameFeatures& frame = features.frames[static_cast<std::size_t>(frame_idx)];
+  return feature_idx >= 0 && feature_idx < frame.NumFeatures();
+}
+
 // Tracks are numbered from 0 in each shard; each has features of its own.
-void CheckObservations(const OdometryShard& shard, const std::vector<FrameFeatures>& features) {
+void CheckObservations(const OdometryShard& shard, const FeaturesShard& features) {
   std::size_t num_features = 0;
-  for (const FrameFeatures& frame : features) {
+  for (const FrameFeatures& frame : features.frames) {
     num_features += static_cast<std::size_t>(frame.NumFeatures());
   }
   for (const TrackObservation& o : shard.observations) {
-    if (static_cast<std::size_t>(o.frame_idx) < features.size() &&
-        o.feature_idx < features[static_cast<std::size_t>(o.frame_idx)].NumFeatures() &&
+    if (HasFeature(features, o.frame_idx, o.feature_idx) && o.track_idx >= 0 &&
         static_cast<std::size_t>(o.track_idx) < num_features) {
       continue;
     }
@@ -98,9 +103,25 @@ void CheckObservations(const OdometryShard& shard, const std::vector<FrameFeatur
         o.track_idx,
         o.feature_idx,
         o.frame_idx,
-        features.size(),
+        features.frames.size(),
         num_features,
         kRemedy);
+  }
+}
+
+void CheckMatches(const FramePair& loop, const FeaturesShard& features) {
+  for (const FeatureMatch& match : loop.inliers) {
+    if (HasFeature(features, loop.frame_a, match.a) &&
+        HasFeature(features, loop.frame_b, match.b)) {
+      continue;
+    }
+    throw DataError(
+        "loop {}-{} matches features {} and {}, which do not both exist; delete the matches folder "
+        "of this site and run make",
+        loop.frame_a,
+        loop.frame_b,
+        match.a,
+        match.b);
   }
 }
 
@@ -125,9 +146,10 @@ void CheckInput(const PoseGraphInput& input) {
   CheckFrames(input, is_keyframe);
   for (const OdometryShard& shard : input.odometry) {
     CheckEdges(shard, is_keyframe);
-    CheckObservations(shard, input.features.frames);
+    CheckObservations(shard, input.features);
   }
   CheckLoops(input.loops, is_keyframe.size());
+  for (const FramePair& loop : input.loops) CheckMatches(loop, input.features);
 }
 
 }  // namespace nightmap

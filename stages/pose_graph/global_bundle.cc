@@ -29,15 +29,19 @@ class FrameAdjuster {
 
   GlobalBundleSummary Run(const BundleOptions& bundle_options, std::vector<Track> tracks) {
     for (const Track& track : SelectLongest(std::move(tracks))) AddTrack(track);
+    std::vector<BundleSummary> adjustments;
     for (int round = 0; round < 2; ++round) {
       if (problem_.observations.empty()) break;
-      AdjustBundle(bundle_options, &problem_);
+      adjustments.push_back(AdjustBundle(bundle_options, &problem_));
       DropOutliers();
     }
     for (auto& [frame_idx, pose] : poses_) {
       pose = problem_.camera_from_world[static_cast<std::size_t>(position_[frame_idx])].Inverse();
     }
-    return {Rms_px(), static_cast<int>(problem_.observations.size()), problem_.calibrations};
+    return {Rms_px(),
+            static_cast<int>(problem_.observations.size()),
+            problem_.calibrations,
+            std::move(adjustments)};
   }
 
  private:

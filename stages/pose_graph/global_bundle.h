@@ -15,16 +15,17 @@ struct GlobalBundleSummary {
   double rms_px = 0;
   int num_observations = 0;
   std::vector<CameraCalibration> calibrations;  // of each camera
+  std::vector<BundleSummary> adjustments;       // in order
 };
 
 // Keeps the longest tracks of each frame, and adjusts the frames' poses and the points. The first
 // frame is held fixed: it is the graph's gauge. `motions`: of these frames, for the rolling
-// shutter; empty: all stand still.
-GlobalBundleSummary AdjustFrames(const PoseGraphOptions& options,
-                                 const PoseGraphInput& input,
-                                 const BundleOptions& bundle_options,
-                                 std::vector<Track> tracks,
-                                 const std::map<int, PointMotion>& motions,
-                                 std::map<int, Rigid3>* graph_from_frame);
+// shutter; empty: all stand still. Throws DataError when an adjustment fails.
+[[nodiscard]] GlobalBundleSummary AdjustFrames(const PoseGraphOptions& options,
+                                               const PoseGraphInput& input,
+                                               const BundleOptions& bundle_options,
+                                               std::vector<Track> tracks,
+                                               const std::map<int, PointMotion>& motions,
+                                               std::map<int, Rigid3>* graph_from_frame);
 
 }  // namespace nightmap

@@ -3,6 +3,7 @@
 #include "stages/pose_graph/pose_graph.h"
 
 #include "pipeline/base/stage_main.h"
+#include "pipeline/geometry/bundle_report.h"
 #include "stages/pose_graph/pose_graph_output.h"
 
 namespace nightmap {
@@ -27,6 +28,7 @@ PoseGraphInput ReadInput(const StageContext& context) {
 void Run(const PoseGraphOptions& options, StageContext& context) {
   const PoseGraphInput input = ReadInput(context);
   const auto result = RunPoseGraph(options, input, context.NumThreads(), context.GetProgress());
+  WarnOfStalls(result.adjustments);
   context.WriteIfWanted("graph", [&] { return PoseGraphToG2o(result.graph); });
   WriteFile(context.Output("trajectory"), TrajectoryText(input, result, false));
   WriteFile(context.Output("keyframes"), TrajectoryText(input, result, true));

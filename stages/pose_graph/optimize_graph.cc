@@ -51,7 +51,7 @@ class EdgeError {
   Matrix6d sqrt_information_;
 };
 
-void Solve(const std::vector<GraphEdge>& edges, std::map<int, Rigid3>* poses) {
+GraphSummary Solve(const std::vector<GraphEdge>& edges, std::map<int, Rigid3>* poses) {
   ceres::Problem problem;
   for (auto& [frame_idx, pose] : *poses) {
     problem.AddParameterBlock(pose.rotation.coeffs().data(), 4, new ceres::EigenQuaternionManifold);
@@ -80,8 +80,20 @@ void Solve(const std::vector<GraphEdge>& edges, std::map<int, Rigid3>* poses) {
   options.num_threads = 1;  // parallel sums would make the result depend on the schedule
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  if (!summary.IsSolutionUsable()) throw DataError("pose graph: {}", summary.message);
+  if (!summary.IsSolutionUsable()) {
+    throw DataError(
+        "the graph of {} keyframes and {} edges was not optimized: {}; where memory is short use a "
+        "machine with more, else delete the odometry and matches folders of this site and run make",
+        poses->size(),
+        edges.size(),
+        summary.message);
+  }
   for (auto& [frame_idx, pose] : *poses) pose.rotation.normalize();
+  return {0,
+          summary.initial_cost,
+          summary.final_cost,
+          static_cast<int>(summary.iterations.size()) - 1,
+          ceres::TerminationTypeToString(summary.termination_type)};
 }
 
 double Error(const PoseEdge& edge, const std::map<int, Rigid3>& poses) {
@@ -117,9 +129,9 @@ bool AllDecided(const std::vector<GraphEdge>& edges) {
 
 }  // namespace
 
-void OptimizeGraph(double max_loop_error,
-                   std::vector<GraphEdge>* edges,
-                   std::map<int, Rigid3>* poses) {
+GraphSummary OptimizeGraph(double max_loop_error,
+                           std::vector<GraphEdge>* edges,
+                           std::map<int, Rigid3>* poses) {
   constexpr int kMaxRounds = 40;
   constexpr double kMuFactor = 1.6;
   double worst = 0;
@@ -129,20 +141,23 @@ void OptimizeGraph(double max_loop_error,
   }
   const double denominator = 2 * worst * worst - max_loop_error * max_loop_error;
   double mu = denominator > 0 ? std::max(1e-6, max_loop_error * max_loop_error / denominator) : 1e6;
-  for (int round = 0; round < kMaxRounds; ++round) {
+  int num_rounds = 0;
+  while (num_rounds < kMaxRounds) {
     Solve(*edges, poses);
     UpdateErrors(*poses, edges);
     for (GraphEdge& edge : *edges) {
       if (edge.is_loop) edge.weight = Weight(edge.error, max_loop_error, mu);
     }
-    if (round > 0 && AllDecided(*edges)) break;
+    if (++num_rounds > 1 && AllDecided(*edges)) break;
     mu *= kMuFactor;
   }
   for (GraphEdge& edge : *edges) {
     if (edge.is_loop) edge.weight = edge.error <= max_loop_error ? 1 : 0;
   }
-  Solve(*edges, poses);
+  GraphSummary summary = Solve(*edges, poses);
+  summary.num_rounds = num_rounds;
   UpdateErrors(*poses, edges);
+  return summary;
 }
 
 }  // namespace nightmap

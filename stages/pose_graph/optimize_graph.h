@@ -4,6 +4,7 @@
 #pragma once
 
 #include <map>
+#include <string>
 #include <vector>
 
 #include "pipeline/io/odometry_io.h"
@@ -19,11 +20,20 @@ struct GraphEdge {
   bool IsBelieved() const { return !is_loop || weight > 0.5; }
 };
 
+// Of the last least squares, over the edges that are believed.
+struct GraphSummary {
+  int num_rounds = 0;       // before it, in which loops gained or lost weight
+  double initial_cost = 0;  // half the sum of squared Mahalanobis distances
+  double final_cost = 0;
+  int num_iterations = 0;
+  std::string end;  // in Ceres's words
+};
+
 // Poses by frame index, world_from_camera; the first is held fixed. `max_loop_error` is the
 // Mahalanobis distance beyond which a loop is held to be wrong. Deterministic; one thread. Throws
 // DataError when the solver fails.
-void OptimizeGraph(double max_loop_error,
-                   std::vector<GraphEdge>* edges,
-                   std::map<int, Rigid3>* world_from_camera);
+[[nodiscard]] GraphSummary OptimizeGraph(double max_loop_error,
+                                         std::vector<GraphEdge>* edges,
+                                         std::map<int, Rigid3>* world_from_camera);
 
 }  // namespace nightmap

@@ -13,7 +13,6 @@
 #include "stages/pose_graph/graph_parts.h"
 #include "stages/pose_graph/join_runs.h"
 #include "stages/pose_graph/odometry_chain.h"
-#include "stages/pose_graph/optimize_graph.h"
 
 namespace nightmap {
 namespace {
@@ -37,7 +36,7 @@ class Pipeline {
     progress.Start(4);
     AddLoops();
     progress.Advance();
-    OptimizeGraph(options_.max_loop_error, &edges_, &keyframes_);
+    result_.optimization = OptimizeGraph(options_.max_loop_error, &edges_, &keyframes_);
     JudgeLoops();
     result_.parts = FindParts(edges_, KeyframeIdxs(), static_cast<int>(input_.frames.size()));
     result_.returns_to_start = ReturnsToStart(edges_, KeyframeIdxs());
@@ -143,6 +142,8 @@ class Pipeline {
     result_.bundle_rms_px = summary.rms_px;
     result_.num_bundle_observations = summary.num_observations;
     result_.calibrations = summary.calibrations;
+    result_.adjustments.insert(
+        result_.adjustments.end(), summary.adjustments.begin(), summary.adjustments.end());
   }
 
   std::vector<bool> AcceptedLoops() const {

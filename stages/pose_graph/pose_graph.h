@@ -17,6 +17,7 @@
 #include "pipeline/io/odometry_io.h"
 #include "pipeline/vision/landmark_tracker.h"
 #include "stages/pose_graph/map_frame.h"
+#include "stages/pose_graph/optimize_graph.h"
 
 namespace nightmap {
 
@@ -80,6 +81,8 @@ struct PoseGraphResult {
   int num_bundle_observations = 0;
   int num_culled = 0;                           // keyframes of the odometry that add nothing
   std::vector<CameraCalibration> calibrations;  // of each camera; empty: nothing was adjusted
+  GraphSummary optimization;                    // of the graph, loops closed
+  std::vector<BundleSummary> adjustments;       // in order: of the keyframes, of described frames
 };
 
 // Chains the shards, drops loops that the odometry rules out, closes the others (graduated

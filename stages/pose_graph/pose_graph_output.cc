@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "pipeline/base/error.h"
+#include "pipeline/geometry/bundle_report.h"
 #include "pipeline/io/csv.h"
 #include "pipeline/io/trajectory_io.h"
 
@@ -70,6 +71,14 @@ nlohmann::json Calibrations(const PoseGraphOptions& options, const PoseGraphResu
   return all;
 }
 
+nlohmann::json OptimizationReport(const GraphSummary& summary) {
+  return {{"num_rounds", summary.num_rounds},
+          {"initial_cost", summary.initial_cost},
+          {"final_cost", summary.final_cost},
+          {"num_iterations", summary.num_iterations},
+          {"end", summary.end}};
+}
+
 }  // namespace
 
 nlohmann::json Summarize(const PoseGraphOptions& options,
@@ -99,6 +108,8 @@ nlohmann::json Summarize(const PoseGraphOptions& options,
       {"loops", num_accepted > 0 ? "closed" : "no loop found: the map is held by odometry alone"},
       {"num_bundle_observations", result.num_bundle_observations},
       {"bundle_rms_px", result.bundle_rms_px},
+      {"graph_optimization", OptimizationReport(result.optimization)},
+      {"bundle_adjustments", BundleReport(result.adjustments)},
       {"depth_scales", DepthScales(options, result)},
       {"calibrations", Calibrations(options, result)},
       {"gravity_source", result.map_frame.gravity_source},

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/io/frame_failure.h"
 #include "stages/pose_graph/pose_graph.h"
 
 namespace nightmap {
@@ -62,14 +63,13 @@ std::vector<SurfacePatch> SampleKeyframes(const PoseGraphInput& input,
   std::vector<std::vector<SurfacePatch>> of_keyframe(chosen.size());
   ParallelFor(chosen.size(), num_threads, [&](std::size_t k) {
     const FrameRecord& frame = input.frames[static_cast<std::size_t>(chosen[k])];
-    try {
+    // The features stage has counted a frame that fails; the floor is seen by others.
+    std::ignore = FrameFailure(frame.depth_path, [&] {
       of_keyframe[k] = SamplePatches(input.load_depth(frame),
                                      input.cameras.at(static_cast<std::size_t>(frame.camera_idx)),
                                      graph_from_keyframe.at(chosen[k]),
                                      max_depth_m);
-    } catch (const DataError&) {
-      // The features stage has counted this frame as unreadable; the floor is seen by others.
-    }
+    });
   });
   std::vector<SurfacePatch> patches;
   for (const auto& part : of_keyframe) patches.insert(patches.end(), part.begin(), part.end());

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/base/parallel.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <set>
 #include <thread>
 #include <vector>
@@ -72,6 +75,20 @@ TEST(ParallelFor, StartsNoItemAfterAFailure) {
   };
   NIGHTMAP_EXPECT_ERROR(DataError, ParallelFor(20, 1, fail_at_five), "item 5");
   EXPECT_EQ(started, (std::vector<std::size_t>{0, 1, 2, 3, 4, 5}));
+}
+
+// Without room for their stacks the system makes no threads. The work is done all the same.
+TEST(ParallelForDeathTest, DoesTheWorkWithTheThreadsItGets) {
+  const auto visit_all = [] {
+    rlimit no_more{};
+    getrlimit(RLIMIT_AS, &no_more);
+    no_more.rlim_cur = 1;
+    setrlimit(RLIMIT_AS, &no_more);
+    std::atomic<int> num_visits = 0;
+    ParallelFor(100, 4, [&](std::size_t) { ++num_visits; });
+    std::_Exit(num_visits == 100 ? 0 : 1);
+  };
+  EXPECT_EXIT(visit_all(), testing::ExitedWithCode(0), "");
 }
 
 TEST(ParallelFor, ResultsAreEqualAtAnyNumberOfThreads) {

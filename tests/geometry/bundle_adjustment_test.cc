@@ -9,6 +9,8 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "pipeline/geometry/observation_error.h"
+#include "tests/failing_cholmod.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace {
@@ -38,9 +40,16 @@ BundleProblem ExactProblem() {
   return problem;
 }
 
+// What a test does not look at it may leave.
+BundleSummary Adjust(const BundleOptions& options, BundleProblem* problem) {
+  return AdjustBundle(options, problem);
+}
+
 TEST(BundleAdjustment, ExactProblemStays) {
   BundleProblem problem = ExactProblem();
-  EXPECT_LT(AdjustBundle({}, &problem).initial_cost, 1e-12);
+  const BundleSummary summary = Adjust({}, &problem);
+  EXPECT_LT(summary.initial_cost, 1e-12);
+  EXPECT_EQ(summary.end, BundleEnd::kConverged);
 }
 
 TEST(BundleAdjustment, ReturnsFromADisturbedStart) {
@@ -54,7 +63,7 @@ TEST(BundleAdjustment, ReturnsFromADisturbedStart) {
     problem.camera_from_world[i].translation += 0.02 * noise();
   }
   for (Eigen::Vector3d& point : problem.points_in_world) point += 0.02 * noise();
-  const BundleSummary summary = AdjustBundle({.max_iterations = 50}, &problem);
+  const BundleSummary summary = Adjust({.max_iterations = 50}, &problem);
   EXPECT_LT(summary.final_cost, 1e-3 * summary.initial_cost);
   for (std::size_t i = 0; i < problem.camera_from_world.size(); ++i) {
     EXPECT_LT(
@@ -121,8 +130,8 @@ TEST(BundleAdjustment, MovingTheWorldChangesNothing) {
   BundleProblem moved = problem;
   for (Rigid3& pose : moved.camera_from_world) pose = pose * moved_from_world.Inverse();
   for (Eigen::Vector3d& point : moved.points_in_world) point = moved_from_world * point;
-  AdjustBundle({.max_iterations = 50}, &problem);
-  AdjustBundle({.max_iterations = 50}, &moved);
+  Adjust({.max_iterations = 50}, &problem);
+  Adjust({.max_iterations = 50}, &moved);
   for (std::size_t i = 0; i < problem.camera_from_world.size(); ++i) {
     const Rigid3 back = moved.camera_from_world[i] * moved_from_world;
     EXPECT_LT((back.Matrix() - problem.camera_from_world[i].Matrix()).norm(), 1e-4);
@@ -138,7 +147,7 @@ TEST(BundleAdjustment, FindsTheDepthScaleOfTheSecondSensor) {
     if (o.pose_idx >= 3) o.depth_m *= 0.97;
   }
   BundleProblem ignored = problem;
-  AdjustBundle({.max_iterations = 50, .estimate_depth_scales = true}, &problem);
+  Adjust({.max_iterations = 50, .estimate_depth_scales = true}, &problem);
   EXPECT_EQ(problem.calibrations[0].depth_scale, 1);
   EXPECT_NEAR(problem.calibrations[1].depth_scale, 1 / 0.97, 1e-4);
   EXPECT_EQ(problem.calibrations[1].focal_scale, 1) << "was not asked for";
@@ -149,7 +158,7 @@ TEST(BundleAdjustment, FindsTheDepthScaleOfTheSecondSensor) {
         (problem.camera_from_world[i].translation - truth.camera_from_world[i].translation).norm(),
         1e-3);
   }
-  AdjustBundle({.max_iterations = 50}, &ignored);
+  Adjust({.max_iterations = 50}, &ignored);
   EXPECT_EQ(ignored.calibrations[1].depth_scale, 1);
   EXPECT_GT(
       (ignored.camera_from_world[4].translation - truth.camera_from_world[4].translation).norm(),
@@ -160,7 +169,7 @@ TEST(BundleAdjustment, FindsTheDepthScaleOfTheSecondSensor) {
 TEST(BundleAdjustment, TheScaleOfOneSensorIsNotObservable) {
   BundleProblem problem = ExactProblem();
   for (BundleObservation& o : problem.observations) o.depth_m *= 0.97;
-  AdjustBundle({.max_iterations = 50, .estimate_depth_scales = true}, &problem);
+  Adjust({.max_iterations = 50, .estimate_depth_scales = true}, &problem);
   EXPECT_EQ(problem.calibrations[0].depth_scale, 1);
 }
 
@@ -196,7 +205,7 @@ BundleProblem RollingProblem() {
 TEST(BundleAdjustment, FindsFocalLengthAndRollingShutter) {
   BundleProblem problem = RollingProblem();
   BundleProblem ignored = problem;
-  AdjustBundle({.max_iterations = 100, .calibrate = true, .focal_scale_sigma = 1}, &problem);
+  Adjust({.max_iterations = 100, .calibrate = true, .focal_scale_sigma = 1}, &problem);
   EXPECT_NEAR(problem.calibrations[0].focal_scale, 1.01, 1e-4);
   EXPECT_NEAR(problem.calibrations[0].readout_s, 0.025, 2e-4);
   EXPECT_EQ(problem.calibrations[0].depth_scale, 1);
@@ -207,7 +216,7 @@ TEST(BundleAdjustment, FindsFocalLengthAndRollingShutter) {
   EXPECT_LT(
       (problem.camera_from_world[4].translation - truth.camera_from_world[4].translation).norm(),
       1e-3);
-  AdjustBundle({.max_iterations = 50}, &ignored);
+  Adjust({.max_iterations = 50}, &ignored);
   EXPECT_EQ(ignored.calibrations[0].focal_scale, 1);
   EXPECT_GT(
       (ignored.camera_from_world[4].translation - truth.camera_from_world[4].translation).norm(),
@@ -217,7 +226,7 @@ TEST(BundleAdjustment, FindsFocalLengthAndRollingShutter) {
 // Nothing tells the readout of a camera that stands still: it stays what it is believed to be.
 TEST(BundleAdjustment, TheReadoutOfAStillCameraIsNotInvented) {
   BundleProblem problem = ExactProblem();
-  AdjustBundle({.max_iterations = 50, .calibrate = true}, &problem);
+  Adjust({.max_iterations = 50, .calibrate = true}, &problem);
   EXPECT_NEAR(problem.calibrations[0].readout_s, 0, 1e-12);
   EXPECT_NEAR(problem.calibrations[0].focal_scale, 1, 1e-9);
 }
@@ -230,7 +239,7 @@ TEST(BundleAdjustment, CauchysLossForgetsOutliersBetterThanHubers) {
     for (std::size_t i = 0; i < problem.observations.size(); i += 9) {
       problem.observations[i].pixel += Eigen::Vector2d(30, -20);
     }
-    AdjustBundle({.loss = loss, .max_iterations = 100}, &problem);
+    Adjust({.loss = loss, .max_iterations = 100}, &problem);
     return (problem.camera_from_world[4].translation - truth.camera_from_world[4].translation)
         .norm();
   };
@@ -252,7 +261,7 @@ TEST(BundleAdjustment, FixedPoseDoesNotMove) {
   BundleProblem problem = ExactProblem();
   problem.points_in_world[0].x() += 0.1;
   const Rigid3 before = problem.camera_from_world[0];
-  AdjustBundle({}, &problem);
+  Adjust({}, &problem);
   EXPECT_EQ(before.Matrix(), problem.camera_from_world[0].Matrix());
 }
 
@@ -263,8 +272,8 @@ TEST(BundleAdjustment, SameBytesAtAnyNumberOfThreads) {
     o.pixel += Eigen::Vector2d(random.Gaussian(), random.Gaussian());
   }
   BundleProblem parallel = problem;
-  const auto by_one = AdjustBundle({.calibrate = true, .num_threads = 1}, &problem);
-  const auto by_four = AdjustBundle({.calibrate = true, .num_threads = 4}, &parallel);
+  const auto by_one = Adjust({.calibrate = true, .num_threads = 1}, &problem);
+  const auto by_four = Adjust({.calibrate = true, .num_threads = 4}, &parallel);
   EXPECT_EQ(by_one.final_cost, by_four.final_cost);
   EXPECT_EQ(problem.calibrations[0].focal_scale, parallel.calibrations[0].focal_scale);
   for (std::size_t i = 0; i < problem.camera_from_world.size(); ++i) {
@@ -276,10 +285,68 @@ TEST(BundleAdjustment, SameBytesAtAnyNumberOfThreads) {
 TEST(BundleAdjustment, RefusesWhatIsNoNumber) {
   BundleProblem problem = ExactProblem();
   problem.observations[7].pixel.x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(AdjustBundle({}, &problem), DataError);
+  EXPECT_THROW(Adjust({}, &problem), DataError);
   problem = ExactProblem();
   problem.observations[7].depth_m = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(AdjustBundle({}, &problem), DataError);
+  EXPECT_THROW(Adjust({}, &problem), DataError);
+}
+
+TEST(BundleAdjustment, RefusesAStartThatIsNoNumber) {
+  BundleProblem problem = ExactProblem();
+  problem.camera_from_world[3].translation.x() = std::numeric_limits<double>::quiet_NaN();
+  NIGHTMAP_EXPECT_ERROR(DataError, Adjust({}, &problem), "pose 3 is no number");
+  problem = ExactProblem();
+  problem.points_in_world[5].z() = std::numeric_limits<double>::infinity();
+  NIGHTMAP_EXPECT_ERROR(DataError, Adjust({}, &problem), "point 5 is no number");
+}
+
+BundleProblem DisturbedProblem() {
+  BundleProblem problem = ExactProblem();
+  for (std::size_t k = 0; k < problem.points_in_world.size(); ++k) {
+    problem.points_in_world[k].x() += k % 2 == 0 ? 0.02 : -0.02;
+  }
+  return problem;
+}
+
+TEST(BundleAdjustment, SaysHowItEnded) {
+  BundleProblem problem = DisturbedProblem();
+  const BundleSummary one_step = Adjust({.max_iterations = 1}, &problem);
+  EXPECT_EQ(one_step.end, BundleEnd::kMaxIterations);
+  EXPECT_EQ(one_step.num_iterations, 1);
+  EXPECT_EQ(one_step.num_accepted, 1);
+  EXPECT_LT(one_step.final_cost, one_step.initial_cost);
+  EXPECT_EQ(Adjust({.max_iterations = 100}, &problem).end, BundleEnd::kConverged);
+  problem.observations.clear();
+  EXPECT_EQ(Adjust({}, &problem).end, BundleEnd::kNothingSeen);
+}
+
+// The factor of the poses does not fit: no shorter step would help, and the poses stay unadjusted.
+TEST(BundleAdjustment, WithoutMemoryItIsAnErrorAndNoRefusedStep) {
+  BundleProblem problem = DisturbedProblem();
+  const FailingCholmod without_memory(2000);
+  NIGHTMAP_EXPECT_ERROR(DataError, Adjust({}, &problem), "does not fit into memory");
+}
+
+// A point at the nearest distance that counts as seen: by any step of some length it comes nearer,
+// and the cost is infinite.
+TEST(BundleAdjustment, NoStepThatLowersTheCostIsAnError) {
+  BundleProblem problem = DisturbedProblem();
+  const int stuck = static_cast<int>(problem.points_in_world.size());
+  problem.points_in_world.emplace_back(0, 0, ObservationError::kMinDepth_m);
+  problem.observations.push_back({0, stuck, {319.5, 239.5}, 0.02, DepthNoise{}});
+  NIGHTMAP_EXPECT_ERROR(DataError, Adjust({}, &problem), "none of 20 steps lowered the cost");
+}
+
+// The same, come to after steps that were good.
+TEST(BundleAdjustment, IsToldWhenItStalls) {
+  BundleProblem problem = DisturbedProblem();
+  const int stuck = static_cast<int>(problem.points_in_world.size());
+  problem.points_in_world.emplace_back(0, 0, 2 * ObservationError::kMinDepth_m);
+  problem.observations.push_back({0, stuck, {319.5, 239.5}, 0.0001, DepthNoise{}});
+  const BundleSummary summary = Adjust({.max_iterations = 200}, &problem);
+  EXPECT_EQ(summary.end, BundleEnd::kStalled);
+  EXPECT_GT(summary.num_accepted, 0);
+  EXPECT_LT(summary.num_iterations, 200);
 }
 
 TEST(BundleAdjustment, LeavesOutWhatIsBehindTheCamera) {
@@ -288,7 +355,7 @@ TEST(BundleAdjustment, LeavesOutWhatIsBehindTheCamera) {
   problem.points_in_world.push_back({0, 0, -2});
   const int behind = static_cast<int>(problem.points_in_world.size()) - 1;
   problem.observations.push_back({2, behind, {300, 200}, 2.0, DepthNoise{}});
-  AdjustBundle({}, &problem);
+  Adjust({}, &problem);
   EXPECT_EQ(problem.observations.size(), truth.observations.size());
   EXPECT_LT((problem.camera_from_world[2].Matrix() - truth.camera_from_world[2].Matrix()).norm(),
             1e-6);
@@ -297,13 +364,13 @@ TEST(BundleAdjustment, LeavesOutWhatIsBehindTheCamera) {
 TEST(BundleAdjustment, RefusesSizesThatDoNotFit) {
   BundleProblem problem = ExactProblem();
   problem.is_fixed.pop_back();
-  EXPECT_THROW(AdjustBundle({}, &problem), DataError);
+  EXPECT_THROW(Adjust({}, &problem), DataError);
   problem = ExactProblem();
   problem.sensor_idx = {0, 0, 1, 0, 0};
-  EXPECT_THROW(AdjustBundle({}, &problem), DataError);
+  EXPECT_THROW(Adjust({}, &problem), DataError);
   problem = ExactProblem();
   problem.motions.resize(2);
-  EXPECT_THROW(AdjustBundle({}, &problem), DataError);
+  EXPECT_THROW(Adjust({}, &problem), DataError);
 }
 
 }  // namespace

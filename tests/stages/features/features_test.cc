@@ -61,6 +61,36 @@ TEST_F(FeaturesTest, IsTheSameAtAnyNumberOfThreads) {
   }
 }
 
+// A picture without pixels, which OpenCV refuses, and one that does not fit into memory.
+TEST_F(FeaturesTest, AnExceptionIsOfItsFrameAloneAtAnyNumberOfThreads) {
+  const auto load = [](const FrameRecord& frame) {
+    RgbdImages images = Load(frame);
+    if (frame.frame_idx == 31) images.color = {};
+    if (frame.frame_idx == 34) images.depth.pixels.resize(std::size_t{1} << 60);
+    return images;
+  };
+  FeaturesOptions options;
+  options.segment_frames = 3;
+  const auto run = [&](int num_threads) {
+    Progress progress("features", false);
+    return RunFeatures(options, frames_, cameras_, load, num_threads, progress);
+  };
+  const FeaturesResult one = run(1), four = run(4);
+  ASSERT_EQ(one.skipped.size(), 3U);
+  EXPECT_THAT(one.skipped[0], testing::StartsWith("1: OpenCV: "));
+  EXPECT_EQ(one.skipped[1], "2: truncated");
+  EXPECT_THAT(one.skipped[2], testing::StartsWith("4: does not fit into memory"));
+  EXPECT_EQ(one.skipped, four.skipped);
+  ASSERT_EQ(one.shard.frames.size(), 6U);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const FrameFeatures& frame = one.shard.frames[i];
+    EXPECT_EQ(frame.frame_idx, static_cast<int>(i) + 30);
+    EXPECT_EQ(frame.NumFeatures() == 0, i == 1 || i == 2 || i == 4) << i;
+    EXPECT_EQ(frame.raw_keypoints_px, four.shard.frames[i].raw_keypoints_px);
+    EXPECT_EQ(frame.descriptors, four.shard.frames[i].descriptors);
+  }
+}
+
 // One picture that moves to the left by two pixels a frame.
 RgbdImages LoadMoving(const FrameRecord& frame) {
   RgbdImages images;
@@ -102,6 +132,24 @@ TEST_F(FeaturesTest, DescribesTheFirstOfASegmentAndTheLastAndTracksBetween) {
   }
   options.tracking.max_gap_frames = 0;
   for (const FrameFeatures& frame : run(2)) EXPECT_TRUE(frame.IsDescribed());
+}
+
+// The first of the frames cannot be described, and one between cannot be tracked.
+TEST_F(FeaturesTest, TheFollowersOfAFailedFrameAreNotLost) {
+  const auto load = [](const FrameRecord& frame) {
+    RgbdImages images = LoadMoving(frame);
+    if (frame.frame_idx == 30 || frame.frame_idx == 33) images.color = {};
+    return images;
+  };
+  Progress progress("features", false);
+  const auto result = RunFeatures({}, frames_, cameras_, load, 1, progress);
+  EXPECT_EQ(result.skipped.size(), 2U);
+  const std::vector<int> references = {-1, -1, 31, -1, 31, -1};
+  for (std::size_t i = 0; i < 6; ++i) {
+    const FrameFeatures& frame = result.shard.frames[i];
+    EXPECT_EQ(frame.reference_frame_idx, references[i]) << i;
+    EXPECT_EQ(frame.NumFeatures() == 0, i == 0 || i == 3) << i;
+  }
 }
 
 TEST_F(FeaturesTest, AFrameOfAnotherCameraIsDescribed) {

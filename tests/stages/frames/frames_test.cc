@@ -134,11 +134,13 @@ TEST(SelectFrames, StrideAndLimitThinMappingSequencesOnly) {
   FramesOptions options;
   options.stride = 3;
   options.max_frames = 6;
-  SelectFrames(options, &sequences);
-  EXPECT_EQ(sequences[0].frames.size(), 4u);  // 0 3 6 9
+  EXPECT_EQ(SelectFrames(options, &sequences), 2u);  // 6 and 9 of b
+  EXPECT_EQ(sequences[0].frames.size(), 4u);         // 0 3 6 9
   EXPECT_EQ(sequences[0].frames[3].color_path, "a/9.png");
   EXPECT_EQ(sequences[1].frames.size(), 10u);
   EXPECT_EQ(sequences[2].frames.size(), 2u);
+  options = {};
+  EXPECT_EQ(SelectFrames(options, &sequences), 0u);
 }
 
 TEST(KeepUsedCameras, OnesThatNoFrameHasAreLeftOut) {

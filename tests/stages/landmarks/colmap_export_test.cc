@@ -32,7 +32,7 @@ class ColmapExportTest : public testing::Test {
   }
   LandmarkMap Map() const {
     Progress progress("landmarks", false);
-    return RunLandmarks({}, Input(), progress, 1);
+    return RunLandmarks({}, Input(), progress, 1).map;
   }
 
   LandmarkScene scene_ = MakeLandmarkScene();

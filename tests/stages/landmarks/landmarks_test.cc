@@ -5,6 +5,7 @@
 #include <set>
 
 #include "pipeline/base/error.h"
+#include "stages/landmarks/landmarks_report.h"
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
 
@@ -13,7 +14,8 @@ namespace {
 
 class LandmarksTest : public testing::Test {
  protected:
-  LandmarkMap Run(int num_threads = 1) const {
+  LandmarkMap Run(int num_threads = 1) const { return RunAll(num_threads).map; }
+  LandmarksResult RunAll(int num_threads = 1) const {
     const LandmarksInput input{scene_.frames,
                                scene_.cameras,
                                scene_.features,
@@ -92,6 +94,45 @@ TEST_F(LandmarksTest, KeepsTheMostSeenOfTooMany) {
   for (const auto& keyframes : map.landmark_keyframes) {
     EXPECT_EQ(keyframes.size(), scene_.frames.size());
   }
+}
+
+// A second room, 40 m off, that two frames come by in the end.
+TEST_F(LandmarksTest, TheRoomSeenLastAndLeastKeepsItsShare) {
+  const std::size_t num_first = scene_.frames.size();
+  const LandmarkScene other = MakeLandmarkScene();
+  for (std::size_t i = 0; i < other.points_in_map.size(); ++i) {
+    scene_.points_in_map.push_back(other.points_in_map[i] + Eigen::Vector3d(40, 0, 0));
+    scene_.descriptors.push_back(other.descriptors[i]);
+  }
+  for (const int i : {0, 1}) {
+    FrameRecord frame;
+    frame.frame_idx = static_cast<int>(scene_.frames.size());
+    frame.time_ns = 1000000000LL * (frame.frame_idx + 1);
+    Rigid3 pose = other.poses[static_cast<std::size_t>(i)].pose;
+    pose.translation.x() += 40;
+    scene_.frames.push_back(frame);
+    scene_.poses.push_back({frame.time_ns, pose});
+    scene_.features.frames.push_back(
+        scene_.See(pose, frame.frame_idx, &scene_.frame_points.emplace_back()));
+  }
+  keyframes_ = scene_.poses;
+  const LandmarksResult all = RunAll();
+  EXPECT_EQ(all.NumDropped(), 0U);
+  EXPECT_EQ(DroppedLandmarks(all), "");
+  options_.max_landmarks = all.map.NumLandmarks() / 2;
+  const LandmarksResult half = RunAll();
+  EXPECT_EQ(half.map.NumLandmarks(), options_.max_landmarks);
+  const auto before = all.map.KeyframeLandmarks(), after = half.map.KeyframeLandmarks();
+  for (std::size_t i = 0; i < scene_.frames.size(); ++i) {
+    const double kept =
+        static_cast<double>(after[i].size()) / static_cast<double>(before[i].size());
+    EXPECT_GT(kept, 0.4) << "frame " << i << (i < num_first ? " of the first" : " of the other");
+  }
+  const auto report = SummarizeLandmarks(half);
+  EXPECT_EQ(report.at("num_landmarks_found"), all.map.NumLandmarks());
+  EXPECT_EQ(report.at("num_dropped_by_max_landmarks"),
+            all.map.NumLandmarks() - options_.max_landmarks);
+  EXPECT_THAT(DroppedLandmarks(half), testing::HasSubstr("landmarks.toml"));
 }
 
 // Frame 3 measures every depth 4 % too far. The plain mean of eight observations would move by an

@@ -113,7 +113,7 @@ class OdometryTest : public testing::Test {
                     int first_frame_idx = 0,
                     const OdometryOptions& options = {}) const {
     Progress progress("odometry", false);
-    return RunOdometry(options, Input(pairs, first_frame_idx), progress);
+    return RunOdometry(options, Input(pairs, first_frame_idx), progress).shard;
   }
   double WorstError_m(const OdometryShard& shard) const {
     double worst = 0;

@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <map>
 
+#include "pipeline/base/error.h"
 #include "stages/pose_graph/pose_graph_output.h"
+#include "tests/failing_cholmod.h"
 #include "tests/landmark_scene.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace {
@@ -68,6 +71,26 @@ TEST(GlobalBundle, ADepthScaleIsOneUnlessAsked) {
   EXPECT_EQ(summary.calibrations[0].depth_scale, 1);
   EXPECT_EQ(summary.calibrations[1].depth_scale, 1);
   EXPECT_GT(WorstError_m(two, MakeLandmarkScene()), 1e-3) << "the bias must show somewhere";
+}
+
+TEST(GlobalBundle, WithoutMemoryItIsAnErrorAndNoUnadjustedMap) {
+  TwoCameras two = MakeTwoCameras();
+  const FailingCholmod without_memory(2000);
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        AdjustFrames({}, two.input, {}, two.tracks, {}, &two.poses),
+                        "does not fit into memory");
+}
+
+TEST(GlobalBundle, TheReportSaysHowEachAdjustmentEnded) {
+  TwoCameras two = MakeTwoCameras();
+  PoseGraphResult result;
+  result.adjustments =
+      AdjustFrames({}, two.input, {.max_iterations = 1}, two.tracks, {}, &two.poses).adjustments;
+  const auto told = Summarize({}, two.input, result).at("bundle_adjustments");
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0].at("end"), "max_iterations reached");
+  EXPECT_EQ(told[0].at("num_iterations"), 1);
+  EXPECT_GT(told[0].at("initial_cost"), told[0].at("final_cost"));
 }
 
 TEST(GlobalBundle, TheReportSaysWhatIsKnownOfTheCameras) {

@@ -5,7 +5,10 @@
 
 #include <numbers>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
+#include "tests/failing_cholmod.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace {
@@ -48,6 +51,13 @@ Scene MakeScene(int num_wrong_loops) {
   return scene;
 }
 
+void Optimize(std::vector<GraphEdge>* edges, std::map<int, Rigid3>* poses) {
+  const GraphSummary summary = OptimizeGraph(6, edges, poses);
+  EXPECT_EQ(summary.end, "CONVERGENCE");
+  EXPECT_LE(summary.final_cost, summary.initial_cost);
+  EXPECT_GT(summary.num_rounds, 1);
+}
+
 double WorstError_m(const Scene& scene) {
   double worst = 0;
   for (const auto& [i, pose] : scene.poses) {
@@ -59,16 +69,16 @@ double WorstError_m(const Scene& scene) {
 TEST(OptimizeGraph, LoopsReduceDrift) {
   Scene scene = MakeScene(0);
   const double before_m = WorstError_m(scene);
-  OptimizeGraph(6, &scene.edges, &scene.poses);
+  Optimize(&scene.edges, &scene.poses);
   EXPECT_LT(WorstError_m(scene), 0.8 * before_m);
   EXPECT_EQ(scene.poses[0].Matrix(), CirclePose(0).Matrix());
 }
 
 TEST(OptimizeGraph, WrongLoopsAreRefusedAndRightOnesKept) {
   Scene clean = MakeScene(0);
-  OptimizeGraph(6, &clean.edges, &clean.poses);
+  Optimize(&clean.edges, &clean.poses);
   Scene scene = MakeScene(4);
-  OptimizeGraph(6, &scene.edges, &scene.poses);
+  Optimize(&scene.edges, &scene.poses);
   for (std::size_t i = 0; i < scene.edges.size(); ++i) {
     const bool is_wrong = i >= clean.edges.size();
     EXPECT_EQ(scene.edges[i].weight > 0.5, !is_wrong) << i;
@@ -82,11 +92,18 @@ TEST(OptimizeGraph, MovingTheWholeGraphChangesNothing) {
   const Rigid3 motion{Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX())),
                       {4, 5, 6}};
   for (auto& [i, pose] : moved.poses) pose = motion * pose;
-  OptimizeGraph(6, &scene.edges, &scene.poses);
-  OptimizeGraph(6, &moved.edges, &moved.poses);
+  Optimize(&scene.edges, &scene.poses);
+  Optimize(&moved.edges, &moved.poses);
   for (const auto& [i, pose] : scene.poses) {
     EXPECT_LT((motion * pose.translation - moved.poses[i].translation).norm(), 1e-4);
   }
+}
+
+TEST(OptimizeGraph, WithoutMemoryItIsAnError) {
+  Scene scene = MakeScene(0);
+  const FailingCholmod without_memory(10'000);
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, OptimizeGraph(6, &scene.edges, &scene.poses), "was not optimized");
 }
 
 }  // namespace

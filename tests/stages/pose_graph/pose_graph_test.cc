@@ -265,6 +265,19 @@ TEST(PoseGraph, RefusesOdometryThatDoesNotFitTogether) {
          "no edge joins the shard of frame 24 to the one before");
 }
 
+TEST(PoseGraph, RefusesTracksAndLoopsOfOtherFeatures) {
+  PoseGraphInput input = MakeInput();
+  input.odometry[1].observations = {{0, 30, 7}};
+  NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "delete the odometry folder");
+  NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "feature 7 of frame 30");
+  input = MakeInput();
+  input.odometry[1].observations = {{0, kNumFrames, 0}};
+  NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "feature 0 of frame 48");
+  input = MakeInput();
+  input.loops[0].inliers = {{3, 4}};
+  NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "matches features 3 and 4");
+}
+
 TEST(PoseGraph, TheAccelerometerTurnsTheMapUpright) {
   PoseGraphInput input = MakeInput();
   // Across the axis the camera turns about: over the whole turn the samples' own mean is zero.

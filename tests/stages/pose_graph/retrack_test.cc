@@ -88,7 +88,9 @@ TEST(Retrack, TheTracksPutAPoseRight) {
   const Rigid3 truth = r.poses.at(4);
   r.poses.at(4).translation += Eigen::Vector3d(0.01, -0.008, 0.004);
   const auto tracks = Retrack(r.input, r.poses, {.max_error_px = 6.0});
-  AdjustFrames({}, r.input, {.loss = RobustLoss::kCauchy}, tracks, {}, &r.poses);
+  const auto summary =
+      AdjustFrames({}, r.input, {.loss = RobustLoss::kCauchy}, tracks, {}, &r.poses);
+  EXPECT_EQ(summary.adjustments.size(), 2U);
   EXPECT_LT((r.poses.at(4).translation - truth.translation).norm(), 5e-4);
 }
 

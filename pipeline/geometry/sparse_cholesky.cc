@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/geometry/sparse_cholesky.h"
+
+#include <limits>
+
+#include "pipeline/base/error.h"
+
+namespace nightmap {
+namespace {
+
+constexpr const char* kRemedy =
+    "use a machine with more memory, or lower max_tracks_per_frame in "
+    "configs/sites/<site>/odometry.toml and max_tracks_per_keyframe in "
+    "configs/sites/<site>/pose_graph.toml";
+
+}  // namespace
+
+void SparseCholesky::Analyze(const Eigen::SparseMatrix<double>& lower) {
+  cholesky_.cholmod().print = 0;  // what goes wrong is told below
+  cholesky_.cholmod().nmethods = 1;
+  cholesky_.cholmod().method[0].ordering = CHOLMOD_NATURAL;
+  cholesky_.analyzePattern(lower);
+  CheckFits(lower.rows());
+}
+
+std::optional<Eigen::VectorXd> SparseCholesky::Solve(const Eigen::SparseMatrix<double>& lower,
+                                                     const Eigen::VectorXd& right_side) {
+  cholesky_.factorize(lower);
+  CheckFits(lower.rows());
+  if (cholesky_.info() != Eigen::Success) return {};
+  Eigen::VectorXd solution = cholesky_.solve(right_side);
+  CheckFits(lower.rows());
+  return solution;
+}
+
+// Eigen takes every failure of CHOLMOD for a matrix that is not positive definite, or for success.
+void SparseCholesky::CheckFits(Eigen::Index size) {
+  const int status = cholesky_.cholmod().status;
+  if (status >= CHOLMOD_OK) return;
+  const char* reason = status == CHOLMOD_OUT_OF_MEMORY ? "does not fit into memory"
+                       : status == CHOLMOD_TOO_LARGE   ? "is too large for 32-bit indices"
+                                                       : "cannot be made";
+  throw DataError("bundle adjustment: the factor of a system of {} unknowns {} (CHOLMOD {}); {}",
+                  size,
+                  reason,
+                  status,
+                  kRemedy);
+}
+
+int SparseIndex(std::size_t count) {
+  if (count <= static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+    return static_cast<int>(count);
+  }
+  throw DataError("bundle adjustment: a system of {} entries is too large for 32-bit indices; {}",
+                  count,
+                  kRemedy);
+}
+
+}  // namespace nightmap
