@@ -86,12 +86,18 @@ bool HasFeature(const FeaturesShard& features, int frame_idx, int feature_idx) {
   return feature_idx >= 0 && feature_idx < frame.NumFeatures();
 }
 
-// Tracks are numbered from 0 in each shard; each has features of its own.
-void CheckObservations(const OdometryShard& shard, const FeaturesShard& features) {
+std::size_t NumFeatures(const FeaturesShard& features) {
   std::size_t num_features = 0;
   for (const FrameFeatures& frame : features.frames) {
     num_features += static_cast<std::size_t>(frame.NumFeatures());
   }
+  return num_features;
+}
+
+// Tracks are numbered from 0 in each shard; each has features of its own.
+void CheckObservations(const OdometryShard& shard,
+                       const FeaturesShard& features,
+                       std::size_t num_features) {
   for (const TrackObservation& o : shard.observations) {
     if (HasFeature(features, o.frame_idx, o.feature_idx) && o.track_idx >= 0 &&
         static_cast<std::size_t>(o.track_idx) < num_features) {
@@ -144,9 +150,10 @@ void CheckLoops(const std::vector<FramePair>& loops, std::size_t num_frames) {
 void CheckInput(const PoseGraphInput& input) {
   const std::vector<bool> is_keyframe = Keyframes(input.odometry);
   CheckFrames(input, is_keyframe);
+  const std::size_t num_features = NumFeatures(input.features);
   for (const OdometryShard& shard : input.odometry) {
     CheckEdges(shard, is_keyframe);
-    CheckObservations(shard, input.features);
+    CheckObservations(shard, input.features, num_features);
   }
   CheckLoops(input.loops, is_keyframe.size());
   for (const FramePair& loop : input.loops) CheckMatches(loop, input.features);

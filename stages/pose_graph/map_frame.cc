@@ -4,19 +4,12 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "pipeline/base/error.h"
+#include "stages/pose_graph/choose_floor.h"
 
 namespace nightmap {
 namespace {
-
-constexpr double kBin_m = 0.02;        // of the height histogram
-constexpr double kPlaneBand_m = 0.04;  // half thickness of a plane's points
-
-double Angle_rad(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0, 1.0));
-}
 
 Eigen::Vector3d MeanCameraUp(const std::vector<Rigid3>& graph_from_cameras) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -57,62 +50,6 @@ std::optional<Eigen::Vector3d> RefineUp(const std::vector<SurfacePatch>& patches
   return up;
 }
 
-std::vector<SurfacePatch> FacingUp(const std::vector<SurfacePatch>& patches,
-                                   const Eigen::Vector3d& up) {
-  std::vector<SurfacePatch> chosen;
-  std::ranges::copy_if(patches, std::back_inserter(chosen), [&](const SurfacePatch& patch) {
-    return Angle_rad(patch.normal, up) < 0.15;
-  });
-  return chosen;
-}
-
-double MedianHeight_m(const std::vector<Rigid3>& graph_from_cameras, const Eigen::Vector3d& up) {
-  std::vector<double> heights;
-  for (const Rigid3& pose : graph_from_cameras) heights.push_back(up.dot(pose.translation));
-  std::ranges::nth_element(heights,
-                           heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2));
-  return heights[heights.size() / 2];
-}
-
-// Area seen of the horizontal surface at a height. Overlapping views count once: by 10 cm cells.
-double DistinctArea_m2(const std::vector<SurfacePatch>& patches,
-                       const Eigen::Vector3d& up,
-                       double height_m) {
-  const Eigen::Vector3d x = up.unitOrthogonal();
-  const Eigen::Vector3d y = up.cross(x);
-  std::map<std::pair<int, int>, int> cells;
-  for (const SurfacePatch& patch : patches) {
-    if (std::abs(up.dot(patch.point) - height_m) > kPlaneBand_m) continue;
-    ++cells[{static_cast<int>(std::floor(x.dot(patch.point) / 0.1)),
-             static_cast<int>(std::floor(y.dot(patch.point) / 0.1))}];
-  }
-  return 0.01 * static_cast<double>(cells.size());
-}
-
-// Peaks of the height histogram, lowest first, that hold at least a twentieth of the largest.
-std::vector<double> HorizontalHeights_m(const std::vector<SurfacePatch>& patches,
-                                        const Eigen::Vector3d& up) {
-  std::map<int, double> histogram;
-  for (const SurfacePatch& patch : patches) {
-    histogram[static_cast<int>(std::floor(up.dot(patch.point) / kBin_m))] += patch.area_m2;
-  }
-  const auto at = [&](int bin) {
-    const auto found = histogram.find(bin);
-    return found == histogram.end() ? 0.0 : found->second;
-  };
-  const auto smooth = [&](int bin) { return at(bin - 1) + at(bin) + at(bin + 1); };
-  double largest = 0;
-  for (const auto& [bin, area] : histogram) largest = std::max(largest, smooth(bin));
-  std::vector<double> heights;
-  for (const auto& [bin, area] : histogram) {
-    const double here = smooth(bin);
-    if (here >= largest / 20 && here >= smooth(bin - 1) && here > smooth(bin + 1)) {
-      heights.push_back((bin + 0.5) * kBin_m);
-    }
-  }
-  return heights;
-}
-
 struct Plane {
   Eigen::Vector3d normal;
   double height_m = 0;  // normal . point on the plane
@@ -123,7 +60,7 @@ Plane FitPlane(const std::vector<SurfacePatch>& patches,
                const Eigen::Vector3d& up,
                double height_m) {
   Plane plane{up, height_m};
-  for (const double band_m : {kPlaneBand_m * 1.5, kPlaneBand_m}) {
+  for (const double band_m : {kLevelBand_m * 1.5, kLevelBand_m}) {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
     double weight = 0;
@@ -160,28 +97,6 @@ Rigid3 MapFromGraph(const Plane& floor, const Rigid3& graph_from_first_camera) {
   return {Eigen::Quaterniond(map_from_graph).normalized(), -(map_from_graph * origin)};
 }
 
-// The lowest plane that is large enough and below the cameras; else the lowest one; else nothing.
-struct FloorChoice {
-  double height_m = 0;
-  double area_m2 = 0;
-  bool is_floor = false;
-};
-
-std::optional<FloorChoice> ChooseFloor(const MapFrameOptions& options,
-                                       const std::vector<SurfacePatch>& horizontal,
-                                       const Eigen::Vector3d& up,
-                                       double camera_height_m) {
-  std::optional<FloorChoice> fallback;
-  for (const double height_m : HorizontalHeights_m(horizontal, up)) {
-    if (camera_height_m - height_m < options.floor_min_camera_height_m) break;
-    const double area_m2 = DistinctArea_m2(horizontal, up, height_m);
-    if (area_m2 >= options.floor_min_area_m2) return FloorChoice{height_m, area_m2, true};
-    if (!fallback || area_m2 > 2 * fallback->area_m2)
-      fallback = FloorChoice{height_m, area_m2, false};
-  }
-  return fallback;
-}
-
 }  // namespace
 
 void MapFrameOptions::Register(OptionList& list) {
@@ -194,7 +109,10 @@ void MapFrameOptions::Register(OptionList& list) {
            &floor_max_tilt_rad,
            Range(0.05, 1.5),
            "how far the first guess of up may be off");
-  list.Add("floor_min_area_m2", &floor_min_area_m2, Range(0.01, 100), "of a plane taken as floor");
+  list.Add("floor_min_area_m2",
+           &floor_min_area_m2,
+           Range(0.01, 100),
+           "a smaller level surface is never taken as floor");
   list.Add("floor_min_camera_height_m",
            &floor_min_camera_height_m,
            Range(0, 5),
@@ -240,20 +158,15 @@ MapFrame FindMapFrame(const MapFrameOptions& options,
     up = *refined;
     if (!up_in_graph) frame.gravity_source = "horizontal surfaces";
   }
-  const auto horizontal = FacingUp(patches, up);
-  const auto choice = ChooseFloor(options, horizontal, up, MedianHeight_m(graph_from_cameras, up));
-  Plane floor{up, 0};
-  if (choice) {
-    floor = FitPlane(horizontal, up, choice->height_m);
-    frame.floor_source = choice->is_floor ? "floor plane" : "lowest horizontal plane";
-    frame.floor_area_m2 = choice->area_m2;
-  } else {
-    frame.floor_source = "lowest camera";
-    floor.height_m = up.dot(graph_from_cameras.front().translation);
-    for (const Rigid3& pose : graph_from_cameras) {
-      floor.height_m = std::min(floor.height_m, up.dot(pose.translation));
-    }
+  const FloorChoice choice = ChooseFloor(options, patches, graph_from_cameras, up);
+  Plane floor{up, choice.surface.height_m};
+  if (!choice.surface.cells.empty()) {
+    floor = FitPlane(FacingUp(patches, up), up, choice.surface.height_m);
   }
+  frame.floor_source = choice.source;
+  frame.floor_area_m2 = choice.surface.Area_m2();
+  frame.floor_num_keyframes = choice.surface.num_keyframes;
+  frame.below_floor_share = choice.below_share;
   frame.map_from_graph = MapFromGraph(floor, graph_from_cameras.front());
   frame.camera_height_m = MedianHeight_m(graph_from_cameras, floor.normal) - floor.height_m;
   return frame;

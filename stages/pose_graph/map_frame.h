@@ -19,7 +19,7 @@ struct MapFrameOptions {
   int floor_num_keyframes = 120;
   double floor_max_depth_m = 4.0;
   double floor_max_tilt_rad = 0.7;
-  double floor_min_area_m2 = 1.0;
+  double floor_min_area_m2 = 0.2;
   double floor_min_camera_height_m = 0.3;
 
   void Register(OptionList& list);
@@ -38,18 +38,26 @@ struct AccelerometerSample {
 Eigen::Vector3d UpFromAccelerometer(const std::vector<AccelerometerSample>& samples,
                                     const std::vector<StampedPose>& keyframes);
 
+// Below a floor nothing is seen but noise: what is this deep, and how much there may be of it.
+inline constexpr double kBelowFloor_m = 0.3;
+inline constexpr double kMaxBelowFloorShare = 0.05;
+
 struct MapFrame {
   Rigid3 map_from_graph;
   std::string gravity_source;  // "accelerometer", "horizontal surfaces" or "camera attitude"
-  std::string floor_source;    // "floor plane", "lowest horizontal plane" or "lowest camera"
+  // What is at z = 0: "floor plane"; or where no floor was seen "lowest horizontal plane", "lowest
+  // points" or "lowest camera".
+  std::string floor_source;
   double floor_area_m2 = 0;
-  double camera_height_m = 0;  // median above the floor
+  int floor_num_keyframes = 0;   // that saw it, of those that were searched
+  double camera_height_m = 0;    // median above the floor
+  double below_floor_share = 0;  // of the measured points that lie more than kBelowFloor_m below it
 };
 
 // Up: `up_in_graph` of an accelerometer if given, else the mean of the cameras' up axes; refined to
-// the common normal of the surfaces that face it. Floor: the lowest horizontal plane of at least
-// floor_min_area_m2 below the cameras. The map's origin is below the first camera, its x axis along
-// the first camera's view. Deterministic.
+// the common normal of the surfaces that face it. Floor: as of ChooseFloor, the lowest level
+// surface below the cameras. The map's origin is below the first camera, its x axis along the first
+// camera's view. Deterministic.
 MapFrame FindMapFrame(const MapFrameOptions& options,
                       const std::vector<SurfacePatch>& patches,
                       const std::vector<Rigid3>& graph_from_cameras,

@@ -9,6 +9,7 @@
 #include "stages/pose_graph/adjust_rounds.h"
 #include "stages/pose_graph/check_input.h"
 #include "stages/pose_graph/cull_keyframes.h"
+#include "stages/pose_graph/describe_floor.h"
 #include "stages/pose_graph/drift_gate.h"
 #include "stages/pose_graph/graph_parts.h"
 #include "stages/pose_graph/join_runs.h"
@@ -212,6 +213,7 @@ class Pipeline {
     const auto patches = SampleKeyframes(
         input_, keyframes_, options.floor_num_keyframes, options.floor_max_depth_m, num_threads_);
     result_.map_frame = FindMapFrame(options, patches, cameras, UpInGraph());
+    LogFloor(result_.map_frame);
     const Rigid3& map_from_graph = result_.map_frame.map_from_graph;
     for (Rigid3& pose : result_.map_from_camera) pose = map_from_graph * pose;
     for (const auto& [idx, pose] : keyframes_) {

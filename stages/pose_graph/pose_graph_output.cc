@@ -7,6 +7,7 @@
 #include "pipeline/geometry/bundle_report.h"
 #include "pipeline/io/csv.h"
 #include "pipeline/io/trajectory_io.h"
+#include "stages/pose_graph/describe_floor.h"
 
 namespace nightmap {
 
@@ -113,8 +114,12 @@ nlohmann::json Summarize(const PoseGraphOptions& options,
       {"depth_scales", DepthScales(options, result)},
       {"calibrations", Calibrations(options, result)},
       {"gravity_source", result.map_frame.gravity_source},
+      {"floor", DescribeFloor(result.map_frame)},
+      {"floor_warnings", FloorWarnings(result.map_frame)},
       {"floor_source", result.map_frame.floor_source},
       {"floor_area_m2", result.map_frame.floor_area_m2},
+      {"floor_num_keyframes", result.map_frame.floor_num_keyframes},
+      {"below_floor_percent", 100 * result.map_frame.below_floor_share},
       {"camera_height_m", result.map_frame.camera_height_m}};
 }
 

@@ -42,7 +42,8 @@ std::vector<SurfacePatch> SamplePatches(const DepthImage& depth,
       const double pixel_area_m2 = z * z / (camera.color.fx * camera.color.fy);
       patches.push_back({graph_from_camera * center,
                          graph_from_camera.rotation * normal,
-                         kStep_px * kStep_px * pixel_area_m2 / cosine});
+                         kStep_px * kStep_px * pixel_area_m2 / cosine,
+                         -1});
     }
   }
   return patches;
@@ -53,22 +54,29 @@ std::vector<SurfacePatch> SampleKeyframes(const PoseGraphInput& input,
                                           int max_num_keyframes,
                                           double max_depth_m,
                                           int num_threads) {
-  std::vector<int> chosen;
+  struct Keyframe {
+    int frame_idx;
+    int camera_idx;
+  };
+  std::vector<Keyframe> chosen;
   const std::size_t step =
       graph_from_keyframe.size() / static_cast<std::size_t>(max_num_keyframes) + 1;
   std::size_t i = 0;
   for (const auto& [idx, pose] : graph_from_keyframe) {
-    if (i++ % step == 0) chosen.push_back(idx);
+    if (i % step == 0) chosen.push_back({idx, static_cast<int>(i)});
+    ++i;
   }
   std::vector<std::vector<SurfacePatch>> of_keyframe(chosen.size());
   ParallelFor(chosen.size(), num_threads, [&](std::size_t k) {
-    const FrameRecord& frame = input.frames[static_cast<std::size_t>(chosen[k])];
+    const auto& [frame_idx, camera_idx] = chosen[k];
+    const FrameRecord& frame = input.frames[static_cast<std::size_t>(frame_idx)];
     // The features stage has counted a frame that fails; the floor is seen by others.
     std::ignore = FrameFailure(frame.depth_path, [&] {
       of_keyframe[k] = SamplePatches(input.load_depth(frame),
                                      input.cameras.at(static_cast<std::size_t>(frame.camera_idx)),
-                                     graph_from_keyframe.at(chosen[k]),
+                                     graph_from_keyframe.at(frame_idx),
                                      max_depth_m);
+      for (SurfacePatch& patch : of_keyframe[k]) patch.camera_idx = camera_idx;
     });
   });
   std::vector<SurfacePatch> patches;

@@ -84,7 +84,7 @@ TEST(FindMapFrame, PutsTheFloorAtZeroWhateverTheGraphsFrame) {
 TEST(FindMapFrame, SmallPlaneIsNotCalledAFloor) {
   Random random(2);
   std::vector<SurfacePatch> patches;
-  AddSquare(0, 0.8, random, &patches);
+  AddSquare(0, 0.3, random, &patches);
   const MapFrame frame = FindMapFrame({}, patches, Cameras(0.6, 0.5), std::nullopt);
   EXPECT_EQ(frame.floor_source, "lowest horizontal plane");
   EXPECT_NEAR(frame.camera_height_m, 0.6, 0.01);
