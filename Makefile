@@ -75,7 +75,7 @@ ifneq ($(and $(filter clean distclean,$(MAKECMDGOALS)),$(word 2,$(MAKECMDGOALS))
 $(error run `make $(filter clean distclean,$(MAKECMDGOALS))` alone)
 endif
 
-.PHONY: FORCE help deps build demo map localize plan drive evaluate evaluate-colmap report test test-sanitize bench why verify \
+.PHONY: FORCE help deps build demo map localize plan drive evaluate evaluate-colmap report test test-nightly test-sanitize bench why verify \
         clean distclean format format-check lint
 
 # ---- programs -----------------------------------------------------------------------------------
@@ -397,6 +397,11 @@ test: ## unit tests, end-to-end tests, and tests on real data where it is found
 	@$(MAKE) --no-print-directory build
 	ninja -j $(THREADS) -C $(BUILD)
 	@ctest --test-dir $(BUILD) -j $(THREADS) --output-on-failure
+
+# What takes too long for every day: a sweep of attacks on all programs and scripts.
+test-nightly: ## 2,000 attacks with damaged, hostile and misplaced files; after `make test`
+	@$(MAKE) --no-print-directory build
+	@NIGHTMAP_BUILD=$(abspath $(BUILD)) $(PYTHON) tests/fuzz/sweep.py --runs 2000
 
 # Other compiler options, other folder. Debug asserts are on; -O1 keeps it bearable. The end-to-end and
 # real-data tests are left to `make test`.
