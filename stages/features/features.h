@@ -38,7 +38,7 @@ struct FeaturesOptions {
 using RgbdLoader = std::function<RgbdImages(const FrameRecord&)>;
 
 struct FeaturesResult {
-  FeaturesShard shard;  // one entry a frame, in order; a failed frame has no features
+  FeaturesShard shard;               // one entry a frame, in order; a failed frame has no features
   std::vector<std::string> skipped;  // reasons, in frame order
 };
 

@@ -54,7 +54,8 @@ struct RawSequence {
 
 // Removes what stride and max_frames leave out. Queries of their own folders are not thinned.
 // Returns the number of frames that max_frames alone left out: the last ones.
-[[nodiscard]] std::size_t SelectFrames(const FramesOptions& options, std::vector<RawSequence>* sequences);
+[[nodiscard]] std::size_t SelectFrames(const FramesOptions& options,
+                                       std::vector<RawSequence>* sequences);
 
 struct FrameLists {
   std::vector<FrameRecord> frames;              // time_ns increases, frame_idx counts from 0

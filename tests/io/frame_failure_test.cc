@@ -2,6 +2,7 @@
 #include "pipeline/io/frame_failure.h"
 
 #include <cstddef>
+#include <new>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <vector>
@@ -31,13 +32,12 @@ TEST(FrameFailure, NamesThePictureThatOpenCvRefuses) {
 }
 
 TEST(FrameFailure, NamesThePictureThatDoesNotFitIntoMemory) {
-  constexpr std::size_t kHalfOfAllAddresses = std::size_t{1} << 62;
-  const auto allocate = [&] { std::vector<char> pixels(kHalfOfAllAddresses); };
-  const auto allocate_more = [&] { std::vector<double> pixels(kHalfOfAllAddresses); };
-  const auto allocate_in_opencv = [] { cv::Mat(1 << 22, 1 << 22, CV_64FC4).setTo(0); };
-  for (const std::function<void()>& work : {std::function<void()>(allocate),
-                                            std::function<void()>(allocate_more),
-                                            std::function<void()>(allocate_in_opencv)}) {
+  constexpr std::size_t kQuarterOfAllAddresses = std::size_t{1} << 62;
+  const std::vector<std::function<void()>> works = {
+      [] { throw std::bad_alloc(); },
+      [] { CV_Error(cv::Error::StsNoMem, "failed to allocate"); },
+      [&] { std::vector<double> pixels(kQuarterOfAllAddresses); }};
+  for (const auto& work : works) {
     EXPECT_THAT(FrameFailure("a.png", work),
                 testing::StartsWith("a.png: does not fit into memory"));
   }

@@ -42,7 +42,7 @@ Fused Fuse(int num_threads) {
       num_threads,
       [](const Keyframe& keyframe, const RgbdImages& images) {
         if (keyframe.keyframe_idx == 9) cv::resize(cv::Mat(), cv::noArray(), {10, 10});
-        if (keyframe.keyframe_idx == 30) std::vector<char>(std::size_t{1} << 62).front() = 1;
+        if (keyframe.keyframe_idx == 30) std::vector<double>(std::size_t{1} << 62).front() = 1;
         return images.depth.pixels[0];
       },
       [&](float value) { fused.merged.push_back(value); });

@@ -66,7 +66,7 @@ TEST_F(FeaturesTest, AnExceptionIsOfItsFrameAloneAtAnyNumberOfThreads) {
   const auto load = [](const FrameRecord& frame) {
     RgbdImages images = Load(frame);
     if (frame.frame_idx == 31) images.color = {};
-    if (frame.frame_idx == 34) images.depth.pixels.resize(std::size_t{1} << 60);
+    if (frame.frame_idx == 34) images.depth.pixels.resize(std::size_t{1} << 62);
     return images;
   };
   FeaturesOptions options;
