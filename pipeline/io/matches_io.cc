@@ -3,6 +3,8 @@
 // b_from_a P x 7; covariance P x 36; first_match P+1; match M x 2 (feature in a, in b).
 #include "pipeline/io/matches_io.h"
 
+#include <algorithm>
+
 #include "pipeline/base/error.h"
 #include "pipeline/io/hdf5_file.h"
 #include "pipeline/io/pose_arrays.h"
@@ -88,7 +90,8 @@ std::vector<FramePair> ReadPairs(const std::filesystem::path& path) {
   file.Demand(pose.rows == count, "b_from_a");
   file.Demand(covariance.rows == count, "covariance");
   file.Demand(first_match.size() == count + 1 && first_match.front() == 0 &&
-                  static_cast<std::size_t>(first_match.back()) == match.rows,
+                  static_cast<std::size_t>(first_match.back()) == match.rows &&
+                  std::ranges::is_sorted(first_match),
               "first_match");
   std::vector<FramePair> pairs(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -98,7 +101,6 @@ std::vector<FramePair> ReadPairs(const std::filesystem::path& path) {
     file.Demand(pair.frame_a >= 0 && pair.frame_a < pair.frame_b, "frame");
     file.Demand(status[i] >= 0 && status[i] <= static_cast<int>(PairStatus::kUncertain), "status");
     file.Demand(num_putative[i] >= 0, "num_putative");
-    file.Demand(first_match[i] <= first_match[i + 1], "first_match");
     pair.status = static_cast<PairStatus>(status[i]);
     pair.num_putative = num_putative[i];
     pair.score = score[i];

@@ -37,9 +37,10 @@ std::string MessageOf(const std::string& toml) {
 
 TEST(Options, DeeplyNestedListsAreRefused) {
   const std::string deep = std::string(100'000, '[') + std::string(100'000, ']');
-  EXPECT_THAT(MessageOf("offsets = " + deep + "\n"), HasSubstr("x.toml:1: not valid TOML"));
+  EXPECT_THAT(MessageOf("offsets = " + deep + "\n"),
+              testing::HasSubstr("x.toml:1: not valid TOML"));
   const std::string tables = std::string(100'000, '{');
-  EXPECT_THAT(MessageOf("offsets = " + tables), HasSubstr("x.toml:1: not valid TOML"));
+  EXPECT_THAT(MessageOf("offsets = " + tables), testing::HasSubstr("x.toml:1: not valid TOML"));
 }
 
 TEST(Options, ParsesEveryType) {

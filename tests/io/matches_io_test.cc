@@ -149,8 +149,13 @@ TEST_F(MatchesIoTest, SizesThatDoNotAddUpAreNamed) {
       "field 'match' has 3 columns");
   ExpectRefused([](Arrays& a) { a.match = {2, 2, {0, 1, 2, 3}}; }, "field 'first_match'");
   using List = std::vector<std::int32_t>;
-  for (const List& first :
-       {List{}, List{0, 3}, List{0, 1, 3, 3}, List{1, 3, 3}, List{0, 2, 2}, List{0, -1, 3}}) {
+  for (const List& first : {List{},
+                            List{0, 3},
+                            List{0, 1, 3, 3},
+                            List{1, 3, 3},
+                            List{0, 2, 2},
+                            List{0, -1, 3},
+                            List{0, 2147483647, 3}}) {
     ExpectRefused([&](Arrays& a) { a.first_match = first; }, "field 'first_match'");
   }
 }
