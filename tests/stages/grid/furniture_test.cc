@@ -18,6 +18,7 @@ namespace {
 
 // Columns within a cell of a box's border may be the floor beside it.
 constexpr double kBorder_m = 0.05;
+constexpr double kHidden_m = 0.65;  // a step, max_hidden_m, and a voxel
 
 bool IsFurniture(SurfaceLabel label) {
   switch (label) {
@@ -33,20 +34,19 @@ bool IsFurniture(SurfaceLabel label) {
 }
 
 // Whether a robot that stands at a point of a floor would be in a piece of furniture whose lower
-// side is at most `max_low_m` above the floor.
+// side is lower than `max_low_m` above the floor and whose upper side is higher than `min_high_m`.
 bool IsInFurniture(const SyntheticWorld& world,
                    const Eigen::Vector2d& point,
                    double floor_m,
-                   double max_low_m) {
-  const GridOptions options;
+                   double max_low_m,
+                   double min_high_m) {
   return std::ranges::any_of(world.scene.boxes, [&](const Box& box) {
     Box inner = box;
     inner.half_size.head<2>().array() -= kBorder_m;
     const double low_m = box.center.z() - box.half_size.z() - floor_m;
     const double high_m = box.center.z() + box.half_size.z() - floor_m;
-    return IsFurniture(box.label) && high_m > options.max_step_height_m + kResolution_m &&
-           low_m < max_low_m && (inner.half_size.array() > 0).all() &&
-           HorizontalDistance(inner, point) == 0;
+    return IsFurniture(box.label) && high_m > min_high_m && low_m < max_low_m &&
+           (inner.half_size.array() > 0).all() && HorizontalDistance(inner, point) == 0;
   });
 }
 
@@ -74,14 +74,15 @@ GridResult GridOf(const SyntheticWorld& world, const RouteOptions& route, std::s
   return ProjectFloors(carver.Tree(), {}, cameras_in_map, 2);
 }
 
-// Cells of solid pieces. Under a table the floor may be seen, and a thin top be missed.
+// Cells of solid pieces. Under a table the floor may be seen, and a thin top be missed; and what is
+// lower than max_hidden_m above a step may be missed too.
 int CountFreeInSolids(const SyntheticWorld& world, const FloorGrid& floor) {
   int count = 0;
   for (int y = 0; y < floor.grid.height; ++y) {
     for (int x = 0; x < floor.grid.width; ++x) {
       if (floor.grid.At({x, y}) != kFreeCell) continue;
       const Eigen::Vector2d point = floor.grid.CenterInMap({x, y});
-      if (IsInFurniture(world, point, floor.height_m, 0.1)) {
+      if (IsInFurniture(world, point, floor.height_m, 0.1, kHidden_m)) {
         ++count;
       }
     }
@@ -115,8 +116,8 @@ int CheckPaths(const SyntheticWorld& world, const FloorGrid& floor) {
       const PlanResult result = RunPlan(options, {floor.grid, {}, {}}, progress, 2);
       ++num_paths;
       for (const PathPoint& point : result.path) {
-        EXPECT_FALSE(
-            IsInFurniture(world, point.point_in_map, floor.height_m, GridOptions{}.robot_height_m))
+        EXPECT_FALSE(IsInFurniture(
+            world, point.point_in_map, floor.height_m, GridOptions{}.robot_height_m, 0.15))
             << point.point_in_map.transpose();
       }
     } catch (const DataError&) {
