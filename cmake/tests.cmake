@@ -38,6 +38,9 @@ endif()
 if(TARGET test_stages_octree AND TARGET stage_tiles)
   target_link_libraries(test_stages_octree PRIVATE stage_tiles)  # octrees of its tiles
 endif()
+if(TARGET test_stages_grid AND TARGET stage_plan)
+  target_link_libraries(test_stages_grid PRIVATE stage_plan)  # paths on its grids
+endif()
 # End-to-end tests on the stage programs, and the tests of the Python scripts.
 file(GLOB scripts CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/e2e/*_test.py
      ${CMAKE_SOURCE_DIR}/tests/scripts/*_test.py)

@@ -81,6 +81,14 @@ def accepted_loops(site_dir, estimate):
     return loops
 
 
+def floor_paragraphs(site_dir):
+    """What z = 0 is, and why it may not be the floor; nothing of an older map, which does not say."""
+    path = site_dir / "pose_graph" / "report.json"
+    report = read_json(path) if path.exists() else {}
+    warnings = [html.paragraph("Warning: " + text, "failed") for text in report.get("floor_warnings", [])]
+    return ([html.paragraph(report["floor"], "note")] if "floor" in report else []) + warnings
+
+
 def trajectory_section(site_dir, metrics):
     estimate = _optional(site_dir / "pose_graph" / "trajectory.tum", read_tum)
     if estimate is None or len(estimate) == 0:
@@ -96,6 +104,7 @@ def trajectory_section(site_dir, metrics):
         picture = figures.trajectory_png(estimate.positions_m, shown, loops)
         errors_m = np.linalg.norm(estimate.positions_m[pairs[:, 0]] - shown, axis=1)
         parts.append(html.image(figures.error_png(pairs[:, 0], errors_m), "error of each frame"))
+    parts += floor_paragraphs(site_dir)
     return html.section("Trajectory", html.image(picture, "trajectory from above"), *parts)
 
 

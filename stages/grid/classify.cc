@@ -20,6 +20,7 @@ struct Contents {
   int num_free = 0;      // from the ground to the robot's height, as are the next two
   int lowest_free = std::numeric_limits<int>::max();
   int highest_free = std::numeric_limits<int>::min();
+  int num_hidden = 0;  // from a step above ground that was not seen to the lowest free one
   bool has_ground = false;
   int drop = 0;             // how much deeper than a step free space goes on from there
   bool has_bottom = false;  // whether it ends on something seen
@@ -87,7 +88,10 @@ class FloorClassifier {
       contents.lowest_free = std::min(contents.lowest_free, std::max(run.begin, robot.min));
       contents.highest_free = std::max(contents.highest_free, std::min(run.end - 1, robot.max));
     }
-    if (contents.num_free > 0 && !contents.has_ground) FindDrop(cell, level.min, contents);
+    if (contents.num_free > 0 && !contents.has_ground) {
+      contents.num_hidden = std::max(0, contents.lowest_free - band.min);
+      FindDrop(cell, level.min, contents);
+    }
     return contents;
   }
 
@@ -117,7 +121,9 @@ class FloorClassifier {
   CellValue SeenState(const Contents& contents) const {
     const bool is_seen = contents.has_ground || contents.num_free > 0;
     const bool is_gap = resolution_m_ * contents.NumUnseen() > options_.max_unseen_m + kTolerance_m;
-    return is_seen && !is_gap && !IsDrop(contents) ? kFreeCell : kUnknownCell;
+    const bool is_hidden =
+        resolution_m_ * contents.num_hidden > options_.max_hidden_m + kTolerance_m;
+    return is_seen && !is_gap && !is_hidden && !IsDrop(contents) ? kFreeCell : kUnknownCell;
   }
 
   CellValue StateOf(const Contents& contents) const {

@@ -57,6 +57,20 @@ void CountCells(FloorGrid& floor) {
   floor.num_unknown_cells = count(kUnknownCell);
 }
 
+// Share of the occupied voxels that lie below the lowest floor: much where it is no floor.
+double ShareBelow(const Columns& columns, double lowest_floor_m) {
+  constexpr double kDepth_m = 0.3;
+  const int end = VoxelsWithin(lowest_floor_m - kDepth_m, 0, columns.resolution_m).min;
+  std::int64_t num_below = 0;
+  std::int64_t num_occupied = 0;
+  for (const Run& run : columns.runs) {
+    if (!run.occupied) continue;
+    num_occupied += run.end - run.begin;
+    num_below += std::max(0, std::min(run.end, end) - run.begin);
+  }
+  return num_occupied == 0 ? 0 : static_cast<double>(num_below) / static_cast<double>(num_occupied);
+}
+
 void CheckBand(const GridOptions& options, double resolution_m) {
   const HeightRange band =
       VoxelsWithin(options.max_step_height_m, options.robot_height_m, resolution_m);
@@ -100,6 +114,10 @@ void GridOptions::Register(OptionList& list) {
            &max_unseen_m,
            Range(0, 10),
            "unseen height between free voxels above which a cell is unknown, not free");
+  list.Add("max_hidden_m",
+           &max_hidden_m,
+           Range(0, 10),
+           "unseen height above a step over unseen ground above which a cell is unknown, not free");
   list.Add("speck_min_neighbors",
            &speck_min_neighbors,
            Range(0, 8),
@@ -121,6 +139,7 @@ GridResult RunGrid(const GridOptions& options,
   const Supports supports = FindSupports(options, columns);
   const auto floors_m = FindFloors(options, columns, supports, cameras_in_map);
   GridResult result;
+  result.below_lowest_share = ShareBelow(columns, floors_m.front());
   for (std::size_t i = 0; i < floors_m.size(); ++i) {
     const auto ground_m = FindGround(options, columns, supports, floors_m, i);
     FloorGrid floor =

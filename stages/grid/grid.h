@@ -24,6 +24,7 @@ struct GridOptions {
   double min_ramp_area_m2 = 0.5;
   int min_occupied_voxels = 1;
   double max_unseen_m = 0.10;
+  double max_hidden_m = 0.5;
   int speck_min_neighbors = 1;
   int speck_max_voxels = 2;
   double margin_m = 0.25;
@@ -47,6 +48,7 @@ struct FloorGrid {
 struct GridResult {
   std::vector<FloorGrid> floors;   // rising
   std::size_t main_floor_idx = 0;  // the one at z = 0
+  double below_lowest_share = 0;   // of the occupied voxels that lie 0.3 m below every floor
 };
 
 // One cell a column of smallest voxels, edges aligned with the tree's. What lies up to
@@ -54,13 +56,15 @@ struct GridResult {
 // robot_height_m it passes under; anything between is an obstacle. Free space counts from the
 // ground up to the robot's height. A column with an unseen part between free ones is unknown: that
 // is the mark of a table top seen at too flat an angle to be measured, with floor seen below and a
-// wall above. A column without ground whose free space leads down more than a step below it, to
-// something seen there or 0.3 m on, is a drop: occupied beside free cells, else unknown. Free cells
-// that are not joined to one under or nearest to a camera on that floor (`cameras_in_map`; empty:
-// not asked) are unknown: what is seen through a window, or over a wall. A pane of glass that
-// reaches the ground leaves no trace in an octree. Deterministic, at any number of threads. Throws
-// UsageError when no voxel centre fits between step and robot height, DataError when there is no
-// leaf or the main floor has no free and no occupied cell; other floors without one are left out.
+// wall above. So is one where neither the ground nor max_hidden_m above a step was seen: a counter
+// may be there whose top the camera did not measure. A column without ground whose free space leads
+// down more than a step below it, to something seen there or 0.3 m on, is a drop: occupied beside
+// free cells, else unknown. Free cells that are not joined to one under or nearest to a camera on
+// that floor (`cameras_in_map`; empty: not asked) are unknown: what is seen through a window, or
+// over a wall. A pane of glass that reaches the ground leaves no trace in an octree. Deterministic,
+// at any number of threads. Throws UsageError when no voxel centre fits between step and robot
+// height, DataError when there is no leaf or the main floor has no free and no occupied cell; other
+// floors without one are left out.
 GridResult RunGrid(const GridOptions& options,
                    const LeafSource& leaves,
                    const std::vector<Eigen::Vector3d>& cameras_in_map,

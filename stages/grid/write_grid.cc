@@ -146,6 +146,7 @@ nlohmann::json DescribeGrids(const GridResult& result) {
   nlohmann::json floors = nlohmann::json::array();
   for (const FloorGrid& floor : result.floors) floors.push_back(DescribeFloor(floor));
   nlohmann::json report = floors[result.main_floor_idx];
+  report["below_lowest_floor_percent"] = 100 * result.below_lowest_share;
   report["num_floors"] = result.floors.size();
   report["floors"] = floors;
   return report;

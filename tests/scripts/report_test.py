@@ -256,6 +256,17 @@ class ReportTest(unittest.TestCase):
         for missing in ("localize stage", "grid stage", "evaluate step"):
             self.assertIn(f"The {missing} did not run", page)
 
+    def test_warns_of_a_floor_that_may_be_none(self):
+        fake_site.write_site(self.site_dir)
+        path = self.site_dir / "pose_graph" / "report.json"
+        said = "z = 0 is the lowest points, 1.20 m below the median camera"
+        path.write_text(json.dumps({"floor": said, "floor_warnings": ["no floor was seen: <remedy>"]}))
+        page = self.report()
+        self.assertIn(said, page)
+        self.assertIn('class="failed">Warning: no floor was seen: &lt;remedy&gt;', page)
+        path.write_text(json.dumps({"floor": said, "floor_warnings": []}))
+        self.assertNotIn("Warning: no floor", self.report())
+
     def test_site_without_truth_says_so(self):
         fake_site.write_site(self.site_dir, truth=False)
         self.evaluate()

@@ -171,6 +171,26 @@ TEST(GridFloors, TheMapsFloorIsMainEvenWithOneBelow) {
   EXPECT_LT(result.floors[0].height_m, -2.9);
 }
 
+TEST(GridFloors, WhatLiesBelowEveryFloorIsCounted) {
+  VoxelRoom room = EmptyRoom();
+  EXPECT_EQ(ProjectFloors(room.Tree()).below_lowest_share, 0);
+  room.Fill({0, 0, -40}, {19, 19, -37}, true);  // as much as floor and ceiling, 1.8 m down
+  EXPECT_NEAR(ProjectFloors(room.Tree()).below_lowest_share, 0.5, 0.01);
+}
+
+// A counter whose front was seen, and free space above, but not its top.
+TEST(GridFloors, ACounterWhoseTopWasNotSeenIsNotFree) {
+  for (const int top : {14, 17}) {
+    VoxelRoom room = EmptyRoom();
+    for (int x = 10; x <= 19; ++x) room.Erase({x, 0, -1}, {x, 19, top});
+    room.Fill({10, 0, 1}, {10, 19, top}, true);
+    const FloorGrid floor = Project(room.Tree());
+    EXPECT_EQ(CellAt(floor, 5, 10), kFreeCell);
+    EXPECT_EQ(CellAt(floor, 10, 10), kOccupiedCell);
+    for (int x = 11; x < 20; ++x) EXPECT_EQ(CellAt(floor, x, 10), kUnknownCell) << x;
+  }
+}
+
 TEST(GridFloors, TablesAreNoFloors) {
   VoxelRoom room;
   Raise(room, 0, 0, 99, 49, 0, 50);

@@ -22,6 +22,13 @@ class VoxelRoom {
     }
     return *this;
   }
+  VoxelRoom& Erase(Eigen::Vector3i low, Eigen::Vector3i high) {
+    std::erase_if(voxels_, [&](const auto& voxel) {
+      const Eigen::Vector3i key(voxel.first[0], voxel.first[1], voxel.first[2]);
+      return (key.array() >= low.array()).all() && (key.array() <= high.array()).all();
+    });
+    return *this;
+  }
   OccupancyTree Tree() const {
     OccupancyTree tree{kResolution_m, {}};
     for (const auto& [key, occupied] : voxels_) {
