@@ -86,7 +86,6 @@ void AddPoint(const CsvRow& row, PlannedPath& path) {
 PlannedPath ReadPlannedPath(const std::filesystem::path& csv_path,
                             const std::filesystem::path& json_path) {
   PlannedPath path;
-  path.file = csv_path;
   const CsvFile csv(csv_path, "x_m,y_m,heading_rad,distance_m,leg_idx", true);
   for (const CsvRow& row : csv.Rows()) AddPoint(row, path);
   if (csv.Rows().empty()) throw DataError("{}: the path has no point", csv_path.string());

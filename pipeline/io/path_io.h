@@ -15,8 +15,7 @@ struct PlannedPath {
   double goal_heading_rad = 0;  // counter-clockwise from x, of the last point
   double robot_radius_m = 0;    // for which it was planned: of a circle about all of the robot
   bool may_cross_unknown = false;
-  int floor = 0;                            // FloorFiles::number of the floor that it is on
-  std::filesystem::path file = "path.csv";  // that it was read from, for messages
+  int floor = 0;  // FloorFiles::number of the floor that it is on
 };
 
 // path.csv (columns x_m,y_m,heading_rad,distance_m,leg_idx, and any after them) and the path.json

@@ -9,7 +9,6 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
-#include "stages/drive/check_path.h"
 #include "stages/drive/keep_off.h"
 #include "stages/drive/path_track.h"
 
@@ -175,7 +174,6 @@ DriveResult RunDrive(const DriveOptions& options, const DriveInputs& inputs, Pro
                      steering.min_lookahead_m,
                      steering.max_lookahead_m);
   }
-  CheckOnGrid(inputs.path, inputs.grid);
   const double goal_heading_rad =
       Heading_rad("goal_heading_deg", options.goal_heading_deg, inputs.path.goal_heading_rad);
   const auto& legs = inputs.path.legs_in_map;

@@ -5,10 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
-#include <tuple>
-#include <utility>
 
 #include "pipeline/base/error.h"
 
@@ -22,8 +19,6 @@ struct Candidate {
 
 // Nearest free cell for each label of LabelReachable.
 using Candidates = std::map<std::int32_t, Candidate>;
-
-std::pair<int, int> ToPair(const Eigen::Vector2i& cell) { return {cell.x(), cell.y()}; }
 
 std::string ToText(const Eigen::Vector2d& point_m) {
   return fmt::format("{:.3f},{:.3f}", point_m.x(), point_m.y());
@@ -51,34 +46,12 @@ Candidates CellsWithin(const OccupancyGrid& grid,
   return candidates;
 }
 
-// The parts of the map that reach each other, by LabelReachable.
-struct Parts {
-  std::vector<std::int32_t> labels;    // empty: nothing may move, all free cells count as one part
-  std::vector<std::size_t> num_cells;  // by label
-  double min_cells = 0;                // of a part that is larger than the robot
-
-  bool IsRoomy(std::int32_t label) const {
-    return labels.empty() ||
-           static_cast<double>(num_cells[static_cast<std::size_t>(label)]) >= min_cells;
+std::optional<Candidate> Nearest(const Candidates& candidates) {
+  std::optional<Candidate> nearest;
+  for (const auto& [label, candidate] : candidates) {
+    if (!nearest || candidate.distance_m < nearest->distance_m) nearest = candidate;
   }
-};
-
-Parts FindParts(const OccupancyGrid& grid, const CostMap& map) {
-  Parts parts;
-  parts.labels = LabelReachable(map);
-  parts.num_cells.resize(1 + static_cast<std::size_t>(std::ranges::max(parts.labels)));
-  for (const std::int32_t label : parts.labels) ++parts.num_cells[static_cast<std::size_t>(label)];
-  const double robot_cells = map.robot_radius_m / grid.resolution_m;
-  parts.min_cells = std::max(2.0, std::numbers::pi * robot_cells * robot_cells);
-  return parts;
-}
-
-// In a roomy part if there is one, else the nearest of all.
-Candidate Nearest(const Parts& parts, const Candidates& candidates) {
-  const auto order = [&](const auto& item) {
-    return std::pair(!parts.IsRoomy(item.first), item.second.distance_m);
-  };
-  return std::ranges::min_element(candidates, {}, order)->second;
+  return nearest;
 }
 
 // Nearest free cell of the whole grid.
@@ -150,54 +123,22 @@ Candidates CandidatesFor(const OccupancyGrid& grid,
   return candidates;
 }
 
-// Sum of the moves into a part of the map; infinite where an end has no candidate in it.
-double SumOfMoves_m(const std::vector<Candidates>& candidates, std::int32_t label) {
-  double sum_m = 0;
-  for (const Candidates& of_end : candidates) {
-    const auto found = of_end.find(label);
-    if (found == of_end.end()) return std::numeric_limits<double>::infinity();
-    sum_m += found->second.distance_m;
-  }
-  return sum_m;
-}
-
-// The part that PlaceEndpoints chooses; 0 where no part has a candidate of every end. A part in
-// which two ends become one place comes last: there is no way to plan in it.
-std::int32_t CommonLabel(const Parts& parts, const std::vector<Candidates>& candidates) {
-  const auto joins_ends = [&](std::int32_t label) {
-    return std::ranges::adjacent_find(candidates, {}, [&](const Candidates& of_end) {
-             return ToPair(of_end.at(label).cell);
-           }) != candidates.end();
-  };
+// The label that all ends have a candidate of, with the least sum of moves; 0 where there is none.
+std::int32_t CommonLabel(const std::vector<Candidates>& candidates) {
   std::int32_t best_label = 0;
-  std::tuple<bool, bool, double> best;
+  double best_m = std::numeric_limits<double>::infinity();
   for (const auto& [label, first] : candidates[0]) {
-    const double sum_m = SumOfMoves_m(candidates, label);
-    if (std::isinf(sum_m)) continue;
-    const std::tuple order(joins_ends(label), !parts.IsRoomy(label), sum_m);
-    if (best_label != 0 && order >= best) continue;
-    best = order;
+    double sum_m = 0;
+    for (const Candidates& others : candidates) {
+      const auto other = others.find(label);
+      sum_m += other != others.end() ? other->second.distance_m
+                                     : std::numeric_limits<double>::infinity();
+    }
+    if (sum_m >= best_m) continue;
+    best_m = sum_m;
     best_label = label;
   }
   return best_label;
-}
-
-void CheckApart(const std::vector<Endpoint>& ends, double snap_radius_m) {
-  for (std::size_t i = 1; i < ends.size(); ++i) {
-    const Endpoint &a = ends[i - 1], &b = ends[i];
-    if (a.point_in_map != b.point_in_map) continue;
-    const bool moved = a.moved_by_m > 0 || b.moved_by_m > 0;
-    throw DataError("{} '{}' and {} '{}' are one place, {}: {}",
-                    a.request.role,
-                    a.request.text,
-                    b.request.role,
-                    b.request.text,
-                    ToText(a.point_in_map),
-                    moved ? fmt::format("the nearest that is free for the robot; give places that "
-                                        "are free, or lower snap_radius_m {}",
-                                        snap_radius_m)
-                          : "there is no way to plan; give two places");
-  }
 }
 
 Endpoint MakeEndpoint(const OccupancyGrid& grid,
@@ -216,25 +157,24 @@ std::vector<Endpoint> PlaceEndpoints(const OccupancyGrid& grid,
                                      const CostMap& map,
                                      const std::vector<EndpointRequest>& requests,
                                      double snap_radius_m) {
-  // Parts matter only where an end may move.
+  // Labels matter only where an end may move.
   const bool any_may_move = std::any_of(requests.begin(), requests.end(), [&](const auto& request) {
     return MayMove(grid, map, request);
   });
-  const Parts parts = any_may_move ? FindParts(grid, map) : Parts();
+  const auto labels = any_may_move ? LabelReachable(map) : std::vector<std::int32_t>();
   std::vector<Candidates> candidates;
   for (const EndpointRequest& request : requests) {
-    candidates.push_back(CandidatesFor(grid, map, parts.labels, request, snap_radius_m));
+    candidates.push_back(CandidatesFor(grid, map, labels, request, snap_radius_m));
   }
-  const std::int32_t label = CommonLabel(parts, candidates);
+  const std::int32_t label = CommonLabel(candidates);
   std::vector<Endpoint> endpoints;
   for (std::size_t i = 0; i < requests.size(); ++i) {
     const auto common = candidates[i].find(label);
-    endpoints.push_back(MakeEndpoint(
-        grid,
-        requests[i],
-        common != candidates[i].end() ? common->second : Nearest(parts, candidates[i])));
+    endpoints.push_back(
+        MakeEndpoint(grid,
+                     requests[i],
+                     common != candidates[i].end() ? common->second : *Nearest(candidates[i])));
   }
-  CheckApart(endpoints, snap_radius_m);
   return endpoints;
 }
 

@@ -21,12 +21,10 @@ struct Endpoint {
 
 // An end in a cell that is not free moves to the centre of the nearest free cell within
 // `snap_radius_m`, and so does a picture that is cut off from the others, since a person may stand
-// where the robot cannot. All ends move into one part of the map: of the parts that every end can
-// reach within the radius, one that is larger than the robot before one that is not, then the one
-// with the least sum of moves. (Where there is no such part each end goes to its nearest cell.)
-// Throws DataError when there is no free cell within the radius, when an end is outside of the map,
-// and when ends that follow each other are, or become, one place; the message says why and what to
-// do.
+// where the robot cannot: of the parts of the map that all ends can be in, the one with the least
+// sum of moves is taken. (Where there is none each end goes to its nearest cell.) Throws DataError
+// when there is no free cell within the radius or an end is outside of the map; the message says
+// why and where the nearest free cell is.
 std::vector<Endpoint> PlaceEndpoints(const OccupancyGrid& grid,
                                      const CostMap& map,
                                      const std::vector<EndpointRequest>& requests,

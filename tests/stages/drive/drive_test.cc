@@ -242,24 +242,6 @@ TEST(DriveErrors, StartInAnObstacleCollides) {
   NIGHTMAP_EXPECT_ERROR(ThresholdError, Drive({}, inputs), "make plan");
 }
 
-// Shifted, far away, not a number, or of a grid that lies elsewhere: never a drive, never a crash.
-TEST(DriveErrors, PathThatIsNotOnTheGrid) {
-  const DriveInputs hall = Hall();
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const double shift_m : {2.2, -4.2, 20.0, 1e6, -1e6, 1e9, 1e300, nan}) {
-    DriveInputs shifted = hall;
-    for (Eigen::Vector2d& point : shifted.path.legs_in_map[0]) point.x() += shift_m;
-    NIGHTMAP_EXPECT_ERROR(DataError, Drive({}, shifted), "the path is not on this grid");
-    NIGHTMAP_EXPECT_ERROR(DataError, Drive({}, shifted), "0.000,0.000 to 6.000,6.000");
-  }
-  DriveInputs last_point = hall;
-  last_point.path.legs_in_map = {{{1, 1}, {4, 1}}, {{4, 1}, {4, 5}, {4, 1e6}}};
-  NIGHTMAP_EXPECT_ERROR(DataError, Drive({}, last_point), "path.csv: point 4 at 4.000,1000000.000");
-  DriveInputs elsewhere = hall;
-  elsewhere.grid.origin_in_map = {1e9, 1e9};
-  NIGHTMAP_EXPECT_ERROR(DataError, Drive({}, elsewhere), "run make plan again");
-}
-
 TEST(DriveErrors, MistakesInOptions) {
   for (const char* text : {"north", "1,2", "nan", " 5"}) {
     DriveOptions options;
