@@ -27,6 +27,7 @@ packages=(
   octomap-tools        # tests: convert_octree reads the octrees we write
   libopenimageio-dev   # reading and writing pictures
   openimageio-tools    # only because the CMake files of libopenimageio-dev demand its programs
+  libgif-dev           # drive: the animation, in its own colors
   libembree-dev        # synthetic world: ray casting
   libhdf5-dev          # array artifacts
   libsqlite3-dev       # COLMAP database

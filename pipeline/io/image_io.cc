@@ -195,26 +195,4 @@ void WritePng(const std::filesystem::path& path, const Image<std::uint16_t>& ima
   WritePngOf(path, image);
 }
 
-void WriteGif(const std::filesystem::path& path,
-              const std::vector<ColorImage>& images,
-              double images_per_s) {
-  UseOneThreadPerImage();
-  std::vector<OIIO::ImageSpec> specs;
-  for (const ColorImage& image : images) {
-    specs.emplace_back(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
-    specs.back()["FramesPerSecond"] = static_cast<float>(images_per_s);
-  }
-  OIIO::Filesystem::IOVecOutput bytes;
-  auto output = OIIO::ImageOutput::create("gif", &bytes);
-  bool done = output && output->open("memory.gif", static_cast<int>(specs.size()), specs.data());
-  for (std::size_t i = 0; done && i < images.size(); ++i) {
-    done = (i == 0 || output->open("memory.gif", specs[i], OIIO::ImageOutput::AppendSubimage)) &&
-           output->write_image(OIIO::TypeDesc::UINT8, images[i].pixels.data());
-  }
-  if (!done || !output->close()) {
-    throw DataError("{}: {}", path.string(), output ? output->geterror() : OIIO::geterror());
-  }
-  WriteBuffer(path, bytes);
-}
-
 }  // namespace nightmap

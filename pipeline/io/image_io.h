@@ -83,9 +83,9 @@ GrayImage ReadGrayImage(const std::filesystem::path& path);
 void WritePng(const std::filesystem::path& path, const Image<std::uint8_t>& image);
 void WritePng(const std::filesystem::path& path, const Image<std::uint16_t>& image);
 
-// An animation of RGB images of one size, repeated for ever. The library chooses 256 colors by
-// their area and dithers: two or three colors are kept, small spots of a color of their own may not
-// be. Equal pixels give equal bytes. Throws DataError.
+// An animation of RGB images of one size, at least one, repeated for ever. Every pixel keeps its
+// color, of which there are at most 256 in all images. Equal pixels give equal bytes. Throws
+// DataError.
 void WriteGif(const std::filesystem::path& path,
               const std::vector<ColorImage>& images,
               double images_per_s);

@@ -83,6 +83,33 @@ TEST(ImageIo, AnimationKeepsItsImagesAndTimes) {
   EXPECT_THROW(WriteGif(folder / "none" / "c.gif", images, 5), DataError);
 }
 
+// As many colors as a GIF holds, on small spots, where a palette by area or dithering changes them.
+TEST(ImageIo, AnimationKeepsEveryColor) {
+  const TemporaryFolder folder;
+  std::vector<ColorImage> images(4, ColorImage{64, 48, 3, {}});
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    images[i].pixels.assign(64 * 48 * 3, 255);
+    for (std::size_t spot = 0; i != 2 && spot < 85; ++spot) {  // the third is blank
+      const int x = static_cast<int>(spot % 16) * 4 + static_cast<int>(i);
+      const int y = static_cast<int>(spot / 16) * 8;
+      images[i].At(x, y, 0) = static_cast<std::uint8_t>(3 * spot);
+      images[i].At(x, y, 1) = static_cast<std::uint8_t>(i);
+    }
+  }
+  images.push_back(images.back());  // nothing changes
+  WriteGif(folder / "a.gif", images, 10);
+  const auto input = OIIO::ImageInput::open((folder / "a.gif").string());
+  ASSERT_TRUE(input);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    std::vector<std::uint8_t> pixels(64 * 48 * 3);
+    ASSERT_TRUE(
+        input->read_image(static_cast<int>(i), 0, 0, 3, OIIO::TypeDesc::UINT8, pixels.data()));
+    EXPECT_EQ(pixels, images[i].pixels) << i;
+  }
+  const std::vector<ColorImage> colorful = {RandomImage<std::uint8_t>(40, 30, 3, 5)};
+  NIGHTMAP_EXPECT_ERROR(DataError, WriteGif(folder / "b.gif", colorful, 10), "256 colors");
+}
+
 TEST(ImageIo, EqualPixelsGiveEqualBytes) {
   const TemporaryFolder folder;
   const auto image = RandomImage<std::uint8_t>(40, 30, 3, 4);
