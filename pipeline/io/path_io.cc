@@ -18,6 +18,9 @@ namespace {
 
 constexpr const char* kPathFormat = "nightmap_path";
 constexpr int kPathVersion = 3;
+constexpr double kMaxRadius_m = 10;  // more than the plan stage's options allow
+constexpr double kMaxHeading_rad = 3.142;
+constexpr double kRounding_m = 2e-6;  // of a step between two points of the file
 
 // Of the circle about the robot's centre that it stays in however it turns.
 double RobotRadius_m(const toml::table& config) {
@@ -38,10 +41,38 @@ void ReadPathConfig(const std::string& text, const std::string& name, PlannedPat
   const toml::table config = toml::parse(text);
   path.robot_radius_m = RobotRadius_m(config);
   const auto unknown = config["unknown"].value<std::string>();
-  if (!(std::isfinite(path.robot_radius_m) && path.robot_radius_m >= 0) || !unknown) {
-    throw DataError("{}: config: no robot_radius_m or unknown: run make plan again", name);
+  if (!(path.robot_radius_m >= 0 && path.robot_radius_m <= kMaxRadius_m) || !unknown) {
+    throw DataError("{}: config: no robot_radius_m in [0, {}] or no unknown: run make plan again",
+                    name,
+                    kMaxRadius_m);
   }
   path.may_cross_unknown = *unknown != "forbidden";
+}
+
+double Length_m(const std::vector<Eigen::Vector2d>& points) {
+  double length_m = 0;
+  for (std::size_t i = 1; i < points.size(); ++i) length_m += (points[i] - points[i - 1]).norm();
+  return length_m;
+}
+
+void CheckSame(
+    const std::string& name, const char* field, double of_json, double of_csv, double tolerance) {
+  if (std::abs(of_json - of_csv) <= tolerance) return;
+  throw DataError(
+      "{}: {} is {}, but path.csv has {}: run make plan again", name, field, of_json, of_csv);
+}
+
+void CheckFigures(const nlohmann::json& json,
+                  const std::string& name,
+                  std::size_t num_points,
+                  const PlannedPath& path) {
+  const auto of_json = [&](const char* field) { return json.at(field).get<double>(); };
+  const auto num_rows = static_cast<double>(num_points);
+  double length_m = 0;
+  for (const auto& leg : path.legs_in_map) length_m += Length_m(leg);
+  CheckSame(name, "num_points", of_json("num_points"), num_rows, 0);
+  CheckSame(name, "num_legs", of_json("num_legs"), static_cast<double>(path.legs_in_map.size()), 0);
+  CheckSame(name, "length_m", of_json("length_m"), length_m, kRounding_m * num_rows);
 }
 
 void ReadPathJson(const std::filesystem::path& json_path,
@@ -58,13 +89,7 @@ void ReadPathJson(const std::filesystem::path& json_path,
                       version,
                       kPathVersion);
     }
-    const auto num_written = json.at("num_points").get<std::size_t>();
-    if (num_written != num_points) {
-      throw DataError("{}: num_points is {}, but path.csv has {}: run make plan again",
-                      name,
-                      num_written,
-                      num_points);
-    }
+    CheckFigures(json, name, num_points, path);
     path.floor = json.at("floor").get<int>();
     ReadPathConfig(json.at("config").get<std::string>(), name, path);
   } catch (const nlohmann::json::exception& error) {
@@ -86,6 +111,16 @@ void AddPoint(const CsvRow& row, PlannedPath& path) {
   }
   legs.back().emplace_back(row.Real(0), row.Real(1));
   path.goal_heading_rad = row.Real(2);
+  if (std::abs(path.goal_heading_rad) > kMaxHeading_rad) {
+    row.Fail("heading_rad is not between -pi and pi: run make plan again");
+  }
+}
+
+void CheckLegs(const PlannedPath& path) {
+  for (std::size_t i = 0; i < path.legs_in_map.size(); ++i) {
+    if (Length_m(path.legs_in_map[i]) > 0) continue;
+    throw DataError("{}: leg {} has no length: run make plan again", path.source, i);
+  }
 }
 
 }  // namespace
@@ -93,9 +128,11 @@ void AddPoint(const CsvRow& row, PlannedPath& path) {
 PlannedPath ReadPlannedPath(const std::filesystem::path& csv_path,
                             const std::filesystem::path& json_path) {
   PlannedPath path;
+  path.source = csv_path.string();
   const CsvFile csv(csv_path, "x_m,y_m,heading_rad,distance_m,leg_idx", true);
   for (const CsvRow& row : csv.Rows()) AddPoint(row, path);
   if (csv.Rows().empty()) throw DataError("{}: the path has no point", csv_path.string());
+  CheckLegs(path);
   ReadPathJson(json_path, csv.Rows().size(), path);
   return path;
 }
