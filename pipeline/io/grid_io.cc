@@ -17,9 +17,11 @@ namespace nightmap {
 namespace {
 
 // Beyond these a distance in cells does not fit an integer.
-constexpr double kMinResolution_m = 1e-4;
-constexpr double kMaxResolution_m = 1e4;
 constexpr int kMaxSide = 32767;  // cells; keeps every squared distance within 32 bits
+constexpr double kMinResolution_m = 1e-3;
+constexpr double kMaxResolution_m = 100;
+constexpr double kMaxOrigin_m = 1e8;  // a double still tells micrometres there
+constexpr double kMaxYaw_rad = 6.3;
 constexpr std::array<std::uint8_t, 3> kGrayOfCell = {254, 0, 205};
 
 struct Thresholds {
@@ -171,7 +173,7 @@ OccupancyGrid ReadGrid(const std::filesystem::path& yaml_path) {
   OccupancyGrid grid;
   grid.resolution_m = yaml.Number("resolution");
   if (grid.resolution_m < kMinResolution_m || grid.resolution_m > kMaxResolution_m) {
-    throw DataError("{}: resolution is {} m, not in [{}, {}]; correct it",
+    throw DataError("{}: resolution is {} m, not in [{}, {}]: give metres per cell",
                     name,
                     grid.resolution_m,
                     kMinResolution_m,
@@ -180,6 +182,17 @@ OccupancyGrid ReadGrid(const std::filesystem::path& yaml_path) {
   const Eigen::Vector3d origin = yaml.Triple("origin");
   grid.origin_in_map = origin.head<2>();
   grid.origin_yaw_rad = origin.z();
+  if (grid.origin_in_map.cwiseAbs().maxCoeff() > kMaxOrigin_m ||
+      std::abs(grid.origin_yaw_rad) > kMaxYaw_rad) {
+    throw DataError(
+        "{}: origin is [{}, {}, {}]: give x and y in metres, at most {}, and the yaw in radians, "
+        "at most a turn",
+        name,
+        origin.x(),
+        origin.y(),
+        origin.z(),
+        kMaxOrigin_m);
+  }
   const Thresholds thresholds = ReadThresholds(yaml, name);
 
   const Pgm pgm = ReadPgm(ImagePath(yaml, yaml_path));

@@ -21,6 +21,9 @@ namespace {
 constexpr const char* kPathFormat = "nightmap_path";
 constexpr int kPathVersion = 3;
 constexpr int kMaxFloor = 1000;
+constexpr double kMaxRadius_m = 10;  // more than the plan stage's options allow
+constexpr double kMaxHeading_rad = 3.142;
+constexpr double kRounding_m = 2e-6;  // of a step between two points of the file
 
 // Radius of the circle about the robot's centre that it stays in however it turns. NaN: the config
 // has none.
@@ -44,10 +47,34 @@ void ReadPathConfig(const std::string& text, PlannedPath& path) {
   const toml::table config = toml::parse(text);
   path.robot_radius_m = RobotRadius_m(config);
   const auto unknown = config["unknown"].value<std::string>();
-  if (!(std::isfinite(path.robot_radius_m) && path.robot_radius_m >= 0) || !unknown) {
-    throw DataError("config: no robot_radius_m or unknown");
+  if (!(path.robot_radius_m >= 0 && path.robot_radius_m <= kMaxRadius_m) || !unknown) {
+    throw DataError("config: no robot_radius_m in [0, {}] or no unknown", kMaxRadius_m);
   }
   path.may_cross_unknown = *unknown != "forbidden";
+}
+
+double Length_m(const std::vector<Eigen::Vector2d>& points) {
+  double length_m = 0;
+  for (std::size_t i = 1; i < points.size(); ++i) length_m += (points[i] - points[i - 1]).norm();
+  return length_m;
+}
+
+// Throws unless the figures of path.json are those of the points of path.csv.
+void CheckFigures(const nlohmann::json& json,
+                  const std::filesystem::path& csv_path,
+                  std::size_t num_points,
+                  const PlannedPath& path) {
+  const auto check = [&](const char* field, double of_csv, double tolerance) {
+    const auto of_json = json.at(field).get<double>();
+    if (std::abs(of_json - of_csv) <= tolerance) return;
+    throw DataError("{} is {}, but {} has {}", field, of_json, csv_path.string(), of_csv);
+  };
+  double length_m = 0;
+  for (const auto& leg : path.legs_in_map) length_m += Length_m(leg);
+  const auto num_rows = static_cast<double>(num_points);
+  check("num_points", num_rows, 0);
+  check("num_legs", static_cast<double>(path.legs_in_map.size()), 0);
+  check("length_m", length_m, kRounding_m * num_rows);
 }
 
 void ReadPathJson(const nlohmann::json& json,
@@ -59,10 +86,7 @@ void ReadPathJson(const nlohmann::json& json,
   if (version != kPathVersion) {
     throw DataError("version {}, this program reads {}", version, kPathVersion);
   }
-  const auto num_written = static_cast<std::size_t>(IntegerAt(json, "num_points"));
-  if (num_written != num_points) {
-    throw DataError("num_points is {}, but {} has {}", num_written, csv_path.string(), num_points);
-  }
+  CheckFigures(json, csv_path, num_points, path);
   path.floor = IntegerAt(json, "floor", -kMaxFloor, kMaxFloor);
   ReadPathConfig(json.at("config").get<std::string>(), path);
 }
@@ -79,6 +103,16 @@ void AddPoint(const CsvRow& row, PlannedPath& path) {
   }
   legs.back().emplace_back(row.Real(0), row.Real(1));
   path.goal_heading_rad = row.Real(2);
+  if (std::abs(path.goal_heading_rad) > kMaxHeading_rad) {
+    row.Fail("heading_rad is not between -pi and pi: run make plan again");
+  }
+}
+
+void CheckLegs(const PlannedPath& path) {
+  for (std::size_t i = 0; i < path.legs_in_map.size(); ++i) {
+    if (Length_m(path.legs_in_map[i]) > 0) continue;
+    throw DataError("{}: leg {} has no length: run make plan again", path.source, i);
+  }
 }
 
 }  // namespace
@@ -86,9 +120,11 @@ void AddPoint(const CsvRow& row, PlannedPath& path) {
 PlannedPath ReadPlannedPath(const std::filesystem::path& csv_path,
                             const std::filesystem::path& json_path) {
   PlannedPath path;
+  path.source = csv_path.string();
   const CsvFile csv(csv_path, "x_m,y_m,heading_rad,distance_m,leg_idx", true);
   for (const CsvRow& row : csv.Rows()) AddPoint(row, path);
   if (csv.Rows().empty()) throw DataError("{}: the path has no point", csv_path.string());
+  CheckLegs(path);
   const std::string text = ReadFile(json_path);
   try {
     ReadPathJson(nlohmann::json::parse(text), csv_path, csv.Rows().size(), path);

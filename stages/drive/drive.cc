@@ -10,6 +10,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
 #include "stages/drive/keep_off.h"
+#include "stages/drive/on_grid.h"
 #include "stages/drive/path_track.h"
 
 namespace nightmap {
@@ -17,12 +18,15 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kNumSigmas = 3;           // of a told position, to keep off obstacles besides
+constexpr double kMaxCut = 2;              // of a path's length to the robot's, which cuts corners
 constexpr double kStartDirection_m = 0.1;  // of the path, over which its direction is taken
 
 double Heading_rad(const char* name, const std::string& text, double default_rad) {
   if (text.empty()) return default_rad;
   const auto value_deg = ParseReal(text);
-  if (!value_deg) throw UsageError("option {} is '{}': give degrees or \"\"", name, text);
+  if (!value_deg || std::abs(*value_deg) > 360) {
+    throw UsageError("option {} is '{}': give degrees between -360 and 360, or \"\"", name, text);
+  }
   return WrapAngle(*value_deg * kDegree);
 }
 
@@ -165,6 +169,21 @@ class Simulation {
   DriveResult result_;
 };
 
+// Before the work of a drive that cannot end in time.
+void CheckLength(const DriveOptions& options, const PlannedPath& path) {
+  double length_m = 0;
+  for (const auto& leg : path.legs_in_map) length_m += PathTrack(leg).Length_m();
+  const double max_m = kMaxCut * options.controller.limits.max_v_m_s * options.max_duration_s;
+  if (length_m <= max_m) return;
+  throw ThresholdError(
+      "{}: the path is {:.1f} m long: at max_v_m_s = {} no robot arrives within max_duration_s = "
+      "{} s; allow more time or speed",
+      path.source,
+      length_m,
+      options.controller.limits.max_v_m_s,
+      options.max_duration_s);
+}
+
 }  // namespace
 
 DriveResult RunDrive(const DriveOptions& options, const DriveInputs& inputs, Progress& progress) {
@@ -176,6 +195,8 @@ DriveResult RunDrive(const DriveOptions& options, const DriveInputs& inputs, Pro
   }
   const double goal_heading_rad =
       Heading_rad("goal_heading_deg", options.goal_heading_deg, inputs.path.goal_heading_rad);
+  CheckOnGrid(inputs.path, inputs.grid);
+  CheckLength(options, inputs.path);
   const auto& legs = inputs.path.legs_in_map;
   progress.Start(legs.size());
   Simulation simulation(options, inputs);

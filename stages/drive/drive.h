@@ -61,8 +61,8 @@ struct DriveResult {
 // noise each step's pose follows exactly from the one before it and its command, so commands alone
 // replay the drive. With noise the controller sees other poses than the true ones, by which
 // collisions and arrival are judged all the same. Deterministic. Throws UsageError on a malformed
-// option, ThresholdError when the robot collides, does not arrive within max_duration_s, or arrives
-// outside of a tolerance.
+// option, DataError when a point of the path is not on the grid, ThresholdError when the robot
+// collides, does not arrive within max_duration_s, or arrives outside of a tolerance.
 DriveResult RunDrive(const DriveOptions& options, const DriveInputs& inputs, Progress& progress);
 
 }  // namespace nightmap

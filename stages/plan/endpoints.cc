@@ -5,12 +5,18 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <optional>
+#include <set>
+#include <utility>
 
 #include "pipeline/base/error.h"
+#include "stages/plan/block_field.h"
 
 namespace nightmap {
 namespace {
+
+constexpr double kSamePlace_m = 2e-6;  // path.csv tells no less apart
 
 struct Candidate {
   Eigen::Vector2i cell = Eigen::Vector2i::Zero();
@@ -33,12 +39,15 @@ Candidates CellsWithin(const OccupancyGrid& grid,
   Candidates candidates;
   const Eigen::Vector2i own = grid.CellOf(point_in_map);
   const int reach = static_cast<int>(std::ceil(radius_m / grid.resolution_m)) + 1;
-  for (int y = own.y() - reach; y <= own.y() + reach; ++y) {
-    for (int x = own.x() - reach; x <= own.x() + reach; ++x) {
+  const Eigen::Vector2i first = (own.array() - reach).max(0);
+  const Eigen::Vector2i last =
+      (own.array() + reach).min(Eigen::Array2i(map.width - 1, map.height - 1));
+  for (int y = first.y(); y <= last.y(); ++y) {
+    for (int x = first.x(); x <= last.x(); ++x) {
       const Eigen::Vector2i cell(x, y);
       if (!map.IsFree(cell)) continue;
       const double distance_m = cell == own ? 0 : (grid.CenterInMap(cell) - point_in_map).norm();
-      Candidate& best = candidates[labels.empty() ? 1 : labels[map.Index(cell)]];
+      Candidate& best = candidates[labels[map.Index(cell)]];
       if (distance_m <= radius_m && distance_m < best.distance_m) best = {cell, distance_m};
     }
   }
@@ -107,38 +116,16 @@ std::string WhyNotFree(const OccupancyGrid& grid, const CostMap& map, const Eige
                   limit);
 }
 
-bool MayMove(const OccupancyGrid& grid, const CostMap& map, const EndpointRequest& request) {
-  const Eigen::Vector2i own = grid.CellOf(request.point_in_map);
-  return grid.Contains(own) && (request.is_picture || !map.IsFree(own));
-}
-
 Candidates CandidatesFor(const OccupancyGrid& grid,
                          const CostMap& map,
                          const std::vector<std::int32_t>& labels,
                          const EndpointRequest& request,
                          double snap_radius_m) {
-  const double radius_m = MayMove(grid, map, request) ? snap_radius_m : 0;
+  const bool is_on_map = grid.Contains(grid.CellOf(request.point_in_map));
+  const double radius_m = is_on_map ? snap_radius_m : 0;
   Candidates candidates = CellsWithin(grid, map, labels, request.point_in_map, radius_m);
   if (candidates.empty()) FailNotFree(grid, map, request, snap_radius_m);
   return candidates;
-}
-
-// The label that all ends have a candidate of, with the least sum of moves; 0 where there is none.
-std::int32_t CommonLabel(const std::vector<Candidates>& candidates) {
-  std::int32_t best_label = 0;
-  double best_m = std::numeric_limits<double>::infinity();
-  for (const auto& [label, first] : candidates[0]) {
-    double sum_m = 0;
-    for (const Candidates& others : candidates) {
-      const auto other = others.find(label);
-      sum_m += other != others.end() ? other->second.distance_m
-                                     : std::numeric_limits<double>::infinity();
-    }
-    if (sum_m >= best_m) continue;
-    best_m = sum_m;
-    best_label = label;
-  }
-  return best_label;
 }
 
 Endpoint MakeEndpoint(const OccupancyGrid& grid,
@@ -151,31 +138,126 @@ Endpoint MakeEndpoint(const OccupancyGrid& grid,
           candidate.distance_m};
 }
 
+// Two ends one after the other that a leg of no length would join.
+bool AreSamePlace(const Endpoint& a, const Endpoint& b) {
+  const bool moved = a.moved_by_m > 0 || b.moved_by_m > 0;
+  return (moved && a.cell == b.cell) || (a.point_in_map - b.point_in_map).norm() < kSamePlace_m;
+}
+
+// The first of two such ends, else the list's end.
+auto FindSamePlace(const std::vector<Endpoint>& ends) {
+  return std::adjacent_find(ends.begin(), ends.end(), AreSamePlace);
+}
+
+[[noreturn]] void FailSamePlace(const Endpoint& a, const Endpoint& b) {
+  const bool moved = a.moved_by_m > 0 || b.moved_by_m > 0;
+  throw DataError("{} '{}' and {} '{}' are the same place{}: {}",
+                  a.request.role,
+                  a.request.text,
+                  b.request.role,
+                  b.request.text,
+                  moved ? ", moved to where the robot can stand at " + ToText(b.point_in_map) : "",
+                  moved ? "give ends farther apart, a smaller snap_radius_m or a smaller robot"
+                        : "give another goal, or leave this one out");
+}
+
+// Where the ends are asked to be, if the robot can stand there and go from each to the next.
+std::vector<Endpoint> PlaceAsAsked(const OccupancyGrid& grid,
+                                   const CostMap& map,
+                                   const std::vector<EndpointRequest>& requests) {
+  std::vector<Endpoint> ends;
+  for (const EndpointRequest& request : requests) {
+    const Eigen::Vector2i cell = grid.CellOf(request.point_in_map);
+    if (!map.IsFree(cell)) return {};
+    ends.push_back(MakeEndpoint(grid, request, {cell, 0}));
+  }
+  const BlockField field(map, ends[0].cell);
+  const bool are_joined = std::all_of(
+      ends.begin(), ends.end(), [&](const Endpoint& end) { return field.Reaches(end.cell); });
+  return are_joined ? ends : std::vector<Endpoint>();
+}
+
+// Each end in the part of a label; none when one has no place there.
+std::vector<Endpoint> PlaceIn(const OccupancyGrid& grid,
+                              const std::vector<EndpointRequest>& requests,
+                              const std::vector<Candidates>& candidates,
+                              std::int32_t label) {
+  std::vector<Endpoint> ends;
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    const auto found = candidates[i].find(label);
+    if (found == candidates[i].end()) return {};
+    ends.push_back(MakeEndpoint(grid, requests[i], found->second));
+  }
+  return ends;
+}
+
+double SumOfMoves_m(const std::vector<Endpoint>& ends) {
+  double sum_m = 0;
+  for (const Endpoint& end : ends) sum_m += end.moved_by_m;
+  return sum_m;
+}
+
+// Labels of the parts in which the robot's centre has more room than the robot covers: what is
+// smaller is a gap between things, and no place to drive.
+std::set<std::int32_t> RoomyParts(const CostMap& map, const std::vector<std::int32_t>& labels) {
+  std::map<std::int32_t, std::size_t> num_cells;
+  for (const std::int32_t label : labels) ++num_cells[label];
+  const double robot_cells = map.robot_radius_m / map.resolution_m;
+  const double min_cells = std::max(2.0, std::numbers::pi * robot_cells * robot_cells);
+  std::set<std::int32_t> roomy;
+  for (const auto& [label, count] : num_cells) {
+    if (label != 0 && static_cast<double>(count) >= min_cells) roomy.insert(label);
+  }
+  return roomy;
+}
+
+// In the part of the map that all can be in, a roomy one before others, with the least sum of
+// moves; none when there is none. A part in which two ends become one place is not taken; when
+// there is no other, that is the error.
+std::vector<Endpoint> PlaceTogether(const OccupancyGrid& grid,
+                                    const std::vector<EndpointRequest>& requests,
+                                    const std::vector<Candidates>& candidates,
+                                    const std::set<std::int32_t>& roomy) {
+  std::vector<Endpoint> best, in_a_gap, too_near;
+  for (const auto& [label, first] : candidates[0]) {
+    auto ends = PlaceIn(grid, requests, candidates, label);
+    if (ends.empty()) continue;
+    const bool are_apart = FindSamePlace(ends) == ends.end();
+    auto& least = !are_apart ? too_near : roomy.contains(label) ? best : in_a_gap;
+    if (least.empty() || SumOfMoves_m(ends) < SumOfMoves_m(least)) least = std::move(ends);
+  }
+  if (!best.empty()) return best;
+  if (in_a_gap.empty() && !too_near.empty()) {
+    const auto same = FindSamePlace(too_near);
+    FailSamePlace(same[0], same[1]);
+  }
+  return in_a_gap;
+}
+
 }  // namespace
 
 std::vector<Endpoint> PlaceEndpoints(const OccupancyGrid& grid,
                                      const CostMap& map,
                                      const std::vector<EndpointRequest>& requests,
                                      double snap_radius_m) {
-  // Labels matter only where an end may move.
-  const bool any_may_move = std::any_of(requests.begin(), requests.end(), [&](const auto& request) {
-    return MayMove(grid, map, request);
-  });
-  const auto labels = any_may_move ? LabelReachable(map) : std::vector<std::int32_t>();
+  for (std::size_t i = 1; i < requests.size(); ++i) {
+    const Endpoint a{requests[i - 1], requests[i - 1].point_in_map};
+    const Endpoint b{requests[i], requests[i].point_in_map};
+    if (AreSamePlace(a, b)) FailSamePlace(a, b);
+  }
+  auto ends = PlaceAsAsked(grid, map, requests);
+  if (!ends.empty()) return ends;
+  const auto labels = LabelReachable(map);
   std::vector<Candidates> candidates;
   for (const EndpointRequest& request : requests) {
     candidates.push_back(CandidatesFor(grid, map, labels, request, snap_radius_m));
   }
-  const std::int32_t label = CommonLabel(candidates);
-  std::vector<Endpoint> endpoints;
+  ends = PlaceTogether(grid, requests, candidates, RoomyParts(map, labels));
+  if (!ends.empty()) return ends;
   for (std::size_t i = 0; i < requests.size(); ++i) {
-    const auto common = candidates[i].find(label);
-    endpoints.push_back(
-        MakeEndpoint(grid,
-                     requests[i],
-                     common != candidates[i].end() ? common->second : *Nearest(candidates[i])));
+    ends.push_back(MakeEndpoint(grid, requests[i], *Nearest(candidates[i])));
   }
-  return endpoints;
+  return ends;
 }
 
 }  // namespace nightmap

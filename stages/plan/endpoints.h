@@ -19,12 +19,13 @@ struct Endpoint {
   double moved_by_m = 0;
 };
 
-// An end in a cell that is not free moves to the centre of the nearest free cell within
-// `snap_radius_m`, and so does a picture that is cut off from the others, since a person may stand
-// where the robot cannot: of the parts of the map that all ends can be in, the one with the least
-// sum of moves is taken. (Where there is none each end goes to its nearest cell.) Throws DataError
-// when there is no free cell within the radius or an end is outside of the map; the message says
-// why and where the nearest free cell is.
+// Ends that the robot can stand at and that are joined stay where they are asked to be. Else an end
+// moves to the centre of a free cell within `snap_radius_m`: of the parts of the map that all ends
+// can be in, each at its nearest cell there, the one with the least sum of moves is taken, and one
+// that is larger than the robot before any other. (Where there is none each end goes to its nearest
+// cell.) Deterministic. Throws DataError when there is
+// no free cell within the radius, an end is outside of the map, or two ends one after the other
+// are, or become, the same place; the message says why and what to do.
 std::vector<Endpoint> PlaceEndpoints(const OccupancyGrid& grid,
                                      const CostMap& map,
                                      const std::vector<EndpointRequest>& requests,

@@ -21,25 +21,31 @@ namespace {
   const auto labels = LabelReachable(map);
   const std::int32_t label = labels[map.Index(start.cell)];
   std::size_t num_reached = 0;
+  std::size_t num_around_goal = 0;
   Eigen::Vector2i nearest = start.cell;
   for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] == labels[map.Index(goal.cell)]) ++num_around_goal;
     if (labels[i] != label) continue;
     ++num_reached;
     const Eigen::Vector2i cell = map.Cell(i);
     if ((cell - goal.cell).squaredNorm() < (nearest - goal.cell).squaredNorm()) nearest = cell;
   }
   const Eigen::Vector2d point = grid.CenterInMap(nearest);
+  const double cell_m2 = grid.resolution_m * grid.resolution_m;
   throw DataError(
       "no path from {} '{}' to {} '{}': the first reaches {:.2f} m2, at its nearest {:.3f},{:.3f}, "
-      "{:.2f} m from the other; try a smaller robot or unknown = \"costed\"",
+      "{:.2f} m from the other, which reaches {:.2f} m2, and no part of the map is within "
+      "snap_radius_m of all ends; try a smaller robot, a larger snap_radius_m or unknown = "
+      "\"costed\"",
       start.request.role,
       start.request.text,
       goal.request.role,
       goal.request.text,
-      grid.resolution_m * grid.resolution_m * static_cast<double>(num_reached),
+      cell_m2 * static_cast<double>(num_reached),
       point.x(),
       point.y(),
-      (point - goal.point_in_map).norm());
+      (point - goal.point_in_map).norm(),
+      cell_m2 * static_cast<double>(num_around_goal));
 }
 
 // From the exact start over the centres of the cells to the exact goal, in units of cells.

@@ -200,6 +200,9 @@ TEST_F(GridIoTest, RefusesBadImage) {
   ExpectError(kYaml, kPgm.substr(0, kPgm.size() - 1), "truncated");
   ExpectError(kYaml, kPgm + "x", "too long");
   ExpectError(kYaml, Replace(kPgm, "P5", "P2"), "P5");
+  for (const char* origin : {"[1e9, 2, 0]", "[-1.5, -1e300, 0]", "[-1.5, 2, 180]"}) {
+    ExpectError(Replace(kYaml, "[-1.5, 2, 0]", origin), kPgm, "the yaw in radians");
+  }
   ExpectError(kYaml, Replace(kPgm, "255", "65535"), "maxval");
   ExpectError(kYaml, Replace(kPgm, "255", "100"), "maxval");
   ExpectError(kYaml, Replace(kPgm, "2 1", "-2 1"), "width");

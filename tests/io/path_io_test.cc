@@ -13,8 +13,8 @@ constexpr char kConfig[] = "robot_radius_m = 0.25\\nunknown = \\\"forbidden\\\"\
 
 std::string Json(const std::string& config, int num_points = 3, int version = 3) {
   return "{\"format\": \"nightmap_path\", \"version\": " + std::to_string(version) +
-         ", \"floor\": 1, \"num_points\": " + std::to_string(num_points) + ", \"config\": \"" +
-         config + "\"}";
+         ", \"floor\": 1, \"num_legs\": 2, \"length_m\": 1.5, \"num_points\": " +
+         std::to_string(num_points) + ", \"config\": \"" + config + "\"}";
 }
 
 class PathIoTest : public testing::Test {
@@ -57,6 +57,9 @@ TEST_F(PathIoTest, RefusesDamagedPoints) {
   expect(header + "1,2,0\n", "path.csv:2");
   expect(header + "1,2,0,0,0,1,7\n", "7 fields");
   expect(header + "1,2,0,0,0,1", "truncated");
+  expect(header + "1,2,0,0,0,1\n1,3,1e300,1,0,1\n", "path.csv:3: heading_rad");
+  expect(header + "1,2,0,0,0,1\n", "path.csv: leg 0 has no length");
+  expect(header + "1,2,0,0,0,1\n1,3,0,1,0,1\n1,3,0,1,1,1\n", "path.csv: leg 1 has no length");
   expect(header + "1,2,0,0,1,1\n", "leg_idx 1 is out of order");
   expect(header + "1,2,0,0,-1,1\n", "leg_idx");
   expect(header + "1,2,0,0,0,1\n1,3,0,0,1,1\n1,3,0,0,0,1\n", "path.csv:4: leg_idx 0");
@@ -68,6 +71,11 @@ TEST_F(PathIoTest, RefusesAnotherJson) {
     NIGHTMAP_EXPECT_ERROR(DataError, Read(std::string(kHeader) + kRows, json), "path.json");
   };
   expect(Json(kConfig, 4), "make plan");
+  std::string longer = Json(kConfig);
+  expect(longer.replace(longer.find("1.5"), 3, "1.6"), "length_m is 1.6, but path.csv has 1.5");
+  std::string one_leg = Json(kConfig);
+  expect(one_leg.replace(one_leg.find("legs\": 2"), 8, "legs\": 1"), "num_legs is 1");
+  expect(Json("robot_radius_m = 1e300\\nunknown = \\\"allowed\\\""), "robot_radius_m");
   expect(Json(kConfig, 3, 2), "version 2");
   expect(Json(kConfig, 3, 4), "version 4");
   std::string no_floor = Json(kConfig);

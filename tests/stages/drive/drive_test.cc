@@ -242,8 +242,37 @@ TEST(DriveErrors, StartInAnObstacleCollides) {
   NIGHTMAP_EXPECT_ERROR(ThresholdError, Drive({}, inputs), "make plan");
 }
 
+// Every way of it once crashed, went on for ever, or drove outside of the map.
+TEST(DriveErrors, PathThatIsNotOnTheGrid) {
+  for (const Eigen::Vector2d& shift :
+       {Eigen::Vector2d(2.2, 0), {0, -1.1}, {1e6, 1e6}, {1e300, 0}}) {
+    for (const bool may_cross_unknown : {false, true}) {
+      DriveInputs inputs = Hall();
+      inputs.path.source = "path.csv";
+      inputs.path.may_cross_unknown = may_cross_unknown;
+      for (auto& point : inputs.path.legs_in_map[0]) point += shift;
+      NIGHTMAP_EXPECT_ERROR(DataError, Drive({}, inputs), "the path is not on this grid");
+      NIGHTMAP_EXPECT_ERROR(DataError, Drive({}, inputs), "spans 0.000,0.000 to 6.000,6.000");
+    }
+  }
+  DriveInputs inputs = Hall();
+  inputs.path.source = "path.csv";
+  inputs.path.legs_in_map = {{{1, 1}, {4, 1}}, {{4, 1}, {4, 5}, {1e6, 5}}};
+  NIGHTMAP_EXPECT_ERROR(DataError, Drive({}, inputs), "path.csv:5: the path");
+  inputs = Hall();
+  inputs.grid.origin_in_map = {1e9, 1e9};
+  NIGHTMAP_EXPECT_ERROR(DataError, Drive({}, inputs), "1.000,1.000 is outside");
+}
+
+TEST(DriveErrors, PathThatNoRobotDrivesInTime) {
+  DriveInputs inputs = Hall();
+  auto& points = inputs.path.legs_in_map[0];
+  for (int i = 0; i < 1000; ++i) points.insert(points.end(), {{1, 1}, {4, 1}});
+  NIGHTMAP_EXPECT_ERROR(ThresholdError, Drive({}, inputs), "max_duration_s = 3600");
+}
+
 TEST(DriveErrors, MistakesInOptions) {
-  for (const char* text : {"north", "1,2", "nan", " 5"}) {
+  for (const char* text : {"north", "1,2", "nan", " 5", "1e300"}) {
     DriveOptions options;
     options.start_heading_deg = text;
     NIGHTMAP_EXPECT_ERROR(UsageError, Drive(options, Hall()), "start_heading_deg");

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <numbers>
 #include <sstream>
 
@@ -161,7 +162,11 @@ TEST(Plan, PathsOfRandomMapsKeepTheRadius) {
         EXPECT_GE(map.Clearance_m(cell), result.legs[0].min_clearance_m - 1e-9);
       }
     } catch (const DataError& error) {
-      EXPECT_THAT(error.what(), HasSubstr("no path"));
+      if (options.start == options.goal) {
+        EXPECT_THAT(error.what(), HasSubstr("same place"));
+      } else {
+        EXPECT_THAT(error.what(), HasSubstr("no path"));
+      }
     }
   }
   EXPECT_GT(num_found, 100);
@@ -369,8 +374,7 @@ TEST(PlanErrors, UnusableEnds) {
   EXPECT_THAT(ErrorOf<DataError>(wide, Rooms()), HasSubstr("no cell that is free"));
 }
 
-// A point where the robot does not fit moves as a picture does; one where it fits stays, even if it
-// is cut off.
+// A point where the robot does not fit moves as a picture does.
 TEST(Plan, PointInAnObstacleMovesToTheNearestFreeCell) {
   const PlanResult result = Plan(Between("1.25,2.45", "2.45,2.65"), Rooms());
   EXPECT_NEAR(result.ends[1].moved_by_m, 0.2, 1e-9);
@@ -382,7 +386,132 @@ TEST(Plan, PointInAnObstacleMovesToTheNearestFreeCell) {
               AllOf(HasSubstr("inside an obstacle"),
                     HasSubstr("nearest free cell is 0.20 m away"),
                     HasSubstr("snap_radius_m 0.15")));
-  EXPECT_THAT(ErrorOf<DataError>(Between("1.25,2.45", "2.65,2.55"), Rooms()), HasSubstr("no path"));
+}
+
+PlanOptions Within(double snap_radius_m, const std::string& start, const std::string& goal) {
+  PlanOptions options = Between(start, goal);
+  options.snap_radius_m = snap_radius_m;
+  return options;
+}
+
+// It stands where the robot fits, but in a part of the map that the start does not reach.
+TEST(Plan, PointInAClosedPocketMovesOutOfIt) {
+  const PlanResult result = Plan(Between("1.25,2.45", "2.65,2.55"), Rooms());
+  EXPECT_GT(result.ends[1].moved_by_m, 0.2);
+  EXPECT_LT(result.ends[1].point_in_map.x(), 2.4);
+  EXPECT_EQ(result.ends[0].moved_by_m, 0);
+  EXPECT_THAT(ErrorOf<DataError>(Within(0.2, "1.25,2.45", "2.65,2.55"), Rooms()),
+              AllOf(HasSubstr("no path"), HasSubstr("snap_radius_m")));
+}
+
+// A pocket of one cell is nearer to both ends than the room, but joins nothing.
+TEST(Plan, EndsDoNotBecomeOneCell) {
+  const PlanInputs inputs{
+      GridFromText(
+          {"##########", "###.######", "##########", "##########", "#........#", "##########"}),
+      {},
+      {}};
+  PlanOptions options = Within(1, "1.25,2.45", "1.45,2.45");  // beside the pocket, in the wall
+  options.footprint.robot_radius_m = 0;
+  const PlanResult result = Plan(options, inputs);
+  EXPECT_GT(TotalLength_m(result), 0.1);
+  for (const Endpoint& end : result.ends) EXPECT_NEAR(end.point_in_map.y(), 2.15, 1e-9);
+  options.snap_radius_m = 0.15;
+  EXPECT_THAT(ErrorOf<DataError>(options, inputs),
+              AllOf(HasSubstr("start '1.25,2.45' and goal '1.45,2.45' are the same place"),
+                    HasSubstr("farther apart")));
+}
+
+// A pocket of a few cells, in which nothing can drive, is nearer to both ends than the room.
+TEST(Plan, EndsMoveIntoTheRoomAndNotIntoAGap) {
+  PlanInputs inputs;
+  inputs.grid = {200, 100, 0.05, {0, 0}, {}};
+  inputs.grid.cells.assign(200 * 100, kFreeCell);
+  const auto fill = [&](int x0, int y0, int x1, int y1, CellValue value) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = x0; x < x1; ++x) inputs.grid.cells[inputs.grid.Index(x, y)] = value;
+    }
+  };
+  fill(40, 40, 160, 60, kOccupiedCell);
+  fill(95, 45, 106, 55, kFreeCell);  // leaves two rows of cells to a robot of 0.2 m
+  PlanOptions options = Within(10, "4.5,2.5", "5.5,2.5");
+  options.footprint.robot_radius_m = 0.2;
+  const PlanResult result = Plan(options, inputs);
+  EXPECT_GT(TotalLength_m(result), 0.5);
+  for (const Endpoint& end : result.ends) EXPECT_GT(std::abs(end.point_in_map.y() - 2.5), 0.5);
+}
+
+TEST(PlanErrors, TheSamePlaceTwice) {
+  EXPECT_THAT(ErrorOf<DataError>(Between("1.25,2.45", "1.25,2.45"), Rooms()),
+              HasSubstr("start '1.25,2.45' and goal '1.25,2.45' are the same place"));
+  EXPECT_THAT(ErrorOf<DataError>(Between("1.25,2.45", "2.2,2.65; 2.2,2.65"), Rooms()),
+              HasSubstr("goal 1 '2.2,2.65' and goal 2 '2.2,2.65' are the same place"));
+  EXPECT_EQ(Plan(Between("1.25,2.45", "2.2,2.65; 1.25,2.45"), Rooms()).legs.size(), 2U);
+}
+
+constexpr double kNoPlace_m = 1e9;
+
+// The least sum of moves into a part of the map where the ends are two cells, found by looking at
+// every cell.
+double LeastMoves_m(const OccupancyGrid& grid,
+                    const CostMap& map,
+                    const std::array<Eigen::Vector2d, 2>& ends,
+                    double radius_m) {
+  struct Near {
+    double move_m = kNoPlace_m;
+    Eigen::Vector2i cell = Eigen::Vector2i::Zero();
+  };
+  const auto labels = LabelReachable(map);
+  std::map<std::int32_t, std::array<Near, 2>> nearest;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] == 0) continue;
+    const Eigen::Vector2i cell = map.Cell(i);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const bool is_own = cell == grid.CellOf(ends[k]);
+      const double move_m = is_own ? 0 : (grid.CenterInMap(cell) - ends[k]).norm();
+      Near& best = nearest[labels[i]][k];
+      if (move_m < best.move_m) best = {move_m, cell};
+    }
+  }
+  double least_m = kNoPlace_m;
+  for (const auto& [label, near] : nearest) {
+    const double sum_m = near[0].move_m + near[1].move_m;
+    if (near[0].cell == near[1].cell && sum_m > 0) continue;
+    if (std::max(near[0].move_m, near[1].move_m) <= radius_m) least_m = std::min(least_m, sum_m);
+  }
+  return least_m;
+}
+
+TEST(Plan, RandomEndsMoveLeast) {
+  int num_moved = 0;
+  int num_refused = 0;
+  for (std::uint64_t seed = 0; seed < 400; ++seed) {
+    Random random(seed);
+    const PlanInputs inputs{RandomGrid(random, 25, 20, 0.45), {}, {}};
+    const auto draw = [&] {
+      return Eigen::Vector2d(random.Uniform(0.05, 1.2), random.Uniform(0.05, 0.95));
+    };
+    const Eigen::Vector2d start = draw();
+    const Eigen::Vector2d goal = draw();
+    PlanOptions options = Within(random.Uniform(0, 0.5),
+                                 fmt::format("{},{}", start.x(), start.y()),
+                                 fmt::format("{},{}", goal.x(), goal.y()));
+    options.footprint.robot_radius_m = 0;
+    const CostMap map = MakeCostMap(inputs.grid, options.cost, 0, 1);
+    const double least_m = LeastMoves_m(inputs.grid, map, {start, goal}, options.snap_radius_m);
+    SCOPED_TRACE(seed);
+    if (least_m == kNoPlace_m) {
+      ++num_refused;
+      EXPECT_THROW(Plan(options, inputs), DataError);
+      continue;
+    }
+    const PlanResult result = Plan(options, inputs);
+    EXPECT_NEAR(result.ends[0].moved_by_m + result.ends[1].moved_by_m, least_m, 1e-9);
+    EXPECT_GT(TotalLength_m(result), 0);
+    num_moved += least_m > 0 ? 1 : 0;
+  }
+  EXPECT_GT(num_moved, 100);
+  EXPECT_GT(num_refused, 50);
 }
 
 TEST(Plan, VisitsSeveralGoalsInOrder) {
@@ -419,7 +548,9 @@ TEST(Plan, VisitsSeveralGoalsInOrder) {
 TEST(PlanErrors, SeveralGoals) {
   EXPECT_THAT(ErrorOf<UsageError>(Between("1.25,2.45", "2.2,2.65;"), Rooms()),
               HasSubstr("option goal is ''"));
-  EXPECT_THAT(ErrorOf<DataError>(Between("1.25,2.45", "2.2,2.65; 2.65,2.55"), Rooms()),
+  PlanOptions options = Between("1.25,2.45", "2.2,2.65; 2.65,2.55");
+  options.snap_radius_m = 0;
+  EXPECT_THAT(ErrorOf<DataError>(options, Rooms()),
               HasSubstr("no path from goal 1 '2.2,2.65' to goal 2 '2.65,2.55'"));
 }
 
@@ -489,10 +620,11 @@ TEST(Plan, UnknownSpaceIsCrossedOnlyWhenItPays) {
 }
 
 TEST(PlanErrors, Unreachable) {
-  EXPECT_THAT(ErrorOf<DataError>(Between("1.25,2.45", "2.65,2.55"), Rooms()),
-              AllOf(HasSubstr("no path"), HasSubstr("m2"), HasSubstr("from the other")));
-  // With unknown space allowed there is a way round through the corner.
   PlanOptions options = Between("1.25,2.45", "2.65,2.55");
+  options.snap_radius_m = 0;
+  EXPECT_THAT(ErrorOf<DataError>(options, Rooms()),
+              AllOf(HasSubstr("no path"), HasSubstr("from the other, which reaches 0.0")));
+  // With unknown space allowed there is a way round through the corner.
   options.cost.unknown = "allowed";
   options.footprint.robot_radius_m = 0;  // the way through is one cell wide
   EXPECT_GT(TotalLength_m(Plan(options, Rooms())), 1.4);
