@@ -27,7 +27,9 @@ struct Candidate {
 using Candidates = std::map<std::int32_t, Candidate>;
 
 std::string ToText(const Eigen::Vector2d& point_m) {
-  return fmt::format("{:.3f},{:.3f}", point_m.x(), point_m.y());
+  const bool is_far = point_m.cwiseAbs().maxCoeff() > 1e12;  // hundreds of digits tell nothing
+  return is_far ? fmt::format("{:g},{:g}", point_m.x(), point_m.y())
+                : fmt::format("{:.3f},{:.3f}", point_m.x(), point_m.y());
 }
 
 // Free cells within a radius, the point's own cell at distance 0 whatever its centre.

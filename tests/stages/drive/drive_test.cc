@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <OpenImageIO/imageio.h>
+
 #include <cmath>
 #include <sstream>
 
@@ -319,6 +321,23 @@ TEST(DriveOutput, PicturesShowTheRobotOnItsWay) {
   EXPECT_TRUE(is_green(images.back(), Eigen::Vector2d(4, 5) + beside));
   EXPECT_FALSE(is_green(images.back(), Eigen::Vector2d(1, 1) + beside));
   EXPECT_EQ(images.back().At(images[0].width - 2, 2, 0), 40);  // the obstacle
+}
+
+// What is read back is what was drawn: no smudges where the robot was.
+TEST(DriveOutput, AnimationIsThePictures) {
+  DriveInputs inputs = Hall();
+  Block(inputs.grid, 100, 100, 120, 120);
+  const std::vector<ColorImage> images = DrawDrive(inputs, Drive({}, inputs));
+  const TemporaryFolder folder;
+  WriteGif(folder / "drive.gif", images, kDriveImagesPerS);
+  const auto input = OIIO::ImageInput::open((folder / "drive.gif").string());
+  ASSERT_TRUE(input);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    std::vector<std::uint8_t> pixels(images[i].pixels.size());
+    const int number = static_cast<int>(i);
+    ASSERT_TRUE(input->read_image(number, 0, 0, 3, OIIO::TypeDesc::UINT8, pixels.data()));
+    EXPECT_EQ(pixels, images[i].pixels) << i;
+  }
 }
 
 TEST(DriveOptions, SurviveToml) {

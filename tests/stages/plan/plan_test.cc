@@ -364,7 +364,7 @@ TEST(PlanErrors, UnusableEnds) {
               AllOf(HasSubstr("goal '9,9'"),
                     HasSubstr("outside of the map"),
                     HasSubstr("nearest free cell")));
-  EXPECT_THAT(error("1e200,-1e200"), HasSubstr("outside of the map"));
+  EXPECT_THAT(error("1e200,-1e200"), HasSubstr("at 1e+200,-1e+200 is outside of the map"));
   EXPECT_THAT(error("1.55,2.25"), HasSubstr("inside an obstacle"));
   EXPECT_THAT(error("2.75,2.15"), HasSubstr("unknown space"));
   EXPECT_THAT(error("1.15,2.25"),
