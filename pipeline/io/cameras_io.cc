@@ -134,7 +134,7 @@ std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path) {
     for (const Json& camera : json.at("cameras")) cameras.push_back(RgbdCameraFromJson(camera));
     return cameras;
   } catch (const std::exception& error) {
-    throw DataError("{}: {}", path.string(), error.what());
+    throw DataError("{}: {}", path.string(), JsonReason(error));
   }
 }
 

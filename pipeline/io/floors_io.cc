@@ -81,7 +81,7 @@ std::vector<FloorFiles> ReadFloors(const std::filesystem::path& path) {
   } catch (const std::exception& error) {
     throw DataError("{}: {}; delete the grid folder of this site and run make map",
                     path.string(),
-                    error.what());
+                    JsonReason(error));
   }
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers of JSON objects, checked. Throw DataError naming the field, nlohmann's exception when it
-// is missing or no number.
+// Fields of JSON objects, checked. IntegerAt and FiniteAt throw DataError naming the field, and
+// nlohmann's exception when it is missing or no number.
 #pragma once
 
 #include <cmath>
+#include <exception>
 #include <limits>
+#include <string>
 
 #include "pipeline/base/error.h"
 
@@ -29,6 +31,13 @@ double FiniteAt(const Json& json, const char* name) {
   const double value = json.at(name).template get<double>();
   if (!std::isfinite(value)) throw DataError("{} is not finite", name);
   return value;
+}
+
+// The message of an exception without the library's own number of it.
+inline std::string JsonReason(const std::exception& error) {
+  const std::string text = error.what();
+  const std::size_t end = text.starts_with("[json.exception") ? text.find("] ") : std::string::npos;
+  return end == std::string::npos ? text : text.substr(end + 2);
 }
 
 }  // namespace nightmap

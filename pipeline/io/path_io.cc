@@ -131,7 +131,7 @@ PlannedPath ReadPlannedPath(const std::filesystem::path& csv_path,
   } catch (const toml::parse_error& error) {
     throw DataError("{}: config: {}: run make plan again", json_path.string(), error.description());
   } catch (const std::exception& error) {
-    throw DataError("{}: {}: run make plan again", json_path.string(), error.what());
+    throw DataError("{}: {}: run make plan again", json_path.string(), JsonReason(error));
   }
   return path;
 }

@@ -8,6 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/io/json_fields.h"
 #include "pipeline/io/tiles_io.h"
 
 namespace nightmap {
@@ -31,7 +32,7 @@ void ReadReport(const std::filesystem::path& path, const Use& use) {
   try {
     use(nlohmann::json::parse(ReadFile(path)));
   } catch (const nlohmann::json::exception& error) {
-    throw DataError("{}: {}; delete it and run make", path.string(), error.what());
+    throw DataError("{}: {}; delete it and run make", path.string(), JsonReason(error));
   }
 }
 

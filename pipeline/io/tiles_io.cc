@@ -108,8 +108,9 @@ Tile ReadTile(const std::filesystem::path& path) {
   try {
     return TileFromJson(TileJson::parse(text));
   } catch (const std::exception& error) {
-    throw DataError(
-        "{}: {}; delete the tiles folder of this site and run make", path.string(), error.what());
+    throw DataError("{}: {}; delete the tiles folder of this site and run make",
+                    path.string(),
+                    JsonReason(error));
   }
 }
 

@@ -84,7 +84,7 @@ def accepted_loops(site_dir, estimate):
 def floor_paragraphs(site_dir):
     """What z = 0 is, and why it may not be the floor; nothing of an older map, which does not say."""
     path = site_dir / "pose_graph" / "report.json"
-    report = read_json(path) if path.exists() else {}
+    report = read_object(path, {"?floor": str, "?floor_warnings": [str]}) if path.exists() else {}
     warnings = [html.paragraph("Warning: " + text, "failed") for text in report.get("floor_warnings", [])]
     return ([html.paragraph(report["floor"], "note")] if "floor" in report else []) + warnings
 

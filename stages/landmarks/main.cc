@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // landmarks: reads features and the optimized poses, writes landmarks.h5, the map that pictures are
 // localized against, and the same map as a COLMAP model and database.
+#include <spdlog/spdlog.h>
+
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/vision/vocabulary_io.h"

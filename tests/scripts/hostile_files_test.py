@@ -13,7 +13,8 @@ import fake_site  # finds nightmap_eval
 from nightmap_eval.errors import DataError
 from nightmap_eval.grid import read_grid
 from nightmap_eval.ply import read_ply
-from nightmap_eval.site import bridged_frames, read_json, read_toml
+from nightmap_eval.reading import read_json, read_toml
+from nightmap_eval.site import bridged_frames
 
 MAX_BYTES = 4 << 30  # of address space: libraries alone reserve one
 
@@ -84,7 +85,7 @@ class HostileFilesTest(unittest.TestCase):
     def test_odometry_that_declares_more_frames_than_it_holds(self):
         (self.folder / "frames").mkdir()
         (self.folder / "odometry").mkdir()
-        self.write("frames/shards.mk", "SHARDS := 0000\n")
+        self.write("frames/shards.txt", "nightmap shards, version 1, 1 names\n0000\n")
         path = self.folder / "odometry" / "shard_0000.h5"
 
         def huge(file):

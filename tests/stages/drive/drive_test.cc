@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "pipeline/base/error.h"
+#include "pipeline/io/gif_io.h"
 #include "stages/drive/drive_output.h"
 #include "tests/stages/drive/hall.h"
 #include "tests/stages/drive/random_path.h"

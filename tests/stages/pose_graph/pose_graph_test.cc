@@ -123,10 +123,10 @@ TEST(PoseGraph, EveryFrameHasAPoseAndEveryCandidateAVerdict) {
 // All keyframes see the same points: few are needed.
 TEST(PoseGraph, DroppedKeyframesKeepTheirPosesAndTheEdgesGoPastThem) {
   PoseGraphInput input = MakeInput();
+  for (FrameFeatures& frame : input.features.frames) frame.keypoints_px.resize(50);
   for (OdometryShard& shard : input.odometry) {
     for (const OdometryFrame& frame : shard.frames) {
       if (!frame.is_keyframe) continue;
-      input.features.frames[static_cast<std::size_t>(frame.frame_idx)].keypoints_px.resize(50);
       for (int i = 0; i < 50; ++i) shard.observations.push_back({i, frame.frame_idx, i});
     }
   }
