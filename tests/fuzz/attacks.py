@@ -150,7 +150,8 @@ def damaged_list(draw, root, commands):
 
 def picture_outside(draw, root, commands):
     """A list, or a link in the recording, that leads out of it."""
-    path = next(path for path in _lists(root) if path.name == draw.choice(("rgb.txt", "depth.txt")))
+    name = draw.choice(("rgb.txt", "depth.txt"))
+    path = next(path for path in _lists(root) if path.name == name)
     lines = path.read_text().splitlines()
     at = draw.randrange(3, len(lines))
     time, name = lines[at].split()
