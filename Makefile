@@ -155,24 +155,33 @@ endef
 CHAIN := $(filter map localize plan drive evaluate evaluate-colmap report why $(M)/% $(DATA)/%,$(MAKECMDGOALS))
 ifneq ($(CHAIN),)
 
-# (The make that goes on after the tiles is told what the first one found.)
+# The script also prints which shards, tiles and floors there are by the stages' lists. These are data:
+# scripts read them and print checked words. Nothing in them is ever included or evaluated.
+# (The make that goes on after the tiles is told what the first one found, but reads the lists anew.)
+RESTARTS := $(if $(filter undefined,$(origin MAKE_RESTARTS)),,$(MAKE_RESTARTS))
+IS_LIST := shard=% tile=% near=% floor=% damaged=% queries
 ifneq ($(origin RESOLVED),command line)
 RESOLVED := $(shell $(PYTHON) -I -S scripts/resolve_config.py --site $(SITES)/$(SITE).toml --data $(DATA) \
   --profile $(call quote,$(PROFILE)) --seed $(call quote,$(SEED)) --set $(call quote,$(SET)) \
   $(and $(START),--value $(call quote,plan.start=$(START))) $(and $(GOAL),--value $(call quote,plan.goal=$(GOAL))) \
   $(and $(QUERY),--query $(call quote,$(QUERY))) $(and $(CAMERA),--camera $(call quote,$(CAMERA))) \
   $(and $(FOV_DEG),--fov-deg $(call quote,$(FOV_DEG))) \
-  --out $(M)/config $(if $(PREVIEW),--preview $(CONFIG)) $(if $(filter $(SITE),$(SYNTHETIC)),--synthetic))
+  --out $(M)/config $(if $(PREVIEW),--preview $(CONFIG)) $(if $(filter $(SITE),$(SYNTHETIC)),--synthetic) \
+  $(if $(RESTARTS),--quiet))
 ifneq ($(.SHELLSTATUS),0)
 $(error the configs could not be resolved, see above)
 endif
+LISTS := $(filter $(IS_LIST),$(RESOLVED))
 AFTER_TILES := $(PREVIEW)
 else
+LISTS := $(shell $(PYTHON) -I -S scripts/read_lists.py $(M) --quiet)
+ifneq ($(.SHELLSTATUS),0)
+$(error the lists of shards, tiles and floors could not be read, see above)
+endif
 AFTER_TILES := yes
 endif
-RAW_INPUTS := $(filter-out interrupted=%,$(RESOLVED))
+RAW_INPUTS := $(filter-out interrupted=% $(IS_LIST),$(RESOLVED))
 INTERRUPTED := $(patsubst interrupted=%,%,$(filter interrupted=%,$(RESOLVED)))
-RESTARTS := $(if $(filter undefined,$(origin MAKE_RESTARTS)),,$(MAKE_RESTARTS))
 ifneq ($(filter-out 1 2 3,$(RESTARTS)),)
 $(error something stays out of date however often it is made: is the time of a file in the future?)
 endif
@@ -181,12 +190,6 @@ ifeq ($(PREVIEW),)
 include $(BUILD)/programs.mk
 endif
 
-# Which shards, tiles and floors there are the stages say in lists. They are data: a script reads them and prints
-# checked words. Nothing in them is ever included or evaluated.
-LISTS := $(shell $(PYTHON) -I -S scripts/read_lists.py $(M) $(if $(RESTARTS)$(filter command,$(origin RESOLVED)),--quiet))
-ifneq ($(.SHELLSTATUS),0)
-$(error the lists of shards, tiles and floors could not be read, see above)
-endif
 comma := ,
 listed = $(patsubst $(1)=%,%,$(filter $(1)=%,$(LISTS)))
 SHARDS := $(call listed,shard)
@@ -284,7 +287,7 @@ TILES_NEED := synthesize frames features vocabulary matches odometry pose_graph 
 FORWARDED := $(LATER) $(filter localize evaluate-colmap,$(MAKECMDGOALS))
 .PHONY: tiles_first
 tiles_first: $(BUILD)/programs.mk $(MADE_tiles) | $(filter-out $(FORWARDED),$(CHAIN))
-	+@$(MAKE) --no-print-directory RESOLVED="$(filter-out $(foreach s,$(TILES_NEED),interrupted=$(s) interrupted=$(s)_%),$(RESOLVED))" $(FORWARDED)
+	+@$(MAKE) --no-print-directory RESOLVED="$(filter-out $(IS_LIST) $(foreach s,$(TILES_NEED),interrupted=$(s) interrupted=$(s)_%),$(RESOLVED))" $(FORWARDED)
 $(FORWARDED): tiles_first ; @:
 else
 MADE_point_cloud :=

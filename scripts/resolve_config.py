@@ -15,8 +15,8 @@ The site config goes to <out>/site/ in the same way, with a [[query]] more for e
 With --preview DIR the same files are written to DIR (times of <out> kept where the meaning is the
 same), so that `make -n`, `-q` and `why` can answer for any SET without touching the real configs.
 
-Prints a file for Make that is as old as the last change of the recordings, and interrupted=RUN for
-each run that was killed in the middle of its commit. Exit code 2: a mistake in what was asked; the
+Prints a file for Make that is as old as the last change of the recordings, interrupted=RUN for each run
+that was killed in the middle of its commit, and the words of read_lists.py. Exit code 2: a mistake in what was asked; the
 message says what to do.
 """
 import argparse
@@ -31,6 +31,10 @@ import shlex
 import sys
 import time
 import tomllib
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+import read_lists  # noqa: E402
 
 MAX_INTEGER = 2**63 - 1
 # What a receipt may be called, and what reading a damaged one raises.
@@ -441,6 +445,7 @@ def parse_arguments():
     parser.add_argument("--fov-deg", help="of --query")
     parser.add_argument("--out", required=True)
     parser.add_argument("--preview", help="write here instead, with the times of --out")
+    parser.add_argument("--quiet", action="store_true", help="do not tell of damaged lists: it has been told")
     parser.add_argument("--synthetic", action="store_true", help="the recording is made by synthesize")
     return parser.parse_args()
 
@@ -468,13 +473,14 @@ def main():
         settle(configs, arguments)
         settle_site(text, site, arguments)
         recordings = settle_recordings(site, arguments)
+        lists = list(read_lists.words(os.path.dirname(arguments.out), arguments.quiet))
     except OSError as error:
         return refuse(f"{error.filename}: {error.strerror}: correct its permissions or its place")
     except RecursionError:
         return refuse("a value of configs/ or SET is nested too deep: correct what you changed last")
     except (ConfigError, ValueError) as error:
         return refuse(error)
-    print(recordings, *("interrupted=" + run for run in interrupted(arguments, configs)))
+    print(recordings, *("interrupted=" + run for run in interrupted(arguments, configs)), *lists)
     return 0
 
 

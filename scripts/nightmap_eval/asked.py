@@ -12,7 +12,7 @@ from nightmap_eval.errors import DataError
 from nightmap_eval.reading import REMEDY, read_text, read_toml, using
 
 # The line that scripts/resolve_config.py writes before the first [[query]] that QUERY adds.
-MARK = re.compile(r"^# (?:of QUERY|This was the text of .*; QUERY adds:)$", re.MULTILINE)
+MARK = re.compile(r"^# This was the text of .*; QUERY adds:$", re.MULTILINE)
 MAX_BELOW_FLOOR_M = 0.1  # as the plan stage takes it
 
 

@@ -7,7 +7,6 @@ Scripts that run whenever make does need it too, so this file imports little.
 import json
 import math
 import os
-import tomllib
 from contextlib import contextmanager
 
 from nightmap_eval.errors import DataError
@@ -56,6 +55,8 @@ def read_json(path, remedy=REMEDY):
 
 
 def read_toml(path, remedy=REMEDY):
+    import tomllib  # takes as long as all else here, and most callers read no TOML
+
     text = read_text(path, remedy)
     try:
         return tomllib.loads(text)
