@@ -15,8 +15,8 @@ namespace nightmap {
 namespace {
 
 // Beyond these a count of voxels, or of grid cells, does not fit an integer.
-constexpr double kMinResolution_m = 1e-4;
-constexpr double kMaxResolution_m = 1e4;
+constexpr double kMinLeafEdge_m = 1e-4;
+constexpr double kMaxLeafEdge_m = 1e4;
 
 }  // namespace
 
@@ -45,9 +45,9 @@ void OctreeReader::ReadHeader() {
   }
   // (The line before the data ends with a line break, or the file ended in it.)
   if (!stream_ || stream_.eof() || resolution_m_ == 0) Fail("the header ends early or lacks res");
-  if (!(resolution_m_ >= kMinResolution_m && resolution_m_ <= kMaxResolution_m)) {
+  if (!(resolution_m_ >= kMinLeafEdge_m && resolution_m_ <= kMaxLeafEdge_m)) {
     Fail(fmt::format(
-        "field res is {}, not in [{}, {}] m", resolution_m_, kMinResolution_m, kMaxResolution_m));
+        "field res is {}, not in [{}, {}] m", resolution_m_, kMinLeafEdge_m, kMaxLeafEdge_m));
   }
   if (type != "ColorOcTree" && type != "OcTree") {
     throw DataError("{}: field id is '{}'; ColorOcTree or OcTree is needed", path_.string(), type);
