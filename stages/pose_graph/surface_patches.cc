@@ -68,7 +68,7 @@ std::vector<SurfacePatch> SampleKeyframes(const PoseGraphInput& input,
   }
   std::vector<std::vector<SurfacePatch>> of_keyframe(chosen.size());
   ParallelFor(chosen.size(), num_threads, [&](std::size_t k) {
-    const auto& [frame_idx, camera_idx] = chosen[k];
+    const int frame_idx = chosen[k].frame_idx;
     const FrameRecord& frame = input.frames[static_cast<std::size_t>(frame_idx)];
     // The features stage has counted a frame that fails; the floor is seen by others.
     std::ignore = FrameFailure(frame.depth_path, [&] {
@@ -76,7 +76,7 @@ std::vector<SurfacePatch> SampleKeyframes(const PoseGraphInput& input,
                                      input.cameras.at(static_cast<std::size_t>(frame.camera_idx)),
                                      graph_from_keyframe.at(frame_idx),
                                      max_depth_m);
-      for (SurfacePatch& patch : of_keyframe[k]) patch.camera_idx = camera_idx;
+      for (SurfacePatch& patch : of_keyframe[k]) patch.camera_idx = chosen[k].camera_idx;
     });
   });
   std::vector<SurfacePatch> patches;
