@@ -48,7 +48,7 @@ std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path) {
   std::vector<FrameRecord> frames;
   for (const CsvRow& row : csv.Rows()) {
     frames.push_back(RecordFromRow(row));
-    if (frames.size() > 1 && frames.back().frame_idx != frames[frames.size() - 2].frame_idx + 1) {
+    if (frames.size() > 1 && frames.back().frame_idx - 1 != frames[frames.size() - 2].frame_idx) {
       row.Fail("frame_idx must count up by one");
     }
   }
@@ -65,7 +65,7 @@ std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& pa
                       path.string());
     }
     for (FrameRecord& frame : shard) {
-      if (!frames.empty() && frame.frame_idx != frames.back().frame_idx + 1) {
+      if (!frames.empty() && frame.frame_idx - 1 != frames.back().frame_idx) {
         throw DataError("{}: starts with frame {} after frame {}: give all shards in order",
                         path.string(),
                         frame.frame_idx,

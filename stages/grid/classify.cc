@@ -12,6 +12,7 @@ namespace nightmap {
 namespace {
 
 constexpr double kTolerance_m = 1e-9;
+constexpr double kArmsReach_m = 0.6;      // from a camera to who carries it
 constexpr double kMinUnseenDrop_m = 0.3;  // free space below the ground that proves one
 
 // What a column holds, in smallest voxels.
@@ -20,7 +21,8 @@ struct Contents {
   int num_free = 0;      // from the ground to the robot's height, as are the next two
   int lowest_free = std::numeric_limits<int>::max();
   int highest_free = std::numeric_limits<int>::min();
-  int num_hidden = 0;  // from a step above ground that was not seen to the lowest free one
+  // From a step above ground that was not seen to the lowest free one; none around a camera.
+  int num_hidden = 0;
   bool has_ground = false;
   int drop = 0;             // how much deeper than a step free space goes on from there
   bool has_bottom = false;  // whether it ends on something seen
@@ -51,6 +53,8 @@ class FloorClassifier {
   }
 
   FloorGrid Classify(const std::vector<Eigen::Vector3d>& cameras_in_map, int num_threads) {
+    is_around_camera_ = CellsAroundCameras(
+        cameras_in_map, ground_m_, kMaxCameraHeight_m, kArmsReach_m, result_.grid);
     ParallelFor(static_cast<std::size_t>(columns_.area.height), num_threads, [&](std::size_t y) {
       const auto width = static_cast<std::size_t>(columns_.area.width);
       for (std::size_t cell = y * width; cell < (y + 1) * width; ++cell) {
@@ -89,7 +93,9 @@ class FloorClassifier {
       contents.highest_free = std::max(contents.highest_free, std::min(run.end - 1, robot.max));
     }
     if (contents.num_free > 0 && !contents.has_ground) {
-      contents.num_hidden = std::max(0, contents.lowest_free - band.min);
+      if (!is_around_camera_[cell]) {
+        contents.num_hidden = std::max(0, contents.lowest_free - band.min);
+      }
       FindDrop(cell, level.min, contents);
     }
     return contents;
@@ -182,6 +188,7 @@ class FloorClassifier {
   const Columns& columns_;
   const std::vector<double>& ground_m_;
   const double resolution_m_;
+  std::vector<bool> is_around_camera_;  // by cell
   FloorGrid result_;
 };
 

@@ -57,14 +57,14 @@ struct GridResult {
 // ground up to the robot's height. A column with an unseen part between free ones is unknown: that
 // is the mark of a table top seen at too flat an angle to be measured, with floor seen below and a
 // wall above. So is one where neither the ground nor max_hidden_m above a step was seen: a counter
-// may be there whose top the camera did not measure. A column without ground whose free space leads
-// down more than a step below it, to something seen there or 0.3 m on, is a drop: occupied beside
-// free cells, else unknown. Free cells that are not joined to one under or nearest to a camera on
-// that floor (`cameras_in_map`; empty: not asked) are unknown: what is seen through a window, or
-// over a wall. A pane of glass that reaches the ground leaves no trace in an octree. Deterministic,
-// at any number of threads. Throws UsageError when no voxel centre fits between step and robot
-// height, DataError when there is no leaf or the main floor has no free and no occupied cell; other
-// floors without one are left out.
+// may be there whose top the camera did not measure, unless a camera was carried there. A column
+// without ground whose free space leads down more than a step below it, to something seen there or
+// 0.3 m on, is a drop: occupied beside free cells, else unknown. Free cells that are not joined to
+// one under or nearest to a camera on that floor (`cameras_in_map`; empty: not asked) are unknown:
+// what is seen through a window, or over a wall. A pane of glass that reaches the ground leaves no
+// trace in an octree. Deterministic, at any number of threads. Throws UsageError when no voxel
+// centre fits between step and robot height, DataError when there is no leaf or the main floor has
+// no free and no occupied cell; other floors without one are left out.
 GridResult RunGrid(const GridOptions& options,
                    const LeafSource& leaves,
                    const std::vector<Eigen::Vector3d>& cameras_in_map,

@@ -27,6 +27,7 @@ std::optional<Eigen::Vector2i> NearestFree(const OccupancyGrid& grid, const Eige
   return nearest;
 }
 
+// Cells of the grid over which a camera was, no higher than that.
 std::vector<Eigen::Vector2i> CellsUnderCameras(const std::vector<Eigen::Vector3d>& cameras_in_map,
                                                const std::vector<double>& ground_m,
                                                double max_camera_height_m,
@@ -36,20 +37,44 @@ std::vector<Eigen::Vector2i> CellsUnderCameras(const std::vector<Eigen::Vector3d
     const Eigen::Vector2i cell = grid.CellOf(camera.head<2>());
     if (!grid.Contains(cell)) continue;
     const double height_m = camera.z() - ground_m[grid.Index(cell.x(), cell.y())];
-    if (height_m < 0 || height_m > max_camera_height_m) continue;
-    const bool is_free = grid.At(cell) == kFreeCell;
-    if (const auto free = is_free ? cell : NearestFree(grid, cell)) cells.push_back(*free);
+    if (height_m >= 0 && height_m <= max_camera_height_m) cells.push_back(cell);
   }
   return cells;
 }
 
 }  // namespace
 
+std::vector<bool> CellsAroundCameras(const std::vector<Eigen::Vector3d>& cameras_in_map,
+                                     const std::vector<double>& ground_m,
+                                     double max_camera_height_m,
+                                     double reach_m,
+                                     const OccupancyGrid& grid) {
+  std::vector<bool> is_around(grid.cells.size(), false);
+  const double reach = reach_m / grid.resolution_m;
+  const int last = static_cast<int>(reach);
+  for (const Eigen::Vector2i& cell :
+       CellsUnderCameras(cameras_in_map, ground_m, max_camera_height_m, grid)) {
+    for (int dy = -last; dy <= last; ++dy) {
+      for (int dx = -last; dx <= last; ++dx) {
+        const Eigen::Vector2i near = cell + Eigen::Vector2i(dx, dy);
+        if (dx * dx + dy * dy > reach * reach || !grid.Contains(near)) continue;
+        is_around[grid.Index(near.x(), near.y())] = true;
+      }
+    }
+  }
+  return is_around;
+}
+
 std::size_t RemoveUnvisited(const std::vector<Eigen::Vector3d>& cameras_in_map,
                             const std::vector<double>& ground_m,
                             double max_camera_height_m,
                             OccupancyGrid& grid) {
-  auto open = CellsUnderCameras(cameras_in_map, ground_m, max_camera_height_m, grid);
+  std::vector<Eigen::Vector2i> open;
+  for (const Eigen::Vector2i& cell :
+       CellsUnderCameras(cameras_in_map, ground_m, max_camera_height_m, grid)) {
+    const bool is_free = grid.At(cell) == kFreeCell;
+    if (const auto free = is_free ? cell : NearestFree(grid, cell)) open.push_back(*free);
+  }
   if (open.empty()) return 0;
   constexpr std::array<std::array<int, 2>, 4> kSides = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
   std::vector<bool> is_visited(grid.cells.size(), false);
