@@ -4,11 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <regex>
 #include <set>
 #include <string>
+#include <string_view>
 
 #include "pipeline/base/files.h"
+#include "pipeline/io/csv.h"
 #include "pipeline/io/floors_io.h"
 #include "pipeline/io/hdf5_file.h"
 #include "pipeline/io/image_io.h"
@@ -64,18 +65,27 @@ class OutputFiles {
     return context_.OutputBeside("floors", name);
   }
 
-  // Only files with just the names that are given here: the folder may hold more of its user's.
   void RemoveOthers() const {
-    static const std::regex ours("floor_-?[0-9]+[.](pgm|yaml|png)");
     const auto folder = std::filesystem::absolute(context_.FinalPath("floors")).parent_path();
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       const std::string name = entry.path().filename().string();
-      const bool is_ours = std::regex_match(name, ours) && entry.is_regular_file();
-      if (is_ours && !names_.contains(name)) std::filesystem::remove(entry.path());
+      if (IsOurs(name) && entry.is_regular_file() && !names_.contains(name)) {
+        std::filesystem::remove(entry.path());
+      }
     }
   }
 
  private:
+  // floor_N.pgm, .yaml or .png, N a number: the folder may hold more of its user's.
+  static bool IsOurs(std::string_view name) {
+    constexpr std::string_view kStart = "floor_";
+    const std::size_t dot = std::min(name.find('.'), name.size());
+    const std::string_view suffix = name.substr(dot);
+    return name.starts_with(kStart) &&
+           (suffix == ".pgm" || suffix == ".yaml" || suffix == ".png") &&
+           ParseInteger(name.substr(kStart.size(), dot - kStart.size())).has_value();
+  }
+
   StageContext& context_;
   std::set<std::string> names_;
 };
