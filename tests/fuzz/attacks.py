@@ -111,7 +111,7 @@ def wrong_ports(draw, root, command):
     elif way == "unknown":
         port[0] = draw.choice(("nothing", "", "report", "data"))
     else:
-        port[1] = draw.choice(("", "/", ".", "maps", "no/such/file", "maps/a\nb", "é", "x" * 300))
+        port[1] = draw.choice(("", "/", ".", "maps", "maps/no/such/file", "maps/a\nb", "maps/é", "maps/" + "x" * 300))
     return Attack(f"{way} port {port[0]}", command.words())
 
 
