@@ -108,7 +108,7 @@ def damage(draw, path):
 def _attribute(draw, file):
     name = draw.choice(list(file.attrs) or ["version"])
     value = draw.choice((np.arange(4096), "variable length", np.array(["a", "b"], dtype="S5"), -1, 2**62, 1.5,
-                         np.zeros(0), h5py.Empty("f"), np.array([("a", 1)], dtype="S4,i8"), b"\xff\x00\xfe", None))
+                         np.zeros(0), h5py.Empty("f"), np.array([("a", 1)], dtype="S4,i8"), np.bytes_(b"\xff\x00\xfe"), None))
     file.attrs.pop(name, None)
     if value is not None:
         file.attrs[name] = value
