@@ -78,6 +78,27 @@ class DocsTest(unittest.TestCase):
         for picture in (CHECKOUT / "docs").glob("*.png"):
             self.assertLess(picture.stat().st_size, 300 * 1024, picture.name)
 
+    def test_nothing_is_left_over_at_the_top(self):
+        listing = subprocess.run(["git", "ls-files"], cwd=CHECKOUT, capture_output=True, text=True)
+        if listing.returncode != 0:
+            self.skipTest("not a git checkout")
+        top = {name for name in listing.stdout.splitlines() if "/" not in name}
+        self.assertEqual(top, {".clang-format", ".clang-tidy", ".gitignore", "ARCHITECTURE.md", "CMakeLists.txt",
+                               "LICENSE", "Makefile", "README.md", "datasets.md"})  # fmt: skip
+
+    def test_packages_are_for_what_uses_them(self):
+        """A package that only tests include says so, and one that says so is included by tests alone."""
+        claims = dict(re.findall(r"(?m)^  (lib[\w-]+-dev)(?: [\w-]+)* +# (.*)$", text_of("scripts/install_deps.sh")))
+        headers = {"libpcl-dev": "pcl/", "libopencv-dev": "opencv2/", "libembree-dev": "embree3/", "libgif-dev": "gif_lib.h",
+                   "liboctomap-dev": "octomap/", "libceres-dev": "ceres/", "libnanoflann-dev": "nanoflann.hpp"}  # fmt: skip
+        for package, header in headers.items():
+            with self.subTest(package):
+                users = {path.relative_to(CHECKOUT).parts[0] for folder in ("pipeline", "stages", "tests")
+                         for path in (CHECKOUT / folder).rglob("*") if path.suffix in (".cc", ".h")
+                         and f"#include <{header}" in path.read_text(encoding="utf-8")}  # fmt: skip
+                self.assertEqual(claims[package].startswith("tests"), users == {"tests"}, users)
+                self.assertTrue(users)
+
 
 if __name__ == "__main__":
     unittest.main()
