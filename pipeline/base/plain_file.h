@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is at a path. A program that opens a FIFO waits for ever, and one that renames over a device
-// makes a file of it, so that paths are looked at before they are opened or written.
+// Checks that look at a path before it is opened or written: a program that opens a FIFO waits for
+// ever, and one that renames over a device makes a file of it.
 #pragma once
 
 #include <filesystem>

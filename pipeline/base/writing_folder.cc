@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kRandom = "XXXXXX";  // as mkdtemp wants it
+constexpr std::string_view kRandom = "XXXXXX";  // mkdtemp puts six random letters in their place
 
 std::string Prefix() {
   std::array<char, 256> host{};

@@ -116,7 +116,7 @@ void SchurSystem::OrderPoses(const std::vector<std::vector<int>>& neighbours) {
   }
 }
 
-// Of the lower triangle as LayOut makes it, `later_` known.
+// Counts the entries of the lower triangle that LayOut makes. `later_` must be known.
 std::size_t SchurSystem::NumEntries() const {
   const auto num_calibrations = static_cast<std::size_t>(NumCalibrations());
   std::size_t count = num_calibrations * num_calibrations;

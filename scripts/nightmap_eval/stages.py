@@ -13,7 +13,7 @@ STAGES = (
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
 
 
-# What is asked of these files.
+# The fields that reports and receipts must have, see nightmap_eval.reading.check.
 REPORT = {"?skipped": [str]}
 RECEIPT = {
     "?wall_time_s": NUMBER, "?cpu_time_s": NUMBER, "?peak_memory_bytes": NUMBER, "?build_type": str,

@@ -76,7 +76,7 @@ std::string InspectDepth(const std::string& path,
   return HashFile(data_root / path);
 }
 
-// What is wrong with a file; empty when nothing is.
+// Returns what is wrong with a file; empty when nothing is.
 template <typename Inspect>
 std::string Problem(const fs::path& data_root, const std::string& file, Inspect inspect) {
   try {

@@ -80,7 +80,7 @@ class FloorFinder {
     });
   }
 
-  // Of the supported surfaces within a step of one the largest.
+  // Returns the largest of the supported surfaces that lie within a step above `lowest`.
   LevelSurface LargestWithinStep(const LevelSurface& lowest) const {
     LevelSurface largest = lowest;
     for (const LevelSurface& surface : supported_) {

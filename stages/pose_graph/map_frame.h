@@ -45,8 +45,8 @@ inline constexpr double kMaxBelowFloorShare = 0.05;
 struct MapFrame {
   Rigid3 map_from_graph;
   std::string gravity_source;  // "accelerometer", "horizontal surfaces" or "camera attitude"
-  // What is at z = 0: "floor plane"; or where no floor was seen "lowest horizontal plane", "lowest
-  // points" or "lowest camera".
+  // Names the surface at z = 0: "floor plane", or where no floor was seen "lowest horizontal
+  // plane", "lowest points" or "lowest camera".
   std::string floor_source;
   double floor_area_m2 = 0;
   int floor_num_keyframes = 0;   // that saw it, of those that were searched

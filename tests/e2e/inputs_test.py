@@ -19,10 +19,7 @@ CONFIG = f"maps/{SITE}/config"
 class InputsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.base = Workspace()
-        result = cls.base.make(*GOALS)
-        if result.returncode != 0:
-            raise AssertionError(f"the chain failed:\n{result.stdout}")
+        cls.base = Workspace.made(*GOALS)
 
     @classmethod
     def tearDownClass(cls):

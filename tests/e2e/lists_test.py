@@ -15,10 +15,7 @@ ONE_SHARD = "SET=frames.max_frames=20"  # of shard_size = 25
 class ListsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.base = Workspace()
-        result = cls.base.make("map", "localize")
-        if result.returncode != 0:
-            raise AssertionError(f"the chain failed:\n{result.stdout}")
+        cls.base = Workspace.made("map", "localize")
         cls.hashes = cls.base.hashes()
 
     @classmethod

@@ -68,6 +68,15 @@ class Workspace:
         (sites / SITE / "plan.toml").write_text("unknown = \"allowed\"\n", encoding="utf-8")
         (sites / SITE / "frames.toml").write_text("shard_size = 25\nmax_frames = 60\n", encoding="utf-8")
 
+    @classmethod
+    def made(cls, *goals):
+        """A workspace in which `goals` have been made."""
+        work = cls()
+        result = work.make(*goals)
+        if result.returncode != 0:
+            raise AssertionError(f"the chain failed:\n{result.stdout}")
+        return work
+
     def copy(self):
         """Another workspace in the same state, times included."""
         folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-e2e-"))
