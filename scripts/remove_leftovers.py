@@ -1,23 +1,20 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Removes the results of shards that the list of shards does not name any more: of a recording that became
-shorter, or was cut into other shards. (What is of tiles that are no more the stages remove themselves.)
+shorter, or was cut into other shards. (What is of tiles that are no more the programs that join them remove.)
 
-Only files that a stage gives just such a name are touched. Without a whole list nothing is.
+Only files that a job gives just such a name are touched.
 """
 
 import os
 import re
-import sys
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+ANY_SHARD = r"(\d{4,9})"
 
-from nightmap_eval.errors import run_main  # noqa: E402
-from nightmap_eval.lists import read_shards  # noqa: E402
 
-STAGES = ("features", "matches", "odometry")
-RESULT = re.compile(r"(?:shard_(\d{4,9})\.(?:h5|tum)|(?:report|receipt)_(\d{4,9})\.json)", re.ASCII)
-LOG = re.compile(rf"(?:{'|'.join(STAGES)})_(\d{{4,9}})\.log", re.ASCII)
+def _patterns(job):
+    """Of the names of a job's files for any shard."""
+    files = [*job.outputs.values(), *job.run_files().values()]
+    return re.compile("|".join(re.escape(name).replace(re.escape("{unit}"), ANY_SHARD) for name in files), re.ASCII)
 
 
 def leftovers(folder, pattern, shards):
@@ -28,13 +25,11 @@ def leftovers(folder, pattern, shards):
             yield os.path.join(folder, name)
 
 
-def main():
-    [site_dir] = sys.argv[1:]
-    shards = set(read_shards(site_dir))
-    for folder, pattern in [(stage, RESULT) for stage in STAGES] + [("logs", LOG)]:
-        for path in list(leftovers(os.path.join(site_dir, folder), pattern, shards)):
+def remove(site_dir, graph):
+    """What the jobs per shard of the rules left of other shards, and the logs."""
+    shards = set(graph.site.lists["shard"])
+    jobs = [job for job in graph.pipeline.jobs.values() if job.unit == "shard"]
+    logs = re.compile(rf"(?:{'|'.join(job.name for job in jobs)})_{ANY_SHARD}\.log", re.ASCII)
+    for folder, pattern in [(graph.folder_of(job), _patterns(job)) for job in jobs] + [(f"{site_dir}/logs", logs)]:
+        for path in list(leftovers(folder, pattern, shards)):
             os.remove(path)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -15,6 +15,7 @@ from nightmap_eval import html
 from nightmap_eval.errors import DataError, run_main
 from nightmap_eval.metrics_file import read_metrics
 from nightmap_eval.report_comparison import comparison_section
+from nightmap_eval.report_failure import failure_section, read_failure
 from nightmap_eval.report_map import map_sections
 from nightmap_eval.report_queries import query_section
 from nightmap_eval.report_run import run_sections, summary
@@ -31,8 +32,21 @@ def parse_arguments():
 
 
 def make_report(site_dir, data):
+    """The page. After a run that failed it says so first, and comes whatever cannot be read."""
     if not site_dir.is_dir():
         raise DataError(f"{site_dir}: no such folder; run `make map` first")
+    title = f"nightmap: {site_dir.resolve().name}"
+    failure = read_failure(site_dir)
+    if failure is None:
+        return html.page(title, *lead_and_sections(site_dir, data))
+    try:
+        lead, sections = lead_and_sections(site_dir, data)
+    except (DataError, OSError) as error:
+        lead, sections = "What there is cannot be shown whole.", [html.section("Results", html.paragraph(str(error), "failed"))]
+    return html.page(title, lead, [failure_section(failure), *sections])
+
+
+def lead_and_sections(site_dir, data):
     metrics = read_metrics(site_dir / "evaluate" / "metrics.json")
     stages = read_stages(site_dir)
     sections = [
@@ -41,7 +55,7 @@ def make_report(site_dir, data):
         *filter(None, [comparison_section(site_dir)]),
         *run_sections(site_dir, metrics, stages),
     ]
-    return html.page(f"nightmap: {site_dir.resolve().name}", summary(metrics, stages), sections)
+    return summary(metrics, stages), sections
 
 
 def main():

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Resolves the effective config of every stage, for the Makefile to call while it is parsed.
+"""Resolves the effective config of every stage, for scripts/make_site.py before it writes the rules of a site.
 
     configs/default/<stage>.toml < configs/<profile>/<stage>.toml < configs/sites/<site>/<stage>.toml
     < --seed < --set STAGE.KEY=VALUE
@@ -15,9 +15,8 @@ The site config goes to <out>/site/ in the same way, with a [[query]] more for e
 With --preview DIR the same files are written to DIR (times of <out> kept where the meaning is the
 same), so that `make -n`, `-q` and `why` can answer for any SET without touching the real configs.
 
-Prints a file for Make that is as old as the last change of the recordings, interrupted=RUN for each run
-that was killed in the middle of its commit, and the words of read_lists.py. Exit code 2: a mistake in what was asked; the
-message says what to do.
+Prints the path of a file that is as old as the last change of the recordings. Exit code 2: a mistake in what was
+asked; the message says what to do.
 """
 import argparse
 import calendar
@@ -33,8 +32,6 @@ import time
 import tomllib
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-
-import read_lists  # noqa: E402
 
 MAX_INTEGER = 2**63 - 1
 # What a receipt may be called, and what reading a damaged one raises.
@@ -134,7 +131,7 @@ def check_keys(config, default, where):
 def layer(folder, stages):
     """(stage, config, where it is from) of each file in a folder that need not exist."""
     for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
-        if not name.endswith(".toml"):
+        if not name.endswith(".toml") or name == "pipeline.toml":
             continue
         if name[:-5] not in stages:
             raise ConfigError(f"{folder}/{name}: no stage '{name[:-5]}'")
@@ -142,10 +139,12 @@ def layer(folder, stages):
 
 
 def effective_configs(arguments):
+    """Of each program its effective options, and where each was set: a file or a variable of make."""
     folder = arguments.configs
     names = sorted(os.listdir(os.path.join(folder, "default")))
     configs = {name[:-5]: load(os.path.join(folder, "default", name))
                for name in names if name.endswith(".toml")}
+    sources = {stage: dict.fromkeys(config, os.path.join(folder, "default", f"{stage}.toml")) for stage, config in configs.items()}
     defaults = {stage: dict(config) for stage, config in configs.items()}
     profile = os.path.join(folder, arguments.profile)
     if arguments.profile == "sites" or not os.path.isdir(profile):
@@ -160,12 +159,14 @@ def effective_configs(arguments):
         check_keys(config, defaults[stage], where)
         for key, value in config.items():
             configs[stage][key] = like(defaults[stage][key], value, f"{where}: {key}")
+            sources[stage][key] = where
     for text in words("SET", arguments.set) + arguments.value:
         stage, key, value = split_set(text, list(configs))
         check_keys({key: value}, defaults[stage], f"SET: {stage}")
         default = defaults[stage][key]
         configs[stage][key] = like(default, parse_value(value, default), f"SET: {stage}.{key}")
-    return configs
+        sources[stage][key] = "SET"
+    return configs, sources
 
 
 def receipt_paths(arguments, stage):
@@ -204,18 +205,6 @@ def made_with(arguments, stage, config):
         except DAMAGED:
             return None
     return min(starts) * 10**9 if starts else None
-
-
-def interrupted(arguments, stages):
-    """Runs (stage and suffix of the receipt) that were killed between two renames of a commit."""
-    for stage in stages:
-        for path in receipt_paths(arguments, stage):
-            try:
-                _, whole = read_receipt(path)
-            except DAMAGED:
-                whole = False
-            if not whole:
-                yield stage + RECEIPT.fullmatch(os.path.basename(path))[1]
 
 
 def has_text(path, text):
@@ -280,7 +269,13 @@ def check_site(arguments):
             if not isinstance(table.get(name, ""), str):
                 raise ConfigError(f"{arguments.site}: {name}{where} must be text in quotation marks")
 
-    check_text(site, ("root",), "")
+    check_text(site, ("root", "profile"), "")
+    if not isinstance(site.get("synthetic", False), bool):
+        raise ConfigError(f"{arguments.site}: synthetic must be true or false")
+    imports = site.get("import", {})
+    if not isinstance(imports, dict):
+        raise ConfigError(f"{arguments.site}: 'import' must be written as [import]")
+    check_text(imports, imports, " of [import]")
     for kind in ("sequence", "query"):
         for table in tables(site, kind, arguments):
             if not isinstance(table, dict):
@@ -329,12 +324,17 @@ def effective_site(arguments):
     return text, site
 
 
+def for_frames(site):
+    """What a site config means to the programs: without the keys that only choose jobs."""
+    return {key: value for key, value in site.items() if key not in ("profile", "synthetic", "import")}
+
+
 def settle_site(text, site, arguments):
     """The site config. It keeps its time when only its text changed, not its meaning."""
     name = os.path.join("site", os.path.basename(arguments.site))
     folder = arguments.preview or arguments.out
     current, target = os.path.join(arguments.out, name), os.path.join(folder, name)
-    same = os.path.exists(current) and load(current) == site
+    same = os.path.exists(current) and for_frames(load(current)) == for_frames(site)
     if same and not arguments.preview and open(current, encoding="utf-8").read() == text:
         return
     os.makedirs(os.path.dirname(target), exist_ok=True)
@@ -445,7 +445,6 @@ def parse_arguments():
     parser.add_argument("--fov-deg", help="of --query")
     parser.add_argument("--out", required=True)
     parser.add_argument("--preview", help="write here instead, with the times of --out")
-    parser.add_argument("--quiet", action="store_true", help="do not tell of damaged lists: it has been told")
     parser.add_argument("--synthetic", action="store_true", help="the recording is made by synthesize")
     return parser.parse_args()
 
@@ -456,31 +455,50 @@ def refuse(error):
     return 2
 
 
+def check(arguments):
+    """Reads everything and writes nothing: configs and where each value was set, and text and tables of the site config."""
+    if not (str(arguments.seed).isascii() and str(arguments.seed).isdigit() and len(str(arguments.seed)) < 19):
+        raise ConfigError(f"SEED={arguments.seed}: give a whole number")
+    arguments.seed = int(arguments.seed)
+    if not os.path.exists(arguments.site):
+        folder = os.path.dirname(arguments.site)
+        known = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
+        raise ConfigError(f"no site config {arguments.site}; sites: "
+                          + ", ".join(name[:-5] for name in known if name.endswith(".toml")))
+    configs, sources = effective_configs(arguments)
+    check_site(arguments)
+    return configs, sources, *effective_site(arguments)
+
+
+def settle_all(configs, text, site, arguments):
+    """Writes what changed. Returns a file that is as old as the last change of the recordings."""
+    settle(configs, arguments)
+    settle_site(text, site, arguments)
+    return settle_recordings(site, arguments)
+
+
+@contextlib.contextmanager
+def plain_errors():
+    """Turns what a wrong config or an unreadable file raises into a ConfigError."""
+    try:
+        yield
+    except OSError as error:
+        raise ConfigError(f"{error.filename}: {error.strerror}: correct its permissions or its place") from None
+    except RecursionError:
+        raise ConfigError("a value of configs/ or SET is nested too deep: correct what you changed last") from None
+    except ValueError as error:
+        raise ConfigError(str(error)) from None
+
+
 def main():
     arguments = parse_arguments()
     try:
-        if not (arguments.seed.isascii() and arguments.seed.isdigit() and len(arguments.seed) < 19):
-            raise ConfigError(f"SEED={arguments.seed}: give a whole number")
-        arguments.seed = int(arguments.seed)
-        if not os.path.exists(arguments.site):
-            folder = os.path.dirname(arguments.site)
-            known = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
-            raise ConfigError(f"no site config {arguments.site}; sites: "
-                              + ", ".join(name[:-5] for name in known if name.endswith(".toml")))
-        configs = effective_configs(arguments)
-        check_site(arguments)
-        text, site = effective_site(arguments)
-        settle(configs, arguments)
-        settle_site(text, site, arguments)
-        recordings = settle_recordings(site, arguments)
-        lists = list(read_lists.words(os.path.dirname(arguments.out), arguments.quiet))
-    except OSError as error:
-        return refuse(f"{error.filename}: {error.strerror}: correct its permissions or its place")
-    except RecursionError:
-        return refuse("a value of configs/ or SET is nested too deep: correct what you changed last")
-    except (ConfigError, ValueError) as error:
+        with plain_errors():
+            configs, _, text, site = check(arguments)
+            recordings = settle_all(configs, text, site, arguments)
+    except ConfigError as error:
         return refuse(error)
-    print(recordings, *("interrupted=" + run for run in interrupted(arguments, configs)), *lists)
+    print(recordings)
     return 0
 
 

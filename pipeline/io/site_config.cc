@@ -176,6 +176,9 @@ toml::table ParseText(std::string_view text, const std::string& source) {
   }
 }
 
+// Keys that the scripts read, who choose and fill the jobs of a site.
+constexpr const char* kOfMake[] = {"profile", "synthetic", "import"};
+
 void AddQueries(toml::table& root, const std::string& source, SiteConfig* site) {
   for (toml::table* table : Tables(root, "query", source)) {
     site->queries.push_back(ParseSequence(*table, source, site->cameras));
@@ -201,6 +204,7 @@ SiteConfig ParseOwnText(std::string_view text, const std::string& source) {
   }
   AddQueries(root, source, &site);
   for (const char* name : {"camera", "sequence", "query"}) root.erase(name);
+  for (const char* name : kOfMake) root.erase(name);
   OptionList list;
   list.Add("root", &site.root, "folder of the site, relative to the data folder");
   list.Add("hold_out_every", &site.hold_out_every, {0, 1e6}, "every Nth frame becomes a query");

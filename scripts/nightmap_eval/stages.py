@@ -5,11 +5,9 @@ from pathlib import Path
 
 from nightmap_eval.lists import CurrentRuns
 from nightmap_eval.reading import NUMBER, read_object
+from nightmap_make.pipeline import read_pipeline
 
-STAGES = (
-    "synthesize", "frames", "features", "vocabulary", "matches", "odometry", "pose_graph",
-    "tiles", "point_cloud", "octree", "grid", "landmarks", "localize", "plan", "drive",
-)  # fmt: skip
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
 
 
@@ -22,12 +20,14 @@ RECEIPT = {
 
 
 class StageResult:
-    """One stage of a site, its shards taken together."""
+    """One stage of a site, its shards taken together. `prefix` is of the names of its reports and receipts."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, prefix=""):
         self.name, runs = folder.name, CurrentRuns(folder.parent)
-        self.reports = [read_object(path, REPORT) for path in sorted(folder.glob("report*.json")) if runs.has(path)]
-        self.receipts = [read_object(path, RECEIPT) for path in sorted(folder.glob("receipt*.json")) if runs.has(path)]
+        self.reports, self.receipts = (
+            [read_object(path, form) for path in sorted(folder.glob(f"{prefix}{kind}*.json")) if runs.has(path)]
+            for kind, form in (("report", REPORT), ("receipt", RECEIPT))
+        )
 
     @property
     def num_runs(self):
@@ -81,8 +81,14 @@ def _together(name, items):
     return (min(items), max(items))
 
 
+def job_folders():
+    """Folders of the declared jobs under maps/<site>/, in the order of the pipeline."""
+    jobs = read_pipeline(CONFIGS).jobs.values()
+    return list(dict.fromkeys(job.folder for job in jobs if job.program))
+
+
 def read_stages(site_dir):
     """Results of the stages that ran, in the order of the pipeline."""
     folders = {path.name: path for path in Path(site_dir).iterdir() if path.is_dir()}
-    results = [StageResult(folders[name]) for name in STAGES if name in folders]
+    results = [StageResult(folders[name]) for name in job_folders() if name in folders]
     return [result for result in results if result.num_runs]

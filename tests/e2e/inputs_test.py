@@ -102,11 +102,11 @@ class InputsTest(unittest.TestCase):
         (self.work.data() / "rgb").rename(outside)
         (self.work.data() / "rgb").symlink_to(outside)
         site = self.work.folder / f"configs/sites/{SITE}.toml"
-        result = self.work.make("map", "SYNTHETIC=demo")
+        result = self.work.make("map")
         self.check(result, 2, f"data/{SITE}/rgb: is a link to", 'allow_outside = ["rgb"]', f"{site.name}:")
         self.assertNotIn(f"maps/{SITE}/config/site", result.stdout)
         site.write_text(site.read_text().replace("[[sequence]]", '[[sequence]]\nallow_outside = ["rgb"]'))
-        result = self.work.make("map", "SYNTHETIC=demo")
+        result = self.work.make("map")
         self.assertEqual(result.returncode, 0, result.stdout)
 
     def test_mistakes_in_the_site_are_named_in_the_file_to_edit(self):
@@ -114,11 +114,11 @@ class InputsTest(unittest.TestCase):
         lines = site.read_text().splitlines()
         line = next(i for i, text in enumerate(lines) if text.startswith("fx ="))
         site.write_text("\n".join(lines[:line] + ["fx = -1"] + lines[line + 1:]) + "\n")
-        result = self.work.make("map", "SYNTHETIC=demo")
+        result = self.work.make("map")
         self.check(result, 2, f"configs/sites/{SITE}.toml:{line + 1}: fx = -1")
         site.write_text("\n".join(lines) + "\n")
         write_black(self.work.folder / "a.png", 32, 24)
-        result = self.work.make("localize", "SYNTHETIC=demo", "QUERY=a.png", "CAMERA=none")
+        result = self.work.make("localize", "QUERY=a.png", "CAMERA=none")
         self.check(result, 2, "QUERY of make: no [[camera]] has id")
 
     def test_one_picture_in_two_lines_of_a_list(self):
@@ -141,7 +141,7 @@ class InputsTest(unittest.TestCase):
         write_gray16(folder / "bomb.png", 30000, 5000)
         write_black(folder / "black.png", 320, 240)
         (folder / os.fsdecode(b"\xff.png")).write_bytes((folder / "black.png").read_bytes())
-        result = self.work.make("localize", "SYNTHETIC=demo", "QUERY=photos", "FOV_DEG=60")
+        result = self.work.make("localize", "QUERY=photos", "FOV_DEG=60")
         self.check(result, 0, "photos/bomb.png: 30000 x 5000 pixels are more than max_picture_mpx")
         rows = {name: row for name, row in self.located().items() if "photos" in name}
         self.assertEqual({name.rpartition("/")[2]: row["status"] for name, row in rows.items()},
@@ -151,7 +151,7 @@ class InputsTest(unittest.TestCase):
         shutil.rmtree(self.work.data())
         self.check(self.run_frames(), 1, f"data/{SITE}", "no such folder", "correct `root` or `folder`")
         # As a recording that synthesize does not make, make itself refuses it.
-        self.check(self.work.make("map", "SYNTHETIC=demo"), 2, f"data/{SITE}", "does not exist", "datasets.md")
+        self.check(self.work.make("map"), 2, f"data/{SITE}", "does not exist", "datasets.md")
 
     def test_empty_folder(self):
         shutil.rmtree(self.work.data())
@@ -163,21 +163,21 @@ class InputsTest(unittest.TestCase):
             for row in self.frames_of(shard.name):
                 write_gray16(self.work.folder / "data" / row["depth_path"],
                              CAMERA["width"], CAMERA["height"])
-        result = self.work.make("map", "SYNTHETIC=demo")
+        result = self.work.make("map")
         self.check(result, 2, f"{SITE}/depth/", "no depth", "depth_units_per_m")
         self.assertIn("Error 1", result.stdout)
 
     def test_a_picture_replaced_in_place_is_noticed_and_a_touch_reruns_frames_alone(self):
         path = self.picture(3, "color_path")
-        result = self.work.make(*GOALS, "SYNTHETIC=demo")
+        result = self.work.make(*GOALS)
         self.assertEqual(result.returncode, 0, result.stdout)
         before = self.work.runs()
         path.touch()
-        self.work.make(*GOALS, "SYNTHETIC=demo")
+        self.work.make(*GOALS)
         after = self.work.runs()
         self.assertEqual({stage for stage in after if after[stage] != before[stage]}, {"frames"})
         write_black(path, CAMERA["width"], CAMERA["height"])
-        self.work.make(*GOALS, "SYNTHETIC=demo")
+        self.work.make(*GOALS)
         self.assertNotEqual(self.work.runs()["features"], after["features"])
 
     def test_nan_in_an_artifact(self):
@@ -252,7 +252,7 @@ class InputsTest(unittest.TestCase):
         self.check(self.run_vocabulary(), 1, "shard_0000.h5", "truncated", "delete it and run make")
 
     def test_no_loop_is_no_failure_and_is_reported(self):
-        result = self.work.make("map", "SET=matches.loop_min_inliers=1000")
+        result = self.work.make("map", "SET=loops.min_inliers=1000")
         self.assertEqual(result.returncode, 0, result.stdout)
         report = json.loads(self.work.path("matches/report_loops.json").read_text())
         self.assertEqual(report["num_accepted"], 0)
@@ -268,7 +268,7 @@ class InputsTest(unittest.TestCase):
         black, broken = (self.work.folder / "data" / query["color_path"] for query in queries[:2])
         write_black(black, CAMERA["width"], CAMERA["height"])
         broken.write_bytes(broken.read_bytes()[:1000])
-        result = self.work.make("localize", "SYNTHETIC=demo")
+        result = self.work.make("localize")
         self.assertEqual(result.returncode, 0, result.stdout)
         rows = self.located()
         self.assertEqual(len(rows), len(queries))

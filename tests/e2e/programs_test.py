@@ -7,7 +7,7 @@ import tempfile
 import tomllib
 import unittest
 
-from workspace import BUILD, REPOSITORY, STAGES
+from workspace import BUILD, PIPELINE, REPOSITORY
 
 NUM_KEYS = 2  # of each stage tried with a wrong value; tests/base tries every kind of option
 
@@ -18,7 +18,7 @@ def run(stage, *arguments):
 
 class ProgramsTest(unittest.TestCase):
     def check_each(self, check):
-        for stage in STAGES:
+        for stage in PIPELINE.programs():
             with self.subTest(stage):
                 check(stage)
 

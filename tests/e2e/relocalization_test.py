@@ -22,7 +22,7 @@ class LookAlikesTest(unittest.TestCase):
         sites = write_site("look_alikes", [
             recording(".", 0), recording("queries", 0, "query"),
             recording("stranger/queries", 1, "query", has_truth=False)])
-        site_dir = make_site("look_alikes", f"SITES={sites}", "SYNTHETIC=", "localize")
+        site_dir = make_site("look_alikes", f"SITES={sites}", "localize")
         run(["/usr/bin/python3", "scripts/evaluate.py", "--site-dir", site_dir, "--data", FOLDER / "data",
              "--out", site_dir / "evaluate/metrics.json"])
         cls.metrics = json.loads((site_dir / "evaluate/metrics.json").read_text())["queries"]

@@ -52,7 +52,7 @@ def recording(folder, index, table="sequence", has_truth=True):
 def write_site(site, recordings):
     """A site of recordings by the camera of `mirror`; -> the folder of its config."""
     text = (REPOSITORY / "configs/sites/mirror.toml").read_text().split("[[sequence]]")[0]
-    text = re.sub(r"(?m)^root *=.*", f'root = "{site}"', text)
+    text = re.sub(r"(?m)^synthetic *=.*\n", "", re.sub(r"(?m)^root *=.*", f'root = "{site}"', text))
     sites = FOLDER / "sites"
     sites.mkdir(parents=True, exist_ok=True)
     (sites / f"{site}.toml").write_text(text + "".join(recordings))

@@ -53,7 +53,7 @@ class MirrorTest(unittest.TestCase):
     def test_a_third_of_the_loops_wrong(self):
         folder = FOLDER / "wrong_loops"
         folder.mkdir(exist_ok=True)
-        shutil.copy(self.site_dir / "matches/loops.h5", folder / "loops.h5")
+        shutil.copy(self.site_dir / "loops/loops.h5", folder / "loops.h5")
         rng = np.random.default_rng(1)
         with h5py.File(folder / "loops.h5", "r+") as file:
             accepted = np.flatnonzero(np.ravel(file["status"]) == 0)
@@ -86,7 +86,7 @@ class TwoRecordingsTest(unittest.TestCase):
             synthesize(f"two/{index}", "num_frames = 470\nlength_ratio = 0.64\noverlap_m = 0\n"
                        f"num_queries = 0\nrecording = {index}\nstart_ratio = {start_ratio}\n")
         sites = write_site("two", [recording(str(index), index) for index in range(2)])
-        self.check(make_trajectory("two", f"SITES={sites}", "SYNTHETIC="))
+        self.check(make_trajectory("two", f"SITES={sites}"))
 
     def check(self, site_dir):
         report = json.loads((site_dir / "pose_graph/report.json").read_text())

@@ -12,6 +12,7 @@ import re
 import shutil
 import struct
 import subprocess
+import sys
 import tempfile
 import zlib
 
@@ -19,14 +20,18 @@ import matplotlib.image
 import numpy as np
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(REPOSITORY / "scripts"))
+
+from nightmap_make.pipeline import read_pipeline  # noqa: E402
+
 BUILD = pathlib.Path(os.environ.get("NIGHTMAP_BUILD", REPOSITORY / "build")).resolve()
 if not (BUILD / "programs.mk").exists():
     raise SystemExit(f"no programs in {BUILD}: run `make build`, or set NIGHTMAP_BUILD")
 LINKS = ("Makefile", "CMakeLists.txt", "cmake", "pipeline", "stages", "scripts")
 GOALS = ("map", "localize", "plan", "drive")
-STAGES = ("synthesize", "frames", "features", "vocabulary", "matches", "odometry", "pose_graph",
-          "tiles", "point_cloud", "octree", "grid", "landmarks", "localize", "plan", "drive")
+PIPELINE = read_pipeline(str(REPOSITORY / "configs"))
 SITE = "small"
+NO_ARTIFACTS = ("config/", "logs/", "lists/", ".preview/", "report/")
 
 # The camera of the small building: the demo's at a fraction of its size, so that a run takes seconds.
 CAMERA = {"width": 320, "height": 240, "fx": 262.5, "fy": 262.5, "cx": 159.5, "cy": 119.5}
@@ -77,6 +82,11 @@ class Workspace:
             raise AssertionError(f"the chain failed:\n{result.stdout}")
         return work
 
+    def as_recorded(self):
+        """From now on the recording is one that synthesize does not make."""
+        site = self.folder / f"configs/sites/{SITE}.toml"
+        site.write_text(site.read_text().replace("synthetic = true", "synthetic = false"))
+
     def copy(self):
         """Another workspace in the same state, times included."""
         folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-e2e-"))
@@ -87,7 +97,7 @@ class Workspace:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def command(self, *arguments):
-        return ["make", "--no-print-directory", f"SITE={SITE}", f"SYNTHETIC=demo building mirror {SITE}", *arguments]
+        return ["make", "--no-print-directory", f"SITE={SITE}", *arguments]
 
     def make(self, *arguments):
         """Runs make; `arguments` are goals, flags and VARIABLE=VALUE."""
@@ -118,7 +128,7 @@ class Workspace:
         files = [path for path in sorted(root.rglob("*")) if path.is_file()]
         names = {str(path.relative_to(root)): path for path in files}
         return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in names.items()
-                if not name.startswith(("config/", "logs/", ".preview/")) and "receipt" not in name}
+                if "/" in name and not name.startswith(NO_ARTIFACTS) and "receipt" not in name}
 
 
 def environment():

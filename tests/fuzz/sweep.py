@@ -125,7 +125,7 @@ class Sweep:
             make_outside(folder / "outside", self.bomb)
             attack = draw_attack(random.Random(f"{self.seed}:{index}"), root, self.commands)
             if attack.command[0] == "make":
-                attack.command[1:1] = ["--no-print-directory", f"SITE={SITE}", "SYNTHETIC=demo"]
+                attack.command[1:1] = ["--no-print-directory", f"SITE={SITE}"]
             before = state(folder, root / "maps")
             code, output, time_s = run_command(attack.command, root)
             touched = {os.path.relpath(item[0], folder) for item in before ^ state(folder, root / "maps")}

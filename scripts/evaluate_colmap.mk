@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+# The comparison with COLMAP; the rules of a site include it when it is asked for. Each step of COLMAP's work is an
+# artifact of its own: an interrupted comparison goes on where it was, a changed map repeats only what was made of it.
+# Lists of frames stand for their pixels, as everywhere.
+M := $(MAPS)/$(SITE)
+C := $(M)/evaluate_colmap
+STEP := $(wildcard scripts/colmap_step.py scripts/nightmap_eval/colmap_*.py)
+step = $(RUN) colmap_$(1) $(LAUNCH) $(PYTHON) scripts/colmap_step.py $(1) --site-dir $(M) --data $(DATA) --threads $(THREADS)
+
+$(C)/features/receipt.json: $(frames.shard) $(M)/frames/cameras.json $(STEP)
+	$(call step,features)
+$(C)/matches/receipt.json: $(C)/features/receipt.json $(STEP)
+	$(call step,matches)
+$(C)/mapper/receipt.json: $(C)/matches/receipt.json $(STEP)
+	$(call step,mapper)
+$(C)/triangulate/receipt.json: $(C)/matches/receipt.json $(M)/pose_graph/trajectory.tum $(M)/pose_graph/cameras.json $(STEP)
+	$(call step,triangulate)
+$(C)/queries/receipt.json: $(C)/matches/receipt.json $(M)/frames/queries.csv $(M)/frames/query_cameras.json $(STEP)
+	$(call step,queries)
+$(C)/register_mapper/receipt.json: $(C)/mapper/receipt.json $(C)/queries/receipt.json $(STEP)
+	$(call step,register_mapper)
+$(C)/register_triangulate/receipt.json: $(C)/triangulate/receipt.json $(C)/queries/receipt.json $(STEP)
+	$(call step,register_triangulate)
+$(C)/register_held/receipt.json: $(C)/triangulate/receipt.json $(C)/queries/receipt.json $(STEP)
+	$(call step,register_held)
+$(C)/results.json: $(patsubst %,$(C)/%/receipt.json,register_mapper register_triangulate register_held) \
+    $(M)/localize/queries.csv $(M)/localize/receipt.json $(M)/frames/shards.txt \
+    $(wildcard $(M)/frames/ground_truth.tum $(M)/frames/query_ground_truth.tum scripts/nightmap_eval/*.py) scripts/evaluate_colmap.py
+	$(RUN) evaluate_colmap $(PYTHON) scripts/evaluate_colmap.py --site-dir $(M) --out $@
+.PHONY: evaluate-colmap
+evaluate-colmap: $(C)/results.json

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The section of the report on a run that failed or was killed: what failed, the end of its log, what is out of date."""
+
+from nightmap_eval import html
+from nightmap_eval.reading import read_object
+
+FAILURE = {"goals": [str], "failed": [{"job": str, "log": [str]}], "out_of_date": [str], "num_out_of_date": int}
+
+
+def read_failure(site_dir):
+    """logs/failure.json; None when the last run did not fail."""
+    path = site_dir / "logs" / "failure.json"
+    return read_object(path, FAILURE) if path.exists() else None
+
+
+def failure_section(failure):
+    parts = [html.paragraph(f"make {' '.join(failure['goals'])} did not come to its end. What is shown below is what there is.", "failed")]
+    for job in failure["failed"]:
+        code = job.get("exit_code")
+        ended = "was killed" if code is None else f"exit code {code}"
+        parts.append(html.paragraph(f"{job['job']}: {ended}. The end of logs/{job['job']}.log:"))
+        parts.append(html.preformatted("\n".join(job["log"])))
+    if not failure["failed"]:
+        parts.append(html.paragraph("No job failed: make was stopped between jobs."))
+    stale = failure["out_of_date"]
+    parts.append(html.paragraph(f"{failure['num_out_of_date']} runs of jobs are out of date or were never made:"))
+    parts.append(html.preformatted("\n".join(stale)))
+    return html.section("This run failed", *parts)

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The rules of one site: each job of the declared pipeline for each shard or tile there is, with its files."""
+
+import glob
+import os
+
+from nightmap_eval.lists import near
+from nightmap_make.pipeline import PipelineError
+
+SITES = "configs/sites"
+
+
+class PathList:
+    """The paths of one output for all units, in order. Rules that read them all share it."""
+
+    def __init__(self, name, paths):
+        self.name, self.paths = name, paths
+
+
+class Rule:
+    """One run of a job. inputs: (port, path or PathList) on the command line; needs: what else makes it stale, beside
+    the program and its config; outputs: (port, path)."""
+
+    def __init__(self, job, unit, inputs, needs, outputs):
+        self.job, self.unit, self.inputs, self.needs, self.outputs = job, unit, inputs, needs, outputs
+
+    @property
+    def name(self):
+        return self.job.name if self.unit is None else f"{self.job.name}_{self.unit}"
+
+    def output_paths(self):
+        return [path for _, path in self.outputs]
+
+
+class Graph:
+    """rules: every rule of the site, in the order of the pipeline; lists: the PathLists they share, by name.
+    goals: what make was asked for; jobs that run only when asked have no rule unless a goal needs them."""
+
+    def __init__(self, pipeline, site, goals=()):
+        self.pipeline, self.site = pipeline, site
+        self.lists = {}
+        asked = _closure(pipeline, goals)
+        self.jobs = {name: job for name, job in pipeline.jobs.items()
+                     if (name in asked if job.when == "asked" else site.has(job.when))}
+        shards = site.lists["shard"]
+        self._previous = dict(zip(shards[1:], shards))
+        self._tiles = set(site.lists["tile"])
+        self.rules = [rule for job in self.jobs.values() for rule in self._rules_of(job)]
+
+    def units(self, job):
+        return [None] if job.unit == "site" else self.site.lists[job.unit]
+
+    def folder_of(self, job):
+        return os.path.join(self.site.data, self.site.name) if job.folder == "RECORDING" else f"{self.site.folder}/{job.folder}"
+
+    def path_of(self, job, output, unit=None):
+        name = job.file_of(output)
+        return f"{self.folder_of(job)}/{name if unit is None else name.replace('{unit}', unit)}"
+
+    def all_of(self, job, output):
+        """The PathList of an output that there is one of per unit."""
+        name = f"{job.name}.{output}"
+        if name not in self.lists:
+            units = self.site.lists[job.units_of(output)]
+            self.lists[name] = PathList(name, [self.path_of(job, output, unit) for unit in units])
+        return self.lists[name]
+
+    def listed_files(self, job):
+        """The files that a job which lists units writes beside its list."""
+        if not job.lists or not os.path.exists(self.path_of(job, next(iter(job.outputs)))):
+            return []
+        return [path for output in job.beside for path in self._paths(job, output)]
+
+    def _paths(self, job, output):
+        if job.units_of(output) == "site":
+            return [self.path_of(job, output)]
+        return self.all_of(job, output).paths
+
+    def _rules_of(self, job):
+        return [self._rule(job, unit) for unit in self.units(job)]
+
+    def _rule(self, job, unit):
+        inputs, needs = [], []
+        for reference in job.inputs:
+            for value in self._values(job, reference, unit):
+                inputs.append((reference.port, value))
+        for name, output in job.finds:
+            needs += self._paths(self.jobs[name], output) if name in self.jobs else []
+        if job.script:
+            needs += self._results_before(job)
+        elif job.lists == "shard" and self.site.recordings:
+            needs.append(self.site.recordings)
+        needs += [path for path in (f"{self.site.folder}/{name}" for name in job.reads) if os.path.exists(path)]
+        files = {**job.outputs, **job.run_files()}
+        return Rule(job, unit, inputs, needs, [(port, self.path_of(job, port, unit)) for port in files])
+
+    def _values(self, job, reference, unit):
+        """Paths, or one PathList, that fill a port of the run of a unit."""
+        if reference.source:
+            return [self.site.site_config if reference.source == "site" else self.site.data]
+        if reference.job == "import":
+            return [self._imported(job, reference.output)]
+        source = self.jobs.get(reference.job)
+        if source is None:
+            if reference.if_made:
+                return []
+            raise PipelineError(f"{job.where}: [{job.name}]: job '{reference.job}' is left out for site {self.site.name}, "
+                                f"and in.{reference.port} needs it")  # fmt: skip
+        if reference.output in source.optional:
+            path = self.path_of(source, reference.output)
+            return [path] if os.path.exists(path) else []
+        of = source.units_of(reference.output)
+        if of == "site":
+            return [self.path_of(source, reference.output)]
+        if unit is None:
+            return [self.all_of(source, reference.output)]
+        return [self.path_of(source, reference.output, other) for other in self._around(reference.units, unit)]
+
+    def _around(self, units, unit):
+        if units == "near":
+            return near(unit, self._tiles)
+        before = self._previous.get(unit) if units else None
+        return [unit] if before is None else [before, unit]
+
+    def _imported(self, job, key):
+        if key not in self.site.imports:
+            raise PipelineError(f"{job.where}: [{job.name}] needs a file of your own: name it in {SITES}/{self.site.name}.toml, as in\n"
+                                f"[import]\n{key} = \"<path relative to DATA>\"")  # fmt: skip
+        return os.path.join(self.site.data, self.site.imports[key])
+
+    def _results_before(self, job):
+        """A script reads the whole folder of the site. A path that nobody asks for now is read as it is."""
+        needs = []
+        for other in self.pipeline.jobs.values():
+            if other is job:
+                break
+            if other.name in self.jobs:
+                needs += self._all_outputs(other)
+            elif other.when == "asked" and os.path.exists(self.path_of(other, "receipt")):
+                needs.append(self.path_of(other, "receipt"))
+        return needs + sorted(glob.glob("scripts/nightmap_eval/*.py")) + [f"scripts/{job.script}"]
+
+    def _all_outputs(self, job):
+        ports = [*job.outputs, *job.run_files()]
+        return [self.all_of(job, port) if job.units_of(port) != "site" else self.path_of(job, port) for port in ports]
+
+
+def _closure(pipeline, goals):
+    """Names of the jobs that the goals need, those of a goal and the makers of their inputs."""
+    names = {job.name for job in pipeline.jobs.values() if job.goal in goals}
+    for job in reversed(pipeline.jobs.values()):
+        if job.name in names:
+            names |= {reference.job for reference in job.inputs if reference.job}
+    return names

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What happened in the runs of make: logs/journal.txt, a line per event: TIME_S NAME begin | TIME_S NAME end CODE.
+run_job.sh writes the lines of rules; NAME is `make` where a whole run begins and ends."""
+
+import os
+import time
+
+RUN = "make"
+
+
+class Outcome:
+    """codes: of each rule that the last run began, in that order: its exit code; None where it did not come to its end.
+    code: of the whole run; None when it was killed, or goes on."""
+
+    def __init__(self):
+        self.codes, self.code = {}, None
+
+    def failed(self):
+        return {name: code for name, code in self.codes.items() if code != 0}
+
+
+def journal_path(site_dir):
+    return f"{site_dir}/logs/journal.txt"
+
+
+def begin_run(site_dir, goals):
+    """Begins the journal of a run; what was before is told by receipts and logs."""
+    temporary = f"{journal_path(site_dir)}.{os.getpid()}.tmp"
+    with open(temporary, "w", encoding="utf-8", errors="replace") as file:
+        file.write(f"{time.time():.0f} {RUN} begin {' '.join(goals)}\n")
+    os.replace(temporary, journal_path(site_dir))
+
+
+def end_run(site_dir, code):
+    with open(journal_path(site_dir), "a", encoding="utf-8") as file:
+        file.write(f"{time.time():.0f} {RUN} end {code}\n")
+
+
+def last_run(site_dir):
+    outcome = Outcome()
+    if not os.path.exists(journal_path(site_dir)):
+        return outcome
+    with open(journal_path(site_dir), encoding="utf-8", errors="replace") as file:
+        for line in file:
+            _, name, event, *rest = [*line.split(), "", ""]
+            code = int(rest[0]) if event == "end" and rest[0].isdigit() else None
+            if name == RUN:
+                outcome.code = code
+            elif name:
+                outcome.codes[name] = code
+    return outcome

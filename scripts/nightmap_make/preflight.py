@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The check before a run: every config by its own program, values of several programs against each other, room on
+the disk. It takes a second at most and changes nothing in the folder of the site."""
+
+import ast
+import hashlib
+import operator
+import os
+import re
+import shutil
+import tempfile
+
+from nightmap_make.pipeline import PipelineError
+
+SEVERAL = 8  # programs checked at the same time
+MESSAGE = re.compile(r"\S+ error \w+: (?P<path>[^:]*):(?:(?P<line>\d+):)? (?P<reason>.*)")
+OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+             ast.Gt: operator.gt, ast.Lt: operator.lt, ast.GtE: operator.ge, ast.LtE: operator.le}  # fmt: skip
+
+
+class ConfigText:
+    """The effective config of a program: its text, and where each key was set: key -> (file or variable of make)."""
+
+    def __init__(self, values, text, sources):
+        self.values, self.text, self.sources = values, text, sources
+
+    def place_of(self, key):
+        """FILE:LINE of a key, or the variable of make."""
+        source = self.sources[key]
+        if not os.path.isfile(source):
+            return source
+        with open(source, encoding="utf-8") as file:
+            for number, line in enumerate(file, 1):
+                if re.match(rf"\s*[\"']?{re.escape(key)}[\"']?\s*=", line):
+                    return f"{source}:{number}"
+        return source
+
+    def key_at(self, line):
+        return self.text.split("\n")[line - 1].partition(" = ")[0]
+
+
+def check_configs(build, configs):
+    """Every config (program -> ConfigText) by its program; each is checked once per program and text. Raises
+    PipelineError with one line for each that is wrong."""
+    folder = os.path.join(build, "checked")
+    to_check = {}
+    for program, config in configs.items():
+        path = os.path.join(build, "run", program)
+        status = os.stat(path)
+        state = f"{status.st_mtime_ns} {status.st_size}\n{config.text}"
+        stamp = os.path.join(folder, f"{program}_{hashlib.sha256(state.encode('utf-8', 'surrogatepass')).hexdigest()[:24]}")
+        if not os.path.exists(stamp):
+            to_check[program] = stamp
+    if not to_check:
+        return
+    os.makedirs(folder, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=build) as scratch:
+        wrong = _run_checks(build, scratch, {program: configs[program] for program in to_check})
+    if wrong:
+        raise PipelineError("\n".join(wrong))
+    for stamp in to_check.values():
+        with open(stamp, "w", encoding="utf-8"):
+            pass
+
+
+def _run_checks(build, scratch, configs):
+    waiting, running, wrong = list(configs), {}, []
+    while waiting or running:
+        while waiting and len(running) < SEVERAL:
+            program = waiting.pop(0)
+            running[_start_check(build, scratch, program, configs[program])] = program
+        pid, status = os.wait()
+        program = running.pop(pid)
+        if os.waitstatus_to_exitcode(status) != 0:
+            wrong.append(_complaint(os.path.join(scratch, f"{program}.log"), program, configs[program]))
+    return sorted(wrong)
+
+
+def _start_check(build, scratch, program, config):
+    path, log = os.path.join(scratch, f"{program}.toml"), os.path.join(scratch, f"{program}.log")
+    with open(path, "w", encoding="utf-8", errors="surrogatepass") as file:
+        file.write(config.text)
+    actions = [(os.POSIX_SPAWN_OPEN, fd, log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644) for fd in (1, 2)]
+    command = [os.path.join(build, "run", program), "--check-config", "--config", path]
+    return os.posix_spawn(command[0], command, os.environ, file_actions=actions)
+
+
+def _complaint(log, program, config):
+    with open(log, encoding="utf-8", errors="replace") as file:
+        text = file.read().strip()
+    found = MESSAGE.search(text)
+    if not found:
+        return f"{program}: {text or 'its check of the config failed without a word'}"
+    if found["line"] is None:
+        return f"configs/*/{program}.toml: {found['reason']}"
+    key = config.key_at(int(found["line"]))
+    return f"{config.place_of(key) if key in config.sources else program}: {program}.{found['reason']}"
+
+
+def check_clashes(clashes, configs):
+    """Raises PipelineError for the declared conditions that hold, with the place of every value in them."""
+    wrong = []
+    for clash in clashes:
+        names = []
+        tree = ast.parse(clash["when"], mode="eval").body
+        if _value(tree, configs, names):
+            values = [f"{program}.{key} = {configs[program].values[key]} ({configs[program].place_of(key)})" for program, key in names]
+            wrong.append(f"{'; '.join(dict.fromkeys(values))}: {clash['remedy']}")
+    if wrong:
+        raise PipelineError("\n".join(wrong))
+
+
+def _value(node, configs, names):
+    """The value of an expression of numbers, PROGRAM.KEY, + - * / and comparisons."""
+    match node:
+        case ast.Constant():
+            return node.value
+        case ast.BinOp():
+            return OPERATORS[type(node.op)](_value(node.left, configs, names), _value(node.right, configs, names))
+        case ast.Compare(ops=[op], comparators=[right]):
+            return OPERATORS[type(op)](_value(node.left, configs, names), _value(right, configs, names))
+        case ast.BoolOp(op=ast.And()):
+            return all(_value(part, configs, names) for part in node.values)
+        case ast.Attribute(value=ast.Name(id=program), attr=key):
+            names.append((program, key))
+            return configs[program].values[key]
+    raise PipelineError(f"configs/pipeline.toml: clash: cannot evaluate {ast.unparse(node)}")
+
+
+def check_disk(folder, needed_bytes, what):
+    """Raises PipelineError when what a run needs does not fit."""
+    while not os.path.isdir(folder):
+        folder = os.path.dirname(folder) or "."
+    free_bytes = shutil.disk_usage(folder).free
+    if needed_bytes > free_bytes:
+        raise PipelineError(f"{folder}: {free_bytes / 1e9:.2f} GB are free, and {what} needs about {needed_bytes / 1e9:.2f} GB: "
+                            "make room, or set MAPS to a folder of another disk")  # fmt: skip

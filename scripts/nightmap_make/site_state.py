@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A site as it is on the disk: where its files are, and which shards, tiles and floors its lists name."""
+
+import os
+
+from nightmap_eval import lists
+from nightmap_eval.errors import DataError
+
+
+def _floor_stems(site_dir):
+    return [row["yaml"].removesuffix(".yaml") for row in lists.read_floors(os.path.join(site_dir, "grid"))]
+
+
+READERS = (("frames", "shard", "frames/shards.txt", lists.read_shards),
+           ("tiles", "tile", "tiles/tiles.txt", lists.read_tiles),
+           ("grid", "floor", "grid/floors.json", _floor_stems))  # fmt: skip
+
+
+class SiteState:
+    """What the rules of a site depend on besides the declaration: where its files are and which units there are."""
+
+    def __init__(self, name, folder, data, build="build", config=None, site_config=None):
+        self.name, self.folder, self.data, self.build = name, folder, data, build
+        self.config = config or f"{folder}/config"
+        self.site_config = site_config or f"{self.config}/site/{name}.toml"
+        self.lists = {"shard": [], "tile": [], "floor": []}
+        self.damaged, self.interrupted = set(), set()
+        self.is_synthetic = self.has_queries = False
+        self.imports, self.recordings = {}, None
+
+    def has(self, condition):
+        return {None: True, "synthetic": self.is_synthetic, "queries": self.has_queries}[condition]
+
+    def read_lists(self, tell):
+        """Reads which shards, tiles and floors there are, as far as the lists are there. A damaged list is that of a job
+        that must run again; tell(message) says so."""
+        for job, kind, path, reader in READERS:
+            if not os.path.lexists(f"{self.folder}/{path}"):
+                continue
+            try:
+                self.lists[kind] = reader(self.folder)
+            except DataError as error:
+                self.damaged.add(job)
+                tell(f"nightmap: {error}: {job} makes it anew")
+        self.has_queries = lists.has_queries(self.folder)

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a run did, as a table for the terminal: per job its time, memory, counts and warnings."""
+
+import os
+import re
+from pathlib import Path
+
+from nightmap_eval.errors import DataError
+from nightmap_eval.stages import StageResult
+
+TITLES = ("job", "made", "time (s)", "CPU (s)", "memory (MB)", "skipped", "warnings", "counts")
+WARNING = re.compile(rb"^\S+ (?:\x1b\[\S*)?warning", re.MULTILINE)
+NUM_COUNTS = 3
+
+
+def table(graph, site_dir, outcome):
+    """Lines with the columns under each other: the jobs of which something was made, and a sum."""
+    names = {rule.name: rule.job for rule in graph.rules}
+    made = {}
+    for name in outcome.codes:
+        if name in names and not names[name].script:
+            made.setdefault(names[name].folder, []).append(name)
+    rows = [_row(graph, site_dir, folder, names_made) for folder, names_made in made.items()]
+    if not rows:
+        return []
+    widths = [max(len(row[column]) for row in [TITLES, *rows]) for column in range(len(TITLES))]
+    return ["", *(_line(row, widths) for row in [TITLES, *rows])]
+
+
+def _line(row, widths):
+    text = {0, len(TITLES) - 1}
+    return "  ".join(cell.ljust(width) if column in text else cell.rjust(width)
+                     for column, (cell, width) in enumerate(zip(row, widths))).rstrip()  # fmt: skip
+
+
+def _row(graph, site_dir, folder, names):
+    jobs = [job for job in graph.jobs.values() if job.folder == folder]
+    num_units = sum(len(graph.units(job)) for job in jobs)
+    warnings = str(sum(_num_warnings(f"{site_dir}/logs/{name}.log") for name in names))
+    made = f"{len(names)} of {num_units}" if num_units > 1 else ""
+    name = jobs[0].name
+    try:
+        result = StageResult(Path(graph.folder_of(jobs[0])), jobs[0].prefix)
+        return (name, made, _seconds(result.wall_time_s()), _seconds(result.cpu_time_s()), _megabytes(result.peak_memory_bytes()),
+                str(len(result.skipped())), warnings, _counts(result.figures()))  # fmt: skip
+    except DataError as error:
+        return (name, made, "", "", "", "", warnings, str(error))
+
+
+def _num_warnings(log):
+    if not os.path.isfile(log):
+        return 0
+    with open(log, "rb") as file:
+        return len(WARNING.findall(file.read()))
+
+
+def _seconds(value):
+    return "" if value is None else f"{value:.1f}"
+
+
+def _megabytes(value):
+    return "" if value is None else f"{value / 1e6:.0f}"
+
+
+def _counts(figures):
+    counts = [(name.removeprefix("num_").replace("_", " "), value) for name, value in figures.items()
+              if name.startswith("num_") and isinstance(value, int)]  # fmt: skip
+    return ", ".join(f"{value} {name}" for name, value in counts[:NUM_COUNTS])

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which rules would run now, and for what reason: the same comparison of times that Make does, in words."""
+
+import glob
+import json
+import os
+import tomllib
+
+from nightmap_make.graph import PathList
+from nightmap_make.rules_file import Times
+
+SHOWN = 4  # shards or tiles of a job that are named one by one
+SOURCES = ("CMakeLists.txt", "cmake/*.cmake", "pipeline/*/*.h", "pipeline/*/*.cc", "stages/*/*.h", "stages/*/*.cc")
+
+
+class Staleness:
+    """reasons: rule -> why it runs, for the rules that would run when make were asked for all of them."""
+
+    def __init__(self, rules_file):
+        self._file, self._times = rules_file, rules_file.times
+        self._stale, self._lists = set(), {}
+        self.reasons = {}
+        for rule in rules_file.graph.rules:
+            because = self._reasons_of(rule)
+            if because:
+                self._stale.update(rule.output_paths())
+                self.reasons[rule] = because
+
+    def _reasons_of(self, rule):
+        lost = [path for path in rule.output_paths() if self._times.of(path) is None]
+        if lost:
+            return [f"{path} does not exist" for path in lost]
+        if self._file.must_run(rule):
+            return ["its last run was not finished, or a file of its list is lost or damaged"]
+        oldest = min(rule.output_paths(), key=self._times.of)
+        return [reason for path in self._inputs(rule) if (reason := self._reason(rule, path, oldest))]
+
+    def _reason(self, rule, path, oldest):
+        if path in self._stale:
+            return f"{path} will be remade"
+        time_ns = self._times.of(path)
+        if time_ns is None:
+            return f"{path} does not exist"
+        if time_ns <= self._times.of(oldest):
+            return None
+        if path == f"{self._file.site.config}/{rule.job.program}.toml":
+            return config_change(self._file.site, self._file.graph, rule) or f"{path} is newer than {oldest}"
+        return f"{path} is newer than {oldest}"
+
+    def _inputs(self, rule):
+        """Paths that make the rule stale. Of a list that rules share, only what can: its stale and its newest paths."""
+        values = [*self._file.tool(rule), *(value for port, value in rule.inputs), *rule.needs]
+        values += [self._file.names_path(rule.job, port) for port, value in rule.inputs if isinstance(value, PathList)]
+        for value in values:
+            if isinstance(value, PathList):
+                yield from self._worst_of(value)
+            elif value != self._file.site.data:
+                yield value
+
+    def _worst_of(self, paths):
+        if paths.name not in self._lists:
+            missing_or_stale = [path for path in paths.paths if path in self._stale or self._times.of(path) is None]
+            newest = max(paths.paths, key=lambda path: self._times.of(path) or 0, default=None)
+            self._lists[paths.name] = list(dict.fromkeys(missing_or_stale[:SHOWN] + ([newest] if newest else [])))
+        return self._lists[paths.name]
+
+
+def config_change(site, graph, rule):
+    """What differs between the config that is asked for and the one that the rule's report was made with."""
+    report = dict(rule.outputs).get("report")
+    try:
+        with open(report, encoding="utf-8") as file:
+            old = tomllib.loads(json.load(file)["config"])
+        with open(f"{site.config}/{rule.job.program}.toml", "rb") as file:
+            new = tomllib.load(file)
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    changes = [f"{key} {old.get(key)} -> {new[key]}" for key in sorted(new) if old.get(key) != new[key]]
+    return f"options of {rule.job.program} changed: {', '.join(changes)}" if changes else None
+
+
+def program_reason(build):
+    """Why the programs would be built; None when they are up to date."""
+    made = Times().of(f"{build}/programs.mk")
+    if made is None:
+        return "they are not built yet"
+    newer = [path for pattern in SOURCES for path in glob.glob(pattern) if os.stat(path).st_mtime_ns > made]
+    return f"{newer[0]} is newer than they are" if newer else None
+
+
+def lines(staleness, build):
+    """The answer of `make why`, a line per rule; of a job with many shards or tiles the first ones."""
+    programs = program_reason(build)
+    if programs:
+        yield f"programs: {programs}"
+    by_job = {}
+    for rule, because in staleness.reasons.items():
+        by_job.setdefault(rule.job.name, []).append((rule, because))
+    for name, stale in by_job.items():
+        for rule, because in stale[:SHOWN]:
+            more = f" (and {len(because) - 1} more)" if len(because) > 1 else ""
+            yield f"{rule.name}: {because[0]}{more}"
+        if len(stale) > SHOWN:
+            yield f"{name}: and {len(stale) - SHOWN} more {stale[0][0].job.unit}s"
+    if not by_job:
+        if not programs:
+            yield "everything is up to date"
+        return
+    if programs:
+        yield "(after the build, jobs whose program came out different rerun too)"
+    for rule in staleness.reasons:
+        if rule.job.lists in ("shard", "tile"):
+            yield f"(after {rule.name}, {rule.job.lists}s whose list is the same are left alone)"
