@@ -14,15 +14,16 @@ def read_failure(site_dir):
 
 
 def failure_section(failure):
-    parts = [html.paragraph(f"make {' '.join(failure['goals'])} did not come to its end. What is shown below is what there is.", "failed")]
+    if failure.get("exit_code") == 0:
+        parts = [html.paragraph(f"The last run, make {' '.join(failure['goals'])}, came to its end.")]
+    else:
+        parts = [html.paragraph(f"make {' '.join(failure['goals'])} did not come to its end. What is shown below is what there is.", "failed")]
     for job in failure["failed"]:
         code = job.get("exit_code")
         ended = "was killed" if code is None else f"exit code {code}"
         parts.append(html.paragraph(f"{job['job']}: {ended}. The end of logs/{job['job']}.log:"))
         parts.append(html.preformatted("\n".join(job["log"])))
-    if not failure["failed"]:
-        parts.append(html.paragraph("No job failed: make was stopped between jobs."))
     stale = failure["out_of_date"]
     parts.append(html.paragraph(f"{failure['num_out_of_date']} runs of jobs are out of date or were never made:"))
     parts.append(html.preformatted("\n".join(stale)))
-    return html.section("This run failed", *parts)
+    return html.section("The last run", *parts)

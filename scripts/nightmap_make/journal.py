@@ -10,10 +10,10 @@ RUN = "make"
 
 class Outcome:
     """codes: of each rule that the last run began, in that order: its exit code; None where it did not come to its end.
-    code: of the whole run; None when it was killed, or goes on."""
+    code: of the whole run; None when it was killed, or goes on. goals: what it was asked for."""
 
     def __init__(self):
-        self.codes, self.code = {}, None
+        self.codes, self.code, self.goals = {}, None, []
 
     def failed(self):
         return {name: code for name, code in self.codes.items() if code != 0}
@@ -44,8 +44,14 @@ def last_run(site_dir):
         for line in file:
             _, name, event, *rest = [*line.split(), "", ""]
             code = int(rest[0]) if event == "end" and rest[0].isdigit() else None
-            if name == RUN:
+            if name == RUN and event == "begin":
+                outcome.goals = line.split()[3:]
+            elif name == RUN:
                 outcome.code = code
             elif name:
                 outcome.codes[name] = code
     return outcome
+
+
+def journal_size(site_dir):
+    return os.path.getsize(journal_path(site_dir))

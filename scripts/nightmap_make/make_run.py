@@ -10,7 +10,7 @@ import remove_leftovers
 import resolve_config
 from nightmap_make import preflight
 from nightmap_make.graph import Graph
-from nightmap_make.journal import begin_run, end_run, last_run
+from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
 from nightmap_make.pipeline import PipelineError, read_pipeline
 from nightmap_make.rules_file import RulesFile, Times, list_goal
@@ -120,10 +120,12 @@ class MakeRun:
         for job in list(self.graph.pipeline.jobs.values()):
             if job.lists not in ("shard", "tile") or job.name not in self.graph.jobs or not self._is_needed(job):
                 continue
-            before = self.site_state.lists
+            before, size = self.site_state.lists, journal_size(self.folder)
             code = self._make([list_goal(job)])
             if code != 0:
                 return code
+            if journal_size(self.folder) == size:
+                continue  # nothing was made
             self._write_rules()
             if job.lists == "shard" and self.site_state.lists["shard"] != before["shard"]:
                 remove_leftovers.remove(self.folder, self.graph)
@@ -228,8 +230,10 @@ class MakeRun:
         from nightmap_make import morning
         self._settle()
         self._write_rules()
-        print("\n".join(morning.status_lines(last_run(self.folder))))
-        morning.write_page(self, last_run(self.folder).code)
+        outcome = last_run(self.folder)
+        print("\n".join(morning.status_lines(outcome)))
+        morning.write_page(self, outcome.code)
+        print(MADE["report"].format(folder=self.folder))
         return 0
 
     def _why(self):

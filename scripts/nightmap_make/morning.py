@@ -28,9 +28,9 @@ def status_lines(outcome):
     if not outcome.codes and outcome.code is None:
         yield "no run is known"
     elif outcome.code is None:
-        yield "the last run was killed, or goes on"
+        yield f"the last run, make {' '.join(outcome.goals)}, was killed, or goes on"
     else:
-        yield f"the last run ended with exit code {outcome.code}"
+        yield f"the last run, make {' '.join(outcome.goals)}, ended with exit code {outcome.code}"
     for name, code in outcome.failed().items():
         yield f"{name}: {'did not come to its end' if code is None else f'exit code {code}'}"
 
@@ -52,7 +52,7 @@ def describe(run, code):
     outcome = last_run(run.folder)
     staleness = why.Staleness(RulesFile(run.graph, Times()))
     out_of_date = list(why.lines(staleness, run.env["BUILD"]))
-    return {"format": "nightmap failure", "version": 1, "goals": run.goals, "exit_code": code,
+    return {"format": "nightmap failure", "version": 1, "goals": outcome.goals, "exit_code": code,
             "failed": [{"job": name, "exit_code": exit_code, "log": _end_of(f"{run.folder}/logs/{name}.log")}
                        for name, exit_code in outcome.failed().items()],
             "out_of_date": out_of_date[:NUM_STALE], "num_out_of_date": len(staleness.reasons)}  # fmt: skip

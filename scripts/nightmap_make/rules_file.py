@@ -16,7 +16,6 @@ HEAD = """\
 MAKEFLAGS += --no-builtin-rules --no-builtin-variables
 SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
-.DELETE_ON_ERROR:
 .SUFFIXES:
 .PHONY: FORCE {goals}
 # Goals say nothing of their own. (Under -q a recipe would be something to do.)
@@ -109,7 +108,8 @@ class RulesFile:
 
     def _rule(self, rule):
         targets = " ".join(rule.output_paths())
-        lines = [f"# {rule.name}: {rule.job.purpose}", f"{targets} &: \\"]
+        # Programs commit all or nothing: one that fails leaves the last good outputs, and make must not delete them.
+        lines = [f"# {rule.name}: {rule.job.purpose}", f".PRECIOUS: {targets}", f"{targets} &: \\"]
         lines.append(" \\\n".join(f"  {word}" for word in self._prerequisites(rule)))
         lines.append("\t" + " \\\n\t  ".join(self._command(rule)))
         return "\n".join(lines) + "\n"

@@ -6,6 +6,7 @@ program=${0##*/}
 case " $* " in *" --check-config "*) exit 0 ;; esac
 [ "$program" = "${STUB_FAILS:-}" ] && { echo "00:00:00 error $program: made to fail"; exit 1; }
 keep() { [ -f "$1" ] && [ "$(cat "$1")" = "$2" ] || printf '%s\n' "$2" >"$1"; }
+quoted() { sed 's/\\/\\\\/g; s/"/\\"/g' "$1" | sed ':a; N; $!ba; s/\n/\\n/g'; }
 receipt=''
 config=''
 outputs=''
@@ -31,7 +32,8 @@ for path in $outputs; do
       list shards "$names" >"$path"
       for name in $names; do keep "$folder/shard_$name.csv" "frames of $name"; done
       keep "$folder/cameras.json" '{}'
-      keep "$folder/queries.csv" 'query_idx'
+      keep "$folder/queries.csv" 'query_idx
+0'
       keep "$folder/query_cameras.json" '{}'
       ;;
     */tiles.txt)
@@ -43,7 +45,7 @@ for path in $outputs; do
     */floors.json)
       echo '{"format": "nightmap floors", "version": 2, "floors": [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"}]}' >"$path"
       ;;
-    *report*.json) echo "{\"format\": \"nightmap report\", \"version\": 1, \"stage\": \"$program\", \"num_skipped\": 0, \"skipped\": []}" >"$path" ;;
+    *report*.json) printf '%s\n' "{\"format\": \"nightmap report\", \"version\": 1, \"stage\": \"$program\", \"num_skipped\": 0, \"skipped\": [], \"config\": \"$(quoted "$config")\"}" >"$path" ;;
     *) mkdir -p "${path%/*}" && echo "$program" >"$path" ;;
   esac
 done

@@ -1,0 +1,196 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The rules of a site, with programs that are stubs: what runs, what `why` and -q say of it, a second make at the same
+time, what a failed run leaves."""
+import os
+import random
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+from stub_site import StubSite
+from workspace import PIPELINE, environment
+
+OF_MAP = [job for job in PIPELINE.jobs.values() if job.goal == "map"]
+ASKED = ("map", "plan", "drive")
+
+
+def jobs(names):
+    """Names of jobs, of rules of which some are per shard or tile."""
+    known = sorted(PIPELINE.jobs, key=len, reverse=True)
+    return {next(job for job in known if name == job or name.startswith(f"{job}_")) for name in names}
+
+
+class StubTest(unittest.TestCase):
+    def setUp(self):
+        self.site = StubSite()
+        self.addCleanup(self.site.remove)
+
+    def make(self, *arguments, code=0, **stub):
+        result = self.site.make(*arguments, **stub)
+        self.assertEqual(result.returncode, code, result.stdout)
+        return result.stdout
+
+
+class RulesTest(StubTest):
+    def test_every_job_of_the_map_runs_once_and_then_none(self):
+        self.make("map")
+        ran = self.site.ran()
+        self.assertEqual(len(ran), len(set(ran)))
+        self.assertEqual(jobs(ran), {job.name for job in OF_MAP})
+        self.assertEqual(len([name for name in ran if name.startswith("features_")]), 3)
+        self.make("map")
+        self.assertEqual(self.site.ran(), [])
+        self.make("-q", "map")
+
+    def test_a_table_says_what_was_made(self):
+        lines = self.make("map").splitlines()
+        titles = next(line for line in lines if line.startswith("job "))
+        for title in ("time (s)", "memory (MB)", "warnings", "counts"):
+            self.assertIn(title, titles)
+        self.assertRegex("\n".join(lines), r"features +3 of 3 +0\.3 +0\.3")
+        self.assertNotIn("time (s)", self.make("map"))
+
+    def test_why_names_what_reruns(self):
+        self.make(*ASKED)
+        for program in PIPELINE.programs():
+            config = (self.site.folder / f"configs/default/{program}.toml").read_text().splitlines()
+            option = next(line for line in config if "=" in line and not line.startswith(("#", "seed")))
+            key, value = (part.strip() for part in option.partition("#")[0].split("=", 1))
+            other = {"true": "false", "false": "true"}.get(value, '"other"' if value.startswith('"') else None)
+            other = other or (value.replace("[", "[1, ") if value.startswith("[") else value + "1")
+            with self.subTest(program):
+                change = f"SET={program}.{key}={other}"
+                self.make("-q", *ASKED, change, code=1)
+                why = [line.partition(":")[0] for line in self.make("why", *ASKED, change).splitlines() if ": " in line]
+                self.make(*ASKED, change)
+                self.assertEqual(jobs(why) - {"evaluate", "report"}, jobs(self.site.ran()))
+                self.make(*ASKED)
+
+    def test_why_names_the_option_that_changed(self):
+        self.make("map")
+        self.assertIn("grid: options of grid changed: margin_m 0.25 -> 0.4", self.make("why", "SET=grid.margin_m=0.4"))
+
+    def test_appended_shards_rerun_what_they_reach(self):
+        self.make("map")
+        self.site.new_recording()
+        self.make("map", num_shards=5)
+        ran = self.site.ran()
+        for job in ("features", "matches", "odometry"):
+            self.assertEqual([name for name in ran if name.startswith(f"{job}_")], [f"{job}_0003", f"{job}_0004"])
+        self.assertIn("vocabulary", ran)
+        self.assertFalse(any(name.startswith("point_cloud_") for name in ran))
+        clean = StubSite()
+        self.addCleanup(clean.remove)
+        clean.make("map", num_shards=5)
+        self.assertEqual(self.site.hashes(), clean.hashes())
+
+    def test_a_shorter_recording_leaves_nothing_of_the_rest(self):
+        self.make("map", num_shards=5)
+        self.site.new_recording()
+        self.make("map", num_shards=3)
+        self.assertIn("vocabulary", self.site.ran())  # its inputs are fewer, and none is newer
+        self.assertFalse(list(self.site.path("features").glob("*_0003.*")))
+        self.make("-q", "map", num_shards=3)
+
+    def test_rules_are_flat_and_long_lists_are_in_files(self):
+        self.make("map", num_shards=300)
+        rules = self.site.path("graph.mk").read_text()
+        self.assertFalse("$(eval" in rules or "$(call" in rules)
+        self.assertLess(max(map(len, rules.splitlines())), 2000)
+        self.assertEqual(len(self.site.path("lists/features.features.txt").read_text().splitlines()), 300)
+        self.make("-q", "map")
+
+    def test_looking_changes_nothing(self):
+        self.make("map")
+        before = {path: path.stat().st_mtime_ns for path in self.site.folder.rglob("*") if ".preview" not in path.parts}
+        for command in (["why", "SET=grid.margin_m=0.4"], ["-n", "map", "SET=grid.margin_m=0.4"]):
+            self.make(*command)
+        self.make("-q", "map", "SET=grid.margin_m=0.4", code=1)
+        after = {path: path.stat().st_mtime_ns for path in self.site.folder.rglob("*") if ".preview" not in path.parts}
+        before.pop(self.site.path("")), after.pop(self.site.path(""))  # which has the preview's folder
+        self.assertEqual(before, after)
+
+
+class TwoMakesTest(StubTest):
+    def test_two_at_once_end_in_the_bytes_of_one(self):
+        self.make("map")
+        expected, draw = self.site.hashes(), random.Random(5)
+        for attempt in range(20):
+            shutil.rmtree(self.site.path(""))
+            runs = []
+            for _ in range(2):
+                runs.append(subprocess.Popen(self.site.command("map"), cwd=self.site.folder, env=environment(), text=True,
+                                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT))  # fmt: skip
+                time.sleep(draw.uniform(0, 0.4))
+            outputs = [run.communicate()[0] for run in runs]
+            with self.subTest(attempt):
+                self.assertEqual([run.returncode for run in runs], [0, 0], outputs)
+                self.assertEqual(self.site.hashes(), expected)
+
+    def test_the_second_names_the_first_and_waits(self):
+        self.make("map")
+        holder = subprocess.Popen(["/usr/bin/python3", "-c", "import fcntl, os, sys, time; f = open(sys.argv[1], 'w');"
+                                   "fcntl.flock(f, fcntl.LOCK_EX); f.write(f'{os.getpid()} on this machine'); f.flush();"
+                                   "print('held', flush=True); time.sleep(1)", self.site.path(".lock")],
+                                  stdout=subprocess.PIPE)  # fmt: skip
+        self.addCleanup(holder.stdout.close)
+        holder.stdout.readline()
+        self.assertIn(f"is being made by process {holder.pid} on this machine", self.make("map"))
+        self.assertEqual(holder.wait(), 0)
+
+    def test_the_lock_of_a_killed_make_is_free(self):
+        self.make("map")
+        first = subprocess.Popen(self.site.command("map", "SET=features.num_features=900"), cwd=self.site.folder,
+                                 env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                 start_new_session=True)  # fmt: skip
+        time.sleep(0.15)
+        os.killpg(first.pid, signal.SIGKILL)
+        first.wait()
+        self.assertNotIn("is being made", self.make("map"))
+        self.make("-q", "map")
+
+
+class FailureTest(StubTest):
+    def test_the_page_names_what_failed_and_what_is_out_of_date(self):
+        self.make(*ASKED)
+        for job in PIPELINE.jobs.values():
+            if not job.program:
+                continue
+            with self.subTest(job.name):
+                option = (self.site.folder / f"configs/default/{job.program}.toml").read_text()
+                self.assertTrue(option)
+                for path in self.site.path(job.folder).glob("re*.json"):
+                    path.unlink()
+                if job.folder == "RECORDING":
+                    (self.site.folder / "data/demo/synthesize.json").unlink()
+                output = self.make(*ASKED, code=2, fails=job.program)
+                self.assertIn("report/index.html", output)
+                page = self.site.path("report/index.html").read_text()
+                self.assertIn(f"{job.name}", page)
+                self.assertIn(f"error {job.program}: made to fail", page)
+                self.assertIn("are out of date or were never made", page)
+                self.make(*ASKED)
+                self.assertFalse(self.site.path("logs/failure.json").exists())
+
+    def test_outputs_of_the_last_good_run_stay(self):
+        self.make("map")
+        before = self.site.hashes()
+        self.make("map", "SET=grid.margin_m=0.4", code=2, fails="grid")
+        self.assertEqual(self.site.hashes(), before)
+        self.assertIn("grid: exit code 1", self.make("status"))
+
+    def test_a_killed_run_is_told_by_status(self):
+        self.make("map")
+        journal = self.site.path("logs/journal.txt")
+        journal.write_text("1 make begin map\n2 features_0000 begin\n")
+        status = self.make("status")
+        self.assertIn("the last run, make map, was killed", status)
+        self.assertIn("features_0000: did not come to its end", status)
+        self.assertIn("features_0000", self.site.path("report/index.html").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A site whose programs are stubs (stub_program.sh): for tests of the rules, of which none needs pixels. A run of all
+jobs takes half a second."""
+import hashlib
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+
+from workspace import PIPELINE, REPOSITORY, environment
+
+SITE = "demo"
+STUB = REPOSITORY / "tests/e2e/stub_program.sh"
+
+
+class StubSite:
+    def __init__(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-e2e-"))
+        for name in ("Makefile", "scripts"):
+            (self.folder / name).symlink_to(REPOSITORY / name)
+        shutil.copytree(REPOSITORY / "configs", self.folder / "configs")
+        (self.folder / "CMakeLists.txt").touch()
+        (self.folder / "build/run").mkdir(parents=True)
+        (self.folder / "data" / SITE).mkdir(parents=True)
+        for program in PIPELINE.programs():
+            self.add_program(program)
+        (self.folder / "build/programs.mk").touch()
+
+    def add_program(self, program):
+        (self.folder / "build/run" / program).symlink_to(STUB)
+
+    def remove(self):
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def command(self, *arguments):
+        return ["make", "--no-print-directory", f"SITE={SITE}", *arguments]
+
+    def make(self, *arguments, **stub):
+        """Runs make; stub: num_shards=3, num_tiles=2, fails=PROGRAM of the stub programs."""
+        names = {"num_shards": "STUB_SHARDS", "num_tiles": "STUB_TILES", "fails": "STUB_FAILS"}
+        changes = {names[key]: str(value) for key, value in stub.items()}
+        return subprocess.run(self.command(*arguments), cwd=self.folder, env=environment() | changes, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
+
+    def path(self, name):
+        return self.folder / "maps" / SITE / name
+
+    def ran(self):
+        """Names of the rules that the last make ran, in order."""
+        lines = [line.split() for line in self.path("logs/journal.txt").read_text().splitlines()]
+        return [words[1] for words in lines if words[2] == "begin" and words[1] != "make"]
+
+    def new_recording(self):
+        """As if the recording had changed."""
+        os.utime(self.folder / "data" / SITE / "synthesize.json")
+
+    def hashes(self):
+        folders = [self.path(job.folder) for job in PIPELINE.jobs.values() if job.program and job.folder != "RECORDING"]
+        files = [path for folder in folders for path in folder.rglob("*") if path.is_file()]
+        return {str(path.relative_to(self.folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
