@@ -313,7 +313,8 @@ TEST_F(StageMainTest, AListOfInputsCountsAsItsLinesInOrder) {
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(ReadFile(folder_ / "out"), "helloba");
   std::vector<std::string> paths;
-  for (const auto& input : nlohmann::json::parse(ReadFile(folder_ / "receipt"))["inputs"]) {
+  const auto receipt = nlohmann::json::parse(ReadFile(folder_ / "receipt"));
+  for (const auto& input : receipt["inputs"]) {
     EXPECT_EQ(input["name"], "in");
     paths.push_back(input["path"]);
   }
