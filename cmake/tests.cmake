@@ -35,6 +35,9 @@ if(TARGET test_stages_point_cloud)
   target_link_libraries(test_stages_point_cloud PRIVATE pcl_common pcl_kdtree)
   target_include_directories(test_stages_point_cloud SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
 endif()
+if(TARGET test_stages_point_cloud AND TARGET stage_join_clouds)
+  target_link_libraries(test_stages_point_cloud PRIVATE stage_join_clouds)  # clouds of its tiles
+endif()
 if(TARGET test_stages_octree AND TARGET stage_tiles)
   target_link_libraries(test_stages_octree PRIVATE stage_tiles)  # octrees of its tiles
 endif()

@@ -122,4 +122,18 @@ inline Vocabulary MakeSceneVocabulary(const LandmarkScene& scene) {
   return vocabulary;
 }
 
+// Camera b from camera a.
+inline Rigid3 TrueRelative(const LandmarkScene& scene, std::size_t a, std::size_t b) {
+  return scene.poses[b].pose.Inverse() * scene.poses[a].pose;
+}
+
+// Rotation (rad) and translation (m) of the left perturbation that takes `expected` to `actual`.
+inline Eigen::Matrix<double, 6, 1> LeftError(const Rigid3& actual, const Rigid3& expected) {
+  const Eigen::AngleAxisd rotation(actual.rotation * expected.rotation.conjugate());
+  Eigen::Matrix<double, 6, 1> error;
+  error.head<3>() = rotation.angle() * rotation.axis();
+  error.tail<3>() = actual.translation - rotation.toRotationMatrix() * expected.translation;
+  return error;
+}
+
 }  // namespace nightmap

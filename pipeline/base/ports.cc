@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <sstream>
 #include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
 #include "pipeline/base/plain_file.h"
 
 namespace nightmap {
@@ -26,6 +29,24 @@ std::pair<std::string, fs::path> SplitPort(const std::string& text, const std::s
     throw UsageError("{} {}: write NAME=PATH", flag, text);
   }
   return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+// Before reading: an output given here by mistake may be larger than the memory.
+void CheckInListFile(const fs::path& file, const std::string& text) {
+  constexpr std::uintmax_t kMaxSize_bytes = 64 << 20;  // half a million paths
+  if (!fs::exists(file)) {
+    throw DataError("--in-list {}: the file does not exist; make it or correct the path", text);
+  }
+  if (const std::string why = WhyNotPlain(file); !why.empty()) {
+    throw UsageError("--in-list {}: {}, a file with one path per line is needed", text, why);
+  }
+  if (fs::file_size(file) <= kMaxSize_bytes) return;
+  throw DataError(
+      "{}: {} bytes are too many for a list of inputs, {} are allowed; give --in-list "
+      "a file with one path per line",
+      file.string(),
+      fs::file_size(file),
+      kMaxSize_bytes);
 }
 
 void CheckInput(const fs::path& path, const PortSpec& port) {
@@ -77,6 +98,23 @@ PortPaths AssignPorts(const std::vector<std::string>& texts,
     }
   }
   return paths;
+}
+
+InList ReadInList(const std::string& text) {
+  const auto [name, file] = SplitPort(text, "--in-list");
+  CheckInListFile(file, text);
+  InList list{file, {}};
+  std::istringstream lines(ReadFile(file));
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line.find('\0') != std::string::npos) {
+      throw DataError("{}:{}: a path is needed in each line, this one {}; correct the list",
+                      file.string(),
+                      list.inputs.size() + 1,
+                      line.empty() ? "is empty" : "holds a NUL");
+    }
+    list.inputs.push_back(name + "=" + line);
+  }
+  return list;
 }
 
 void CheckInputs(const PortPaths& inputs, const std::vector<PortSpec>& ports) {

@@ -37,6 +37,17 @@ PortPaths AssignPorts(const std::vector<std::string>& texts,
                       const std::vector<PortSpec>& ports,
                       const std::string& flag);
 
+// The inputs that a text NAME=FILE after --in-list stands for.
+struct InList {
+  std::filesystem::path file;
+  std::vector<std::string> inputs;  // NAME=PATH for each line of the file, in order
+};
+
+// A command line is too short for thousands of inputs, so a file has their paths, one per line.
+// Throws UsageError when the text is not NAME=FILE or FILE is no plain file, DataError naming the
+// line when one is empty or holds a NUL, and when FILE is not there or is larger than 64 MiB.
+InList ReadInList(const std::string& text);
+
 // Throws DataError when an input does not exist, UsageError when it is no file where one is needed
 // (a FIFO, say, which a reader would wait for), or no folder.
 void CheckInputs(const PortPaths& inputs, const std::vector<PortSpec>& ports);

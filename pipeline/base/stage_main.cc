@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <ctime>
 #include <iostream>
+#include <iterator>
 #include <stdexcept>
 #include <thread>
 
@@ -24,8 +25,10 @@ using nlohmann::json;
 
 struct CommandLine {
   fs::path config;
-  std::vector<std::string> inputs;   // NAME=PATH
-  std::vector<std::string> outputs;  // NAME=PATH
+  std::vector<std::string> inputs;    // NAME=PATH, at last also those of the lists
+  std::vector<std::string> in_lists;  // NAME=FILE
+  std::vector<std::string> outputs;   // NAME=PATH
+  std::vector<fs::path> in_list_files;
   int num_threads = 0;
   std::string log_level = "info";
   bool version = false;
@@ -46,6 +49,8 @@ std::string Footer(const StageSpec& spec, const OptionList& options) {
 void DefineCommandLine(CLI::App& app, CommandLine* line) {
   app.add_option("--config", line->config, "TOML file; options not named keep their default");
   app.add_option("--in", line->inputs, "NAME=PATH of an input")->take_all();
+  app.add_option("--in-list", line->in_lists, "NAME=FILE: --in NAME=PATH for each line of FILE")
+      ->take_all();
   app.add_option("--out", line->outputs, "NAME=PATH of an output")->take_all();
   app.add_option("--threads", line->num_threads, "0: one a core; never changes a result")
       ->check(CLI::Range(0, 1024));
@@ -54,6 +59,14 @@ void DefineCommandLine(CLI::App& app, CommandLine* line) {
   app.add_flag("--version", line->version, "print the version and exit");
   app.add_flag("--print-config", line->print_config, "print the effective config and exit");
   app.add_flag("--check-config", line->check_config, "check the config file and exit");
+}
+
+void ExpandInLists(CommandLine* line) {
+  for (const std::string& text : line->in_lists) {
+    InList list = ReadInList(text);
+    std::ranges::move(list.inputs, std::back_inserter(line->inputs));
+    line->in_list_files.push_back(std::move(list.file));
+  }
 }
 
 std::string UtcNow() {
@@ -115,6 +128,7 @@ class StageRun {
   void Execute(const std::function<void(StageContext&)>& body) {
     StageContext context = MakeContext();
     if (!line_.config.empty()) context.files_.AddRead(line_.config, "--config");
+    for (const fs::path& file : line_.in_list_files) context.files_.AddRead(file, "--in-list");
     spdlog::info("nightmap {} {} build, {} threads",
                  NIGHTMAP_VERSION,
                  NIGHTMAP_BUILD_TYPE,
@@ -252,6 +266,7 @@ int RunStage(int argc,
     }
     if (!line.config.empty()) options.ParseToml(ReadFile(line.config), line.config.string());
     if (HandleQueries(spec, line, options)) return 0;
+    ExpandInLists(&line);
     StageRun(spec, options, line).Execute(body);
     return 0;
   } catch (const CLI::CallForHelp&) {

@@ -6,7 +6,12 @@
 // a plain file, or of nothing yet, and neither an input nor another output. A symbolic link in the
 // place of an output is replaced; the file that it points at stays as it is.
 //
-//   <stage> --config FILE --in NAME=PATH ... --out NAME=PATH ... [--threads N] [--log-level L]
+// --in-list NAME=FILE stands for --in NAME=PATH with each line of FILE in turn, after the paths
+// that
+// --in gives to NAME. The inputs are in the receipt; the list is not.
+//
+//   <stage> --config FILE --in NAME=PATH ... --in-list NAME=FILE ... --out NAME=PATH ...
+//           [--threads N] [--log-level L]
 //   <stage> --help | --version | --print-config [--config FILE] | --check-config --config FILE
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// matches/shard_NNNN.h5 and matches/loops.h5: geometrically verified pairs of frames.
+// matches/shard_NNNN.h5 and loops/loops.h5: geometrically verified pairs of frames.
 #pragma once
 
 #include <Eigen/Core>

@@ -39,9 +39,9 @@ void ReadReport(const std::filesystem::path& path, const Use& use) {
 }  // namespace
 
 TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
-                            const std::vector<std::filesystem::path>& reports,
-                            int keyframe_stride) {
-  TileResults results;
+                            const std::vector<std::filesystem::path>& reports) {
+  TileResults results{TileConfig(reports), 0, {}, {}};
+  const int keyframe_stride = results.config.Integer("keyframe_stride", Range(1, 1000));
   std::set<int> keyframes;
   for (const auto& path : tiles) {
     for (const Keyframe& keyframe : ReadTile(path).keyframes) {
@@ -65,7 +65,6 @@ TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
 
 TileResults CheckTileParts(const StageContext& context,
                            const std::string& part,
-                           int keyframe_stride,
                            double max_failed_ratio) {
   const auto& tiles = context.Inputs("tile");
   const auto& reports = context.Inputs("tile_report");
@@ -77,7 +76,7 @@ TileResults CheckTileParts(const StageContext& context,
                      reports.size(),
                      tiles.size());
   }
-  const TileResults results = ReadTileResults(tiles, reports, keyframe_stride);
+  const TileResults results = ReadTileResults(tiles, reports);
   results.skipped.Check(results.num_keyframes, max_failed_ratio);
   return results;
 }

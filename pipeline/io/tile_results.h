@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the runs of a stage on single tiles left, for the run that joins them.
+// What the runs of a stage on single tiles left, for the stage that joins them.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +8,12 @@
 #include <vector>
 
 #include "pipeline/base/stage_main.h"
+#include "pipeline/io/tile_config.h"
 
 namespace nightmap {
 
 struct TileResults {
+  TileConfig config;
   std::size_t num_keyframes = 0;  // of all tiles, each counted once
   // Those that could not be read. Every tile that lists one skips it for the same reason; it is
   // counted once.
@@ -19,18 +21,16 @@ struct TileResults {
   std::string first_depth_path;
 };
 
-// From the lists of the tiles, of which every keyframe_stride-th keyframe was used, and the reports
-// of their runs. Throws DataError naming the file.
+// From the lists of the tiles, of which the keyframes that keyframe_stride of the tiles' config
+// takes were used, and the reports of their runs, at least one. Throws DataError naming the file.
 TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
-                            const std::vector<std::filesystem::path>& reports,
-                            int keyframe_stride);
+                            const std::vector<std::filesystem::path>& reports);
 
 // The same of a stage that joins its inputs `part`, one for each of its inputs tile and
 // tile_report. Throws also UsageError when there are not as many of each, DataError when more than
 // max_failed_ratio of the keyframes could not be read.
 TileResults CheckTileParts(const StageContext& context,
                            const std::string& part,
-                           int keyframe_stride,
                            double max_failed_ratio);
 
 // Of a count that every report has, the sum. Throws DataError naming the file without it.

@@ -7,18 +7,6 @@
 
 namespace nightmap {
 
-FramePair MakePair(int frame_a, int frame_b) {
-  FramePair pair;
-  pair.frame_a = frame_a;
-  pair.frame_b = frame_b;
-  return pair;
-}
-
-void SortPairs(std::vector<FramePair>* pairs) {
-  std::ranges::sort(
-      *pairs, {}, [](const FramePair& pair) { return std::pair(pair.frame_b, pair.frame_a); });
-}
-
 NeighbourPairs::NeighbourPairs(const FeaturesShard& features, int first_frame_idx)
     : features_(features), first_frame_idx_(first_frame_idx) {
   for (const FrameFeatures& frame : features.frames) {

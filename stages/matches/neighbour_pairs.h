@@ -4,14 +4,9 @@
 
 #include <vector>
 
-#include "pipeline/io/matches_io.h"
+#include "pipeline/vision/verify_pairs.h"
 
 namespace nightmap {
-
-FramePair MakePair(int frame_a, int frame_b);
-
-// Ascending by (b, a).
-void SortPairs(std::vector<FramePair>* pairs);
 
 class NeighbourPairs {
  public:

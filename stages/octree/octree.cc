@@ -155,10 +155,6 @@ void OctreeOptions::Register(OptionList& list) {
   list.Add("probability_miss", &probability_miss, Range(0.001, 0.499), "of occupied, given a pass");
   list.Add("probability_min", &probability_min, Range(0.0001, 0.499), "lower clamp");
   list.Add("probability_max", &probability_max, Range(0.501, 0.9999), "upper clamp");
-  list.Add("max_failed_ratio",
-           &max_failed_ratio,
-           Range(0.0, 1.0),
-           "share of unreadable keyframes above which the stage fails");
 }
 
 OctreeResult RunOctree(const OctreeOptions& options,

@@ -30,7 +30,6 @@ struct OctreeOptions {
   double probability_miss = 0.4;
   double probability_min = 0.12;
   double probability_max = 0.97;
-  double max_failed_ratio = 0.05;
 
   void Register(OptionList& list);
 };

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "pipeline/base/error.h"
-#include "pipeline/io/tile_results.h"
 
 namespace nightmap {
 namespace {
@@ -31,17 +30,6 @@ void CheckTile(const OctreeOptions& options, const MapRegion& region) {
         edge_m,
         SupportReach_m(options));
   }
-}
-
-void CheckOccupied(const VoxelCounts& counts, const TileResults& results) {
-  if (counts.num_occupied > 0) return;
-  throw DataError(
-      "{}: nothing is occupied after this and all {} keyframes ({} unreadable); check "
-      "depth_units_per_m of the site's cameras, raise octree.max_range_m, or set "
-      "octree.require_cloud_support = false",
-      results.first_depth_path,
-      results.num_keyframes,
-      results.skipped.Count());
 }
 
 }  // namespace
@@ -83,11 +71,6 @@ OctreeResult RunOctreeTile(const OctreeOptions& options,
 }
 
 void MapOctreeTile(const OctreeOptions& options, StageContext& context) {
-  if (context.Inputs("tile").size() != 1 || !context.HasInput("cameras") ||
-      !context.HasInput("data")) {
-    throw UsageError(
-        "--out tile_ot needs one --in tile=PATH, --in cameras=PATH and --in data=PATH");
-  }
   context.BeginPart("open");
   const KeyframeSource source = OpenTile(context.Input("tile"),
                                          context.Input("cameras"),
@@ -107,20 +90,6 @@ void MapOctreeTile(const OctreeOptions& options, StageContext& context) {
   context.Report()["num_keyframes_listed"] = source.keyframes.size();
   context.Report()["num_rays"] = result.num_rays;
   context.Report()["num_unsupported"] = result.num_unsupported;
-}
-
-void JoinOctreeTiles(const OctreeOptions& options, StageContext& context) {
-  const TileResults results =
-      CheckTileParts(context, "tile_ot", options.keyframe_stride, options.max_failed_ratio);
-  const VoxelCounts counts =
-      MergeOctrees(context.Inputs("tile_ot"), context.Output("ot"), context.Output("bt"));
-  CheckOccupied(counts, results);
-  RemoveOtherTiles(std::filesystem::absolute(context.FinalPath("ot")).parent_path(),
-                   context.Inputs("tile"));
-  context.Report()["num_tiles"] = context.Inputs("tile").size();
-  context.Report()["num_keyframes"] = results.num_keyframes;
-  context.Report()["num_occupied_voxels"] = counts.num_occupied;
-  context.Report()["num_free_voxels"] = counts.num_free;
 }
 
 }  // namespace nightmap

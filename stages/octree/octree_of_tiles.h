@@ -32,9 +32,4 @@ OctreeResult RunOctreeTile(const OctreeOptions& options,
 // From the inputs tile, cameras, data and cloud to the output tile_ot.
 void MapOctreeTile(const OctreeOptions& options, StageContext& context);
 
-// From the inputs tile, tile_ot and tile_report, of the same tiles, to the outputs ot and bt.
-// Throws DataError when nothing is occupied in any tile, or more than max_failed_ratio of the
-// keyframes could not be read.
-void JoinOctreeTiles(const OctreeOptions& options, StageContext& context);
-
 }  // namespace nightmap

@@ -2,10 +2,10 @@
 #include "stages/point_cloud/point_cloud.h"
 
 #include <algorithm>
-#include <tuple>
 
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/voxel_key.h"
+#include "pipeline/io/cloud_order.h"
 #include "stages/point_cloud/consistency.h"
 #include "stages/point_cloud/fuse_depth.h"
 #include "stages/point_cloud/surface.h"
@@ -152,11 +152,6 @@ void PointCloudOptions::Register(OptionList& list) {
   list.Add("project_to_surface",
            &project_to_surface,
            "moves points onto the plane of their neighbourhood");
-  list.Add("export_pcd", &export_pcd, "also writes cloud.pcd, for PCL");
-  list.Add("max_failed_ratio",
-           &max_failed_ratio,
-           Range(0.0, 1.0),
-           "share of unreadable keyframes above which the stage fails");
 }
 
 PointCloudResult RunPointCloud(const PointCloudOptions& options,
@@ -182,15 +177,6 @@ PointCloudResult RunPointCloud(const PointCloudOptions& options,
   result.held_out = TestRays(fused.rays, cloud, options.voxel_size_m, num_threads);
   result.points = ToCloud(cloud, options.voxel_size_m, source.region.inside);
   return result;
-}
-
-bool ByVoxel(const CloudPoint& a, const CloudPoint& b, double voxel_size_m) {
-  const auto key = [voxel_size_m](const CloudPoint& point) {
-    const Eigen::Vector3f& p = point.position_in_map;
-    const VoxelKey voxel = VoxelOf(p.cast<double>(), voxel_size_m);
-    return std::tuple(PackVoxel(voxel), p.x(), p.y(), p.z());
-  };
-  return key(a) < key(b);
 }
 
 }  // namespace nightmap

@@ -27,8 +27,6 @@ struct PointCloudOptions {
   int outlier_min_neighbors = 12;
   double surface_radius_m = 0.08;
   bool project_to_surface = true;
-  bool export_pcd = false;
-  double max_failed_ratio = 0.05;
 
   void Register(OptionList& list);
 };
@@ -59,8 +57,5 @@ PointCloudResult RunPointCloud(const PointCloudOptions& options,
                                const KeyframeSource& source,
                                Progress& progress,
                                int num_threads);
-
-// The order of a cloud's points: by voxel, then by position.
-bool ByVoxel(const CloudPoint& a, const CloudPoint& b, double voxel_size_m);
 
 }  // namespace nightmap

@@ -3,8 +3,6 @@
 
 #include <string>
 
-#include "pipeline/io/tile_results.h"
-
 namespace nightmap {
 
 void ReportTile(const PointCloudResult& result, StageContext& context) {
@@ -21,17 +19,6 @@ void ReportTile(const PointCloudResult& result, StageContext& context) {
     report["plane_thickness_median_m"] = result.plane_thickness_median_m;
     report["plane_thickness_p90_m"] = result.plane_thickness_p90_m;
   }
-}
-
-void ReportHeldOutRays(const std::vector<std::filesystem::path>& tile_reports,
-                       StageContext& context) {
-  const std::size_t num_rays = SumOfReports(tile_reports, "num_held_out_rays");
-  const auto report = [&](const char* name, const char* count) {
-    const auto num_such = static_cast<double>(SumOfReports(tile_reports, count));
-    if (num_rays > 0) context.Report()[name] = 100 * num_such / static_cast<double>(num_rays);
-  };
-  report("held_out_rays_agreeing_percent", "num_held_out_rays_agreeing");
-  report("held_out_rays_blocked_percent", "num_held_out_rays_blocked");
 }
 
 }  // namespace nightmap

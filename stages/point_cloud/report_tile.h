@@ -2,9 +2,6 @@
 // Counts and quality figures of a cloud, for the morning.
 #pragma once
 
-#include <filesystem>
-#include <vector>
-
 #include "pipeline/base/stage_main.h"
 #include "stages/point_cloud/point_cloud.h"
 
@@ -12,10 +9,5 @@ namespace nightmap {
 
 // Of one tile. Figures of what was not measured are left out.
 void ReportTile(const PointCloudResult& result, StageContext& context);
-
-// Shares of the held-out rays over all tiles, whose reports have the counts. Throws DataError
-// naming the report without them.
-void ReportHeldOutRays(const std::vector<std::filesystem::path>& tile_reports,
-                       StageContext& context);
 
 }  // namespace nightmap

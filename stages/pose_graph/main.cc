@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
        FolderPort("data", "folder the paths in the frames files are relative to"),
        {"features", "shard_NNNN.h5 of the features stage", Arity::kMany},
        {"odometry", "shard_NNNN.h5 of the odometry stage", Arity::kMany},
-       {"loops", "loops.h5 of the matches stage"},
+       {"loops", "loops.h5 of the loops stage"},
        {"accelerometer", "accelerometer.csv of the frames stage", Arity::kOptional}},
       {{"graph", "graph.g2o: keyframes and edges", Arity::kOptional},
        {"trajectory", "trajectory.tum: map_from_camera of every frame"},

@@ -74,6 +74,7 @@ TEST_F(StageMainTest, HelpNamesEveryPortAndOptionWithRangeAndDefault) {
                            "10",
                            "3",
                            "--threads",
+                           "--in-list",
                            "--print-config",
                            "report",
                            "receipt"}) {
@@ -293,6 +294,62 @@ TEST_F(StageMainTest, ARepeatedInputKeepsItsOrderAndAnOptionalOneMayBeMissing) {
       });
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(ReadFile(folder_ / "out"), "hello again");
+}
+
+TEST_F(StageMainTest, AListOfInputsCountsAsItsLinesInOrder) {
+  spec_.inputs = {{"in", "files", Arity::kMany}, {"extra", "files", Arity::kAnyNumber}};
+  const auto b = folder_.Write("b=b c.txt", "b");
+  const auto a = folder_.Write("a.txt", "a");
+  const auto list = folder_.Write("list", b.string() + "\n" + a.string());  // and no newline
+  const auto none = folder_.Write("none", "");
+  const Result run =
+      Main(With({"--in-list", "in=" + list.string(), "--in-list", "extra=" + none.string()}),
+           [](const Options&, StageContext& context) {
+             EXPECT_FALSE(context.HasInput("extra"));
+             std::string all;
+             for (const auto& path : context.Inputs("in")) all += ReadFile(path);
+             WriteFile(context.Output("out"), all);
+           });
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(ReadFile(folder_ / "out"), "helloba");
+  std::vector<std::string> paths;
+  const auto receipt = nlohmann::json::parse(ReadFile(folder_ / "receipt"));
+  for (const auto& input : receipt["inputs"]) {
+    EXPECT_EQ(input["name"], "in");
+    paths.push_back(input["path"]);
+  }
+  EXPECT_THAT(paths, testing::ElementsAre(input_.string(), b.string(), a.string()));
+}
+
+TEST_F(StageMainTest, AListOfInputsThatIsNoneIsRefused) {
+  spec_.inputs = {{"in", "files", Arity::kMany}};
+  const std::string path = input_.string();
+  const auto huge = folder_.Write("huge", path);
+  std::filesystem::resize_file(huge, (64 << 20) + 1);
+  const std::vector<std::tuple<std::string, int, std::string>> cases = {
+      {"in=" + folder_.Write("gap", path + "\n\n" + path).string(), 1, "gap:2: a path is needed"},
+      {"in=" + folder_.Write("nul", path + '\0').string(), 1, "nul:1: a path is needed"},
+      {"in=" + folder_.Write("lost", path + "\n/no/such").string(), 1, "/no/such: input 'in'"},
+      {"in=" + huge.string(), 1, "too many"},
+      {"in=" + (folder_ / "absent").string(), 1, "absent: the file does not exist"},
+      {"in=" + folder_.Path().string(), 2, "is a folder"},
+      {"other=" + folder_.Write("good", path).string(), 2, "no such name"},
+      {"good", 2, "NAME=PATH"}};
+  for (const auto& [text, code, message] : cases) {
+    const Result run = Main(With({"--in-list", text}));
+    EXPECT_EQ(run.code, code) << message;
+    EXPECT_THAT(run.err, testing::HasSubstr(message));
+    ExpectNothingWritten();
+  }
+}
+
+TEST_F(StageMainTest, AListOfInputsIsNotOverwritten) {
+  const auto list = folder_.Write("report", input_.string() + "\n");
+  std::vector<std::string> arguments = Ports();
+  arguments[0] = "--in-list";
+  arguments[1] = "in=" + list.string();
+  EXPECT_EQ(Main(arguments).code, 2);
+  EXPECT_EQ(ReadFile(list), input_.string() + "\n");
 }
 
 // A mistake in a stage, not of its user.

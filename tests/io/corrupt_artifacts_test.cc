@@ -195,9 +195,11 @@ TEST_F(CorruptArtifactsTest, Tiles) {
 
 TEST_F(CorruptArtifactsTest, TileReports) {
   const auto tile = folder_.Write("tile_0_0.json", SomeTile());
-  const std::string report = "{\"num_points\": 12, \"skipped\": [\"a.png: truncated\", \"b\"]}\n";
+  const std::string report =
+      "{\"config\": \"keyframe_stride = 1\\n\", \"num_points\": 12, "
+      "\"skipped\": [\"a.png: truncated\", \"b\"]}\n";
   ExpectText("report_0_0.json", report, [&](const Path& path) {
-    ReadTileResults({tile}, {path}, 1);
+    ReadTileResults({tile}, {path});
     SumOfReports({path}, "num_points");
   });
 }
@@ -244,15 +246,17 @@ TEST_F(CorruptArtifactsTest, DeeplyNestedJson) {
   const auto csv = folder_.Write("a.csv", "x_m,y_m,heading_rad,distance_m,leg_idx\n0,0,0,0,0\n");
   for (const std::string field :
        {"format", "version", "cameras", "floors", "keyframes", "config", "skipped"}) {
-    const std::string text = R"({"format": "nightmap floors", ")" + field + "\": " + deep + "}";
+    const std::string config = field == "config" ? "" : R"("config": "keyframe_stride = 1", )";
+    const std::string text =
+        R"({"format": "nightmap floors", )" + config + "\"" + field + "\": " + deep + "}";
     const auto path = folder_.Write("deep.json", text);
     EXPECT_THROW(ReadFloors(path), DataError);
     EXPECT_THROW(ReadTile(path), DataError);
     EXPECT_THROW(ReadCameras(path), DataError);
     EXPECT_THROW(ReadPlannedPath(csv, path), DataError);
     EXPECT_THROW(SumOfReports({path}, field), DataError);
-    if (field == "skipped") {
-      EXPECT_THROW(ReadTileResults({tile}, {path}, 1), DataError);
+    if (field == "skipped" || field == "config") {
+      EXPECT_THROW(ReadTileResults({tile}, {path}), DataError);
     }
   }
 }

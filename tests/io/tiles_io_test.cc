@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <nlohmann/json.hpp>
+
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/base/random.h"
@@ -36,6 +38,14 @@ class TilesIoTest : public testing::Test {
       EXPECT_THAT(error.what(), testing::HasSubstr(part));
       EXPECT_THAT(error.what(), testing::HasSubstr(path_.string()));
     }
+  }
+
+  static constexpr const char* kConfig = "keyframe_stride = 1\n";
+
+  // The report of a tile made with a config; `more` has other fields.
+  static std::string Report(const std::string& config, const std::string& more = {}) {
+    return "{\"config\": " + nlohmann::json(config).dump() + (more.empty() ? "" : ", ") + more +
+           "}";
   }
 
   static Tile SomeTile() {
@@ -114,18 +124,66 @@ TEST_F(TilesIoTest, ResultsCountKeyframesAndReasonsOnce) {
   tile.keyframes.erase(tile.keyframes.begin(), tile.keyframes.begin() + 5);
   tile.keyframes.back().keyframe_idx = 1000;
   WriteFile(folder_ / "b.json", TileToJson(tile));
-  WriteFile(folder_ / "1.json", R"({"skipped": ["x: truncated", "y: truncated"]})");
-  WriteFile(folder_ / "2.json", R"({"skipped": ["x: truncated"]})");
-  WriteFile(folder_ / "3.json", R"({"num_skipped": 0})");
+  WriteFile(folder_ / "1.json", Report(kConfig, R"("skipped": ["x: truncated", "y: truncated"])"));
+  WriteFile(folder_ / "2.json", Report(kConfig, R"("skipped": ["x: truncated"])"));
+  WriteFile(folder_ / "3.json", Report(kConfig));
   const std::vector<std::filesystem::path> tiles = {folder_ / "a.json", folder_ / "b.json"};
   const auto results =
-      ReadTileResults(tiles, {folder_ / "1.json", folder_ / "2.json", folder_ / "3.json"}, 1);
+      ReadTileResults(tiles, {folder_ / "1.json", folder_ / "2.json", folder_ / "3.json"});
   EXPECT_EQ(results.num_keyframes, 21U);
   EXPECT_EQ(results.skipped.Count(), 2U);
   EXPECT_EQ(results.first_depth_path, "d.png");
-  EXPECT_EQ(ReadTileResults(tiles, {}, 6).num_keyframes, 10U);  // of 0, 3 ... 57 those of 0, 6 ...
+  WriteFile(folder_ / "1.json", Report("keyframe_stride = 6\n"));
+  // Of 0, 3 ... 57 those of 0, 6 ...
+  EXPECT_EQ(ReadTileResults(tiles, {folder_ / "1.json"}).num_keyframes, 10U);
   WriteFile(folder_ / "2.json", R"({"skipped": ["x: trun)");
-  EXPECT_THROW(ReadTileResults(tiles, {folder_ / "2.json"}, 1), DataError);
+  EXPECT_THROW(ReadTileResults(tiles, {folder_ / "2.json"}), DataError);
+}
+
+TEST_F(TilesIoTest, TheConfigOfTilesIsThatOfTheirReports) {
+  WriteFile(folder_ / "1.json", Report("voxel_size_m = 0.03\nkeyframe_stride = 2\n"));
+  WriteFile(folder_ / "2.json", Report("voxel_size_m = 0.03\nkeyframe_stride = 2\n"));
+  const TileConfig config({folder_ / "1.json", folder_ / "2.json"});
+  EXPECT_EQ(config.Number("voxel_size_m", Range(0.002, 1)), 0.03);
+  EXPECT_EQ(config.Integer("keyframe_stride", Range(1, 1000)), 2);
+  EXPECT_THROW(config.Number("voxel_size_m", Range(0.04, 1)), DataError);
+  EXPECT_THROW(config.Number("max_depth_m", Range(0, 100)), DataError);
+  EXPECT_THROW(config.Integer("voxel_size_m", Range(0, 1)), DataError);
+}
+
+TEST_F(TilesIoTest, TilesOfDifferentConfigsAreRefused) {
+  const std::vector<std::filesystem::path> reports = {folder_ / "1.json", folder_ / "2.json"};
+  WriteFile(reports[0], Report(kConfig));
+  for (const std::string& other :
+       {Report("keyframe_stride = 2\n"), std::string(R"({"num_skipped": 0})"), std::string("{")}) {
+    WriteFile(reports[1], other);
+    try {
+      const TileConfig config(reports);
+      FAIL() << "no error: " << other;
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr(reports[1].string()));
+      EXPECT_THAT(error.what(), testing::HasSubstr("run make"));
+    }
+  }
+}
+
+TEST_F(TilesIoTest, AConfigThatHasNoSuchNumberIsRefused) {
+  for (const char* damaged : {"",
+                              "keyframe_stride =",
+                              "keyframe_stride = \"1\"\n",
+                              "keyframe_stride = 1.5\n",
+                              "keyframe_stride = nan\n",
+                              "keyframe_stride = 0\n",
+                              "keyframe_stride = 3000000000\n"}) {
+    WriteFile(folder_ / "1.json", Report(damaged));
+    try {
+      TileConfig({folder_ / "1.json"}).Integer("keyframe_stride", Range(1, 1000));
+      FAIL() << "no error: " << damaged;
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr((folder_ / "1.json").string()));
+      EXPECT_THAT(error.what(), testing::HasSubstr("keyframe_stride"));
+    }
+  }
 }
 
 TEST_F(TilesIoTest, CountsOfReportsAreAddedAndMustBeThere) {

@@ -8,7 +8,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/geometry/voxel_key.h"
-#include "stages/point_cloud/join_tiles.h"
+#include "stages/join_clouds/join_clouds.h"
 #include "tests/stages/point_cloud/box_room.h"
 
 namespace nightmap {
@@ -157,7 +157,7 @@ class CloudOfTiles : public testing::Test {
       WritePly(paths.back(), tile.points);
     }
     std::vector<CloudPoint> joined;
-    JoinClouds(paths, voxel_size_m, [&](const CloudPoint& point) { joined.push_back(point); });
+    MergeClouds(paths, voxel_size_m, [&](const CloudPoint& point) { joined.push_back(point); });
     return joined;
   }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/matches/direct_index.h"
+#include "stages/loops/same_node_matcher.h"
 
 #include <algorithm>
 #include <limits>
@@ -40,7 +40,9 @@ struct Best {
 
 }  // namespace
 
-DirectIndex::DirectIndex(const Vocabulary& vocabulary, const FeaturesShard& features, int level)
+SameNodeMatcher::SameNodeMatcher(const Vocabulary& vocabulary,
+                                 const FeaturesShard& features,
+                                 int level)
     : features_(features) {
   const std::vector<int> ancestors = Ancestors(vocabulary.tree, level);
   for (const std::vector<int>& words : vocabulary.inverted_file.Words()) {
@@ -52,7 +54,7 @@ DirectIndex::DirectIndex(const Vocabulary& vocabulary, const FeaturesShard& feat
   }
 }
 
-std::vector<FeatureMatch> DirectIndex::Match(int frame_a, int frame_b, double max_ratio) const {
+std::vector<FeatureMatch> SameNodeMatcher::Match(int frame_a, int frame_b, double max_ratio) const {
   const FrameFeatures& a = features_.frames[static_cast<std::size_t>(frame_a)];
   const FrameFeatures& b = features_.frames[static_cast<std::size_t>(frame_b)];
   const auto size = static_cast<std::size_t>(features_.descriptor_size);

@@ -12,11 +12,11 @@
 
 namespace nightmap {
 
-class DirectIndex {
+class SameNodeMatcher {
  public:
   // `level` of the tree below the root: 1 compares most, the depth of the tree least. The features
-  // must be those of the vocabulary's frames and outlive the index.
-  DirectIndex(const Vocabulary& vocabulary, const FeaturesShard& features, int level);
+  // must be those of the vocabulary's frames and outlive the matcher.
+  SameNodeMatcher(const Vocabulary& vocabulary, const FeaturesShard& features, int level);
 
   // Mutually nearest features of two frames that pass Lowe's ratio test among those that share the
   // node (a feature alone with its match passes). Frames by position in the features. Sorted by a.

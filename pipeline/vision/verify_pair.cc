@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/matches/verify_pair.h"
+#include "pipeline/vision/verify_pair.h"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>

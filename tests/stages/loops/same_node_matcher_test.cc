@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/matches/direct_index.h"
+#include "stages/loops/same_node_matcher.h"
 
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
@@ -7,7 +7,7 @@
 namespace nightmap {
 namespace {
 
-TEST(DirectIndex, FindsTheCommonPointsAtEveryLevel) {
+TEST(SameNodeMatcher, FindsTheCommonPointsAtEveryLevel) {
   const LandmarkScene scene = MakeLandmarkScene();
   const Vocabulary vocabulary = MakeSceneVocabulary(scene);
   std::size_t num_common = 0;
@@ -16,7 +16,7 @@ TEST(DirectIndex, FindsTheCommonPointsAtEveryLevel) {
   }
   // Equal descriptors have equal words: nothing can be missed, and nothing wrong is nearest.
   for (const int level : {1, 2, 5}) {
-    const auto matches = DirectIndex(vocabulary, scene.features, level).Match(2, 4, 0.8);
+    const auto matches = SameNodeMatcher(vocabulary, scene.features, level).Match(2, 4, 0.8);
     EXPECT_EQ(matches.size(), num_common) << level;
     for (const FeatureMatch& match : matches) {
       EXPECT_EQ(scene.frame_points[2][static_cast<std::size_t>(match.a)],
@@ -26,14 +26,14 @@ TEST(DirectIndex, FindsTheCommonPointsAtEveryLevel) {
   }
 }
 
-TEST(DirectIndex, HasNothingForATrackedFrame) {
+TEST(SameNodeMatcher, HasNothingForATrackedFrame) {
   LandmarkScene scene = MakeLandmarkScene();
   TrackFrom(3, 4, &scene);
   const Vocabulary vocabulary = MakeSceneVocabulary(scene);
-  const DirectIndex index(vocabulary, scene.features, 2);
-  EXPECT_TRUE(index.Match(2, 4, 0.8).empty());
-  EXPECT_TRUE(index.Match(4, 2, 0.8).empty());
-  EXPECT_FALSE(index.Match(2, 3, 0.8).empty());
+  const SameNodeMatcher matcher(vocabulary, scene.features, 2);
+  EXPECT_TRUE(matcher.Match(2, 4, 0.8).empty());
+  EXPECT_TRUE(matcher.Match(4, 2, 0.8).empty());
+  EXPECT_FALSE(matcher.Match(2, 3, 0.8).empty());
 }
 
 }  // namespace

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// join_octrees: one octree of the building from the octrees of its tiles.
+#pragma once
+
+#include "pipeline/base/options.h"
+#include "pipeline/base/stage_context.h"
+
+namespace nightmap {
+
+struct JoinOctreesOptions {
+  double max_failed_ratio = 0.05;
+
+  void Register(OptionList& list);
+};
+
+// From the inputs tile, tile_ot and tile_report, of the same tiles, to the outputs ot and bt.
+// Removes from the folder of ot what is of other tiles. The stride of the keyframes is that of the
+// config in the tiles' reports. Throws DataError when the tiles were made with different configs,
+// when nothing is occupied in any tile, or when more than max_failed_ratio of the keyframes could
+// not be read.
+void RunJoinOctrees(const JoinOctreesOptions& options, StageContext& context);
+
+}  // namespace nightmap

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// loops: verified pairs of frames that look alike, however far apart in time.
+#pragma once
+
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/base/progress.h"
+#include "pipeline/vision/verify_pairs.h"
+#include "pipeline/vision/vocabulary_io.h"
+
+namespace nightmap {
+
+struct LoopsOptions {
+  double max_ratio = 0.85;
+  double max_error_px = 3.0;
+  double max_depth_error = 0.1;
+  int stride = 1;
+  int num_candidates = 4;
+  int min_gap = 20;
+  int min_inliers = 30;
+  int min_quick_inliers = 10;
+  double min_spread = 0.05;
+  double max_sigma_m = 0.03;
+  int max_ransac_iterations = 2000;
+  int seed = 0;
+
+  void Register(OptionList& list);
+};
+
+// Loop candidates of every stride-th described frame among those at least min_gap before it: the
+// best num_candidates of the inverted file, each verified. Returns accepted and rejected ones,
+// sorted by (b, a). Deterministic at any number of threads: each pair draws from its own random
+// stream. Throws DataError when the vocabulary is not of these frames' features.
+std::vector<FramePair> RunLoops(const LoopsOptions& options,
+                                const FramesWithFeatures& input,
+                                const Vocabulary& vocabulary,
+                                int num_threads,
+                                Progress& progress);
+
+}  // namespace nightmap
