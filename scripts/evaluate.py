@@ -154,7 +154,7 @@ def evaluate_loops(site_dir, frames, max_gap_ns):
     rows = read_loops(site_dir / "pose_graph" / "loops.csv")
     figures = loop_counts(rows)
     truth_path = site_dir / "frames" / "ground_truth.tum"
-    measured = site_dir / "matches" / "loops.h5"
+    measured = site_dir / "loops" / "loops.h5"
     if truth_path.exists() and measured.exists():
         truth = read_truth(truth_path)
         pairs = associate(frames.times_ns, truth.times_ns, max_gap_ns)

@@ -26,7 +26,7 @@ def read_loops(path):
 
 
 def read_relative_poses(path):
-    """(frame_a, frame_b) -> measured (rotation, translation) of b_from_a, of matches/loops.h5."""
+    """(frame_a, frame_b) -> measured (rotation, translation) of b_from_a, of loops/loops.h5."""
     frames, poses = read_hdf5(path, "frame", "b_from_a")
     with using(path):
         rotations = rotation_matrices(poses[:, 3:])

@@ -56,6 +56,7 @@ class RulesFile:
         goals = [self._goal(goal) for goal in self.graph.pipeline.goals()]
         goals += [f".PHONY: {list_goal(job)}\n{list_goal(job)}: {self.graph.path_of(job, next(iter(job.outputs)))}\n\t$(DONE)\n"
                   for job in self.graph.jobs.values() if job.lists]  # fmt: skip
+        rules += self._floor_files()
         lists = [self._list(paths) for paths in self.graph.lists.values()]
         return "\n".join([head, *lists, *rules, *goals])
 
@@ -114,6 +115,14 @@ class RulesFile:
         lines.append("\t" + " \\\n\t  ".join(self._command(rule)))
         return "\n".join(lines) + "\n"
 
+    def _floor_files(self):
+        """The floors may change in the run that reads their list: what is gone then the program says, not Make."""
+        for rule in self.graph.rules:
+            if rule.job.lists == "floor":
+                files = [path for path in self.graph.listed_files(rule.job) if path not in rule.output_paths()]
+                if files:
+                    yield f"{' '.join(files)}: | {rule.output_paths()[0]} ;\n"
+
     def tool(self, rule):
         """The program and its config, or the script."""
         job = rule.job
@@ -158,8 +167,13 @@ class RulesFile:
 def _ends_well(receipt):
     """Whether a receipt is whole as far as its last bytes tell; there may be ten thousands of them."""
     try:
-        with open(receipt, "rb") as file:
-            file.seek(-2, os.SEEK_END)
-            return file.read() == b"}\n"
+        file = os.open(receipt, os.O_RDONLY | os.O_NONBLOCK)  # a pipe must not make us wait
     except OSError:
         return False
+    try:
+        os.lseek(file, -2, os.SEEK_END)
+        return os.read(file, 2) == b"}\n"
+    except OSError:
+        return False
+    finally:
+        os.close(file)

@@ -73,7 +73,7 @@ def config_change(site, graph, rule):
             old = tomllib.loads(json.load(file)["config"])
         with open(f"{site.config}/{rule.job.program}.toml", "rb") as file:
             new = tomllib.load(file)
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
     changes = [f"{key} {old.get(key)} -> {new[key]}" for key in sorted(new) if old.get(key) != new[key]]
     return f"options of {rule.job.program} changed: {', '.join(changes)}" if changes else None

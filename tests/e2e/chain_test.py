@@ -20,7 +20,8 @@ AFTER_LANDMARKS = {"localize"} | AFTER_LOCALIZE
 AFTER_POSE_GRAPH = {"tiles", "landmarks"} | AFTER_TILES | AFTER_LANDMARKS
 AFTER_ODOMETRY = {"pose_graph"} | AFTER_POSE_GRAPH
 AFTER_MATCHES = {"odometry"} | AFTER_ODOMETRY
-AFTER_VOCABULARY = {"matches"} | AFTER_ODOMETRY  # the loops among the matches, not the neighbours
+AFTER_LOOPS = {"pose_graph"} | AFTER_POSE_GRAPH
+AFTER_VOCABULARY = {"loops"} | AFTER_LOOPS | AFTER_LANDMARKS
 AFTER_FEATURES = {"vocabulary"} | AFTER_VOCABULARY | AFTER_MATCHES
 # What depends on the lists of the tiles alone. A change before them that moves no pose ends there; one of
 # these stages' own values does not touch the lists.
@@ -36,6 +37,7 @@ CHANGES = [
     ("tiles.overlap_m=0.6", {"tiles"} | AFTER_TILES),
     ("pose_graph.edge_sigma_floor_m=0.0035", {"pose_graph"} | AFTER_POSE_GRAPH),
     ("odometry.max_iterations=14", {"odometry"} | AFTER_ODOMETRY),
+    ("loops.max_ratio=0.84", {"loops"} | AFTER_LOOPS),
     ("matches.max_ratio=0.84", {"matches"} | AFTER_MATCHES),
     ("vocabulary.num_kmeans_iterations=7", {"vocabulary"} | AFTER_VOCABULARY),
     ("features.num_features=900", {"features"} | AFTER_FEATURES),

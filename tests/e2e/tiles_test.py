@@ -229,7 +229,7 @@ class TilesTest(unittest.TestCase):
         self.assertIn("min_consistent_frames", result.stdout)
 
     def test_pcd_is_exported_when_asked_for(self):
-        self.make(SMALL + " point_cloud.export_pcd=true")
+        self.make(SMALL + " join_clouds.export_pcd=true")
         points = [line for line in self.work.path("point_cloud/cloud.pcd").read_bytes().split(b"\n")[:12]
                   if line.startswith(b"POINTS")]
         cloud = self.work.path("point_cloud/cloud.ply").read_bytes()

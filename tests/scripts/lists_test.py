@@ -7,9 +7,14 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import fake_site
+import fake_site  # noqa: F401  (finds the scripts)
+import remove_leftovers
 from nightmap_eval.errors import DataError
 from nightmap_eval.lists import CurrentRuns, near, read_floors, read_shards, read_tiles
+from nightmap_eval.stages import CONFIGS
+from nightmap_make.graph import Graph
+from nightmap_make.pipeline import read_pipeline
+from nightmap_make.site_state import SiteState
 
 SHARDS = "nightmap shards, version 1, 3 names\n0000\n0001\n0002\n"
 TILES = "nightmap tiles, version 1, 3 names\n-1_0\n0_0\n0_10\n"
@@ -40,28 +45,29 @@ class SiteFolder(unittest.TestCase):
 
 
 class ListsTest(SiteFolder):
-    def words(self, *more):
-        result = fake_site.run("read_lists.py", self.site_dir, *more)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        return result.stdout.split(), result.stderr
+    def state(self):
+        """The site as make sees it, and what was said of its lists."""
+        said, state = [], SiteState("office", str(self.site_dir), "data")
+        state.read_lists(said.append)
+        return state, said
 
-    def test_whole_lists_are_words_for_make(self):
-        words, said = self.words()
-        self.assertEqual(said, "")
-        self.assertEqual(words, [
-            "shard=0000", "shard=0001", "shard=0002", "tile=-1_0", "near=-1_0:-1_0,0_0", "tile=0_0",
-            "near=0_0:-1_0,0_0", "tile=0_10", "near=0_10:0_10", "floor=map.yaml", "floor=floor_1.yaml", "queries",
-        ])  # fmt: skip
+    def test_whole_lists(self):
+        state, said = self.state()
+        self.assertEqual((said, state.damaged, state.has_queries), ([], set(), True))
+        self.assertEqual(state.lists, {"shard": ["0000", "0001", "0002"], "tile": ["-1_0", "0_0", "0_10"],
+                                       "floor": ["map", "floor_1"]})  # fmt: skip
         self.assertEqual(near("0_0", {"1_1", "-1_-1", "0_0", "2_0"}), ["-1_-1", "0_0", "1_1"])
 
-    def test_what_is_not_there_is_no_word(self):
+    def test_lists_that_are_not_there_are_empty(self):
         for path in list(self.site_dir.rglob("*.*")):
             path.unlink()
-        self.assertEqual(self.words(), ([], ""))
-        self.write("frames/queries.csv", "frame_idx,time_ns\n\n")
-        self.assertEqual(self.words(), ([], ""))
-        self.write("tiles/tiles.txt", "nightmap tiles, version 1, 0 names\n")
-        self.assertEqual(self.words(), ([], ""))
+        for queries, tiles in ((None, None), ("frame_idx,time_ns\n\n", "nightmap tiles, version 1, 0 names\n")):
+            if queries:
+                self.write("frames/queries.csv", queries)
+                self.write("tiles/tiles.txt", tiles)
+            state, said = self.state()
+            self.assertEqual((said, state.damaged, state.has_queries), ([], set(), False))
+            self.assertEqual(state.lists, {"shard": [], "tile": [], "floor": []})
 
     def check_damaged(self, name, contents, reader, stage):
         for content in contents:
@@ -69,11 +75,10 @@ class ListsTest(SiteFolder):
                 path = self.write(name, content)
                 with self.assertRaisesRegex(DataError, f"{path}"):
                     reader()
-                words, said = self.words()
-                self.assertIn(f"damaged={stage}", words)
-                self.assertNotIn("pwned", "".join(words))
-                self.assertRegex(said, f"^nightmap: {path}.*: {stage} makes it anew\n$")
-                self.assertEqual(self.words("--quiet"), (words, ""))
+                state, said = self.state()
+                self.assertEqual(state.damaged, {stage})
+                self.assertNotIn("pwned", str(state.lists))
+                self.assertRegex("\n".join(said), f"^nightmap: {path}.*: {stage} makes it anew$")
 
     def test_damaged_lists_of_shards(self):
         cut = [SHARDS[:end] for end in range(len(SHARDS))]
@@ -103,10 +108,10 @@ class ListsTest(SiteFolder):
         path = self.site_dir / "tiles" / "tiles.txt"
         path.unlink()
         os.mkfifo(path)
-        self.assertIn("damaged=tiles", self.words()[0])
+        self.assertEqual(self.state()[0].damaged, {"tiles"})
         path.unlink()
         path.mkdir()
-        self.assertIn("damaged=tiles", self.words()[0])
+        self.assertEqual(self.state()[0].damaged, {"tiles"})
 
     def test_runs_of_other_shards_and_tiles_are_no_runs_of_the_map(self):
         runs = CurrentRuns(self.site_dir)
@@ -119,26 +124,19 @@ class ListsTest(SiteFolder):
 
 
 class LeftoversTest(SiteFolder):
-    def remove(self):
-        return fake_site.run("remove_leftovers.py", self.site_dir)
-
     def test_results_of_shards_that_are_no_more_are_removed_and_nothing_else(self):
         stay = ["features/shard_0002.h5", "features/report_0000.json", "features/shard_0003.txt", "features/notes_0003.h5",
-                "features/shard_0003.h5.mine", "matches/loops.h5", "matches/receipt_loops.json", "octree/shard_0003.h5",
+                "features/shard_0003.h5.mine", "loops/loops.h5", "loops/receipt.json", "octree/shard_0003.h5",
                 "logs/features_0001.log", "logs/octree_0003.log", "frames/report.json", "odometry/shard_003.h5"]
         go = ["features/shard_0003.h5", "features/report_0010.json", "features/receipt_0003.json", "matches/shard_0004.h5",
               "odometry/shard_0003.tum", "logs/odometry_0003.log"]
         for name in stay + go:
             self.write(name, "x")
-        self.assertEqual(self.remove().returncode, 0)
+        state = SiteState("office", str(self.site_dir), "data")
+        state.read_lists(self.fail)
+        remove_leftovers.remove(str(self.site_dir), Graph(read_pipeline(str(CONFIGS)), state))
         self.assertEqual([name for name in stay if not (self.site_dir / name).exists()], [])
         self.assertEqual([name for name in go if (self.site_dir / name).exists()], [])
-
-    def test_without_a_whole_list_nothing_is_removed(self):
-        shard = self.write("features/shard_0003.h5", "x")
-        self.write("frames/shards.txt", SHARDS[:-1])
-        self.assertEqual(self.remove().returncode, 1)
-        self.assertTrue(shard.exists())
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""verify.py and why.py on whole, altered and damaged site folders."""
+"""verify.py on whole, altered and damaged site folders."""
 
 import contextlib
 import io
@@ -77,30 +77,6 @@ class VerifyTest(unittest.TestCase):
         result = fake_site.run("verify.py", self.site_dir / "elsewhere")
         self.assertEqual(result.returncode, 1)
         self.assertIn("run make map first", result.stderr)
-
-    def why(self, rules):
-        with mock.patch("sys.stdin", io.StringIO(rules)), contextlib.suppress(SystemExit):
-            return fake_site.run("why.py", "--out", self.site_dir)
-
-    def test_why_survives_damaged_reports(self):
-        config = self.write("config/features.toml", "num_features = 5\n")
-        output = self.site_dir / "features" / "shard_0000.h5"
-        os.utime(output, (1, 1))
-        report = self.site_dir / "features" / "report_0000.json"
-        report.write_text(json.dumps({"config": "num_features = 4\n"}))
-        rules = f"features_0000:{output}:{config}\n"
-        self.assertIn("(num_features 4 -> 5)", self.why(rules).stdout)
-        for content in (*DAMAGED[:4], b'{"config": "="}', b'{"config": 5}'):
-            with self.subTest(content):
-                report.write_bytes(content)
-                result = self.why(rules)
-                self.assertEqual(result.returncode, 0, result.stderr)
-                self.assertIn("features.toml is newer", result.stdout)
-
-    def test_why_tells_of_what_make_does_whatever_the_times_say(self):
-        output = self.site_dir / "features" / "shard_0000.h5"
-        self.assertIn("features_0000: its last run was not finished", self.why(f"features_0000:{output}:FORCE,\n").stdout)
-        self.assertIn("up to date", self.why(f"features_0000:{output}:,\n").stdout)
 
 
 if __name__ == "__main__":
