@@ -118,14 +118,17 @@ $(call loops,matches,     frames=frames/shard_*.csv cameras=frames/cameras.json 
 $(call shard,odometry,    frames=frames/shard_<.csv frames=frames/shard_%.csv cameras=frames/cameras.json \
                           features=features/shard_<.h5 features=features/shard_%.h5 pairs=matches/shard_%.h5, \
                           odometry=shard_%.h5 trajectory=shard_%.tum)
-$(call whole,pose_graph,  frames=frames/shard_*.csv cameras=frames/cameras.json data features=features/shard_*.h5 \
-                          odometry=odometry/shard_*.h5 loops=matches/loops.h5 $(ACCELEROMETER), \
+$(call whole,pose_graph,  frames=frames/shard_*.csv cameras=frames/cameras.json features=features/shard_*.h5 \
+                          odometry=odometry/shard_*.h5 loops=matches/loops.h5, \
                           graph=graph.g2o trajectory=trajectory.tum keyframes=keyframes.tum cameras=cameras.json loops_csv=loops.csv)
-$(call whole,tiles,       frames=frames/shard_*.csv cameras=pose_graph/cameras.json keyframes=pose_graph/keyframes.tum, \
+$(call whole,map_frame,   frames=frames/shard_*.csv cameras=pose_graph/cameras.json data trajectory=pose_graph/trajectory.tum \
+                          keyframes=pose_graph/keyframes.tum $(ACCELEROMETER), \
+                          trajectory=trajectory.tum keyframes=keyframes.tum)
+$(call whole,tiles,       frames=frames/shard_*.csv cameras=pose_graph/cameras.json keyframes=map_frame/keyframes.tum, \
                           tiles=tiles.txt)
 $(call whole,landmarks,   frames=frames/shard_*.csv cameras=pose_graph/cameras.json features=features/shard_*.h5 \
-                          vocabulary=vocabulary/vocabulary.h5 trajectory=pose_graph/trajectory.tum \
-                          keyframes=pose_graph/keyframes.tum, \
+                          vocabulary=vocabulary/vocabulary.h5 trajectory=map_frame/trajectory.tum \
+                          keyframes=map_frame/keyframes.tum, \
                           landmarks=landmarks.h5 \
                           $(foreach f,cameras images points3D,$f.txt=colmap/$f.txt $f.bin=colmap/$f.bin) \
                           database=colmap/database.db)
@@ -143,9 +146,9 @@ $(call tile,octree,       tile=tiles/tile_%.json cameras=tiles/cameras.json data
                           tile_ot=tile_%.ot)
 $(call whole,octree,      tile=tiles/tile_@.json tile_ot=octree/tile_@.ot tile_report=octree/report_@.json, \
                           ot=map.ot bt=map.bt)
-$(call whole,grid,        octree=octree/map.ot keyframes=pose_graph/keyframes.tum, \
+$(call whole,grid,        octree=octree/map.ot keyframes=map_frame/keyframes.tum, \
                           floors=floors.json pgm=map.pgm yaml=map.yaml png=map.png distances=distances.h5)
-$(if $(PLANNING),$(call whole,plan, grid=grid/floors.json $(FLOOR_GRIDS:%=beside=%) trajectory=pose_graph/trajectory.tum $(LOCATED), \
+$(if $(PLANNING),$(call whole,plan, grid=grid/floors.json $(FLOOR_GRIDS:%=beside=%) trajectory=map_frame/trajectory.tum $(LOCATED), \
                           csv=path.csv json=path.json nav=path.yaml png=path.png))
 $(if $(DRIVING),$(call whole,drive, grid=grid/floors.json $(FLOOR_GRIDS:%=beside=%) csv=plan/path.csv json=plan/path.json, \
                           csv=drive.csv json=drive.json gif=drive.gif))
@@ -283,7 +286,7 @@ $(eval $(TABLE))
 # with these, of shards that are not listed yet. Modes that only look see the tiles as they are.)
 LATER := $(filter map plan drive evaluate report $(foreach s,point_cloud octree grid plan drive evaluate report,$(M)/$(s)/%),$(MAKECMDGOALS))
 ifneq ($(if $(AFTER_TILES),,$(LATER)),)
-TILES_NEED := synthesize frames features vocabulary matches odometry pose_graph tiles
+TILES_NEED := synthesize frames features vocabulary matches odometry pose_graph map_frame tiles
 FORWARDED := $(LATER) $(filter localize evaluate-colmap,$(MAKECMDGOALS))
 .PHONY: tiles_first
 tiles_first: $(BUILD)/programs.mk $(MADE_tiles) | $(filter-out $(FORWARDED),$(CHAIN))
@@ -296,7 +299,7 @@ $(eval $(TABLE_AFTER_TILES))
 # For the files of a floor that grid finds no more.
 $(filter-out $(MADE_grid),$(LISTED_grid)): | $(G)/floors.json
 
-MAP := frames features vocabulary matches odometry pose_graph tiles point_cloud octree grid landmarks
+MAP := frames features vocabulary matches odometry pose_graph map_frame tiles point_cloud octree grid landmarks
 map: $(BUILD)/programs.mk $(foreach s,$(MAP),$(MADE_$(s))) ## the map of SITE: trajectory, cloud, octree, grid, landmarks
 	@$(call say,map of $(SITE): $(M))
 ifneq ($(HAS_QUERIES),)
@@ -351,7 +354,7 @@ steps = $(foreach s,$(1),$(C)/$s/receipt.json)
 $(eval $(call colmap_step,features,$(SHARDS:%=$(F)/shard_%.csv) $(F)/cameras.json))
 $(eval $(call colmap_step,matches,$(call steps,features)))
 $(eval $(call colmap_step,mapper,$(call steps,matches)))
-$(eval $(call colmap_step,triangulate,$(call steps,matches) $(M)/pose_graph/trajectory.tum $(M)/pose_graph/cameras.json))
+$(eval $(call colmap_step,triangulate,$(call steps,matches) $(M)/map_frame/trajectory.tum $(M)/pose_graph/cameras.json))
 $(eval $(call colmap_step,queries,$(call steps,matches) $(F)/queries.csv $(F)/query_cameras.json))
 $(eval $(call colmap_step,register_mapper,$(call steps,mapper queries)))
 $(eval $(call colmap_step,register_triangulate,$(call steps,triangulate queries)))

@@ -24,7 +24,7 @@ if not (BUILD / "programs.mk").exists():
     raise SystemExit(f"no programs in {BUILD}: run `make build`, or set NIGHTMAP_BUILD")
 LINKS = ("Makefile", "CMakeLists.txt", "cmake", "pipeline", "stages", "scripts")
 GOALS = ("map", "localize", "plan", "drive")
-STAGES = ("synthesize", "frames", "features", "vocabulary", "matches", "odometry", "pose_graph",
+STAGES = ("synthesize", "frames", "features", "vocabulary", "matches", "odometry", "pose_graph", "map_frame",
           "tiles", "point_cloud", "octree", "grid", "landmarks", "localize", "plan", "drive")
 SITE = "small"
 
