@@ -72,7 +72,7 @@ class Site:
         truth = self.folder / "frames" / "ground_truth.tum"
         if not truth.exists() or not (self.folder / "localize" / "queries.csv").exists():
             raise DataError(f"{self.folder}: no located queries with a truth; run make localize SITE={name}")
-        estimate = read_tum(self.folder / "pose_graph" / "trajectory.tum")
+        estimate = read_tum(self.folder / "map_frame" / "trajectory.tum")
         self.map_pair = match_with_truth(estimate, read_truth(truth), MAX_GAP_NS)
         self.config = read_text(self.folder / "config" / "localize.toml")
 

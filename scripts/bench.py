@@ -24,7 +24,7 @@ from nightmap_eval.site import put_between
 from nightmap_eval.stages import StageResult
 
 BEGIN, END = "<!-- bench:begin -->", "<!-- bench:end -->"
-STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph")
+STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph", "map_frame")
 YARDSTICK = "features.max_gap_frames=0 features.num_features=1000"
 YARDSTICK_FRAMES = 1000
 
@@ -84,7 +84,7 @@ class Case:
     def row(self):
         site = self.folder / "map" / self.site
         s_per_frame = self.yardstick_s_per_frame()
-        total_s = self.make("map", "", self.num_frames, str(site / "pose_graph" / "trajectory.tum"))
+        total_s = self.make("map", "", self.num_frames, str(site / "map_frame" / "trajectory.tum"))
         stages = [StageResult(site / name) for name in STAGES]
         num_frames = read_object(site / "pose_graph" / "report.json", {"num_frames": int})["num_frames"]
         yardstick_s = s_per_frame * num_frames

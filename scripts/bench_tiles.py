@@ -57,7 +57,7 @@ class Original:
             with using(path):
                 self.header, *rows = csv.reader(read_text(path).splitlines())
                 frames |= {int(row[1]): row for row in rows}
-        keyframes = site_dir / "pose_graph" / "keyframes.tum"
+        keyframes = site_dir / "map_frame" / "keyframes.tum"
         with using(keyframes):
             self.poses = [pose(line, frames) for line in read_text(keyframes).splitlines() if not line.startswith("#")]
         if not self.poses:

@@ -165,7 +165,7 @@ def mapper(work):
 def triangulate(work):
     database = work.copy_database("matches")
     work.calibrate(database)
-    trajectory = read_tum(work.site_dir / "pose_graph" / "trajectory.tum")
+    trajectory = read_tum(work.site_dir / "map_frame" / "trajectory.tum")
     poses = zip(trajectory.rotations(), trajectory.positions_m)
     pose_of_time = dict(zip(trajectory.times_ns.tolist(), poses))
     pose_of_name = {

@@ -64,7 +64,7 @@ def evaluate_coverage(frames, estimate, bridged, apart, num_unusable):
     if strangers:
         raise DataError(
             f"trajectory.tum has {len(strangers)} poses of frames that the shards do not list "
-            f"(first at {min(strangers)} ns); run pose_graph again"
+            f"(first at {min(strangers)} ns); run map_frame again"
         )
     return {
         "num_frames": len(frames) + num_unusable,
@@ -192,7 +192,7 @@ def evaluate_map(site_dir, truth_dir, alignment):
 
 def evaluate(arguments):
     site_dir, max_gap_ns = arguments.site_dir, round(arguments.max_gap_s * 1e9)
-    estimate = read_tum(site_dir / "pose_graph" / "trajectory.tum")
+    estimate = read_tum(site_dir / "map_frame" / "trajectory.tum")
     frames = Frames(site_dir)
     metrics = {"format": "nightmap metrics", "version": 1, "site": site_dir.resolve().name}
     metrics["coverage"] = evaluate_coverage(
@@ -202,7 +202,7 @@ def evaluate(arguments):
         frames_apart(site_dir),
         num_unusable_frames(site_dir),
     )
-    keyframes = site_dir / "pose_graph" / "keyframes.tum"
+    keyframes = site_dir / "map_frame" / "keyframes.tum"
     if keyframes.exists():
         metrics["coverage"]["num_keyframes"] = len(read_tum(keyframes))
 

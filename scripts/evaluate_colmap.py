@@ -38,7 +38,7 @@ VARIANTS = {
     "colmap_held": ("triangulate", "register_held"),
 }
 TRUTH = ("frames/ground_truth.tum", "frames/query_ground_truth.tum")
-MADE_OF = ("pose_graph/trajectory.tum", "localize/queries.csv", *TRUTH)
+MADE_OF = ("map_frame/trajectory.tum", "localize/queries.csv", *TRUTH)
 SETTING = (
     "map images: all mapping frames of nightmap",
     "COLMAP's defaults but for what is said here; on the CPU; intrinsics known and never refined",
@@ -63,7 +63,7 @@ class Site:
 
     def __init__(self, site_dir):
         self.dir, self.colmap = site_dir, site_dir / "evaluate_colmap"
-        self.trajectory = read_tum(site_dir / "pose_graph" / "trajectory.tum")
+        self.trajectory = read_tum(site_dir / "map_frame" / "trajectory.tum")
         self.rows, self.query_times_ns, located = read_located(site_dir / "localize" / "queries.csv")
         self.nightmap = Located("nightmap", [Part(self.trajectory, located)])
         frames = Frames(site_dir)

@@ -47,7 +47,7 @@ def show_frames(figure, cells, data, rows):
 
 
 def show_plan(axes, site_dir):
-    estimate = read_tum(site_dir / "pose_graph" / "trajectory.tum")
+    estimate = read_tum(site_dir / "map_frame" / "trajectory.tum")
     draw_grid(axes, read_grid(site_dir / "grid" / "map.yaml"))
     draw_trajectory(axes, estimate.positions_m, None, accepted_loops(site_dir, estimate))
     path_m = read_path(site_dir)

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/check_bundle.h"
-#include "pipeline/geometry/observation_error.h"
 #include "pipeline/geometry/schur_system.h"
 
 namespace nightmap {
@@ -22,22 +22,49 @@ PointMotion MotionOf(std::size_t pose, const BundleProblem& data) {
   return data.motions.empty() ? PointMotion{} : data.motions[pose];
 }
 
-std::optional<Eigen::Vector3d> Residual(const BundleProblem& data,
-                                        const BundleObservation& observation,
-                                        ObservationJacobian* jacobian) {
+PointMeasurement Measured(const BundleObservation& o) {
+  const bool has_depth = o.depth_m > 0;
+  return {
+      o.pixel, o.depth_m, 1 / o.pixel_sigma_px, has_depth ? 1 / o.noise.Sigma_m(o.depth_m) : 0.0};
+}
+
+Reprojection Reproject(const BundleProblem& data, const BundleObservation& observation) {
   const auto pose = static_cast<std::size_t>(observation.pose_idx);
-  const PointMotion motion = MotionOf(pose, data);
-  return ObservationError(observation, data.cameras[pose], motion)
-      .Evaluate(data.camera_from_world[pose],
-                data.points_in_world[static_cast<std::size_t>(observation.point_idx)],
-                data.calibrations[SensorOf(pose, data)],
-                jacobian);
+  const auto point = static_cast<std::size_t>(observation.point_idx);
+  const Camera& camera = data.cameras[pose];
+  return {camera,
+          data.camera_from_world[pose] * data.points_in_world[point],
+          RowFraction(camera, observation.pixel),
+          MotionOf(pose, data),
+          data.calibrations[SensorOf(pose, data)]};
+}
+
+// Nothing for a point that the camera cannot see.
+std::optional<Eigen::Vector3d> Residual(const BundleProblem& data,
+                                        const BundleObservation& observation) {
+  const Reprojection seen = Reproject(data, observation);
+  if (!seen.IsVisible()) return {};
+  return seen.Residual(Measured(observation));
+}
+
+// For a point that the camera can see.
+LinearObservation Linearized(const BundleProblem& data, const BundleObservation& observation) {
+  const Reprojection seen = Reproject(data, observation);
+  const PointMeasurement measured = Measured(observation);
+  const Eigen::Matrix3d by_p = seen.ByMovedPoint(measured);
+  const Eigen::Matrix3d by_middle = seen.ByMiddlePoint(by_p);
+  const Rigid3& camera_from_world =
+      data.camera_from_world[static_cast<std::size_t>(observation.pose_idx)];
+  return {{seen.ByPose(by_middle),
+           by_middle * camera_from_world.rotation.toRotationMatrix(),
+           seen.ByCalibration(measured, by_p)},
+          seen.Residual(measured)};
 }
 
 // A wrong match may put a point behind a camera that sees it; no step could start from there.
 void DropUnseeable(BundleProblem* data) {
   std::erase_if(data->observations,
-                [&](const BundleObservation& o) { return !Residual(*data, o, nullptr); });
+                [&](const BundleObservation& o) { return !Residual(*data, o); });
 }
 
 // Levenberg-Marquardt on weighted residuals, the weights those of the robust loss at each estimate.
@@ -154,7 +181,7 @@ class Adjuster {
   // Half the robust sum; infinite where a camera cannot see a point that it saw.
   double Cost() {
     ParallelFor(costs_.size(), options_.num_threads, [&](std::size_t i) {
-      const auto residual = Residual(data_, data_.observations[i], nullptr);
+      const auto residual = Residual(data_, data_.observations[i]);
       costs_[i] =
           residual ? Loss(residual->squaredNorm()) : std::numeric_limits<double>::infinity();
     });
@@ -169,9 +196,9 @@ class Adjuster {
 
   void Linearize() {
     ParallelFor(linear_.size(), options_.num_threads, [&](std::size_t i) {
-      auto& [jacobian, residual] = linear_[i];
       const BundleObservation& observation = data_.observations[i];
-      residual = *Residual(data_, observation, &jacobian);
+      linear_[i] = Linearized(data_, observation);
+      auto& [jacobian, residual] = linear_[i];
       const double weight = std::sqrt(LossDerivative(residual.squaredNorm()));
       residual *= weight;
       jacobian.by_pose *= weight;
@@ -255,7 +282,7 @@ BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* data) {
 }
 
 double ReprojectionError_px(const BundleProblem& data, const BundleObservation& observation) {
-  const auto residual = Residual(data, observation, nullptr);
+  const auto residual = Residual(data, observation);
   return residual ? observation.pixel_sigma_px * residual->head<2>().norm()
                   : std::numeric_limits<double>::infinity();
 }

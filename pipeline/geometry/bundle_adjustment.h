@@ -9,8 +9,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "pipeline/geometry/camera.h"
-#include "pipeline/geometry/rigid3.h"
+#include "pipeline/geometry/reprojection.h"
 
 namespace nightmap {
 
@@ -21,19 +20,6 @@ struct BundleObservation {
   double depth_m = 0;     // 0 = not measured
   DepthNoise noise;
   double pixel_sigma_px = 1.0;
-};
-
-// How points that stand still move in a camera's frame: p' = angular x p + linear.
-struct PointMotion {
-  Eigen::Vector3d angular_rad_per_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d linear_m_per_s = Eigen::Vector3d::Zero();
-};
-
-// What may differ from what a camera's configuration says.
-struct CameraCalibration {
-  double focal_scale = 1;  // true focal length over the configured one
-  double readout_s = 0;  // between the first row of an image and the last; the pose is the middle's
-  double depth_scale = 1;  // true depth over measured
 };
 
 struct BundleProblem {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pipeline/geometry/absolute_pose.h"
+#include "pipeline/geometry/reprojection.h"
 
 namespace nightmap {
 
@@ -17,10 +18,7 @@ struct ReadoutMotion {
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();
 
-  // Of a point from where it is at the middle row; `row` is -0.5 at the first and 0.5 at the last.
-  Eigen::Vector3d Move(const Eigen::Vector3d& in_middle, double row) const {
-    return in_middle + row * (turn_rad.cross(in_middle) + shift_m);
-  }
+  PointMotion PerReadout() const { return {turn_rad, shift_m}; }  // a second stands for a readout
 };
 
 struct MovingPoseOptions {

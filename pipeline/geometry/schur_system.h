@@ -12,10 +12,15 @@
 #include <vector>
 
 #include "pipeline/geometry/bundle_adjustment.h"
-#include "pipeline/geometry/observation_error.h"
 #include "pipeline/geometry/sparse_cholesky.h"
 
 namespace nightmap {
+
+struct ObservationJacobian {
+  Eigen::Matrix<double, 3, 6> by_pose;  // left perturbation of camera_from_world
+  Eigen::Matrix3d by_point;
+  Eigen::Matrix3d by_calibration;  // focal scale, readout, depth scale
+};
 
 // An observation at the present estimate, times the square root of its robust weight.
 struct LinearObservation {

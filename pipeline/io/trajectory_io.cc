@@ -78,9 +78,9 @@ StampedPose ParsePose(const std::vector<std::string_view>& words) {
 }
 
 // Prints no "-0.000000000", which would tell apart poses that are equal.
-std::string FixedPoint(double value) {
-  std::string text = fmt::format("{:.9f}", value);
-  if (text == "-0.000000000") text.erase(0, 1);
+std::string FixedPoint(double value, int num_decimals) {
+  std::string text = fmt::format("{:.{}f}", value, num_decimals);
+  if (text.starts_with('-') && text.find_first_not_of("-0.") == text.npos) text.erase(0, 1);
   return text;
 }
 
@@ -124,7 +124,9 @@ std::int64_t ParseTime_ns(std::string_view text) {
   return decimal.negative ? -rounded : rounded;
 }
 
-std::string TrajectoryToTum(const std::vector<StampedPose>& poses, const std::string& comment) {
+std::string TrajectoryToTum(const std::vector<StampedPose>& poses,
+                            const std::string& comment,
+                            int num_decimals) {
   std::string text = fmt::format("# {}\n# time_s tx_m ty_m tz_m qx qy qz qw\n", comment);
   for (const auto& [time_ns, pose] : poses) {
     text += TimeToString(time_ns);
@@ -132,9 +134,9 @@ std::string TrajectoryToTum(const std::vector<StampedPose>& poses, const std::st
     const double sign = pose.rotation.w() < 0 ? -1 : 1;
     const Eigen::Vector4d q = sign * pose.rotation.coeffs();
     for (const double value : {pose.translation.x(), pose.translation.y(), pose.translation.z()}) {
-      text += ' ' + FixedPoint(value);
+      text += ' ' + FixedPoint(value, num_decimals);
     }
-    for (int i = 0; i < 4; ++i) text += ' ' + FixedPoint(q[i]);
+    for (int i = 0; i < 4; ++i) text += ' ' + FixedPoint(q[i], num_decimals);
     text += '\n';
   }
   return text;

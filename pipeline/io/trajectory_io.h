@@ -17,8 +17,11 @@ namespace nightmap {
 std::string TimeToString(std::int64_t time_ns);
 std::int64_t ParseTime_ns(std::string_view text);
 
-// `comment` is written as the first line; say which frames the poses relate.
-std::string TrajectoryToTum(const std::vector<StampedPose>& poses, const std::string& comment);
+// `comment` is written as the first line; say which frames the poses relate. Nine decimals are
+// nanometres; a file whose poses are computed with further takes more.
+std::string TrajectoryToTum(const std::vector<StampedPose>& poses,
+                            const std::string& comment,
+                            int num_decimals = 9);
 // Throws DataError naming file and line on a wrong column count, NaN, a quaternion whose length is
 // not 1 (within 5 %, then normalized), or times that do not increase.
 std::vector<StampedPose> ReadTum(const std::filesystem::path& path);

@@ -10,7 +10,7 @@ from nightmap_eval.colmap_run import read_receipt
 from nightmap_eval.reading import read_object
 from nightmap_eval.stages import StageResult
 
-POSE_STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph")
+POSE_STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph", "map_frame")
 
 
 def _costs(map_parts, query_parts, query_cpu_s, num_queries):

@@ -83,16 +83,16 @@ def accepted_loops(site_dir, estimate):
 
 def floor_paragraphs(site_dir):
     """What z = 0 is, and why it may not be the floor; nothing of an older map, which does not say."""
-    path = site_dir / "pose_graph" / "report.json"
+    path = site_dir / "map_frame" / "report.json"
     report = read_object(path, {"?floor": str, "?floor_warnings": [str]}) if path.exists() else {}
     warnings = [html.paragraph("Warning: " + text, "failed") for text in report.get("floor_warnings", [])]
     return ([html.paragraph(report["floor"], "note")] if "floor" in report else []) + warnings
 
 
 def trajectory_section(site_dir, metrics):
-    estimate = _optional(site_dir / "pose_graph" / "trajectory.tum", read_tum)
+    estimate = _optional(site_dir / "map_frame" / "trajectory.tum", read_tum)
     if estimate is None or len(estimate) == 0:
-        note = html.paragraph("The pose_graph stage did not run.", "note")
+        note = html.paragraph("The map_frame stage did not run.", "note")
         return html.section("Trajectory", note)
     truth, loops = truth_in_map(site_dir, metrics), accepted_loops(site_dir, estimate)
     parts = []
@@ -191,7 +191,7 @@ def plan_section(site_dir):
     grid_dir = site_dir / "grid"
     if not (grid_dir / "map.yaml").exists():
         return html.section("Floor plan", html.paragraph("The grid stage did not run.", "note"))
-    estimate = _optional(site_dir / "pose_graph" / "trajectory.tum", read_tum)
+    estimate = _optional(site_dir / "map_frame" / "trajectory.tum", read_tum)
     located = _optional(site_dir / "localize" / "queries.tum", read_tum)
     path_m, number = read_path(site_dir), path_floor(site_dir)
     floors, parts = read_floors(grid_dir), []

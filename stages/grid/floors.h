@@ -33,7 +33,7 @@ inline double SurfaceHeight_m(int top, double resolution_m) { return (top + 0.5)
 
 Supports FindSupports(const GridOptions& options, const Columns& columns);
 
-// Heights of the floors, rising. One is 0: pose_graph put the map's floor there. Others are the
+// Heights of the floors, rising. One is 0: map_frame put the map's floor there. Others are the
 // heights with the most supports, at least min_floor_area_m2 of them and min_floor_distance_m from
 // every floor that has more, over which a camera was (unless `cameras_in_map` is empty). So the top
 // of a table is no floor: it is too near to one.

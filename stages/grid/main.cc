@@ -33,7 +33,7 @@ void Run(const GridOptions& options, StageContext& context) {
   for (const FloorGrid& floor : result.floors) spdlog::info("floor at {:.2f} m", floor.height_m);
   if (result.below_lowest_share > 0.5) {
     spdlog::warn(
-        "{:.0f} % of the octree lie below z = 0, which is no floor then: see pose_graph's log",
+        "{:.0f} % of the octree lie below z = 0, which is no floor then: see map_frame's log",
         100 * result.below_lowest_share);
   }
   context.BeginPart("write");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// pose_graph: from odometry and loops of all shards to graph and trajectory in the map frame.
+// pose_graph: from odometry and loops of all shards to graph and trajectory.
 #include "stages/pose_graph/pose_graph.h"
 
 #include "pipeline/base/stage_main.h"
@@ -16,12 +16,6 @@ PoseGraphInput ReadInput(const StageContext& context) {
   input.features = ReadFeatures(context.Inputs("features"));
   for (const auto& path : context.Inputs("odometry")) input.odometry.push_back(ReadOdometry(path));
   input.loops = ReadPairs(context.Input("loops"));
-  if (context.HasInput("accelerometer")) {
-    input.accelerometer = ReadAccelerometer(context.Input("accelerometer"));
-  }
-  input.load_depth = [cameras = input.cameras, data = context.Input("data")](const auto& frame) {
-    return LoadDepth(frame, cameras.at(static_cast<std::size_t>(frame.camera_idx)), data);
-  };
   return input;
 }
 
@@ -44,16 +38,14 @@ int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{
       "pose_graph",
-      "One consistent trajectory of all shards, loops closed, in the map frame.",
+      "One consistent trajectory of all shards, loops closed.",
       {{"frames", "shard_NNNN.csv of all shards, in order", Arity::kMany},
        {"cameras", "cameras.json of the frames stage"},
-       FolderPort("data", "folder the paths in the frames files are relative to"),
        {"features", "shard_NNNN.h5 of the features stage", Arity::kMany},
        {"odometry", "shard_NNNN.h5 of the odometry stage", Arity::kMany},
-       {"loops", "loops.h5 of the loops stage"},
-       {"accelerometer", "accelerometer.csv of the frames stage", Arity::kOptional}},
+       {"loops", "loops.h5 of the loops stage"}},
       {{"graph", "graph.g2o: keyframes and edges", Arity::kOptional},
-       {"trajectory", "trajectory.tum: map_from_camera of every frame"},
+       {"trajectory", "trajectory.tum: graph_from_camera of every frame"},
        {"keyframes", "keyframes.tum: the same of the keyframes"},
        {"cameras", "cameras.json: as those of the frames stage, with the focal lengths found"},
        {"loops_csv", "loops.csv: every loop candidate and what became of it", Arity::kOptional}}};

@@ -9,7 +9,6 @@
 #include "stages/pose_graph/adjust_rounds.h"
 #include "stages/pose_graph/check_input.h"
 #include "stages/pose_graph/cull_keyframes.h"
-#include "stages/pose_graph/describe_floor.h"
 #include "stages/pose_graph/drift_gate.h"
 #include "stages/pose_graph/graph_parts.h"
 #include "stages/pose_graph/join_runs.h"
@@ -23,7 +22,6 @@ class Pipeline {
   Pipeline(const PoseGraphOptions& options, const PoseGraphInput& input, int num_threads)
       : options_(options),
         input_(input),
-        num_threads_(num_threads),
         chain_(ChainOdometry(options, input)),
         rounds_(options, input, chain_, num_threads) {
     result_.is_keyframe.assign(input.frames.size(), false);
@@ -49,12 +47,12 @@ class Pipeline {
     if (options_.bundle_adjustment) {
       Note(rounds_.AdjustKeyframes(WithoutFrames(std::move(tracks), redundant), &keyframes_));
     }
-    result_.map_from_camera = rounds_.CarryFrames(keyframes_);
+    result_.graph_from_camera = rounds_.CarryFrames(keyframes_);
     if (options_.bundle_adjustment && options_.final_adjustment) {
-      Note(rounds_.AdjustDescribed(&keyframes_, &result_.map_from_camera));
+      Note(rounds_.AdjustDescribed(&keyframes_, &result_.graph_from_camera));
     }
     progress.Advance();
-    TurnIntoMapFrame();
+    FillGraph();
     return std::move(result_);
   }
 
@@ -197,28 +195,8 @@ class Pipeline {
             false};
   }
 
-  std::optional<Eigen::Vector3d> UpInGraph() const {
-    if (input_.accelerometer.empty()) return std::nullopt;
-    std::vector<StampedPose> keyframes;
-    for (const auto& [idx, pose] : keyframes_) {
-      keyframes.push_back({input_.frames[static_cast<std::size_t>(idx)].time_ns, pose});
-    }
-    return UpFromAccelerometer(input_.accelerometer, keyframes);
-  }
-
-  void TurnIntoMapFrame() {
-    std::vector<Rigid3> cameras;
-    for (const auto& [idx, pose] : keyframes_) cameras.push_back(pose);
-    const MapFrameOptions& options = options_.map_frame;
-    const auto patches = SampleKeyframes(
-        input_, keyframes_, options.floor_num_keyframes, options.floor_max_depth_m, num_threads_);
-    result_.map_frame = FindMapFrame(options, patches, cameras, UpInGraph());
-    LogFloor(result_.map_frame);
-    const Rigid3& map_from_graph = result_.map_frame.map_from_graph;
-    for (Rigid3& pose : result_.map_from_camera) pose = map_from_graph * pose;
-    for (const auto& [idx, pose] : keyframes_) {
-      result_.graph.vertices.push_back({idx, map_from_graph * pose});
-    }
+  void FillGraph() {
+    for (const auto& [idx, pose] : keyframes_) result_.graph.vertices.push_back({idx, pose});
     for (const GraphEdge& edge : edges_) {
       if (edge.IsBelieved()) result_.graph.edges.push_back(edge.edge);
     }
@@ -226,7 +204,6 @@ class Pipeline {
 
   const PoseGraphOptions& options_;
   const PoseGraphInput& input_;
-  int num_threads_;
   OdometryChain chain_;
   AdjustmentRounds rounds_;
   std::map<int, Rigid3> keyframes_;  // graph_from_camera, optimized

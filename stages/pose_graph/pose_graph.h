@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// pose_graph: one consistent trajectory of all shards in the map frame (z up, floor at z = 0).
+// pose_graph: one consistent trajectory of all shards, in the frame of the graph: about that of the
+// first keyframe. The map_frame stage turns it upright.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,7 +16,6 @@
 #include "pipeline/io/matches_io.h"
 #include "pipeline/io/odometry_io.h"
 #include "pipeline/vision/landmark_tracker.h"
-#include "stages/pose_graph/map_frame.h"
 #include "stages/pose_graph/optimize_graph.h"
 
 namespace nightmap {
@@ -35,7 +34,6 @@ struct PoseGraphOptions {
   LandmarkTrackerOptions retrack{.max_error_px = 6.0};
   bool estimate_depth_scales = false;
   int max_tracks_per_keyframe = 250;
-  MapFrameOptions map_frame;
 
   void Register(OptionList& list);
 };
@@ -45,9 +43,7 @@ struct PoseGraphInput {
   std::vector<RgbdCamera> cameras;
   FeaturesShard features;  // of the same frames
   std::vector<OdometryShard> odometry;
-  std::vector<FramePair> loops;                    // accepted and rejected candidates
-  std::vector<AccelerometerSample> accelerometer;  // ascending in time; empty: there is none
-  std::function<DepthImage(const FrameRecord&)> load_depth;  // throws DataError when unreadable
+  std::vector<FramePair> loops;  // accepted and rejected candidates
 };
 
 struct LoopRecord {
@@ -70,14 +66,13 @@ struct GraphPart {
 };
 
 struct PoseGraphResult {
-  PoseGraph graph;                      // keyframes and the edges that were kept
-  std::vector<Rigid3> map_from_camera;  // of every frame
-  std::vector<bool> is_keyframe;        // of every frame
-  std::vector<LoopRecord> loops;        // every candidate
-  std::vector<GraphPart> parts;         // most frames first
-  bool returns_to_start = false;        // a loop joins the first tenth of the keyframes to the last
-  MapFrame map_frame;
-  double bundle_rms_px = 0;  // reprojection error after bundle adjustment
+  PoseGraph graph;                        // keyframes and the edges that were kept
+  std::vector<Rigid3> graph_from_camera;  // of every frame
+  std::vector<bool> is_keyframe;          // of every frame
+  std::vector<LoopRecord> loops;          // every candidate
+  std::vector<GraphPart> parts;           // most frames first
+  bool returns_to_start = false;  // a loop joins the first tenth of the keyframes to the last
+  double bundle_rms_px = 0;       // reprojection error after bundle adjustment
   int num_bundle_observations = 0;
   int num_culled = 0;                           // keyframes of the odometry that add nothing
   std::vector<CameraCalibration> calibrations;  // of each camera; empty: nothing was adjusted
@@ -88,7 +83,7 @@ struct PoseGraphResult {
 // Chains the shards, drops loops that the odometry rules out, closes the others (graduated
 // non-convexity decides which to believe), drops redundant keyframes, adjusts the others and
 // points; then all described frames, with points found anew, and the cameras' focal lengths and
-// rolling shutters; and turns everything into the map frame. Deterministic.
+// rolling shutters. Deterministic.
 PoseGraphResult RunPoseGraph(const PoseGraphOptions& options,
                              const PoseGraphInput& input,
                              int num_threads,

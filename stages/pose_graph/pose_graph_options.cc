@@ -53,7 +53,6 @@ void PoseGraphOptions::Register(OptionList& list) {
            &max_tracks_per_keyframe,
            Range(20, 10000),
            "longest tracks of a frame that enter bundle adjustment");
-  map_frame.Register(list);
 }
 
 }  // namespace nightmap

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/pose_graph/pose_graph_output.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
-#include "pipeline/base/error.h"
 #include "pipeline/geometry/bundle_report.h"
 #include "pipeline/io/csv.h"
 #include "pipeline/io/trajectory_io.h"
-#include "stages/pose_graph/describe_floor.h"
 
 namespace nightmap {
 
@@ -17,9 +17,11 @@ std::string TrajectoryText(const PoseGraphInput& input,
   std::vector<StampedPose> poses;
   for (std::size_t i = 0; i < input.frames.size(); ++i) {
     if (only_keyframes && !result.is_keyframe[i]) continue;
-    poses.push_back({input.frames[i].time_ns, result.map_from_camera[i]});
+    poses.push_back({input.frames[i].time_ns, result.graph_from_camera[i]});
   }
-  return TrajectoryToTum(poses, "map_from_camera; map frame: z up, floor at z = 0");
+  // map_frame moves these poses: what it writes is rounded once only.
+  constexpr int kNumDecimals = 15;
+  return TrajectoryToTum(poses, "graph_from_camera, in no frame of its own", kNumDecimals);
 }
 
 std::vector<RgbdCamera> CalibratedCameras(const PoseGraphInput& input,
@@ -112,31 +114,7 @@ nlohmann::json Summarize(const PoseGraphOptions& options,
       {"graph_optimization", OptimizationReport(result.optimization)},
       {"bundle_adjustments", BundleReport(result.adjustments)},
       {"depth_scales", DepthScales(options, result)},
-      {"calibrations", Calibrations(options, result)},
-      {"gravity_source", result.map_frame.gravity_source},
-      {"floor", DescribeFloor(result.map_frame)},
-      {"floor_warnings", FloorWarnings(result.map_frame)},
-      {"floor_source", result.map_frame.floor_source},
-      {"floor_area_m2", result.map_frame.floor_area_m2},
-      {"floor_num_keyframes", result.map_frame.floor_num_keyframes},
-      {"below_floor_percent", 100 * result.map_frame.below_floor_share},
-      {"camera_height_m", result.map_frame.camera_height_m}};
-}
-
-std::vector<AccelerometerSample> ReadAccelerometer(const std::filesystem::path& path) {
-  const CsvFile file(path, "time_ns,ax_m_per_s2,ay_m_per_s2,az_m_per_s2");
-  std::vector<AccelerometerSample> samples;
-  for (const CsvRow& row : file.Rows()) {
-    samples.push_back({row.Integer(0), {row.Real(1), row.Real(2), row.Real(3)}});
-    if (samples.size() > 1 && samples.back().time_ns <= samples[samples.size() - 2].time_ns) {
-      row.Fail("time_ns must increase");
-    }
-  }
-  if (samples.empty()) {
-    throw DataError("{}: holds no sample; delete the frames folder of this site and run make",
-                    path.string());
-  }
-  return samples;
+      {"calibrations", Calibrations(options, result)}};
 }
 
 }  // namespace nightmap

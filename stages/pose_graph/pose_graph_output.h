@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pose_graph stage's text outputs and its accelerometer input.
+// The pose_graph stage's text outputs.
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -11,7 +10,7 @@
 
 namespace nightmap {
 
-// TUM text of all frames, or of the keyframes only; map_from_camera.
+// TUM text of all frames, or of the keyframes only; graph_from_camera.
 std::string TrajectoryText(const PoseGraphInput& input,
                            const PoseGraphResult& result,
                            bool only_keyframes);
@@ -26,9 +25,5 @@ std::string LoopsToCsv(const std::vector<LoopRecord>& loops);
 nlohmann::json Summarize(const PoseGraphOptions& options,
                          const PoseGraphInput& input,
                          const PoseGraphResult& result);
-
-// Columns time_ns, ax_m_per_s2, ay_m_per_s2, az_m_per_s2; the color camera's axes; at least one
-// sample, ascending in time. Throws DataError naming file and line.
-std::vector<AccelerometerSample> ReadAccelerometer(const std::filesystem::path& path);
 
 }  // namespace nightmap

@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
                        "lists the keyframes that may see each tile of the building",
                        {{"frames", "shard_NNNN.csv of the frames stage", Arity::kMany},
                         {"cameras", "cameras.json of the pose_graph stage"},
-                        {"keyframes", "keyframes.tum of the pose_graph stage, map_from_camera"}},
+                        {"keyframes", "keyframes.tum of the map_frame stage, map_from_camera"}},
                        {{"tiles", "tiles.txt; the other files are written beside it"}}};
   return StageMain(
       argc, argv, spec, TilesOptions{}, [](const TilesOptions& options, StageContext& context) {

@@ -57,12 +57,11 @@ KeyframeSource Open(const BenchOptions& options) {
     if (file.path().filename().string().starts_with("shard_")) shards.push_back(file.path());
   }
   std::ranges::sort(shards);
-  const std::filesystem::path poses = options.site / "pose_graph";
   KeyframeSource source;
-  source.cameras = ReadCameras(poses / "cameras.json");
+  source.cameras = ReadCameras(options.site / "pose_graph" / "cameras.json");
   source.keyframes = SelectKeyframes(ReadFrames(shards),
                                      source.cameras,
-                                     ReadTum(poses / (options.poses + ".tum")),
+                                     ReadTum(options.site / "map_frame" / (options.poses + ".tum")),
                                      options.stride);
   source.load = [cameras = source.cameras, data = options.data](const Keyframe& keyframe) {
     const auto camera = static_cast<std::size_t>(keyframe.frame.camera_idx);

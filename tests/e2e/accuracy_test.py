@@ -247,7 +247,7 @@ class TwoFloorsTest(Bars):
     def check_drive_upstairs(self, site_dir):
         """Between two places where the camera was upstairs, the one as a pose, the other by its floor."""
         floor = json.loads((site_dir / "grid/floors.json").read_text())["floors"][1]
-        poses = np.loadtxt(site_dir / "pose_graph/trajectory.tum")[:, 1:4]
+        poses = np.loadtxt(site_dir / "map_frame/trajectory.tum")[:, 1:4]
         upstairs = poses[np.abs(poses[:, 2] - floor["height_m"] - 1) < 0.1]
         self.assertGreater(len(upstairs), 100)
         start, goal = upstairs[len(upstairs) // 4], upstairs[3 * len(upstairs) // 4]

@@ -91,7 +91,7 @@ class CrashTest(unittest.TestCase):
         stage = self.work.path("grid")
         site = f"maps/{SITE}"
         command = [BUILD / "bin" / "grid", "--config", f"{site}/config/grid.toml", "--in", f"octree={site}/octree/map.ot",
-                   "--in", f"keyframes={site}/pose_graph/keyframes.tum"]
+                   "--in", f"keyframes={site}/map_frame/keyframes.tum"]
         for name in ("floors=floors.json", "pgm=map.pgm", "yaml=map.yaml", "png=map.png",
                      "distances=distances.h5", "report=report.json", "receipt=receipt.json"):
             command += ["--out", name.replace("=", f"={site}/grid/")]

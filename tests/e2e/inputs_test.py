@@ -38,7 +38,7 @@ class InputsTest(unittest.TestCase):
         return self.work.run("tiles", *(item for shard in sorted(self.work.path("frames").glob("shard_*.csv"))
                                         for item in ("--in", f"frames={shard}")),
                              "--in", f"cameras={FRAMES}/cameras.json",
-                             "--in", f"keyframes=maps/{SITE}/pose_graph/keyframes.tum", "--out", "tiles=tiles.txt")
+                             "--in", f"keyframes=maps/{SITE}/map_frame/keyframes.tum", "--out", "tiles=tiles.txt")
 
     def run_cloud(self, *outputs):
         return self.work.run("point_cloud", "--in", f"tile=maps/{SITE}/tiles/tile_0_0.json", "--in",
@@ -181,7 +181,7 @@ class InputsTest(unittest.TestCase):
         self.assertNotEqual(self.work.runs()["features"], after["features"])
 
     def test_nan_in_an_artifact(self):
-        path = self.work.path("pose_graph/keyframes.tum")
+        path = self.work.path("map_frame/keyframes.tum")
         lines = path.read_text().splitlines()
         words = lines[-1].split()
         path.write_text("\n".join(lines[:-1] + [" ".join([words[0], "nan", *words[2:]])]) + "\n")

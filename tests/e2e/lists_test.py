@@ -78,7 +78,7 @@ class ListsTest(unittest.TestCase):
         self.assertEqual(len(rows), 1, said)
         self.assertEqual(rows[0][1], "located")
         position = [float(value) for value in rows[0][2:5]]
-        frame = self.work.path("pose_graph/trajectory.tum").read_text().splitlines()
+        frame = self.work.path("map_frame/trajectory.tum").read_text().splitlines()
         true = next(line for line in frame if not line.startswith("#")).split()[1:4]
         for found, expected in zip(position, true):
             self.assertAlmostEqual(found, float(expected), delta=0.1)

@@ -31,8 +31,8 @@ class OutputsTest(unittest.TestCase):
     def inputs(self, stage):
         shards = sorted(path.name for path in self.work.path("features").glob("shard_*.h5"))
         return {
-            "grid": [f"octree={MAP}/octree/map.ot", f"keyframes={MAP}/pose_graph/keyframes.tum"],
-            "plan": [f"grid={MAP}/grid/floors.json", f"trajectory={MAP}/pose_graph/trajectory.tum",
+            "grid": [f"octree={MAP}/octree/map.ot", f"keyframes={MAP}/map_frame/keyframes.tum"],
+            "plan": [f"grid={MAP}/grid/floors.json", f"trajectory={MAP}/map_frame/trajectory.tum",
                      f"queries={MAP}/localize/queries.csv"],
             "landmarks": [*(f"frames={MAP}/frames/{name.replace('.h5', '.csv')}" for name in shards),
                           f"cameras={MAP}/pose_graph/cameras.json",

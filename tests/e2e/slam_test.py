@@ -20,7 +20,7 @@ from nightmap_eval.trajectory import angles_deg, associate, read_tum  # noqa: E4
 
 def make_trajectory(site, *variables):
     """Maps a recording up to the trajectory."""
-    return make_site(site, *variables, FOLDER / "maps" / site / "pose_graph/trajectory.tum")
+    return make_site(site, *variables, FOLDER / "maps" / site / "map_frame/trajectory.tum")
 
 
 def ate_m(site_dir, trajectory):
@@ -66,7 +66,7 @@ class MirrorTest(unittest.TestCase):
         inputs = [f"frames={path}" for path in sorted((self.site_dir / "frames").glob("shard_*.csv"))]
         inputs += [f"features={path}" for path in sorted((self.site_dir / "features").glob("shard_*.h5"))]
         inputs += [f"odometry={path}" for path in sorted((self.site_dir / "odometry").glob("shard_*.h5"))]
-        inputs += [f"cameras={self.site_dir}/frames/cameras.json", f"data={FOLDER}/data",
+        inputs += [f"cameras={self.site_dir}/frames/cameras.json",
                    f"loops={folder}/loops.h5"]
         outputs = [f"graph={folder}/graph.g2o", f"trajectory={folder}/trajectory.tum",
                    f"keyframes={folder}/keyframes.tum",
@@ -74,7 +74,7 @@ class MirrorTest(unittest.TestCase):
         run([BUILD / "run/pose_graph", "--config", self.site_dir / "config/pose_graph.toml",
              *(word for path in inputs for word in ("--in", path)),
              *(word for path in outputs for word in ("--out", path))])
-        clean_m = ate_m(self.site_dir, self.site_dir / "pose_graph/trajectory.tum")
+        clean_m = ate_m(self.site_dir, self.site_dir / "map_frame/trajectory.tum")
         self.assertLessEqual(ate_m(self.site_dir, folder / "trajectory.tum"), 1.5 * clean_m)
 
 
@@ -92,7 +92,7 @@ class TwoRecordingsTest(unittest.TestCase):
         report = json.loads((site_dir / "pose_graph/report.json").read_text())
         self.assertEqual(len(report["parts"]), 1)
         estimate, truth = (read_tum(site_dir / name) for name in
-                           ("pose_graph/trajectory.tum", "frames/ground_truth.tum"))
+                           ("map_frame/trajectory.tum", "frames/ground_truth.tum"))
         pairs = associate(estimate.times_ns, truth.times_ns, 1000)
         self.assertEqual(len(pairs), 940)
         moves = []  # map_from_truth, from each recording alone

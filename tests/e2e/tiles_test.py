@@ -11,7 +11,7 @@ import unittest
 from workspace import SITE, Workspace, environment
 
 SMALL = "SET=tiles.edge_m=6"
-KEYFRAMES = "pose_graph/keyframes.tum"
+KEYFRAMES = "map_frame/keyframes.tum"
 
 
 class TilesTest(unittest.TestCase):
@@ -64,9 +64,9 @@ class TilesTest(unittest.TestCase):
         return {tile: (clouds[tile], octrees[tile]) for tile in clouds}
 
     def set_keyframes(self, lines):
-        """As if pose_graph had found these."""
+        """As if map_frame had found these."""
         self.work.path(KEYFRAMES).write_text("".join(lines), encoding="utf-8")
-        os.utime(self.work.path("pose_graph/receipt.json"))
+        os.utime(self.work.path("map_frame/receipt.json"))
 
     def keyframes(self):
         lines = self.work.path(KEYFRAMES).read_text(encoding="utf-8").splitlines(keepends=True)

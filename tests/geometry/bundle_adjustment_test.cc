@@ -8,7 +8,6 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
-#include "pipeline/geometry/observation_error.h"
 #include "tests/failing_cholmod.h"
 #include "tests/test_data.h"
 
@@ -70,49 +69,6 @@ TEST(BundleAdjustment, ReturnsFromADisturbedStart) {
         (problem.camera_from_world[i].translation - truth.camera_from_world[i].translation).norm(),
         1e-3);
     EXPECT_LT(AngleBetween_rad(problem.camera_from_world[i], truth.camera_from_world[i]), 1e-3);
-  }
-}
-
-TEST(BundleAdjustment, DerivativesAreThoseOfFiniteDifferences) {
-  using Vector12d = Eigen::Matrix<double, 12, 1>;
-  constexpr double kStep = 1e-6;
-  Random random(3);
-  const auto noise = [&] {
-    return Eigen::Vector3d(random.Gaussian(), random.Gaussian(), random.Gaussian());
-  };
-  for (int trial = 0; trial < 20; ++trial) {
-    const BundleObservation observation{
-        0, 0, {random.Uniform(0, 640), random.Uniform(0, 480)}, trial % 4 == 0 ? 0 : 2.5, {}, 0.7};
-    const PointMotion motion{noise(), noise()};
-    const ObservationError error(observation, kCamera, motion);
-    Vector6d pose_step;
-    pose_step << 0.3 * noise(), noise();
-    const Rigid3 camera_from_world = PerturbLeft(pose_step, Rigid3());
-    const Eigen::Vector3d point =
-        camera_from_world.Inverse() *
-        Eigen::Vector3d(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(1, 5));
-    const Eigen::Vector3d calibration(
-        random.Uniform(0.9, 1.1), random.Uniform(-0.03, 0.03), random.Uniform(0.9, 1.1));
-    const auto evaluate = [&](const Vector12d& step, ObservationJacobian* jacobian) {
-      const Eigen::Vector3d moved = calibration + step.tail<3>();
-      const auto residual = error.Evaluate(PerturbLeft(step.head<6>(), camera_from_world),
-                                           point + step.segment<3>(6),
-                                           {moved[0], moved[1], moved[2]},
-                                           jacobian);
-      EXPECT_TRUE(residual) << trial;
-      return residual.value_or(Eigen::Vector3d::Zero());
-    };
-    ObservationJacobian jacobian;
-    evaluate(Vector12d::Zero(), &jacobian);
-    Eigen::Matrix<double, 3, 12> derivatives;
-    derivatives << jacobian.by_pose, jacobian.by_point, jacobian.by_calibration;
-    for (int k = 0; k < 12; ++k) {
-      const Vector12d step = kStep * Vector12d::Unit(k);
-      const Eigen::Vector3d difference =
-          (evaluate(step, nullptr) - evaluate(-step, nullptr)) / (2 * kStep);
-      EXPECT_LT((derivatives.col(k) - difference).norm(), 1e-5 * (1 + difference.norm()))
-          << trial << " " << k;
-    }
   }
 }
 
@@ -332,7 +288,7 @@ TEST(BundleAdjustment, WithoutMemoryItIsAnErrorAndNoRefusedStep) {
 TEST(BundleAdjustment, NoStepThatLowersTheCostIsAnError) {
   BundleProblem problem = DisturbedProblem();
   const int stuck = static_cast<int>(problem.points_in_world.size());
-  problem.points_in_world.emplace_back(0, 0, ObservationError::kMinDepth_m);
+  problem.points_in_world.emplace_back(0, 0, Reprojection::kMinDepth_m);
   problem.observations.push_back({0, stuck, {319.5, 239.5}, 0.02, DepthNoise{}});
   NIGHTMAP_EXPECT_ERROR(DataError, Adjust({}, &problem), "none of 20 steps lowered the cost");
 }
@@ -341,7 +297,7 @@ TEST(BundleAdjustment, NoStepThatLowersTheCostIsAnError) {
 TEST(BundleAdjustment, IsToldWhenItStalls) {
   BundleProblem problem = DisturbedProblem();
   const int stuck = static_cast<int>(problem.points_in_world.size());
-  problem.points_in_world.emplace_back(0, 0, 2 * ObservationError::kMinDepth_m);
+  problem.points_in_world.emplace_back(0, 0, 2 * Reprojection::kMinDepth_m);
   problem.observations.push_back({0, stuck, {319.5, 239.5}, 0.0001, DepthNoise{}});
   const BundleSummary summary = Adjust({.max_iterations = 200}, &problem);
   EXPECT_EQ(summary.end, BundleEnd::kStalled);

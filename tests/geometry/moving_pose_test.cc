@@ -24,7 +24,8 @@ struct RolledPicture {
       Eigen::Vector2d pixel = *kCamera.ProjectUndistorted(in_middle);
       for (int i = 0; i < 20; ++i) {  // the row depends on where the point has moved to by then
         const double row = pixel.y() / (kCamera.height - 1) - 0.5;
-        pixel = *kCamera.ProjectUndistorted(motion.Move(in_middle, row));
+        pixel = *kCamera.ProjectUndistorted(in_middle +
+                                            row * motion.PerReadout().Velocity_m_per_s(in_middle));
       }
       pixel += noise_px * Eigen::Vector2d(random.Gaussian(), random.Gaussian());
       if (kCamera.Contains(pixel)) matches.push_back({pixel, truth.Inverse() * in_middle});

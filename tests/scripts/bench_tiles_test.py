@@ -21,12 +21,12 @@ class RepeatTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
-        for name in ("frames", "pose_graph"):
+        for name in ("frames", "pose_graph", "map_frame"):
             (self.folder / name).mkdir()
         rows = [f'{i},{round(1e9 * time_s)},"a,{i}.jpg",d{i}.png,0,0,ab' for i, (time_s, _, _) in enumerate(POSES)]
         (self.folder / "frames" / "shard_0000.csv").write_text("\n".join([HEADER, *rows]) + "\n")
         lines = [f"{time_s:.6f} {x} {y} 1.0 0 0 0 1\n" for time_s, x, y in POSES]
-        (self.folder / "pose_graph" / "keyframes.tum").write_text("# comment\n" + "".join(lines))
+        (self.folder / "map_frame" / "keyframes.tum").write_text("# comment\n" + "".join(lines))
         bench_tiles.Original(self.folder).repeat(8, self.folder)
 
     def test_copies_lie_side_by_side(self):

@@ -148,7 +148,7 @@ class EvaluateColmapTest(unittest.TestCase):
         failed = [f"{i},{QUERIES.times_ns[i]},queries/{i}.png,no_features,no_features,,,,,,,,,," for i in (8, 9)]
         (self.site_dir / "localize" / "queries.csv").write_text(text + "\n".join(failed) + "\n")
         fake_site.write_tum(self.site_dir / "frames" / "query_ground_truth.tum", QUERIES)
-        for stage in ("frames", "features", "pose_graph", "landmarks", "vocabulary", "localize"):
+        for stage in ("frames", "features", "pose_graph", "map_frame", "landmarks", "vocabulary", "localize"):
             fake_site.write_receipt(self.site_dir, stage)
         (self.site_dir / "landmarks" / "landmarks.h5").write_bytes(bytes(1000))
         (self.site_dir / "vocabulary" / "vocabulary.h5").write_bytes(bytes(500))
@@ -181,9 +181,9 @@ class EvaluateColmapTest(unittest.TestCase):
             self.assertEqual(mapper["against"]["nightmap"][protocol]["recall_1cm_1deg_percent"], 75)
         self.assertEqual(mapper["map_time_s"], 6)
         self.assertEqual(mapper["time_per_query_s"], 0.4)
-        self.assertEqual(nightmap["map_time_s"], 5 * 12.5)
+        self.assertEqual(nightmap["map_time_s"], 6 * 12.5)
         for name in ("colmap_triangulate", "colmap_held"):  # the same map
-            self.assertEqual(results["methods"][name]["map_time_s"], 6 + 4 * 12.5)
+            self.assertEqual(results["methods"][name]["map_time_s"], 6 + 5 * 12.5)
         self.assertEqual(nightmap["map_size_bytes"], 1500)
         self.assertGreater(mapper["map_size_bytes"], 300)
         self.assertIn("| located | 8 | 6 | 6 | 7 |", table)
@@ -211,7 +211,7 @@ class EvaluateColmapTest(unittest.TestCase):
         results, _ = self.evaluate()
         nightmap = results["methods"]["nightmap"]
         self.assertEqual(nightmap["map_parts_s"]["landmarks"], 8.5)
-        self.assertEqual(nightmap["map_time_s"], 5 * 12.5 - 4)
+        self.assertEqual(nightmap["map_time_s"], 6 * 12.5 - 4)
 
     def test_tables_and_plots_are_beside_the_results(self):
         results, _ = self.evaluate()
@@ -280,7 +280,7 @@ class EvaluateColmapTest(unittest.TestCase):
         for text in ("Comparison with COLMAP", "Errors against truth", "recall.png", "tool_mapper"):
             self.assertIn(text, section)
         self.assertNotIn("changed since", section)
-        for name in ("pose_graph/trajectory.tum", "frames/ground_truth.tum", "frames/query_ground_truth.tum"):
+        for name in ("map_frame/trajectory.tum", "frames/ground_truth.tum", "frames/query_ground_truth.tum"):
             path = self.site_dir / name
             before = path.read_text()
             path.write_text(before + "# another\n")

@@ -52,7 +52,7 @@ class DamagedFilesTest(unittest.TestCase):
         pose = "1000000000 {} 0 0 0 0 0 1\n"
         poses = [pose.format(value) for value in ("1e308", "-1e300", "nan", "inf", "x")]
         times = [pose.replace("1000000000", time).format(0) for time in ("1e300", "-1e10", "9" * 5000, "\u00b2")]
-        for name in ("frames/ground_truth.tum", "pose_graph/trajectory.tum"):
+        for name in ("frames/ground_truth.tum", "map_frame/trajectory.tum"):
             self.check("evaluate.py", name, [*poses, *times, b"\xff\xfe\n", b"\0\n", "1 2\n", pose.format(0) * 2])
 
     def test_lists_of_frames_and_queries(self):

@@ -61,7 +61,7 @@ class EvaluateTest(unittest.TestCase):
     def test_lists_frames_without_pose(self):
         estimate = fake_site.write_site(self.site_dir)
         kept = [i for i in range(len(estimate)) if i not in (7, 39)]
-        fake_site.write_tum(self.site_dir / "pose_graph" / "trajectory.tum", estimate.select(kept))
+        fake_site.write_tum(self.site_dir / "map_frame" / "trajectory.tum", estimate.select(kept))
         metrics = self.metrics()
         self.assertEqual(metrics["coverage"]["frames_without_pose"], [7, 39])
         # Frame 7 takes two steps with it, the last frame one.
@@ -156,7 +156,7 @@ class EvaluateTest(unittest.TestCase):
         self.assertEqual(self.evaluate().returncode, 1)  # no trajectory
         self.assertEqual(fake_site.run("evaluate.py", "--out", "x").returncode, 2)
         fake_site.write_site(self.site_dir)
-        path = self.site_dir / "pose_graph" / "trajectory.tum"
+        path = self.site_dir / "map_frame" / "trajectory.tum"
         path.write_text(path.read_text() + "3000000000 nan 0 0 0 0 0 1\n")
         result = self.evaluate()
         self.assertEqual(result.returncode, 1)
@@ -166,7 +166,7 @@ class EvaluateTest(unittest.TestCase):
     def test_pose_of_an_unlisted_frame_is_refused(self):
         estimate = fake_site.write_site(self.site_dir)
         estimate.times_ns[-1] += 1
-        fake_site.write_tum(self.site_dir / "pose_graph" / "trajectory.tum", estimate)
+        fake_site.write_tum(self.site_dir / "map_frame" / "trajectory.tum", estimate)
         self.assertEqual(self.evaluate().returncode, 1)
 
 

@@ -178,7 +178,7 @@ class ReportTest(unittest.TestCase):
 
     def write_everything(self):
         estimate = fake_site.write_site(self.site_dir)
-        for stage in ("frames", "pose_graph"):
+        for stage in ("frames", "pose_graph", "map_frame"):
             fake_site.write_receipt(self.site_dir, stage)
         fake_site.write_receipt(self.site_dir, "features", "receipt_0000.json")
         fake_site.write_receipt(self.site_dir, "features", "receipt_0001.json")
@@ -207,7 +207,7 @@ class ReportTest(unittest.TestCase):
             "loops: 1 accepted, 1 rejected",
             "2 items skipped",
             "3 of 5 queries located",
-            "50.0 s of stage time",
+            "62.5 s of stage time",
             "num_features 7",
             "inconsistent",
             "rgb/&lt;0000&gt;.png is truncated",
@@ -244,7 +244,7 @@ class ReportTest(unittest.TestCase):
 
     def test_renders_whatever_is_missing(self):
         self.site_dir.mkdir(parents=True)
-        self.assertIn("pose_graph stage did not run", self.report())
+        self.assertIn("map_frame stage did not run", self.report())
         self.write_everything()
         for stage in ("localize", "plan", "evaluate", "grid", "features", "config"):
             folder = self.site_dir / stage
@@ -258,7 +258,7 @@ class ReportTest(unittest.TestCase):
 
     def test_warns_of_a_floor_that_may_be_none(self):
         fake_site.write_site(self.site_dir)
-        path = self.site_dir / "pose_graph" / "report.json"
+        path = self.site_dir / "map_frame" / "report.json"
         said = "z = 0 is the lowest points, 1.20 m below the median camera"
         path.write_text(json.dumps({"floor": said, "floor_warnings": ["no floor was seen: <remedy>"]}))
         page = self.report()

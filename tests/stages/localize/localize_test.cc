@@ -127,7 +127,9 @@ TEST_F(LocalizeTest, FindsThePoseOfACameraThatTurnsWhileItsShutterRolls) {
         pose_.Inverse() * scene_.points_in_map[static_cast<std::size_t>(seen[i])];
     const double row = static_cast<double>(features_.keypoints_px[i].y()) / camera.height - 0.5;
     features_.keypoints_px[i] =
-        camera.ProjectUndistorted(motion.Move(in_middle, row))->cast<float>();
+        camera
+            .ProjectUndistorted(in_middle + row * motion.PerReadout().Velocity_m_per_s(in_middle))
+            ->cast<float>();
   }
   const QueryResult moving = Localize(features_);
   options_.readout_turn_sigma_rad = 0;

@@ -28,9 +28,6 @@ PoseGraphInput MakeInput() {
   PoseGraphInput input;
   input.cameras = {RgbdCamera{}};
   input.cameras[0].color = Camera{64, 48, 50, 50, 32, 24};
-  input.load_depth = [](const FrameRecord& frame) -> DepthImage {
-    throw DataError("{}: no depth in this test", frame.depth_path);
-  };
   Random random(6);
   for (int begin = 0; begin < kNumFrames; begin += kNumFrames / 2) {
     OdometryShard shard;
@@ -79,12 +76,12 @@ PoseGraphResult Optimize(const PoseGraphInput& input, int num_threads = 1) {
 }
 
 double WorstError_m(const PoseGraphResult& result) {
-  const Rigid3 map_from_truth = result.map_from_camera[0] * TruePose(0).Inverse();
+  const Rigid3 graph_from_truth = result.graph_from_camera[0] * TruePose(0).Inverse();
   double worst = 0;
   for (int i = 0; i < kNumFrames; ++i) {
     worst = std::max(worst,
-                     (result.map_from_camera[static_cast<std::size_t>(i)].translation -
-                      (map_from_truth * TruePose(i)).translation)
+                     (result.graph_from_camera[static_cast<std::size_t>(i)].translation -
+                      (graph_from_truth * TruePose(i)).translation)
                          .norm());
   }
   return worst;
@@ -108,7 +105,7 @@ TEST(PoseGraph, EveryFrameHasAPoseAndEveryCandidateAVerdict) {
   input.loops.back().frame_a = 24;  // its nearest keyframe is that of frame_b
   input.loops.back().frame_b = 25;
   const PoseGraphResult result = Optimize(input);
-  EXPECT_EQ(result.map_from_camera.size(), static_cast<std::size_t>(kNumFrames));
+  EXPECT_EQ(result.graph_from_camera.size(), static_cast<std::size_t>(kNumFrames));
   ASSERT_EQ(result.loops.size(), 6U);
   EXPECT_EQ(result.loops[0].reason, PairStatusText(PairStatus::kPoorSpread));
   EXPECT_THAT(result.loops[1].reason, testing::HasSubstr("contradicts"));
@@ -144,8 +141,8 @@ TEST(PoseGraph, DroppedKeyframesKeepTheirPosesAndTheEdgesGoPastThem) {
   EXPECT_GT(few.num_culled, 5);
   EXPECT_EQ(few.graph.vertices.size() + static_cast<std::size_t>(few.num_culled),
             all.graph.vertices.size());
-  for (std::size_t i = 0; i < all.map_from_camera.size(); ++i) {
-    EXPECT_LT((few.map_from_camera[i].translation - all.map_from_camera[i].translation).norm(),
+  for (std::size_t i = 0; i < all.graph_from_camera.size(); ++i) {
+    EXPECT_LT((few.graph_from_camera[i].translation - all.graph_from_camera[i].translation).norm(),
               0.05);
   }
   std::size_t num_chained = 0;
@@ -211,7 +208,7 @@ TEST(PoseGraph, PartsThatNoLoopJoinsAreReported) {
   EXPECT_EQ(result.parts[0].runs, (Runs{{12, kNumFrames - 1}}));
   EXPECT_EQ(result.parts[1].runs, (Runs{{0, 11}}));
   EXPECT_EQ(Summarize({}, input, result).at("parts").size(), 2U);
-  EXPECT_EQ(result.map_from_camera.size(), static_cast<std::size_t>(kNumFrames));
+  EXPECT_EQ(result.graph_from_camera.size(), static_cast<std::size_t>(kNumFrames));
 }
 
 TEST(PoseGraph, RefusesOdometryOfOtherFrames) {
@@ -276,34 +273,6 @@ TEST(PoseGraph, RefusesTracksAndLoopsOfOtherFeatures) {
   input = MakeInput();
   input.loops[0].inliers = {{3, 4}};
   NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "matches features 3 and 4");
-}
-
-TEST(PoseGraph, TheAccelerometerTurnsTheMapUpright) {
-  PoseGraphInput input = MakeInput();
-  // Across the axis the camera turns about: over the whole turn the samples' own mean is zero.
-  const Eigen::Vector3d up(1, 0, 0);
-  for (int i = 0; i < kNumFrames; ++i) {
-    input.accelerometer.push_back({input.frames[static_cast<std::size_t>(i)].time_ns,
-                                   TruePose(i).rotation.conjugate() * (9.8 * up)});
-  }
-  const PoseGraphResult result = Optimize(input);
-  EXPECT_EQ(result.map_frame.gravity_source, "accelerometer");
-  const Rigid3 map_from_truth = result.map_from_camera[0] * TruePose(0).Inverse();
-  EXPECT_GT((map_from_truth.rotation * up).z(), 0.99);
-}
-
-TEST(PoseGraph, ReadsTheAccelerometer) {
-  const TemporaryFolder folder;
-  const std::string header = "time_ns,ax_m_per_s2,ay_m_per_s2,az_m_per_s2\n";
-  const auto samples = ReadAccelerometer(folder.Write("a.csv", header + "1,0,-9.8,0.1\n2,0,0,0\n"));
-  ASSERT_EQ(samples.size(), 2U);
-  EXPECT_EQ(samples[0].acceleration_m_per_s2, Eigen::Vector3d(0, -9.8, 0.1));
-  EXPECT_EQ(samples[1].time_ns, 2);
-  NIGHTMAP_EXPECT_ERROR(
-      DataError, ReadAccelerometer(folder.Write("b.csv", header)), "b.csv: holds no sample");
-  NIGHTMAP_EXPECT_ERROR(DataError,
-                        ReadAccelerometer(folder.Write("c.csv", header + "1,0,0,0\n1,0,0,0\n")),
-                        "c.csv:3: time_ns must increase");
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/surface_patches.h"
+#include "stages/map_frame/surface_patches.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,13 +7,12 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/io/frame_failure.h"
-#include "stages/pose_graph/pose_graph.h"
 
 namespace nightmap {
 
 std::vector<SurfacePatch> SamplePatches(const DepthImage& depth,
                                         const RgbdCamera& camera,
-                                        const Rigid3& graph_from_camera,
+                                        const Rigid3& given_from_camera,
                                         double max_depth_m) {
   constexpr int kStep_px = 12;
   constexpr int kReach_px = 6;
@@ -40,8 +39,8 @@ std::vector<SurfacePatch> SamplePatches(const DepthImage& depth,
       const double cosine = -normal.dot(center.normalized());
       if (cosine < 0.1) continue;
       const double pixel_area_m2 = z * z / (camera.color.fx * camera.color.fy);
-      patches.push_back({graph_from_camera * center,
-                         graph_from_camera.rotation * normal,
+      patches.push_back({given_from_camera * center,
+                         given_from_camera.rotation * normal,
                          kStep_px * kStep_px * pixel_area_m2 / cosine,
                          -1});
     }
@@ -49,35 +48,24 @@ std::vector<SurfacePatch> SamplePatches(const DepthImage& depth,
   return patches;
 }
 
-std::vector<SurfacePatch> SampleKeyframes(const PoseGraphInput& input,
-                                          const std::map<int, Rigid3>& graph_from_keyframe,
-                                          int max_num_keyframes,
-                                          double max_depth_m,
+std::vector<SurfacePatch> SampleKeyframes(const MapFrameOptions& options,
+                                          const MapFrameInput& input,
+                                          const std::vector<Keyframe>& keyframes,
                                           int num_threads) {
-  struct Keyframe {
-    int frame_idx;
-    int camera_idx;
-  };
-  std::vector<Keyframe> chosen;
-  const std::size_t step =
-      graph_from_keyframe.size() / static_cast<std::size_t>(max_num_keyframes) + 1;
-  std::size_t i = 0;
-  for (const auto& [idx, pose] : graph_from_keyframe) {
-    if (i % step == 0) chosen.push_back({idx, static_cast<int>(i)});
-    ++i;
-  }
-  std::vector<std::vector<SurfacePatch>> of_keyframe(chosen.size());
-  ParallelFor(chosen.size(), num_threads, [&](std::size_t k) {
-    const int frame_idx = chosen[k].frame_idx;
-    const FrameRecord& frame = input.frames[static_cast<std::size_t>(frame_idx)];
+  const int step = static_cast<int>(input.keyframes.size()) / options.floor_num_keyframes + 1;
+  std::vector<std::vector<SurfacePatch>> of_keyframe(keyframes.size());
+  ParallelFor(keyframes.size(), num_threads, [&](std::size_t k) {
+    const Keyframe& keyframe = keyframes[k];
+    if (keyframe.keyframe_idx % step != 0) return;
     // The features stage has counted a frame that fails; the floor is seen by others.
-    std::ignore = FrameFailure(frame.depth_path, [&] {
-      of_keyframe[k] = SamplePatches(input.load_depth(frame),
-                                     input.cameras.at(static_cast<std::size_t>(frame.camera_idx)),
-                                     graph_from_keyframe.at(frame_idx),
-                                     max_depth_m);
-      for (SurfacePatch& patch : of_keyframe[k]) patch.camera_idx = chosen[k].camera_idx;
+    std::ignore = FrameFailure(keyframe.frame.depth_path, [&] {
+      const auto camera_idx = static_cast<std::size_t>(keyframe.frame.camera_idx);
+      of_keyframe[k] = SamplePatches(input.load_depth(keyframe.frame),
+                                     input.cameras[camera_idx],
+                                     keyframe.map_from_camera,
+                                     options.floor_max_depth_m);
     });
+    for (SurfacePatch& patch : of_keyframe[k]) patch.camera_idx = keyframe.keyframe_idx;
   });
   std::vector<SurfacePatch> patches;
   for (const auto& part : of_keyframe) patches.insert(patches.end(), part.begin(), part.end());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/level_surfaces.h"
+#include "stages/map_frame/level_surfaces.h"
 
 #include <algorithm>
 #include <array>
@@ -61,17 +61,17 @@ bool LevelSurface::IsDistinct() const {
 }
 
 LevelMap::LevelMap(const std::vector<SurfacePatch>& patches,
-                   const std::vector<Rigid3>& graph_from_cameras,
+                   const std::vector<Rigid3>& given_from_cameras,
                    const Eigen::Vector3d& up) {
-  Eigen::Matrix3d level_from_graph;
-  level_from_graph.row(0) = up.unitOrthogonal();
-  level_from_graph.row(1) = up.cross(up.unitOrthogonal());
-  level_from_graph.row(2) = up;
+  Eigen::Matrix3d level_from_given;
+  level_from_given.row(0) = up.unitOrthogonal();
+  level_from_given.row(1) = up.cross(up.unitOrthogonal());
+  level_from_given.row(2) = up;
   const auto sample_of = [&](const SurfacePatch& patch) {
-    Sample sample{level_from_graph * patch.point, {}, patch.camera_idx};
+    Sample sample{level_from_given * patch.point, {}, patch.camera_idx};
     if (patch.camera_idx >= 0) {
       const auto idx = static_cast<std::size_t>(patch.camera_idx);
-      sample.camera = level_from_graph * graph_from_cameras.at(idx).translation;
+      sample.camera = level_from_given * given_from_cameras.at(idx).translation;
     }
     return sample;
   };

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/map_frame.h"
+#include "stages/map_frame/find_map_frame.h"
 
 #include <gtest/gtest.h>
 
-#include <numbers>
-
-#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
-#include "tests/test_data.h"
+#include "tests/stages/map_frame/level_camera.h"
 
 namespace nightmap {
 namespace {
@@ -30,16 +27,6 @@ void AddWall(Random& random, std::vector<SurfacePatch>* patches) {
   }
 }
 
-// A camera that looks along x, its image's down along -z, pitched down a little.
-Rigid3 Looking(double x_m, double height_m, double pitch_rad) {
-  Eigen::Matrix3d rotation;
-  rotation.col(0) = -Eigen::Vector3d::UnitY();
-  rotation.col(1) = -Eigen::Vector3d::UnitZ();
-  rotation.col(2) = Eigen::Vector3d::UnitX();
-  const Eigen::AngleAxisd pitch(-pitch_rad, Eigen::Vector3d::UnitX());
-  return {Eigen::Quaterniond(rotation) * Eigen::Quaterniond(pitch), {x_m, 0, height_m}};
-}
-
 std::vector<Rigid3> Cameras(double height_m, double pitch_rad) {
   std::vector<Rigid3> cameras;
   for (int i = 0; i < 5; ++i) cameras.push_back(Looking(0.2 * i, height_m, pitch_rad));
@@ -55,7 +42,7 @@ void Move(const Rigid3& motion, std::vector<SurfacePatch>* patches, std::vector<
   for (Rigid3& camera : *cameras) camera = motion * camera;
 }
 
-TEST(FindMapFrame, PutsTheFloorAtZeroWhateverTheGraphsFrame) {
+TEST(FindMapFrame, PutsTheFloorAtZeroWhateverTheGivenFrame) {
   Random random(1);
   for (int trial = 0; trial < 8; ++trial) {
     std::vector<SurfacePatch> patches;
@@ -72,10 +59,10 @@ TEST(FindMapFrame, PutsTheFloorAtZeroWhateverTheGraphsFrame) {
     EXPECT_EQ(frame.gravity_source, "horizontal surfaces");
     EXPECT_NEAR(frame.camera_height_m, 1.2, 0.01);
     EXPECT_NEAR(frame.floor_area_m2, 16, 2);
-    const Rigid3 first = frame.map_from_graph * cameras[0];
+    const Rigid3 first = frame.map_from_given * cameras[0];
     EXPECT_NEAR(first.translation.head<2>().norm(), 0, 1e-9);
     const Eigen::Vector3d up =
-        frame.map_from_graph.rotation * (motion.rotation * Eigen::Vector3d::UnitZ());
+        frame.map_from_given.rotation * (motion.rotation * Eigen::Vector3d::UnitZ());
     EXPECT_LT(std::acos(std::min(1.0, up.z())), 0.005);
     EXPECT_GT((first.rotation * Eigen::Vector3d::UnitZ()).x(), 0.9);  // looks along x
   }
@@ -94,7 +81,7 @@ TEST(FindMapFrame, WithoutAnySurfaceItFallsBackToTheCameras) {
   const MapFrame frame = FindMapFrame({}, {}, Cameras(1, 0), std::nullopt);
   EXPECT_EQ(frame.gravity_source, "camera attitude");
   EXPECT_EQ(frame.floor_source, "lowest camera");
-  EXPECT_TRUE(frame.map_from_graph.Matrix().allFinite());
+  EXPECT_TRUE(frame.map_from_given.Matrix().allFinite());
 }
 
 TEST(FindMapFrame, AccelerometerDecidesWhereTheCameraIsTilted) {
@@ -109,54 +96,6 @@ TEST(FindMapFrame, AccelerometerDecidesWhereTheCameraIsTilted) {
   EXPECT_NEAR(frame.camera_height_m, 1.2, 0.01);
 }
 
-// A camera that turns on its side while it walks, and what its accelerometer measures at 50 Hz.
-struct Walk {
-  std::vector<StampedPose> keyframes;
-  std::vector<AccelerometerSample> samples;
-};
-
-Walk RollingWalk() {
-  constexpr std::int64_t kStep_ns = 20'000'000;
-  Walk walk;
-  Random random(4);
-  for (int i = 0; i < 200; ++i) {
-    const Eigen::AngleAxisd roll(2 * std::numbers::pi * i / 200, Eigen::Vector3d::UnitZ());
-    Rigid3 pose = Looking(0.01 * i, 1.2, 0.2);
-    pose.rotation = pose.rotation * Eigen::Quaterniond(roll);
-    const Eigen::Vector3d motion(random.Gaussian(), random.Gaussian(), random.Gaussian());
-    walk.samples.push_back(
-        {i * kStep_ns, pose.rotation.conjugate() * Eigen::Vector3d(0, 0, 9.8) + 0.5 * motion});
-    if (i % 10 == 0) walk.keyframes.push_back({i * kStep_ns, pose});
-  }
-  return walk;
-}
-
-TEST(UpFromAccelerometer, FollowsTheAttitudeOfTheCamera) {
-  const Walk walk = RollingWalk();
-  EXPECT_GT(UpFromAccelerometer(walk.samples, walk.keyframes).z(), 0.999);
-}
-
-TEST(UpFromAccelerometer, TakesSamplesNearKeyframesOnly) {
-  const std::vector<StampedPose> keyframes{{1'000'000'000, Rigid3()}};
-  const std::vector<AccelerometerSample> samples{{899'999'999, {9.8, 0, 0}},
-                                                 {900'000'000, {0, 0, 9.8}},
-                                                 {1'100'000'000, {0, 0, 9.8}},
-                                                 {1'100'000'001, {9.8, 0, 0}}};
-  EXPECT_EQ(UpFromAccelerometer(samples, keyframes), Eigen::Vector3d(0, 0, 1));
-}
-
-TEST(UpFromAccelerometer, RefusesWhatShowsNoGravity) {
-  Walk walk = RollingWalk();
-  const auto samples = walk.samples;
-  // The same for a camera that does not roll: as recorded in axes that are not the camera's.
-  for (StampedPose& keyframe : walk.keyframes) keyframe.pose = Rigid3();
-  NIGHTMAP_EXPECT_ERROR(
-      DataError, UpFromAccelerometer(samples, walk.keyframes), "accelerometer.csv: the mean over");
-  for (StampedPose& keyframe : walk.keyframes) keyframe.time_ns += 60'000'000'000;
-  NIGHTMAP_EXPECT_ERROR(
-      DataError, UpFromAccelerometer(samples, walk.keyframes), "accelerometer.csv: no sample");
-}
-
 TEST(SamplePatches, MeasuresPlanes) {
   RgbdCamera camera;
   camera.color = Camera{320, 240, 260, 260, 159.5, 119.5};
@@ -167,8 +106,8 @@ TEST(SamplePatches, MeasuresPlanes) {
       depth.At(x, y) = static_cast<float>(260 / (y - 119.5));
     }
   }
-  const Rigid3 graph_from_camera = Looking(0, 1, 0);
-  const auto patches = SamplePatches(depth, camera, graph_from_camera, 4);
+  const Rigid3 given_from_camera = Looking(0, 1, 0);
+  const auto patches = SamplePatches(depth, camera, given_from_camera, 4);
   ASSERT_GT(patches.size(), 50U);
   for (const SurfacePatch& patch : patches) {
     EXPECT_NEAR(patch.point.z(), 0, 1e-5);

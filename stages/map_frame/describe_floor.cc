@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/describe_floor.h"
+#include "stages/map_frame/describe_floor.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -8,6 +8,7 @@ namespace nightmap {
 
 std::string DescribeFloor(const MapFrame& frame) {
   const std::string height = fmt::format("{:.2f} m below the median camera", frame.camera_height_m);
+  if (frame.IsGiven()) return fmt::format("z = 0 is that of the given trajectory, {}", height);
   if (frame.floor_area_m2 == 0)
     return fmt::format("z = 0 is the {}, {}", frame.floor_source, height);
   return fmt::format("z = 0 is the {}: {:.2f} m2 seen by {} keyframes, {}",
@@ -19,10 +20,17 @@ std::string DescribeFloor(const MapFrame& frame) {
 
 std::vector<std::string> FloorWarnings(const MapFrame& frame) {
   std::vector<std::string> warnings;
+  if (frame.IsGiven()) {
+    if (frame.camera_height_m > 0) return warnings;
+    warnings.emplace_back(
+        "the given trajectory does not lie above z = 0: its z must point up and the floor must be "
+        "at 0, or set map_frame.source = \"floor\"");
+    return warnings;
+  }
   if (frame.floor_source != "floor plane") {
     warnings.push_back(fmt::format(
         "no floor was seen: z = 0 is the {}, so heights, grid and paths may be wrong; record the "
-        "floor too, or lower pose_graph.floor_min_area_m2",
+        "floor too, or lower map_frame.floor_min_area_m2",
         frame.floor_source));
   }
   if (frame.below_floor_share > kMaxBelowFloorShare) {
@@ -38,6 +46,22 @@ std::vector<std::string> FloorWarnings(const MapFrame& frame) {
 void LogFloor(const MapFrame& frame) {
   spdlog::info("{}", DescribeFloor(frame));
   for (const std::string& warning : FloorWarnings(frame)) spdlog::warn("{}", warning);
+}
+
+nlohmann::json Summarize(const MapFrame& frame) {
+  const Eigen::Vector3d& t = frame.map_from_given.translation;
+  const Eigen::Vector4d& q = frame.map_from_given.rotation.coeffs();
+  return {{"gravity_source", frame.gravity_source},
+          {"floor", DescribeFloor(frame)},
+          {"floor_warnings", FloorWarnings(frame)},
+          {"floor_source", frame.floor_source},
+          {"floor_area_m2", frame.floor_area_m2},
+          {"floor_num_keyframes", frame.floor_num_keyframes},
+          {"below_floor_percent", 100 * frame.below_floor_share},
+          {"camera_height_m", frame.camera_height_m},
+          {"map_from_given",
+           {{"translation_m", {t.x(), t.y(), t.z()}},
+            {"rotation_xyzw", {q.x(), q.y(), q.z(), q.w()}}}}};
 }
 
 }  // namespace nightmap

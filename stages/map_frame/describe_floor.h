@@ -2,10 +2,11 @@
 // What z = 0 is, in words: for the log, report.json and the report page.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "stages/pose_graph/map_frame.h"
+#include "stages/map_frame/map_frame.h"
 
 namespace nightmap {
 
@@ -16,5 +17,8 @@ std::vector<std::string> FloorWarnings(const MapFrame& frame);
 
 // Both, to the log.
 void LogFloor(const MapFrame& frame);
+
+// The stage's report.
+nlohmann::json Summarize(const MapFrame& frame);
 
 }  // namespace nightmap

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "stages/pose_graph/level_surfaces.h"
-#include "stages/pose_graph/map_frame.h"
+#include "stages/map_frame/level_surfaces.h"
+#include "stages/map_frame/map_frame.h"
 
 namespace nightmap {
 
@@ -17,7 +17,7 @@ struct FloorChoice {
   double below_share = 0;  // as MapFrame::below_floor_share
 };
 
-double MedianHeight_m(const std::vector<Rigid3>& graph_from_cameras, const Eigen::Vector3d& up);
+double MedianHeight_m(const std::vector<Rigid3>& given_from_cameras, const Eigen::Vector3d& up);
 
 // The lowest level surface that is one for certain: below a floor nothing is seen, while a table or
 // a counter, however large, has the floor below it.
@@ -34,7 +34,7 @@ double MedianHeight_m(const std::vector<Rigid3>& graph_from_cameras, const Eigen
 // the height with hardly anything below it; and without any patch that of the lowest camera.
 FloorChoice ChooseFloor(const MapFrameOptions& options,
                         const std::vector<SurfacePatch>& patches,
-                        const std::vector<Rigid3>& graph_from_cameras,
+                        const std::vector<Rigid3>& given_from_cameras,
                         const Eigen::Vector3d& up);
 
 }  // namespace nightmap

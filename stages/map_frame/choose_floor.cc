@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/choose_floor.h"
+#include "stages/map_frame/choose_floor.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,13 +19,13 @@ class FloorFinder {
  public:
   FloorFinder(const MapFrameOptions& options,
               const std::vector<SurfacePatch>& patches,
-              const std::vector<Rigid3>& graph_from_cameras,
+              const std::vector<Rigid3>& given_from_cameras,
               const Eigen::Vector3d& up)
-      : options_(options), map_(patches, graph_from_cameras, up) {
-    for (const Rigid3& pose : graph_from_cameras) {
+      : options_(options), map_(patches, given_from_cameras, up) {
+    for (const Rigid3& pose : given_from_cameras) {
       cameras_m_.push_back(up.dot(pose.translation));
     }
-    const double median_m = MedianHeight_m(graph_from_cameras, up);
+    const double median_m = MedianHeight_m(given_from_cameras, up);
     for (LevelSurface& surface : map_.Surfaces()) {
       if (median_m - surface.height_m < options.floor_min_camera_height_m) break;
       surfaces_.push_back(std::move(surface));
@@ -127,9 +127,9 @@ class FloorFinder {
 
 }  // namespace
 
-double MedianHeight_m(const std::vector<Rigid3>& graph_from_cameras, const Eigen::Vector3d& up) {
+double MedianHeight_m(const std::vector<Rigid3>& given_from_cameras, const Eigen::Vector3d& up) {
   std::vector<double> heights;
-  for (const Rigid3& pose : graph_from_cameras) heights.push_back(up.dot(pose.translation));
+  for (const Rigid3& pose : given_from_cameras) heights.push_back(up.dot(pose.translation));
   std::ranges::nth_element(heights,
                            heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2));
   return heights[heights.size() / 2];
@@ -137,9 +137,9 @@ double MedianHeight_m(const std::vector<Rigid3>& graph_from_cameras, const Eigen
 
 FloorChoice ChooseFloor(const MapFrameOptions& options,
                         const std::vector<SurfacePatch>& patches,
-                        const std::vector<Rigid3>& graph_from_cameras,
+                        const std::vector<Rigid3>& given_from_cameras,
                         const Eigen::Vector3d& up) {
-  return FloorFinder(options, patches, graph_from_cameras, up).Choose();
+  return FloorFinder(options, patches, given_from_cameras, up).Choose();
 }
 
 }  // namespace nightmap

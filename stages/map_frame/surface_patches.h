@@ -5,19 +5,17 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <vector>
 
 #include "pipeline/geometry/rigid3.h"
-#include "pipeline/io/frames_io.h"
+#include "pipeline/io/tiles_io.h"
+#include "stages/map_frame/map_frame.h"
 
 namespace nightmap {
 
-struct PoseGraphInput;
-
 // A small patch of surface.
 struct SurfacePatch {
-  Eigen::Vector3d point;   // in the graph frame
+  Eigen::Vector3d point;   // in the given frame
   Eigen::Vector3d normal;  // towards the camera
   double area_m2 = 0;      // share of the surface this sample stands for
   int camera_idx = -1;     // of the camera that saw it, among the keyframes; -1: unknown
@@ -31,16 +29,15 @@ inline double Angle_rad(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 // is unknown.
 std::vector<SurfacePatch> SamplePatches(const DepthImage& depth,
                                         const RgbdCamera& camera,
-                                        const Rigid3& graph_from_camera,
+                                        const Rigid3& given_from_camera,
                                         double max_depth_m);
 
-// Those of the keyframes' depth images, of at most about `max_num_keyframes` that lie evenly among
-// them, with the place of the keyframe in the map as camera_idx. A depth image that cannot be read
-// has none. Deterministic.
-std::vector<SurfacePatch> SampleKeyframes(const PoseGraphInput& input,
-                                          const std::map<int, Rigid3>& graph_from_keyframe,
-                                          int max_num_keyframes,
-                                          double max_depth_m,
+// Those of the depth images of at most about options.floor_num_keyframes of `keyframes` that lie
+// evenly among all of the input's, with the keyframe_idx as camera_idx. Their poses are
+// given_from_camera. A depth image that cannot be read has none. Deterministic.
+std::vector<SurfacePatch> SampleKeyframes(const MapFrameOptions& options,
+                                          const MapFrameInput& input,
+                                          const std::vector<Keyframe>& keyframes,
                                           int num_threads);
 
 }  // namespace nightmap

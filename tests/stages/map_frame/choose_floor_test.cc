@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The floor of rooms where more is seen of counters and tables than of the floor.
-#include "stages/pose_graph/choose_floor.h"
+#include "stages/map_frame/choose_floor.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,8 @@
 #include "pipeline/synthetic/paint.h"
 #include "pipeline/synthetic/render.h"
 #include "pipeline/synthetic/route.h"
-#include "stages/pose_graph/describe_floor.h"
+#include "stages/map_frame/describe_floor.h"
+#include "stages/map_frame/find_map_frame.h"
 
 namespace nightmap {
 namespace {
@@ -144,7 +145,7 @@ TEST(ChooseFloor, IsTheFloorInRandomRoomsHoweverLargeTheirFurniture) {
                                         : std::nullopt;
       const MapFrame frame = FindMapFrame({}, room.patches, room.cameras, up);
       EXPECT_EQ(frame.floor_source, "floor plane");
-      EXPECT_NEAR((frame.map_from_graph * on_floor).z(), 0, 0.02) << floor.Area();
+      EXPECT_NEAR((frame.map_from_given * on_floor).z(), 0, 0.02) << floor.Area();
       EXPECT_LT(frame.below_floor_share, kMaxBelowFloorShare);
     }
     num_small += std::ranges::any_of(

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "pipeline/geometry/rigid3.h"
-#include "stages/pose_graph/surface_patches.h"
+#include "stages/map_frame/surface_patches.h"
 
 namespace nightmap {
 
@@ -37,7 +37,7 @@ class LevelMap {
  public:
   // `up` of unit length, in the patches' frame; the patches' camera_idx counts in `cameras`.
   LevelMap(const std::vector<SurfacePatch>& patches,
-           const std::vector<Rigid3>& graph_from_cameras,
+           const std::vector<Rigid3>& given_from_cameras,
            const Eigen::Vector3d& up);
 
   // One for each height with more level surface than right below and above it; rising.

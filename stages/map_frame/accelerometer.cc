@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/map_frame/accelerometer.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/csv.h"
+
+namespace nightmap {
+namespace {
+
+// Mean of the samples about a time; nothing when there are none.
+std::optional<Eigen::Vector3d> MeanAcceleration(const std::vector<AccelerometerSample>& samples,
+                                                std::int64_t time_ns) {
+  constexpr std::int64_t kWindow_ns = 100'000'000;
+  const auto begin =
+      std::ranges::lower_bound(samples, time_ns - kWindow_ns, {}, &AccelerometerSample::time_ns);
+  const auto end =
+      std::ranges::upper_bound(samples, time_ns + kWindow_ns, {}, &AccelerometerSample::time_ns);
+  if (begin == end) return std::nullopt;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (auto sample = begin; sample != end; ++sample) sum += sample->acceleration_m_per_s2;
+  return sum / static_cast<double>(end - begin);
+}
+
+}  // namespace
+
+std::vector<AccelerometerSample> ReadAccelerometer(const std::filesystem::path& path) {
+  const CsvFile file(path, "time_ns,ax_m_per_s2,ay_m_per_s2,az_m_per_s2");
+  std::vector<AccelerometerSample> samples;
+  for (const CsvRow& row : file.Rows()) {
+    samples.push_back({row.Integer(0), {row.Real(1), row.Real(2), row.Real(3)}});
+    if (samples.size() > 1 && samples.back().time_ns <= samples[samples.size() - 2].time_ns) {
+      row.Fail("time_ns must increase");
+    }
+  }
+  if (samples.empty()) {
+    throw DataError("{}: holds no sample; delete the frames folder of this site and run make",
+                    path.string());
+  }
+  return samples;
+}
+
+Eigen::Vector3d UpFromAccelerometer(const std::vector<AccelerometerSample>& samples,
+                                    const std::vector<StampedPose>& keyframes) {
+  constexpr double kMinMean_m_per_s2 = 5;  // half of gravity
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (const StampedPose& keyframe : keyframes) {
+    const auto mean = MeanAcceleration(samples, keyframe.time_ns);
+    if (!mean) continue;
+    sum += keyframe.pose.rotation * *mean;
+    ++count;
+  }
+  if (count == 0) {
+    throw DataError(
+        "accelerometer.csv: no sample within 0.1 s of a keyframe; correct its times or leave "
+        "`accelerometer` out of the site config");
+  }
+  if (!(sum.norm() / count >= kMinMean_m_per_s2)) {
+    throw DataError(
+        "accelerometer.csv: the mean over {} keyframes is {:.2f} m/s2, not gravity's 9.8; turn it "
+        "into the color camera's axes or leave `accelerometer` out of the site config",
+        count,
+        sum.norm() / count);
+  }
+  return sum.normalized();
+}
+
+}  // namespace nightmap

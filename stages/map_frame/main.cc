@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// map_frame: moves trajectory and keyframes from their own frame to the map frame.
+#include "stages/map_frame/map_frame.h"
+
+#include "pipeline/base/stage_main.h"
+#include "pipeline/io/trajectory_io.h"
+#include "stages/map_frame/describe_floor.h"
+
+namespace nightmap {
+namespace {
+
+std::vector<StampedPose> ReadPoses(const std::filesystem::path& path) {
+  auto poses = ReadTum(path);
+  if (poses.empty()) throw DataError("{}: holds no pose: there is nothing to map", path.string());
+  return poses;
+}
+
+std::string InMapFrame(std::vector<StampedPose> poses, const MapFrame& frame) {
+  for (StampedPose& stamped : poses) stamped.pose = frame.map_from_given * stamped.pose;
+  return TrajectoryToTum(poses, "map_from_camera; map frame: z up, floor at z = 0");
+}
+
+void Run(const MapFrameOptions& options, StageContext& context) {
+  const auto trajectory = ReadPoses(context.Input("trajectory"));
+  MapFrameInput input;
+  input.keyframes = ReadPoses(context.Input("keyframes"));
+  input.frames = ReadFrames(context.Inputs("frames"));
+  input.cameras = ReadCameras(context.Input("cameras"), input.frames);
+  if (context.HasInput("accelerometer")) {
+    input.accelerometer = ReadAccelerometer(context.Input("accelerometer"));
+  }
+  input.load_depth = [&input, data = context.Input("data")](const FrameRecord& frame) {
+    return LoadDepth(frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)), data);
+  };
+  const MapFrame frame = RunMapFrame(options, input, context.NumThreads());
+  LogFloor(frame);
+  WriteFile(context.Output("trajectory"), InMapFrame(trajectory, frame));
+  WriteFile(context.Output("keyframes"), InMapFrame(input.keyframes, frame));
+  context.Report().update(Summarize(frame));
+}
+
+}  // namespace
+}  // namespace nightmap
+
+int main(int argc, char** argv) {
+  using namespace nightmap;
+  const StageSpec spec{
+      "map_frame",
+      "Moves a finished trajectory to the map frame: z up, floor at z = 0.",
+      {{"frames", "shard_NNNN.csv of all shards, in order", Arity::kMany},
+       {"cameras", "cameras.json of the pose_graph stage"},
+       FolderPort("data", "folder the paths in the frames files are relative to"),
+       {"trajectory", "trajectory.tum, in any frame of reference"},
+       {"keyframes", "keyframes.tum: poses of it at the times of some frames"},
+       {"accelerometer", "accelerometer.csv of the frames stage", Arity::kOptional}},
+      {{"trajectory", "trajectory.tum: map_from_camera of every pose"},
+       {"keyframes", "keyframes.tum: the same of the keyframes"}}};
+  return StageMain(argc, argv, spec, MapFrameOptions{}, Run);
+}

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/map_frame/map_frame.h"
+
+#include "pipeline/vision/rgbd_keyframes.h"
+#include "stages/map_frame/choose_floor.h"
+#include "stages/map_frame/find_map_frame.h"
+
+namespace nightmap {
+
+void MapFrameOptions::Register(OptionList& list) {
+  list.Add("source",
+           &source,
+           {"floor", "given"},
+           "floor: the map frame has z up and the floor that was seen at z = 0; given: it is the "
+           "frame of the trajectory as read, with z up already");
+  list.Add("floor_num_keyframes",
+           &floor_num_keyframes,
+           Range(1, 10000),
+           "keyframes whose depth is searched for the floor");
+  list.Add("floor_max_depth_m", &floor_max_depth_m, Range(0.5, 20), "farther depth is not used");
+  list.Add("floor_max_tilt_rad",
+           &floor_max_tilt_rad,
+           Range(0.05, 1.5),
+           "how far the first guess of up may be off");
+  list.Add("floor_min_area_m2",
+           &floor_min_area_m2,
+           Range(0.01, 100),
+           "a smaller level surface is never taken as floor");
+  list.Add("floor_min_camera_height_m",
+           &floor_min_camera_height_m,
+           Range(0, 5),
+           "cameras are at least this far above the floor");
+}
+
+MapFrame RunMapFrame(const MapFrameOptions& options, const MapFrameInput& input, int num_threads) {
+  std::vector<Rigid3> given_from_cameras;
+  for (const StampedPose& keyframe : input.keyframes) given_from_cameras.push_back(keyframe.pose);
+  if (options.source == "given") {
+    MapFrame frame;
+    frame.gravity_source = frame.floor_source = MapFrame::kGiven;
+    frame.camera_height_m = MedianHeight_m(given_from_cameras, Eigen::Vector3d::UnitZ());
+    return frame;
+  }
+  std::optional<Eigen::Vector3d> up_in_given;
+  if (!input.accelerometer.empty()) {
+    up_in_given = UpFromAccelerometer(input.accelerometer, input.keyframes);
+  }
+  const auto keyframes = SelectKeyframes(input.frames, input.cameras, input.keyframes, 1);
+  const auto patches = SampleKeyframes(options, input, keyframes, num_threads);
+  return FindMapFrame(options, patches, given_from_cameras, up_in_given);
+}
+
+}  // namespace nightmap
