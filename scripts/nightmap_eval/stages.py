@@ -7,7 +7,7 @@ from nightmap_eval.lists import CurrentRuns
 from nightmap_eval.reading import NUMBER, read_object
 
 STAGES = (
-    "synthesize", "frames", "features", "vocabulary", "matches", "odometry", "pose_graph",
+    "synthesize", "frames", "queries", "features", "vocabulary", "matches", "odometry", "pose_graph",
     "tiles", "point_cloud", "octree", "grid", "landmarks", "localize", "plan", "drive",
 )  # fmt: skip
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")

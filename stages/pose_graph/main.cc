@@ -16,8 +16,8 @@ PoseGraphInput ReadInput(const StageContext& context) {
   input.features = ReadFeatures(context.Inputs("features"));
   for (const auto& path : context.Inputs("odometry")) input.odometry.push_back(ReadOdometry(path));
   input.loops = ReadPairs(context.Input("loops"));
-  if (context.HasInput("accelerometer")) {
-    input.accelerometer = ReadAccelerometer(context.Input("accelerometer"));
+  if (context.HasInput("acceleration")) {
+    input.accelerometer = ReadAcceleration(context.Input("acceleration"));
   }
   input.load_depth = [cameras = input.cameras, data = context.Input("data")](const auto& frame) {
     return LoadDepth(frame, cameras.at(static_cast<std::size_t>(frame.camera_idx)), data);
@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
        {"features", "shard_NNNN.h5 of the features stage", Arity::kMany},
        {"odometry", "shard_NNNN.h5 of the odometry stage", Arity::kMany},
        {"loops", "loops.h5 of the matches stage"},
-       {"accelerometer", "accelerometer.csv of the frames stage", Arity::kOptional}},
+       {"acceleration", "acceleration.h5 of the frames stage", Arity::kOptional}},
       {{"graph", "graph.g2o: keyframes and edges", Arity::kOptional},
        {"trajectory", "trajectory.tum: map_from_camera of every frame"},
        {"keyframes", "keyframes.tum: the same of the keyframes"},

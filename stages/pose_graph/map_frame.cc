@@ -132,13 +132,13 @@ Eigen::Vector3d UpFromAccelerometer(const std::vector<AccelerometerSample>& samp
   }
   if (count == 0) {
     throw DataError(
-        "accelerometer.csv: no sample within 0.1 s of a keyframe; correct its times or leave "
-        "`accelerometer` out of the site config");
+        "acceleration: no sample within 0.1 s of a keyframe; correct its times or leave its "
+        "[[signal]] out of the site config");
   }
   if (!(sum.norm() / count >= kMinMean_m_per_s2)) {
     throw DataError(
-        "accelerometer.csv: the mean over {} keyframes is {:.2f} m/s2, not gravity's 9.8; turn it "
-        "into the color camera's axes or leave `accelerometer` out of the site config",
+        "acceleration: the mean over {} keyframes is {:.2f} m/s2, not gravity's 9.8; correct "
+        "robot_from_sensor and robot_from_camera, or leave its [[signal]] out of the site config",
         count,
         sum.norm() / count);
   }

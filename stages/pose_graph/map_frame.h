@@ -25,14 +25,14 @@ struct MapFrameOptions {
   void Register(OptionList& list);
 };
 
-// One sample of an accelerometer whose axes are the color camera's.
+// One sample of an accelerometer, along the axes of the robot.
 struct AccelerometerSample {
   std::int64_t time_ns = 0;
   Eigen::Vector3d acceleration_m_per_s2 = Eigen::Vector3d::Zero();
 };
 
 // Up in the graph frame, of unit length: at rest an accelerometer measures up, and what the
-// camera's own motion adds cancels in the mean. Each keyframe (its time and graph_from_camera)
+// camera's own motion adds cancels in the mean. Each keyframe (its time and graph_from_robot)
 // turns the mean of the samples within 0.1 s of it. `samples` ascend in time. Throws DataError when
 // no keyframe has a sample or the mean is far from gravity.
 Eigen::Vector3d UpFromAccelerometer(const std::vector<AccelerometerSample>& samples,

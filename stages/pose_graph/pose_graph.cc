@@ -199,9 +199,11 @@ class Pipeline {
 
   std::optional<Eigen::Vector3d> UpInGraph() const {
     if (input_.accelerometer.empty()) return std::nullopt;
-    std::vector<StampedPose> keyframes;
-    for (const auto& [idx, pose] : keyframes_) {
-      keyframes.push_back({input_.frames[static_cast<std::size_t>(idx)].time_ns, pose});
+    std::vector<StampedPose> keyframes;  // of the robot, whose axes the samples have
+    for (const auto& [idx, graph_from_camera] : keyframes_) {
+      const FrameRecord& frame = input_.frames[static_cast<std::size_t>(idx)];
+      const RgbdCamera& camera = input_.cameras[static_cast<std::size_t>(frame.camera_idx)];
+      keyframes.push_back({frame.time_ns, graph_from_camera * camera.robot_from_camera.Inverse()});
     }
     return UpFromAccelerometer(input_.accelerometer, keyframes);
   }

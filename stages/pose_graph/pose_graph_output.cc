@@ -6,6 +6,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/bundle_report.h"
 #include "pipeline/io/csv.h"
+#include "pipeline/io/signals_io.h"
 #include "pipeline/io/trajectory_io.h"
 #include "stages/pose_graph/describe_floor.h"
 
@@ -123,18 +124,12 @@ nlohmann::json Summarize(const PoseGraphOptions& options,
       {"camera_height_m", result.map_frame.camera_height_m}};
 }
 
-std::vector<AccelerometerSample> ReadAccelerometer(const std::filesystem::path& path) {
-  const CsvFile file(path, "time_ns,ax_m_per_s2,ay_m_per_s2,az_m_per_s2");
+std::vector<AccelerometerSample> ReadAcceleration(const std::filesystem::path& path) {
   std::vector<AccelerometerSample> samples;
-  for (const CsvRow& row : file.Rows()) {
-    samples.push_back({row.Integer(0), {row.Real(1), row.Real(2), row.Real(3)}});
-    if (samples.size() > 1 && samples.back().time_ns <= samples[samples.size() - 2].time_ns) {
-      row.Fail("time_ns must increase");
-    }
-  }
-  if (samples.empty()) {
-    throw DataError("{}: holds no sample; delete the frames folder of this site and run make",
-                    path.string());
+  const auto signals = ReadSignals(path, SignalKind::kAcceleration);
+  if (signals.empty()) return samples;
+  for (const SignalSample& sample : signals.front().samples) {
+    samples.push_back({sample.time_ns, signals.front().robot_from_sensor.rotation * sample.value});
   }
   return samples;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pose_graph stage's text outputs and its accelerometer input.
+// The pose_graph stage's text outputs and its input of accelerations.
 #pragma once
 
 #include <filesystem>
@@ -27,8 +27,8 @@ nlohmann::json Summarize(const PoseGraphOptions& options,
                          const PoseGraphInput& input,
                          const PoseGraphResult& result);
 
-// Columns time_ns, ax_m_per_s2, ay_m_per_s2, az_m_per_s2; the color camera's axes; at least one
-// sample, ascending in time. Throws DataError naming file and line.
-std::vector<AccelerometerSample> ReadAccelerometer(const std::filesystem::path& path);
+// The samples of the first sensor that measures acceleration, turned into the axes of the robot;
+// none when there is no such sensor. Throws DataError naming file and field.
+std::vector<AccelerometerSample> ReadAcceleration(const std::filesystem::path& path);
 
 }  // namespace nightmap

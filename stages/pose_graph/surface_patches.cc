@@ -71,7 +71,7 @@ std::vector<SurfacePatch> SampleKeyframes(const PoseGraphInput& input,
     const int frame_idx = chosen[k].frame_idx;
     const FrameRecord& frame = input.frames[static_cast<std::size_t>(frame_idx)];
     // The features stage has counted a frame that fails; the floor is seen by others.
-    std::ignore = FrameFailure(frame.depth_path, [&] {
+    std::ignore = FrameFailure(frame.depth.path, [&] {
       of_keyframe[k] = SamplePatches(input.load_depth(frame),
                                      input.cameras.at(static_cast<std::size_t>(frame.camera_idx)),
                                      graph_from_keyframe.at(frame_idx),

@@ -24,7 +24,7 @@ if not (BUILD / "programs.mk").exists():
     raise SystemExit(f"no programs in {BUILD}: run `make build`, or set NIGHTMAP_BUILD")
 LINKS = ("Makefile", "CMakeLists.txt", "cmake", "pipeline", "stages", "scripts")
 GOALS = ("map", "localize", "plan", "drive")
-STAGES = ("synthesize", "frames", "features", "vocabulary", "matches", "odometry", "pose_graph",
+STAGES = ("synthesize", "frames", "queries", "features", "vocabulary", "matches", "odometry", "pose_graph",
           "tiles", "point_cloud", "octree", "grid", "landmarks", "localize", "plan", "drive")
 SITE = "small"
 
@@ -113,12 +113,13 @@ class Workspace:
         return times
 
     def hashes(self):
-        """Relative path -> hash of every artifact; receipts, logs and configs are none."""
+        """Relative path -> hash of every artifact; receipts, logs, configs and the cache of hashes are none."""
         root = self.folder / "maps" / SITE
         files = [path for path in sorted(root.rglob("*")) if path.is_file()]
         names = {str(path.relative_to(root)): path for path in files}
         return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in names.items()
-                if not name.startswith(("config/", "logs/", ".preview/")) and "receipt" not in name}
+                if not name.startswith(("config/", "logs/", ".preview/")) and "receipt" not in name
+                and not name.endswith("/hashes.csv")}
 
 
 def environment():

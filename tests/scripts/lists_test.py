@@ -30,7 +30,7 @@ class SiteFolder(unittest.TestCase):
         self.write("frames/shards.txt", SHARDS)
         self.write("tiles/tiles.txt", TILES)
         self.write("grid/floors.json", floors_json("map.yaml", "floor_1.yaml"))
-        self.write("frames/queries.csv", "frame_idx,time_ns\n0,1\n")
+        self.write("queries/queries.csv", "frame_idx,time_ns\n0,1\n")
 
     def write(self, name, content):
         path = self.site_dir / name
@@ -58,7 +58,7 @@ class ListsTest(SiteFolder):
         for path in list(self.site_dir.rglob("*.*")):
             path.unlink()
         self.assertEqual(self.words(), ([], ""))
-        self.write("frames/queries.csv", "frame_idx,time_ns\n\n")
+        self.write("queries/queries.csv", "frame_idx,time_ns\n\n")
         self.assertEqual(self.words(), ([], ""))
         self.write("tiles/tiles.txt", "nightmap tiles, version 1, 0 names\n")
         self.assertEqual(self.words(), ([], ""))
@@ -79,7 +79,7 @@ class ListsTest(SiteFolder):
         cut = [SHARDS[:end] for end in range(len(SHARDS))]
         others = ["SHARDS := 0000\n", SHARDS + "0003\n", SHARDS.replace("0001", "0002"), SHARDS.replace("0002", COMMAND),
                   SHARDS.replace("0001", "../x"), SHARDS.replace("0001", "00 1"), SHARDS.replace("0001", "000\u0661"),
-                  "nightmap shards, version 1, 0 names\n", SHARDS.replace("version 1", "version 2"), TILES,
+                  "nightmap shards, version 1, 2 names\n0001\n0000\n", SHARDS.replace("version 1", "version 2"), TILES,
                   SHARDS.replace("\n", "\r\n"), b"\xff\xfe", b"\0" * 100, f"$(error x)\n{SHARDS}"]
         self.check_damaged("frames/shards.txt", cut + others, lambda: read_shards(self.site_dir), "frames")
 
