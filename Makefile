@@ -75,7 +75,7 @@ ifneq ($(and $(filter clean distclean,$(MAKECMDGOALS)),$(word 2,$(MAKECMDGOALS))
 $(error run `make $(filter clean distclean,$(MAKECMDGOALS))` alone)
 endif
 
-.PHONY: FORCE help deps build demo map localize plan drive evaluate evaluate-colmap report test test-nightly test-sanitize bench why verify \
+.PHONY: FORCE help deps build demo map localize plan drive evaluate evaluate-colmap report test test-nightly test-sanitize bench why inspect verify \
         clean distclean format format-check lint
 
 # ---- programs -----------------------------------------------------------------------------------
@@ -119,7 +119,7 @@ $(call shard,odometry,    frames=frames/shard_<.csv frames=frames/shard_%.csv ca
                           features=features/shard_<.h5 features=features/shard_%.h5 pairs=matches/shard_%.h5, \
                           odometry=shard_%.h5 trajectory=shard_%.tum)
 $(call whole,pose_graph,  frames=frames/shard_*.csv cameras=frames/cameras.json data features=features/shard_*.h5 \
-                          odometry=odometry/shard_*.h5 loops=matches/loops.h5 $(ACCELEROMETER), \
+                          odometry=odometry/shard_*.h5 loops=matches/loops.h5 acceleration=frames/acceleration.h5, \
                           graph=graph.g2o trajectory=trajectory.tum keyframes=keyframes.tum cameras=cameras.json loops_csv=loops.csv)
 $(call whole,tiles,       frames=frames/shard_*.csv cameras=pose_graph/cameras.json keyframes=pose_graph/keyframes.tum, \
                           tiles=tiles.txt)
@@ -129,7 +129,7 @@ $(call whole,landmarks,   frames=frames/shard_*.csv cameras=pose_graph/cameras.j
                           landmarks=landmarks.h5 \
                           $(foreach f,cameras images points3D,$f.txt=colmap/$f.txt $f.bin=colmap/$f.bin) \
                           database=colmap/database.db)
-$(call whole,localize,    queries=frames/queries.csv cameras=frames/query_cameras.json data \
+$(call whole,localize,    queries=queries/queries.csv cameras=queries/query_cameras.json data \
                           configured=frames/cameras.json calibrated=pose_graph/cameras.json \
                           landmarks=landmarks/landmarks.h5 vocabulary=vocabulary/vocabulary.h5, \
                           queries=queries.csv trajectory=queries.tum)
@@ -160,12 +160,14 @@ ifneq ($(CHAIN),)
 # (The make that goes on after the tiles is told what the first one found, but reads the lists anew.)
 RESTARTS := $(if $(filter undefined,$(origin MAKE_RESTARTS)),,$(MAKE_RESTARTS))
 IS_LIST := shard=% tile=% near=% floor=% damaged=% queries
+# Asking for one picture looks at no recording: the map that is there is the one asked about.
+ONLY_QUERIES := $(if $(and $(QUERY),$(wildcard $(M)/frames/shards.txt)),$(if $(filter-out localize,$(MAKECMDGOALS)),,--no-recordings))
 ifneq ($(origin RESOLVED),command line)
 RESOLVED := $(shell $(PYTHON) -I -S scripts/resolve_config.py --site $(SITES)/$(SITE).toml --data $(DATA) \
   --profile $(call quote,$(PROFILE)) --seed $(call quote,$(SEED)) --set $(call quote,$(SET)) \
   $(and $(START),--value $(call quote,plan.start=$(START))) $(and $(GOAL),--value $(call quote,plan.goal=$(GOAL))) \
   $(and $(QUERY),--query $(call quote,$(QUERY))) $(and $(CAMERA),--camera $(call quote,$(CAMERA))) \
-  $(and $(FOV_DEG),--fov-deg $(call quote,$(FOV_DEG))) \
+  $(and $(FOV_DEG),--fov-deg $(call quote,$(FOV_DEG))) $(ONLY_QUERIES) \
   --out $(M)/config $(if $(PREVIEW),--preview $(CONFIG)) $(if $(filter $(SITE),$(SYNTHETIC)),--synthetic) \
   $(if $(RESTARTS),--quiet))
 ifneq ($(.SHELLSTATUS),0)
@@ -180,7 +182,8 @@ $(error the lists of shards, tiles and floors could not be read, see above)
 endif
 AFTER_TILES := yes
 endif
-RAW_INPUTS := $(filter-out interrupted=% $(IS_LIST),$(RESOLVED))
+RAW_INPUTS := $(patsubst recordings=%,%,$(filter recordings=%,$(RESOLVED)))
+QUERY_INPUTS := $(patsubst pictures=%,%,$(filter pictures=%,$(RESOLVED)))
 INTERRUPTED := $(patsubst interrupted=%,%,$(filter interrupted=%,$(RESOLVED)))
 ifneq ($(filter-out 1 2 3,$(RESTARTS)),)
 $(error something stays out of date however often it is made: is the time of a file in the future?)
@@ -201,7 +204,11 @@ HAS_QUERIES := $(filter queries,$(LISTS))
 F := $(M)/frames
 T := $(M)/tiles
 G := $(M)/grid
-LISTED_frames := $(if $(wildcard $(F)/shards.txt),$(SHARDS:%=$(F)/shard_%.csv) $(F)/cameras.json $(F)/queries.csv $(F)/query_cameras.json)
+Q := $(M)/queries
+OF_FRAMES := $(addprefix $(F)/,cameras.json held_out.csv held_out.tum acceleration.h5 odometry.h5 scans.h5)
+OF_QUERIES := $(Q)/queries.csv $(Q)/query_cameras.json
+LISTED_frames := $(if $(wildcard $(F)/shards.txt),$(SHARDS:%=$(F)/shard_%.csv) $(OF_FRAMES))
+LISTED_queries := $(if $(wildcard $(Q)/queries.txt),$(OF_QUERIES))
 LISTED_tiles := $(if $(wildcard $(T)/tiles.txt),$(TILES:%=$(T)/tile_%.json) $(T)/cameras.json)
 FLOOR_GRIDS := $(patsubst %,grid/%,$(FLOOR_YAMLS) $(FLOOR_YAMLS:.yaml=.pgm))
 LISTED_grid := $(FLOOR_GRIDS:%=$(M)/%) $(FLOOR_YAMLS:%.yaml=$(G)/%.png)
@@ -214,7 +221,7 @@ paths = $(foreach port,$(1),$(lastword $(subst =, ,$(port))))
 # A stage whose outputs are not all there, or whose last run was killed while it committed, or whose list is
 # damaged, runs again whatever the times say. Outputs are precious: programs commit all or nothing, so a stage
 # that fails leaves the last good ones (stale, and so remade next time).
-incomplete = $(call again,$(1),$(2) $(if $(filter frames tiles grid,$(1)),$(LISTED_$(1))))
+incomplete = $(call again,$(1),$(2) $(if $(filter frames queries tiles grid,$(1)),$(LISTED_$(1))))
 again = $(if $(filter-out $(wildcard $(2)),$(2))$(filter $(1),$(INTERRUPTED) $(call listed,damaged)),FORCE)
 # rule(stage, suffix of report, receipt and log, inputs NAME=PATH, outputs NAME=PATH)
 define rule
@@ -247,29 +254,33 @@ loops = $(eval $(call rule,$(1),_loops,$(call inputs,$(2),),$(call outputs,$(1),
 ifneq ($(filter $(SITE),$(SYNTHETIC)),)
 RECORDING := $(DATA)/$(SITE)/synthesize.json
 RAW_INPUTS += $(RECORDING)
+QUERY_INPUTS += $(RECORDING)
 $(eval $(call rule,synthesize,,,site=$(RECORDING) \
   report=$(DATA)/$(SITE)/synthesize_report.json receipt=$(DATA)/$(SITE)/synthesize_receipt.json))
 endif
 $(eval $(call rule,frames,,site=$(CONFIG)/site/$(SITE).toml data=$(DATA),shards=$(F)/shards.txt $(call receipts,frames,)))
+$(eval $(call rule,queries,,site=$(CONFIG)/queries/$(SITE).toml data=$(DATA) held_out=$(F)/held_out.csv \
+  held_out_truth=$(F)/held_out.tum,list=$(Q)/queries.txt $(call receipts,queries,)))
 $(F)/shards.txt: $(RAW_INPUTS)
+$(Q)/queries.txt: $(QUERY_INPUTS) | $(F)/shards.txt
 
 # When the list of shards is out of date, Make runs frames first, removes what is left of shards that are no
 # more, and starts over with the new list: the file that it includes is an empty one of the programs' folder.
 # The modes that only look must not run frames, so they do not `include`.
-$(BUILD)/lists/$(SITE).mk: $(F)/shards.txt
+$(BUILD)/lists/$(SITE).mk: $(F)/shards.txt $(Q)/queries.txt
 	@mkdir -p $(@D); $(PYTHON) -I -S scripts/remove_leftovers.py $(M); : >$@; touch $@
 ifeq ($(PREVIEW),)
 include $(BUILD)/lists/$(SITE).mk
 endif
 unmade = $(filter-out $(wildcard $(1)),$(1))
 # For the modes that only look, before there is a list.
-$(call unmade,$(F)/cameras.json $(F)/queries.csv $(F)/query_cameras.json): | $(F)/shards.txt
+$(call unmade,$(OF_FRAMES)): | $(F)/shards.txt
+$(call unmade,$(OF_QUERIES)): | $(Q)/queries.txt
 $(call unmade,$(T)/cameras.json): | $(T)/tiles.txt
 $(foreach s,features vocabulary matches odometry,$(eval MADE_$(s) ?=))
 BEFORE_ :=
 previous :=
 $(foreach s,$(SHARDS),$(eval BEFORE_$(s) := $(previous))$(eval previous := $(s)))
-ACCELEROMETER := $(if $(wildcard $(F)/accelerometer.csv),accelerometer=frames/accelerometer.csv)
 LOCATED := $(if $(HAS_QUERIES),queries=localize/queries.csv)
 # Only who asks for a path gets it planned, and driven.
 DRIVING := $(filter drive $(M)/drive/%,$(MAKECMDGOALS))
@@ -283,7 +294,7 @@ $(eval $(TABLE))
 # with these, of shards that are not listed yet. Modes that only look see the tiles as they are.)
 LATER := $(filter map plan drive evaluate report $(foreach s,point_cloud octree grid plan drive evaluate report,$(M)/$(s)/%),$(MAKECMDGOALS))
 ifneq ($(if $(AFTER_TILES),,$(LATER)),)
-TILES_NEED := synthesize frames features vocabulary matches odometry pose_graph tiles
+TILES_NEED := synthesize frames queries features vocabulary matches odometry pose_graph tiles
 FORWARDED := $(LATER) $(filter localize evaluate-colmap,$(MAKECMDGOALS))
 .PHONY: tiles_first
 tiles_first: $(BUILD)/programs.mk $(MADE_tiles) | $(filter-out $(FORWARDED),$(CHAIN))
@@ -303,7 +314,7 @@ ifneq ($(HAS_QUERIES),)
 localize: $(BUILD)/programs.mk $(MADE_localize) ## where each query picture of SITE was taken
 	@$(if $(PREVIEW),,$(PYTHON) -I -S scripts/show_queries.py $(M); )$(call say,located queries: $(M)/localize/queries.csv)
 else
-localize: $(F)/shards.txt
+localize: $(Q)/queries.txt
 	@echo "site $(SITE) has no query pictures: name some in QUERY, or give $(SITES)/$(SITE).toml a [[query]] or hold_out_every > 0" >&2; exit 2
 endif
 plan: $(BUILD)/programs.mk $(MADE_plan) ## a path from START to GOAL on the grid
@@ -313,7 +324,7 @@ drive: $(BUILD)/programs.mk $(MADE_drive) ## the same, and a simulated robot tha
 
 # evaluate and report read the whole site folder: they depend on every result in it. The path that is
 # there is shown, never planned anew: a map without a way through must not cost the morning its report.
-RESULTS := $(foreach s,$(MAP) $(if $(HAS_QUERIES),localize),$(MADE_$(s))) \
+RESULTS := $(foreach s,$(MAP) queries $(if $(HAS_QUERIES),localize),$(MADE_$(s))) \
   $(if $(PLANNING),$(MADE_plan),$(wildcard $(M)/plan/receipt.json)) \
   $(if $(DRIVING),$(MADE_drive),$(wildcard $(M)/drive/receipt.json))
 EVALUATION := $(wildcard scripts/evaluate.py scripts/report.py scripts/nightmap_eval/*.py)
@@ -327,6 +338,7 @@ $(M)/report/index.html: $(REPORTED)
 	@mkdir -p $(@D) $(M)/logs; echo "== report"
 	$(QUIET)$(PYTHON) scripts/report.py --site-dir $(M) --data $(DATA) --out $@ 2>&1 | tee $(M)/logs/report.log
 RULES += raw_inputs:$(F)/shards.txt:$(call list,$(RAW_INPUTS)) \
+  query_pictures:$(Q)/queries.txt:$(call list,$(QUERY_INPUTS)) \
   evaluate:$(M)/evaluate/metrics.json:$(call list,$(RESULTS) $(EVALUATION)) \
   report:$(M)/report/index.html:$(call list,$(REPORTED))
 evaluate: $(BUILD)/programs.mk $(M)/evaluate/metrics.json ## accuracy against the truth of SITE, where there is one
@@ -352,12 +364,12 @@ $(eval $(call colmap_step,features,$(SHARDS:%=$(F)/shard_%.csv) $(F)/cameras.jso
 $(eval $(call colmap_step,matches,$(call steps,features)))
 $(eval $(call colmap_step,mapper,$(call steps,matches)))
 $(eval $(call colmap_step,triangulate,$(call steps,matches) $(M)/pose_graph/trajectory.tum $(M)/pose_graph/cameras.json))
-$(eval $(call colmap_step,queries,$(call steps,matches) $(F)/queries.csv $(F)/query_cameras.json))
+$(eval $(call colmap_step,queries,$(call steps,matches) $(Q)/queries.csv $(Q)/query_cameras.json))
 $(eval $(call colmap_step,register_mapper,$(call steps,mapper queries)))
 $(eval $(call colmap_step,register_triangulate,$(call steps,triangulate queries)))
 $(eval $(call colmap_step,register_held,$(call steps,triangulate queries)))
 $(C)/results.json: $(call steps,register_mapper register_triangulate register_held) $(MADE_localize) $(MADE_frames) \
-  $(wildcard $(F)/ground_truth.tum $(F)/query_ground_truth.tum) $(EVALUATION) scripts/evaluate_colmap.py
+  $(wildcard $(F)/ground_truth.tum $(Q)/query_ground_truth.tum) $(EVALUATION) scripts/evaluate_colmap.py
 	@echo "== evaluate_colmap"
 	$(QUIET)$(PYTHON) scripts/evaluate_colmap.py --site-dir $(M) --out $@ 2>&1 | tee $(M)/logs/evaluate_colmap.log
 endif
@@ -418,6 +430,10 @@ test-sanitize: ## unit tests under AddressSanitizer and UndefinedBehaviorSanitiz
 bench: ## time from raw frames to the trajectory of CASES (SITE or SITE:N, its first N frames) against a yardstick
 	@$(MAKE) --no-print-directory build
 	@$(PYTHON) scripts/bench.py $(CASES) --data $(DATA) --build $(BUILD) --threads $(THREADS)
+
+inspect: ## what the recordings of SITE hold: channels, rates, gaps, ranges, overlap in time; makes nothing of them
+	@$(MAKE) --no-print-directory build >/dev/null
+	@$(RUN)/inspect --config configs/default/inspect.toml --in site=$(SITES)/$(SITE).toml --in data=$(DATA) --log-level warn
 
 verify: ## hash the artifacts of SITE again and compare with their receipts
 	@$(PYTHON) scripts/verify.py $(M)
