@@ -70,7 +70,7 @@ endif
 # scripts/make_site.py writes the rules of the site to maps/<site>/graph.mk and runs make on them, once for all goals.
 OF_SITE := map localize plan drive evaluate evaluate-colmap report why status
 ASKED := $(filter $(OF_SITE) $(M)/% $(DATA)/%,$(MAKECMDGOALS))
-.PHONY: help deps build demo $(OF_SITE) the_site verify clean distclean $(filter $(M)/% $(DATA)/%,$(MAKECMDGOALS))
+.PHONY: help deps build demo inspect $(OF_SITE) the_site verify clean distclean $(filter $(M)/% $(DATA)/%,$(MAKECMDGOALS))
 the_site: $(if $(filter why status,$(MAKECMDGOALS)),,$(BUILD)/programs.mk)
 	+@$(PYTHON) -I -S scripts/make_site.py $(ASKED)
 # (No recipe under -q, which would take it for something to do.)
@@ -106,6 +106,9 @@ demo: ## everything on a made-up building: install, build, map, localize, drive,
 	@scripts/install_deps.sh
 	@$(MAKE) --no-print-directory SITE=demo map localize drive evaluate report
 	@echo "demo: open $(MAPS)/demo/report/index.html"
+
+inspect: $(BUILD)/programs.mk ## what the recordings of SITE hold: channels, rates, gaps, ranges, overlap in time; makes nothing of them
+	@$(RUN)/inspect --config configs/default/inspect.toml --in site=$(SITES)/$(SITE).toml --in data=$(DATA) --log-level warn
 
 verify: ## hash the artifacts of SITE again and compare with their receipts
 	@$(PYTHON) scripts/verify.py $(M)

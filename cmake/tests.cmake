@@ -20,6 +20,7 @@ nightmap_tests(base LINK nightmap_base)
 find_library(SUITESPARSE_CONFIG_LIBRARY suitesparseconfig REQUIRED)  # a test takes CHOLMOD's memory
 nightmap_tests(geometry LINK nightmap_geometry ${SUITESPARSE_CONFIG_LIBRARY})
 nightmap_tests(io LINK nightmap_io ${OCTOMAP_LIBRARIES})
+nightmap_tests(recording LINK nightmap_recording)
 nightmap_tests(vision LINK nightmap_vision)
 nightmap_tests(synthetic LINK nightmap_synthetic)
 file(GLOB stage_folders RELATIVE ${CMAKE_SOURCE_DIR}/stages ${CMAKE_SOURCE_DIR}/stages/*)

@@ -80,7 +80,7 @@ class Site:
         """Figures of the queries and seconds a query, extraction of features left out."""
         config = work / "localize.toml"
         config.write_text(with_options(self.config, options), encoding="utf-8")
-        inputs = {"queries": "frames/queries.csv", "cameras": "frames/query_cameras.json",
+        inputs = {"queries": "queries/queries.csv", "cameras": "queries/query_cameras.json",
                   "configured": "frames/cameras.json", "calibrated": "pose_graph/cameras.json",
                   "landmarks": "landmarks/landmarks.h5", "vocabulary": "vocabulary/vocabulary.h5"}  # fmt: skip
         outputs = {"queries": "queries.csv", "trajectory": "queries.tum", "receipt": "receipt.json"}
@@ -94,7 +94,7 @@ class Site:
         run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if run.returncode != 0:
             raise DataError(f"{' '.join(map(str, command))}\n{run.stdout}\nthe run failed, see above")
-        truth = self.folder / "frames" / "query_ground_truth.tum"
+        truth = self.folder / "queries" / "query_ground_truth.tum"
         figures = evaluate_queries(work / "queries.csv", truth, self.map_pair, MAX_GAP_NS)
         parts = {part["name"]: part["wall_time_s"] for part in read_object(work / "receipt.json", RECEIPT)["parts"]}
         return figures, parts["locate"] / max(1, figures["num_queries"])

@@ -96,11 +96,12 @@ class Run:
 
 def localize(arguments, folder):
     """Locates the site's queries in the map of `folder`."""
-    frames, config = arguments.site_dir / "frames", arguments.site_dir / "config" / "localize.toml"
+    asked, config = arguments.site_dir / "queries", arguments.site_dir / "config" / "localize.toml"
     out = folder / "localize"
     inputs = {
-        "queries": frames / "queries.csv", "cameras": frames / "query_cameras.json",
-        "configured": frames / "cameras.json", "calibrated": arguments.site_dir / "pose_graph" / "cameras.json",
+        "queries": asked / "queries.csv", "cameras": asked / "query_cameras.json",
+        "configured": arguments.site_dir / "frames" / "cameras.json",
+        "calibrated": arguments.site_dir / "pose_graph" / "cameras.json",
         "data": arguments.data, "landmarks": folder / "landmarks.h5", "vocabulary": folder / "vocabulary.h5",
     }  # fmt: skip
     outputs = {

@@ -81,7 +81,7 @@ class Work:
         return path
 
     def query_rows(self):
-        rows = read_csv(self.site_dir / "frames" / "queries.csv", ("color_path", "camera_idx"))
+        rows = read_csv(self.site_dir / "queries" / "queries.csv", ("color_path", "camera_idx"))
         map_rows = Frames(self.site_dir).rows
         refuse_mapped_queries(*([row["color_path"] for row in some] for some in (rows, map_rows)))
         return rows
@@ -94,7 +94,7 @@ class Work:
                     f"{row['color_path']}: COLMAP cannot read a frame of a video or a name with a space; "
                     "store the pictures one by one"
                 )
-        cameras = read_object(self.site_dir / "frames" / cameras, CAMERAS)["cameras"]
+        cameras = read_object(self.site_dir / cameras, CAMERAS)["cameras"]
         for idx in sorted({int(row["camera_idx"]) for row in rows}):
             names = [row["color_path"] for row in rows if int(row["camera_idx"]) == idx]
             model, parameters = camera_parameters(cameras[idx]["color"])
@@ -131,7 +131,7 @@ class Work:
 def features(work):
     work.query_rows()  # refused now rather than after the hours that the map takes
     frames = Frames(work.site_dir)
-    work.extract(work.step.folder / "database.db", frames.rows, "cameras.json")
+    work.extract(work.step.folder / "database.db", frames.rows, "frames/cameras.json")
     return {"num_images": len(frames)}
 
 
@@ -186,7 +186,7 @@ def triangulate(work):
 def queries(work):
     database, rows = work.copy_database("matches"), work.query_rows()
     names = [row["color_path"] for row in rows]
-    work.extract(database, rows, "query_cameras.json")
+    work.extract(database, rows, "queries/query_cameras.json")
     map_names = [row["color_path"] for row in Frames(work.site_dir).rows]
     tree = work.root / "matches" / "vocabulary.bin"
     if tree.exists():

@@ -213,7 +213,7 @@ def evaluate(arguments):
         metrics["trajectory"], alignment = evaluate_trajectory(frames, *map_pair)
     queries = site_dir / "localize" / "queries.csv"
     if queries.exists():
-        query_truth = site_dir / "frames" / "query_ground_truth.tum"
+        query_truth = site_dir / "queries" / "query_ground_truth.tum"
         metrics["queries"] = evaluate_queries(queries, query_truth, map_pair, max_gap_ns)
     if (site_dir / "pose_graph" / "loops.csv").exists():
         metrics["loops"] = evaluate_loops(site_dir, frames, max_gap_ns)

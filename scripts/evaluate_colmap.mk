@@ -15,7 +15,7 @@ $(C)/mapper/receipt.json: $(C)/matches/receipt.json $(STEP)
 	$(call step,mapper)
 $(C)/triangulate/receipt.json: $(C)/matches/receipt.json $(M)/map_frame/trajectory.tum $(M)/pose_graph/cameras.json $(STEP)
 	$(call step,triangulate)
-$(C)/queries/receipt.json: $(C)/matches/receipt.json $(M)/frames/queries.csv $(M)/frames/query_cameras.json $(STEP)
+$(C)/queries/receipt.json: $(C)/matches/receipt.json $(M)/queries/queries.csv $(M)/queries/query_cameras.json $(STEP)
 	$(call step,queries)
 $(C)/register_mapper/receipt.json: $(C)/mapper/receipt.json $(C)/queries/receipt.json $(STEP)
 	$(call step,register_mapper)
@@ -25,7 +25,7 @@ $(C)/register_held/receipt.json: $(C)/triangulate/receipt.json $(C)/queries/rece
 	$(call step,register_held)
 $(C)/results.json: $(patsubst %,$(C)/%/receipt.json,register_mapper register_triangulate register_held) \
     $(M)/localize/queries.csv $(M)/localize/receipt.json $(M)/frames/shards.txt \
-    $(wildcard $(M)/frames/ground_truth.tum $(M)/frames/query_ground_truth.tum scripts/nightmap_eval/*.py) scripts/evaluate_colmap.py
+    $(wildcard $(M)/frames/ground_truth.tum $(M)/queries/query_ground_truth.tum scripts/nightmap_eval/*.py) scripts/evaluate_colmap.py
 	$(RUN) evaluate_colmap $(PYTHON) scripts/evaluate_colmap.py --site-dir $(M) --out $@
 .PHONY: evaluate-colmap
 evaluate-colmap: $(C)/results.json

@@ -37,7 +37,7 @@ VARIANTS = {
     "colmap_triangulate": ("triangulate", "register_triangulate"),
     "colmap_held": ("triangulate", "register_held"),
 }
-TRUTH = ("frames/ground_truth.tum", "frames/query_ground_truth.tum")
+TRUTH = ("frames/ground_truth.tum", "queries/query_ground_truth.tum")
 MADE_OF = ("map_frame/trajectory.tum", "localize/queries.csv", *TRUTH)
 SETTING = (
     "map images: all mapping frames of nightmap",

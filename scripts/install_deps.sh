@@ -30,6 +30,7 @@ packages=(
   libgif-dev           # drive: animations in exactly the colors they are drawn with
   libembree-dev        # synthetic world: ray casting
   libhdf5-dev          # array artifacts
+  zlib1g-dev           # sensor logs, which are often gzipped
   libsqlite3-dev       # COLMAP database
   colmap               # tests: opens the exported model; make evaluate-colmap
   libtomlplusplus-dev  # configs

@@ -10,13 +10,16 @@ only when its meaning changed, so a comment or a touch makes nothing stale. When
 show that its outputs were made with the very config that is asked for now, the file gets a time
 before that run: trying a value and going back costs nothing.
 
-The site config goes to <out>/site/ in the same way, with a [[query]] more for each path of --query.
+The site config goes in the same way to <out>/site/, which the frames stage reads, and to <out>/queries/, which
+the queries stage reads, there with a [[query]] more for each path of --query. Each keeps its time when what its
+stage takes of it did not change.
 
 With --preview DIR the same files are written to DIR (times of <out> kept where the meaning is the
 same), so that `make -n`, `-q` and `why` can answer for any SET without touching the real configs.
 
-Prints the path of a file that is as old as the last change of the recordings. Exit code 2: a mistake in what was
-asked; the message says what to do.
+Prints recordings=FILE and pictures=FILE, files that are as old as the last change of the recordings and of the query
+pictures; with --no-recordings it does not look at the recordings and says nothing of them. Exit code 2: a mistake in
+what was asked; the message says what to do.
 """
 import argparse
 import calendar
@@ -276,11 +279,11 @@ def check_site(arguments):
     if not isinstance(imports, dict):
         raise ConfigError(f"{arguments.site}: 'import' must be written as [import]")
     check_text(imports, imports, " of [import]")
-    for kind in ("sequence", "query"):
+    for kind in ("sequence", "query", "signal"):
         for table in tables(site, kind, arguments):
             if not isinstance(table, dict):
                 raise ConfigError(f"{arguments.site}: '{kind}' must be written as [[{kind}]]")
-            check_text(table, ("folder", "pictures", "ground_truth", "accelerometer"), f" of [[{kind}]]")
+            check_text(table, ("folder", "pictures", "ground_truth", "label_folder", "file"), f" of [[{kind}]]")
 
 
 def query_tables(root, arguments):
@@ -306,36 +309,52 @@ def query_tables(root, arguments):
     return [{"layout": "pictures", "pictures": path} | camera for path in from_root]
 
 
-def effective_site(arguments):
-    """Text and tables of the site config, with those of --query. The text is the user's line by line, and
-    names the user's file: pipeline/io/site_config.cc names it and its lines in messages."""
+# What of a site config each stage takes: the tables that the other one alone reads are left out.
+OF_MAKE = ("profile", "synthetic", "import")  # keys that choose and fill jobs
+SITE_PARTS = {"site": ("query", *OF_MAKE), "queries": ("sequence", "signal", "sensor", "hold_out_every", *OF_MAKE)}
+
+
+def site_part(site, part):
+    """What the stage of a part takes of the site. (Queries are numbered after the recordings.)"""
+    taken = {key: value for key, value in site.items() if key not in SITE_PARTS[part]}
+    return taken | ({"num_sequences": len(site.get("sequence", []))} if part == "queries" else {})
+
+
+def effective_sites(arguments):
+    """Part -> text and tables of the site config; those of --query are in the part of the queries. The text is
+    the user's line by line, and names the user's file: pipeline/io/site_config.cc names it and its lines in
+    messages."""
     try:
         with open(arguments.site, encoding="utf-8") as file:
             text = file.read()
     except UnicodeDecodeError as error:
         raise ConfigError(f"{arguments.site}: not UTF-8 text ({error.reason}): store it as UTF-8")
     site = load(arguments.site)
-    queries = query_tables(site.get("root", "."), arguments)
     text += f"\n# This was the text of {arguments.site}; QUERY adds:\n"
-    for query in queries:
-        text += "[[query]]\n" + "".join(f"{key} = {toml_value(query[key])}\n" for key in query)
-    if queries:
-        site["query"] = tables(site, "query", arguments) + queries
-    return text, site
+    queries = query_tables(site.get("root", "."), arguments)
+    added = "".join("[[query]]\n" + "".join(f"{key} = {toml_value(query[key])}\n" for key in query)
+                    for query in queries)
+    asked = site | ({"query": tables(site, "query", arguments) + queries} if queries else {})
+    return {"site": (text, site), "queries": (text + added, asked)}
 
 
-def for_frames(site):
-    """What a site config means to the programs: without the keys that only choose jobs."""
-    return {key: value for key, value in site.items() if key not in ("profile", "synthetic", "import")}
+def same_part(path, site, part):
+    """Whether an earlier call wrote the same for this stage; what is damaged is not the same."""
+    if not os.path.exists(path):
+        return False
+    try:
+        return site_part(load(path), part) == site_part(site, part)
+    except (ConfigError, TypeError):
+        return False
 
 
-def settle_site(text, site, arguments):
-    """The site config. It keeps its time when only its text changed, not its meaning."""
-    name = os.path.join("site", os.path.basename(arguments.site))
+def settle_site(part, text, site, arguments):
+    """The site config of a stage. It keeps its time when only its text changed, not what the stage takes."""
+    name = os.path.join(part, os.path.basename(arguments.site))
     folder = arguments.preview or arguments.out
     current, target = os.path.join(arguments.out, name), os.path.join(folder, name)
-    same = os.path.exists(current) and for_frames(load(current)) == for_frames(site)
-    if same and not arguments.preview and open(current, encoding="utf-8").read() == text:
+    same = same_part(current, site, part)
+    if same and not arguments.preview and has_text(current, text):
         return
     os.makedirs(os.path.dirname(target), exist_ok=True)
     write(target, text, os.stat(current).st_mtime_ns if same else None)
@@ -395,26 +414,27 @@ def picture_files(path):
     return [path] + [file for file in beside if os.path.isfile(file)]
 
 
-def settle_recordings(site, arguments):
-    """A file whose time says when the site's recordings and queries changed last; its path.
+def look_for(path, arguments):
+    if os.path.exists(path):
+        return
+    raise ConfigError(f"site {os.path.basename(arguments.site)[:-5]}: {path} does not exist. "
+                      f"datasets.md says where to get each recording; DATA={arguments.data} "
+                      "is the folder it is looked for in")
+
+
+def settle_files(name, site, parts, arguments):
+    """A file whose time says when the files of some recordings or queries changed last; its path.
 
     A folder's time does not tell of a file that was replaced in place, so the sizes and times of all
-    files count. (The frames stage then compares contents: a touch reruns nothing after it.) A recording
-    that synthesize makes is left to Make; plain pictures are never its work."""
-    queries = tables(site, "query", arguments)
-    parts = [] if arguments.synthetic else tables(site, "sequence", arguments) + queries
-
+    files count. (The stages then compare contents: a touch reruns nothing after them.)"""
     def in_data(path):
         return os.path.join(arguments.data, os.path.normpath(os.path.join(site.get("root", "."), path)))
 
-    pictures = {in_data(part["pictures"]) for part in queries if "pictures" in part}
-    folders = {in_data(part.get("folder", ".")) for part in parts if "pictures" not in part}
-    extra = {in_data(part[key]) for part in parts for key in ("ground_truth", "accelerometer") if part.get(key)}
+    pictures = {in_data(part["pictures"]) for part in parts if "pictures" in part}
+    folders = {in_data(part.get("folder", ".")) for part in parts if not {"pictures", "file"} & set(part)}
+    extra = {in_data(part[key]) for part in parts for key in ("ground_truth", "file") if part.get(key)}
     for path in sorted(folders | extra | pictures):
-        if not os.path.exists(path):
-            raise ConfigError(f"site {os.path.basename(arguments.site)[:-5]}: {path} does not exist. "
-                              f"datasets.md says where to get each recording; DATA={arguments.data} "
-                              "is the folder it is looked for in")
+        look_for(path, arguments)
     files = {file_state(path) for path in extra.union(*map(picture_files, pictures))}
     seen = set()
     for folder in sorted(folders):
@@ -422,13 +442,25 @@ def settle_recordings(site, arguments):
     files = {(os.path.relpath(path, arguments.data), *rest) for path, *rest in files}
     digest = hashlib.sha256(repr(sorted(files)).encode()).hexdigest()
     text = f"{len(files)} files {digest}\n"
-    current = os.path.join(arguments.out, "recordings")
+    current = os.path.join(arguments.out, name)
     same = has_text(current, text)
     if same and not arguments.preview:
         return current
-    target = os.path.join(arguments.preview or arguments.out, "recordings")
+    target = os.path.join(arguments.preview or arguments.out, name)
     write(target, text, os.stat(current).st_mtime_ns if same else None)
     return target
+
+
+def settle_inputs(sites, arguments):
+    """(name, file) of recordings and pictures. A recording that synthesize makes, queries in it included, is left to
+    Make; plain pictures are never its work."""
+    _, site = sites["site"]
+    if not arguments.no_recordings:
+        parts = [] if arguments.synthetic else tables(site, "sequence", arguments) + tables(site, "signal", arguments)
+        yield "recordings", settle_files("recordings", site, parts, arguments)
+    _, site = sites["queries"]
+    queries = [query for query in tables(site, "query", arguments) if "pictures" in query or not arguments.synthetic]
+    yield "pictures", settle_files("pictures", site, queries, arguments)
 
 
 def parse_arguments():
@@ -445,6 +477,7 @@ def parse_arguments():
     parser.add_argument("--fov-deg", help="of --query")
     parser.add_argument("--out", required=True)
     parser.add_argument("--preview", help="write here instead, with the times of --out")
+    parser.add_argument("--no-recordings", action="store_true", help="do not look at the recordings, only at queries")
     parser.add_argument("--synthetic", action="store_true", help="the recording is made by synthesize")
     return parser.parse_args()
 
@@ -456,7 +489,8 @@ def refuse(error):
 
 
 def check(arguments):
-    """Reads everything and writes nothing: configs and where each value was set, and text and tables of the site config."""
+    """Reads everything and writes nothing: configs, where each value was set, and text and tables of each part of the
+    site config."""
     if not (str(arguments.seed).isascii() and str(arguments.seed).isdigit() and len(str(arguments.seed)) < 19):
         raise ConfigError(f"SEED={arguments.seed}: give a whole number")
     arguments.seed = int(arguments.seed)
@@ -467,14 +501,15 @@ def check(arguments):
                           + ", ".join(name[:-5] for name in known if name.endswith(".toml")))
     configs, sources = effective_configs(arguments)
     check_site(arguments)
-    return configs, sources, *effective_site(arguments)
+    return configs, sources, effective_sites(arguments)
 
 
-def settle_all(configs, text, site, arguments):
-    """Writes what changed. Returns a file that is as old as the last change of the recordings."""
+def settle_all(configs, sites, arguments):
+    """Writes what changed. Returns files that are as old as the last change of the `recordings` and of the `pictures`."""
     settle(configs, arguments)
-    settle_site(text, site, arguments)
-    return settle_recordings(site, arguments)
+    for part, (text, site) in sites.items():
+        settle_site(part, text, site, arguments)
+    return dict(settle_inputs(sites, arguments))
 
 
 @contextlib.contextmanager
@@ -494,11 +529,11 @@ def main():
     arguments = parse_arguments()
     try:
         with plain_errors():
-            configs, _, text, site = check(arguments)
-            recordings = settle_all(configs, text, site, arguments)
+            configs, _, sites = check(arguments)
+            inputs = settle_all(configs, sites, arguments)
     except ConfigError as error:
         return refuse(error)
-    print(recordings)
+    print(*(f"{name}={path}" for name, path in inputs.items()))
     return 0
 
 

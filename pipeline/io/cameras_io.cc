@@ -31,6 +31,16 @@ Json ToJson(const Camera& c) {
           {"k3", c.k3}};
 }
 
+Json ToJson(const Rigid3& pose) {
+  const auto& t = pose.translation;
+  const auto& q = pose.rotation;
+  return {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+}
+
+bool IsIdentity(const Rigid3& pose) {
+  return pose.translation.isZero(0) && pose.rotation.coeffs() == Rigid3{}.rotation.coeffs();
+}
+
 Json ToJson(const RgbdCamera& camera) {
   Json json = {{"camera_id", camera.camera_id},
                {"color", ToJson(camera.color)},
@@ -41,10 +51,11 @@ Json ToJson(const RgbdCamera& camera) {
                {"depth_noise_constant_m", camera.noise.constant_m},
                {"depth_noise_quadratic_per_m", camera.noise.quadratic_per_m}};
   if (!camera.depth_registered) {
-    const auto& t = camera.color_from_depth.translation;
-    const auto& q = camera.color_from_depth.rotation;
     json["depth"] = ToJson(camera.depth);
-    json["color_from_depth"] = {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+    json["color_from_depth"] = ToJson(camera.color_from_depth);
+  }
+  if (!IsIdentity(camera.robot_from_camera)) {
+    json["robot_from_camera"] = ToJson(camera.robot_from_camera);
   }
   return json;
 }
@@ -80,12 +91,12 @@ Camera CameraFromJson(const Json& json) {
   return camera;
 }
 
-Rigid3 PoseFromJson(const Json& json) {
-  const auto v = json.get<std::vector<double>>();
-  if (v.size() != 7) throw DataError("color_from_depth has {} numbers, not 7", v.size());
+Rigid3 PoseAt(const Json& json, const char* name) {
+  const auto v = json.at(name).get<std::vector<double>>();
+  if (v.size() != 7) throw DataError("{} has {} numbers, not 7", name, v.size());
   Rigid3 pose{Eigen::Quaterniond(v[6], v[3], v[4], v[5]), {v[0], v[1], v[2]}};
   if (!(std::abs(pose.rotation.norm() - 1) < 1e-3) || !pose.translation.allFinite()) {
-    throw DataError("color_from_depth is not a rigid transform");
+    throw DataError("{} is not a rigid transform", name);
   }
   pose.rotation.normalize();
   return pose;
@@ -103,7 +114,10 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
   camera.noise.quadratic_per_m = AtLeast(json, "depth_noise_quadratic_per_m", 0);
   if (!camera.depth_registered) {
     camera.depth = CameraFromJson(json.at("depth"));
-    camera.color_from_depth = PoseFromJson(json.at("color_from_depth"));
+    camera.color_from_depth = PoseAt(json, "color_from_depth");
+  }
+  if (json.contains("robot_from_camera")) {
+    camera.robot_from_camera = PoseAt(json, "robot_from_camera");
   }
   return camera;
 }
@@ -156,7 +170,7 @@ void CheckCamera(const FrameRecord& frame,
       list,
       cameras.size(),
       frame.frame_idx,
-      frame.color_path,
+      frame.color.path,
       frame.camera_idx);
 }
 

@@ -102,7 +102,8 @@ double CsvRow::Real(std::size_t column) const {
   return *value;
 }
 
-CsvFile::CsvFile(const std::filesystem::path& path, const std::string& header, bool may_have_more) {
+CsvFile::CsvFile(const std::filesystem::path& path, const std::string& header, bool may_have_more)
+    : source_(path.string()) {
   header_ = *SplitLine(header);
   const std::string text = ReadTextFile(path);
   if (text.empty() || text.back() != '\n') {
@@ -114,7 +115,7 @@ CsvFile::CsvFile(const std::filesystem::path& path, const std::string& header, b
     std::string_view line(text.data() + begin, end - begin);
     if (line.ends_with('\r')) line.remove_suffix(1);
     begin = end + 1;
-    CsvRow row(path.string(), ++line_number, &header_);
+    CsvRow row(source_, ++line_number, &header_);
     auto fields = SplitLine(line);
     if (!fields) row.Fail("a quote is not closed or not at the ends of a field");
     if (line_number == 1) {

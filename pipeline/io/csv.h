@@ -50,8 +50,12 @@ class CsvFile {
   CsvFile(const CsvFile&) = delete;
   CsvFile& operator=(const CsvFile&) = delete;
   const std::vector<CsvRow>& Rows() const { return rows_; }
+  const std::vector<std::string>& Header() const { return header_; }
+  // The line of the header, to fail with.
+  CsvRow HeaderRow() const { return {source_, 1, &header_}; }
 
  private:
+  std::string source_;
   std::vector<std::string> header_;
   std::vector<CsvRow> rows_;
 };

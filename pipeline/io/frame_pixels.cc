@@ -74,7 +74,7 @@ DepthImage RegisterDepth(const DepthImage& depth, const RgbdCamera& camera) {
 ColorImage LoadColor(const FrameRecord& frame,
                      const RgbdCamera& camera,
                      const std::filesystem::path& data_root) {
-  return ReadFromData(data_root, frame.color_path, [&](const std::filesystem::path& path) {
+  return ReadFromData(data_root, frame.color.path, [&](const std::filesystem::path& path) {
     return ReadColorOf(camera.color, path);
   });
 }
@@ -82,10 +82,10 @@ ColorImage LoadColor(const FrameRecord& frame,
 DepthImage LoadDepth(const FrameRecord& frame,
                      const RgbdCamera& camera,
                      const std::filesystem::path& data_root) {
-  if (frame.depth_path.empty()) throw DataError("{}: frame has no depth", frame.color_path);
+  if (frame.depth.path.empty()) throw DataError("{}: frame has no depth", frame.color.path);
   const Camera& depth_camera = camera.depth_registered ? camera.color : camera.depth;
   const RawDepthImage raw =
-      ReadFromData(data_root, frame.depth_path, [&](const std::filesystem::path& path) {
+      ReadFromData(data_root, frame.depth.path, [&](const std::filesystem::path& path) {
         return ReadRawDepthOf(depth_camera, path);
       });
   DepthImage depth{raw.width, raw.height, 1, std::vector<float>(raw.pixels.size(), 0.0f)};

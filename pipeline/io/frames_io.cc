@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/frames_io.h"
 
+#include <algorithm>
 #include <set>
+#include <string_view>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
@@ -10,44 +12,99 @@ namespace nightmap {
 namespace {
 
 constexpr const char* kFramesHeader =
-    "frame_idx,time_ns,color_path,depth_path,camera_idx,sequence_idx,content_hash";
+    "frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,depth_hash";
+constexpr std::size_t kFirstChannel = 4;  // column; path and hash of each channel follow
+constexpr std::string_view kPath = "_path";
+constexpr std::string_view kHash = "_hash";
 
-FrameRecord RecordFromRow(const CsvRow& row) {
+// The channels that a header names from kFirstChannel on.
+std::vector<std::string> ChannelsOfHeader(const CsvFile& csv) {
+  const std::vector<std::string>& header = csv.Header();
+  std::vector<std::string> names;
+  for (std::size_t i = kFirstChannel; i < header.size(); i += 2) {
+    const std::string name = header[i].substr(0, header[i].size() - kPath.size());
+    const bool is_pair = header[i].ends_with(kPath) && i + 1 < header.size() &&
+                         header[i + 1] == name + std::string(kHash);
+    if (!is_pair || name.empty() || std::ranges::count(names, name) > 0) {
+      csv.HeaderRow().Fail(
+          fmt::format("column '{}': each channel has NAME_path and NAME_hash, once", header[i]));
+    }
+    names.push_back(name);
+  }
+  return names;
+}
+
+FrameRecord RecordFromRow(const CsvRow& row, const std::vector<std::string>& channels) {
   FrameRecord frame;
   frame.frame_idx = row.Index(0);
   frame.time_ns = row.Integer(1);
-  frame.color_path = row.Text(2);
-  frame.depth_path = row.Text(3);
-  frame.camera_idx = row.Index(4);
-  frame.sequence_idx = row.Index(5);
-  frame.content_hash = row.Text(6);
-  if (frame.color_path.empty()) row.Fail("color_path is empty");
-  if (frame.content_hash.empty()) row.Fail("content_hash is empty");
+  frame.camera_idx = row.Index(2);
+  frame.sequence_idx = row.Index(3);
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const std::size_t column = kFirstChannel + 2 * i;
+    if (row.IsEmpty(column) && row.IsEmpty(column + 1)) continue;
+    ChannelOf(frame, channels[i]) = {row.Text(column), row.Text(column + 1)};
+  }
+  try {
+    CheckChannels(frame);
+  } catch (const DataError& error) {
+    row.Fail(error.what());
+  }
   return frame;
 }
 
 }  // namespace
 
-std::string FramesToCsv(const std::vector<FrameRecord>& frames) {
-  std::string text = std::string(kFramesHeader) + '\n';
-  for (const FrameRecord& frame : frames) {
-    text += fmt::format("{},{},{},{},{},{},{}\n",
-                        frame.frame_idx,
-                        frame.time_ns,
-                        CsvField(frame.color_path),
-                        CsvField(frame.depth_path),
-                        frame.camera_idx,
-                        frame.sequence_idx,
-                        frame.content_hash);
+std::vector<std::pair<std::string, const ChannelFile*>> ChannelsOf(const FrameRecord& frame) {
+  std::vector<std::pair<std::string, const ChannelFile*>> channels = {{"color", &frame.color},
+                                                                      {"depth", &frame.depth}};
+  for (const auto& [name, file] : frame.others) channels.emplace_back(name, &file);
+  return channels;
+}
+
+ChannelFile& ChannelOf(FrameRecord& frame, const std::string& name) {
+  if (name == "color") return frame.color;
+  if (name == "depth") return frame.depth;
+  return frame.others[name];
+}
+
+void CheckChannels(const FrameRecord& frame) {
+  if (frame.color.path.empty()) throw DataError("color_path is empty");
+  for (const auto& [name, file] : ChannelsOf(frame)) {
+    if (file->path.empty() == file->hash.empty()) continue;
+    throw DataError("{}{} is empty", name, file->path.empty() ? kPath : kHash);
   }
-  return text;
+}
+
+std::string FramesToCsv(const std::vector<FrameRecord>& frames) {
+  std::set<std::string> others;
+  for (const FrameRecord& frame : frames) {
+    for (const auto& [name, file] : frame.others) others.insert(name);
+  }
+  std::string text = kFramesHeader;
+  for (const std::string& name : others) text += fmt::format(",{0}{1},{0}{2}", name, kPath, kHash);
+  const auto add = [&](const ChannelFile& file) {
+    text += fmt::format(",{},{}", CsvField(file.path), CsvField(file.hash));
+  };
+  for (const FrameRecord& frame : frames) {
+    text += fmt::format(
+        "\n{},{},{},{}", frame.frame_idx, frame.time_ns, frame.camera_idx, frame.sequence_idx);
+    add(frame.color);
+    add(frame.depth);
+    for (const std::string& name : others) {
+      const auto file = frame.others.find(name);
+      add(file == frame.others.end() ? ChannelFile{} : file->second);
+    }
+  }
+  return text + '\n';
 }
 
 std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path) {
-  const CsvFile csv(path, kFramesHeader);
+  const CsvFile csv(path, kFramesHeader, true);
+  const auto channels = ChannelsOfHeader(csv);
   std::vector<FrameRecord> frames;
   for (const CsvRow& row : csv.Rows()) {
-    frames.push_back(RecordFromRow(row));
+    frames.push_back(RecordFromRow(row, channels));
     if (frames.size() > 1 && frames.back().frame_idx - 1 != frames[frames.size() - 2].frame_idx) {
       row.Fail("frame_idx must count up by one");
     }
@@ -71,13 +128,13 @@ std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& pa
                         frame.frame_idx,
                         frames.back().frame_idx);
       }
-      if (!pictures.insert(frame.color_path).second) {
+      if (!pictures.insert(frame.color.path).second) {
         throw DataError(
             "{}: frame {} has the picture {} of another frame; delete the frames folder of this "
             "site and run make",
             path.string(),
             frame.frame_idx,
-            frame.color_path);
+            frame.color.path);
       }
       frames.push_back(std::move(frame));
     }

@@ -5,7 +5,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pipeline/geometry/camera.h"
@@ -14,21 +16,36 @@
 
 namespace nightmap {
 
-// One RGB-D frame. Paths are relative to the data root (Make's DATA folder), so that an artifact
-// holds no path of the machine it was made on.
+// One file of a frame. The path is relative to the data root (Make's DATA folder), so that an
+// artifact holds no path of the machine it was made on; the hash of the file's bytes stands for its
+// pixels wherever the list is read. No path: the frame lacks this channel.
+struct ChannelFile {
+  std::string path;
+  std::string hash;
+};
+
+// One frame: the pictures of one moment, a channel each.
 struct FrameRecord {
   int frame_idx = 0;         // contiguous over all sequences of the site, mapping frames only
   std::int64_t time_ns = 0;  // unique over the site; the key of every trajectory file
-  std::string color_path;
-  std::string depth_path;  // may be empty for a query
-  int camera_idx = 0;      // into the list of cameras.json; of a query: query_cameras.json
+  int camera_idx = 0;        // into the list of cameras.json; of a query: query_cameras.json
   int sequence_idx = 0;
-  std::string content_hash;  // of the color and depth files' bytes
+  ChannelFile color;                          // always there
+  ChannelFile depth;                          // lists of an RGB-D map demand it, queries do not
+  std::map<std::string, ChannelFile> others;  // by channel, such as "label"; those that it has
 };
+
+// Name and file of each channel: color, depth, then the others by name.
+std::vector<std::pair<std::string, const ChannelFile*>> ChannelsOf(const FrameRecord& frame);
+// The file of the channel of that name, added among `others` when it is there neither.
+ChannelFile& ChannelOf(FrameRecord& frame, const std::string& name);
+// Throws DataError when a channel has a path and no hash, or the reverse, or color has none.
+void CheckChannels(const FrameRecord& frame);
 
 // One RGB-D camera: the color camera, and how its depth images are to be read.
 struct RgbdCamera {
-  std::string camera_id;  // as named in the site config
+  std::string camera_id;     // as named in the site config
+  Rigid3 robot_from_camera;  // pose of the color camera on the robot; identity: the same axes
   Camera color;
   bool depth_registered = true;     // depth pixels are color pixels
   Camera depth;                     // used when not registered
@@ -45,8 +62,10 @@ struct RgbdImages {
   DepthImage depth;  // metres at the color camera's pixels
 };
 
-// CSV with header frame_idx,time_ns,color_path,depth_path,camera_idx,sequence_idx,content_hash.
-// Readers throw DataError naming file and line.
+// CSV with header frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,
+// depth_hash and, for each further channel that a frame of the list has, NAME_path,NAME_hash. So a
+// new channel needs no new reader, and changes no list without it. Readers throw DataError naming
+// file and line.
 std::string FramesToCsv(const std::vector<FrameRecord>& frames);
 std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path);
 // Several shards, concatenated; none may be empty, frame_idx is contiguous, a picture is one frame.

@@ -37,9 +37,8 @@ struct SequenceTable {
     list.Add("depth_folder", &s.depth_folder, "layout video: depth images, relative to folder");
     list.Add("frame_rate_hz", &s.frame_rate_hz, {0, 1000}, "0: the video's, 30 for seven_scenes");
     list.Add("ground_truth", &s.ground_truth, "TUM trajectory, relative to root");
-    list.Add("accelerometer",
-             &s.accelerometer,
-             "time_s ax ay az (m/s2, axes of the color camera), relative to root");
+    list.Add("depth", &s.depth, {"required", "optional", "none"}, "whether frames have depth");
+    list.Add("label_folder", &s.label_folder, "label PNGs of the colors' stems, in folder");
     list.Add("max_association_gap_s", &s.max_association_gap_s, {0, 10}, "color to depth image");
     list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
     list.Add(
@@ -50,15 +49,6 @@ struct SequenceTable {
              "layout pictures: of those that do not say their focal length");
   }
 };
-
-// Artifacts hold paths relative to the data folder, so nothing may lead out of it.
-void CheckPath(const std::string& text, const char* key, const std::string& where) {
-  const auto path = std::filesystem::path(text).lexically_normal();
-  if (path.is_absolute() || (!path.empty() && *path.begin() == "..")) {
-    throw UsageError(
-        "{}: {} = \"{}\" must lie inside the data folder: give a relative path", where, key, text);
-  }
-}
 
 int FindCamera(const std::vector<RgbdCamera>& cameras,
                const std::string& id,
@@ -76,7 +66,12 @@ void CheckKeys(const toml::table& table, const std::string& layout, const std::s
   if (layout == "pictures") {
     Require(table, {"pictures"}, where);
     Refuse(table,
-           {"folder", "frame_rate_hz", "max_association_gap_s", "time_offset_s", "accelerometer"},
+           {"folder",
+            "frame_rate_hz",
+            "max_association_gap_s",
+            "time_offset_s",
+            "depth",
+            "label_folder"},
            where,
            "does not go with layout = \"pictures\"");
     if (table.contains("camera")) {
@@ -88,6 +83,7 @@ void CheckKeys(const toml::table& table, const std::string& layout, const std::s
   }
   if (layout == "video") {
     Require(table, {"video"}, where);
+    Refuse(table, {"label_folder"}, where, "does not go with layout = \"video\"");
   } else {
     Refuse(table, {"video", "depth_folder"}, where, "needs layout = \"video\"");
   }
@@ -138,7 +134,7 @@ SequenceConfig ParseSequence(toml::table& table,
   CheckPath(sequence.video, "video", where);
   CheckPath(sequence.depth_folder, "depth_folder", where);
   CheckPath(sequence.ground_truth, "ground_truth", where);
-  CheckPath(sequence.accelerometer, "accelerometer", where);
+  CheckPath(sequence.label_folder, "label_folder", where);
   if (sequence.pictures.starts_with('/')) {
     throw UsageError("{}: pictures = \"{}\" must be relative to root", where, sequence.pictures);
   }
@@ -163,8 +159,12 @@ void CheckTopLevel(const SiteConfig& site, const std::string& source) {
     throw UsageError("{}: hold_out_every = 1 would leave nothing to map: give 0 or at least 2",
                      source);
   }
-  if (site.cameras.empty()) throw UsageError("{}: add a [[camera]]", source);
-  if (site.sequences.empty()) throw UsageError("{}: add a [[sequence]]", source);
+  if (site.sequences.empty() && site.signals.empty()) {
+    throw UsageError("{}: add a [[sequence]] of frames or a [[signal]]", source);
+  }
+  if (site.cameras.empty() && !(site.sequences.empty() && site.queries.empty())) {
+    throw UsageError("{}: add a [[camera]]", source);
+  }
 }
 
 toml::table ParseText(std::string_view text, const std::string& source) {
@@ -182,6 +182,19 @@ constexpr const char* kOfMake[] = {"profile", "synthetic", "import"};
 void AddQueries(toml::table& root, const std::string& source, SiteConfig* site) {
   for (toml::table* table : Tables(root, "query", source)) {
     site->queries.push_back(ParseSequence(*table, source, site->cameras));
+  }
+}
+
+void AddSignals(toml::table& root, const std::string& source, SiteConfig* site) {
+  for (const toml::table* table : Tables(root, "sensor", source)) {
+    SensorConfig sensor = ParseSensor(*table, source);
+    if (std::ranges::count(site->sensors, sensor.id, &SensorConfig::id) > 0) {
+      throw UsageError("{}: a second sensor \"{}\": rename it", Where(*table, source), sensor.id);
+    }
+    site->sensors.push_back(std::move(sensor));
+  }
+  for (const toml::table* table : Tables(root, "signal", source)) {
+    site->signals.push_back(ParseSignal(*table, source, site->sensors));
   }
 }
 
@@ -203,7 +216,8 @@ SiteConfig ParseOwnText(std::string_view text, const std::string& source) {
                      site.sequences.back().source);
   }
   AddQueries(root, source, &site);
-  for (const char* name : {"camera", "sequence", "query"}) root.erase(name);
+  AddSignals(root, source, &site);
+  for (const char* name : {"camera", "sequence", "query", "sensor", "signal"}) root.erase(name);
   for (const char* name : kOfMake) root.erase(name);
   OptionList list;
   list.Add("root", &site.root, "folder of the site, relative to the data folder");

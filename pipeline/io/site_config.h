@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// configs/sites/<site>.toml: one building's recordings, cameras and truth.
+// configs/sites/<site>.toml: one building's recordings, cameras, other sensors and truth.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pipeline/io/frames_io.h"
+#include "pipeline/io/signals_io.h"
 
 namespace nightmap {
 
@@ -25,9 +26,8 @@ struct SequenceConfig {
   std::string depth_folder;       // layout video: folder of depth images, relative to folder
   double frame_rate_hz = 0;       // video: 0 takes the file's; seven_scenes: 0 means 30
   std::string ground_truth;       // TUM trajectory relative to root, world_from_camera; empty: none
-  // `time_s ax ay az` (m/s2) relative to root; empty: none. The axes must be the color camera's: x
-  // right, y down, z forward.
-  std::string accelerometer;
+  std::string depth = "required";       // required | optional | none: whether frames have depth
+  std::string label_folder;             // PNGs of the color pictures' stems, relative to folder
   double max_association_gap_s = 0.02;  // layout tum: between a color image and its depth image
   double time_offset_s = 0;             // added to all times of the recording
   // Links in the recording (relative to folder) that may lead out of it and of the data folder,
@@ -38,12 +38,43 @@ struct SequenceConfig {
 
 constexpr int kOwnCameras = -1;
 
+// A sensor beside the cameras: a [[sensor]]. Sensor axes of a laser and of wheels: x forward, y
+// left, z up. The robot's axes are whatever the poses of its sensors refer to.
+struct SensorConfig {
+  std::string id;
+  SignalKind kind = SignalKind::kAcceleration;
+  Rigid3 robot_from_sensor;  // identity: the robot's axes are the sensor's
+  // Scans whose message does not say: first beam, step (0: 180 deg over all beams; both
+  // counter-clockwise from x), and the range from which on nothing was hit.
+  double start_angle_deg = -90;
+  double angle_step_deg = 0;
+  double max_range_m = 80;
+  // Odometry: what a sample measures, and of ticks what one is worth.
+  std::string measures = "pose";  // pose | motion | ticks
+  double m_per_tick = 0;
+  double wheel_base_m = 0;
+};
+
+// A file of samples of one sensor: a [[signal]].
+struct SignalConfig {
+  int sensor_idx = 0;           // into SiteConfig::sensors
+  std::string format = "text";  // text | csv | carmen
+  std::string file;             // relative to root; may be gzipped
+  std::string columns;          // csv: names of its columns with time and values, comma separated
+  std::string message;          // carmen: FLASER, RLASER, ROBOTLASER1, RAWLASER1 or ODOM
+  double time_offset_s = 0;     // added to all times
+  bool sort = false;            // by time, of a log whose lines are out of order
+  std::string source;           // file:line of its table, for messages
+};
+
 struct SiteConfig {
   std::string root = ".";  // relative to the data folder
   int hold_out_every = 0;  // every Nth frame becomes a query; 0: none
   std::vector<RgbdCamera> cameras;
   std::vector<SequenceConfig> sequences;
   std::vector<SequenceConfig> queries;
+  std::vector<SensorConfig> sensors;
+  std::vector<SignalConfig> signals;
 };
 
 // Strict: an unknown or missing key, a wrong type, a value out of range, an absolute path, an

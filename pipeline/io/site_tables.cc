@@ -18,7 +18,7 @@ const Range kDistortion{-100, 100};
 // A [[camera]] table as written.
 struct CameraTable {
   RgbdCamera camera;
-  std::vector<double> color_from_depth;
+  std::vector<double> color_from_depth, robot_from_camera;
 
   void Register(OptionList& list) {
     Camera& color = camera.color;
@@ -34,6 +34,7 @@ struct CameraTable {
     list.Add("p1", &color.p1, kDistortion, "tangential distortion");
     list.Add("p2", &color.p2, kDistortion, "tangential distortion");
     list.Add("k3", &color.k3, kDistortion, "radial distortion");
+    list.Add("robot_from_camera", &robot_from_camera, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
     RegisterDepth(list);
   }
 
@@ -62,26 +63,19 @@ struct CameraTable {
   }
 };
 
-Rigid3 ToPose(const std::vector<double>& v, const std::string& where) {
-  if (v.size() != 7) {
-    throw UsageError(
-        "{}: color_from_depth has {} numbers: give tx ty tz qx qy qz qw", where, v.size());
-  }
-  Rigid3 pose{Eigen::Quaterniond(v[6], v[3], v[4], v[5]), {v[0], v[1], v[2]}};
-  if (!(std::abs(pose.rotation.norm() - 1) < 1e-2)) {
-    throw UsageError("{}: the quaternion in color_from_depth has length {:.3g}: give a unit one",
-                     where,
-                     pose.rotation.norm());
-  }
-  pose.rotation.normalize();
-  return pose;
-}
-
 }  // namespace
 
 std::string Where(const toml::node& node, const std::string& source) {
   if (source == kQuerySource) return source;
   return fmt::format("{}:{}", source, node.source().begin.line);
+}
+
+void CheckPath(const std::string& text, const char* key, const std::string& where) {
+  const auto path = std::filesystem::path(text).lexically_normal();
+  if (path.is_absolute() || (!path.empty() && *path.begin() == "..")) {
+    throw UsageError(
+        "{}: {} = \"{}\" must lie inside the data folder: give a relative path", where, key, text);
+  }
 }
 
 void Require(const toml::table& table, Names names, const std::string& where) {
@@ -94,6 +88,21 @@ void Refuse(const toml::table& table, Names names, const std::string& where, con
   for (const char* name : names) {
     if (table.contains(name)) throw UsageError("{}: '{}' {}: remove it", where, name, why);
   }
+}
+
+Rigid3 ToPose(const std::vector<double>& v, const char* key, const std::string& where) {
+  if (v.size() != 7) {
+    throw UsageError("{}: {} has {} numbers: give tx ty tz qx qy qz qw", where, key, v.size());
+  }
+  Rigid3 pose{Eigen::Quaterniond(v[6], v[3], v[4], v[5]), {v[0], v[1], v[2]}};
+  if (!(std::abs(pose.rotation.norm() - 1) < 1e-2)) {
+    throw UsageError("{}: the quaternion in {} has length {:.3g}: give a unit one",
+                     where,
+                     key,
+                     pose.rotation.norm());
+  }
+  pose.rotation.normalize();
+  return pose;
 }
 
 RgbdCamera ParseCamera(const toml::table& table, const std::string& source) {
@@ -119,7 +128,10 @@ RgbdCamera ParseCamera(const toml::table& table, const std::string& source) {
     Refuse(table, depth_keys, where, "needs depth_registered = false");
   } else {
     Require(table, depth_keys, where);
-    camera.color_from_depth = ToPose(parsed.color_from_depth, where);
+    camera.color_from_depth = ToPose(parsed.color_from_depth, "color_from_depth", where);
+  }
+  if (table.contains("robot_from_camera")) {
+    camera.robot_from_camera = ToPose(parsed.robot_from_camera, "robot_from_camera", where);
   }
   return camera;
 }

@@ -46,7 +46,7 @@ TileResults ReadTileResults(const std::vector<std::filesystem::path>& tiles,
   for (const auto& path : tiles) {
     for (const Keyframe& keyframe : ReadTile(path).keyframes) {
       if (keyframe.keyframe_idx % keyframe_stride != 0) continue;
-      if (keyframes.empty()) results.first_depth_path = keyframe.frame.depth_path;
+      if (keyframes.empty()) results.first_depth_path = keyframe.frame.depth.path;
       keyframes.insert(keyframe.keyframe_idx);
     }
   }

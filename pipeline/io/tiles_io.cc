@@ -14,21 +14,32 @@ namespace {
 using TileJson = nlohmann::ordered_json;
 
 constexpr const char* kTileFormat = "nightmap tile";
-constexpr int kTileVersion = 1;
+constexpr int kTileVersion = 2;
 
 TileJson KeyframeToJson(const Keyframe& keyframe) {
   const FrameRecord& frame = keyframe.frame;
   const auto& t = keyframe.map_from_camera.translation;
   const auto& q = keyframe.map_from_camera.rotation;
+  TileJson channels = TileJson::object();
+  for (const auto& [name, file] : ChannelsOf(frame)) {
+    if (!file->path.empty()) channels[name] = {{"path", file->path}, {"hash", file->hash}};
+  }
   return {{"keyframe_idx", keyframe.keyframe_idx},
           {"frame_idx", frame.frame_idx},
           {"time_ns", frame.time_ns},
-          {"color_path", frame.color_path},
-          {"depth_path", frame.depth_path},
           {"camera_idx", frame.camera_idx},
           {"sequence_idx", frame.sequence_idx},
-          {"content_hash", frame.content_hash},
+          {"channels", channels},
           {"map_from_camera", {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}}};
+}
+
+void ReadChannels(const TileJson& channels, FrameRecord* frame) {
+  if (!channels.is_object()) throw DataError("channels is no object");
+  for (const auto& [name, file] : channels.items()) {
+    ChannelOf(*frame, name) = {file.at("path").get<std::string>(),
+                               file.at("hash").get<std::string>()};
+  }
+  CheckChannels(*frame);
 }
 
 Keyframe KeyframeFromJson(const TileJson& json) {
@@ -36,11 +47,9 @@ Keyframe KeyframeFromJson(const TileJson& json) {
   keyframe.keyframe_idx = IntegerAt(json, "keyframe_idx");
   keyframe.frame.frame_idx = IntegerAt(json, "frame_idx");
   keyframe.frame.time_ns = json.at("time_ns").get<std::int64_t>();
-  keyframe.frame.color_path = json.at("color_path").get<std::string>();
-  keyframe.frame.depth_path = json.at("depth_path").get<std::string>();
   keyframe.frame.camera_idx = IntegerAt(json, "camera_idx");
   keyframe.frame.sequence_idx = IntegerAt(json, "sequence_idx");
-  keyframe.frame.content_hash = json.at("content_hash").get<std::string>();
+  ReadChannels(json.at("channels"), &keyframe.frame);
   const auto v = json.at("map_from_camera").get<std::vector<double>>();
   if (v.size() != 7) throw DataError("map_from_camera has {} numbers, not 7", v.size());
   Rigid3& pose = keyframe.map_from_camera;
@@ -97,7 +106,7 @@ std::string TileToJson(const Tile& tile) {
     try {
       text += KeyframeToJson(keyframe).dump();
     } catch (const TileJson::type_error&) {
-      throw DataError("{}: the name is not UTF-8, rename it", keyframe.frame.color_path);
+      throw DataError("{}: the name is not UTF-8, rename it", keyframe.frame.color.path);
     }
   }
   return text + "\n ]\n}\n";

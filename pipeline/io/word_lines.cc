@@ -9,7 +9,6 @@
 #include "pipeline/io/text_file.h"
 
 namespace nightmap {
-namespace {
 
 std::vector<std::string_view> SplitWords(std::string_view line) {
   constexpr std::string_view kBlank = " \t\r";
@@ -21,8 +20,6 @@ std::vector<std::string_view> SplitWords(std::string_view line) {
   }
   return words;
 }
-
-}  // namespace
 
 void VisitWordLines(const std::filesystem::path& path,
                     const std::function<void(const std::vector<std::string_view>&)>& visit) {

@@ -14,6 +14,9 @@ namespace nightmap {
 void VisitWordLines(const std::filesystem::path& path,
                     const std::function<void(const std::vector<std::string_view>&)>& visit);
 
+// The words between blanks.
+std::vector<std::string_view> SplitWords(std::string_view line);
+
 // A finite number. Throws DataError quoting the word.
 double RealWord(std::string_view word);
 

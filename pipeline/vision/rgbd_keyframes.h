@@ -68,7 +68,7 @@ std::vector<std::string> FuseKeyframes(
     std::vector<std::string> reasons(count);
     ParallelFor(count, num_threads, [&](std::size_t i) {
       const Keyframe& keyframe = source.keyframes[begin + i];
-      reasons[i] = FrameFailure(keyframe.frame.color_path, [&] {
+      reasons[i] = FrameFailure(keyframe.frame.color.path, [&] {
         const RgbdImages images = source.load(keyframe);
         if (!images.depth.pixels.empty()) partials[i] = work(keyframe, images);
       });

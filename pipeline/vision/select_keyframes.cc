@@ -24,7 +24,7 @@ std::vector<Keyframe> SelectKeyframes(const std::vector<FrameRecord>& frames,
     }
     const FrameRecord& frame = *found->second;
     CheckCamera(frame, cameras, "the list of cameras");
-    if (frame.depth_path.empty()) continue;
+    if (frame.depth.path.empty()) continue;
     keyframes.push_back({static_cast<int>(i), frame, keyframe_poses[i].pose});
   }
   return keyframes;

@@ -27,8 +27,8 @@ def asked_pictures(site_dir):
     """Their color_path, as in the lists. Their [[query]] come last in the site config, so that they have the
     last numbers among the sequences."""
     name = os.path.basename(os.path.realpath(site_dir))
-    config = os.path.join(site_dir, "config", "site", f"{name}.toml")
-    listed = os.path.join(site_dir, "frames", "queries.csv")
+    config = os.path.join(site_dir, "config", "queries", f"{name}.toml")
+    listed = os.path.join(site_dir, "queries", "queries.csv")
     if not (os.path.exists(config) and os.path.exists(listed)):
         return set()
     added = MARK.split(read_text(config), maxsplit=1)[1:]

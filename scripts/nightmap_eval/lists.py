@@ -51,7 +51,7 @@ def read_shards(site_dir):
     """Names of the shards: 0000, 0001 and so on. Raises DataError when the list is damaged."""
     path = list_path(site_dir, "shards")
     names = _read_names(path, "shards")
-    if not names or names != [f"{number:04}" for number in range(len(names))]:
+    if names != [f"{number:04}" for number in range(len(names))]:
         raise DataError(f"{path}: the names are not 0000, 0001 and so on")
     return names
 
@@ -98,8 +98,8 @@ def read_floors(grid_dir):
 
 
 def has_queries(site_dir):
-    """Whether frames/queries.csv lists a picture below its header."""
-    path = os.path.join(site_dir, "frames", "queries.csv")
+    """Whether queries/queries.csv lists a picture below its header."""
+    path = os.path.join(site_dir, "queries", "queries.csv")
     if not os.path.isfile(path):
         return False
     with open(path, "rb") as file:

@@ -39,7 +39,7 @@ class Graph:
     def __init__(self, pipeline, site, goals=()):
         self.pipeline, self.site = pipeline, site
         self.lists = {}
-        asked = _closure(pipeline, goals)
+        asked = closure(pipeline, goals)
         self.jobs = {name: job for name, job in pipeline.jobs.items()
                      if (name in asked if job.when == "asked" else site.has(job.when))}
         shards = site.lists["shard"]
@@ -88,8 +88,8 @@ class Graph:
             needs += self._paths(self.jobs[name], output) if name in self.jobs else []
         if job.script:
             needs += self._results_before(job)
-        elif job.lists == "shard" and self.site.recordings:
-            needs.append(self.site.recordings)
+        elif job.stamp in self.site.stamps:
+            needs.append(self.site.stamps[job.stamp])
         needs += [path for path in (f"{self.site.folder}/{name}" for name in job.reads) if os.path.exists(path)]
         files = {**job.outputs, **job.run_files()}
         return Rule(job, unit, inputs, needs, [(port, self.path_of(job, port, unit)) for port in files])
@@ -97,7 +97,7 @@ class Graph:
     def _values(self, job, reference, unit):
         """Paths, or one PathList, that fill a port of the run of a unit."""
         if reference.source:
-            return [self.site.site_config if reference.source == "site" else self.site.data]
+            return [self.site.source(reference.source)]
         if reference.job == "import":
             return [self._imported(job, reference.output)]
         source = self.jobs.get(reference.job)
@@ -145,7 +145,7 @@ class Graph:
         return [self.all_of(job, port) if job.units_of(port) != "site" else self.path_of(job, port) for port in ports]
 
 
-def _closure(pipeline, goals):
+def closure(pipeline, goals):
     """Names of the jobs that the goals need, those of a goal and the makers of their inputs."""
     names = {job.name for job in pipeline.jobs.values() if job.goal in goals}
     for job in reversed(pipeline.jobs.values()):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One call of make for a site, from the check of the configs to the summary."""
 
+import json
 import os
 import signal
 import sys
@@ -9,7 +10,7 @@ from types import SimpleNamespace
 import remove_leftovers
 import resolve_config
 from nightmap_make import preflight
-from nightmap_make.graph import Graph
+from nightmap_make.graph import Graph, closure
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
 from nightmap_make.pipeline import PipelineError, read_pipeline
@@ -17,12 +18,30 @@ from nightmap_make.rules_file import RulesFile, Times, list_goal
 from nightmap_make.site_state import SiteState
 
 PREVIEW = "nq"
+PHASES = ("shard", "query", "tile")  # what lists of these say decides which rules there are
 COMPARISON = "evaluate-colmap"
 # What a goal made, said at the end.
 MADE = {"map": "map of {site}: {folder}", "localize": "located queries: {folder}/localize/queries.csv",
         "plan": "path: {folder}/plan/path.json", "drive": "drive: {folder}/drive/drive.json",
         "evaluate": "metrics: {folder}/evaluate/metrics.json", "report": "report: {folder}/report/index.html",
         COMPARISON: "comparison: {folder}/evaluate_colmap/results.json"}  # fmt: skip
+
+
+def num_recorded_files(stamp):
+    """Of the file that resolve_config.py writes: "N files HASH"."""
+    if not stamp:
+        return 0
+    with open(stamp, encoding="utf-8") as file:
+        return int(file.read().split()[0])
+
+
+def listed_frames(site_dir):
+    """How many frames the last run of frames listed; 0 when that is not known."""
+    try:
+        with open(f"{site_dir}/frames/report.json", encoding="utf-8") as file:
+            return int(json.load(file)["num_frames"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return 0
 
 
 class Refused(Exception):
@@ -71,13 +90,22 @@ class MakeRun:
             configs="configs", site=f"{env['SITES']}/{self.name}.toml", data=env["DATA"], profile="default",
             seed=env["SEED"], set=[env["SET"]], value=value, query=[env["QUERY"]] if env.get("QUERY") else [],
             camera=env.get("CAMERA") or None, fov_deg=env.get("FOV_DEG") or None, out=f"{self.folder}/config",
-            preview=self.config if self.is_preview else None, synthetic=False)  # fmt: skip
+            preview=self.config if self.is_preview else None, synthetic=False,
+            no_recordings=self._asks_pictures_only())  # fmt: skip
         self._read_site()
-        configs, sources, self.site_text, self.site = resolve_config.check(self.asked)
-        self.configs = configs
+        configs, sources, self.sites = resolve_config.check(self.asked)
+        self.configs, (_, self.site) = configs, self.sites["site"]
         self.pipeline = read_pipeline("configs", self.asked.profile, self.site.get("import", {}))
+        for key, path in self.site.get("import", {}).items():
+            if not os.path.exists(f"{env['DATA']}/{path}"):
+                raise PipelineError(f"{self.asked.site}: [import] {key}: {env['DATA']}/{path} does not exist: give its path "
+                                    "relative to DATA")  # fmt: skip
         if not self.is_preview and "status" not in self.goals:
             self._preflight(sources)
+
+    def _asks_pictures_only(self):
+        """To locate a picture in the map that there is no recording is looked at."""
+        return bool(self.goals == ["localize"] and self.env.get("QUERY") and os.path.exists(f"{self.folder}/frames/shards.txt"))
 
     def _read_site(self):
         """The site's own words on its profile, before anything is looked at with it."""
@@ -101,6 +129,7 @@ class MakeRun:
     def _run_locked(self):
         self._settle()
         self._write_rules()
+        self._check_disk()
         begin_run(self.folder, self.goals)
         signal.signal(signal.SIGTERM, self._pass_on)
         signal.signal(signal.SIGHUP, self._pass_on)
@@ -108,17 +137,35 @@ class MakeRun:
         end_run(self.folder, code)
         return self._finish(code)
 
+    def _check_disk(self):
+        """Room for the frames that are new since the last list of them, by what jobs write per frame."""
+        num_frames = self._num_recorded() - listed_frames(self.folder)
+        kilobytes = sum(job.kB_per_frame for job in self.graph.jobs.values() if job.goal in self.goals or job.goal == "map")
+        try:
+            preflight.check_disk(self.folder, 1000 * kilobytes * num_frames, f"a map of {num_frames} more frames")
+        except PipelineError as error:
+            raise Refused(error) from None
+
+    def _num_recorded(self):
+        """Frames of the recordings, of which most have two files."""
+        if self.site_state.is_synthetic:
+            recorded = self.configs["synthesize"].get("num_frames", 0)
+        else:
+            recorded = num_recorded_files(self.stamps.get("recordings")) // 2
+        most = self.configs["frames"].get("max_frames", 0)
+        return min(recorded, most) if most > 0 else recorded
+
     def _settle(self):
         try:
             with resolve_config.plain_errors():
-                self.recordings = resolve_config.settle_all(self.configs, self.site_text, self.site, self.asked)
+                self.stamps = resolve_config.settle_all(self.configs, self.sites, self.asked)
         except resolve_config.ConfigError as error:
             raise Refused(error) from None
 
     def _make_in_phases(self):
         """The lists of units first, each with the rules of those that are known already."""
         for job in list(self.graph.pipeline.jobs.values()):
-            if job.lists not in ("shard", "tile") or job.name not in self.graph.jobs or not self._is_needed(job):
+            if job.lists not in PHASES or job.name not in self.graph.jobs or not self._is_needed(job):
                 continue
             before, size = self.site_state.lists, journal_size(self.folder)
             code = self._make([list_goal(job)])
@@ -133,9 +180,10 @@ class MakeRun:
         return self._make(self.goals)
 
     def _is_needed(self, job):
-        """Whether a goal reads this list: a goal that is a file of the recording, say, does not."""
-        return any(goal in self.graph.pipeline.goals() or goal == COMPARISON or goal.startswith(f"{self.folder}/")
-                   for goal in self.goals)  # fmt: skip
+        """Whether a goal reads this list. (A goal that is a file of the site may be of any job.)"""
+        if any(goal.startswith(f"{self.folder}/") for goal in self.goals):
+            return True
+        return job.name in closure(self.pipeline, [{COMPARISON: "localize"}.get(goal, goal) for goal in self.goals])
 
     def _refuse_without_queries(self):
         asked = {"localize", COMPARISON} & set(self.goals)
@@ -169,7 +217,7 @@ class MakeRun:
     def _look_at_site(self):
         state = SiteState(self.name, self.folder, self.env["DATA"], self.env["BUILD"], self.config)
         state.is_synthetic, state.imports = self.asked.synthetic, self.site.get("import", {})
-        state.recordings = self.recordings
+        state.stamps = self.stamps
         state.read_lists((lambda message: None) if self.is_preview else self._tell_once)
         return state
 

@@ -6,12 +6,13 @@ import re
 import tomllib
 
 UNITS = ("site", "shard", "tile")
-LISTS = ("shard", "tile", "floor")
+LISTS = ("shard", "query", "tile", "floor")
 CONDITIONS = ("synthetic", "queries", "asked")
 KEYS = {"purpose", "program", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "optional",
-        "finds", "reads"}  # fmt: skip
+        "finds", "reads", "stamp", "kB_per_frame"}  # fmt: skip
 REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this))?(?P<if_made> if made)?")
-SOURCES = ("site", "data")
+SOURCES = ("site", "queries", "data")
+STAMPS = ("recordings", "pictures")
 
 
 class PipelineError(Exception):
@@ -19,7 +20,7 @@ class PipelineError(Exception):
 
 
 class Input:
-    """A port and what fills it: a source (site, data), or an output of a job."""
+    """A port and what fills it: a source (site, queries, data), or an output of a job."""
 
     def __init__(self, port, text, where):
         self.port, self.source = port, text if text in SOURCES else None
@@ -52,6 +53,8 @@ class Job:
         self.outputs, self.beside = dict(table.get("out", {})), dict(table.get("beside", {}))
         self.optional = dict(table.get("optional", {}))
         self.finds = [tuple(text.split(".", 1)) for text in table.get("finds", [])]
+        self.kB_per_frame = table.get("kB_per_frame", 0)
+        self.stamp = self._one_of(table, "stamp", STAMPS, None)
         self.reads = list(table.get("reads", []))
         if not self.purpose or not self.outputs:
             raise PipelineError(f"{where}: [{name}] needs a purpose and an output")

@@ -19,14 +19,17 @@ READERS = (("frames", "shard", "frames/shards.txt", lists.read_shards),
 class SiteState:
     """What the rules of a site depend on besides the declaration: where its files are and which units there are."""
 
-    def __init__(self, name, folder, data, build="build", config=None, site_config=None):
+    def __init__(self, name, folder, data, build="build", config=None):
         self.name, self.folder, self.data, self.build = name, folder, data, build
         self.config = config or f"{folder}/config"
-        self.site_config = site_config or f"{self.config}/site/{name}.toml"
-        self.lists = {"shard": [], "tile": [], "floor": []}
+        self.lists = {"shard": [], "query": [], "tile": [], "floor": []}
         self.damaged, self.interrupted = set(), set()
         self.is_synthetic = self.has_queries = False
-        self.imports, self.recordings = {}, None
+        self.imports, self.stamps = {}, {}
+
+    def source(self, name):
+        """Path of what fills a port and no job makes: the recordings' folder, or a part of the site's config."""
+        return self.data if name == "data" else f"{self.config}/{name}/{self.name}.toml"
 
     def has(self, condition):
         return {None: True, "synthetic": self.is_synthetic, "queries": self.has_queries}[condition]

@@ -61,7 +61,7 @@ FeaturesResult RunFeatures(const FeaturesOptions& options,
     Segment segment(options, cameras);
     for (std::size_t k = i * length; k < std::min(frames.size(), (i + 1) * length); ++k) {
       result.shard.frames[k].frame_idx = frames[k].frame_idx;
-      failures[k] = FrameFailure(frames[k].color_path, [&] {
+      failures[k] = FrameFailure(frames[k].color.path, [&] {
         const bool is_last = k + 1 == frames.size();
         result.shard.frames[k] = segment.Next(frames[k], load(frames[k]), is_last);
       });

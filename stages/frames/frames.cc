@@ -2,8 +2,6 @@
 #include "stages/frames/frames.h"
 
 #include <algorithm>
-#include <map>
-#include <optional>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/trajectory_io.h"
@@ -11,27 +9,10 @@
 namespace nightmap {
 namespace {
 
-// A longer gap in the truth is a dropout: interpolating over it would invent the truth.
-constexpr std::int64_t kMaxTruthGap_ns = 100'000'000;
-
-std::optional<Rigid3> TruthAt(const std::vector<StampedPose>& truth, std::int64_t time_ns) {
-  const auto next = std::ranges::lower_bound(truth, time_ns, {}, &StampedPose::time_ns);
-  if (next == truth.end()) return std::nullopt;
-  if (next->time_ns == time_ns) return next->pose;
-  if (next == truth.begin()) return std::nullopt;
-  const StampedPose& a = *std::prev(next);
-  const StampedPose& b = *next;
-  if (b.time_ns - a.time_ns > kMaxTruthGap_ns) return std::nullopt;
-  const double ratio =
-      static_cast<double>(time_ns - a.time_ns) / static_cast<double>(b.time_ns - a.time_ns);
-  return Rigid3{a.pose.rotation.slerp(ratio, b.pose.rotation),
-                a.pose.translation + ratio * (b.pose.translation - a.pose.translation)};
-}
-
 void CheckTimesIncrease(const std::vector<RawSequence>& sequences) {
   const RawSequence* previous = nullptr;
   for (const RawSequence& sequence : sequences) {
-    if (sequence.is_query || sequence.frames.empty()) continue;
+    if (sequence.frames.empty()) continue;
     if (previous && sequence.frames.front().time_ns <= previous->frames.back().time_ns) {
       throw DataError(
           "{}: starts at {} s, before the recording of {} ends at {} s: set time_offset_s so that "
@@ -45,42 +26,17 @@ void CheckTimesIncrease(const std::vector<RawSequence>& sequences) {
   }
 }
 
-// A record and its truth, before it has its index.
-struct Candidate {
-  FrameRecord record;
-  std::optional<Rigid3> truth;
-};
-
-Candidate MakeCandidate(const RawFrame& frame, const RawSequence& sequence, int sequence_idx) {
-  return {{.frame_idx = 0,
-           .time_ns = frame.time_ns,
-           .color_path = frame.color_path,
-           .depth_path = frame.depth_problem.empty() ? frame.depth_path : "",
-           .camera_idx = frame.camera_idx,
-           .sequence_idx = sequence_idx,
-           .content_hash = frame.content_hash},
-          TruthAt(sequence.ground_truth, frame.time_ns)};
+// What keeps a frame out of the map; empty when nothing does.
+const std::string& WhyUnusable(const RawFrame& frame, const RawSequence& sequence) {
+  static const std::string kNothing;
+  if (!frame.problem.empty()) return frame.problem;
+  return sequence.needs_depth ? frame.depth_problem : kNothing;
 }
 
-void Number(std::vector<Candidate> candidates,
-            std::vector<FrameRecord>* frames,
-            std::vector<StampedPose>* truth) {
-  for (Candidate& candidate : candidates) {
-    candidate.record.frame_idx = static_cast<int>(frames->size());
-    if (candidate.truth) truth->push_back({candidate.record.time_ns, *candidate.truth});
-    frames->push_back(std::move(candidate.record));
-  }
-}
-
-void SortQueries(std::vector<Candidate>* queries) {
-  const auto time = [](const Candidate& query) { return query.record.time_ns; };
-  std::ranges::stable_sort(*queries, {}, time);
-  const auto twin = std::ranges::adjacent_find(*queries, {}, time);
-  if (twin == queries->end()) return;
-  throw DataError("queries {} and {} have the same time {} s: set time_offset_s of a [[query]]",
-                  twin->record.color_path,
-                  std::next(twin)->record.color_path,
-                  TimeToString(twin->record.time_ns));
+// A frame that is mapped without a channel it has says so; one that needed it is left out.
+void NoteLostChannels(const RawFrame& frame, std::vector<std::string>* skipped) {
+  if (!frame.depth_problem.empty()) skipped->push_back(frame.depth_problem);
+  skipped->insert(skipped->end(), frame.others_problems.begin(), frame.others_problems.end());
 }
 
 }  // namespace
@@ -89,7 +45,6 @@ std::size_t SelectFrames(const FramesOptions& options, std::vector<RawSequence>*
   std::size_t num_selected = 0;
   std::size_t num_left_out = 0;
   for (RawSequence& sequence : *sequences) {
-    if (sequence.is_query) continue;
     std::vector<RawFrame> selected;
     const std::size_t stride = static_cast<std::size_t>(options.stride);
     for (std::size_t i = 0; i < sequence.frames.size(); i += stride) {
@@ -108,42 +63,29 @@ std::size_t SelectFrames(const FramesOptions& options, std::vector<RawSequence>*
 FrameLists RunFrames(const std::vector<RawSequence>& sequences, int hold_out_every) {
   CheckTimesIncrease(sequences);
   FrameLists lists;
-  std::vector<Candidate> mapping, queries;
-  int num_selected = 0;
+  std::vector<FrameWithTruth> mapping, held_out;
   for (std::size_t s = 0; s < sequences.size(); ++s) {
-    for (const RawFrame& frame : sequences[s].frames) {
+    for (const RawFrame& raw : sequences[s].frames) {
       ++lists.num_inspected;
-      if (!sequences[s].is_query) ++num_selected;
-      const bool held_out = hold_out_every > 0 && num_selected % hold_out_every == 0;
-      const bool is_query = sequences[s].is_query || held_out;
-      const std::string& problem =
-          is_query || !frame.problem.empty() ? frame.problem : frame.depth_problem;
-      if (!problem.empty()) lists.skipped.push_back(problem);
-      if (!is_query && !problem.empty()) {
+      const bool is_held_out =
+          hold_out_every > 0 && lists.num_inspected % static_cast<std::size_t>(hold_out_every) == 0;
+      FrameWithTruth frame{raw, TruthAt(sequences[s].ground_truth, raw.time_ns)};
+      frame.frame.sequence_idx = static_cast<int>(s);
+      if (is_held_out) {
+        if (!raw.problem.empty()) lists.skipped.push_back(raw.problem);
+        held_out.push_back(std::move(frame));
+      } else if (const std::string& problem = WhyUnusable(raw, sequences[s]); !problem.empty()) {
+        lists.skipped.push_back(problem);
         ++lists.num_frames_unusable;
-        continue;
+      } else {
+        NoteLostChannels(raw, &lists.skipped);
+        mapping.push_back(std::move(frame));
       }
-      auto& list = is_query ? queries : mapping;
-      list.push_back(MakeCandidate(frame, sequences[s], static_cast<int>(s)));
     }
   }
-  SortQueries(&queries);
-  Number(std::move(mapping), &lists.frames, &lists.ground_truth);
-  Number(std::move(queries), &lists.queries, &lists.query_ground_truth);
+  NumberFrames(std::move(mapping), &lists.frames, &lists.ground_truth);
+  NumberFrames(std::move(held_out), &lists.held_out, &lists.held_out_ground_truth);
   return lists;
-}
-
-std::vector<RgbdCamera> KeepUsedCameras(const std::vector<RgbdCamera>& cameras,
-                                        std::vector<FrameRecord>* frames) {
-  std::map<int, int> kept_idx;
-  for (const FrameRecord& frame : *frames) kept_idx[frame.camera_idx] = 0;
-  std::vector<RgbdCamera> kept;
-  for (auto& [camera_idx, idx] : kept_idx) {
-    idx = static_cast<int>(kept.size());
-    kept.push_back(cameras.at(static_cast<std::size_t>(camera_idx)));
-  }
-  for (FrameRecord& frame : *frames) frame.camera_idx = kept_idx.at(frame.camera_idx);
-  return kept;
 }
 
 std::vector<std::vector<FrameRecord>> CutShards(const std::vector<FrameRecord>& frames,

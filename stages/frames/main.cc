@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// frames: lists a site's RGB-D frames. Reads a site config and the raw recordings; writes
-// shards.txt and, beside it, shard_NNNN.csv, cameras.json, queries.csv, query_cameras.json and the
-// truth.
+// frames: lists a site's frames and what its other sensors measured. Reads a site config and the
+// raw recordings; writes shards.txt and, beside it, shard_NNNN.csv, cameras.json, held_out.csv, the
+// truth, and acceleration.h5, odometry.h5, scans.h5.
 #include <spdlog/spdlog.h>
 
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/site_config.h"
+#include "pipeline/recording/inspect_frames.h"
+#include "pipeline/recording/read_sequence.h"
+#include "pipeline/recording/read_signals.h"
 #include "stages/frames/frames.h"
-#include "stages/frames/inspect_frames.h"
-#include "stages/frames/picture_cameras.h"
-#include "stages/frames/read_sequence.h"
 #include "stages/frames/write_frames.h"
 
 int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{"frames",
-                       "lists, checks and associates the RGB-D frames of a site",
+                       "lists, checks and associates the frames and signals of a site",
                        {{"site", "site config, configs/sites/<site>.toml"},
                         FolderPort("data", "folder of the recordings")},
                        {{"shards", "shards.txt; the other files are written beside it"}}};
@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
         const SiteConfig site = ReadSiteConfig(context.Input("site"));
         context.BeginPart("list");
         auto sequences = ReadSequences(site, data_root);
-        const auto accelerations = ReadAccelerations(site, data_root);
+        CheckAreas(site.cameras, options.max_picture_mpx);
         const std::size_t num_left_out = SelectFrames(options, &sequences);
         context.Report()["num_left_out_by_max_frames"] = num_left_out;
         if (num_left_out > 0) {
@@ -33,18 +33,27 @@ int main(int argc, char** argv) {
                        options.max_frames,
                        num_left_out);
         }
+        context.BeginPart("signals");
+        const auto [signals, problems] =
+            ReadSensorSignals(site, data_root, options.max_failed_ratio);
         context.BeginPart("inspect");
-        const auto cameras =
-            FindPictureCameras(site, data_root, options.max_picture_mpx, &sequences);
-        InspectFrames(cameras, data_root, context.GetProgress(), context.NumThreads(), &sequences);
+        FileFactsCache files(context.FinalPath("shards").replace_filename("hashes.csv"), data_root);
+        InspectFrames(site.cameras,
+                      data_root,
+                      files,
+                      context.GetProgress(),
+                      context.NumThreads(),
+                      &sequences);
+        files.Save();
         const FrameLists lists = RunFrames(sequences, site.hold_out_every);
         for (const std::string& reason : lists.skipped) context.Skip(reason);
         context.CheckSkipped(lists.num_inspected, options.max_failed_ratio);
-        if (lists.frames.empty()) {
+        for (const std::string& reason : problems) context.Skip(reason);
+        if (lists.frames.empty() && !sequences.empty()) {
           throw DataError("{}: no usable frame is left: see the skipped ones above",
                           data_root.string());
         }
         context.BeginPart("write");
-        WriteFrames(options, cameras, lists, accelerations, context);
+        WriteFrames(options, site.cameras, lists, signals, context);
       });
 }

@@ -14,7 +14,7 @@ ColmapImage MakeImage(const LandmarksInput& input,
   const FrameRecord& frame = input.frames[frame_idx];
   const FrameFeatures& features = input.features.frames[frame_idx];
   ColmapImage image;
-  image.name = frame.color_path;
+  image.name = frame.color.path;
   image.camera_idx = frame.camera_idx;
   image.camera_from_map = keyframe.map_from_camera.Inverse();
   for (const Eigen::Vector2f& pixel : features.raw_keypoints_px) {

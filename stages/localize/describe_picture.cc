@@ -35,7 +35,7 @@ DescribedPicture DescribePicture(const LocalizeOptions& options,
                                  const FrameRecord& query) {
   const RgbdCamera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)];
   DescribedPicture described{{}, camera.color, ""};
-  described.problem = FrameFailure(query.color_path, [&] {
+  described.problem = FrameFailure(query.color.path, [&] {
     const CameraPicture picture = FitToMap({input.load_color(query, camera), camera.color},
                                            input.map_cameras,
                                            options.max_focal_ratio);

@@ -61,7 +61,7 @@ std::vector<LocatedPicture> LocateBatch(const LocalizeOptions& options,
     LocatedPicture& found = located[i];
     found.problem = picture.problem;
     if (found.problem.empty()) {
-      found.problem = FrameFailure(queries[i].color_path, [&] {
+      found.problem = FrameFailure(queries[i].color.path, [&] {
         found.result = localizer.Localize(queries[i], picture.camera, picture.features);
       });
     }

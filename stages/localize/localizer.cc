@@ -52,7 +52,7 @@ QueryResult FailedQuery(const FrameRecord& query, QueryVerdict verdict, const st
   QueryResult result;
   result.query_idx = query.frame_idx;
   result.time_ns = query.time_ns;
-  result.color_path = query.color_path;
+  result.color_path = query.color.path;
   result.verdict = verdict;
   result.reason = reason;
   return result;

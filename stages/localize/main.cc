@@ -14,8 +14,8 @@ int main(int argc, char** argv) {
   const StageSpec spec{
       "localize",
       "finds where each query picture was taken, from the picture alone",
-      {{"queries", "queries.csv of the frames stage"},
-       {"cameras", "query_cameras.json of the frames stage"},
+      {{"queries", "queries.csv of the queries stage"},
+       {"cameras", "query_cameras.json of the queries stage"},
        {"configured", "cameras.json of the frames stage"},
        {"calibrated", "cameras.json of the pose_graph stage"},
        FolderPort("data", "folder that the paths in queries are relative to"),

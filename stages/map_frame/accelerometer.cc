@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "pipeline/base/error.h"
-#include "pipeline/io/csv.h"
+#include "pipeline/io/signals_io.h"
 
 namespace nightmap {
 namespace {
@@ -26,18 +26,12 @@ std::optional<Eigen::Vector3d> MeanAcceleration(const std::vector<AccelerometerS
 
 }  // namespace
 
-std::vector<AccelerometerSample> ReadAccelerometer(const std::filesystem::path& path) {
-  const CsvFile file(path, "time_ns,ax_m_per_s2,ay_m_per_s2,az_m_per_s2");
+std::vector<AccelerometerSample> ReadAcceleration(const std::filesystem::path& path) {
   std::vector<AccelerometerSample> samples;
-  for (const CsvRow& row : file.Rows()) {
-    samples.push_back({row.Integer(0), {row.Real(1), row.Real(2), row.Real(3)}});
-    if (samples.size() > 1 && samples.back().time_ns <= samples[samples.size() - 2].time_ns) {
-      row.Fail("time_ns must increase");
-    }
-  }
-  if (samples.empty()) {
-    throw DataError("{}: holds no sample; delete the frames folder of this site and run make",
-                    path.string());
+  const auto signals = ReadSignals(path, SignalKind::kAcceleration);
+  if (signals.empty()) return samples;
+  for (const SignalSample& sample : signals.front().samples) {
+    samples.push_back({sample.time_ns, signals.front().robot_from_sensor.rotation * sample.value});
   }
   return samples;
 }
@@ -55,13 +49,13 @@ Eigen::Vector3d UpFromAccelerometer(const std::vector<AccelerometerSample>& samp
   }
   if (count == 0) {
     throw DataError(
-        "accelerometer.csv: no sample within 0.1 s of a keyframe; correct its times or leave "
-        "`accelerometer` out of the site config");
+        "acceleration: no sample within 0.1 s of a keyframe; correct its times or leave its "
+        "[[signal]] out of the site config");
   }
   if (!(sum.norm() / count >= kMinMean_m_per_s2)) {
     throw DataError(
-        "accelerometer.csv: the mean over {} keyframes is {:.2f} m/s2, not gravity's 9.8; turn it "
-        "into the color camera's axes or leave `accelerometer` out of the site config",
+        "acceleration: the mean over {} keyframes is {:.2f} m/s2, not gravity's 9.8; correct "
+        "robot_from_sensor and robot_from_camera, or leave its [[signal]] out of the site config",
         count,
         sum.norm() / count);
   }

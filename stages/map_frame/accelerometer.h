@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gravity as an accelerometer on the camera measures it.
+// Gravity as an accelerometer on the robot measures it.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,18 +11,18 @@
 
 namespace nightmap {
 
-// One sample of an accelerometer whose axes are the color camera's.
+// One sample of an accelerometer, along the axes of the robot.
 struct AccelerometerSample {
   std::int64_t time_ns = 0;
   Eigen::Vector3d acceleration_m_per_s2 = Eigen::Vector3d::Zero();
 };
 
-// Columns time_ns, ax_m_per_s2, ay_m_per_s2, az_m_per_s2; the color camera's axes; at least one
-// sample, ascending in time. Throws DataError naming file and line.
-std::vector<AccelerometerSample> ReadAccelerometer(const std::filesystem::path& path);
+// The samples of the first sensor that measures acceleration, turned into the axes of the robot;
+// none when there is no such sensor. Throws DataError naming file and field.
+std::vector<AccelerometerSample> ReadAcceleration(const std::filesystem::path& path);
 
 // Up in the given frame, of unit length: at rest an accelerometer measures up, and what the
-// camera's own motion adds cancels in the mean. Each keyframe (its time and given_from_camera)
+// camera's own motion adds cancels in the mean. Each keyframe (its time and given_from_robot)
 // turns the mean of the samples within 0.1 s of it. `samples` ascend in time. Throws DataError when
 // no keyframe has a sample or the mean is far from gravity.
 Eigen::Vector3d UpFromAccelerometer(const std::vector<AccelerometerSample>& samples,

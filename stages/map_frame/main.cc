@@ -26,8 +26,8 @@ void Run(const MapFrameOptions& options, StageContext& context) {
   input.keyframes = ReadPoses(context.Input("keyframes"));
   input.frames = ReadFrames(context.Inputs("frames"));
   input.cameras = ReadCameras(context.Input("cameras"), input.frames);
-  if (context.HasInput("accelerometer")) {
-    input.accelerometer = ReadAccelerometer(context.Input("accelerometer"));
+  if (context.HasInput("acceleration")) {
+    input.accelerometer = ReadAcceleration(context.Input("acceleration"));
   }
   input.load_depth = [&input, data = context.Input("data")](const FrameRecord& frame) {
     return LoadDepth(frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)), data);
@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
        FolderPort("data", "folder the paths in the frames files are relative to"),
        {"trajectory", "trajectory.tum, in any frame of reference"},
        {"keyframes", "keyframes.tum: poses of it at the times of some frames"},
-       {"accelerometer", "accelerometer.csv of the frames stage", Arity::kOptional}},
+       {"acceleration", "acceleration.h5 of the frames stage", Arity::kOptional}},
       {{"trajectory", "trajectory.tum: map_from_camera of every pose"},
        {"keyframes", "keyframes.tum: the same of the keyframes"}}};
   return StageMain(argc, argv, spec, MapFrameOptions{}, Run);

@@ -6,6 +6,21 @@
 #include "stages/map_frame/find_map_frame.h"
 
 namespace nightmap {
+namespace {
+
+// given_from_robot of the keyframes.
+std::vector<StampedPose> RobotPoses(const std::vector<Keyframe>& keyframes,
+                                    const std::vector<RgbdCamera>& cameras) {
+  std::vector<StampedPose> poses;
+  for (const Keyframe& keyframe : keyframes) {
+    const auto& camera = cameras[static_cast<std::size_t>(keyframe.frame.camera_idx)];
+    poses.push_back({keyframe.frame.time_ns,
+                     keyframe.map_from_camera * camera.robot_from_camera.Inverse()});
+  }
+  return poses;
+}
+
+}  // namespace
 
 void MapFrameOptions::Register(OptionList& list) {
   list.Add("source",
@@ -41,11 +56,11 @@ MapFrame RunMapFrame(const MapFrameOptions& options, const MapFrameInput& input,
     frame.camera_height_m = MedianHeight_m(given_from_cameras, Eigen::Vector3d::UnitZ());
     return frame;
   }
+  const auto keyframes = SelectKeyframes(input.frames, input.cameras, input.keyframes, 1);
   std::optional<Eigen::Vector3d> up_in_given;
   if (!input.accelerometer.empty()) {
-    up_in_given = UpFromAccelerometer(input.accelerometer, input.keyframes);
+    up_in_given = UpFromAccelerometer(input.accelerometer, RobotPoses(keyframes, input.cameras));
   }
-  const auto keyframes = SelectKeyframes(input.frames, input.cameras, input.keyframes, 1);
   const auto patches = SampleKeyframes(options, input, keyframes, num_threads);
   return FindMapFrame(options, patches, given_from_cameras, up_in_given);
 }

@@ -58,7 +58,7 @@ std::vector<SurfacePatch> SampleKeyframes(const MapFrameOptions& options,
     const Keyframe& keyframe = keyframes[k];
     if (keyframe.keyframe_idx % step != 0) return;
     // The features stage has counted a frame that fails; the floor is seen by others.
-    std::ignore = FrameFailure(keyframe.frame.depth_path, [&] {
+    std::ignore = FrameFailure(keyframe.frame.depth.path, [&] {
       const auto camera_idx = static_cast<std::size_t>(keyframe.frame.camera_idx);
       of_keyframe[k] = SamplePatches(input.load_depth(keyframe.frame),
                                      input.cameras[camera_idx],

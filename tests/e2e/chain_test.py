@@ -150,7 +150,8 @@ class ChainTest(unittest.TestCase):
 
     def test_a_deleted_artifact_is_remade_with_the_same_bytes(self):
         for name in ("features/shard_0001.h5", "octree/map.bt", "tiles/tile_0_0.json", "pose_graph/report.json",
-                     "frames/shard_0001.csv", "frames/cameras.json", "frames/query_cameras.json"):
+                     "frames/shard_0001.csv", "frames/cameras.json", "frames/held_out.csv", "frames/acceleration.h5",
+                     "queries/queries.csv", "queries/query_cameras.json"):
             with self.subTest(name=name):
                 self.work.path(name).unlink()
                 self.make(*GOALS)

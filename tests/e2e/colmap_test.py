@@ -161,7 +161,7 @@ class ColmapTest(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stdout)
         self.assertIn("Comparison with COLMAP", self.work.path("report/index.html").read_text())
         # A corrected truth is compared anew.
-        truth = self.work.path("frames/query_ground_truth.tum")
+        truth = self.work.path("queries/query_ground_truth.tum")
         truth.write_text(truth.read_text() + "# corrected\n")
         self.assertEqual(self.work.make("-q", "evaluate-colmap", f"SET={FEW}").returncode, 1)
         # A changed way of locating leaves COLMAP's work as it is.

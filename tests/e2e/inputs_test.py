@@ -204,7 +204,7 @@ class InputsTest(unittest.TestCase):
 
     def test_one_unreadable_keyframe_is_skipped_and_many_stop_the_map(self):
         tile = self.work.path("tiles/tile_0_0.json")
-        pictures = [keyframe["depth_path"] for keyframe in json.loads(tile.read_text())["keyframes"]]
+        pictures = [keyframe["channels"]["depth"]["path"] for keyframe in json.loads(tile.read_text())["keyframes"]]
         join = ("--in", f"tile={tile}", "--in", "tile_cloud=cloud.ply", "--in", "tile_report=report.json")
         for count, code in ((1, 0), (len(pictures) // 2, 1)):
             for name in pictures[:count]:

@@ -98,16 +98,16 @@ class PicturesTest(unittest.TestCase):
         (self.photos / "cameras.csv").write_text(
             f"{CSV_HEADER}corner.png,{WIDTH - 40},{HEIGHT - 30},{CAMERA['fx']},{CAMERA['fy']},"
             f"{CAMERA['cx'] - 40},{CAMERA['cy'] - 30},0,0,0,0,0\n")
-        self.assertEqual(self.reran(*GOALS, "QUERY=photos", f"FOV_DEG={FOV_DEG}"), {"frames", "localize"})
+        self.assertEqual(self.reran(*GOALS, "QUERY=photos", f"FOV_DEG={FOV_DEG}"), {"queries", "localize"})
         for name in ("zoomed.jpg", "turned.jpg", "gray.png", "corner.png"):
             with self.subTest(name):
                 self.check_same_place(self.located(name), self.best)
-        cameras = json.loads(self.work.path("frames/query_cameras.json").read_text())["cameras"]
+        cameras = json.loads(self.work.path("queries/query_cameras.json").read_text())["cameras"]
         sizes = [(camera["color"]["width"], camera["color"]["height"]) for camera in cameras]
         self.assertEqual(sizes, [(320, 240), (280, 210), (320, 240), (480, 640), (640, 480)])
         self.assertIn("all as written", self.make("verify"))
         # QUERY is of one run.
-        self.assertEqual(self.reran(*GOALS), {"frames", "localize"})
+        self.assertEqual(self.reran(*GOALS), {"queries", "localize"})
         self.assertEqual(self.work.hashes(), self.hashes)
 
     def test_a_picture_of_many_pixels_is_located_as_well(self):
@@ -137,7 +137,7 @@ class PicturesTest(unittest.TestCase):
                   'cx = 319.5\ncy = 239.5\ndepth_units_per_m = 1000\n\n')
         text = site.read_text().replace("[[camera]]", camera + "[[camera]]", 1)
         site.write_text(text + '\n[[query]]\nlayout = "pictures"\npictures = "phone"\ncamera = "phone"\n')
-        self.assertEqual(self.reran(*GOALS), {"frames", "localize"})
+        self.assertEqual(self.reran(*GOALS), {"queries", "localize"})
         self.check_same_place(self.located("a.png"), self.best)
         self.assertEqual(self.work.make("-q", *GOALS).returncode, 0)
 
@@ -161,9 +161,9 @@ class PicturesTest(unittest.TestCase):
         self.make(*asked)
         self.assertEqual(self.reran(*asked), set())
         photo.touch()
-        self.assertEqual(self.reran(*asked), {"frames"})
+        self.assertEqual(self.reran(*asked), {"queries"})
         write_black(photo, WIDTH, HEIGHT)
-        self.assertEqual(self.reran(*asked), {"frames", "localize"})
+        self.assertEqual(self.reran(*asked), {"queries", "localize"})
         self.assertEqual(self.located("a.png")["reason"], "no_features")
 
     def test_mistakes_are_refused_with_the_remedy(self):

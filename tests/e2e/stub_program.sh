@@ -32,6 +32,10 @@ for path in $outputs; do
       list shards "$names" >"$path"
       for name in $names; do keep "$folder/shard_$name.csv" "frames of $name"; done
       keep "$folder/cameras.json" '{}'
+      for name in held_out.csv held_out.tum acceleration.h5 odometry.h5 scans.h5; do keep "$folder/$name" "$name"; done
+      ;;
+    */queries.txt)
+      echo 'nightmap queries, version 1, 1 names' >"$path"
       keep "$folder/queries.csv" 'query_idx
 0'
       keep "$folder/query_cameras.json" '{}'

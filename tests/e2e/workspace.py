@@ -123,12 +123,13 @@ class Workspace:
         return times
 
     def hashes(self):
-        """Relative path -> hash of every artifact; receipts, logs and configs are none."""
+        """Relative path -> hash of every artifact; receipts, logs, configs and the cache of hashes are none."""
         root = self.folder / "maps" / SITE
         files = [path for path in sorted(root.rglob("*")) if path.is_file()]
         names = {str(path.relative_to(root)): path for path in files}
         return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in names.items()
-                if "/" in name and not name.startswith(NO_ARTIFACTS) and "receipt" not in name}
+                if "/" in name and not name.startswith(NO_ARTIFACTS) and "receipt" not in name
+                and not name.endswith("/hashes.csv")}
 
 
 def environment():

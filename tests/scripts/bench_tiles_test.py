@@ -12,7 +12,7 @@ from fake_site import CHECKOUT
 sys.path.insert(0, str(CHECKOUT / "scripts"))
 import bench_tiles  # noqa: E402
 
-HEADER = "frame_idx,time_ns,color_path,depth_path,camera_idx,sequence_idx,content_hash"
+HEADER = "frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,depth_hash"
 POSES = ((1.5, 0.0, 0.0), (2.0, 3.0, 1.0), (2.25, 1.0, 5.0))
 
 
@@ -23,7 +23,7 @@ class RepeatTest(unittest.TestCase):
         self.folder = Path(folder.name)
         for name in ("frames", "pose_graph", "map_frame"):
             (self.folder / name).mkdir()
-        rows = [f'{i},{round(1e9 * time_s)},"a,{i}.jpg",d{i}.png,0,0,ab' for i, (time_s, _, _) in enumerate(POSES)]
+        rows = [f'{i},{round(1e9 * time_s)},0,0,"a,{i}.jpg",ab,d{i}.png,cd' for i, (time_s, _, _) in enumerate(POSES)]
         (self.folder / "frames" / "shard_0000.csv").write_text("\n".join([HEADER, *rows]) + "\n")
         lines = [f"{time_s:.6f} {x} {y} 1.0 0 0 0 1\n" for time_s, x, y in POSES]
         (self.folder / "map_frame" / "keyframes.tum").write_text("# comment\n" + "".join(lines))

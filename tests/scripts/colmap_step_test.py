@@ -41,13 +41,14 @@ class ColmapStepTest(unittest.TestCase):
         self.colmap = self.site_dir / "evaluate_colmap"
         fake_site.write_site(self.site_dir)
         camera = {"fx": 500, "fy": 501, "cx": 319.5, "cy": 239.5} | dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0)
-        for name in ("cameras.json", "query_cameras.json"):
-            (self.site_dir / "frames" / name).write_text(json.dumps({"cameras": [{"color": camera}]}))
+        (self.site_dir / "queries").mkdir()
+        for name in ("frames/cameras.json", "queries/query_cameras.json"):
+            (self.site_dir / name).write_text(json.dumps({"cameras": [{"color": camera}]}))
         calibrated = {"cameras": [{"color": camera | {"fx": 490, "fy": 491}}]}
         (self.site_dir / "pose_graph" / "cameras.json").write_text(json.dumps(calibrated))
-        header = "frame_idx,time_ns,color_path,depth_path,camera_idx,sequence_idx,content_hash\n"
-        rows = "0,5,queries/0.png,,0,0,00\n1,6,queries/1.png,,0,0,00\n"
-        (self.site_dir / "frames" / "queries.csv").write_text(header + rows)
+        header = "frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,depth_hash\n"
+        rows = "0,5,0,0,queries/0.png,00,,\n1,6,0,0,queries/1.png,00,,\n"
+        (self.site_dir / "queries" / "queries.csv").write_text(header + rows)
 
     def stand_in(self, commands):
         """The PATH with a COLMAP that runs these commands."""
@@ -246,7 +247,7 @@ class ColmapStepTest(unittest.TestCase):
         self.assertIn("make deps", result.stderr)
 
     def test_a_query_that_is_mapped_is_refused_before_the_map_is_made(self):
-        path = self.site_dir / "frames" / "queries.csv"
+        path = self.site_dir / "queries" / "queries.csv"
         path.write_text(path.read_text().replace("queries/1.png", "rgb/3.png"))
         self.prepare("matches")
         for step in ("features", "queries"):

@@ -147,7 +147,7 @@ class EvaluateColmapTest(unittest.TestCase):
         text = (self.site_dir / "localize" / "queries.csv").read_text()
         failed = [f"{i},{QUERIES.times_ns[i]},queries/{i}.png,no_features,no_features,,,,,,,,,," for i in (8, 9)]
         (self.site_dir / "localize" / "queries.csv").write_text(text + "\n".join(failed) + "\n")
-        fake_site.write_tum(self.site_dir / "frames" / "query_ground_truth.tum", QUERIES)
+        fake_site.write_tum(self.site_dir / "queries" / "query_ground_truth.tum", QUERIES)
         for stage in ("frames", "features", "pose_graph", "map_frame", "landmarks", "vocabulary", "localize"):
             fake_site.write_receipt(self.site_dir, stage)
         (self.site_dir / "landmarks" / "landmarks.h5").write_bytes(bytes(1000))
@@ -280,7 +280,7 @@ class EvaluateColmapTest(unittest.TestCase):
         for text in ("Comparison with COLMAP", "Errors against truth", "recall.png", "tool_mapper"):
             self.assertIn(text, section)
         self.assertNotIn("changed since", section)
-        for name in ("map_frame/trajectory.tum", "frames/ground_truth.tum", "frames/query_ground_truth.tum"):
+        for name in ("map_frame/trajectory.tum", "frames/ground_truth.tum", "queries/query_ground_truth.tum"):
             path = self.site_dir / name
             before = path.read_text()
             path.write_text(before + "# another\n")

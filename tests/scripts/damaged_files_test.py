@@ -96,7 +96,7 @@ class DamagedFilesTest(unittest.TestCase):
 
     def test_metrics(self):
         truth = fake_site.walk().select(range(3))
-        fake_site.write_tum(self.site_dir / "frames" / "query_ground_truth.tum", truth)
+        fake_site.write_tum(self.site_dir / "queries" / "query_ground_truth.tum", truth)
         self.assertEqual(self.run_script("evaluate.py").returncode, 0)
         path = self.site_dir / "evaluate" / "metrics.json"
         whole = json.loads(path.read_text())

@@ -7,11 +7,14 @@ import tomllib
 import unittest
 from pathlib import Path
 
-from fake_site import CHECKOUT
+
+from fake_site import CHECKOUT  # finds the scripts, so first
+
+import describe_pipeline
 from nightmap_make.pipeline import read_pipeline
 
 PAGES = ("README.md", "ARCHITECTURE.md", "datasets.md")
-SITE_KEYS = {"root", "hold_out_every", "camera", "sequence", "query"}
+SITE_KEYS = {"root", "hold_out_every", "camera", "sequence", "query", "sensor", "signal", "profile", "synthetic", "import"}
 
 
 def text_of(name):
@@ -53,12 +56,22 @@ class DocsTest(unittest.TestCase):
                     elif not target.startswith("http"):
                         self.assertTrue((CHECKOUT / target).exists())
 
+    def test_the_table_of_the_pipeline_is_the_declaration(self):
+        page = text_of("ARCHITECTURE.md").split(describe_pipeline.BEGIN)[1].split(describe_pipeline.END)[0]
+        self.assertEqual(page.strip(), describe_pipeline.table(read_pipeline(str(CHECKOUT / "configs"))).strip())
+
     def test_every_stage_is_described(self):
-        stages = {path.parent.name for path in CHECKOUT.glob("stages/*/main.cc")}
-        self.assertLessEqual(stages, set(read_pipeline(str(CHECKOUT / "configs")).programs()))
-        for stage in stages:
-            for page in ("README.md", "ARCHITECTURE.md"):
-                self.assertIn(f"`{stage}`", text_of(page))
+        for stage in (path.parent.name for path in CHECKOUT.glob("stages/*/main.cc")):
+            self.assertIn(f"`{stage}`", text_of("ARCHITECTURE.md"))
+
+    def test_no_second_list_of_stages(self):
+        """Four jobs in one line or statement are a list: only the declaration has one."""
+        jobs = sorted(read_pipeline(str(CHECKOUT / "configs")).jobs)
+        word = re.compile(rf"\b(?:{'|'.join(jobs)})\b")
+        for path in ("Makefile", "CMakeLists.txt", *CHECKOUT.glob("cmake/*"), *CHECKOUT.glob("scripts/*.mk"),
+                     *CHECKOUT.glob("scripts/nightmap_make/*.py")):  # fmt: skip
+            for number, line in enumerate((CHECKOUT / path).read_text(encoding="utf-8").splitlines(), 1):
+                self.assertLess(len(set(word.findall(line.partition("##")[0].partition("# ")[0]))), 5, f"{path}:{number}")
 
     def test_every_site_of_the_project_is_tested(self):
         """tests/io/site_config_test.cc lists them, since a user may put others into the folder."""

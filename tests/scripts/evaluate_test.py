@@ -110,7 +110,7 @@ class EvaluateTest(unittest.TestCase):
             (true_queries.quaternions, failed.quaternions),
         )]  # fmt: skip
         truth = fake_site.Trajectory(*both)
-        fake_site.write_tum(self.site_dir / "frames" / "query_ground_truth.tum", truth)
+        fake_site.write_tum(self.site_dir / "queries" / "query_ground_truth.tum", truth)
 
     def test_queries(self):
         fake_site.write_site(self.site_dir)

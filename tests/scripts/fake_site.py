@@ -62,10 +62,10 @@ def write_frames(site_dir, trajectory):
     """Two shards; the second holds the last fifteen frames."""
     folder = site_dir / "frames"
     folder.mkdir(parents=True)
-    header = "frame_idx,time_ns,color_path,depth_path,camera_idx,sequence_idx,content_hash"
+    header = "frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,depth_hash"
     split = len(trajectory) - 15
     for name, indices in (("0000", range(split)), ("0001", range(split, len(trajectory)))):
-        rows = [f"{i},{trajectory.times_ns[i]},rgb/{i}.png,depth/{i}.png,0,0,00" for i in indices]
+        rows = [f"{i},{trajectory.times_ns[i]},0,0,rgb/{i}.png,00,depth/{i}.png,00" for i in indices]
         (folder / f"shard_{name}.csv").write_text("\n".join([header, *rows]) + "\n")
     (folder / "shards.txt").write_text("nightmap shards, version 1, 2 names\n0000\n0001\n")
 

@@ -35,7 +35,7 @@ class SiteFolder(unittest.TestCase):
         self.write("frames/shards.txt", SHARDS)
         self.write("tiles/tiles.txt", TILES)
         self.write("grid/floors.json", floors_json("map.yaml", "floor_1.yaml"))
-        self.write("frames/queries.csv", "frame_idx,time_ns\n0,1\n")
+        self.write("queries/queries.csv", "frame_idx,time_ns\n0,1\n")
 
     def write(self, name, content):
         path = self.site_dir / name
@@ -54,7 +54,7 @@ class ListsTest(SiteFolder):
     def test_whole_lists(self):
         state, said = self.state()
         self.assertEqual((said, state.damaged, state.has_queries), ([], set(), True))
-        self.assertEqual(state.lists, {"shard": ["0000", "0001", "0002"], "tile": ["-1_0", "0_0", "0_10"],
+        self.assertEqual(state.lists, {"shard": ["0000", "0001", "0002"], "query": [], "tile": ["-1_0", "0_0", "0_10"],
                                        "floor": ["map", "floor_1"]})  # fmt: skip
         self.assertEqual(near("0_0", {"1_1", "-1_-1", "0_0", "2_0"}), ["-1_-1", "0_0", "1_1"])
 
@@ -63,11 +63,11 @@ class ListsTest(SiteFolder):
             path.unlink()
         for queries, tiles in ((None, None), ("frame_idx,time_ns\n\n", "nightmap tiles, version 1, 0 names\n")):
             if queries:
-                self.write("frames/queries.csv", queries)
+                self.write("queries/queries.csv", queries)
                 self.write("tiles/tiles.txt", tiles)
             state, said = self.state()
             self.assertEqual((said, state.damaged, state.has_queries), ([], set(), False))
-            self.assertEqual(state.lists, {"shard": [], "tile": [], "floor": []})
+            self.assertEqual(state.lists, {"shard": [], "query": [], "tile": [], "floor": []})
 
     def check_damaged(self, name, contents, reader, stage):
         for content in contents:
@@ -84,7 +84,7 @@ class ListsTest(SiteFolder):
         cut = [SHARDS[:end] for end in range(len(SHARDS))]
         others = ["SHARDS := 0000\n", SHARDS + "0003\n", SHARDS.replace("0001", "0002"), SHARDS.replace("0002", COMMAND),
                   SHARDS.replace("0001", "../x"), SHARDS.replace("0001", "00 1"), SHARDS.replace("0001", "000\u0661"),
-                  "nightmap shards, version 1, 0 names\n", SHARDS.replace("version 1", "version 2"), TILES,
+                  "nightmap shards, version 1, 2 names\n0001\n0000\n", SHARDS.replace("version 1", "version 2"), TILES,
                   SHARDS.replace("\n", "\r\n"), b"\xff\xfe", b"\0" * 100, f"$(error x)\n{SHARDS}"]
         self.check_damaged("frames/shards.txt", cut + others, lambda: read_shards(self.site_dir), "frames")
 

@@ -24,7 +24,7 @@ class ShowQueriesTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.site_dir = Path(folder.name) / "office"
-        self.write("config/site/office.toml", SITE)
+        self.write("config/queries/office.toml", SITE)
         self.write_queries(num_own=20, asked=())
 
     def write(self, name, text):
@@ -42,7 +42,7 @@ class ShowQueriesTest(unittest.TestCase):
             if i == num_own - 1 or name == "b.jpg":
                 result = "not_in_map,few_inliers,50,4,0,0,0,0,0,,,,,,,"
             located.append(f"{i},{i},{name},{result}")
-        self.write("frames/queries.csv", "\n".join(listed) + "\n")
+        self.write("queries/queries.csv", "\n".join(listed) + "\n")
         self.write("localize/queries.csv", "\n".join(located) + "\n")
 
     def show(self, code=0):
@@ -59,7 +59,7 @@ class ShowQueriesTest(unittest.TestCase):
         self.assertEqual(lines[-1], "...")
 
     def test_pictures_of_query_are_all_shown(self):
-        self.write("config/site/office.toml", SITE + ASKED)
+        self.write("config/queries/office.toml", SITE + ASKED)
         self.write_queries(num_own=20, asked=["a.jpg", "b.jpg"])
         lines = self.show()
         self.assertEqual([line.split()[0] for line in lines], ["picture", "a.jpg", "b.jpg", "20"])
@@ -76,14 +76,14 @@ class ShowQueriesTest(unittest.TestCase):
     def test_damage_is_named(self):
         for name, text in (("localize/queries.csv", HEADER + "\n1,2,3\n"),
                            ("localize/queries.csv", f"{HEADER}\n" + "x," * 18 + "\n"),
-                           ("frames/queries.csv", "color_path\na\n"), ("config/site/office.toml", "root = \n")):
+                           ("queries/queries.csv", "color_path\na\n"), ("config/queries/office.toml", "root = \n")):
             with self.subTest(name):
                 self.setUp()
                 self.write(name, text)
                 self.assertRegex(self.show(code=1), f"^error: .*{name}.*delete the file and run make again\n$")
 
     def test_the_report_shows_pictures_of_query_first_and_marks_them(self):
-        self.write("config/site/office.toml", SITE + ASKED)
+        self.write("config/queries/office.toml", SITE + ASKED)
         self.write_queries(num_own=20, asked=["a.jpg", "b.jpg"])
         self.assertEqual(asked_pictures(self.site_dir), {"a.jpg", "b.jpg"})
         page = str(query_section(self.site_dir, {}, None))

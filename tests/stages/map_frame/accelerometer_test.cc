@@ -55,24 +55,10 @@ TEST(UpFromAccelerometer, RefusesWhatShowsNoGravity) {
   // The same for a camera that does not roll: as recorded in axes that are not the camera's.
   for (StampedPose& keyframe : walk.keyframes) keyframe.pose = Rigid3();
   NIGHTMAP_EXPECT_ERROR(
-      DataError, UpFromAccelerometer(samples, walk.keyframes), "accelerometer.csv: the mean over");
+      DataError, UpFromAccelerometer(samples, walk.keyframes), "acceleration: the mean over");
   for (StampedPose& keyframe : walk.keyframes) keyframe.time_ns += 60'000'000'000;
   NIGHTMAP_EXPECT_ERROR(
-      DataError, UpFromAccelerometer(samples, walk.keyframes), "accelerometer.csv: no sample");
-}
-
-TEST(ReadAccelerometer, KeepsAxesAndRefusesDisorder) {
-  const TemporaryFolder folder;
-  const std::string header = "time_ns,ax_m_per_s2,ay_m_per_s2,az_m_per_s2\n";
-  const auto samples = ReadAccelerometer(folder.Write("a.csv", header + "1,0,-9.8,0.1\n2,0,0,0\n"));
-  ASSERT_EQ(samples.size(), 2U);
-  EXPECT_EQ(samples[0].acceleration_m_per_s2, Eigen::Vector3d(0, -9.8, 0.1));
-  EXPECT_EQ(samples[1].time_ns, 2);
-  NIGHTMAP_EXPECT_ERROR(
-      DataError, ReadAccelerometer(folder.Write("b.csv", header)), "b.csv: holds no sample");
-  NIGHTMAP_EXPECT_ERROR(DataError,
-                        ReadAccelerometer(folder.Write("c.csv", header + "1,0,0,0\n1,0,0,0\n")),
-                        "c.csv:3: time_ns must increase");
+      DataError, UpFromAccelerometer(samples, walk.keyframes), "acceleration: no sample");
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/word_lines.h"
-#include "stages/frames/read_sequence.h"
+#include "pipeline/recording/read_sequence.h"
 
 namespace nightmap {
 namespace {
@@ -86,7 +86,7 @@ RawSequence ReadPictures(const SequenceFolder& folder) {
   for (const std::string& name : names) {
     RawFrame frame;
     frame.time_ns = static_cast<std::int64_t>(sequence.frames.size()) * kPeriod_ns;
-    frame.color_path = (base / name).lexically_normal().generic_string();
+    frame.color.path = (base / name).lexically_normal().generic_string();
     sequence.frames.push_back(std::move(frame));
   }
   return sequence;

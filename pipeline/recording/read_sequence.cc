@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/frames/read_sequence.h"
+#include "pipeline/recording/read_sequence.h"
 
 #include <cmath>
 #include <unordered_map>
@@ -8,7 +8,7 @@
 #include "pipeline/io/data_paths.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/io/word_lines.h"
-#include "stages/frames/recording_bounds.h"
+#include "pipeline/recording/recording_bounds.h"
 
 namespace nightmap {
 namespace {
@@ -17,7 +17,6 @@ namespace fs = std::filesystem;
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kMaxTime_ns = std::int64_t{1} << 62;
-constexpr double kMaxAcceleration_m_per_s2 = 1e5;
 constexpr std::int64_t kPicturesStart_ns = 4'000'000'000 * kSecond_ns;
 constexpr std::int64_t kPicturesPeriod_ns = 1'000'000 * kSecond_ns;
 
@@ -75,11 +74,29 @@ void CheckName(std::string* path, std::string* problem) {
 void CheckFiles(const SequenceFolder& folder, RawSequence* sequence) {
   RecordingBounds bounds(folder);
   for (RawFrame& frame : sequence->frames) {
-    CheckName(&frame.color_path, &frame.problem);
-    CheckName(&frame.depth_path, &frame.depth_problem);
+    CheckName(&frame.color.path, &frame.problem);
+    CheckName(&frame.depth.path, &frame.depth_problem);
     if (folder.config.layout == "pictures") continue;  // those may lie anywhere
-    bounds.Check(frame.color_path);
-    if (!frame.depth_path.empty()) bounds.Check(frame.depth_path);
+    bounds.Check(frame.color.path);
+    if (!frame.depth.path.empty()) bounds.Check(frame.depth.path);
+    for (const auto& [name, file] : frame.others) bounds.Check(file.path);
+  }
+}
+
+// Label pictures that another program made: PNGs of the color pictures' stems, where there are any.
+void AddLabels(const SequenceFolder& folder, RawSequence* sequence) {
+  const fs::path labels = folder.config.label_folder;
+  if (labels.empty()) return;
+  std::error_code ignored;
+  if (!fs::is_directory(folder.Absolute() / labels, ignored)) {
+    throw DataError("{}: no such folder: correct `label_folder` in {}",
+                    (folder.Absolute() / labels).string(),
+                    folder.config.source);
+  }
+  for (RawFrame& frame : sequence->frames) {
+    const fs::path name = labels / (fs::path(frame.color.path).stem().string() + ".png");
+    if (!fs::exists(folder.Absolute() / name, ignored)) continue;
+    frame.others["label"].path = folder.Relative(name);
   }
 }
 
@@ -87,11 +104,11 @@ void CheckFiles(const SequenceFolder& folder, RawSequence* sequence) {
 void CheckListedOnce(const RawSequence& sequence,
                      std::unordered_map<std::string, std::string>* listed_in) {
   for (const RawFrame& frame : sequence.frames) {
-    const auto [first, is_new] = listed_in->emplace(frame.color_path, sequence.name);
+    const auto [first, is_new] = listed_in->emplace(frame.color.path, sequence.name);
     if (is_new) continue;
     throw DataError("{}: {} is a {} already, of {}: leave it out of one of them",
                     sequence.name,
-                    frame.color_path,
+                    frame.color.path,
                     sequence.is_query ? "query" : "frame",
                     first->second);
   }
@@ -128,6 +145,8 @@ RawSequence ReadSequence(const SiteConfig& site,
   sequence.name = config.source;
   for (RawFrame& frame : sequence.frames) frame.camera_idx = config.camera_idx;
   sequence.is_query = is_query;
+  sequence.needs_depth = folder.NeedsDepth();
+  AddLabels(folder, &sequence);
   if (!config.ground_truth.empty()) {
     sequence.ground_truth = ReadTum(SitePath(site, config.ground_truth, data_root));
   }
@@ -138,11 +157,17 @@ RawSequence ReadSequence(const SiteConfig& site,
 
 std::vector<RawSequence> ReadSequences(const SiteConfig& site, const fs::path& data_root) {
   std::vector<RawSequence> sequences;
-  std::unordered_map<std::string, std::string> frame_of, query_of;  // picture -> where it is listed
+  std::unordered_map<std::string, std::string> frame_of;  // picture -> where it is listed
   for (const SequenceConfig& config : site.sequences) {
     sequences.push_back(ReadSequence(site, config, false, data_root));
     CheckListedOnce(sequences.back(), &frame_of);
   }
+  return sequences;
+}
+
+std::vector<RawSequence> ReadQuerySequences(const SiteConfig& site, const fs::path& data_root) {
+  std::vector<RawSequence> sequences;
+  std::unordered_map<std::string, std::string> query_of;
   std::int64_t pictures_start_ns = kPicturesStart_ns;
   for (const SequenceConfig& config : site.queries) {
     sequences.push_back(ReadSequence(site, config, true, data_root));
@@ -151,29 +176,6 @@ std::vector<RawSequence> ReadSequences(const SiteConfig& site, const fs::path& d
     pictures_start_ns += kPicturesPeriod_ns;
   }
   return sequences;
-}
-
-std::vector<Acceleration> ReadAccelerations(const SiteConfig& site, const fs::path& data_root) {
-  std::vector<Acceleration> samples;
-  for (const SequenceConfig& config : site.sequences) {
-    if (config.accelerometer.empty()) continue;
-    const fs::path path = SitePath(site, config.accelerometer, data_root);
-    VisitWordLines(path, [&](const std::vector<std::string_view>& words) {
-      if (words.size() != 4) {
-        throw DataError("{} columns, expected 4 (time_s ax ay az)", words.size());
-      }
-      const Acceleration sample{CheckedTime_ns(ParseTime_ns(words[0])) + Offset_ns(config),
-                                {RealWord(words[1]), RealWord(words[2]), RealWord(words[3])}};
-      if (sample.value_m_per_s2.cwiseAbs().maxCoeff() > kMaxAcceleration_m_per_s2) {
-        throw DataError("more than {} m/s2: it must be in m/s2", kMaxAcceleration_m_per_s2);
-      }
-      if (!samples.empty() && sample.time_ns <= samples.back().time_ns) {
-        throw DataError("times must increase: sort the file and remove repeated times");
-      }
-      samples.push_back(sample);
-    });
-  }
-  return samples;
 }
 
 }  // namespace nightmap

@@ -6,7 +6,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/image_io.h"
-#include "stages/frames/read_sequence.h"
+#include "pipeline/recording/read_sequence.h"
 
 namespace nightmap {
 namespace {
@@ -50,9 +50,10 @@ RawSequence ReadVideoFolder(const SequenceFolder& folder) {
   const SequenceConfig& config = folder.config;
   const VideoInfo info = InspectVideo(folder.Absolute() / config.video);
   const double rate_hz = FrameRate_hz(folder, info);
-  const bool needs_depth = !folder.is_query || !config.depth_folder.empty();
-  const auto depth = needs_depth ? ListDepthFiles(folder) : std::vector<std::string>{};
-  if (needs_depth && depth.size() != static_cast<std::size_t>(info.num_frames)) {
+  const bool has_depth =
+      folder.NeedsDepth() || (folder.TakesDepth() && !config.depth_folder.empty());
+  const auto depth = has_depth ? ListDepthFiles(folder) : std::vector<std::string>{};
+  if (has_depth && depth.size() != static_cast<std::size_t>(info.num_frames)) {
     throw DataError("{}: {} depth images for {} video frames of {}: there must be one for each",
                     (folder.Absolute() / config.depth_folder).string(),
                     depth.size(),
@@ -63,8 +64,8 @@ RawSequence ReadVideoFolder(const SequenceFolder& folder) {
   for (int i = 0; i < info.num_frames; ++i) {
     RawFrame frame;
     frame.time_ns = TimeOfFrame_ns(i, rate_hz);
-    frame.color_path = VideoFramePath(folder.Relative(config.video), i).generic_string();
-    if (needs_depth) frame.depth_path = depth[static_cast<std::size_t>(i)];
+    frame.color.path = VideoFramePath(folder.Relative(config.video), i).generic_string();
+    if (has_depth) frame.depth.path = depth[static_cast<std::size_t>(i)];
     sequence.frames.push_back(std::move(frame));
   }
   return sequence;

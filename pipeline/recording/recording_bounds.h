@@ -8,7 +8,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "stages/frames/read_sequence.h"
+#include "pipeline/recording/read_sequence.h"
 
 namespace nightmap {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/frames/picture_cameras.h"
+#include "stages/queries/picture_cameras.h"
 
 #include <cmath>
 #include <map>
@@ -10,7 +10,8 @@
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
 #include "pipeline/io/image_io.h"
-#include "stages/frames/read_sequence.h"
+#include "pipeline/recording/frame_lists.h"
+#include "pipeline/recording/read_sequence.h"
 
 namespace nightmap {
 namespace {
@@ -78,7 +79,7 @@ std::optional<Camera> CameraOfPicture(const SequenceConfig& query,
                                       const fs::path& data_root,
                                       double max_picture_mpx,
                                       RawFrame* frame) {
-  const std::string& path = frame->color_path;
+  const std::string& path = frame->color.path;
   ImageInfo info;
   try {
     info = InspectImage(data_root / path);
@@ -88,7 +89,7 @@ std::optional<Camera> CameraOfPicture(const SequenceConfig& query,
   if (IsLarger(info.width, info.height, max_picture_mpx)) {
     frame->problem = fmt::format(
         "{}: {} x {} pixels are more than max_picture_mpx = {}: make it smaller, or raise "
-        "max_picture_mpx of frames",
+        "max_picture_mpx of queries",
         path,
         info.width,
         info.height,
@@ -122,23 +123,6 @@ int IndexOf(const Camera& camera,
   return static_cast<int>(cameras->size()) - 1;
 }
 
-// A picture is decoded only when it has its camera's size, so this bounds what is decoded.
-void CheckAreas(const std::vector<RgbdCamera>& cameras, double max_picture_mpx) {
-  for (const RgbdCamera& camera : cameras) {
-    for (const Camera& image : {camera.color, camera.depth}) {
-      if (!IsLarger(image.width, image.height, max_picture_mpx)) continue;
-      throw DataError(
-          "camera of {}: {} x {} pixels are more than max_picture_mpx = {}: correct the camera in "
-          "the site config or {}, or raise max_picture_mpx of frames",
-          camera.camera_id,
-          image.width,
-          image.height,
-          max_picture_mpx,
-          kFileName);
-    }
-  }
-}
-
 }  // namespace
 
 std::vector<RgbdCamera> FindPictureCameras(const SiteConfig& site,
@@ -151,13 +135,13 @@ std::vector<RgbdCamera> FindPictureCameras(const SiteConfig& site,
     if (query.camera_idx != kOwnCameras) continue;
     const auto listed =
         ReadListedCameras(PicturesFolder({data_root, site.root, query, true}), data_root);
-    for (RawFrame& frame : sequences->at(site.sequences.size() + q).frames) {
-      const auto row = listed.find(frame.color_path);
+    for (RawFrame& frame : sequences->at(q).frames) {
+      const auto row = listed.find(frame.color.path);
       const auto camera = row != listed.end()
                               ? std::optional(row->second)
                               : CameraOfPicture(query, data_root, max_picture_mpx, &frame);
       frame.camera_idx =
-          camera ? IndexOf(*camera, frame.color_path, site.cameras.size(), &cameras) : 0;
+          camera ? IndexOf(*camera, frame.color.path, site.cameras.size(), &cameras) : 0;
     }
   }
   CheckAreas(cameras, max_picture_mpx);

@@ -8,8 +8,8 @@
 #include "pipeline/base/error.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/io/word_lines.h"
-#include "stages/frames/read_sequence.h"
-#include "stages/frames/recording_bounds.h"
+#include "pipeline/recording/read_sequence.h"
+#include "pipeline/recording/recording_bounds.h"
 
 namespace nightmap {
 namespace {
@@ -95,22 +95,24 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateTimes(const std::vecto
 RawSequence ReadTumFolder(const SequenceFolder& folder) {
   const auto color = ReadList(folder, "rgb.txt", false);
   std::error_code missing;
-  const bool needs_depth = !folder.is_query || fs::exists(folder.Absolute() / "depth.txt", missing);
-  const auto depth = needs_depth ? ReadList(folder, "depth.txt", true) : std::vector<ListedFile>{};
+  const bool has_depth =
+      folder.NeedsDepth() ||
+      (folder.TakesDepth() && fs::exists(folder.Absolute() / "depth.txt", missing));
+  const auto depth = has_depth ? ReadList(folder, "depth.txt", true) : std::vector<ListedFile>{};
   RawSequence sequence;
   for (const ListedFile& file : color) {
     RawFrame& frame = sequence.frames.emplace_back();
     frame.time_ns = file.time_ns;
-    frame.color_path = file.path;
+    frame.color.path = file.path;
   }
   const std::int64_t max_gap_ns = std::llround(folder.config.max_association_gap_s * 1e9);
   for (const auto& [i, j] : AssociateTimes(Times(color), Times(depth), max_gap_ns)) {
-    sequence.frames[i].depth_path = depth[j].path;
+    sequence.frames[i].depth.path = depth[j].path;
   }
   for (RawFrame& frame : sequence.frames) {
-    if (folder.is_query || !frame.depth_path.empty()) continue;
+    if (!folder.NeedsDepth() || !frame.depth.path.empty()) continue;
     frame.depth_problem = fmt::format("{}: no depth image within max_association_gap_s = {}",
-                                      frame.color_path,
+                                      frame.color.path,
                                       folder.config.max_association_gap_s);
   }
   return sequence;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/frames/recording_bounds.h"
+#include "pipeline/recording/recording_bounds.h"
 
 #include <sys/stat.h>
 

@@ -2,7 +2,6 @@
 // Lists the pictures of a recording in each supported folder layout.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -10,35 +9,47 @@
 #include <vector>
 
 #include "pipeline/io/site_config.h"
-#include "stages/frames/frames.h"
+#include "pipeline/io/trajectory_io.h"
 
 namespace nightmap {
 
+// One frame of a recording, as listed there, before its files were looked at: what is wrong with
+// it, beside what is listed. Hashes are filled by InspectFrames.
+struct RawFrame : FrameRecord {
+  std::string problem;                       // why its color cannot be used; empty when it can
+  std::string depth_problem;                 // why its depth cannot; a query does without
+  std::vector<std::string> others_problems;  // of its other channels, which it then lacks
+};
+
+// One recording: what its folder says.
+struct RawSequence {
+  std::string name;  // for messages: where the site config describes it
+  bool is_query = false;
+  bool needs_depth = true;                // a frame without it cannot be mapped
+  std::vector<RawFrame> frames;           // times increase
+  std::vector<StampedPose> ground_truth;  // world_from_camera, times increase; may be empty
+};
+
 // Lists, associates and times the pictures; reads no pixels (a video is gone through once to count
-// its frames). Pictures that lack their depth carry a `problem`, except in queries, where depth may
-// be missing. A picture whose name is not text carries a `problem`, and the name as AsText writes
-// it. Picture N of layout "pictures" is at N seconds. Throws DataError naming folder or file and
-// line, and the remedy; also when a file lies outside of the recording (recording_bounds.h).
+// its frames). Pictures that lack their depth carry a `depth_problem` where it is required, which
+// it never is of queries. A label picture is the PNG of the color picture's stem in `label_folder`,
+// where there is one. A picture whose name is not text carries a `problem`, and the name as AsText
+// writes it. Picture N of layout "pictures" is at N seconds. Throws DataError naming folder or file
+// and line, and the remedy; also when a file lies outside of the recording (recording_bounds.h).
 RawSequence ReadSequence(const SiteConfig& site,
                          const SequenceConfig& config,
                          bool is_query,
                          const std::filesystem::path& data_root);
 
-// All sequences, then all queries, in the order of the site config. The pictures of [[query]] Q,
-// which have no times, and their truth are moved to 4e9 + Q * 1e6 s, later than any clock and apart
-// from each other whatever the other tables hold. Throws DataError also when a picture is a frame
-// twice or a query twice.
+// The recordings to map, in the order of the site config. Throws DataError also when a picture is a
+// frame twice.
 std::vector<RawSequence> ReadSequences(const SiteConfig& site,
                                        const std::filesystem::path& data_root);
 
-// One accelerometer sample, in the color camera's axes, which the site config demands.
-struct Acceleration {
-  std::int64_t time_ns = 0;
-  Eigen::Vector3d value_m_per_s2 = Eigen::Vector3d::Zero();
-};
-
-// The samples of all sequences that have them, in order; their times must increase.
-std::vector<Acceleration> ReadAccelerations(const SiteConfig& site,
+// The recordings of the [[query]] tables. The pictures of [[query]] Q, which have no times, and
+// their truth are moved to 4e9 + Q * 1e6 s, later than any clock and apart from each other whatever
+// the other tables hold. Throws DataError also when a picture is a query twice.
+std::vector<RawSequence> ReadQuerySequences(const SiteConfig& site,
                                             const std::filesystem::path& data_root);
 
 // Pairs each time of `a` with at most one of `b` and the reverse, nearest pairs first, no pair
@@ -54,6 +65,8 @@ struct SequenceFolder {
   const SequenceConfig& config;
   bool is_query;
 
+  bool TakesDepth() const { return config.depth != "none"; }
+  bool NeedsDepth() const { return !is_query && config.depth == "required"; }
   std::filesystem::path Absolute() const { return (data_root / folder).lexically_normal(); }
   // Path of a file of the recording relative to the data folder, normalized.
   std::string Relative(const std::filesystem::path& file) const {

@@ -9,8 +9,8 @@
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
 #include "pipeline/io/word_lines.h"
-#include "stages/frames/read_sequence.h"
-#include "stages/frames/recording_bounds.h"
+#include "pipeline/recording/read_sequence.h"
+#include "pipeline/recording/recording_bounds.h"
 
 namespace nightmap {
 namespace {
@@ -95,13 +95,13 @@ RawSequence ReadSevenScenesFolder(const SequenceFolder& folder) {
   for (const NumberedFile& file : ListColorFiles(absolute)) {
     RawFrame frame;
     frame.time_ns = TimeOfFrame_ns(file.number, rate_hz);
-    frame.color_path = folder.Relative(file.name);
+    frame.color.path = folder.Relative(file.name);
     const std::string depth = file.stem + ".depth.png", pose = file.stem + ".pose.txt";
     std::error_code missing;
-    if (fs::exists(absolute / depth, missing)) {
-      frame.depth_path = folder.Relative(depth);
-    } else if (!folder.is_query) {
-      frame.depth_problem = fmt::format("{}: {} is missing", frame.color_path, depth);
+    if (folder.TakesDepth() && fs::exists(absolute / depth, missing)) {
+      frame.depth.path = folder.Relative(depth);
+    } else if (folder.NeedsDepth()) {
+      frame.depth_problem = fmt::format("{}: {} is missing", frame.color.path, depth);
     }
     if (fs::exists(absolute / pose, missing)) {
       bounds.Check(folder.Relative(pose));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/frames/read_sequence.h"
+#include "pipeline/recording/read_sequence.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
-#include "stages/frames/inspect_frames.h"
+#include "pipeline/recording/inspect_frames.h"
 #include "tests/test_data.h"
 
 namespace nightmap {

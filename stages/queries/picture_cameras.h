@@ -6,15 +6,15 @@
 #include <vector>
 
 #include "pipeline/io/site_config.h"
-#include "stages/frames/frames.h"
+#include "pipeline/recording/read_sequence.h"
 
 namespace nightmap {
 
-// Gives each such picture of `sequences` (as ReadSequences made them of `site`) its camera: of its
-// row in the file cameras.csv beside the pictures, else of the focal length in its EXIF, else of
-// the query's horizontal_fov_deg. The last two are for a lens without distortion, its axis through
-// the middle of the picture. All are cameras of the pixels as stored. A picture that cannot be read
-// gets the site's first camera: its pixels will never be looked at. A picture of more than
+// Gives each such picture of `sequences` (as ReadQuerySequences made them of `site`) its camera: of
+// its row in the file cameras.csv beside the pictures, else of the focal length in its EXIF, else
+// of the query's horizontal_fov_deg. The last two are for a lens without distortion, its axis
+// through the middle of the picture. All are cameras of the pixels as stored. A picture that cannot
+// be read gets the site's first camera: its pixels will never be looked at. A picture of more than
 // max_picture_mpx million pixels counts as such, with a `problem`; a camera that large is a
 // DataError, so no picture that large is ever decoded. Returns the site's cameras and
 // after them the found ones, one for each that differs, in the order of the pictures. Throws

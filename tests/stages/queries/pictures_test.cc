@@ -7,9 +7,9 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/image_io.h"
-#include "stages/frames/inspect_frames.h"
-#include "stages/frames/picture_cameras.h"
-#include "stages/frames/read_sequence.h"
+#include "pipeline/recording/inspect_frames.h"
+#include "stages/queries/picture_cameras.h"
+#include "pipeline/recording/read_sequence.h"
 #include "tests/test_data.h"
 
 namespace nightmap {

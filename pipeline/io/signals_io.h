@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// frames/acceleration.h5, odometry.h5 and scans.h5: what the sensors beside the cameras measured,
+// a file for each kind with all sensors of that kind, in the order of the site config.
+//
+// HDF5, for S sensors with N samples in all, sensor after sensor:
+//   kind, sensor_0, sensor_1 ...  texts      the kind's name; the ids of the sensors
+//   robot_from_sensor  double[S x 7]         tx ty tz (metres) qx qy qz qw
+//   sample_offset      int64[S + 1]          where each sensor's samples start
+//   time_ns            int64[N]              increases within a sensor
+//   value              double[N x 3]         see SignalKind
+//   range_offset       int64[N + 1]          where each sample's ranges start
+//   range_m            float[R]              of scans
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipeline/geometry/rigid3.h"
+
+namespace nightmap {
+
+// The three values of a sample:
+//   acceleration  m/s2 along the sensor's axes; at rest it is 9.8 upwards
+//   odometry      x and y in metres and heading in rad (counter-clockwise) of the wheels' frame in
+//                 a frame that drifts; turns are not wrapped away where a recording counts them
+//   scan          angle of the first beam and from beam to beam in rad, counter-clockwise from the
+//                 sensor's x, and the range in metres from which on nothing was hit
+enum class SignalKind { kAcceleration, kOdometry, kScan };
+inline constexpr SignalKind kSignalKinds[] = {
+    SignalKind::kAcceleration, SignalKind::kOdometry, SignalKind::kScan};
+
+// "acceleration", "odometry", "scan".
+const char* NameOf(SignalKind kind);
+std::optional<SignalKind> KindOf(std::string_view name);
+
+struct SignalSample {
+  std::int64_t time_ns = 0;
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  std::vector<float> ranges_m;  // of a scan, one for each beam
+};
+
+// What one sensor measured.
+struct Signal {
+  SignalKind kind = SignalKind::kAcceleration;
+  std::string sensor_id;
+  Rigid3 robot_from_sensor;
+  std::vector<SignalSample> samples;  // times increase
+};
+
+// `signals` are of one kind. Equal signals give equal bytes. Throws DataError.
+void WriteSignals(const std::filesystem::path& path,
+                  SignalKind kind,
+                  const std::vector<Signal>& signals);
+
+// Throws DataError naming file and field: another kind, sizes that do not add up, NaN, times that
+// do not increase, a pose that is none.
+std::vector<Signal> ReadSignals(const std::filesystem::path& path, SignalKind kind);
+
+}  // namespace nightmap

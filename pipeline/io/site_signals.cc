@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// [[sensor]] and [[signal]] of a site config, for site_tables.h.
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/options.h"
+#include "pipeline/io/site_tables.h"
+
+namespace nightmap {
+namespace {
+
+struct SensorTable {
+  SensorConfig sensor;
+  std::string kind = "acceleration";
+  std::vector<double> robot_from_sensor;
+
+  void Register(OptionList& list) {
+    SensorConfig& s = sensor;
+    list.Add("id", &s.id, "name that signals refer to");
+    list.Add("kind", &kind, {"acceleration", "odometry", "scan"}, "what it measures");
+    list.Add("robot_from_sensor", &robot_from_sensor, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
+    list.Add("start_angle_deg", &s.start_angle_deg, {-360, 360}, "scan: first beam, from x");
+    list.Add("angle_step_deg", &s.angle_step_deg, {-90, 90}, "scan: 0: 180 deg over all beams");
+    list.Add("max_range_m", &s.max_range_m, {0.01, 1e4}, "scan: from here on nothing was hit");
+    list.Add("measures", &s.measures, {"pose", "motion", "ticks"}, "odometry: what a sample is");
+    list.Add("m_per_tick", &s.m_per_tick, {0, 100}, "odometry of ticks: distance per tick, m");
+    list.Add("wheel_base_m", &s.wheel_base_m, {0, 100}, "odometry of ticks: between the wheels");
+  }
+};
+
+struct SignalTable {
+  SignalConfig signal;
+  std::string sensor;
+
+  void Register(OptionList& list) {
+    SignalConfig& s = signal;
+    list.Add("sensor", &sensor, "id of a [[sensor]]");
+    list.Add("format", &s.format, {"text", "csv", "carmen"}, "how the file is written");
+    list.Add("file", &s.file, "relative to root; may be gzipped");
+    list.Add("columns", &s.columns, "csv: its columns with time and values, comma separated");
+    list.Add("message",
+             &s.message,
+             {"", "FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1", "ODOM"},
+             "carmen: the lines to read");
+    list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
+    list.Add("sort", &s.sort, "put samples in the order of their times");
+  }
+};
+
+int FindSensor(const std::vector<SensorConfig>& sensors,
+               const std::string& id,
+               const std::string& where) {
+  const auto found = std::ranges::find(sensors, id, &SensorConfig::id);
+  if (found != sensors.end()) return static_cast<int>(found - sensors.begin());
+  std::vector<std::string> ids;
+  for (const SensorConfig& sensor : sensors) ids.push_back(sensor.id);
+  throw UsageError(
+      "{}: no [[sensor]] has id \"{}\"; there are: {}", where, id, fmt::join(ids, ", "));
+}
+
+// The message must hold what the sensor measures.
+void CheckMessage(const SignalConfig& signal, SignalKind kind, const std::string& where) {
+  const bool has_scan = signal.message != "ODOM";
+  const bool has_odometry = signal.message != "RAWLASER1";
+  if (kind == SignalKind::kScan ? has_scan : kind == SignalKind::kOdometry && has_odometry) return;
+  throw UsageError("{}: message = \"{}\" holds no {}: correct `message` or `sensor`",
+                   where,
+                   signal.message,
+                   NameOf(kind));
+}
+
+}  // namespace
+
+SensorConfig ParseSensor(const toml::table& table, const std::string& source) {
+  const std::string where = Where(table, source);
+  SensorTable parsed;
+  RegisterOptions(parsed).ParseTable(table, source);
+  Require(table, {"id", "kind"}, where);
+  SensorConfig& sensor = parsed.sensor;
+  sensor.kind = *KindOf(parsed.kind);
+  if (sensor.id.empty()) throw UsageError("{}: id is empty: name the sensor", where);
+  if (sensor.kind != SignalKind::kScan) {
+    Refuse(table, {"start_angle_deg", "angle_step_deg", "max_range_m"}, where, "is of a scan");
+  }
+  if (sensor.kind != SignalKind::kOdometry) {
+    Refuse(table, {"measures"}, where, "is of odometry");
+  }
+  if (sensor.measures == "ticks") {
+    if (sensor.m_per_tick <= 0 || sensor.wheel_base_m <= 0) {
+      throw UsageError("{}: ticks need m_per_tick and wheel_base_m, both above 0", where);
+    }
+  } else {
+    Refuse(table, {"m_per_tick", "wheel_base_m"}, where, "needs measures = \"ticks\"");
+  }
+  if (table.contains("robot_from_sensor")) {
+    sensor.robot_from_sensor = ToPose(parsed.robot_from_sensor, "robot_from_sensor", where);
+  }
+  return sensor;
+}
+
+SignalConfig ParseSignal(const toml::table& table,
+                         const std::string& source,
+                         const std::vector<SensorConfig>& sensors) {
+  const std::string where = Where(table, source);
+  SignalTable parsed;
+  RegisterOptions(parsed).ParseTable(table, source);
+  Require(table, {"sensor", "format", "file"}, where);
+  SignalConfig& signal = parsed.signal;
+  signal.source = where;
+  signal.sensor_idx = FindSensor(sensors, parsed.sensor, where);
+  CheckPath(signal.file, "file", where);
+  const SignalKind kind = sensors[static_cast<std::size_t>(signal.sensor_idx)].kind;
+  if (signal.format == "carmen") {
+    Require(table, {"message"}, where);
+    CheckMessage(signal, kind, where);
+  } else {
+    Refuse(table, {"message"}, where, "needs format = \"carmen\"");
+  }
+  if (signal.format == "csv") {
+    Require(table, {"columns"}, where);
+  } else {
+    Refuse(table, {"columns"}, where, "needs format = \"csv\"");
+  }
+  if (kind == SignalKind::kScan && signal.format == "csv") {
+    throw UsageError("{}: scans are read of format \"carmen\" or \"text\"", where);
+  }
+  return signal;
+}
+
+}  // namespace nightmap

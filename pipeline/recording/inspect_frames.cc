@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/recording/inspect_frames.h"
+
+#include <map>
+#include <string>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/io/data_paths.h"
+#include "pipeline/io/image_io.h"
+
+namespace nightmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+void CheckSize(const std::string& path, int width, int height, const Camera& camera) {
+  if (width == camera.width && height == camera.height) return;
+  throw DataError(
+      "{}: {} x {} pixels, its camera has {} x {}: pictures of another size need another camera",
+      path,
+      width,
+      height,
+      camera.width,
+      camera.height);
+}
+
+FileFacts ReadPictureFacts(const fs::path& path) {
+  const ImageInfo info = InspectImage(path);
+  return {HashFile(path), info.width, info.height, info.num_channels, info.num_bits};
+}
+
+FileFacts ReadVideoFacts(const fs::path& path) {
+  const VideoInfo info = InspectVideo(path);
+  return {HashFile(path), info.width, info.height, 3, 8};
+}
+
+// What a label picture, made elsewhere, is checked for.
+void CheckLabel(const std::string& path, const FileFacts& facts, const Camera& camera) {
+  CheckSize(path, facts.width, facts.height, camera);
+  if (facts.num_bits == 8 && facts.num_channels == 1) return;
+  throw DataError("{}: labels must be one channel of 8 bits, this has {} of {}",
+                  path,
+                  facts.num_channels,
+                  facts.num_bits);
+}
+
+void CheckDepth(const std::string& path, const FileFacts& facts, const RgbdCamera& camera) {
+  CheckSize(path, facts.width, facts.height, camera.depth_registered ? camera.color : camera.depth);
+  if (facts.num_bits == 16 && facts.num_channels == 1) return;
+  throw DataError("{}: depth must be one channel of 16 bits, this has {} of {}",
+                  path,
+                  facts.num_channels,
+                  facts.num_bits);
+}
+
+// Returns what is wrong with a file; empty when nothing is.
+template <typename Inspect>
+std::string Problem(const fs::path& data_root, const std::string& file, Inspect inspect) {
+  try {
+    inspect();
+  } catch (const DataError& error) {
+    return WithoutDataRoot(error.what(), data_root, file);
+  }
+  return "";
+}
+
+// A video is opened and hashed once, not for each of its frames.
+using Videos = std::map<std::string, FileFacts>;
+
+Videos InspectVideos(const std::vector<RawSequence>& sequences,
+                     const fs::path& data_root,
+                     FileFactsCache& files) {
+  Videos videos;
+  for (const RawSequence& sequence : sequences) {
+    if (sequence.frames.empty()) continue;
+    const std::string& first = sequence.frames.front().color.path;
+    const auto parts = SplitVideoFramePath(first);
+    std::error_code missing;
+    if (!parts || fs::exists(data_root / first, missing)) continue;
+    const std::string video = parts->first.generic_string();
+    videos[video] = files.Get(video, ReadVideoFacts);
+  }
+  return videos;
+}
+
+class FrameInspector {
+ public:
+  FrameInspector(const fs::path& data_root, const Videos& videos, FileFactsCache& files)
+      : data_root_(data_root), videos_(videos), files_(files) {}
+
+  void Inspect(const RgbdCamera& camera, RawFrame* frame) const {
+    if (frame->problem.empty()) {
+      frame->problem = Problem(data_root_, frame->color.path, [&] {
+        const FileFacts facts = ColorFacts(frame->color.path);
+        CheckSize(frame->color.path, facts.width, facts.height, camera.color);
+        frame->color.hash = facts.hash;
+      });
+    }
+    if (!frame->problem.empty()) frame->color.hash = "unreadable";
+    InspectDepth(camera, frame);
+    for (auto file = frame->others.begin(); file != frame->others.end();) {
+      const std::string problem = Problem(data_root_, file->second.path, [&] {
+        const FileFacts facts = files_.Get(file->second.path, ReadPictureFacts);
+        CheckLabel(file->second.path, facts, camera.color);
+        file->second.hash = facts.hash;
+      });
+      if (!problem.empty()) frame->others_problems.push_back(problem);
+      file = problem.empty() ? std::next(file) : frame->others.erase(file);
+    }
+  }
+
+ private:
+  FileFacts ColorFacts(const std::string& path) const {
+    if (const auto parts = SplitVideoFramePath(path)) {
+      const auto video = videos_.find(parts->first.generic_string());
+      if (video != videos_.end()) return video->second;
+    }
+    return files_.Get(path, ReadPictureFacts);
+  }
+
+  void InspectDepth(const RgbdCamera& camera, RawFrame* frame) const {
+    if (!frame->depth.path.empty() && frame->depth_problem.empty() && frame->problem.empty()) {
+      frame->depth_problem = Problem(data_root_, frame->depth.path, [&] {
+        const FileFacts facts = files_.Get(frame->depth.path, ReadPictureFacts);
+        CheckDepth(frame->depth.path, facts, camera);
+        frame->depth.hash = facts.hash;
+      });
+    }
+    if (frame->depth.hash.empty()) frame->depth = {};
+  }
+
+  const fs::path& data_root_;
+  const Videos& videos_;
+  FileFactsCache& files_;
+};
+
+}  // namespace
+
+void InspectFrames(const std::vector<RgbdCamera>& cameras,
+                   const fs::path& data_root,
+                   FileFactsCache& files,
+                   Progress& progress,
+                   int num_threads,
+                   std::vector<RawSequence>* sequences) {
+  std::vector<std::pair<RawFrame*, const RgbdCamera*>> work;
+  for (RawSequence& sequence : *sequences) {
+    for (RawFrame& frame : sequence.frames) {
+      work.emplace_back(&frame, &cameras.at(static_cast<std::size_t>(frame.camera_idx)));
+    }
+  }
+  const Videos videos = InspectVideos(*sequences, data_root, files);
+  const FrameInspector inspector(data_root, videos, files);
+  progress.Start(work.size());
+  ParallelFor(work.size(), num_threads, [&](std::size_t i) {
+    inspector.Inspect(*work[i].second, work[i].first);
+    progress.Advance();
+  });
+}
+
+}  // namespace nightmap

@@ -1,0 +1,51 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""describe_pipeline: the declared pipeline as a Markdown table; with --write, into ARCHITECTURE.md between its markers.
+
+A test compares the page with the declaration, configs/pipeline.toml.
+Exit codes: 0 done; 1 the page has no markers; 2 wrong command line.
+"""
+
+import argparse
+from pathlib import Path
+
+from nightmap_eval.errors import run_main
+from nightmap_eval.site import put_between
+from nightmap_make.pipeline import read_pipeline
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+BEGIN, END = "<!-- pipeline:begin -->", "<!-- pipeline:end -->"
+
+
+def filled_by(reference):
+    """What fills a port, in few words."""
+    if reference.source:
+        return f"*{reference.source}*"
+    about = {"near": " of the tile and its neighbours", "previous and this": " of the shard and the one before"}
+    return f"{reference.job}.{reference.output}{about.get(reference.units, '')}"
+
+
+def row(job):
+    given = ", ".join(dict.fromkeys(filled_by(reference) for reference in job.inputs)) or "-"
+    files = ", ".join(f"`{name.replace('{unit}', 'U')}`" for name in [*job.outputs.values(), *job.beside.values()])
+    return f"| `{job.name}` | {job.purpose} | {job.unit} | {given if job.program else 'all results'} | {files} |"
+
+
+def table(pipeline):
+    lines = ["| job | what it does | once per | reads | writes (U: the unit) |", "|---|---|---|---|---|"]
+    return "\n".join(lines + [row(job) for job in pipeline.jobs.values()]) + "\n"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--write", action="store_true", help="put the table into ARCHITECTURE.md")
+    arguments = parser.parse_args()
+    text = table(read_pipeline(str(CHECKOUT / "configs")))
+    if arguments.write:
+        put_between(CHECKOUT / "ARCHITECTURE.md", BEGIN, END, text)
+    else:
+        print(text, end="")
+
+
+if __name__ == "__main__":
+    run_main(main)

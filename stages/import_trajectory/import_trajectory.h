@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// import_trajectory: the poses that another system gave the frames of a site, in the place of
+// pose_graph's. Chooses the keyframes that the map is made of.
+#pragma once
+
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/geometry/rigid3.h"
+#include "pipeline/io/frames_io.h"
+
+namespace nightmap {
+
+struct ImportTrajectoryOptions {
+  double keyframe_distance_m = 0.15;
+  double keyframe_turn_rad = 0.2;
+  double min_posed_ratio = 0.5;
+
+  void Register(OptionList& list);
+};
+
+struct ImportedTrajectory {
+  std::vector<StampedPose> poses;      // given_from_camera of the frames that have one, by time
+  std::vector<StampedPose> keyframes;  // the first of them, and each that moved or turned enough
+                                       // since the keyframe before
+};
+
+// `given`: given_from_camera (color camera, x right, y down, z forward) of another system at its
+// own times, ascending. A frame gets the pose of its time, interpolated between poses at most 0.1 s
+// apart (TruthAt); the others stay without. Throws ThresholdError when fewer than min_posed_ratio
+// of the frames get a pose. Pure and deterministic.
+ImportedTrajectory RunImportTrajectory(const ImportTrajectoryOptions& options,
+                                       const std::vector<FrameRecord>& frames,
+                                       const std::vector<StampedPose>& given);
+
+}  // namespace nightmap

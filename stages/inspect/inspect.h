@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// inspect: what a recording holds, channel by channel, before anything is made of it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/recording/read_sequence.h"
+#include "pipeline/recording/read_signals.h"
+
+namespace nightmap {
+
+struct InspectOptions {
+  int num_sampled_frames = 20;
+  double max_failed_ratio = 1;
+
+  void Register(OptionList& list) {
+    list.Add("num_sampled_frames",
+             &num_sampled_frames,
+             {1, 1e6},
+             "frames of each recording whose pictures are looked at");
+    list.Add("max_failed_ratio", &max_failed_ratio, {0, 1}, "fail when more lines are unusable");
+  }
+};
+
+// The times of one channel, and what its values are like.
+struct ChannelSeries {
+  std::string source;   // of frames: recording and its number; of signals: the sensor's id
+  std::string channel;  // color, depth, label ..., ground truth, acceleration, odometry, scan
+  std::size_t count = 0;
+  double rate_hz = 0;        // of the median interval; 0 with less than two samples
+  double largest_gap_s = 0;  // between neighbours
+  std::size_t num_gaps = 0;  // intervals of more than three medians
+  std::int64_t first_ns = 0;
+  std::int64_t last_ns = 0;
+  std::string details;  // sizes, ranges, units
+};
+
+// Times ascend.
+ChannelSeries DescribeTimes(std::string source,
+                            std::string channel,
+                            const std::vector<std::int64_t>& times_ns);
+
+// The channels of recordings and signals, in the order of the site config. Of each recording
+// num_sampled_frames frames, evenly chosen, are read: the size of their pictures, and the range of
+// their depth. A file that cannot be read is counted in the details. Deterministic.
+std::vector<ChannelSeries> RunInspect(const InspectOptions& options,
+                                      const SiteConfig& site,
+                                      const std::vector<RawSequence>& sequences,
+                                      const std::vector<Signal>& signals,
+                                      const std::filesystem::path& data_root);
+
+// The series as a table, and the time that each signal has in common with each recording.
+std::string InspectionText(const std::vector<ChannelSeries>& series);
+
+}  // namespace nightmap

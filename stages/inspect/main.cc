@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// inspect: prints what a site's recordings hold. Reads a site config and the raw recordings, writes
+// nothing.
+#include "stages/inspect/inspect.h"
+
+#include <iostream>
+
+#include "pipeline/base/stage_main.h"
+#include "pipeline/io/site_config.h"
+
+int main(int argc, char** argv) {
+  using namespace nightmap;
+  const StageSpec spec{"inspect",
+                       "prints what a site's recordings hold: channels, rates, gaps, ranges",
+                       {{"site", "site config, configs/sites/<site>.toml"},
+                        FolderPort("data", "folder of the recordings")},
+                       {}};
+  return StageMain(
+      argc, argv, spec, InspectOptions{}, [](const InspectOptions& options, StageContext& context) {
+        const auto& data_root = context.Input("data");
+        const SiteConfig site = ReadSiteConfig(context.Input("site"));
+        const auto sequences = ReadSequences(site, data_root);
+        const auto [signals, problems] =
+            ReadSensorSignals(site, data_root, options.max_failed_ratio);
+        for (const std::string& problem : problems) context.Skip(problem);
+        std::cout << InspectionText(RunInspect(options, site, sequences, signals, data_root));
+      });
+}

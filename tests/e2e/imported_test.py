@@ -1,0 +1,86 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The profile `imported`: a trajectory of another system fills the slot of the pose graph, a ROS map that of the grid.
+What the default profile made stands for the other system."""
+import json
+import shutil
+import unittest
+
+from workspace import GOALS, SITE, Workspace
+
+IMPORT = '\nprofile = "imported"\n\n[import]\n{}\n\n'
+LEFT_OUT = ("matches", "loops", "odometry")
+
+
+class ImportedTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.work = Workspace.made(*GOALS)
+        given = cls.work.data() / "other"
+        given.mkdir()
+        shutil.copy(cls.work.path("map_frame/trajectory.tum"), given / "poses.tum")
+        for name in ("map.yaml", "map.pgm"):
+            shutil.copy(cls.work.path(f"grid/{name}"), given / name)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.work.remove()
+
+    def site(self, name, imports):
+        """Config of a site of the same recording."""
+        sites = self.work.folder / "configs/sites"
+        text = (sites / f"{SITE}.toml").read_text().replace("synthetic = true", "synthetic = false")
+        head, table = text.split("[[camera]]", 1)
+        (sites / f"{name}.toml").write_text(head + IMPORT.format(imports) + "[[camera]]" + table)
+        shutil.copytree(sites / SITE, sites / name)
+        return self.work.folder / "maps" / name
+
+    def make(self, name, *goals, code=0):
+        result = self.work.make(*goals, f"SITE={name}")
+        self.assertEqual(result.returncode, code, result.stdout)
+        return result.stdout
+
+    def test_a_given_trajectory_carries_the_whole_map(self):
+        maps = self.site("posed", f'trajectory = "{SITE}/other/poses.tum"')
+        self.make("posed", *GOALS)
+        for job in LEFT_OUT:
+            self.assertFalse((maps / job).exists(), job)
+        self.make("posed", "-q", *GOALS)
+        self.assertIn("all as written", self.make("posed", "verify"))
+        located = json.loads((maps / "localize/report.json").read_text())
+        self.assertGreater(located["num_located"], 0)
+        self.make("posed", "report")
+        default = json.loads(self.work.path("point_cloud/report.json").read_text())
+        metrics = json.loads((maps / "evaluate/metrics.json").read_text())
+        self.assertLess(metrics["trajectory"]["se3"]["ate_rmse_m"], 0.05)
+        cloud = json.loads((maps / "point_cloud/report.json").read_text())
+        self.assertGreater(cloud["num_points"], 0.5 * default["num_points"])
+
+    def test_another_trajectory_reruns_what_it_reaches(self):
+        self.site("again", f'trajectory = "{SITE}/other/poses.tum"')
+        self.make("again", "map")
+        given = self.work.data() / "other/poses.tum"
+        given.write_text(given.read_text() + "# another\n")
+        why = self.make("again", "why")
+        self.assertIn("pose_graph: ", why)
+        self.assertNotIn("features_", why)
+
+    def test_a_ros_map_is_planned_on(self):
+        maps = self.site("gridded", f'map = "{SITE}/other/map.yaml"')
+        self.make("gridded", *GOALS)
+        self.assertTrue((maps / "odometry").exists())
+        self.assertEqual((maps / "grid/map.pgm").read_bytes(), self.work.path("grid/map.pgm").read_bytes())
+        path = json.loads((maps / "plan/path.json").read_text())
+        expected = json.loads(self.work.path("plan/path.json").read_text())
+        self.assertEqual(path["length_m"], expected["length_m"])
+        shutil.copy(self.work.path("grid/map.pgm"), self.work.data() / "other/map.pgm")
+
+    def test_what_is_not_there_is_asked_for(self):
+        self.site("empty", "")
+        self.make("empty", "-q", "map", code=1)  # nothing given: the default pipeline
+        self.site("lost", 'trajectory = "nowhere.tum"')
+        self.assertIn("data/nowhere.tum does not exist", self.make("lost", "map", code=2))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,93 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The check before a run: one value out of range for every option of every program, and each declared clash, stops with
+exit code 2 in two seconds, names the place, and changes nothing. The programs are the real ones; none gets to run."""
+import re
+import subprocess
+import time
+import unittest
+
+from stub_site import StubSite
+from workspace import BUILD, PIPELINE
+
+MAX_TIME_S = 2.0
+OPTION = re.compile(r"^  (\w+) +.*\[default (.*); (.*)\]$", re.MULTILINE)
+CLASHES = {  # one for each [[clash]] of configs/pipeline.toml, in its order
+    "octree.max_range_m=5.9 tiles.max_range_m=6 tiles.edge_m=7": None, "octree.resolution_m=1": None,
+    "tiles.max_range_m=23.9 tiles.edge_m=24": "tiles.edge_m", "point_cloud.max_depth_m=5": "point_cloud.max_depth_m",
+    "octree.max_range_m=5": "octree.max_range_m", "point_cloud.surface_radius_m=0.4": "tiles.overlap_m",
+    "grid.max_step_height_m=0.3 grid.robot_height_m=0.2": "grid.robot_height_m",
+    "drive.min_lookahead_m=1.5 drive.max_lookahead_m=1": "drive.max_lookahead_m"}  # fmt: skip
+
+
+def options(program):
+    """(name, a value out of range) of each option whose values have a range."""
+    page = subprocess.run([BUILD / "run" / program, "--help"], capture_output=True, text=True, check=True).stdout
+    for name, default, values in OPTION.findall(page.partition("options in the config file")[2]):
+        choices = values.startswith("one of ")
+        high = values.rpartition(" .. ")[2]
+        wrong = "no_such_choice" if choices else f"{float(high) + 1:.0f}" if "." not in default else f"{float(high) + 1}"
+        yield name, f"[{wrong}]" if default.startswith("[") else wrong
+
+
+class PreflightTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.site = StubSite()
+        result = cls.site.make("map")
+        if result.returncode != 0:
+            raise AssertionError(result.stdout)
+        run = cls.site.folder / "build/run"
+        for program in PIPELINE.programs():
+            (run / program).unlink()
+            (run / program).symlink_to(BUILD / "run" / program)
+        # The first check of all programs; make must find nothing to do but that.
+        cls.site.make("map", "SET=grid.margin_m=-1")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.site.remove()
+
+    def state(self):
+        maps = self.site.folder / "maps"
+        return {path: path.stat().st_mtime_ns for path in maps.rglob("*")}
+
+    def check(self, change, *said):
+        before, start = self.state(), time.monotonic()
+        result = self.site.make("map", f"SET={change}")
+        took_s = time.monotonic() - start
+        self.assertEqual(result.returncode, 2, result.stdout)
+        for text in said:
+            self.assertIn(text, result.stdout)
+        self.assertNotIn("== ", result.stdout)
+        self.assertEqual(self.state(), before)
+        return took_s
+
+    def test_every_option_out_of_range(self):
+        times_s = []
+        for program in PIPELINE.programs():
+            for name, wrong in options(program):
+                with self.subTest(f"{program}.{name}={wrong}"):
+                    times_s.append(self.check(f"{program}.{name}={wrong}", f"SET: {program}.{name} = ", "out of range", wrong)
+                                   if wrong != "no_such_choice" else
+                                   self.check(f"{program}.{name}={wrong}", f"SET: {program}.{name}", wrong))  # fmt: skip
+        self.assertGreater(len(times_s), 120)
+        self.assertLess(sorted(times_s)[len(times_s) * 9 // 10], MAX_TIME_S)
+
+    def test_the_file_and_line_of_a_value(self):
+        path = self.site.folder / "configs/sites/demo/grid.toml"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("# facts\n\nmargin_m = -1.0\n")
+        self.check("octree.resolution_m=0.05", "configs/sites/demo/grid.toml:3: grid.margin_m = -1")
+        path.unlink()
+
+    def test_each_clash(self):
+        self.assertEqual(len(CLASHES), len(PIPELINE.clashes))
+        for (change, named), clash in zip(CLASHES.items(), PIPELINE.clashes):
+            with self.subTest(change):
+                took_s = self.check(change, *[named] * bool(named), clash["remedy"])
+                self.assertLess(took_s, MAX_TIME_S)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/import_trajectory/import_trajectory.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/base/error.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+
+// A camera that walks along x at 0.3 m per s, with a frame each tenth of a second.
+std::vector<FrameRecord> FramesOf(int count) {
+  std::vector<FrameRecord> frames(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    frames[static_cast<std::size_t>(i)].frame_idx = i;
+    frames[static_cast<std::size_t>(i)].time_ns = i * kSecond_ns / 10;
+  }
+  return frames;
+}
+
+std::vector<StampedPose> Given(std::int64_t step_ns, std::int64_t end_ns) {
+  std::vector<StampedPose> poses;
+  for (std::int64_t time_ns = 0; time_ns <= end_ns; time_ns += step_ns) {
+    const double x_m = 0.3 * static_cast<double>(time_ns) / static_cast<double>(kSecond_ns);
+    poses.push_back({time_ns, {Eigen::Quaterniond::Identity(), {x_m, 0, 0}}});
+  }
+  return poses;
+}
+
+TEST(ImportTrajectory, FramesGetThePoseOfTheirTime) {
+  const auto result = RunImportTrajectory({}, FramesOf(50), Given(kSecond_ns / 15, 5 * kSecond_ns));
+  ASSERT_EQ(result.poses.size(), 50U);
+  for (std::size_t i = 0; i < result.poses.size(); ++i) {
+    EXPECT_NEAR(result.poses[i].pose.translation.x(), 0.03 * static_cast<double>(i), 1e-6);
+  }
+}
+
+TEST(ImportTrajectory, KeyframesAreAsFarApartAsAsked) {
+  ImportTrajectoryOptions options;
+  options.keyframe_distance_m = 0.1;
+  const auto result =
+      RunImportTrajectory(options, FramesOf(50), Given(kSecond_ns / 10, 5 * kSecond_ns));
+  ASSERT_GT(result.keyframes.size(), 10U);
+  for (std::size_t i = 1; i < result.keyframes.size(); ++i) {
+    const auto& a = result.keyframes[i - 1].pose.translation;
+    const auto& b = result.keyframes[i].pose.translation;
+    EXPECT_NEAR((b - a).norm(), 0.12, 1e-6);
+  }
+}
+
+TEST(ImportTrajectory, FramesInAGapHaveNoPoseAndTooManyAreRefused) {
+  ImportTrajectoryOptions options;
+  const auto half = Given(kSecond_ns / 10, 2 * kSecond_ns);
+  options.min_posed_ratio = 0.4;
+  EXPECT_EQ(RunImportTrajectory(options, FramesOf(50), half).poses.size(), 21U);
+  options.min_posed_ratio = 0.5;
+  NIGHTMAP_EXPECT_ERROR(ThresholdError,
+                        RunImportTrajectory(options, FramesOf(50), half),
+                        "21 of 50 frames have a pose within 0.1 s");
+  options.min_posed_ratio = 0;
+  NIGHTMAP_EXPECT_ERROR(
+      ThresholdError, RunImportTrajectory(options, FramesOf(50), {}), "0 of 50 frames");
+}
+
+}  // namespace
+}  // namespace nightmap
