@@ -151,10 +151,10 @@ TEST(UpFromAccelerometer, RefusesWhatShowsNoGravity) {
   // The same for a camera that does not roll: as recorded in axes that are not the camera's.
   for (StampedPose& keyframe : walk.keyframes) keyframe.pose = Rigid3();
   NIGHTMAP_EXPECT_ERROR(
-      DataError, UpFromAccelerometer(samples, walk.keyframes), "accelerometer.csv: the mean over");
+      DataError, UpFromAccelerometer(samples, walk.keyframes), "acceleration: the mean over");
   for (StampedPose& keyframe : walk.keyframes) keyframe.time_ns += 60'000'000'000;
   NIGHTMAP_EXPECT_ERROR(
-      DataError, UpFromAccelerometer(samples, walk.keyframes), "accelerometer.csv: no sample");
+      DataError, UpFromAccelerometer(samples, walk.keyframes), "acceleration: no sample");
 }
 
 TEST(SamplePatches, MeasuresPlanes) {

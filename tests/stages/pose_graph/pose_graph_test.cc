@@ -29,7 +29,7 @@ PoseGraphInput MakeInput() {
   input.cameras = {RgbdCamera{}};
   input.cameras[0].color = Camera{64, 48, 50, 50, 32, 24};
   input.load_depth = [](const FrameRecord& frame) -> DepthImage {
-    throw DataError("{}: no depth in this test", frame.depth_path);
+    throw DataError("{}: no depth in this test", frame.depth.path);
   };
   Random random(6);
   for (int begin = 0; begin < kNumFrames; begin += kNumFrames / 2) {
