@@ -91,7 +91,11 @@ PortPaths AssignPorts(const std::vector<std::string>& texts,
     const bool needed = port.arity == Arity::kOne || port.arity == Arity::kMany;
     const bool repeatable = port.arity == Arity::kMany || port.arity == Arity::kAnyNumber;
     if (count == 0 && needed) {
-      throw UsageError("{} {}=PATH is missing ({})", flag, port.name, port.doc);
+      throw UsageError("{} {}=PATH is missing ({}){}",
+                       flag,
+                       port.name,
+                       port.doc,
+                       port.arity == Arity::kMany ? ": a site without frames has none" : "");
     }
     if (count > 1 && !repeatable) {
       throw UsageError("{} {} is given {} times, once is right", flag, port.name, count);

@@ -89,11 +89,13 @@ FileFacts FileFactsCache::Get(const std::string& file,
   row.facts = is_same ? known->second.facts : read(path);
   const std::lock_guard lock(mutex_);
   num_read_ += is_same ? 0 : 1;
+  ++num_asked_;
   if (is_settled) asked_[file] = row;
   return row.facts;
 }
 
 void FileFactsCache::Save() const {
+  spdlog::info("{} files, {} of them new or changed", num_asked_, num_read_);
   std::string text = std::string(kCacheHeader) + '\n';
   for (const auto& [file, row] : asked_) {
     const std::string facts = RowText(file, row);

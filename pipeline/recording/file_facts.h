@@ -39,11 +39,13 @@ class FileFactsCache {
   FileFacts Get(const std::string& file,
                 const std::function<FileFacts(const std::filesystem::path&)>& read);
 
-  // Writes the facts of the files asked for since the constructor, those of no others: whole or not
-  // at all. A folder that cannot be written costs the next run time, not this one its result.
+  // Logs how many files were read, and writes the facts of the files asked for since the
+  // constructor, those of no others: whole or not at all. A folder that cannot be written costs the
+  // next run time, not this one its result.
   void Save() const;
 
   std::size_t NumRead() const { return num_read_; }
+  std::size_t NumAsked() const { return num_asked_; }
 
  private:
   struct Row {
@@ -60,6 +62,7 @@ class FileFactsCache {
   std::map<std::string, Row> known_;
   std::map<std::string, Row> asked_;
   std::size_t num_read_ = 0;
+  std::size_t num_asked_ = 0;
   std::mutex mutex_;
 };
 

@@ -45,7 +45,7 @@ CHANGES = [
     ("features.num_features=900", {"features"} | AFTER_FEATURES),
     # The list of frames comes out the same, so nothing after it is touched.
     ("frames.max_failed_ratio=0.19", {"frames"}),
-    ("synthesize.color_noise_levels=2.5", {"synthesize", "frames", "features"} | AFTER_FEATURES),
+    ("synthesize.color_noise_levels=2.5", {"synthesize", "frames", "queries", "features"} | AFTER_FEATURES),
 ]
 
 

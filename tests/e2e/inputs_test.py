@@ -264,7 +264,7 @@ class InputsTest(unittest.TestCase):
             return {row["color_path"]: row for row in csv.DictReader(file)}
 
     def test_a_query_without_features_or_unreadable_is_a_row_with_a_reason(self):
-        queries = self.frames_of("queries.csv")
+        queries = self.frames_of("held_out.csv")
         black, broken = (self.work.folder / "data" / query["color_path"] for query in queries[:2])
         write_black(black, CAMERA["width"], CAMERA["height"])
         broken.write_bytes(broken.read_bytes()[:1000])

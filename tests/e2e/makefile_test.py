@@ -140,7 +140,7 @@ class ResolveConfigTest(unittest.TestCase):
         self.assertIn("plan.toml: not valid TOML", self.resolve(code=2).stderr)
 
     def site(self, folder="config"):
-        return tomllib.loads((self.folder / "maps/office" / folder / "site/office.toml").read_text())
+        return tomllib.loads((self.folder / "maps/office" / folder / "queries/office.toml").read_text())
 
     def picture(self, name):
         path = self.folder / name
@@ -175,12 +175,14 @@ class ResolveConfigTest(unittest.TestCase):
         self.picture("data/office/extra/my goal.jpg")
         self.resolve()
         self.assertEqual(self.site(), tomllib.loads(SITE))
-        before = (self.folder / "maps/office/config/site/office.toml").stat().st_mtime_ns
+        copies = [self.folder / f"maps/office/config/{part}/office.toml" for part in ("site", "queries")]
+        before = [copy.stat().st_mtime_ns for copy in copies]
         self.resolve("--query", "start.jpg 'data/office/extra/my goal.jpg'", "--fov-deg", "60")
         expected = [{"layout": "pictures", "pictures": path, "horizontal_fov_deg": 60.0}
                     for path in ("../../start.jpg", "extra/my goal.jpg")]
         self.assertEqual(self.site(), tomllib.loads(SITE) | {"query": expected})
-        self.assertNotEqual((self.folder / "maps/office/config/site/office.toml").stat().st_mtime_ns, before)
+        after = [copy.stat().st_mtime_ns for copy in copies]
+        self.assertEqual([new == old for new, old in zip(after, before)], [True, False])
         self.resolve()
         self.assertEqual(self.site(), tomllib.loads(SITE))
         self.resolve("--query", "start.jpg", "--camera", "phone", "--preview", "maps/office/.preview")

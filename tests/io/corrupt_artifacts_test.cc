@@ -28,7 +28,7 @@ Rigid3 SomePose(int i) {
 }
 
 FrameRecord SomeFrame(int i) {
-  return {i, 1'000'000'000LL * i, "color/1.png", "depth/1.png", 0, 0, "12ef"};
+  return {i, 1'000'000'000LL * i, 0, 0, {"color/1.png", "12"}, {"depth/1.png", "ef"}, {}};
 }
 
 void WriteSomePairs(const Path& path) {

@@ -15,11 +15,11 @@ std::vector<FrameRecord> SomeFrames(int first_idx, int count) {
   for (int i = first_idx; i < first_idx + count; ++i) {
     frames.push_back({.frame_idx = i,
                       .time_ns = 1305031102175304000 + i,
-                      .color_path = "site/a, \"b\" " + std::to_string(i) + ".png",
-                      .depth_path = i % 2 ? "" : "site/depth.png",
                       .camera_idx = i % 3,
                       .sequence_idx = i / 10,
-                      .content_hash = "0123456789abcdef"});
+                      .color = {"site/a, \"b\" " + std::to_string(i) + ".png", "0123456789abcdef"},
+                      .depth = i % 2 ? ChannelFile{} : ChannelFile{"site/depth.png", "ab"},
+                      .others = {}});
   }
   return frames;
 }
@@ -65,9 +65,41 @@ TEST(FramesCsv, WhatIsWrittenIsRead) {
   const auto read = ReadFrames(folder.Write("a.csv", FramesToCsv(frames)));
   ASSERT_EQ(read.size(), frames.size());
   EXPECT_EQ(FramesToCsv(read), FramesToCsv(frames));
-  EXPECT_EQ(read[7].color_path, frames[7].color_path);
+  EXPECT_EQ(read[7].color.path, frames[7].color.path);
   EXPECT_EQ(read[7].time_ns, frames[7].time_ns);
   EXPECT_TRUE(ReadFrames(folder.Write("empty.csv", FramesToCsv({}))).empty());
+}
+
+TEST(FramesCsv, AnotherChannelNeedsNoReaderAndChangesNoListWithoutIt) {
+  const TemporaryFolder folder;
+  auto frames = SomeFrames(0, 4);
+  const std::string before = FramesToCsv(frames);
+  frames[2].others["label"] = {"site/labels/2.png", "cd"};
+  frames[3].others["thermal"] = {"site/heat, 3.tif", "ef"};
+  const auto read = ReadFrames(folder.Write("a.csv", FramesToCsv(frames)));
+  EXPECT_TRUE(read[0].others.empty());
+  EXPECT_EQ(read[2].others.at("label").path, "site/labels/2.png");
+  EXPECT_EQ(read[2].others.count("thermal"), 0u);
+  EXPECT_EQ(read[3].others.at("thermal").path, "site/heat, 3.tif");
+  EXPECT_EQ(FramesToCsv(read), FramesToCsv(frames));
+  frames[2].others.clear();
+  frames[3].others.clear();
+  EXPECT_EQ(FramesToCsv(frames), before);
+}
+
+TEST(FramesCsv, ChannelsOfTheHeaderAreChecked) {
+  const TemporaryFolder folder;
+  const std::string header = FramesToCsv({}).substr(0, FramesToCsv({}).size() - 1);
+  for (const char* more : {",label_path",
+                           ",label_hash,label_path",
+                           ",label_path,other_hash",
+                           ",_path,_hash",
+                           ",color_path,color_hash",
+                           ",label_path,label_hash,label_path,label_hash",
+                           ",x,y"}) {
+    NIGHTMAP_EXPECT_ERROR(
+        DataError, ReadFrames(folder.Write("h.csv", header + more + "\n")), "h.csv:1: column '");
+  }
 }
 
 TEST(FramesCsv, ShardsMustFollowEachOther) {
@@ -83,7 +115,7 @@ TEST(FramesCsv, ShardsMustFollowEachOther) {
 TEST(FramesCsv, APictureIsOneFrame) {
   const TemporaryFolder folder;
   auto frames = SomeFrames(4, 3);
-  frames[2].color_path = SomeFrames(0, 4)[1].color_path;
+  frames[2].color.path = SomeFrames(0, 4)[1].color.path;
   const auto a = folder.Write("a.csv", FramesToCsv(SomeFrames(0, 4)));
   const auto b = folder.Write("b.csv", FramesToCsv(frames));
   NIGHTMAP_EXPECT_ERROR(DataError, ReadFrames(std::vector{a, b}), "b.csv: frame 6 has the picture");
@@ -93,18 +125,21 @@ TEST(FramesCsv, BadLinesAreNamed) {
   const TemporaryFolder folder;
   const std::string header = FramesToCsv({});
   const auto expect = [&](const std::string& line, const std::string& reason) {
-    const auto path = folder.Write("bad.csv", header + "0,1,a,b,0,0,ff\n" + line + "\n");
+    const auto path = folder.Write("bad.csv", header + "0,1,0,0,a,ff,b,ee\n" + line + "\n");
     NIGHTMAP_EXPECT_ERROR(DataError, ReadFrames(path), "bad.csv:3: " + reason);
   };
-  expect("1,2,a,b,0,0", "6 fields, expected 7");
-  expect("1,2,a,b,0,0,ff,x", "8 fields");
-  expect("1,2.5,a,b,0,0,ff", "time_ns is '2.5', not an integer");
-  expect("1,,a,b,0,0,ff", "time_ns is '', not an integer");
-  expect("1,2,a,b,-1,0,ff", "camera_idx is -1, out of range");
-  expect("1,2,a,b,99999999999,0,ff", "camera_idx is 99999999999, out of range");
-  expect("1,2,,b,0,0,ff", "color_path is empty");
-  expect("3,2,a,b,0,0,ff", "frame_idx must count up by one");
-  expect("1,2,\"a,b,0,0,ff", "a quote");
+  expect("1,2,0,0,a,ff,b", "7 fields, expected 8");
+  expect("1,2,0,0,a,ff,b,ee,x", "9 fields");
+  expect("1,2.5,0,0,a,ff,b,ee", "time_ns is '2.5', not an integer");
+  expect("1,,0,0,a,ff,b,ee", "time_ns is '', not an integer");
+  expect("1,2,-1,0,a,ff,b,ee", "camera_idx is -1, out of range");
+  expect("1,2,99999999999,0,a,ff,b,ee", "camera_idx is 99999999999, out of range");
+  expect("1,2,0,0,,,b,ee", "color_path is empty");
+  expect("1,2,0,0,a,,b,ee", "color_hash is empty");
+  expect("1,2,0,0,a,ff,,ee", "depth_path is empty");
+  expect("1,2,0,0,a,ff,b,", "depth_hash is empty");
+  expect("3,2,0,0,a,ff,b,ee", "frame_idx must count up by one");
+  expect("1,2,0,0,\"a,ff,b,ee", "a quote");
   expect("", "1 fields");
   NIGHTMAP_EXPECT_ERROR(
       DataError, ReadFrames(folder.Write("h.csv", "frame_idx\n0\n")), "h.csv:1: the header");
@@ -147,7 +182,7 @@ TEST(CamerasJson, EveryFrameMustHaveItsCamera) {
     frames[1].camera_idx = camera_idx;
     NIGHTMAP_EXPECT_ERROR(DataError,
                           ReadCameras(path, frames),
-                          path.string() + ": has 2 cameras, but frame 8 (" + frames[1].color_path);
+                          path.string() + ": has 2 cameras, but frame 8 (" + frames[1].color.path);
   }
 }
 
@@ -192,7 +227,7 @@ TEST(LoadDepth, IsInMetresWithinTheRange) {
   raw.At(5, 0) = 22500;
   WritePng(folder / "d.png", raw);
   FrameRecord frame;
-  frame.depth_path = "d.png";
+  frame.depth.path = "d.png";
   const DepthImage depth = LoadDepth(frame, camera, folder.Path());
   EXPECT_FLOAT_EQ(depth.At(0, 0), 2.0f);
   for (int x = 1; x <= 4; ++x) EXPECT_EQ(depth.At(x, 0), 0.0f) << x;
@@ -204,10 +239,10 @@ TEST(LoadFrame, ImagesOfAnotherSizeAreRefused) {
   WritePng(folder / "d.png", RawDepthImage{4, 4, 1, std::vector<std::uint16_t>(16, 1000)});
   WritePng(folder / "c.png", ColorImage{4, 4, 3, std::vector<std::uint8_t>(48, 1)});
   FrameRecord frame;
-  frame.color_path = "c.png";
+  frame.color.path = "c.png";
   NIGHTMAP_EXPECT_ERROR(DataError, LoadColor(frame, SomeCamera(), folder.Path()), "c.png: 4 x 4");
   NIGHTMAP_EXPECT_ERROR(DataError, LoadDepth(frame, SomeCamera(), folder.Path()), "no depth");
-  frame.depth_path = "d.png";
+  frame.depth.path = "d.png";
   NIGHTMAP_EXPECT_ERROR(DataError, LoadDepth(frame, SomeCamera(), folder.Path()), "d.png: 4 x 4");
 }
 
@@ -216,8 +251,8 @@ TEST(LoadFrame, AnotherSizeIsRefusedBeforeAPixelIsDecoded) {
   folder.Write("c.ppm", "P6\n30000 30000\n255\nabc");
   folder.Write("d.pgm", "P5\n30000 30000\n65535\nab");
   FrameRecord frame;
-  frame.color_path = "c.ppm";
-  frame.depth_path = "d.pgm";
+  frame.color.path = "c.ppm";
+  frame.depth.path = "d.pgm";
   NIGHTMAP_EXPECT_ERROR(DataError,
                         LoadColor(frame, SomeCamera(), folder.Path()),
                         "c.ppm: 30000 x 30000 pixels, its camera has 40 x 30");
@@ -229,8 +264,8 @@ TEST(LoadFrame, AnotherSizeIsRefusedBeforeAPixelIsDecoded) {
 TEST(LoadFrame, ErrorsNameFilesAsTheListsDo) {
   const TemporaryFolder folder;
   FrameRecord frame;
-  frame.color_path = folder.Write("c.png", "").filename();
-  frame.depth_path = folder.Write("d.png", "hello").filename();
+  frame.color.path = folder.Write("c.png", "").filename();
+  frame.depth.path = folder.Write("d.png", "hello").filename();
   for (const bool is_color : {true, false}) {
     try {
       is_color ? (void)LoadColor(frame, SomeCamera(), folder.Path())
@@ -303,8 +338,8 @@ TEST(RealFrame, LoadsAtFullSize) {
   camera.color.width = 640;
   camera.color.height = 480;
   FrameRecord frame;
-  frame.color_path = "rgb/1305031102.175304.jpg";
-  frame.depth_path = "depth/1305031102.160407.png";
+  frame.color.path = "rgb/1305031102.175304.jpg";
+  frame.depth.path = "depth/1305031102.160407.png";
   const auto root = TestDataPath("tum_fr1_xyz_15hz");
   EXPECT_EQ(LoadColor(frame, camera, root).pixels.size(), 640u * 480u * 3u);
   const DepthImage depth = LoadDepth(frame, camera, root);

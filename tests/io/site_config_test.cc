@@ -194,13 +194,88 @@ TEST(SiteConfig, ACopyNamesTheFileToEditAndTheQueriesThatWereAdded) {
   EXPECT_EQ(ParseSiteConfig(kSite + end, "copy.toml").queries.size(), 1u);
 }
 
+constexpr const char* kLaserSite = R"(root = "lab"
+[[sensor]]
+id = "laser"
+kind = "scan"
+max_range_m = 30
+robot_from_sensor = [0.1, 0, 0.2, 0, 0, 0, 1]
+[[sensor]]
+id = "wheels"
+kind = "odometry"
+measures = "ticks"
+m_per_tick = 0.001
+wheel_base_m = 0.4
+[[signal]]
+sensor = "laser"
+format = "carmen"
+file = "a.log.gz"
+message = "FLASER"
+[[signal]]
+sensor = "wheels"
+format = "csv"
+file = "b.csv"
+columns = "t,l,r"
+time_offset_s = 2
+)";
+
+TEST(SiteConfig, ASiteMayHaveSignalsWithoutFrames) {
+  const auto site = ParseSiteConfig(kLaserSite, "s.toml");
+  EXPECT_TRUE(site.cameras.empty() && site.sequences.empty());
+  ASSERT_EQ(site.sensors.size(), 2u);
+  EXPECT_EQ(site.sensors[0].kind, SignalKind::kScan);
+  EXPECT_EQ(site.sensors[0].max_range_m, 30);
+  EXPECT_EQ(site.sensors[0].robot_from_sensor.translation, Eigen::Vector3d(0.1, 0, 0.2));
+  EXPECT_EQ(site.sensors[1].measures, "ticks");
+  ASSERT_EQ(site.signals.size(), 2u);
+  EXPECT_EQ(site.signals[1].sensor_idx, 1);
+  EXPECT_EQ(site.signals[1].columns, "t,l,r");
+  EXPECT_EQ(site.signals[1].source, "s.toml:18");
+  const auto both = ParseSiteConfig(std::string(kSite) +
+                                        "[[sensor]]\nid = \"imu\"\nkind = "
+                                        "\"acceleration\"\n",
+                                    "s.toml");
+  EXPECT_EQ(both.sensors.size(), 1u);
+}
+
+TEST(SiteConfig, MistakesInSignalsAreNamedWithTheirLine) {
+  const auto expect = [](const std::string& from, const std::string& to, const std::string& why) {
+    std::string text = kLaserSite;
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    text.replace(text.find(from), from.size(), to);
+    NIGHTMAP_EXPECT_ERROR(UsageError, ParseSiteConfig(text, "s.toml"), why);
+  };
+  expect("kind = \"scan\"\n", "", "s.toml:2: 'kind' is missing");
+  expect("kind = \"scan\"", "kind = \"sonar\"", "s.toml:4: kind");
+  expect("id = \"wheels\"", "id = \"laser\"", "s.toml:7: a second sensor \"laser\": rename it");
+  expect("measures = \"ticks\"\n", "", "s.toml:7: 'm_per_tick' needs measures = \"ticks\"");
+  expect("wheel_base_m = 0.4\n", "", "s.toml:7: ticks need m_per_tick and wheel_base_m");
+  expect("measures", "max_range_m = 3\nmeasures", "'max_range_m' is of a scan");
+  expect("0.2, 0, 0, 0, 1]", "0.2, 0, 0, 0]", "robot_from_sensor has 6 numbers");
+  expect("0.2, 0, 0, 0, 1]", "0.2, 0, 0, 0, 2]", "quaternion in robot_from_sensor has length 2");
+  expect("sensor = \"laser\"",
+         "sensor = \"sonar\"",
+         "no [[sensor]] has id \"sonar\"; there are: laser");
+  expect("message = \"FLASER\"\n", "", "s.toml:13: 'message' is missing");
+  expect("FLASER", "ODOM", "message = \"ODOM\" holds no scan");
+  expect("columns = \"t,l,r\"\n", "", "s.toml:18: 'columns' is missing");
+  expect("\"carmen\"", "\"text\"", "'message' needs format = \"carmen\"");
+  expect("\"a.log.gz\"", "\"../a.log\"", "file = \"../a.log\" must lie inside the data folder");
+  expect("time_offset_s", "time_ofset_s", "s.toml:23: unknown key 'time_ofset_s'");
+}
+
 TEST(SiteConfig, CamerasAndSequencesMustBeThere) {
   const std::string site = kSite;
   const auto camera = site.find("[[camera]]"), sequence = site.find("[[sequence]]");
-  NIGHTMAP_EXPECT_ERROR(
-      UsageError, ParseSiteConfig(site.substr(0, camera), "s.toml"), "add a [[camera]]");
-  NIGHTMAP_EXPECT_ERROR(
-      UsageError, ParseSiteConfig(site.substr(0, sequence), "s.toml"), "add a [[sequence]]");
+  NIGHTMAP_EXPECT_ERROR(UsageError,
+                        ParseSiteConfig(site.substr(0, camera) +
+                                            "[[query]]\nlayout = \"pictures\"\npictures = \"a\"\n" +
+                                            std::string(kLaserSite).substr(13),
+                                        "s.toml"),
+                        "add a [[camera]]");
+  NIGHTMAP_EXPECT_ERROR(UsageError,
+                        ParseSiteConfig(site.substr(0, sequence), "s.toml"),
+                        "add a [[sequence]] of frames or a [[signal]]");
   const std::string table = site.substr(camera, sequence - camera);
   NIGHTMAP_EXPECT_ERROR(
       UsageError, ParseSiteConfig(site + table, "s.toml"), "s.toml:30: a second camera \"color\"");
@@ -208,7 +283,9 @@ TEST(SiteConfig, CamerasAndSequencesMustBeThere) {
 
 // Not those that a user put into the folder: a mistake there is no failure of the project.
 TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
-  for (const std::string site : {"building",
+  for (const std::string site : {"freiburg_079",
+                                 "intel",
+                                 "building",
                                  "demo",
                                  "hololens_office",
                                  "hololens_office_queries",

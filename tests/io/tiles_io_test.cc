@@ -56,7 +56,8 @@ class TilesIoTest : public testing::Test {
       Keyframe keyframe;
       keyframe.keyframe_idx = 3 * i;
       keyframe.frame = {
-          7 * i, 1305031102175304000 + i, "a, \"b\"/c.jpg", "d.png", i % 2, 1, "12ef"};
+          7 * i, 1305031102175304000 + i, i % 2, 1, {"a, \"b\"/c.jpg", "12"}, {"d.png", "ef"}, {}};
+      if (i == 5) keyframe.frame.others["label"] = {"l.png", "34"};
       keyframe.map_from_camera.rotation = Eigen::AngleAxisd(
           random.Uniform(-3, 3), Eigen::Vector3d(1, random.Uniform(-1, 1), 2).normalized());
       keyframe.map_from_camera.translation = {
@@ -114,7 +115,7 @@ TEST_F(TilesIoTest, MistakesAreRefused) {
 
 TEST_F(TilesIoTest, NamesThatAreNoTextAreRefusedByName) {
   Tile tile = SomeTile();
-  tile.keyframes[3].frame.color_path = "caf\xE9.jpg";
+  tile.keyframes[3].frame.color.path = "caf\xE9.jpg";
   EXPECT_THROW(TileToJson(tile), DataError);
 }
 

@@ -54,7 +54,8 @@ class HostileRecordingTest : public testing::Test {
   std::vector<RawFrame> Inspect(bool is_query = false) const {
     std::vector<RawSequence> sequences = {Read(is_query)};
     Progress progress("test", false);
-    InspectFrames(site_.cameras, folder_ / "data", progress, 2, &sequences);
+    FileFactsCache files(folder_ / "hashes.csv", folder_ / "data");
+    InspectFrames(site_.cameras, folder_ / "data", files, progress, 2, &sequences);
     return sequences[0].frames;
   }
 
@@ -154,35 +155,25 @@ TEST_F(HostileRecordingTest, NamesThatAreNotTextAreTheProblemOfTheirFrame) {
   folder_.Write("data/site/rec/rgb.txt", "0.1 rgb/\xff.png\n1.1 rgb/1.png\n2.1 rgb/a,\"b\".png\n");
   folder_.Write("data/site/rec/depth.txt",
                 "0.1 depth/0.png\n1.1 depth/\x01.png\n2.1 depth/2.png\n");
-  std::vector<RawSequence> sequences = {Read()};
-  Progress progress("test", false);
-  InspectFrames(site_.cameras, folder_ / "data", progress, 2, &sequences);
-  EXPECT_THAT(sequences[0].frames[0].problem,
+  const auto frames = Inspect();
+  EXPECT_THAT(frames[0].problem,
               testing::StartsWith("site/rec/rgb/\\xff.png: the name is not UTF-8"));
-  EXPECT_THAT(sequences[0].frames[1].depth_problem,
-              testing::HasSubstr("depth/\\x01.png: the name"));
-  const FrameLists lists = RunFrames(sequences, 0);
-  EXPECT_EQ(lists.num_frames_unusable, 2u);
-  const auto read = ReadFrames(folder_.Write("frames.csv", FramesToCsv(lists.frames)));
+  EXPECT_THAT(frames[1].depth_problem, testing::HasSubstr("depth/\\x01.png: the name"));
+  EXPECT_EQ(frames[2].problem + frames[2].depth_problem, "");
+  const std::vector<FrameRecord> records = {frames[2]};
+  const auto read = ReadFrames(folder_.Write("frames.csv", FramesToCsv(records)));
   ASSERT_EQ(read.size(), 1u);
-  EXPECT_EQ(read[0].color_path, "site/rec/rgb/a,\"b\".png");
-  sequences[0].is_query = true;
-  const FrameLists queries = RunFrames(sequences, 0);
-  EXPECT_EQ(queries.skipped.size(), 1u);  // depth is no matter
-  EXPECT_EQ(ReadFrames(folder_.Write("queries.csv", FramesToCsv(queries.queries))).size(), 3u);
+  EXPECT_EQ(read[0].color.path, "site/rec/rgb/a,\"b\".png");
 }
 
 TEST_F(HostileRecordingTest, DepthOfAQueryIsNoMatter) {
   folder_.Write("data/site/rec/depth.txt", "0.1 depth/a.png\n1.1 depth/b.png\n2.1 depth/2.png\n");
-  std::vector<RawSequence> sequences = {Read(true)};
-  Progress progress("test", false);
-  InspectFrames(site_.cameras, folder_ / "data", progress, 2, &sequences);
-  const FrameLists lists = RunFrames(sequences, 0);
-  EXPECT_TRUE(lists.skipped.empty());
-  ASSERT_EQ(lists.queries.size(), 3u);
-  EXPECT_EQ(lists.queries[0].depth_path, "");
-  EXPECT_EQ(lists.queries[0].content_hash.size(), 16u);
-  EXPECT_EQ(lists.queries[2].depth_path, "site/rec/depth/2.png");
+  const auto frames = Inspect(true);
+  ASSERT_EQ(frames.size(), 3u);
+  EXPECT_EQ(frames[0].problem, "");
+  EXPECT_EQ(frames[0].depth.path, "");
+  EXPECT_EQ(frames[0].color.hash.size(), 16u);
+  EXPECT_EQ(frames[2].depth.path, "site/rec/depth/2.png");
 }
 
 TEST_F(HostileRecordingTest, APictureIsOneFrameOfTheSite) {
@@ -194,7 +185,8 @@ TEST_F(HostileRecordingTest, APictureIsOneFrameOfTheSite) {
                         "site.toml:12: site/rec/rgb/0.png is a frame already, of site.toml:7");
   site_.sequences.pop_back();
   site_.queries = {config_};  // pictures of the map may be asked for
-  EXPECT_EQ(ReadSequences(site_, folder_ / "data").size(), 2u);
+  EXPECT_EQ(ReadSequences(site_, folder_ / "data").size(), 1u);
+  EXPECT_EQ(ReadQuerySequences(site_, folder_ / "data").size(), 1u);
 }
 
 TEST_F(HostileRecordingTest, TimesOutOfRangeAreRefused) {

@@ -59,7 +59,8 @@ class ReadSequenceTest : public testing::Test {
   RawSequence Inspect(int num_threads = 2) const {
     std::vector<RawSequence> sequences = {Read()};
     Progress progress("test", false);
-    InspectFrames(site_.cameras, folder_.Path(), progress, num_threads, &sequences);
+    FileFactsCache files(folder_ / "hashes.csv", folder_.Path());
+    InspectFrames(site_.cameras, folder_.Path(), files, progress, num_threads, &sequences);
     return sequences[0];
   }
 
@@ -77,10 +78,11 @@ TEST_F(ReadSequenceTest, TumFolder) {
   const auto sequence = Inspect();
   ASSERT_EQ(sequence.frames.size(), 4u);
   EXPECT_EQ(sequence.frames[2].time_ns, 12'100'000'000);
-  EXPECT_EQ(sequence.frames[2].color_path, "site/rgb/2.png");
-  EXPECT_EQ(sequence.frames[2].depth_path, "site/depth/2.png");
+  EXPECT_EQ(sequence.frames[2].color.path, "site/rgb/2.png");
+  EXPECT_EQ(sequence.frames[2].depth.path, "site/depth/2.png");
   EXPECT_EQ(sequence.frames[2].problem, "");
-  EXPECT_EQ(sequence.frames[2].content_hash.size(), 32u);
+  EXPECT_EQ(sequence.frames[2].color.hash.size(), 16u);
+  EXPECT_EQ(sequence.frames[2].depth.hash.size(), 16u);
   EXPECT_EQ(sequence.ground_truth.at(0).time_ns, 10'100'000'000);
 }
 
@@ -90,7 +92,8 @@ TEST_F(ReadSequenceTest, HashesFollowTheBytesAndNotTheThreads) {
   WriteDepth("depth/3.png");
   const auto after = Inspect(2);
   for (std::size_t i = 0; i < 6; ++i) {
-    EXPECT_EQ(before.frames[i].content_hash == after.frames[i].content_hash, i != 3) << i;
+    EXPECT_EQ(before.frames[i].color.hash, after.frames[i].color.hash) << i;
+    EXPECT_EQ(before.frames[i].depth.hash == after.frames[i].depth.hash, i != 3) << i;
   }
 }
 
@@ -130,7 +133,7 @@ TEST_F(ReadSequenceTest, TumColorWithoutDepthIsAProblemUnlessItIsAQuery) {
   EXPECT_THAT(frames[2].depth_problem, testing::HasSubstr("max_association_gap_s = 0.02"));
   EXPECT_EQ(Read(true).frames[1].depth_problem, "");
   std::filesystem::remove(folder_ / "site/depth.txt");
-  EXPECT_EQ(Read(true).frames[0].depth_path, "");
+  EXPECT_EQ(Read(true).frames[0].depth.path, "");
   NIGHTMAP_EXPECT_ERROR(DataError, Read(), "depth.txt: missing");
 }
 
@@ -186,7 +189,7 @@ TEST_F(ReadSequenceTest, SevenScenesFolder) {
   const auto sequence = Read();
   ASSERT_EQ(sequence.frames.size(), 3u);
   EXPECT_EQ(sequence.frames[1].time_ns, 100'000'000);  // 3 / 30 s
-  EXPECT_EQ(sequence.frames[1].depth_path, "site/frame-000003.depth.png");
+  EXPECT_EQ(sequence.frames[1].depth.path, "site/frame-000003.depth.png");
   EXPECT_EQ(sequence.frames[2].depth_problem,
             "site/frame-000010.color.png: frame-000010.depth.png is missing");
   ASSERT_EQ(sequence.ground_truth.size(), 1u);  // tracking was lost in the second
@@ -226,30 +229,58 @@ TEST_F(ReadSequenceTest, VideoWithDepthFolder) {
   for (int i = 0; i < 3; ++i) WriteDepth(fmt::format("depth/{}.png", i));
   const auto frames = Inspect().frames;
   ASSERT_EQ(frames.size(), 3u);
-  EXPECT_EQ(frames[2].color_path, "site/clip.avi#2");
-  EXPECT_EQ(frames[2].depth_path, "site/depth/2.png");
+  EXPECT_EQ(frames[2].color.path, "site/clip.avi#2");
+  EXPECT_EQ(frames[2].depth.path, "site/depth/2.png");
   EXPECT_EQ(frames[2].time_ns, 100'000'000);
   EXPECT_EQ(frames[2].problem, "");
-  EXPECT_EQ(frames[2].content_hash.substr(0, 16), frames[0].content_hash.substr(0, 16));
+  EXPECT_EQ(frames[2].color.hash, frames[0].color.hash);
   WriteDepth("depth/3.png");
   NIGHTMAP_EXPECT_ERROR(DataError, Read(), "4 depth images for 3 video frames");
   config_.video = "none.avi";
   NIGHTMAP_EXPECT_ERROR(DataError, Read(), "none.avi: no such video file");
 }
 
-TEST_F(ReadSequenceTest, Accelerations) {
-  config_.accelerometer = "acc.txt";
-  config_.time_offset_s = 1;
-  site_.sequences = {config_};
-  folder_.Write("site/acc.txt", "# t ax ay az\n0.5 0 -9.81 0.1\n0.6 0 0 0\n");
-  const auto samples = ReadAccelerations(site_, folder_.Path());
-  ASSERT_EQ(samples.size(), 2u);
-  EXPECT_EQ(samples[0].time_ns, 1'500'000'000);
-  EXPECT_EQ(samples[0].value_m_per_s2.y(), -9.81);
-  folder_.Write("site/acc.txt", "0.5 0 nan 0\n");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadAccelerations(site_, folder_.Path()), "acc.txt:1: 'nan'");
-  folder_.Write("site/acc.txt", "0.5 0 1e308 0\n");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadAccelerations(site_, folder_.Path()), "must be in m/s2");
+TEST_F(ReadSequenceTest, DepthIsOptionalWhereTheSiteSaysSo) {
+  WriteTum(3);
+  folder_.Write("site/depth.txt", "0.11 depth/0.png\n2.11 depth/2.png\n");
+  std::filesystem::remove(folder_ / "site/depth/2.png");
+  config_.depth = "optional";
+  auto sequence = Inspect();
+  EXPECT_FALSE(sequence.needs_depth);
+  EXPECT_EQ(sequence.frames[0].depth.path, "site/depth/0.png");
+  EXPECT_EQ(sequence.frames[1].depth_problem, "");
+  EXPECT_EQ(sequence.frames[2].depth_problem, "site/depth/2.png: no such image file");
+  EXPECT_EQ(sequence.frames[2].depth.path, "");
+  config_.depth = "none";
+  sequence = Inspect();
+  for (const RawFrame& frame : sequence.frames) EXPECT_EQ(frame.depth.path, "");
+  config_.depth = "optional";
+  std::filesystem::remove(folder_ / "site/depth.txt");
+  EXPECT_EQ(Read().frames.size(), 3u);
+}
+
+TEST_F(ReadSequenceTest, LabelPicturesHaveTheStemOfTheColorPicture) {
+  WriteTum(4);
+  config_.label_folder = "labels";
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "correct `label_folder` in site.toml:7");
+  const auto label = [&](const char* name, int width) {
+    std::filesystem::create_directories(folder_ / "site/labels");
+    const auto num_values = static_cast<std::size_t>(width * kHeight);
+    WritePng(folder_ / "site/labels" / name,
+             LabelImage{width, kHeight, 1, std::vector<std::uint8_t>(num_values, 15)});
+  };
+  label("1.png", kWidth);
+  label("2.png", kWidth / 2);
+  WriteDepth("labels/3.png");
+  const auto frames = Inspect().frames;
+  EXPECT_TRUE(frames[0].others.empty());
+  EXPECT_EQ(frames[1].others.at("label").path, "site/labels/1.png");
+  EXPECT_EQ(frames[1].others.at("label").hash.size(), 16u);
+  EXPECT_THAT(frames[2].others_problems.at(0), testing::HasSubstr("labels/2.png: 16 x 24 pixels"));
+  EXPECT_THAT(frames[3].others_problems.at(0),
+              testing::HasSubstr("labels must be one channel of 8 bits, this has 1 of 16"));
+  EXPECT_TRUE(frames[2].others.empty() && frames[3].others.empty());
+  for (const RawFrame& frame : frames) EXPECT_EQ(frame.problem, "");
 }
 
 TEST(AssociateTimes, IsOneToOneNearestFirst) {
@@ -279,34 +310,6 @@ TEST(AssociateTimes, NoIndexIsUsedTwiceAndNoGapExceeded) {
     EXPECT_EQ(++b_count[j], 1);
   }
 }
-
-struct RealSite {
-  const char* name;
-  std::size_t num_frames, num_queries, num_with_truth;
-};
-
-class RealSiteTest : public testing::TestWithParam<RealSite> {};
-
-TEST_P(RealSiteTest, EveryFrameIsUsable) {
-  const SiteConfig site = ReadSiteConfig(std::string("configs/sites/") + GetParam().name + ".toml");
-  NIGHTMAP_REQUIRE_DATA(site.root);
-  const auto data_root = TestDataPath("");
-  auto sequences = ReadSequences(site, data_root);
-  Progress progress("test", false);
-  InspectFrames(site.cameras, data_root, progress, 2, &sequences);
-  const FrameLists lists = RunFrames(sequences, site.hold_out_every);
-  EXPECT_TRUE(lists.skipped.empty()) << lists.skipped.front();
-  EXPECT_EQ(lists.frames.size(), GetParam().num_frames);
-  EXPECT_EQ(lists.queries.size(), GetParam().num_queries);
-  EXPECT_EQ(lists.ground_truth.size(), GetParam().num_with_truth);
-}
-
-INSTANTIATE_TEST_SUITE_P(Sites,
-                         RealSiteTest,
-                         testing::Values(RealSite{"hololens_office", 373, 0, 373},
-                                         RealSite{"hololens_office_queries", 299, 74, 299},
-                                         RealSite{"tum_fr1_xyz_15hz", 399, 0, 397}),
-                         [](const auto& param) { return param.param.name; });
 
 }  // namespace
 }  // namespace nightmap

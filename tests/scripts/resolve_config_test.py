@@ -120,6 +120,62 @@ class ResolveConfigTest(unittest.TestCase):
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         self.assertNotEqual((self.folder / CONFIG / "recordings").read_text(), before)
 
+    def times(self):
+        """Of the site config of each stage."""
+        return {path.parent.name: path.stat().st_mtime_ns for path in (self.folder / CONFIG).glob("*/office.toml")}
+
+    def test_each_stage_sees_only_the_tables_that_it_takes(self):
+        query = '[[query]]\nlayout = "pictures"\npictures = "asked"\n'
+        signal = '[[sensor]]\nid = "imu"\n[[signal]]\nsensor = "imu"\nfile = "imu.txt"\n'
+        for name in ("asked/a.png", "imu.txt"):
+            self.write(f"data/office/{name}", "x")
+        self.resolve()
+        before = self.times()
+        self.write("configs/sites/office.toml", SITE + query)
+        self.resolve()
+        after = self.times()
+        self.assertEqual(after["site"], before["site"])
+        self.assertNotEqual(after["queries"], before["queries"])
+        for part in ("site", "queries"):
+            self.assertIn(query, (self.folder / CONFIG / part / "office.toml").read_text())
+        self.write("configs/sites/office.toml", "hold_out_every = 5\n" + SITE + query + signal)
+        self.resolve()
+        last = self.times()
+        self.assertNotEqual(last["site"], after["site"])
+        self.assertEqual(last["queries"], after["queries"])
+        self.resolve("--query", "data/office/rgb/1.png")
+        self.assertEqual(self.times()["site"], last["site"])
+        self.assertNotIn("rgb/1.png", (self.folder / CONFIG / "site/office.toml").read_text())
+
+    def test_pictures_and_recordings_have_times_of_their_own(self):
+        self.write("asked.png", "x")
+        names = ("--query", "asked.png")
+        self.assertEqual(self.resolve(*names), [f"recordings={CONFIG}/recordings", f"pictures={CONFIG}/pictures"])
+        before = {name: (self.folder / CONFIG / name).read_text() for name in ("recordings", "pictures")}
+        self.write("asked.png", "another")
+        self.resolve(*names)
+        self.assertEqual((self.folder / CONFIG / "recordings").read_text(), before["recordings"])
+        self.assertNotEqual((self.folder / CONFIG / "pictures").read_text(), before["pictures"])
+
+    def test_without_recordings_none_is_looked_at(self):
+        self.write("asked.png", "x")
+        self.resolve()
+        shutil.rmtree(self.folder / "data/office")
+        self.assertIn("data/office does not exist", self.refused())
+        self.assertEqual(self.resolve("--no-recordings", "--query", "asked.png"), [f"pictures={CONFIG}/pictures"])
+
+    def test_a_log_of_signals_is_an_input(self):
+        self.write("configs/sites/office.toml", 'root = "office"\n[[signal]]\nfile = "scans.log"\n')
+        self.assertIn("scans.log does not exist", self.refused())
+        self.write("data/office/scans.log", "x")
+        before = self.recordings()
+        self.write("data/office/unused.log", "x")
+        self.assertEqual(self.recordings(), before)
+        self.write("data/office/scans.log", "more")
+        self.assertNotEqual(self.recordings(), before)
+        self.write("configs/sites/office.toml", "[[signal]]\nfile = 5\n")
+        self.assertIn("file of [[signal]] must be text", self.refused())
+
     def test_a_list_of_pictures_that_is_no_text_is_left_to_frames(self):
         self.write("list.txt", b"caf\xe9.png\n\0\n")
         self.resolve("--query", "list.txt")

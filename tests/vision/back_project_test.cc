@@ -108,7 +108,7 @@ TEST(SelectKeyframes, MatchesByTimeAndLeavesOutFramesWithoutDepth) {
   for (int i = 0; i < 4; ++i) {
     frames[static_cast<std::size_t>(i)].frame_idx = i;
     frames[static_cast<std::size_t>(i)].time_ns = 10 * i;
-    frames[static_cast<std::size_t>(i)].depth_path = i == 2 ? "" : "depth.png";
+    frames[static_cast<std::size_t>(i)].depth.path = i == 2 ? "" : "depth.png";
   }
   const std::vector<RgbdCamera> cameras(1);
   const auto keyframes = SelectKeyframes(frames, cameras, PosesAt({0, 20, 30}), 1);

@@ -18,7 +18,7 @@ KeyframeSource Source() {
   for (int i = 0; i < kNumKeyframes; ++i) {
     Keyframe keyframe;
     keyframe.keyframe_idx = i;
-    keyframe.frame.color_path = std::to_string(i) + ".png";
+    keyframe.frame.color.path = std::to_string(i) + ".png";
     source.keyframes.push_back(keyframe);
   }
   source.load = [](const Keyframe& keyframe) -> RgbdImages {

@@ -16,7 +16,7 @@ class FeaturesTest : public testing::Test {
   }
   // Noise of the frame's own, at 2 m; frame 32 cannot be read.
   static RgbdImages Load(const FrameRecord& frame) {
-    if (frame.frame_idx == 32) throw DataError("{}: truncated", frame.color_path);
+    if (frame.frame_idx == 32) throw DataError("{}: truncated", frame.color.path);
     RgbdImages images;
     images.color = {160, 120, 3, std::vector<std::uint8_t>(160 * 120 * 3)};
     images.depth = {160, 120, 1, std::vector<float>(160 * 120, 2.0F)};

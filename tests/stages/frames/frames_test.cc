@@ -16,8 +16,10 @@ RawSequence Sequence(const std::string& name, std::int64_t start_ns, int count) 
   sequence.name = name;
   for (int i = 0; i < count; ++i) {
     const std::string file = name + "/" + std::to_string(i);
-    sequence.frames.push_back(
-        {start_ns + i * kPeriod_ns, file + ".png", file + "d.png", "", "", "ff"});
+    RawFrame& frame = sequence.frames.emplace_back();
+    frame.time_ns = start_ns + i * kPeriod_ns;
+    frame.color = {file + ".png", "ff"};
+    frame.depth = {file + "d.png", "dd"};
   }
   return sequence;
 }
@@ -38,13 +40,13 @@ void ExpectContiguous(const std::vector<FrameRecord>& frames) {
 TEST(RunFrames, EveryFrameIsInExactlyOneList) {
   const auto lists = RunFrames({Sequence("a", 0, 23), Sequence("b", 10'000'000'000, 14)}, 5);
   EXPECT_EQ(lists.frames.size(), 30u);
-  EXPECT_EQ(lists.queries.size(), 7u);
+  EXPECT_EQ(lists.held_out.size(), 7u);
   EXPECT_EQ(lists.num_inspected, 37u);
   ExpectContiguous(lists.frames);
-  ExpectContiguous(lists.queries);
-  EXPECT_EQ(lists.queries[0].color_path, "a/4.png");
-  EXPECT_EQ(lists.queries[4].color_path, "b/1.png");  // the 25th frame of the site
-  EXPECT_EQ(lists.queries[4].sequence_idx, 1);
+  ExpectContiguous(lists.held_out);
+  EXPECT_EQ(lists.held_out[0].color.path, "a/4.png");
+  EXPECT_EQ(lists.held_out[4].color.path, "b/1.png");  // the 25th frame of the site
+  EXPECT_EQ(lists.held_out[4].sequence_idx, 1);
 }
 
 TEST(RunFrames, ADamagedFrameMovesNoOther) {
@@ -54,17 +56,17 @@ TEST(RunFrames, ADamagedFrameMovesNoOther) {
   const auto damaged = RunFrames({sequence}, 5);
   EXPECT_EQ(damaged.skipped, std::vector<std::string>{"a/2.png: truncated"});
   EXPECT_EQ(damaged.frames.size() + 1, whole.frames.size());
-  EXPECT_EQ(FramesToCsv(damaged.queries), FramesToCsv(whole.queries));
+  EXPECT_EQ(FramesToCsv(damaged.held_out), FramesToCsv(whole.held_out));
   ExpectContiguous(damaged.frames);
 }
 
-TEST(RunFrames, ADamagedQueryIsReportedAndStaysAQuery) {
+TEST(RunFrames, ADamagedHeldOutFrameIsReportedAndStays) {
   auto sequence = Sequence("a", 0, 20);
   const auto whole = RunFrames({sequence}, 5);
   sequence.frames[4].problem = "a/4.png: truncated";
   const auto damaged = RunFrames({sequence}, 5);
   EXPECT_EQ(damaged.skipped, std::vector<std::string>{"a/4.png: truncated"});
-  EXPECT_EQ(FramesToCsv(damaged.queries), FramesToCsv(whole.queries));
+  EXPECT_EQ(FramesToCsv(damaged.held_out), FramesToCsv(whole.held_out));
   EXPECT_EQ(FramesToCsv(damaged.frames), FramesToCsv(whole.frames));
 }
 
@@ -72,24 +74,29 @@ TEST(RunFrames, DepthOfAHeldOutFrameIsNoMatter) {
   auto sequence = Sequence("a", 0, 20);
   sequence.frames[4].depth_problem = "a/4.png: no depth";
   sequence.frames[5].depth_problem = "a/5.png: no depth";
+  sequence.frames[5].depth = {};
   const auto lists = RunFrames({sequence}, 5);
   EXPECT_EQ(lists.skipped, std::vector<std::string>{"a/5.png: no depth"});
   EXPECT_EQ(lists.num_frames_unusable, 1u);
-  EXPECT_EQ(lists.queries.at(0).color_path, "a/4.png");
-  EXPECT_EQ(lists.queries.at(0).depth_path, "");
+  EXPECT_EQ(lists.held_out.at(0).color.path, "a/4.png");
 }
 
-TEST(RunFrames, ExtraQueriesJoinTheHeldOutOnesByTime) {
-  auto query = Sequence("q", 25'000'000, 3);
-  query.is_query = true;
-  const auto lists = RunFrames({Sequence("a", 0, 4), query}, 2);
-  ASSERT_EQ(lists.queries.size(), 5u);
-  ExpectContiguous(lists.queries);
-  EXPECT_EQ(lists.queries[0].color_path, "q/0.png");
-  EXPECT_EQ(lists.queries[1].color_path, "a/1.png");
-  query.frames[0].time_ns = kPeriod_ns;
-  NIGHTMAP_EXPECT_ERROR(
-      DataError, RunFrames({Sequence("a", 0, 4), query}, 2), "a/1.png and q/0.png have the same");
+TEST(RunFrames, OptionalDepthAndLabelsCostTheFrameTheirChannelOnly) {
+  auto sequence = Sequence("a", 0, 3);
+  sequence.needs_depth = false;
+  sequence.frames[1].depth_problem = "a/1d.png: truncated";
+  sequence.frames[1].depth = {};
+  sequence.frames[2].others_problems = {"labels/2.png: truncated"};
+  const auto lists = RunFrames({sequence}, 0);
+  EXPECT_EQ(lists.frames.size(), 3u);
+  EXPECT_EQ(lists.num_frames_unusable, 0u);
+  EXPECT_EQ(lists.skipped,
+            (std::vector<std::string>{"a/1d.png: truncated", "labels/2.png: truncated"}));
+}
+
+TEST(RunFrames, ASiteMayHaveNoFrames) {
+  const auto lists = RunFrames({}, 5);
+  EXPECT_TRUE(lists.frames.empty() && lists.held_out.empty());
 }
 
 TEST(RunFrames, OverlappingSequencesAreRefused) {
@@ -123,51 +130,21 @@ TEST(RunFrames, HeldOutFramesHaveTheirTruthApart) {
     sequence.ground_truth.push_back(At(frame.time_ns, 0, 0));
   const auto lists = RunFrames({sequence}, 5);
   EXPECT_EQ(lists.ground_truth.size(), 8u);
-  ASSERT_EQ(lists.query_ground_truth.size(), 2u);
-  EXPECT_EQ(lists.query_ground_truth[1].time_ns, lists.queries[1].time_ns);
+  ASSERT_EQ(lists.held_out_ground_truth.size(), 2u);
+  EXPECT_EQ(lists.held_out_ground_truth[1].time_ns, lists.held_out[1].time_ns);
 }
 
-TEST(SelectFrames, StrideAndLimitThinMappingSequencesOnly) {
-  auto query = Sequence("q", 0, 10);
-  query.is_query = true;
-  std::vector<RawSequence> sequences = {Sequence("a", 0, 10), query, Sequence("b", 0, 10)};
+TEST(SelectFrames, StrideAndLimitThinTheRecordings) {
+  std::vector<RawSequence> sequences = {Sequence("a", 0, 10), Sequence("b", 0, 10)};
   FramesOptions options;
   options.stride = 3;
   options.max_frames = 6;
   EXPECT_EQ(SelectFrames(options, &sequences), 2u);  // 6 and 9 of b
   EXPECT_EQ(sequences[0].frames.size(), 4u);         // 0 3 6 9
-  EXPECT_EQ(sequences[0].frames[3].color_path, "a/9.png");
-  EXPECT_EQ(sequences[1].frames.size(), 10u);
-  EXPECT_EQ(sequences[2].frames.size(), 2u);
+  EXPECT_EQ(sequences[0].frames[3].color.path, "a/9.png");
+  EXPECT_EQ(sequences[1].frames.size(), 2u);
   options = {};
   EXPECT_EQ(SelectFrames(options, &sequences), 0u);
-}
-
-TEST(KeepUsedCameras, OnesThatNoFrameHasAreLeftOut) {
-  std::vector<RgbdCamera> cameras(5);
-  for (std::size_t i = 0; i < cameras.size(); ++i) cameras[i].camera_id = std::to_string(i);
-  std::vector<FrameRecord> frames(4);
-  frames[0].camera_idx = 4;
-  frames[1].camera_idx = 1;
-  frames[2].camera_idx = 4;
-  frames[3].camera_idx = 3;
-  const auto kept = KeepUsedCameras(cameras, &frames);
-  ASSERT_EQ(kept.size(), 3u);
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const auto& id = kept.at(static_cast<std::size_t>(frames[i].camera_idx)).camera_id;
-    EXPECT_EQ(id, (std::vector<std::string>{"4", "1", "4", "3"}[i]));
-  }
-  // A camera more, before or after those in use, changes nothing.
-  cameras.insert(cameras.begin(), RgbdCamera{});
-  cameras.emplace_back();
-  auto moved = frames;
-  moved[0].camera_idx = moved[2].camera_idx = 5;
-  moved[1].camera_idx = 2;
-  moved[3].camera_idx = 4;
-  EXPECT_EQ(CamerasToJson(KeepUsedCameras(cameras, &moved)), CamerasToJson(kept));
-  EXPECT_EQ(FramesToCsv(moved), FramesToCsv(frames));
-  std::vector<FrameRecord> none;
-  EXPECT_TRUE(KeepUsedCameras(cameras, &none).empty());
 }
 
 TEST(CutShards, AppendingFramesChangesTheLastShardOnly) {

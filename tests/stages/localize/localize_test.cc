@@ -241,10 +241,10 @@ TEST_F(LocalizeTest, SaysWhyNotInTheMap) {
 
 TEST_F(LocalizeTest, EveryQueryGetsARow) {
   input_.queries.assign(3, query_);
-  input_.queries[1].color_path = "broken.png";
+  input_.queries[1].color.path = "broken.png";
   const auto load_gray = input_.load_color;
   input_.load_color = [&](const FrameRecord& query, const RgbdCamera& camera) {
-    if (query.color_path == "broken.png") throw DataError("broken.png: truncated");
+    if (query.color.path == "broken.png") throw DataError("broken.png: truncated");
     return load_gray(query, camera);
   };
   std::vector<std::string> problems;

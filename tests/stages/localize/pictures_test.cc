@@ -46,7 +46,7 @@ class PicturesTest : public testing::Test {
   QueryResult LocalizeLoaded(const Camera& camera, const std::function<ColorImage()>& load) {
     RgbdCamera of_query;
     of_query.color = camera;
-    const LocalizeInput input{{FrameRecord{3, 5, "query.png", "", 0, 0, ""}},
+    const LocalizeInput input{{FrameRecord{3, 5, 0, 0, {"query.png", ""}, {}, {}}},
                               {of_query},
                               Map().extraction,
                               &Map().map,

@@ -58,8 +58,8 @@ KeyframeSource HololensOffice(int stride) {
     Keyframe keyframe;
     keyframe.frame.frame_idx = static_cast<int>(i);
     const std::string name = fmt::format("{:05}.png", poses[i].time_ns / 100'000'000);
-    keyframe.frame.color_path = "images/" + name;
-    keyframe.frame.depth_path = "depth/" + name;
+    keyframe.frame.color.path = "images/" + name;
+    keyframe.frame.depth.path = "depth/" + name;
     keyframe.map_from_camera = poses[i].pose;
     source.keyframes.push_back(keyframe);
   }

@@ -8,8 +8,9 @@
 #include "pipeline/base/error.h"
 #include "pipeline/io/image_io.h"
 #include "pipeline/recording/inspect_frames.h"
-#include "stages/queries/picture_cameras.h"
 #include "pipeline/recording/read_sequence.h"
+#include "stages/queries/picture_cameras.h"
+#include "stages/queries/queries.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
@@ -67,11 +68,11 @@ class PicturesTest : public testing::Test {
     query.source = fmt::format("site.toml:{}", 10 * site_.queries.size());
     return query;
   }
-  std::vector<RawSequence> Read() const { return ReadSequences(site_, Data()); }
+  std::vector<RawSequence> Read() const { return ReadQuerySequences(site_, Data()); }
   std::vector<std::string> Paths() const {
     std::vector<std::string> paths;
     for (const RawSequence& sequence : Read()) {
-      for (const RawFrame& frame : sequence.frames) paths.push_back(frame.color_path);
+      for (const RawFrame& frame : sequence.frames) paths.push_back(frame.color.path);
     }
     return paths;
   }
@@ -90,7 +91,8 @@ class PicturesTest : public testing::Test {
   std::vector<RawFrame> Inspect() {
     Cameras();
     Progress progress("test", false);
-    InspectFrames(cameras_, Data(), progress, 2, &sequences_);
+    FileFactsCache files(folder_ / "hashes.csv", Data());
+    InspectFrames(cameras_, Data(), files, progress, 2, &sequences_);
     return sequences_.at(0).frames;
   }
 
@@ -156,11 +158,11 @@ TEST_F(PicturesTest, ThePicturesOfAQueryHaveTimesOfTheirOwn) {
   EXPECT_EQ(sequences[1].frames[0].time_ns, 4'001'000'000 * kSecond_ns);
   EXPECT_EQ(sequences[1].frames[1].time_ns, 4'001'000'001 * kSecond_ns);
   // The truth counts the pictures of its query, here the second one.
-  const FrameLists lists = RunFrames(sequences, 0);
-  ASSERT_EQ(lists.query_ground_truth.size(), 1u);
-  EXPECT_EQ(lists.query_ground_truth[0].time_ns, lists.queries[2].time_ns);
-  EXPECT_EQ(lists.queries[2].color_path, "site/a.jpg");
-  EXPECT_EQ(lists.query_ground_truth[0].pose.translation.x(), 5);
+  const QueryLists lists = RunQueries({}, {}, sequences, 0);
+  ASSERT_EQ(lists.ground_truth.size(), 1u);
+  EXPECT_EQ(lists.ground_truth[0].time_ns, lists.queries[2].time_ns);
+  EXPECT_EQ(lists.queries[2].color.path, "site/a.jpg");
+  EXPECT_EQ(lists.ground_truth[0].pose.translation.x(), 5);
 }
 
 TEST_F(PicturesTest, APictureIsAQueryOnce) {
@@ -301,7 +303,7 @@ TEST_F(PicturesTest, WhatCannotBeReadStaysAQueryWithItsProblem) {
   EXPECT_THAT(frames[1].problem, testing::HasSubstr("site/cut.jpg: truncated"));
   EXPECT_THAT(frames[2].problem, testing::StartsWith("site/text.jpg"));
   EXPECT_EQ(frames[3].problem, "site/missing.jpg: no such image file");
-  const FrameLists lists = RunFrames(sequences_, 0);
+  const QueryLists lists = RunQueries({}, {}, sequences_, 0);
   EXPECT_EQ(lists.queries.size(), 4u);
   EXPECT_EQ(lists.skipped.size(), 3u);
 }
@@ -317,9 +319,9 @@ TEST_F(PicturesTest, APictureThatIsTooLargeIsAProblemBeforeItIsDecoded) {
   EXPECT_EQ(
       Inspect()[0].problem,
       "site/a.png: 600 x 400 pixels are more than max_picture_mpx = 0.23: make it smaller, or "
-      "raise max_picture_mpx of frames");
+      "raise max_picture_mpx of queries");
   // Its camera has another size, so localize does not decode it either.
-  const FrameLists lists = RunFrames(sequences_, 0);
+  const QueryLists lists = RunQueries({}, {}, sequences_, 0);
   NIGHTMAP_EXPECT_ERROR(DataError,
                         LoadColor(lists.queries[0], cameras_[0], Data()),
                         "site/a.png: 600 x 400 pixels, its camera has 32 x 24");
@@ -344,12 +346,12 @@ TEST_F(PicturesTest, NamesThatAreNotTextStayQueriesWithTheirProblem) {
   }
   AddQuery("lobby").horizontal_fov_deg = 60;
   Inspect();
-  const FrameLists lists = RunFrames(sequences_, 0);
+  const QueryLists lists = RunQueries({}, {}, sequences_, 0);
   const auto read = ReadFrames(folder_.Write("queries.csv", FramesToCsv(lists.queries)));
   ASSERT_EQ(read.size(), 3u);
-  EXPECT_EQ(read[0].color_path, "site/lobby/a\\x0ab.png");
-  EXPECT_EQ(read[1].color_path, "site/lobby/good.png");
-  EXPECT_EQ(read[2].color_path, "site/lobby/\\xff.png");
+  EXPECT_EQ(read[0].color.path, "site/lobby/a\\x0ab.png");
+  EXPECT_EQ(read[1].color.path, "site/lobby/good.png");
+  EXPECT_EQ(read[2].color.path, "site/lobby/\\xff.png");
   ASSERT_EQ(lists.skipped.size(), 2u);
   EXPECT_THAT(lists.skipped[0], testing::HasSubstr("the name is not UTF-8 or holds control"));
 }

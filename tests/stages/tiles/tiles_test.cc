@@ -28,7 +28,7 @@ std::vector<Keyframe> Wander(int num_keyframes) {
     Random random(11, static_cast<std::uint64_t>(i));
     Keyframe keyframe;
     keyframe.keyframe_idx = i;
-    keyframe.frame = {i, 1000 * i, "c.jpg", "d.png", 0, 0, "0"};
+    keyframe.frame = {i, 1000 * i, 0, 0, {"c.jpg", "0"}, {"d.png", "1"}, {}};
     keyframe.map_from_camera = {
         Eigen::AngleAxisd(random.Uniform(-M_PI, M_PI), Eigen::Vector3d::UnitZ()) * map_from_level *
             Eigen::AngleAxisd(random.Uniform(-1, 1), Eigen::Vector3d::UnitX()),

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/recording/read_signals.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <zlib.h>
+
+#include <numbers>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/random.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+class ReadSignalsTest : public testing::Test {
+ protected:
+  ReadSignalsTest() {
+    site_.root = "site";
+    site_.sensors.emplace_back().id = "imu";
+    Signal("log.txt", "text");
+  }
+
+  SensorConfig& Sensor() { return site_.sensors[0]; }
+  SignalConfig& Signal(const std::string& file, const std::string& format) {
+    site_.signals.resize(1);
+    site_.signals[0].file = file;
+    site_.signals[0].format = format;
+    site_.signals[0].source = "site.toml:9";
+    return site_.signals[0];
+  }
+  SensorSignals Read(const std::string& text, double max_failed_ratio = 0.5) {
+    folder_.Write("site/" + site_.signals[0].file, text);
+    return ReadSensorSignals(site_, folder_.Path(), max_failed_ratio);
+  }
+  std::vector<SignalSample> Samples(const std::string& text) {
+    return Read(text, 0).signals.at(0).samples;
+  }
+
+  TemporaryFolder folder_;
+  SiteConfig site_;
+};
+
+TEST_F(ReadSignalsTest, AccelerationsOfTum) {
+  site_.signals[0].time_offset_s = 1;
+  const auto samples = Samples("# t ax ay az\n0.5 0 -9.81 0.1\n\n0.6 1e0 0 0\r\n");
+  ASSERT_EQ(samples.size(), 2u);
+  EXPECT_EQ(samples[0].time_ns, 1'500'000'000);
+  EXPECT_EQ(samples[0].value, Eigen::Vector3d(0, -9.81, 0.1));
+  EXPECT_EQ(samples[1].value.x(), 1);
+}
+
+TEST_F(ReadSignalsTest, LinesThatAreNoSampleAreLeftOutAndNamed) {
+  const auto read =
+      Read("0.5 0 0 1\n0.6 0 nan 1\n0.7 0 0\n0.8 0 0 1e308\nx 0 0 1\n0.9 0 0 1\n", 0.8);
+  EXPECT_EQ(read.signals[0].samples.size(), 2u);
+  ASSERT_EQ(read.problems.size(), 4u);
+  EXPECT_EQ(read.problems[0], "site/log.txt:2: 'nan' is not a finite number");
+  EXPECT_THAT(read.problems[1], testing::HasSubstr("log.txt:3: 2 words, expected 3"));
+  EXPECT_THAT(read.problems[2], testing::HasSubstr("log.txt:4: an acceleration, which is in m/s2"));
+  EXPECT_THAT(read.problems[3], testing::HasSubstr("log.txt:5: 'x' is not a time"));
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        Read("0.5 0 0 1\n0.6 0 nan 1\n0.7 0 0\n", 0.5),
+                        "2 of 3 lines are no sample in order (the first: site/log.txt:2");
+  NIGHTMAP_EXPECT_ERROR(DataError, Read("# none\n"), "holds no sample of acceleration: correct");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, Read("a\n", 1), "holds no sample of acceleration (site/log.txt:1");
+}
+
+TEST_F(ReadSignalsTest, TimeThatGoesBackwardsIsLeftOutOrSorted) {
+  const std::string text = "1 0 0 1\n3 0 0 3\n2 0 0 2\n3 0 0 4\n4 0 0 5\n";
+  const auto read = Read(text);
+  EXPECT_EQ(read.signals[0].samples.size(), 3u);
+  EXPECT_THAT(read.problems.at(0),
+              testing::HasSubstr("log.txt:3: time 2.000000 s is not after 3.000000 s"));
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(text, 0.1), "set sort = true");
+  site_.signals[0].sort = true;
+  const auto sorted = Read(text);
+  ASSERT_EQ(sorted.signals[0].samples.size(), 4u);
+  EXPECT_EQ(sorted.signals[0].samples[1].value.z(), 2);
+  EXPECT_THAT(sorted.problems.at(0), testing::HasSubstr("log.txt:4: time 3.000000 s"));
+  site_.signals[0].time_offset_s = 2e9;
+  NIGHTMAP_EXPECT_ERROR(DataError, Read("4.5e9 0 0 1\n"), "out of range");
+}
+
+TEST_F(ReadSignalsTest, SeveralFilesOfASensorFollowEachOther) {
+  folder_.Write("site/a.txt", "1 0 0 1\n2 0 0 2\n");
+  folder_.Write("site/b.txt", "3 0 0 3\n");
+  site_.signals.push_back(site_.signals[0]);
+  site_.signals[0].file = "a.txt";
+  site_.signals[1].file = "b.txt";
+  const auto read = ReadSensorSignals(site_, folder_.Path(), 0);
+  EXPECT_EQ(read.signals.at(0).samples.size(), 3u);
+  std::swap(site_.signals[0], site_.signals[1]);
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadSensorSignals(site_, folder_.Path(), 0), "a.txt: 2 of 2");
+}
+
+TEST_F(ReadSignalsTest, ColumnsOfATable) {
+  Sensor().kind = SignalKind::kOdometry;
+  Signal("poses.csv", "csv").columns = "stamp,x_raw,y_raw,th";
+  const auto samples = Samples("th,stamp,x,y_raw,x_raw\n0.1,5.5,9,2,3\n0.2,6,9,2,4\n");
+  ASSERT_EQ(samples.size(), 2u);
+  EXPECT_EQ(samples[0].time_ns, 5'500'000'000);
+  EXPECT_EQ(samples[0].value, Eigen::Vector3d(3, 2, 0.1));
+  NIGHTMAP_EXPECT_ERROR(UsageError, Read("stamp,x\n1,2\n"), "no column 'x_raw', it has: stamp,x");
+  EXPECT_THAT(Read("stamp,x_raw,y_raw,th\n1,2,3,4\n2,3\n").problems.at(0),
+              testing::HasSubstr("poses.csv:3: 2 fields, expected 4"));
+  site_.signals[0].columns = "t_ns,x,y,a";
+  EXPECT_EQ(Samples("t_ns,x,y,a\n1305031102175304000,0,0,0\n")[0].time_ns, 1305031102175304000);
+}
+
+TEST_F(ReadSignalsTest, OdometryOfMotionsAndTicksIsSummedUp) {
+  Sensor().kind = SignalKind::kOdometry;
+  Sensor().measures = "motion";
+  const double quarter = std::numbers::pi / 2;
+  // A quarter of a circle of radius 1 in small steps, then 2 m on.
+  std::string text = "0 0 0\n";
+  constexpr int kSteps = 1000;
+  for (int i = 1; i <= kSteps; ++i) {
+    text += fmt::format("{} {:.15g} {:.15g}\n", i, quarter / kSteps, quarter / kSteps);
+  }
+  const auto samples = Samples(text + "2000 2 0\n");
+  EXPECT_LT((samples.back().value - Eigen::Vector3d(1, 3, quarter)).norm(), 1e-6);
+  // The same circle by the counts of two wheels 0.5 m apart, from any count on.
+  Sensor().measures = "ticks";
+  Sensor().m_per_tick = 0.001;
+  Sensor().wheel_base_m = 0.5;
+  text = "0 -70 1000000\n";
+  for (int i = 1; i <= kSteps; ++i) {
+    const double share = quarter * i / kSteps / Sensor().m_per_tick;
+    text += fmt::format("{} {:.9f} {:.9f}\n", i, -70 + 0.75 * share, 1000000 + 1.25 * share);
+  }
+  EXPECT_LT((Samples(text).back().value - Eigen::Vector3d(1, 1, quarter)).norm(), 1e-6);
+}
+
+constexpr const char* kFlaser = "FLASER 3 1.5 2 81.9 1 2 3 4 5 6 10.5 host 10.5\n";
+
+TEST_F(ReadSignalsTest, CarmenScans) {
+  Sensor().kind = SignalKind::kScan;
+  Sensor().max_range_m = 81.8;
+  Signal("a.log", "carmen").message = "FLASER";
+  const auto samples = Samples(std::string("# c\nPARAM x 1 2 h 3\nODOM junk\n") + kFlaser);
+  ASSERT_EQ(samples.size(), 1u);
+  EXPECT_EQ(samples[0].time_ns, 10'500'000'000);
+  EXPECT_EQ(samples[0].ranges_m, (std::vector<float>{1.5f, 2.0f, 81.9f}));
+  const double deg = std::numbers::pi / 180;
+  EXPECT_LT((samples[0].value - Eigen::Vector3d(-90 * deg, 60 * deg, 81.8)).norm(), 1e-12);
+  Sensor().kind = SignalKind::kOdometry;
+  EXPECT_EQ(Samples(kFlaser)[0].value, Eigen::Vector3d(4, 5, 6));
+  Signal("a.log", "carmen").message = "ODOM";
+  const auto odometry = Samples("ODOM 1 2 3 0.5 0.1 0 7.25 host 7.25\n");
+  EXPECT_EQ(odometry[0].value, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(odometry[0].time_ns, 7'250'000'000);
+}
+
+TEST_F(ReadSignalsTest, CarmenScansThatSayTheirAngles) {
+  Sensor().kind = SignalKind::kScan;
+  const std::string head = " 0 -1.57 3.14 0.5 30 0.01 0 3 1 2 3 2 7 8 ";
+  Signal("a.log", "carmen").message = "RAWLASER1";
+  const auto raw = Samples("RAWLASER1" + head + "11 host 11\n");
+  EXPECT_EQ(raw.at(0).value, Eigen::Vector3d(-1.57, 0.5, 30));
+  EXPECT_EQ(raw[0].ranges_m, (std::vector<float>{1, 2, 3}));
+  EXPECT_EQ(raw[0].time_ns, 11'000'000'000);
+  Signal("a.log", "carmen").message = "ROBOTLASER1";
+  const std::string robot = "ROBOTLASER1" + head + "1 2 3 4 5 6 0 0 0.1 0.1 0 12 host 12\n";
+  EXPECT_EQ(Samples(robot).at(0).ranges_m.size(), 3u);
+  EXPECT_EQ(Samples(robot)[0].time_ns, 12'000'000'000);
+  Sensor().kind = SignalKind::kOdometry;
+  EXPECT_EQ(Samples(robot).at(0).value, Eigen::Vector3d(4, 5, 6));
+}
+
+TEST_F(ReadSignalsTest, CarmenLinesThatLieAreLeftOut) {
+  Sensor().kind = SignalKind::kScan;
+  Signal("a.log", "carmen").message = "FLASER";
+  const auto expect = [&](const std::string& line, const std::string& why) {
+    const auto read = Read(line + '\n' + kFlaser, 1);
+    EXPECT_EQ(read.signals[0].samples.size(), 1u) << line;
+    ASSERT_EQ(read.problems.size(), 1u) << line;
+    EXPECT_THAT(read.problems[0], testing::HasSubstr("site/a.log:1: " + why));
+  };
+  expect("FLASER", "1 words: the line is cut off");
+  expect("FLASER 3 1 2 3 1 2 3 4 5 6 10.4 host", "13 words for 3 beams, expected 14");
+  expect("FLASER 4 1 2 3 1 2 3 4 5 6 10.4 host 1", "14 words for 4 beams, expected 15");
+  expect("FLASER 2 1 2 3 1 2 3 4 5 6 10.4 host 1", "14 words, expected 13");
+  expect("FLASER 99999999999 1 2", "'99999999999' is no count of beams");
+  expect("FLASER -3 1 2", "'-3' is no count of beams");
+  expect("FLASER 0 1 2 3 4 5 6 10.4 host 1", "no beams");
+  expect("FLASER 3 1 nan 3 1 2 3 4 5 6 10.4 h 1", "'nan' is not a finite number");
+  expect("FLASER 3 1 -2 3 1 2 3 4 5 6 10.4 h 1", "a range is -2, below 0");
+  expect("FLASER 3 1 1e30 3 1 2 3 4 5 6 10.4 h 1", "a range is 1e30, beyond 10000");
+  expect("FLASER 3 1 2 3 1 2 3 4 5 6 soon h 1", "'soon' is not a time");
+  Signal("a.log", "carmen").message = "ROBOTLASER1";
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        Read("ROBOTLASER1 0 -1.57 3.14 0.5 30 0.01 0 3 1 2 3 4000000000 1\n", 1),
+                        "a.log:1: 14 words for 3 beams, expected 27");
+}
+
+TEST_F(ReadSignalsTest, GzippedLogsAreReadAndCutOnesRefused) {
+  std::string text;
+  for (int i = 0; i < 20000; ++i) text += fmt::format("{} 0 0 {}\n", i, i % 97);
+  const auto path = folder_ / "site/log.gz";
+  std::filesystem::create_directories(path.parent_path());
+  gzFile file = gzopen(path.c_str(), "wb");
+  ASSERT_EQ(gzwrite(file, text.data(), static_cast<unsigned>(text.size())),
+            static_cast<int>(text.size()));
+  gzclose(file);
+  const std::string bytes = ReadBytes(path);
+  Signal("log.gz", "text");
+  EXPECT_EQ(Samples(bytes).size(), 20000u);
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, Read(bytes.substr(0, bytes.size() / 2)), "log.gz: damaged or cut");
+  std::string flipped = bytes;
+  flipped[flipped.size() / 2] ^= 0x10;
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(flipped), "log.gz");
+}
+
+TEST_F(ReadSignalsTest, WhatIsNoLogIsRefused) {
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, ReadSensorSignals(site_, folder_.Path(), 0), "log.txt: no such file");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, Read(std::string(3 << 20, 'x')), "log.txt:1: a line of more than");
+  std::filesystem::remove(folder_ / "site/log.txt");
+  ASSERT_EQ(mkfifo((folder_ / "site/log.txt").c_str(), 0600), 0);
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadSensorSignals(site_, folder_.Path(), 0), "log.txt: ");
+}
+
+// Whatever bytes a log is damaged by, it is read or refused.
+TEST_F(ReadSignalsTest, DamageNeverCrashes) {
+  Sensor().kind = SignalKind::kScan;
+  Signal("a.log", "carmen").message = "FLASER";
+  std::string text;
+  for (int i = 0; i < 5; ++i) text += fmt::format("FLASER 2 1 2 1 2 3 4 5 6 {} h 1\n", i);
+  Random random(7);
+  int num_read = 0;
+  for (int i = 0; i < 300; ++i) {
+    std::string damaged = text;
+    for (int k = 0; k < 4; ++k) {
+      damaged[random.Index(damaged.size())] = static_cast<char>(random.Index(256));
+    }
+    try {
+      const auto read = Read(damaged, 1);
+      ++num_read;
+      EXPECT_LE(read.signals[0].samples.size(), 6u);
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("a.log"));
+    }
+  }
+  EXPECT_GT(num_read, 200);
+}
+
+TEST(RealLogs, LaserLogsAreWhatTheyAreDocumentedToBe) {
+  for (const auto& [name, num_scans, num_beams] :
+       {std::tuple{"freiburg_079", 4791u, 360u}, std::tuple{"intel", 906u, 180u}}) {
+    const SiteConfig site = ReadSiteConfig(std::string("configs/sites/") + name + ".toml");
+    NIGHTMAP_REQUIRE_DATA(site.root);
+    const auto read = ReadSensorSignals(site, TestDataPath(""), 0.01);
+    ASSERT_EQ(read.signals.size(), 3u);
+    for (const auto& signal : read.signals) EXPECT_EQ(signal.samples.size(), num_scans);
+    EXPECT_EQ(read.signals[0].samples[0].ranges_m.size(), num_beams);
+    EXPECT_EQ(read.signals[0].samples[0].time_ns, read.signals[1].samples[0].time_ns);
+  }
+}
+
+}  // namespace
+}  // namespace nightmap
