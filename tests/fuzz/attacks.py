@@ -30,11 +30,14 @@ class StageCommand:
     outputs: list
 
     @classmethod
-    def parse(cls, line):
+    def parse(cls, line, root):
+        """Of a line that make printed in `root`; what the files of --in-list hold are inputs one by one."""
         words = shlex.split(line)
         pairs = list(zip(words[1::2], words[2::2]))
-        ports = {flag: [value.split("=", 1) for key, value in pairs if key == flag] for flag in ("--in", "--out")}
-        return cls(words[0], dict(pairs)["--config"], ports["--in"], ports["--out"])
+        flags = ("--in", "--in-list", "--out")
+        ports = {flag: [value.split("=", 1) for key, value in pairs if key == flag] for flag in flags}
+        listed = [[name, path] for name, file in ports["--in-list"] for path in (root / file).read_text().splitlines()]
+        return cls(words[0], dict(pairs)["--config"], ports["--in"] + listed, ports["--out"])
 
     def copy(self):
         return StageCommand(self.program, self.config, [[*port] for port in self.inputs], [[*port] for port in self.outputs])
@@ -51,10 +54,10 @@ class StageCommand:
         return [port for port in self.inputs if (root / port[1]).is_file()]
 
 
-def parse_commands(log):
-    """The stages' commands in what `make V=1` printed."""
-    lines = re.findall(r"(?ms)^(build/run/\w+ --config .*?) 2>&1 \| tee", log)
-    commands = [StageCommand.parse(line.replace("\\\n", " ")) for line in lines]
+def parse_commands(log, root):
+    """The stages' commands in what `make V=1` printed in a tree."""
+    lines = re.findall(r"(?ms)^scripts/run_job\.sh \S+ \S+ +(build/run/\w+ .*?) --threads", log)
+    commands = [StageCommand.parse(line.replace("\\\n", " "), root) for line in lines]
     return [command for command in commands if command.name() != "synthesize"]  # it writes to data
 
 

@@ -41,7 +41,7 @@ def copy_tree(source, target):
     """A copy by hard links: attacks replace files, and a program that writes in place shows in the source.
     Logs are written in place by right."""
     def copy(source_file, target_file):
-        (shutil.copy2 if source_file.endswith(".log") else os.link)(source_file, target_file)
+        (shutil.copy2 if "logs" in source_file.split(os.sep) else os.link)(source_file, target_file)
 
     shutil.copytree(source, target, symlinks=True, copy_function=copy)
 
@@ -108,7 +108,8 @@ class Sweep:
         result = self.base.make("V=1", *GOALS)
         if result.returncode != 0:
             raise SystemExit(f"sweep: the chain fails without any attack:\n{result.stdout[-4000:]}")
-        self.commands = parse_commands(result.stdout)
+        self.commands = parse_commands(result.stdout, self.base.folder)
+        self.base.as_recorded()
         self.bomb = self.base.folder / "bomb.png"
         write_bomb(self.bomb)
         self.before = state(self.base.folder, "")
