@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <compare>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -11,6 +12,26 @@
 namespace nightmap {
 
 enum class DescriptorKind { kRootSift, kOrb, kBrisk };
+
+int DescriptorSize(DescriptorKind kind);  // bytes
+
+struct FrameFeatures;
+
+// One feature of a frame, which must outlive it.
+class FeatureView {
+ public:
+  FeatureView(const FrameFeatures& frame, int feature_idx)
+      : frame_(&frame), i_(static_cast<std::size_t>(feature_idx)) {}
+
+  Eigen::Vector2d Pixel() const;  // undistorted
+  double Depth_m() const;         // 0 = not measured
+  double Scale_px() const;
+  const std::uint8_t* Descriptor(DescriptorKind kind) const;  // only in a described frame
+
+ private:
+  const FrameFeatures* frame_;
+  std::size_t i_;
+};
 
 // Features of one image: of a described frame, strongest first; or of a frame to which the features
 // of a described frame were tracked. The lists have equal length, one entry a feature.
@@ -29,7 +50,17 @@ struct FrameFeatures {
 
   bool IsDescribed() const { return reference_frame_idx < 0; }
   int NumFeatures() const { return static_cast<int>(keypoints_px.size()); }
+  FeatureView Feature(int feature_idx) const { return {*this, feature_idx}; }
 };
+
+inline Eigen::Vector2d FeatureView::Pixel() const {
+  return frame_->keypoints_px[i_].cast<double>();
+}
+inline double FeatureView::Depth_m() const { return static_cast<double>(frame_->depths_m[i_]); }
+inline double FeatureView::Scale_px() const { return static_cast<double>(frame_->scales_px[i_]); }
+inline const std::uint8_t* FeatureView::Descriptor(DescriptorKind kind) const {
+  return &frame_->descriptors[i_ * static_cast<std::size_t>(DescriptorSize(kind))];
+}
 
 struct FeaturesShard {
   DescriptorKind kind = DescriptorKind::kRootSift;
@@ -44,7 +75,16 @@ struct FeatureMatch {
   int b = 0;  // in the second
 };
 
-int DescriptorSize(DescriptorKind kind);
+// One feature of one frame, as what a camera saw of a point.
+struct Sighting {
+  int frame_idx = 0;
+  int feature_idx = 0;  // of the frame's features
+
+  auto operator<=>(const Sighting&) const = default;
+};
+
+// The sightings of one point: ascending frame_idx, one a frame.
+using Track = std::vector<Sighting>;
 
 // `config` is the effective config the artifact carries. Throw DataError naming file and field.
 void WriteFeatures(const std::filesystem::path& path,

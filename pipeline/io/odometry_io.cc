@@ -87,6 +87,26 @@ std::vector<PoseEdge> ReadEdges(const Hdf5Reader& file) {
   return edges;
 }
 
+// Rows of a track follow each other. A track that lost all its sightings has no row: its number is
+// left out.
+std::vector<Track> ReadTracks(const Hdf5Reader& file) {
+  const auto observation = file.Read<std::int32_t>("observation", 3);
+  std::vector<Track> tracks;
+  std::int32_t last_track = -1;
+  for (std::size_t i = 0; i < observation.rows; ++i) {
+    const std::int32_t* row = observation.values.data() + 3 * i;
+    const Sighting sighting{row[1], row[2]};
+    file.Demand(row[0] >= 0 && row[1] >= 0 && row[2] >= 0, "observation");
+    file.Demand(row[0] >= last_track, "observation");
+    if (row[0] > last_track) tracks.emplace_back();
+    last_track = row[0];
+    Track& track = tracks.back();
+    file.Demand(track.empty() || track.back().frame_idx < sighting.frame_idx, "observation");
+    track.push_back(sighting);
+  }
+  return tracks;
+}
+
 }  // namespace
 
 void WriteOdometry(const std::filesystem::path& path,
@@ -96,9 +116,13 @@ void WriteOdometry(const std::filesystem::path& path,
       path, kOdometryFormat, kOdometryVersion, config, "metres; rad; target_from_source poses");
   WriteFrames(shard.frames, &file);
   WriteEdges(shard.edges, &file);
-  Array<std::int32_t> observation{shard.observations.size(), 3, {}};
-  for (const TrackObservation& o : shard.observations) {
-    observation.values.insert(observation.values.end(), {o.track_idx, o.frame_idx, o.feature_idx});
+  Array<std::int32_t> observation{0, 3, {}};
+  for (std::size_t track = 0; track < shard.tracks.size(); ++track) {
+    for (const Sighting& s : shard.tracks[track]) {
+      observation.values.insert(observation.values.end(),
+                                {static_cast<std::int32_t>(track), s.frame_idx, s.feature_idx});
+      ++observation.rows;
+    }
   }
   file.Write("observation", observation);
   file.Close();
@@ -106,15 +130,7 @@ void WriteOdometry(const std::filesystem::path& path,
 
 OdometryShard ReadOdometry(const std::filesystem::path& path) {
   const Hdf5Reader file(path, kOdometryFormat, kOdometryVersion);
-  OdometryShard shard{ReadOdometryFrames(file), ReadEdges(file), {}};
-  const auto observation = file.Read<std::int32_t>("observation", 3);
-  shard.observations.reserve(observation.rows);
-  for (std::size_t i = 0; i < observation.rows; ++i) {
-    const std::int32_t* row = observation.values.data() + 3 * i;
-    file.Demand(row[0] >= 0 && row[1] >= 0 && row[2] >= 0, "observation");
-    shard.observations.push_back({row[0], row[1], row[2]});
-  }
-  return shard;
+  return {ReadOdometryFrames(file), ReadEdges(file), ReadTracks(file)};
 }
 
 }  // namespace nightmap

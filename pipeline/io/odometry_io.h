@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pipeline/geometry/rigid3.h"
+#include "pipeline/io/features_io.h"
 
 namespace nightmap {
 
@@ -34,20 +35,13 @@ struct PoseEdge {
   bool is_bridge = false;  // the two sides are joined by a guess: hold it loosely
 };
 
-// One sighting of a track's point.
-struct TrackObservation {
-  int track_idx = 0;
-  int frame_idx = 0;
-  int feature_idx = 0;
-};
-
 // `frames` are the shard's own. Frames of the shard before appear only in the first edge and in the
 // tracks; their poses belong to their own shard. The last own frame is always a keyframe, so that
 // the next shard's first edge has both ends.
 struct OdometryShard {
   std::vector<OdometryFrame> frames;
   std::vector<PoseEdge> edges;
-  std::vector<TrackObservation> observations;  // sorted by track, frame
+  std::vector<Track> tracks;  // those of a file have at least one sighting
 };
 
 // Throw DataError naming file and field.

@@ -12,10 +12,10 @@
 namespace nightmap {
 namespace {
 
-Eigen::Vector3d FeatureInMap(const Observer& observer, std::size_t feature) {
-  const Eigen::Vector2d pixel = observer.features->keypoints_px[feature].cast<double>();
-  const double z_m = static_cast<double>(observer.features->depths_m[feature]);
-  return observer.map_from_camera * observer.camera->color.BackProjectUndistorted(pixel, z_m);
+Eigen::Vector3d FeatureInMap(const Observer& observer, int feature_idx) {
+  const FeatureView feature = observer.features->Feature(feature_idx);
+  return observer.map_from_camera *
+         observer.camera->color.BackProjectUndistorted(feature.Pixel(), feature.Depth_m());
 }
 
 void SortUnique(std::vector<std::uint64_t>* values) {
@@ -23,17 +23,12 @@ void SortUnique(std::vector<std::uint64_t>* values) {
   values->erase(std::unique(values->begin(), values->end()), values->end());
 }
 
-const std::uint8_t* DescriptorOf(const Observer& observer, DescriptorKind kind, int feature) {
-  const auto size = static_cast<std::size_t>(DescriptorSize(kind));
-  return &observer.features->descriptors[static_cast<std::size_t>(feature) * size];
-}
-
 }  // namespace
 
 std::vector<int> LandmarkTracker::TracksNear(const Observer& observer) const {
   std::vector<std::uint64_t> centres;
-  for (std::size_t i = 0; i < observer.features->depths_m.size(); ++i) {
-    if (observer.features->depths_m[i] <= 0) continue;
+  for (int i = 0; i < observer.features->NumFeatures(); ++i) {
+    if (observer.features->Feature(i).Depth_m() <= 0) continue;
     centres.push_back(PackVoxel(VoxelOf(FeatureInMap(observer, i), options_.voxel_size_m)));
   }
   SortUnique(&centres);
@@ -70,23 +65,23 @@ std::vector<LandmarkTracker::Projection> LandmarkTracker::Project(const Observer
 }
 
 bool LandmarkTracker::DepthAgrees(const Observer& observer, int feature, double z_m) const {
-  const double depth_m =
-      static_cast<double>(observer.features->depths_m[static_cast<std::size_t>(feature)]);
+  const double depth_m = observer.features->Feature(feature).Depth_m();
   if (depth_m <= 0) return true;
   return std::abs(depth_m - z_m) <= options_.max_depth_error * std::max(depth_m, z_m);
 }
 
-// To the last few observations: the point is seen about as it was then.
+// To the last few sightings: the point is seen about as it was then.
 int LandmarkTracker::Distance(const std::uint8_t* descriptor, const LandmarkTrack& track) const {
   constexpr std::size_t kNumCompared = 3;
-  const std::size_t count = track.observations.size();
+  const std::size_t count = track.sightings.size();
   int best = std::numeric_limits<int>::max();
   for (std::size_t i = count - std::min(count, kNumCompared); i < count; ++i) {
-    const Observation& observation = track.observations[i];
-    const Observer& observer = (*observers_)[static_cast<std::size_t>(observation.observer)];
+    const Sighting& sighting = track.sightings[i];
+    const Observer& observer = (*observers_)[static_cast<std::size_t>(sighting.frame_idx)];
     best = std::min(
         best,
-        DescriptorDistance(kind_, descriptor, DescriptorOf(observer, kind_, observation.feature)));
+        DescriptorDistance(
+            kind_, descriptor, observer.features->Feature(sighting.feature_idx).Descriptor(kind_)));
   }
   return best;
 }
@@ -101,9 +96,8 @@ std::vector<LandmarkTracker::Candidate> LandmarkTracker::FindCandidates(
   const int max_distance = DistanceFromRelative(kind_, options_.max_descriptor_distance);
   std::vector<Candidate> candidates;
   for (int feature = 0; feature < observer.features->NumFeatures(); ++feature) {
-    const Eigen::Vector2d pixel =
-        observer.features->keypoints_px[static_cast<std::size_t>(feature)].cast<double>();
-    const std::uint8_t* descriptor = DescriptorOf(observer, kind_, feature);
+    const Eigen::Vector2d pixel = observer.features->Feature(feature).Pixel();
+    const std::uint8_t* descriptor = observer.features->Feature(feature).Descriptor(kind_);
     grid.ForNear(pixel, [&](int i) {
       const Projection& projection = projections[static_cast<std::size_t>(i)];
       if ((projection.pixel - pixel).norm() > options_.max_error_px) return;
@@ -122,8 +116,8 @@ std::vector<LandmarkTracker::Candidate> LandmarkTracker::FindCandidates(
 void LandmarkTracker::Found(int observer_idx, int feature) {
   const Observer& observer = (*observers_)[static_cast<std::size_t>(observer_idx)];
   LandmarkTrack track;
-  track.position_in_map = FeatureInMap(observer, static_cast<std::size_t>(feature));
-  track.observations.push_back({observer_idx, feature});
+  track.position_in_map = FeatureInMap(observer, feature);
+  track.sightings.push_back({observer_idx, feature});
   track.estimate.Add(observer, feature, 0.0, options_.pixel_sigma_px);
   const VoxelKey voxel = VoxelOf(track.position_in_map, options_.voxel_size_m);
   voxels_[PackVoxel(voxel)].push_back(static_cast<int>(tracks_.size()));
@@ -132,21 +126,22 @@ void LandmarkTracker::Found(int observer_idx, int feature) {
 
 void LandmarkTracker::Add(int observer_idx) {
   const Observer& observer = (*observers_)[static_cast<std::size_t>(observer_idx)];
-  const auto num_features = static_cast<std::size_t>(observer.features->NumFeatures());
-  std::vector<bool> used(num_features, false);
+  const int num_features = observer.features->NumFeatures();
+  std::vector<bool> used(static_cast<std::size_t>(num_features), false);
   // Most similar first, one to one.
   for (const Candidate& candidate : FindCandidates(observer)) {
     LandmarkTrack& track = tracks_[static_cast<std::size_t>(candidate.track)];
     if (used[static_cast<std::size_t>(candidate.feature)]) continue;
-    if (track.observations.back().observer == observer_idx) continue;
+    if (track.sightings.back().frame_idx == observer_idx) continue;
     used[static_cast<std::size_t>(candidate.feature)] = true;
     const double z_m = (observer.map_from_camera.Inverse() * track.position_in_map).z();
     track.estimate.Add(observer, candidate.feature, z_m, options_.pixel_sigma_px);
     track.position_in_map = track.estimate.Position();
-    track.observations.push_back({observer_idx, candidate.feature});
+    track.sightings.push_back({observer_idx, candidate.feature});
   }
-  for (std::size_t i = 0; i < num_features; ++i) {
-    if (!used[i] && observer.features->depths_m[i] > 0) Found(observer_idx, static_cast<int>(i));
+  for (int i = 0; i < num_features; ++i) {
+    const bool has_depth = observer.features->Feature(i).Depth_m() > 0;
+    if (!used[static_cast<std::size_t>(i)] && has_depth) Found(observer_idx, i);
   }
 }
 

@@ -35,11 +35,6 @@ struct LandmarkTrackerOptions {
   double pixel_sigma_px = 1.0;  // of a keypoint and its pose
 };
 
-struct Observation {
-  int observer = 0;
-  int feature = 0;
-};
-
 // Weighted mean of points that are uncertain in different directions.
 class PointEstimate {
  public:
@@ -58,7 +53,7 @@ class PointEstimate {
 struct LandmarkTrack {
   Eigen::Vector3d position_in_map = Eigen::Vector3d::Zero();
   PointEstimate estimate;
-  std::vector<Observation> observations;  // ascending by observer
+  Track sightings;  // frame_idx counts the observers
 };
 
 class LandmarkTracker {

@@ -7,13 +7,12 @@
 namespace nightmap {
 
 void PointEstimate::Add(const Observer& observer, int feature, double z_m, double pixel_sigma_px) {
-  const auto i = static_cast<std::size_t>(feature);
+  const FeatureView seen = observer.features->Feature(feature);
   const Camera& camera = observer.camera->color;
-  const double depth_m = static_cast<double>(observer.features->depths_m[i]);
+  const double depth_m = seen.Depth_m();
   if (depth_m > 0) z_m = depth_m;
-  const Eigen::Vector2d pixel = observer.features->keypoints_px[i].cast<double>();
   // The keypoint is undistorted already.
-  const Eigen::Vector3d ray_in_camera = camera.BackProjectUndistorted(pixel, 1.0);
+  const Eigen::Vector3d ray_in_camera = camera.BackProjectUndistorted(seen.Pixel(), 1.0);
   const Eigen::Vector3d direction = observer.map_from_camera.rotation * ray_in_camera.normalized();
   const double across_sigma_m = pixel_sigma_px * z_m / camera.fx;
   const double along_sigma_m = observer.camera->noise.Sigma_m(z_m) * ray_in_camera.norm();

@@ -62,25 +62,16 @@ void TrackBuilder::Join(int frame_a, int feature_a, int frame_b, int feature_b) 
   frames_[std::min(a, b)] = std::move(joined);
 }
 
-std::vector<TrackObservation> TrackBuilder::Build() {
-  std::vector<std::vector<TrackObservation>> tracks(first_slot_.back());
+std::vector<Track> TrackBuilder::Build() {
+  std::vector<Track> tracks(first_slot_.back());
   for (std::size_t frame = 0; frame + 1 < first_slot_.size(); ++frame) {
     for (std::size_t slot = first_slot_[frame]; slot < first_slot_[frame + 1]; ++slot) {
       tracks[sets_.Find(slot)].push_back(
-          {0, begin_idx_ + static_cast<int>(frame), static_cast<int>(slot - first_slot_[frame])});
+          {begin_idx_ + static_cast<int>(frame), static_cast<int>(slot - first_slot_[frame])});
     }
   }
-  std::vector<TrackObservation> observations;
-  int track_idx = 0;
-  for (std::vector<TrackObservation>& track : tracks) {
-    if (track.size() < 2) continue;
-    for (TrackObservation& observation : track) {
-      observation.track_idx = track_idx;
-      observations.push_back(observation);
-    }
-    ++track_idx;
-  }
-  return observations;
+  std::erase_if(tracks, [](const Track& track) { return track.size() < 2; });
+  return tracks;
 }
 
 }  // namespace nightmap

@@ -7,7 +7,6 @@
 
 #include "pipeline/base/union_find.h"
 #include "pipeline/io/features_io.h"
-#include "pipeline/io/odometry_io.h"
 
 namespace nightmap {
 
@@ -21,8 +20,8 @@ class TrackBuilder {
   // DataError when a frame or feature does not exist.
   void Join(int frame_a, int feature_a, int frame_b, int feature_b);
 
-  // Tracks seen by at least two frames, sorted by track and frame; track_idx contiguous.
-  std::vector<TrackObservation> Build();
+  // Tracks seen by at least two frames, in the order of their first sightings.
+  std::vector<Track> Build();
 
  private:
   static std::vector<std::size_t> Offsets(const std::vector<int>& num_features);

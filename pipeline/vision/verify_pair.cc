@@ -16,20 +16,12 @@ struct Side {
   const RgbdCamera* camera;
   int FeatureMatch::*index;
 
-  std::size_t Index(const FeatureMatch& match) const {
-    return static_cast<std::size_t>(match.*index);
-  }
-  double Depth_m(const FeatureMatch& match) const {
-    return static_cast<double>(features->depths_m[Index(match)]);
-  }
-  Eigen::Vector2d Pixel(const FeatureMatch& match) const {
-    return features->keypoints_px[Index(match)].cast<double>();
-  }
+  FeatureView Feature(const FeatureMatch& match) const { return features->Feature(match.*index); }
 };
 
 int CountWithDepth(const Side& side, const std::vector<FeatureMatch>& matches) {
   int count = 0;
-  for (const FeatureMatch& match : matches) count += side.Depth_m(match) > 0;
+  for (const FeatureMatch& match : matches) count += side.Feature(match).Depth_m() > 0;
   return count;
 }
 
@@ -43,12 +35,12 @@ Correspondences Lift(const Side& source,
                      const std::vector<FeatureMatch>& matches) {
   Correspondences lifted;
   for (const FeatureMatch& match : matches) {
-    const double depth_m = source.Depth_m(match);
+    const double depth_m = source.Feature(match).Depth_m();
     if (depth_m <= 0) continue;
     lifted.points.push_back(
-        {target.Pixel(match),
-         source.camera->color.BackProjectUndistorted(source.Pixel(match), depth_m),
-         target.Depth_m(match),
+        {target.Feature(match).Pixel(),
+         source.camera->color.BackProjectUndistorted(source.Feature(match).Pixel(), depth_m),
+         target.Feature(match).Depth_m(),
          source.camera->noise.Sigma_m(depth_m)});
     lifted.matches.push_back(match);
   }

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
+
+#include "pipeline/geometry/distance_transform.h"
 
 namespace nightmap {
 namespace {
@@ -20,20 +20,18 @@ Eigen::Vector2d CenterOf(const Eigen::Vector2i& cell) {
 }  // namespace
 
 ClearanceMap::ClearanceMap(const OccupancyGrid& grid, const Footprint& footprint)
-    : grid_(grid),
-      footprint_(footprint),
-      min_clearance_m_(footprint.radius_m - kFileRounding_m),
-      distances_(grid.cells.size()) {
-  // With a rim of cells that stand for all outside.
-  cv::Mat free(grid.height + 2, grid.width + 2, CV_8U);
-  for (int y = 0; y < free.rows; ++y) {
-    for (int x = 0; x < free.cols; ++x)
-      free.at<std::uint8_t>(y, x) = IsObstacle({x - 1, y - 1}) ? 0 : 1;
+    : grid_(grid), footprint_(footprint), min_clearance_m_(footprint.radius_m - kFileRounding_m) {
+  std::vector<std::uint8_t> blocked;
+  blocked.reserve(grid.cells.size());
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) blocked.push_back(IsObstacle({x, y}) ? 1 : 0);
   }
-  cv::Mat distances;
-  cv::distanceTransform(free, distances, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-  distances(cv::Rect(1, 1, grid.width, grid.height))
-      .copyTo(cv::Mat(grid.height, grid.width, CV_32F, distances_.data()));
+  const auto squared =
+      SquaredDistances(blocked, grid.width, grid.height, footprint.unknown_is_obstacle, 1);
+  distances_.reserve(squared.size());
+  for (const std::int32_t cells2 : squared) {
+    distances_.push_back(std::sqrt(static_cast<float>(cells2)));
+  }
 }
 
 bool ClearanceMap::IsObstacle(const Eigen::Vector2i& cell) const {

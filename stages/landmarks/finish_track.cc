@@ -5,18 +5,11 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/geometry/reprojection.h"
 #include "pipeline/vision/descriptor_distance.h"
 
 namespace nightmap {
 namespace {
-
-double ReprojectionError_px(const Observer& observer, int feature, const Eigen::Vector3d& point) {
-  const auto pixel =
-      observer.camera->color.ProjectUndistorted(observer.map_from_camera.Inverse() * point);
-  if (!pixel) return std::numeric_limits<double>::infinity();
-  const auto& keypoint = observer.features->keypoints_px[static_cast<std::size_t>(feature)];
-  return (*pixel - keypoint.cast<double>()).norm();
-}
 
 class Finisher {
  public:
@@ -29,45 +22,45 @@ class Finisher {
     Landmark landmark;
     landmark.position_in_map = track.position_in_map;
     PointEstimate estimate;
-    for (const Observation& observation : track.observations) {
-      const Observer& observer = observers_[static_cast<std::size_t>(observation.observer)];
-      if (ReprojectionError_px(observer, observation.feature, track.position_in_map) >
+    for (const Sighting& sighting : track.sightings) {
+      const Observer& observer = observers_[static_cast<std::size_t>(sighting.frame_idx)];
+      const Eigen::Vector3d point_in_camera =
+          observer.map_from_camera.Inverse() * track.position_in_map;
+      const auto pixel = observer.features->Feature(sighting.feature_idx).Pixel();
+      if (ReprojectionError_px(observer.camera->color, point_in_camera, pixel) >
           options_.tracker.max_error_px) {
         continue;
       }
-      const double z_m = (observer.map_from_camera.Inverse() * track.position_in_map).z();
-      estimate.Add(observer, observation.feature, z_m, options_.tracker.pixel_sigma_px);
-      landmark.observations.push_back(observation);
+      estimate.Add(
+          observer, sighting.feature_idx, point_in_camera.z(), options_.tracker.pixel_sigma_px);
+      landmark.sightings.push_back(sighting);
     }
-    if (static_cast<int>(landmark.observations.size()) < options_.min_observations) return {};
+    if (static_cast<int>(landmark.sightings.size()) < options_.min_observations) return {};
     landmark.position_in_map = estimate.Position();
     landmark.sigma_m = estimate.Sigma_m();
     if (!(landmark.sigma_m <= options_.max_position_sigma_m)) return {};
-    landmark.descriptors = ChooseDescriptors(landmark.observations);
+    landmark.descriptors = ChooseDescriptors(landmark.sightings);
     return landmark;
   }
 
  private:
   // At most `count` observations, evenly over all, bound the quadratic work below.
-  std::vector<const std::uint8_t*> SampleDescriptors(const std::vector<Observation>& observations,
+  std::vector<const std::uint8_t*> SampleDescriptors(const Track& sightings,
                                                      std::size_t count) const {
-    const auto size = static_cast<std::size_t>(DescriptorSize(kind_));
-    const std::size_t num_sampled = std::min(count, observations.size());
+    const std::size_t num_sampled = std::min(count, sightings.size());
     std::vector<const std::uint8_t*> descriptors;
     for (std::size_t i = 0; i < num_sampled; ++i) {
-      const Observation& observation = observations[i * observations.size() / num_sampled];
-      const Observer& observer = observers_[static_cast<std::size_t>(observation.observer)];
-      const auto feature = static_cast<std::size_t>(observation.feature);
-      descriptors.push_back(&observer.features->descriptors[feature * size]);
+      const Sighting& sighting = sightings[i * sightings.size() / num_sampled];
+      const Observer& observer = observers_[static_cast<std::size_t>(sighting.frame_idx)];
+      descriptors.push_back(observer.features->Feature(sighting.feature_idx).Descriptor(kind_));
     }
     return descriptors;
   }
 
   // The medoid, then each time the one farthest from those chosen, while it differs enough.
-  std::vector<const std::uint8_t*> ChooseDescriptors(
-      const std::vector<Observation>& observations) const {
+  std::vector<const std::uint8_t*> ChooseDescriptors(const Track& sightings) const {
     constexpr std::size_t kMaxSampled = 24;
-    const auto samples = SampleDescriptors(observations, kMaxSampled);
+    const auto samples = SampleDescriptors(sightings, kMaxSampled);
     const int min_difference = DistanceFromRelative(kind_, options_.min_descriptor_difference);
     std::vector<const std::uint8_t*> chosen{samples[Medoid(samples)]};
     std::vector<int> nearest(samples.size(), std::numeric_limits<int>::max());

@@ -13,7 +13,7 @@ namespace nightmap {
 struct Landmark {
   Eigen::Vector3d position_in_map = Eigen::Vector3d::Zero();
   double sigma_m = 0;
-  std::vector<Observation> observations;         // those that agree with the position
+  Track sightings;  // frame_idx counts the observers; those that agree with the position
   std::vector<const std::uint8_t*> descriptors;  // of the observers' features; medoid first
 };
 

@@ -14,7 +14,7 @@ std::vector<std::size_t> MostSeenFirst(const std::vector<Landmark>& landmarks) {
   std::vector<std::size_t> order(landmarks.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(
-      order, std::greater<>(), [&](std::size_t i) { return landmarks[i].observations.size(); });
+      order, std::greater<>(), [&](std::size_t i) { return landmarks[i].sightings.size(); });
   return order;
 }
 
@@ -25,8 +25,8 @@ std::vector<std::size_t> Turns(const std::vector<Landmark>& landmarks,
   std::vector<std::size_t> num_chosen(num_observers, 0);
   std::vector<std::size_t> turns(landmarks.size(), std::numeric_limits<std::size_t>::max());
   for (const std::size_t i : most_seen_first) {
-    for (const Observation& o : landmarks[i].observations) {
-      turns[i] = std::min(turns[i], num_chosen[static_cast<std::size_t>(o.observer)]++);
+    for (const Sighting& s : landmarks[i].sightings) {
+      turns[i] = std::min(turns[i], num_chosen[static_cast<std::size_t>(s.frame_idx)]++);
     }
   }
   return turns;

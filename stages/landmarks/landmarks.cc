@@ -73,9 +73,9 @@ LandmarkMap Assemble(const LandmarksInput& input,
     map.position_sigmas_m.push_back(static_cast<float>(landmark.sigma_m));
     auto& keyframes = map.landmark_keyframes.emplace_back();
     auto& features = map.landmark_features.emplace_back();
-    for (const Observation& observation : landmark.observations) {
-      keyframes.push_back(observation.observer);
-      features.push_back(observation.feature);
+    for (const Sighting& sighting : landmark.sightings) {
+      keyframes.push_back(sighting.frame_idx);
+      features.push_back(sighting.feature_idx);
     }
     for (const std::uint8_t* descriptor : landmark.descriptors) {
       map.descriptors.insert(map.descriptors.end(), descriptor, descriptor + size);

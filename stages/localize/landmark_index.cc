@@ -77,8 +77,7 @@ LandmarkIndex::LandmarkIndex(const LocalizeOptions& options,
 LandmarkIndex::~LandmarkIndex() = default;
 
 const std::uint8_t* LandmarkIndex::Descriptor(const FrameFeatures& features, int feature) const {
-  return &features.descriptors[static_cast<std::size_t>(feature) *
-                               static_cast<std::size_t>(DescriptorSize(map_.kind))];
+  return features.Feature(feature).Descriptor(map_.kind);
 }
 
 std::pair<int, int> LandmarkIndex::DescriptorsOf(int landmark) const {

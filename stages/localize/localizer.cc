@@ -204,9 +204,8 @@ std::vector<PointMatch> Localizer::Points(const Picture& picture,
                                           const std::vector<LandmarkMatch>& matches) const {
   std::vector<PointMatch> points;
   for (const LandmarkMatch& match : matches) {
-    const auto feature = static_cast<std::size_t>(match.feature);
     points.push_back(
-        {picture.features.keypoints_px[feature].cast<double>(), index_.Position(match.landmark)});
+        {picture.features.Feature(match.feature).Pixel(), index_.Position(match.landmark)});
   }
   return points;
 }

@@ -153,7 +153,7 @@ std::vector<LandmarkMatch> SearchByPose(const LocalizeOptions& options,
                                         const std::vector<int>& seen) {
   PixelGrid grid(camera, options.guided_radius_px);
   for (int i = 0; i < features.NumFeatures(); ++i) {
-    grid.Add(features.keypoints_px[static_cast<std::size_t>(i)].cast<double>(), i);
+    grid.Add(features.Feature(i).Pixel(), i);
   }
   std::vector<LandmarkMatch> matches;
   for (const int landmark :
@@ -164,8 +164,7 @@ std::vector<LandmarkMatch> SearchByPose(const LocalizeOptions& options,
     const auto raw_pixel = camera.Project(point);
     if (!pixel || !raw_pixel || !camera.Contains(*raw_pixel)) continue;
     grid.ForNear(*pixel, [&](int feature) {
-      const auto& keypoint = features.keypoints_px[static_cast<std::size_t>(feature)];
-      if ((keypoint.cast<double>() - *pixel).norm() > options.guided_radius_px) return;
+      if ((features.Feature(feature).Pixel() - *pixel).norm() > options.guided_radius_px) return;
       const int distance = index.Distance(index.Descriptor(features, feature), landmark);
       if (distance <= index.MaxDistance()) matches.push_back({feature, landmark, distance});
     });

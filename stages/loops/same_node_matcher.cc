@@ -57,7 +57,6 @@ SameNodeMatcher::SameNodeMatcher(const Vocabulary& vocabulary,
 std::vector<FeatureMatch> SameNodeMatcher::Match(int frame_a, int frame_b, double max_ratio) const {
   const FrameFeatures& a = features_.frames[static_cast<std::size_t>(frame_a)];
   const FrameFeatures& b = features_.frames[static_cast<std::size_t>(frame_b)];
-  const auto size = static_cast<std::size_t>(features_.descriptor_size);
   std::vector<Best> best_of_a(static_cast<std::size_t>(a.NumFeatures()));
   std::vector<Best> best_of_b(static_cast<std::size_t>(b.NumFeatures()));
   const std::vector<Entry>& entries_b = entries_[static_cast<std::size_t>(frame_b)];
@@ -66,8 +65,8 @@ std::vector<FeatureMatch> SameNodeMatcher::Match(int frame_a, int frame_b, doubl
     for (; entry != entries_b.end() && entry->first == node; ++entry) {
       const int j = entry->second;
       const int distance = DescriptorDistance(features_.kind,
-                                              &a.descriptors[static_cast<std::size_t>(i) * size],
-                                              &b.descriptors[static_cast<std::size_t>(j) * size]);
+                                              a.Feature(i).Descriptor(features_.kind),
+                                              b.Feature(j).Descriptor(features_.kind));
       best_of_a[static_cast<std::size_t>(i)].Offer(j, distance);
       best_of_b[static_cast<std::size_t>(j)].Offer(i, distance);
     }

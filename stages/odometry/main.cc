@@ -39,7 +39,9 @@ void Run(const OdometryOptions& options, StageContext& context) {
   context.Report()["num_bridged_frames"] = num_bridged;
   context.Report()["num_unrefined_frames"] = result.num_unrefined;
   context.Report()["bundle_adjustments"] = BundleReport(result.adjustments);
-  context.Report()["num_track_observations"] = shard.observations.size();
+  std::size_t num_sightings = 0;
+  for (const Track& track : shard.tracks) num_sightings += track.size();
+  context.Report()["num_track_observations"] = num_sightings;
 }
 
 }  // namespace

@@ -33,8 +33,10 @@ class KeyframeGraph {
         bundle_(bundle),
         begin_idx_(input.frames.front().frame_idx),
         tracks_(frames.size()) {
-    for (const TrackObservation& o : bundle.observations) {
-      tracks_[At(o.frame_idx)][o.track_idx] = o.feature_idx;
+    for (std::size_t track = 0; track < bundle.tracks.size(); ++track) {
+      for (const Sighting& s : bundle.tracks[track]) {
+        tracks_[At(s.frame_idx)][static_cast<int>(track)] = s.feature_idx;
+      }
     }
   }
 
@@ -51,7 +53,7 @@ class KeyframeGraph {
       if (last_keyframe >= 0) shard.edges.push_back(MakeEdge(last_keyframe, idx));
       last_keyframe = idx;
     }
-    shard.observations = bundle_.observations;
+    shard.tracks = bundle_.tracks;
     return shard;
   }
 
@@ -108,10 +110,10 @@ class KeyframeGraph {
     for (const auto& [track, feature] : tracks_[At(a)]) {
       const auto found = tracks_[At(b)].find(track);
       if (found == tracks_[At(b)].end()) continue;
-      const auto i = static_cast<std::size_t>(found->second);
-      matches.push_back({features.keypoints_px[i].cast<double>(),
+      const FeatureView seen = features.Feature(found->second);
+      matches.push_back({seen.Pixel(),
                          a_from_shard * bundle_.points_in_shard[static_cast<std::size_t>(track)],
-                         features.depths_m[i],
+                         seen.Depth_m(),
                          0});
     }
     return matches;

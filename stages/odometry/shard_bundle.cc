@@ -2,7 +2,7 @@
 #include "stages/odometry/shard_bundle.h"
 
 #include <algorithm>
-#include <numeric>
+#include <functional>
 
 #include "pipeline/geometry/absolute_pose.h"
 #include "pipeline/vision/tracks.h"
@@ -19,7 +19,7 @@ class Adjuster {
       : options_(options), input_(input), frames_(*frames), begin_idx_(input.frames[0].frame_idx) {}
 
   ShardBundle Run() {
-    result_.observations = SelectTracks(BuildTracks());
+    result_.tracks = SelectTracks(BuildTracks());
     InitializePoints();
     for (int round = 0; round < 2; ++round) {
       Adjust();
@@ -36,7 +36,7 @@ class Adjuster {
     return input_.cameras.at(static_cast<std::size_t>(input_.frames[At(frame_idx)].camera_idx));
   }
 
-  std::vector<TrackObservation> BuildTracks() const {
+  std::vector<Track> BuildTracks() const {
     std::vector<int> num_features;
     for (const FrameFeatures& frame : input_.features.frames) {
       num_features.push_back(frame.NumFeatures());
@@ -73,115 +73,91 @@ class Adjuster {
 
   // The longest tracks of every frame carry most; the rest only costs time. Tracks of unposed
   // frames or without any depth cannot be placed.
-  std::vector<TrackObservation> SelectTracks(std::vector<TrackObservation> all) const {
-    std::erase_if(all,
-                  [&](const TrackObservation& o) { return !frames_[At(o.frame_idx)].is_posed; });
-    const auto begins = TrackBegins(all);
-    std::vector<std::size_t> order(begins.size() - 1);
-    std::iota(order.begin(), order.end(), 0);
-    std::ranges::stable_sort(order, std::greater<>(), [&](std::size_t t) {
-      return std::pair(CountDescribed(all, begins[t], begins[t + 1]), begins[t + 1] - begins[t]);
+  std::vector<Track> SelectTracks(std::vector<Track> all) const {
+    for (Track& track : all) {
+      std::erase_if(track, [&](const Sighting& s) { return !frames_[At(s.frame_idx)].is_posed; });
+    }
+    std::ranges::stable_sort(all, std::greater<>(), [&](const Track& track) {
+      return std::pair(CountDescribed(track), track.size());
     });
     std::vector<int> count(frames_.size(), 0);
-    std::vector<TrackObservation> selected;
-    int track_idx = 0;
-    for (const std::size_t t : order) {
-      const std::vector<TrackObservation> track(
-          all.begin() + static_cast<std::ptrdiff_t>(begins[t]),
-          all.begin() + static_cast<std::ptrdiff_t>(begins[t + 1]));
+    std::vector<Track> selected;
+    for (Track& track : all) {
       if (track.size() < 2 || !HasDepth(track) || !IsWanted(track, count)) continue;
-      for (TrackObservation o : track) {
-        o.track_idx = track_idx;
-        ++count[At(o.frame_idx)];
-        selected.push_back(o);
-      }
-      ++track_idx;
+      for (const Sighting& s : track) ++count[At(s.frame_idx)];
+      selected.push_back(std::move(track));
     }
     return selected;
   }
 
-  bool IsDescribed(const TrackObservation& o) const {
-    return input_.features.frames[At(o.frame_idx)].IsDescribed();
+  bool IsDescribed(const Sighting& s) const {
+    return input_.features.frames[At(s.frame_idx)].IsDescribed();
   }
-  std::ptrdiff_t CountDescribed(const std::vector<TrackObservation>& observations,
-                                std::size_t begin,
-                                std::size_t end) const {
-    return std::count_if(observations.begin() + static_cast<std::ptrdiff_t>(begin),
-                         observations.begin() + static_cast<std::ptrdiff_t>(end),
-                         [&](const TrackObservation& o) { return IsDescribed(o); });
+  std::ptrdiff_t CountDescribed(const Track& track) const {
+    return std::ranges::count_if(track, [&](const Sighting& s) { return IsDescribed(s); });
   }
-
-  static std::vector<std::size_t> TrackBegins(const std::vector<TrackObservation>& all) {
-    std::vector<std::size_t> begins;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      if (i == 0 || all[i].track_idx != all[i - 1].track_idx) begins.push_back(i);
-    }
-    begins.push_back(all.size());
-    return begins;
+  FeatureView Feature(const Sighting& s) const {
+    return input_.features.frames[At(s.frame_idx)].Feature(s.feature_idx);
   }
 
-  double Depth_m(const TrackObservation& o) const {
-    return input_.features.frames[At(o.frame_idx)]
-        .depths_m[static_cast<std::size_t>(o.feature_idx)];
-  }
-  Eigen::Vector2d Pixel(const TrackObservation& o) const {
-    return input_.features.frames[At(o.frame_idx)]
-        .keypoints_px[static_cast<std::size_t>(o.feature_idx)]
-        .cast<double>();
+  bool HasDepth(const Track& track) const {
+    return std::ranges::any_of(track, [&](const Sighting& s) { return Feature(s).Depth_m() > 0; });
   }
 
-  bool HasDepth(const std::vector<TrackObservation>& track) const {
-    return std::ranges::any_of(track, [&](const TrackObservation& o) { return Depth_m(o) > 0; });
-  }
-
-  bool IsWanted(const std::vector<TrackObservation>& track, const std::vector<int>& count) const {
-    return std::ranges::any_of(track, [&](const TrackObservation& o) {
-      return count[At(o.frame_idx)] < options_.max_tracks_per_frame;
+  bool IsWanted(const Track& track, const std::vector<int>& count) const {
+    return std::ranges::any_of(track, [&](const Sighting& s) {
+      return count[At(s.frame_idx)] < options_.max_tracks_per_frame;
     });
   }
 
   // The nearest measurement is the most precise one; a described frame's is preferred, for its pose
   // is adjusted.
   void InitializePoints() {
-    const auto begins = TrackBegins(result_.observations);
-    for (std::size_t t = 0; t + 1 < begins.size(); ++t) {
-      const TrackObservation* best = nullptr;
-      const auto rank = [&](const TrackObservation& o) {
-        return std::pair(IsDescribed(o), -Depth_m(o));
-      };
-      for (std::size_t i = begins[t]; i < begins[t + 1]; ++i) {
-        const TrackObservation& o = result_.observations[i];
-        if (Depth_m(o) > 0 && (!best || rank(o) > rank(*best))) best = &o;
+    const auto rank = [&](const Sighting& s) {
+      return std::pair(IsDescribed(s), -Feature(s).Depth_m());
+    };
+    for (const Track& track : result_.tracks) {
+      const Sighting* best = nullptr;
+      for (const Sighting& s : track) {
+        if (Feature(s).Depth_m() > 0 && (!best || rank(s) > rank(*best))) best = &s;
       }
       sources_.push_back(*best);
-      is_adjusted_.push_back(CountDescribed(result_.observations, begins[t], begins[t + 1]) >= 2);
+      is_adjusted_.push_back(CountDescribed(track) >= 2);
       result_.points_in_shard.push_back(PointOf(*best));
     }
   }
 
-  Eigen::Vector3d PointOf(const TrackObservation& o) const {
-    return frames_[At(o.frame_idx)].shard_from_camera *
-           CameraOf(o.frame_idx).color.BackProjectUndistorted(Pixel(o), Depth_m(o));
+  Eigen::Vector3d PointOf(const Sighting& s) const {
+    const FeatureView feature = Feature(s);
+    return frames_[At(s.frame_idx)].shard_from_camera *
+           CameraOf(s.frame_idx).color.BackProjectUndistorted(feature.Pixel(), feature.Depth_m());
+  }
+
+  BundleProblem Problem() const {
+    BundleProblem problem;
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      const int frame_idx = begin_idx_ + static_cast<int>(i);
+      problem.camera_from_world.push_back(frames_[i].shard_from_camera.Inverse());
+      problem.cameras.push_back(CameraOf(frame_idx).color);
+      problem.is_fixed.push_back(frame_idx == std::max(begin_idx_, input_.first_frame_idx - 1));
+    }
+    problem.points_in_world = result_.points_in_shard;
+    for (std::size_t t = 0; t < result_.tracks.size(); ++t) {
+      for (const Sighting& s : result_.tracks[t]) {
+        if (!IsDescribed(s) || !is_adjusted_[t]) continue;
+        problem.observations.push_back({static_cast<int>(At(s.frame_idx)),
+                                        static_cast<int>(t),
+                                        Feature(s).Pixel(),
+                                        Feature(s).Depth_m(),
+                                        CameraOf(s.frame_idx).noise,
+                                        options_.pixel_sigma_px});
+      }
+    }
+    return problem;
   }
 
   void Adjust() {
-    BundleProblem problem;
-    for (std::size_t i = 0; i < frames_.size(); ++i) {
-      problem.camera_from_world.push_back(frames_[i].shard_from_camera.Inverse());
-      problem.cameras.push_back(CameraOf(begin_idx_ + static_cast<int>(i)).color);
-      problem.is_fixed.push_back(begin_idx_ + static_cast<int>(i) ==
-                                 std::max(begin_idx_, input_.first_frame_idx - 1));
-    }
-    problem.points_in_world = result_.points_in_shard;
-    for (const TrackObservation& o : result_.observations) {
-      if (!IsDescribed(o) || !is_adjusted_[static_cast<std::size_t>(o.track_idx)]) continue;
-      problem.observations.push_back({static_cast<int>(At(o.frame_idx)),
-                                      o.track_idx,
-                                      Pixel(o),
-                                      Depth_m(o),
-                                      CameraOf(o.frame_idx).noise,
-                                      options_.pixel_sigma_px});
-    }
+    BundleProblem problem = Problem();
     BundleOptions bundle_options;
     bundle_options.max_iterations = options_.max_iterations;
     result_.adjustments.push_back(AdjustBundle(bundle_options, &problem));
@@ -194,18 +170,24 @@ class Adjuster {
     }
   }
 
-  void RefineTracked() {
+  // Of each tracked frame; a point that no adjustment moved is as uncertain as its depth.
+  std::vector<std::vector<PointMatch>> TrackedMatches() const {
     std::vector<std::vector<PointMatch>> matches(frames_.size());
-    for (const TrackObservation& o : result_.observations) {
-      if (IsDescribed(o)) continue;
-      const auto track = static_cast<std::size_t>(o.track_idx);
+    for (std::size_t t = 0; t < result_.tracks.size(); ++t) {
+      const Sighting& source = sources_[t];
       const double sigma_m =
-          is_adjusted_[track]
-              ? 0
-              : CameraOf(sources_[track].frame_idx).noise.Sigma_m(Depth_m(sources_[track]));
-      matches[At(o.frame_idx)].push_back(
-          {Pixel(o), result_.points_in_shard[track], Depth_m(o), sigma_m});
+          is_adjusted_[t] ? 0 : CameraOf(source.frame_idx).noise.Sigma_m(Feature(source).Depth_m());
+      for (const Sighting& s : result_.tracks[t]) {
+        if (IsDescribed(s)) continue;
+        matches[At(s.frame_idx)].push_back(
+            {Feature(s).Pixel(), result_.points_in_shard[t], Feature(s).Depth_m(), sigma_m});
+      }
     }
+    return matches;
+  }
+
+  void RefineTracked() {
+    const auto matches = TrackedMatches();
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       if (matches[i].empty()) continue;
       const RgbdCamera& camera = CameraOf(begin_idx_ + static_cast<int>(i));
@@ -221,13 +203,16 @@ class Adjuster {
   }
 
   void DropOutliers(bool of_described) {
-    std::erase_if(result_.observations, [&](const TrackObservation& o) {
-      if (IsDescribed(o) != of_described) return false;
-      const Eigen::Vector3d p = frames_[At(o.frame_idx)].shard_from_camera.Inverse() *
-                                result_.points_in_shard[static_cast<std::size_t>(o.track_idx)];
-      const auto projected = CameraOf(o.frame_idx).color.ProjectUndistorted(p);
-      return !projected || (*projected - Pixel(o)).norm() > options_.max_error_px;
-    });
+    for (std::size_t t = 0; t < result_.tracks.size(); ++t) {
+      std::erase_if(result_.tracks[t], [&](const Sighting& s) {
+        if (IsDescribed(s) != of_described) return false;
+        const Eigen::Vector3d point_in_camera =
+            frames_[At(s.frame_idx)].shard_from_camera.Inverse() * result_.points_in_shard[t];
+        return ReprojectionError_px(CameraOf(s.frame_idx).color,
+                                    point_in_camera,
+                                    Feature(s).Pixel()) > options_.max_error_px;
+      });
+    }
   }
 
   const OdometryOptions& options_;
@@ -235,8 +220,8 @@ class Adjuster {
   std::vector<ChainedFrame>& frames_;
   int begin_idx_;
   ShardBundle result_;
-  std::vector<TrackObservation> sources_;  // of each track: whose depth placed its point first
-  std::vector<bool> is_adjusted_;          // of each track: the adjustment moves its point
+  std::vector<Sighting> sources_;  // of each track: whose depth placed its point first
+  std::vector<bool> is_adjusted_;  // of each track: the adjustment moves its point
 };
 
 }  // namespace

@@ -12,7 +12,7 @@
 namespace nightmap {
 
 struct ShardBundle {
-  std::vector<TrackObservation> observations;    // those the adjustment agreed with
+  std::vector<Track> tracks;  // sightings the adjustment agreed with; it may leave a track none
   std::vector<Eigen::Vector3d> points_in_shard;  // one a track
   std::vector<BundleSummary> adjustments;        // in order
   int num_unrefined = 0;  // tracked frames that keep their chained pose: too few points fit another

@@ -80,45 +80,32 @@ void CheckEdges(const OdometryShard& shard, const std::vector<bool>& is_keyframe
   }
 }
 
-bool HasFeature(const FeaturesShard& features, int frame_idx, int feature_idx) {
-  if (frame_idx < 0 || static_cast<std::size_t>(frame_idx) >= features.frames.size()) return false;
-  const FrameFeatures& frame = features.frames[static_cast<std::size_t>(frame_idx)];
-  return feature_idx >= 0 && feature_idx < frame.NumFeatures();
-}
-
-std::size_t NumFeatures(const FeaturesShard& features) {
-  std::size_t num_features = 0;
-  for (const FrameFeatures& frame : features.frames) {
-    num_features += static_cast<std::size_t>(frame.NumFeatures());
+bool HasFeature(const FeaturesShard& features, const Sighting& s) {
+  if (s.frame_idx < 0 || static_cast<std::size_t>(s.frame_idx) >= features.frames.size()) {
+    return false;
   }
-  return num_features;
+  const FrameFeatures& frame = features.frames[static_cast<std::size_t>(s.frame_idx)];
+  return s.feature_idx >= 0 && s.feature_idx < frame.NumFeatures();
 }
 
-// Tracks are numbered from 0 in each shard; each has features of its own.
-void CheckObservations(const OdometryShard& shard,
-                       const FeaturesShard& features,
-                       std::size_t num_features) {
-  for (const TrackObservation& o : shard.observations) {
-    if (HasFeature(features, o.frame_idx, o.feature_idx) && o.track_idx >= 0 &&
-        static_cast<std::size_t>(o.track_idx) < num_features) {
-      continue;
+void CheckTracks(const OdometryShard& shard, const FeaturesShard& features) {
+  for (const Track& track : shard.tracks) {
+    for (const Sighting& s : track) {
+      if (HasFeature(features, s)) continue;
+      throw DataError(
+          "odometry: a track has feature {} of frame {}, which the {} frames do not have; {}",
+          s.feature_idx,
+          s.frame_idx,
+          features.frames.size(),
+          kRemedy);
     }
-    throw DataError(
-        "odometry: track {} has feature {} of frame {}, and the {} frames with {} features lack "
-        "one of these; {}",
-        o.track_idx,
-        o.feature_idx,
-        o.frame_idx,
-        features.frames.size(),
-        num_features,
-        kRemedy);
   }
 }
 
 void CheckMatches(const FramePair& loop, const FeaturesShard& features) {
   for (const FeatureMatch& match : loop.inliers) {
-    if (HasFeature(features, loop.frame_a, match.a) &&
-        HasFeature(features, loop.frame_b, match.b)) {
+    if (HasFeature(features, {loop.frame_a, match.a}) &&
+        HasFeature(features, {loop.frame_b, match.b})) {
       continue;
     }
     throw DataError(
@@ -150,10 +137,9 @@ void CheckLoops(const std::vector<FramePair>& loops, std::size_t num_frames) {
 void CheckInput(const PoseGraphInput& input) {
   const std::vector<bool> is_keyframe = Keyframes(input.odometry);
   CheckFrames(input, is_keyframe);
-  const std::size_t num_features = NumFeatures(input.features);
   for (const OdometryShard& shard : input.odometry) {
     CheckEdges(shard, is_keyframe);
-    CheckObservations(shard, input.features, num_features);
+    CheckTracks(shard, input.features);
   }
   CheckLoops(input.loops, is_keyframe.size());
   for (const FramePair& loop : input.loops) CheckMatches(loop, input.features);

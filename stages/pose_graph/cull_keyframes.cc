@@ -16,7 +16,7 @@ class Culler {
   Culler(const std::vector<Track>& tracks, const std::set<int>& keyframes) : kept_(keyframes) {
     for (std::size_t i = 0; i < tracks.size(); ++i) {
       num_views_.push_back(static_cast<int>(tracks[i].size()));
-      for (const Sighting& sighting : tracks[i]) tracks_of_[sighting.first].push_back(i);
+      for (const Sighting& sighting : tracks[i]) tracks_of_[sighting.frame_idx].push_back(i);
     }
   }
 

@@ -51,23 +51,15 @@ class FrameAdjuster {
   const RgbdCamera& CameraOf(int frame_idx) const {
     return input_.cameras.at(static_cast<std::size_t>(CameraIdx(frame_idx)));
   }
-  double Depth_m(const Sighting& s) const {
-    return input_.features.frames[static_cast<std::size_t>(s.first)].depths_m.at(
-        static_cast<std::size_t>(s.second));
-  }
-  Eigen::Vector2d Pixel(const Sighting& s) const {
-    return input_.features.frames[static_cast<std::size_t>(s.first)]
-        .keypoints_px.at(static_cast<std::size_t>(s.second))
-        .cast<double>();
+  FeatureView Feature(const Sighting& s) const {
+    return input_.features.frames[static_cast<std::size_t>(s.frame_idx)].Feature(s.feature_idx);
   }
 
   // A keypoint of a large patch is found less well.
   double PixelSigma_px(const Sighting& s) const {
     constexpr double kOfSmallest_px = 0.5;
     constexpr double kPerDiameter = 0.1;
-    const auto& scales_px = input_.features.frames[static_cast<std::size_t>(s.first)].scales_px;
-    const auto scale_px = static_cast<double>(scales_px.at(static_cast<std::size_t>(s.second)));
-    return std::hypot(kOfSmallest_px, kPerDiameter * scale_px);
+    return std::hypot(kOfSmallest_px, kPerDiameter * Feature(s).Scale_px());
   }
 
   std::vector<Track> SelectLongest(std::vector<Track> tracks) const {
@@ -75,11 +67,12 @@ class FrameAdjuster {
     std::map<int, int> count;
     std::vector<Track> chosen;
     for (Track& track : tracks) {
-      const bool has_depth = std::ranges::any_of(track, [&](auto& s) { return Depth_m(s) > 0; });
+      const bool has_depth =
+          std::ranges::any_of(track, [&](auto& s) { return Feature(s).Depth_m() > 0; });
       const bool is_wanted = std::ranges::any_of(
-          track, [&](auto& s) { return count[s.first] < options_.max_tracks_per_keyframe; });
+          track, [&](auto& s) { return count[s.frame_idx] < options_.max_tracks_per_keyframe; });
       if (!has_depth || !is_wanted) continue;
-      for (const Sighting& s : track) ++count[s.first];
+      for (const Sighting& s : track) ++count[s.frame_idx];
       chosen.push_back(std::move(track));
     }
     return chosen;
@@ -88,18 +81,21 @@ class FrameAdjuster {
   void AddTrack(const Track& track) {
     const Sighting* nearest = nullptr;
     for (const Sighting& s : track) {
-      if (Depth_m(s) > 0 && (!nearest || Depth_m(s) < Depth_m(*nearest))) nearest = &s;
+      if (Feature(s).Depth_m() > 0 &&
+          (!nearest || Feature(s).Depth_m() < Feature(*nearest).Depth_m()))
+        nearest = &s;
     }
     const int point_idx = static_cast<int>(problem_.points_in_world.size());
     problem_.points_in_world.push_back(
-        poses_.at(nearest->first) *
-        CameraOf(nearest->first).color.BackProjectUndistorted(Pixel(*nearest), Depth_m(*nearest)));
+        poses_.at(nearest->frame_idx) *
+        CameraOf(nearest->frame_idx)
+            .color.BackProjectUndistorted(Feature(*nearest).Pixel(), Feature(*nearest).Depth_m()));
     for (const Sighting& s : track) {
-      problem_.observations.push_back({position_.at(s.first),
+      problem_.observations.push_back({position_.at(s.frame_idx),
                                        point_idx,
-                                       Pixel(s),
-                                       Depth_m(s),
-                                       CameraOf(s.first).noise,
+                                       Feature(s).Pixel(),
+                                       Feature(s).Depth_m(),
+                                       CameraOf(s.frame_idx).noise,
                                        PixelSigma_px(s)});
     }
   }

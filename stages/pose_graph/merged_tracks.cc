@@ -10,32 +10,32 @@
 namespace nightmap {
 namespace {
 
-std::uint64_t Key(int frame_idx, int feature_idx) {
-  return (static_cast<std::uint64_t>(frame_idx) << 32) | static_cast<std::uint32_t>(feature_idx);
+std::uint64_t Key(const Sighting& s) {
+  return (static_cast<std::uint64_t>(s.frame_idx) << 32) |
+         static_cast<std::uint32_t>(s.feature_idx);
 }
 
 // Tracks over all shards, joined by shared features and by loops.
 class TrackMerger {
  public:
   explicit TrackMerger(const std::vector<OdometryShard>& shards) : sets_(CountTracks(shards)) {
-    std::size_t first_track = 0;
+    std::size_t track_idx = 0;
     for (const OdometryShard& shard : shards) {
-      std::size_t num_tracks = 0;
-      for (const TrackObservation& o : shard.observations) {
-        const std::size_t track = first_track + static_cast<std::size_t>(o.track_idx);
-        num_tracks = std::max(num_tracks, static_cast<std::size_t>(o.track_idx) + 1);
-        const auto [found, is_new] = track_of_.emplace(Key(o.frame_idx, o.feature_idx), track);
-        if (is_new) sightings_.push_back({o.frame_idx, o.feature_idx});
-        if (!is_new) sets_.Join(found->second, track);
+      for (const Track& track : shard.tracks) {
+        for (const Sighting& sighting : track) {
+          const auto [found, is_new] = track_of_.emplace(Key(sighting), track_idx);
+          if (is_new) sightings_.push_back(sighting);
+          if (!is_new) sets_.Join(found->second, track_idx);
+        }
+        ++track_idx;
       }
-      first_track += num_tracks;
     }
   }
 
   void Join(const FramePair& loop) {
     for (const FeatureMatch& match : loop.inliers) {
-      const auto a = track_of_.find(Key(loop.frame_a, match.a));
-      const auto b = track_of_.find(Key(loop.frame_b, match.b));
+      const auto a = track_of_.find(Key({loop.frame_a, match.a}));
+      const auto b = track_of_.find(Key({loop.frame_b, match.b}));
       if (a != track_of_.end() && b != track_of_.end()) sets_.Join(a->second, b->second);
     }
   }
@@ -44,14 +44,14 @@ class TrackMerger {
   std::vector<Track> KeyframeTracks(const std::set<int>& keyframes) {
     std::map<std::size_t, Track> tracks;
     for (const Sighting& sighting : sightings_) {
-      if (!keyframes.contains(sighting.first)) continue;
-      tracks[sets_.Find(track_of_.at(Key(sighting.first, sighting.second)))].push_back(sighting);
+      if (!keyframes.contains(sighting.frame_idx)) continue;
+      tracks[sets_.Find(track_of_.at(Key(sighting)))].push_back(sighting);
     }
     std::vector<Track> result;
     for (auto& [root, track] : tracks) {
       std::ranges::sort(track);
       const auto same_frame = [](const Sighting& a, const Sighting& b) {
-        return a.first == b.first;
+        return a.frame_idx == b.frame_idx;
       };
       track.erase(std::unique(track.begin(), track.end(), same_frame), track.end());
       if (track.size() >= 2) result.push_back(std::move(track));
@@ -62,11 +62,7 @@ class TrackMerger {
  private:
   static std::size_t CountTracks(const std::vector<OdometryShard>& shards) {
     std::size_t count = 0;
-    for (const OdometryShard& shard : shards) {
-      int last = -1;
-      for (const TrackObservation& o : shard.observations) last = std::max(last, o.track_idx);
-      count += static_cast<std::size_t>(last + 1);
-    }
+    for (const OdometryShard& shard : shards) count += shard.tracks.size();
     return count;
   }
 
@@ -90,7 +86,7 @@ std::vector<Track> MergeTracks(const std::vector<OdometryShard>& shards,
 
 std::vector<Track> WithoutFrames(std::vector<Track> tracks, const std::set<int>& dropped) {
   for (Track& track : tracks) {
-    std::erase_if(track, [&](const Sighting& s) { return dropped.contains(s.first); });
+    std::erase_if(track, [&](const Sighting& s) { return dropped.contains(s.frame_idx); });
   }
   std::erase_if(tracks, [](const Track& track) { return track.size() < 2; });
   return tracks;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <set>
-#include <utility>
 #include <vector>
 
 #include "pipeline/io/matches_io.h"
@@ -11,11 +10,8 @@
 
 namespace nightmap {
 
-using Sighting = std::pair<int, int>;  // frame_idx, feature
-using Track = std::vector<Sighting>;   // ascending frame, one sighting a frame, at least two
-
-// The shards' tracks, joined where they share a feature and where a loop joins two; sightings in
-// `keyframes` only. `is_accepted[i]` tells of loops[i].
+// The shards' tracks with two sightings or more, joined where they share a feature and where a loop
+// joins two; sightings in `keyframes` only. `is_accepted[i]` tells of loops[i].
 std::vector<Track> MergeTracks(const std::vector<OdometryShard>& shards,
                                const std::vector<FramePair>& loops,
                                const std::vector<bool>& is_accepted,

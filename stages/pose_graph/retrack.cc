@@ -21,11 +21,11 @@ std::vector<Track> Retrack(const PoseGraphInput& input,
   }
   std::vector<Track> tracks;
   for (const LandmarkTrack& found : tracker.TakeTracks()) {
-    if (found.observations.size() < 2) continue;
+    if (found.sightings.size() < 2) continue;
     Track& track = tracks.emplace_back();
-    for (const Observation& o : found.observations) {
+    for (const Sighting& s : found.sightings) {
       track.push_back(
-          {observers[static_cast<std::size_t>(o.observer)].frame->frame_idx, o.feature});
+          {observers[static_cast<std::size_t>(s.frame_idx)].frame->frame_idx, s.feature_idx});
     }
   }
   return tracks;

@@ -49,7 +49,7 @@ void WriteSomeOdometry(const Path& path) {
     shard.frames.push_back({i, SomePose(i), TrackingState::kTracked, true});
   }
   shard.edges.push_back({0, 1, SomePose(1), Matrix6d::Identity(), false});
-  shard.observations = {{0, 0, 5}, {0, 1, 6}, {1, 2, 7}};
+  shard.tracks = {{{0, 5}, {1, 6}}, {{2, 7}}};
   WriteOdometry(path, shard, "size = 1\n");
 }
 

@@ -30,8 +30,10 @@ OdometryShard RandomShard() {
     for (double& value : edge.covariance.reshaped()) value = random.Gaussian();
     shard.edges.push_back(edge);
   }
+  shard.tracks.resize(4);
   for (int i = 0; i < 7; ++i) {
-    shard.observations.push_back({i / 2, 20 + i, static_cast<int>(random.Index(1000))});
+    shard.tracks[static_cast<std::size_t>(i / 2)].push_back(
+        {20 + i, static_cast<int>(random.Index(1000))});
   }
   return shard;
 }
@@ -57,12 +59,7 @@ TEST(OdometryIo, ReadsBackEveryField) {
     EXPECT_EQ(read.edges[i].covariance, shard.edges[i].covariance);
     EXPECT_EQ(read.edges[i].is_bridge, shard.edges[i].is_bridge);
   }
-  ASSERT_EQ(read.observations.size(), shard.observations.size());
-  for (std::size_t i = 0; i < shard.observations.size(); ++i) {
-    EXPECT_EQ(read.observations[i].track_idx, shard.observations[i].track_idx);
-    EXPECT_EQ(read.observations[i].frame_idx, shard.observations[i].frame_idx);
-    EXPECT_EQ(read.observations[i].feature_idx, shard.observations[i].feature_idx);
-  }
+  EXPECT_EQ(read.tracks, shard.tracks);
   WriteOdometry(folder / "again.h5", read, "x = 1\n");
   EXPECT_EQ(ReadBytes(folder / "again.h5"), ReadBytes(folder / "o.h5"));
 }
@@ -154,6 +151,22 @@ TEST_F(OdometryIoTest, SizesThatDoNotAddUpAreNamed) {
   ExpectRefused(
       [](Arrays& a) {
         a.observation = {3, 2, {0, 3, 7, 0, 4, 8}};
+      },
+      "field 'observation'");
+  // Rows of a track follow each other, its frames ascend.
+  ExpectRefused(
+      [](Arrays& a) {
+        a.observation.values = {1, 3, 7, 0, 4, 8};
+      },
+      "field 'observation'");
+  ExpectRefused(
+      [](Arrays& a) {
+        a.observation.values = {0, 4, 7, 0, 3, 8};
+      },
+      "field 'observation'");
+  ExpectRefused(
+      [](Arrays& a) {
+        a.observation.values = {0, 4, 7, 0, 4, 8};
       },
       "field 'observation'");
 }

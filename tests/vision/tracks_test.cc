@@ -15,18 +15,14 @@ TEST(Tracks, JoinsAcrossFrames) {
   TrackBuilder builder(10, {3, 3, 3});
   builder.Join(10, 1, 11, 2);
   builder.Join(11, 2, 12, 0);
-  const auto observations = builder.Build();
-  ASSERT_EQ(observations.size(), 3U);
-  EXPECT_EQ(observations[2].frame_idx, 12);
-  EXPECT_EQ(observations[2].feature_idx, 0);
-  EXPECT_EQ(observations[0].track_idx, observations[2].track_idx);
+  EXPECT_EQ(builder.Build(), (std::vector<Track>{{{10, 1}, {11, 2}, {12, 0}}}));
 }
 
 TEST(Tracks, IgnoresAMatchThatContradicts) {
   TrackBuilder builder(0, {2, 2});
   builder.Join(0, 0, 1, 0);
   builder.Join(0, 1, 1, 0);  // would put two features of frame 0 into one track
-  EXPECT_EQ(builder.Build().size(), 2U);
+  EXPECT_EQ(builder.Build(), (std::vector<Track>{{{0, 0}, {1, 0}}}));
 }
 
 TEST(Tracks, NeverHoldTwoFeaturesOfOneFrame) {
@@ -38,11 +34,12 @@ TEST(Tracks, NeverHoldTwoFeaturesOfOneFrame) {
     if (a == b) continue;
     builder.Join(a, static_cast<int>(random.Index(20)), b, static_cast<int>(random.Index(20)));
   }
-  std::set<std::pair<int, int>> seen;
-  for (const TrackObservation& o : builder.Build()) {
-    EXPECT_TRUE(seen.insert({o.track_idx, o.frame_idx}).second);
+  const std::vector<Track> tracks = builder.Build();
+  EXPECT_FALSE(tracks.empty());
+  for (const Track& track : tracks) {
+    std::set<int> frames;
+    for (const Sighting& s : track) EXPECT_TRUE(frames.insert(s.frame_idx).second);
   }
-  EXPECT_FALSE(seen.empty());
 }
 
 TEST(Tracks, RefusesFeaturesThatDoNotExist) {

@@ -13,7 +13,7 @@ namespace {
 
 Landmark SeenBy(const std::vector<int>& observers) {
   Landmark landmark;
-  for (const int observer : observers) landmark.observations.push_back({observer, 0});
+  for (const int observer : observers) landmark.sightings.push_back({observer, 0});
   return landmark;
 }
 
@@ -35,8 +35,8 @@ std::vector<int> NumSeen(const std::vector<Landmark>& landmarks,
                          std::size_t num_observers) {
   std::vector<int> count(num_observers, 0);
   for (const std::size_t i : chosen) {
-    for (const Observation& o : landmarks[i].observations) {
-      ++count[static_cast<std::size_t>(o.observer)];
+    for (const Sighting& s : landmarks[i].sightings) {
+      ++count[static_cast<std::size_t>(s.frame_idx)];
     }
   }
   return count;
@@ -87,11 +87,11 @@ TEST(ChooseLandmarks, EachObserverKeepsItsBest) {
   for (int observer = 0; observer < static_cast<int>(kNumObservers); ++observer) {
     std::vector<std::size_t> seen;
     for (std::size_t i = 0; i < landmarks.size(); ++i) {
-      const auto& observations = landmarks[i].observations;
-      if (std::ranges::count(observations, observer, &Observation::observer)) seen.push_back(i);
+      const auto& sightings = landmarks[i].sightings;
+      if (std::ranges::count(sightings, observer, &Sighting::frame_idx)) seen.push_back(i);
     }
     std::ranges::stable_sort(
-        seen, std::greater<>(), [&](std::size_t i) { return landmarks[i].observations.size(); });
+        seen, std::greater<>(), [&](std::size_t i) { return landmarks[i].sightings.size(); });
     const auto first_dropped =
         std::ranges::find_if(seen, [&](std::size_t i) { return !is_chosen[i]; });
     least_of_best = std::min(least_of_best, static_cast<std::size_t>(first_dropped - seen.begin()));

@@ -40,10 +40,10 @@ TEST(CullKeyframes, EveryPointOfADroppedOneIsSeenByThreeOthers) {
     int num_seen = 0;
     int num_seen_by_three = 0;
     for (const Track& track : laps.tracks) {
-      const auto sees = [&](const Sighting& s) { return s.first == keyframe; };
+      const auto sees = [&](const Sighting& s) { return s.frame_idx == keyframe; };
       if (std::ranges::none_of(track, sees)) continue;
       const auto num_kept = std::ranges::count_if(
-          track, [&](const Sighting& s) { return !dropped.contains(s.first); });
+          track, [&](const Sighting& s) { return !dropped.contains(s.frame_idx); });
       ++num_seen;
       num_seen_by_three += num_kept >= 3;
     }
@@ -75,7 +75,7 @@ TEST(CullKeyframes, NeighboursStillShareWhatMeasuresTheirMotion) {
     if (dropped.contains(keyframe)) continue;
     const auto num_shared = std::ranges::count_if(laps.tracks, [&](const Track& track) {
       const auto has = [&](int k) {
-        return std::ranges::any_of(track, [k](const Sighting& s) { return s.first == k; });
+        return std::ranges::any_of(track, [k](const Sighting& s) { return s.frame_idx == k; });
       };
       return has(before) && has(keyframe);
     });

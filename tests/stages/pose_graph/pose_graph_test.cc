@@ -122,9 +122,12 @@ TEST(PoseGraph, DroppedKeyframesKeepTheirPosesAndTheEdgesGoPastThem) {
   PoseGraphInput input = MakeInput();
   for (FrameFeatures& frame : input.features.frames) frame.keypoints_px.resize(50);
   for (OdometryShard& shard : input.odometry) {
+    shard.tracks.resize(50);
     for (const OdometryFrame& frame : shard.frames) {
       if (!frame.is_keyframe) continue;
-      for (int i = 0; i < 50; ++i) shard.observations.push_back({i, frame.frame_idx, i});
+      for (int i = 0; i < 50; ++i) {
+        shard.tracks[static_cast<std::size_t>(i)].push_back({frame.frame_idx, i});
+      }
     }
   }
   for (FramePair& loop : input.loops) {
@@ -251,12 +254,10 @@ TEST(PoseGraph, RefusesOdometryThatDoesNotFitTogether) {
          "ends at frame 48, which is not a keyframe");
   expect([](Shards& shards) { shards[1].edges[0].frame_b = 21; },
          "edge 23-21 does not end in its shard, frames 24 to 47");
-  // No frame of MakeInput has a feature; one track too many would take memory for all before it.
-  const std::vector<TrackObservation> damaged = {
-      {0, 0, 0}, {0, kNumFrames, 0}, {std::numeric_limits<int>::max(), 0, 0}};
-  for (const TrackObservation& observation : damaged) {
-    expect([&](Shards& shards) { shards[1].observations = {observation}; },
-           "the 48 frames with 0 features lack one of these");
+  // No frame of MakeInput has a feature.
+  for (const Sighting& damaged : {Sighting{0, 0}, Sighting{kNumFrames, 0}}) {
+    expect([&](Shards& shards) { shards[1].tracks = {{damaged}}; },
+           "which the 48 frames do not have");
   }
   expect([](Shards& shards) { shards[1].edges.erase(shards[1].edges.begin()); },
          "no edge joins the shard of frame 24 to the one before");
@@ -264,11 +265,11 @@ TEST(PoseGraph, RefusesOdometryThatDoesNotFitTogether) {
 
 TEST(PoseGraph, RefusesTracksAndLoopsOfOtherFeatures) {
   PoseGraphInput input = MakeInput();
-  input.odometry[1].observations = {{0, 30, 7}};
+  input.odometry[1].tracks = {{{30, 7}}};
   NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "delete the odometry folder");
   NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "feature 7 of frame 30");
   input = MakeInput();
-  input.odometry[1].observations = {{0, kNumFrames, 0}};
+  input.odometry[1].tracks = {{{kNumFrames, 0}}};
   NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "feature 0 of frame 48");
   input = MakeInput();
   input.loops[0].inliers = {{3, 4}};

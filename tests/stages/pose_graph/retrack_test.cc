@@ -63,7 +63,7 @@ TEST(Retrack, AFeatureThatIsOnlySomewhatAlikeIsNoSighting) {
   const auto num_sightings = [&](const LandmarkTrackerOptions& options) {
     std::ptrdiff_t count = 0;
     for (const Track& track : Retrack(r.input, r.poses, options)) {
-      count += std::ranges::count(track, 3, &Sighting::first);
+      count += std::ranges::count(track, 3, &Sighting::frame_idx);
     }
     return count;
   };
