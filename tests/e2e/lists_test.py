@@ -70,7 +70,7 @@ class ListsTest(unittest.TestCase):
         queries = self.work.path("localize/queries.csv").read_text().splitlines()[1:]
         self.assertIn(f"{len(queries)} queries of the site: ", "\n".join(said))
         with open(self.work.path("frames/shard_0000.csv"), encoding="utf-8") as file:
-            picture = file.read().splitlines()[1].split(",")[2]
+            picture = file.read().splitlines()[1].split(",")[4]
         copy = self.work.folder / "asked.png"
         copy.write_bytes((self.work.folder / "data" / picture).read_bytes())
         said = self.make("localize", "QUERY=asked.png", "CAMERA=" + self.camera()).splitlines()

@@ -214,26 +214,26 @@ class ResolveConfigTest(unittest.TestCase):
         self.picture("photos/a.jpg")
         self.picture("photos/b.jpg")
         (self.folder / "list.txt").write_text("# two\nphotos/a.jpg\n\n")
-        recordings = self.folder / "maps/office/config/recordings"
+        pictures = self.folder / "maps/office/config/pictures"
         for query in ("photos", "photos/a.jpg", "list.txt"):
             for synthetic in ([], ["--synthetic"]):
                 arguments = ["--query", query, *synthetic]
                 with self.subTest(arguments):
                     result = self.resolve(*arguments)
-                    self.assertEqual(result.stdout.split(), ["maps/office/config/recordings"])
-                    before = recordings.read_text()
+                    self.assertEqual(result.stdout.split(), ["recordings=maps/office/config/recordings", "pictures=maps/office/config/pictures"])
+                    before = pictures.read_text()
                     self.picture("other/c.jpg")
                     self.resolve(*arguments)
-                    self.assertEqual(recordings.read_text(), before)
+                    self.assertEqual(pictures.read_text(), before)
                     with open(self.folder / "photos/a.jpg", "ab") as file:
                         file.write(b"more")
                     self.resolve(*arguments)
-                    self.assertNotEqual(recordings.read_text(), before)
-                    before = recordings.read_text()
+                    self.assertNotEqual(pictures.read_text(), before)
+                    before = pictures.read_text()
                     folder = self.folder / ("" if query == "list.txt" else "photos")
                     (folder / "cameras.csv").write_text("picture\n")
                     self.resolve(*arguments)
-                    self.assertNotEqual(recordings.read_text(), before)
+                    self.assertNotEqual(pictures.read_text(), before)
                     (folder / "cameras.csv").unlink()
 
     def test_mistakes_in_a_query_exit_with_2(self):

@@ -98,7 +98,11 @@ TEST_F(TilesIoTest, EveryTruncationIsRefused) {
 
 TEST_F(TilesIoTest, MistakesAreRefused) {
   ExpectRefused("nightmap tile", "nightmap stile", "format");
-  ExpectRefused("\"version\": 1", "\"version\": 2", "newer");
+  ExpectRefused("\"version\": 2", "\"version\": 3", "newer");
+  ExpectRefused("\"channels\":{", "\"canals\":{", "channels");
+  ExpectRefused("\"color\":{", "\"colour\":{", "color_path is empty");
+  ExpectRefused("\"hash\":\"34\"", "\"hash\":\"\"", "label_hash is empty");
+  ExpectRefused("\"hash\":\"34\"", "\"hash\":34", "string");
   ExpectRefused("\"min_x_m\": -36.1", "\"min_x_m\": -12.1", "no extent");
   ExpectRefused("\"min_x_m\": -36.1", "\"min_x_m\": null", "number");
   ExpectRefused("\"max_range_m\": 4.0", "\"max_range_m\": 0", "no extent");
