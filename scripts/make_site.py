@@ -15,12 +15,13 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from nightmap_make.make_run import MakeRun, Refused  # noqa: E402
+from nightmap_make.asked import Asked, Refused  # noqa: E402
+from nightmap_make.make_run import MakeRun  # noqa: E402
 
 
 def main():
     try:
-        return MakeRun(os.environ, sys.argv[1:]).run()
+        return MakeRun(Asked(os.environ, sys.argv[1:])).run()
     except Refused as error:
         message = str(error).encode("utf-8", "backslashreplace").decode()
         print(f"nightmap: {message}", file=sys.stderr)

@@ -151,4 +151,5 @@ def closure(pipeline, goals):
     for job in reversed(pipeline.jobs.values()):
         if job.name in names:
             names |= {reference.job for reference in job.inputs if reference.job}
+            names |= {other.name for other in pipeline.jobs.values() if job.script and other.when != "asked"}
     return names

@@ -1,23 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """One call of make for a site, from the check of the configs to the summary."""
 
-import json
 import os
 import signal
 import sys
-from types import SimpleNamespace
 
 import remove_leftovers
 import resolve_config
-from nightmap_make import preflight
+from nightmap_make.asked import Refused
 from nightmap_make.graph import Graph, closure
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
-from nightmap_make.pipeline import PipelineError, read_pipeline
 from nightmap_make.rules_file import RulesFile, Times, list_goal
 from nightmap_make.site_state import SiteState
 
-PREVIEW = "nq"
 PHASES = ("shard", "query", "tile")  # what lists of these say decides which rules there are
 COMPARISON = "evaluate-colmap"
 # What a goal made, said at the end.
@@ -27,49 +23,16 @@ MADE = {"map": "map of {site}: {folder}", "localize": "located queries: {folder}
         COMPARISON: "comparison: {folder}/evaluate_colmap/results.json"}  # fmt: skip
 
 
-def num_recorded_files(stamp):
-    """Of the file that resolve_config.py writes: "N files HASH"."""
-    if not stamp:
-        return 0
-    with open(stamp, encoding="utf-8") as file:
-        return int(file.read().split()[0])
-
-
-def listed_frames(site_dir):
-    """How many frames the last run of frames listed; 0 when that is not known."""
-    try:
-        with open(f"{site_dir}/frames/report.json", encoding="utf-8") as file:
-            return int(json.load(file)["num_frames"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return 0
-
-
-class Refused(Exception):
-    """A mistake in what was asked; nothing was run. Exit code 2."""
-
-
-def make_flags(makeflags):
-    """The single-letter flags that make was called with."""
-    first = makeflags.split(" ")[0]
-    return "" if first.startswith("-") or "=" in first else first
-
-
 class MakeRun:
-    def __init__(self, environment, goals):
-        self.env, self.goals = environment, goals
-        self.name, self.folder = environment["SITE"], f"{environment['MAPS']}/{environment['SITE']}"
-        flags = make_flags(environment.get("MAKEFLAGS", ""))
-        self.is_preview = "why" in goals or any(flag in flags for flag in PREVIEW)
+    """What was asked for (Asked), made."""
+
+    def __init__(self, asked):
+        self.asked, self.env, self.goals, self.folder = asked, asked.env, asked.goals, asked.folder
+        self.is_preview = asked.is_preview
         self.work = f"{self.folder}/.preview" if self.is_preview else self.folder
-        self.config = f"{self.folder}/.preview" if self.is_preview else f"{self.folder}/config"
         self.child, self.told = None, set()
 
     def run(self):
-        try:
-            with resolve_config.plain_errors():
-                self._check()
-        except (resolve_config.ConfigError, PipelineError) as error:
-            raise Refused(error) from None
         if self.is_preview:
             self._settle()
             self._write_rules()
@@ -80,91 +43,26 @@ class MakeRun:
         finally:
             lock.release()
 
-    # ---- before ----
-
-    def _check(self):
-        """Reads and checks what is asked for, and writes nothing."""
-        env = self.env
-        value = [f"plan.{end.lower()}={env[end]}" for end in ("START", "GOAL") if env.get(end)]
-        self.asked = SimpleNamespace(
-            configs="configs", site=f"{env['SITES']}/{self.name}.toml", data=env["DATA"], profile="default",
-            seed=env["SEED"], set=[env["SET"]], value=value, query=[env["QUERY"]] if env.get("QUERY") else [],
-            camera=env.get("CAMERA") or None, fov_deg=env.get("FOV_DEG") or None, out=f"{self.folder}/config",
-            preview=self.config if self.is_preview else None, synthetic=False,
-            no_recordings=self._asks_pictures_only())  # fmt: skip
-        self._read_site()
-        configs, sources, self.sites = resolve_config.check(self.asked)
-        self.configs, (_, self.site) = configs, self.sites["site"]
-        self.pipeline = read_pipeline("configs", self.asked.profile, self.site.get("import", {}))
-        for key, path in self.site.get("import", {}).items():
-            if not os.path.exists(f"{env['DATA']}/{path}"):
-                raise PipelineError(f"{self.asked.site}: [import] {key}: {env['DATA']}/{path} does not exist: give its path "
-                                    "relative to DATA")  # fmt: skip
-        if not self.is_preview and "status" not in self.goals:
-            self._preflight(sources)
-
-    def _asks_pictures_only(self):
-        """To locate a picture in the map that there is no recording is looked at."""
-        return bool(self.goals == ["localize"] and self.env.get("QUERY") and os.path.exists(f"{self.folder}/frames/shards.txt"))
-
-    def _read_site(self):
-        """The site's own words on its profile, before anything is looked at with it."""
-        self.asked.profile = self.env.get("PROFILE") or "default"
-        if not os.path.exists(self.asked.site):
-            return
-        site = resolve_config.load(self.asked.site)
-        if not self.env.get("PROFILE"):
-            self.asked.profile = site.get("profile", "default")
-        self.asked.synthetic = site.get("synthetic", False) is True
-
-    def _preflight(self, sources):
-        programs = [program for program in self.pipeline.programs() if program in self.configs]
-        texts = {name: preflight.ConfigText(self.configs[name], resolve_config.canonical(self.configs[name]), sources[name])
-                 for name in programs}  # fmt: skip
-        preflight.check_configs(self.env["BUILD"], texts)
-        preflight.check_clashes(self.pipeline.clashes, texts)
-
-    # ---- the run ----
-
     def _run_locked(self):
         self._settle()
         self._write_rules()
-        self._check_disk()
+        self.asked.check_disk(self.graph.jobs.values(), self.stamps)
         begin_run(self.folder, self.goals)
         signal.signal(signal.SIGTERM, self._pass_on)
         signal.signal(signal.SIGHUP, self._pass_on)
-        code = self._make_in_phases()
-        end_run(self.folder, code)
+        code = 2
+        try:
+            code = self._make_in_phases()
+        finally:
+            end_run(self.folder, code)
         return self._finish(code)
 
-    def _check_disk(self):
-        """Room for the frames that are new since the last list of them, by what jobs write per frame."""
-        num_frames = self._num_recorded() - listed_frames(self.folder)
-        kilobytes = sum(job.kB_per_frame for job in self.graph.jobs.values() if job.goal in self.goals or job.goal == "map")
-        try:
-            preflight.check_disk(self.folder, 1000 * kilobytes * num_frames, f"a map of {num_frames} more frames")
-        except PipelineError as error:
-            raise Refused(error) from None
-
-    def _num_recorded(self):
-        """Frames of the recordings, of which most have two files."""
-        if self.site_state.is_synthetic:
-            recorded = self.configs["synthesize"].get("num_frames", 0)
-        else:
-            recorded = num_recorded_files(self.stamps.get("recordings")) // 2
-        most = self.configs["frames"].get("max_frames", 0)
-        return min(recorded, most) if most > 0 else recorded
-
     def _settle(self):
-        try:
-            with resolve_config.plain_errors():
-                self.stamps = resolve_config.settle_all(self.configs, self.sites, self.asked)
-        except resolve_config.ConfigError as error:
-            raise Refused(error) from None
+        self.stamps = self.asked.settle()
 
     def _make_in_phases(self):
         """The lists of units first, each with the rules of those that are known already."""
-        for job in list(self.graph.pipeline.jobs.values()):
+        for job in list(self.asked.pipeline.jobs.values()):
             if job.lists not in PHASES or job.name not in self.graph.jobs or not self._is_needed(job):
                 continue
             before, size = self.site_state.lists, journal_size(self.folder)
@@ -183,17 +81,17 @@ class MakeRun:
         """Whether a goal reads this list. (A goal that is a file of the site may be of any job.)"""
         if any(goal.startswith(f"{self.folder}/") for goal in self.goals):
             return True
-        return job.name in closure(self.pipeline, [{COMPARISON: "localize"}.get(goal, goal) for goal in self.goals])
+        return job.name in closure(self.asked.pipeline, [{COMPARISON: "localize"}.get(goal, goal) for goal in self.goals])
 
     def _refuse_without_queries(self):
         asked = {"localize", COMPARISON} & set(self.goals)
         if asked and "localize" not in self.graph.jobs:
-            raise Refused(f"site {self.name} has no query pictures: name some in QUERY, or give {self.asked.site} a "
+            raise Refused(f"site {self.asked.name} has no query pictures: name some in QUERY, or give {self.asked.call.site} a "
                           "[[query]] or hold_out_every > 0")  # fmt: skip
 
     def _write_rules(self):
         self.site_state = self._look_at_site()
-        self.graph = Graph(self.pipeline, self.site_state, self.goals)
+        self.graph = Graph(self.asked.pipeline, self.site_state, self.goals)
         self.rules = RulesFile(self.graph, Times())
         files = {f"{self.work}/graph.mk": self.rules.text() + self._included(), f"{self.work}/again.mk": self._again()}
         if not self.is_preview:
@@ -215,8 +113,8 @@ class MakeRun:
         return "".join(f"include {name}\n" for name in names)
 
     def _look_at_site(self):
-        state = SiteState(self.name, self.folder, self.env["DATA"], self.env["BUILD"], self.config)
-        state.is_synthetic, state.imports = self.asked.synthetic, self.site.get("import", {})
+        state = SiteState(self.asked.name, self.folder, self.env["DATA"], self.env["BUILD"], self.asked.config)
+        state.is_synthetic, state.imports = self.asked.call.synthetic, self.asked.imports
         state.stamps = self.stamps
         state.read_lists((lambda message: None) if self.is_preview else self._tell_once)
         return state
@@ -271,7 +169,7 @@ class MakeRun:
             import show_queries
             print("\n".join(show_queries.lines(self.folder)))
         if goal in MADE:
-            print(MADE[goal].format(site=self.name, folder=self.folder))
+            print(MADE[goal].format(site=self.asked.name, folder=self.folder))
 
     def _status(self):
         """How the last run ended, and the page of what there is."""
