@@ -350,13 +350,14 @@ ifneq ($(COMPARING),)
 steps = $(foreach s,$(1),$(C)/$s/receipt.json)
 $(eval $(call colmap_step,features,$(SHARDS:%=$(F)/shard_%.csv) $(F)/cameras.json))
 $(eval $(call colmap_step,matches,$(call steps,features)))
-$(eval $(call colmap_step,mapper,$(call steps,matches)))
+$(foreach r,1 2 3,$(eval $(call colmap_step,mapper_$r,$(call steps,matches))))
 $(eval $(call colmap_step,triangulate,$(call steps,matches) $(M)/pose_graph/trajectory.tum $(M)/pose_graph/cameras.json))
-$(eval $(call colmap_step,queries,$(call steps,matches) $(F)/queries.csv $(F)/query_cameras.json))
-$(eval $(call colmap_step,register_mapper,$(call steps,mapper queries)))
-$(eval $(call colmap_step,register_triangulate,$(call steps,triangulate queries)))
-$(eval $(call colmap_step,register_held,$(call steps,triangulate queries)))
-$(C)/results.json: $(call steps,register_mapper register_triangulate register_held) $(MADE_localize) $(MADE_frames) \
+$(foreach n,queries queries_default,$(eval $(call colmap_step,$n,$(call steps,matches) $(F)/queries.csv $(F)/query_cameras.json)))
+COLMAP_MAPS := mapper_1 mapper_2 mapper_3 triangulate
+register = $(eval $(call colmap_step,register_$(1)$(3),$(call steps,$(2) queries$(3))))
+$(foreach d,| _default|,$(foreach m,$(COLMAP_MAPS),$(call register,$m,$m,$(d:|=)))$(call register,held,triangulate,$(d:|=)))
+REGISTERED := $(COLMAP_MAPS:%=register_%) register_held
+$(C)/results.json: $(call steps,$(REGISTERED) $(REGISTERED:%=%_default)) $(MADE_localize) $(MADE_frames) \
   $(wildcard $(F)/ground_truth.tum $(F)/query_ground_truth.tum) $(EVALUATION) scripts/evaluate_colmap.py
 	@echo "== evaluate_colmap"
 	$(QUIET)$(PYTHON) scripts/evaluate_colmap.py --site-dir $(M) --out $@ 2>&1 | tee $(M)/logs/evaluate_colmap.log
