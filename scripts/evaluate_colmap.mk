@@ -4,6 +4,9 @@
 # Lists of frames stand for their pixels, as everywhere.
 M := $(MAPS)/$(SITE)
 C := $(M)/evaluate_colmap
+RUNS_OF_MAPPER := mapper_1 mapper_2 mapper_3
+MAPS_OF_COLMAP := $(RUNS_OF_MAPPER) triangulate
+REGISTERED := $(MAPS_OF_COLMAP) held
 STEP := $(wildcard scripts/colmap_step.py scripts/nightmap_eval/colmap_*.py)
 step = $(RUN) colmap_$(1) $(LAUNCH) $(PYTHON) scripts/colmap_step.py $(1) --site-dir $(M) --data $(DATA) --threads $(THREADS)
 
@@ -11,19 +14,23 @@ $(C)/features/receipt.json: $(frames.shard) $(M)/frames/cameras.json $(STEP)
 	$(call step,features)
 $(C)/matches/receipt.json: $(C)/features/receipt.json $(STEP)
 	$(call step,matches)
-$(C)/mapper/receipt.json: $(C)/matches/receipt.json $(STEP)
-	$(call step,mapper)
+$(RUNS_OF_MAPPER:%=$(C)/%/receipt.json): $(C)/%/receipt.json: $(C)/matches/receipt.json $(STEP)
+	$(call step,$*)
 $(C)/triangulate/receipt.json: $(C)/matches/receipt.json $(M)/map_frame/trajectory.tum $(M)/pose_graph/cameras.json $(STEP)
 	$(call step,triangulate)
-$(C)/queries/receipt.json: $(C)/matches/receipt.json $(M)/queries/queries.csv $(M)/queries/query_cameras.json $(STEP)
-	$(call step,queries)
-$(C)/register_mapper/receipt.json: $(C)/mapper/receipt.json $(C)/queries/receipt.json $(STEP)
-	$(call step,register_mapper)
-$(C)/register_triangulate/receipt.json: $(C)/triangulate/receipt.json $(C)/queries/receipt.json $(STEP)
-	$(call step,register_triangulate)
+$(C)/queries/receipt.json $(C)/queries_default/receipt.json: $(C)/%/receipt.json: $(C)/matches/receipt.json \
+    $(M)/queries/queries.csv $(M)/queries/query_cameras.json $(STEP)
+	$(call step,$*)
+$(MAPS_OF_COLMAP:%=$(C)/register_%/receipt.json): $(C)/register_%/receipt.json: $(C)/%/receipt.json $(C)/queries/receipt.json $(STEP)
+	$(call step,register_$*)
+$(MAPS_OF_COLMAP:%=$(C)/register_%_default/receipt.json): $(C)/register_%_default/receipt.json: $(C)/%/receipt.json \
+    $(C)/queries_default/receipt.json $(STEP)
+	$(call step,register_$*_default)
 $(C)/register_held/receipt.json: $(C)/triangulate/receipt.json $(C)/queries/receipt.json $(STEP)
 	$(call step,register_held)
-$(C)/results.json: $(patsubst %,$(C)/%/receipt.json,register_mapper register_triangulate register_held) \
+$(C)/register_held_default/receipt.json: $(C)/triangulate/receipt.json $(C)/queries_default/receipt.json $(STEP)
+	$(call step,register_held_default)
+$(C)/results.json: $(REGISTERED:%=$(C)/register_%/receipt.json) $(REGISTERED:%=$(C)/register_%_default/receipt.json) \
     $(M)/localize/queries.csv $(M)/localize/receipt.json $(M)/frames/shards.txt \
     $(wildcard $(M)/frames/ground_truth.tum $(M)/queries/query_ground_truth.tum scripts/nightmap_eval/*.py) scripts/evaluate_colmap.py
 	$(RUN) evaluate_colmap $(PYTHON) scripts/evaluate_colmap.py --site-dir $(M) --out $@

@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """evaluate_colmap: what COLMAP made of the same pictures, held against nightmap and the truth.
 
-Four methods locate the same queries in maps of the same mapping frames (all of them, so that each map
-sees as much): nightmap; COLMAP in its own map; COLMAP among its points at nightmap's poses, once where
-these poses are adjusted with the queries' and once where they are held. Each is measured against the
+Nightmap and COLMAP locate the same queries in maps of the same mapping frames (all of them, so that each
+map sees as much): COLMAP in its own map; among its points at nightmap's poses, once where these poses are
+adjusted with the queries' and once where they are held; and each of these again with COLMAP's default
+number of retrieved images. Of COLMAP's own map there are several runs: the one in the middle by the
+queries near the reference counts, and results.json tells of each. Each method is measured against the
 truth, where there is one, and against the others. Writes results.json, summary.csv (a row for each
 method, reference and protocol), queries.csv (a row a query) and plots. With --readme it puts its table
 between `<!-- colmap SITE:begin -->` and `<!-- colmap SITE:end -->` of that file.
@@ -19,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
+from nightmap_eval.colmap_methods import MAPPER_RUNS, METHODS, RUNS
 from nightmap_eval.colmap_run import read_receipt
 from nightmap_eval.comparison import Located, Part, errors_against, locate_by_models, summaries
 from nightmap_eval.comparison_costs import colmap_costs, nightmap_costs
@@ -31,19 +34,15 @@ from nightmap_eval.query_errors import PROTOCOLS
 from nightmap_eval.site import Frames, hash_if_there, put_between, to_json, write_atomic
 from nightmap_eval.trajectory import read_truth, read_tum
 
-# Of COLMAP: the step that makes the map, the step that puts the queries into it.
-VARIANTS = {
-    "colmap_mapper": ("mapper", "register_mapper"),
-    "colmap_triangulate": ("triangulate", "register_triangulate"),
-    "colmap_held": ("triangulate", "register_held"),
-}
 TRUTH = ("frames/ground_truth.tum", "queries/query_ground_truth.tum")
 MADE_OF = ("map_frame/trajectory.tum", "localize/queries.csv", *TRUTH)
+NEAR = "recall_5cm_5deg_percent"
 SETTING = (
     "map images: all mapping frames of nightmap",
     "COLMAP's defaults but for what is said here; on the CPU; intrinsics known and never refined",
     "matching of the map: {matching}",
-    "matching of a query: {query_matching}",
+    "matching of a query: {query_matching}; of the methods named _default: {default_matching}",
+    f"colmap_mapper: of {len(MAPPER_RUNS)} runs with different seeds the one in the middle",
     "queries are registered, then bundle adjustment with the whole map; colmap_held: by the mapper, which "
     "triangulates and adjusts with them while nightmap's poses stay",
     "COLMAP's models are put on nightmap's map by a similarity over their map cameras",
@@ -76,16 +75,35 @@ class Site:
         paths = [self.dir / name for name in TRUTH]
         return Part(*map(read_truth, paths)) if all(path.exists() for path in paths) else None
 
-    def locate_by_colmap(self, name):
-        map_step, query_step = VARIANTS[name]
-        folder = self.colmap / query_step
-        failed = read_receipt(folder)["failed"]
-        if failed:
-            return Located(name, failed=failed)
-        mapped = self.colmap / map_step / "models"
+    def locate_by_colmap(self, run):
+        """None where the run is skipped, since it would repeat another."""
+        folder = self.colmap / run.register_step
+        receipt = read_receipt(folder)
+        if "skipped" in receipt:
+            return None
+        if receipt["failed"]:
+            return Located(run.method, failed=receipt["failed"])
+        mapped = self.colmap / run.map_step / "models"
         return locate_by_models(
-            name, mapped, folder / "models", self.map_times, self.query_times, self.trajectory
+            run.method, mapped, folder / "models", self.map_times, self.query_times, self.trajectory
         )
+
+    def runs_of(self, method):
+        """Its runs, each with what it located."""
+        runs = [(run, self.locate_by_colmap(run)) for run in RUNS if run.method == method]
+        return [(run, located) for run, located in runs if located]
+
+
+def near_percent(located, reference):
+    """Share of the reference's queries that are near it, each aligned on the map around it."""
+    local = summaries(located, reference)["local"] if located.parts else {}
+    return local.get(NEAR, 0.0)
+
+
+def middle(runs, reference):
+    """The run in the middle (of an even number the worse) by queries near the reference, then by those located."""
+    order = sorted(runs, key=lambda run: (near_percent(run[1], reference), run[1].num_located()))
+    return order[(len(runs) - 1) // 2]
 
 
 def compare(method, references):
@@ -94,13 +112,20 @@ def compare(method, references):
 
 
 def method_figures(site, method, references):
-    figures = {"failed": method.failed, "models": method.models, "num_queries": len(site.rows),
-               "num_located": method.num_located(),
-               "num_refused": len(site.rows) - method.num_located()}  # fmt: skip
-    figures["against"] = compare(method, references) if method.parts else {}
-    if method.name == "nightmap":
-        return figures | nightmap_costs(site.dir, len(site.rows))
-    return figures | colmap_costs(site.dir, *VARIANTS[method.name], len(site.rows))
+    num_located = method.num_located()
+    return {
+        "failed": method.failed, "models": method.models, "num_queries": len(site.rows), "num_located": num_located,
+        "num_refused": len(site.rows) - num_located,
+        "against": compare(method, references) if method.parts else {},
+    }  # fmt: skip
+
+
+def run_figures(site, run, located, reference):
+    """What results.json tells of one of several runs."""
+    costs = colmap_costs(site.dir, run, len(site.rows))
+    figures = {"map": run.map_step, "failed": located.failed, "num_located": located.num_located(),
+               NEAR: near_percent(located, reference)}  # fmt: skip
+    return figures | {key: costs[key] for key in ("map_time_s", "time_per_query_s")}
 
 
 def errors_by_method(methods, reference):
@@ -175,23 +200,39 @@ def write_plots(site, methods, errors, num_queries, folder):
     return list(plots)
 
 
+def settings(site):
+    matching = {
+        name: receipt.get("matching", receipt.get("skipped", "failed"))
+        for name, step in (("matching", "matches"), ("query_matching", "queries"), ("default_matching", "queries_default"))
+        for receipt in [read_receipt(site.colmap / step)]
+    }  # fmt: skip
+    return [line.format(**matching) for line in SETTING]
+
+
 def main():
     arguments = parse_arguments()
     site = Site(arguments.site_dir)
-    methods = [site.nightmap, *(site.locate_by_colmap(variant) for variant in VARIANTS)]
     truth, folder = site.truth(), arguments.out.parent
+    reference = truth or site.nightmap.merged()
+    runs_of = {name: runs for name in METHODS if (runs := site.runs_of(name))}
+    chosen = [middle(runs, reference) for runs in runs_of.values()]
+    methods = [site.nightmap, *(located for _, located in chosen)]
     references = {"truth": truth} if truth else {}
     references |= {m.name: m.merged() for m in methods if m.num_located()}
-    matches, queries = (read_receipt(site.colmap / step) for step in ("matches", "queries"))
-    matching = {"matching": matches.get("matching", "failed"),
-                "query_matching": queries.get("matching", "failed")}  # fmt: skip
+    figures = {"nightmap": method_figures(site, site.nightmap, references) | nightmap_costs(site.dir, len(site.rows))}
+    for run, located in chosen:
+        costs = colmap_costs(site.dir, run, len(site.rows))
+        figures[run.method] = method_figures(site, located, references) | costs
+        if len(runs_of[run.method]) > 1:
+            figures[run.method]["map"] = run.map_step
+            figures[run.method]["runs"] = [run_figures(site, *each, reference) for each in runs_of[run.method]]
+    matches = read_receipt(site.colmap / "matches")
     results = {
-        "format": "nightmap comparison with COLMAP", "version": 1, "site": site.dir.resolve().name,
-        "colmap": matches["colmap"], "threads": matches["threads"],
-        "setting": [line.format(**matching) for line in SETTING],
+        "format": "nightmap comparison with COLMAP", "version": 2, "site": site.dir.resolve().name,
+        "colmap": matches["colmap"], "threads": matches["threads"], "setting": settings(site),
         "num_map_frames": len(site.map_times), "has_ground_truth": truth is not None,
         "made_of": {name: hash_if_there(site.dir / name) for name in MADE_OF},
-        "methods": {m.name: method_figures(site, m, references) for m in methods},
+        "methods": figures,
     }  # fmt: skip
     errors = errors_by_method(methods, truth) if truth else {}
     num_queries = len(truth.queries) if truth else 0

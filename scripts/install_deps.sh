@@ -10,6 +10,7 @@ packages=(
   ccache               # a second build takes seconds
   clang-format         # make format, format-check
   clang-tidy           # make lint
+  lld                  # linking: it alone drops libraries that only unused functions need
   shellcheck           # make lint
   git make
   python3              # config resolution, evaluation, end-to-end tests

@@ -75,11 +75,13 @@ def parse_arguments():
     return arguments
 
 
-def run_make(site, seed, maps, data):
+def run_make(site, seed, maps, data, settings=()):
+    """`settings`: values over the profile, as make's SET takes them."""
     command = ["make", "-C", str(CHECKOUT), "evaluate", f"SITE={site}", f"SEED={seed}",
                f"MAPS={maps.resolve()}", f"DATA={Path(data.format(seed=seed)).resolve()}"]  # fmt: skip
-    if "{seed}" in data:
-        command.append(f"SET=synthesize.seed={seed}")
+    settings = [*settings, *([f"synthesize.seed={seed}"] if "{seed}" in data else [])]
+    if settings:
+        command.append("SET=" + " ".join(settings))
     if subprocess.run(command, check=False).returncode != 0:
         raise DataError(f"{' '.join(command)} failed, see above")
 

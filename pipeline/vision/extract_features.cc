@@ -13,7 +13,13 @@
 namespace nightmap {
 namespace {
 
-cv::Ptr<cv::Feature2D> MakeDetector(const ExtractionOptions& options) {
+constexpr int kOrbPatch_px = 31;
+constexpr int kBriskPatch_px = 12;
+
+bool IsFast(const ExtractionOptions& options) { return options.detector.starts_with("fast_"); }
+
+// What describes the keypoints; but for FAST corners it also finds them.
+cv::Ptr<cv::Feature2D> MakeDescriber(const ExtractionOptions& options) {
   switch (options.Kind()) {
     case DescriptorKind::kRootSift:
       // OpenCV keeps all that tie with the last one, so that the choice among them is ours.
@@ -26,16 +32,29 @@ cv::Ptr<cv::Feature2D> MakeDetector(const ExtractionOptions& options) {
       return cv::ORB::create(2 * options.num_features,
                              1.2f,
                              8,
-                             31,
+                             kOrbPatch_px,
                              0,
                              2,
                              cv::ORB::HARRIS_SCORE,
-                             31,
+                             kOrbPatch_px,
                              options.fast_threshold);
     case DescriptorKind::kBrisk:
       return cv::BRISK::create(options.fast_threshold);
   }
   throw UsageError("unknown detector '{}'", options.detector);
+}
+
+// Corners of one scale without a direction. The describer looks at each in the size that it gives
+// to keypoints of its own on the whole image, and upright.
+std::vector<cv::KeyPoint> FastCorners(const cv::Mat& image, const ExtractionOptions& options) {
+  std::vector<cv::KeyPoint> corners;
+  cv::FAST(image, corners, options.fast_threshold, true, cv::FastFeatureDetector::TYPE_9_16);
+  for (cv::KeyPoint& corner : corners) {
+    corner.size = options.Kind() == DescriptorKind::kOrb ? kOrbPatch_px : kBriskPatch_px;
+    corner.angle = 0;
+    corner.octave = 0;
+  }
+  return corners;
 }
 
 // OpenCV's SIFT doubles the image about its edges but halves keypoints about the first pixel's
@@ -131,7 +150,12 @@ float SurfaceDepth_m(std::vector<DepthSample> samples, double max_step) {
 }  // namespace
 
 void ExtractionOptions::Register(OptionList& list) {
-  list.Add("detector", &detector, {"sift", "orb", "brisk"}, "keypoints and descriptors");
+  list.Add(
+      "detector",
+      &detector,
+      {"sift", "orb", "brisk", "fast_orb", "fast_brisk"},
+      "keypoints and descriptors; fast_: FAST corners of one scale, described upright. No SURF: "
+      "Debian builds OpenCV without it, since it is patented");
   list.Add("num_features", &num_features, Range(50, 20000), "strongest features kept of an image");
   list.Add("sift_contrast_threshold",
            &sift_contrast_threshold,
@@ -142,7 +166,7 @@ void ExtractionOptions::Register(OptionList& list) {
            Range(1, 100),
            "higher keeps more edge-like features");
   list.Add("sift_num_octave_layers", &sift_num_octave_layers, Range(1, 8), "layers an octave");
-  list.Add("fast_threshold", &fast_threshold, Range(1, 100), "of ORB and BRISK, gray levels");
+  list.Add("fast_threshold", &fast_threshold, Range(1, 100), "of ORB, BRISK and FAST, gray levels");
   list.Add("depth_window_px",
            &depth_window_px,
            Range(0, 10),
@@ -155,7 +179,7 @@ void ExtractionOptions::Register(OptionList& list) {
 
 DescriptorKind ExtractionOptions::Kind() const {
   if (detector == "sift") return DescriptorKind::kRootSift;
-  return detector == "orb" ? DescriptorKind::kOrb : DescriptorKind::kBrisk;
+  return detector.ends_with("orb") ? DescriptorKind::kOrb : DescriptorKind::kBrisk;
 }
 
 FrameFeatures ExtractFeatures(const ColorImage& color,
@@ -163,11 +187,12 @@ FrameFeatures ExtractFeatures(const ColorImage& color,
                               const ExtractionOptions& options) {
   GrayImage gray = ToGray(color);
   const cv::Mat image(gray.height, gray.width, CV_8UC1, gray.pixels.data());
-  const auto detector = MakeDetector(options);
+  const auto describer = MakeDescriber(options);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
+  if (IsFast(options)) keypoints = FastCorners(image, options);
   // At once: each of detect() and compute() would make the pyramid of the image.
-  detector->detectAndCompute(image, cv::noArray(), keypoints, descriptors);
+  describer->detectAndCompute(image, cv::noArray(), keypoints, descriptors, IsFast(options));
   CentreOnPixels(options.Kind(), &keypoints);
   KeepStrongest(options.num_features, &keypoints, &descriptors);
 

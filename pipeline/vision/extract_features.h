@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keypoints and descriptors of one image: RootSIFT (Arandjelovic and Zisserman, CVPR 2012), ORB,
-// BRISK.
+// Keypoints and descriptors of one image: RootSIFT (Arandjelovic and Zisserman, CVPR 2012), ORB
+// (Rublee et al., ICCV 2011), BRISK (Leutenegger et al., ICCV 2011), and FAST corners (Rosten and
+// Drummond, ECCV 2006) with the descriptors of ORB or BRISK. SURF is patented, and Debian's OpenCV
+// is built without it.
 #pragma once
 
 #include <string>
@@ -17,7 +19,7 @@ struct ExtractionOptions {
   double sift_contrast_threshold = 0.02;
   double sift_edge_threshold = 10.0;
   int sift_num_octave_layers = 3;
-  int fast_threshold = 10;       // ORB and BRISK
+  int fast_threshold = 10;       // ORB, BRISK and FAST
   int depth_window_px = 2;       // half size of the window in which depth is looked up
   double max_depth_step = 0.05;  // relative depth difference that counts as an edge
 

@@ -26,7 +26,7 @@ from nightmap_eval.writing_folder import WritingFolder
 PROGRESS = re.compile(r"\[\d+/\d+|Registering image|Triangulating image|Bundle adjustment|Retriangulation")
 SHOW_EVERY_S = 5.0
 RECEIPT = {
-    "colmap": str, "threads": int, "failed": (str, type(None)), "?matching": str,
+    "colmap": str, "threads": int, "failed": (str, type(None)), "?skipped": str, "?matching": str,
     "parts": [{"name": str, "wall_time_s": NUMBER, "?cpu_time_s": NUMBER}],
 }  # fmt: skip
 LONG_AGO_S = 10**6
@@ -34,6 +34,10 @@ LONG_AGO_S = 10**6
 
 class ColmapFailed(Exception):
     """COLMAP ran and gave no result: the variant fails, the rest goes on."""
+
+
+class ColmapSkipped(Exception):
+    """The step would repeat another: so would the variant, which is left out."""
 
 
 def require_colmap():
@@ -148,8 +152,10 @@ def read_receipt(folder):
 
 
 def require(folder):
-    """The receipt of a step before. Raises ColmapFailed with its reason when it failed."""
+    """The receipt of a step before. Raises ColmapFailed or ColmapSkipped with its reason when there is no result."""
     receipt = read_receipt(folder)
+    if "skipped" in receipt:
+        raise ColmapSkipped(receipt["skipped"])
     if receipt["failed"]:
         raise ColmapFailed(receipt["failed"])
     return receipt

@@ -10,10 +10,16 @@ from nightmap_eval.colmap_run import read_receipt
 from nightmap_eval.reading import read_object
 from nightmap_eval.stages import StageResult
 
+# What a query takes, and of COLMAP's commands those that do it. A phase that is part of another one names it.
+PHASES = ("features", "search", "registration", "adjustment")
+PHASE_OF_COMMAND = {
+    "feature_extractor": "features", "vocab_tree_retriever": "search", "matches_importer": "search",
+    "image_registrator": "registration", "bundle_adjuster": "adjustment", "mapper": "registration",
+}  # fmt: skip
 POSE_STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph", "map_frame")
 
 
-def _costs(map_parts, query_parts, query_cpu_s, num_queries):
+def _costs(map_parts, query_parts, query_cpu_s, num_queries, phases_s):
     """`query_cpu_s`: of all cores, which other jobs of the machine change little; None if not known."""
     query_s = sum(query_parts.values())
     return {
@@ -21,6 +27,9 @@ def _costs(map_parts, query_parts, query_cpu_s, num_queries):
         "map_parts_s": map_parts,
         "query_time_s": query_s,
         "query_parts_s": query_parts,
+        "query_phases_s": {
+            phase: value if isinstance(value, str) else value / num_queries for phase, value in phases_s.items()
+        },
         "time_per_query_s": query_s / num_queries,
         "cpu_time_per_query_s": None if query_cpu_s is None else query_cpu_s / num_queries,
     }
@@ -41,7 +50,10 @@ def nightmap_costs(site_dir, num_queries):
     report = read_object(site_dir / "landmarks" / "report.json", {"num_landmarks": int})
     size = sum(path.stat().st_size for path in files)
     query_parts, query_cpu_s = _stage_times_s(site_dir, ("localize",)), StageResult(site_dir / "localize").cpu_time_s()
-    costs = _costs(map_parts, query_parts, query_cpu_s, num_queries)
+    localize = StageResult(site_dir / "localize")
+    phases_s = {"features": localize.part_time_s("extract"), "search": localize.part_time_s("locate"),
+                "registration": "in search", "adjustment": "in search"}  # fmt: skip
+    costs = _costs(map_parts, query_parts, query_cpu_s, num_queries, phases_s)
     return costs | {"map_size_bytes": size, "num_points": report["num_landmarks"]}
 
 
@@ -61,20 +73,33 @@ def _command_times_s(root, steps):
     return times
 
 
+def _phases_s(root, steps):
+    """Time of each phase of all queries; 0 for one that no command does."""
+    phases_s = dict.fromkeys(PHASES, 0.0)
+    commands = [part for _, part in _commands(root, steps)]
+    for part in commands:
+        if part["name"] in PHASE_OF_COMMAND:
+            phases_s[PHASE_OF_COMMAND[part["name"]]] += part["wall_time_s"]
+    if any(part["name"] == "mapper" for part in commands):  # it adjusts after each image
+        phases_s["adjustment"] = "in registration"
+    return phases_s
+
+
 def _command_cpu_s(root, steps):
     times = [part.get("cpu_time_s") for _, part in _commands(root, steps)]
     return sum(times) if times and None not in times else None
 
 
-def colmap_costs(site_dir, map_step, query_step, num_queries):
-    """Map and points are those of all models of `map_step`: each is needed to try a query."""
+def colmap_costs(site_dir, run, num_queries):
+    """Map and points are those of all models of the run's map: each is needed to try a query."""
     root = site_dir / "evaluate_colmap"
-    map_parts = _command_times_s(root, ("features", "matches", map_step))
-    if map_step == "triangulate":
+    map_parts = _command_times_s(root, ("features", "matches", run.map_step))
+    if run.map_step == "triangulate":
         map_parts = _stage_times_s(site_dir, POSE_STAGES) | map_parts
-    query_steps = ("queries", query_step)
-    query_parts, query_cpu_s = _command_times_s(root, query_steps), _command_cpu_s(root, query_steps)
+    steps = (run.queries_step, run.register_step)
+    query_parts, query_cpu_s = _command_times_s(root, steps), _command_cpu_s(root, steps)
     files = [root / "matches" / name for name in ("database.db", "vocabulary.bin")]
-    files += sorted((root / map_step).glob("models/*/*.bin"))
+    files += sorted((root / run.map_step).glob("models/*/*.bin"))
     size = sum(path.stat().st_size for path in files if path.exists())
-    return _costs(map_parts, query_parts, query_cpu_s, num_queries) | {"map_size_bytes": size}
+    costs = _costs(map_parts, query_parts, query_cpu_s, num_queries, _phases_s(root, steps))
+    return costs | {"map_size_bytes": size}

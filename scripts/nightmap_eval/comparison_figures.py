@@ -7,8 +7,13 @@ import numpy as np
 from nightmap_eval.figures import BLUE, GRAY, GREEN, ORANGE, RED, map_axes, draw_grid, to_png
 
 COLORS = {"nightmap": BLUE, "colmap_mapper": ORANGE, "colmap_triangulate": GREEN, "colmap_held": RED}
+DEFAULT = "_default"  # the same with COLMAP's number of retrieved images: the same color, dashed
 MARKERS = {"nightmap": "^", "colmap_mapper": "x", "colmap_triangulate": "+", "colmap_held": "1"}
 BINS_CM = np.geomspace(0.1, 1000, 25)
+
+
+def _line(method):
+    return {"color": COLORS[method.removesuffix(DEFAULT)], "ls": "--" if method.endswith(DEFAULT) else "-"}
 
 
 def _panels(errors, size):
@@ -28,7 +33,7 @@ def recall_png(errors, num_queries):
     for axes, by_method in zip(panels, errors.values()):
         for method, errors_cm in by_method.items():
             percent = 100 * np.searchsorted(np.sort(errors_cm), BINS_CM, side="right") / num_queries
-            axes.plot(BINS_CM, percent, color=COLORS[method], label=method)
+            axes.plot(BINS_CM, percent, **_line(method), label=method)
         axes.set_ylim(0, 102)
     panels[0].set_ylabel("queries (%)")
     panels[0].legend(fontsize=9, loc="lower right")
@@ -40,7 +45,7 @@ def histogram_png(errors):
     for axes, by_method in zip(panels, errors.values()):
         for method, errors_cm in by_method.items():
             inside = np.clip(errors_cm, BINS_CM[0], BINS_CM[-1])
-            axes.hist(inside, BINS_CM, histtype="step", lw=1.6, color=COLORS[method], label=method)
+            axes.hist(inside, BINS_CM, histtype="step", lw=1.6, **_line(method), label=method)
     panels[0].set_ylabel("queries")
     panels[0].legend(fontsize=9, loc="upper left")
     return to_png(figure)
@@ -54,6 +59,7 @@ def queries_png(grid, trajectory_m, positions_m):
         draw_grid(axes, grid)
     axes.plot(trajectory_m[:, 0], trajectory_m[:, 1], color=GRAY, lw=0.8, label="map frames")
     for method, points_m in positions_m.items():
-        axes.plot(points_m[:, 0], points_m[:, 1], MARKERS[method], color=COLORS[method], ms=5, label=method)
+        axes.plot(points_m[:, 0], points_m[:, 1], MARKERS[method.removesuffix(DEFAULT)], ms=5 - 2 * method.endswith(DEFAULT),
+                  color=COLORS[method.removesuffix(DEFAULT)], label=method)  # fmt: skip
     axes.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1))
     return to_png(figure)

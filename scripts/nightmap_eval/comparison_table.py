@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The comparison with COLMAP as rows and as a Markdown table."""
 
+from nightmap_eval.comparison_costs import PHASES
 from nightmap_eval.metrics import RECALL_THRESHOLDS, WRONG_CM
 from nightmap_eval.query_errors import PROTOCOLS
 
@@ -29,12 +30,17 @@ def _num_points(figures):
     return figures.get("num_points", sum(used) if used else None)
 
 
+def _phase(value):
+    return value if isinstance(value, str) else f"{value:.3f}"
+
+
 def comparison_rows(results, reference="truth"):
     """Rows: title and one text a method. Errors are those against the reference."""
     methods = results["methods"].values()
     rows = [
         ("queries", *(str(f["num_queries"]) for f in methods)),
         ("located", *(f"failed: {f['failed']}" if f["failed"] else str(f["num_located"]) for f in methods)),
+        ("located, each run", *(", ".join(str(run["num_located"]) for run in f.get("runs", ())) for f in methods)),
         ("refused", *(str(f["num_refused"]) for f in methods)),
         (f"wrong (more than {WRONG_CM} cm off)",
          *(_text(_error(f, reference, "global", "num_wrong"), "{}") for f in methods)),
@@ -48,6 +54,7 @@ def comparison_rows(results, reference="truth"):
     rows += [
         ("map (s)", *(f"{f['map_time_s']:.0f}" for f in methods)),
         ("a query (s)", *(f"{f['time_per_query_s']:.2f}" for f in methods)),
+        *((f"{phase} of a query (s)", *(_phase(f["query_phases_s"][phase]) for f in methods)) for phase in PHASES),
         ("a query (CPU s)", *(_text(f["cpu_time_per_query_s"], "{:.2f}") for f in methods)),
         ("points", *(_text(_num_points(f), "{}") for f in methods)),
         ("map size (MB)", *(f"{f['map_size_bytes'] / 1e6:.1f}" for f in methods)),

@@ -142,10 +142,21 @@ class ColmapTest(unittest.TestCase):
         self.assertIn("exhaustive", " ".join(self.results["setting"]))
         self.assertIn("| located |", self.output)
 
+    def test_a_query_is_timed_in_phases_and_so_few_frames_need_no_retrieval(self):
+        phases_s = self.results["methods"]["colmap_triangulate"]["query_phases_s"]
+        self.assertEqual(list(phases_s), ["features", "search", "registration", "adjustment"])
+        self.assertGreater(min(phases_s.values()), 0)
+        self.assertEqual(self.results["methods"]["colmap_held"]["query_phases_s"]["adjustment"], "in registration")
+        self.assertEqual([name for name in self.results["methods"] if "default" in name], [])
+
     def test_colmaps_own_map_is_used_where_it_fits_and_reported_where_it_does_not(self):
         """COLMAP 3.8 draws other samples each time it runs. About one in four of its maps of these
         frames is wrong. (comparison_test makes such models to measure.)"""
         figures = self.results["methods"]["colmap_mapper"]
+        self.assertEqual([run["map"] for run in figures["runs"]], ["mapper_1", "mapper_2", "mapper_3"])
+        counts = sorted(run["num_located"] for run in figures["runs"])
+        self.assertLessEqual(counts[0], figures["num_located"])
+        self.assertLessEqual(figures["num_located"], counts[2])
         self.assertGreater(len(figures["models"]), 0)
         if any(model["fits"] for model in figures["models"]):
             self.assert_located("colmap_mapper")

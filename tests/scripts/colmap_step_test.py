@@ -120,8 +120,31 @@ class ColmapStepTest(unittest.TestCase):
         self.assertEqual(searched, [f"rgb/{i}.png" for i in range(fake_site.NUM_FRAMES)])
         pairs = (queries / "pairs.txt").read_text().splitlines()
         self.assertEqual(pairs, ["queries/0.png rgb/1.png", "queries/0.png rgb/0.png"])
+        self.assertIn("--num_images 30", self.calls())
+        self.assertIn("30 mapping frames", self.receipt("queries")["matching"])
+
+    def test_more_are_retrieved_by_colmaps_default(self):
+        self.prepare("matches")
+        (self.colmap / "matches" / "vocabulary.bin").write_bytes(b"tree")
+        self.run_step("queries_default", RETRIEVED)
         self.assertIn("--num_images 100", self.calls())
-        self.assertIn("100 mapping frames", self.receipt("queries")["matching"])
+        self.assertIn("100 mapping frames", self.receipt("queries_default")["matching"])
+
+    def test_where_all_frames_are_matched_the_default_is_skipped_with_all_that_builds_on_it(self):
+        self.prepare("matches")
+        for name in ("mapper_1", "triangulate"):
+            fake_colmap.write_receipt(self.colmap / name)
+        for step in ("queries_default", "register_mapper_1_default", "register_held_default"):
+            self.assertEqual(self.run_step(step).returncode, 0)
+            receipt = self.receipt(step)
+            self.assertEqual((receipt["failed"], receipt["skipped"]), (None, "queries are matched with all mapping frames"))
+        self.assertFalse((self.root / "calls").exists())
+
+    def test_each_run_of_the_mapper_has_a_seed_of_its_own(self):
+        self.prepare("matches")
+        for run in (1, 2, 3):
+            self.run_step(f"mapper_{run}")
+        self.assertEqual([call.split("--random_seed ")[1][0] for call in self.calls().splitlines()], ["1", "2", "3"])
 
     def test_a_retrieval_that_does_not_tell_of_every_query_is_a_failure(self):
         self.prepare("matches")
@@ -131,41 +154,41 @@ class ColmapStepTest(unittest.TestCase):
 
     def test_intrinsics_stay_fixed(self):
         self.prepare("matches")
-        self.run_step("mapper", f"cd {self.colmap}/.writing.*/mapper/models && mkdir 0")
-        self.assertIsNone(self.receipt("mapper")["failed"])
+        self.run_step("mapper_1", f"cd {self.colmap}/.writing.*/mapper_1/models && mkdir 0")
+        self.assertIsNone(self.receipt("mapper_1")["failed"])
         self.assertIn("--Mapper.ba_refine_focal_length 0", self.calls())
 
     def test_a_failure_is_kept_with_its_reason_and_is_older_than_anything(self):
         self.prepare("matches")
-        result = self.run_step("mapper", "echo no good initial pair; exit 3")
+        result = self.run_step("mapper_1", "echo no good initial pair; exit 3")
         self.assertEqual(result.returncode, 0)
-        self.assertEqual(self.receipt("mapper")["failed"], "colmap mapper: exit code 3: no good initial pair")
-        first_ns = (self.colmap / "mapper" / "receipt.json").stat().st_mtime_ns
+        self.assertEqual(self.receipt("mapper_1")["failed"], "colmap mapper: exit code 3: no good initial pair")
+        first_ns = (self.colmap / "mapper_1" / "receipt.json").stat().st_mtime_ns
         self.assertLess(first_ns, Path(__file__).stat().st_mtime_ns)
-        self.run_step("mapper", "exit 4")
-        self.assertNotEqual((self.colmap / "mapper" / "receipt.json").stat().st_mtime_ns, first_ns)
+        self.run_step("mapper_1", "exit 4")
+        self.assertNotEqual((self.colmap / "mapper_1" / "receipt.json").stat().st_mtime_ns, first_ns)
 
     def test_a_killed_colmap_is_a_failure(self):
         self.prepare("matches")
-        self.run_step("mapper", "kill -9 $$")
-        self.assertIn("signal 9", self.receipt("mapper")["failed"])
+        self.run_step("mapper_1", "kill -9 $$")
+        self.assertIn("signal 9", self.receipt("mapper_1")["failed"])
 
     def test_no_model_is_a_failure(self):
         self.prepare("matches")
-        self.run_step("mapper")
-        self.assertEqual(self.receipt("mapper")["failed"], "colmap mapper: no model")
+        self.run_step("mapper_1")
+        self.assertEqual(self.receipt("mapper_1")["failed"], "colmap mapper: no model")
 
     def test_what_builds_on_a_failure_fails_with_its_reason(self):
-        fake_colmap.write_receipt(self.colmap / "mapper", failed="colmap mapper: no model")
-        self.assertEqual(self.run_step("register_mapper").returncode, 0)
-        self.assertEqual(self.receipt("register_mapper")["failed"], "colmap mapper: no model")
+        fake_colmap.write_receipt(self.colmap / "mapper_1", failed="colmap mapper: no model")
+        self.assertEqual(self.run_step("register_mapper_1").returncode, 0)
+        self.assertEqual(self.receipt("register_mapper_1")["failed"], "colmap mapper: no model")
 
     def test_every_model_gets_the_queries_and_an_adjustment(self):
         self.prepare("queries")
-        fake_colmap.write_receipt(self.colmap / "mapper")
+        fake_colmap.write_receipt(self.colmap / "mapper_1")
         for name in ("0", "1"):
-            (self.colmap / "mapper" / "models" / name).mkdir(parents=True)
-        self.run_step("register_mapper")
+            (self.colmap / "mapper_1" / "models" / name).mkdir(parents=True)
+        self.run_step("register_mapper_1")
         commands = [line.split()[0] for line in self.calls().splitlines()]
         self.assertEqual(commands, ["image_registrator", "bundle_adjuster"] * 2)
         self.assertIn("--BundleAdjustment.refine_focal_length 0", self.calls())
@@ -188,9 +211,9 @@ class ColmapStepTest(unittest.TestCase):
         self.assertIsNone(self.receipt("triangulate")["failed"])
         cameras = (self.colmap / "triangulate" / "posed" / "cameras.txt").read_text()
         self.assertEqual(cameras, "1 PINHOLE 640 480 490.0 491.0 320.0 240.0\n")
-        fake_colmap.write_receipt(self.colmap / "mapper")
-        (self.colmap / "mapper" / "models" / "0").mkdir(parents=True)
-        for variant, focal_px in (("triangulate", 490), ("held", 490), ("mapper", 500)):
+        fake_colmap.write_receipt(self.colmap / "mapper_1")
+        (self.colmap / "mapper_1" / "models" / "0").mkdir(parents=True)
+        for variant, focal_px in (("triangulate", 490), ("held", 490), ("mapper_1", 500)):
             self.run_step(f"register_{variant}")
             (camera,) = read_cameras(self.colmap / f"register_{variant}" / "database.db")
             self.assertEqual(camera[4][0], focal_px)
@@ -198,7 +221,7 @@ class ColmapStepTest(unittest.TestCase):
     def test_colmap_ends_with_the_step(self):
         self.prepare("matches")
         environment = os.environ | {"PATH": self.stand_in(f"echo $$ > {self.root}/pid; echo up; exec sleep 600")}
-        command = [sys.executable, fake_site.SCRIPTS / "colmap_step.py", *self.arguments("mapper")]
+        command = [sys.executable, fake_site.SCRIPTS / "colmap_step.py", *self.arguments("mapper_1")]
         step = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
         while not (self.root / "pid").exists() or not (self.root / "pid").read_text():
             self.assertIsNone(step.poll())
@@ -208,7 +231,7 @@ class ColmapStepTest(unittest.TestCase):
         self.assertNotEqual(step.returncode, 0)
         with self.assertRaises(ProcessLookupError):
             os.kill(int((self.root / "pid").read_text()), 0)
-        self.assertFalse((self.colmap / "mapper").exists())
+        self.assertFalse((self.colmap / "mapper_1").exists())
 
     def test_killed_between_the_renames_the_next_run_has_the_old_step(self):
         self.prepare("features")

@@ -14,11 +14,12 @@ import fake_colmap
 import fake_site
 from fake_site import moved, rotation_about, walk
 from nightmap_eval.colmap_files import read_model
+from nightmap_eval.colmap_methods import MAPPER_RUNS, RUNS
 from nightmap_eval.comparison import Part, fit_to_map, locate_by_models, matched, model_trajectory, summaries
 from nightmap_eval.report_comparison import comparison_section
 
-STEPS = ("features", "matches", "mapper", "triangulate", "queries",
-         "register_mapper", "register_triangulate", "register_held")  # fmt: skip
+STEPS = ("features", "matches", "triangulate", "queries", "queries_default", *MAPPER_RUNS,
+         *(run.register_step for run in RUNS))  # fmt: skip
 MAP_NAMES = [f"rgb/{i}.png" for i in range(fake_site.NUM_FRAMES)]
 QUERIES = walk(11).select(range(10))
 QUERIES.times_ns = QUERIES.times_ns + 5
@@ -156,9 +157,13 @@ class EvaluateColmapTest(unittest.TestCase):
         for step in STEPS:
             fake_colmap.write_receipt(self.colmap / step, parts=[(f"tool_{step}", 2.0)], matching="exhaustive")
         (self.colmap / "matches" / "database.db").write_bytes(bytes(300))
-        for made, num_queries in (("mapper", 0), ("triangulate", 0), ("register_mapper", 6),
+        # Of the mapper's runs the one in the middle is the second, with 6.
+        for made, num_queries in (*((step, 0) for step in MAPPER_RUNS), ("triangulate", 0),
+                                  ("register_mapper_1", 5), ("register_mapper_2", 6), ("register_mapper_3", 7),
                                   ("register_triangulate", 6), ("register_held", 7)):  # fmt: skip
             write_model(self.colmap / made / "models" / "0", range(40), queries=range(num_queries))
+        for step in ("queries_default", *(run.register_step for run in RUNS if run.queries_step == "queries_default")):
+            fake_colmap.write_receipt(self.colmap / step, skipped="all frames are matched")
 
     def evaluate(self, *more):
         out = self.colmap / "results.json"
@@ -187,6 +192,39 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertEqual(nightmap["map_size_bytes"], 1500)
         self.assertGreater(mapper["map_size_bytes"], 300)
         self.assertIn("| located | 8 | 6 | 6 | 7 |", table)
+
+    def test_of_several_runs_of_the_mapper_the_one_in_the_middle_counts_and_each_is_told(self):
+        results, table = self.evaluate()
+        mapper = results["methods"]["colmap_mapper"]
+        self.assertEqual(mapper["map"], "mapper_2")
+        self.assertEqual([run["num_located"] for run in mapper["runs"]], [5, 6, 7])
+        self.assertIn("| located, each run |  | 5, 6, 7 |  |  |", table)
+        fake_colmap.write_receipt(self.colmap / "register_mapper_3", failed="out of memory")
+        mapper = self.evaluate()[0]["methods"]["colmap_mapper"]
+        self.assertEqual((mapper["map"], mapper["num_located"]), ("mapper_1", 5))
+        self.assertEqual(mapper["runs"][2]["failed"], "out of memory")
+
+    def test_the_default_number_of_retrieved_images_is_a_method_of_its_own(self):
+        fake_colmap.write_receipt(self.colmap / "queries_default", matching="with the 100 most similar")
+        fake_colmap.write_receipt(self.colmap / "register_held_default")
+        write_model(self.colmap / "register_held_default" / "models" / "0", range(40), queries=range(9))
+        results, table = self.evaluate()
+        self.assertEqual(list(results["methods"])[1:],
+                         ["colmap_mapper", "colmap_triangulate", "colmap_held", "colmap_held_default"])  # fmt: skip
+        self.assertIn("| located | 8 | 6 | 6 | 7 | 9 |", table)
+        self.assertIn("with the 100 most similar", " ".join(results["setting"]))
+
+    def test_search_registration_and_adjustment_are_timed_apart(self):
+        parts = [("feature_extractor", 1.0), ("vocab_tree_retriever", 2.0), ("matches_importer", 3.0)]
+        fake_colmap.write_receipt(self.colmap / "queries", parts=parts, matching="exhaustive")
+        parts = [("image_registrator", 4.0), ("bundle_adjuster", 5.0)]
+        fake_colmap.write_receipt(self.colmap / "register_triangulate", parts=2 * parts)
+        fake_colmap.write_receipt(self.colmap / "register_held", parts=[("mapper", 6.0)])
+        results, table = self.evaluate()
+        self.assertEqual(results["methods"]["colmap_triangulate"]["query_phases_s"],
+                         {"features": 0.1, "search": 0.5, "registration": 0.8, "adjustment": 1.0})  # fmt: skip
+        self.assertEqual(results["methods"]["colmap_held"]["query_phases_s"]["registration"], 0.6)
+        self.assertRegex(table, r"\| adjustment of a query \(s\) \| in search \| 0.000 \| 1.000 \| in registration \|")
 
     def test_cpu_time_is_told_where_every_receipt_has_it(self):
         results, table = self.evaluate()
@@ -227,21 +265,23 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertEqual(len(results["plots"]), 3)
 
     def test_a_failed_variant_is_told_and_the_other_counts(self):
-        fake_colmap.write_receipt(self.colmap / "register_mapper", failed="colmap mapper: no model")
+        for step in MAPPER_RUNS:
+            fake_colmap.write_receipt(self.colmap / f"register_{step}", failed="colmap mapper: no model")
         results, table = self.evaluate()
         self.assertEqual(results["methods"]["colmap_mapper"]["failed"], "colmap mapper: no model")
         self.assertEqual(results["methods"]["colmap_triangulate"]["num_located"], 6)
         self.assertIn("failed: colmap mapper: no model", table)
 
     def test_all_variants_failed(self):
-        for variant in ("mapper", "triangulate", "held"):
+        for variant in (*MAPPER_RUNS, "triangulate", "held"):
             fake_colmap.write_receipt(self.colmap / f"register_{variant}", failed="out of memory")
         results, _ = self.evaluate()
         self.assertEqual(results["methods"]["nightmap"]["num_located"], 8)
 
     def test_a_method_that_cannot_be_aligned_on_the_truth_is_told_and_the_others_count(self):
         fake_site.write_tum(self.site_dir / "frames" / "ground_truth.tum", walk().select(range(22)))
-        for folder, queries in (("mapper", []), ("register_mapper", range(6))):
+        for folder, queries in (*((step, []) for step in MAPPER_RUNS),
+                                *((f"register_{step}", range(6)) for step in MAPPER_RUNS)):
             shutil.rmtree(self.colmap / folder / "models")
             write_model(self.colmap / folder / "models" / "0", range(20, 40), queries=queries)
         results, table = self.evaluate()
@@ -277,7 +317,7 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertIsNone(comparison_section(self.site_dir))
         self.evaluate()
         section = comparison_section(self.site_dir)
-        for text in ("Comparison with COLMAP", "Errors against truth", "recall.png", "tool_mapper"):
+        for text in ("Comparison with COLMAP", "Errors against truth", "recall.png", "tool_mapper_2"):
             self.assertIn(text, section)
         self.assertNotIn("changed since", section)
         for name in ("map_frame/trajectory.tum", "frames/ground_truth.tum", "queries/query_ground_truth.tum"):

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/vision/extract_features.h"
 
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <set>
 
 #include "pipeline/base/random.h"
@@ -13,6 +15,7 @@ namespace {
 
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
+constexpr std::array kDetectors = {"sift", "orb", "brisk", "fast_orb", "fast_brisk"};
 const Camera kCamera{kWidth, kHeight, 260, 260, 159.5, 119.5};
 
 ColorImage Gray() {
@@ -49,7 +52,7 @@ ColorImage Dots(int shift_px) {
 TEST(ExtractFeatures, ABlankImageHasNone) {
   ColorImage image{kWidth, kHeight, 3, {}};
   image.pixels.assign(static_cast<std::size_t>(kWidth * kHeight * 3), 90);
-  for (const char* detector : {"sift", "orb", "brisk"}) {
+  for (const char* detector : kDetectors) {
     ExtractionOptions options;
     options.detector = detector;
     EXPECT_EQ(ExtractFeatures(image, kCamera, options).NumFeatures(), 0) << detector;
@@ -58,7 +61,7 @@ TEST(ExtractFeatures, ABlankImageHasNone) {
 
 TEST(ExtractFeatures, EveryDetectorFillsEveryListAndRepeats) {
   const ColorImage image = Dots(0);
-  for (const char* detector : {"sift", "orb", "brisk"}) {
+  for (const char* detector : kDetectors) {
     ExtractionOptions options;
     options.detector = detector;
     options.num_features = 50;
@@ -134,6 +137,28 @@ TEST(ExtractFeatures, OrbIsInOrderToo) {
   ASSERT_GT(distances.size(), 10U);
   std::ranges::sort(distances);
   EXPECT_LT(distances[distances.size() / 2], 30);  // of 256 bits; 128 by chance
+}
+
+// FAST corners lie on whole pixels, so that an image moved by whole pixels has the very same ones.
+TEST(ExtractFeatures, FastCornersAndTheirDescriptorsMoveWithTheImage) {
+  for (const char* detector : {"fast_orb", "fast_brisk"}) {
+    ExtractionOptions options;
+    options.detector = detector;
+    const FrameFeatures still = ExtractFeatures(Dots(0), kCamera, options);
+    const FrameFeatures moved = ExtractFeatures(Dots(6), kCamera, options);
+    ASSERT_GT(still.NumFeatures(), 20) << detector;
+    const auto size = static_cast<std::size_t>(DescriptorSize(options.Kind()));
+    int num_same = 0;
+    for (std::size_t i = 0; i < still.keypoints_px.size(); ++i) {
+      for (std::size_t k = 0; k < moved.keypoints_px.size(); ++k) {
+        const Eigen::Vector2f step = moved.raw_keypoints_px[k] - still.raw_keypoints_px[i];
+        if (step != Eigen::Vector2f(6, 0)) continue;
+        num_same +=
+            std::memcmp(&still.descriptors[i * size], &moved.descriptors[k * size], size) == 0;
+      }
+    }
+    EXPECT_GE(num_same, 9 * still.NumFeatures() / 10) << detector;
+  }
 }
 
 TEST(ExtractFeatures, MoveWithTheImage) {

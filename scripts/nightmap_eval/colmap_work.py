@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the steps of the comparison with COLMAP share: folders, databases, features, retrieval."""
+
+import re
+import shutil
+
+from nightmap_eval.colmap_files import camera_parameters, read_images, replace_cameras
+from nightmap_eval.colmap_run import ColmapFailed, Step, require
+from nightmap_eval.errors import DataError
+from nightmap_eval.queries import refuse_mapped_queries
+from nightmap_eval.reading import read_object
+from nightmap_eval.site import Frames, read_csv
+
+# What vocab_tree_retriever prints: a line a query, then one for each image it found, best first.
+QUERYING, FOUND = re.compile(r"Querying for image "), re.compile(r"image_id=(\d+), image_name=")
+CAMERAS = {"cameras": [{"color": dict}]}
+INTRINSICS = ("focal_length", "principal_point", "extra_params")
+FIXED_MAPPER = {f"Mapper__ba_refine_{name}": 0 for name in INTRINSICS}
+FIXED_ADJUSTER = {f"BundleAdjustment__refine_{name}": 0 for name in INTRINSICS}
+
+
+class Work:
+    """The step at hand and where the others left what they made."""
+
+    def __init__(self, arguments):
+        self.site_dir, self.data = arguments.site_dir, arguments.data
+        self.root = self.site_dir / "evaluate_colmap"
+        self.step = Step(self.root / arguments.step, arguments.threads)
+        self.matching = {"SiftMatching__use_gpu": 0, "SiftMatching__num_threads": arguments.threads}
+        self.mapping = {"Mapper__num_threads": arguments.threads, **FIXED_MAPPER}
+
+    def copy_database(self, before):
+        """The database of the step before, in this step's folder."""
+        require(self.root / before)
+        target = self.step.folder / "database.db"
+        shutil.copyfile(self.root / before / "database.db", target)
+        return target
+
+    def calibrate(self, database):
+        """Puts in the cameras that belong to nightmap's poses: its focal lengths may differ from the configured."""
+        configured, calibrated = (
+            [camera["color"] for camera in read_object(self.site_dir / stage / "cameras.json", CAMERAS)["cameras"]]
+            for stage in ("frames", "pose_graph")
+        )
+        replace_cameras(database, configured, calibrated)
+
+    def write_list(self, name, lines):
+        path = self.step.folder / name
+        path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+        return path
+
+    def query_rows(self):
+        rows = read_csv(self.site_dir / "queries" / "queries.csv", ("color_path", "camera_idx"))
+        map_rows = Frames(self.site_dir).rows
+        refuse_mapped_queries(*([row["color_path"] for row in some] for some in (rows, map_rows)))
+        return rows
+
+    def extract(self, database, rows, cameras):
+        """Features of the pictures of rows of a list of frames, camera by camera."""
+        for row in rows:
+            if "#" in row["color_path"] or " " in row["color_path"]:
+                raise DataError(
+                    f"{row['color_path']}: COLMAP cannot read a frame of a video or a name with a space; "
+                    "store the pictures one by one"
+                )
+        cameras = read_object(self.site_dir / cameras, CAMERAS)["cameras"]
+        for idx in sorted({int(row["camera_idx"]) for row in rows}):
+            names = [row["color_path"] for row in rows if int(row["camera_idx"]) == idx]
+            model, parameters = camera_parameters(cameras[idx]["color"])
+            self.step.colmap(
+                "feature_extractor", database_path=database, image_path=self.data,
+                image_list_path=self.write_list(f"images_{idx}.txt", names),
+                ImageReader__single_camera=1, ImageReader__camera_model=model,
+                ImageReader__camera_params=",".join(repr(float(value)) for value in parameters),
+                SiftExtraction__use_gpu=0, SiftExtraction__num_threads=self.step.threads,
+            )  # fmt: skip
+
+    def retrieve(self, database, tree, names, map_names, num_images):
+        """query -> the num_images mapping frames that are most similar to it by the vocabulary tree.
+
+        vocab_tree_matcher would search all images of the database: a query would find itself and other
+        queries, and the fewer mapping frames for it. It has the same defaults."""
+        printed = self.step.colmap(
+            "vocab_tree_retriever", database_path=database, vocab_tree_path=tree, num_images=num_images,
+            query_image_list_path=self.write_list("queries.txt", names),
+            database_image_list_path=self.write_list("map.txt", map_names),
+        )  # fmt: skip
+        name_of_id = {image_id: name for image_id, name, _ in read_images(database)}
+        found = []
+        for text in printed:
+            if QUERYING.search(text):
+                found.append([])
+            elif found and (match := FOUND.search(text)):
+                found[-1].append(name_of_id[int(match.group(1))])
+        if len(found) != len(names):
+            raise ColmapFailed(f"colmap vocab_tree_retriever: told of {len(found)} of {len(names)} queries")
+        return dict(zip(names, found))

@@ -1,0 +1,41 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Every detector but SIFT, which all other tests use: from the pictures of a made-up building to located queries."""
+import json
+import unittest
+
+from workspace import Workspace
+
+DETECTORS = ("orb", "brisk", "fast_orb", "fast_brisk")
+MAX_ATE_M = 0.03
+MAX_ERROR_CM = 10
+
+
+class DetectorsTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.work = Workspace.made("data/small/synthesize.json")
+        cls.addClassCleanup(cls.work.remove)
+
+    def test_the_map_is_as_true_and_queries_are_located(self):
+        for detector in DETECTORS:
+            with self.subTest(detector):
+                result = self.work.make("evaluate", f'SET=features.detector="{detector}"')
+                self.assertEqual(result.returncode, 0, result.stdout[-4000:])
+                metrics = json.loads(self.work.path("evaluate/metrics.json").read_text())
+                coverage, queries = metrics["coverage"], metrics["queries"]
+                self.assertEqual(coverage["num_frames_with_pose"], coverage["num_frames"])
+                self.assertLessEqual(metrics["trajectory"]["se3"]["ate_rmse_m"], MAX_ATE_M)
+                self.assertGreaterEqual(queries["num_located"], queries["num_with_truth"] / 2)
+                self.assertLessEqual(queries["located_max_translation_error_cm"], MAX_ERROR_CM)
+
+    def test_surf_is_refused_and_the_help_says_why(self):
+        result = self.work.make("map", 'SET=features.detector="surf"')
+        self.assertEqual(result.returncode, 2, result.stdout)
+        self.assertIn("fast_brisk", result.stdout)
+        text = " ".join(self.work.run("features", "--help").stdout.split())
+        self.assertIn("No SURF: Debian builds OpenCV without it, since it is patented", text)
+
+
+if __name__ == "__main__":
+    unittest.main()
