@@ -3,6 +3,7 @@
 """The Makefile and resolve_config.py without any stage program."""
 import os
 import pathlib
+import re
 import shlex
 import shutil
 import subprocess
@@ -34,13 +35,20 @@ class FreshMachineTest(unittest.TestCase):
                 self.assertIn(word, front_page)
 
     def test_every_goal_is_on_the_front_page(self):
-        text = (REPOSITORY / "Makefile").read_text(encoding="utf-8")
-        phony = text.split(".PHONY:")[1].split("\n\n")[0].replace("\\", " ").split()
+        text = "".join((REPOSITORY / name).read_text(encoding="utf-8") for name in ("Makefile", "scripts/development.mk"))
+        lists = re.findall(r"(?m)^(?:\.PHONY:|OF_SITE :=)(.*)$", text)
+        goals = {word for line in lists for word in line.split() if re.fullmatch(r"[a-z][a-z-]*", word)}
+        self.assertGreater(len(goals), 20)
         front_page = subprocess.run(["make", "help"], cwd=REPOSITORY, env=environment(), text=True,
                                     capture_output=True).stdout
-        for goal in phony:
-            if goal != "FORCE":
-                self.assertIn(f"make {goal} ", front_page)
+        for goal in goals - {"the_site"}:
+            self.assertIn(f"make {goal} ", front_page)
+
+    def test_the_makefile_is_a_front_page(self):
+        text = (REPOSITORY / "Makefile").read_text(encoding="utf-8")
+        self.assertLessEqual(len(text.splitlines()), 150)
+        for path in (REPOSITORY / "Makefile", *(REPOSITORY / "scripts").glob("*.mk")):
+            self.assertNotIn("$(eval", path.read_text(encoding="utf-8"), path.name)
 
 
 class BuildTest(unittest.TestCase):

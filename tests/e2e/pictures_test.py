@@ -4,6 +4,8 @@
 import csv
 import json
 import math
+import os
+import time
 import unittest
 
 import numpy as np
@@ -165,6 +167,39 @@ class PicturesTest(unittest.TestCase):
         write_black(photo, WIDTH, HEIGHT)
         self.assertEqual(self.reran(*asked), {"queries", "localize"})
         self.assertEqual(self.located("a.png")["reason"], "no_features")
+
+    def add_frames(self, count):
+        """To the recording, after its own: links to its last picture at later times."""
+        for kind in ("rgb", "depth"):
+            listing = self.work.data() / f"{kind}.txt"
+            lines = listing.read_text().splitlines()
+            last_s, name = lines[-1].split()
+            source = self.work.data() / name
+            for i in range(count):
+                more = f"{kind}/more_{i:05}{source.suffix}"
+                os.link(source, self.work.data() / more)
+                lines.append(f"{float(last_s) + 0.1 * (i + 1):.6f} {more}")
+            listing.write_text("\n".join(lines) + "\n")
+
+    def ask_s(self, name):
+        """Time to locate a new picture, the shorter of two."""
+        times_s = []
+        for number in range(2):
+            picture = self.photos / f"{name}{number}.png"
+            self.image(self.best).save(picture)
+            start = time.monotonic()
+            self.make("localize", f"QUERY=photos/{picture.name}", f"FOV_DEG={FOV_DEG}")
+            times_s.append(time.monotonic() - start)
+            self.check_same_place(self.located(picture.name), self.best)
+        return min(times_s)
+
+    def test_a_picture_is_located_without_a_look_at_the_recording(self):
+        """At 20,000 frames of a recording (of which the site maps 60) in at most a second more than at 160."""
+        self.work.as_recorded()
+        few_s = self.ask_s("few")
+        self.add_frames(20000)
+        self.make("map")
+        self.assertLess(self.ask_s("many"), few_s + 1)
 
     def test_mistakes_are_refused_with_the_remedy(self):
         self.image(self.best).save(self.photos / "a.png")

@@ -122,9 +122,9 @@ class Workspace:
             times[receipt.parent.name] = times.get(receipt.parent.name, 0) + receipt.stat().st_mtime_ns
         return times
 
-    def hashes(self):
+    def hashes(self, site=SITE):
         """Relative path -> hash of every artifact; receipts, logs, configs and the cache of hashes are none."""
-        root = self.folder / "maps" / SITE
+        root = self.folder / "maps" / site
         files = [path for path in sorted(root.rglob("*")) if path.is_file()]
         names = {str(path.relative_to(root)): path for path in files}
         return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in names.items()
