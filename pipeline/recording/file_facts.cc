@@ -18,10 +18,11 @@ namespace {
 constexpr const char* kCacheHeader =
     "path,size_bytes,mtime_ns,ctime_ns,hash,width,height,num_channels,num_bits,check";
 constexpr std::size_t kCheck = 9;  // column
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
-constexpr std::int64_t kSettled_ns = 2 * kSecond_ns;
+constexpr std::int64_t kSettled_ns = 2'000'000'000;
 
-std::int64_t Nanoseconds(const timespec& time) { return time.tv_sec * kSecond_ns + time.tv_nsec; }
+std::int64_t Nanoseconds(const timespec& time) {
+  return time.tv_sec * 1'000'000'000 + time.tv_nsec;
+}
 
 std::int64_t Now_ns() {
   timespec now{};
