@@ -82,7 +82,12 @@ ColorImage LoadColor(const FrameRecord& frame,
 DepthImage LoadDepth(const FrameRecord& frame,
                      const RgbdCamera& camera,
                      const std::filesystem::path& data_root) {
-  if (frame.depth.path.empty()) throw DataError("{}: frame has no depth", frame.color.path);
+  if (frame.depth.path.empty()) {
+    throw DataError(
+        "{}: frame has no depth, of which this map is made: set depth = \"required\" in the "
+        "[[sequence]] to leave such frames out",
+        frame.color.path);
+  }
   const Camera& depth_camera = camera.depth_registered ? camera.color : camera.depth;
   const RawDepthImage raw =
       ReadFromData(data_root, frame.depth.path, [&](const std::filesystem::path& path) {

@@ -20,7 +20,9 @@ constexpr const char* kCacheHeader =
 constexpr std::size_t kCheck = 9;  // column
 constexpr std::int64_t kSettled_ns = 2'000'000'000;
 
-std::int64_t Nanoseconds(const timespec& time) { return time.tv_sec * 1'000'000'000 + time.tv_nsec; }
+std::int64_t Nanoseconds(const timespec& time) {
+  return time.tv_sec * 1'000'000'000 + time.tv_nsec;
+}
 
 std::int64_t Now_ns() {
   timespec now{};

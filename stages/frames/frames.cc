@@ -27,10 +27,9 @@ void CheckTimesIncrease(const std::vector<RawSequence>& sequences) {
 }
 
 // What keeps a frame out of the map; empty when nothing does.
-const std::string& WhyUnusable(const RawFrame& frame, const RawSequence& sequence) {
-  static const std::string kNothing;
+std::string WhyUnusable(const RawFrame& frame, const RawSequence& sequence) {
   if (!frame.problem.empty()) return frame.problem;
-  return sequence.needs_depth ? frame.depth_problem : kNothing;
+  return sequence.needs_depth ? frame.depth_problem : std::string();
 }
 
 // A frame that is mapped without a channel it has says so; one that needed it is left out.
@@ -74,7 +73,7 @@ FrameLists RunFrames(const std::vector<RawSequence>& sequences, int hold_out_eve
       if (is_held_out) {
         if (!raw.problem.empty()) lists.skipped.push_back(raw.problem);
         held_out.push_back(std::move(frame));
-      } else if (const std::string& problem = WhyUnusable(raw, sequences[s]); !problem.empty()) {
+      } else if (const std::string problem = WhyUnusable(raw, sequences[s]); !problem.empty()) {
         lists.skipped.push_back(problem);
         ++lists.num_frames_unusable;
       } else {

@@ -256,7 +256,7 @@ def hostile_query(draw, root, commands):
 
 def damaged_lists(draw, root, commands):
     """A list that make reads, of shards, tiles or floors: it is made again, or is an error."""
-    lists = [path for folder in ("frames", "tiles", "grid") for path in sorted((root / "maps").glob(f"*/{folder}/*"))
+    lists = [path for folder in ("frames", "queries", "tiles", "grid") for path in sorted((root / "maps").glob(f"*/{folder}/*"))
              if path.suffix in (".mk", ".txt", ".json", ".csv") and not path.name.startswith(("receipt", "report"))]
     path = draw.choice(lists)
     return Attack(f"{path.relative_to(root)}: {damage(draw, path)}", ["make", draw.choice(("map", "-n")), "map"])

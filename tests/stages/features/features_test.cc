@@ -12,7 +12,8 @@ class FeaturesTest : public testing::Test {
  protected:
   FeaturesTest() {
     cameras_[0].color = Camera{160, 120, 130, 130, 79.5, 59.5};
-    for (int i = 0; i < 6; ++i) frames_.push_back({i + 30, i, std::to_string(i), "d", 0, 0, "h"});
+    for (int i = 0; i < 6; ++i)
+      frames_.push_back({i + 30, i, 0, 0, {std::to_string(i), "h"}, {"d", "h"}, {}});
   }
   // Noise of the frame's own, at 2 m; frame 32 cannot be read.
   static RgbdImages Load(const FrameRecord& frame) {

@@ -41,7 +41,7 @@ class LocalizeTest : public testing::Test {
   Vocabulary vocabulary_ = MakeSceneVocabulary(scene_);
   LandmarkMap map_ = MakeSceneMap(scene_, vocabulary_.tree);
   LocalizeOptions options_;
-  FrameRecord query_{5, 77, "query.png", "", 0, 0, ""};
+  FrameRecord query_{5, 77, 0, 0, {"query.png", "h"}, {}, {}};
   Rigid3 pose_ = ScenePose(0.15, -0.1);
   FrameFeatures features_ = scene_.See(pose_, 0, nullptr);
   LocalizeInput input_{{query_},
