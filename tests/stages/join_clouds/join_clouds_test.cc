@@ -36,8 +36,8 @@ class JoinCloudsTest : public testing::Test {
       for (int k = 0; k < 4; ++k) {
         Keyframe keyframe;
         keyframe.keyframe_idx = k;
-        keyframe.frame.color_path = "c.png";
-        keyframe.frame.depth_path = "d.png";
+        keyframe.frame.color = {"c.png", "c"};
+        keyframe.frame.depth = {"d.png", "d"};
         keyframe.frame.time_ns = k;
         tile.keyframes.push_back(keyframe);
       }
