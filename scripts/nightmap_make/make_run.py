@@ -62,6 +62,8 @@ class MakeRun:
 
     def _make_in_phases(self):
         """The lists of units first, each with the rules of those that are known already."""
+        if self._is_up_to_date():
+            return 0
         for job in list(self.asked.pipeline.jobs.values()):
             if job.lists not in PHASES or job.name not in self.graph.jobs or not self._is_needed(job):
                 continue
@@ -77,6 +79,11 @@ class MakeRun:
         self._refuse_without_queries()
         return self._make(self.goals)
 
+    def _is_up_to_date(self):
+        """One look at all rules, by the lists as they are: what most calls come to."""
+        self._refuse_without_queries()
+        return self._make(self.goals, "-q", quiet=True) == 0
+
     def _is_needed(self, job):
         """Whether a goal reads this list. (A goal that is a file of the site may be of any job.)"""
         if any(goal.startswith(f"{self.folder}/") for goal in self.goals):
@@ -84,6 +91,9 @@ class MakeRun:
         return job.name in closure(self.asked.pipeline, [{COMPARISON: "localize"}.get(goal, goal) for goal in self.goals])
 
     def _refuse_without_queries(self):
+        """(Whether there are any is known when their list was made.)"""
+        if not os.path.exists(f"{self.folder}/queries/queries.txt"):
+            return
         asked = {"localize", COMPARISON} & set(self.goals)
         if asked and "localize" not in self.graph.jobs:
             raise Refused(f"site {self.asked.name} has no query pictures: name some in QUERY, or give {self.asked.call.site} a "
@@ -124,10 +134,11 @@ class MakeRun:
             self.told.add(message)
             print(message, file=sys.stderr)
 
-    def _make(self, goals):
+    def _make(self, goals, *flags, quiet=False):
         """Runs make on the rules of the site; its exit code."""
-        command = ["make", "--no-print-directory", "-f", f"{self.work}/graph.mk", *goals]
-        self.child = os.posix_spawnp(command[0], command, self.env)
+        command = ["make", "--no-print-directory", *flags, "-f", f"{self.work}/graph.mk", *goals]
+        silence = [(os.POSIX_SPAWN_OPEN, fd, os.devnull, os.O_WRONLY, 0) for fd in (1, 2)] if quiet else []
+        self.child = os.posix_spawnp(command[0], command, self.env, file_actions=silence)
         while True:
             try:
                 _, status = os.waitpid(self.child, 0)

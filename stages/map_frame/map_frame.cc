@@ -14,8 +14,8 @@ std::vector<StampedPose> RobotPoses(const std::vector<Keyframe>& keyframes,
   std::vector<StampedPose> poses;
   for (const Keyframe& keyframe : keyframes) {
     const auto& camera = cameras[static_cast<std::size_t>(keyframe.frame.camera_idx)];
-    poses.push_back({keyframe.frame.time_ns,
-                     keyframe.map_from_camera * camera.robot_from_camera.Inverse()});
+    poses.push_back(
+        {keyframe.frame.time_ns, keyframe.map_from_camera * camera.robot_from_camera.Inverse()});
   }
   return poses;
 }

@@ -23,7 +23,7 @@ AFTER_ODOMETRY = {"pose_graph"} | AFTER_POSE_GRAPH
 AFTER_MATCHES = {"odometry"} | AFTER_ODOMETRY
 AFTER_LOOPS = {"pose_graph"} | AFTER_POSE_GRAPH
 AFTER_VOCABULARY = {"loops"} | AFTER_LOOPS | AFTER_LANDMARKS
-AFTER_FEATURES = {"vocabulary"} | AFTER_VOCABULARY | AFTER_MATCHES
+AFTER_FEATURES = {"vocabulary", "matches"} | AFTER_VOCABULARY | AFTER_MATCHES
 # What depends on the lists of the tiles alone. A change before them that moves no pose ends there; one of
 # these stages' own values does not touch the lists.
 OF_TILES = {"point_cloud", "octree"}

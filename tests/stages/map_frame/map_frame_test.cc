@@ -26,7 +26,7 @@ MapFrameInput MakeInput(const Rigid3& given_from_level) {
     FrameRecord frame;
     frame.frame_idx = i;
     frame.time_ns = 1'000'000'000LL * (i + 1);
-    frame.depth_path = "depth.png";
+    frame.depth.path = "depth.png";
     input.frames.push_back(frame);
     if (i % 2 == 0) {
       input.keyframes.push_back(
@@ -67,9 +67,9 @@ TEST(MapFrame, IsTheSameAtAnyNumberOfThreads) {
 
 TEST(MapFrame, UnreadableDepthIsSeenByOtherKeyframes) {
   MapFrameInput input = MakeInput(Turned());
-  input.frames[0].depth_path = "damaged.png";
+  input.frames[0].depth.path = "damaged.png";
   input.load_depth = [good = input.load_depth](const FrameRecord& frame) {
-    if (frame.depth_path == "damaged.png") throw DataError("damaged.png");
+    if (frame.depth.path == "damaged.png") throw DataError("damaged.png");
     return good(frame);
   };
   EXPECT_EQ(RunMapFrame({}, input, 1).floor_num_keyframes, kNumFrames / 2 - 1);
@@ -89,7 +89,7 @@ TEST(MapFrame, TheAccelerometerTurnsTheMapUpright) {
         {keyframe.time_ns, keyframe.pose.rotation.conjugate() * (9.8 * up)});
   }
   input.load_depth = [](const FrameRecord& frame) -> DepthImage {
-    throw DataError("{}: no depth in this test", frame.depth_path);
+    throw DataError("{}: no depth in this test", frame.depth.path);
   };
   const MapFrame frame = RunMapFrame({}, input, 1);
   EXPECT_EQ(frame.gravity_source, "accelerometer");
