@@ -145,9 +145,9 @@ class Graph:
         return [self.all_of(job, port) if job.units_of(port) != "site" else self.path_of(job, port) for port in ports]
 
 
-def closure(pipeline, goals):
-    """Names of the jobs that the goals need, those of a goal and the makers of their inputs."""
-    names = {job.name for job in pipeline.jobs.values() if job.goal in goals}
+def closure(pipeline, goals, folders=()):
+    """Names of the jobs that goals and files of some folders need: those that make them and the makers of their inputs."""
+    names = {job.name for job in pipeline.jobs.values() if job.goal in goals or job.folder in folders}
     for job in reversed(pipeline.jobs.values()):
         if job.name in names:
             names |= {reference.job for reference in job.inputs if reference.job}

@@ -81,21 +81,19 @@ class MakeRun:
 
     def _is_up_to_date(self):
         """One look at all rules, by the lists as they are: what most calls come to."""
-        self._refuse_without_queries()
-        return self._make(self.goals, "-q", quiet=True) == 0
+        return not self._lacks_queries() and self._make(self.goals, "-q", quiet=True) == 0
 
     def _is_needed(self, job):
-        """Whether a goal reads this list. (A goal that is a file of the site may be of any job.)"""
-        if any(goal.startswith(f"{self.folder}/") for goal in self.goals):
-            return True
-        return job.name in closure(self.asked.pipeline, [{COMPARISON: "localize"}.get(goal, goal) for goal in self.goals])
+        """Whether a goal reads this list."""
+        goals = [{COMPARISON: "localize"}.get(goal, goal) for goal in self.goals]
+        files = [goal.removeprefix(f"{self.folder}/").split("/")[0] for goal in goals if goal.startswith(f"{self.folder}/")]
+        return job.name in closure(self.asked.pipeline, goals, files)
+
+    def _lacks_queries(self):
+        return bool({"localize", COMPARISON} & set(self.goals)) and "localize" not in self.graph.jobs
 
     def _refuse_without_queries(self):
-        """(Whether there are any is known when their list was made.)"""
-        if not os.path.exists(f"{self.folder}/queries/queries.txt"):
-            return
-        asked = {"localize", COMPARISON} & set(self.goals)
-        if asked and "localize" not in self.graph.jobs:
+        if self._lacks_queries():
             raise Refused(f"site {self.asked.name} has no query pictures: name some in QUERY, or give {self.asked.call.site} a "
                           "[[query]] or hold_out_every > 0")  # fmt: skip
 

@@ -103,6 +103,9 @@ def check_clashes(clashes, configs):
     for clash in clashes:
         names = []
         tree = ast.parse(clash["when"], mode="eval").body
+        programs = {node.value.id for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)}
+        if not programs <= set(configs):
+            continue  # a profile left one out
         if _value(tree, configs, names):
             values = [f"{program}.{key} = {configs[program].values[key]} ({configs[program].place_of(key)})" for program, key in names]
             wrong.append(f"{'; '.join(dict.fromkeys(values))}: {clash['remedy']}")

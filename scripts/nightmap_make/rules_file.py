@@ -56,7 +56,7 @@ class RulesFile:
         goals = [self._goal(goal) for goal in self.graph.pipeline.goals()]
         goals += [f".PHONY: {list_goal(job)}\n{list_goal(job)}: {self.graph.path_of(job, next(iter(job.outputs)))}\n\t$(DONE)\n"
                   for job in self.graph.jobs.values() if job.lists]  # fmt: skip
-        rules += self._floor_files()
+        rules += self._listed_files()
         lists = [self._list(paths) for paths in self.graph.lists.values()]
         return "\n".join([head, *lists, *rules, *goals])
 
@@ -67,7 +67,7 @@ class RulesFile:
     def unmade(self):
         """Rules without a recipe for files that are not there and that no rule makes: programs that are not built
         yet and files of lists. Modes that only look need them."""
-        made = {path for rule in self.graph.rules for path in rule.output_paths()}
+        made = {path for rule in self.graph.rules for path in rule.output_paths() + self._only_listed(rule)}
         read = {path for rule in self.graph.rules for path in self._prerequisites(rule) if not path.startswith("$(")}
         read |= {path for paths in self.graph.lists.values() for path in paths.paths}
         return "".join(f"{path}: ; @:\n" for path in sorted(read - made) if self.times.of(path) is None)
@@ -115,13 +115,17 @@ class RulesFile:
         lines.append("\t" + " \\\n\t  ".join(self._command(rule)))
         return "\n".join(lines) + "\n"
 
-    def _floor_files(self):
-        """The floors may change in the run that reads their list: what is gone then the program says, not Make."""
+    def _listed_files(self):
+        """Files that are written with a list come after it. They keep their time when their bytes stay; what is gone of
+        them then, the program that reads them says, not Make."""
         for rule in self.graph.rules:
-            if rule.job.lists == "floor":
-                files = [path for path in self.graph.listed_files(rule.job) if path not in rule.output_paths()]
-                if files:
-                    yield f"{' '.join(files)}: | {rule.output_paths()[0]} ;\n"
+            files = self._only_listed(rule)
+            if files:
+                yield f"{' '.join(files)}: | {rule.output_paths()[0]} ;\n"
+
+    def _only_listed(self, rule):
+        outputs = rule.output_paths()
+        return [path for path in self.graph.listed_files(rule.job) if path not in outputs]
 
     def tool(self, rule):
         """The program and its config, or the script."""

@@ -28,6 +28,7 @@ class InputsTest(unittest.TestCase):
     def setUp(self):
         self.work = self.base.copy()
         self.addCleanup(self.work.remove)
+        self.work.as_recorded()
 
     def run_frames(self):
         return self.work.run("frames", "--config", f"{CONFIG}/frames.toml", "--in",

@@ -91,6 +91,7 @@ class AppliedSignalsTest(unittest.TestCase):
     def setUp(self):
         self.work = self.base.copy()
         self.addCleanup(self.work.remove)
+        self.work.as_recorded()
         self.site = self.work.folder / f"configs/sites/{SITE}.toml"
 
     def make(self, *arguments):
@@ -114,11 +115,11 @@ class AppliedSignalsTest(unittest.TestCase):
         (self.work.data() / "imu.txt").write_text("\n".join(samples) + "\n")
         turn = "robot_from_sensor = [0, 0, 0, 0, 0, -0.70710678, 0.70710678]\n"
         self.site.write_text(self.site.read_text() + IMU.replace('kind = "acceleration"\n', 'kind = "acceleration"\n' + turn))
-        before = json.loads(self.work.path("pose_graph/report.json").read_text())
+        before = json.loads(self.work.path("map_frame/report.json").read_text())
         self.assertNotEqual(before["gravity_source"], "accelerometer")
         reran = self.reran("map")
-        self.assertTrue({"frames", "pose_graph"} <= reran and not reran & {"features", "odometry"}, reran)
-        report = json.loads(self.work.path("pose_graph/report.json").read_text())
+        self.assertTrue({"frames", "map_frame"} <= reran and not reran & {"features", "odometry", "pose_graph"}, reran)
+        report = json.loads(self.work.path("map_frame/report.json").read_text())
         self.assertEqual(report["gravity_source"], "accelerometer")
         self.assertLess(abs(report["camera_height_m"] - before["camera_height_m"]), 0.02)
 
@@ -144,10 +145,10 @@ class AppliedSignalsTest(unittest.TestCase):
         mapped = self.work.folder / "data" / self.rows()[3][4]
         mapped.write_bytes(mapped.read_bytes() + b"more")
         state = self.work.path("config/recordings").read_bytes()
-        asked = ("localize", "QUERY=photo.png", "FOV_DEG=60", "SYNTHETIC=demo")
+        asked = ("localize", "QUERY=photo.png", "FOV_DEG=60")
         self.assertEqual(self.reran(*asked), {"queries", "localize"})
         self.assertEqual(self.work.path("config/recordings").read_bytes(), state)
-        self.assertIn("frames", self.reran("map", "SYNTHETIC=demo"))
+        self.assertIn("frames", self.reran("map"))
 
     def test_only_new_and_changed_files_are_hashed(self):
         log = self.work.path("logs/frames.log")
@@ -158,13 +159,13 @@ class AppliedSignalsTest(unittest.TestCase):
         num_files = int(re.search(r"(\d+) files, 0 of them new or changed", log.read_text())[1])
         self.assertGreater(num_files, 100)
         mapped.write_bytes(mapped.read_bytes() + b"more")
-        self.make("map", "SYNTHETIC=demo")
+        self.make("map")
         self.assertIn(f"{num_files} files, 1 of them new or changed", log.read_text())
         hashes = self.work.hashes()
         self.work.path("frames/hashes.csv").write_bytes(b"\xff damaged\n")
-        self.make("map", "SYNTHETIC=demo", "SET=frames.max_failed_ratio=0.19")
+        self.make("map", "SET=frames.max_failed_ratio=0.19")
         self.assertIn(f"{num_files} files, {num_files} of them", log.read_text())
-        self.make("map", "SYNTHETIC=demo")
+        self.make("map")
         self.assertEqual(self.work.hashes(), hashes)
 
 

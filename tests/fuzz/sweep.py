@@ -39,9 +39,9 @@ BARE_TEXTS = re.compile(r"Traceback \(most recent|terminate called|Segmentation 
 
 def copy_tree(source, target):
     """A copy by hard links: attacks replace files, and a program that writes in place shows in the source.
-    Logs are written in place by right."""
+    Logs and locks are written in place by right."""
     def copy(source_file, target_file):
-        (shutil.copy2 if "logs" in source_file.split(os.sep) else os.link)(source_file, target_file)
+        (shutil.copy2 if "logs" in source_file.split(os.sep) or source_file.endswith(".lock") else os.link)(source_file, target_file)
 
     shutil.copytree(source, target, symlinks=True, copy_function=copy)
 
