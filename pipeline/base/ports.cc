@@ -116,7 +116,7 @@ InList ReadInList(const std::string& text) {
                       list.inputs.size() + 1,
                       line.empty() ? "is empty" : "holds a NUL");
     }
-    list.inputs.push_back(name + "=" + line);
+    list.inputs.push_back(fmt::format("{}={}", name, line));
   }
   return list;
 }

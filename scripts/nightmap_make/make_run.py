@@ -31,6 +31,8 @@ class MakeRun:
         self.is_preview = asked.is_preview
         self.work = f"{self.folder}/.preview" if self.is_preview else self.folder
         self.child, self.told = None, set()
+        # A page that tells of a failed run is out of date whatever the times say.
+        self.had_failure = os.path.exists(f"{self.folder}/logs/failure.json")
 
     def run(self):
         if self.is_preview:
@@ -48,6 +50,8 @@ class MakeRun:
         self._write_rules()
         self.asked.check_disk(self.graph.jobs.values(), self.stamps)
         begin_run(self.folder, self.goals)
+        if self.had_failure:
+            os.remove(f"{self.folder}/logs/failure.json")
         signal.signal(signal.SIGTERM, self._pass_on)
         signal.signal(signal.SIGHUP, self._pass_on)
         code = 2
@@ -134,7 +138,8 @@ class MakeRun:
 
     def _make(self, goals, *flags, quiet=False):
         """Runs make on the rules of the site; its exit code."""
-        command = ["make", "--no-print-directory", *flags, "-f", f"{self.work}/graph.mk", *goals]
+        renew = ["-W", "scripts/report.py"] if self.had_failure else []
+        command = ["make", "--no-print-directory", *flags, *renew, "-f", f"{self.work}/graph.mk", *goals]
         silence = [(os.POSIX_SPAWN_OPEN, fd, os.devnull, os.O_WRONLY, 0) for fd in (1, 2)] if quiet else []
         self.child = os.posix_spawnp(command[0], command, self.env, file_actions=silence)
         while True:
@@ -161,17 +166,11 @@ class MakeRun:
         if outcome.codes:
             from nightmap_make import summary
             print("\n".join(summary.table(self.graph, self.folder, outcome)))
-        self._clear_failure()
+        if self.had_failure and "report" not in self.goals:
+            self._make(["report"])
         for goal in self.goals:
             self._say(goal)
         return 0
-
-    def _clear_failure(self):
-        """A page that told of a failed run is made anew."""
-        if os.path.exists(f"{self.folder}/logs/failure.json"):
-            os.remove(f"{self.folder}/logs/failure.json")
-            if "report" not in self.goals:
-                self._make(["report"])
 
     def _say(self, goal):
         if goal == "localize":

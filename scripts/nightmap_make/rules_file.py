@@ -121,7 +121,7 @@ class RulesFile:
         for rule in self.graph.rules:
             files = self._only_listed(rule)
             if files:
-                yield f"{' '.join(files)}: | {rule.output_paths()[0]} ;\n"
+                yield " \\\n".join(files) + f": | {rule.output_paths()[0]} ;\n"
 
     def _only_listed(self, rule):
         outputs = rule.output_paths()
@@ -152,7 +152,10 @@ class RulesFile:
         return f"{self.site.folder}/lists/{units}s.txt"
 
     def name_files(self):
-        for units in ("shard", "tile"):
+        """(path, text) of the names of the units, but for a list that is damaged: it comes back as it was."""
+        for units, job in (("shard", "frames"), ("tile", "tiles")):
+            if job in self.site.damaged:
+                continue
             yield f"{self.site.folder}/lists/{units}s.txt", "".join(f"{name}\n" for name in self.site.lists[units])
 
     def _command(self, rule):

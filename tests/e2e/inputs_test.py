@@ -198,10 +198,10 @@ class InputsTest(unittest.TestCase):
         path.write_bytes(path.read_bytes()[:500])
         join = ("--in", f"tile=maps/{SITE}/tiles/tile_0_0.json", "--in",
                 f"tile_report=maps/{SITE}/octree/report_0_0.json", "--out", "ot=joined.ot", "--out", "bt=joined.bt")
-        result = self.work.run("octree", *join, "--in", f"tile_ot={path}")
+        result = self.work.run("join_octrees", *join, "--in", f"tile_ot={path}")
         self.check(result, 1, "tile_0_0.ot", "truncated", "make the octree again")
         self.assertFalse(list(self.work.folder.glob("joined.*")))
-        self.check(self.work.run("octree", *join), 2, "as many tile_ot and tile_report")
+        self.check(self.work.run("join_octrees", *join), 2, "--in tile_ot=PATH is missing")
 
     def test_one_unreadable_keyframe_is_skipped_and_many_stop_the_map(self):
         tile = self.work.path("tiles/tile_0_0.json")
@@ -211,7 +211,7 @@ class InputsTest(unittest.TestCase):
             for name in pictures[:count]:
                 (self.work.folder / "data" / name).write_bytes(b"not a picture")
             self.check(self.run_cloud("--out", "report=report.json"), 0, "skipped", pictures[0])
-            result = self.work.run("point_cloud", *join, "--out", "cloud=joined.ply")
+            result = self.work.run("join_clouds", *join, "--out", "cloud=joined.ply")
             self.assertEqual(result.returncode, code, result.stdout)
         self.check(result, 1, f"{count} of {len(pictures)}", "max_failed_ratio", "repair them")
 
@@ -224,7 +224,7 @@ class InputsTest(unittest.TestCase):
                                                           "num_held_out_rays")):
             self.assertNotEqual(text, whole)
             report.write_text(text)
-            result = self.work.run("point_cloud", *join, "--out", "cloud=joined.ply")
+            result = self.work.run("join_clouds", *join, "--out", "cloud=joined.ply")
             self.check(result, 1, "report_0_0.json", told, "run make")
             self.assertFalse((self.work.folder / "joined.ply").exists())
 
@@ -255,7 +255,7 @@ class InputsTest(unittest.TestCase):
     def test_no_loop_is_no_failure_and_is_reported(self):
         result = self.work.make("map", "SET=loops.min_inliers=1000")
         self.assertEqual(result.returncode, 0, result.stdout)
-        report = json.loads(self.work.path("matches/report_loops.json").read_text())
+        report = json.loads(self.work.path("loops/report.json").read_text())
         self.assertEqual(report["num_accepted"], 0)
         report = json.loads(self.work.path("pose_graph/report.json").read_text())
         self.assertIn("no loop found", report["loops"])

@@ -38,7 +38,7 @@ class OutputsTest(unittest.TestCase):
                           f"cameras={MAP}/pose_graph/cameras.json",
                           *(f"features={MAP}/features/{name}" for name in shards),
                           f"vocabulary={MAP}/vocabulary/vocabulary.h5",
-                          *(f"{name}={MAP}/pose_graph/{name}.tum" for name in ("trajectory", "keyframes"))],
+                          *(f"{name}={MAP}/map_frame/{name}.tum" for name in ("trajectory", "keyframes"))],
         }[stage]
 
     def run_stage(self, stage, outputs, inputs=None):

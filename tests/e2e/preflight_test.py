@@ -14,7 +14,7 @@ from workspace import BUILD, PIPELINE, REPOSITORY
 MAX_TIME_S = 2.0
 OPTION = re.compile(r"^  (\w+) +.*\[default .*; (.*)\]$", re.MULTILINE)
 CLASHES = {  # one for each [[clash]] of configs/pipeline.toml, in its order
-    "octree.max_range_m=5.9 tiles.max_range_m=6 tiles.edge_m=7": None, "tiles.overlap_m=0.4 octree.resolution_m=0.9": "octree.resolution_m",
+    "octree.max_range_m=5.9 tiles.max_range_m=5.95 tiles.edge_m=6": None, "tiles.overlap_m=0.4 octree.resolution_m=0.9": "octree.resolution_m",
     "tiles.max_range_m=23.9 tiles.edge_m=24": "tiles.edge_m", "point_cloud.max_depth_m=5": "point_cloud.max_depth_m",
     "octree.max_range_m=5": "octree.max_range_m", "point_cloud.surface_radius_m=0.4": "tiles.overlap_m",
     "grid.max_step_height_m=0.3 grid.robot_height_m=0.2": "grid.robot_height_m",
