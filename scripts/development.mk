@@ -28,9 +28,11 @@ test: ## unit tests, end-to-end tests, and tests on real data where it is found
 	ninja -j $(THREADS) -C $(BUILD)
 	@ctest --test-dir $(BUILD) -j $(THREADS) --output-on-failure
 
-# What takes too long for every day: a sweep of attacks on all programs and scripts.
+# What takes too long for every day: a sweep of attacks on all programs and scripts, and the build of what
+# compares with libraries.
 test-nightly: ## 2,000 attacks with damaged, hostile and misplaced files; after `make test`
 	@$(MAKE) --no-print-directory build
+	ninja -j $(THREADS) -C $(BUILD) bench_libraries
 	@NIGHTMAP_BUILD=$(abspath $(BUILD)) $(PYTHON) tests/fuzz/sweep.py --runs 2000
 
 # Other compiler options, other folder. Debug asserts are on; -O1 keeps it bearable. The end-to-end and
