@@ -29,12 +29,12 @@ def parse_arguments():
 
 def measure(arguments):
     """The table, and the line that says how it was made."""
+    version = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=CHECKOUT, check=True,
+                             stdout=subprocess.PIPE, text=True).stdout.strip()  # fmt: skip
     subprocess.run(["ninja", "-C", arguments.build, "bench_libraries"], check=True, stdout=sys.stderr)
     load = os.getloadavg()[0]
     command = [arguments.build / "bench_libraries", arguments.data, *arguments.sites]
     table = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
-    version = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=CHECKOUT, check=True,
-                             stdout=subprocess.PIPE, text=True).stdout.strip()  # fmt: skip
     sites = " ".join(f"maps/{site.name}" for site in arguments.sites)
     made = (f"Made by `tests/bench/bench_libraries.py {sites} --data data --page docs/ours_instead_of.md`, program version "
             f"{version}, two cores with a load of {load:.1f} by other programs.")  # fmt: skip
