@@ -23,9 +23,10 @@ int main(int argc, char** argv) {
       nightmap::ComparePoses(site);
       nightmap::CompareSmallSolver(site);
       nightmap::CompareBundleAdjustment(site);
-      nightmap::CompareClouds(site);
+      nightmap::CompareClouds(nightmap::CloudOfSite(site));
       nightmap::CompareOctrees(site);
     }
+    nightmap::CompareClouds(nightmap::CloudOfBoxRoom());
     nightmap::CompareDistanceTransforms();
   } catch (const nightmap::DataError& error) {
     std::cerr << error.what() << "\n";

@@ -49,8 +49,8 @@ BundleSummary AdjustWithCeres(int num_threads, BundleProblem* data) {
 void CompareBundleAdjustment(const MappedSite& site) {
   BundleProblem start = MakeLandmarkProblem(site);
   Disturb(&start);
-  BundleProblem ours = start;
-  BundleProblem theirs = start;
+  std::vector<BundleProblem> ours(2, start);  // made by one thread, by two
+  std::vector<BundleProblem> theirs(2, start);
   BundleSummary summary;
   BundleSummary of_ceres;
   PrintComparison(
@@ -63,23 +63,29 @@ void CompareBundleAdjustment(const MappedSite& site) {
                             start.observations.size()),
        .run_ours =
            [&](int num_threads) {
-             ours = start;
-             summary = AdjustBundle({.num_threads = num_threads}, &ours);
+             BundleProblem& problem = ours[static_cast<std::size_t>(num_threads - 1)];
+             problem = start;
+             summary = AdjustBundle({.num_threads = num_threads}, &problem);
            },
        .run_other =
            [&](int num_threads) {
-             theirs = start;
-             of_ceres = AdjustWithCeres(num_threads, &theirs);
+             BundleProblem& problem = theirs[static_cast<std::size_t>(num_threads - 1)];
+             problem = start;
+             of_ceres = AdjustWithCeres(num_threads, &problem);
            },
        .difference =
            [&] {
              return fmt::format(
-                 "cost {:.6g} in {} steps, X {:.6g} in {}; poses at most {:.2g} mm apart",
+                 "cost {:.6g} in {} steps, X {:.6g} in {}; poses at most {:.2g} mm apart; by one "
+                 "thread and "
+                 "by two {:.1g} mm, X {:.1g} mm",
                  summary.final_cost,
                  summary.num_iterations,
                  of_ceres.final_cost,
                  of_ceres.num_iterations,
-                 LargestShift_mm(ours.camera_from_world, theirs.camera_from_world));
+                 LargestShift_mm(ours[0].camera_from_world, theirs[0].camera_from_world),
+                 LargestShift_mm(ours[0].camera_from_world, ours[1].camera_from_world),
+                 LargestShift_mm(theirs[0].camera_from_world, theirs[1].camera_from_world));
            }});
 }
 

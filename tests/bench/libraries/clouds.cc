@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The filters of point_cloud against PCL's, from the points of the map's keyframes on.
+// The filters of point_cloud against PCL's, from the points of keyframes on.
 #include <fmt/format.h>
 #include <pcl/features/normal_3d_omp.h>
 #include <pcl/filters/radius_outlier_removal.h>
@@ -13,42 +13,15 @@
 #include "pipeline/geometry/voxel_key.h"
 #include "stages/point_cloud/point_cloud.h"
 #include "stages/point_cloud/surface.h"
+#include "tests/bench/libraries/cloud_input.h"
 #include "tests/bench/libraries/compare.h"
 #include "tests/bench/libraries/comparisons.h"
 
 namespace nightmap {
 namespace {
 
-constexpr std::size_t kNumKeyframes = 24;
-
 using ColorCloud = pcl::PointCloud<pcl::PointXYZRGB>;
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
-
-// The pixels of one keyframe as the stage takes them.
-std::vector<VoxelSum> LoadPoints(const MappedSite& site,
-                                 const Keyframe& keyframe,
-                                 const PointCloudOptions& options) {
-  const RgbdImages images = site.keyframes.load(keyframe);
-  const RgbdCamera& camera = site.CameraOf(keyframe.frame.frame_idx);
-  std::vector<VoxelSum> points;
-  for (const DepthPoint& point : BackProjectDepth(images.depth,
-                                                  images.color,
-                                                  MakeRayTable(camera.color, 1),
-                                                  camera,
-                                                  options.max_depth_m,
-                                                  options.depth_filter)) {
-    const Eigen::Vector3d position =
-        keyframe.map_from_camera * point.point_in_camera.cast<double>();
-    VoxelSum sum;
-    sum.weight = 1.0 / (static_cast<double>(point.sigma_m) * point.sigma_m);
-    sum.weighted_position = sum.weight * position;
-    sum.direction = (keyframe.map_from_camera.translation - position).normalized().cast<float>();
-    for (int k = 0; k < 3; ++k) sum.color[k] = point.rgb[static_cast<std::size_t>(k)];
-    sum.num_points = 1;
-    points.push_back(sum);
-  }
-  return points;
-}
 
 pcl::PointXYZ ToPcl(const Eigen::Vector3d& position) {
   const Eigen::Vector3f single = position.cast<float>();
@@ -61,9 +34,7 @@ Cloud::Ptr ToPcl(const SortedVoxels& voxels) {
   return cloud;
 }
 
-using Keyframes = std::vector<std::vector<VoxelSum>>;
-
-ColorCloud::Ptr AllPoints(const Keyframes& keyframes) {
+ColorCloud::Ptr AllPoints(const DepthPoints& keyframes) {
   auto cloud = std::make_shared<ColorCloud>();
   for (const auto& points : keyframes) {
     for (const VoxelSum& point : points) {
@@ -78,28 +49,26 @@ ColorCloud::Ptr AllPoints(const Keyframes& keyframes) {
   return cloud;
 }
 
-// As the stage: a sum per keyframe, which several threads make, and then their sum in order.
-SortedVoxels Fuse(const Keyframes& keyframes, const PointCloudOptions& options, int num_threads) {
-  std::vector<VoxelSums> sums(keyframes.size());
-  ParallelFor(keyframes.size(), num_threads, [&](std::size_t i) {
-    sums[i].reserve(keyframes[i].size() / 4);
-    for (const VoxelSum& point : keyframes[i]) AddPoint(point, options.voxel_size_m, sums[i]);
-  });
-  VoxelSums all;
-  for (const VoxelSums& of_keyframe : sums) MergeSums(of_keyframe, all);
-  return SortVoxels(all, options.min_observations);
-}
-
-std::string VoxelDifference(const SortedVoxels& ours, const ColorCloud& theirs, double voxel_m) {
+std::string VoxelDifference(const CloudInput& input,
+                            const SortedVoxels& ours,
+                            const ColorCloud& theirs,
+                            double voxel_m) {
   std::size_t num_same = 0;
   double sum_m = 0;
+  std::vector<Eigen::Vector3d> positions;
   for (const auto& point : theirs) {
     const Eigen::Vector3d position = point.getVector3fMap().cast<double>();
+    positions.push_back(position);
     const auto found = std::ranges::lower_bound(ours.keys, PackVoxel(VoxelOf(position, voxel_m)));
     if (found == ours.keys.end() || *found != PackVoxel(VoxelOf(position, voxel_m))) continue;
     ++num_same;
     sum_m += (ours.sums[static_cast<std::size_t>(found - ours.keys.begin())].Position() - position)
                  .norm();
+  }
+  if (input.room) {
+    return fmt::format("RMS distance to the walls {:.2f} mm and {:.2f} mm",
+                       RmsDistance_mm(*input.room, Positions(ours.sums)),
+                       RmsDistance_mm(*input.room, positions));
   }
   return fmt::format("{} and {} points, {} voxels the same, there {:.2f} mm apart in the mean",
                      ours.keys.size(),
@@ -108,17 +77,16 @@ std::string VoxelDifference(const SortedVoxels& ours, const ColorCloud& theirs, 
                      1e3 * sum_m / static_cast<double>(std::max<std::size_t>(1, num_same)));
 }
 
-SortedVoxels CompareVoxelFilter(const std::string& name,
-                                const Keyframes& keyframes,
-                                const PointCloudOptions& options) {
-  const ColorCloud::Ptr all = AllPoints(keyframes);
+SortedVoxels CompareVoxelFilter(const CloudInput& input, const PointCloudOptions& options) {
+  const ColorCloud::Ptr all = AllPoints(input.keyframes);
   SortedVoxels ours;
   ColorCloud theirs;
   PrintComparison(
       {.ours = "`VoxelSums`",
        .other = "`pcl::VoxelGrid`",
-       .input = fmt::format("{}: {} points of {} keyframes", name, all->size(), keyframes.size()),
-       .run_ours = [&](int num_threads) { ours = Fuse(keyframes, options, num_threads); },
+       .input = fmt::format(
+           "{}: {} points of {} keyframes", input.name, all->size(), input.keyframes.size()),
+       .run_ours = [&](int num_threads) { ours = Fuse(input.keyframes, options, num_threads); },
        .run_other =
            [&](int) {
              pcl::VoxelGrid<pcl::PointXYZRGB> filter;
@@ -128,11 +96,11 @@ SortedVoxels CompareVoxelFilter(const std::string& name,
              filter.setInputCloud(all);
              filter.filter(theirs);
            },
-       .difference = [&] { return VoxelDifference(ours, theirs, options.voxel_size_m); }});
+       .difference = [&] { return VoxelDifference(input, ours, theirs, options.voxel_size_m); }});
   return ours;
 }
 
-void CompareOutlierFilter(const std::string& name,
+void CompareOutlierFilter(const CloudInput& input,
                           const SortedVoxels& voxels,
                           const PointCloudOptions& options) {
   const Cloud::Ptr cloud = ToPcl(voxels);
@@ -142,7 +110,7 @@ void CompareOutlierFilter(const std::string& name,
   PrintComparison(
       {.ours = "`RemoveOutliers`",
        .other = "`pcl::RadiusOutlierRemoval`",
-       .input = fmt::format("{}: {} points", name, cloud->size()),
+       .input = fmt::format("{}: {} points", input.name, cloud->size()),
        .run_ours =
            [&](int num_threads) {
              ours = RemoveOutliers(voxels,
@@ -170,7 +138,50 @@ void CompareOutlierFilter(const std::string& name,
            }});
 }
 
-void CompareNormals(const std::string& name,
+double Angle_deg(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+  return std::acos(std::min(1.0, static_cast<double>(std::abs(a.dot(b))))) * 180 / M_PI;
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+using Normals = pcl::PointCloud<pcl::Normal>;
+
+double MedianAngle_deg(const Surface& ours, const Normals& theirs) {
+  std::vector<double> angles_deg;
+  for (std::size_t i = 0; i < ours.points.size(); ++i) {
+    const Eigen::Vector3f normal = theirs[i].getNormalVector3fMap();
+    if (normal.allFinite()) angles_deg.push_back(Angle_deg(normal, ours.points[i].direction));
+  }
+  return Median(angles_deg);
+}
+
+std::string NormalErrors(const BoxRoom& room,
+                         const SortedVoxels& voxels,
+                         const Surface& ours,
+                         const Normals& theirs) {
+  const std::vector<Eigen::Vector3d> positions = Positions(voxels.sums);
+  std::vector<double> of_ours, of_theirs;
+  for (std::size_t i = 0; i < ours.points.size(); ++i) {
+    const Eigen::Vector3f wall = WallNormal(room, positions[i]);
+    const Eigen::Vector3f normal = theirs[i].getNormalVector3fMap();
+    if (!normal.allFinite()) continue;
+    of_ours.push_back(Angle_deg(ours.points[i].direction, wall));
+    of_theirs.push_back(Angle_deg(normal, wall));
+  }
+  return fmt::format(
+      "normals {:.2f}° and {:.2f}° off the walls in the median; points {:.2f} mm RMS, before "
+      "{:.2f} mm",
+      Median(of_ours),
+      Median(of_theirs),
+      RmsDistance_mm(room, Positions(ours.points)),
+      RmsDistance_mm(room, positions));
+}
+
+void CompareNormals(const CloudInput& input,
                     const SortedVoxels& voxels,
                     const PointCloudOptions& options) {
   const Cloud::Ptr cloud = ToPcl(voxels);
@@ -179,7 +190,7 @@ void CompareNormals(const std::string& name,
   PrintComparison(
       {.ours = "`FitSurface`",
        .other = "`pcl::NormalEstimationOMP`",
-       .input = fmt::format("{}: {} points", name, cloud->size()),
+       .input = fmt::format("{}: {} points", input.name, cloud->size()),
        .run_ours =
            [&](int num_threads) {
              ours = FitSurface(
@@ -195,30 +206,19 @@ void CompareNormals(const std::string& name,
            },
        .difference =
            [&] {
-             std::vector<double> degrees;
-             for (std::size_t i = 0; i < ours.points.size(); ++i) {
-               const Eigen::Vector3f normal = theirs[i].getNormalVector3fMap();
-               if (!normal.allFinite()) continue;
-               const float cosine = std::abs(normal.dot(ours.points[i].direction));
-               degrees.push_back(std::acos(std::min(1.0, static_cast<double>(cosine))) * 180 /
-                                 M_PI);
-             }
-             std::ranges::sort(degrees);
-             return fmt::format("normals {:.1f}° apart in the median", degrees[degrees.size() / 2]);
+             if (input.room) return NormalErrors(*input.room, voxels, ours, theirs);
+             return fmt::format("normals {:.1f}° apart in the median",
+                                MedianAngle_deg(ours, theirs));
            }});
 }
 
 }  // namespace
 
-void CompareClouds(const MappedSite& site) {
+void CompareClouds(const CloudInput& input) {
   const PointCloudOptions options;
-  Keyframes keyframes;
-  for (const Keyframe& keyframe : EvenlySpaced(site.keyframes.keyframes, kNumKeyframes)) {
-    keyframes.push_back(LoadPoints(site, keyframe, options));
-  }
-  const SortedVoxels voxels = CompareVoxelFilter(site.name, keyframes, options);
-  CompareOutlierFilter(site.name, voxels, options);
-  CompareNormals(site.name, voxels, options);
+  const SortedVoxels voxels = CompareVoxelFilter(input, options);
+  CompareOutlierFilter(input, voxels, options);
+  CompareNormals(input, voxels, options);
 }
 
 }  // namespace nightmap

@@ -2,6 +2,7 @@
 // The comparisons, by subject; each prints its rows.
 #pragma once
 
+#include "tests/bench/libraries/cloud_input.h"
 #include "tests/bench/libraries/mapped_site.h"
 
 namespace nightmap {
@@ -12,7 +13,7 @@ void CompareKMeans(const MappedSite& site);
 void ComparePoses(const MappedSite& site);
 void CompareSmallSolver(const MappedSite& site);
 void CompareBundleAdjustment(const MappedSite& site);
-void CompareClouds(const MappedSite& site);
+void CompareClouds(const CloudInput& input);
 void CompareOctrees(const MappedSite& site);
 void CompareDistanceTransforms();  // on a made-up office floor
 
