@@ -20,7 +20,7 @@ BEGIN, END = "<!-- bench_libraries:begin -->\n", "<!-- bench_libraries:end -->"
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("sites", nargs="+", type=Path, metavar="MAPS/SITE")
+    parser.add_argument("sites", nargs="*", type=Path, metavar="MAPS/SITE")
     parser.add_argument("--data", type=Path, required=True, help="recordings")
     parser.add_argument("--build", type=Path, default=CHECKOUT / "build")
     parser.add_argument("--page", type=Path, help="file to put the table into")

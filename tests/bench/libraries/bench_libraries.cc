@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compares code of ours with the library that does the same, on a recording and its map, and prints
-// the table of docs/ours_instead_of.md. tests/bench/bench_libraries.py runs it.
+// the table of docs/ours_instead_of.md; without a map, the rows of made-up inputs alone.
+// tests/bench/bench_libraries.py runs it.
 #include <iostream>
 #include <string>
 
@@ -9,8 +10,8 @@
 #include "tests/bench/libraries/comparisons.h"
 
 int main(int argc, char** argv) {
-  if (argc < 3) {
-    std::cerr << "usage: bench_libraries DATA MAPS/SITE ...\n";
+  if (argc < 2) {
+    std::cerr << "usage: bench_libraries DATA [MAPS/SITE ...]\n";
     return 2;
   }
   try {
