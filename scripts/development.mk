@@ -28,8 +28,7 @@ test: ## unit tests, end-to-end tests, and tests on real data where it is found
 	ninja -j $(THREADS) -C $(BUILD)
 	@ctest --test-dir $(BUILD) -j $(THREADS) --output-on-failure
 
-# What takes too long for every day: a sweep of attacks on all programs and scripts, and the build of what
-# compares with libraries.
+# What takes too long for every day: a sweep of attacks on all programs and scripts.
 test-nightly: ## 2,000 attacks with damaged, hostile and misplaced files; after `make test`
 	@$(MAKE) --no-print-directory build
 	ninja -j $(THREADS) -C $(BUILD) bench_libraries

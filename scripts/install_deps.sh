@@ -22,7 +22,7 @@ packages=(
   libopencv-dev        # descriptors, optical flow, P3P, videos, drawing
   libceres-dev         # pose graph
   libsuitesparse-dev   # bundle adjustment: sparse Cholesky factorization
-  libpcl-dev           # tests, benchmark: what the cloud's filters are compared with
+  libpcl-dev           # tests: the neighbours that those of the cloud are compared with
   libnanoflann-dev     # localize: nearest landmarks in space
   liboctomap-dev       # octree
   octomap-tools        # tests: convert_octree reads the octrees we write
