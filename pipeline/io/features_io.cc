@@ -203,4 +203,17 @@ FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths) {
   return all;
 }
 
+void CheckFeaturesOfFrames(const std::vector<FrameRecord>& frames, const FeaturesShard& features) {
+  bool fits = !frames.empty() && frames.size() == features.frames.size();
+  for (std::size_t i = 0; fits && i < frames.size(); ++i) {
+    fits = frames[i].frame_idx == features.frames[i].frame_idx &&
+           frames[i].frame_idx == frames.front().frame_idx + static_cast<int>(i);
+  }
+  if (!fits) {
+    throw DataError(
+        "the features are not of the listed frames; delete the features folder of this "
+        "site and run make");
+  }
+}
+
 }  // namespace nightmap

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <string>
 #include <vector>
+#include "pipeline/io/frames_io.h"
 
 namespace nightmap {
 
@@ -93,5 +94,9 @@ void WriteFeatures(const std::filesystem::path& path,
 FeaturesShard ReadFeatures(const std::filesystem::path& path);
 // Shards concatenated in order; all must be of one kind.
 FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths);
+
+// Throws DataError unless there are frames, contiguous ones, and each has its features at the same
+// place.
+void CheckFeaturesOfFrames(const std::vector<FrameRecord>& frames, const FeaturesShard& features);
 
 }  // namespace nightmap

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/grid_io.h"
+#include "pipeline/program/stage_main.h"
 
 namespace nightmap {
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pipeline/geometry/camera.h"
+#include "pipeline/geometry/depth_noise.h"
 #include "pipeline/geometry/rigid3.h"
 #include "pipeline/io/image_io.h"
 

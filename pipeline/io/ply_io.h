@@ -56,4 +56,7 @@ void WritePly(const std::filesystem::path& path, const std::vector<CloudPoint>& 
 
 std::vector<CloudPoint> ReadPly(const std::filesystem::path& path);
 
+// By voxel, then by position.
+bool ByVoxel(const CloudPoint& a, const CloudPoint& b, double voxel_size_m);
+
 }  // namespace nightmap

@@ -8,6 +8,7 @@
 #include <ctime>
 #include <optional>
 
+#include "pipeline/base/atomic_outputs.h"
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/io/csv.h"

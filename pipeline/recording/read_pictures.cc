@@ -6,7 +6,7 @@
 #include <cctype>
 
 #include "pipeline/base/error.h"
-#include "pipeline/io/word_lines.h"
+#include "pipeline/io/text_file.h"
 #include "pipeline/recording/read_sequence.h"
 
 namespace nightmap {

@@ -8,7 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
-#include "pipeline/io/word_lines.h"
+#include "pipeline/io/text_file.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/recording_bounds.h"
 

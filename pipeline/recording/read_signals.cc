@@ -7,9 +7,9 @@
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
 #include "pipeline/io/data_paths.h"
+#include "pipeline/io/text_file.h"
 #include "pipeline/io/trajectory_io.h"
-#include "pipeline/io/word_lines.h"
-#include "pipeline/recording/log_lines.h"
+#include "pipeline/recording/gzip_lines.h"
 #include "pipeline/recording/read_sequence.h"
 
 namespace nightmap {

@@ -6,8 +6,8 @@
 #include <unordered_map>
 
 #include "pipeline/base/error.h"
+#include "pipeline/io/text_file.h"
 #include "pipeline/io/trajectory_io.h"
-#include "pipeline/io/word_lines.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/recording_bounds.h"
 

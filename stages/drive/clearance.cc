@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipeline/geometry/distance_transform.h"
+#include "pipeline/planar/distance_transform.h"
 
 namespace nightmap {
 namespace {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/vision/grid_canvas.h"
+#include "pipeline/planar/draw_on_grid.h"
 #include "stages/drive/drive_output.h"
 
 namespace nightmap {

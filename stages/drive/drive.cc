@@ -9,8 +9,8 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
-#include "stages/drive/keep_off.h"
-#include "stages/drive/on_grid.h"
+#include "stages/drive/check_path.h"
+#include "stages/drive/move_off_obstacles.h"
 #include "stages/drive/path_track.h"
 
 namespace nightmap {
@@ -66,7 +66,7 @@ class Simulation {
   // Until the robot is at rest at the leg's end, turned to the heading where there is one.
   void DriveLeg(const std::vector<Eigen::Vector2d>& leg, std::optional<double> goal_heading_rad) {
     const PathTrack track(leg);
-    const PathTrack pursued(KeepOff(map_, leg, steering_.margin_m));
+    const PathTrack pursued(MoveOffObstacles(map_, leg, steering_.margin_m));
     Controller controller(steering_, pursued, map_, goal_heading_rad);
     Twist last;
     while (true) {

@@ -9,8 +9,8 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
-#include "pipeline/vision/extract_features.h"
-#include "pipeline/vision/track_features.h"
+#include "pipeline/features/extract_features.h"
+#include "pipeline/features/track_features.h"
 
 namespace nightmap {
 

@@ -4,7 +4,7 @@
 
 #include <opencv2/core/utility.hpp>
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 
 namespace nightmap {
 namespace {

@@ -4,8 +4,8 @@
 // truth, and acceleration.h5, odometry.h5, scans.h5.
 #include <spdlog/spdlog.h>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/site_config.h"
+#include "pipeline/program/stage_main.h"
 #include "pipeline/recording/inspect_frames.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/read_signals.h"

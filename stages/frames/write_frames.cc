@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "pipeline/base/files.h"
-#include "pipeline/io/name_list.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/io/unit_list.h"
 
 namespace nightmap {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/signals_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/frames/frames.h"
 
 namespace nightmap {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "pipeline/geometry/distance_transform.h"
+#include "pipeline/planar/distance_transform.h"
 
 namespace nightmap {
 namespace {

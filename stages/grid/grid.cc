@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "pipeline/base/error.h"
-#include "stages/grid/classify.h"
+#include "stages/grid/classify_cells.h"
 #include "stages/grid/columns.h"
 #include "stages/grid/floors.h"
 #include "stages/grid/ground.h"

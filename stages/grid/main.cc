@@ -4,9 +4,9 @@
 // distances.h5.
 #include <spdlog/spdlog.h>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/octree_reader.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/grid/grid.h"
 #include "stages/grid/write_grid.h"
 

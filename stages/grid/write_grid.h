@@ -2,7 +2,7 @@
 // The files of the grid stage.
 #pragma once
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/grid/grid.h"
 
 namespace nightmap {

@@ -2,7 +2,7 @@
 // import_grid: a ROS map that another system made, in the place of the grid stage's.
 #pragma once
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 
 namespace nightmap {
 

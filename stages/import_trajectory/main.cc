@@ -3,9 +3,9 @@
 // pose_graph writes its own.
 #include "stages/import_trajectory/import_trajectory.h"
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 
 int main(int argc, char** argv) {
   using namespace nightmap;

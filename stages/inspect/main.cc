@@ -5,8 +5,8 @@
 
 #include <iostream>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/site_config.h"
+#include "pipeline/program/stage_main.h"
 
 int main(int argc, char** argv) {
   using namespace nightmap;

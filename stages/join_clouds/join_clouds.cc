@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "pipeline/base/error.h"
-#include "pipeline/io/cloud_order.h"
 #include "pipeline/io/pcd_io.h"
+#include "pipeline/io/ply_io.h"
 #include "pipeline/io/tile_results.h"
 
 namespace nightmap {

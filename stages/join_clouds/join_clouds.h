@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "pipeline/base/options.h"
-#include "pipeline/base/stage_context.h"
 #include "pipeline/io/ply_io.h"
+#include "pipeline/program/stage_context.h"
 
 namespace nightmap {
 

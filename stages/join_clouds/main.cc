@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // join_clouds: reads the clouds of all tiles and writes cloud.ply.
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/join_clouds/join_clouds.h"
 
 int main(int argc, char** argv) {

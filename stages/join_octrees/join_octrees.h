@@ -3,7 +3,7 @@
 #pragma once
 
 #include "pipeline/base/options.h"
-#include "pipeline/base/stage_context.h"
+#include "pipeline/program/stage_context.h"
 
 namespace nightmap {
 

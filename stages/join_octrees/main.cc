@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // join_octrees: reads the octrees of all tiles and writes map.ot and map.bt.
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/join_octrees/join_octrees.h"
 
 int main(int argc, char** argv) {

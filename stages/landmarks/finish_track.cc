@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/features/descriptor_distance.h"
 #include "pipeline/geometry/reprojection.h"
-#include "pipeline/vision/descriptor_distance.h"
 
 namespace nightmap {
 namespace {

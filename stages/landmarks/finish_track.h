@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "pipeline/vision/landmark_tracker.h"
+#include "pipeline/features/landmark_tracker.h"
 #include "stages/landmarks/landmarks.h"
 
 namespace nightmap {

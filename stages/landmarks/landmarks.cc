@@ -7,7 +7,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
-#include "pipeline/io/features_of_frames.h"
+#include "pipeline/io/features_io.h"
 #include "pipeline/io/trajectory_io.h"
 #include "stages/landmarks/finish_track.h"
 #include "stages/landmarks/keep_landmarks.h"

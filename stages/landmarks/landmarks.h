@@ -8,11 +8,11 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/features/landmark_tracker.h"
+#include "pipeline/features/vocabulary_tree.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/landmarks_io.h"
-#include "pipeline/vision/landmark_tracker.h"
-#include "pipeline/vision/vocabulary_tree.h"
 
 namespace nightmap {
 

@@ -3,9 +3,9 @@
 // localized against, and the same map as a COLMAP model and database.
 #include <spdlog/spdlog.h>
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/trajectory_io.h"
-#include "pipeline/vision/vocabulary_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/landmarks/landmarks_report.h"
 #include "stages/landmarks/write_colmap.h"
 

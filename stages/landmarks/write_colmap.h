@@ -2,7 +2,7 @@
 // Those outputs of the landmarks stage that are for COLMAP.
 #pragma once
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/landmarks/landmarks.h"
 
 namespace nightmap {

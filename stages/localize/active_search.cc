@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "pipeline/vision/descriptor_distance.h"
+#include "pipeline/features/descriptor_distance.h"
 
 namespace nightmap {
 namespace {

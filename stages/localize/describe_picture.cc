@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "pipeline/features/resize_picture.h"
 #include "pipeline/io/frame_failure.h"
-#include "pipeline/vision/resize_picture.h"
 
 namespace nightmap {
 namespace {

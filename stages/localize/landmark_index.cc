@@ -7,7 +7,7 @@
 #include <set>
 #include <tuple>
 
-#include "pipeline/vision/descriptor_distance.h"
+#include "pipeline/features/descriptor_distance.h"
 
 namespace nightmap {
 namespace {

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/landmarks_io.h"
-#include "pipeline/vision/vocabulary_io.h"
 #include "stages/localize/localize.h"
 #include "stages/localize/word_index.h"
 

@@ -8,11 +8,11 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/features/extract_features.h"
+#include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/landmarks_io.h"
 #include "pipeline/io/queries_io.h"
-#include "pipeline/vision/extract_features.h"
-#include "pipeline/vision/vocabulary_io.h"
 
 namespace nightmap {
 

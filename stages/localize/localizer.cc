@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "pipeline/base/random.h"
-#include "pipeline/geometry/moving_pose.h"
+#include "pipeline/geometry/rolling_shutter_pose.h"
 #include "stages/localize/active_search.h"
 #include "stages/localize/place_search.h"
 

@@ -3,8 +3,8 @@
 // with their reason) and queries.tum (the located ones).
 #include <opencv2/core.hpp>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/localize/localize.h"
 #include "stages/localize/localize_report.h"
 #include "stages/localize/query_cameras.h"

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "pipeline/base/union_find.h"
-#include "pipeline/vision/pixel_grid.h"
+#include "pipeline/features/pixel_grid.h"
 
 namespace nightmap {
 namespace {

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "pipeline/features/vocabulary_tree.h"
 #include "pipeline/io/landmarks_io.h"
-#include "pipeline/vision/vocabulary_tree.h"
 
 namespace nightmap {
 

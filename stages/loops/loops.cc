@@ -8,7 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
-#include "pipeline/io/features_of_frames.h"
+#include "pipeline/io/features_io.h"
 #include "stages/loops/same_node_matcher.h"
 
 namespace nightmap {

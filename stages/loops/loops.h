@@ -6,8 +6,8 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
-#include "pipeline/vision/verify_pairs.h"
-#include "pipeline/vision/vocabulary_io.h"
+#include "pipeline/features/verify_pairs.h"
+#include "pipeline/features/vocabulary_io.h"
 
 namespace nightmap {
 

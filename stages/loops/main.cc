@@ -3,7 +3,7 @@
 // look alike.
 #include "stages/loops/loops.h"
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 
 namespace nightmap {
 namespace {

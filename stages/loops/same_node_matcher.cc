@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "pipeline/vision/descriptor_distance.h"
+#include "pipeline/features/descriptor_distance.h"
 
 namespace nightmap {
 namespace {

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/features_io.h"
-#include "pipeline/vision/vocabulary_io.h"
 
 namespace nightmap {
 

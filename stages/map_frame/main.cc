@@ -2,8 +2,8 @@
 // map_frame: moves trajectory and keyframes from their own frame to the map frame.
 #include "stages/map_frame/map_frame.h"
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/map_frame/describe_floor.h"
 
 namespace nightmap {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/map_frame/map_frame.h"
 
-#include "pipeline/vision/rgbd_keyframes.h"
+#include "pipeline/dense/rgbd_keyframes.h"
 #include "stages/map_frame/choose_floor.h"
 #include "stages/map_frame/find_map_frame.h"
 

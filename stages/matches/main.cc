@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // matches: reads the features of a shard and of the shard before it; writes verified pairs of
 // frames near each other.
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/matches/matches.h"
 
 namespace nightmap {

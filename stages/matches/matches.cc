@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "pipeline/io/features_of_frames.h"
+#include "pipeline/io/features_io.h"
 #include "stages/matches/neighbour_pairs.h"
 
 namespace nightmap {

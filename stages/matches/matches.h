@@ -7,7 +7,7 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
-#include "pipeline/vision/verify_pairs.h"
+#include "pipeline/features/verify_pairs.h"
 
 namespace nightmap {
 

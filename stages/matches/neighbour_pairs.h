@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "pipeline/vision/verify_pairs.h"
+#include "pipeline/features/verify_pairs.h"
 
 namespace nightmap {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // octree: reads the list of one tile, the pixels of its keyframes and the clouds in and around it;
 // casts the depth rays into the occupancy octree of the tile.
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/octree/octree_of_tiles.h"
 
 int main(int argc, char** argv) {

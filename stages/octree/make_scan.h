@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <vector>
 
+#include "pipeline/dense/back_project.h"
 #include "pipeline/geometry/rigid3.h"
 #include "pipeline/io/ply_io.h"
-#include "pipeline/vision/back_project.h"
 #include "stages/octree/scan.h"
 #include "stages/octree/voxel_block.h"
 

@@ -9,11 +9,11 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/dense/back_project.h"
+#include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/geometry/voxel_key.h"
 #include "pipeline/io/octree_io.h"
 #include "pipeline/io/ply_io.h"
-#include "pipeline/vision/back_project.h"
-#include "pipeline/vision/rgbd_keyframes.h"
 
 namespace nightmap {
 

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/geometry/rectangle.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/octree/octree.h"
 
 namespace nightmap {

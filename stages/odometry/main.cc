@@ -3,9 +3,9 @@
 // poses, keyframes, edges and tracks.
 #include "stages/odometry/odometry.h"
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/geometry/bundle_report.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 
 namespace nightmap {
 namespace {

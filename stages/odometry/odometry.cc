@@ -8,7 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/absolute_pose.h"
-#include "pipeline/io/features_of_frames.h"
+#include "pipeline/io/features_io.h"
 #include "stages/odometry/initial_poses.h"
 #include "stages/odometry/shard_bundle.h"
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <functional>
 
+#include "pipeline/features/tracks.h"
 #include "pipeline/geometry/absolute_pose.h"
-#include "pipeline/vision/tracks.h"
 
 namespace nightmap {
 namespace {

@@ -2,7 +2,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "pipeline/vision/grid_canvas.h"
+#include "pipeline/planar/draw_on_grid.h"
 #include "stages/plan/path_output.h"
 
 namespace nightmap {

@@ -7,7 +7,7 @@
 
 #include "pipeline/io/grid_io.h"
 #include "stages/plan/cost_map.h"
-#include "stages/plan/requests.h"
+#include "stages/plan/parse_ends.h"
 
 namespace nightmap {
 

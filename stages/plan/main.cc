@@ -3,8 +3,8 @@
 // grid and, where given, queries.csv and trajectory.tum; writes path.csv, .json, .yaml and .png.
 #include <spdlog/spdlog.h>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/plan/path_output.h"
 #include "stages/plan/plan.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "pipeline/geometry/distance_transform.h"
+#include "pipeline/planar/distance_transform.h"
 
 namespace nightmap {
 namespace {

@@ -6,10 +6,10 @@
 #include <limits>
 
 #include "pipeline/base/error.h"
-#include "stages/plan/any_angle.h"
-#include "stages/plan/search.h"
+#include "stages/plan/astar.h"
+#include "stages/plan/lazy_theta_star.h"
+#include "stages/plan/pull_tight.h"
 #include "stages/plan/segment.h"
-#include "stages/plan/shorten.h"
 
 namespace nightmap {
 namespace {

@@ -3,7 +3,7 @@
 // cloud of the tile.
 #include "stages/point_cloud/point_cloud.h"
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/point_cloud/report_tile.h"
 
 namespace nightmap {

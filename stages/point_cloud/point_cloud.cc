@@ -5,10 +5,10 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/voxel_key.h"
-#include "pipeline/io/cloud_order.h"
-#include "stages/point_cloud/consistency.h"
+#include "pipeline/io/ply_io.h"
+#include "stages/point_cloud/depth_consistency.h"
 #include "stages/point_cloud/fuse_depth.h"
-#include "stages/point_cloud/surface.h"
+#include "stages/point_cloud/outliers_and_normals.h"
 
 namespace nightmap {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/dense/back_project.h"
+#include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/io/ply_io.h"
-#include "pipeline/vision/back_project.h"
-#include "pipeline/vision/rgbd_keyframes.h"
 #include "stages/point_cloud/held_out_rays.h"
 
 namespace nightmap {

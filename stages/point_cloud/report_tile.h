@@ -2,7 +2,7 @@
 // Counts and quality figures of a cloud, for the morning.
 #pragma once
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/point_cloud/point_cloud.h"
 
 namespace nightmap {

@@ -2,8 +2,8 @@
 // pose_graph: from odometry and loops of all shards to graph and trajectory.
 #include "stages/pose_graph/pose_graph.h"
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/geometry/bundle_report.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/pose_graph/pose_graph_output.h"
 
 namespace nightmap {

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "stages/pose_graph/adjust_rounds.h"
-#include "stages/pose_graph/check_input.h"
+#include "stages/pose_graph/check_odometry.h"
 #include "stages/pose_graph/cull_keyframes.h"
 #include "stages/pose_graph/drift_gate.h"
 #include "stages/pose_graph/graph_parts.h"

@@ -9,13 +9,13 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/features/landmark_tracker.h"
 #include "pipeline/geometry/bundle_adjustment.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/g2o_io.h"
 #include "pipeline/io/matches_io.h"
 #include "pipeline/io/odometry_io.h"
-#include "pipeline/vision/landmark_tracker.h"
 #include "stages/pose_graph/optimize_graph.h"
 
 namespace nightmap {

@@ -5,7 +5,7 @@
 #include <map>
 #include <vector>
 
-#include "pipeline/vision/landmark_tracker.h"
+#include "pipeline/features/landmark_tracker.h"
 #include "stages/pose_graph/merged_tracks.h"
 #include "stages/pose_graph/pose_graph.h"
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/queries/queries.h"
 
 namespace nightmap {

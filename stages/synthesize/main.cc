@@ -2,9 +2,9 @@
 // synthesize: renders an RGB-D recording of a synthetic building in the TUM layout. Writes the
 // summary `site`, and beside it rgb/ depth/ labels/, their lists, groundtruth.txt, queries/,
 // truth/.
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/grid_io.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/synthesize/synthesize.h"
 #include "stages/synthesize/write_site.h"
 

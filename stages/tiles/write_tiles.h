@@ -5,7 +5,7 @@
 #include <map>
 #include <vector>
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/tiles/tiles.h"
 
 namespace nightmap {

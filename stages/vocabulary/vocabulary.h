@@ -5,8 +5,8 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/features_io.h"
-#include "pipeline/vision/vocabulary_io.h"
 
 namespace nightmap {
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/base/files.h"
+#include "pipeline/base/atomic_outputs.h"
 
 #include <sys/stat.h>
 

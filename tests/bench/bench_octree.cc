@@ -11,9 +11,9 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/dense/back_project.h"
+#include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/io/trajectory_io.h"
-#include "pipeline/vision/back_project.h"
-#include "pipeline/vision/rgbd_keyframes.h"
 #include "stages/octree/occupancy_volume.h"
 #include "stages/octree/octomap_volume.h"
 #include "stages/octree/voxel_walk.h"

@@ -17,10 +17,10 @@
 #include <functional>
 #include <vector>
 
-#include "stages/plan/any_angle.h"
+#include "stages/plan/astar.h"
+#include "stages/plan/lazy_theta_star.h"
 #include "stages/plan/plan.h"
-#include "stages/plan/search.h"
-#include "stages/plan/shorten.h"
+#include "stages/plan/pull_tight.h"
 #include "tests/stages/plan/office_floor.h"
 #include "tests/stages/plan/reference_path.h"
 #include "tests/stages/plan/scene.h"

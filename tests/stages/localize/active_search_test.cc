@@ -10,7 +10,7 @@
 #include <map>
 #include <numeric>
 
-#include "pipeline/vision/descriptor_distance.h"
+#include "pipeline/features/descriptor_distance.h"
 #include "stages/localize/place_search.h"
 #include "tests/stages/localize/scene_map.h"
 

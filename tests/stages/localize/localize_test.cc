@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "pipeline/base/error.h"
-#include "pipeline/geometry/moving_pose.h"
+#include "pipeline/geometry/rolling_shutter_pose.h"
 #include "stages/localize/localize_report.h"
 #include "stages/localize/localizer.h"
 #include "tests/stages/localize/scene_map.h"

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <vector>
 
+#include "pipeline/features/descriptor_distance.h"
+#include "pipeline/features/extract_features.h"
+#include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/landmarks_io.h"
 #include "pipeline/synthetic/paint.h"
 #include "pipeline/synthetic/render.h"
 #include "pipeline/synthetic/route.h"
-#include "pipeline/vision/descriptor_distance.h"
-#include "pipeline/vision/extract_features.h"
-#include "pipeline/vision/vocabulary_io.h"
 
 namespace nightmap {
 

@@ -13,8 +13,8 @@
 #include <sstream>
 
 #include "pipeline/base/error.h"
+#include "stages/plan/astar.h"
 #include "stages/plan/path_output.h"
-#include "stages/plan/search.h"
 #include "tests/stages/plan/scene.h"
 
 namespace nightmap {

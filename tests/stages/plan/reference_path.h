@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "stages/plan/astar.h"
 #include "stages/plan/cost_map.h"
-#include "stages/plan/search.h"
 #include "stages/plan/segment.h"
 
 namespace nightmap {
