@@ -9,8 +9,8 @@ Exit codes: 0 done; 1 the page has no markers; 2 wrong command line.
 import argparse
 from pathlib import Path
 
-from nightmap_eval.errors import run_main
-from nightmap_eval.site import put_between
+from nightmap_eval.artifacts import put_between
+from nightmap_eval.script_errors import run_main
 from nightmap_make.pipeline import read_pipeline
 
 CHECKOUT = Path(__file__).resolve().parents[1]

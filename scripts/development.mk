@@ -44,7 +44,7 @@ test-sanitize: ## unit tests under AddressSanitizer and UndefinedBehaviorSanitiz
 
 bench: ## time from raw frames to the trajectory of CASES (SITE or SITE:N, its first N frames) against a yardstick
 	@$(MAKE) --no-print-directory build
-	@$(PYTHON) scripts/bench.py $(CASES) --data $(DATA) --build $(BUILD) --threads $(THREADS)
+	@$(PYTHON) tests/bench/bench.py $(CASES) --data $(DATA) --build $(BUILD) --threads $(THREADS)
 
 OURS := $(wildcard pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc tests/*/*.h tests/*/*.cc tests/*/*/*.h tests/*/*/*.cc)
 format: ## rewrite the sources in the project's format

@@ -15,15 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.floors import evaluate_floors
-from nightmap_eval.loops import loop_counts, loop_metrics, read_loops, read_relative_poses
-from nightmap_eval.metrics import query_summary, trajectory_metrics
-from nightmap_eval.ply import read_ply
-from nightmap_eval.queries import VERDICTS, read_located
-from nightmap_eval.query_errors import PROTOCOLS
-from nightmap_eval.reading import check, read_toml
-from nightmap_eval.site import (
+from nightmap_eval.artifacts import (
     Frames,
     bridged_frames,
     frames_apart,
@@ -31,8 +23,16 @@ from nightmap_eval.site import (
     to_json,
     write_atomic,
 )
-from nightmap_eval.surfaces import cloud_metrics
+from nightmap_eval.checked_reading import check, read_toml
+from nightmap_eval.cloud_accuracy import cloud_metrics
+from nightmap_eval.floor_accuracy import evaluate_floors
+from nightmap_eval.located_queries import VERDICTS, read_located
+from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops, read_relative_poses
+from nightmap_eval.ply import read_ply
+from nightmap_eval.query_errors import PROTOCOLS, query_summary
+from nightmap_eval.script_errors import DataError, run_main
 from nightmap_eval.trajectory import associate, path_length_m, read_truth, read_tum
+from nightmap_eval.trajectory_errors import trajectory_metrics
 
 
 def parse_arguments():

@@ -21,17 +21,17 @@ from pathlib import Path
 
 import numpy as np
 
+from nightmap_eval.artifacts import Frames, hash_if_there, put_between, to_json, write_atomic
 from nightmap_eval.colmap_methods import MAPPER_RUNS, METHODS, RUNS
 from nightmap_eval.colmap_run import read_receipt
 from nightmap_eval.comparison import Located, Part, errors_against, locate_by_models, summaries
 from nightmap_eval.comparison_costs import colmap_costs, nightmap_costs
 from nightmap_eval.comparison_figures import histogram_png, queries_png, recall_png
 from nightmap_eval.comparison_table import comparison_table
-from nightmap_eval.errors import DataError, run_main
 from nightmap_eval.grid import read_grid
-from nightmap_eval.queries import read_located, refuse_mapped_queries
+from nightmap_eval.located_queries import read_located, refuse_mapped_queries
 from nightmap_eval.query_errors import PROTOCOLS
-from nightmap_eval.site import Frames, hash_if_there, put_between, to_json, write_atomic
+from nightmap_eval.script_errors import DataError, run_main
 from nightmap_eval.trajectory import read_truth, read_tum
 
 TRUTH = ("frames/ground_truth.tum", "queries/query_ground_truth.tum")

@@ -15,8 +15,8 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from nightmap_make.asked import Asked, Refused  # noqa: E402
 from nightmap_make.make_run import MakeRun  # noqa: E402
+from nightmap_make.request import Asked, Refused  # noqa: E402
 
 
 def main():

@@ -9,9 +9,9 @@ was made from an input that is not there any more.
 import pathlib
 import sys
 
-from nightmap_eval.errors import DataError, printable, run_main
-from nightmap_eval.lists import CurrentRuns
 from nightmap_eval.receipts import Hashes, Receipt
+from nightmap_eval.script_errors import DataError, printable, run_main
+from nightmap_eval.unit_lists import CurrentRuns
 
 ALTERED = {"outputs": "altered since it was written", "inputs": "not the input it was made from"}
 

@@ -9,7 +9,7 @@
 namespace nightmap {
 
 // A line `nightmap <kind>, version 1, <n> names`, then a name per line. The count tells a whole
-// list from one that was cut off. scripts/nightmap_eval/lists.py reads it, as data.
+// list from one that was cut off. scripts/nightmap_eval/unit_lists.py reads it, as data.
 std::string NameListToText(std::string_view kind, const std::vector<std::string>& names);
 
 }  // namespace nightmap

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nightmap_eval.errors import DataError
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import quaternion, rotation_matrices
 
 NUM_PARAMETERS = {1: 4, 6: 12}  # of the camera models we give: PINHOLE, FULL_OPENCV

@@ -18,8 +18,8 @@ import subprocess
 import time
 import weakref
 
-from nightmap_eval.errors import DataError
-from nightmap_eval.reading import NUMBER, read_object
+from nightmap_eval.checked_reading import NUMBER, read_object
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.writing_folder import WritingFolder
 
 # What COLMAP prints as it goes on.

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from nightmap_eval.colmap_files import read_model
-from nightmap_eval.errors import DataError
-from nightmap_eval.metrics import WRONG_CM, absolute_errors, query_summary
-from nightmap_eval.query_errors import PROTOCOLS
+from nightmap_eval.query_errors import PROTOCOLS, WRONG_CM, query_summary
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import Trajectory, associate, make_trajectory, quaternion, umeyama
+from nightmap_eval.trajectory_errors import absolute_errors
 
 # A model fits when so many of its map cameras are so near to where the metric map has them.
 MIN_FIT_PERCENT = 90.0

@@ -6,9 +6,9 @@ nightmap's stages up to the trajectory are parts of it. What only the cloud and 
 ...) is no part of any, nor is writing nightmap's map as a COLMAP model, which locates nothing.
 """
 
+from nightmap_eval.checked_reading import read_object
 from nightmap_eval.colmap_run import read_receipt
-from nightmap_eval.reading import read_object
-from nightmap_eval.stages import StageResult
+from nightmap_eval.job_results import StageResult
 
 # What a query takes, and of COLMAP's commands those that do it. A phase that is part of another one names it.
 PHASES = ("features", "search", "registration", "adjustment")

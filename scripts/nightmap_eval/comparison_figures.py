@@ -4,7 +4,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from nightmap_eval.figures import BLUE, GRAY, GREEN, ORANGE, RED, map_axes, draw_grid, to_png
+from nightmap_eval.drawing import BLUE, GRAY, GREEN, ORANGE, RED, map_axes, draw_grid, to_png
 
 COLORS = {"nightmap": BLUE, "colmap_mapper": ORANGE, "colmap_triangulate": GREEN, "colmap_held": RED}
 DEFAULT = "_default"  # the same with COLMAP's number of retrieved images: the same color, dashed

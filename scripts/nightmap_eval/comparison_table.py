@@ -2,8 +2,7 @@
 """The comparison with COLMAP as rows and as a Markdown table."""
 
 from nightmap_eval.comparison_costs import PHASES
-from nightmap_eval.metrics import RECALL_THRESHOLDS, WRONG_CM
-from nightmap_eval.query_errors import PROTOCOLS
+from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM
 
 ERROR_ROWS = (
     ("median (cm)", "median_translation_error_cm", "{:.1f}"),

@@ -13,9 +13,13 @@ row by row.
 
 import numpy as np
 
-from nightmap_eval.metrics import absolute_errors
 from nightmap_eval.trajectory import umeyama
+from nightmap_eval.trajectory_errors import absolute_errors
 
+# Recall thresholds: translation in centimetres, rotation in degrees.
+RECALL_THRESHOLDS = ((1, 1), (2, 2), (3, 3), (5, 5), (10, 5), (25, 10))
+# A located query farther off than this was put in a wrong place.
+WRONG_CM = 50
 LOCAL_RADIUS_M = 2.0
 MIN_LOCAL_FRAMES = 3
 LEVER_M = 1.0
@@ -68,3 +72,51 @@ def local_errors(queries, query_reference, map_frames, map_reference, radius_m=L
 
 # The two ways by the name they have in metrics.json.
 PROTOCOLS = {"global": global_errors, "local": local_errors}
+
+
+def recall_percent(translation_m, rotation_deg, num_queries, max_cm, max_deg):
+    """Percentage of all queries located within both thresholds. A query without a pose is not in
+    the lists and so counts as a failure."""
+    if num_queries == 0:
+        return None
+    good = (np.asarray(translation_m) * 100 <= max_cm) & (np.asarray(rotation_deg) <= max_deg)
+    return 100.0 * int(np.count_nonzero(good)) / num_queries
+
+
+def _median(values):
+    return float(np.median(values))
+
+
+def _p90(values):
+    """The least of the values that 90 % do not exceed."""
+    return float(np.sort(values)[int(np.ceil(0.9 * len(values))) - 1])
+
+
+def _with_failures(statistic, values, num_queries):
+    """The statistic over all queries, a failure being infinitely wrong; None when that is the value."""
+    failures = np.full(num_queries - len(values), np.inf)
+    padded = np.concatenate([np.asarray(values, dtype=float), failures])
+    value = statistic(padded) if num_queries else np.inf
+    return value if np.isfinite(value) else None
+
+
+def query_summary(translation_m, rotation_deg, num_queries):
+    """Figures of the located ones among num_queries queries with truth."""
+    translation_cm = 100 * np.asarray(translation_m)
+    figures = {
+        "num_with_truth": num_queries,
+        "num_located_with_truth": len(translation_m),
+        "num_wrong": int(np.count_nonzero(translation_cm > WRONG_CM)),
+    }
+    for name, statistic in (("median", _median), ("p90", _p90)):
+        for unit, values in (("translation_error_cm", translation_cm), ("rotation_error_deg", rotation_deg)):
+            figures[f"{name}_{unit}"] = _with_failures(statistic, values, num_queries)
+    if len(translation_m):
+        figures["located_median_translation_error_cm"] = _median(translation_cm)
+        figures["located_median_rotation_error_deg"] = _median(rotation_deg)
+        figures["located_max_translation_error_cm"] = float(np.max(translation_cm))
+    for max_cm, max_deg in RECALL_THRESHOLDS:
+        figures[f"recall_{max_cm}cm_{max_deg}deg_percent"] = recall_percent(
+            translation_m, rotation_deg, num_queries, max_cm, max_deg
+        )
+    return figures

@@ -2,7 +2,7 @@
 """Section of the report on the cloud: how good it is by its own measurements."""
 
 from nightmap_eval import html
-from nightmap_eval.stages import StageResult
+from nightmap_eval.job_results import StageResult
 
 CLOUD_ROWS = (
     ("plane_thickness_median_m", "Thickness of flat places, median of a tile (cm)", 100),

@@ -4,9 +4,9 @@
 from pathlib import Path
 
 from nightmap_eval import html
+from nightmap_eval.artifacts import hash_if_there
+from nightmap_eval.checked_reading import read_json, using
 from nightmap_eval.comparison_table import comparison_rows
-from nightmap_eval.reading import read_json, using
-from nightmap_eval.site import hash_if_there
 
 
 def _stale(site_dir, made_of):

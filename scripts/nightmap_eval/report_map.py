@@ -3,14 +3,14 @@
 
 import numpy as np
 
-from nightmap_eval import figures, html
-from nightmap_eval.errors import DataError
-from nightmap_eval.floors import read_floors
+from nightmap_eval import drawing, html
+from nightmap_eval.artifacts import Frames, read_csv
+from nightmap_eval.checked_reading import NUMBER, REMEDY, read_object, using
+from nightmap_eval.floor_accuracy import read_floors
 from nightmap_eval.grid import read_grid
 from nightmap_eval.report_cloud import cloud_section
 from nightmap_eval.report_stale import notes
-from nightmap_eval.reading import NUMBER, REMEDY, read_object, using
-from nightmap_eval.site import Frames, read_csv
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import MAX_POSITION_M, Similarity, associate, read_truth, read_tum, rotation_matrices
 
 MAX_GAP_NS = 20_000_000
@@ -97,13 +97,13 @@ def trajectory_section(site_dir, metrics):
     truth, loops = truth_in_map(site_dir, metrics), accepted_loops(site_dir, estimate)
     parts = []
     if truth is None:
-        picture = figures.trajectory_png(estimate.positions_m, None, loops)
+        picture = drawing.trajectory_png(estimate.positions_m, None, loops)
     else:
         pairs = associate(estimate.times_ns, truth.times_ns, MAX_GAP_NS)
         shown = truth.positions_m[pairs[:, 1]]
-        picture = figures.trajectory_png(estimate.positions_m, shown, loops)
+        picture = drawing.trajectory_png(estimate.positions_m, shown, loops)
         errors_m = np.linalg.norm(estimate.positions_m[pairs[:, 0]] - shown, axis=1)
-        parts.append(html.image(figures.error_png(pairs[:, 0], errors_m), "error of each frame"))
+        parts.append(html.image(drawing.error_png(pairs[:, 0], errors_m), "error of each frame"))
     parts += floor_paragraphs(site_dir)
     return html.section("Trajectory", html.image(picture, "trajectory from above"), *parts)
 
@@ -184,7 +184,7 @@ def floor_picture(grid_dir, floor, path_m, estimate, located):
     ways = (None, None)
     if floor["number"] == 0:
         ways = [None if way is None else way.positions_m for way in (estimate, located)]
-    return figures.grid_png(read_grid(grid_dir / floor["yaml"]), path_m, *ways)
+    return drawing.grid_png(read_grid(grid_dir / floor["yaml"]), path_m, *ways)
 
 
 def plan_section(site_dir):

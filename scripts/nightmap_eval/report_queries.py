@@ -6,10 +6,9 @@ import io
 from PIL import Image
 
 from nightmap_eval import html
-from nightmap_eval.asked import asked_pictures
-from nightmap_eval.metrics import RECALL_THRESHOLDS, WRONG_CM
-from nightmap_eval.query_errors import PROTOCOLS
-from nightmap_eval.site import read_csv, to_ints
+from nightmap_eval.artifacts import read_csv, to_ints
+from nightmap_eval.asked_pictures import asked_pictures
+from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM
 
 MAX_PICTURES = 12
 THUMBNAIL_PX = (300, 200)

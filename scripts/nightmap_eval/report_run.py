@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sections of the report on the run: summary line, stages, loops, skipped items, configs."""
+"""Sections of the report on the run: summary line, stages, skipped items, configs."""
 
 from nightmap_eval import html
-from nightmap_eval.reading import read_text
-from nightmap_eval.site import read_csv
+from nightmap_eval.checked_reading import read_text
+from nightmap_eval.report_loops import loop_section
 
 MAX_ROWS = 200
 
@@ -86,26 +86,6 @@ def stage_section(stages):
         warning = "Times are of a Debug build: they say nothing about speed."
         parts.append(html.paragraph(warning, "failed"))
     return html.section("Stages", *parts)
-
-
-def loop_section(site_dir):
-    path = site_dir / "pose_graph" / "loops.csv"
-    if not path.exists():
-        note = html.paragraph("The pose_graph stage did not run.", "note")
-        return html.section("Loop closures", note)
-    rows = read_csv(path, ("status", "reason"))
-    if not rows:
-        return html.section("Loop closures", html.paragraph("No loop was proposed.", "note"))
-    counts = {}
-    for row in rows:
-        key = (row["status"], row["reason"])
-        counts[key] = counts.get(key, 0) + 1
-    counted = [(*key, counts[key]) for key in sorted(counts)]
-    parts = [html.table(("status", "reason", "loops"), counted)]
-    shown = html.table(tuple(rows[0]), [list(row.values()) for row in rows[:MAX_ROWS]])
-    title = f"Each loop (first {MAX_ROWS} of {len(rows)})" if len(rows) > MAX_ROWS else "Each loop"
-    parts.append(html.folded(title, shown))
-    return html.section("Loop closures", *parts)
 
 
 def _frame_list(frames):

@@ -5,9 +5,9 @@ that fails leaves the result of the one before."""
 import re
 import tomllib
 
-from nightmap_eval.errors import printable
-from nightmap_eval.reading import read_toml, using
+from nightmap_eval.checked_reading import read_toml, using
 from nightmap_eval.receipts import Hashes, Receipt
+from nightmap_eval.script_errors import printable
 
 # What the Makefile adds to the log of a stage that fails, and what the stage itself said.
 FAILED = re.compile(r"nightmap: \w+ failed, exit code (\d+)")

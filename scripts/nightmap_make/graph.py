@@ -4,7 +4,7 @@
 import glob
 import os
 
-from nightmap_eval.lists import near
+from nightmap_eval.unit_lists import near
 from nightmap_make.pipeline import PipelineError
 
 SITES = "configs/sites"

@@ -7,10 +7,10 @@ import sys
 
 import remove_leftovers
 import resolve_config
-from nightmap_make.asked import Refused
 from nightmap_make.graph import Graph, closure
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
+from nightmap_make.request import Refused
 from nightmap_make.rules_file import RulesFile, Times, list_goal
 from nightmap_make.site_state import SiteState
 
@@ -160,8 +160,8 @@ class MakeRun:
         nothing to do needs none.)"""
         outcome = last_run(self.folder)
         if code != 0:
-            from nightmap_make import morning
-            morning.tell_of_failure(self, code, outcome)
+            from nightmap_make import after_failure
+            after_failure.tell_of_failure(self, code, outcome)
             return code
         if outcome.codes:
             from nightmap_make import summary
@@ -181,12 +181,12 @@ class MakeRun:
 
     def _status(self):
         """How the last run ended, and the page of what there is."""
-        from nightmap_make import morning
+        from nightmap_make import after_failure
         self._settle()
         self._write_rules()
         outcome = last_run(self.folder)
-        print("\n".join(morning.status_lines(outcome)))
-        morning.write_page(self, outcome.code)
+        print("\n".join(after_failure.status_lines(outcome)))
+        after_failure.write_page(self, outcome.code)
         print(MADE["report"].format(folder=self.folder))
         return 0
 

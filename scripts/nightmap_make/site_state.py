@@ -3,16 +3,16 @@
 
 import os
 
-from nightmap_eval import lists
-from nightmap_eval.errors import DataError
+from nightmap_eval import unit_lists
+from nightmap_eval.script_errors import DataError
 
 
 def _floor_stems(site_dir):
-    return [row["yaml"].removesuffix(".yaml") for row in lists.read_floors(os.path.join(site_dir, "grid"))]
+    return [row["yaml"].removesuffix(".yaml") for row in unit_lists.read_floors(os.path.join(site_dir, "grid"))]
 
 
-READERS = (("frames", "shard", "frames/shards.txt", lists.read_shards),
-           ("tiles", "tile", "tiles/tiles.txt", lists.read_tiles),
+READERS = (("frames", "shard", "frames/shards.txt", unit_lists.read_shards),
+           ("tiles", "tile", "tiles/tiles.txt", unit_lists.read_tiles),
            ("grid", "floor", "grid/floors.json", _floor_stems))  # fmt: skip
 
 
@@ -45,4 +45,4 @@ class SiteState:
             except DataError as error:
                 self.damaged.add(job)
                 tell(f"nightmap: {error}: {job} makes it anew")
-        self.has_queries = lists.has_queries(self.folder)
+        self.has_queries = unit_lists.has_queries(self.folder)

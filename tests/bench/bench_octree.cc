@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program of scripts/bench_octree.py. Builds one octree in one way from all depth of a mapped
+// The program of tests/bench/bench_octree.py. Builds one octree in one way from all depth of a mapped
 // site's poses but every fifth, and prints as JSON what that took, how much it agrees with another
 // octree, and with the rays of the poses kept out.
 #include <CLI/CLI.hpp>

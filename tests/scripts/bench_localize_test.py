@@ -9,8 +9,8 @@ import h5py
 import numpy as np
 
 import fake_site
-from nightmap_eval import padded_map
-from nightmap_eval.errors import DataError
+import padded_map
+from nightmap_eval.script_errors import DataError
 
 NUM_LANDMARKS, NUM_KEYFRAMES, NUM_FRAMES = 60, 4, 6
 NODES = [[1, 3, 0], [4, 2, 1], [0, 0, 1], [6, 2, 1], [0, 0, 2], [0, 0, 2], [0, 0, 2], [0, 0, 2]]

@@ -14,12 +14,12 @@ from PIL import Image
 
 import fake_site
 from nightmap_eval import html
-from nightmap_eval.errors import DataError
+from nightmap_eval.receipts import Hashes
 from nightmap_eval.report_cloud import cloud_section
 from nightmap_eval.report_map import _building_rows, plan_section, truth_in_map
-from nightmap_eval.receipts import Hashes
 from nightmap_eval.report_queries import choose
 from nightmap_eval.report_stale import notes
+from nightmap_eval.script_errors import DataError
 
 VOID_TAGS = ("meta", "img")
 
@@ -113,7 +113,7 @@ class PlanSectionTest(unittest.TestCase):
             (site_dir / "plan").mkdir()
             (site_dir / "plan" / "path.csv").write_text("x_m,y_m\n0,0\n1,1\n")
             (site_dir / "plan" / "path.json").write_text(json.dumps(floor))
-            with mock.patch("nightmap_eval.figures.grid_png", side_effect=lambda *_: b"") as draw:
+            with mock.patch("nightmap_eval.drawing.grid_png", side_effect=lambda *_: b"") as draw:
                 section = str(plan_section(site_dir))
         with_path = [call.args[1] is not None for call in draw.call_args_list]
         return re.findall(r'<p class="">(Floor .*?)</p>', section), with_path

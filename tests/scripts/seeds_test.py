@@ -9,8 +9,8 @@ from unittest import mock
 
 import fake_site
 import seeds
-from nightmap_eval.errors import DataError
-from nightmap_eval.site import put_between
+from nightmap_eval.artifacts import put_between
+from nightmap_eval.script_errors import DataError
 
 
 def metrics(ate_m, recall=None):

@@ -3,11 +3,11 @@
 
 import numpy as np
 
-from nightmap_eval.errors import DataError
+from nightmap_eval import unit_lists
+from nightmap_eval.checked_reading import NUMBER, read_object, read_toml, using
 from nightmap_eval.grid import compare_with_plan, read_grid
-from nightmap_eval import lists
-from nightmap_eval.reading import NUMBER, read_object, read_toml, using
-from nightmap_eval.structure import Sampler, door_figures, wall_figures
+from nightmap_eval.script_errors import DataError
+from nightmap_eval.walls_and_doors import Sampler, door_figures, wall_figures
 
 MAX_HEIGHT_ERROR_M = 0.5
 DEFAULT_ROBOT_WIDTH_M = 0.5
@@ -23,7 +23,7 @@ def read_floors(grid_dir):
     """Rows of floors.json, the lowest first; of a folder without it the one floor of map.yaml."""
     if not (grid_dir / "floors.json").exists():
         return [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"}]
-    return lists.whole(lists.read_floors, grid_dir)
+    return unit_lists.whole(unit_lists.read_floors, grid_dir)
 
 
 def read_true_floors(truth_dir):

@@ -9,8 +9,8 @@ import h5py
 import numpy as np
 
 import fake_site  # noqa: F401  (finds nightmap_eval)
-from nightmap_eval import loops
-from nightmap_eval.errors import DataError
+from nightmap_eval import loop_accuracy
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import make_trajectory
 
 NUM_FRAMES = 41
@@ -32,7 +32,7 @@ def loop(a, b, status="accepted", error_m=0.0):
 
 def metrics(*pairs):
     relative = {key: pose for _, poses in pairs for key, pose in poses.items()}
-    return loops.loop_metrics([row for row, _ in pairs], relative, FRAMES, TRUTH)
+    return loop_accuracy.loop_metrics([row for row, _ in pairs], relative, FRAMES, TRUTH)
 
 
 class LoopMetricsTest(unittest.TestCase):
@@ -55,7 +55,7 @@ class LoopMetricsTest(unittest.TestCase):
 
     def test_no_revisit_no_figure(self):
         half = FRAMES[:20]
-        figures = loops.loop_metrics([], {}, half, TRUTH.select(half))
+        figures = loop_accuracy.loop_metrics([], {}, half, TRUTH.select(half))
         self.assertIsNone(figures["revisits_closed_percent"])
 
     def test_files_that_cannot_be_read_are_named(self):
@@ -63,17 +63,17 @@ class LoopMetricsTest(unittest.TestCase):
             path = Path(folder) / "loops.h5"
             path.write_bytes(b"not HDF5")
             with self.assertRaisesRegex(DataError, "loops.h5"):
-                loops.read_relative_poses(path)
+                loop_accuracy.read_relative_poses(path)
             with h5py.File(path, "w") as file:
                 file["frame"] = np.array([[3, 9]], dtype=np.int32)
                 file["b_from_a"] = np.array([[1, 2, 3, 0, 0, 0, 1.0]])
-            rotation, translation = loops.read_relative_poses(path)[3, 9]
+            rotation, translation = loop_accuracy.read_relative_poses(path)[3, 9]
             np.testing.assert_array_equal(rotation, np.eye(3))
             np.testing.assert_array_equal(translation, [1, 2, 3])
             table = Path(folder) / "loops.csv"
             table.write_text("frame_a,frame_b,status,reason\n1,x,accepted,\n", encoding="utf-8")
             with self.assertRaisesRegex(DataError, "loops.csv:2"):
-                loops.read_loops(table)
+                loop_accuracy.read_loops(table)
 
 
 if __name__ == "__main__":

@@ -19,8 +19,9 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.site import put_between
+import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from nightmap_eval.artifacts import put_between
+from nightmap_eval.script_errors import DataError, run_main
 
 BEGIN, END = "<!-- bench_octree:begin -->", "<!-- bench_octree:end -->"
 BUILDERS = {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Accuracy of a trajectory and of located queries against the truth.
+"""Errors of a trajectory against the truth.
 
 ATE and RPE as defined by Sturm et al., A Benchmark for the Evaluation of RGB-D SLAM Systems
 (IROS 2012). Every figure has its unit as suffix.
@@ -8,11 +8,6 @@ ATE and RPE as defined by Sturm et al., A Benchmark for the Evaluation of RGB-D 
 import numpy as np
 
 from nightmap_eval.trajectory import angles_deg, path_length_m, quaternion, umeyama
-
-# Recall thresholds: translation in centimetres, rotation in degrees.
-RECALL_THRESHOLDS = ((1, 1), (2, 2), (3, 3), (5, 5), (10, 5), (25, 10))
-# A located query farther off than this was put in a wrong place.
-WRONG_CM = 50
 
 
 def _rmse(values):
@@ -122,51 +117,3 @@ def trajectory_metrics(estimate, truth, frame_idxs, sequence_idxs):
         "rpe_per_metre": rpe_per_metre(estimate, truth, sequence_idxs),
     }
     return figures, alignment
-
-
-def recall_percent(translation_m, rotation_deg, num_queries, max_cm, max_deg):
-    """Percentage of all queries located within both thresholds. A query without a pose is not in
-    the lists and so counts as a failure."""
-    if num_queries == 0:
-        return None
-    good = (np.asarray(translation_m) * 100 <= max_cm) & (np.asarray(rotation_deg) <= max_deg)
-    return 100.0 * int(np.count_nonzero(good)) / num_queries
-
-
-def _median(values):
-    return float(np.median(values))
-
-
-def _p90(values):
-    """The least of the values that 90 % do not exceed."""
-    return float(np.sort(values)[int(np.ceil(0.9 * len(values))) - 1])
-
-
-def _with_failures(statistic, values, num_queries):
-    """The statistic over all queries, a failure being infinitely wrong; None when that is the value."""
-    failures = np.full(num_queries - len(values), np.inf)
-    padded = np.concatenate([np.asarray(values, dtype=float), failures])
-    value = statistic(padded) if num_queries else np.inf
-    return value if np.isfinite(value) else None
-
-
-def query_summary(translation_m, rotation_deg, num_queries):
-    """Figures of the located ones among num_queries queries with truth."""
-    translation_cm = 100 * np.asarray(translation_m)
-    figures = {
-        "num_with_truth": num_queries,
-        "num_located_with_truth": len(translation_m),
-        "num_wrong": int(np.count_nonzero(translation_cm > WRONG_CM)),
-    }
-    for name, statistic in (("median", _median), ("p90", _p90)):
-        for unit, values in (("translation_error_cm", translation_cm), ("rotation_error_deg", rotation_deg)):
-            figures[f"{name}_{unit}"] = _with_failures(statistic, values, num_queries)
-    if len(translation_m):
-        figures["located_median_translation_error_cm"] = _median(translation_cm)
-        figures["located_median_rotation_error_deg"] = _median(rotation_deg)
-        figures["located_max_translation_error_cm"] = float(np.max(translation_cm))
-    for max_cm, max_deg in RECALL_THRESHOLDS:
-        figures[f"recall_{max_cm}cm_{max_deg}deg_percent"] = recall_percent(
-            translation_m, rotation_deg, num_queries, max_cm, max_deg
-        )
-    return figures

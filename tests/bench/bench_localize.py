@@ -3,7 +3,7 @@
 """bench_localize: time to locate a picture against the number of landmarks.
 
 The map of a site is thinned to the smallest size and padded to the others with copies of real maps
-(its own and those of --donor; see nightmap_eval/padded_map.py), so all sizes have the same real part.
+(its own and those of --donor; see tests/bench/padded_map.py), so all sizes have the same real part.
 The site's queries are located in each. The yardstick is the description of the same pictures in the
 same run. Sizes take turns; of --repeats runs the shortest time of each part counts.
 Prints a Markdown table; with --readme it goes between `<!-- bench_localize:begin -->` and
@@ -21,11 +21,12 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from nightmap_eval import padded_map
-from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.reading import read_object
-from nightmap_eval.site import put_between, read_csv
-from nightmap_eval.stages import RECEIPT
+import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+import padded_map
+from nightmap_eval.artifacts import put_between, read_csv
+from nightmap_eval.checked_reading import read_object
+from nightmap_eval.job_results import RECEIPT
+from nightmap_eval.script_errors import DataError, run_main
 
 BEGIN, END = "<!-- bench_localize:begin -->", "<!-- bench_localize:end -->"
 SIZES = (20_000, 50_000, 100_000, 200_000, 500_000)

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import fake_site  # noqa: F401  (finds the scripts)
 import remove_leftovers
-from nightmap_eval.errors import DataError
-from nightmap_eval.lists import CurrentRuns, near, read_floors, read_shards, read_tiles
-from nightmap_eval.stages import CONFIGS
+from nightmap_eval.job_results import CONFIGS
+from nightmap_eval.script_errors import DataError
+from nightmap_eval.unit_lists import CurrentRuns, near, read_floors, read_shards, read_tiles
 from nightmap_make.graph import Graph
 from nightmap_make.pipeline import read_pipeline
 from nightmap_make.site_state import SiteState

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """evaluate/metrics.json as the report needs it: every figure that is shown has its type, or an error names it."""
 
-from nightmap_eval.errors import DataError
-from nightmap_eval.metrics import RECALL_THRESHOLDS
-from nightmap_eval.query_errors import PROTOCOLS
-from nightmap_eval.reading import NUMBER, REMEDY, check, read_object
+from nightmap_eval.checked_reading import NUMBER, REMEDY, check, read_object
+from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS
+from nightmap_eval.script_errors import DataError
 
 UNKNOWN_OR_NUMBER = (*NUMBER, type(None))
 COVERAGE = {

@@ -3,9 +3,9 @@
 
 import numpy as np
 
-from nightmap_eval.errors import DataError
-from nightmap_eval.reading import REMEDY, using
-from nightmap_eval.site import read_csv, read_hdf5
+from nightmap_eval.artifacts import read_csv, read_hdf5
+from nightmap_eval.checked_reading import REMEDY, using
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import angles_deg, rotation_matrices
 
 MAX_ERROR_M, MAX_ERROR_DEG = 0.3, 10  # of a true loop's relative pose

@@ -17,11 +17,12 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.lists import near, read_tiles
-from nightmap_eval.reading import read_text, using
-from nightmap_eval.site import put_between
-from nightmap_eval.stages import StageResult
+import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from nightmap_eval.artifacts import put_between
+from nightmap_eval.checked_reading import read_text, using
+from nightmap_eval.job_results import StageResult
+from nightmap_eval.script_errors import DataError, run_main
+from nightmap_eval.unit_lists import near, read_tiles
 
 BEGIN, END = "<!-- bench_tiles:begin -->", "<!-- bench_tiles:end -->"
 STAGES = ("tiles", "point_cloud", "octree", "grid")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the localize stage left: every query, and the poses of those it located."""
 
-from nightmap_eval.errors import DataError
-from nightmap_eval.reading import REMEDY
-from nightmap_eval.site import read_csv, to_ints
+from nightmap_eval.artifacts import read_csv, to_ints
+from nightmap_eval.checked_reading import REMEDY
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import MAX_POSITION_M, make_trajectory
 
 QUERY_COLUMNS = ("query_idx", "time_ns", "color_path", "status", "reason")

@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 import h5py
 import numpy as np
 
-from nightmap_eval.errors import DataError
+import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from nightmap_eval.script_errors import DataError
 
 NORM = 512  # of a RootSIFT descriptor
 CELLS = (4, 4, 8)  # rows, columns, orientations

@@ -16,13 +16,13 @@ import statistics
 import subprocess
 from pathlib import Path
 
-from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.metrics import RECALL_THRESHOLDS
-from nightmap_eval.metrics_file import UNKNOWN_OR_NUMBER
-from nightmap_eval.reading import check, read_json
-from nightmap_eval.site import put_between
+from checkout import CHECKOUT
+from nightmap_eval.artifacts import put_between
+from nightmap_eval.checked_reading import check, read_json
+from nightmap_eval.metrics_json import UNKNOWN_OR_NUMBER
+from nightmap_eval.query_errors import RECALL_THRESHOLDS
+from nightmap_eval.script_errors import DataError, run_main
 
-CHECKOUT = Path(__file__).resolve().parent.parent
 BEGIN, END = "<!-- accuracy:begin -->", "<!-- accuracy:end -->"
 
 

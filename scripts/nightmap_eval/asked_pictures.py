@@ -7,9 +7,9 @@ import math
 import os
 import re
 
-from nightmap_eval import lists
-from nightmap_eval.errors import DataError
-from nightmap_eval.reading import REMEDY, read_text, read_toml, using
+from nightmap_eval import unit_lists
+from nightmap_eval.checked_reading import REMEDY, read_text, read_toml, using
+from nightmap_eval.script_errors import DataError
 
 # The line that scripts/resolve_config.py writes before the first [[query]] that QUERY adds.
 MARK = re.compile(r"^# This was the text of .*; QUERY adds:$", re.MULTILINE)
@@ -68,7 +68,7 @@ class Floors:
 
     def __init__(self, site_dir):
         grid = os.path.join(site_dir, "grid")
-        rows = lists.whole(lists.read_floors, grid) if os.path.exists(os.path.join(grid, "floors.json")) else []
+        rows = unit_lists.whole(unit_lists.read_floors, grid) if os.path.exists(os.path.join(grid, "floors.json")) else []
         self._floors = sorted((row["height_m"], row["number"]) for row in rows)
         self.are_several = len(rows) > 1
 

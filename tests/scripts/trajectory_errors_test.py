@@ -8,17 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from fake_site import moved, rotation_about, walk, write_tum
-from nightmap_eval.errors import DataError
-from nightmap_eval.metrics import (
-    ate,
-    distance_pairs,
-    frame_pairs,
-    query_summary,
-    recall_percent,
-    relative_errors,
-    rpe_per_frame,
-    rpe_per_metre,
-)
+from nightmap_eval.query_errors import query_summary, recall_percent
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import (
     Trajectory,
     angles_deg,
@@ -28,6 +19,14 @@ from nightmap_eval.trajectory import (
     read_tum,
     rotation_matrices,
     umeyama,
+)
+from nightmap_eval.trajectory_errors import (
+    ate,
+    distance_pairs,
+    frame_pairs,
+    relative_errors,
+    rpe_per_frame,
+    rpe_per_metre,
 )
 
 

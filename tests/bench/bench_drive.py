@@ -19,9 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-from nightmap_eval.errors import DataError, run_main
+import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from nightmap_eval.checked_reading import read_object, using
 from nightmap_eval.grid import FREE, OCCUPIED, read_grid
-from nightmap_eval.reading import read_object, using
+from nightmap_eval.script_errors import DataError, run_main
 
 MAX_POSITION_ERROR_M, MAX_HEADING_ERROR_DEG = 0.05, 5.0
 ROUNDING = 2e-6  # of what drive.csv and path.csv print

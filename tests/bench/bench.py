@@ -17,11 +17,12 @@ import subprocess
 import time
 from pathlib import Path
 
-from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.lists import read_shards
-from nightmap_eval.reading import read_object
-from nightmap_eval.site import put_between
-from nightmap_eval.stages import StageResult
+import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from nightmap_eval.artifacts import put_between
+from nightmap_eval.checked_reading import read_object
+from nightmap_eval.job_results import StageResult
+from nightmap_eval.script_errors import DataError, run_main
+from nightmap_eval.unit_lists import read_shards
 
 BEGIN, END = "<!-- bench:begin -->", "<!-- bench:end -->"
 STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph", "map_frame")

@@ -13,10 +13,10 @@ value: a detector that cannot map a site is a result.
 import argparse
 from pathlib import Path
 
-from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.reading import read_json
-from nightmap_eval.site import put_between
 from seeds import CHECKOUT, cell, run_make
+from nightmap_eval.artifacts import put_between
+from nightmap_eval.checked_reading import read_json
+from nightmap_eval.script_errors import DataError, run_main
 
 DETECTORS = ("sift", "orb", "brisk", "fast_orb", "fast_brisk")
 BEGIN, END = "<!-- detectors:begin -->", "<!-- detectors:end -->"

@@ -16,11 +16,12 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
 from evaluate import evaluate_queries, match_with_truth
-from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.reading import read_object, read_text
-from nightmap_eval.stages import RECEIPT
-from nightmap_eval.site import put_between
+from nightmap_eval.artifacts import put_between
+from nightmap_eval.checked_reading import read_object, read_text
+from nightmap_eval.job_results import RECEIPT
+from nightmap_eval.script_errors import DataError, run_main
 from nightmap_eval.trajectory import read_truth, read_tum
 
 BEGIN, END = "<!-- ablation:begin -->", "<!-- ablation:end -->"

@@ -11,9 +11,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from nightmap_eval.errors import DataError
-from nightmap_eval.lists import read_shards, whole
-from nightmap_eval.reading import REMEDY, read_object, read_text, using
+from nightmap_eval.checked_reading import REMEDY, read_object, read_text, using
+from nightmap_eval.script_errors import DataError
+from nightmap_eval.unit_lists import read_shards, whole
 from nightmap_eval.writing_folder import WritingFolder
 
 

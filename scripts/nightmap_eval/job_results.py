@@ -3,15 +3,15 @@
 
 from pathlib import Path
 
-from nightmap_eval.lists import CurrentRuns
-from nightmap_eval.reading import NUMBER, read_object
+from nightmap_eval.checked_reading import NUMBER, read_object
+from nightmap_eval.unit_lists import CurrentRuns
 from nightmap_make.pipeline import read_pipeline
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
 
 
-# The fields that reports and receipts must have, see nightmap_eval.reading.check.
+# The fields that reports and receipts must have, see nightmap_eval.checked_reading.check.
 REPORT = {"?skipped": [str]}
 RECEIPT = {
     "?wall_time_s": NUMBER, "?cpu_time_s": NUMBER, "?peak_memory_bytes": NUMBER, "?build_type": str,
