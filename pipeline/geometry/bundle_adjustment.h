@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "pipeline/geometry/depth_noise.h"
 #include "pipeline/geometry/reprojection.h"
 
 namespace nightmap {

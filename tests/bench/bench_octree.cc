@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program of tests/bench/bench_octree.py. Builds one octree in one way from all depth of a mapped
-// site's poses but every fifth, and prints as JSON what that took, how much it agrees with another
-// octree, and with the rays of the poses kept out.
+// The program of tests/bench/bench_octree.py. Builds one octree in one way from all depth of a
+// mapped site's poses but every fifth, and prints as JSON what that took, how much it agrees with
+// another octree, and with the rays of the poses kept out.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
