@@ -42,6 +42,8 @@ LOG_LEVEL ?= info
 V ?= 0
 ## CASES       of bench
 CASES ?= $(SITE)
+## FIGURES     of figures: names of tables; without it all but those of COLMAP
+FIGURES ?=
 ## BUILD       folder of the programs
 BUILD ?= build
 # For tests: other site configs.

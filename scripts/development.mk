@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # For those who change nightmap: the build of the programs, tests, benchmarks, format and lint. The Makefile includes it.
 
-.PHONY: FORCE build test test-nightly test-sanitize bench format format-check lint
+.PHONY: FORCE build test test-nightly test-sanitize bench figures format format-check lint
 RUN := $(BUILD)/run
 
 # ---- programs -----------------------------------------------------------------------------------
@@ -45,6 +45,10 @@ test-sanitize: ## unit tests under AddressSanitizer and UndefinedBehaviorSanitiz
 bench: ## time from raw frames to the trajectory of CASES (SITE or SITE:N, its first N frames) against a yardstick
 	@$(MAKE) --no-print-directory build
 	@$(PYTHON) tests/bench/bench.py $(CASES) --data $(DATA) --build $(BUILD) --threads $(THREADS)
+
+figures: ## measure the tables of docs/figures.md again (FIGURES names some); hours, on a machine that does nothing else
+	@$(MAKE) --no-print-directory build
+	@$(PYTHON) tests/bench/figures.py $(FIGURES) --data $(DATA) --build $(BUILD) --threads $(THREADS)
 
 OURS := $(wildcard pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc tests/*/*.h tests/*/*.cc tests/*/*/*.h tests/*/*/*.cc)
 format: ## rewrite the sources in the project's format

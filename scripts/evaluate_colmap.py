@@ -8,26 +8,26 @@ adjusted with the queries' and once where they are held; and each of these again
 number of retrieved images. Of COLMAP's own map there are several runs: the one in the middle by the
 queries near the reference counts, and results.json tells of each. Each method is measured against the
 truth, where there is one, and against the others. Writes results.json, summary.csv (a row for each
-method, reference and protocol), queries.csv (a row a query) and plots. With --readme it puts its table
+method, reference and protocol), queries.csv (a row a query) and plots. With --page it puts its table
 between `<!-- colmap SITE:begin -->` and `<!-- colmap SITE:end -->` of that file.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
 import argparse
-from datetime import date
 import csv
 import io
 from pathlib import Path
 
 import numpy as np
 
-from nightmap_eval.artifacts import Frames, hash_if_there, put_between, to_json, write_atomic
+from nightmap_eval.artifacts import Frames, hash_if_there, to_json, write_atomic
 from nightmap_eval.colmap_methods import MAPPER_RUNS, METHODS, RUNS
 from nightmap_eval.colmap_run import read_receipt
 from nightmap_eval.comparison import Located, Part, errors_against, locate_by_models, summaries
 from nightmap_eval.comparison_costs import colmap_costs, nightmap_costs
 from nightmap_eval.comparison_figures import histogram_png, queries_png, recall_png
 from nightmap_eval.comparison_table import comparison_table
+from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import read_grid
 from nightmap_eval.located_queries import read_located, refuse_mapped_queries
 from nightmap_eval.query_errors import PROTOCOLS
@@ -53,7 +53,7 @@ def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--site-dir", type=Path, required=True, help="maps/<site>")
     parser.add_argument("--out", type=Path, required=True, help="results.json to write; the rest beside it")
-    parser.add_argument("--readme", type=Path, help="file to put the table into")
+    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
     return parser.parse_args()
 
 
@@ -241,9 +241,8 @@ def main():
     write_atomic(folder / "queries.csv", queries_csv(site, methods, errors))
     write_atomic(arguments.out, to_json(results))
     table = comparison_table(results)
-    if arguments.readme:
-        begin, end = (f"<!-- colmap {results['site']}:{edge} -->" for edge in ("begin", "end"))
-        put_between(arguments.readme, begin, end, f"Measured {date.today().isoformat()}. {table}")
+    if arguments.page:
+        put_figure(arguments.page, f"colmap {results['site']}", table)
     print(table, end="")
 
 

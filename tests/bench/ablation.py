@@ -3,7 +3,7 @@
 """ablation: locates the same queries in the same map with one option of localize changed at a time.
 
 The maps must be there (`make localize SITE=<site>`); nothing of them is made or changed. Prints a
-Markdown table of each site; with --readme the tables go between `<!-- ablation:begin -->` and
+Markdown table of each site; with --page the tables go between `<!-- ablation:begin -->` and
 `<!-- ablation:end -->`. The median over --seeds seeds of RANSAC is printed, a query that is not
 located being a failure; times are of both cores, and only their ratios count.
 Exit codes: 0 done; 1 a map is missing or a run failed; 2 wrong command line.
@@ -18,13 +18,12 @@ from pathlib import Path
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
 from evaluate import evaluate_queries, match_with_truth
-from nightmap_eval.artifacts import put_between
 from nightmap_eval.checked_reading import read_object, read_text
+from nightmap_eval.figure_page import put_figure
 from nightmap_eval.job_results import RECEIPT
 from nightmap_eval.script_errors import DataError, run_main
 from nightmap_eval.trajectory import read_truth, read_tum
 
-BEGIN, END = "<!-- ablation:begin -->", "<!-- ablation:end -->"
 MAX_GAP_NS = 20_000_000
 NO_LEVER = {"prioritized": "false", "covisibility_filter": "false", "local_optimization": "false",
             "refinement": "false", "readout_turn_sigma_rad": "0", "num_retrieved_keyframes": "0", "num_guided_keyframes": "0",
@@ -49,7 +48,7 @@ def parse_arguments():
     parser.add_argument("--build", type=Path, required=True, help="programs")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--seeds", type=int, default=5, help="seeds of RANSAC")
-    parser.add_argument("--readme", type=Path, help="file to put the tables into")
+    parser.add_argument("--page", type=Path, help="page to put the tables into, as docs/figures.md")
     return parser.parse_args()
 
 
@@ -136,8 +135,8 @@ def main():
             print(" | ".join(rows[-1]), flush=True)
         tables.append(table(name, rows))
         print(tables[-1], flush=True)
-    if arguments.readme:
-        put_between(arguments.readme, BEGIN, END, "\n".join(tables))
+    if arguments.page:
+        put_figure(arguments.page, "ablation", "\n".join(tables))
 
 
 if __name__ == "__main__":

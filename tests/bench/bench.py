@@ -7,7 +7,7 @@ decode every frame and describe 1,000 SIFT features on each, all cores busy. It 
 at that setting; of a longer recording its first 1,000 frames stand for all, for a frame costs the
 same whatever comes before. Both include every process and Make itself; programs and recordings are
 made before.
-Prints a Markdown table; with --readme it goes between `<!-- bench:begin -->` and `<!-- bench:end -->`.
+Prints a Markdown table; with --page it goes between `<!-- bench:begin -->` and `<!-- bench:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
@@ -18,13 +18,12 @@ import time
 from pathlib import Path
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
-from nightmap_eval.artifacts import put_between
 from nightmap_eval.checked_reading import read_object
+from nightmap_eval.figure_page import put_figure
 from nightmap_eval.job_results import StageResult
 from nightmap_eval.script_errors import DataError, run_main
 from nightmap_eval.unit_lists import read_shards
 
-BEGIN, END = "<!-- bench:begin -->", "<!-- bench:end -->"
 STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph", "map_frame")
 YARDSTICK = "features.max_gap_frames=0 features.num_features=1000"
 YARDSTICK_FRAMES = 1000
@@ -44,7 +43,7 @@ def parse_arguments():
     parser.add_argument("--data", type=Path, required=True, help="recordings")
     parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench")
     parser.add_argument("--threads", type=int, required=True, help="of each stage")
-    parser.add_argument("--readme", type=Path, help="file to put the table into")
+    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
     return parser.parse_args()
 
 
@@ -114,8 +113,8 @@ def main():
         rows.append(Case(name, arguments).row())
         print(table(rows[-1:]), flush=True)
     print(table(rows))
-    if arguments.readme:
-        put_between(arguments.readme, BEGIN, END, table(rows))
+    if arguments.page:
+        put_figure(arguments.page, "bench", table(rows))
 
 
 if __name__ == "__main__":

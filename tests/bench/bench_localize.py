@@ -6,7 +6,7 @@ The map of a site is thinned to the smallest size and padded to the others with 
 (its own and those of --donor; see tests/bench/padded_map.py), so all sizes have the same real part.
 The site's queries are located in each. The yardstick is the description of the same pictures in the
 same run. Sizes take turns; of --repeats runs the shortest time of each part counts.
-Prints a Markdown table; with --readme it goes between `<!-- bench_localize:begin -->` and
+Prints a Markdown table; with --page it goes between `<!-- bench_localize:begin -->` and
 `<!-- bench_localize:end -->`. "Moved" are queries located in both the smallest and this map, more
 than 5 cm apart.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
@@ -23,12 +23,12 @@ import numpy as np
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
 import padded_map
-from nightmap_eval.artifacts import put_between, read_csv
+from nightmap_eval.artifacts import read_csv
 from nightmap_eval.checked_reading import read_object
+from nightmap_eval.figure_page import put_figure
 from nightmap_eval.job_results import RECEIPT
 from nightmap_eval.script_errors import DataError, run_main
 
-BEGIN, END = "<!-- bench_localize:begin -->", "<!-- bench_localize:end -->"
 SIZES = (20_000, 50_000, 100_000, 200_000, 500_000)
 MOVED_M = 0.05
 
@@ -42,7 +42,7 @@ def parse_arguments():
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, help="landmarks, of each map")
     parser.add_argument("--donor", type=Path, action="append", default=[], help="MAPS/SITE of another map to copy")
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--readme", type=Path, help="file to put the table into")
+    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
     arguments = parser.parse_args()
     if min(arguments.repeats, *arguments.sizes) < 1:
         parser.error("--repeats and --sizes must be at least 1")
@@ -160,8 +160,8 @@ def main():
             runs.append(localize(arguments, folder / str(size)))
     table = make_table(runs_of_size)
     print(table, end="")
-    if arguments.readme:
-        put_between(arguments.readme, BEGIN, END, table)
+    if arguments.page:
+        put_figure(arguments.page, "bench_localize", table)
 
 
 if __name__ == "__main__":

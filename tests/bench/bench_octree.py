@@ -8,7 +8,7 @@ fifth. Builders take turns, each in a process of its own; of --repeats runs the 
 from points to the list of leaves for ours, the insertion alone for OctoMap's. IoU are of the voxels
 against OctoMap's default. "Rays" is the share of the rays of the poses kept out that end in an occupied
 voxel and pass none up to two voxels before it.
-Prints a Markdown table; with --readme it goes between `<!-- bench_octree:begin -->` and
+Prints a Markdown table; with --page it goes between `<!-- bench_octree:begin -->` and
 `<!-- bench_octree:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
@@ -20,10 +20,9 @@ import tempfile
 from pathlib import Path
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
-from nightmap_eval.artifacts import put_between
+from nightmap_eval.figure_page import put_figure
 from nightmap_eval.script_errors import DataError, run_main
 
-BEGIN, END = "<!-- bench_octree:begin -->", "<!-- bench_octree:end -->"
 BUILDERS = {
     "OctoMap": ["--builder", "octomap"],
     "OctoMap, discretize": ["--builder", "octomap", "--discretize"],
@@ -43,7 +42,7 @@ def parse_arguments():
     parser.add_argument("--build", type=Path, required=True, help="folder of the build, with bench_octree")
     parser.add_argument("--voxels_cm", type=float, nargs="+", default=(4, 2))
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--readme", type=Path, help="file to put the table into")
+    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
     arguments = parser.parse_args()
     if arguments.repeats < 1 or min(arguments.voxels_cm) <= 0:
         parser.error("--repeats must be at least 1, --voxels_cm positive")
@@ -100,8 +99,8 @@ def main():
                 lines += rows(case, voxel_cm, measure(arguments, case, voxel_cm, folder))
     table = "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
     print(table, end="")
-    if arguments.readme:
-        put_between(arguments.readme, BEGIN, END, table)
+    if arguments.page:
+        put_figure(arguments.page, "bench_octree", table)
 
 
 if __name__ == "__main__":

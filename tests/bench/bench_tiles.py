@@ -6,7 +6,7 @@ Takes the keyframes of a mapped site and repeats them side by side, as more room
 same pictures at other poses, decoded anew for each. Then runs tiles, point_cloud and octree for each
 tile and for all, and grid, one program after the other, with their default configs.
 Prints a Markdown table of CPU seconds, all programs included, and the largest memory of each stage; with
---readme it goes between `<!-- bench_tiles:begin -->` and `<!-- bench_tiles:end -->`.
+--page it goes between `<!-- bench_tiles:begin -->` and `<!-- bench_tiles:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
@@ -18,13 +18,12 @@ import subprocess
 from pathlib import Path
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
-from nightmap_eval.artifacts import put_between
 from nightmap_eval.checked_reading import read_text, using
+from nightmap_eval.figure_page import put_figure
 from nightmap_eval.job_results import StageResult
 from nightmap_eval.script_errors import DataError, run_main
 from nightmap_eval.unit_lists import near, read_tiles
 
-BEGIN, END = "<!-- bench_tiles:begin -->", "<!-- bench_tiles:end -->"
 STAGES = ("tiles", "point_cloud", "octree", "grid")
 VIEW_M = 4.0  # how far beyond its cameras a copy reaches
 
@@ -37,7 +36,7 @@ def parse_arguments():
     parser.add_argument("--threads", type=int, default=2, help="of each program")
     parser.add_argument("--keyframes", type=int, nargs="+", default=[500, 1000, 2000, 5000, 10000])
     parser.add_argument("--stages", nargs="+", choices=STAGES, default=STAGES, help="the rest is left out")
-    parser.add_argument("--readme", type=Path, help="file to put the table into")
+    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
     return parser.parse_args()
 
 
@@ -171,8 +170,8 @@ def main():
             bench.run_stage(stage)
         rows.append(bench.row(count))
         print(table(arguments.stages, rows), end="", flush=True)
-    if arguments.readme:
-        put_between(arguments.readme, BEGIN, END, table(arguments.stages, rows))
+    if arguments.page:
+        put_figure(arguments.page, "bench_tiles", table(arguments.stages, rows))
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@
 
 For each site, detector and seed it runs `make evaluate` with SET=features.detector="..." and
 MAPS=<maps>/<detector>/seed_<n>; Make reruns nothing that is there already. One row per site and
-detector. With --readme it puts the table between the markers `<!-- detectors:begin -->` and
+detector. With --page it puts the table between the markers `<!-- detectors:begin -->` and
 `<!-- detectors:end -->` of that file.
 Exit codes: 0 done; 1 a result is missing; 2 wrong command line. A run that fails counts as a missing
 value: a detector that cannot map a site is a result.
@@ -14,12 +14,11 @@ import argparse
 from pathlib import Path
 
 from seeds import CHECKOUT, cell, run_make
-from nightmap_eval.artifacts import put_between
 from nightmap_eval.checked_reading import read_json
+from nightmap_eval.figure_page import put_figure
 from nightmap_eval.script_errors import DataError, run_main
 
 DETECTORS = ("sift", "orb", "brisk", "fast_orb", "fast_brisk")
-BEGIN, END = "<!-- detectors:begin -->", "<!-- detectors:end -->"
 COLUMNS = (
     ("frames mapped", "coverage.num_frames_with_pose", 1, "{:.0f}"),
     ("of", "coverage.num_frames", 1, "{:.0f}"),
@@ -37,7 +36,7 @@ def parse_arguments():
     parser.add_argument("--seeds", type=int, default=5, help="how many seeds, from 0 (default 5)")
     parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
     parser.add_argument("--data", default=str(CHECKOUT / "data"), help="recordings")
-    parser.add_argument("--readme", type=Path, help="file to put the table into")
+    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
     arguments = parser.parse_args()
     if arguments.seeds < 1:
         parser.error("--seeds must be at least 1")
@@ -71,8 +70,8 @@ def main():
     arguments = parse_arguments()
     pairs = [(site, detector) for site in arguments.sites for detector in DETECTORS]
     table = make_table({pair: collect(arguments, *pair) for pair in pairs})
-    if arguments.readme:
-        put_between(arguments.readme, BEGIN, END, f"Medians over {arguments.seeds} seeds.\n\n{table}")
+    if arguments.page:
+        put_figure(arguments.page, "detectors", f"Medians over {arguments.seeds} seeds.\n\n{table}")
     print(table, end="")
 
 

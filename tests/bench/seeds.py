@@ -4,7 +4,7 @@
 
 For each site and seed it runs `make evaluate SITE=<site> SEED=<n> MAPS=<maps>/seed_<n>`; Make
 reruns nothing that is there already. Where one bad seed is one too many, the table has the worst.
-With --readme it puts the table between the markers `<!-- accuracy:begin -->` and
+With --page it puts the table between the markers `<!-- accuracy:begin -->` and
 `<!-- accuracy:end -->` of that file. A seed does not change a recording. A made-up building can be
 another one for each seed: name a folder for each, as in --data 'data/{seed}'.
 Exit codes: 0 done; 1 a run failed or a result is missing; 2 wrong command line.
@@ -17,13 +17,12 @@ import subprocess
 from pathlib import Path
 
 from checkout import CHECKOUT
-from nightmap_eval.artifacts import put_between
 from nightmap_eval.checked_reading import check, read_json
+from nightmap_eval.figure_page import put_figure
 from nightmap_eval.metrics_json import UNKNOWN_OR_NUMBER
 from nightmap_eval.query_errors import RECALL_THRESHOLDS
 from nightmap_eval.script_errors import DataError, run_main
 
-BEGIN, END = "<!-- accuracy:begin -->", "<!-- accuracy:end -->"
 
 
 def _query_columns(protocol):
@@ -67,7 +66,8 @@ def parse_arguments():
     parser.add_argument("--seeds", type=int, default=5, help="how many seeds, from 0 (default 5)")
     parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
     parser.add_argument("--data", default=str(CHECKOUT / "data"), help="recordings; with {seed}: of each")
-    parser.add_argument("--readme", type=Path, help="file to put the table into")
+    parser.add_argument("--name", default="accuracy", help="of the table in that page")
+    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
     parser.add_argument("--no-run", action="store_true", help="only collect results that are there")
     arguments = parser.parse_args()
     if arguments.seeds < 1:
@@ -75,9 +75,9 @@ def parse_arguments():
     return arguments
 
 
-def run_make(site, seed, maps, data, settings=()):
+def run_make(site, seed, maps, data, settings=(), goal="evaluate"):
     """`settings`: values over the profile, as make's SET takes them."""
-    command = ["make", "-C", str(CHECKOUT), "evaluate", f"SITE={site}", f"SEED={seed}",
+    command = ["make", "-C", str(CHECKOUT), goal, f"SITE={site}", f"SEED={seed}",
                f"MAPS={maps.resolve()}", f"DATA={Path(data.format(seed=seed)).resolve()}"]  # fmt: skip
     settings = [*settings, *([f"synthesize.seed={seed}"] if "{seed}" in data else [])]
     if settings:
@@ -134,8 +134,8 @@ def main():
     arguments = parse_arguments()
     table = make_table({site: collect(arguments, site) for site in arguments.sites})
     caption = f"Medians over {arguments.seeds} seeds.\n\n"
-    if arguments.readme:
-        put_between(arguments.readme, BEGIN, END, caption + table)
+    if arguments.page:
+        put_figure(arguments.page, arguments.name, caption + table)
     print(table, end="")
 
 

@@ -346,13 +346,13 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertEqual(result.returncode, 1)
         self.assertIn("rgb/3.png: a query that is a mapping frame", result.stderr)
 
-    def test_readme_table(self):
-        readme = self.site_dir / "README.md"
-        readme.write_text("a\n<!-- colmap office:begin -->old<!-- colmap office:end -->\nb\n")
-        self.evaluate("--readme", readme)
-        self.assertIn("| map (s) |", readme.read_text())
-        self.assertRegex(readme.read_text(), "Measured [0-9]{4}-[0-9]{2}-[0-9]{2}. office, ")
-        self.assertNotIn("old", readme.read_text())
+    def test_page_table(self):
+        page = self.site_dir / "figures.md"
+        page.write_text("a\n<!-- colmap office:begin -->old<!-- colmap office:end -->\nb\n")
+        self.evaluate("--page", page)
+        self.assertIn("| map (s) |", page.read_text())
+        self.assertRegex(page.read_text(), "Measured on [0-9]{4}-[0-9]{2}-[0-9]{2} with the programs of commit [0-9a-f]{10}")
+        self.assertNotIn("old", page.read_text())
 
 
 if __name__ == "__main__":
