@@ -13,7 +13,9 @@ from fake_site import CHECKOUT  # finds the scripts, so first
 import describe_pipeline
 from nightmap_make.pipeline import read_pipeline
 
-PAGES = ("README.md", "ARCHITECTURE.md", "datasets.md", *(str(page.relative_to(CHECKOUT)) for page in sorted((CHECKOUT / "docs").rglob("*.md"))))
+DOCS = sorted(str(page.relative_to(CHECKOUT)) for page in (CHECKOUT / "docs").rglob("*.md"))
+PAGES = ["README.md", "ARCHITECTURE.md", "datasets.md", *DOCS]
+FOLDERS = r"\.ci|cmake|configs|docs|pipeline|scripts|stages|tests"
 SITE_KEYS = {"root", "hold_out_every", "camera", "sequence", "query", "sensor", "signal", "profile", "synthetic", "import"}
 
 
@@ -65,9 +67,8 @@ class DocsTest(unittest.TestCase):
 
     def test_every_page_is_in_the_index(self):
         index = text_of("docs/README.md")
-        for page in PAGES[3:]:
-            name = page.removeprefix("docs/")
-            self.assertTrue(name == "README.md" or f"]({name})" in index, page)
+        for page in set(DOCS) - {"docs/README.md"}:
+            self.assertIn(f"]({page.removeprefix('docs/')})", index)
 
     def test_front_pages_are_short(self):
         self.assertLessEqual(len(text_of("README.md").splitlines()), 150)
@@ -113,7 +114,7 @@ class DocsTest(unittest.TestCase):
 
     def test_paths_that_are_named_exist(self):
         """In all pages, also within commands. <...>, {...} and * stand for something: the folder before them is looked for."""
-        path = re.compile(r"(?<![\w./<>-])((?:\.ci|cmake|configs|docs|pipeline|scripts|stages|tests)/[\w./-]*\w)(?![\w<{*])")
+        path = re.compile(rf"(?<![\w./<>-])((?:{FOLDERS})/[\w./-]*\w)(?![\w<{{*])")
         for page in PAGES:
             text = re.sub(r"\]\([^)]+\)", "]", text_of(page))
             quoted = " ".join(re.findall(r"```.*?```|`[^`\n]+`", text, re.DOTALL))
@@ -123,7 +124,8 @@ class DocsTest(unittest.TestCase):
 
     def test_headers_of_the_layers_exist(self):
         layers = re.findall(r"^\| `(pipeline/\w+)` \| (.*) \|$", text_of("ARCHITECTURE.md"), re.MULTILINE)
-        self.assertEqual({folder for folder, _ in layers}, {str(path.parent.relative_to(CHECKOUT)) for path in CHECKOUT.glob("pipeline/*/*.h")})
+        folders = {str(path.parent.relative_to(CHECKOUT)) for path in CHECKOUT.glob("pipeline/*/*.h")}
+        self.assertEqual({folder for folder, _ in layers}, folders)
         for folder, text in layers:
             for name in re.findall(r"`(\w+\.h)`", text):
                 self.assertTrue((CHECKOUT / folder / name).exists(), f"{folder}/{name}")
