@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// features: keypoints and depth of every frame of a shard; descriptors of those that show something
-// new.
+// features: keypoints and depth of every frame of a shard, and descriptors of the frames that show
+// something new.
 #pragma once
 
 #include <functional>
@@ -34,17 +34,18 @@ struct FeaturesOptions {
   }
 };
 
-// Throws when the frame's pixels cannot be read: whatever FrameFailure catches fails this frame.
+// Throws when the frame's pixels cannot be read. Any exception that FrameFailure catches fails this
+// frame only.
 using RgbdLoader = std::function<RgbdImages(const FrameRecord&)>;
 
 struct FeaturesResult {
-  FeaturesShard shard;               // one entry a frame, in order; a failed frame has no features
+  FeaturesShard shard;  // one entry per frame, in order; a failed frame has no features
   std::vector<std::string> skipped;  // reasons, in frame order
 };
 
-// The first frame of each segment and the last of the shard are described; the others are tracked
-// from the last described one as long as enough of its features are found. Deterministic at any
-// number of threads: segments are independent.
+// The first frame of each segment and the last frame of the shard are described. The others are
+// tracked from the last described frame as long as enough of its features are found. Deterministic
+// at any number of threads: segments are independent.
 FeaturesResult RunFeatures(const FeaturesOptions& options,
                            const std::vector<FrameRecord>& frames,
                            const std::vector<RgbdCamera>& cameras,
