@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The order of the points of a cloud file, in which clouds of tiles are merged to the whole one.
+// Order of the points in a cloud file; clouds of tiles are merged in this order.
 #pragma once
 
 #include "pipeline/io/ply_io.h"

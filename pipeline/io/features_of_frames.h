@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether two lists that a stage was given belong together.
+// Checks that a list of frames and a list of features belong together.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace nightmap {
 
-// Throws DataError unless there are frames, contiguous ones, and each has its features at the same
-// place.
+// Throws DataError unless there are frames, their indices are contiguous, and each has its features
+// at the same position.
 void CheckFeaturesOfFrames(const std::vector<FrameRecord>& frames, const FeaturesShard& features);
 
 }  // namespace nightmap

@@ -9,8 +9,8 @@
 
 namespace nightmap {
 
-// Calls visit(words) for every line that is neither empty nor a `#` comment. A DataError thrown by
-// visit is thrown on with `file:line: ` in front. Throws DataError when the file cannot be read.
+// Calls visit(words) for every line that is neither empty nor a `#` comment. Rethrows a DataError
+// of visit with `file:line: ` in front. Throws DataError when the file cannot be read.
 void VisitWordLines(const std::filesystem::path& path,
                     const std::function<void(const std::vector<std::string_view>&)>& visit);
 
