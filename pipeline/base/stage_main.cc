@@ -52,7 +52,7 @@ void DefineCommandLine(CLI::App& app, CommandLine* line) {
   app.add_option("--in-list", line->in_lists, "NAME=FILE: --in NAME=PATH for each line of FILE")
       ->take_all();
   app.add_option("--out", line->outputs, "NAME=PATH of an output")->take_all();
-  app.add_option("--threads", line->num_threads, "0: one a core; never changes a result")
+  app.add_option("--threads", line->num_threads, "0: one per core; never changes a result")
       ->check(CLI::Range(0, 1024));
   app.add_option("--log-level", line->log_level, "debug, info, warn, err or off")
       ->check(CLI::IsMember({"debug", "info", "warn", "err", "off"}));

@@ -30,7 +30,7 @@ struct SequenceTable {
     list.Add("layout",
              &s.layout,
              {"tum", "seven_scenes", "video", "pictures"},
-             "how the recording is laid out");
+             "folder layout of the recording");
     list.Add("folder", &s.folder, "relative to root");
     list.Add("camera", &camera, "id of a [[camera]]");
     list.Add("video", &s.video, "layout video: the file, relative to folder");
@@ -38,7 +38,7 @@ struct SequenceTable {
     list.Add("frame_rate_hz", &s.frame_rate_hz, {0, 1000}, "0: the video's, 30 for seven_scenes");
     list.Add("ground_truth", &s.ground_truth, "TUM trajectory, relative to root");
     list.Add("depth", &s.depth, {"required", "optional", "none"}, "whether frames have depth");
-    list.Add("label_folder", &s.label_folder, "label PNGs of the colors' stems, in folder");
+    list.Add("label_folder", &s.label_folder, "label PNGs named like the color pictures");
     list.Add("max_association_gap_s", &s.max_association_gap_s, {0, 10}, "color to depth image");
     list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
     list.Add(
@@ -46,7 +46,7 @@ struct SequenceTable {
     list.Add("horizontal_fov_deg",
              &s.horizontal_fov_deg,
              kFieldOfView_deg,
-             "layout pictures: of those that do not say their focal length");
+             "layout pictures: for pictures without a focal length");
   }
 };
 

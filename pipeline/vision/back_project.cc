@@ -111,7 +111,7 @@ void DepthFilterOptions::Register(OptionList& list) {
   list.Add("edge_radius_px",
            &edge_radius_px,
            Range(0, 16),
-           "how far neighbours are compared for edges; 0 keeps flying pixels");
+           "distance up to which neighbours are compared for edges; 0 keeps flying pixels");
   list.Add("max_incidence_rad",
            &max_incidence_rad,
            Range(0.1, 1.5707963),

@@ -150,13 +150,15 @@ float SurfaceDepth_m(std::vector<DepthSample> samples, double max_step) {
 }  // namespace
 
 void ExtractionOptions::Register(OptionList& list) {
-  list.Add(
-      "detector",
-      &detector,
-      {"sift", "orb", "brisk", "fast_orb", "fast_brisk"},
-      "keypoints and descriptors; fast_: FAST corners of one scale, described upright. No SURF: "
-      "Debian builds OpenCV without it, since it is patented");
-  list.Add("num_features", &num_features, Range(50, 20000), "strongest features kept of an image");
+  list.Add("detector",
+           &detector,
+           {"sift", "orb", "brisk", "fast_orb", "fast_brisk"},
+           "keypoints and descriptors; fast_: FAST corners of one scale, described upright. SURF "
+           "is missing because it is patented and Debian's OpenCV is built without it");
+  list.Add("num_features",
+           &num_features,
+           Range(50, 20000),
+           "number of features kept per image, strongest first");
   list.Add("sift_contrast_threshold",
            &sift_contrast_threshold,
            Range(0, 0.2),
@@ -165,12 +167,15 @@ void ExtractionOptions::Register(OptionList& list) {
            &sift_edge_threshold,
            Range(1, 100),
            "higher keeps more edge-like features");
-  list.Add("sift_num_octave_layers", &sift_num_octave_layers, Range(1, 8), "layers an octave");
-  list.Add("fast_threshold", &fast_threshold, Range(1, 100), "of ORB, BRISK and FAST, gray levels");
+  list.Add("sift_num_octave_layers", &sift_num_octave_layers, Range(1, 8), "layers per octave");
+  list.Add("fast_threshold",
+           &fast_threshold,
+           Range(1, 100),
+           "threshold of ORB, BRISK and FAST, in gray levels");
   list.Add("depth_window_px",
            &depth_window_px,
            Range(0, 10),
-           "half size of the window in which a keypoint's depth is looked up");
+           "half size of the window for a keypoint's depth lookup");
   list.Add("max_depth_step",
            &max_depth_step,
            Range(0.001, 1),

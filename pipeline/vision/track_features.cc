@@ -53,17 +53,21 @@ void TrackingOptions::Register(OptionList& list) {
   list.Add("max_gap_frames",
            &max_gap_frames,
            Range(0, 1000),
-           "frames tracked after a described one; 0: every frame is described");
+           "largest number of frames tracked after a described one; 0: describes every frame");
   list.Add("min_tracked_ratio",
            &min_tracked_ratio,
            Range(0, 1),
-           "share of the described frame's features below which a frame is described anew");
-  list.Add("max_tracked", &max_tracked, Range(20, 20000), "features tracked, strongest first");
-  list.Add("window_px", &window_px, Range(5, 63), "size of the patch that is looked for");
+           "a frame is described anew when a smaller share of the described frame's features is "
+           "tracked");
+  list.Add("max_tracked",
+           &max_tracked,
+           Range(20, 20000),
+           "largest number of features tracked, strongest first");
+  list.Add("window_px", &window_px, Range(5, 63), "size of the tracked patch");
   list.Add("max_difference",
            &max_difference,
            Range(1, 255),
-           "mean difference of a patch found again, gray levels");
+           "largest mean difference of a patch found again, in gray levels");
 }
 
 struct FeatureTracker::State {

@@ -26,11 +26,11 @@ struct FeaturesOptions {
     list.Add("segment_frames",
              &segment_frames,
              Range(1, 1e6),
-             "frames worked on one after the other; the first of them is described");
+             "length of a run of frames that is processed in order; its first frame is described");
     list.Add("max_failed_ratio",
              &max_failed_ratio,
              Range(0, 1),
-             "share of failed frames above which the stage fails");
+             "fails when a larger share of the frames failed");
   }
 };
 

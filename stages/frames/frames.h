@@ -22,14 +22,17 @@ struct FramesOptions {
   double max_picture_mpx = 128;
 
   void Register(OptionList& list) {
-    list.Add("shard_size", &shard_size, {1, 1e6}, "frames in one shard, the unit of parallel work");
-    list.Add("stride", &stride, {1, 1e6}, "use every Nth frame of a recording");
-    list.Add("max_frames", &max_frames, {0, 1e9}, "use at most this many frames; 0: all");
-    list.Add("max_failed_ratio", &max_failed_ratio, {0, 1}, "fail when more frames are unusable");
+    list.Add("shard_size", &shard_size, {1, 1e6}, "frames per shard, the unit of parallel work");
+    list.Add("stride", &stride, {1, 1e6}, "uses every Nth frame of a recording");
+    list.Add("max_frames", &max_frames, {0, 1e9}, "uses at most this many frames; 0: all");
+    list.Add("max_failed_ratio",
+             &max_failed_ratio,
+             {0, 1},
+             "fails when a larger share of the frames is unusable");
     list.Add("max_picture_mpx",
              &max_picture_mpx,
              {0.01, 1000},
-             "million pixels of the largest picture; decoding takes 6 bytes for each, per thread");
+             "million pixels of the largest picture; decoding takes 6 bytes per pixel and thread");
   }
 };
 

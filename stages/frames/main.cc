@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
                        "lists, checks and associates the frames and signals of a site",
                        {{"site", "site config, configs/sites/<site>.toml"},
                         FolderPort("data", "folder of the recordings")},
-                       {{"shards", "shards.txt; the other files are written beside it"}}};
+                       {{"shards", "shards.txt; the other files are written next to it"}}};
   return StageMain(
       argc, argv, spec, FramesOptions{}, [](const FramesOptions& options, StageContext& context) {
         const auto& data_root = context.Input("data");

@@ -22,8 +22,11 @@ struct InspectOptions {
     list.Add("num_sampled_frames",
              &num_sampled_frames,
              {1, 1e6},
-             "frames of each recording whose pictures are looked at");
-    list.Add("max_failed_ratio", &max_failed_ratio, {0, 1}, "fail when more lines are unusable");
+             "frames per recording whose pictures are examined");
+    list.Add("max_failed_ratio",
+             &max_failed_ratio,
+             {0, 1},
+             "fails when a larger share of the lines is unusable");
   }
 };
 

@@ -11,7 +11,7 @@
 int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{"inspect",
-                       "prints what a site's recordings hold: channels, rates, gaps, ranges",
+                       "prints the contents of a site's recordings: channels, rates, gaps, ranges",
                        {{"site", "site config, configs/sites/<site>.toml"},
                         FolderPort("data", "folder of the recordings")},
                        {}};

@@ -151,21 +151,29 @@ void LoopsOptions::Register(OptionList& list) {
            &num_candidates,
            Range(0, 100),
            "candidates verified per frame; 0: no loops");
-  list.Add("min_gap", &min_gap, Range(1, 100000), "frames between the ends of a loop");
-  list.Add("min_inliers", &min_inliers, Range(4, 1000), "of a loop");
-  list.Add(
-      "min_quick_inliers",
-      &min_quick_inliers,
-      Range(0, 1000),
-      "of a loop among features that share a word; fewer: not all are compared; 0: always all");
-  list.Add(
-      "min_spread", &min_spread, Range(0, 1), "share of the image a loop's inliers must cover");
+  list.Add("min_gap",
+           &min_gap,
+           Range(1, 100000),
+           "smallest number of frames between the ends of a loop");
+  list.Add("min_inliers", &min_inliers, Range(4, 1000), "smallest number of inliers of a loop");
+  list.Add("min_quick_inliers",
+           &min_quick_inliers,
+           Range(0, 1000),
+           "smallest number of inliers among features that share a word, before all features are "
+           "compared; 0: compares all at once");
+  list.Add("min_spread",
+           &min_spread,
+           Range(0, 1),
+           "share of the image that a loop's inliers must cover");
   list.Add("max_sigma_m",
            &max_sigma_m,
            Range(0.0001, 100),
-           "standard deviation of a loop's translation in its worst direction");
-  list.Add("max_ransac_iterations", &max_ransac_iterations, Range(10, 100000), "of one pair");
-  list.Add("seed", &seed, Range(0, 1e6), "of RANSAC");
+           "largest standard deviation of a loop's translation in its worst direction");
+  list.Add("max_ransac_iterations",
+           &max_ransac_iterations,
+           Range(10, 100000),
+           "RANSAC iterations per pair");
+  list.Add("seed", &seed, Range(0, 1e6), "seed of RANSAC");
 }
 
 std::vector<FramePair> RunLoops(const LoopsOptions& options,

@@ -187,33 +187,39 @@ void CheckInput(const OdometryInput& input) {
 }  // namespace
 
 void OdometryOptions::Register(OptionList& list) {
-  list.Add(
-      "keyframe_distance_m", &keyframe_distance_m, Range(0.01, 10), "motion to a new keyframe");
-  list.Add("keyframe_angle_rad", &keyframe_angle_rad, Range(0.01, 3), "rotation to a new keyframe");
+  list.Add("keyframe_distance_m",
+           &keyframe_distance_m,
+           Range(0.01, 10),
+           "distance from the last keyframe at which a new one starts");
+  list.Add("keyframe_angle_rad",
+           &keyframe_angle_rad,
+           Range(0.01, 3),
+           "rotation from the last keyframe at which a new one starts");
   list.Add("keyframe_min_overlap",
            &keyframe_min_overlap,
            Range(0, 1),
            "share of the last keyframe's tracks below which a new one starts");
-  list.Add("max_pair_error_m",
-           &max_pair_error_m,
-           Range(0.001, 100),
-           "a pair that is farther off the chained poses is taken for a false match");
-  list.Add("max_pair_error_rad", &max_pair_error_rad, Range(0.001, 4), "likewise, rotation");
+  list.Add(
+      "max_pair_error_m",
+      &max_pair_error_m,
+      Range(0.001, 100),
+      "a pair whose translation differs more from the chained poses is rejected as a false match");
+  list.Add("max_pair_error_rad", &max_pair_error_rad, Range(0.001, 4), "likewise for the rotation");
   list.Add("pixel_sigma_px", &pixel_sigma_px, Range(0.1, 10), "standard deviation of a keypoint");
   list.Add("max_error_px",
            &max_error_px,
            Range(0.5, 50),
-           "observations off by more after adjustment are dropped");
-  list.Add("max_iterations", &max_iterations, Range(1, 200), "of one bundle adjustment");
+           "observations with a larger error after adjustment are dropped");
+  list.Add("max_iterations", &max_iterations, Range(1, 200), "iterations per bundle adjustment");
   list.Add("max_tracks_per_frame",
            &max_tracks_per_frame,
            Range(20, 10000),
-           "longest tracks of a frame that enter bundle adjustment");
+           "longest tracks per frame that enter bundle adjustment");
   list.Add("bridge_m_per_s",
            &bridge_m_per_s,
            Range(0.01, 100),
-           "standard deviation of the motion through a gap in the tracking");
-  list.Add("bridge_rad_per_s", &bridge_rad_per_s, Range(0.01, 100), "likewise, rotation");
+           "standard deviation of the velocity through a gap in the tracking");
+  list.Add("bridge_rad_per_s", &bridge_rad_per_s, Range(0.01, 100), "likewise for the rotation");
 }
 
 OdometryResult RunOdometry(const OdometryOptions& options,

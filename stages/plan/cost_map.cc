@@ -74,19 +74,19 @@ void CostOptions::Register(OptionList& list) {
   list.Add("unknown",
            &unknown,
            {"forbidden", "allowed", "costed"},
-           "space that nothing was seen of: an obstacle, free, or free at unknown_weight");
+           "how unseen space counts: as an obstacle, as free, or as free at unknown_weight");
   list.Add("unknown_weight",
            &unknown_weight,
            Range(0.0, 10.0),
-           "extra cost of a metre in unknown space when it is costed");
+           "extra cost per metre in unknown space when it is costed");
   list.Add("clearance_m",
            &clearance_m,
            Range(0.0, 10.0),
-           "obstacles farther away than this do not make a path dearer");
+           "obstacles farther away than this add no cost");
   list.Add("clearance_weight",
            &clearance_weight,
            Range(0.0, 50.0),
-           "extra cost of a metre at the robot's radius from an obstacle; 0: shortest path");
+           "extra cost per metre at the robot's radius from an obstacle; 0: shortest path");
 }
 
 bool IsObstacle(const OccupancyGrid& grid, const Eigen::Vector2i& cell, bool unknown_is_obstacle) {

@@ -151,7 +151,8 @@ void PlanOptions::Register(OptionList& list) {
       "\"x_m,y_m\" or \"x_m,y_m,z_m\" in the map, \"picture:NAME\", or \"\": first located query");
   list.Add("goal",
            &goal,
-           "the same, several separated by \";\" are visited in order; \"\": last located query");
+           "likewise; several goals, separated by \";\", are visited in order; \"\": last located "
+           "query");
   list.Add("floor",
            &floor,
            Range(-1000, 1000),
@@ -159,16 +160,17 @@ void PlanOptions::Register(OptionList& list) {
   list.Add("planner",
            &planner,
            {"any_angle", "astar"},
-           "straight lines in any direction (Lazy Theta*), or from cell to cell (A*)");
+           "straight lines in any direction (Lazy Theta*), or steps from cell to cell (A*)");
   footprint.Register(list);
   cost.Register(list);
   list.Add("snap_radius_m",
            &snap_radius_m,
            Range(0.0, 10.0),
-           "how far an end may be moved to a place the robot can stand on; 0: not at all");
+           "how far an end may be moved to a place where the robot can stand; 0: not at all");
   list.Add("shorten",
            &shorten,
-           "move the path to where it is cheapest around it, straight where that is free");
+           "pulls the path tight: moves it to the cheapest places nearby and straightens it where "
+           "possible");
 }
 
 std::size_t PlanFloor(const PlanOptions& options, const PlanInputs& inputs) {

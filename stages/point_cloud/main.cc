@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
                        "fuses the depth of a tile's keyframes to a point cloud in the map frame",
                        {{"tile", "tile_X_Y.json of the tiles stage"},
                         {"cameras", "cameras.json of the tiles stage"},
-                        FolderPort("data", "folder the frames' paths are relative to")},
+                        FolderPort("data", "folder to which the frames' paths are relative")},
                        {{"tile_cloud", "tile_X_Y.ply: the part of the cloud in one tile"}}};
   return StageMain(argc, argv, spec, PointCloudOptions{}, Run);
 }

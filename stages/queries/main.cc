@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
                         FolderPort("data", "folder of the recordings"),
                         {"held_out", "held_out.csv of the frames stage"},
                         {"held_out_truth", "held_out.tum of the frames stage"}},
-                       {{"list", "queries.txt; the other files are written beside it"}}};
+                       {{"list", "queries.txt; the other files are written next to it"}}};
   return StageMain(
       argc, argv, spec, QueriesOptions{}, [](const QueriesOptions& options, StageContext& context) {
         const auto& data_root = context.Input("data");

@@ -20,7 +20,7 @@ struct QueriesOptions {
     list.Add("max_picture_mpx",
              &max_picture_mpx,
              {0.01, 1000},
-             "million pixels of the largest picture; decoding takes 6 bytes for each, per thread");
+             "million pixels of the largest picture; decoding takes 6 bytes per pixel and thread");
   }
 };
 

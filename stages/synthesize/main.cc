@@ -12,9 +12,9 @@ int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{
       "synthesize",
-      "renders an RGB-D recording of a synthetic building, with exact truth",
+      "renders an RGB-D recording of a synthetic building with exact ground truth",
       {},
-      {{"site", "summary of the recording; pictures, lists and truth are written beside it"}}};
+      {{"site", "summary of the recording; pictures, lists and truth are written next to it"}}};
   return StageMain(
       argc,
       argv,

@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
                        {{"frames", "shard_NNNN.csv of the frames stage", Arity::kMany},
                         {"cameras", "cameras.json of the pose_graph stage"},
                         {"keyframes", "keyframes.tum of the map_frame stage, map_from_camera"}},
-                       {{"tiles", "tiles.txt; the other files are written beside it"}}};
+                       {{"tiles", "tiles.txt; the other files are written next to it"}}};
   return StageMain(
       argc, argv, spec, TilesOptions{}, [](const TilesOptions& options, StageContext& context) {
         const auto frames = ReadFrames(context.Inputs("frames"));
