@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// frames: lists a site's frames and what its other sensors measured. Reads a site config and the
-// raw recordings; writes shards.txt and, beside it, shard_NNNN.csv, cameras.json, held_out.csv, the
-// truth, and acceleration.h5, odometry.h5, scans.h5.
+// frames: lists a site's frames and the measurements of its other sensors. Reads a site config and
+// the raw recordings; writes shards.txt and, next to it, shard_NNNN.csv, cameras.json,
+// held_out.csv, the truth, and acceleration.h5, odometry.h5, scans.h5.
 #include <spdlog/spdlog.h>
 
 #include "pipeline/base/stage_main.h"

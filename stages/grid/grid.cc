@@ -13,7 +13,7 @@
 namespace nightmap {
 namespace {
 
-// To a nanometre: multiples of the resolution print short in the YAML.
+// Rounds to a nanometre, so that multiples of the resolution print short in the YAML.
 Eigen::Vector2d Rounded(const Eigen::Vector2d& point_m) {
   return (point_m * 1e9).array().round() / 1e9;
 }
@@ -57,7 +57,7 @@ void CountCells(FloorGrid& floor) {
   floor.num_unknown_cells = count(kUnknownCell);
 }
 
-// Share of the occupied voxels that lie below the lowest floor: much where it is no floor.
+// Share of the occupied voxels below the lowest floor. A large share means that it is no floor.
 double ShareBelow(const Columns& columns, double lowest_floor_m) {
   constexpr double kDepth_m = 0.3;
   const int end = VoxelsWithin(lowest_floor_m - kDepth_m, 0, columns.resolution_m).min;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// grid: projects the octree to a 2-D occupancy grid for each floor. Reads map.ot and, where given,
-// keyframes.tum; writes floors.json, the pair ROS map_server reads for each floor, and
+// grid: projects the octree to a 2-D occupancy grid per floor. Reads map.ot and, where given,
+// keyframes.tum; writes floors.json, the file pair of ROS map_server for each floor, and
 // distances.h5.
 #include <spdlog/spdlog.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// inspect: prints what a site's recordings hold. Reads a site config and the raw recordings, writes
-// nothing.
+// inspect: prints a summary of a site's recordings. Reads a site config and the raw recordings,
+// writes nothing.
 #include "stages/inspect/inspect.h"
 
 #include <iostream>

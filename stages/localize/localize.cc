@@ -38,11 +38,11 @@ void CheckInput(const LocalizeInput& input) {
 
 struct LocatedPicture {
   QueryResult result;
-  std::string problem;  // why the picture was of no use
+  std::string problem;  // why the picture could not be used
 };
 
-// First all pictures are described, then all are located, in one loop: a thread with nothing left
-// to describe goes on to locate, so that none waits for the slowest picture.
+// Describes all pictures, then locates all, in one loop: a thread with no picture left to describe
+// goes on to locate, so none waits for the slowest picture.
 std::vector<LocatedPicture> LocateBatch(const LocalizeOptions& options,
                                         const LocalizeInput& input,
                                         const Localizer& localizer,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// localize: reads query pictures and the landmark map, writes queries.csv (every query, failures
+// localize: reads query pictures and the landmark map; writes queries.csv (every query, failures
 // with their reason) and queries.tum (the located ones).
 #include <opencv2/core.hpp>
 

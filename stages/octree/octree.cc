@@ -24,7 +24,7 @@ SensorModel MakeModel(const OctreeOptions& options) {
           LogOdds(options.probability_max)};
 }
 
-// What both builders start from.
+// Input of both builders.
 struct Job {
   const OctreeOptions& options;
   const KeyframeSource& source;
@@ -173,7 +173,7 @@ OctreeResult RunOctree(const OctreeOptions& options,
                        Progress& progress,
                        int num_threads,
                        const std::optional<VoxelBox>& region) {
-  // A voxel of room at the rim for the neighbours of what is seen there.
+  // Keeps a voxel free at the rim for the neighbours of seen voxels.
   const double reach_m = OctreeReach_m(options.resolution_m) - 2 * options.resolution_m;
   CheckReach(source.keyframes, options.max_range_m, reach_m);
   std::optional<CloudSupport> support;

@@ -20,7 +20,7 @@ constexpr double kMaxBridgeSigma_rad = 3;
 
 using TracksOfFrames = std::vector<std::map<int, int>>;  // by frame: track -> feature
 
-// Chooses keyframes and makes the edges between them, on adjusted poses.
+// Chooses keyframes and makes the edges between them from adjusted poses.
 class KeyframeGraph {
  public:
   KeyframeGraph(const OdometryOptions& options,
@@ -60,8 +60,9 @@ class KeyframeGraph {
  private:
   std::size_t At(int frame_idx) const { return static_cast<std::size_t>(frame_idx - begin_idx_); }
 
-  // A bridged frame is no keyframe: its pose is a guess. Nor is one without descriptors. What
-  // starts a part is one: loops will move the part apart from the frames before.
+  // A bridged frame is no keyframe, because its pose is a guess; nor is a frame without
+  // descriptors. A frame that starts a part is a keyframe, because loops will move the part
+  // relative to the frames before it.
   bool NeedsKeyframe(int keyframe, int idx) const {
     if (frames_[At(idx)].state == TrackingState::kBridged) return false;
     if (frames_[At(idx)].state == TrackingState::kStarted) return true;
@@ -93,7 +94,7 @@ class KeyframeGraph {
     return edge;
   }
 
-  // True when nothing measured may connect a and b. Tracks across the gap prove the opposite.
+  // True when no measurement may connect a and b. Tracks across the gap disprove that.
   bool IsBroken(int a, int b) const {
     bool has_gap = false;
     for (int idx = a + 1; idx <= b; ++idx) {
@@ -102,7 +103,7 @@ class KeyframeGraph {
     return has_gap && SharedPoints(a, b).size() < 10;
   }
 
-  // Points of the tracks both frames see, with the pixels in b.
+  // Points of the tracks that both frames see, with the pixels in b.
   std::vector<PointMatch> SharedPoints(int a, int b) const {
     const Rigid3 a_from_shard = frames_[At(a)].shard_from_camera.Inverse();
     const FrameFeatures& features = input_.features.frames[At(b)];
@@ -119,7 +120,7 @@ class KeyframeGraph {
     return matches;
   }
 
-  // From the points both see; where few are shared, the sum over the frames between.
+  // From the points that both see; where they share few, the sum over the frames between.
   std::optional<Matrix6d> EdgeCovariance(int a, int b, const Rigid3& b_from_a) const {
     const RgbdCamera& camera =
         input_.cameras.at(static_cast<std::size_t>(input_.frames[At(b)].camera_idx));
@@ -140,8 +141,8 @@ class KeyframeGraph {
     return frames_[At(target)].shard_from_camera.Inverse() * frames_[At(source)].shard_from_camera;
   }
 
-  // The longer the camera was not tracked, the farther it may have gone. Another recording may
-  // begin anywhere.
+  // The camera may have moved farther the longer it was not tracked. Another recording may begin
+  // anywhere.
   Matrix6d BridgeCovariance(int a, int b) const {
     const FrameRecord& frame_a = input_.frames[At(a)];
     const FrameRecord& frame_b = input_.frames[At(b)];
@@ -176,7 +177,7 @@ void CheckInput(const OdometryInput& input) {
           pair.frame_b);
     }
   }
-  // A frame's pairs are looked up by bisection.
+  // A frame's pairs are found by binary search.
   if (!std::ranges::is_sorted(input.pairs, {}, &FramePair::frame_b)) {
     throw DataError(
         "the pairs are not sorted by their second frame; delete the matches folder of this site "

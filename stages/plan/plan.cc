@@ -48,7 +48,7 @@ namespace {
       cell_m2 * static_cast<double>(num_around_goal));
 }
 
-// From the exact start over the centres of the cells to the exact goal, in units of cells.
+// From the exact start through the cells' centres to the exact goal, in cells.
 std::vector<Eigen::Vector2d> Route(const OccupancyGrid& grid,
                                    const std::vector<Eigen::Vector2i>& cells,
                                    const Endpoint& start,
@@ -81,7 +81,7 @@ double MinClearance_m(const CostMap& map, const std::vector<Eigen::Vector2d>& ro
   return clearance_m;
 }
 
-// Appends a leg's points; the first one is there already, except on the first leg.
+// Appends a leg's points, without the first one, which is already there, except on the first leg.
 void AppendLeg(const OccupancyGrid& grid,
                const CostMap& map,
                const std::vector<Eigen::Vector2d>& route,
@@ -108,7 +108,7 @@ void AppendLeg(const OccupancyGrid& grid,
   leg.min_clearance_m = MinClearance_m(map, route);
 }
 
-// The check that does not trust the cost map: every cell that the robot touches.
+// Checks every cell that the robot touches, independently of the cost map.
 void CheckFootprint(const PlanOptions& options,
                     const OccupancyGrid& grid,
                     const PlanResult& result) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// point_cloud: reads the list of one tile and the pixels of its keyframes; fuses their depth to the
-// cloud of the tile.
+// point_cloud: reads the list of one tile and the pixels of its keyframes; fuses their depth into
+// the cloud of the tile.
 #include "stages/point_cloud/point_cloud.h"
 
 #include "pipeline/base/stage_main.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// pose_graph: from odometry and loops of all shards to graph and trajectory.
+// pose_graph: turns odometry and loops of all shards into graph and trajectory.
 #include "stages/pose_graph/pose_graph.h"
 
 #include "pipeline/base/stage_main.h"

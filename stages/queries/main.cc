@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // queries: lists the pictures to locate. Reads the site config, the frames that the frames stage
-// held out, and the pictures of [[query]] tables, but no recording; writes queries.txt and, beside
+// held out, and the pictures of [[query]] tables, but no recording. Writes queries.txt and, next to
 // it, queries.csv, query_cameras.json and query_ground_truth.tum.
 #include "stages/queries/queries.h"
 

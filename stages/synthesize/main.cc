@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // synthesize: renders an RGB-D recording of a synthetic building in the TUM layout. Writes the
-// summary `site`, and beside it rgb/ depth/ labels/, their lists, groundtruth.txt, queries/,
+// summary `site` and, next to it, rgb/ depth/ labels/, their lists, groundtruth.txt, queries/,
 // truth/.
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/grid_io.h"

@@ -64,7 +64,7 @@ void SynthesizeOptions::Register(OptionList& list) {
 
 SynthesizePlan PlanSynthesize(const SynthesizeOptions& options, int num_threads) {
   SynthesizePlan plan;
-  // The route first: it is quick, and refuses options that do not go together.
+  // The route comes first, because it is quick and refuses contradictory options.
   const std::vector<Rigid3> route =
       PlanRoute(PlanLayout(options.building), options.route, options.camera);
   plan.world = BuildWorld(options.building, options.route, num_threads);

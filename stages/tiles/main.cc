@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // tiles: lists the keyframes that may see each part of the building. Reads the frames, cameras and
-// keyframes.tum; writes tiles.txt and, beside it, tile_X_Y.json and the cameras.
+// keyframes.tum; writes tiles.txt and, next to it, tile_X_Y.json and the cameras.
 #include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/vision/rgbd_keyframes.h"

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kMaxIndex = 100'000;
 
-// Neighbours compute their common border alike, to the last bit.
+// Neighbours compute their common border identically, to the last bit.
 MapRegion RegionOf(const TilesOptions& options, const TileIndex& index) {
   const auto border_m = [&](int i) { return (i - 0.5) * options.edge_m; };
   return {{{border_m(index.first), border_m(index.second)},

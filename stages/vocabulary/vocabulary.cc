@@ -36,7 +36,7 @@ std::vector<int> DrawIndices(int size, int count, Random random) {
   return indices;
 }
 
-// The same number of descriptors from every frame that has as many, so that a long stop of the
+// Draws equally many descriptors from every frame that has enough, so that a long stop of the
 // camera does not fill the vocabulary with one view.
 std::vector<std::uint8_t> DrawTraining(const VocabularyOptions& options,
                                        const FeaturesShard& features) {
