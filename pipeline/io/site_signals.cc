@@ -69,7 +69,7 @@ int FindSensor(const std::vector<SensorConfig>& sensors,
       "{}: no [[sensor]] has id \"{}\"; there are: {}", where, id, fmt::join(ids, ", "));
 }
 
-// The message must hold what the sensor measures.
+// The message must hold the quantity that the sensor measures.
 void CheckMessage(const SignalConfig& signal, SignalKind kind, const std::string& where) {
   const bool has_scan = signal.message != "ODOM";
   const bool has_odometry = signal.message != "RAWLASER1";
