@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Data must be on disk before the name points at it, or a power cut leaves an empty file.
+// Data must be on disk before the name points to it, or a power cut leaves an empty file.
 void FlushToDisk(const fs::path& path) {
   const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0)
@@ -29,7 +29,7 @@ void FlushToDisk(const fs::path& path) {
   if (status != 0) throw DataError("{}: cannot flush to disk: {}", path.string(), reason);
 }
 
-// As far as the file system can: some cannot flush folders, and the files are on disk already.
+// Best effort: some file systems cannot flush folders, and the files are on disk already.
 void FlushFolder(const fs::path& path) {
   const int descriptor = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
@@ -57,7 +57,7 @@ fs::path OutputSet::Create(const fs::path& final_path, bool keep_if_equal) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw DataError("{}: cannot create folder: {}", folder.string(), error.message());
-  // The name stays: some writers choose the format by its extension.
+  // Keeps the name, because some writers choose the format by its extension.
   const fs::path temporary_path =
       folders_.try_emplace(folder, folder).first->second.Path() / final_path.filename();
   entries_.push_back({final_path, temporary_path, keep_if_equal});
@@ -79,7 +79,7 @@ void OutputSet::Commit() {
     }
     fs::rename(entry.temporary_path, entry.final_path);
   }
-  // A rename is safe from a power cut when its folder is on disk.
+  // A rename survives a power cut only once its folder is on disk.
   for (const auto& [folder, writing] : folders_) FlushFolder(folder);
   folders_.clear();
   committed_ = true;

@@ -46,7 +46,7 @@ class FrameBackProjector {
     return false;
   }
 
-  // Where the neighbours needed for a normal are missing the pixel gets the benefit of the doubt.
+  // A pixel without the neighbours that a normal needs is kept.
   bool Grazing(int x, int y) const {
     const int radius = SlopeRadius_px(depth_.At(x, y));
     const auto along_x = Tangent(x, y, radius, 0);
@@ -67,12 +67,12 @@ class FrameBackProjector {
     return inside ? depth_.At(x, y) : 0.0F;
   }
 
-  // Wide enough for the slope over it to stand out of the noise of its ends.
+  // Wide enough for the slope across it to exceed the noise of its ends.
   int SlopeRadius_px(float z) const {
     return std::clamp(static_cast<int>(std::ceil(3 * Sigma_m(z) * focal_px_ / z)), 3, 24);
   }
 
-  // Difference of the points on both sides, zero when one was not measured.
+  // Difference of the points on both sides; zero when one was not measured.
   Eigen::Vector3f Tangent(int x, int y, int dx, int dy) const {
     if (DepthOrZero(x - dx, y - dy) <= 0 || DepthOrZero(x + dx, y + dy) <= 0) {
       return Eigen::Vector3f::Zero();
@@ -111,7 +111,7 @@ void DepthFilterOptions::Register(OptionList& list) {
   list.Add("edge_radius_px",
            &edge_radius_px,
            Range(0, 16),
-           "how far neighbours are compared for edges; 0 keeps flying pixels");
+           "distance up to which neighbours are compared for edges; 0 keeps flying pixels");
   list.Add("max_incidence_rad",
            &max_incidence_rad,
            Range(0.1, 1.5707963),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depth pixels to points, without those that depth cameras measure badly: flying pixels at the
-// edges of objects, and surfaces seen at a grazing angle.
+// Converts depth pixels to points, without those that depth cameras measure badly: flying pixels at
+// the edges of objects, and surfaces seen at a grazing angle.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,7 @@ struct DepthFilterOptions {
   void Register(OptionList& list);
 };
 
-// For each pixel, row by row, the ray through it at z = 1 with the distortion removed.
+// Ray of each pixel, row by row, at z = 1 with the distortion removed.
 using RayTable = std::vector<Eigen::Vector2f>;
 RayTable MakeRayTable(const Camera& camera, int num_threads);
 std::vector<RayTable> MakeRayTables(const std::vector<RgbdCamera>& cameras, int num_threads);
@@ -33,10 +33,10 @@ struct DepthPoint {
   std::array<std::uint8_t, 3> rgb{};
 };
 
-// The points of every pixel_stride-th pixel in row order. A pixel is left out when its depth is 0
-// or beyond max_depth_m, when a pixel up to edge_radius_px beside or above differs in depth by more
-// than max_depth_jump of the depth and three sigma of its noise, or when the local surface is seen
-// at more than max_incidence_rad from its normal.
+// The points of every pixel_stride-th pixel in row order. Leaves out a pixel when its depth is 0 or
+// beyond max_depth_m, when its depth differs from that of a pixel up to edge_radius_px beside or
+// above it by more than max_depth_jump of the depth and three sigma of its noise, or when the
+// camera sees the local surface at more than max_incidence_rad from its normal.
 std::vector<DepthPoint> BackProjectDepth(const DepthImage& depth,
                                          const ColorImage& color,
                                          const RayTable& rays,

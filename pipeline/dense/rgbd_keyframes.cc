@@ -11,7 +11,8 @@ const RgbdCamera& CameraOf(const Keyframe& keyframe, const std::vector<RgbdCamer
   return cameras[static_cast<std::size_t>(keyframe.frame.camera_idx)];
 }
 
-// False only when all depth pixels, the camera, and so the rays between, lie on one side of `area`.
+// False only when all depth pixels, the camera, and thus the rays between them, lie on one side of
+// `area`.
 bool MaySee(const Rectangle& area,
             const Keyframe& keyframe,
             const RayTable& rays,
@@ -26,7 +27,7 @@ bool MaySee(const Rectangle& area,
     min = min.min(offset);
     max = max.max(offset);
   }
-  // A single-precision offset is good to a micrometre here.
+  // Single-precision offsets are accurate to a micrometre here.
   constexpr double kSlack_m = 1e-4;
   return area.Grown(kSlack_m).Touches(centre + min.matrix().cast<double>(),
                                       centre + max.matrix().cast<double>());
@@ -60,7 +61,7 @@ KeyframeSource OpenTile(const std::filesystem::path& tile_path,
     CheckCamera(keyframe.frame, source.cameras, cameras_path.string());
     if (keyframe.keyframe_idx % stride == 0) source.keyframes.push_back(std::move(keyframe));
   }
-  // The color picture of a keyframe that looks at a wall before the tile is never decoded.
+  // The color picture of a keyframe that sees nothing of the tile is never decoded.
   const Rectangle seen = tile.region.inside.Grown(tile.region.overlap_m);
   source.load = [cameras = source.cameras,
                  rays = MakeRayTables(source.cameras, 1),

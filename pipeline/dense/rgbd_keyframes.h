@@ -22,36 +22,36 @@ namespace nightmap {
 struct KeyframeSource {
   std::vector<RgbdCamera> cameras;
   std::vector<Keyframe> keyframes;
-  // Pixels of one keyframe, or none when it sees nothing of the region; called from several
-  // threads. Throws DataError when they are unreadable.
+  // Returns the pixels of one keyframe, or none when it sees nothing of the region. Called from
+  // several threads. Throws DataError when they are unreadable.
   std::function<RgbdImages(const Keyframe&)> load;
-  // The depth of any keyframe, which is cheaper; else the same.
+  // Likewise only the depth of a keyframe, which is cheaper.
   std::function<DepthImage(const Keyframe&)> load_depth;
-  MapRegion region;  // of which the map is wanted
+  MapRegion region;  // part of the map that is wanted
 };
 
-// Every `stride`-th pose of a trajectory with the frame of the same time. Frames without depth are
-// left out. Throws DataError when a pose has no frame or a frame no camera.
+// Every `stride`-th pose of a trajectory with the frame of the same time. Leaves out frames without
+// depth. Throws DataError when a pose has no frame or a frame no camera.
 std::vector<Keyframe> SelectKeyframes(const std::vector<FrameRecord>& frames,
                                       const std::vector<RgbdCamera>& cameras,
                                       const std::vector<StampedPose>& keyframe_poses,
                                       int stride);
 
-// Of the list of a tile every keyframe whose keyframe_idx is a multiple of `stride`, with pixels
-// read below `data_root`. Throws UsageError when the list does not reach to max_range_m.
+// Every keyframe of a tile's list whose keyframe_idx is a multiple of `stride`, with pixels read
+// below `data_root`. Throws UsageError when the list does not reach to max_range_m.
 KeyframeSource OpenTile(const std::filesystem::path& tile_path,
                         const std::filesystem::path& cameras_path,
                         const std::filesystem::path& data_root,
                         int stride,
                         double max_range_m);
 
-// Throws DataError when a keyframe with what it sees does not fit in a cube of +-reach_m.
+// Throws DataError when a keyframe and its view do not fit in a cube of +-reach_m.
 void CheckReach(const std::vector<Keyframe>& keyframes, double max_range_m, double reach_m);
 
-// merge(work(keyframe, images)) for each keyframe that sees something of the region. `work` runs on
-// several threads, `merge` in the order of the keyframes, so results do not depend on the number of
-// threads; at most four keyframes a thread are in memory. Returns why keyframes were skipped
-// (unreadable pixels, or whatever else FrameFailure catches).
+// Calls merge(work(keyframe, images)) for each keyframe that sees something of the region. `work`
+// runs on several threads, `merge` in the order of the keyframes, so results do not depend on the
+// number of threads. At most four keyframes per thread are in memory. Returns why keyframes were
+// skipped (unreadable pixels, or any other failure that FrameFailure catches).
 template <typename Partial>
 std::vector<std::string> FuseKeyframes(
     const KeyframeSource& source,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What needs no pixels of rgbd_keyframes.h: a program that reads none starts faster without the
-// libraries that decode them.
+// The functions of rgbd_keyframes.h that need no pixels, so that programs without pixels start
+// faster: they do not load the decoding libraries.
 #include <unordered_map>
 
 #include "pipeline/base/error.h"

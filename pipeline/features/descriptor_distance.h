@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distance between two descriptors, in integers, so that it is exact and the same everywhere.
+// Distance between two descriptors, in integers so that it is exact and the same on every machine.
 #pragma once
 
 #include <bit>
@@ -11,7 +11,7 @@
 
 namespace nightmap {
 
-// Squared L2 distance of byte vectors. The plain loop is what the compiler vectorizes best.
+// Squared L2 distance of byte vectors. A plain loop, because compilers vectorize it best.
 inline int SquaredDistance(const std::uint8_t* a, const std::uint8_t* b, int size) {
   int sum = 0;
   for (int i = 0; i < size; ++i) {
@@ -34,7 +34,7 @@ inline int HammingDistance(const std::uint8_t* a, const std::uint8_t* b, int siz
   return sum;
 }
 
-// Squared L2 for RootSIFT, differing bits for ORB and BRISK: an order, comparable within one kind.
+// Squared L2 for RootSIFT, differing bits for ORB and BRISK; comparable only within one kind.
 inline int DescriptorDistance(DescriptorKind kind, const std::uint8_t* a, const std::uint8_t* b) {
   switch (kind) {
     case DescriptorKind::kRootSift:
@@ -47,11 +47,12 @@ inline int DescriptorDistance(DescriptorKind kind, const std::uint8_t* a, const 
   return 0;
 }
 
-// The distance above which two descriptors are `relative` times as far apart as unrelated ones are:
-// L2 of unit vectors for RootSIFT (about 1 when unrelated), half of the bits for ORB and BRISK.
+// The distance of two descriptors that are `relative` times as far apart as unrelated ones: L2 of
+// unit vectors for RootSIFT (about 1 when unrelated), half of the bits for ORB and BRISK.
 int DistanceFromRelative(DescriptorKind kind, double relative);
 
-// Lowe's ratio test on two distances of DescriptorDistance; the ratio is of L2 or of Hamming.
+// Lowe's ratio test on two distances of DescriptorDistance; the ratio is that of L2 or of Hamming
+// distances.
 bool PassesRatioTest(DescriptorKind kind, int best, int second, double max_ratio);
 
 }  // namespace nightmap

@@ -18,11 +18,11 @@ constexpr int kBriskPatch_px = 12;
 
 bool IsFast(const ExtractionOptions& options) { return options.detector.starts_with("fast_"); }
 
-// What describes the keypoints; but for FAST corners it also finds them.
+// Makes the describer. Except for FAST corners it also detects the keypoints.
 cv::Ptr<cv::Feature2D> MakeDescriber(const ExtractionOptions& options) {
   switch (options.Kind()) {
     case DescriptorKind::kRootSift:
-      // OpenCV keeps all that tie with the last one, so that the choice among them is ours.
+      // OpenCV keeps all ties with the last one, so KeepStrongest decides among them.
       return cv::SIFT::create(options.num_features,
                               options.sift_num_octave_layers,
                               options.sift_contrast_threshold,
@@ -44,8 +44,8 @@ cv::Ptr<cv::Feature2D> MakeDescriber(const ExtractionOptions& options) {
   throw UsageError("unknown detector '{}'", options.detector);
 }
 
-// Corners of one scale without a direction. The describer looks at each in the size that it gives
-// to keypoints of its own on the whole image, and upright.
+// Corners at one scale, without orientation. The describer treats each as upright, with the size
+// that it gives to its own keypoints at full resolution.
 std::vector<cv::KeyPoint> FastCorners(const cv::Mat& image, const ExtractionOptions& options) {
   std::vector<cv::KeyPoint> corners;
   cv::FAST(image, corners, options.fast_threshold, true, cv::FastFeatureDetector::TYPE_9_16);
@@ -58,20 +58,20 @@ std::vector<cv::KeyPoint> FastCorners(const cv::Mat& image, const ExtractionOpti
 }
 
 // OpenCV's SIFT doubles the image about its edges but halves keypoints about the first pixel's
-// centre, so that all of them lie a quarter of a pixel too far right and down (opencv/opencv issue
+// centre, so all of them lie a quarter of a pixel too far right and down (opencv/opencv issue
 // 23123).
 void CentreOnPixels(DescriptorKind kind, std::vector<cv::KeyPoint>* keypoints) {
   if (kind != DescriptorKind::kRootSift) return;
   for (cv::KeyPoint& keypoint : *keypoints) keypoint.pt -= cv::Point2f(0.25f, 0.25f);
 }
 
-// Strongest first; a total order, so that equal responses cannot reorder features between runs.
+// Strongest first. A total order, so that equal responses cannot reorder features between runs.
 bool IsStronger(const cv::KeyPoint& a, const cv::KeyPoint& b) {
   return std::tie(b.response, a.pt.y, a.pt.x, a.size, a.angle) <
          std::tie(a.response, b.pt.y, b.pt.x, b.size, b.angle);
 }
 
-// The strongest keypoints in order, and their rows.
+// Keeps the strongest keypoints, in order, and their descriptor rows.
 void KeepStrongest(int count, std::vector<cv::KeyPoint>* keypoints, cv::Mat* descriptors) {
   std::vector<std::size_t> order(keypoints->size());
   std::iota(order.begin(), order.end(), 0);
@@ -89,7 +89,7 @@ void KeepStrongest(int count, std::vector<cv::KeyPoint>* keypoints, cv::Mat* des
   *descriptors = rows;
 }
 
-// L1-normalize and take the root: Euclidean distance then compares histograms by Hellinger's.
+// L1-normalizes and takes the root, so that Euclidean distance compares histograms by Hellinger's.
 void AppendRootSift(const cv::Mat& descriptors, std::vector<std::uint8_t>* bytes) {
   for (int row = 0; row < descriptors.rows; ++row) {
     const float* values = descriptors.ptr<float>(row);
@@ -110,7 +110,7 @@ void AppendBinary(const cv::Mat& descriptors, std::vector<std::uint8_t>* bytes) 
 
 struct DepthSample {
   float depth_m;
-  int distance2_px;  // to the keypoint, squared
+  int distance2_px;  // squared distance to the keypoint
 };
 
 std::vector<DepthSample> SampleWindow(const DepthImage& depth, int x, int y, int half_size) {
@@ -150,13 +150,15 @@ float SurfaceDepth_m(std::vector<DepthSample> samples, double max_step) {
 }  // namespace
 
 void ExtractionOptions::Register(OptionList& list) {
-  list.Add(
-      "detector",
-      &detector,
-      {"sift", "orb", "brisk", "fast_orb", "fast_brisk"},
-      "keypoints and descriptors; fast_: FAST corners of one scale, described upright. No SURF: "
-      "Debian builds OpenCV without it, since it is patented");
-  list.Add("num_features", &num_features, Range(50, 20000), "strongest features kept of an image");
+  list.Add("detector",
+           &detector,
+           {"sift", "orb", "brisk", "fast_orb", "fast_brisk"},
+           "keypoints and descriptors; fast_: FAST corners of one scale, described upright. SURF "
+           "is missing because it is patented and Debian's OpenCV is built without it");
+  list.Add("num_features",
+           &num_features,
+           Range(50, 20000),
+           "number of features kept per image, strongest first");
   list.Add("sift_contrast_threshold",
            &sift_contrast_threshold,
            Range(0, 0.2),
@@ -165,12 +167,15 @@ void ExtractionOptions::Register(OptionList& list) {
            &sift_edge_threshold,
            Range(1, 100),
            "higher keeps more edge-like features");
-  list.Add("sift_num_octave_layers", &sift_num_octave_layers, Range(1, 8), "layers an octave");
-  list.Add("fast_threshold", &fast_threshold, Range(1, 100), "of ORB, BRISK and FAST, gray levels");
+  list.Add("sift_num_octave_layers", &sift_num_octave_layers, Range(1, 8), "layers per octave");
+  list.Add("fast_threshold",
+           &fast_threshold,
+           Range(1, 100),
+           "threshold of ORB, BRISK and FAST, in gray levels");
   list.Add("depth_window_px",
            &depth_window_px,
            Range(0, 10),
-           "half size of the window in which a keypoint's depth is looked up");
+           "half size of the window for a keypoint's depth lookup");
   list.Add("max_depth_step",
            &max_depth_step,
            Range(0.001, 1),
@@ -191,7 +196,7 @@ FrameFeatures ExtractFeatures(const ColorImage& color,
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
   if (IsFast(options)) keypoints = FastCorners(image, options);
-  // At once: each of detect() and compute() would make the pyramid of the image.
+  // One call, because detect() and compute() would each build the image pyramid.
   describer->detectAndCompute(image, cv::noArray(), keypoints, descriptors, IsFast(options));
   CentreOnPixels(options.Kind(), &keypoints);
   KeepStrongest(options.num_features, &keypoints, &descriptors);

@@ -37,7 +37,7 @@ InvertedFile::InvertedFile(const std::vector<std::vector<int>>& words) : words_(
   std::vector<double> squared_norms(words_.size(), 0.0);
   for (std::size_t word = 0; word < postings_.size(); ++word) {
     if (postings_[word].empty()) continue;
-    // One is added so that a map of one frame still scores.
+    // Adds one, so that a map of one frame still scores.
     idf_[word] = static_cast<float>(std::log(static_cast<double>(words_.size() + 1) /
                                              static_cast<double>(postings_[word].size())));
     for (auto& [frame, weight] : postings_[word]) {

@@ -70,7 +70,7 @@ bool LandmarkTracker::DepthAgrees(const Observer& observer, int feature, double 
   return std::abs(depth_m - z_m) <= options_.max_depth_error * std::max(depth_m, z_m);
 }
 
-// To the last few sightings: the point is seen about as it was then.
+// Compares with the last few sightings, because the point looks about as it did then.
 int LandmarkTracker::Distance(const std::uint8_t* descriptor, const LandmarkTrack& track) const {
   constexpr std::size_t kNumCompared = 3;
   const std::size_t count = track.sightings.size();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Landmarks under construction: which feature of which posed frame shows which point. Each frame is
-// compared only with points in the voxels its own depth falls into, so the work of one does not
-// grow with the map. Deterministic; one thread.
+// Landmarks under construction: which feature of which posed frame shows which point. Compares each
+// frame only with points in the voxels that its own depth falls into, so the work per frame does
+// not grow with the map. Deterministic; one thread.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,21 +25,20 @@ struct Observer {
 };
 
 struct LandmarkTrackerOptions {
-  double max_error_px = 4.0;     // between a projected point and a feature that shows it
+  double max_error_px = 4.0;     // between a projected point and the feature that observes it
   double max_depth_error = 0.1;  // relative
-  // 1: as unrelated descriptors. A feature that is only somewhat alike and near where the point is
-  // thought to be is often the neighbour of the right one: it confirms the pose as it is, wrong or
-  // not.
+  // 1 is the distance of unrelated descriptors. A weakly similar feature near the expected position
+  // is often a neighbour of the true feature: it would confirm the pose as it is, correct or not.
   double max_descriptor_distance = 0.4;
-  double voxel_size_m = 0.25;   // of the index points are found by
-  double pixel_sigma_px = 1.0;  // of a keypoint and its pose
+  double voxel_size_m = 0.25;   // of the index that finds points
+  double pixel_sigma_px = 1.0;  // of a keypoint and its pose together
 };
 
 // Weighted mean of points that are uncertain in different directions.
 class PointEstimate {
  public:
-  // A feature seen from `observer`; `z_m` is the depth to assume where none was measured (it then
-  // carries no weight along the ray).
+  // Adds a feature seen from `observer`. `z_m` is the depth to assume where none was measured; it
+  // then carries no weight along the ray.
   void Add(const Observer& observer, int feature, double z_m, double pixel_sigma_px);
   Eigen::Vector3d Position() const;
   // Standard deviation, root mean square over the axes.

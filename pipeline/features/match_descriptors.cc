@@ -12,8 +12,8 @@
 namespace nightmap {
 namespace {
 
-// The two best candidates of every feature of an image, so far. Plain loops over arrays of
-// integers, which the compiler turns into vector instructions.
+// The two best candidates so far for every feature of an image. Plain loops over arrays of
+// integers, which the compiler vectorizes.
 class Nearest {
  public:
   explicit Nearest(int num_features)
@@ -21,7 +21,7 @@ class Nearest {
         distance_(index_.size(), std::numeric_limits<int>::max()),
         second_distance_(index_.size(), std::numeric_limits<int>::max()) {}
 
-  // One candidate's distance to every feature.
+  // Offers one candidate, by its distance to every feature.
   void OfferToAll(int candidate, const int* distances) {
     int* const index = index_.data();
     int* const nearest = distance_.data();
@@ -35,7 +35,7 @@ class Nearest {
     }
   }
 
-  // The distances of all candidates to one feature, once.
+  // Offers all candidates to one feature, by their distances.
   void OfferAll(std::size_t feature, const int* distances, std::size_t count) {
     const int nearest = Smallest(distances, count);
     const auto at =
@@ -62,11 +62,11 @@ class Nearest {
 };
 
 constexpr std::size_t kSiftSize = 128;
-constexpr std::size_t kBlock = 4;  // rows worked out together
+constexpr std::size_t kBlock = 4;  // rows computed together
 
 // products[r * count + i] = descriptors[r] . others[i] of kBlock descriptors. Compiled for several
-// instruction sets, of which the machine's best is taken when the program starts: sums of integers
-// are the same with each. Reading `others` takes most of the time, hence the block.
+// instruction sets; the program chooses the machine's best at its start. Sums of integers are the
+// same with each. Blocks save time, because reading `others` takes most of it.
 [[gnu::target_clones("arch=skylake-avx512", "avx2", "default")]] void DotProducts(
     const std::int16_t* descriptors, const std::int16_t* others, std::size_t count, int* products) {
   const std::int16_t* const a = descriptors;
@@ -95,7 +95,8 @@ class SiftDistances {
   SiftDistances(const FrameFeatures& a, const FrameFeatures& b)
       : a_(Widen(a)), b_(Widen(b)), norms_a_(SquaredNorms(a)), norms_b_(SquaredNorms(b)) {}
 
-  // Of the features first .. first + kBlock of a (any beyond the last are not meant) to all of b.
+  // Distances of the features first .. first + kBlock of a to all of b. Rows beyond the last
+  // feature are meaningless.
   void Rows(std::size_t first, int* distances) const {
     const std::size_t count = norms_b_.size();
     DotProducts(&a_[first * kSiftSize], b_.data(), count, distances);
@@ -107,7 +108,7 @@ class SiftDistances {
   }
 
  private:
-  // Filled up to whole blocks.
+  // Padded to whole blocks.
   static std::vector<std::int16_t> Widen(const FrameFeatures& features) {
     std::vector<std::int16_t> wide(features.descriptors.begin(), features.descriptors.end());
     wide.resize(wide.size() + (kBlock - 1) * kSiftSize);

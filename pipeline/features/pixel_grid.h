@@ -12,11 +12,12 @@
 
 namespace nightmap {
 
-// Cells are as wide as the search radius: what lies within it is in a block of 3 x 3 cells. Values
-// are visited in the order of cells, then of insertion.
+// Cells are as wide as the search radius, so a 3 x 3 block of cells covers it. Values are visited
+// in the order of cells, then of insertion.
 class PixelGrid {
  public:
-  // Pixels outside of the image of `camera` (undistorted keypoints may be) count to its border.
+  // Pixels outside the image of `camera` (possible for undistorted keypoints) belong to its border
+  // cells.
   PixelGrid(const Camera& camera, double radius_px)
       : cell_px_(radius_px),
         columns_(Cell(camera.width) + 3),
@@ -27,7 +28,7 @@ class PixelGrid {
     cells_[Index(Column(pixel), Row(pixel))].push_back(value);
   }
 
-  // Calls body(value) for everything that may lie within the radius (and some that does not).
+  // Calls body(value) for every value that may lie within the radius, and for some that do not.
   template <typename Body>
   void ForNear(const Eigen::Vector2d& pixel, const Body& body) const {
     const int column = Column(pixel);
@@ -41,7 +42,7 @@ class PixelGrid {
 
  private:
   int Cell(double coordinate) const { return static_cast<int>(std::floor(coordinate / cell_px_)); }
-  // Clamped before it becomes an integer; what is no number counts to the first.
+  // Clamps before conversion to an integer; NaN goes to the first cell.
   int Clamped(double coordinate, int count) const {
     const double cell = std::floor(coordinate / cell_px_) + 1;
     return cell > 1 ? static_cast<int>(std::min(cell, static_cast<double>(count - 2))) : 1;

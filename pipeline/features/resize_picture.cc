@@ -28,7 +28,7 @@ CameraPicture ShrinkPicture(const ColorImage& color, const Camera& camera, doubl
   result.camera = ResizeCamera(camera, result.color.width, result.color.height);
   result.color.pixels.resize(3 * static_cast<std::size_t>(result.color.width) *
                              static_cast<std::size_t>(result.color.height));
-  // OpenCV has no pointer to constant pixels; it only reads these.
+  // OpenCV takes no pointer to constant pixels, but it only reads these.
   const cv::Mat from(
       color.height, color.width, CV_8UC3, const_cast<std::uint8_t*>(color.pixels.data()));
   cv::Mat to(result.color.height, result.color.width, CV_8UC3, result.color.pixels.data());

@@ -18,14 +18,14 @@ using Pyramid = std::vector<cv::Mat>;
 Pyramid BuildPyramid(const ColorImage& color, int window_px) {
   GrayImage gray = ToGray(color);
   const cv::Mat image(gray.height, gray.width, CV_8UC1, gray.pixels.data());
-  CV_Assert(!image.empty());  // OpenCV looks for a border of it without end
+  CV_Assert(!image.empty());  // OpenCV would search for its border without end
   Pyramid pyramid;
   cv::buildOpticalFlowPyramid(image, pyramid, {window_px, window_px}, kNumPyramidLevels);
   return pyramid;
 }
 
-// The strongest features, none near another: several features of one corner would follow each
-// other. Those with depth come first, for only they can be placed.
+// Chooses the strongest features, none near another, because several features of one corner would
+// move together. Those with depth come first, because only they can be placed.
 std::vector<int> Choose(const FrameFeatures& described, const Camera& camera, int count) {
   PixelGrid grid(camera, kMinDistance_px);
   std::vector<int> chosen;
@@ -53,17 +53,21 @@ void TrackingOptions::Register(OptionList& list) {
   list.Add("max_gap_frames",
            &max_gap_frames,
            Range(0, 1000),
-           "frames tracked after a described one; 0: every frame is described");
+           "largest number of frames tracked after a described one; 0: describes every frame");
   list.Add("min_tracked_ratio",
            &min_tracked_ratio,
            Range(0, 1),
-           "share of the described frame's features below which a frame is described anew");
-  list.Add("max_tracked", &max_tracked, Range(20, 20000), "features tracked, strongest first");
-  list.Add("window_px", &window_px, Range(5, 63), "size of the patch that is looked for");
+           "a frame is described anew when a smaller share of the described frame's features is "
+           "tracked");
+  list.Add("max_tracked",
+           &max_tracked,
+           Range(20, 20000),
+           "largest number of features tracked, strongest first");
+  list.Add("window_px", &window_px, Range(5, 63), "size of the tracked patch");
   list.Add("max_difference",
            &max_difference,
            Range(1, 255),
-           "mean difference of a patch found again, gray levels");
+           "largest mean difference of a patch found again, in gray levels");
 }
 
 struct FeatureTracker::State {
@@ -72,11 +76,11 @@ struct FeatureTracker::State {
     float scale_px = 0;
     cv::Point2f origin_px;  // in the reference
     cv::Point2f last_px;
-    cv::Point2f step_px;  // from the frame before the last to the last
+    cv::Point2f step_px;  // motion between the last two frames
   };
   Pyramid reference;
   int reference_frame_idx = 0;
-  int num_frames = 0;  // tracked since the reference
+  int num_frames = 0;  // frames tracked since the reference
   std::size_t num_chosen = 0;
   std::vector<Point> points;  // still tracked
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Features carried by optical flow from a described frame to the frames after it, so that only some
+// Tracks features by optical flow from a described frame to the frames after it, so that only some
 // frames need descriptors (pyramidal Lucas-Kanade: Bouguet, Pyramidal implementation of the Lucas
-// Kanade feature tracker, 2000). The patch looked for is always the described frame's own: what is
-// found does not drift.
+// Kanade feature tracker, 2000). The reference patch is always the described frame's, so tracks do
+// not drift.
 #pragma once
 
 #include <memory>
@@ -31,12 +31,12 @@ class FeatureTracker {
   FeatureTracker(FeatureTracker&&) noexcept;
   ~FeatureTracker();
 
-  // Starts anew from a described frame.
+  // Restarts from a described frame.
   void Start(const ColorImage& color, const Camera& camera, const FrameFeatures& described);
 
   // The features found again in the next frame, without depth (depths_m all 0) or descriptors.
-  // Nothing when so few are found, or so many frames went by, that this frame should be described;
-  // nothing before Start.
+  // Returns nothing when so few are found, or so many frames have passed, that this frame should be
+  // described; also before Start.
   std::optional<FrameFeatures> Track(const ColorImage& color, const Camera& camera, int frame_idx);
 
  private:

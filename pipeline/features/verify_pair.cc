@@ -10,7 +10,7 @@
 namespace nightmap {
 namespace {
 
-// One frame seen as the 3-D side (source) or the 2-D side (target) of the matches.
+// One frame as the 3-D side (source) or the 2-D side (target) of the matches.
 struct Side {
   const FrameFeatures* features;
   const RgbdCamera* camera;
@@ -27,7 +27,7 @@ int CountWithDepth(const Side& side, const std::vector<FeatureMatch>& matches) {
 
 struct Correspondences {
   std::vector<PointMatch> points;
-  std::vector<FeatureMatch> matches;  // of the same entries
+  std::vector<FeatureMatch> matches;  // of these entries
 };
 
 Correspondences Lift(const Side& source,

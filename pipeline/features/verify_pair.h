@@ -19,9 +19,9 @@ struct VerifyOptions {
   AbsolutePoseOptions pose;
 };
 
-// Matches descriptors (ratio, mutual), or takes the matches that tracking gave when b was tracked
-// from a. Then estimates the pose from the 3-D points of the frame that has more depth to the
-// pixels of the other. Fills everything of `pair` but frame_a, frame_b, score.
+// Matches descriptors (ratio, mutual), or takes the tracker's matches if b was tracked from a. Then
+// estimates the pose from the 3-D points of the frame that has more depth and the pixels of the
+// other. Fills all of `pair` except frame_a, frame_b and score.
 void VerifyPair(const VerifyOptions& options,
                 const FrameFeatures& a,
                 const RgbdCamera& camera_a,
@@ -29,7 +29,7 @@ void VerifyPair(const VerifyOptions& options,
                 const RgbdCamera& camera_b,
                 FramePair* pair);
 
-// The same from given matches.
+// Likewise from given matches.
 void VerifyMatches(const VerifyOptions& options,
                    const std::vector<FeatureMatch>& putative,
                    const FrameFeatures& a,

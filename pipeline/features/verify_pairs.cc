@@ -9,7 +9,7 @@
 namespace nightmap {
 namespace {
 
-// One random stream per pair, whatever the order of work.
+// One random stream per pair, independent of the order of work.
 std::uint64_t PairSeed(int seed, const FramePair& pair) {
   return (static_cast<std::uint64_t>(seed) << 48) ^
          (static_cast<std::uint64_t>(pair.frame_a) << 24) ^

@@ -12,29 +12,29 @@
 
 namespace nightmap {
 
-// The frames that pairs are made of, with what is known of them.
+// The frames that pairs consist of, with their features.
 struct FramesWithFeatures {
   std::vector<FrameRecord> frames;  // contiguous frame_idx, starting at frames.front().frame_idx
   std::vector<RgbdCamera> cameras;
-  FeaturesShard features;  // of the same frames, in the same order
+  FeaturesShard features;  // of these frames, in their order
 };
 
-// From the inputs frames, cameras and features. Throws DataError naming the file.
+// Reads the inputs frames, cameras and features. Throws DataError naming the file.
 FramesWithFeatures ReadFramesWithFeatures(const StageContext& context);
 
-// A candidate, not verified yet.
+// A candidate, not yet verified.
 FramePair MakePair(int frame_a, int frame_b);
 
-// Ascending by (b, a).
+// Sorts ascending by (b, a).
 void SortPairs(std::vector<FramePair>* pairs);
 
-// A cheap check that rejects most wrong pairs before all their features are compared.
+// A cheap check that rejects most wrong pairs before all of their features are compared.
 struct QuickCheck {
   VerifyOptions verify;  // its seed is not used
   std::function<std::vector<FeatureMatch>(const FramePair& pair)> match;
 };
 
-// VerifyPair for each pair, after `quick` accepted it (null: without). Each pair draws from its own
+// Runs VerifyPair on each pair that `quick` accepts (null: on all). Each pair draws from its own
 // random stream of the seed, so the result is the same at any number of threads and in any order.
 void VerifyPairs(const VerifyOptions& options,
                  const QuickCheck* quick,

@@ -20,7 +20,7 @@ struct Vocabulary {
   InvertedFile inverted_file;  // over all mapping frames, by frame_idx
 };
 
-// Throw DataError naming file and field.
+// Both throw DataError naming file and field.
 void WriteVocabulary(const std::filesystem::path& path,
                      const Vocabulary& vocabulary,
                      const std::string& config);

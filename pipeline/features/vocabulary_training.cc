@@ -30,7 +30,7 @@ struct Training {
 
 struct Clusters {
   std::vector<std::uint8_t> centres;  // k x size
-  std::vector<Items> items;           // of each, ascending
+  std::vector<Items> items;           // of each cluster, ascending
 
   std::size_t Count(std::size_t size) const { return centres.size() / size; }
 };
@@ -62,8 +62,8 @@ std::size_t DrawWeighted(const std::vector<std::int64_t>& weights,
   return weights.size() - 1;
 }
 
-// k-means++: each next centre is drawn with probability proportional to its distance (squared L2,
-// Hamming) from the centres so far. Fewer than k when all items lie on a centre.
+// k-means++: draws each next centre with a probability proportional to its distance (squared L2,
+// Hamming) from the centres so far. Returns fewer than k when all items lie on a centre.
 std::vector<std::uint8_t> SeedCentres(const Training& training,
                                       const Items& items,
                                       Random* random,
@@ -184,7 +184,7 @@ Clusters Split(const Training& training, const Items& items, int node, int num_t
   return clusters;
 }
 
-// Splits all nodes of one level: few large ones share the threads inside, many small ones outside.
+// Splits all nodes of one level. Few large nodes share the threads inside, many small ones outside.
 std::vector<Clusters> SplitLevel(const Training& training,
                                  const std::vector<Items>& level_items,
                                  std::size_t first_node,

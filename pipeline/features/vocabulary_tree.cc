@@ -15,7 +15,7 @@ void Demand(bool condition, const char* message) {
 }
 
 // In breadth-first order the children of the inner nodes follow each other without gap or overlap,
-// which makes "exactly one parent" a running count.
+// so a running count checks "exactly one parent".
 void CheckNodes(const std::vector<VocabularyTree::Node>& nodes, int depth) {
   Demand(!nodes.empty() && nodes[0].level == 0, "nodes: no root");
   std::size_t next_child = 1;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Vocabulary tree (Nister and Stewenius, CVPR 2006) by hierarchical k-means, with an inverted file
 // for image retrieval and word assignment at any level for active search. Inside a node the
-// assignment is exact: at a branching of 10 a search structure over the centres (the approximate
+// assignment is exact: with 10 branches a search structure over the centres (the approximate
 // k-means of flat vocabularies) costs more than it saves. All distances and means are integers, so
 // the tree does not depend on the number of threads or on the machine.
 #pragma once
@@ -21,7 +21,7 @@ struct VocabularyTreeOptions {
   static constexpr int kMaxDepth = 8;
   int depth = 5;  // levels below the root
   int num_kmeans_iterations = 8;
-  int min_node_descriptors = 20;  // a node trained on fewer is a leaf
+  int min_node_descriptors = 20;  // a node trained on fewer descriptors is a leaf
   int seed = 0;
 };
 
@@ -29,7 +29,7 @@ struct VocabularyTreeOptions {
 // L below the root on the descriptor's path (or the leaf, when the path ends earlier).
 class VocabularyTree {
  public:
-  // Descriptors: num x descriptor_size bytes. k-means++ seeding (Arthur and Vassilvitskii, SODA
+  // Descriptors are num x descriptor_size bytes. k-means++ seeding (Arthur and Vassilvitskii, SODA
   // 2007), then Lloyd's iterations; k-medians by bitwise majority for ORB and BRISK. Deterministic
   // at any number of threads. Throws DataError without descriptors.
   static VocabularyTree Train(const std::vector<std::uint8_t>& descriptors,
@@ -44,9 +44,9 @@ class VocabularyTree {
   std::vector<int> Path(const std::uint8_t* descriptor) const;
   // Node at `level`, or the leaf if the path is shorter.
   int Word(const std::uint8_t* descriptor, int level) const;
-  // Calls visit(leaf) for leaves in about the order of their distance (best branch first: of all
-  // branches passed by, that with the nearest centre is next; Muja and Lowe, VISAPP 2009) until it
-  // returns false or every leaf was visited.
+  // Calls visit(leaf) for leaves in approximate order of distance until it returns false or every
+  // leaf was visited. Best branch first: the next branch is the one with the nearest centre among
+  // all branches passed by (Muja and Lowe, VISAPP 2009).
   void VisitLeaves(const std::uint8_t* descriptor, const std::function<bool(int)>& visit) const;
   int LeafWord(const std::uint8_t* descriptor) const { return Word(descriptor, depth_); }
   int NumNodes() const;
@@ -60,8 +60,9 @@ class VocabularyTree {
     int level = 0;
   };
   VocabularyTree() = default;
-  // Throws std::invalid_argument naming the array when these are not a tree: nodes breadth first,
-  // every node but the root the child of exactly one other, levels consecutive and at most `depth`.
+  // Throws std::invalid_argument naming the array when these do not form a tree: nodes breadth
+  // first, every node except the root the child of exactly one other, levels consecutive and at
+  // most `depth`.
   VocabularyTree(DescriptorKind kind,
                  int depth,
                  std::vector<Node> nodes,
@@ -75,7 +76,7 @@ class VocabularyTree {
   DescriptorKind kind_ = DescriptorKind::kRootSift;
   int depth_ = 0;
   std::vector<Node> nodes_;
-  std::vector<std::uint8_t> centres_;  // descriptor_size bytes a node (root: zeros)
+  std::vector<std::uint8_t> centres_;  // descriptor_size bytes per node (root: zeros)
 };
 
 // Inverted file over the leaf words of a set of images, scored by tf-idf cosine.
@@ -88,8 +89,8 @@ class InvertedFile {
   // words[i]: leaf words of frame i's features.
   InvertedFile() = default;
   explicit InvertedFile(const std::vector<std::vector<int>>& words);
-  // Best `count` frames that share a word with a bag of words, best first, ties by frame index;
-  // only frames with index below `before_frame_idx` (negative: all). Words never seen are ignored.
+  // The best `count` frames that share a word with a bag of words, best first, ties by frame index.
+  // Only frames with index below `before_frame_idx` (negative: all). Ignores words never seen.
   std::vector<Result> Query(const std::vector<int>& words,
                             int count,
                             int before_frame_idx = -1) const;

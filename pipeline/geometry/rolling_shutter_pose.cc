@@ -113,7 +113,8 @@ std::optional<MovingPose> RefineMovingPose(const Camera& camera,
                                            int min_inliers,
                                            const MovingPoseOptions& options) {
   constexpr int kNumRounds = 3;
-  constexpr double kWider = 1.5;  // a motion not known yet hides inliers at the first and last rows
+  // A motion that is not known yet hides inliers at the first and last rows.
+  constexpr double kWider = 1.5;
   const MovingPoseProblem problem(camera, matches, options);
   State state{camera_from_world, {}};
   for (int round = 0; round < kNumRounds; ++round) {

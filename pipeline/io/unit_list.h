@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// frames/shards.txt and tiles/tiles.txt: which shards or tiles there are.
+// frames/shards.txt and tiles/tiles.txt: lists of the shards and of the tiles.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace nightmap {
 
-// A line `nightmap <kind>, version 1, <n> names`, then a name per line. The count tells a whole
-// list from one that was cut off. scripts/nightmap_eval/unit_lists.py reads it, as data.
+// A line `nightmap <kind>, version 1, <n> names`, then one name per line. The count shows whether
+// the list is complete. scripts/nightmap_eval/unit_lists.py also reads it.
 std::string NameListToText(std::string_view kind, const std::vector<std::string>& names);
 
 }  // namespace nightmap

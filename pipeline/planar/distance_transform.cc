@@ -10,15 +10,15 @@
 namespace nightmap {
 namespace {
 
-constexpr int kMaxSum = 46340;  // of the sides, cells: its square fits 32 bits
+constexpr int kMaxSum = 46340;  // of the sides, in cells: its square fits 32 bits
 constexpr int kRowsPerItem = 64;
-constexpr int kColumnsPerItem = 256;  // what they need stays in the cache between both sweeps
+constexpr int kColumnsPerItem = 256;  // so that their data stays in the cache between both sweeps
 
 std::size_t Offset(int row, int width) {
   return static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
 }
 
-// Of the columns from `first` on, row by row, so that the inner loops run along memory.
+// Sweeps the columns from `first` on, row by row, so that the inner loops run along memory.
 void SweepColumns(const std::vector<std::uint8_t>& blocked,
                   int width,
                   int height,
@@ -27,7 +27,7 @@ void SweepColumns(const std::vector<std::uint8_t>& blocked,
                   UninitializedVector<std::uint16_t>& distances) {
   const auto far = static_cast<std::uint16_t>(width + height);
   const int num_columns = std::min(kColumnsPerItem, width - first);
-  std::array<std::uint16_t, kColumnsPerItem> nearest = {};  // of the row before
+  std::array<std::uint16_t, kColumnsPerItem> nearest = {};  // of the previous row
   nearest.fill(border);
   for (int y = 0; y < height; ++y) {
     const std::uint8_t* cells = blocked.data() + Offset(y, width) + first;
@@ -57,7 +57,7 @@ class RowEnvelope {
         apexes_(static_cast<std::size_t>(width)),
         starts_(static_cast<std::size_t>(width)) {}
 
-  // From the column distances of a row to its squared distances.
+  // Turns the column distances of a row into its squared distances.
   void Apply(const std::uint16_t* columns, std::int32_t* row, bool outside_blocked) {
     std::copy_n(columns, width_, columns_.begin());
     Build();
@@ -108,7 +108,7 @@ class RowEnvelope {
   std::size_t last_ = 0;
   std::vector<std::int32_t> columns_;
   std::vector<int> apexes_;  // x of the parabolas on the envelope
-  std::vector<int> starts_;  // where each takes over
+  std::vector<int> starts_;  // x from which each is the lowest
 };
 
 }  // namespace

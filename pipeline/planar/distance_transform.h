@@ -10,18 +10,18 @@
 
 namespace nightmap {
 
-// The first of its two phases: distance in cells, centre to centre, from each cell to the nearest
-// blocked one in the same column (row by row, blocked != 0), width + height where there is none.
-// With `outside_blocked` the cells beyond the border are blocked too. Deterministic at any number
-// of threads. Throws DataError when width + height is above 46340 (32-bit squares).
+// First of the two phases: distance in cells, between centres, from each cell to the nearest
+// blocked one in its column (row by row; blocked if != 0); width + height where there is none. With
+// `outside_blocked` the cells beyond the border are blocked too. Deterministic at any number of
+// threads. Throws DataError when width + height is above 46340 (32-bit squares).
 UninitializedVector<std::uint16_t> ColumnDistances(const std::vector<std::uint8_t>& blocked,
                                                    int width,
                                                    int height,
                                                    bool outside_blocked,
                                                    int num_threads);
 
-// Both: squared distance in cells from each cell to the nearest blocked one. Without any blocked
-// cell every value is at least width^2. The rest as above.
+// Both phases: squared distance in cells from each cell to the nearest blocked one. Without any
+// blocked cell every value is at least width^2. Arguments, determinism and errors as above.
 std::vector<std::int32_t> SquaredDistances(const std::vector<std::uint8_t>& blocked,
                                            int width,
                                            int height,

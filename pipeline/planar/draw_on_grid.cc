@@ -23,7 +23,7 @@ cv::Point Fixed(const Eigen::Vector2d& pixel) { return {Fixed(pixel.x()), Fixed(
 
 cv::Scalar ToScalar(const Rgb& color) { return {1.0 * color[0], 1.0 * color[1], 1.0 * color[2]}; }
 
-// The same pixels.
+// A view of the same pixels.
 cv::Mat ToMat(ColorImage& image) {
   return {image.height, image.width, CV_8UC3, image.pixels.data()};
 }
@@ -122,7 +122,7 @@ void GridCanvas::ScaleBar(const Rgb& color) {
   Write(std::to_string(length_m) + " m", left.x, left.y - 8, color);
 }
 
-// From a text's lower left corner on.
+// Writes from the text's lower left corner on.
 void GridCanvas::Write(const std::string& text, int x, int y, const Rgb& color) {
   constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
   cv::Mat mat = ToMat(image_);

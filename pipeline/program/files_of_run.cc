@@ -14,7 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The path without links and dots in its folder. The name stays: an output replaces a link.
+// The path with links and dots of its folder resolved. Keeps the name, because an output replaces a
+// link.
 fs::path Resolve(const fs::path& path) {
   const fs::path absolute = fs::absolute(path);
   std::error_code error;

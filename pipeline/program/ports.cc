@@ -31,7 +31,7 @@ std::pair<std::string, fs::path> SplitPort(const std::string& text, const std::s
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-// Before reading: an output given here by mistake may be larger than the memory.
+// Checked before reading, because an output given here by mistake may be larger than the memory.
 void CheckInListFile(const fs::path& file, const std::string& text) {
   constexpr std::uintmax_t kMaxSize_bytes = 64 << 20;  // half a million paths
   if (!fs::exists(file)) {

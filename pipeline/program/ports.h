@@ -16,7 +16,8 @@ enum class PortKind { kFile, kFolder };
 struct PortSpec {
   std::string name;  // as in --in NAME=PATH
   std::string doc;
-  // kMany: --in NAME=PATH may be repeated, order kept, at least once; kAnyNumber: or left out
+  // kMany: --in NAME=PATH may be repeated, at least once, and order is kept; kAnyNumber: may also
+  // be left out
   Arity arity = Arity::kOne;
   PortKind kind = PortKind::kFile;
 };
@@ -31,25 +32,26 @@ using PortPaths = std::map<std::string, std::vector<std::filesystem::path>>;
 // Lines for --help.
 std::string PortHelp(const std::vector<PortSpec>& ports);
 
-// The paths of each port, of texts NAME=PATH after `flag`. Throws UsageError when a name is
-// unknown, missing, or given too often.
+// Paths of each port from texts NAME=PATH after `flag`. Throws UsageError when a name is unknown,
+// missing, or given too often.
 PortPaths AssignPorts(const std::vector<std::string>& texts,
                       const std::vector<PortSpec>& ports,
                       const std::string& flag);
 
-// The inputs that a text NAME=FILE after --in-list stands for.
+// The inputs that NAME=FILE after --in-list stands for.
 struct InList {
   std::filesystem::path file;
   std::vector<std::string> inputs;  // NAME=PATH for each line of the file, in order
 };
 
-// A command line is too short for thousands of inputs, so a file has their paths, one per line.
-// Throws UsageError when the text is not NAME=FILE or FILE is no plain file, DataError naming the
-// line when one is empty or holds a NUL, and when FILE is not there or is larger than 64 MiB.
+// Reads the inputs from a file with one path per line, because a command line is too short for
+// thousands. Throws UsageError when the text is not NAME=FILE or FILE is no plain file; DataError
+// naming the line when a line is empty or holds a NUL, and when FILE is missing or larger than 64
+// MiB.
 InList ReadInList(const std::string& text);
 
-// Throws DataError when an input does not exist, UsageError when it is no file where one is needed
-// (a FIFO, say, which a reader would wait for), or no folder.
+// Throws DataError when an input does not exist, UsageError when it is not the required file or
+// folder (a FIFO, for example, on which a reader would block).
 void CheckInputs(const PortPaths& inputs, const std::vector<PortSpec>& ports);
 
 }  // namespace nightmap

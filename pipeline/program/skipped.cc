@@ -16,7 +16,7 @@ SkippedItems::Cause SplitText(const std::string& text) {
   return {.text = text.substr(colon + 2), .first_item = text.substr(0, colon)};
 }
 
-// A cause may name another file of the frame, or what was measured: it is the same cause.
+// Texts of one cause may name different files and measured values.
 std::string WithoutNumbers(const std::string& text) {
   std::string kind;
   for (const char c : text) {

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kMaxCausesShown = 10;  // of skipped items, in a log
+constexpr std::size_t kMaxCausesShown = 10;  // of skipped items, per log
 
 std::string PortText(const char* flag, const std::string& name, const fs::path& path) {
   return fmt::format("{} {}={}", flag, name, path.string());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the body of a stage sees of the outside world: its inputs and outputs, its report, and the
-// notes of what it skips and how far it is.
+// Connects the body of a stage to its inputs and outputs, its report, its skipped items and its
+// progress.
 #pragma once
 
 #include <chrono>
@@ -24,12 +24,13 @@ struct StageSpec {
   std::string name;
   std::string summary;
   std::vector<PortSpec> inputs;
-  std::vector<PortSpec> outputs;  // `report` and `receipt` are added to every stage
+  std::vector<PortSpec> outputs;  // every stage also has `report` and `receipt`
 };
 
 class StageContext {
  public:
-  // Throws UsageError when an output is no place for a file, an input, or another output.
+  // Throws UsageError when an output is not a valid place for a file, is an input, or is another
+  // output.
   StageContext(StageSpec spec,
                PortPaths inputs,
                std::map<std::string, std::filesystem::path> outputs,
@@ -40,19 +41,19 @@ class StageContext {
   const std::filesystem::path& Input(const std::string& name) const;
   const std::vector<std::filesystem::path>& Inputs(const std::string& name) const;
   bool HasInput(const std::string& name) const;
-  // A file that the input at `named_by` names. It is in the receipt like the other inputs, under
-  // its file name. Throws DataError when it does not exist or is no file, UsageError when it is an
-  // output.
+  // Adds a file that the input at `named_by` refers to. The receipt lists it under its file name
+  // like the other inputs. Throws DataError when it does not exist or is no file, UsageError when
+  // it is an output.
   void AddInput(const std::filesystem::path& path, const std::filesystem::path& named_by);
 
-  // Temporary path to write; renamed to the final one after the body returned.
+  // Returns the temporary path to write; it is renamed to the final one after the body returned.
   std::filesystem::path Output(const std::string& name);
-  // For outputs whose number the stage decides: a file beside output `name`. Kept (time too) when
-  // its bytes did not change. Throws UsageError when another file of the run has that path, or
-  // something that is no plain file.
+  // Adds a file beside output `name`, for outputs whose number the stage decides. Keeps the
+  // existing file (time too) if its bytes did not change. Throws UsageError when another file of
+  // the run has that path, or the path holds something other than a plain file.
   std::filesystem::path OutputBeside(const std::string& name, const std::string& file_name);
   bool HasOutput(const std::string& name) const;
-  // Writes the text that make() gives to an output, when the run has that output.
+  // Writes the text that make() returns to an output, if the run has that output.
   template <typename Make>
   void WriteIfWanted(const std::string& name, const Make& make) {
     if (HasOutput(name)) WriteFile(Output(name), make());
@@ -60,27 +61,26 @@ class StageContext {
   std::filesystem::path FinalPath(const std::string& name) const;
 
   int NumThreads() const { return num_threads_; }
-  // The effective config as TOML, to be carried by the artifacts.
+  // The effective config as TOML, which artifacts carry.
   const std::string& ConfigToml() const { return config_toml_; }
   Progress& GetProgress() { return progress_; }
 
-  // Deterministic quality figures: counts and numbers with units as suffixes; goes to report.json.
+  // Deterministic quality figures for report.json: counts and numbers with units as suffixes.
   nlohmann::json& Report() { return report_; }
 
-  // Notes a skipped item, "item: cause". It is listed in the report and counted there as
-  // num_skipped. The log has the first of each cause at once, and how many there were at the end;
-  // each at level debug. CheckSkipped throws DataError when more than max_failed_ratio of the items
-  // were skipped.
+  // Notes a skipped item, "item: cause". The report lists it and counts it in num_skipped. The log
+  // shows the first item of each cause at once, the number of each cause at the end, and every item
+  // at level debug. CheckSkipped throws DataError when more than max_failed_ratio of the items were
+  // skipped.
   void Skip(const std::string& text);
   void CheckSkipped(std::size_t num_items, double max_failed_ratio) const;
 
-  // Names the part of the work that starts now, or goes on; wall time per part goes to
-  // receipt.json.
+  // Names the part of the work that starts or resumes now; receipt.json has the wall time per part.
   void BeginPart(const std::string& name);
 
  private:
   friend class StageRun;
-  void SumUpSkipped() const;  // logs what the log has not said yet
+  void SumUpSkipped() const;  // logs the counts that are not logged yet
 
   StageSpec spec_;
   PortPaths inputs_;

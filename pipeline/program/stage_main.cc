@@ -25,7 +25,7 @@ using nlohmann::json;
 
 struct CommandLine {
   fs::path config;
-  std::vector<std::string> inputs;    // NAME=PATH, at last also those of the lists
+  std::vector<std::string> inputs;    // NAME=PATH, finally including those of the lists
   std::vector<std::string> in_lists;  // NAME=FILE
   std::vector<std::string> outputs;   // NAME=PATH
   std::vector<fs::path> in_list_files;
@@ -52,7 +52,7 @@ void DefineCommandLine(CLI::App& app, CommandLine* line) {
   app.add_option("--in-list", line->in_lists, "NAME=FILE: --in NAME=PATH for each line of FILE")
       ->take_all();
   app.add_option("--out", line->outputs, "NAME=PATH of an output")->take_all();
-  app.add_option("--threads", line->num_threads, "0: one a core; never changes a result")
+  app.add_option("--threads", line->num_threads, "0: one per core; never changes a result")
       ->check(CLI::Range(0, 1024));
   app.add_option("--log-level", line->log_level, "debug, info, warn, err or off")
       ->check(CLI::IsMember({"debug", "info", "warn", "err", "off"}));
@@ -86,7 +86,7 @@ rusage Usage() {
 
 std::int64_t PeakMemory_bytes() { return static_cast<std::int64_t>(Usage().ru_maxrss) * 1024; }
 
-// Of all threads.
+// CPU time of all threads.
 double CpuTime_s() {
   const rusage usage = Usage();
   const auto seconds = [](const timeval& time) {
@@ -95,7 +95,7 @@ double CpuTime_s() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-// A name in another encoding than UTF-8 must not cost the run its report.
+// Replaces names that are not UTF-8, because they must not cost the run its report.
 std::string Dump(const json& value) {
   return value.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
@@ -228,7 +228,7 @@ std::string OutOfMemoryText(const CommandLine& line) {
       num_named < line.inputs.size() ? ", ..." : "");
 }
 
-// Work that needs no inputs; true when it was all that was asked.
+// Handles options that need no inputs; true when nothing else was asked for.
 bool HandleQueries(const StageSpec& spec, const CommandLine& line, const OptionList& options) {
   if (line.version) {
     std::cout << spec.name << " (nightmap) " << NIGHTMAP_VERSION << '\n';

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kMaxLine_bytes = 1 << 20;
 constexpr unsigned kPiece_bytes = 1 << 16;
 
-// zlib reads a file that is not gzipped as it is.
+// zlib passes a file through that is not gzipped.
 class LogReader {
  public:
   explicit LogReader(const std::filesystem::path& path) : path_(path) {
@@ -28,7 +28,7 @@ class LogReader {
     if (!file_) throw DataError("{}: cannot be opened: correct its permissions", path.string());
   }
 
-  // The next bytes; none at the end.
+  // The next bytes; empty at the end.
   std::string_view Next() {
     const int count = gzread(file_.get(), piece_.data(), kPiece_bytes);
     int error = Z_OK;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines of a sensor's log, which may be large and gzipped.
+// Reads the lines of a sensor log, which may be large and gzipped.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@
 
 namespace nightmap {
 
-// Calls visit(line number from 1, line without its end) for each line, reading a piece at a time.
-// Throws DataError naming the file when it is missing, no plain file, its gzip data are damaged or
-// cut off, or a line is longer than a megabyte.
+// Calls visit(line number from 1, line without its end) for each line, and reads the file in
+// pieces. Throws DataError naming the file when it is missing or no plain file, when its gzip data
+// are damaged or truncated, or when a line is longer than a megabyte.
 void VisitLogLines(const std::filesystem::path& path,
                    const std::function<void(int, std::string_view)>& visit);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One line of a log to one sample, for read_signals.h.
+// Parses one line of a log into one sample, for read_signals.h.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kMaxAcceleration_m_per_s2 = 1e5;
 constexpr double kMaxDistance_m = 1e7;   // of odometry from its start
-constexpr double kMaxHeading_rad = 1e6;  // odometry may count turns
+constexpr double kMaxHeading_rad = 1e6;  // large, because odometry may count turns
 constexpr double kMaxTicks = 1e12;
 constexpr double kMaxRange_m = 1e4;
 constexpr std::size_t kMaxBeams = 100'000;
@@ -65,7 +65,7 @@ std::vector<float> ParseRanges(const Words& words, std::size_t first, std::size_
   return ranges_m;
 }
 
-// Angles of the site config.
+// A scan with the angles of the site config.
 SignalSample ScanOf(const SensorConfig& sensor, std::vector<float> ranges_m) {
   const double step_deg = sensor.angle_step_deg != 0 ? sensor.angle_step_deg
                                                      : 180.0 / static_cast<double>(ranges_m.size());
@@ -74,7 +74,8 @@ SignalSample ScanOf(const SensorConfig& sensor, std::vector<float> ranges_m) {
           std::move(ranges_m)};
 }
 
-// The word that says how many follow it; throws when the line has not so many and `after` more.
+// Reads the word that counts the words after it; throws when the line has fewer than these and
+// `after` more.
 std::size_t CountAt(const Words& words, std::size_t at, std::size_t after) {
   if (at >= words.size()) throw DataError("{} words: the line is cut off", words.size());
   const auto count = ParseInteger(words[at]);

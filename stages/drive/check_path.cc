@@ -6,7 +6,7 @@
 namespace nightmap {
 namespace {
 
-constexpr double kRounding_m = 2e-6;  // of a file's points
+constexpr double kRounding_m = 2e-6;  // of a path file's points
 
 bool IsOnGrid(const OccupancyGrid& grid, const Eigen::Vector2d& point_in_map) {
   const Eigen::Array2d point = grid.ToCells(point_in_map).array();
@@ -39,7 +39,7 @@ void CheckOnGrid(const PlannedPath& path, const OccupancyGrid& grid) {
   std::size_t line = 2;  // after the header
   for (std::size_t leg_idx = 0; leg_idx < path.legs_in_map.size(); ++leg_idx) {
     const auto& leg = path.legs_in_map[leg_idx];
-    // A later leg begins with the last point of the one before it, which the file has once.
+    // A later leg begins with the last point of the previous one, which the file has only once.
     for (std::size_t i = leg_idx == 0 ? 0 : 1; i < leg.size(); ++i, ++line) {
       if (!IsOnGrid(grid, leg[i])) Fail(path, grid, leg[i], line);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a path lies on the grid that it is to be driven on.
+// Checks that a path lies on the grid on which it is to be driven.
 #pragma once
 
 #include "pipeline/io/grid_io.h"
@@ -7,8 +7,8 @@
 
 namespace nightmap {
 
-// Throws DataError naming the path's file, line and place, and the grid's extent, at the first
-// point that is not in a cell of the grid.
+// Throws DataError at the first point outside the grid's cells. The message names the path's file,
+// the line, the place, and the grid's extent.
 void CheckOnGrid(const PlannedPath& path, const OccupancyGrid& grid);
 
 }  // namespace nightmap

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kPointSpacing_m = 0.02;
 constexpr double kGradientStep_m = 1e-3;
-constexpr double kEndSlope = 0.3;  // sideways for each metre from an end
+constexpr double kEndSlope = 0.3;  // largest sideways move per metre from an end
 constexpr int kNumPasses = 10;
 
 Eigen::Vector2d Gradient(const ClearanceMap& map, const Eigen::Vector2d& point) {

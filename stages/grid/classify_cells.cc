@@ -12,20 +12,20 @@ namespace nightmap {
 namespace {
 
 constexpr double kTolerance_m = 1e-9;
-constexpr double kArmsReach_m = 0.6;      // from a camera to who carries it
-constexpr double kMinUnseenDrop_m = 0.3;  // free space below the ground that proves one
+constexpr double kArmsReach_m = 0.6;      // from a camera to the person who carries it
+constexpr double kMinUnseenDrop_m = 0.3;  // depth of free space below the ground that proves a drop
 
-// What a column holds, in smallest voxels.
+// Content of a column, in smallest voxels.
 struct Contents {
   int num_occupied = 0;  // in the obstacle band
-  int num_free = 0;      // from the ground to the robot's height, as are the next two
+  int num_free = 0;      // from the ground to the robot's height, like the next two
   int lowest_free = std::numeric_limits<int>::max();
   int highest_free = std::numeric_limits<int>::min();
-  // From a step above ground that was not seen to the lowest free one; none around a camera.
+  // Voxels from a step above unseen ground to the lowest free one; 0 around a camera.
   int num_hidden = 0;
   bool has_ground = false;
-  int drop = 0;             // how much deeper than a step free space goes on from there
-  bool has_bottom = false;  // whether it ends on something seen
+  int drop = 0;             // depth of the free space below a step
+  bool has_bottom = false;  // whether that free space ends on something seen
 
   // Voxels between free ones that no ray reached or crossed.
   int NumUnseen() const {
@@ -101,7 +101,7 @@ class FloorClassifier {
     return contents;
   }
 
-  // Follows free space downwards, over unseen parts that are short.
+  // Follows free space downwards across short unseen parts.
   void FindDrop(std::size_t cell, int step_bottom, Contents& contents) const {
     const int max_gap = static_cast<int>(options_.max_unseen_m / resolution_m_ + kTolerance_m);
     int bottom = contents.lowest_free;
@@ -118,7 +118,7 @@ class FloorClassifier {
     contents.drop = std::max(0, step_bottom - bottom);
   }
 
-  // A little free space that ends unseen may be above the ground of a ramp that was not seen.
+  // A little free space that ends unseen may lie above the unseen ground of a ramp.
   bool IsDrop(const Contents& contents) const {
     if (contents.drop == 0) return false;
     return contents.has_bottom || resolution_m_ * contents.drop >= kMinUnseenDrop_m - kTolerance_m;
@@ -137,7 +137,7 @@ class FloorClassifier {
     return is_occupied ? kOccupiedCell : SeenState(contents);
   }
 
-  // How many of the eight cells around are in a state.
+  // Counts the cells in a state among the eight around.
   int CountAround(std::size_t cell, CellValue state) const {
     const OccupancyGrid& grid = result_.grid;
     const int x = static_cast<int>(cell) % grid.width;
@@ -150,7 +150,7 @@ class FloorClassifier {
     return count;
   }
 
-  // A lone cell is a speck only when its column is low too: a thin pole stays an obstacle.
+  // A lone cell is a speck only if its column is low too, so that a thin pole stays an obstacle.
   void RemoveSpecks() {
     std::vector<std::size_t> specks;
     for (std::size_t cell = 0; cell < result_.grid.cells.size(); ++cell) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cells of one floor, from what the columns hold over its ground. RunGrid has the rules.
+// Classifies the cells of one floor from the columns above its ground. RunGrid states the rules.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +10,8 @@
 
 namespace nightmap {
 
-// The whole area of the columns, not cropped, with all counts but those of cells. `ground_m` as of
-// FindGround.
+// Returns the whole area of the columns, not cropped, with all counts except those of cells.
+// `ground_m` comes from FindGround.
 FloorGrid ClassifyFloor(const GridOptions& options,
                         const Columns& columns,
                         const std::vector<double>& ground_m,

@@ -9,7 +9,7 @@
 namespace nightmap {
 namespace {
 
-// From each cell to the nearest one that `is_target` accepts.
+// Distance from each cell to the nearest one that `is_target` accepts.
 template <typename IsTarget>
 std::vector<float> DistanceTo_m(const OccupancyGrid& grid,
                                 bool is_outside_target,

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kNearby_m = 1.0;
 
-// The free cell nearest to a cell, the first of equals.
+// The free cell nearest to a cell; ties: the first.
 std::optional<Eigen::Vector2i> NearestFree(const OccupancyGrid& grid, const Eigen::Vector2i& cell) {
   const int reach = static_cast<int>(std::lround(kNearby_m / grid.resolution_m));
   std::optional<Eigen::Vector2i> nearest;
@@ -27,7 +27,7 @@ std::optional<Eigen::Vector2i> NearestFree(const OccupancyGrid& grid, const Eige
   return nearest;
 }
 
-// Cells of the grid over which a camera was, no higher than that.
+// Cells of the grid under a camera that is at most `max_camera_height_m` above the ground.
 std::vector<Eigen::Vector2i> CellsUnderCameras(const std::vector<Eigen::Vector3d>& cameras_in_map,
                                                const std::vector<double>& ground_m,
                                                double max_camera_height_m,

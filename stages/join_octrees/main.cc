@@ -7,7 +7,7 @@ int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{
       "join_octrees",
-      "joins the octrees of all tiles to one of the building",
+      "joins the octrees of all tiles into one of the building",
       {{"tile", "tile_X_Y.json of the tiles stage", Arity::kMany},
        {"tile_ot", "tile_X_Y.ot of the same tiles, in order", Arity::kMany},
        {"tile_report", "report_X_Y.json of the same octrees, in order", Arity::kMany}},

@@ -12,7 +12,7 @@
 int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{"landmarks",
-                       "joins features to 3-D landmarks with descriptors, words and visibility",
+                       "joins features into 3-D landmarks with descriptors, words and visibility",
                        {{"frames", "shards of the frames stage, in order", Arity::kMany},
                         {"cameras", "cameras.json of the pose_graph stage"},
                         {"features", "shards of the features stage, in order", Arity::kMany},

@@ -8,10 +8,10 @@ int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{
       "octree",
-      "marks the space of a tile occupied, free or unknown",
+      "marks the space of a tile as occupied, free or unknown",
       {{"tile", "tile_X_Y.json of the tiles stage"},
        {"cameras", "cameras.json of the tiles stage"},
-       FolderPort("data", "folder the frames' paths are relative to"),
+       FolderPort("data", "folder to which the frames' paths are relative"),
        {"cloud", "tile_X_Y.ply of the tile and its neighbours", Arity::kAnyNumber}},
       {{"tile_ot", "tile_X_Y.ot: the part of the octree in one tile"}}};
   return StageMain(argc, argv, spec, OctreeOptions{}, MapOctreeTile);

@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kBucketShift = 23;  // a sixteenth of a straight step between cells of unit cost
 
-// The cost G of a cell counts down from here, so that zero, what untouched memory is, means that
-// the cell was not reached.
+// The cost G of a cell counts down from here, so that zero, the value of untouched memory, means
+// not reached.
 constexpr std::int64_t kUnreached = std::numeric_limits<std::int64_t>::max();
 
 struct Open {
@@ -24,9 +24,9 @@ struct Open {
   int x = 0, y = 0;  // with the rim
 };
 
-// Cells that leave the queue early may be expanded again: within a bucket the order is not that of
-// F. The path is the cheapest all the same, since the search ends only when nothing is left that
-// could be cheaper.
+// Cells that leave the queue early may be expanded again, because the order within a bucket is not
+// that of F. The path is still the cheapest, since the search ends only when no remaining entry can
+// be cheaper.
 class AStar {
  public:
   AStar(const CostMap& map, const Eigen::Vector2i& start, const Eigen::Vector2i& goal)
@@ -59,7 +59,7 @@ class AStar {
   }
 
  private:
-  // F rises by at most twice the dearest step.
+  // F rises by at most twice the most expensive step.
   static std::int64_t MaxRise(const CostMap& map) {
     const std::int64_t max_cost = *std::max_element(map.costs.begin(), map.costs.end());
     return 4 * SearchCost::kDiagonal * max_cost;
@@ -104,7 +104,7 @@ class AStar {
     if (left && down && cell[-1 - stride_] != 0) step(-1, -1, SearchCost::kDiagonal);
   }
 
-  // Back from the goal over cells whose G and step add up; the first in order where several do.
+  // Traces back from the goal over cells whose G and step add up; ties: the first in order.
   void Trace(const CostMap& map, std::vector<Eigen::Vector2i>& cells) const {
     std::size_t at = goal_;
     cells.push_back(map.Cell(at));

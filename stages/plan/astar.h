@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cheapest path on the cost map from cell to neighbouring cell: A* (Hart, Nilsson and Raphael, A
+// Cheapest path on the cost map from cell to neighbouring cell by A* (Hart, Nilsson and Raphael, A
 // formal basis for the heuristic determination of minimum cost paths, 1968).
 #pragma once
 
@@ -12,11 +12,11 @@
 
 namespace nightmap {
 
-// A step costs its length times the mean cost of its two cells, in whole numbers so that a path and
-// its reverse cost exactly the same.
+// A step costs its length times the mean cost of its two cells. Costs are integers so that a path
+// and its reverse cost exactly the same.
 struct SearchCost {
   static constexpr std::int64_t kStraight = 65536;  // length of one cell
-  static constexpr std::int64_t kDiagonal = 92682;  // sqrt(2) of it
+  static constexpr std::int64_t kDiagonal = 92682;  // sqrt(2) * kStraight
 
   // Cost of one metre (or one cell) in free space far from obstacles is 1.
   static double InCells(std::int64_t cost) {
@@ -28,7 +28,7 @@ struct SearchCost {
 
 struct SearchResult {
   bool found = false;
-  // Start to goal, both included: each cell of A*, the turning points of FindAnyAnglePath.
+  // From start to goal, both included: each cell of A*, or the turning points of FindAnyAnglePath.
   std::vector<Eigen::Vector2i> cells;
   double cost_cells = 0;         // length in cells, weighted by the map's costs
   std::size_t num_expanded = 0;  // a cell that is expanded again counts again

@@ -12,11 +12,11 @@
 namespace nightmap {
 namespace {
 
-constexpr double kGap_cells = 4;    // between points of the band, at most
+constexpr double kGap_cells = 4;    // largest distance between points of the band
 constexpr double kMinGain = 1e-4;   // of a move, in cells
-constexpr double kFirstStep = 2;    // how far a point is moved at first, in cells,
-constexpr double kLastStep = 0.25;  // and at last
-constexpr std::size_t kReach = 8;   // how many points to either side are moved along at first
+constexpr double kFirstStep = 2;    // first move of a point, in cells,
+constexpr double kLastStep = 0.25;  // and its last
+constexpr std::size_t kReach = 8;   // number of points on either side that move along at first
 
 class ElasticBand {
  public:
@@ -37,8 +37,8 @@ class ElasticBand {
   const std::vector<Eigen::Vector2d>& Points() const { return points_; }
 
  private:
-  // Moves the point `reach` after `first` to one side as long as that makes the path cheaper, or
-  // else to the other.
+  // Moves the point `reach` after `first` to one side while the path gets cheaper, otherwise to the
+  // other side.
   void Improve(std::size_t first, std::size_t reach, double step) {
     const Eigen::Vector2d along = points_[first + 2 * reach] - points_[first];
     if (along.norm() < 1e-9) return;
@@ -47,7 +47,7 @@ class ElasticBand {
     while (Move(first, reach, sign * side)) continue;
   }
 
-  // Whether it was moved: not where it would touch a cell that is not free, or gain too little.
+  // Returns whether it moved. Refuses moves that touch a cell that is not free or gain too little.
   bool Move(std::size_t first, std::size_t reach, const Eigen::Vector2d& offset) {
     const std::size_t num_lines = 2 * reach;
     double left = -kMinGain;

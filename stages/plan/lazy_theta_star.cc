@@ -16,12 +16,12 @@ namespace {
 constexpr double kKeysPerCell = 64;
 constexpr int kKeyBits = 3;  // an eighth of a cell
 constexpr std::int64_t kMaxRise = 1 << 16;
-// Longer lines take longer to check; they are put together when the path is pulled tight.
+// Longer lines take longer to check, and pulling the path tight joins them anyway.
 constexpr int kMaxLine_cells = 48;
 
 // Cost in cells of the straight line between the centres of two free cells: its length weighted by
 // the cells it touches. Infinite when one of them, or one beside a crossed corner, is not free, or
-// as soon as it is above `max_cost`. As SegmentCost, without a branch for either axis.
+// once it exceeds `max_cost`. Equals SegmentCost, without branches on the axis.
 double LineCost(const CostMap& map,
                 const Eigen::Vector2i& from,
                 const Eigen::Vector2i& to,
@@ -106,8 +106,8 @@ class LazyThetaStar {
     queue_.Push(static_cast<std::int64_t>(f * kKeysPerCell), cell);
   }
 
-  // The lazy part: a cell was reached from the one beside it; now that it is its turn, it is joined
-  // straight to that one's parent if that is no dearer.
+  // The lazy part of Lazy Theta*: a cell was reached from an adjacent one. When it is expanded, it
+  // is joined by a straight line to that cell's parent if that costs no more.
   void StraightenTo(const Eigen::Vector2i& cell, State& state) {
     const std::size_t grandparent = states_[state.parent].parent;
     if (grandparent == state.parent) return;
@@ -120,16 +120,16 @@ class LazyThetaStar {
     state.parent = static_cast<std::uint32_t>(grandparent);
   }
 
-  // How far a cell is from the border.
+  // Distance of a cell from the border.
   int ToBorder(const Eigen::Vector2i& cell) const {
     const Eigen::Vector2i last(map_.width - 1, map_.height - 1);
     return cell.cwiseMin(last - cell).minCoeff();
   }
   static bool IsEven(const Eigen::Vector2i& cell) { return ((cell.x() | cell.y()) & 1) == 0; }
 
-  // Cells in the open are searched by twos: only those with two even coordinates are vertices. Near
-  // obstacles, and at the border, all are: no passage is missed. What was reached before is one,
-  // except the start.
+  // In open space only cells with two even coordinates are vertices. Near obstacles and at the
+  // border all cells are, so that no passage is missed. Every reached cell except the start is a
+  // vertex.
   bool IsVertex(const Eigen::Vector2i& cell) const {
     return IsEven(cell) || states_[order_.Index(cell)].g_plus_1 > 1 || cell == goal_ ||
            ToBorder(cell) == 0 || map_.distances.Squared(cell, open_squared_) < open_squared_;
@@ -156,8 +156,8 @@ class LazyThetaStar {
     }
   }
 
-  // Cost in cells of a step to one of the eight cells around a free one; -1 when it is not free or
-  // cuts a corner.
+  // Cost in cells of a step to one of the eight neighbours of a free cell; -1 when that is not free
+  // or the step cuts a corner.
   double StepCost(const Eigen::Vector2i& cell, const Eigen::Vector2i& step) const {
     const std::uint16_t* cost = map_.costs.data() + map_.Index(cell);
     const std::ptrdiff_t up = step.y() * std::ptrdiff_t{map_.Stride()};
@@ -182,9 +182,9 @@ class LazyThetaStar {
   const CostMap& map_;
   const BlockField& field_;
   Eigen::Vector2i goal_;
-  // From this squared distance on all eight cells around a cell are free,
+  // From this squared distance on, all eight neighbours of a cell are free,
   std::int32_t open_squared_;
-  std::int32_t wide_squared_;  // and from this on all cells around these
+  std::int32_t wide_squared_;  // and from this one on, so are their neighbours
   SquareOrder order_;
   CellArray<State> states_;
   BucketQueue<Eigen::Vector2i> queue_;

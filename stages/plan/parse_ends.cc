@@ -14,8 +14,8 @@ namespace nightmap {
 namespace {
 
 constexpr std::string_view kPicturePrefix = "picture:";
-constexpr double kMaxBelowFloor_m = 0.1;  // floors' heights are read and typed rounded
-constexpr double kMaxAboveFloor_m = 2.5;  // as the grid stage says of cameras
+constexpr double kMaxBelowFloor_m = 0.1;  // tolerance for rounded heights of floors
+constexpr double kMaxAboveFloor_m = 2.5;  // the grid stage's limit for cameras
 
 std::string Trim(const std::string& text) {
   const std::size_t first = text.find_first_not_of(' ');
@@ -40,7 +40,7 @@ EndpointRequest AtCamera(const std::string& role,
   return {role, text, camera_in_map.head<2>(), camera_in_map.z(), true};
 }
 
-// Two or three numbers, else none.
+// Parses two or three numbers; otherwise returns none.
 std::vector<double> ParseNumbers(const std::string& text) {
   std::vector<double> numbers;
   for (std::size_t begin = 0; begin <= text.size();) {

@@ -32,7 +32,7 @@ std::vector<const QueryResult*> Select(const std::vector<QueryResult>& queries,
   return selected;
 }
 
-// What of a path is the same from whatever folder it is given: all after the leading `..`.
+// The part of a path that does not depend on the current folder: all after the leading `..`.
 std::string Tail(const std::string& name) {
   Path tail;
   for (const Path& part : Path(name).lexically_normal().relative_path()) {

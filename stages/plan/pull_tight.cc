@@ -11,7 +11,7 @@ namespace nightmap {
 namespace {
 
 constexpr double kCostTolerance = 1e-6;  // cells
-// How many points in a row may fail before the search for a longer shortcut ends.
+// Number of successive points that may fail before the search for a longer shortcut ends.
 constexpr int kMaxFailures = 32;
 
 }  // namespace

@@ -9,17 +9,17 @@
 
 namespace nightmap {
 
-// Replaces stretches of a free path by straight segments wherever they are free and not dearer.
-// Points are in cells, the centre of cell (x, y) at (x + 0.5, y + 0.5). Keeps the first and the
+// Replaces stretches of a free path by straight segments wherever these are free and cost no more.
+// Points are in cells; the centre of cell (x, y) is at (x + 0.5, y + 0.5). Keeps the first and the
 // last point.
 std::vector<Eigen::Vector2d> Shorten(const CostMap& map, const std::vector<Eigen::Vector2d>& path);
 
-// Its points, and between them as many that no two are farther than `gap_cells` apart.
+// The path's points, with points added so that no neighbours are more than `gap_cells` apart.
 std::vector<Eigen::Vector2d> Resample(const std::vector<Eigen::Vector2d>& path,
                                       double gap_cells = 1);
 
-// Shortens and relaxes a path (see Relax), and straightens what that left bent for nothing. Points
-// are at most one cell apart.
+// Shortens and relaxes a path (see Relax), then straightens bends that save no cost. Points are at
+// most one cell apart.
 std::vector<Eigen::Vector2d> Tighten(const CostMap& map, const std::vector<Eigen::Vector2d>& path);
 
 }  // namespace nightmap

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kVoxelsPerRun = 64;
 
-// Voxels that follow one another, and a ball around them.
+// Successive voxels and a ball around them.
 struct Run {
   std::size_t begin = 0;
   std::size_t end = 0;
@@ -51,7 +51,7 @@ std::vector<std::optional<DepthView>> LoadViews(const KeyframeSource& source,
   ParallelFor(keyframes.size(), num_threads, [&](std::size_t i) {
     const Keyframe& keyframe = keyframes[i];
     const auto camera = static_cast<std::size_t>(keyframe.frame.camera_idx);
-    std::ignore = FrameFailure(keyframe.frame.depth.path, [&] {  // reported where it was fused
+    std::ignore = FrameFailure(keyframe.frame.depth.path, [&] {  // FuseDepth reports the failure
       views[i].emplace(
           source.cameras[camera], keyframe.map_from_camera, source.load_depth(keyframe));
     });

@@ -10,7 +10,7 @@
 namespace nightmap {
 namespace {
 
-// A plane's neighbourhood spreads in two directions; above this share of variance along the normal
+// A plane's neighbourhood spreads in two directions. Above this share of variance along the normal
 // it is an edge or a corner, which projection would round off.
 constexpr double kMaxFlatVariation = 0.1;
 constexpr std::size_t kMinNeighbors = 5;

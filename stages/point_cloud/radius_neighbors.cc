@@ -10,7 +10,7 @@
 namespace nightmap {
 namespace {
 
-// The points above one another: those of voxels that share x and y.
+// Points above one another, in voxels that share x and y.
 struct Column {
   int x = 0;
   int y = 0;
@@ -30,7 +30,8 @@ std::vector<Column> MakeColumns(const std::vector<std::uint64_t>& voxels) {
   return columns;
 }
 
-// A column near the one at hand, of which the points in [begin, end) may be near the point at hand.
+// A nearby column, and the range [begin, end) of its points that may be neighbours of the current
+// point.
 struct Window {
   std::size_t begin = 0;
   std::size_t end = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Neighbours within a radius, for points of which no two share a voxel.
+// Neighbours within a radius, for points in distinct voxels.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,10 +15,10 @@ struct Neighbor {
   double squared_distance_m2 = 0;
 };
 
-// Calls body(i, neighbors) for each point, itself among its neighbours, which come by voxel: by x,
-// then y, then z. So what is summed over them does not depend on what else is in the cloud, to the
-// last bit, as it would in the order a kd-tree finds them. `voxels` are the points' packed keys, in
-// increasing order. `body` runs on several threads; `neighbors` is good until it returns.
+// Calls body(i, neighbors) for each point, which is among its own neighbours. Neighbours come in
+// order of their voxels: by x, then y, then z. So a sum over them does not depend, to the last bit,
+// on the rest of the cloud; in the order of a kd-tree it would. `voxels` are the points' packed
+// keys, ascending. `body` runs on several threads; `neighbors` is valid until it returns.
 void ForEachNeighborhood(
     const std::vector<std::uint64_t>& voxels,
     const std::vector<Eigen::Vector3d>& points,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts and quality figures of a cloud, for the morning.
+// Counts and quality figures of a cloud for the report.
 #pragma once
 
 #include "pipeline/program/stage_main.h"
@@ -7,7 +7,7 @@
 
 namespace nightmap {
 
-// Of one tile. Figures of what was not measured are left out.
+// Reports one tile. Leaves out figures that were not measured.
 void ReportTile(const PointCloudResult& result, StageContext& context);
 
 }  // namespace nightmap

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Refuses artifacts that do not fit together before the graph is built on them.
+// Refuses inconsistent artifacts before the graph is built from them.
 #pragma once
 
 #include "stages/pose_graph/pose_graph.h"
