@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""describe_pipeline: the declared pipeline as a Markdown table; with --write, into ARCHITECTURE.md between its markers.
+"""describe_pipeline: prints the declared pipeline as a Markdown table; --write puts it into ARCHITECTURE.md.
 
 A test compares the page with the declaration, configs/pipeline.toml.
 Exit codes: 0 done; 1 the page has no markers; 2 wrong command line.
@@ -18,7 +18,7 @@ BEGIN, END = "<!-- pipeline:begin -->", "<!-- pipeline:end -->"
 
 
 def filled_by(reference):
-    """What fills a port, in few words."""
+    """Describes the source of a port in a few words."""
     if reference.source:
         return f"*{reference.source}*"
     about = {"near": " of the tile and its neighbours", "previous and this": " of the shard and the one before"}

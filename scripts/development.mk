@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-# For those who change nightmap: the build of the programs, tests, benchmarks, format and lint. The Makefile includes it.
+# Commands for developers: build, tests, benchmarks, format and lint. The Makefile includes this file.
 
 .PHONY: FORCE build test test-nightly test-sanitize bench figures format format-check lint
 RUN := $(BUILD)/run
 
 # ---- programs -----------------------------------------------------------------------------------
-# Ninja links in place; stages run copies that keep their time while their bytes are the same, so
-# that a comment in a source reruns no stage. (No -g in a Release build for the same reason.) The lock is for
-# two sites that are made at the same time.
+# Ninja links in place. Stages run copies, which keep their modification time while their bytes stay the
+# same, so a changed comment reruns no stage. (A Release build has no -g for the same reason.) The lock
+# protects the build when two sites are made at the same time.
 PROGRAMS := $(patsubst stages/%/main.cc,%,$(wildcard stages/*/main.cc))
 SOURCES := CMakeLists.txt $(wildcard cmake/*.cmake pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc)
 missing = $(if $(wildcard $(1)),,FORCE)
@@ -19,22 +19,22 @@ $(BUILD)/programs.mk: $(SOURCES) $(foreach p,$(PROGRAMS),$(call missing,$(RUN)/$
 	for p in $(PROGRAMS); do \
 	  cmp -s $(BUILD)/bin/$$p $(RUN)/$$p || { cp $(BUILD)/bin/$$p $(RUN)/$$p.new; mv $(RUN)/$$p.new $(RUN)/$$p; }; \
 	done; mv $@.new $@
-build: $(BUILD)/programs.mk ## the stage programs (map and the others build them when needed)
+build: $(BUILD)/programs.mk ## build the stage programs (map and the other commands do so when needed)
 	$(if $(findstring q,$(firstword -$(MAKEFLAGS))),,@echo "programs: $(RUN)")
 
-test: ## unit tests, end-to-end tests, and tests on real data where it is found
+test: ## unit tests, end-to-end tests, and tests on the real data that is present
 	@scripts/install_deps.sh
 	@$(MAKE) --no-print-directory build
 	ninja -j $(THREADS) -C $(BUILD)
 	@ctest --test-dir $(BUILD) -j $(THREADS) --output-on-failure
 
-# What takes too long for every day: a sweep of attacks on all programs and scripts.
+# A sweep of attacks on all programs and scripts; it takes too long for `make test`.
 test-nightly: ## 2,000 attacks with damaged, hostile and misplaced files; after `make test`
 	@$(MAKE) --no-print-directory build
 	@NIGHTMAP_BUILD=$(abspath $(BUILD)) $(PYTHON) tests/fuzz/sweep.py --runs 2000
 
-# Other compiler options, other folder. Debug asserts are on; -O1 keeps it bearable. The end-to-end and
-# real-data tests are left to `make test`.
+# Other compiler options need another folder. Debug asserts are on; -O1 keeps the tests fast enough. The
+# end-to-end and real-data tests run only in `make test`.
 test-sanitize: ## unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	cmake -S . -B $(BUILD)-sanitize -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O1 \
 	  -DNIGHTMAP_SANITIZE=ON --log-level=WARNING >/dev/null
@@ -42,7 +42,7 @@ test-sanitize: ## unit tests under AddressSanitizer and UndefinedBehaviorSanitiz
 	ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=1:suppressions=$(CURDIR)/tests/asan_suppressions.txt UBSAN_OPTIONS=print_stacktrace=1 \
 	  ctest --test-dir $(BUILD)-sanitize -j $(THREADS) --output-on-failure -E '^(e2e|scripts)/|Real'
 
-bench: ## time from raw frames to the trajectory of CASES (SITE or SITE:N, its first N frames) against a yardstick
+bench: ## time from raw frames to trajectory, relative to a yardstick, for CASES (SITE, or SITE:N: its first N frames)
 	@$(MAKE) --no-print-directory build
 	@$(PYTHON) tests/bench/bench.py $(CASES) --data $(DATA) --build $(BUILD) --threads $(THREADS)
 
@@ -57,10 +57,11 @@ format: ## rewrite the sources in the project's format
 format-check: ## fail when a source is not in the project's format
 	@clang-format --dry-run -Werror $(OURS)
 
-# One source file a folder, put together by CMake: clang-tidy reads the heavy headers once for all. Not the
-# programs' main.cc: one call each. (A name twice in one folder's files fails here, not in the build.)
+# CMake joins the sources of a folder into one file, so clang-tidy reads the heavy headers once per folder. The
+# programs' main.cc files are left out; each is one call. (Here, unlike in the build, a name that two files
+# of a folder define is an error.)
 LINTED := $(patsubst pipeline/%/,nightmap_%,$(wildcard pipeline/*/)) $(patsubst stages/%/,stage_%,$(wildcard stages/*/))
-lint: ## clang-tidy over the sources (again only where something changed), shellcheck over the scripts
+lint: ## clang-tidy on the changed sources, shellcheck on the scripts
 	@shellcheck .ci/run scripts/*.sh
 	@cmake -S . -B $(BUILD)/lint -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=0 \
 	  -DNIGHTMAP_TESTS=OFF --log-level=WARNING >/dev/null

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""readme_figures: draws docs/<site>.png from a site's artifacts: two frames, and the floor plan
-with the trajectory, its loops and a planned path.
+"""readme_figures: draws docs/<site>.png from a site's artifacts: two frames, and the floor plan with the
+trajectory, its loops and a planned path.
 
 Exit codes: 0 written; 1 missing data, or a picture above 300 KiB; 2 wrong command line.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""After a run that failed or was killed: what failed, what is out of date since, and the page that says so."""
+"""After a failed or killed run: finds the failed jobs and the stale results, and writes the report that shows them."""
 
 import json
 import os
@@ -14,17 +14,17 @@ NUM_STALE = 200
 
 
 def tell_of_failure(run, code, outcome):
-    """Says on the terminal what failed, and writes the page."""
+    """Prints the failed jobs, and writes the report."""
     failed = outcome.failed()
     for name, exit_code in failed.items():
         ended = f"exit code {exit_code}" if exit_code is not None else "did not come to its end"
         print(f"nightmap: {name}: {ended}; its log: {run.folder}/logs/{name}.log", file=sys.stderr)
     write_page(run, code)
-    print(f"nightmap: what was made, what failed and what is out of date: {run.folder}/report/index.html", file=sys.stderr)
+    print(f"nightmap: the report shows what was made, what failed and what is out of date: {run.folder}/report/index.html", file=sys.stderr)
 
 
 def status_lines(outcome):
-    """How the last run ended."""
+    """Lines that say how the last run ended."""
     if not outcome.codes and outcome.code is None:
         yield "no run is known"
     elif outcome.code is None:
@@ -36,7 +36,7 @@ def status_lines(outcome):
 
 
 def write_page(run, code):
-    """failure.json for the report, and the report."""
+    """Writes failure.json, then the report, which reads it."""
     failure = describe(run, code)
     path = f"{run.folder}/logs/failure.json"
     with open(f"{path}.tmp", "w", encoding="utf-8") as file:
@@ -48,7 +48,7 @@ def write_page(run, code):
 
 
 def describe(run, code):
-    """What the page says of the run: goals, jobs that failed with the end of their logs, what is out of date."""
+    """Content of failure.json: goals, failed jobs with the end of their logs, stale results."""
     outcome = last_run(run.folder)
     staleness = why.Staleness(RulesFile(run.graph, Times()))
     out_of_date = list(why.lines(staleness, run.env["BUILD"]))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What make was asked for: its goals and variables, the configs that follow from them, and the check of all that before
-anything is written."""
+"""The request to make: its goals and variables, the configs that follow from them, and their check before anything is
+written."""
 
 import json
 import os
@@ -10,21 +10,21 @@ import resolve_config
 from nightmap_make import preflight
 from nightmap_make.pipeline import PipelineError, read_pipeline
 
-PREVIEW = "nq"  # flags of make that only look
+PREVIEW = "nq"  # flags of make that change nothing
 
 
 class Refused(Exception):
-    """A mistake in what was asked; nothing was run. Exit code 2."""
+    """A mistake in the request; nothing was run. Exit code 2."""
 
 
 def make_flags(makeflags):
-    """The single-letter flags that make was called with."""
+    """The single-letter flags of the call of make."""
     first = makeflags.split(" ")[0]
     return "" if first.startswith("-") or "=" in first else first
 
 
 def num_recorded_files(stamp):
-    """Of the file that resolve_config.py writes: "N files HASH"."""
+    """Reads the file that resolve_config.py writes: "N files HASH"."""
     if not stamp:
         return 0
     with open(stamp, encoding="utf-8") as file:
@@ -32,7 +32,7 @@ def num_recorded_files(stamp):
 
 
 def listed_frames(site_dir):
-    """How many frames the last run of frames listed; 0 when that is not known."""
+    """Number of frames that the last run of frames listed; 0 when unknown."""
     try:
         with open(f"{site_dir}/frames/report.json", encoding="utf-8") as file:
             return int(json.load(file)["num_frames"])
@@ -41,7 +41,7 @@ def listed_frames(site_dir):
 
 
 class Asked:
-    """call: what resolve_config.py is called with; config: folder of the resolved configs."""
+    """call: the arguments of resolve_config.py; config: folder of the resolved configs."""
 
     def __init__(self, environment, goals):
         self.env, self.goals = environment, goals
@@ -56,7 +56,7 @@ class Asked:
             raise Refused(error) from None
 
     def _check(self):
-        """Reads and checks what is asked for, and writes nothing."""
+        """Reads and checks the request; writes nothing."""
         env = self.env
         value = [f"plan.{end.lower()}={env[end]}" for end in ("START", "GOAL") if env.get(end)]
         self.call = SimpleNamespace(
@@ -77,11 +77,11 @@ class Asked:
             self._preflight(sources)
 
     def _asks_pictures_only(self):
-        """To locate a picture in the map that there is no recording is looked at."""
+        """Whether to skip the recordings: locating a picture in the existing map does not need them."""
         return bool(self.goals == ["localize"] and self.env.get("QUERY") and os.path.exists(f"{self.folder}/frames/shards.txt"))
 
     def _read_site(self):
-        """The site's own words on its profile, before anything is looked at with it."""
+        """The profile that the site's config names; the other checks depend on it."""
         self.call.profile = self.env.get("PROFILE") or "default"
         if not os.path.exists(self.call.site):
             return
@@ -106,7 +106,7 @@ class Asked:
             raise Refused(error) from None
 
     def check_disk(self, jobs, stamps):
-        """Room for the frames that are new since the last list of them, by what jobs write per frame."""
+        """Room for the frames added since the last list of frames, from the bytes that jobs write per frame."""
         num_frames = self._num_recorded(stamps) - listed_frames(self.folder)
         kilobytes = sum(job.kB_per_frame for job in jobs if job.goal in self.goals or job.goal == "map")
         try:
@@ -115,7 +115,7 @@ class Asked:
             raise Refused(error) from None
 
     def _num_recorded(self, stamps):
-        """Frames of the recordings, of which most have two files."""
+        """Estimated number of frames: most frames have two files."""
         if self.call.synthetic:
             recorded = self.configs["synthesize"].get("num_frames", 0)
         else:

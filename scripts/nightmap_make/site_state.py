@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A site as it is on the disk: where its files are, and which shards, tiles and floors its lists name."""
+"""The state of a site on disk: the places of its files, and the shards, tiles and floors that its lists name."""
 
 import os
 
@@ -17,7 +17,7 @@ READERS = (("frames", "shard", "frames/shards.txt", unit_lists.read_shards),
 
 
 class SiteState:
-    """What the rules of a site depend on besides the declaration: where its files are and which units there are."""
+    """The places of a site's files and its units; with the declaration, they determine the rules."""
 
     def __init__(self, name, folder, data, build="build", config=None):
         self.name, self.folder, self.data, self.build = name, folder, data, build
@@ -28,15 +28,15 @@ class SiteState:
         self.imports, self.stamps = {}, {}
 
     def source(self, name):
-        """Path of what fills a port and no job makes: the recordings' folder, or a part of the site's config."""
+        """Path of an input that no job makes: the recordings' folder, or a part of the site's config."""
         return self.data if name == "data" else f"{self.config}/{name}/{self.name}.toml"
 
     def has(self, condition):
         return {None: True, "synthetic": self.is_synthetic, "queries": self.has_queries}[condition]
 
     def read_lists(self, tell):
-        """Reads which shards, tiles and floors there are, as far as the lists are there. A damaged list is that of a job
-        that must run again; tell(message) says so."""
+        """Reads the lists of shards, tiles and floors that exist. The job of a damaged list must run again;
+        tell(message) says so."""
         for job, kind, path, reader in READERS:
             if not os.path.lexists(f"{self.folder}/{path}"):
                 continue

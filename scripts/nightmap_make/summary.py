@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run did, as a table for the terminal: per job its time, memory, counts and warnings."""
+"""A table of a run for the terminal: time, memory, counts and warnings per job."""
 
 import os
 import re
@@ -14,7 +14,7 @@ NUM_COUNTS = 3
 
 
 def table(graph, site_dir, outcome):
-    """Lines with the columns under each other: the jobs of which something was made, and a sum."""
+    """Lines with aligned columns: the jobs that ran, and a sum."""
     names = {rule.name: rule.job for rule in graph.rules}
     made = {}
     for name in outcome.codes:

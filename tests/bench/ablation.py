@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """ablation: locates the same queries in the same map with one option of localize changed at a time.
 
-The maps must be there (`make localize SITE=<site>`); nothing of them is made or changed. Prints a
-Markdown table of each site; with --page the tables go between `<!-- ablation:begin -->` and
-`<!-- ablation:end -->`. The median over --seeds seeds of RANSAC is printed, a query that is not
-located being a failure; times are of both cores, and only their ratios count.
+The maps must exist (`make localize SITE=<site>`); the script does not change them. Prints a Markdown
+table per site with medians over --seeds seeds of RANSAC; a query that is not located counts as a
+failure. Times sum both cores; compare only their ratios. With --page the tables go between
+`<!-- ablation:begin -->` and `<!-- ablation:end -->` of that file.
 Exit codes: 0 done; 1 a map is missing or a run failed; 2 wrong command line.
 """
 
@@ -29,12 +29,12 @@ NO_LEVER = {"prioritized": "false", "covisibility_filter": "false", "local_optim
             "refinement": "false", "readout_turn_sigma_rad": "0", "num_retrieved_keyframes": "0", "num_guided_keyframes": "0",
             "max_rival_ratio": "1.0"}  # fmt: skip
 SEARCHES = ("combined", "2d_to_3d", "3d_to_2d", "tree")
-# Name and options that differ from those of the map's config.
+# Name, and the options that differ from the map's config.
 VARIANTS = (
     ("as configured", {}),
     *((f"search {search}, {solver}", {"search": f'"{search}"', "solver": f'"{solver}"'})
       for search, solver in itertools.product(SEARCHES, ("p3p", "dlt6"))),
-    ("as published (DLT6, nothing beyond)", {"search": '"combined"', "solver": '"dlt6"'} | NO_LEVER),
+    ("as published (DLT6, no extensions)", {"search": '"combined"', "solver": '"dlt6"'} | NO_LEVER),
     ("as published, but P3P", {"search": '"combined"', "solver": '"p3p"'} | NO_LEVER),
     *((f"without {name}", {name: value}) for name, value in NO_LEVER.items()),
 )  # fmt: skip
@@ -42,18 +42,18 @@ VARIANTS = (
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("sites", nargs="+", help="sites whose map is made")
+    parser.add_argument("sites", nargs="+", help="sites that have a map")
     parser.add_argument("--maps", type=Path, required=True, help="results of make")
     parser.add_argument("--data", type=Path, required=True, help="recordings")
     parser.add_argument("--build", type=Path, required=True, help="programs")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--seeds", type=int, default=5, help="seeds of RANSAC")
-    parser.add_argument("--page", type=Path, help="page to put the tables into, as docs/figures.md")
+    parser.add_argument("--page", type=Path, help="page that receives the tables")
     return parser.parse_args()
 
 
 def with_options(config, options):
-    """The lines of a stage's config (one option a line) with some values replaced."""
+    """The lines of a stage's config (one option per line) with some values replaced."""
     lines, left = [], dict(options)
     for line in config.splitlines():
         name = line.split("=")[0].strip()
@@ -77,7 +77,7 @@ class Site:
         self.config = read_text(self.folder / "config" / "localize.toml")
 
     def run(self, options, work):
-        """Figures of the queries and seconds a query, extraction of features left out."""
+        """Figures of the queries, and seconds per query without feature extraction."""
         config = work / "localize.toml"
         config.write_text(with_options(self.config, options), encoding="utf-8")
         inputs = {"queries": "queries/queries.csv", "cameras": "queries/query_cameras.json",
@@ -120,7 +120,7 @@ def row(site, name, options, num_seeds):
 
 def table(site, rows):
     titles = ["localize", "located", "ambiguous", "wrong (worst seed)", "median (cm)", "median (deg)",
-              "2 cm, 2 deg (%)", "5 cm, 5 deg (%)", "ms a query"]  # fmt: skip
+              "2 cm, 2 deg (%)", "5 cm, 5 deg (%)", "ms per query"]  # fmt: skip
     lines = [titles, ["---"] + ["---:"] * (len(titles) - 1), *rows]
     return f"{site}:\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 

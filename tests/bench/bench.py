@@ -1,12 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""bench: times the way from raw frames to the optimized trajectory against a yardstick.
+"""bench: measures the time from raw frames to the optimized trajectory, relative to a yardstick.
 
-A case is SITE or SITE:N, its first N frames. The yardstick of a case is measured in the same run:
-decode every frame and describe 1,000 SIFT features on each, all cores busy. It is the features stage
-at that setting; of a longer recording its first 1,000 frames stand for all, for a frame costs the
-same whatever comes before. Both include every process and Make itself; programs and recordings are
-made before.
+A case is SITE, or SITE:N for its first N frames. The yardstick of a case is measured in the same run: the
+features stage decodes every frame and describes 1,000 SIFT features on it, with all cores busy. In a
+recording of more than 1,000 frames the first 1,000 represent all, since the cost per frame is constant.
+Both times include every process and Make itself; programs and recordings are made beforehand.
 Prints a Markdown table; with --page it goes between `<!-- bench:begin -->` and `<!-- bench:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
@@ -42,13 +41,13 @@ def parse_arguments():
     parser.add_argument("cases", nargs="+", type=case, help="SITE or SITE:N")
     parser.add_argument("--data", type=Path, required=True, help="recordings")
     parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench")
-    parser.add_argument("--threads", type=int, required=True, help="of each stage")
-    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
+    parser.add_argument("--threads", type=int, required=True, help="threads per stage")
+    parser.add_argument("--page", type=Path, help="page that receives the table")
     return parser.parse_args()
 
 
 class Case:
-    """One recording, in a results folder of its own."""
+    """One recording with its own results folder."""
 
     def __init__(self, name, arguments):
         self.site, _, num_frames = name.partition(":")
@@ -58,7 +57,7 @@ class Case:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def make(self, maps, settings, num_frames, *goals):
-        """Seconds that `make` takes; num_frames 0: all."""
+        """Seconds that `make` takes; num_frames 0 means all frames."""
         limit = f" frames.max_frames={num_frames}" if num_frames else ""
         command = [
             "make", "--no-print-directory", f"SITE={self.site}", f"DATA={self.arguments.data}",
@@ -72,7 +71,7 @@ class Case:
         return time.monotonic() - start_s
 
     def yardstick_s_per_frame(self):
-        """Frames are listed first, then described: the list is not part of the yardstick."""
+        """Lists the frames before the clock starts: the list is not part of the yardstick."""
         limit = min(self.num_frames or YARDSTICK_FRAMES, YARDSTICK_FRAMES)
         listed = self.folder / "yardstick" / self.site / "frames" / "shards.txt"
         self.make("yardstick", YARDSTICK, limit, str(listed))

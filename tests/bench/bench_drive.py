@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench_drive: plans between random places of a grid and drives each plan.
 
-A start and a goal are drawn among the grid's free cells, both headings from the whole circle; pairs that
-plan refuses (in an obstacle, too near to one, no way between) are drawn again. Everything is checked
-again from drive.csv: the commands within their limits, the poses what the commands give (where wheels
-slip, as nearly as six standard deviations of that allow), the footprint clear of every obstacle cell at
-every pose and between, the arrival within 5 cm and 5 degrees. Each drive has its own seed of noise.
-Prints counts and the spread of the figures. Exit codes: 0 all drives are right; 1 some are not; 2 wrong command line.
+Draws a start and a goal among the grid's free cells, with random headings; draws again when plan refuses
+the pair (in an obstacle, too near to one, no path between). Checks each drive from drive.csv alone: the
+commands stay within their limits; the poses follow from the commands (within six standard deviations of
+the wheels' slip); the footprint is clear of every obstacle cell at every pose and between; the robot
+arrives within 5 cm and 5 degrees. Each drive has its own noise seed. Prints counts and the spread of the figures.
+Exit codes: 0 all drives pass; 1 some fail; 2 wrong command line.
 """
 
 import argparse
@@ -25,19 +25,19 @@ from nightmap_eval.grid import FREE, OCCUPIED, read_grid
 from nightmap_eval.script_errors import DataError, run_main
 
 MAX_POSITION_ERROR_M, MAX_HEADING_ERROR_DEG = 0.05, 5.0
-ROUNDING = 2e-6  # of what drive.csv and path.csv print
+ROUNDING = 2e-6  # rounding of drive.csv and path.csv
 MAX_DRAWS_A_DRIVE = 100
 MAX_SIGMAS = 6
 FAILURES = {"collides": "collided", "has not arrived": "not arrived", "off the goal": "stopped off the goal"}
-NUM_BETWEEN = 4  # places checked from one pose to the next
+NUM_BETWEEN = 4  # points checked between two poses
 
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("grid", type=Path, help="map.yaml of a grid")
     parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench_drive")
-    parser.add_argument("--plan", type=Path, help="another plan program than BUILD/bin/plan")
-    parser.add_argument("--folder", type=Path, help="for results, instead of BUILD/bench_drive")
+    parser.add_argument("--plan", type=Path, help="plan program to use instead of BUILD/bin/plan")
+    parser.add_argument("--folder", type=Path, help="folder of the results instead of BUILD/bench_drive")
     parser.add_argument("--num-drives", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--set", action="append", default=[], metavar="STAGE.KEY=VALUE", help="options, as TOML")
@@ -45,7 +45,7 @@ def parse_arguments():
 
 
 def run(program, config, inputs, folder, outputs):
-    """(exit code, what it said)"""
+    """Returns (exit code, output)."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "config.toml").write_text("".join(f"{key} = {value}\n" for key, value in config.items()))
     command = [program, "--config", folder / "config.toml", "--log-level", "err", "--threads", "1"]
@@ -58,19 +58,19 @@ def run(program, config, inputs, folder, outputs):
 
 
 def wrapped(angles_rad):
-    """Into [-pi, pi)."""
+    """Wraps angles into [-pi, pi)."""
     return (np.asarray(angles_rad) + np.pi) % (2 * np.pi) - np.pi
 
 
 def on_arcs(x, y, heading, v, omega, duration_s):
-    """Poses some time after others, with a twist held in between."""
+    """Poses reached from others by holding a twist for some time."""
     turn = omega * duration_s
     chord = v * duration_s * np.sinc(turn / (2 * np.pi))
     return x + chord * np.cos(heading + turn / 2), y + chord * np.sin(heading + turn / 2), heading + turn
 
 
 class Drive:
-    """What drive.csv says, judged without the drive program."""
+    """Checks drive.csv without the code of the drive program."""
 
     def __init__(self, folder, path):
         with using(folder / "drive.csv"):
@@ -99,7 +99,7 @@ class Drive:
         return self.v.min() >= 0 and np.allclose(np.diff(self.times_s), period_s, atol=1e-9)
 
     def replays(self):
-        """The first pose and the commands give all other poses; with noise each pose the next one."""
+        """Integrates the commands from the first pose; with noise, from each pose to the next."""
         x, y, heading = self.x[0], self.y[0], self.heading[0]
         noise = MAX_SIGMAS * self.option("wheel_noise")
         for i, duration_s in enumerate(np.diff(self.times_s)):
@@ -110,14 +110,14 @@ class Drive:
             off_rad = abs(wrapped(heading - self.heading[i + 1]))
             radius_m = self.figures["robot_radius_m"]
             way_m = noise * (self.v[i] + radius_m * abs(self.omega[i])) * duration_s
-            # The start is rounded: an angle off by that turns all that follows.
+            # The start is rounded; its angle error rotates all later poses.
             rounding = ROUNDING * (2 + np.hypot(x - self.x[0], y - self.y[0]))
             if off_m > rounding + way_m or off_rad > rounding + way_m / radius_m:
                 return False
         return True
 
     def moved(self):
-        """Velocities from each pose to the next one, as if they were constant on the way; at rest at last."""
+        """Velocities from each pose to the next, taken as constant in between; the last is at rest."""
         turns = wrapped(np.diff(self.heading))
         direction = self.heading[:-1] + turns / 2
         chords = np.diff(self.x) * np.cos(direction) + np.diff(self.y) * np.sin(direction)
@@ -147,7 +147,7 @@ class Drive:
 
 
 def obstacle_centres_m(grid, unknown_is_obstacle):
-    """Centres of the obstacle cells that have a neighbour which is none; with a rim for the outside."""
+    """Centres of the obstacle cells that touch another cell; a rim of one cell stands for the outside."""
     cells = np.pad(grid.cells, 1)
     blocked = cells != FREE if unknown_is_obstacle else cells == OCCUPIED
     inner = np.pad(blocked, 1, constant_values=True)
@@ -158,7 +158,7 @@ def obstacle_centres_m(grid, unknown_is_obstacle):
 
 
 def judge(drive, obstacles_m, resolution_m, goal_heading_rad):
-    """What is wrong, one word each; nothing when all is right."""
+    """One word per failed check; empty when the drive passes."""
     drive.position_error_m, drive.heading_error_deg = drive.arrival(goal_heading_rad)
     drive.nearest_m = drive.clearance_m(obstacles_m, resolution_m)
     checks = {

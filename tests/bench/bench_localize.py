@@ -1,14 +1,14 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""bench_localize: time to locate a picture against the number of landmarks.
+"""bench_localize: time to locate a picture as a function of the number of landmarks.
 
-The map of a site is thinned to the smallest size and padded to the others with copies of real maps
-(its own and those of --donor; see tests/bench/padded_map.py), so all sizes have the same real part.
-The site's queries are located in each. The yardstick is the description of the same pictures in the
-same run. Sizes take turns; of --repeats runs the shortest time of each part counts.
+Thins the map of a site to the smallest size and pads it to the others with copies of real maps (its own
+and those of --donor; see padded_map.py), so all sizes share the same real part. Locates the site's
+queries in each. The yardstick is the time to describe the same pictures in the same run. Sizes take
+turns; the shortest of --repeats times counts for each part.
 Prints a Markdown table; with --page it goes between `<!-- bench_localize:begin -->` and
-`<!-- bench_localize:end -->`. "Moved" are queries located in both the smallest and this map, more
-than 5 cm apart.
+`<!-- bench_localize:end -->`. "Moved" counts the queries whose positions in the smallest and in this map
+differ by more than 5 cm.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
@@ -39,10 +39,10 @@ def parse_arguments():
     parser.add_argument("--data", type=Path, required=True, help="recordings")
     parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench_localize")
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, help="landmarks, of each map")
+    parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, help="number of landmarks of each map")
     parser.add_argument("--donor", type=Path, action="append", default=[], help="MAPS/SITE of another map to copy")
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
+    parser.add_argument("--page", type=Path, help="page that receives the table")
     arguments = parser.parse_args()
     if min(arguments.repeats, *arguments.sizes) < 1:
         parser.error("--repeats and --sizes must be at least 1")
@@ -55,7 +55,7 @@ def landmarks_of(site_dir):
 
 
 def make_maps(arguments, folder):
-    """landmarks.h5 and vocabulary.h5 of each size, each in a folder of its own."""
+    """Writes landmarks.h5 and vocabulary.h5 of each size into one folder per size."""
     real = padded_map.read_map(landmarks_of(arguments.site_dir))
     donors = [padded_map.read_map(landmarks_of(donor)) for donor in arguments.donor]
     vocabulary = arguments.site_dir / "vocabulary" / "vocabulary.h5"
@@ -75,7 +75,7 @@ def make_maps(arguments, folder):
 
 
 class Run:
-    """One run of localize: seconds of its parts, and the positions of the located queries."""
+    """One run of localize: seconds per part, and positions of the located queries."""
 
     def __init__(self, folder):
         receipt = read_object(folder / "receipt.json", RECEIPT)
@@ -123,19 +123,19 @@ def localize(arguments, folder):
 
 
 def shortest(runs):
-    """Milliseconds a query, of each part."""
+    """Milliseconds per query of each part."""
     return {name: min(1e3 * run.parts_s[name] / run.num_queries for run in runs) for name in ("extract", "locate")}
 
 
 def make_table(runs_of_size):
-    """`runs_of_size`: size -> its runs; the first size is what the others are compared with."""
+    """`runs_of_size`: size -> its runs; the first size is the reference of the others."""
     titles = [
         "landmarks", "read (s)", "extract (ms)", "locate (ms)", "both / extract", "both / smallest",
         "located", "moved",
     ]  # fmt: skip
     lines = [titles, ["---:"] * len(titles)]
     smallest = next(iter(runs_of_size.values()))
-    # Describing pictures does not depend on the map: one time for all sizes.
+    # The time to describe pictures does not depend on the map: all sizes share it.
     extract_ms = min(shortest(runs)["extract"] for runs in runs_of_size.values())
     first_ms = extract_ms + shortest(smallest)["locate"]
     for size, runs in runs_of_size.items():

@@ -1,13 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""bench_octree: our builder of octrees against OctoMap's insertPointCloud (lazy evaluation).
+"""bench_octree: compares our octree builder with OctoMap's insertPointCloud (lazy evaluation).
 
-Each CASE is SITE_DIR[:POSES[:STRIDE]]: a mapped site, its `keyframes` (default) or `trajectory`, and
-every how many of them. All builders get the same points, every measured pixel, of all poses but every
-fifth. Builders take turns, each in a process of its own; of --repeats runs the shortest time counts:
-from points to the list of leaves for ours, the insertion alone for OctoMap's. IoU are of the voxels
-against OctoMap's default. "Rays" is the share of the rays of the poses kept out that end in an occupied
-voxel and pass none up to two voxels before it.
+Each CASE is SITE_DIR[:POSES[:STRIDE]]: a mapped site, its `keyframes` (default) or `trajectory`, and a
+stride over them. Every fifth pose is held out. All builders get the same points: every measured pixel of
+the other poses. Builders take turns, each in its own process; the shortest of --repeats times counts: from
+points to the list of leaves for ours, the insertion alone for OctoMap's. IoU compares the voxels with those
+of OctoMap's default. "Rays" is the share of held-out rays that end in an occupied voxel and cross no
+occupied voxel up to two voxels before it.
 Prints a Markdown table; with --page it goes between `<!-- bench_octree:begin -->` and
 `<!-- bench_octree:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
@@ -42,7 +42,7 @@ def parse_arguments():
     parser.add_argument("--build", type=Path, required=True, help="folder of the build, with bench_octree")
     parser.add_argument("--voxels_cm", type=float, nargs="+", default=(4, 2))
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
+    parser.add_argument("--page", type=Path, help="page that receives the table")
     arguments = parser.parse_args()
     if arguments.repeats < 1 or min(arguments.voxels_cm) <= 0:
         parser.error("--repeats must be at least 1, --voxels_cm positive")
@@ -65,7 +65,7 @@ def run_once(arguments, case, voxel_cm, options):
 
 
 def measure(arguments, case, voxel_cm, folder):
-    """Builder -> its result, of the shortest time."""
+    """Builder -> its fastest result."""
     reference = Path(folder) / "reference.ot"
     best = {}
     for _ in range(arguments.repeats):

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""bench_tiles: time and memory of the dense half of the chain against the number of keyframes.
+"""bench_tiles: time and memory of the dense stages as a function of the number of keyframes.
 
-Takes the keyframes of a mapped site and repeats them side by side, as more rooms of one building: the
-same pictures at other poses, decoded anew for each. Then runs tiles, point_cloud and octree for each
-tile and for all, and grid, one program after the other, with their default configs.
-Prints a Markdown table of CPU seconds, all programs included, and the largest memory of each stage; with
---page it goes between `<!-- bench_tiles:begin -->` and `<!-- bench_tiles:end -->`.
+Repeats the keyframes of a mapped site side by side, like more rooms of one building: the same pictures at
+other poses, decoded again for each copy. Then runs tiles, point_cloud and octree per tile and for the whole,
+and grid, one program after the other, with their default configs.
+Prints a Markdown table of CPU seconds, summed over all programs, and peak memory per stage; with --page
+it goes between `<!-- bench_tiles:begin -->` and `<!-- bench_tiles:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
 
@@ -25,7 +25,7 @@ from nightmap_eval.script_errors import DataError, run_main
 from nightmap_eval.unit_lists import near, read_tiles
 
 STAGES = ("tiles", "point_cloud", "octree", "grid")
-VIEW_M = 4.0  # how far beyond its cameras a copy reaches
+VIEW_M = 4.0  # a copy extends this far beyond its cameras
 
 
 def parse_arguments():
@@ -33,15 +33,15 @@ def parse_arguments():
     parser.add_argument("site_dir", type=Path, help="maps/SITE with frames and pose_graph")
     parser.add_argument("--data", type=Path, required=True, help="recordings")
     parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench_tiles")
-    parser.add_argument("--threads", type=int, default=2, help="of each program")
+    parser.add_argument("--threads", type=int, default=2, help="threads per program")
     parser.add_argument("--keyframes", type=int, nargs="+", default=[500, 1000, 2000, 5000, 10000])
     parser.add_argument("--stages", nargs="+", choices=STAGES, default=STAGES, help="the rest is left out")
-    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
+    parser.add_argument("--page", type=Path, help="page that receives the table")
     return parser.parse_args()
 
 
 def pose(line, frames):
-    """Time, x, y, the rest of a line of keyframes.tum, and the row of its frame."""
+    """A line of keyframes.tum (time, x, y, rest) and the row of its frame."""
     time_s, x_m, y_m, *rest = line.split()
     seconds, _, fraction = time_s.partition(".")
     time_ns = int(seconds) * 10**9 + int(fraction.ljust(9, "0"))
@@ -94,7 +94,7 @@ class Bench:
         folder.mkdir(parents=True)
 
     def run(self, stage, suffix, inputs, outputs):
-        """One program; PORT=FILE, files below the folder, of outputs below the stage's."""
+        """Runs one program. inputs and outputs are PORT=FILE; inputs lie below the folder, outputs below the stage's."""
         (self.folder / stage).mkdir(exist_ok=True)
         ports = [item for port in inputs for item in ("--in", self.absolute(port, self.folder))]
         outputs = [*outputs, f"report=report{suffix}.json", f"receipt=receipt{suffix}.json"]
@@ -154,7 +154,7 @@ class Bench:
 
 def table(stages, rows):
     header = ["keyframes", "tiles", *(f"{stage} ({unit})" for stage in stages for unit in ("CPU s", "MiB")),
-              "CPU ms a keyframe"]  # fmt: skip
+              "CPU ms per keyframe"]  # fmt: skip
     lines = [header, ["---:"] * len(header), *rows]
     return "".join("| " + " | ".join(line) + " |\n" for line in lines)
 

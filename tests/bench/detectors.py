@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""detectors: evaluates sites with every detector of features and prints the medians over several seeds.
+"""detectors: evaluates sites with every feature detector and prints the medians over several seeds.
 
 For each site, detector and seed it runs `make evaluate` with SET=features.detector="..." and
-MAPS=<maps>/<detector>/seed_<n>; Make reruns nothing that is there already. One row per site and
+MAPS=<maps>/<detector>/seed_<n>; Make keeps the results that are up to date. Prints one row per site and
 detector. With --page it puts the table between the markers `<!-- detectors:begin -->` and
 `<!-- detectors:end -->` of that file.
 Exit codes: 0 done; 1 a result is missing; 2 wrong command line. A run that fails counts as a missing
@@ -33,10 +33,10 @@ COLUMNS = (
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("sites", nargs="+", help="names of configs/sites/<site>.toml")
-    parser.add_argument("--seeds", type=int, default=5, help="how many seeds, from 0 (default 5)")
+    parser.add_argument("--seeds", type=int, default=5, help="number of seeds, counted from 0 (default 5)")
     parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
     parser.add_argument("--data", default=str(CHECKOUT / "data"), help="recordings")
-    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
+    parser.add_argument("--page", type=Path, help="page that receives the table")
     arguments = parser.parse_args()
     if arguments.seeds < 1:
         parser.error("--seeds must be at least 1")
@@ -58,7 +58,7 @@ def collect(arguments, site, detector):
 
 
 def make_table(metrics_of):
-    """metrics_of: (site, detector) -> metrics of the seeds."""
+    """metrics_of: (site, detector) -> metrics per seed."""
     titles = ("site", "detector", *(title for title, *_ in COLUMNS))
     lines = ["| " + " | ".join(titles) + " |", "|---|---|" + "---:|" * len(COLUMNS)]
     for key, metrics in metrics_of.items():

@@ -3,10 +3,10 @@
 """seeds: evaluates sites with several seeds and prints the medians as a Markdown table.
 
 For each site and seed it runs `make evaluate SITE=<site> SEED=<n> MAPS=<maps>/seed_<n>`; Make
-reruns nothing that is there already. Where one bad seed is one too many, the table has the worst.
-With --page it puts the table between the markers `<!-- accuracy:begin -->` and
-`<!-- accuracy:end -->` of that file. A seed does not change a recording. A made-up building can be
-another one for each seed: name a folder for each, as in --data 'data/{seed}'.
+keeps the results that are up to date. Figures where one bad seed matters show the worst seed.
+With --page it puts the table between the markers `<!-- NAME:begin -->` and
+`<!-- NAME:end -->` of that page. A seed does not change a recording. To render another synthetic
+building per seed, give each its own folder, as in --data 'data/{seed}'.
 Exit codes: 0 done; 1 a run failed or a result is missing; 2 wrong command line.
 """
 
@@ -36,7 +36,7 @@ def _query_columns(protocol):
     return rows
 
 
-# Title, where it is in metrics.json, factor, format, and of the seeds the median unless it says which.
+# Title, place in metrics.json, factor, format; the statistic over seeds is the median unless named.
 COLUMNS = (
     ("frames mapped", "coverage.num_frames_with_pose", 1, "{:.0f}"),
     ("of", "coverage.num_frames", 1, "{:.0f}"),
@@ -63,12 +63,12 @@ COLUMNS = (
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("sites", nargs="+", help="names of configs/sites/<site>.toml")
-    parser.add_argument("--seeds", type=int, default=5, help="how many seeds, from 0 (default 5)")
+    parser.add_argument("--seeds", type=int, default=5, help="number of seeds, counted from 0 (default 5)")
     parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
-    parser.add_argument("--data", default=str(CHECKOUT / "data"), help="recordings; with {seed}: of each")
-    parser.add_argument("--name", default="accuracy", help="of the table in that page")
-    parser.add_argument("--page", type=Path, help="page to put the table into, as docs/figures.md")
-    parser.add_argument("--no-run", action="store_true", help="only collect results that are there")
+    parser.add_argument("--data", default=str(CHECKOUT / "data"), help="folder of the recordings; {seed} in it: one per seed")
+    parser.add_argument("--name", default="accuracy", help="name of the table in that page")
+    parser.add_argument("--page", type=Path, help="page that receives the table")
+    parser.add_argument("--no-run", action="store_true", help="only collect existing results")
     arguments = parser.parse_args()
     if arguments.seeds < 1:
         parser.error("--seeds must be at least 1")
@@ -108,8 +108,8 @@ def look_up(metrics, dotted):
 
 
 def cell(all_metrics, dotted, factor, text_format, choose=statistics.median):
-    """One value for all seeds. Only errors can be missing (nothing was located, say), so a missing
-    value counts as infinite; the cell says n/a when that makes the chosen one infinite."""
+    """One value for all seeds. Only errors can be missing (for example when nothing was located), so a missing
+    value counts as infinite; an infinite result prints as n/a."""
     values = [look_up(metrics, dotted) for metrics in all_metrics]
     chosen = choose(math.inf if value is None else factor * value for value in values)
     if math.isinf(chosen):
@@ -120,7 +120,7 @@ def cell(all_metrics, dotted, factor, text_format, choose=statistics.median):
 
 
 def make_table(metrics_of_site):
-    """One column a site; a row that no site has a value for is left out."""
+    """One column per site; rows without any value are left out."""
     sites = list(metrics_of_site)
     lines = ["| | " + " | ".join(sites) + " |", "|---|" + "---:|" * len(sites)]
     for title, *column in COLUMNS:
