@@ -42,7 +42,7 @@ LOG_LEVEL ?= info
 V ?= 0
 ## CASES       cases of bench: SITE or SITE:N, separated by spaces
 CASES ?= $(SITE)
-## FIGURES     of figures: names of tables; without it all but those of COLMAP
+## FIGURES     of figures: names of tables; without it all but those that take hours
 FIGURES ?=
 ## BUILD       folder of the programs
 BUILD ?= build

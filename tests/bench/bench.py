@@ -42,6 +42,7 @@ def parse_arguments():
     parser.add_argument("--data", type=Path, required=True, help="recordings")
     parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench")
     parser.add_argument("--threads", type=int, required=True, help="threads per stage")
+    parser.add_argument("--name", default="bench", help="name of the table in that page")
     parser.add_argument("--page", type=Path, help="page that receives the table")
     return parser.parse_args()
 
@@ -113,7 +114,7 @@ def main():
         print(table(rows[-1:]), flush=True)
     print(table(rows))
     if arguments.page:
-        put_figure(arguments.page, "bench", table(rows))
+        put_figure(arguments.page, arguments.name, table(rows))
 
 
 if __name__ == "__main__":

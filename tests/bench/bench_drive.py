@@ -21,6 +21,7 @@ import numpy as np
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
 from nightmap_eval.checked_reading import read_object, using
+from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import FREE, OCCUPIED, read_grid
 from nightmap_eval.script_errors import DataError, run_main
 
@@ -28,6 +29,8 @@ MAX_POSITION_ERROR_M, MAX_HEADING_ERROR_DEG = 0.05, 5.0
 ROUNDING = 2e-6  # rounding of drive.csv and path.csv
 MAX_DRAWS_A_DRIVE = 100
 MAX_SIGMAS = 6
+NOISES = ({}, {"wheel_noise": 0.05, "position_noise_m": 0.005, "heading_noise_rad": 0.01},
+          {"wheel_noise": 0.05, "position_noise_m": 0.01, "heading_noise_rad": 0.0175})  # fmt: skip
 FAILURES = {"collides": "collided", "has not arrived": "not arrived", "off the goal": "stopped off the goal"}
 NUM_BETWEEN = 4  # points checked between two poses
 
@@ -41,6 +44,7 @@ def parse_arguments():
     parser.add_argument("--num-drives", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--set", action="append", default=[], metavar="STAGE.KEY=VALUE", help="options, as TOML")
+    parser.add_argument("--page", type=Path, help="page that receives a table of drives with and without noise")
     return parser.parse_args()
 
 
@@ -184,8 +188,9 @@ def spread(name, values):
     print(f"{name}: median {np.median(values):.4g}, smallest {values.min():.4g}, largest {values.max():.4g}")
 
 
-def main():
-    arguments = parse_arguments()
+def draw_drives(arguments, options):
+    """Plans and drives until there are enough drives. Returns outcomes (name -> count), the number of draws that plan
+    refused, and the drives that arrived. `options`: of drive, besides those of --set."""
     folder = arguments.folder or arguments.build / "bench_drive"
     grid = read_grid(arguments.grid)
     maps = {"grid": arguments.grid}
@@ -209,7 +214,7 @@ def main():
         if code != 0:
             raise DataError(f"plan: exit code {code}: {said}")
         config = {"start_heading_deg": f'"{headings_deg[0]:.6f}"', "goal_heading_deg": f'"{headings_deg[1]:.6f}"',
-                  "seed": number, **options_of(arguments, "drive")}  # fmt: skip
+                  "seed": number, **options_of(arguments, "drive"), **options}  # fmt: skip
         inputs = {**maps, "csv": folder / "plan/path.csv", "json": folder / "plan/path.json"}
         outputs = {"csv": "drive.csv", "json": "drive.json"}
         code, said = run(arguments.build / "bin" / "drive", config, inputs, folder / "drive", outputs)
@@ -226,6 +231,34 @@ def main():
         if wrong:
             print(f"draw {number}: start {start}, goal {goal}, headings {headings_deg}: wrong: {', '.join(wrong)}")
         drives.append(drive)
+    return outcomes, num_refused, drives
+
+
+def noise_row(noise, outcomes, drives):
+    """`noise`: options of drive. A drive that touches, stops off its goal or does not arrive is told by its outcome."""
+    failed = ", ".join(f"{count} {name}" for name, count in sorted(outcomes.items()) if name != "right")
+    offset_cm = 100 * max(drive.position_error_m for drive in drives)
+    turn_deg = max(drive.heading_error_deg for drive in drives)
+    name = " ".join(f"{key} = {value}" for key, value in noise.items()) or "none"
+    return [name, f"{outcomes['right']} of {sum(outcomes.values())}", failed or "-", f"{offset_cm:.2f}", f"{turn_deg:.2f}"]
+
+
+def compare_noise(arguments):
+    lines = [("noise of drive", "right", "failed", "farthest off (cm)", "(deg)"), ("---", "---:", "---", "---:", "---:")]
+    for noise in NOISES:
+        outcomes, _, drives = draw_drives(arguments, noise)
+        lines.append(noise_row(noise, outcomes, drives))
+    table = "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+    print(table, end="")
+    put_figure(arguments.page, "bench_drive", table)
+
+
+def main():
+    arguments = parse_arguments()
+    if arguments.page:
+        compare_noise(arguments)
+        return
+    outcomes, num_refused, drives = draw_drives(arguments, {})
     print(f"drives: {dict(outcomes)}; draws that plan refused: {num_refused}")
     for name in ("path_length_m", "length_m", "duration_s", "max_deviation_m"):
         spread(name, [drive.figures[name] for drive in drives])

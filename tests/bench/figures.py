@@ -43,17 +43,26 @@ FIGURES = {
     "bench_tiles": ("make map SITE=demo DATA={data} MAPS={maps}",
                     "bench_tiles.py {maps}/demo --data {data} --build {build} --threads {threads} "
                     "--keyframes 200 1000 10000 --page {page}"),
+    "bench_drive": ("make map SITE=demo DATA={data} MAPS={maps}",
+                    "bench_drive.py {maps}/demo/grid/map.yaml --build {build} --set plan.robot_radius_m=0.2 --page {page}"),
     "bench_plan": ("ninja -C {build} bench_plan", "{build}/bench_plan > bench_plan"),
 }  # fmt: skip
-COLMAP = (f"make evaluate-colmap SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
-          f"scripts/evaluate_colmap.py --site-dir {{maps}}/{OFFICE_QUERIES} "
-          f"--out {{maps}}/{OFFICE_QUERIES}/evaluate_colmap/results.json --page {{page}}")  # fmt: skip
-FIGURES[f"colmap {OFFICE_QUERIES}"] = COLMAP
+# These take hours and run only when they are named.
+LONG = {
+    f"colmap {OFFICE_QUERIES}": (f"make evaluate-colmap SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
+        f"scripts/evaluate_colmap.py --site-dir {{maps}}/{OFFICE_QUERIES} "
+        f"--out {{maps}}/{OFFICE_QUERIES}/evaluate_colmap/results.json --page {{page}}"),
+    "colmap demo": ("make evaluate-colmap SITE=demo DATA={data} MAPS={maps}/every_third SET=frames.stride=3",
+        "scripts/evaluate_colmap.py --site-dir {maps}/every_third/demo "
+        "--out {maps}/every_third/demo/evaluate_colmap/results.json --page {page}"),
+    "bench_building": ("bench.py building:1000 building:2000 building:4000 building:8000 --data {data} --build {build} "
+        "--threads {threads} --name bench_building --page {page}",),
+}  # fmt: skip
 
 
 def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], epilog=f"tables: {', '.join(FIGURES)}")
-    parser.add_argument("names", nargs="*", help="tables (default: all but those of COLMAP, which take hours)")
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], epilog=f"tables: {', '.join(FIGURES | LONG)}")
+    parser.add_argument("names", nargs="*", help=f"tables (default: all but {', '.join(LONG)}, which take hours)")
     parser.add_argument("--data", type=Path, required=True, help="recordings, the rendered ones too")
     parser.add_argument("--maps", type=Path, default=CHECKOUT / "build/figures", help="results of make")
     parser.add_argument("--build", type=Path, default=CHECKOUT / "build", help="programs")
@@ -61,8 +70,8 @@ def parse_arguments():
     parser.add_argument("--page", type=Path, default=CHECKOUT / "docs/figures.md", help="page to put the tables into")
     arguments = parser.parse_args()
     for name in arguments.names:
-        if name not in FIGURES:
-            parser.error(f"there is no table {name}, only {', '.join(FIGURES)}")
+        if name not in FIGURES | LONG:
+            parser.error(f"there is no table {name}, only {', '.join(FIGURES | LONG)}")
     return arguments
 
 
@@ -81,7 +90,7 @@ def run(command, captures=False):
 
 def make_figure(name, folders):
     """A command `PROGRAM > TABLE` prints the table; the others put theirs into the page themselves."""
-    for command in FIGURES[name]:
+    for command in (FIGURES | LONG)[name]:
         program, _, table = command.partition(" > ")
         text = run(program.format(**folders), bool(table))
         if table:
@@ -92,7 +101,7 @@ def main():
     arguments = parse_arguments()
     folders = {key: value.resolve() if isinstance(value, Path) else value for key, value in vars(arguments).items()}
     failures = []
-    for name in arguments.names or [name for name in FIGURES if not name.startswith("colmap")]:
+    for name in arguments.names or FIGURES:
         try:
             make_figure(name, folders)
         except DataError as error:

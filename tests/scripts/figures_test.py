@@ -46,7 +46,7 @@ class PageTest(unittest.TestCase):
 
 class CommandTest(unittest.TestCase):
     def test_commands_name_scripts_and_sites_that_exist(self):
-        for commands in figures.FIGURES.values():
+        for commands in (figures.FIGURES | figures.LONG).values():
             for command in commands:
                 words = shlex.split(command.format(**FOLDERS))
                 if words[0].endswith(".py"):
@@ -57,7 +57,7 @@ class CommandTest(unittest.TestCase):
 
     def test_the_page_has_a_place_for_every_table(self):
         page = (fake_site.CHECKOUT / "docs/figures.md").read_text(encoding="utf-8")
-        for name in figures.FIGURES:
+        for name in figures.FIGURES | figures.LONG:
             self.assertEqual(page.count(f"<!-- {name}:begin -->"), 1, name)
 
     def test_a_failed_table_keeps_its_rows_and_the_others_are_made(self):
