@@ -75,10 +75,11 @@ class DocsTest(unittest.TestCase):
         self.assertLessEqual(len(text_of("ARCHITECTURE.md").splitlines()), 250)
 
     def test_figures_stand_on_one_page(self):
-        """Scripts put tables between markers; a second place would be forgotten."""
-        for page in PAGES:
-            markers = set(re.findall(r"<!-- (.+?):begin -->", text_of(page))) - {"pipeline"}
-            self.assertEqual(bool(markers), page == "docs/figures.md", markers)
+        """Scripts put tables between markers; a second place would be forgotten. Two tables belong to a page's own text."""
+        elsewhere = {"ARCHITECTURE.md": ["pipeline"], "docs/ours_instead_of.md": ["bench_libraries"]}
+        for page in sorted(set(PAGES) - {"docs/figures.md"}):
+            markers = re.findall(r"<!-- (.+?):begin -->", text_of(page))
+            self.assertEqual(markers, elsewhere.get(page, []), page)
 
     def test_versions_of_formats_are_those_of_the_code(self):
         line = text_of("docs/formats.md").split("\nVersions: ")[1].split(". ")[0]
