@@ -9,7 +9,7 @@ with COLMAP's default number of retrieved images. COLMAP's own map is built seve
 the number of queries near the reference counts; results.json lists every run. Each method is measured
 against the truth, if there is one, and against the other methods. Writes results.json, summary.csv (a row per
 method, reference and protocol), queries.csv (a row per query) and plots. With --page it puts its table
-between `<!-- colmap SITE:begin -->` and `<!-- colmap SITE:end -->` of that file.
+between `<!-- colmap_SITE:begin -->` and `<!-- colmap_SITE:end -->` of that file.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
@@ -242,7 +242,7 @@ def main():
     write_atomic(arguments.out, to_json(results))
     table = comparison_table(results)
     if arguments.page:
-        put_figure(arguments.page, f"colmap {results['site']}", table)
+        put_figure(arguments.page, f"colmap_{results['site']}", table)
     print(table, end="")
 
 

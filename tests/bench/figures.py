@@ -49,10 +49,10 @@ FIGURES = {
 }  # fmt: skip
 # These take hours and run only when they are named.
 LONG = {
-    f"colmap {OFFICE_QUERIES}": (f"make evaluate-colmap SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
+    f"colmap_{OFFICE_QUERIES}": (f"make evaluate-colmap SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
         f"scripts/evaluate_colmap.py --site-dir {{maps}}/{OFFICE_QUERIES} "
         f"--out {{maps}}/{OFFICE_QUERIES}/evaluate_colmap/results.json --page {{page}}"),
-    "colmap demo": ("make evaluate-colmap SITE=demo DATA={data} MAPS={maps}/every_third SET=frames.stride=3",
+    "colmap_demo": ("make evaluate-colmap SITE=demo DATA={data} MAPS={maps}/every_third SET=frames.stride=3",
         "scripts/evaluate_colmap.py --site-dir {maps}/every_third/demo "
         "--out {maps}/every_third/demo/evaluate_colmap/results.json --page {page}"),
     "bench_building": ("bench.py building:1000 building:2000 building:4000 building:8000 --data {data} --build {build} "

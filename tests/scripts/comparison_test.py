@@ -348,7 +348,7 @@ class EvaluateColmapTest(unittest.TestCase):
 
     def test_page_table(self):
         page = self.site_dir / "figures.md"
-        page.write_text("a\n<!-- colmap office:begin -->old<!-- colmap office:end -->\nb\n")
+        page.write_text("a\n<!-- colmap_office:begin -->old<!-- colmap_office:end -->\nb\n")
         self.evaluate("--page", page)
         self.assertIn("| map (s) |", page.read_text())
         self.assertRegex(page.read_text(), "Measured on [0-9]{4}-[0-9]{2}-[0-9]{2} with the programs of commit [0-9a-f]{10}")
