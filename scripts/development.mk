@@ -28,19 +28,23 @@ test: ## unit tests, end-to-end tests, and tests on the real data that is presen
 	ninja -j $(THREADS) -C $(BUILD)
 	@ctest --test-dir $(BUILD) -j $(THREADS) --output-on-failure
 
-# A sweep of attacks on all programs and scripts; it takes too long for `make test`.
-test-nightly: ## 2,000 attacks with damaged, hostile and misplaced files; after `make test`
+# What takes too long for every change. NIGHTMAP_NIGHTLY=1 makes the end-to-end tests do all they can.
+test-nightly: ## all unit tests under sanitizers, the long end-to-end tests, and 2,000 attacks with damaged files
+	@$(MAKE) --no-print-directory test-sanitize SANITIZED=.
 	@$(MAKE) --no-print-directory build
+	@NIGHTMAP_NIGHTLY=1 ctest --test-dir $(BUILD) --output-on-failure -R '^e2e/'
 	@NIGHTMAP_BUILD=$(abspath $(BUILD)) $(PYTHON) tests/fuzz/sweep.py --runs 2000
 
 # Other compiler options need another folder. Debug asserts are on; -O1 keeps the tests fast enough. The
-# end-to-end and real-data tests run only in `make test`.
-test-sanitize: ## unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
+# end-to-end and real-data tests run only in `make test`. SANITIZED names groups of tests; `.` stands for all.
+SANITIZED ?= base|program|io|recording
+sanitized_programs = $(if $(filter .,$(SANITIZED)),unit_tests,$(addprefix test_,$(subst |, ,$(SANITIZED))))
+test-sanitize: ## tests of what reads files under AddressSanitizer and UndefinedBehaviorSanitizer (SANITIZED=. runs all)
 	cmake -S . -B $(BUILD)-sanitize -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O1 \
 	  -DNIGHTMAP_SANITIZE=ON --log-level=WARNING >/dev/null
-	ninja -j $(THREADS) -C $(BUILD)-sanitize unit_tests
+	ninja -j $(THREADS) -C $(BUILD)-sanitize $(sanitized_programs)
 	ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=1:suppressions=$(CURDIR)/tests/asan_suppressions.txt UBSAN_OPTIONS=print_stacktrace=1 \
-	  ctest --test-dir $(BUILD)-sanitize -j $(THREADS) --output-on-failure -E '^(e2e|scripts)/|Real'
+	  ctest --test-dir $(BUILD)-sanitize -j $(THREADS) --output-on-failure -R '^($(SANITIZED))' -E '^(e2e|scripts)/|Real'
 
 bench: ## time from raw frames to trajectory, relative to a yardstick, for CASES (SITE, or SITE:N: its first N frames)
 	@$(MAKE) --no-print-directory build
