@@ -11,7 +11,7 @@ from nightmap_eval.trajectory import angles_deg, path_length_m, quaternion, umey
 
 # Recall thresholds: translation in centimetres, rotation in degrees.
 RECALL_THRESHOLDS = ((1, 1), (2, 2), (3, 3), (5, 5), (10, 5), (25, 10))
-# A located query farther off than this was put in a wrong place.
+# A located query with a larger error counts as in a wrong place.
 WRONG_CM = 50
 
 
@@ -71,9 +71,9 @@ def frame_pairs(frame_idxs, sequence_idxs):
 
 
 def distance_pairs(truth, sequence_idxs, distance_m):
-    """Each pose with the first later one, in its sequence, at least distance_m of path on.
+    """Pairs each pose with the first later one of its sequence at least distance_m of path ahead.
 
-    Returns the pairs and the length of path between each."""
+    Returns the pairs and the path length between them."""
     steps = np.linalg.norm(np.diff(truth.positions_m, axis=0), axis=1)
     travelled = np.concatenate([[0.0], np.cumsum(steps)])
     later = np.searchsorted(travelled, travelled + distance_m - 1e-9)
@@ -126,7 +126,7 @@ def trajectory_metrics(estimate, truth, frame_idxs, sequence_idxs):
 
 def recall_percent(translation_m, rotation_deg, num_queries, max_cm, max_deg):
     """Percentage of all queries located within both thresholds. A query without a pose is not in
-    the lists and so counts as a failure."""
+    the lists, so it counts as a failure."""
     if num_queries == 0:
         return None
     good = (np.asarray(translation_m) * 100 <= max_cm) & (np.asarray(rotation_deg) <= max_deg)
@@ -138,12 +138,12 @@ def _median(values):
 
 
 def _p90(values):
-    """The least of the values that 90 % do not exceed."""
+    """The smallest value that 90 % of the values do not exceed."""
     return float(np.sort(values)[int(np.ceil(0.9 * len(values))) - 1])
 
 
 def _with_failures(statistic, values, num_queries):
-    """The statistic over all queries, a failure being infinitely wrong; None when that is the value."""
+    """The statistic over all queries, where a failure has infinite error; None when the result is infinite."""
     failures = np.full(num_queries - len(values), np.inf)
     padded = np.concatenate([np.asarray(values, dtype=float), failures])
     value = statistic(padded) if num_queries else np.inf
@@ -151,7 +151,7 @@ def _with_failures(statistic, values, num_queries):
 
 
 def query_summary(translation_m, rotation_deg, num_queries):
-    """Figures of the located ones among num_queries queries with truth."""
+    """Figures of the located queries among num_queries queries with truth."""
     translation_cm = 100 * np.asarray(translation_m)
     figures = {
         "num_with_truth": num_queries,
