@@ -41,7 +41,7 @@ def to_ints(rows, column, path):
 
 
 def _read_array(path, file, name):
-    """An array that a stage wrote: memory is taken only for what the file holds."""
+    """An array that a stage wrote; takes memory only for the values that the file holds."""
     array = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
     if not isinstance(array, h5py.Dataset):
         raise KeyError(f"no array {name!r}")
@@ -52,7 +52,7 @@ def _read_array(path, file, name):
 
 
 def read_hdf5(path, *names):
-    """Arrays of a file by their names."""
+    """Arrays of a file by name."""
     try:
         with h5py.File(path) as file:
             return [_read_array(path, file, name) for name in names]
@@ -85,7 +85,7 @@ class Frames:
 
 
 def bridged_frames(site_dir):
-    """Frames without a verified pair to any other: odometry guessed their pose."""
+    """Frames without a verified pair: odometry guessed their pose."""
     bridged = []
     for name in shard_names(site_dir):
         path = Path(site_dir) / "odometry" / f"shard_{name}.h5"
@@ -98,7 +98,7 @@ def bridged_frames(site_dir):
 
 
 def frames_apart(site_dir):
-    """Frames outside the largest part of the map: only guessed motion joins them to it."""
+    """Frames outside the largest part of the map: only guessed motion connects them to it."""
     path = Path(site_dir) / "pose_graph" / "report.json"
     report = read_object(path, {"?parts": [{"runs": [[int]]}]}) if path.exists() else {}
     with using(path):
@@ -107,14 +107,14 @@ def frames_apart(site_dir):
 
 
 def num_unusable_frames(site_dir):
-    """Frames of the recording that the frames stage left out: missing, truncated, of a wrong size."""
+    """Frames that the frames stage left out: missing, truncated, or of a wrong size."""
     path = Path(site_dir) / "frames" / "report.json"
     report = read_object(path, {"?num_frames_unusable": int}) if path.exists() else {}
     return report.get("num_frames_unusable", 0)
 
 
 def _rounded(value):
-    """Nine significant digits, twelve decimals: the last bits depend on the BLAS."""
+    """Rounds to nine significant digits and twelve decimals: the last bits depend on the BLAS."""
     if isinstance(value, dict):
         return {key: _rounded(item) for key, item in value.items()}
     if isinstance(value, (list, tuple, np.ndarray)):
@@ -122,14 +122,14 @@ def _rounded(value):
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
     if isinstance(value, (float, np.floating)):
-        return round(float(f"{value:.9g}"), 12) + 0.0  # + 0.0: no negative zero
+        return round(float(f"{value:.9g}"), 12) + 0.0  # + 0.0 turns a negative zero into zero
     if isinstance(value, np.integer):
         return int(value)
     return value
 
 
 def to_json(value):
-    """JSON text; raises DataError on NaN or infinity, which JSON does not have."""
+    """JSON text; raises DataError on NaN or infinity, which JSON lacks."""
     try:
         return json.dumps(_rounded(value), indent=2, allow_nan=False) + "\n"
     except ValueError:
@@ -142,14 +142,14 @@ def file_hash(path):
 
 
 def hash_if_there(path):
-    """As file_hash; None when there is no such file."""
+    """Like file_hash; None when the file is missing."""
     return file_hash(path) if Path(path).exists() else None
 
 
 def write_atomic(path, content):
-    """Writes text or bytes in a folder of this run, flushes to disk, renames: readers see the old or the new.
+    """Writes text or bytes in a folder of this run, flushes to disk and renames: readers see the old or the new file.
 
-    Raises DataError when something else than a plain file is at the path."""
+    Raises DataError when the path holds anything but a plain file."""
     path = Path(path)
     if path.exists() and not path.is_file():
         raise DataError(f"{path}: is no plain file; give the path of a file to make")
@@ -164,7 +164,7 @@ def write_atomic(path, content):
 
 
 def put_between(path, begin, end, text):
-    """Replaces what stands between two markers in a text file."""
+    """Replaces the text between two markers in a file."""
     before, has_begin, rest = read_text(path, "correct it").partition(begin)
     _, has_end, after = rest.partition(end)
     if not has_begin or not has_end:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which pictures of a site were asked for by QUERY, and what localize says of each. Imports little."""
+"""The pictures of a site that QUERY named, and their results from localize. Imports little."""
 
 import csv
 import io
@@ -13,19 +13,19 @@ from nightmap_eval.script_errors import DataError
 
 # The line that scripts/resolve_config.py writes before the first [[query]] that QUERY adds.
 MARK = re.compile(r"^# This was the text of .*; QUERY adds:$", re.MULTILINE)
-MAX_BELOW_FLOOR_M = 0.1  # as the plan stage takes it
+MAX_BELOW_FLOOR_M = 0.1  # heading as the plan stage defines it
 
 
 def _rows(path, columns):
     rows = list(csv.DictReader(io.StringIO(read_text(path), newline="")))
     if any(row.get(column) is None for row in rows for column in columns):
-        raise DataError(f"{path}: not the columns {', '.join(columns)} in every row; {REMEDY}")
+        raise DataError(f"{path}: a row lacks one of the columns {', '.join(columns)}; {REMEDY}")
     return rows
 
 
 def asked_pictures(site_dir):
-    """Their color_path, as in the lists. Their [[query]] come last in the site config, so that they have the
-    last numbers among the sequences."""
+    """The color_path of each, as in the lists. Their [[query]] tables come last in the site config, so they have
+    the last sequence numbers."""
     name = os.path.basename(os.path.realpath(site_dir))
     config = os.path.join(site_dir, "config", "queries", f"{name}.toml")
     listed = os.path.join(site_dir, "queries", "queries.csv")
@@ -42,8 +42,8 @@ def asked_pictures(site_dir):
 
 
 class Query:
-    """A row of localize/queries.csv. The place is that of the camera in the map frame; heading is where it
-    looks, counter-clockwise from x. None where there is no pose."""
+    """A row of localize/queries.csv: place and heading of the camera in the map frame; heading is the viewing
+    direction, counter-clockwise from x. Both are None without a pose."""
 
     def __init__(self, row):
         self.picture, self.verdict, self.reason = row["color_path"], row["status"], row["reason"]
@@ -64,7 +64,7 @@ def read_queries(site_dir):
 
 
 class Floors:
-    """The floors of the grid, when the map has several."""
+    """The floors of the grid if the map has several."""
 
     def __init__(self, site_dir):
         grid = os.path.join(site_dir, "grid")
@@ -73,6 +73,6 @@ class Floors:
         self.are_several = len(rows) > 1
 
     def number_at(self, z_m):
-        """Of the floor below a height; the lowest one's where there is none."""
+        """Number of the floor below a height; the lowest floor's if none is below."""
         below = [number for height_m, number in self._floors if height_m <= z_m + MAX_BELOW_FLOOR_M]
         return below[-1] if below else self._floors[0][1]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reading text, JSON and TOML that may be damaged: every error names the file and what to do about it.
+"""Reads text, JSON and TOML that may be damaged: every error names the file and the remedy.
 
-Scripts that run whenever make does need it too, so this file imports little.
+Every start of make uses this file, so it imports little.
 """
 
 import json
@@ -13,13 +13,13 @@ from nightmap_eval.script_errors import DataError
 
 REMEDY = "delete the file and run make again"
 NUMBER = (int, float)
-# What code raises that takes a damaged file for a whole one.
+# Exceptions of code that uses a damaged file.
 _DAMAGE = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError)
 
 
 @contextmanager
 def using(path, remedy=REMEDY):
-    """Around code that uses nothing but the content of one file: what it stumbles over is said of that file."""
+    """A context for code that uses the content of one file only: turns its exceptions into errors that name the file."""
     try:
         yield
     except RecursionError:
@@ -39,7 +39,7 @@ def read_text(path, remedy=REMEDY):
 
 
 def _refuse(constant):
-    raise ValueError(f"{constant} is no number")
+    raise ValueError(f"{constant} is not a number")
 
 
 def read_json(path, remedy=REMEDY):
@@ -55,7 +55,7 @@ def read_json(path, remedy=REMEDY):
 
 
 def read_toml(path, remedy=REMEDY):
-    import tomllib  # takes as long as all else here, and most callers read no TOML
+    import tomllib  # a slow import, and most callers read no TOML
 
     text = read_text(path, remedy)
     try:
@@ -76,7 +76,7 @@ def read_object(path, shape, remedy=REMEDY):
 def check(value, shape, where, remedy=REMEDY):
     """Raises DataError unless a value is like its shape: a type or several (None is type(None)); a list with
     the shape of each item; a dictionary with the shape of each key, which may be missing when it starts
-    with '?'. Numbers are finite. Other keys are nobody's matter."""
+    with '?'. Numbers are finite. Other keys are not checked."""
     if isinstance(shape, dict):
         _check_type(value, dict, where, remedy)
         for key, part in shape.items():

@@ -33,8 +33,8 @@ def _blocks(points_m, cell_m=0.5):
 
 
 def _block_distances2(points, corners, lows, highs):
-    """Tries triangles in the order of the distance of their bounding box from that of the points,
-    until no point can gain any more."""
+    """Tries triangles in the order of the distance between their bounding box and that of the points, until no
+    point can get a smaller distance."""
     gap = np.maximum(np.maximum(lows - points.max(axis=0), points.min(axis=0) - highs), 0)
     bound2, best = np.sum(gap**2, axis=1), np.full(len(points), np.inf)
     for i in np.argsort(bound2, kind="stable"):
@@ -54,14 +54,14 @@ def distances_m(points_m, vertices_m, triangles):
 
 
 def sample(points_m, max_points):
-    """At most max_points of the points, evenly over the list."""
+    """At most max_points points, spread evenly over the list."""
     if len(points_m) <= max_points:
         return points_m
     return points_m[np.linspace(0, len(points_m) - 1, max_points).astype(int)]
 
 
 def cloud_metrics(points_m, building_from_map, vertices_m, triangles, max_points=20000):
-    """Figures of the distance of the cloud, moved to the building's frame, to its surfaces."""
+    """Figures of the distance from the cloud, in the building's frame, to the building's surfaces."""
     chosen = sample(points_m, max_points)
     figures = {"num_points": len(points_m), "num_sampled_points": len(chosen)}
     if len(chosen) == 0:

@@ -64,7 +64,7 @@ def error_png(frame_idxs, errors_m):
 
 
 def draw_grid(axes, grid):
-    """Free cells white, occupied black, the rest gray; cropped to what was seen."""
+    """Free cells white, occupied black, others gray; cropped to the seen cells."""
     colors = ListedColormap(["#c8c8c8", "#ffffff", "#202020"])
     axes.imshow(grid.cells, cmap=colors, vmin=0, vmax=2, origin="lower", extent=grid.extent_m(),
                 interpolation="nearest")  # fmt: skip
@@ -85,7 +85,7 @@ def draw_path(axes, path_m):
 
 
 def grid_png(grid, path_m=None, trajectory_m=None, located_m=None):
-    """The occupancy grid with what moved on it. Arguments may be None."""
+    """The occupancy grid with camera, path and drive. Arguments may be None."""
     figure, axes = map_axes("Floor plan: free white, occupied black, not seen gray")
     axes.set_aspect("equal", adjustable="box")
     draw_grid(axes, grid)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The grids of a site's floors against the exact plans of a made-up building."""
+"""Compares the grids of a site's floors with the exact plans of a synthetic building."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ TRUTH = {
 
 
 def read_floors(grid_dir):
-    """Rows of floors.json, the lowest first; of a folder without it the one floor of map.yaml."""
+    """Rows of floors.json, lowest first; without that file, the single floor of map.yaml."""
     if not (grid_dir / "floors.json").exists():
         return [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"}]
     return unit_lists.whole(unit_lists.read_floors, grid_dir)
@@ -35,13 +35,13 @@ def read_true_floors(truth_dir):
     sizes = {len(doorway) for floor in floors for doorway in floor["doorways_m"]} - {4}
     sizes |= {len(box[name]) for box in boxes for name in ("center_m", "half_size_m")} - {3}
     if sizes or not floors:
-        raise DataError(f"{path}: a floor, doorway or box that is none; {RECORD_AGAIN}")
+        raise DataError(f"{path}: not a valid floor, doorway or box; {RECORD_AGAIN}")
     with using(path, RECORD_AGAIN):
         return floors, boxes, truth.get("labels", ["", "wall"]).index("wall")
 
 
 def robot_width_m(site_dir):
-    """Of the robot that the site plans for."""
+    """Radius of the robot that the site plans for."""
     path = site_dir / "config" / "plan.toml"
     config = read_toml(path) if path.exists() else {}
     with using(path):
@@ -57,7 +57,7 @@ def evaluate_floor(grid, floor, truth_dir, boxes, wall_label, building_from_map,
 
 
 def evaluate_floors(site_dir, truth_dir, building_from_map):
-    """Figures of the lowest true floor, and under `floors` those of each; a floor that the map lacks has
+    """Figures of the lowest true floor, and of every floor under `floors`; a floor missing from the map has
     `found` false."""
     rows = read_floors(site_dir / "grid")
     heights_m = [floor_height_m(row, building_from_map) for row in rows]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the stages left for the morning: receipts (time, memory) and reports (counts)."""
+"""Results that the stages report: receipts (time, memory) and reports (counts)."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ RECEIPT = {
 
 
 class StageResult:
-    """One stage of a site, its shards taken together. `prefix` is of the names of its reports and receipts."""
+    """One stage of a site, over all its shards. `prefix` begins the names of its reports and receipts."""
 
     def __init__(self, folder, prefix=""):
         self.name, runs = folder.name, CurrentRuns(folder.parent)
@@ -40,12 +40,12 @@ class StageResult:
         return sum(times) if times else None
 
     def cpu_time_s(self):
-        """Of all cores, summed over the shards; None where a receipt has none."""
+        """CPU time of all cores, summed over the shards; None when a receipt lacks it."""
         times = [receipt.get("cpu_time_s") for receipt in self.receipts]
         return sum(times) if times and None not in times else None
 
     def part_time_s(self, name):
-        """Sum of one part over the shards; 0 where there is none of that name."""
+        """Sum of one part over the shards; 0 if no part has that name."""
         parts = [part for receipt in self.receipts for part in receipt.get("parts", [])]
         return sum(part["wall_time_s"] for part in parts if part["name"] == name)
 
@@ -62,7 +62,7 @@ class StageResult:
         return [reason for report in self.reports for reason in report.get("skipped", [])]
 
     def figures(self):
-        """Figures of the reports: counts added over the shards, of the rest the range."""
+        """Figures of the reports: sums of counts over the shards, ranges of the others."""
         values = {}
         for report in self.reports:
             for name, value in report.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the localize stage left: every query, and the poses of those it located."""
+"""Reads the results of the localize stage: every query, and the poses of the located ones."""
 
 from nightmap_eval.artifacts import read_csv, to_ints
 from nightmap_eval.checked_reading import REMEDY
@@ -12,12 +12,12 @@ POSE_COLUMNS = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw")
 
 
 def refuse_mapped_queries(names, map_names):
-    """Raises DataError when a picture is a query and a mapping frame: COLMAP knows pictures by their name,
-    so the query would be one of its map's images, and found where it was mapped."""
+    """Raises DataError when a picture is both a query and a mapping frame: COLMAP identifies pictures by name,
+    so it would take the query for an image of its map."""
     both = sorted(set(names) & set(map_names))
     if both:
         raise DataError(
-            f"{both[0]}: a query that is a mapping frame as well ({len(both)} of them); the comparison with "
+            f"{both[0]}: this query is also a mapping frame ({len(both)} such queries); the comparison with "
             "COLMAP needs queries that were not mapped: hold them out or leave them out of the site's queries"
         )
 
@@ -35,7 +35,7 @@ def read_located(path):
                 values = [float(row[name]) for name in POSE_COLUMNS]
             except ValueError as error:
                 raise DataError(f"{path}: query {row['query_idx']}: {error}; {REMEDY}") from None
-            if not all(abs(value) <= MAX_POSITION_M for value in values):  # nor NaN
-                raise DataError(f"{path}: query {row['query_idx']}: a pose beyond reason; {REMEDY}")
+            if not all(abs(value) <= MAX_POSITION_M for value in values):  # also rejects NaN
+                raise DataError(f"{path}: query {row['query_idx']}: a pose out of range; {REMEDY}")
             poses.append((int(time_ns), values[:3], values[3:]))
     return rows, times_ns, make_trajectory(poses, path)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loop closures against the truth: which accepted ones are false, which revisits were closed."""
+"""Compares loop closures with the truth: false accepted loops, and revisits that a loop closed."""
 
 import numpy as np
 
@@ -8,10 +8,10 @@ from nightmap_eval.checked_reading import REMEDY, using
 from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import angles_deg, rotation_matrices
 
-MAX_ERROR_M, MAX_ERROR_DEG = 0.3, 10  # of a true loop's relative pose
-REVISIT_M, REVISIT_DEG = 0.5, 20  # a frame revisits where it is so near an earlier one ...
-REVISIT_PATH_M = 3  # ... that much of the path ago
-REVISIT_FRAMES = 10  # a revisit is closed by a loop of a frame so near in the recording
+MAX_ERROR_M, MAX_ERROR_DEG = 0.3, 10  # largest error of a true loop's relative pose
+REVISIT_M, REVISIT_DEG = 0.5, 20  # a frame is a revisit within this distance of an earlier frame ...
+REVISIT_PATH_M = 3  # ... that lies at least this much path back
+REVISIT_FRAMES = 10  # a loop of a frame at most this many frames away closes a revisit
 
 
 def read_loops(path):
@@ -34,7 +34,7 @@ def read_relative_poses(path):
 
 
 def loop_counts(rows):
-    """Loops by status, and rejected ones by reason."""
+    """Counts loops by status, and rejected loops by reason."""
     figures = {"num_accepted": 0, "num_rejected": 0, "rejected_by_reason": {}}
     for row in rows:
         figures["num_accepted" if row["status"] == "accepted" else "num_rejected"] += 1
@@ -45,7 +45,7 @@ def loop_counts(rows):
 
 
 def is_true_loop(row, relative, rotation_of, position_of):
-    """Whether the measured relative pose is that of the truth."""
+    """Whether the measured relative pose agrees with the truth."""
     a, b = row["frame_a"], row["frame_b"]
     if (a, b) not in relative:
         raise DataError(f"loops.csv of pose_graph names frames {a} and {b}, of which loops.h5 of matches has no "
@@ -58,7 +58,7 @@ def is_true_loop(row, relative, rotation_of, position_of):
 
 
 def revisiting_frames(frame_idxs, truth):
-    """Frames from where the camera had seen the same view before, REVISIT_PATH_M ago or more."""
+    """Frames whose view the camera saw before, at least REVISIT_PATH_M of path back."""
     steps_m = np.linalg.norm(np.diff(truth.positions_m, axis=0), axis=1)
     path_m = np.concatenate([[0], np.cumsum(steps_m)])
     rotations, revisits = truth.rotations(), []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""evaluate/metrics.json as the report needs it: every figure that is shown has its type, or an error names it."""
+"""evaluate/metrics.json as the report needs it: checks the type of every figure that the report shows."""
 
 from nightmap_eval.checked_reading import NUMBER, REMEDY, check, read_object
 from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS
@@ -54,5 +54,5 @@ def read_metrics(path):
     if "num_with_truth" in queries:
         check(queries, dict.fromkeys(PROTOCOLS, PROTOCOL), f"{path}: queries")
     if len(metrics.get("trajectory", {}).get("truth_from_map_m_q", range(7))) != 7:
-        raise DataError(f"{path}: truth_from_map_m_q is no pose; {REMEDY}")
+        raise DataError(f"{path}: truth_from_map_m_q is not a pose; {REMEDY}")
     return metrics

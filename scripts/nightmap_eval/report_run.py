@@ -34,7 +34,7 @@ def _query_summary(queries):
 
 
 def summary(metrics, stages):
-    """What the run did and how good the map is, in one line."""
+    """One line: the result of the run and the accuracy of the map."""
     parts = []
     coverage = metrics.get("coverage")
     if coverage:
@@ -48,7 +48,7 @@ def summary(metrics, stages):
         rmse_cm = 100 * metrics["trajectory"]["se3"]["ate_rmse_m"]
         parts.append(f"trajectory error {rmse_cm:.1f} cm RMSE")
     elif metrics:
-        parts.append("no ground truth, accuracy not known")
+        parts.append("no ground truth, accuracy unknown")
     if "queries" in metrics:
         parts.append(_query_summary(metrics["queries"]))
     if "loops" in metrics:
@@ -83,7 +83,7 @@ def stage_section(stages):
     rows.append(["all", sum(stage.num_runs for stage in stages), _time(_total_s(stages)), "", ""])
     parts = [html.table(head, rows)]
     if any("Debug" in stage.build_types() for stage in stages):
-        warning = "Times are of a Debug build: they say nothing about speed."
+        warning = "These times come from a Debug build; they do not show the speed of nightmap."
         parts.append(html.paragraph(warning, "failed"))
     return html.section("Stages", *parts)
 
@@ -102,10 +102,10 @@ def skipped_section(metrics, stages):
         parts.append(html.paragraph(f"{_frame_list(missing)} have no pose."))
     bridged = metrics.get("coverage", {}).get("frames_bridged", [])
     if bridged:
-        parts.append(html.paragraph(f"{_frame_list(bridged)} matched no other: their poses are guesses."))
+        parts.append(html.paragraph(f"{_frame_list(bridged)} matched no other frame: their poses are guesses."))
     apart = metrics.get("coverage", {}).get("frames_apart", [])
     if apart:
-        guessed = "lie apart from the rest of the map: only guessed motion joins them."
+        guessed = "lie apart from the rest of the map: only guessed motion connects them."
         parts.append(html.paragraph(f"{_frame_list(apart)} {guessed}"))
     return html.section("Skipped items", *parts)
 

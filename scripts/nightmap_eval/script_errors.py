@@ -9,7 +9,7 @@ class DataError(Exception):
 
 
 def printable(text):
-    """Text as one line that every terminal can show: file names may hold anything."""
+    """Text as one line that every terminal can show: file names may contain any byte."""
     shown = str(text).encode("utf-8", "backslashreplace").decode()
     return "".join(letter if letter.isprintable() or letter == "\n" else f"\\x{ord(letter):02x}" for letter in shown)
 

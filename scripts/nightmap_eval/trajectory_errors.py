@@ -66,9 +66,9 @@ def frame_pairs(frame_idxs, sequence_idxs):
 
 
 def distance_pairs(truth, sequence_idxs, distance_m):
-    """Each pose with the first later one, in its sequence, at least distance_m of path on.
+    """Pairs each pose with the first later one of its sequence at least distance_m of path ahead.
 
-    Returns the pairs and the length of path between each."""
+    Returns the pairs and the path length between them."""
     steps = np.linalg.norm(np.diff(truth.positions_m, axis=0), axis=1)
     travelled = np.concatenate([[0.0], np.cumsum(steps)])
     later = np.searchsorted(travelled, travelled + distance_m - 1e-9)

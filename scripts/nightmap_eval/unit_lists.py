@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which shards, tiles and floors a site has: frames/shards.txt, tiles/tiles.txt and grid/floors.json.
+"""Lists of the shards, tiles and floors of a site: frames/shards.txt, tiles/tiles.txt and grid/floors.json.
 
-They are data: a name is checked here before it comes near Make, a shell or a path. Make asks whenever it
-is started, so this file imports little.
+The lists are data: this file checks each name before Make, a shell or a path uses it. Every start of make
+reads them, so this file imports little.
 """
 
 import json
@@ -74,7 +74,7 @@ def _place(tile):
 
 
 def near(tile, tiles):
-    """The tile and those of its eight neighbours that are among the set `tiles`, in order."""
+    """The tile and those of its eight neighbours that are in the set `tiles`, in order."""
     x, y = _place(tile)
     around = (f"{x + dx}_{y + dy}" for dx in (-1, 0, 1) for dy in (-1, 0, 1))
     return [name for name in around if name in tiles]
@@ -108,7 +108,7 @@ def has_queries(site_dir):
 
 
 def whole(reader, folder):
-    """What a reader of lists reads, for those who cannot make a lost or damaged one anew."""
+    """Calls a reader of lists; names the remedy for a missing or damaged list, which the caller cannot make again."""
     try:
         return reader(folder)
     except FileNotFoundError as error:
@@ -118,8 +118,8 @@ def whole(reader, folder):
 
 
 class CurrentRuns:
-    """Which reports and receipts are of shards and tiles that there are. The others are left over from a
-    longer recording or another cut, and say nothing of the map. Without a list every file counts."""
+    """Selects reports and receipts of existing shards and tiles. The others are left over from a longer recording
+    or another cut, and do not describe the map. Without a list every file counts."""
 
     def __init__(self, site_dir):
         self._names = {SHARD: self._read(read_shards, site_dir), TILE: self._read(read_tiles, site_dir)}

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Walls and doors of an exact building in the grid of one of its floors."""
+"""Measures how well the grid of a floor shows the walls and doors of the exact building."""
 
 import numpy as np
 
 from nightmap_eval.grid import FREE, OCCUPIED
 
 MIN_WALL_M = 0.5
-# What a wall reaches from and to, above the floor: lintels and parapets are none.
+# Heights above the floor that a wall spans at least: excludes lintels and parapets.
 WALL_FROM_M, WALL_TO_M = 0.1, 1.5
 
 
@@ -34,14 +34,14 @@ def state_at(grid, points_m):
 
 
 def is_wall(box, floor_m):
-    """Upright on the floor, longer than MIN_WALL_M."""
+    """Whether a box is a wall: upright on the floor, longer than MIN_WALL_M."""
     low_m, high_m = (box["center_m"][2] + sign * box["half_size_m"][2] for sign in (-1, 1))
     stands = low_m <= floor_m + WALL_FROM_M and high_m >= floor_m + WALL_TO_M
     return stands and 2 * max(box["half_size_m"][:2]) >= MIN_WALL_M
 
 
 class Strip:
-    """A wall as a strip: points by metres along it and across it, both from its middle."""
+    """A wall as a strip: points by metres along and across it, from its middle."""
 
     def __init__(self, box):
         half_x, half_y = box["half_size_m"][:2]
@@ -57,8 +57,8 @@ class Strip:
 
 
 def wall_lattice(strip, sampler, margin_m):
-    """States of the grid at every half cell along and across a wall and `margin_m` beside it; and how
-    far from the wall's middle line each column is."""
+    """States of the grid at every half cell along and across a wall, up to `margin_m` beside it; and the
+    distance of each column from the wall's middle line."""
     step_m = sampler.grid.resolution_m / 2
     num = int(2 * strip.half_length_m / step_m)
     along_m = (np.arange(num) + 0.5) * step_m - strip.half_length_m
@@ -68,11 +68,11 @@ def wall_lattice(strip, sampler, margin_m):
 
 
 def wall_masks(strip, sampler, plan):
-    """For each half cell along a wall three masks: is it exposed, present, open.
+    """Three masks over the half cells along a wall: exposed, present, open.
 
     Exposed: a side of it is free in the plan, not behind furniture. Present: the grid has an occupied
-    cell within one cell of it. Open: it has none, and is free inside the wall. What is neither was not
-    seen: the grid is unknown there."""
+    cell within one cell of it. Open: it has none, and is free inside the wall. A half cell that is neither was
+    not seen: the grid is unknown there."""
     states, along_m, across_m = wall_lattice(strip, sampler, plan.resolution_m)
     inside = np.abs(across_m) <= strip.half_width_m
     beside_m = strip.half_width_m + 1.5 * plan.resolution_m
@@ -100,11 +100,10 @@ def is_crossed(strip, sampler):
 
 
 def wall_figures(sampler, plan, boxes, wall_label):
-    """How much of the plan's walls the grid has, where they are not behind furniture.
+    """Share of the plan's walls that the grid shows, where no furniture hides them.
 
-    A wall counts when more than MIN_WALL_M of it is exposed; the others are hidden and only must not be
-    crossed. It is closed when at least half of what is exposed is present and no chain of free cells
-    leads through it."""
+    A wall counts when more than MIN_WALL_M of it is exposed; a hidden wall must only not be crossed. A wall is
+    closed when at least half of its exposed length is present and no chain of free cells leads through it."""
     num_walls = num_closed = num_hidden = num_crossed = 0
     lengths_m = np.zeros(3)  # exposed, present, open
     for box in boxes:
@@ -138,11 +137,11 @@ def wall_figures(sampler, plan, boxes, wall_label):
 def passage_width_m(sampler, doorway_m):
     """Diameter of the largest round robot that the grid lets through a doorway; 0: it is closed.
 
-    As planners reckon: the robot is at centres of cells, and clear of a cell that is not free when
+    Planners use the same rule: the robot stands on cell centres, and is clear of a cell that is not free when
     their centres are at least its radius apart."""
     x0, y0, x1, y1 = doorway_m
     size = np.array([x1 - x0, y1 - y0])
-    through = int(np.argmin(size))  # the axis of the way
+    through = int(np.argmin(size))  # the axis along which the robot passes
     centre = np.array([x0 + x1, y0 + y1]) / 2
     step_m, margin_m = sampler.grid.resolution_m, 0.7
     half = size / 2 + 0.3
@@ -171,9 +170,9 @@ def cells_near(sampler, centre, half):
 
 
 def bottleneck(cells, values, sides):
-    """Largest value such that cells of at least it join one of side -1 to one of side 1; else 0.
+    """Largest value v such that cells of at least v connect side -1 with side 1; 0 if there is none.
 
-    Cells join over their sides; they are added from the largest value down (union-find)."""
+    Cells connect over their sides; they are added from the largest value down (union-find)."""
     parent, touched = list(range(len(cells))), [{int(side)} - {0} for side in sides]
     index = {tuple(cell): i for i, cell in enumerate(cells.tolist())}
     added = np.zeros(len(cells), dtype=bool)
@@ -200,7 +199,7 @@ def bottleneck(cells, values, sides):
 
 
 def door_figures(sampler, doorways_m, robot_width_m):
-    """Whether the robot passes where the plan's doors are wide enough for it, and nowhere else."""
+    """Checks that the robot passes the plan's doors that are wide enough for it, and no others."""
     true_m = np.array([max(x1 - x0, y1 - y0) for x0, y0, x1, y1 in doorways_m])
     grid_m = np.array([passage_width_m(sampler, door) for door in doorways_m])
     passes, fits = grid_m >= robot_width_m - 1e-9, true_m >= robot_width_m

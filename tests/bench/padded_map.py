@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Landmark maps of any size made of real ones, to measure how localization grows with the map.
+"""Builds landmark maps of any size from real ones, to measure how localization time grows with the map.
 
-A larger map is the real one and, beside it, copies of real maps: other rooms of the same kind. The
-map of another building is copied as it is, then as of a mirrored building; its own map is mirrored
-first, or each place had a twin. In all further copies half of each descriptor's cells are those of
-another landmark: these landmarks are other points, but their cells, and so their visual words, are
-distributed as in real maps.
+A larger map is the real one with copies of real maps beside it, like further rooms of the same kind. The map
+of another building is copied unchanged first, then mirrored; the site's own map is mirrored in its first copy,
+or each place would have a twin. In all further copies, half of each descriptor's cells come from another
+landmark: the landmarks are new points, but their cells, and so their visual words, are distributed as in
+real maps.
 """
 
 import shutil
@@ -17,14 +17,14 @@ import numpy as np
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
 from nightmap_eval.script_errors import DataError
 
-NORM = 512  # of a RootSIFT descriptor
+NORM = 512  # dimensions of a RootSIFT descriptor
 CELLS = (4, 4, 8)  # rows, columns, orientations
-APART_M = 1000.0  # between a map and the next copy
+APART_M = 1000.0  # gap between a map and the next copy
 
 
 @dataclass
 class SparseMap:
-    """The arrays of landmarks.h5 that localization reads; words are of the tree and made anew."""
+    """The arrays of landmarks.h5 that localization reads, except the words, which are computed again."""
 
     positions_m: np.ndarray
     sigmas_m: np.ndarray
@@ -41,7 +41,7 @@ class SparseMap:
 
 
 def read_map(path):
-    """Of landmarks.h5; only SIFT's descriptors have cells."""
+    """Reads landmarks.h5; only SIFT's descriptors have cells."""
     with h5py.File(path) as file:
         if file["kind"][0, 0] != 0:
             raise DataError(f"{path}: made with another detector than sift")
@@ -56,7 +56,7 @@ def read_map(path):
 
 
 def thin(sparse, count, rng):
-    """`count` of the landmarks, drawn alike everywhere."""
+    """`count` of the landmarks, drawn uniformly."""
     kept = np.zeros(len(sparse), dtype=bool)
     kept[rng.permutation(len(sparse))[:count]] = True
     new_idx = np.cumsum(kept) - 1
@@ -69,7 +69,7 @@ def thin(sparse, count, rng):
 
 
 def mirrored(sparse):
-    """What a camera would have seen in a mirror at x = 0."""
+    """The map that a camera would see in a mirror at x = 0."""
     cells = sparse.descriptors.reshape(-1, *CELLS)[:, ::-1, :, -np.arange(CELLS[2]) % CELLS[2]]
     return replace(
         sparse,
@@ -80,12 +80,12 @@ def mirrored(sparse):
 
 
 def mixed(sparse, rng):
-    """Half of the cells of each landmark's descriptors are another's."""
+    """Takes half of the cells of each landmark's descriptors from another landmark."""
     cells = sparse.descriptors.reshape(-1, 16, CELLS[2])
     first = np.searchsorted(sparse.landmark_idxs, np.arange(len(sparse)))
     order = rng.permutation(len(sparse))
     other = np.empty(len(sparse), dtype=first.dtype)
-    other[order] = first[np.roll(order, 1)]  # never its own
+    other[order] = first[np.roll(order, 1)]  # never the landmark itself
     is_others = np.argsort(rng.random((len(sparse), 16)), axis=1) < 8
     of = sparse.landmark_idxs
     values = np.where(is_others[of][:, :, None], cells[other[of]], cells).reshape(-1, 128)
@@ -103,7 +103,7 @@ def moved(sparse, x_m):
 
 
 def joined(maps):
-    """One map of several; indices follow each other."""
+    """Joins several maps; indices of each follow those of the one before."""
     landmarks = np.cumsum([0, *map(len, maps)])
     keyframes = np.cumsum([0, *(len(part.poses) for part in maps)])
     return SparseMap(
@@ -117,8 +117,8 @@ def joined(maps):
 
 
 def pad(base, own, donors, count, rng):
-    """`base`, thinned of `own`, and copies of `donors` and `own` in turn, `count` landmarks in all;
-    keyframes see about as many landmarks each as those of the base."""
+    """`base`, which is thinned from `own`, plus copies of `donors` and `own` in turn, `count` landmarks in total.
+    Each keyframe sees about as many landmarks as those of the base."""
     sources = [*donors, own]
     parts, missing = [base], count - len(base)
     while missing > 0:
@@ -137,7 +137,7 @@ def pad(base, own, donors, count, rng):
 
 
 def word_paths(tree, descriptors):
-    """Vocabulary nodes on the way of each descriptor, one a level, the leaf repeated; as
+    """Vocabulary nodes on the path of each descriptor, one per level, with the leaf repeated; as
     VocabularyTree::Path."""
     nodes, centres = tree["nodes"][:], tree["centres"][:].astype(np.float32)
     values = descriptors.astype(np.float32)
@@ -165,8 +165,8 @@ def _put(file, name, values, dtype):
 
 
 def write_map(template, vocabulary, sparse, num_base_keyframes, path):
-    """landmarks.h5 as `template`, but of `sparse`; keyframes after the base's are frames after all
-    those of `vocabulary` (an open file). Returns the words of its descriptors."""
+    """Writes landmarks.h5 like `template` with the landmarks of `sparse`. Keyframes beyond the base's become new
+    frames after those of `vocabulary` (an open file). Returns the words of the descriptors."""
     paths = word_paths(vocabulary["tree"], sparse.descriptors)
     num_added = len(sparse.poses) - num_base_keyframes
     num_frames = len(vocabulary["frames/word_offsets"]) - 1
@@ -191,8 +191,8 @@ def write_map(template, vocabulary, sparse, num_base_keyframes, path):
 
 
 def write_vocabulary(template, sparse, leaves, num_base_keyframes, path, rng):
-    """vocabulary.h5 as `template` with a frame more for each added keyframe: the words of what it
-    sees, and others of the same map until it has as many as a real frame."""
+    """Writes vocabulary.h5 like `template` with a new frame per added keyframe: the words of the landmarks it
+    sees, filled up with words of the same map to the number of a real frame."""
     shutil.copyfile(template, path)
     with h5py.File(path, "r+") as file:
         offsets, words = np.ravel(file["frames/word_offsets"]), np.ravel(file["frames/words"])

@@ -228,7 +228,7 @@ class ReportTest(unittest.TestCase):
         figures = self.site_dir / "drive" / "drive.json"
         figures.write_text(json.dumps(drive))
         page = self.report()
-        for text in ("data:image/gif", "61.2", "12.3", "Off the goal"):
+        for text in ("data:image/gif", "61.2", "12.3", "Position error at the goal"):
             self.assertIn(text, page)
         del drive["duration_s"]
         figures.write_text(json.dumps(drive))
@@ -293,7 +293,7 @@ class BuildingRowsTest(unittest.TestCase):
         ]
         rows = dict(_building_rows({"grid": floors[0] | {"floors": floors}}))
         self.assertEqual(rows["Floor at 0.0 m: Seen cells right within one cell (%)"], 99.0)
-        self.assertEqual(rows["Floor at 0.0 m: Walls that are there and no free cells lead through (%)"], 100.0)
+        self.assertEqual(rows["Floor at 0.0 m: Walls in the grid that no free cells lead through (%)"], 100.0)
         self.assertEqual(rows["Floor at 2.9 m: in the map"], "no")
         [row] = _building_rows({"grid": {"height_m": 0.0, "seen_right_percent": 98.0}})
         self.assertEqual(row, ["Seen cells right within one cell (%)", 98.0])
