@@ -25,7 +25,7 @@ struct KeyframeSource {
   // Returns the pixels of one keyframe, or none when it sees nothing of the region. Called from
   // several threads. Throws DataError when they are unreadable.
   std::function<RgbdImages(const Keyframe&)> load;
-  // Likewise only the depth of a keyframe, which is cheaper.
+  // Returns the depth of any keyframe, even if it sees nothing of the region. It is cheaper.
   std::function<DepthImage(const Keyframe&)> load_depth;
   MapRegion region;  // part of the map that is wanted
 };

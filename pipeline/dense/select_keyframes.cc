@@ -36,7 +36,7 @@ void CheckReach(const std::vector<Keyframe>& keyframes, double max_range_m, doub
         keyframe.map_from_camera.translation.cwiseAbs().maxCoeff() + max_range_m;
     if (!(extent_m < reach_m)) {
       throw DataError(
-          "keyframe at time {}: what it sees is {} m from the origin, voxels reach {} m; "
+          "keyframe at time {}: its view reaches {} m from the origin, voxels {} m; "
           "correct the trajectory or take larger voxels",
           TimeToString(keyframe.frame.time_ns),
           extent_m,

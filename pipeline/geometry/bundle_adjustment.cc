@@ -116,7 +116,7 @@ class Adjuster {
 
  private:
   static constexpr int kMaxRefused = 30;  // in a row; each step is shorter than the previous one
-  // Of the cost; a smaller one ends the adjustment.
+  // A smaller relative decrease of the cost ends the adjustment.
   static constexpr double kMinRelativeDecrease = 1e-5;
   static constexpr double kNoDecrease = 1e-9;      // rounding error when everything fits exactly
   static constexpr double kMinOfPredicted = 1e-3;  // a smaller share refuses the step

@@ -114,10 +114,10 @@ class SchurSystem {
   Eigen::Index num_sensors_;
   IndexGroups of_point_;  // observations of each point
   IndexGroups of_pose_;
-  std::vector<int>
-      rank_;  // rank of a pose in the order of elimination; -1: fixed or without any point
-  std::vector<std::vector<int>>
-      later_;  // by pose: the later-ranked poses with which it shares points
+  // Rank of a pose in the order of elimination; -1: fixed or without any point.
+  std::vector<int> rank_;
+  // By pose: the later-ranked poses with which it shares points.
+  std::vector<std::vector<int>> later_;
 
   std::vector<PointBlock> points_;
   std::vector<Eigen::Matrix3Xd> calibration_by_point_;  // transposed: 3 rows, NumCalibrations()

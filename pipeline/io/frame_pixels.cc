@@ -84,7 +84,7 @@ DepthImage LoadDepth(const FrameRecord& frame,
                      const std::filesystem::path& data_root) {
   if (frame.depth.path.empty()) {
     throw DataError(
-        "{}: frame has no depth, of which this map is made: set depth = \"required\" in the "
+        "{}: frame has no depth, but this map needs it: set depth = \"required\" in the "
         "[[sequence]] to leave such frames out",
         frame.color.path);
   }

@@ -73,7 +73,7 @@ std::unique_ptr<OIIO::ImageInput> Open(const std::filesystem::path& path) {
     throw DataError("{}: header says {} x {} pixels", path.string(), spec.width, spec.height);
   }
   if (spec.depth > 1 || spec.nchannels > kMaxChannels) {
-    throw DataError("{}: header says {} layers of {} channels, a picture has one of at most {}",
+    throw DataError("{}: header says {} layers of {} channels; a picture has one, of at most {}",
                     path.string(),
                     spec.depth,
                     spec.nchannels,

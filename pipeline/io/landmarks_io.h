@@ -45,8 +45,8 @@ struct LandmarkMap {
   std::vector<int> words;  // num_word_levels per descriptor; the leaf is repeated
   std::vector<MapKeyframe> keyframes;
   std::vector<std::vector<int>> landmark_keyframes;  // keyframes that see each landmark, ascending
-  std::vector<std::vector<int>>
-      landmark_features;  // feature of each of these keyframes that shows it
+  // Feature of each of these keyframes that shows it.
+  std::vector<std::vector<int>> landmark_features;
 
   int NumLandmarks() const { return static_cast<int>(positions_in_map.size()); }
   int NumDescriptors() const { return static_cast<int>(descriptor_landmarks.size()); }

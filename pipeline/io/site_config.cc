@@ -16,8 +16,7 @@ namespace {
 
 const Range kFieldOfView_deg{1, 170};
 constexpr double kMinFrameRate_hz = 0.001;
-// Line that make appends to the user's text in its copy of the config: it marks the end of the text
-// and names its file.
+// make's copy of a config has the user's text, then this line, which names the user's file.
 constexpr std::string_view kTextEnd = "\n# This was the text of ";
 constexpr std::string_view kQueryStart = "; QUERY adds:\n";
 

@@ -209,8 +209,7 @@ void AddFloorsAndCeilings(const FloorLayout& layout,
   for (const Rect2& doorway : layout.doorways) AddSlab(doorway, 0, true, corridor_floor, builder);
   constexpr std::array<Paint, 3> kFloors = {Paint::kPlanks, Paint::kCarpet, Paint::kTerrazzo};
   for (std::size_t i = 0; i < layout.rooms.size(); ++i) {
-    Random random(
-        seed, kFloorStream, i + 1);  // by room, not by style, because no two floors look alike
+    Random random(seed, kFloorStream, i + 1);  // by room, not by style: no two floors look alike
     const Material floor = builder.Tiled(kFloors[random.Index(kFloors.size())], random);
     AddSlab(layout.rooms[i].area, 0, true, floor, builder);
     AddSlab(layout.rooms[i].area, height, false, ceiling, builder);

@@ -24,7 +24,7 @@ struct ControllerOptions {
   double slow_clearance_m = 0.15;    // with less clearance than this the robot slows down
   double min_v_m_s = 0.05;           // neither rule slows down below this
   double margin_m = 0.02;            // room to obstacles that the robot keeps where the path has it
-  // Standard deviations of the poses that the controller is told. It does not try to be more exact.
+  // Standard deviations of the poses given to the controller. It does not try to be more exact.
   double position_sigma_m = 0;
   double heading_sigma_rad = 0;
 };

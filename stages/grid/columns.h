@@ -49,8 +49,8 @@ struct Area {
 struct Columns {
   Area area;
   double resolution_m = 0;
-  std::vector<std::size_t>
-      first;  // index of each column's first run, row by row, smallest y first; then the end
+  // Index of each column's first run, row by row, smallest y first; then the end.
+  std::vector<std::size_t> first;
   std::vector<Run> runs;  // of each column upwards; adjacent voxels of one state form one run
 
   std::span<const Run> Of(std::size_t column) const {

@@ -64,8 +64,8 @@ class LevelMap {
  private:
   struct Sample {
     Eigen::Vector3d point;  // x and y across, z along up
-    std::optional<Eigen::Vector3d>
-        camera;  // position of the camera that saw it, where known; same axes
+    // Position of the camera that saw it, where known; same axes.
+    std::optional<Eigen::Vector3d> camera;
     int camera_idx = 0;
   };
   static LevelSurface::Cell CellOf(const Eigen::Vector3d& point);

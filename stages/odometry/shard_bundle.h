@@ -12,8 +12,8 @@
 namespace nightmap {
 
 struct ShardBundle {
-  std::vector<Track>
-      tracks;  // observations that the adjustment agreed with; a track may have none left
+  // Observations that the adjustment agreed with; a track may have none left.
+  std::vector<Track> tracks;
   std::vector<Eigen::Vector3d> points_in_shard;  // one per track
   std::vector<BundleSummary> adjustments;        // in order
   // Tracked frames that keep their chained pose, because too few points fit another.

@@ -36,8 +36,8 @@ struct PlanOptions {
 struct PlanInputs {
   OccupancyGrid grid;
   std::vector<QueryResult> queries;
-  std::vector<StampedPose>
-      trajectory;  // map_from_camera; gives default ends when nothing is located
+  // map_from_camera; gives default ends when nothing is located.
+  std::vector<StampedPose> trajectory;
   std::vector<FloorFiles> floors = {FloorFiles{}};
   std::size_t floor_idx = 0;  // index of the grid's floor, from PlanFloor
 };
@@ -52,8 +52,8 @@ struct PathPoint {
 
 // Part of the path from one end to the next.
 struct PlanLeg {
-  std::size_t first_point = 0;  // index in the path; a leg's last point is the next
-  std::size_t last_point = 0;   // leg's first point
+  std::size_t first_point = 0;  // index in the path
+  std::size_t last_point = 0;   // also the next leg's first point
   double length_m = 0;
   double min_clearance_m = 0;    // least clearance of the cells that it touches
   double search_cost_m = 0;      // length of the search's path, weighted by nearness to obstacles

@@ -14,7 +14,7 @@ namespace {
 void CheckFrames(const FeaturesShard& features) {
   for (std::size_t i = 0; i < features.frames.size(); ++i) {
     if (features.frames[i].frame_idx != static_cast<int>(i)) {
-      throw DataError("features: frame_idx {} where {} is due; give all shards in order",
+      throw DataError("features: frame_idx {} where {} is expected; give all shards in order",
                       features.frames[i].frame_idx,
                       i);
     }

@@ -86,7 +86,7 @@ TEST(MatchDescriptors, ARepeatedDescriptorFailsTheRatioTest) {
 TEST(MatchDescriptors, AFeatureIsMatchedOnce) {
   Random random(7);
   const auto descriptors = RandomDescriptors(2, 8);
-  // Both first features resemble the one in b; the nearer one has it.
+  // Both first features resemble the one in b; the nearer one gets it.
   const auto a = Describe({descriptors[0], Disturbed(descriptors[0], random), descriptors[1]});
   const auto matches = MatchDescriptors(a, Describe(descriptors), DescriptorKind::kRootSift, 0.8);
   ASSERT_EQ(matches.size(), 2U);

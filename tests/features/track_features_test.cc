@@ -14,7 +14,7 @@ namespace {
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
 
-// A smooth random pattern, turned about the middle and moved.
+// A smooth random pattern, rotated about the centre and shifted.
 ColorImage MakeImage(double shift_px, double angle_rad, std::uint64_t seed = 1) {
   Random random(seed);
   struct Wave {

@@ -60,7 +60,7 @@ class VocabularyTreeTest : public testing::TestWithParam<DescriptorKind> {
     }
     return distances;
   }
-  // Of the nodes on the way from the last common one to each of two leaves.
+  // Farthest nodes on the paths from the last common node to each of two leaves.
   static std::pair<int, int> FarthestSteps(int leaf_a,
                                            int leaf_b,
                                            const std::vector<int>& parents,

@@ -10,7 +10,7 @@ namespace {
 
 const Camera kCamera{640, 480, 525, 525, 319.5, 239.5};
 
-// What a camera sees of random points when it reads its rows one after the other.
+// Projections of random points in a camera that reads its rows one after the other.
 struct RolledPicture {
   Rigid3 truth{Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, -1).normalized())),
                {0.4, -0.2, 0.7}};
@@ -65,7 +65,7 @@ TEST(MovingPose, OutliersHaveNoSay) {
   EXPECT_EQ(moving->pose.inliers.size(), picture.matches.size() - 60);
 }
 
-// What is expected of the motion holds a camera that stood still: the pose of both is about equal.
+// The prior of the motion constrains a camera that stood still, so both poses are about equal.
 TEST(MovingPose, ACameraThatStoodStillHasThePoseItHadWithoutMotion) {
   const RolledPicture picture({}, 200, 0.5);
   const auto still = RefineAbsolutePose(kCamera, picture.matches, picture.truth, {});

@@ -47,7 +47,7 @@ inline SyntheticWorld PosterWorld() {
   return WorldOfScene(std::move(scene));
 }
 
-// Where the map's cameras stood: `step` 0 to 5; queries may stand between.
+// Poses of the map's cameras: `step` 0 to 5; queries may be between them.
 inline Rigid3 PosterPose(double step) {
   return CameraPose({{0, 1.0 - 0.4 * step}, 0.1 * (step - 2.5)}, 1.4, 0.05);
 }

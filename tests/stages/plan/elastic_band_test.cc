@@ -46,8 +46,8 @@ TEST(Relax, FindsTheMiddleOfACorridor) {
   }
 }
 
-// What the search and the pulling tight give is nearly the cheapest path there is, whether the cost
-// is the length or rises near obstacles, and from cell to cell no path is.
+// The pulled-tight path of the search is nearly the cheapest, whether the cost is the length or
+// rises near obstacles. No path from cell to cell is.
 TEST(Relax, TightPathsAreNearTheOptimum) {
   const auto grid = OfficeFloor(2, 24).ToGrid(30, 0.05, 0.2);
   for (const double clearance_weight : {0.0, 2.0}) {

@@ -80,7 +80,7 @@ TEST(AnyAngle, IsStraightWhereNothingIsInTheWay) {
   }
 }
 
-// Work and length, not seconds: on floors turned against the grid, as real ones are.
+// Compares work and length, not seconds, on floors rotated against the grid like real ones.
 TEST(AnyAngle, IsShorterThanAStarAndSearchesLess) {
   const auto grid = OfficeFloor(1, 38).ToGrid(50, 0.05, 0.35);
   const CostMap map = MakeCostMap(grid, {}, 0.25, 1);

@@ -132,7 +132,7 @@ TEST(FitSurface, ThicknessIsTheNoiseOfThePlane) {
   AddPatch(0, 0, doubled);
   for (Eigen::Vector3d point : flat) doubled.push_back(point + Eigen::Vector3d(0, 0, 0.02));
   EXPECT_LT(MedianThickness_m(flat), 1e-6);
-  // Of a voxel the mean of four points is known.
+  // A voxel's position is the mean of four points.
   EXPECT_NEAR(MedianThickness_m(noisy), 0.0015, 0.0005);
   EXPECT_NEAR(MedianThickness_m(doubled), 0.01, 0.001);
 }
