@@ -21,10 +21,10 @@ from nightmap_eval.errors import DataError, run_main
 from nightmap_eval.lists import read_shards
 from nightmap_eval.reading import read_object
 from nightmap_eval.site import put_between
-from nightmap_eval.stages import StageResult
+from nightmap_eval.stages import StageResult, folders_up_to
 
 BEGIN, END = "<!-- bench:begin -->", "<!-- bench:end -->"
-STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph", "map_frame")
+STAGES = folders_up_to("map_frame")
 YARDSTICK = "features.max_gap_frames=0 features.num_features=1000"
 YARDSTICK_FRAMES = 1000
 

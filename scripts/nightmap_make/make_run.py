@@ -128,7 +128,7 @@ class MakeRun:
         state = SiteState(self.asked.name, self.folder, self.env["DATA"], self.env["BUILD"], self.asked.config)
         state.is_synthetic, state.imports = self.asked.call.synthetic, self.asked.imports
         state.stamps = self.stamps
-        state.read_lists((lambda message: None) if self.is_preview else self._tell_once)
+        state.read_lists(self.asked.pipeline.jobs.values(), (lambda message: None) if self.is_preview else self._tell_once)
         return state
 
     def _tell_once(self, message):

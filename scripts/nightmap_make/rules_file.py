@@ -9,6 +9,7 @@ the program in a file below `lists/`, since a command line has an end.
 import os
 
 from nightmap_make.graph import PathList
+from nightmap_make.site_state import READERS
 
 HEAD = """\
 # The rules of site {site}. Written by scripts/make_site.py from configs/pipeline.toml and the site's lists of
@@ -153,10 +154,10 @@ class RulesFile:
 
     def name_files(self):
         """(path, text) of the names of the units, but for a list that is damaged: it comes back as it was."""
-        for units, job in (("shard", "frames"), ("tile", "tiles")):
-            if job in self.site.damaged:
+        for job in self.graph.jobs.values():
+            if job.lists not in READERS or job.name in self.site.damaged:
                 continue
-            yield f"{self.site.folder}/lists/{units}s.txt", "".join(f"{name}\n" for name in self.site.lists[units])
+            yield f"{self.site.folder}/lists/{list_goal(job)}.txt", "".join(f"{name}\n" for name in self.site.lists[job.lists])
 
     def _command(self, rule):
         job = rule.job
