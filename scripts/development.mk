@@ -28,10 +28,11 @@ test: ## unit tests, end-to-end tests, and tests on real data where it is found
 	ninja -j $(THREADS) -C $(BUILD)
 	@ctest --test-dir $(BUILD) -j $(THREADS) --output-on-failure
 
-# What takes too long for every day: a sweep of attacks on all programs and scripts.
-test-nightly: ## 2,000 attacks with damaged, hostile and misplaced files; after `make test`
+# What takes too long for every day.
+test-nightly: ## 2,000 attacks with damaged, hostile and misplaced files, a site of 5,000 shards; after `make test`
 	@$(MAKE) --no-print-directory build
 	@NIGHTMAP_BUILD=$(abspath $(BUILD)) $(PYTHON) tests/fuzz/sweep.py --runs 2000
+	@cd tests/e2e; NIGHTMAP_BUILD=$(abspath $(BUILD)) NIGHTMAP_NIGHTLY=1 $(PYTHON) -m unittest shards_test
 
 # Other compiler options, other folder. Debug asserts are on; -O1 keeps it bearable. The end-to-end and
 # real-data tests are left to `make test`.
