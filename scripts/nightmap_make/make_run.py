@@ -186,7 +186,8 @@ class MakeRun:
         self._write_rules()
         outcome = last_run(self.folder)
         print("\n".join(morning.status_lines(outcome)))
-        morning.write_page(self, outcome.code)
+        if not morning.write_page(self, outcome.code):
+            return 2
         print(MADE["report"].format(folder=self.folder))
         return 0
 
