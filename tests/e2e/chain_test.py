@@ -7,6 +7,7 @@ import subprocess
 import time
 import unittest
 
+from browser import shown_text
 from workspace import GOALS, PIPELINE, SITE, Workspace
 
 # The folders of the tiles' jobs depend on the lists of the tiles alone. A change before them that moves no pose ends
@@ -197,6 +198,14 @@ class ChainTest(unittest.TestCase):
         for name in ("evaluate/metrics.json", "report/index.html"):
             self.assertGreater(self.work.path(name).stat().st_size, 100)
         self.assertEqual(self.work.make("-q", "report").returncode, 0)
+        page = shown_text(self, self.work.path("report/index.html"))
+        for text in ("nightmap: small", "Loop closures", "point_cloud", "items skipped"):
+            self.assertIn(text, page)
+
+    def test_the_status_of_a_good_run_leaves_no_failure(self):
+        self.assertIn("ended with exit code 0", self.make("status"))
+        self.assertFalse(self.work.path("logs/failure.json").exists())
+        self.assertNotIn("The last run", self.work.path("report/index.html").read_text(encoding="utf-8"))
 
     def test_a_drive_that_does_not_arrive_commits_nothing(self):
         result = self.work.make("drive", "SET=drive.max_duration_s=0.5")
