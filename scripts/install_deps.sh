@@ -18,6 +18,7 @@ packages=(
   python3-h5py         # evaluation: HDF5 artifacts
   python3-matplotlib   # report: plots
   python3-pil          # report: thumbnails of query pictures
+  chromium             # tests: opens the report
   libeigen3-dev        # geometry
   libopencv-dev        # descriptors, optical flow, P3P, videos, drawing
   libceres-dev         # pose graph

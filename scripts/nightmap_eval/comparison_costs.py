@@ -8,7 +8,7 @@ count, nor does the export of nightmap's map as a COLMAP model: neither locates 
 
 from nightmap_eval.checked_reading import read_object
 from nightmap_eval.colmap_run import read_receipt
-from nightmap_eval.job_results import StageResult
+from nightmap_eval.job_results import StageResult, folders_up_to
 
 # Phases of a query, and COLMAP's commands for each. A phase that is part of another one names it.
 PHASES = ("features", "search", "registration", "adjustment")
@@ -16,7 +16,7 @@ PHASE_OF_COMMAND = {
     "feature_extractor": "features", "vocab_tree_retriever": "search", "matches_importer": "search",
     "image_registrator": "registration", "bundle_adjuster": "adjustment", "mapper": "registration",
 }  # fmt: skip
-POSE_STAGES = ("frames", "features", "vocabulary", "matches", "odometry", "pose_graph", "map_frame")
+POSES = "map_frame"  # the job that makes the poses
 
 
 def _costs(map_parts, query_parts, query_cpu_s, num_queries, phases_s):
@@ -45,7 +45,7 @@ def _stage_times_s(site_dir, stages):
 
 
 def nightmap_costs(site_dir, num_queries):
-    map_parts = _stage_times_s(site_dir, (*POSE_STAGES, "landmarks"))
+    map_parts = _stage_times_s(site_dir, folders_up_to("landmarks"))
     files = [site_dir / "landmarks" / "landmarks.h5", site_dir / "vocabulary" / "vocabulary.h5"]
     report = read_object(site_dir / "landmarks" / "report.json", {"num_landmarks": int})
     size = sum(path.stat().st_size for path in files)
@@ -95,7 +95,7 @@ def colmap_costs(site_dir, run, num_queries):
     root = site_dir / "evaluate_colmap"
     map_parts = _command_times_s(root, ("features", "matches", run.map_step))
     if run.map_step == "triangulate":
-        map_parts = _stage_times_s(site_dir, POSE_STAGES) | map_parts
+        map_parts = _stage_times_s(site_dir, folders_up_to(POSES)) | map_parts
     steps = (run.queries_step, run.register_step)
     query_parts, query_cpu_s = _command_times_s(root, steps), _command_cpu_s(root, steps)
     files = [root / "matches" / name for name in ("database.db", "vocabulary.bin")]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from nightmap_eval.checked_reading import NUMBER, read_object
 from nightmap_eval.unit_lists import CurrentRuns
+from nightmap_make.graph import closure
 from nightmap_make.pipeline import read_pipeline
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
@@ -85,6 +86,13 @@ def job_folders():
     """Folders of the declared jobs under maps/<site>/, in the order of the pipeline."""
     jobs = read_pipeline(CONFIGS).jobs.values()
     return list(dict.fromkeys(job.folder for job in jobs if job.program))
+
+
+def folders_up_to(folder):
+    """Folders of the jobs that what is in `folder` is made by, from the lists of frames on, in the order of the pipeline."""
+    pipeline = read_pipeline(CONFIGS)
+    needed = closure(pipeline, goals=(), folders=(folder,))
+    return list(dict.fromkeys(job.folder for job in pipeline.jobs.values() if job.name in needed))
 
 
 def read_stages(site_dir):

@@ -36,15 +36,18 @@ def status_lines(outcome):
 
 
 def write_page(run, code):
-    """Writes failure.json, then the report, which reads it."""
-    failure = describe(run, code)
+    """Writes the report and, before it, unless the run ended well, failure.json for it. Returns whether the report was written."""
     path = f"{run.folder}/logs/failure.json"
-    with open(f"{path}.tmp", "w", encoding="utf-8") as file:
-        json.dump(failure, file, indent=1)
-    os.replace(f"{path}.tmp", path)
+    if code == 0 and os.path.exists(path):
+        os.remove(path)
+    elif code != 0:
+        with open(f"{path}.tmp", "w", encoding="utf-8") as file:
+            json.dump(describe(run, code), file, indent=1)
+        os.replace(f"{path}.tmp", path)
     page = f"{run.folder}/report/index.html"
     command = [run.env["PYTHON"], "scripts/report.py", "--site-dir", run.folder, "--data", run.env["DATA"], "--out", page]
-    os.waitpid(os.posix_spawnp(command[0], command, run.env), 0)
+    _, status = os.waitpid(os.posix_spawnp(command[0], command, run.env), 0)
+    return status == 0
 
 
 def describe(run, code):

@@ -128,7 +128,7 @@ class MakeRun:
         state = SiteState(self.asked.name, self.folder, self.env["DATA"], self.env["BUILD"], self.asked.config)
         state.is_synthetic, state.imports = self.asked.call.synthetic, self.asked.imports
         state.stamps = self.stamps
-        state.read_lists((lambda message: None) if self.is_preview else self._tell_once)
+        state.read_lists(self.asked.pipeline.jobs.values(), (lambda message: None) if self.is_preview else self._tell_once)
         return state
 
     def _tell_once(self, message):
@@ -186,7 +186,8 @@ class MakeRun:
         self._write_rules()
         outcome = last_run(self.folder)
         print("\n".join(after_failure.status_lines(outcome)))
-        after_failure.write_page(self, outcome.code)
+        if not after_failure.write_page(self, outcome.code):
+            return 2
         print(MADE["report"].format(folder=self.folder))
         return 0
 

@@ -70,6 +70,11 @@ class Job:
         """Prefix of the names of report and receipt, needed in a recording's folder, which is not the job's own."""
         return f"{self.name}_" if self.folder == "RECORDING" else ""
 
+    @property
+    def first_output(self):
+        """File name of the output that stands for all, or that lists the units."""
+        return next(iter(self.outputs.values()))
+
     def file_of(self, output):
         """File name of an output, with {unit} in it; None when the job has no such output."""
         made = self.outputs | self.beside | self.optional | self.run_files()

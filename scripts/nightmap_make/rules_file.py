@@ -9,6 +9,7 @@ reach the program in a file below `lists/`, since the length of a command line i
 import os
 
 from nightmap_make.graph import PathList
+from nightmap_make.site_state import READERS
 
 HEAD = """\
 # The rules of site {site}. Written by scripts/make_site.py from configs/pipeline.toml and the site's lists of
@@ -153,10 +154,10 @@ class RulesFile:
 
     def name_files(self):
         """(path, text) of the lists of unit names, without damaged lists: their jobs write the same names again."""
-        for units, job in (("shard", "frames"), ("tile", "tiles")):
-            if job in self.site.damaged:
+        for job in self.graph.jobs.values():
+            if job.lists not in READERS or job.name in self.site.damaged:
                 continue
-            yield f"{self.site.folder}/lists/{units}s.txt", "".join(f"{name}\n" for name in self.site.lists[units])
+            yield f"{self.site.folder}/lists/{list_goal(job)}.txt", "".join(f"{name}\n" for name in self.site.lists[job.lists])
 
     def _command(self, rule):
         job = rule.job

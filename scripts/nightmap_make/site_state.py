@@ -11,9 +11,8 @@ def _floor_stems(site_dir):
     return [row["yaml"].removesuffix(".yaml") for row in unit_lists.read_floors(os.path.join(site_dir, "grid"))]
 
 
-READERS = (("frames", "shard", "frames/shards.txt", unit_lists.read_shards),
-           ("tiles", "tile", "tiles/tiles.txt", unit_lists.read_tiles),
-           ("grid", "floor", "grid/floors.json", _floor_stems))  # fmt: skip
+# Which rules there are follows from these lists, by what they list. (Nothing is made per query.)
+READERS = {"shard": unit_lists.read_shards, "tile": unit_lists.read_tiles, "floor": _floor_stems}
 
 
 class SiteState:
@@ -34,15 +33,15 @@ class SiteState:
     def has(self, condition):
         return {None: True, "synthetic": self.is_synthetic, "queries": self.has_queries}[condition]
 
-    def read_lists(self, tell):
+    def read_lists(self, jobs, tell):
         """Reads the lists of shards, tiles and floors that exist. The job of a damaged list must run again;
         tell(message) says so."""
-        for job, kind, path, reader in READERS:
-            if not os.path.lexists(f"{self.folder}/{path}"):
+        for job in jobs:
+            if job.lists not in READERS or not os.path.lexists(f"{self.folder}/{job.folder}/{job.first_output}"):
                 continue
             try:
-                self.lists[kind] = reader(self.folder)
+                self.lists[job.lists] = READERS[job.lists](self.folder)
             except DataError as error:
-                self.damaged.add(job)
-                tell(f"nightmap: {error}: {job} makes it anew")
+                self.damaged.add(job.name)
+                tell(f"nightmap: {error}: {job.name} makes it anew")
         self.has_queries = unit_lists.has_queries(self.folder)

@@ -16,6 +16,7 @@ from nightmap_make.graph import Graph
 from nightmap_make.pipeline import read_pipeline
 from nightmap_make.site_state import SiteState
 
+PIPELINE = read_pipeline(str(CONFIGS))
 SHARDS = "nightmap shards, version 1, 3 names\n0000\n0001\n0002\n"
 TILES = "nightmap tiles, version 1, 3 names\n-1_0\n0_0\n0_10\n"
 COMMAND = "$(shell touch pwned)"
@@ -48,7 +49,7 @@ class ListsTest(SiteFolder):
     def state(self):
         """The site as make sees it, and what was said of its lists."""
         said, state = [], SiteState("office", str(self.site_dir), "data")
-        state.read_lists(said.append)
+        state.read_lists(PIPELINE.jobs.values(), said.append)
         return state, said
 
     def test_whole_lists(self):
@@ -133,8 +134,8 @@ class LeftoversTest(SiteFolder):
         for name in stay + go:
             self.write(name, "x")
         state = SiteState("office", str(self.site_dir), "data")
-        state.read_lists(self.fail)
-        remove_leftovers.remove(str(self.site_dir), Graph(read_pipeline(str(CONFIGS)), state))
+        state.read_lists(PIPELINE.jobs.values(), self.fail)
+        remove_leftovers.remove(str(self.site_dir), Graph(PIPELINE, state))
         self.assertEqual([name for name in stay if not (self.site_dir / name).exists()], [])
         self.assertEqual([name for name in go if (self.site_dir / name).exists()], [])
 
