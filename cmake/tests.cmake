@@ -3,7 +3,7 @@
 include(GoogleTest)
 set(NIGHTMAP_DATA "${CMAKE_SOURCE_DIR}/../shared/data" CACHE PATH "real recordings for the tests")
 find_library(SUITESPARSE_CONFIG_LIBRARY suitesparseconfig REQUIRED)  # tests take CHOLMOD's memory
-find_package(PCL REQUIRED COMPONENTS common kdtree)  # what tests of the cloud compare with
+find_package(PCL REQUIRED COMPONENTS common kdtree features filters)  # what tests and benchmarks of the cloud compare with
 add_custom_target(unit_tests)  # every test program, without the stage programs
 set(CMAKE_UNITY_BUILD OFF)  # tests of a folder may each have a helper of the same name
 # Tests compile in a third of the time: -O1 is enough for what calls the libraries, and the headers
@@ -63,3 +63,10 @@ foreach(source ${benchmarks})
   add_executable(${name} ${source})
   target_link_libraries(${name} PRIVATE ${stage})
 endforeach()
+# Own code against the libraries that do the same: several stages, and more of PCL than the tests need. It
+# compiles for a minute, so that only its script and test-nightly build it.
+file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/bench/libraries/*.cc)
+add_executable(bench_libraries EXCLUDE_FROM_ALL ${sources})
+target_link_libraries(bench_libraries PRIVATE stage_octree stage_point_cloud pcl_filters pcl_features pcl_search
+                      pcl_kdtree pcl_common opencv_rgbd)
+target_include_directories(bench_libraries SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})

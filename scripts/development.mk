@@ -33,6 +33,7 @@ test-nightly: ## all unit tests under sanitizers, the long end-to-end tests, and
 	@$(MAKE) --no-print-directory test-sanitize SANITIZED=.
 	@$(MAKE) --no-print-directory build
 	@NIGHTMAP_NIGHTLY=1 ctest --test-dir $(BUILD) --output-on-failure -R '^e2e/'
+	ninja -j $(THREADS) -C $(BUILD) bench_libraries
 	@NIGHTMAP_BUILD=$(abspath $(BUILD)) $(PYTHON) tests/fuzz/sweep.py --runs 2000
 
 # Other compiler options need another folder. Debug asserts are on; -O1 keeps the tests fast enough. The

@@ -23,7 +23,7 @@ packages=(
   libopencv-dev        # descriptors, optical flow, P3P, videos, drawing
   libceres-dev         # pose graph
   libsuitesparse-dev   # bundle adjustment: sparse Cholesky factorization
-  libpcl-dev           # tests: reference for the neighbour search of the cloud
+  libpcl-dev           # tests, benchmark: what the cloud's filters are compared with
   libnanoflann-dev     # localize: nearest landmarks in space
   liboctomap-dev       # octree
   octomap-tools        # tests: convert_octree reads our octrees

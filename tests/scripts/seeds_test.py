@@ -9,7 +9,6 @@ from unittest import mock
 
 import fake_site
 import seeds
-from nightmap_eval.script_errors import DataError
 
 
 def metrics(ate_m, recall=None):
