@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""figures: measures the tables of docs/figures.md again, all of them or those that are named.
+"""figures: measures the tables of docs/figures.md (and of docs/ours_instead_of.md) again, all of them or those that are named.
 
 Every table says which version of the programs made it and when. Times mean something only on a machine that does nothing
 else. Maps go to --maps; Make repeats nothing that is there and still true. A table whose command fails keeps its old rows.
@@ -45,6 +45,9 @@ FIGURES = {
                     "--keyframes 200 1000 10000 --page {page}"),
     "bench_drive": ("make map SITE=demo DATA={data} MAPS={maps}",
                     "bench_drive.py {maps}/demo/grid/map.yaml --build {build} --set plan.robot_radius_m=0.2 --page {page}"),
+    "bench_libraries": (f"make map SITE={FR1} DATA={{data}} MAPS={{maps}}", f"make map SITE={OFFICE} DATA={{data}} MAPS={{maps}}",
+                        f"bench_libraries.py {{maps}}/{FR1} {{maps}}/{OFFICE} --data {{data}} --build {{build}} "
+                        "--page docs/ours_instead_of.md"),
     "bench_plan": ("ninja -C {build} bench_plan", "{build}/bench_plan > bench_plan"),
 }  # fmt: skip
 # These take hours and run only when they are named.

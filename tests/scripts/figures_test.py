@@ -56,7 +56,8 @@ class CommandTest(unittest.TestCase):
                     self.assertTrue((fake_site.CHECKOUT / f"configs/sites/{site}.toml").exists(), site)
 
     def test_the_page_has_a_place_for_every_table(self):
-        page = (fake_site.CHECKOUT / "docs/figures.md").read_text(encoding="utf-8")
+        pages = [fake_site.CHECKOUT / "docs" / name for name in ("figures.md", "ours_instead_of.md")]
+        page = "".join(path.read_text(encoding="utf-8") for path in pages)
         for name in figures.FIGURES | figures.LONG:
             self.assertEqual(page.count(f"<!-- {name}:begin -->"), 1, name)
 
