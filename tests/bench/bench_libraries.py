@@ -14,8 +14,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-CHECKOUT = Path(__file__).resolve().parent.parent.parent
-BEGIN, END = "<!-- bench_libraries:begin -->\n", "<!-- bench_libraries:end -->"
+from checkout import CHECKOUT
+from nightmap_eval.figure_page import put_figure
+from nightmap_eval.script_errors import DataError, run_main
 
 
 def parse_arguments():
@@ -23,42 +24,29 @@ def parse_arguments():
     parser.add_argument("sites", nargs="*", type=Path, metavar="MAPS/SITE")
     parser.add_argument("--data", type=Path, required=True, help="recordings")
     parser.add_argument("--build", type=Path, default=CHECKOUT / "build")
-    parser.add_argument("--page", type=Path, help="file to put the table into")
+    parser.add_argument("--page", type=Path, help="page that receives the table, as docs/ours_instead_of.md")
     return parser.parse_args()
 
 
 def measure(arguments):
-    """The table, and the line that says how it was made."""
-    version = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=CHECKOUT, check=True,
-                             stdout=subprocess.PIPE, text=True).stdout.strip()  # fmt: skip
-    subprocess.run(["ninja", "-C", arguments.build, "bench_libraries"], check=True, stdout=sys.stderr)
+    """The table, and how busy the machine was before."""
     load = os.getloadavg()[0]
-    command = [arguments.build / "bench_libraries", arguments.data, *arguments.sites]
-    table = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
-    sites = " ".join(f"maps/{site.name}" for site in arguments.sites)
-    made = (f"Made by `tests/bench/bench_libraries.py {sites} --data data --page docs/ours_instead_of.md`, program version "
-            f"{version}, two cores with a load of {load:.1f} by other programs.")  # fmt: skip
-    return f"{made}\n\n{table}"
-
-
-def put_into(page, text):
-    before, has_begin, rest = page.read_text(encoding="utf-8").partition(BEGIN)
-    _, has_end, after = rest.partition(END)
-    if not has_begin or not has_end:
-        sys.exit(f"{page}: no markers {BEGIN.strip()} and {END}")
-    page.write_text(f"{before}{BEGIN}{text}{END}{after}", encoding="utf-8")
+    try:
+        subprocess.run(["ninja", "-C", arguments.build, "bench_libraries"], check=True, stdout=sys.stderr)
+        command = [arguments.build / "bench_libraries", arguments.data, *arguments.sites]
+        table = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise DataError(f"bench_libraries: {error}") from None
+    return f"{table}\nTwo cores, with a load of {load:.1f} by other programs.\n"
 
 
 def main():
     arguments = parse_arguments()
-    try:
-        text = measure(arguments)
-    except (OSError, subprocess.CalledProcessError) as error:
-        sys.exit(f"bench_libraries: {error}")
+    text = measure(arguments)
     print(text, end="")
     if arguments.page:
-        put_into(arguments.page, text)
+        put_figure(arguments.page, "bench_libraries", text)
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

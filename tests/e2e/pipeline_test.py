@@ -10,6 +10,7 @@ import subprocess
 import time
 import unittest
 
+from browser import shown_text
 from stub_site import StubSite
 from workspace import PIPELINE, environment
 
@@ -174,6 +175,15 @@ class FailureTest(StubTest):
                 self.assertIn("are out of date or were never made", page)
                 self.make(*ASKED)
                 self.assertFalse(self.site.path("logs/failure.json").exists())
+
+    def test_a_browser_shows_the_page_of_a_failed_run(self):
+        self.make("map")
+        self.make("map", "SET=octree.resolution_m=0.1", code=2, fails="octree")
+        page = shown_text(self, self.site.path("report/index.html"))
+        self.assertRegex(page, r"octree_\d+_0: exit code 1")
+        self.assertIn("error octree: made to fail", page)
+        self.assertRegex(page, r"(?m)^\d+ runs of jobs are out of date or were never made:\n")
+        self.assertIn("join_octrees: maps/demo/octree/tile_0_0.ot will be remade", page)
 
     def test_outputs_of_the_last_good_run_stay(self):
         self.make("map")

@@ -58,20 +58,7 @@ class Workspace:
             (self.folder / name).symlink_to(REPOSITORY / name)
         (self.folder / "build").symlink_to(BUILD)
         shutil.copytree(REPOSITORY / "configs", self.folder / "configs")
-        sites = self.folder / "configs/sites"
-        text = (sites / "demo.toml").read_text(encoding="utf-8")
-        text = re.sub(r'(?m)^root *=.*', f'root = "{SITE}"', text)
-        # Queries are frames held out, so that they lie in the part of the building that is mapped.
-        text = re.sub(r"(?m)^hold_out_every *=.*", "hold_out_every = 7", text).split("[[query]]")[0]
-        for key, value in CAMERA.items():
-            text = re.sub(rf"(?m)^{key} *=.*", f"{key} = {value}", text)
-        (sites / f"{SITE}.toml").write_text(text, encoding="utf-8")
-        shutil.rmtree(sites / SITE, ignore_errors=True)  # of a user's site of that name
-        (sites / SITE).mkdir()
-        (sites / SITE / "synthesize.toml").write_text(SYNTHESIZE, encoding="utf-8")
-        # So few frames leave unseen strips between what they see of the floor.
-        (sites / SITE / "plan.toml").write_text("unknown = \"allowed\"\n", encoding="utf-8")
-        (sites / SITE / "frames.toml").write_text("shard_size = 25\nmax_frames = 60\n", encoding="utf-8")
+        write_small_site(self.folder)
 
     @classmethod
     def made(cls, *goals):
@@ -130,6 +117,24 @@ class Workspace:
         return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in names.items()
                 if "/" in name and not name.startswith(NO_ARTIFACTS) and "receipt" not in name
                 and not name.endswith("/hashes.csv")}
+
+
+def write_small_site(folder):
+    """The config of the small building, from the demo's, below configs/sites of a checkout."""
+    sites = folder / "configs/sites"
+    text = (sites / "demo.toml").read_text(encoding="utf-8")
+    text = re.sub(r'(?m)^root *=.*', f'root = "{SITE}"', text)
+    # Queries are frames held out, so that they lie in the part of the building that is mapped.
+    text = re.sub(r"(?m)^hold_out_every *=.*", "hold_out_every = 7", text).split("[[query]]")[0]
+    for key, value in CAMERA.items():
+        text = re.sub(rf"(?m)^{key} *=.*", f"{key} = {value}", text)
+    (sites / f"{SITE}.toml").write_text(text, encoding="utf-8")
+    shutil.rmtree(sites / SITE, ignore_errors=True)  # of a user's site of that name
+    (sites / SITE).mkdir()
+    (sites / SITE / "synthesize.toml").write_text(SYNTHESIZE, encoding="utf-8")
+    # So few frames leave unseen strips between what they see of the floor.
+    (sites / SITE / "plan.toml").write_text("unknown = \"allowed\"\n", encoding="utf-8")
+    (sites / SITE / "frames.toml").write_text("shard_size = 25\nmax_frames = 60\n", encoding="utf-8")
 
 
 def environment():

@@ -11,8 +11,8 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/voxel_key.h"
+#include "stages/point_cloud/outliers_and_normals.h"
 #include "stages/point_cloud/point_cloud.h"
-#include "stages/point_cloud/surface.h"
 #include "tests/bench/libraries/cloud_input.h"
 #include "tests/bench/libraries/compare.h"
 #include "tests/bench/libraries/comparisons.h"

@@ -6,8 +6,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/base/parallel.h"
-#include "pipeline/geometry/distance_transform.h"
-#include "pipeline/vision/back_project.h"
+#include "pipeline/dense/back_project.h"
+#include "pipeline/planar/distance_transform.h"
 #include "stages/octree/occupancy_volume.h"
 #include "stages/octree/octomap_volume.h"
 #include "tests/bench/libraries/compare.h"

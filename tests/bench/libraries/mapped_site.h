@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/io/landmarks_io.h"
 #include "pipeline/io/matches_io.h"
 #include "pipeline/io/trajectory_io.h"
-#include "pipeline/vision/rgbd_keyframes.h"
 
 namespace nightmap {
 

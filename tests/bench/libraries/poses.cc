@@ -7,8 +7,8 @@
 #include <opencv2/calib3d.hpp>
 
 #include "pipeline/base/parallel.h"
+#include "pipeline/features/match_descriptors.h"
 #include "pipeline/geometry/absolute_pose.h"
-#include "pipeline/vision/match_descriptors.h"
 #include "tests/bench/libraries/compare.h"
 #include "tests/bench/libraries/comparisons.h"
 #include "tests/bench/libraries/to_opencv.h"

@@ -1,0 +1,108 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Adding a stage takes its folder, its config and one entry of the pipeline. A copy of the tree gets those three, and
+then everything that goes through the stages knows the new one."""
+import json
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from workspace import REPOSITORY, SITE, Workspace, environment, write_small_site
+
+CENSUS = REPOSITORY / "tests/e2e/census"
+EVALUATE = "[evaluate]\n"  # the entry goes before it, as one of the results that scripts read
+
+
+def copy_of_the_tree():
+    """What git has of the tree, in a folder of its own. (The compiler's cache knows all but the new stage.)"""
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-e2e-"))
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=REPOSITORY, check=True, capture_output=True, text=True)
+    for name in filter(None, listed.stdout.split("\0")):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(REPOSITORY / name, folder / name)
+    return folder
+
+
+def add_census(folder):
+    """All that adding a stage takes."""
+    (folder / "stages/census").mkdir()
+    for path in [*CENSUS.glob("*.h"), *CENSUS.glob("*.cc")]:
+        shutil.copy(path, folder / "stages/census")
+    shutil.copy(CENSUS / "census.toml", folder / "configs/default/census.toml")
+    pipeline = folder / "configs/pipeline.toml"
+    entry = (CENSUS / "pipeline_entry.toml").read_text(encoding="utf-8")
+    text = pipeline.read_text(encoding="utf-8").replace(EVALUATE, entry + EVALUATE)
+    pipeline.write_text(text, encoding="utf-8")
+
+
+class AddStageTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = copy_of_the_tree()
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        add_census(cls.folder)
+        write_small_site(cls.folder)
+        cls.work = Workspace(cls.folder)
+        result = cls.work.make("map", "report")
+        if result.returncode != 0:
+            raise AssertionError(f"the chain with one stage more failed:\n{result.stdout}")
+        cls.output = result.stdout
+
+    def describe_pipeline(self, *arguments):
+        command = ["/usr/bin/python3", "scripts/describe_pipeline.py", *arguments]
+        return subprocess.run(command, cwd=self.folder, check=True, capture_output=True, text=True).stdout
+
+    def make(self, *arguments, code=0):
+        result = self.work.make(*arguments)
+        self.assertEqual(result.returncode, code, result.stdout)
+        return result.stdout
+
+    def test_it_runs_with_the_map_and_is_in_its_table(self):
+        census, frames = (json.loads(self.work.path(name).read_text()) for name in ("census/census.json", "frames/report.json"))
+        self.assertEqual(census["num_frames"], frames["num_frames"])
+        self.assertRegex(self.output, rf"(?m)^census .* {census['num_frames']} frames, {census['num_keyframes']} keyframes$")
+
+    def test_the_page_shows_it(self):
+        page = self.work.path("report/index.html").read_text(encoding="utf-8")
+        self.assertIn("<td>census</td>", page)
+        self.assertIn("<summary>census</summary>", page)
+
+    def test_why_names_it_and_a_value_reruns_it_alone(self):
+        change = "SET=census.min_keyframes=2"
+        self.assertIn("census: options of census changed: min_keyframes 1 -> 2", self.make("why", change))
+        before = self.work.runs()
+        self.make("map", change)
+        after = self.work.runs()
+        self.assertEqual({job for job in after if after[job] != before.get(job)}, {"census"})
+
+    def test_its_values_are_checked_before_a_run(self):
+        self.assertIn("min_keyframes", self.make("map", "SET=census.min_keyframes=0", code=2))
+
+    def test_verify_hashes_its_artifact(self):
+        path = self.work.path("census/census.json")
+        kept = shutil.copy2(path, self.folder / "kept.json")
+        self.addCleanup(shutil.move, kept, path)  # with its time
+        path.write_text("{}")
+        self.assertIn("census/census.json: altered", self.make("verify", code=2))
+
+    def test_lint_checks_its_sources(self):
+        self.assertIn("clang-tidy stages/census", self.make("-n", "lint"))
+
+    def test_the_docs_describe_it(self):
+        row = "| `census` | counts frames and keyframes | site | frames.shard, map_frame.keyframes | `census.json` |"
+        self.assertIn(row, self.describe_pipeline())
+        self.describe_pipeline("--write")
+        self.assertIn(row, (self.folder / "ARCHITECTURE.md").read_text(encoding="utf-8"))
+
+    def test_a_test_of_all_programs_takes_it(self):
+        test = ["-m", "unittest", "programs_test.ProgramsTest.test_default_config_is_what_the_program_prints"]
+        result = subprocess.run(["/usr/bin/python3", *test], cwd=self.folder / "tests/e2e", text=True,
+                                env=environment() | {"NIGHTMAP_BUILD": str(self.folder / "build")},
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
+        self.assertEqual(result.returncode, 0, result.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/census/census.h"
+
+#include "pipeline/base/error.h"
+
+namespace nightmap {
+
+void CensusOptions::Register(OptionList& list) {
+  list.Add("min_keyframes",
+           &min_keyframes,
+           Range(1, 1'000'000),
+           "keyframes below which the stage fails");
+}
+
+nlohmann::json RunCensus(const CensusOptions& options,
+                         std::size_t num_frames,
+                         std::size_t num_keyframes) {
+  if (num_keyframes < static_cast<std::size_t>(options.min_keyframes)) {
+    throw ThresholdError(
+        "{} keyframes, fewer than min_keyframes = {}", num_keyframes, options.min_keyframes);
+  }
+  return {{"num_frames", num_frames}, {"num_keyframes", num_keyframes}};
+}
+
+}  // namespace nightmap

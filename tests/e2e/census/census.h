@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// census: counts what a recording gave the map. add_stage_test.py adds this stage to a copy of the
+// tree; it is the smallest that a stage can be.
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/base/options.h"
+
+namespace nightmap {
+
+struct CensusOptions {
+  int min_keyframes = 1;
+
+  void Register(OptionList& list);
+};
+
+// num_frames and num_keyframes. Throws ThresholdError when there are fewer than min_keyframes.
+nlohmann::json RunCensus(const CensusOptions& options,
+                         std::size_t num_frames,
+                         std::size_t num_keyframes);
+
+}  // namespace nightmap
