@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <unordered_set>
 
-#include "pipeline/base/parallel.h"
 #include "pipeline/geometry/voxel_key.h"
 #include "stages/point_cloud/outliers_and_normals.h"
 #include "stages/point_cloud/point_cloud.h"
