@@ -3,9 +3,16 @@
 include(GoogleTest)
 set(NIGHTMAP_DATA "${CMAKE_SOURCE_DIR}/../shared/data" CACHE PATH "real recordings for the tests")
 find_library(SUITESPARSE_CONFIG_LIBRARY suitesparseconfig REQUIRED)  # tests take CHOLMOD's memory
-find_package(PCL REQUIRED COMPONENTS common kdtree)  # what tests of the cloud compare with
+find_package(PCL REQUIRED COMPONENTS common kdtree features filters)  # what tests and benchmarks of the cloud compare with
 add_custom_target(unit_tests)  # every test program, without the stage programs
 set(CMAKE_UNITY_BUILD OFF)  # tests of a folder may each have a helper of the same name
+# Tests compile in a third of the time: -O1 is enough for what calls the libraries, and the headers
+# that nearly all tests include are compiled once.
+add_library(test_prefix OBJECT tests/prefix.cc)
+target_link_libraries(test_prefix PUBLIC nightmap_flags Eigen3::Eigen nlohmann_json::nlohmann_json GTest::gmock)
+target_compile_options(test_prefix PUBLIC -O1 -fpch-preprocess)  # the latter for ccache
+target_precompile_headers(test_prefix PRIVATE <gmock/gmock.h> <gtest/gtest.h> <Eigen/Geometry> <filesystem>
+                          <fstream> <map> <nlohmann/json.hpp> <string> <vector>)
 # A folder of tests/ or tests/stages/ whose name is that of a library has its tests. The library of
 # another stage, where tests need one, links.cmake of the folder adds.
 function(nightmap_tests folder library)
@@ -19,6 +26,8 @@ function(nightmap_tests folder library)
   target_link_libraries(${program} PRIVATE ${library} ${OCTOMAP_LIBRARIES} ${SUITESPARSE_CONFIG_LIBRARY}
                         pcl_common pcl_kdtree GTest::gtest_main GTest::gmock)
   target_include_directories(${program} SYSTEM PRIVATE ${OCTOMAP_INCLUDE_DIRS} ${PCL_INCLUDE_DIRS})
+  target_compile_options(${program} PRIVATE -O1 -fpch-preprocess)
+  target_precompile_headers(${program} REUSE_FROM test_prefix)
   include(${folder}/links.cmake OPTIONAL)
   add_dependencies(unit_tests ${program})
   gtest_discover_tests(${program} TEST_PREFIX ${group}/ DISCOVERY_TIMEOUT 120
@@ -54,3 +63,10 @@ foreach(source ${benchmarks})
   add_executable(${name} ${source})
   target_link_libraries(${name} PRIVATE ${stage})
 endforeach()
+# Own code against the libraries that do the same: several stages, and more of PCL than the tests need. It
+# compiles for a minute, so that only its script and test-nightly build it.
+file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/bench/libraries/*.cc)
+add_executable(bench_libraries EXCLUDE_FROM_ALL ${sources})
+target_link_libraries(bench_libraries PRIVATE stage_octree stage_point_cloud pcl_filters pcl_features pcl_search
+                      pcl_kdtree pcl_common opencv_rgbd)
+target_include_directories(bench_libraries SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})

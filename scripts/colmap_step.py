@@ -3,27 +3,27 @@
 """colmap_step: one step of the comparison with COLMAP; `make evaluate-colmap` runs them in turn.
 
   features      COLMAP's features of the mapping frames
-  matches       their matches: exhaustive up to 100 frames, above that sequential and by a vocabulary
-                tree that is built of the map's own features, which retrieves 30 images for each
+  matches       their matches: exhaustive up to 100 frames; above that, sequential plus 30 images
+                retrieved per frame by a vocabulary tree built from the map's own features
   mapper_1, mapper_2, mapper_3
-                COLMAP's own map, each of another seed; it may come in several models
+                COLMAP's own map, one run per seed; a map may consist of several models
   triangulate   COLMAP's points at nightmap's poses, with the focal lengths that nightmap found for them
-  queries       features of the queries, and the matches of each with mapping frames: all of them up to
-                100, above that the 30 that are most similar by the vocabulary tree
+  queries       features of the queries, and the matches of each with mapping frames: with all up to 100
+                frames; above that, with the 30 most similar by the vocabulary tree
   queries_default
-                the same with 100, COLMAP's default; skipped where `queries` matches with all
+                the same with 100 retrieved frames, COLMAP's default; skipped where `queries` matches all
   register_<map>, register_<map>_default
-                queries put into each of these maps, then bundle adjustment, as COLMAP's documentation
-                recommends
+                registers the queries in each of these maps, then adjusts the bundle, as COLMAP's
+                documentation recommends
   register_held, register_held_default
-                queries put into the map of `triangulate` by the mapper, which triangulates and adjusts
-                as it goes on: what the documentation recommends for more accuracy. The map's images stay
-                where nightmap has them
+                registers the queries in the map of `triangulate` with the mapper, which triangulates and
+                adjusts after each image; COLMAP's documentation recommends this for more accuracy. The
+                map's images stay at nightmap's poses
 
-COLMAP's defaults, but on the CPU, with the intrinsics known and never refined by COLMAP, and with fewer
-images retrieved: 100 for each mapping frame would take hours.
-COLMAP failing is a result, kept in the step's receipt; the variants that depend on it are reported as
-failed.
+All steps use COLMAP's defaults with three exceptions: they run on the CPU, intrinsics are known and never
+refined by COLMAP, and fewer images are retrieved (100 per mapping frame would take hours).
+A failure of COLMAP is a result: the step's receipt keeps it, and the variants that depend on it are
+reported as failed.
 Exit codes: 0 written; 1 COLMAP is not installed, or missing data; 2 wrong command line.
 """
 
@@ -33,19 +33,19 @@ import signal
 import sys
 from pathlib import Path
 
+from nightmap_eval.artifacts import Frames
 from nightmap_eval.colmap_files import read_model, write_posed_images
 from nightmap_eval.colmap_methods import MAPPER_RUNS, MATCHED_WITH, RUNS
 from nightmap_eval.colmap_run import ColmapFailed, ColmapSkipped, require
 from nightmap_eval.colmap_work import FIXED_ADJUSTER, Work
-from nightmap_eval.errors import run_main
-from nightmap_eval.site import Frames
+from nightmap_eval.script_errors import run_main
 from nightmap_eval.trajectory import read_tum
 
 MAX_EXHAUSTIVE = 100
 
 
 def features(work):
-    work.query_rows()  # refused now rather than after the hours that the map takes
+    work.query_rows()  # fail before the map is built, which takes hours
     frames = Frames(work.site_dir)
     work.extract(work.step.folder / "database.db", frames.rows, "frames/cameras.json")
     return {"num_images": len(frames)}
@@ -170,7 +170,7 @@ def parse_arguments():
 
 def main():
     arguments = parse_arguments()
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # through the clean-up that ends COLMAP
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # runs the clean-up that ends COLMAP
     work = Work(arguments)
     try:
         figures = STEPS[arguments.step](work) or {}

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""describe_pipeline: the declared pipeline as a drawing and a table in Markdown; with --write, into ARCHITECTURE.md.
+"""describe_pipeline: prints the declared pipeline as a drawing and a table in Markdown; --write puts them into ARCHITECTURE.md.
 
 They go between the page's markers. A test compares the page with the declaration, configs/pipeline.toml.
 Exit codes: 0 done; 1 the page has no markers; 2 wrong command line.
@@ -9,8 +9,8 @@ Exit codes: 0 done; 1 the page has no markers; 2 wrong command line.
 import argparse
 from pathlib import Path
 
-from nightmap_eval.errors import run_main
-from nightmap_eval.site import put_between
+from nightmap_eval.artifacts import put_between
+from nightmap_eval.script_errors import run_main
 from nightmap_make.pipeline import read_pipeline
 
 CHECKOUT = Path(__file__).resolve().parents[1]
@@ -18,7 +18,7 @@ BEGIN, END = "<!-- pipeline:begin -->", "<!-- pipeline:end -->"
 
 
 def filled_by(reference):
-    """What fills a port, in few words."""
+    """Describes the source of a port in a few words."""
     if reference.source:
         return f"*{reference.source}*"
     about = {"near": " of the tile and its neighbours", "previous and this": " of the shard and the one before"}

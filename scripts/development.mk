@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-# For those who change nightmap: the build of the programs, tests, benchmarks, format and lint. The Makefile includes it.
+# Commands for developers: build, tests, benchmarks, format and lint. The Makefile includes this file.
 
-.PHONY: FORCE build test test-nightly test-sanitize bench format format-check lint
+.PHONY: FORCE build test test-nightly test-sanitize bench figures format format-check lint
 RUN := $(BUILD)/run
 
 # ---- programs -----------------------------------------------------------------------------------
-# Ninja links in place; stages run copies that keep their time while their bytes are the same, so
-# that a comment in a source reruns no stage. (No -g in a Release build for the same reason.) The lock is for
-# two sites that are made at the same time.
+# Ninja links in place. Stages run copies, which keep their modification time while their bytes stay the
+# same, so a changed comment reruns no stage. (A Release build has no -g for the same reason.) The lock
+# protects the build when two sites are made at the same time.
 PROGRAMS := $(patsubst stages/%/main.cc,%,$(wildcard stages/*/main.cc))
 SOURCES := CMakeLists.txt $(wildcard cmake/*.cmake pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc)
 missing = $(if $(wildcard $(1)),,FORCE)
@@ -19,33 +19,41 @@ $(BUILD)/programs.mk: $(SOURCES) $(foreach p,$(PROGRAMS),$(call missing,$(RUN)/$
 	for p in $(PROGRAMS); do \
 	  cmp -s $(BUILD)/bin/$$p $(RUN)/$$p || { cp $(BUILD)/bin/$$p $(RUN)/$$p.new; mv $(RUN)/$$p.new $(RUN)/$$p; }; \
 	done; mv $@.new $@
-build: $(BUILD)/programs.mk ## the stage programs (map and the others build them when needed)
+build: $(BUILD)/programs.mk ## build the stage programs (map and the other commands do so when needed)
 	$(if $(findstring q,$(firstword -$(MAKEFLAGS))),,@echo "programs: $(RUN)")
 
-test: ## unit tests, end-to-end tests, and tests on real data where it is found
+test: ## unit tests, end-to-end tests, and tests on the real data that is present
 	@scripts/install_deps.sh
 	@$(MAKE) --no-print-directory build
 	ninja -j $(THREADS) -C $(BUILD)
 	@ctest --test-dir $(BUILD) -j $(THREADS) --output-on-failure
 
-# What takes too long for every day.
-test-nightly: ## 2,000 attacks with damaged, hostile and misplaced files, a site of 5,000 shards; after `make test`
+# What takes too long for every change. NIGHTMAP_NIGHTLY=1 makes the end-to-end tests do all they can.
+test-nightly: ## all unit tests under sanitizers, the long end-to-end tests, and 2,000 attacks with damaged files
+	@$(MAKE) --no-print-directory test-sanitize SANITIZED=.
 	@$(MAKE) --no-print-directory build
+	@NIGHTMAP_NIGHTLY=1 ctest --test-dir $(BUILD) --output-on-failure -R '^e2e/'
+	ninja -j $(THREADS) -C $(BUILD) bench_libraries
 	@NIGHTMAP_BUILD=$(abspath $(BUILD)) $(PYTHON) tests/fuzz/sweep.py --runs 2000
-	@cd tests/e2e; NIGHTMAP_BUILD=$(abspath $(BUILD)) NIGHTMAP_NIGHTLY=1 $(PYTHON) -m unittest shards_test
 
-# Other compiler options, other folder. Debug asserts are on; -O1 keeps it bearable. The end-to-end and
-# real-data tests are left to `make test`.
-test-sanitize: ## unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
+# Other compiler options need another folder. Debug asserts are on; -O1 keeps the tests fast enough. The
+# end-to-end and real-data tests run only in `make test`. SANITIZED names groups of tests; `.` stands for all.
+SANITIZED ?= base|program|io|recording
+sanitized_programs = $(if $(filter .,$(SANITIZED)),unit_tests,$(addprefix test_,$(subst |, ,$(SANITIZED))))
+test-sanitize: ## tests of what reads files under AddressSanitizer and UndefinedBehaviorSanitizer (SANITIZED=. runs all)
 	cmake -S . -B $(BUILD)-sanitize -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O1 \
 	  -DNIGHTMAP_SANITIZE=ON --log-level=WARNING >/dev/null
-	ninja -j $(THREADS) -C $(BUILD)-sanitize unit_tests
+	ninja -j $(THREADS) -C $(BUILD)-sanitize $(sanitized_programs)
 	ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=1:suppressions=$(CURDIR)/tests/asan_suppressions.txt UBSAN_OPTIONS=print_stacktrace=1 \
-	  ctest --test-dir $(BUILD)-sanitize -j $(THREADS) --output-on-failure -E '^(e2e|scripts)/|Real'
+	  ctest --test-dir $(BUILD)-sanitize -j $(THREADS) --output-on-failure -R '^($(SANITIZED))' -E '^(e2e|scripts)/|Real'
 
-bench: ## time from raw frames to the trajectory of CASES (SITE or SITE:N, its first N frames) against a yardstick
+bench: ## time from raw frames to trajectory, relative to a yardstick, for CASES (SITE, or SITE:N: its first N frames)
 	@$(MAKE) --no-print-directory build
-	@$(PYTHON) scripts/bench.py $(CASES) --data $(DATA) --build $(BUILD) --threads $(THREADS)
+	@$(PYTHON) tests/bench/bench.py $(CASES) --data $(DATA) --build $(BUILD) --threads $(THREADS)
+
+figures: ## measure the tables of docs/figures.md again (FIGURES names some); hours, on a machine that does nothing else
+	@$(MAKE) --no-print-directory build
+	@$(PYTHON) tests/bench/figures.py $(FIGURES) --data $(DATA) --build $(BUILD) --threads $(THREADS)
 
 OURS := $(wildcard pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc tests/*/*.h tests/*/*.cc tests/*/*/*.h tests/*/*/*.cc)
 format: ## rewrite the sources in the project's format
@@ -54,10 +62,11 @@ format: ## rewrite the sources in the project's format
 format-check: ## fail when a source is not in the project's format
 	@clang-format --dry-run -Werror $(OURS)
 
-# One source file a folder, put together by CMake: clang-tidy reads the heavy headers once for all. Not the
-# programs' main.cc: one call each. (A name twice in one folder's files fails here, not in the build.)
+# CMake joins the sources of a folder into one file, so clang-tidy reads the heavy headers once per folder. The
+# programs' main.cc files are left out; each is one call. (Here, unlike in the build, a name that two files
+# of a folder define is an error.)
 LINTED := $(patsubst pipeline/%/,nightmap_%,$(wildcard pipeline/*/)) $(patsubst stages/%/,stage_%,$(wildcard stages/*/))
-lint: ## clang-tidy over the sources (again only where something changed), shellcheck over the scripts
+lint: ## clang-tidy on the changed sources, shellcheck on the scripts
 	@shellcheck .ci/run scripts/*.sh
 	@cmake -S . -B $(BUILD)/lint -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=0 \
 	  -DNIGHTMAP_TESTS=OFF --log-level=WARNING >/dev/null

@@ -4,9 +4,9 @@
 
 Trajectory: ATE after SE(3) and Sim(3) alignment, RPE per frame and per metre. Queries: error in the
 map aligned by its own mapping frames, as a whole (global) and around each query (local), recall with
-missing poses counted as failures. Synthetic
-sites: distance of the cloud to the exact surfaces, and each floor's grid, walls and doors against the exact plan. A site
-without truth gets counts only, and says so.
+missing poses counted as failures. Synthetic sites: distance of the cloud to the exact surfaces, and each
+floor's grid, walls and doors against the exact plan. A site without truth gets counts only; metrics.json
+says so.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
@@ -15,15 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.floors import evaluate_floors
-from nightmap_eval.loops import loop_counts, loop_metrics, read_loops, read_relative_poses
-from nightmap_eval.metrics import query_summary, trajectory_metrics
-from nightmap_eval.ply import read_ply
-from nightmap_eval.queries import VERDICTS, read_located
-from nightmap_eval.query_errors import PROTOCOLS
-from nightmap_eval.reading import check, read_toml
-from nightmap_eval.site import (
+from nightmap_eval.artifacts import (
     Frames,
     bridged_frames,
     frames_apart,
@@ -31,8 +23,16 @@ from nightmap_eval.site import (
     to_json,
     write_atomic,
 )
-from nightmap_eval.surfaces import cloud_metrics
+from nightmap_eval.checked_reading import check, read_toml
+from nightmap_eval.cloud_accuracy import cloud_metrics
+from nightmap_eval.floor_accuracy import evaluate_floors
+from nightmap_eval.located_queries import VERDICTS, read_located
+from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops, read_relative_poses
+from nightmap_eval.ply import read_ply
+from nightmap_eval.query_errors import PROTOCOLS, query_summary
+from nightmap_eval.script_errors import DataError, run_main
 from nightmap_eval.trajectory import associate, path_length_m, read_truth, read_tum
+from nightmap_eval.trajectory_errors import trajectory_metrics
 
 
 def parse_arguments():
@@ -55,8 +55,8 @@ def parse_arguments():
 def evaluate_coverage(frames, estimate, bridged, apart, num_unusable):
     """Counts of the recording's frames with and without a measured pose.
 
-    A bridged frame has a pose in the trajectory, but a guessed one: it counts as without. So do the
-    parts of the map that no loop joined to the largest, and frames the frames stage could not use."""
+    The pose of a bridged frame in the trajectory is a guess, so the frame counts as without a pose. So do
+    frames in parts of the map that no loop joined to the largest, and frames that the frames stage skipped."""
     located = set(estimate.times_ns.tolist())
     missing = [int(i) for i, t in zip(frames.frame_idxs, frames.times_ns) if int(t) not in located]
     num_without = len(set(missing) | set(bridged) | set(apart))
@@ -98,11 +98,11 @@ def evaluate_trajectory(frames, matched, truth):
 
 
 def query_rows(rows, times_ns, errors):
-    """What became of each query; errors maps a time to the errors of that query by their names."""
+    """The result of each query; errors maps a query's time to its errors by name."""
     result = []
     for row, time_ns in zip(rows, times_ns):
         entry = {name: row[name] for name in ("color_path", "status", "reason")}
-        entry["query_idx"] = int(row["query_idx"])  # read_located saw that it is one
+        entry["query_idx"] = int(row["query_idx"])  # read_located checked it
         result.append(entry | errors.get(int(time_ns), {}))
     return result
 
@@ -115,7 +115,7 @@ def with_truth(times_ns, truth, max_gap_ns):
 
 
 def query_errors(located, truth, truth_of, map_pair):
-    """Figures by the two protocols, and the errors of each query; see nightmap_eval.query_errors."""
+    """Figures for both protocols, and the errors of each query; see nightmap_eval.query_errors."""
     matched = located.select([i for i, t in enumerate(located.times_ns.tolist()) if t in truth_of])
     matched_truth = truth.select([truth_of[t] for t in matched.times_ns.tolist()])
     figures, errors = {}, {time_ns: {} for time_ns in matched.times_ns.tolist()}
@@ -130,8 +130,8 @@ def query_errors(located, truth, truth_of, map_pair):
 
 
 def evaluate_queries(path, truth_path, map_pair, max_gap_ns):
-    """Counts of the queries and, when their truth is known, their errors. The global figures are there
-    under their own names too. map_pair: mapping frames and their true poses, or None."""
+    """Counts of the queries and, when their truth is known, their errors. The global figures also appear
+    at the top level. map_pair: mapping frames and their true poses, or None."""
     rows, times_ns, located = read_located(path)
     figures = {"num_queries": len(rows), "num_located": len(located)}
     figures["num_failed"] = len(rows) - len(located)
@@ -150,7 +150,7 @@ def evaluate_queries(path, truth_path, map_pair, max_gap_ns):
 
 
 def evaluate_loops(site_dir, frames, max_gap_ns):
-    """Counts of the loop candidates and, where the truth is known, what was right about them."""
+    """Counts of the loop candidates and, where the truth is known, their accuracy."""
     rows = read_loops(site_dir / "pose_graph" / "loops.csv")
     figures = loop_counts(rows)
     truth_path = site_dir / "frames" / "ground_truth.tum"

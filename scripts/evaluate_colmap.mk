@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# The comparison with COLMAP; the rules of a site include it when it is asked for. Each step of COLMAP's work is an
-# artifact of its own: an interrupted comparison goes on where it was, a changed map repeats only what was made of it.
-# Lists of frames stand for their pixels, as everywhere.
+# The comparison with COLMAP. The rules of a site include this file when a goal needs it. Each step of COLMAP's work is
+# an artifact: an interrupted comparison continues where it stopped, and a changed map repeats only the steps that read it.
+# Rules depend on the lists of frames, which hold the hashes of the pixels; they do not depend on the pictures themselves.
 M := $(MAPS)/$(SITE)
 C := $(M)/evaluate_colmap
 RUNS_OF_MAPPER := mapper_1 mapper_2 mapper_3

@@ -1,37 +1,37 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""evaluate_colmap: what COLMAP made of the same pictures, held against nightmap and the truth.
+"""evaluate_colmap: compares COLMAP on the same pictures with nightmap and the truth.
 
-Nightmap and COLMAP locate the same queries in maps of the same mapping frames (all of them, so that each
-map sees as much): COLMAP in its own map; among its points at nightmap's poses, once where these poses are
-adjusted with the queries' and once where they are held; and each of these again with COLMAP's default
-number of retrieved images. Of COLMAP's own map there are several runs: the one in the middle by the
-queries near the reference counts, and results.json tells of each. Each method is measured against the
-truth, where there is one, and against the others. Writes results.json, summary.csv (a row for each
-method, reference and protocol), queries.csv (a row a query) and plots. With --readme it puts its table
-between `<!-- colmap SITE:begin -->` and `<!-- colmap SITE:end -->` of that file.
+Nightmap and COLMAP locate the same queries in maps of the same mapping frames (all of them, so that the
+maps are comparable). COLMAP locates them in its own map and in a map of its points at nightmap's poses,
+once with these poses adjusted together with the queries' and once with them held; and in each of these again
+with COLMAP's default number of retrieved images. COLMAP's own map is built several times: the median run by
+the number of queries near the reference counts; results.json lists every run. Each method is measured
+against the truth, if there is one, and against the other methods. Writes results.json, summary.csv (a row per
+method, reference and protocol), queries.csv (a row per query) and plots. With --page it puts its table
+between `<!-- colmap_SITE:begin -->` and `<!-- colmap_SITE:end -->` of that file.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
 import argparse
-from datetime import date
 import csv
 import io
 from pathlib import Path
 
 import numpy as np
 
+from nightmap_eval.artifacts import Frames, hash_if_there, to_json, write_atomic
 from nightmap_eval.colmap_methods import MAPPER_RUNS, METHODS, RUNS
 from nightmap_eval.colmap_run import read_receipt
 from nightmap_eval.comparison import Located, Part, errors_against, locate_by_models, summaries
 from nightmap_eval.comparison_costs import colmap_costs, nightmap_costs
 from nightmap_eval.comparison_figures import histogram_png, queries_png, recall_png
 from nightmap_eval.comparison_table import comparison_table
-from nightmap_eval.errors import DataError, run_main
+from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import read_grid
-from nightmap_eval.queries import read_located, refuse_mapped_queries
+from nightmap_eval.located_queries import read_located, refuse_mapped_queries
 from nightmap_eval.query_errors import PROTOCOLS
-from nightmap_eval.site import Frames, hash_if_there, put_between, to_json, write_atomic
+from nightmap_eval.script_errors import DataError, run_main
 from nightmap_eval.trajectory import read_truth, read_tum
 
 TRUTH = ("frames/ground_truth.tum", "queries/query_ground_truth.tum")
@@ -39,10 +39,10 @@ MADE_OF = ("map_frame/trajectory.tum", "localize/queries.csv", *TRUTH)
 NEAR = "recall_5cm_5deg_percent"
 SETTING = (
     "map images: all mapping frames of nightmap",
-    "COLMAP's defaults but for what is said here; on the CPU; intrinsics known and never refined",
+    "COLMAP's defaults except as listed here; on the CPU; intrinsics known and never refined",
     "matching of the map: {matching}",
     "matching of a query: {query_matching}; of the methods named _default: {default_matching}",
-    f"colmap_mapper: of {len(MAPPER_RUNS)} runs with different seeds the one in the middle",
+    f"colmap_mapper: the median of {len(MAPPER_RUNS)} runs with different seeds",
     "queries are registered, then bundle adjustment with the whole map; colmap_held: by the mapper, which "
     "triangulates and adjusts with them while nightmap's poses stay",
     "COLMAP's models are put on nightmap's map by a similarity over their map cameras",
@@ -52,13 +52,13 @@ SETTING = (
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--site-dir", type=Path, required=True, help="maps/<site>")
-    parser.add_argument("--out", type=Path, required=True, help="results.json to write; the rest beside it")
-    parser.add_argument("--readme", type=Path, help="file to put the table into")
+    parser.add_argument("--out", type=Path, required=True, help="results.json to write; the other files go beside it")
+    parser.add_argument("--page", type=Path, help="page that receives the table")
     return parser.parse_args()
 
 
 class Site:
-    """What the methods share: frames, queries, nightmap's result, the truth if it is known."""
+    """Data that all methods share: frames, queries, nightmap's result, the truth if it is known."""
 
     def __init__(self, site_dir):
         self.dir, self.colmap = site_dir, site_dir / "evaluate_colmap"
@@ -76,7 +76,7 @@ class Site:
         return Part(*map(read_truth, paths)) if all(path.exists() for path in paths) else None
 
     def locate_by_colmap(self, run):
-        """None where the run is skipped, since it would repeat another."""
+        """None when the run is skipped because it would repeat another."""
         folder = self.colmap / run.register_step
         receipt = read_receipt(folder)
         if "skipped" in receipt:
@@ -89,25 +89,25 @@ class Site:
         )
 
     def runs_of(self, method):
-        """Its runs, each with what it located."""
+        """The runs of a method, each with its located queries."""
         runs = [(run, self.locate_by_colmap(run)) for run in RUNS if run.method == method]
         return [(run, located) for run, located in runs if located]
 
 
 def near_percent(located, reference):
-    """Share of the reference's queries that are near it, each aligned on the map around it."""
+    """Share of the reference's queries that lie near the reference, each aligned on the map around it."""
     local = summaries(located, reference)["local"] if located.parts else {}
     return local.get(NEAR, 0.0)
 
 
 def middle(runs, reference):
-    """The run in the middle (of an even number the worse) by queries near the reference, then by those located."""
+    """The median run (the worse of two) by queries near the reference, then by located queries."""
     order = sorted(runs, key=lambda run: (near_percent(run[1], reference), run[1].num_located()))
     return order[(len(runs) - 1) // 2]
 
 
 def compare(method, references):
-    """Figures of one method against each reference but itself."""
+    """Figures of one method against every reference except itself."""
     return {name: summaries(method, reference) for name, reference in references.items() if name != method.name}
 
 
@@ -121,7 +121,7 @@ def method_figures(site, method, references):
 
 
 def run_figures(site, run, located, reference):
-    """What results.json tells of one of several runs."""
+    """The entry of results.json for one of several runs."""
     costs = colmap_costs(site.dir, run, len(site.rows))
     figures = {"map": run.map_step, "failed": located.failed, "num_located": located.num_located(),
                NEAR: near_percent(located, reference)}  # fmt: skip
@@ -129,8 +129,8 @@ def run_figures(site, run, located, reference):
 
 
 def errors_by_method(methods, reference):
-    """protocol -> method -> errors (time -> cm, degrees) against one reference; none of a method that
-    cannot be aligned on it, which its figures tell."""
+    """protocol -> method -> errors (time -> cm, degrees) against one reference. A method that cannot be
+    aligned on it has no errors; its figures say why."""
     result = {}
     for protocol in PROTOCOLS:
         result[protocol] = {}
@@ -241,9 +241,8 @@ def main():
     write_atomic(folder / "queries.csv", queries_csv(site, methods, errors))
     write_atomic(arguments.out, to_json(results))
     table = comparison_table(results)
-    if arguments.readme:
-        begin, end = (f"<!-- colmap {results['site']}:{edge} -->" for edge in ("begin", "end"))
-        put_between(arguments.readme, begin, end, f"Measured {date.today().isoformat()}. {table}")
+    if arguments.page:
+        put_figure(arguments.page, f"colmap_{results['site']}", table)
     print(table, end="")
 
 

@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs the Debian 12 packages that nightmap is built, tested and run with. Does nothing when all
-# are there.
+# Installs the Debian 12 packages that nightmap needs to build, test and run. Does nothing when all are
+# installed.
 set -euo pipefail
 
 packages=(
   build-essential      # gcc 12, libc
   cmake ninja-build    # the build
-  ccache               # a second build takes seconds
+  ccache               # makes a repeated build take seconds
   clang-format         # make format, format-check
   clang-tidy           # make lint
-  lld                  # linking: it alone drops libraries that only unused functions need
+  lld                  # linking: the only linker that drops libraries that only unused functions need
   shellcheck           # make lint
   git make
   python3              # config resolution, evaluation, end-to-end tests
@@ -23,18 +23,18 @@ packages=(
   libopencv-dev        # descriptors, optical flow, P3P, videos, drawing
   libceres-dev         # pose graph
   libsuitesparse-dev   # bundle adjustment: sparse Cholesky factorization
-  libpcl-dev           # tests: the neighbours that those of the cloud are compared with
+  libpcl-dev           # tests, benchmark: what the cloud's filters are compared with
   libnanoflann-dev     # localize: nearest landmarks in space
   liboctomap-dev       # octree
-  octomap-tools        # tests: convert_octree reads the octrees we write
+  octomap-tools        # tests: convert_octree reads our octrees
   libopenimageio-dev   # reading and writing pictures
-  openimageio-tools    # only because the CMake files of libopenimageio-dev demand its programs
-  libgif-dev           # drive: animations in exactly the colors they are drawn with
+  openimageio-tools    # the CMake files of libopenimageio-dev require its programs; we use none
+  libgif-dev           # drive: animations in exact colors
   libembree-dev        # synthetic world: ray casting
   libhdf5-dev          # array artifacts
   zlib1g-dev           # sensor logs, which are often gzipped
   libsqlite3-dev       # COLMAP database
-  colmap               # tests: opens the exported model; make evaluate-colmap
+  colmap               # tests: opens the exported model; make evaluate-colmap runs it
   libtomlplusplus-dev  # configs
   libcli11-dev         # command lines
   libspdlog-dev        # log
@@ -63,7 +63,7 @@ if [[ $(id -u) -ne 0 ]]; then
   as_root=(sudo)
 fi
 command -v apt-get >/dev/null || {
-  echo "install_deps.sh: no apt-get here; nightmap is built on Debian 12. Needed: ${missing[*]}" >&2
+  echo "install_deps.sh: found no apt-get; nightmap is built on Debian 12. Install by other means: ${missing[*]}" >&2
   exit 1
 }
 echo "dependencies: installing ${missing[*]}"

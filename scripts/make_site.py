@@ -1,13 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Makes what make was asked for of a site: checks the configs, writes the rules of the site, runs make on them, and
-says in the end what was done.
+"""Makes the goals of a site: checks the configs, writes the rules of the site, runs make on them, and prints a
+summary.
 
-The Makefile calls it with the goals; its variables come in the environment, its flags in MAKEFLAGS. Shards and tiles
-are known when frames and tiles have run, so each of these is made first and the rules are written anew when its list
-changed. With -n and -q, and for `why`, the rules are those of the lists as they are, and nothing is changed.
-Exit codes: 0 made (-q: up to date), 1 (-q only) something is out of date, 2 an error; what a program returned is in
-the log and in logs/run.json.
+The Makefile passes the goals as arguments, its variables in the environment, its flags in MAKEFLAGS. Only the jobs
+frames and tiles know the shards and tiles, so each of them runs first, and the rules are written again when its list
+changed. With -n and -q, and for `why`, the rules follow the present lists, and nothing is changed.
+Exit codes: 0 made (-q: up to date), 1 (-q only) something is out of date, 2 an error; the log and logs/run.json
+hold the exit code of the program.
 """
 
 import os
@@ -15,8 +15,8 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from nightmap_make.asked import Asked, Refused  # noqa: E402
 from nightmap_make.make_run import MakeRun  # noqa: E402
+from nightmap_make.request import Asked, Refused  # noqa: E402
 
 
 def main():

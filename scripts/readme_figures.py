@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""readme_figures: draws docs/<site>.png from a site's artifacts: two frames, and the floor plan
-with the trajectory, its loops and a planned path.
+"""readme_figures: draws docs/<site>.png from a site's artifacts: two frames, and the floor plan with the
+trajectory, its loops and a planned path.
 
 Exit codes: 0 written; 1 missing data, or a picture above 300 KiB; 2 wrong command line.
 """
@@ -16,11 +16,11 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 from PIL import Image  # noqa: E402
 
-from nightmap_eval.errors import DataError, run_main  # noqa: E402
-from nightmap_eval.figures import draw_grid, draw_path, draw_trajectory  # noqa: E402
+from nightmap_eval.artifacts import Frames, write_atomic  # noqa: E402
+from nightmap_eval.drawing import draw_grid, draw_path, draw_trajectory  # noqa: E402
 from nightmap_eval.grid import read_grid  # noqa: E402
 from nightmap_eval.report_map import accepted_loops, path_floor, read_path  # noqa: E402
-from nightmap_eval.site import Frames, write_atomic  # noqa: E402
+from nightmap_eval.script_errors import DataError, run_main  # noqa: E402
 from nightmap_eval.trajectory import read_tum  # noqa: E402
 
 CHECKOUT = Path(__file__).resolve().parent.parent

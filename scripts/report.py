@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""report: the morning report of a site, one self-contained HTML page.
+"""report: writes the report of a site as one self-contained HTML page.
 
-Says what the run did and how good the map is: trajectory, floor plan with path, drive, queries, accuracy,
-the comparison with COLMAP if there is one, time and memory of each stage, loops, skipped items,
-configs. Sections whose stage did not run say so. Nothing in it comes from the clock.
+The page shows what the run did and how good the map is: trajectory, floor plan with path, drive, queries,
+accuracy, the comparison with COLMAP if there is one, time and memory per stage, loops, skipped items,
+configs. A section whose stage did not run says so. The page does not depend on the clock.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
@@ -12,15 +12,15 @@ import argparse
 from pathlib import Path
 
 from nightmap_eval import html
-from nightmap_eval.errors import DataError, run_main
-from nightmap_eval.metrics_file import read_metrics
+from nightmap_eval.artifacts import write_atomic
+from nightmap_eval.job_results import read_stages
+from nightmap_eval.metrics_json import read_metrics
 from nightmap_eval.report_comparison import comparison_section
 from nightmap_eval.report_failure import failure_section, read_failure
 from nightmap_eval.report_map import map_sections
 from nightmap_eval.report_queries import query_section
 from nightmap_eval.report_run import run_sections, summary
-from nightmap_eval.site import write_atomic
-from nightmap_eval.stages import read_stages
+from nightmap_eval.script_errors import DataError, run_main
 
 
 def parse_arguments():
@@ -32,7 +32,7 @@ def parse_arguments():
 
 
 def make_report(site_dir, data):
-    """The page. After a run that failed it says so first, and comes whatever cannot be read."""
+    """Returns the page. After a failed run it begins with the failure, and it appears even if files are damaged."""
     if not site_dir.is_dir():
         raise DataError(f"{site_dir}: no such folder; run `make map` first")
     title = f"nightmap: {site_dir.resolve().name}"
@@ -42,7 +42,7 @@ def make_report(site_dir, data):
     try:
         lead, sections = lead_and_sections(site_dir, data)
     except (DataError, OSError) as error:
-        lead, sections = "What there is cannot be shown whole.", [html.section("Results", html.paragraph(str(error), "failed"))]
+        lead, sections = "Some of the results cannot be shown.", [html.section("Results", html.paragraph(str(error), "failed"))]
     return html.page(title, lead, [failure_section(failure), *sections])
 
 

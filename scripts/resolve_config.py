@@ -7,19 +7,19 @@
 
 goes to <out>/<stage>.toml in one canonical form (sorted keys, no comments). A file is rewritten
 only when its meaning changed, so a comment or a touch makes nothing stale. When a stage's receipts
-show that its outputs were made with the very config that is asked for now, the file gets a time
+show that its outputs were made with exactly the present config, the file gets a modification time
 before that run: trying a value and going back costs nothing.
 
 The site config goes in the same way to <out>/site/, which the frames stage reads, and to <out>/queries/, which
-the queries stage reads, there with a [[query]] more for each path of --query. Each keeps its time when what its
-stage takes of it did not change.
+the queries stage reads; the latter has one more [[query]] per path of --query. Each keeps its modification time
+while the parts that its stage reads do not change.
 
-With --preview DIR the same files are written to DIR (times of <out> kept where the meaning is the
-same), so that `make -n`, `-q` and `why` can answer for any SET without touching the real configs.
+With --preview DIR the same files are written to DIR, with the times of <out> where the meaning is the
+same, so that `make -n`, `-q` and `why` can answer for any SET without touching the real configs.
 
-Prints recordings=FILE and pictures=FILE, files that are as old as the last change of the recordings and of the query
-pictures; with --no-recordings it does not look at the recordings and says nothing of them. Exit code 2: a mistake in
-what was asked; the message says what to do.
+Prints recordings=FILE and pictures=FILE: files whose modification times are those of the last change of the
+recordings and of the query pictures. With --no-recordings it skips the recordings. Exit code 2: a mistake in the
+request; the message names the remedy.
 """
 import argparse
 import calendar
@@ -37,11 +37,11 @@ import tomllib
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 MAX_INTEGER = 2**63 - 1
-# What a receipt may be called, and what reading a damaged one raises.
+# Names of receipts, and the errors that reading a damaged one raises.
 RECEIPT = re.compile(r"(?:synthesize_)?receipt((?:_\d{4,}|_-?\d+_-?\d+|_loops)?)\.json", re.ASCII)
 DAMAGED = (OSError, ValueError, LookupError, TypeError, AttributeError, StopIteration, ArithmeticError, RecursionError)
 HEADER = "# Written by scripts/resolve_config.py; edit configs/ or use SET instead.\n"
-LEFT_BEHIND_S = 3600  # the age of a temporary file that nobody writes any more
+LEFT_BEHIND_S = 3600  # an older temporary file belongs to no running process
 
 
 class ConfigError(Exception):
@@ -118,7 +118,7 @@ def split_set(text, stages):
 
 
 def words(name, groups):
-    """The words of a variable of make, which a shell's quotation marks may hold together."""
+    """The words of a make variable; shell quotation marks keep words together."""
     try:
         return [word for group in groups for word in shlex.split(group)]
     except ValueError as error:
@@ -132,7 +132,7 @@ def check_keys(config, default, where):
 
 
 def layer(folder, stages):
-    """(stage, config, where it is from) of each file in a folder that need not exist."""
+    """(stage, config, path) of each file in a folder; none when the folder does not exist."""
     for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
         if not name.endswith(".toml") or name == "pipeline.toml":
             continue
@@ -142,7 +142,7 @@ def layer(folder, stages):
 
 
 def effective_configs(arguments):
-    """Of each program its effective options, and where each was set: a file or a variable of make."""
+    """The effective options per program, and the source of each: a file or a make variable."""
     folder = arguments.configs
     names = sorted(os.listdir(os.path.join(folder, "default")))
     configs = {name[:-5]: load(os.path.join(folder, "default", name))
@@ -182,8 +182,8 @@ def receipt_paths(arguments, stage):
 
 
 def read_receipt(path):
-    """The receipt, and whether its run was committed to the end: the receipt is renamed last, so an
-    output newer than it is of a later run that was killed. Folders may have been moved since."""
+    """The receipt, and whether its run was committed completely: the receipt is renamed last, so a newer
+    output comes from a later run that was killed. Folders may have been moved since."""
     if not os.path.isfile(path):
         raise ValueError(f"{path}: not a file")
     with open(path, encoding="utf-8") as file:
@@ -197,7 +197,7 @@ def read_receipt(path):
 
 
 def made_with(arguments, stage, config):
-    """Start (ns) of the earliest run, when every receipt of the stage names exactly this config."""
+    """Start (ns) of the earliest run if every receipt of the stage names exactly this config."""
     starts = []
     for path in receipt_paths(arguments, stage):
         try:
@@ -211,7 +211,7 @@ def made_with(arguments, stage, config):
 
 
 def has_text(path, text):
-    """Whether a file of an earlier call holds this text; one that is damaged does not."""
+    """Whether a file of an earlier call holds this text; a damaged file does not."""
     if not os.path.isfile(path):
         return False
     with open(path, "rb") as file:
@@ -219,7 +219,7 @@ def has_text(path, text):
 
 
 def write(path, text, mtime_ns=None):
-    """In a temporary file of this run alone, then renamed. One that a killed run left is removed when it is old."""
+    """Writes a temporary file of this run, then renames it. Removes old temporary files, which killed runs left."""
     for left in glob.glob(f"{glob.escape(path)}.*.tmp"):
         with contextlib.suppress(OSError):
             if time.time() - os.stat(left).st_mtime > LEFT_BEHIND_S:
@@ -264,7 +264,7 @@ def tables(site, name, arguments):
 
 
 def check_site(arguments):
-    """What is read of the site config here has its type; the frames stage checks all of it."""
+    """Checks the types of the keys read here; the frames stage checks the whole site config."""
     site = load(arguments.site)
 
     def check_text(table, names, where):
@@ -296,7 +296,7 @@ def query_tables(root, arguments):
         except ValueError:
             raise ConfigError(f"FOV_DEG={arguments.fov_deg}: give a number of degrees")
     if camera and not paths:
-        raise ConfigError("CAMERA and FOV_DEG are of the pictures of QUERY: name some")
+        raise ConfigError("CAMERA and FOV_DEG describe the pictures of QUERY: name some")
     for path in paths:
         # Surrogates stand for bytes that are not UTF-8.
         if any(c < " " or c == "\x7f" or "\ud800" <= c <= "\udfff" for c in path):
@@ -309,20 +309,20 @@ def query_tables(root, arguments):
     return [{"layout": "pictures", "pictures": path} | camera for path in from_root]
 
 
-# What of a site config each stage takes: the tables that the other one alone reads are left out.
+# The parts of a site config that each stage reads: without the tables that only the other stage reads.
 OF_MAKE = ("profile", "synthetic", "import")  # keys that choose and fill jobs
 SITE_PARTS = {"site": ("query", *OF_MAKE), "queries": ("sequence", "signal", "sensor", "hold_out_every", *OF_MAKE)}
 
 
 def site_part(site, part):
-    """What the stage of a part takes of the site. (Queries are numbered after the recordings.)"""
+    """The keys of the site that the stage of a part reads. (Queries are numbered after the recordings.)"""
     taken = {key: value for key, value in site.items() if key not in SITE_PARTS[part]}
     return taken | ({"num_sequences": len(site.get("sequence", []))} if part == "queries" else {})
 
 
 def effective_sites(arguments):
-    """Part -> text and tables of the site config; those of --query are in the part of the queries. The text is
-    the user's line by line, and names the user's file: pipeline/io/site_config.cc names it and its lines in
+    """Part -> text and tables of the site config; the part of the queries includes those of --query. The text
+    keeps the user's lines and names the user's file, so that pipeline/io/site_config.cc can name both in
     messages."""
     try:
         with open(arguments.site, encoding="utf-8") as file:
@@ -339,7 +339,7 @@ def effective_sites(arguments):
 
 
 def same_part(path, site, part):
-    """Whether an earlier call wrote the same for this stage; what is damaged is not the same."""
+    """Whether an earlier call wrote the same for this stage; a damaged file is not the same."""
     if not os.path.exists(path):
         return False
     try:
@@ -349,7 +349,7 @@ def same_part(path, site, part):
 
 
 def settle_site(part, text, site, arguments):
-    """The site config of a stage. It keeps its time when only its text changed, not what the stage takes."""
+    """Writes the site config of a stage. It keeps its time when its text changed but the stage's keys did not."""
     name = os.path.join(part, os.path.basename(arguments.site))
     folder = arguments.preview or arguments.out
     current, target = os.path.join(arguments.out, name), os.path.join(folder, name)
@@ -361,8 +361,8 @@ def settle_site(part, text, site, arguments):
 
 
 def file_state(path):
-    """(path, size, time); of what cannot be looked at, as a link to nowhere, the kind of error. Whether it
-    matters the frames stage says."""
+    """(path, size, time) of a file, or the kind of error when it is not readable (a broken link, say). The frames
+    stage decides whether that matters."""
     try:
         status = os.stat(path)
     except OSError as error:
@@ -371,8 +371,8 @@ def file_state(path):
 
 
 def recording_files(folder, seen):
-    """The state of every file below a folder, hidden ones left out. `seen` are the folders that were looked
-    into: links may lead in a circle."""
+    """The state of every file below a folder, without hidden ones. `seen` holds the folders visited: links may
+    form a circle."""
     try:
         status = os.stat(folder)
         if (status.st_dev, status.st_ino) in seen:
@@ -399,7 +399,7 @@ def is_folder(entry):
 
 
 def picture_files(path):
-    """The files of a folder, list or file of pictures: they, and cameras.csv beside them."""
+    """The pictures of a folder, list or file, and cameras.csv beside them."""
     if os.path.isdir(path):
         try:
             names = [name for name in os.listdir(path) if not name.startswith(".")]
@@ -423,9 +423,9 @@ def look_for(path, arguments):
 
 
 def settle_files(name, site, parts, arguments):
-    """A file whose time says when the files of some recordings or queries changed last; its path.
+    """Writes a file whose time is that of the last change of some recordings or queries; returns its path.
 
-    A folder's time does not tell of a file that was replaced in place, so the sizes and times of all
+    A folder's time does not show that a file was replaced in place, so the sizes and times of all
     files count. (The stages then compare contents: a touch reruns nothing after them.)"""
     def in_data(path):
         return os.path.join(arguments.data, os.path.normpath(os.path.join(site.get("root", "."), path)))
@@ -452,8 +452,8 @@ def settle_files(name, site, parts, arguments):
 
 
 def settle_inputs(sites, arguments):
-    """(name, file) of recordings and pictures. A recording that synthesize makes, queries in it included, is left to
-    Make; plain pictures are never its work."""
+    """(name, file) of recordings and pictures. Make itself handles a recording that synthesize makes, including its
+    queries; synthesize never makes plain pictures."""
     _, site = sites["site"]
     if not arguments.no_recordings:
         parts = [] if arguments.synthetic else tables(site, "sequence", arguments) + tables(site, "signal", arguments)
@@ -471,13 +471,13 @@ def parse_arguments():
     parser.add_argument("--profile", default="default")
     parser.add_argument("--seed", default="0")
     parser.add_argument("--set", action="append", default=[], help="several, separated by spaces")
-    parser.add_argument("--value", action="append", default=[], help="one STAGE.KEY=VALUE, spaces and all")
-    parser.add_argument("--query", action="append", default=[], help="pictures to add to the site, as QUERY of make")
+    parser.add_argument("--value", action="append", default=[], help="one STAGE.KEY=VALUE; it may contain spaces")
+    parser.add_argument("--query", action="append", default=[], help="pictures to add to the site, as in make's QUERY")
     parser.add_argument("--camera", help="of --query")
     parser.add_argument("--fov-deg", help="of --query")
     parser.add_argument("--out", required=True)
     parser.add_argument("--preview", help="write here instead, with the times of --out")
-    parser.add_argument("--no-recordings", action="store_true", help="do not look at the recordings, only at queries")
+    parser.add_argument("--no-recordings", action="store_true", help="check only the queries, not the recordings")
     parser.add_argument("--synthetic", action="store_true", help="the recording is made by synthesize")
     return parser.parse_args()
 
@@ -489,8 +489,8 @@ def refuse(error):
 
 
 def check(arguments):
-    """Reads everything and writes nothing: configs, where each value was set, and text and tables of each part of the
-    site config."""
+    """Reads the configs, the source of each value, and text and tables of each part of the site config. Writes
+    nothing."""
     if not (str(arguments.seed).isascii() and str(arguments.seed).isdigit() and len(str(arguments.seed)) < 19):
         raise ConfigError(f"SEED={arguments.seed}: give a whole number")
     arguments.seed = int(arguments.seed)
@@ -505,7 +505,7 @@ def check(arguments):
 
 
 def settle_all(configs, sites, arguments):
-    """Writes what changed. Returns files that are as old as the last change of the `recordings` and of the `pictures`."""
+    """Writes the changed files. Returns files whose times are those of the last change of `recordings` and `pictures`."""
     settle(configs, arguments)
     for part, (text, site) in sites.items():
         settle_site(part, text, site, arguments)
@@ -514,7 +514,7 @@ def settle_all(configs, sites, arguments):
 
 @contextlib.contextmanager
 def plain_errors():
-    """Turns what a wrong config or an unreadable file raises into a ConfigError."""
+    """Turns the exceptions of a wrong config or an unreadable file into a ConfigError."""
     try:
         yield
     except OSError as error:

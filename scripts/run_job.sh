@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# run_job.sh SITE_FOLDER JOB COMMAND...: runs the command of a rule. Its messages go to the terminal and to
-# logs/JOB.log, its begin and end to the journal, logs/journal.txt; its exit code is passed on.
+# run_job.sh SITE_FOLDER JOB COMMAND...: runs the command of a rule and returns its exit code. Writes its messages
+# to the terminal and to logs/JOB.log, its begin and end to logs/journal.txt.
 set -u
 site=$1 job=$2
 shift 2

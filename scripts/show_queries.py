@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Prints where the pictures of a site were taken: a table of those that QUERY asked for, and of the site's
-own a count and the first dozen.
+"""Prints where the pictures of a site were taken: a table of those in QUERY, a count of the site's own and the
+first dozen of them.
 
-Place and heading are of the camera in the map frame; heading is where it looks, counter-clockwise from x.
+Place and heading are those of the camera in the map frame; heading is its viewing direction, counter-clockwise from x.
 Exit codes: 0 printed; 1 missing or damaged data.
 """
 
@@ -13,14 +13,14 @@ from collections import Counter
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from nightmap_eval.asked import Floors, asked_pictures, read_queries  # noqa: E402
-from nightmap_eval.errors import printable, run_main  # noqa: E402
+from nightmap_eval.asked_pictures import Floors, asked_pictures, read_queries  # noqa: E402
+from nightmap_eval.script_errors import printable, run_main  # noqa: E402
 
 NUM_OWN = 12
 
 
 def table(queries, floors):
-    """Lines with the columns under each other."""
+    """Lines with aligned columns."""
     titles = ["picture", "verdict", "x (m)", "y (m)", "z (m)", "heading (deg)",
               *(["floor"] if floors.are_several else []), "sigma (cm)", "sigma (deg)", "reason"]  # fmt: skip
     rows = [titles, *(_cells(query, floors) for query in queries)]

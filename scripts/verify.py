@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hashes the artifacts of a site again and compares each with the receipt of the run that made it.
 
-Receipts of shards and tiles that are no more are left out. Exit code 1 when a file is missing, altered, or
-was made from an input that is not there any more.
+Skips receipts of shards and tiles that no longer exist. Exit code 1 when a file is missing or altered, or when
+an input changed since.
 """
 
 import pathlib
 import sys
 
-from nightmap_eval.errors import DataError, printable, run_main
-from nightmap_eval.lists import CurrentRuns
 from nightmap_eval.receipts import Hashes, Receipt
+from nightmap_eval.script_errors import DataError, printable, run_main
+from nightmap_eval.unit_lists import CurrentRuns
 
 ALTERED = {"outputs": "altered since it was written", "inputs": "not the input it was made from"}
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "pipeline/base/random.h"
+#include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
-#include "pipeline/vision/vocabulary_io.h"
 
 namespace nightmap {
 

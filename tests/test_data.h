@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tests share: real recordings, scratch folders, and checks of error messages.
+// Shared by tests: real recordings, scratch folders, and checks of error messages.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -14,8 +14,8 @@
 
 namespace nightmap {
 
-// A recording of the data folder: $NIGHTMAP_DATA, or ../shared/data beside the source folder (where
-// CTest runs the tests).
+// A recording of the data folder: $NIGHTMAP_DATA, or ../shared/data next to the source folder
+// (where CTest runs the tests).
 inline std::filesystem::path TestDataPath(const std::string& name) {
   const char* folder = std::getenv("NIGHTMAP_DATA");
   return std::filesystem::path(folder ? folder : "../shared/data") / name;
@@ -26,9 +26,9 @@ inline bool IsContinuousIntegration() {
   return ci && std::string(ci) == "true";
 }
 
-// First line of a test that needs a real recording. Recordings are hundreds of megabytes that are
-// not in the repository (datasets.md says where they are had from), so the test is skipped without
-// them, with the remedy; never in CI, where a silent skip would pass for a test that ran.
+// First line of a test that needs a real recording. Recordings are hundreds of megabytes and not in
+// the repository (datasets.md names their sources), so the test is skipped without them and prints
+// the remedy. In CI it fails instead, because a silent skip would look like a pass.
 #define NIGHTMAP_REQUIRE_DATA(name)                                                     \
   if (!std::filesystem::exists(::nightmap::TestDataPath(name))) {                       \
     if (::nightmap::IsContinuousIntegration()) {                                        \

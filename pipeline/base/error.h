@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors that end a stage, each with the exit code Make sees.
+// Errors that end a stage, each with its exit code.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,10 +11,10 @@
 namespace nightmap {
 
 enum class ExitCode {
-  kOk = 0,              // outputs committed
+  kOk = 0,              // outputs are committed
   kDataError = 1,       // data, I/O or numeric failure
   kUsageError = 2,      // command line or config error
-  kBelowThreshold = 3,  // ran, but below a stated acceptance threshold; nothing committed
+  kBelowThreshold = 3,  // ran, but below a stated acceptance threshold; commits nothing
 };
 
 // Base of the three errors below. The message names the file (or option) and the remedy.

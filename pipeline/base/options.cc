@@ -19,7 +19,7 @@ struct Overloaded : Visitors... {
 template <typename... Visitors>
 Overloaded(Visitors...) -> Overloaded<Visitors...>;
 
-// Shortest text that reads back as the same double, and reads as a TOML float.
+// Shortest text that reads back as the same double and is a TOML float.
 std::string DoubleToToml(double value) {
   std::string text = fmt::format("{}", value);
   if (text.find_first_of(".einf") == std::string::npos) text += ".0";

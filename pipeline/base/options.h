@@ -18,13 +18,13 @@
 
 namespace toml {
 inline namespace v3 {
-class table;  // toml++ is slow to compile: only options.cc and readers of TOML include it
+class table;  // toml++ is slow to compile, so only options.cc and readers of TOML include it
 }
 }  // namespace toml
 
 namespace nightmap {
 
-// Closed interval of valid values. For lists it bounds every element.
+// Closed interval of valid values. For a list it bounds every element.
 struct Range {
   Range(double min_value, double max_value) : min(min_value), max(max_value) {}
   double min;
@@ -39,7 +39,7 @@ struct OptionSpec {
   OptionPointer value;
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
-  std::vector<std::string> choices;  // of a string option; empty: any
+  std::vector<std::string> choices;  // for a string option; empty: any
   std::string doc;                   // one line
 };
 
@@ -55,12 +55,12 @@ class OptionList {
 
   const std::vector<OptionSpec>& Specs() const { return specs_; }
 
-  // Assigns the options named in a TOML document; options not named keep their value.
-  // `source` names the document in messages. Throws UsageError with file:line on an unknown key, a
-  // wrong type or a value out of range; nothing is repaired.
+  // Assigns the options named in a TOML document; options not named keep their value. `source`
+  // names the document in messages. Throws UsageError with file:line on an unknown key, a wrong
+  // type or a value out of range; repairs nothing.
   void ParseToml(std::string_view text, const std::string& source);
 
-  // The same for one table of a parsed document (a site config has several).
+  // Likewise for one table of a parsed document (a site config has several).
   void ParseTable(const toml::table& table, const std::string& source);
 
   // Throws UsageError when a current value is out of range or not among the choices.

@@ -12,7 +12,7 @@
 namespace nightmap {
 namespace {
 
-// Of so many items each is small: they are handed out several at a time.
+// From this number on items are small, so threads take several at a time.
 constexpr std::size_t kManyItems = 4096;
 constexpr std::size_t kMaxChunk = 64;
 
@@ -44,8 +44,8 @@ void ParallelFor(std::size_t count, int num_threads, const std::function<void(st
   FirstFailure failure;
   const std::size_t chunk = std::clamp(count / kManyItems, std::size_t{1}, kMaxChunk);
   const auto work = [&] {
-    // Chunks are handed out in order and run up to their own first failure, so every index below a
-    // failing one is tried and the lowest failure is the same at any number of threads.
+    // Chunks are handed out in order and run up to their own first failure. So every index below a
+    // failing one is tried, and the lowest failure is the same at any number of threads.
     while (!stop) {
       const std::size_t begin = next.fetch_add(chunk);
       if (begin >= count) return;
@@ -65,7 +65,7 @@ void ParallelFor(std::size_t count, int num_threads, const std::function<void(st
   try {
     for (std::size_t i = 0; i < num_helpers; ++i) helpers.emplace_back(work);
   } catch (const std::system_error&) {
-    // The system gives no more threads; those there are do the work.
+    // The system grants no more threads; the existing ones do the work.
   }
   work();
   for (std::thread& helper : helpers) helper.join();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks that look at a path before it is opened or written: a program that opens a FIFO waits for
-// ever, and one that renames over a device makes a file of it.
+// Checks a path before it is opened or written: opening a FIFO would block for ever, and renaming
+// over a device would replace it by a file.
 #pragma once
 
 #include <filesystem>
@@ -8,16 +8,16 @@
 
 namespace nightmap {
 
-// "is a folder", "is a FIFO", "is a socket" or "is a device". Empty for a plain file, for nothing
-// at all, and for what cannot be looked at. Symbolic links are followed.
+// Returns "is a folder", "is a FIFO", "is a socket" or "is a device". Empty for a plain file, for a
+// missing path, and for a path that cannot be examined. Follows symbolic links.
 std::string WhyNotPlain(const std::filesystem::path& path);
 
-// Throws DataError when something else than a plain file is at the path.
+// Throws DataError when the path holds something other than a plain file.
 void RequirePlain(const std::filesystem::path& path);
 
-// Throws UsageError when no file can be put at the path: something else than a plain file is there,
-// or at the place of one of its folders. `role` names the path in the message. A symbolic link to a
-// plain file, or to nothing, may be there: the link is replaced, and never what it points at.
+// Throws UsageError when no file can be put at the path: it, or one of its folders, is something
+// else. `role` names the path in the message. A symbolic link to a plain file, or to nothing, is
+// allowed: the link is replaced, never its target.
 void RequirePlaceForFile(const std::filesystem::path& path, const std::string& role);
 
 }  // namespace nightmap

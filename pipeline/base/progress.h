@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Progress of a long stage on stderr: a bar on a terminal, one line now and then otherwise.
+// Shows the progress of a long stage on stderr: a bar on a terminal, otherwise an occasional line.
 #pragma once
 
 #include <chrono>

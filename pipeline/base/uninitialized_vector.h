@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A vector for large arrays of numbers that are written in full, in parallel, right after.
+// A vector for large arrays of numbers that are written in full, in parallel, right after creation.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,8 @@
 
 namespace nightmap {
 
-// Leaves values alone that std::vector would set to zero, by one thread, when it is made or grows.
+// Skips the initialization: std::vector would zero all values on one thread whenever it is made or
+// grows.
 template <typename Value>
 struct UninitializedAllocator : std::allocator<Value> {
   template <typename Other>

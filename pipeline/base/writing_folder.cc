@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kRandom = "XXXXXX";  // mkdtemp puts six random letters in their place
+constexpr std::string_view kRandom = "XXXXXX";  // mkdtemp replaces these by six random letters
 
 std::string Prefix() {
   std::array<char, 256> host{};
@@ -31,8 +31,8 @@ int OpenFolder(const fs::path& path) {
   return open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
 }
 
-// One that a living run holds the lock of is left alone, and so is every one where the file system
-// has no locks.
+// Leaves a folder alone while a running process holds its lock, and always on a file system without
+// locks.
 void RemoveIfDead(const fs::path& path) {
   const int descriptor = OpenFolder(path);
   if (descriptor < 0) return;
@@ -48,7 +48,7 @@ void RemoveLeftBehind(const fs::path& parent) {
   for (auto entry = fs::directory_iterator(parent, error); !error && entry != fs::end(entry);
        entry.increment(error)) {
     const std::string name = entry->path().filename().string();
-    // (With a dot it is of a host with a longer name.)
+    // (A further dot means that it belongs to a host with a longer name.)
     if (name.starts_with(prefix) && name.find('.', prefix.size()) == std::string::npos) {
       found.push_back(entry->path());
     }
@@ -72,7 +72,7 @@ WritingFolder::WritingFolder(const fs::path& folder) {
     path_ = name;
     lock_ = OpenFolder(path_);
     flock(lock_, LOCK_EX);
-  } while (!fs::exists(path_));  // another run took it for dead before the lock was held
+  } while (!fs::exists(path_));  // another run removed it before the lock was held
 }
 
 WritingFolder::~WritingFolder() {

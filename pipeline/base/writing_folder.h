@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// A folder for the files of one run until they are complete.
+// A folder for the files of one run while they are incomplete.
 #pragma once
 
 #include <filesystem>
 
 namespace nightmap {
 
-// Makes a folder `.writing.<host>.<random>` in another, of its own for each run, so that two runs
-// never write one file. A run that is killed leaves its folder behind; the next run on this host
-// removes it. It knows from a lock, which each run holds on its folder and which ends with the
-// process, that nobody writes there. Folders of other hosts are left alone: a lock may not reach so
-// far. A file is renamed from here to its final place in one step, on one file system.
+// Makes a folder `.writing.<host>.<random>` in another, distinct for each run, so that two runs
+// never write one file. A killed run leaves its folder behind, and the next run on this host
+// removes it. Each run holds a lock on its folder that ends with the process; a free lock shows
+// that nobody writes there. Folders of other hosts stay, because a lock may not reach other hosts.
+// Renaming a file from here to its final place is one step within one file system.
 class WritingFolder {
  public:
   // Throws DataError when the folder cannot be made.
   explicit WritingFolder(const std::filesystem::path& folder);
-  // Removes the folder and what is left in it.
+  // Removes the folder and its remaining files.
   ~WritingFolder();
   WritingFolder(const WritingFolder&) = delete;
   WritingFolder& operator=(const WritingFolder&) = delete;

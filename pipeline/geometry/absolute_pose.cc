@@ -16,7 +16,7 @@
 namespace nightmap {
 namespace {
 
-// The estimation problem with everything that stays fixed during it.
+// The estimation problem with all that stays fixed during it.
 class Estimator {
  public:
   Estimator(const Camera& camera,
@@ -42,8 +42,8 @@ class Estimator {
   std::vector<Rigid3> SampleP3p();
   std::vector<Rigid3> SampleDlt();
   int SampleSize() const { return options_.solver == MinimalSolver::kDlt6 ? kDltSampleSize : 3; }
-  // In the loop over all matches GCC 12 would store the point in halves and wait to load it whole:
-  // the stage `matches` took 15 % longer.
+  // Not inlined: in the loop over all matches GCC 12 would store the point in halves and wait to
+  // load it whole, which makes the stage `matches` 15 % slower.
   [[gnu::noinline]] std::optional<double> SquaredError_px(const Rigid3& camera_from_world,
                                                           const PointMatch& match) const;
   Score Evaluate(const Rigid3& camera_from_world) const;
@@ -61,7 +61,7 @@ class Estimator {
   Random random_;
 };
 
-// No match twice: five determine nothing.
+// Draws distinct matches, because five determine nothing.
 std::vector<Rigid3> Estimator::SampleDlt() {
   std::vector<std::size_t> sample;
   while (sample.size() < kDltSampleSize) {
@@ -110,7 +110,7 @@ std::vector<Rigid3> Estimator::SampleP3p() {
   return poses;
 }
 
-// Nothing when the match is no inlier.
+// Nothing when the match is an outlier.
 std::optional<double> Estimator::SquaredError_px(const Rigid3& camera_from_world,
                                                  const PointMatch& match) const {
   const Eigen::Vector3d point = camera_from_world * match.point_in_world;
@@ -211,7 +211,7 @@ void Estimator::OptimizeLocally(Rigid3* pose, Score* score) const {
 std::optional<AbsolutePose> Estimator::Estimate() {
   Score best;
   Rigid3 best_pose;
-  // Enough to find any pose with min_inliers; what has fewer is refused in the end.
+  // Enough iterations to find any pose with min_inliers; a pose with fewer is refused anyway.
   int num_required = RequiredIterations(options_.min_inliers);
   int iteration = 0;
   for (; iteration < num_required; ++iteration) {
@@ -230,7 +230,8 @@ std::optional<AbsolutePose> Estimator::Estimate() {
   return result;
 }
 
-// All matches pull first, the outliers little: the start may be too far off to tell them apart.
+// Starts with all matches, outliers weighted little, because the start may be too far off to tell
+// outliers apart.
 std::optional<AbsolutePose> Estimator::FinishFrom(const Rigid3& camera_from_world) const {
   std::vector<int> all(matches_.size());
   std::iota(all.begin(), all.end(), 0);

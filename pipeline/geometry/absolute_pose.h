@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pipeline/geometry/camera.h"
+#include "pipeline/geometry/depth_noise.h"
 #include "pipeline/geometry/rigid3.h"
 
 namespace nightmap {
@@ -23,8 +24,8 @@ struct PointMatch {
   double point_sigma_m = 0;        // standard deviation of the point along its ray; 0 = exact
 };
 
-// Of a RANSAC sample: 3 matches, or 6. The DLT needs no four-fold choice, but at 30 % inliers 37
-// times as many samples, and points that are not all on one plane.
+// RANSAC samples of 3 matches, or of 6. The DLT needs no choice among four solutions. But at 30 %
+// inliers it takes 37 times as many samples, and its points must not all lie on one plane.
 enum class MinimalSolver { kP3p, kDlt6 };
 
 struct AbsolutePoseOptions {
@@ -45,28 +46,29 @@ struct AbsolutePoseOptions {
 struct AbsolutePose {
   Rigid3 camera_from_world;
   std::vector<int> inliers;  // indices of matches, ascending
-  // Of a left perturbation (rotation rad, translation m): inverse of the Hessian at the solution.
+  // Covariance of a left perturbation (rotation rad, translation m): inverse of the Hessian at the
+  // solution.
   Matrix6d covariance;
   double rms_error_px = 0;  // reprojection error over the inliers
   int num_iterations = 0;
 };
 
-// Nothing when fewer than min_inliers agree. Deterministic in the seed. The camera's distortion is
-// not applied: pixels are undistorted.
+// Returns nothing when fewer than min_inliers agree. Deterministic in the seed. Does not apply the
+// camera's distortion: pixels are undistorted.
 [[nodiscard]] std::optional<AbsolutePose> EstimateAbsolutePose(
     const Camera& camera,
     const std::vector<PointMatch>& matches,
     const AbsolutePoseOptions& options);
 
-// The robust refinement alone, from a pose near the solution; no sampling. Nothing when fewer than
-// min_inliers agree with the refined pose.
+// Runs only the robust refinement, from a pose near the solution, without sampling. Returns nothing
+// when fewer than min_inliers agree with the refined pose.
 [[nodiscard]] std::optional<AbsolutePose> RefineAbsolutePose(const Camera& camera,
                                                              const std::vector<PointMatch>& matches,
                                                              const Rigid3& camera_from_world,
                                                              const AbsolutePoseOptions& options);
 
-// Covariance of a given pose from matches that are taken as inliers; nothing when they do not
-// determine it.
+// Covariance of a given pose; takes all matches as inliers. Returns nothing when they do not
+// determine the pose.
 [[nodiscard]] std::optional<Matrix6d> PoseCovariance(const Camera& camera,
                                                      const std::vector<PointMatch>& matches,
                                                      const Rigid3& camera_from_world,

@@ -47,7 +47,7 @@ std::optional<Eigen::Vector3d> Residual(const BundleProblem& data,
   return seen.Residual(Measured(observation));
 }
 
-// For a point that the camera can see.
+// Requires a point that the camera can see.
 LinearObservation Linearized(const BundleProblem& data, const BundleObservation& observation) {
   const Reprojection seen = Reproject(data, observation);
   const PointMeasurement measured = Measured(observation);
@@ -61,15 +61,14 @@ LinearObservation Linearized(const BundleProblem& data, const BundleObservation&
           seen.Residual(measured)};
 }
 
-// A wrong match may put a point behind a camera that sees it; no step could start from there.
+// A wrong match may put a point behind a camera that observes it; no step could start from there.
 void DropUnseeable(BundleProblem* data) {
   std::erase_if(data->observations,
                 [&](const BundleObservation& o) { return !Residual(*data, o); });
 }
 
-// Levenberg-Marquardt on weighted residuals, the weights those of the robust loss at each estimate.
-// The region of trust grows and shrinks as in Nielsen, 1999 (Damping Parameter in Marquardt's
-// Method, IMM-REP-1999-05).
+// Levenberg-Marquardt on residuals weighted by the robust loss at each estimate. The trust region
+// grows and shrinks as in Nielsen, 1999 (Damping Parameter in Marquardt's Method, IMM-REP-1999-05).
 class Adjuster {
  public:
   Adjuster(const BundleOptions& options, BundleProblem* data)
@@ -85,7 +84,7 @@ class Adjuster {
     BundleSummary summary;
     summary.initial_cost = summary.final_cost = Cost();
     summary.end = BundleEnd::kMaxIterations;
-    double promised = 0;  // the largest decrease that one of the steps refused in a row predicted
+    double promised = 0;  // largest decrease that any of the successive refused steps predicted
     int num_refused = 0;
     while (summary.num_iterations < options_.max_iterations && num_refused <= kMaxRefused) {
       ++summary.num_iterations;
@@ -116,20 +115,21 @@ class Adjuster {
   }
 
  private:
-  static constexpr int kMaxRefused = 30;  // in a row; each step is shorter than the one before
-  static constexpr double kMinRelativeDecrease = 1e-5;  // of the cost; less ends the adjustment
-  static constexpr double kNoDecrease = 1e-9;           // rounding, when everything fits exactly
-  static constexpr double kMinOfPredicted = 1e-3;       // less refuses the step
+  static constexpr int kMaxRefused = 30;  // in a row; each step is shorter than the previous one
+  // A smaller relative decrease of the cost ends the adjustment.
+  static constexpr double kMinRelativeDecrease = 1e-5;
+  static constexpr double kNoDecrease = 1e-9;      // rounding error when everything fits exactly
+  static constexpr double kMinOfPredicted = 1e-3;  // a smaller share refuses the step
   static constexpr double kMaxTrust = 1e12;
 
   struct Trial {
-    bool is_accepted = false;  // else nothing changed
+    bool is_accepted = false;  // otherwise nothing changed
     double decrease = 0;
     double predicted = std::numeric_limits<double>::infinity();  // when there is no step
   };
 
-  // Of an adjustment whose last steps were refused, or gained little after such: nothing was left
-  // to gain, or what was left was not gained.
+  // End of an adjustment whose last steps were refused, or gained little after refused ones:
+  // converged if nothing was left to gain, stalled otherwise.
   static BundleEnd EndAfterRefusals(double promised, const BundleSummary& summary) {
     if (promised <= kMinRelativeDecrease * summary.final_cost + kNoDecrease) {
       return BundleEnd::kConverged;
@@ -144,7 +144,7 @@ class Adjuster {
         kBundleRemedy);
   }
 
-  // Refused when the step does not lower the cost as it should.
+  // Refuses a step that does not lower the cost as it should.
   Trial TryStep(double cost) {
     const auto step = system_.Solve(linear_, Priors(), trust_);
     if (!step) return {};
@@ -178,7 +178,7 @@ class Adjuster {
     }
   }
 
-  // Half the robust sum; infinite where a camera cannot see a point that it saw.
+  // Half the robust sum; infinite where a camera can no longer see a point that it observes.
   double Cost() {
     ParallelFor(costs_.size(), options_.num_threads, [&](std::size_t i) {
       const auto residual = Residual(data_, data_.observations[i]);
@@ -220,13 +220,13 @@ class Adjuster {
     return squared <= scale2 ? 1 : options_.robust_scale / std::sqrt(squared);
   }
 
-  // 1 for what may move of focal scale, readout and depth scale.
+  // 1 for each of focal scale, readout and depth scale that may change.
   Eigen::Vector3d Free(std::size_t sensor) const {
     const double calibrates = options_.calibrate ? 1 : 0;
     return {calibrates, calibrates, options_.estimate_depth_scales && sensor > 0 ? 1.0 : 0.0};
   }
 
-  // Of a calibration from what is believed; and how strongly that is.
+  // Deviation of a calibration from its prior, and the prior's weight.
   Eigen::Vector3d Deviation(std::size_t sensor) const {
     const CameraCalibration& now = data_.calibrations[sensor];
     return Free(sensor).cwiseProduct(
@@ -238,7 +238,7 @@ class Adjuster {
     return Free(sensor).cwiseProduct(weights);
   }
 
-  // What is held has no derivative: any weight leaves it in place.
+  // A parameter that is held has no derivative, so any weight leaves it in place.
   std::vector<LinearPrior> Priors() const {
     std::vector<LinearPrior> priors;
     for (std::size_t i = 0; i < data_.calibrations.size(); ++i) {
@@ -253,7 +253,7 @@ class Adjuster {
   bool has_calibrations_;
   SchurSystem system_;
   std::vector<LinearObservation> linear_;
-  std::vector<double> costs_;  // of the observations
+  std::vector<double> costs_;  // by observation
   double trust_ = 1e4;
   double distrust_ = 2;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a stage tells of its bundle adjustments.
+// Reports and warnings on a stage's bundle adjustments.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,11 +9,11 @@
 
 namespace nightmap {
 
-// For report.json, in order, each with: initial_cost, final_cost (half the robust sum of squares
-// over the variances), num_iterations, num_accepted_steps, and how it ended.
+// One entry per adjustment for report.json, in order: initial_cost, final_cost (half the robust sum
+// of squares over the variances), num_iterations, num_accepted_steps, and how it ended.
 nlohmann::json BundleReport(const std::vector<BundleSummary>& adjustments);
 
-// Logs a warning when one stalled.
+// Logs a warning for each adjustment that stalled.
 void WarnOfStalls(const std::vector<BundleSummary>& adjustments);
 
 }  // namespace nightmap

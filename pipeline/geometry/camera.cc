@@ -10,7 +10,7 @@ namespace {
 constexpr int kMaxIterations = 30;
 constexpr double kConverged = 1e-12;  // on the z = 1 plane, far below any pixel
 
-// Distorted point of an undistorted one, both on the plane z = 1.
+// Distorts a point; both points are on the plane z = 1.
 Eigen::Vector2d Distort(const Camera& camera, const Eigen::Vector2d& point) {
   const double x = point.x(), y = point.y();
   const double r2 = x * x + y * y;
@@ -71,7 +71,7 @@ Eigen::Vector2d Camera::Normalize(const Eigen::Vector2d& pixel) const {
   for (int i = 0; i < kMaxIterations; ++i) {
     const Eigen::Vector2d residual = Distort(*this, point) - distorted;
     const Eigen::Matrix2d jacobian = DistortJacobian(*this, point);
-    // Where the model folds, Newton would leap away: the fixed-point step stays near.
+    // Where the model folds, Newton's step would leap away, but the fixed-point step stays near.
     const bool regular = jacobian.determinant() > 0.05;
     const Eigen::Vector2d step =
         regular ? Eigen::Vector2d(jacobian.inverse() * residual) : residual;

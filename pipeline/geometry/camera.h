@@ -20,14 +20,14 @@ struct Camera {
     return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= width - 1 && pixel.y() <= height - 1;
   }
 
-  // The camera whose undistorted image is this one's, seen through focal lengths `scale` times as
-  // long: a pixel's undistorted pixel stays, its ray gets steeper by 1 / scale.
+  // The camera that has this one's undistorted image with focal lengths `scale` times as long: each
+  // undistorted pixel stays, and its ray gets steeper by 1 / scale.
   Camera WithFocalScale(double scale) const;
 
-  // Pixel of a point in the camera frame, possibly outside the image; nothing for z <= 0 and where
+  // Pixel of a point in the camera frame, possibly outside the image. Nothing for z <= 0 and where
   // the distortion polynomial has turned back.
   std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_in_camera) const;
-  // The same without distortion: pixels of undistorted keypoints.
+  // Likewise without distortion: pixels of undistorted keypoints.
   std::optional<Eigen::Vector2d> ProjectUndistorted(const Eigen::Vector3d& point_in_camera) const {
     if (point_in_camera.z() <= 0) return std::nullopt;
     return Eigen::Vector2d(fx * point_in_camera.x() / point_in_camera.z() + cx,
@@ -44,17 +44,8 @@ struct Camera {
     const Eigen::Vector2d ray = Normalize(pixel);
     return {ray.x() * depth_m, ray.y() * depth_m, depth_m};
   }
-  // The pixel the same ray has in this camera without distortion. Features are stored so.
+  // The pixel of the same ray in this camera without distortion. Features are stored undistorted.
   Eigen::Vector2d Undistort(const Eigen::Vector2d& pixel) const;
-};
-
-// Standard deviation of a structured-light or time-of-flight depth, growing with z squared
-// (Khoshelham and Elberink, Sensors 2012).
-struct DepthNoise {
-  static constexpr double kMinConstant_m = 1e-5;  // sigma 0 would be an infinite weight
-  double constant_m = 0.002;
-  double quadratic_per_m = 0.0025;  // sigma = constant + quadratic * z^2
-  double Sigma_m(double depth_m) const { return constant_m + quadratic_per_m * depth_m * depth_m; }
 };
 
 }  // namespace nightmap

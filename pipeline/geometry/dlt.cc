@@ -14,7 +14,7 @@ using Matrix34d = Eigen::Matrix<double, 3, 4>;
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
 using Vector12d = Eigen::Matrix<double, 12, 1>;
 
-// normalized = scale * (point - centroid): mean distance from the origin sqrt(3).
+// normalized = scale * (point - centroid), so that the mean distance from the origin is sqrt(3).
 struct Normalization {
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
   double scale = 1;
@@ -30,7 +30,7 @@ Normalization Normalize(const std::vector<Eigen::Vector3d>& points) {
   return result;
 }
 
-// The 3 x 4 matrix, of norm 1 and either sign, that takes normalized points to rays.
+// The 3 x 4 matrix, of norm 1 and either sign, that maps normalized points to rays.
 std::optional<Matrix34d> SolveLinear(const std::vector<Eigen::Vector2d>& rays,
                                      const std::vector<Eigen::Vector3d>& points,
                                      const Normalization& normalization) {
@@ -46,7 +46,7 @@ std::optional<Matrix34d> SolveLinear(const std::vector<Eigen::Vector2d>& rays,
     }
   }
   const Eigen::SelfAdjointEigenSolver<Matrix12d> solver(normal);
-  // A second direction without error: the points are degenerate.
+  // If a second direction has no error either, the points are degenerate.
   constexpr double kMinRatio = 1e-10;
   if (solver.info() != Eigen::Success ||
       !(solver.eigenvalues()[1] > kMinRatio * solver.eigenvalues()[11])) {
@@ -58,7 +58,7 @@ std::optional<Matrix34d> SolveLinear(const std::vector<Eigen::Vector2d>& rays,
   return matrix;
 }
 
-// The nearest rigid transform, of positive scale; nothing when only a reflection comes near.
+// The nearest rigid transform of positive scale; nothing when only a reflection is near.
 std::optional<Rigid3> ToRigid(const Matrix34d& matrix, const Normalization& normalization) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix.leftCols<3>(),
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);

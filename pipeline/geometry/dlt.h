@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Camera pose by the direct linear transform (Hartley and Zisserman, Multiple View Geometry, 2004,
-// section 7.1, the points normalized as there; rays need it less).
+// section 7.1). Normalizes only the points, because rays are nearly normalized already.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,11 +13,12 @@ namespace nightmap {
 
 constexpr int kDltSampleSize = 6;
 
-// camera_from_world of at least six points (metres) seen at `rays` (x/z and y/z in the camera, no
-// distortion). The 3 x 4 matrix is solved linearly, then its left part is replaced by the nearest
-// rotation, so the pose is exact for exact input and no least-squares solution otherwise. Nothing
-// when the points do not determine the matrix (all on a plane, or on a twisted cubic with the
-// camera) or lie behind the camera. Throws std::invalid_argument when the lists do not fit.
+// camera_from_world from at least six points (metres) seen at `rays` (x/z and y/z in the camera, no
+// distortion). Solves the 3 x 4 matrix linearly, then replaces its left part by the nearest
+// rotation; so the pose is exact for exact input but is no least-squares solution otherwise.
+// Returns nothing when the points do not determine the matrix (all on a plane, or on a twisted
+// cubic with the camera) or lie behind the camera. Throws std::invalid_argument when the lists
+// differ in length.
 std::optional<Rigid3> SolveDlt(const std::vector<Eigen::Vector2d>& rays,
                                const std::vector<Eigen::Vector3d>& points_in_world);
 

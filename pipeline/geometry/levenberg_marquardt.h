@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Robust least squares with few unknowns, dense and of a size known to the compiler: Levenberg's
+// Dense robust least squares with few unknowns, whose number is known at compile time: Levenberg's
 // damping with Marquardt's scaling (SIAM J. Appl. Math. 1963) on iteratively reweighted residuals.
-// AdjustBundle solves for many poses and points at once.
+// For many poses and points use AdjustBundle.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -21,7 +21,8 @@ struct NormalEquations {
   Vector gradient = Vector::Zero();
   double cost = 0;
 
-  // A residual over its standard deviation, under Cauchy's loss with a constant of 2 deviations.
+  // Adds a residual over its standard deviation, under Cauchy's loss with a constant of 2
+  // deviations.
   template <int kRows>
   void AddRobust(const Eigen::Matrix<double, kRows, kSize>& jacobian,
                  const Eigen::Matrix<double, kRows, 1>& residual) {
@@ -32,7 +33,7 @@ struct NormalEquations {
     cost += kScale2 * std::log1p(residual.squaredNorm() / kScale2);
   }
 
-  // The belief that the unknowns, now at `values`, are zero; `weights`: inverse variances.
+  // Adds a prior that the unknowns, now at `values`, are zero; `weights` are inverse variances.
   void AddPrior(const Vector& weights, const Vector& values) {
     hessian.diagonal() += weights;
     gradient += weights.cwiseProduct(values);
@@ -48,13 +49,13 @@ struct NormalEquations {
 };
 
 struct SmallSolverOptions {
-  int max_steps = 20;   // tried
+  int max_steps = 20;   // tried steps
   double min_step = 0;  // the first accepted step that is shorter is the last
-  double min_gain = 0;  // likewise the first that lowers the cost by less, relatively
+  double min_gain = 0;  // likewise the first step whose relative decrease of the cost is smaller
 };
 
-// Minimizes the cost from `state`: `build(state)` gives the normal equations there, `move(step,
-// state)` the state after a step. Deterministic. A step that is no number ends it.
+// Minimizes the cost from `state`. `build(state)` returns the normal equations there, `move(step,
+// state)` the state after a step. Deterministic. A step that is not a number ends it.
 template <int kSize, typename State, typename Build, typename Move>
 State MinimizeSmall(const SmallSolverOptions& options,
                     State state,
@@ -69,7 +70,7 @@ State MinimizeSmall(const SmallSolverOptions& options,
     if (!update.allFinite()) break;
     const State candidate = move(update, state);
     const NormalEquations<kSize> there = build(candidate);
-    if (!(there.cost < here.cost)) {  // nor where it is not a number
+    if (!(there.cost < here.cost)) {  // also true where a cost is NaN
       damping *= 10;
       continue;
     }

@@ -7,7 +7,7 @@
 
 namespace nightmap {
 
-// min_m <= (x, y) < max_m; without bounds until they are given.
+// min_m <= (x, y) < max_m; unbounded until bounds are given.
 struct Rectangle {
   static constexpr double kUnbounded = std::numeric_limits<double>::infinity();
   Eigen::Vector2d min_m = Eigen::Vector2d::Constant(-kUnbounded);
@@ -16,7 +16,7 @@ struct Rectangle {
   bool Contains(const Eigen::Vector2d& point) const {
     return (point.array() >= min_m.array()).all() && (point.array() < max_m.array()).all();
   }
-  // Whether a closed rectangle reaches into this one.
+  // Whether a closed rectangle intersects this one.
   bool Touches(const Eigen::Vector2d& other_min_m, const Eigen::Vector2d& other_max_m) const {
     return (other_max_m.array() >= min_m.array()).all() &&
            (other_min_m.array() < max_m.array()).all();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A point as a camera sees it: where it is predicted, how far that is from what was measured, and
-// the derivatives. Every estimation of poses and points is made of this one residual.
+// Prediction of a point in a camera, its distance from the measurement, and the derivatives. All
+// estimators of poses and points use this one residual.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 
 namespace nightmap {
 
-// How points that stand still move in a camera's frame, per second: p' = angular x p + linear.
+// Motion of static points in a camera's frame, per second: p' = angular x p + linear.
 struct PointMotion {
   Eigen::Vector3d angular_rad_per_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d linear_m_per_s = Eigen::Vector3d::Zero();
@@ -22,14 +22,15 @@ struct PointMotion {
   }
 };
 
-// What may differ from what a camera's configuration says.
+// Corrections to a camera's configuration.
 struct CameraCalibration {
   double focal_scale = 1;  // true focal length over the configured one
-  double readout_s = 0;  // between the first row of an image and the last; the pose is the middle's
+  // Time from the first row of an image to the last; the pose is the middle row's.
+  double readout_s = 0;
   double depth_scale = 1;  // true depth over measured
 };
 
-// What a picture tells of a point, and how surely: one over the standard deviations.
+// A measurement of a point in a picture, with its inverse standard deviations.
 struct PointMeasurement {
   Eigen::Vector2d pixel;  // undistorted
   double depth_m = 0;
@@ -37,13 +38,13 @@ struct PointMeasurement {
   double per_depth_sigma = 0;  // 1 / m; 0: the depth was not measured
 };
 
-// Of the row of a pixel: -0.5 in the first, 0.5 in the last.
+// Relative row of a pixel: -0.5 in the first, 0.5 in the last.
 inline double RowFraction(const Camera& camera, const Eigen::Vector2d& pixel) {
   return pixel.y() / std::max(1, camera.height - 1) - 0.5;
 }
 
-// Distance from a pixel to where a point in the camera's frame projects; infinite for a point that
-// the camera cannot see.
+// Distance from a pixel to the projection of a point in the camera's frame; infinite for a point
+// that the camera cannot see.
 inline double ReprojectionError_px(const Camera& camera,
                                    const Eigen::Vector3d& point_in_camera,
                                    const Eigen::Vector2d& pixel) {
@@ -52,19 +53,20 @@ inline double ReprojectionError_px(const Camera& camera,
 }
 
 // The residual is pixel x, pixel y and depth, each over its standard deviation. The depth scale
-// divides what is predicted: were the measurement multiplied, its deviation would have to follow,
+// divides the prediction. If it multiplied the measurement, the deviation would have to scale too,
 // or small maps would cost less.
 class Reprojection {
  public:
   using Matrix36d = Eigen::Matrix<double, 3, 6>;
-  static constexpr double kMinDepth_m = 0.05;  // nearer, or behind, a projection means nothing
+  // A projection from nearer, or from behind, means nothing.
+  static constexpr double kMinDepth_m = 0.05;
 
-  // A camera that stands still, as it is configured.
+  // A camera that stands still, as configured.
   Reprojection(const Camera& camera, const Eigen::Vector3d& in_camera)
       : camera_(camera), in_middle_(in_camera), p_(in_camera) {}
 
-  // `in_middle`: the point in the camera's frame while the middle row is read; it is seen in the
-  // row at `row_fraction`.
+  // `in_middle` is the point in the camera's frame while the middle row is read; the point is seen
+  // in the row at `row_fraction`.
   Reprojection(const Camera& camera,
                const Eigen::Vector3d& in_middle,
                double row_fraction,
@@ -80,7 +82,7 @@ class Reprojection {
 
   bool IsVisible() const { return p_.z() >= kMinDepth_m; }
 
-  // The rest is for visible points only.
+  // All functions below are for visible points only.
   Eigen::Vector3d Residual(const PointMeasurement& measured) const {
     const Eigen::Vector2d centre(camera_.cx, camera_.cy);
     Eigen::Vector3d residual;
@@ -90,7 +92,7 @@ class Reprojection {
     return residual;
   }
 
-  // By the point in the camera's frame while its row is read.
+  // Derivative by the point in the camera's frame while its row is read.
   Eigen::Matrix3d ByMovedPoint(const PointMeasurement& measured) const {
     const double fx = measured.per_pixel_sigma * calibration_.focal_scale * camera_.fx;
     const double fy = measured.per_pixel_sigma * calibration_.focal_scale * camera_.fy;
@@ -101,23 +103,23 @@ class Reprojection {
         0, 0, measured.per_depth_sigma / calibration_.depth_scale;
     return by_p;
   }
-  // By `in_middle`. This and those below take `by_p` of ByMovedPoint.
+  // Derivative by `in_middle`. This and the functions below take `by_p` from ByMovedPoint.
   Eigen::Matrix3d ByMiddlePoint(const Eigen::Matrix3d& by_p) const {
     return by_p + calibration_.readout_s * row_fraction_ * by_p * Skew(turn_per_s_);
   }
-  // By a left perturbation of camera_from_world, from ByMiddlePoint.
+  // Derivative by a left perturbation of camera_from_world, from ByMiddlePoint.
   Matrix36d ByPose(const Eigen::Matrix3d& by_middle) const {
     Matrix36d by_pose;
     by_pose << -by_middle * Skew(in_middle_), by_middle;
     return by_pose;
   }
-  // By the motion (angular, linear) at a readout of one second.
+  // Derivative by the motion (angular, linear) at a readout of one second.
   Matrix36d ByMotion(const Eigen::Matrix3d& by_p) const {
     Matrix36d by_motion;
     by_motion << -row_fraction_ * by_p * Skew(in_middle_), row_fraction_ * by_p;
     return by_motion;
   }
-  // By focal scale, readout and depth scale.
+  // Derivative by focal scale, readout and depth scale.
   Eigen::Matrix3d ByCalibration(const PointMeasurement& measured,
                                 const Eigen::Matrix3d& by_p) const {
     const double scale = calibration_.depth_scale;
@@ -129,7 +131,7 @@ class Reprojection {
   }
 
  private:
-  // From the image's centre, at the configured focal length.
+  // Pixel offset from the image's centre, at the configured focal length.
   Eigen::Vector2d FromCentre() const {
     return {camera_.fx * p_.x() / p_.z(), camera_.fy * p_.y() / p_.z()};
   }
@@ -139,7 +141,7 @@ class Reprojection {
   double row_fraction_ = 0;
   Eigen::Vector3d turn_per_s_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d in_middle_;
-  Eigen::Vector3d drift_per_s_ = Eigen::Vector3d::Zero();  // of readout
+  Eigen::Vector3d drift_per_s_ = Eigen::Vector3d::Zero();  // per second of readout
   Eigen::Vector3d p_;
 };
 

@@ -39,11 +39,11 @@ inline Eigen::Matrix3d Skew(const Eigen::Vector3d& a) {
   return matrix;
 }
 
-// Covariance of a pose: rotation (rad) first, then translation (m), of a left perturbation.
+// Left perturbation of a pose: rotation (rad) first, then translation (m); covariances likewise.
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-// The pose after a left perturbation (rotation rad, translation m): a turn about the target's
+// The pose after a left perturbation (rotation rad, translation m): a rotation about the target's
 // origin, then a shift.
 inline Rigid3 PerturbLeft(const Vector6d& step, const Rigid3& pose) {
   const Eigen::Vector3d axis = step.head<3>();
@@ -59,14 +59,14 @@ inline double AngleBetween_rad(const Rigid3& a, const Rigid3& b) {
   return a.rotation.angularDistance(b.rotation);
 }
 
-// Pose of a frame at a time. TUM files hold these.
+// Pose of a frame at a time, as in TUM files.
 struct StampedPose {
   std::int64_t time_ns = 0;
   Rigid3 pose;
 };
 
-// Takes a left perturbation (rotation, translation) in the source frame to the target frame:
-// pose * exp(x) = exp(Adjoint(pose) x) * pose.
+// Maps a left perturbation (rotation, translation) in the source frame to the target frame: pose *
+// exp(x) = exp(Adjoint(pose) x) * pose.
 inline Matrix6d Adjoint(const Rigid3& pose) {
   const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
   Matrix6d adjoint = Matrix6d::Zero();

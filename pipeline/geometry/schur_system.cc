@@ -11,7 +11,7 @@
 namespace nightmap {
 namespace {
 
-constexpr double kMinCurvature = 1e-6;  // where nothing is measured; keeps the system regular
+constexpr double kMinCurvature = 1e-6;  // keeps the system regular where nothing is measured
 
 template <typename Vector>
 Vector Damping(const Vector& hessian_diagonal, double trust) {
@@ -69,7 +69,7 @@ std::size_t SchurSystem::SensorOf(int observation) const {
   return sensor_idx.empty() ? 0 : static_cast<std::size_t>(sensor_idx[PoseOf(observation)]);
 }
 
-// By pose: the others that see a point of it, ascending. Of poses that may move only.
+// For each pose the others that see one of its points, ascending. Only poses that may move.
 std::vector<std::vector<int>> SchurSystem::FindNeighbours(int num_threads) const {
   std::vector<std::vector<int>> neighbours(poses_.size());
   ParallelFor(poses_.size(), num_threads, [&](std::size_t pose) {
@@ -88,7 +88,7 @@ std::vector<std::vector<int>> SchurSystem::FindNeighbours(int num_threads) const
   return neighbours;
 }
 
-// Approximate minimum degree, on poses: the pattern inside a block is no help.
+// Approximate minimum degree on poses, because the pattern inside a block does not help.
 void SchurSystem::OrderPoses(const std::vector<std::vector<int>>& neighbours) {
   std::vector<int> free;
   std::vector<int> position(poses_.size(), -1);
@@ -126,7 +126,7 @@ std::size_t SchurSystem::NumEntries() const {
   return count;
 }
 
-// The pattern of the lower triangle. The blocks on the diagonal are kept whole.
+// Lays out the pattern of the lower triangle. Blocks on the diagonal are stored whole.
 void SchurSystem::LayOut(const std::vector<std::vector<int>>& neighbours) {
   std::vector<std::size_t> pose_at;
   for (std::size_t pose = 0; pose < poses_.size(); ++pose) {

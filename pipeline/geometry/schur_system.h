@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damped normal equations of bundle adjustment, the points eliminated, solved by sparse Cholesky
-// factorization (Triggs et al., 2000, section 6; the damping of Marquardt, 1963). Each pose's rows
-// are summed by one thread in the order of the observations, so that the result is the same at any
-// number of threads; Ceres's are not.
+// Damped normal equations of bundle adjustment with the points eliminated, solved by sparse
+// Cholesky factorization (Triggs et al., 2000, section 6; the damping of Marquardt, 1963). One
+// thread sums each pose's rows in the order of the observations, so the result is the same at any
+// number of threads; Ceres's is not.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,26 +22,26 @@ struct ObservationJacobian {
   Eigen::Matrix3d by_calibration;  // focal scale, readout, depth scale
 };
 
-// An observation at the present estimate, times the square root of its robust weight.
+// An observation linearized at the current estimate, times the square root of its robust weight.
 struct LinearObservation {
   ObservationJacobian jacobian;
   Eigen::Vector3d residual;
 };
 
-// What is believed of a calibration, apart from observations: 0.5 x^T H x + g^T x of its step.
+// Prior of a calibration: 0.5 x^T H x + g^T x of its step x.
 struct LinearPrior {
   Eigen::Vector3d hessian_diagonal;
   Eigen::Vector3d gradient;
 };
 
 struct BundleStep {
-  std::vector<Vector6d> poses;                // left perturbations; zero of a fixed pose
-  std::vector<Eigen::Vector3d> points;        // zero of a point that nothing sees
-  std::vector<Eigen::Vector3d> calibrations;  // zero when they are held
-  double predicted_decrease = 0;              // of half the sum of squares
+  std::vector<Vector6d> poses;                // left perturbations; zero for a fixed pose
+  std::vector<Eigen::Vector3d> points;        // zero for a point without observations
+  std::vector<Eigen::Vector3d> calibrations;  // zero when they are held fixed
+  double predicted_decrease = 0;              // decrease of half the sum of squares
 };
 
-// Indices grouped by what they belong to; ascending in each group.
+// Indices by group; ascending in each group.
 class IndexGroups {
  public:
   IndexGroups() = default;
@@ -57,14 +57,14 @@ class IndexGroups {
 
 class SchurSystem {
  public:
-  // Takes the structure, which stays: which pose sees which point. Keeps a reference. Throws
-  // DataError when the system is too large.
+  // Takes the fixed structure: which pose sees which point. Keeps a reference. Throws DataError
+  // when the system is too large.
   SchurSystem(const BundleProblem& problem, bool has_calibrations, int num_threads);
 
-  // The step that minimizes the linearized cost plus the damping: every variable's own curvature
-  // over `trust`, times its step squared. Nothing when the system is not positive definite: more
-  // damping may help. Throws DataError when its factor does not fit: no damping will.
-  // `priors`: one a sensor; not looked at when calibrations are held.
+  // The step that minimizes the linearized cost plus the damping, which is every variable's own
+  // curvature over `trust`, times its step squared. Returns nothing when the system is not positive
+  // definite; more damping may help. Throws DataError when its factor does not fit; no damping will
+  // help. `priors` holds one per sensor and is ignored when calibrations are held fixed.
   [[nodiscard]] std::optional<BundleStep> Solve(const std::vector<LinearObservation>& observations,
                                                 const std::vector<LinearPrior>& priors,
                                                 double trust);
@@ -72,7 +72,7 @@ class SchurSystem {
  private:
   using Matrix63d = Eigen::Matrix<double, 6, 3>;
 
-  // A point at the present estimate: what it adds by itself, and what ties it to calibrations.
+  // A point at the current estimate: its own block, and its coupling to calibrations.
   struct PointBlock {
     Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();  // of the damped Hessian
     Eigen::Vector3d damping = Eigen::Vector3d::Zero();
@@ -112,10 +112,12 @@ class SchurSystem {
   bool has_calibrations_;
   int num_threads_;
   Eigen::Index num_sensors_;
-  IndexGroups of_point_;  // observations
+  IndexGroups of_point_;  // observations of each point
   IndexGroups of_pose_;
-  std::vector<int> rank_;  // of a pose in the order of elimination; -1: fixed or without any point
-  std::vector<std::vector<int>> later_;  // by pose: those that it shares points with, ranked later
+  // Rank of a pose in the order of elimination; -1: fixed or without any point.
+  std::vector<int> rank_;
+  // By pose: the later-ranked poses with which it shares points.
+  std::vector<std::vector<int>> later_;
 
   std::vector<PointBlock> points_;
   std::vector<Eigen::Matrix3Xd> calibration_by_point_;  // transposed: 3 rows, NumCalibrations()

@@ -16,7 +16,7 @@ constexpr const char* kRemedy =
 }  // namespace
 
 void SparseCholesky::Analyze(const Eigen::SparseMatrix<double>& lower) {
-  cholesky_.cholmod().print = 0;  // what goes wrong is told below
+  cholesky_.cholmod().print = 0;  // CheckFits reports failures
   cholesky_.cholmod().nmethods = 1;
   cholesky_.cholmod().method[0].ordering = CHOLMOD_NATURAL;
   cholesky_.analyzePattern(lower);
@@ -33,7 +33,8 @@ std::optional<Eigen::VectorXd> SparseCholesky::Solve(const Eigen::SparseMatrix<d
   return solution;
 }
 
-// Eigen takes every failure of CHOLMOD for a matrix that is not positive definite, or for success.
+// Distinguishes CHOLMOD's failures, all of which Eigen reports as not positive definite or as
+// success.
 void SparseCholesky::CheckFits(Eigen::Index size) {
   const int status = cholesky_.cholmod().status;
   if (status >= CHOLMOD_OK) return;

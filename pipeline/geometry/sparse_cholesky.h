@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cholesky factorization of a sparse matrix whose pattern stays (CHOLMOD, supernodal), which tells
-// a matrix that has no factor from a factor that does not fit.
+// Cholesky factorization of a sparse matrix with a fixed pattern (CHOLMOD, supernodal). It
+// distinguishes a matrix that has no factor from a factor that does not fit into memory.
 #pragma once
 
 #include <Eigen/CholmodSupport>
@@ -13,12 +13,12 @@ namespace nightmap {
 
 class SparseCholesky {
  public:
-  // Takes the pattern of a lower triangle; rows and columns are eliminated in their order. Throws
-  // DataError when the factor fits neither the memory nor 32 bits of an index.
+  // Takes the pattern of a lower triangle; eliminates rows and columns in their order. Throws
+  // DataError when the factor fits neither the memory nor 32-bit indices.
   void Analyze(const Eigen::SparseMatrix<double>& lower);
 
-  // The x of A x = b for a matrix of that pattern, given by its lower triangle; nothing when it is
-  // not positive definite. Throws DataError when the factor does not fit. Deterministic.
+  // Solves A x = b for a matrix A of that pattern, given by its lower triangle. Returns nothing
+  // when A is not positive definite. Throws DataError when the factor does not fit. Deterministic.
   std::optional<Eigen::VectorXd> Solve(const Eigen::SparseMatrix<double>& lower,
                                        const Eigen::VectorXd& right_side);
 
@@ -28,7 +28,7 @@ class SparseCholesky {
   Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>, Eigen::Lower> cholesky_;
 };
 
-// `count` as the 32-bit index the factorization takes. Throws DataError when it is too large.
+// `count` as the factorization's 32-bit index. Throws DataError when it is too large.
 int SparseIndex(std::size_t count);
 
 }  // namespace nightmap

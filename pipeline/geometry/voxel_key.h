@@ -32,7 +32,7 @@ inline Eigen::Vector3d VoxelCentre(const VoxelKey& key, double size_m) {
   return (key.cast<double>().array() + 0.5).matrix() * size_m;
 }
 
-// 21 bits an axis; packed keys sort by x, then y, then z.
+// 21 bits per axis; packed keys sort by x, then y, then z.
 inline std::uint64_t PackVoxel(const VoxelKey& key) {
   const auto biased = [](int value) { return static_cast<std::uint64_t>(value + kVoxelKeyReach); };
   return biased(key.x()) << 42 | biased(key.y()) << 21 | biased(key.z());
@@ -45,7 +45,7 @@ inline VoxelKey UnpackVoxel(std::uint64_t packed) {
   return {axis(42), axis(21), axis(0)};
 }
 
-// The lowest 16 bits of `value`, two zeros between each and the next.
+// The lowest 16 bits of `value` with two zeros between successive bits.
 inline std::uint64_t SpreadBits(std::uint64_t value) {
   value &= 0xFFFF;
   value = (value | value << 16) & 0x0000FF0000FF;
@@ -54,8 +54,8 @@ inline std::uint64_t SpreadBits(std::uint64_t value) {
   return (value | value << 2) & 0x249249249249;
 }
 
-// Morton code of a key with coordinates in [-2^15, 2^15): the order in which an octree of depth 16
-// has its leaves, x in the lowest bit of each three.
+// Morton code of a key with coordinates in [-2^15, 2^15): the leaf order of an octree of depth 16,
+// with x in the lowest bit of each three.
 inline std::uint64_t MortonCode(const VoxelKey& key) {
   const auto spread = [](int value) {
     return SpreadBits(static_cast<std::uint64_t>(value + (1 << 15)));

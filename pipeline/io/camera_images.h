@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images of a known camera.
+// Reads images of a known camera.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@
 
 namespace nightmap {
 
-// As ReadColorImage and ReadRawDepth, of an image that must have the camera's size. A file whose
-// header says another is refused before a pixel is decoded: a few megabytes may unpack to
-// gigabytes, and frames, which limits the area of every camera, saw what the file was then.
+// Like ReadColorImage and ReadRawDepth, but the image must have the camera's size. Refuses a file
+// whose header says otherwise before it decodes a pixel, because a few megabytes may unpack to
+// gigabytes. The frames stage limits the area of every camera, but the file may have changed since.
 ColorImage ReadColorOf(const Camera& camera, const std::filesystem::path& path);
 RawDepthImage ReadRawDepthOf(const Camera& camera, const std::filesystem::path& path);
 

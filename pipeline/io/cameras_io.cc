@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kCamerasFormat = "nightmap cameras";
 constexpr int kCamerasVersion = 1;
-constexpr int kMaxSide_px = 32768;  // as in the site config
+constexpr int kMaxSide_px = 32768;  // the same limit as in the site config
 
 Json ToJson(const Camera& c) {
   return {{"width", c.width},

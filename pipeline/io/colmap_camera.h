@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A camera and its pixels as COLMAP states them; for the writers of colmap_io.h.
+// A camera and its pixels in COLMAP's conventions, for the writers of colmap_io.h.
 #pragma once
 
 #include <string>
@@ -28,7 +28,7 @@ inline ColmapCamera ToColmap(const Camera& camera) {
   if (camera.HasDistortion()) {
     colmap.model = "FULL_OPENCV";
     colmap.model_id = 6;
-    // Then k4 k5 k6 of the rational model.
+    // k4 k5 k6 of the rational model follow.
     const auto distortion = {camera.k1, camera.k2, camera.p1, camera.p2, camera.k3, 0.0, 0.0, 0.0};
     colmap.parameters.insert(colmap.parameters.end(), distortion);
   }

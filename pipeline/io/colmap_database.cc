@@ -15,7 +15,7 @@
 namespace nightmap {
 namespace {
 
-// As COLMAP 3.8 creates it.
+// The schema that COLMAP 3.8 creates.
 constexpr char kSchema[] = R"(
 PRAGMA journal_mode = OFF;
 PRAGMA synchronous = OFF;
@@ -149,7 +149,7 @@ void InsertImages(const ColmapModel& model, const Database& database) {
   }
 }
 
-// Keypoint of the first image, keypoint of the second, and so on.
+// Alternates keypoints of the first and the second image.
 using PairMatches = std::map<std::pair<int, int>, std::vector<std::uint32_t>>;
 
 PairMatches MatchesOfTracks(const ColmapModel& model) {
@@ -172,7 +172,7 @@ void InsertMatches(const ColmapModel& model, const Database& database) {
   using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   Inserter matches(database, "matches", 4);
   Inserter geometries(database, "two_view_geometries", 10);
-  const RowMajor unknown = RowMajor::Zero();  // the fundamental matrix and the homography
+  const RowMajor unknown = RowMajor::Zero();  // of the fundamental matrix and the homography
   for (const auto& [images, pair] : MatchesOfTracks(model)) {
     const auto& [a, b] = images;
     const std::int64_t pair_id = kMaxImages * (a + 1) + b + 1;
@@ -195,7 +195,7 @@ void InsertMatches(const ColmapModel& model, const Database& database) {
 
 void WriteColmapDatabase(const std::filesystem::path& path, const ColmapModel& model) {
   std::error_code ignored;
-  std::filesystem::remove(path, ignored);  // SQLite would add to it
+  std::filesystem::remove(path, ignored);  // because SQLite would add to an existing file
   Database database(path);
   database.Execute(kSchema);
   InsertCameras(model, database);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint64_t kNoPoint = ~std::uint64_t{0};
 
-// Bytes as they are in memory; the programs run on little-endian machines alone.
+// Bytes as they are in memory; the programs run only on little-endian machines.
 template <typename T>
 void Append(T value, std::string* bytes) {
   bytes->append(reinterpret_cast<const char*>(&value), sizeof(T));

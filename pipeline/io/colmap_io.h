@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sparse models in COLMAP's formats (https://colmap.github.io/format.html, version 3.8): text and
 // binary with equal content, and the database of the same images. COLMAP's ids are our indices plus
-// one. Its pixel (0, 0) is the corner of the top left pixel, ours is the centre: writers add half a
-// pixel to keypoints and principal points. Distortion is kept (FULL_OPENCV; PINHOLE without any),
-// so that a model fits the pictures as they are. Equal models give equal bytes.
+// one. Its pixel (0, 0) is the corner of the top left pixel and ours is the centre, so writers add
+// half a pixel to keypoints and principal points. Distortion is kept (FULL_OPENCV; PINHOLE without
+// any), so that a model fits the original pictures. Equal models give equal bytes.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,12 +22,12 @@ struct ColmapImage {
   std::string name;  // path of the picture below COLMAP's --image_path
   int camera_idx = 0;
   Rigid3 camera_from_map;
-  std::vector<Eigen::Vector2d> keypoints_px;  // in the picture
+  std::vector<Eigen::Vector2d> keypoints_px;  // in the distorted picture
   std::vector<int> keypoint_points;           // point that each keypoint shows; -1: none
   std::vector<std::uint8_t> descriptors;      // 128 bytes (RootSIFT) for each keypoint, or empty
 };
 
-// That keypoint of that image shows a point.
+// A keypoint of an image that shows a point.
 struct ColmapObservation {
   int image_idx = 0;
   int keypoint = 0;
@@ -44,24 +44,24 @@ struct ColmapModel {
   std::vector<ColmapImage> images;
   std::vector<ColmapPoint> points;  // black: the map has no colors
 
-  // Mean of error_px, what COLMAP's model_analyzer prints; 0 without points.
+  // Mean of error_px, the figure that COLMAP's model_analyzer prints; 0 without points.
   double MeanReprojectionError_px() const;
 };
 
-// Why COLMAP cannot use the names of some images; empty when it can use all. Its reader of the text
-// model ends a name at the first blank (the binary model and the database keep it whole), and it
-// opens pictures, not frames of a video ("clip.avi#12"). The model itself is right all the same.
+// Reason why COLMAP cannot use the names of some images; empty when it can use all. Its reader of
+// text models ends a name at the first blank (the binary model and the database keep the whole
+// name), and it cannot open frames of a video ("clip.avi#12"). The model itself is still correct.
 std::string UnusableColmapNames(const ColmapModel& model);
 
-// Bytes by name of file: cameras, images and points3D, each .txt and .bin. Names are written as
-// they are, also those that UnusableColmapNames tells of.
+// Bytes by file name: cameras, images and points3D, each .txt and .bin. Writes names unchanged,
+// even those that UnusableColmapNames reports.
 std::map<std::string, std::string> ColmapFiles(const ColmapModel& model);
 
-// SQLite database with cameras, images, keypoints, descriptors, and the matches that the tracks
-// imply, as verified two-view geometry with the poses of the model: each observation of a point is
-// matched to the next kMaxNextMatched in its track, which COLMAP joins to the whole track. A file
-// that is there is replaced. COLMAP changes a database it opens: give it a copy. Throws DataError
-// naming the file.
+// Writes an SQLite database with cameras, images, keypoints, descriptors, and the matches that the
+// tracks imply, as verified two-view geometry with the poses of the model. Each observation of a
+// point is matched to the next kMaxNextMatched in its track, which COLMAP joins to the whole track.
+// Replaces an existing file. COLMAP changes a database that it opens, so give it a copy. Throws
+// DataError naming the file.
 constexpr int kMaxNextMatched = 8;
 void WriteColmapDatabase(const std::filesystem::path& path, const ColmapModel& model);
 

@@ -20,7 +20,7 @@ std::optional<T> ParseNumber(std::string_view text) {
   return value;
 }
 
-// Nothing when a quote is not closed or followed by more text.
+// Nothing when a quote is not closed, or is followed by more text.
 std::optional<std::vector<std::string>> SplitLine(std::string_view line) {
   std::vector<std::string> fields(1);
   bool quoted = false, closed = false;

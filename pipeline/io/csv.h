@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading and writing of the project's CSV files: one header line, comma separated, fields with
-// commas or quotes quoted (RFC 4180, without line breaks in fields), every line ended.
+// Reads and writes the project's CSV files: one header line, comma separated, fields with commas or
+// quotes quoted (RFC 4180, but no line breaks in fields), every line terminated.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,11 @@
 
 namespace nightmap {
 
-// Whole-text conversions; nothing when the text is anything but one finite number.
+// Converts the whole text; nothing when the text is anything but one finite number.
 std::optional<double> ParseReal(std::string_view text);
 std::optional<std::int64_t> ParseInteger(std::string_view text);
 
-// A field ready to be written, quoted where needed. Throws DataError on a line break.
+// A field as written, quoted where needed. Throws DataError on a line break.
 std::string CsvField(std::string_view text);
 
 // One line of a CSV file. Columns count from 0. Errors are DataError naming file, line and column.
@@ -42,8 +42,9 @@ class CsvRow {
   std::vector<std::string> fields_;
 };
 
-// A whole CSV file, checked: header as demanded, same number of fields in every line, last line
-// ended (a truncated file is refused). With `may_have_more` further columns may follow.
+// A whole CSV file, checked: it has the required header, the same number of fields in every line,
+// and a terminated last line (a truncated file is refused). With `may_have_more` further columns
+// may follow.
 class CsvFile {
  public:
   CsvFile(const std::filesystem::path& path, const std::string& header, bool may_have_more = false);
@@ -51,7 +52,7 @@ class CsvFile {
   CsvFile& operator=(const CsvFile&) = delete;
   const std::vector<CsvRow>& Rows() const { return rows_; }
   const std::vector<std::string>& Header() const { return header_; }
-  // The line of the header, to fail with.
+  // The header line, for error messages.
   CsvRow HeaderRow() const { return {source_, 1, &header_}; }
 
  private:

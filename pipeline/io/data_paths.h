@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Paths of files in the data folder, as artifacts and reports hold them: relative to it, and text.
+// Paths of files in the data folder, relative and as text, for artifacts and reports.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace nightmap {
 
-// The message with `file` (relative to the data folder) wherever the file's whole path stands,
-// libraries' own words included: a report must not depend on where the data folder is.
+// Replaces the whole path of `file` in the message, also in libraries' own text, by `file` itself
+// (relative to the data folder): a report must not depend on where the data folder is.
 std::string WithoutDataRoot(std::string message,
                             const std::filesystem::path& data_root,
                             const std::string& file);
@@ -17,7 +17,7 @@ std::string WithoutDataRoot(std::string message,
 // Whether the path is UTF-8 without control characters, so that CSV, JSON and a terminal can hold
 // it. File systems allow any bytes.
 bool IsText(std::string_view path);
-// The same path when it is text; else all but printable ASCII is written as \xNN.
+// The path itself if it is text; otherwise with everything but printable ASCII written as \xNN.
 std::string AsText(std::string_view path);
 
 }  // namespace nightmap

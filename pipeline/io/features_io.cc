@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays of features/shard_NNNN.h5 (F frames, N features in all, D bytes a descriptor):
+// Arrays of features/shard_NNNN.h5 (F frames, N features in total, D bytes per descriptor):
 //   text extraction; kind 1; frame_idx F;
-//   reference_frame_idx F (the described frame that frame i was tracked from; -1: it is described);
+//   reference_frame_idx F (described frame that frame i was tracked from; -1: i is described);
 //   first_feature F+1 (features of frame i are [first[i], first[i+1]));
 //   keypoint_px N x 2, raw_keypoint_px N x 2, scale_px N, depth_m N;
-//   reference_feature: of the features of tracked frames, in order; descriptor x D: of the others.
+//   reference_feature: one per feature of tracked frames, in order; descriptor x D: one per other
+//   feature.
 #include "pipeline/io/features_io.h"
 
 #include <algorithm>
@@ -33,7 +34,7 @@ void Append(const std::vector<T>& source, std::vector<T>* target) {
   target->insert(target->end(), source.begin(), source.end());
 }
 
-// All frames of a shard as one, which is how the file stores them.
+// Joins all frames of a shard, as the file stores them.
 FrameFeatures Concatenate(const FeaturesShard& shard) {
   FrameFeatures all;
   for (const FrameFeatures& frame : shard.frames) {
@@ -74,7 +75,7 @@ void CheckFirstFeature(const std::vector<std::int32_t>& first,
   }
 }
 
-// A tracked frame continues features of a described frame before it in the same file.
+// A tracked frame must continue features of a described frame before it in the same file.
 void CheckReference(const FeaturesShard& shard,
                     const FrameFeatures& frame,
                     const Hdf5Reader& file) {
@@ -201,6 +202,19 @@ FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths) {
     std::ranges::move(shard.frames, std::back_inserter(all.frames));
   }
   return all;
+}
+
+void CheckFeaturesOfFrames(const std::vector<FrameRecord>& frames, const FeaturesShard& features) {
+  bool fits = !frames.empty() && frames.size() == features.frames.size();
+  for (std::size_t i = 0; fits && i < frames.size(); ++i) {
+    fits = frames[i].frame_idx == features.frames[i].frame_idx &&
+           frames[i].frame_idx == frames.front().frame_idx + static_cast<int>(i);
+  }
+  if (!fits) {
+    throw DataError(
+        "the features are not of the listed frames; delete the features folder of this "
+        "site and run make");
+  }
 }
 
 }  // namespace nightmap

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <string>
 #include <vector>
+#include "pipeline/io/frames_io.h"
 
 namespace nightmap {
 
@@ -17,7 +18,7 @@ int DescriptorSize(DescriptorKind kind);  // bytes
 
 struct FrameFeatures;
 
-// One feature of a frame, which must outlive it.
+// One feature of a frame; the frame must outlive the view.
 class FeatureView {
  public:
   FeatureView(const FrameFeatures& frame, int feature_idx)
@@ -26,27 +27,28 @@ class FeatureView {
   Eigen::Vector2d Pixel() const;  // undistorted
   double Depth_m() const;         // 0 = not measured
   double Scale_px() const;
-  const std::uint8_t* Descriptor(DescriptorKind kind) const;  // only in a described frame
+  const std::uint8_t* Descriptor(DescriptorKind kind) const;  // only for a described frame
 
  private:
   const FrameFeatures* frame_;
   std::size_t i_;
 };
 
-// Features of one image: of a described frame, strongest first; or of a frame to which the features
-// of a described frame were tracked. The lists have equal length, one entry a feature.
+// Features of one image: of a described frame, strongest first, or of a tracked frame, to which the
+// features of a described frame were tracked. The lists have equal length, one entry per feature.
 struct FrameFeatures {
   int frame_idx = 0;
   std::vector<Eigen::Vector2f> keypoints_px;  // in the undistorted color image (same fx fy cx cy)
   std::vector<Eigen::Vector2f> raw_keypoints_px;  // as detected, in the image file
   std::vector<float> scales_px;                   // diameter of the described patch
   std::vector<float> depths_m;                    // z at the keypoint; 0 = not measured
-  // num_features x descriptor_size bytes, row by row. RootSIFT: 128 bytes, 512 *
-  // sqrt(l1-normalized) rounded, as COLMAP stores it (L2 distance). ORB 32 and BRISK 64 bytes
-  // (Hamming distance). None in a tracked frame.
+  // num_features x descriptor_size bytes, row by row. RootSIFT has 128 bytes, 512 *
+  // sqrt(l1-normalized) rounded, as COLMAP stores it (L2 distance). ORB has 32 and BRISK 64 bytes
+  // (Hamming distance). A tracked frame has none.
   std::vector<std::uint8_t> descriptors;
-  int reference_frame_idx = -1;         // the described frame this one was tracked from; -1: none
-  std::vector<int> reference_features;  // its feature that each entry continues; only if tracked
+  int reference_frame_idx = -1;         // described frame that this one was tracked from; -1: none
+  std::vector<int> reference_features;  // feature of the reference frame that each entry continues;
+                                        // only if tracked
 
   bool IsDescribed() const { return reference_frame_idx < 0; }
   int NumFeatures() const { return static_cast<int>(keypoints_px.size()); }
@@ -65,33 +67,38 @@ inline const std::uint8_t* FeatureView::Descriptor(DescriptorKind kind) const {
 struct FeaturesShard {
   DescriptorKind kind = DescriptorKind::kRootSift;
   int descriptor_size = 128;  // bytes
-  std::string extraction;     // TOML of the ExtractionOptions they were made with
+  std::string extraction;     // TOML of the ExtractionOptions that made them
   std::vector<FrameFeatures> frames;
 };
 
-// Features of two images taken to be the same point.
+// Features of two images that are assumed to show the same point.
 struct FeatureMatch {
   int a = 0;  // feature index in the first image
-  int b = 0;  // in the second
+  int b = 0;  // feature index in the second image
 };
 
-// One feature of one frame, as what a camera saw of a point.
+// One feature of one frame, as an observation of a point.
 struct Sighting {
   int frame_idx = 0;
-  int feature_idx = 0;  // of the frame's features
+  int feature_idx = 0;  // index among the frame's features
 
   auto operator<=>(const Sighting&) const = default;
 };
 
-// The sightings of one point: ascending frame_idx, one a frame.
+// The sightings of one point: ascending frame_idx, one per frame.
 using Track = std::vector<Sighting>;
 
-// `config` is the effective config the artifact carries. Throw DataError naming file and field.
+// `config` is the effective config that the artifact carries. Both throw DataError naming file and
+// field.
 void WriteFeatures(const std::filesystem::path& path,
                    const FeaturesShard& shard,
                    const std::string& config);
 FeaturesShard ReadFeatures(const std::filesystem::path& path);
-// Shards concatenated in order; all must be of one kind.
+// Concatenates the shards in order; all must be of one kind.
 FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths);
+
+// Throws DataError unless there are frames, their indices are contiguous, and each has its features
+// at the same position.
+void CheckFeaturesOfFrames(const std::vector<FrameRecord>& frames, const FeaturesShard& features);
 
 }  // namespace nightmap

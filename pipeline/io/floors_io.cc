@@ -17,7 +17,7 @@ using FloorJson = nlohmann::ordered_json;
 
 constexpr const char* kFloorsFormat = "nightmap floors";
 constexpr int kFloorsVersion = 2;
-constexpr int kMaxNumber = 1000;  // of a floor
+constexpr int kMaxNumber = 1000;  // largest number of a floor
 
 FloorFiles FloorFromJson(const FloorJson& json) {
   FloorFiles floor{IntegerAt(json, "number", -kMaxNumber, kMaxNumber),

@@ -28,7 +28,7 @@ std::string FrameFailure(const std::string& path, const std::function<void()>& w
     return fmt::format("{}: OpenCV: {}; repair or remove the picture", path, error.err);
   } catch (const std::bad_alloc&) {
     return DoesNotFit(path);
-  } catch (const std::length_error&) {  // of a vector larger than any memory
+  } catch (const std::length_error&) {  // a vector larger than any memory
     return DoesNotFit(path);
   }
 }

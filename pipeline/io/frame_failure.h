@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work on one frame or picture whose failure is its own, not the stage's.
+// Contains the failure of work on one frame or picture, so that the stage goes on.
 #pragma once
 
 #include <functional>
@@ -7,9 +7,9 @@
 
 namespace nightmap {
 
-// Does the work; returns why it failed, empty when it did not. Caught are DataError, what OpenCV
-// throws, and too little memory; anything else is a defect of the program and passes. `path` names
-// the picture where the failure does not.
+// Does the work and returns why it failed; empty when it did not. Catches DataError, OpenCV's
+// exceptions and lack of memory; any other exception is a defect of the program and passes through.
+// `path` names the picture where the failure does not.
 [[nodiscard]] std::string FrameFailure(const std::string& path, const std::function<void()>& work);
 
 }  // namespace nightmap

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint16_t kSaturatedDepth = 65535;  // 7-Scenes: no measurement
 
-// What `read` makes of a file of the data folder; its errors name the file as the lists do.
+// Returns what `read` makes of a file in the data folder; its errors name the file as the lists do.
 template <typename Read>
 auto ReadFromData(const std::filesystem::path& data_root, const std::string& file, Read read) {
   try {
@@ -23,8 +23,8 @@ auto ReadFromData(const std::filesystem::path& data_root, const std::string& fil
   }
 }
 
-// First and last pixel that a footprint of `size` px around `center` covers: pixels whose centre
-// lies inside, at least the nearest one.
+// First and last pixel that a footprint of `size` px around `center` covers: the pixels whose
+// centre lies inside, at least the nearest one.
 struct Span {
   int first;
   int last;
@@ -84,7 +84,7 @@ DepthImage LoadDepth(const FrameRecord& frame,
                      const std::filesystem::path& data_root) {
   if (frame.depth.path.empty()) {
     throw DataError(
-        "{}: frame has no depth, of which this map is made: set depth = \"required\" in the "
+        "{}: frame has no depth, but this map needs it: set depth = \"required\" in the "
         "[[sequence]] to leave such frames out",
         frame.color.path);
   }

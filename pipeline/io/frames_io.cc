@@ -13,11 +13,11 @@ namespace {
 
 constexpr const char* kFramesHeader =
     "frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,depth_hash";
-constexpr std::size_t kFirstChannel = 4;  // column; path and hash of each channel follow
+constexpr std::size_t kFirstChannel = 4;  // column from which path and hash of each channel follow
 constexpr std::string_view kPath = "_path";
 constexpr std::string_view kHash = "_hash";
 
-// The channels that a header names from kFirstChannel on.
+// The channels that a header names, from kFirstChannel on.
 std::vector<std::string> ChannelsOfHeader(const CsvFile& csv) {
   const std::vector<std::string>& header = csv.Header();
   std::vector<std::string> names;
@@ -114,7 +114,7 @@ std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path) {
 
 std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths) {
   std::vector<FrameRecord> frames;
-  std::set<std::string> pictures;  // later stages tell frames apart by them, as COLMAP does
+  std::set<std::string> pictures;  // later stages, like COLMAP, identify frames by them
   for (const auto& path : paths) {
     std::vector<FrameRecord> shard = ReadFrames(path);
     if (shard.empty()) {

@@ -47,7 +47,7 @@ std::string EdgeText(const PoseEdge& edge) {
   return text + "\n";
 }
 
-// Reads one line's numbers, refusing what is not a finite number.
+// Reads one line's numbers; refuses any that is not finite.
 class LineReader {
  public:
   LineReader(const std::filesystem::path& path, int line_number, const std::string& line)

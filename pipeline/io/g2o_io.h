@@ -19,13 +19,13 @@ struct PoseGraph {
     Rigid3 map_from_camera;
   };
   std::vector<Vertex> vertices;  // ascending frame_idx
-  std::vector<PoseEdge> edges;   // frame_a, frame_b name vertices
+  std::vector<PoseEdge> edges;   // frame_a and frame_b name vertices
 };
 
 // The first vertex is fixed.
 std::string PoseGraphToG2o(const PoseGraph& graph);
 // Throws DataError naming file and line on an unknown tag, a wrong count, NaN, a repeated vertex or
-// an edge to a vertex that is not there. is_bridge is not stored.
+// an edge to a missing vertex. The format does not store is_bridge.
 PoseGraph ReadG2o(const std::filesystem::path& path);
 
 }  // namespace nightmap

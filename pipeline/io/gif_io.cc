@@ -21,7 +21,7 @@ namespace {
 
 using Color = std::array<std::uint8_t, 3>;
 
-// The colors of all images, each with its place in the color map.
+// The colors of all images, each with its index in the color map.
 class Palette {
  public:
   static constexpr std::size_t kMaxColors = 256;
@@ -43,7 +43,7 @@ class Palette {
   }
 
   using ColorMap = std::unique_ptr<ColorMapObject, void (*)(ColorMapObject*)>;
-  // GIF wants a power of two.
+  // Padded, because GIF requires a power of two.
   ColorMap MakeColorMap() const {
     const int size = static_cast<int>(std::bit_ceil(std::max<std::size_t>(2, Size())));
     ColorMap colors(GifMakeMapObject(size, nullptr), GifFreeMapObject);
@@ -88,7 +88,7 @@ int Append(GifFileType* gif, const GifByteType* bytes, int size) {
   return size;
 }
 
-// Bytes of a GIF in the making. Its functions return false when the library refuses.
+// A GIF under construction. Its functions return false when the library refuses.
 class Encoder {
  public:
   Encoder() : gif_(EGifOpen(&bytes_, Append, &error_)) {}
@@ -134,7 +134,7 @@ class Encoder {
   }
 
  private:
-  // For ever, as browsers understand it.
+  // Repeats for ever, by the extension that browsers understand.
   bool Repeat() {
     static constexpr std::array<GifByteType, 3> kForEver = {1, 0, 0};
     return EGifPutExtensionLeader(gif_, APPLICATION_EXT_FUNC_CODE) != GIF_ERROR &&

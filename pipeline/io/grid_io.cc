@@ -16,22 +16,22 @@
 namespace nightmap {
 namespace {
 
-// Beyond these a distance in cells does not fit an integer.
+// Beyond these limits a distance in cells does not fit an integer.
 constexpr int kMaxSide = 32767;  // cells; keeps every squared distance within 32 bits
 constexpr double kMinResolution_m = 1e-3;
 constexpr double kMaxResolution_m = 100;
-constexpr double kMaxOrigin_m = 1e8;  // a double still tells micrometres there
+constexpr double kMaxOrigin_m = 1e8;  // up to here a double resolves micrometres
 constexpr double kMaxYaw_rad = 6.3;
 constexpr std::array<std::uint8_t, 3> kGrayOfCell = {254, 0, 205};
 
 struct Thresholds {
-  bool is_raw = false;  // gray values are percentages, more than 100 is unknown
+  bool is_raw = false;  // gray values are percentages; more than 100 is unknown
   bool negate = false;
   double occupied = 0.65;
   double free = 0.196;
 };
 
-// 0 or 1, or as Nav2 has it false or true.
+// Accepts 0 and 1, and Nav2's false and true.
 bool ReadNegate(const MapYaml& yaml, const std::string& path) {
   const std::string& text = yaml.Text("negate");
   if (text == "false" || text == "true") return text == "true";
@@ -58,7 +58,7 @@ Thresholds ReadThresholds(const MapYaml& yaml, const std::string& path) {
   return thresholds;
 }
 
-// Next number of a PNM header; comments run from # to the end of the line.
+// Reads the next number of a PNM header; comments run from # to the end of the line.
 int HeaderNumber(const std::string& bytes,
                  std::size_t& at,
                  const std::string& path,

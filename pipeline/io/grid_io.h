@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// 2-D occupancy grids in ROS map_server's format: a P5 PGM image and a small YAML file beside it.
-// Grids of other systems can be read too, as long as they are P5.
+// 2-D occupancy grids in ROS map_server's format: a P5 PGM image and a small YAML file next to it.
+// Also reads grids of other systems, as long as they are P5.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,8 +17,8 @@ namespace nightmap {
 
 enum CellValue : std::uint8_t { kFreeCell = 0, kOccupiedCell = 1, kUnknownCell = 2 };
 
-// Cells in the x-y plane of the map frame, row by row from cell (0, 0). Our own are not turned: row
-// 0 has the smallest y.
+// Cells in the x-y plane of the map frame, row by row from cell (0, 0). The grid stage's own grids
+// are not rotated: row 0 has the smallest y.
 struct OccupancyGrid {
   int width = 0;
   int height = 0;
@@ -42,7 +42,7 @@ struct OccupancyGrid {
   Eigen::Vector2d FromCells(const Eigen::Vector2d& point_in_cells) const {
     return origin_in_map + Eigen::Rotation2Dd(origin_yaw_rad) * (resolution_m * point_in_cells);
   }
-  // The cell a point lies in; may be outside of the grid.
+  // The cell that a point lies in; may be outside the grid.
   Eigen::Vector2i CellOf(const Eigen::Vector2d& point_in_map) const;
   Eigen::Vector2d CenterInMap(const Eigen::Vector2i& cell) const {
     return FromCells(cell.cast<double>() + Eigen::Vector2d(0.5, 0.5));
@@ -52,22 +52,22 @@ struct OccupancyGrid {
 // 254 free, 0 occupied, 205 unknown; the top row of the image has the largest y.
 GrayImage GridToImage(const OccupancyGrid& grid);
 
-// The same as the bytes of a P5 file.
+// The same image as the bytes of a P5 file.
 std::string GridToPgm(const OccupancyGrid& grid);
 
-// The YAML beside it. `image_name` is the PGM's path relative to the YAML's folder. Numbers are
-// printed so that reading gives the same double.
+// The YAML text for the image. `image_name` is the PGM's path relative to the YAML's folder.
+// Numbers are printed so that reading gives the same double.
 std::string GridToYaml(const OccupancyGrid& grid, const std::string& image_name);
 
 // The PGM's path that a map YAML names, relative names resolved against the YAML's folder.
 std::filesystem::path GridImagePath(const std::filesystem::path& yaml_path);
 
-// Reads the YAML and the image it names, by the rules of map_server and Nav2: p = (255 - v) / 255,
-// or v / 255 with negate; p > occupied_thresh is occupied, p < free_thresh free, the rest unknown.
-// Mode `scale` is read the same way: what lies between the thresholds is neither surely free nor
-// surely occupied. An origin with a yaw turns the grid about its lower left corner. In mode `raw` p
-// = v / 100, and v > 100 is unknown. Throws DataError naming file and field on a missing, repeated
-// or malformed key, NaN, another mode, or an image that is not P5 or whose size does not add up.
+// Reads the YAML and its image by the rules of map_server and Nav2: p = (255 - v) / 255, or v / 255
+// with negate; p > occupied_thresh is occupied, p < free_thresh free, the rest unknown. Mode
+// `scale` is read the same way, because a value between the thresholds is neither surely free nor
+// surely occupied. In mode `raw` p = v / 100, and v > 100 is unknown. An origin with a yaw rotates
+// the grid about its lower left corner. Throws DataError naming file and field on a missing,
+// repeated or malformed key, NaN, another mode, or an image that is not P5 or has the wrong size.
 OccupancyGrid ReadGrid(const std::filesystem::path& yaml_path);
 
 }  // namespace nightmap

@@ -6,8 +6,8 @@
 namespace nightmap {
 namespace {
 
-// HDF5's driver of plain files without its optional features, of which the accumulator is one.
-// HDF5 hands out the class of a driver only with an open file.
+// Registers HDF5's driver of plain files without its optional features, one of which is the
+// accumulator. HDF5 gives access to a driver's class only through an open file.
 hid_t RegisterDriver(const std::filesystem::path& path, hid_t access) {
   H5FD_t* file = H5FDopen(path.c_str(), H5F_ACC_RDONLY, access, HADDR_UNDEF);
   if (!file) return -1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Thin layer over HDF5: named arrays in one file with a checked header. Equal content gives equal
-// bytes (no object times, no compression). Not for use from two threads at once.
+// bytes (no object times, no compression). Not thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,8 @@ struct Array {
 // T: uint8_t, int32_t, uint32_t, int64_t, float, double.
 class Hdf5Writer {
  public:
-  // `format` and `version` are what Hdf5Reader demands; `config` is the effective TOML config and
-  // `units` says in one line what units and frames the arrays have.
+  // Hdf5Reader checks `format` and `version`. `config` is the effective TOML config; `units` states
+  // in one line the units and frames of the arrays.
   Hdf5Writer(const std::filesystem::path& path,
              const std::string& format,
              int version,
@@ -33,15 +33,16 @@ class Hdf5Writer {
   Hdf5Writer(const Hdf5Writer&) = delete;
   Hdf5Writer& operator=(const Hdf5Writer&) = delete;
 
-  // `name` may hold slashes: groups are made as needed.
+  // `name` may hold slashes; missing groups are created.
   template <typename T>
   void Write(const std::string& name, const Array<T>& array);
   template <typename T>
   void WriteList(const std::string& name, const std::vector<T>& values) {
     Write(name, Array<T>{values.size(), 1, values});
   }
-  // A text beside the arrays (an attribute of the file). As with `config` and the others, throws
-  // DataError naming file and text when it is too long for HDF5: it holds less than 64 kB.
+  // Writes a text beside the arrays, as an attribute of the file. Throws DataError naming file and
+  // text when it is too long for HDF5 (64 kB or more); this holds for `config` and the other texts
+  // too.
   void WriteText(const std::string& name, const std::string& text);
   // Flushes and closes; throws DataError naming the file (full disk included).
   void Close();
@@ -65,17 +66,17 @@ class Hdf5Reader {
   bool Has(const std::string& name) const;
   // Throws DataError naming file and field on a missing array, another element type, NaN or
   // infinity, another number of columns (cols = 0: any), or anything but a contiguous uncompressed
-  // array of this file; memory is taken only for values that the file holds.
+  // array of this file. Allocates memory only for values that the file holds.
   template <typename T>
   Array<T> Read(const std::string& name, std::size_t cols = 0) const;
   template <typename T>
   std::vector<T> ReadList(const std::string& name) const {
     return Read<T>(name, 1).values;
   }
-  // A text that WriteText wrote, or "config". Throws DataError naming file and field when missing,
-  // when it is not one text of fixed length, or not UTF-8.
+  // Reads a text of WriteText, or "config". Throws DataError naming file and field when it is
+  // missing, not one text of fixed length, or not UTF-8.
   std::string ReadText(const std::string& name) const;
-  // Throws DataError naming file and field unless `condition` holds: what a reader of a format
+  // Throws DataError naming file and field unless `condition` holds. Readers of a format use it for
   // checks beyond the types.
   void Demand(bool condition,
               std::string_view field,
@@ -88,7 +89,7 @@ class Hdf5Reader {
  private:
   explicit Hdf5Reader(const std::filesystem::path& path);
   std::int64_t ReadInteger(const std::string& name) const;
-  // Fails unless `name` and the groups it goes through are members of this file.
+  // Fails unless `name` and the groups on its path are members of this file.
   void CheckLinks(const std::string& name) const;
 
   std::filesystem::path path_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What Hdf5Writer and Hdf5Reader share.
+// Handles shared by Hdf5Writer and Hdf5Reader.
 #pragma once
 
 #include <hdf5.h>
@@ -36,7 +36,7 @@ hid_t NativeHdf5Type() {
   if constexpr (std::is_same_v<T, double>) return H5T_NATIVE_DOUBLE;
 }
 
-// The library's own error stack would print to stderr; our messages name file and field instead.
+// Silences the library's error stack on stderr, because our messages name file and field instead.
 inline void SilenceHdf5Errors() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
 
 }  // namespace nightmap

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reader of hdf5_file.h. Nothing that a file declares is believed before it was compared with
-// what is there: HDF5 itself reads a text or a number of another type past the end of its target,
-// and takes memory for whatever size is declared.
+// The reader of hdf5_file.h. Checks every declaration of a file against its content before use:
+// HDF5 itself reads a text or a number of another type past the end of its target, and allocates
+// memory for any declared size.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -14,7 +14,7 @@
 namespace nightmap {
 namespace {
 
-constexpr std::size_t kMaxTextBytes = 64 * 1024;  // what Hdf5Writer can write, and its last zero
+constexpr std::size_t kMaxTextBytes = 64 * 1024;  // longest text of Hdf5Writer and its final zero
 
 template <typename T>
 bool AllFinite(const std::vector<T>& values) {
@@ -26,7 +26,7 @@ bool AllFinite(const std::vector<T>& values) {
   return true;
 }
 
-// Without zeros and control characters but tab and line breaks, so that it prints as it is.
+// No zeros or control characters except tab and line breaks, so that it prints unchanged.
 bool IsPlainUtf8(const std::string& text) {
   const auto is_control = [](char c) {
     return static_cast<unsigned char>(c) < ' ' && c != '\t' && c != '\n' && c != '\r';
@@ -45,7 +45,8 @@ bool IsScalar(hid_t attribute) {
   return H5Sget_simple_extent_type(space) == H5S_SCALAR;
 }
 
-// Contiguous, uncompressed, in this very file and wholly inside it: all that Hdf5Writer writes.
+// Whether the array is contiguous, uncompressed, and wholly inside this file, as Hdf5Writer writes
+// it.
 bool HoldsBytes(hid_t dataset, std::uintmax_t num_bytes, std::uintmax_t file_bytes) {
   const Hdf5Handle properties(H5Dget_create_plist(dataset), H5Pclose);
   if (H5Pget_layout(properties) != H5D_CONTIGUOUS || H5Pget_external_count(properties) != 0) {
@@ -102,7 +103,7 @@ std::string Hdf5Reader::ReadText(const std::string& name) const {
   }
   std::string text(size, '\0');
   if (H5Aread(attribute, type, text.data()) < 0) Fail(name, "cannot be read (truncated file?)");
-  text.erase(text.find_last_not_of('\0') + 1);  // what fills the fixed length
+  text.erase(text.find_last_not_of('\0') + 1);  // removes the padding to the fixed length
   if (!IsPlainUtf8(text)) Fail(name, "is not a text in UTF-8");
   return text;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/image_io.h"
 
-// First, or OpenImageIO would define fmt's functions here again from its own copy, and every
-// program that formats a text would be linked with OpenImageIO and all it loads.
+// First include: otherwise OpenImageIO would define fmt's functions again from its own copy, and
+// every program that formats a text would link OpenImageIO and all that it loads.
 #include <fmt/format.h>
 
 #include <OpenImageIO/filesystem.h>
@@ -27,7 +27,7 @@ constexpr std::streamoff kTailSize = 4096;  // bytes after the end mark that are
 constexpr int kMaxSize_px = 1 << 15;        // a wider header is damage, not a camera
 constexpr int kMaxChannels = 4;             // RGB and alpha; the decoder makes room for all
 
-// Stages run one image per thread: the library's own threads would only compete.
+// Stages process one image per thread, so the library's own threads would only compete.
 void UseOneThreadPerImage() {
   static std::once_flag once;
   std::call_once(once, [] { OIIO::attribute("threads", 1); });
@@ -42,7 +42,7 @@ std::string Tail(const std::filesystem::path& path) {
   return tail;
 }
 
-// The decoders fill the missing part of a cut file with gray and call it success.
+// Decoders fill the missing part of a truncated file with gray and report success.
 void CheckEndMark(const std::filesystem::path& path, std::string_view format) {
   using namespace std::string_view_literals;
   std::string_view end_mark;
@@ -59,7 +59,7 @@ std::string Reason(const std::string& message) {
 std::unique_ptr<OIIO::ImageInput> Open(const std::filesystem::path& path) {
   UseOneThreadPerImage();
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) {  // a pipe would be waited for
+  if (!std::filesystem::is_regular_file(path, ignored)) {  // opening a pipe would block
     const bool is_there = std::filesystem::exists(path, ignored);
     throw DataError("{}: {}", path.string(), is_there ? "not a file" : "no such image file");
   }
@@ -73,7 +73,7 @@ std::unique_ptr<OIIO::ImageInput> Open(const std::filesystem::path& path) {
     throw DataError("{}: header says {} x {} pixels", path.string(), spec.width, spec.height);
   }
   if (spec.depth > 1 || spec.nchannels > kMaxChannels) {
-    throw DataError("{}: header says {} layers of {} channels, a picture has one of at most {}",
+    throw DataError("{}: header says {} layers of {} channels; a picture has one, of at most {}",
                     path.string(),
                     spec.depth,
                     spec.nchannels,
@@ -151,7 +151,7 @@ void WritePngOf(const std::filesystem::path& path, const Image<T>& image) {
       image.width, image.height, image.num_channels, OIIO::TypeDesc(OIIO::BaseTypeFromC<T>::value));
   spec["png:compressionLevel"] = kPngCompression;
   spec["oiio:UnassociatedAlpha"] = 1;
-  OIIO::Filesystem::IOVecOutput bytes;  // through memory: WriteFile reports a full disk
+  OIIO::Filesystem::IOVecOutput bytes;  // through memory, because WriteFile reports a full disk
   auto output = OIIO::ImageOutput::create("png", &bytes);
   const bool done = output && output->open("memory.png", spec) &&
                     output->write_image(spec.format, image.pixels.data()) && output->close();

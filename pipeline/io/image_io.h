@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images as plain arrays; reading through OpenImageIO, video frames through OpenCV.
+// Images as plain arrays. Reads pictures through OpenImageIO, video frames through OpenCV.
 #pragma once
 
 #include <cstdint>
@@ -38,29 +38,30 @@ using LabelImage = Image<std::uint8_t>;  // 1 channel
 using RawDepthImage = Image<std::uint16_t>;
 using DepthImage = Image<float>;  // metres along z; 0 = no measurement
 
-// `path` is an image file, or `clip.avi#N` for frame N (from 0) of a video. Gray input is expanded
-// to RGB, alpha is dropped. Pixels are as stored: EXIF's Orientation, by which viewers turn a
-// picture, is left alone here and everywhere. Throws DataError naming the file when missing,
-// truncated or not an image.
+// `path` is an image file, or `clip.avi#N` for frame N (from 0) of a video. Expands gray input to
+// RGB and drops alpha. Pixels are as stored: the whole program ignores EXIF's Orientation, by which
+// viewers rotate a picture. Throws DataError naming the file when it is missing, truncated or not
+// an image.
 ColorImage ReadColorImage(const std::filesystem::path& path);
 GrayImage ToGray(const ColorImage& image);
 
 // 16-bit single-channel depth as stored. Throws DataError naming the file.
 RawDepthImage ReadRawDepth(const std::filesystem::path& path);
 
-// What an image file's header says. Cheap: pixels are not decoded.
+// The header of an image file. Cheap: decodes no pixels.
 struct ImageInfo {
   int width = 0;
   int height = 0;
   int num_channels = 0;
-  int num_bits = 0;  // of one channel
+  int num_bits = 0;  // per channel
   ExifLens lens;
 };
 // Throws DataError naming the file when it is missing, empty, not an image, or (PNG, JPEG) lacks
 // its end mark, as after an interrupted copy.
 ImageInfo InspectImage(const std::filesystem::path& path);
 
-// What a video is. Frames are counted by going through the file, since headers only estimate.
+// Properties of a video. Frames are counted by reading through the file, since headers only
+// estimate their number.
 struct VideoInfo {
   int width = 0;
   int height = 0;
@@ -68,18 +69,18 @@ struct VideoInfo {
   double frame_rate_hz = 0;
 };
 VideoInfo InspectVideo(const std::filesystem::path& path);
-// How many video frames this process has decoded, returned or passed over; for tests.
+// Number of video frames that this process has decoded, whether returned or passed over; for tests.
 std::int64_t NumDecodedVideoFrames();
-// `clip.avi#N`, and its parts. Nothing when the path does not end in `#N`.
+// Builds and splits `clip.avi#N`. Nothing when the path does not end in `#N`.
 std::filesystem::path VideoFramePath(const std::filesystem::path& video, int frame_idx);
 std::optional<std::pair<std::filesystem::path, int>> SplitVideoFramePath(
     const std::filesystem::path& path);
 
-// One 8-bit channel (labels, masks, grids).
+// Reads one 8-bit channel (labels, masks, grids).
 GrayImage ReadGrayImage(const std::filesystem::path& path);
 
-// 8-bit (1 or 3 channels) and 16-bit PNG with fixed compression and no metadata: equal pixels give
-// equal bytes. Throws DataError.
+// Writes 8-bit (1 or 3 channels) and 16-bit PNG with fixed compression and no metadata: equal
+// pixels give equal bytes. Throws DataError.
 void WritePng(const std::filesystem::path& path, const Image<std::uint8_t>& image);
 void WritePng(const std::filesystem::path& path, const Image<std::uint16_t>& image);
 

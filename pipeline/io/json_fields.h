@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields of JSON objects, checked. IntegerAt and FiniteAt throw DataError naming the field, and
-// nlohmann's exception when it is missing or no number.
+// Checked fields of JSON objects. IntegerAt and FiniteAt throw DataError naming the field, and
+// nlohmann's exception when it is missing or not a number.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@
 
 namespace nightmap {
 
-// nlohmann's get<int> would cut what is too large, and a fraction.
+// nlohmann's get<int> would truncate fractions and wrap large values.
 template <typename Json>
 int IntegerAt(const Json& json,
               const char* name,
@@ -33,7 +33,7 @@ double FiniteAt(const Json& json, const char* name) {
   return value;
 }
 
-// The message of an exception without the library's own number of it.
+// The message of an exception without the library's error number.
 inline std::string JsonReason(const std::exception& error) {
   const std::string text = error.what();
   const std::size_t end = text.starts_with("[json.exception") ? text.find("] ") : std::string::npos;

@@ -36,16 +36,17 @@ struct MapKeyframe {
 
 struct LandmarkMap {
   DescriptorKind kind = DescriptorKind::kRootSift;
-  std::string extraction;  // TOML of the ExtractionOptions: queries must be described alike
+  std::string extraction;  // TOML of the ExtractionOptions; queries must use the same
   std::vector<Eigen::Vector3d> positions_in_map;
   std::vector<float> position_sigmas_m;
   std::vector<std::uint8_t> descriptors;  // row by row
   std::vector<int> descriptor_landmarks;  // landmark of each descriptor, ascending
   int num_word_levels = 1;
-  std::vector<int> words;  // num_word_levels for each descriptor; the leaf is repeated
+  std::vector<int> words;  // num_word_levels per descriptor; the leaf is repeated
   std::vector<MapKeyframe> keyframes;
   std::vector<std::vector<int>> landmark_keyframes;  // keyframes that see each landmark, ascending
-  std::vector<std::vector<int>> landmark_features;   // and which of their features shows it
+  // Feature of each of these keyframes that shows it.
+  std::vector<std::vector<int>> landmark_features;
 
   int NumLandmarks() const { return static_cast<int>(positions_in_map.size()); }
   int NumDescriptors() const { return static_cast<int>(descriptor_landmarks.size()); }
@@ -60,11 +61,12 @@ struct LandmarkMap {
   }
   // The transpose of landmark_keyframes.
   std::vector<std::vector<int>> KeyframeLandmarks() const;
-  // First descriptor of each landmark, and the number of descriptors at the end.
+  // Index of each landmark's first descriptor, then the number of descriptors.
   std::vector<int> DescriptorOffsets() const;
 };
 
-// `config` is the effective config the artifact carries. Throw DataError naming file and field.
+// `config` is the effective config that the artifact carries. Both throw DataError naming file and
+// field.
 void WriteLandmarks(const std::filesystem::path& path,
                     const LandmarkMap& map,
                     const std::string& config);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The part of YAML that map_server's files use: top-level `key: value` lines with comments and
-// quotes, and one list of three numbers. Anything else is refused.
+// quotes, and one list of three numbers. Refuses anything else.
 #pragma once
 
 #include <Eigen/Core>

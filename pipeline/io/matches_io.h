@@ -16,9 +16,9 @@ enum class PairStatus {
   kAccepted = 0,
   kTooFewMatches = 1,  // descriptors do not match, or matches have no depth
   kTooFewInliers = 2,  // no relative pose explains enough matches
-  kPoorSpread = 3,     // the inliers cover too little of the image to hold a pose
-  kInconsistent = 4,   // of a loop: the frames beside b do not find the place of a; not verified
-  kUncertain = 5,      // of a loop: the inliers lie so that the pose is known too poorly
+  kPoorSpread = 3,     // the inliers cover too little of the image to determine a pose
+  kInconsistent = 4,   // loops: the frames beside b do not match the place of a; not verified
+  kUncertain = 5,      // loops: the inliers determine the pose too poorly
 };
 
 const char* PairStatusText(PairStatus status);
@@ -29,14 +29,14 @@ struct FramePair {
   int frame_b = 0;
   PairStatus status = PairStatus::kTooFewMatches;
   int num_putative = 0;
-  double score = 0;  // of the retrieval, for loop candidates
+  double score = 0;  // retrieval score of a loop candidate
   Rigid3 b_from_a;   // camera b from camera a
-  // Of a left perturbation (rotation rad, translation m) of b_from_a.
+  // Covariance of a left perturbation (rotation rad, translation m) of b_from_a.
   Matrix6d covariance = Matrix6d::Identity();
   std::vector<FeatureMatch> inliers;
 };
 
-// Throw DataError naming file and field.
+// Both throw DataError naming file and field.
 void WritePairs(const std::filesystem::path& path,
                 const std::vector<FramePair>& pairs,
                 const std::string& config);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// OctoMap's node formats. An encoder is told the nodes depth first: Leaf, or Open, its children,
-// and Close with what these calls returned of them. It keeps the bytes of the file after its head.
+// OctoMap's node formats. An encoder receives the nodes depth first: Leaf; or Open, the node's
+// children, and Close with the results of these calls. It keeps the bytes of the file after the
+// header.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +18,7 @@
 
 namespace nightmap {
 
-// `.ot`: of each node its log-odds, color and a bit for each child, then its children.
+// `.ot`: for each node its log-odds, color and one bit per child, then its children.
 class ValueEncoder {
  public:
   static constexpr std::string_view kHead =
@@ -28,8 +29,8 @@ class ValueEncoder {
   using Rgb = std::array<std::uint8_t, 3>;
   struct Node {
     float log_odds = 0;
-    Rgb mean{};  // of all that is below it
-    Rgb rgb{};   // of the leaf that it is, or that was merged to it
+    Rgb mean{};  // of all nodes below
+    Rgb rgb{};   // of the leaf, or of the leaves merged into it
     bool is_leaf = true;
   };
   using Children = std::array<std::optional<Node>, 8>;
@@ -45,8 +46,8 @@ class ValueEncoder {
     return begin;
   }
 
-  // As likely occupied as the likeliest child, and of their mean color. When eight leaves are
-  // merged, OctoMap keeps a mean color only if the first of them has one.
+  // The log-odds of the likeliest child and the children's mean color. When eight leaves are
+  // merged, OctoMap keeps a mean color only if the first of them has a color.
   Node Close(std::size_t begin, const Children& children) {
     unsigned mask = 0;
     float log_odds = -std::numeric_limits<float>::infinity();
@@ -78,7 +79,7 @@ class ValueEncoder {
 
   static constexpr Rgb kNoColor{255, 255, 255};
 
-  // Of the children with a color.
+  // Mean over the children that have a color.
   static Rgb MeanColor(const Children& children, Rgb Node::*color) {
     std::array<int, 3> sum{};
     int count = 0;
@@ -102,7 +103,8 @@ class ValueEncoder {
   std::string bytes_;
 };
 
-// `.bt`: of each inner node two bits a child: none, free, occupied, inner; then its inner children.
+// `.bt`: for each inner node two bits per child (none, free, occupied, inner), then its inner
+// children.
 class StateEncoder {
  public:
   static constexpr std::string_view kHead = "# Octomap OcTree binary file\nid OcTree\n";
@@ -128,7 +130,7 @@ class StateEncoder {
         });
     if (is_leaf) {
       bytes_.resize(begin);
-      num_nodes_ -= 7;  // they become one
+      num_nodes_ -= 7;  // eight become one
       return *children[0];
     }
     ++num_nodes_;

@@ -14,14 +14,14 @@ namespace nightmap {
 
 constexpr int kOctreeDepth = 16;  // levels of OctoMap's trees
 
-// One leaf: a cube of known space. What no leaf covers is unknown.
+// One leaf: a cube of known space. Space without a leaf is unknown.
 struct OccupancyVoxel {
   Eigen::Vector3d centre_in_map = Eigen::Vector3d::Zero();
   double size_m = 0;                               // edge; resolution times a power of two
-  float log_odds = 0;                              // of being occupied
+  float log_odds = 0;                              // of occupancy
   std::array<std::uint8_t, 3> rgb{255, 255, 255};  // white: no color measured
 
-  // OctoMap's default threshold, probability 0.5, which its tools apply to the same file.
+  // OctoMap's default threshold, probability 0.5; OctoMap's tools apply it to the same file.
   bool Occupied() const { return log_odds >= 0; }
 };
 
@@ -31,19 +31,19 @@ struct OccupancyTree {
   std::vector<OccupancyVoxel> leaves;  // in any order; as read: depth first
 };
 
-// How far from the origin a tree reaches along each axis.
+// Distance from the origin that a tree reaches along each axis.
 double OctreeReach_m(double resolution_m);
 
-// `.ot`: log-odds and colors, the bytes that OctoMap's own ColorOcTree of these leaves would write
-// once pruned at every level (its prune() ends at the first with nothing to merge). Eight equal
-// leaves are merged to one (their colors averaged), so a tree read back may hold fewer, larger
-// leaves. Fast for leaves that come depth first. Throws DataError naming the file.
+// Writes `.ot`: log-odds and colors, the bytes that OctoMap's own ColorOcTree of these leaves would
+// write after pruning at every level (its prune() ends at the first level with nothing to merge).
+// Merges eight equal leaves to one (with their mean color), so a tree read back may hold fewer,
+// larger leaves. Fast for leaves that come depth first. Throws DataError naming the file.
 void WriteOctree(const std::filesystem::path& path, const OccupancyTree& tree);
 
-// `.bt`: only occupied or free (maximum likelihood). Throws DataError naming the file.
+// Writes `.bt`: only occupied or free (maximum likelihood). Throws DataError naming the file.
 void WriteBinaryOctree(const std::filesystem::path& path, const OccupancyTree& tree);
 
-// Voxels of the smallest size.
+// Counts in voxels of the smallest size.
 struct VoxelCounts {
   std::size_t num_occupied = 0;
   std::size_t num_free = 0;
@@ -53,11 +53,10 @@ struct VoxelCounts {
   }
 };
 
-// Writes the `.ot` and `.bt` of the tree that files of parts, which share no space, make together:
-// the bytes that WriteOctree and WriteBinaryOctree give for the whole, provided that occupied
-// leaves have a color and free ones none, or none has. Holds what it writes in memory, and of each
-// part a leaf. Throws DataError naming the file when one cannot be read or written, when
-// resolutions differ or leaves overlap.
+// Writes the `.ot` and `.bt` of the union of disjoint trees in files: the bytes that WriteOctree
+// and WriteBinaryOctree give for the whole, provided that occupied leaves have a color and free
+// ones none, or none has. Memory holds the output and one leaf per part. Throws DataError naming
+// the file when one cannot be read or written, when resolutions differ or leaves overlap.
 VoxelCounts MergeOctrees(const std::vector<std::filesystem::path>& parts,
                          const std::filesystem::path& ot,
                          const std::filesystem::path& bt);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Leaves of an octree in depth-first order, addressed by Morton code: what reading, writing and
-// merging octrees share.
+// Leaves of an octree in depth-first order, addressed by Morton code; shared by reading, writing
+// and merging of octrees.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ OccupancyVoxel ToVoxel(const PlacedLeaf& leaf, double resolution_m);
 // fit OctoMap's grid or is not finite.
 std::vector<PlacedLeaf> PlaceLeaves(const OccupancyTree& tree, const std::string& name);
 
-// Leaves to be visited depth first, as often as needed.
+// A source that visits leaves depth first, as often as needed.
 struct LeafSource {
   double resolution_m = 0;
   std::function<void(const std::function<void(const PlacedLeaf&)>&)> visit;
@@ -34,8 +34,8 @@ struct LeafSource {
 
 LeafSource LeavesOfTree(const OccupancyTree& tree);
 
-// Collects leaves that come depth first. Eight equal free ones without a color become one, at every
-// level, so the same space gives the same leaves however it was cut.
+// Collects leaves that come depth first. Merges eight equal free leaves without a color into one,
+// at every level, so that the same space gives the same leaves however it was cut.
 class LeafList {
  public:
   void Append(const PlacedLeaf& leaf);

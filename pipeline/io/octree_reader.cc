@@ -43,7 +43,7 @@ void OctreeReader::ReadHeader() {
     if (key == "size") fields >> num_nodes_;
     if (key == "res") fields >> resolution_m_;
   }
-  // (The line before the data ends with a line break, or the file ended in it.)
+  // Fails unless the line before the data ends with a line break.
   if (!stream_ || stream_.eof() || resolution_m_ == 0) Fail("the header ends early or lacks res");
   if (!(resolution_m_ >= kMinLeafEdge_m && resolution_m_ <= kMaxLeafEdge_m)) {
     Fail(fmt::format(
@@ -55,8 +55,8 @@ void OctreeReader::ReadHeader() {
   color_size_ = type == "ColorOcTree" ? 3 : 0;
 }
 
-// Each node is its log-odds, its color if the tree has any, and a byte with a bit for each child;
-// then its children. Inner nodes say nothing that their leaves do not.
+// A node is its log-odds, its color if the tree has any, and a byte with one bit per child; then
+// its children. Inner nodes hold no information beyond their leaves.
 std::optional<PlacedLeaf> OctreeReader::ReadNode(std::uint64_t code, int height) {
   std::array<char, sizeof(float) + 4> bytes{};
   const std::size_t size = sizeof(float) + color_size_ + 1;

@@ -14,9 +14,9 @@
 
 namespace nightmap {
 
-// Leaves come depth first, each as it is in the file. The constructor and Next throw DataError
-// naming the file when it is truncated, of another type than ColorOcTree or OcTree (white leaves),
-// or holds NaN; a size that does not agree with the data shows after the last leaf.
+// Leaves come depth first, as they are in the file. The constructor and Next throw DataError naming
+// the file when it is truncated, of another type than ColorOcTree or OcTree (white leaves), or
+// holds NaN; a wrong size in the header is detected after the last leaf.
 class OctreeReader {
  public:
   explicit OctreeReader(const std::filesystem::path& path);
@@ -29,7 +29,7 @@ class OctreeReader {
   struct Inner {
     std::uint64_t code = 0;
     int height = 0;
-    unsigned children = 0;  // a bit for each that was not read yet
+    unsigned children = 0;  // one bit per child that is not read yet
   };
 
   void ReadHeader();
@@ -41,12 +41,12 @@ class OctreeReader {
   std::ifstream stream_;
   double resolution_m_ = 0;
   std::size_t color_size_ = 0;  // bytes
-  std::size_t num_nodes_ = 0;   // as the header says
+  std::size_t num_nodes_ = 0;   // from the header
   std::size_t num_read_ = 0;
-  std::vector<Inner> open_;  // from the root to where reading is
+  std::vector<Inner> open_;  // path from the root to the current position
 };
 
-// All leaves of a file; may be called again.
+// All leaves of a file; callable repeatedly.
 LeafSource LeavesOfFile(const std::filesystem::path& path);
 
 }  // namespace nightmap

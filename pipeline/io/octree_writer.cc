@@ -16,7 +16,7 @@ void Write(const std::filesystem::path& path, const OccupancyTree& tree) {
   writer.Close();
 }
 
-// The leaves of several files as one list in depth-first order; one leaf of each is in memory.
+// The leaves of several files as one list in depth-first order. Holds one leaf of each in memory.
 class LeafMerger {
  public:
   explicit LeafMerger(const std::vector<std::filesystem::path>& paths) {
@@ -60,7 +60,7 @@ class LeafMerger {
   }
 
   std::vector<OctreeReader> readers_;
-  std::vector<Head> heads_;  // a heap with the first leaf in front
+  std::vector<Head> heads_;  // a heap with the first leaf at the front
 };
 
 }  // namespace
@@ -79,7 +79,8 @@ VoxelCounts MergeOctrees(const std::vector<std::filesystem::path>& parts,
   LeafMerger merger(parts);
   OctreeWriter<ValueEncoder> values(ot, merger.Resolution_m());
   OctreeWriter<StateEncoder> states(bt, merger.Resolution_m());
-  // The whole has no more nodes than its parts; growing would hold it twice.
+  // The whole has no more nodes than its parts. Reserves for them, because growing would hold the
+  // bytes twice.
   std::uintmax_t num_bytes = 0;
   for (const auto& path : parts) num_bytes += std::filesystem::file_size(path);
   values.GetEncoder().Reserve(num_bytes);

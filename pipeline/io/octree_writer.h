@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes octrees straight from their leaves in depth-first order: OctoMap's nodes, one allocation
-// each, take several times the memory and the time.
+// Writes octrees directly from their leaves in depth-first order, because OctoMap's nodes, one
+// allocation each, take several times the memory and the time.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@
 
 namespace nightmap {
 
-// `Encoder`: of octree_encoders.h. Holds the bytes of the file, nothing else that grows.
+// `Encoder` is one of octree_encoders.h. Holds the bytes of the file and nothing else that grows.
 template <typename Encoder>
 class OctreeWriter {
  public:
@@ -26,7 +26,7 @@ class OctreeWriter {
 
   Encoder& GetEncoder() { return encoder_; }
 
-  // Throws DataError naming the file when the leaf begins before the end of the last one.
+  // Throws DataError naming the file when the leaf begins before the end of the previous one.
   void Add(const PlacedLeaf& leaf) {
     CheckOrder(leaf);
     while (!open_.empty() && leaf.code >> 3 * Height() != code_ >> 3 * Height()) CloseNode();
@@ -53,7 +53,7 @@ class OctreeWriter {
     typename Encoder::Children children;
   };
 
-  // Of the lowest open node; nodes are open from the root to the parent of the last leaf.
+  // Height of the lowest open node; nodes are open from the root to the parent of the last leaf.
   int Height() const { return kOctreeDepth + 1 - static_cast<int>(open_.size()); }
 
   void CloseNode() {
@@ -78,7 +78,7 @@ class OctreeWriter {
   Encoder encoder_;
   std::vector<OpenNode> open_;
   std::uint64_t code_ = 0;  // of the last leaf
-  std::uint64_t end_ = 0;   // code of the voxel after it
+  std::uint64_t end_ = 0;   // code of the first voxel after it
 };
 
 }  // namespace nightmap

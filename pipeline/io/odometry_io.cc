@@ -87,8 +87,8 @@ std::vector<PoseEdge> ReadEdges(const Hdf5Reader& file) {
   return edges;
 }
 
-// Rows of a track follow each other. A track that lost all its sightings has no row: its number is
-// left out.
+// Rows of a track follow each other. A track that lost all its sightings has no row, so its number
+// is missing.
 std::vector<Track> ReadTracks(const Hdf5Reader& file) {
   const auto observation = file.Read<std::int32_t>("observation", 3);
   std::vector<Track> tracks;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // odometry/shard_NNNN.h5: poses of a shard's frames in the shard's own frame of reference, its
-// keyframes, the edges between them, and the tracks of its features.
+// keyframes, the edges between them, and its feature tracks.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace nightmap {
 enum class TrackingState : std::uint8_t {
   kTracked = 0,
   kBridged = 1,  // no verified pair to any frame: pose by interpolation or constant velocity
-  kStarted = 2,  // no verified pair to an earlier frame, but to later ones: a new part begins here
+  kStarted = 2,  // verified pairs only to later frames: a new part begins here
 };
 
 struct OdometryFrame {
@@ -32,19 +32,19 @@ struct PoseEdge {
   int frame_b = 0;
   Rigid3 b_from_a;
   Matrix6d covariance = Matrix6d::Identity();
-  bool is_bridge = false;  // the two sides are joined by a guess: hold it loosely
+  bool is_bridge = false;  // only a guess joins the two sides: weight it loosely
 };
 
-// `frames` are the shard's own. Frames of the shard before appear only in the first edge and in the
-// tracks; their poses belong to their own shard. The last own frame is always a keyframe, so that
-// the next shard's first edge has both ends.
+// `frames` are the shard's own. Frames of the previous shard appear only in the first edge and in
+// the tracks; their poses belong to their own shard. The last own frame is always a keyframe, so
+// that the next shard's first edge has both ends.
 struct OdometryShard {
   std::vector<OdometryFrame> frames;
   std::vector<PoseEdge> edges;
-  std::vector<Track> tracks;  // those of a file have at least one sighting
+  std::vector<Track> tracks;  // in a file each has at least one sighting
 };
 
-// Throw DataError naming file and field.
+// Both throw DataError naming file and field.
 void WriteOdometry(const std::filesystem::path& path,
                    const OdometryShard& shard,
                    const std::string& config);

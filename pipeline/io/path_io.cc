@@ -21,11 +21,11 @@ namespace {
 constexpr const char* kPathFormat = "nightmap_path";
 constexpr int kPathVersion = 3;
 constexpr int kMaxFloor = 1000;
-constexpr double kMaxRadius_m = 10;  // more than the plan stage's options allow
+constexpr double kMaxRadius_m = 10;  // larger than the plan stage's options allow
 constexpr double kMaxHeading_rad = 3.142;
 constexpr double kRounding_m = 2e-6;  // of a step between two points of the file
 
-// Radius of the circle about the robot's centre that it stays in however it turns. NaN: the config
+// Radius of the circle around the robot's centre that contains it at any heading. NaN: the config
 // has none.
 double RobotRadius_m(const toml::table& config) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -42,7 +42,8 @@ double RobotRadius_m(const toml::table& config) {
   return radius_m;
 }
 
-// What the path was planned for is in the plan stage's config, which path.json carries.
+// The plan stage's config, which path.json carries, states the robot for which the path was
+// planned.
 void ReadPathConfig(const std::string& text, PlannedPath& path) {
   const toml::table config = toml::parse(text);
   path.robot_radius_m = RobotRadius_m(config);
@@ -59,7 +60,7 @@ double Length_m(const std::vector<Eigen::Vector2d>& points) {
   return length_m;
 }
 
-// Throws unless the figures of path.json are those of the points of path.csv.
+// Throws unless the figures of path.json match the points of path.csv.
 void CheckFigures(const nlohmann::json& json,
                   const std::filesystem::path& csv_path,
                   std::size_t num_points,

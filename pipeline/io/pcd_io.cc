@@ -12,7 +12,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "a binary PCD is little-endian");
 
-// As it lies in the file.
+// Layout in the file.
 struct PcdPoint {
   std::array<float, 3> position;
   std::array<float, 3> normal;

@@ -9,9 +9,9 @@
 
 namespace nightmap {
 
-// Fields x y z normal_x normal_y normal_z rgb label, as pcl::PointXYZ, PointNormal,
-// PointXYZRGBNormal and PointXYZL name them: each 4 bytes, the color packed as 0x00RRGGBB. Used as
-// PlyWriter.
+// Fields x y z normal_x normal_y normal_z rgb label, named as in pcl::PointXYZ, PointNormal,
+// PointXYZRGBNormal and PointXYZL. Each has 4 bytes; the color is packed as 0x00RRGGBB. Same
+// interface as PlyWriter.
 class PcdWriter {
  public:
   PcdWriter(const std::filesystem::path& path, std::size_t num_points);

@@ -7,7 +7,9 @@
 #include <string>
 #include <string_view>
 
+#include <tuple>
 #include "pipeline/base/error.h"
+#include "pipeline/geometry/voxel_key.h"
 
 namespace nightmap {
 namespace {
@@ -128,6 +130,15 @@ std::vector<CloudPoint> ReadPly(const std::filesystem::path& path) {
   points.reserve(reader.NumPoints());
   while (const auto point = reader.Next()) points.push_back(*point);
   return points;
+}
+
+bool ByVoxel(const CloudPoint& a, const CloudPoint& b, double voxel_size_m) {
+  const auto key = [voxel_size_m](const CloudPoint& point) {
+    const Eigen::Vector3f& p = point.position_in_map;
+    const VoxelKey voxel = VoxelOf(p.cast<double>(), voxel_size_m);
+    return std::tuple(PackVoxel(voxel), p.x(), p.y(), p.z());
+  };
+  return key(a) < key(b);
 }
 
 }  // namespace nightmap

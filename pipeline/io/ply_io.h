@@ -14,13 +14,15 @@ namespace nightmap {
 
 struct CloudPoint {
   Eigen::Vector3f position_in_map = Eigen::Vector3f::Zero();  // metres
-  Eigen::Vector3f normal_in_map = Eigen::Vector3f::Zero();    // unit, to the side it was seen from
+  // Unit length, towards the side it was seen from.
+  Eigen::Vector3f normal_in_map = Eigen::Vector3f::Zero();
   std::array<std::uint8_t, 3> rgb{};
   std::uint16_t label = 0;  // class of the semantic labels; 0 = none
 };
 
-// Writes a cloud point by point, so that it need not fit into memory: exactly `num_points` calls of
-// Add, then Close. Throws DataError naming the file and the system's reason, a full disk included.
+// Writes a cloud point by point, so that it need not fit into memory. Needs exactly `num_points`
+// calls of Add, then Close. Throws DataError naming the file and the system's reason, such as a
+// full disk.
 class PlyWriter {
  public:
   PlyWriter(const std::filesystem::path& path, std::size_t num_points);
@@ -32,8 +34,8 @@ class PlyWriter {
   std::ofstream stream_;
 };
 
-// Reads what PlyWriter wrote, in the same order. Throws DataError naming the file on another
-// layout, a size that does not agree with the number of points, or NaN.
+// Reads a file of PlyWriter, in the same order. Throws DataError naming the file on another layout,
+// a size that does not match the number of points, or NaN.
 class PlyReader {
  public:
   explicit PlyReader(const std::filesystem::path& path);
@@ -50,10 +52,13 @@ class PlyReader {
   std::size_t num_read_ = 0;
 };
 
-// One vertex a point: float x y z nx ny nz, uchar red green blue, ushort label. Equal points give
+// One vertex per point: float x y z nx ny nz, uchar red green blue, ushort label. Equal points give
 // equal bytes.
 void WritePly(const std::filesystem::path& path, const std::vector<CloudPoint>& points);
 
 std::vector<CloudPoint> ReadPly(const std::filesystem::path& path);
+
+// By voxel, then by position.
+bool ByVoxel(const CloudPoint& a, const CloudPoint& b, double voxel_size_m);
 
 }  // namespace nightmap

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// localize/queries.csv: one row a query picture, located or not. Header (one line):
+// localize/queries.csv: one row per query picture, located or not. Header (one line):
 //   query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,confidence,
 //   reprojection_error_px,position_sigma_m,rotation_sigma_deg,tx_m,ty_m,tz_m,qx,qy,qz,qw
-// `status` is the verdict. The pose is map_from_camera: of a located picture, and of an ambiguous
-// one that of its best supported place. `reason` is empty when located.
+// `status` is the verdict. The pose is map_from_camera; for an ambiguous picture it is that of the
+// best supported place. `reason` is empty when located.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ enum class QueryVerdict {
   kLocated,
   kAmbiguous,   // two places explain the picture about as well
   kNotInMap,    // no place explains it
-  kNoFeatures,  // the picture shows nothing to recognize
+  kNoFeatures,  // the picture shows nothing recognizable
   kUnreadable,
 };
 
@@ -32,14 +32,14 @@ struct QueryResult {
   std::int64_t time_ns = 0;
   std::string color_path;
   QueryVerdict verdict = QueryVerdict::kNotInMap;
-  std::string reason;  // why not located, one word
+  std::string reason;  // why it was not located, one word
   int num_matches = 0;
   int num_inliers = 0;
-  int num_rival_inliers = 0;  // of the pose in the second best place
-  // 0 to 1: lead of this place over its rival in the features' votes; at most what chance leaves.
+  int num_rival_inliers = 0;  // inliers of the pose in the second best place
+  // 0 to 1: lead of this place over its rival in the features' votes, at most 1 - chance.
   double confidence = 0;
   double reprojection_error_px = 0;  // root mean square over the inliers
-  double position_sigma_m = 0;       // standard deviation over all axes, the map taken as exact
+  double position_sigma_m = 0;  // standard deviation over all axes, with the map taken as exact
   double rotation_sigma_deg = 0;
   Rigid3 map_from_camera;
 

@@ -19,7 +19,7 @@ constexpr const char* kSignalUnits[] = {"value: ax ay az (m/s2)",
 
 std::string SensorName(std::size_t i) { return fmt::format("sensor_{}", i); }
 
-// Offsets from 0 that never decrease, the last one `end`.
+// Reads offsets that start at 0, never decrease, and end with `end`.
 std::vector<std::size_t> ReadOffsets(const Hdf5Reader& file,
                                      const std::string& name,
                                      std::size_t count,

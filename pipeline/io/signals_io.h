@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// frames/acceleration.h5, odometry.h5 and scans.h5: what the sensors beside the cameras measured,
-// a file for each kind with all sensors of that kind, in the order of the site config.
+// frames/acceleration.h5, odometry.h5 and scans.h5: measurements of the sensors other than cameras.
+// One file per kind holds all sensors of that kind, in the order of the site config.
 //
-// HDF5, for S sensors with N samples in all, sensor after sensor:
+// HDF5, for S sensors with N samples in total, sensor after sensor:
 //   kind, sensor_0, sensor_1 ...  texts      the kind's name; the ids of the sensors
 //   robot_from_sensor  double[S x 7]         tx ty tz (metres) qx qy qz qw
 //   sample_offset      int64[S + 1]          where each sensor's samples start
@@ -44,7 +44,7 @@ struct SignalSample {
   std::vector<float> ranges_m;  // of a scan, one for each beam
 };
 
-// What one sensor measured.
+// The measurements of one sensor.
 struct Signal {
   SignalKind kind = SignalKind::kAcceleration;
   std::string sensor_id;
@@ -57,8 +57,8 @@ void WriteSignals(const std::filesystem::path& path,
                   SignalKind kind,
                   const std::vector<Signal>& signals);
 
-// Throws DataError naming file and field: another kind, sizes that do not add up, NaN, times that
-// do not increase, a pose that is none.
+// Throws DataError naming file and field on another kind, sizes that do not add up, NaN, times that
+// do not increase, or an invalid pose.
 std::vector<Signal> ReadSignals(const std::filesystem::path& path, SignalKind kind);
 
 }  // namespace nightmap

@@ -16,7 +16,7 @@ namespace {
 
 const Range kFieldOfView_deg{1, 170};
 constexpr double kMinFrameRate_hz = 0.001;
-// Lines of the config that make writes with the user's text in it: where that ends, and its name.
+// make's copy of a config has the user's text, then this line, which names the user's file.
 constexpr std::string_view kTextEnd = "\n# This was the text of ";
 constexpr std::string_view kQueryStart = "; QUERY adds:\n";
 
@@ -30,7 +30,7 @@ struct SequenceTable {
     list.Add("layout",
              &s.layout,
              {"tum", "seven_scenes", "video", "pictures"},
-             "how the recording is laid out");
+             "folder layout of the recording");
     list.Add("folder", &s.folder, "relative to root");
     list.Add("camera", &camera, "id of a [[camera]]");
     list.Add("video", &s.video, "layout video: the file, relative to folder");
@@ -38,7 +38,7 @@ struct SequenceTable {
     list.Add("frame_rate_hz", &s.frame_rate_hz, {0, 1000}, "0: the video's, 30 for seven_scenes");
     list.Add("ground_truth", &s.ground_truth, "TUM trajectory, relative to root");
     list.Add("depth", &s.depth, {"required", "optional", "none"}, "whether frames have depth");
-    list.Add("label_folder", &s.label_folder, "label PNGs of the colors' stems, in folder");
+    list.Add("label_folder", &s.label_folder, "label PNGs named like the color pictures");
     list.Add("max_association_gap_s", &s.max_association_gap_s, {0, 10}, "color to depth image");
     list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
     list.Add(
@@ -46,7 +46,7 @@ struct SequenceTable {
     list.Add("horizontal_fov_deg",
              &s.horizontal_fov_deg,
              kFieldOfView_deg,
-             "layout pictures: of those that do not say their focal length");
+             "layout pictures: for pictures without a focal length");
   }
 };
 
@@ -61,7 +61,7 @@ int FindCamera(const std::vector<RgbdCamera>& cameras,
       "{}: no [[camera]] has id \"{}\"; there are: {}", where, id, fmt::join(ids, ", "));
 }
 
-// The keys that a layout must have and those that do not go with it.
+// Checks the keys that a layout requires and those that it excludes.
 void CheckKeys(const toml::table& table, const std::string& layout, const std::string& where) {
   if (layout == "pictures") {
     Require(table, {"pictures"}, where);
@@ -89,7 +89,7 @@ void CheckKeys(const toml::table& table, const std::string& layout, const std::s
   }
 }
 
-// Takes the key out of the table, whose other keys are options of one value or of numbers.
+// Takes the key out of the table, because the other keys are options of one value or of numbers.
 std::vector<std::string> TakeAllowOutside(toml::table& table, const std::string& source) {
   std::vector<std::string> names;
   const toml::node* list = table.get("allow_outside");
@@ -141,7 +141,7 @@ SequenceConfig ParseSequence(toml::table& table,
   return sequence;
 }
 
-// The tables written as [[name]].
+// All tables [[name]].
 std::vector<toml::table*> Tables(toml::table& root, const char* name, const std::string& source) {
   std::vector<toml::table*> tables;
   toml::node* node = root.get(name);
@@ -176,7 +176,7 @@ toml::table ParseText(std::string_view text, const std::string& source) {
   }
 }
 
-// Keys that the scripts read, who choose and fill the jobs of a site.
+// Keys for the scripts, which choose and configure the jobs of a site.
 constexpr const char* kOfMake[] = {"profile", "synthetic", "import"};
 
 void AddQueries(toml::table& root, const std::string& source, SiteConfig* site) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// configs/sites/<site>.toml: one building's recordings, cameras, other sensors and truth.
+// configs/sites/<site>.toml: the recordings, cameras, other sensors and truth of one building.
 #pragma once
 
 #include <cstdint>
@@ -18,38 +18,39 @@ struct SequenceConfig {
   std::string layout = "tum";  // tum | seven_scenes | video | pictures
   std::string folder;          // relative to SiteConfig::root
   int camera_idx = 0;          // kOwnCameras: each picture has its own
-  // Layout pictures, of a [[query]] alone: a folder of pictures, a .txt list of them, or one
+  // Layout pictures, only in a [[query]]: a folder of pictures, a .txt list of them, or one
   // picture, relative to root. It may lead out of the data folder.
   std::string pictures;
-  double horizontal_fov_deg = 0;  // of pictures that do not say their focal length; 0: none
+  double horizontal_fov_deg = 0;  // for pictures without a focal length; 0: none
   std::string video;              // layout video: the file, relative to folder
   std::string depth_folder;       // layout video: folder of depth images, relative to folder
-  double frame_rate_hz = 0;       // video: 0 takes the file's; seven_scenes: 0 means 30
+  double frame_rate_hz = 0;       // video: 0 uses the file's rate; seven_scenes: 0 means 30
   std::string ground_truth;       // TUM trajectory relative to root, world_from_camera; empty: none
-  std::string depth = "required";       // required | optional | none: whether frames have depth
-  std::string label_folder;             // PNGs of the color pictures' stems, relative to folder
-  double max_association_gap_s = 0.02;  // layout tum: between a color image and its depth image
-  double time_offset_s = 0;             // added to all times of the recording
-  // Links in the recording (relative to folder) that may lead out of it and of the data folder,
-  // with all below them.
+  std::string depth = "required";  // required | optional | none: whether frames have depth
+  std::string label_folder;        // PNGs named like the color pictures, relative to folder
+  // Layout tum: largest gap between a color image and its depth image.
+  double max_association_gap_s = 0.02;
+  double time_offset_s = 0;  // added to all times of the recording
+  // Links in the recording (relative to folder) that may, with everything below them, lead out of
+  // it and of the data folder.
   std::vector<std::string> allow_outside;
   std::string source;  // file:line of its table, for messages
 };
 
 constexpr int kOwnCameras = -1;
 
-// A sensor beside the cameras: a [[sensor]]. Sensor axes of a laser and of wheels: x forward, y
-// left, z up. The robot's axes are whatever the poses of its sensors refer to.
+// A sensor other than a camera: a [[sensor]]. Sensor axes of a laser and of wheels: x forward, y
+// left, z up. The poses of its sensors define the robot's axes.
 struct SensorConfig {
   std::string id;
   SignalKind kind = SignalKind::kAcceleration;
   Rigid3 robot_from_sensor;  // identity: the robot's axes are the sensor's
-  // Scans whose message does not say: first beam, step (0: 180 deg over all beams; both
+  // For scans whose message does not state them: first beam, step (0: 180 deg over all beams; both
   // counter-clockwise from x), and the range from which on nothing was hit.
   double start_angle_deg = -90;
   double angle_step_deg = 0;
   double max_range_m = 80;
-  // Odometry: what a sample measures, and of ticks what one is worth.
+  // Odometry: the quantity that a sample measures and, for ticks, the length of one.
   std::string measures = "pose";  // pose | motion | ticks
   double m_per_tick = 0;
   double wheel_base_m = 0;
@@ -57,13 +58,13 @@ struct SensorConfig {
 
 // A file of samples of one sensor: a [[signal]].
 struct SignalConfig {
-  int sensor_idx = 0;           // into SiteConfig::sensors
+  int sensor_idx = 0;           // index in SiteConfig::sensors
   std::string format = "text";  // text | csv | carmen
   std::string file;             // relative to root; may be gzipped
   std::string columns;          // csv: names of its columns with time and values, comma separated
   std::string message;          // carmen: FLASER, RLASER, ROBOTLASER1, RAWLASER1 or ODOM
   double time_offset_s = 0;     // added to all times
-  bool sort = false;            // by time, of a log whose lines are out of order
+  bool sort = false;            // by time, for a log whose lines are out of order
   std::string source;           // file:line of its table, for messages
 };
 
@@ -78,10 +79,10 @@ struct SiteConfig {
 };
 
 // Strict: an unknown or missing key, a wrong type, a value out of range, an absolute path, an
-// unknown camera or a key that does not go with its layout is a UsageError naming `source` and
-// line, with the remedy. Make hands programs a copy of the user's config: it has the user's text
-// line for line, then a comment `# This was the text of FILE; QUERY adds:`, then the [[query]] of
-// QUERY. Messages name FILE, the one to edit, or QUERY.
+// unknown camera or a key that does not fit its layout is a UsageError naming `source`, line and
+// remedy. Make passes programs a copy of the user's config: the user's text line for line, then a
+// comment `# This was the text of FILE; QUERY adds:`, then the [[query]] of QUERY. Messages name
+// FILE, which the user can edit, or QUERY.
 SiteConfig ParseSiteConfig(std::string_view text, const std::string& source);
 SiteConfig ReadSiteConfig(const std::filesystem::path& path);
 

@@ -19,14 +19,22 @@ struct SensorTable {
   void Register(OptionList& list) {
     SensorConfig& s = sensor;
     list.Add("id", &s.id, "name that signals refer to");
-    list.Add("kind", &kind, {"acceleration", "odometry", "scan"}, "what it measures");
+    list.Add(
+        "kind", &kind, {"acceleration", "odometry", "scan"}, "quantity that the sensor measures");
     list.Add("robot_from_sensor", &robot_from_sensor, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
     list.Add("start_angle_deg", &s.start_angle_deg, {-360, 360}, "scan: first beam, from x");
     list.Add("angle_step_deg", &s.angle_step_deg, {-90, 90}, "scan: 0: 180 deg over all beams");
-    list.Add("max_range_m", &s.max_range_m, {0.01, 1e4}, "scan: from here on nothing was hit");
-    list.Add("measures", &s.measures, {"pose", "motion", "ticks"}, "odometry: what a sample is");
+    list.Add(
+        "max_range_m", &s.max_range_m, {0.01, 1e4}, "scan: range from which on nothing was hit");
+    list.Add("measures",
+             &s.measures,
+             {"pose", "motion", "ticks"},
+             "odometry: quantity that a sample measures");
     list.Add("m_per_tick", &s.m_per_tick, {0, 100}, "odometry of ticks: distance per tick, m");
-    list.Add("wheel_base_m", &s.wheel_base_m, {0, 100}, "odometry of ticks: between the wheels");
+    list.Add("wheel_base_m",
+             &s.wheel_base_m,
+             {0, 100},
+             "odometry of ticks: distance between the wheels");
   }
 };
 
@@ -37,15 +45,16 @@ struct SignalTable {
   void Register(OptionList& list) {
     SignalConfig& s = signal;
     list.Add("sensor", &sensor, "id of a [[sensor]]");
-    list.Add("format", &s.format, {"text", "csv", "carmen"}, "how the file is written");
+    list.Add("format", &s.format, {"text", "csv", "carmen"}, "format of the file");
     list.Add("file", &s.file, "relative to root; may be gzipped");
-    list.Add("columns", &s.columns, "csv: its columns with time and values, comma separated");
+    list.Add(
+        "columns", &s.columns, "csv: names of the columns with time and values, comma separated");
     list.Add("message",
              &s.message,
              {"", "FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1", "ODOM"},
-             "carmen: the lines to read");
+             "carmen: word that begins the lines to read");
     list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
-    list.Add("sort", &s.sort, "put samples in the order of their times");
+    list.Add("sort", &s.sort, "sorts the samples by time");
   }
 };
 
@@ -60,7 +69,7 @@ int FindSensor(const std::vector<SensorConfig>& sensors,
       "{}: no [[sensor]] has id \"{}\"; there are: {}", where, id, fmt::join(ids, ", "));
 }
 
-// The message must hold what the sensor measures.
+// The message must hold the quantity that the sensor measures.
 void CheckMessage(const SignalConfig& signal, SignalKind kind, const std::string& where) {
   const bool has_scan = signal.message != "ODOM";
   const bool has_odometry = signal.message != "RAWLASER1";

@@ -41,9 +41,9 @@ struct CameraTable {
  private:
   void RegisterDepth(OptionList& list) {
     Camera& depth = camera.depth;
-    list.Add("depth_units_per_m", &camera.depth_units_per_m, {1, 1e6}, "raw units in a metre");
-    list.Add("min_depth_m", &camera.min_depth_m, {0, 1000}, "nearer depth is not used");
-    list.Add("max_depth_m", &camera.max_depth_m, {0.01, 1000}, "farther depth is not used");
+    list.Add("depth_units_per_m", &camera.depth_units_per_m, {1, 1e6}, "raw units per metre");
+    list.Add("min_depth_m", &camera.min_depth_m, {0, 1000}, "nearer depth is ignored");
+    list.Add("max_depth_m", &camera.max_depth_m, {0.01, 1000}, "farther depth is ignored");
     list.Add("depth_noise_constant_m",
              &camera.noise.constant_m,
              {DepthNoise::kMinConstant_m, 1},

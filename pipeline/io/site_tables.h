@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of a site config, for site_config.cc.
+// Parses the tables of a site config for site_config.cc.
 #pragma once
 
 #include <toml++/toml.h>
@@ -11,7 +11,7 @@
 
 namespace nightmap {
 
-// Source of the [[query]] tables that QUERY of make adds. Whoever runs make sees no lines of them.
+// Source of the [[query]] tables that make's QUERY adds. The user sees no line numbers of them.
 constexpr const char* kQuerySource = "QUERY of make";
 
 using Names = std::initializer_list<const char*>;
@@ -19,23 +19,25 @@ using Names = std::initializer_list<const char*>;
 // `source:line` of the node.
 std::string Where(const toml::node& node, const std::string& source);
 
-// Throw UsageError when the table lacks one of the keys, or has one.
+// Throw UsageError when the table lacks one of the keys, or has one, respectively.
 void Require(const toml::table& table, Names names, const std::string& where);
 void Refuse(const toml::table& table, Names names, const std::string& where, const char* why);
 
-// Artifacts hold paths relative to the data folder: throws UsageError when a path leads out of it.
+// Throws UsageError when a path leads out of the data folder, because artifacts hold paths relative
+// to it.
 void CheckPath(const std::string& text, const char* key, const std::string& where);
 
-// A [[camera]].
+// Parses a [[camera]].
 RgbdCamera ParseCamera(const toml::table& table, const std::string& source);
 
-// A [[sensor]], and a [[signal]] of one of them.
+// Parses a [[sensor]], and a [[signal]] of one of them.
 SensorConfig ParseSensor(const toml::table& table, const std::string& source);
 SignalConfig ParseSignal(const toml::table& table,
                          const std::string& source,
                          const std::vector<SensorConfig>& sensors);
 
-// Seven numbers tx ty tz qx qy qz qw of the key. Throws UsageError when they are no pose.
+// Pose from the key's seven numbers tx ty tz qx qy qz qw. Throws UsageError when they are not a
+// pose.
 Rigid3 ToPose(const std::vector<double>& values, const char* key, const std::string& where);
 
 }  // namespace nightmap

@@ -39,7 +39,7 @@ double TileConfig::Number(const std::string& name, const Range& range) const {
   try {
     const auto value = toml::parse(toml_)[name].value<double>();
     if (value && range.min <= *value && *value <= range.max) return *value;
-  } catch (const toml::parse_error&) {  // the same as no value
+  } catch (const toml::parse_error&) {  // counts as no value
   }
   throw DataError("{}: its config has no {} from {} to {}; delete the report and run make",
                   report_.string(),

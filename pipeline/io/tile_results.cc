@@ -14,7 +14,7 @@
 namespace nightmap {
 namespace {
 
-// X_Y of tile_X_Y.*, report_X_Y.* and receipt_X_Y.*; empty of any other file.
+// X_Y of tile_X_Y.*, report_X_Y.* and receipt_X_Y.*; empty for any other file.
 std::string TileNameOf(const std::filesystem::path& path) {
   const std::string stem = path.stem().string();
   const std::size_t end = stem.find('_');
@@ -26,7 +26,7 @@ std::string TileNameOf(const std::filesystem::path& path) {
   return is_numbers && std::ranges::count(name, '_') == 1 ? name : std::string();
 }
 
-// use(report) of the file's content; what it does not find there is an error of the file.
+// Calls use(report) with the file's content; a value missing there is an error of the file.
 template <typename Use>
 void ReadReport(const std::filesystem::path& path, const Use& use) {
   try {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A tile of the building: a square of the map seen from above, and the keyframes that may see it.
-// All that a stage needs to make its part of the map, so that what does not touch a tile does not
-// make its artifacts stale. As JSON, one keyframe a line.
+// It holds all data that a stage needs for its part of the map, so that changes elsewhere do not
+// make its artifacts stale. As JSON, one keyframe per line.
 #pragma once
 
 #include <filesystem>
@@ -15,16 +15,16 @@ namespace nightmap {
 
 // A frame with depth and its place in the finished trajectory.
 struct Keyframe {
-  int keyframe_idx = 0;  // in keyframes.tum
+  int keyframe_idx = 0;  // index in keyframes.tum
   FrameRecord frame;
   Rigid3 map_from_camera;
 };
 
-// Which part of the map is made of a list of keyframes. By default all of it.
+// The part of the map to make from a list of keyframes; by default all of it.
 struct MapRegion {
-  Rectangle inside;      // the regions of a site share no point and leave none out
-  double overlap_m = 0;  // what lies this far around `inside` is seen by the keyframes too
-  double max_range_m = Rectangle::kUnbounded;  // depth to which that holds
+  Rectangle inside;      // regions of a site are disjoint and cover everything
+  double overlap_m = 0;  // the keyframes also see everything this far around `inside`
+  double max_range_m = Rectangle::kUnbounded;  // depth up to which that holds
 };
 
 struct Tile {

@@ -8,7 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
-#include "pipeline/io/word_lines.h"
+#include "pipeline/io/text_file.h"
 
 namespace nightmap {
 namespace {
@@ -19,7 +19,7 @@ constexpr int kMaxDigits = 18;  // of any number that surely fits 64 bits
 constexpr double kMaxNormError = 0.05;
 constexpr double kMaxPosition_m = 1e9;
 
-// digits * 10^exponent, exactly as written: a double would round a time in 2024 to 200 ns.
+// digits * 10^exponent, exactly as written; a double would round a time in 2024 to 200 ns.
 struct Decimal {
   bool negative = false;
   std::string digits;
@@ -77,7 +77,7 @@ StampedPose ParsePose(const std::vector<std::string_view>& words) {
   return stamped;
 }
 
-// Prints no "-0.000000000", which would tell apart poses that are equal.
+// Avoids "-0.000000000", which would make equal poses differ.
 std::string FixedPoint(double value, int num_decimals) {
   std::string text = fmt::format("{:.{}f}", value, num_decimals);
   if (text.starts_with('-') && text.find_first_not_of("-0.") == text.npos) text.erase(0, 1);
@@ -92,7 +92,7 @@ std::string TimeToString(std::int64_t time_ns) {
       negative ? 0 - static_cast<std::uint64_t>(time_ns) : static_cast<std::uint64_t>(time_ns);
   const std::uint64_t fraction = magnitude % kNsPerSecond;
   const std::string sign = negative ? "-" : "";
-  // Microseconds are what the benchmarks write; nanoseconds only where there are some.
+  // Benchmarks write microseconds; nanoseconds appear only where they are not zero.
   if (fraction % 1000 == 0) {
     return fmt::format("{}{}.{:06}", sign, magnitude / kNsPerSecond, fraction / 1000);
   }

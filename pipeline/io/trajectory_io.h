@@ -17,8 +17,8 @@ namespace nightmap {
 std::string TimeToString(std::int64_t time_ns);
 std::int64_t ParseTime_ns(std::string_view text);
 
-// `comment` is written as the first line; say which frames the poses relate. Nine decimals are
-// nanometres; a file whose poses are computed with further takes more.
+// `comment` is the first line; state the frames that the poses relate. Nine decimals are
+// nanometres; use more for a file that is input of further computation.
 std::string TrajectoryToTum(const std::vector<StampedPose>& poses,
                             const std::string& comment,
                             int num_decimals = 9);

@@ -17,12 +17,12 @@
 namespace nightmap {
 namespace {
 
-// A frame of 8K video has 33 million; the decoder keeps several.
+// A frame of 8K video has 33 million pixels, and the decoder keeps several.
 constexpr double kMaxVideoFrame_px = 1e8;
 
 cv::VideoCapture OpenVideo(const std::filesystem::path& video) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(video, ignored)) {  // a pipe would be waited for
+  if (!std::filesystem::is_regular_file(video, ignored)) {  // opening a pipe would block
     const bool is_there = std::filesystem::exists(video, ignored);
     throw DataError("{}: {}", video.string(), is_there ? "not a file" : "no such video file");
   }
@@ -43,14 +43,14 @@ cv::VideoCapture OpenVideo(const std::filesystem::path& video) {
 
 std::atomic<std::int64_t> num_decoded{0};
 
-// One open video. Seeking in compressed video lands on the wrong frame with some codecs, so frames
-// are only ever reached by going forward.
+// One open video. With some codecs, seeking in compressed video lands on the wrong frame, so frames
+// are only ever reached by reading forward.
 class ForwardReader {
  public:
   explicit ForwardReader(const std::filesystem::path& video)
       : video_(video), capture_(OpenVideo(video)) {}
 
-  // Whether the frame still lies ahead, or is the one just read.
+  // Whether the frame is still ahead, or was just read.
   bool Reaches(const std::filesystem::path& video, int frame_idx) const {
     return video == video_ && position_ <= frame_idx;
   }
@@ -76,7 +76,7 @@ class ForwardReader {
  private:
   std::filesystem::path video_;
   cv::VideoCapture capture_;
-  int position_ = -1;  // of the frame last decoded
+  int position_ = -1;  // index of the last decoded frame
 };
 
 // A mutex that the waiting thread with the lowest request gets first.
@@ -118,9 +118,9 @@ class Turn {
   OrderedMutex* mutex_;
 };
 
-// The videos this process has open. Threads that work through a video in order share one reader,
-// which decodes each frame once: several readers would each decode all of them. Another is opened
-// for a frame that all have passed.
+// The videos that this process has open. Threads that work through a video in order share one
+// reader, which decodes each frame once; several readers would each decode all of them. A frame
+// that all readers have passed opens another one.
 class ReaderPool {
  public:
   ColorImage Read(const std::filesystem::path& video, int frame_idx) {
@@ -135,7 +135,7 @@ class ReaderPool {
  private:
   static constexpr std::size_t kMaxReaders = 4;
 
-  // The reader with the fewest frames to go.
+  // The reader with the fewest frames left to the requested one.
   std::unique_ptr<ForwardReader> Take(const std::filesystem::path& video, int frame_idx) {
     auto nearest = readers_.end();
     for (auto reader = readers_.begin(); reader != readers_.end(); ++reader) {

@@ -8,6 +8,7 @@
 #include <ctime>
 #include <optional>
 
+#include "pipeline/base/atomic_outputs.h"
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/io/csv.h"
@@ -42,7 +43,7 @@ FileFactsCache::FileFactsCache(std::filesystem::path cache, std::filesystem::pat
     : cache_(std::move(cache)), data_root_(std::move(data_root)) {
   try {
     if (std::filesystem::exists(cache_)) ReadRows();
-  } catch (const std::exception& error) {  // it saves time and is asked for nothing else
+  } catch (const std::exception& error) {  // the cache only saves time, so a damaged one is ignored
     spdlog::debug("every file is read again: {}", error.what());
     known_.clear();
   }
@@ -77,7 +78,7 @@ FileFacts FileFactsCache::Get(const std::string& file,
                               const std::function<FileFacts(const std::filesystem::path&)>& read) {
   const std::filesystem::path path = data_root_ / file;
   const auto status = Status(path);
-  if (!status) return read(path);  // says what is wrong with it
+  if (!status) return read(path);  // read reports the problem
   Row row{static_cast<std::uintmax_t>(status->st_size),
           Nanoseconds(status->st_mtim),
           Nanoseconds(status->st_ctim),

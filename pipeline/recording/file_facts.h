@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known of a recording's files without reading them again: a cache by size and time.
+// Caches facts of a recording's files by size and time, so that they are not read again.
 #pragma once
 
 #include <filesystem>
@@ -10,38 +10,38 @@
 
 namespace nightmap {
 
-// Hash of a file's bytes, and what its header says of the picture or video.
+// Hash of a file's bytes, and the picture or video properties from its header.
 struct FileFacts {
   std::string hash;
   int width = 0;
   int height = 0;
   int num_channels = 0;
-  int num_bits = 0;  // of one channel
+  int num_bits = 0;  // per channel
   bool operator==(const FileFacts&) const = default;
 };
 
-// Remembers the facts of files from one run to the next, so that a run reads only files that are
-// new or changed. A file is the same while its size and its times of modification and of status
-// change are (the second moves also when a tool sets the first back). Facts of a file that changed
-// less than two seconds before it was read are not kept: it may change again within one tick of the
-// file system's clock. The cache is no artifact: results are the same with it, without it, and with
-// a damaged one, whose rows are checked one by one.
+// Remembers the facts of files from one run to the next, so that a run reads only new or changed
+// files. A file counts as unchanged while its size, modification time and status change time stay
+// (the last changes even when a tool sets the modification time back). Facts of a file that changed
+// less than two seconds before it was read are not kept, because it may change again within one
+// tick of the file system's clock. The cache is no artifact: results are the same with it, without
+// it, and with a damaged one, whose rows are checked one by one.
 //
 // CSV: path,size_bytes,mtime_ns,ctime_ns,hash,width,height,num_channels,num_bits,check; paths
 // relative to the data folder, check is the hash of the row before it.
 class FileFactsCache {
  public:
-  // Reads the cache of an earlier run; one that is missing or no such file is empty.
+  // Reads the cache of an earlier run; a missing or invalid file counts as empty.
   FileFactsCache(std::filesystem::path cache, std::filesystem::path data_root);
 
-  // The facts of `file` (relative to the data folder): known ones, else those that read(path)
-  // gives. What read throws is thrown on. May be called from several threads.
+  // Returns the facts of `file` (relative to the data folder): the cached ones, else those that
+  // read(path) returns. Exceptions of read pass through. Thread safe.
   FileFacts Get(const std::string& file,
                 const std::function<FileFacts(const std::filesystem::path&)>& read);
 
-  // Logs how many files were read, and writes the facts of the files asked for since the
-  // constructor, those of no others: whole or not at all. A folder that cannot be written costs the
-  // next run time, not this one its result.
+  // Logs how many files were read. Writes the facts of exactly the files asked for since the
+  // constructor, atomically. If the folder cannot be written, this run's result stays valid and the
+  // next run takes longer.
   void Save() const;
 
   std::size_t NumRead() const { return num_read_; }

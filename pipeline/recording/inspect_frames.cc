@@ -36,7 +36,7 @@ FileFacts ReadVideoFacts(const fs::path& path) {
   return {HashFile(path), info.width, info.height, 3, 8};
 }
 
-// What a label picture, made elsewhere, is checked for.
+// Checks a label picture, which another program may have made.
 void CheckLabel(const std::string& path, const FileFacts& facts, const Camera& camera) {
   CheckSize(path, facts.width, facts.height, camera);
   if (facts.num_bits == 8 && facts.num_channels == 1) return;
@@ -55,7 +55,7 @@ void CheckDepth(const std::string& path, const FileFacts& facts, const RgbdCamer
                   facts.num_bits);
 }
 
-// Returns what is wrong with a file; empty when nothing is.
+// Returns the problem of a file; empty when there is none.
 template <typename Inspect>
 std::string Problem(const fs::path& data_root, const std::string& file, Inspect inspect) {
   try {
@@ -66,7 +66,7 @@ std::string Problem(const fs::path& data_root, const std::string& file, Inspect 
   return "";
 }
 
-// A video is opened and hashed once, not for each of its frames.
+// Facts of videos: each is opened and hashed once, not once per frame.
 using Videos = std::map<std::string, FileFacts>;
 
 Videos InspectVideos(const std::vector<RawSequence>& sequences,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks at the files of every frame without decoding their pixels.
+// Checks the files of every frame without decoding their pixels.
 #pragma once
 
 #include <filesystem>
@@ -12,11 +12,11 @@
 
 namespace nightmap {
 
-// Fills the hash of each channel (16 hex digits; of the whole video for a video frame; "unreadable"
-// for a color that cannot be read), and `problem`, `depth_problem` or `others_problems` when a file
-// is missing, truncated, not an image, or of another size or kind than its camera says. A depth or
-// further channel with a problem is taken from the frame. Deterministic at any number of threads,
-// and whatever `files` knows already.
+// Fills the hash of each channel (16 hex digits; for a video frame that of the whole video;
+// "unreadable" for a color that cannot be read). Fills `problem`, `depth_problem` or
+// `others_problems` when a file is missing, truncated, not an image, or of another size or kind
+// than its camera's. Removes depth or further channels with a problem from the frame. Deterministic
+// at any number of threads and for any content of the cache `files`.
 void InspectFrames(const std::vector<RgbdCamera>& cameras,
                    const std::filesystem::path& data_root,
                    FileFactsCache& files,

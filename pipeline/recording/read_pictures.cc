@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Plain pictures: a folder of them, sorted by name, a .txt list of paths relative to itself, or one
-// file. They have no times: picture N is at N seconds.
+// file. They have no times, so picture N is at N seconds.
 #include <algorithm>
 #include <array>
 #include <cctype>
 
 #include "pipeline/base/error.h"
-#include "pipeline/io/word_lines.h"
+#include "pipeline/io/text_file.h"
 #include "pipeline/recording/read_sequence.h"
 
 namespace nightmap {
@@ -24,7 +24,7 @@ std::string Suffix(const fs::path& path) {
   return suffix;
 }
 
-// Hidden files are left out: macOS puts "._IMG_1.jpg", which is no picture, beside IMG_1.jpg.
+// Leaves out hidden files: next to IMG_1.jpg macOS puts "._IMG_1.jpg", which is no picture.
 bool IsPicture(const fs::directory_entry& entry) {
   return std::ranges::count(kSuffixes, Suffix(entry.path())) > 0 &&
          !entry.path().filename().string().starts_with('.');
@@ -42,7 +42,7 @@ std::vector<std::string> NamesInFolder(const fs::path& folder) {
 std::vector<std::string> NamesInList(const fs::path& list) {
   std::vector<std::string> names;
   VisitWordLines(list, [&](const std::vector<std::string_view>& words) {
-    // All of the line: a name may hold blanks.
+    // The whole line, because a name may hold blanks.
     const std::string name(words.front().data(), words.back().data() + words.back().size());
     if (name.starts_with('/')) {
       throw DataError("'{}' must be relative to the list: give a relative path", name);
@@ -62,8 +62,8 @@ std::string PicturesFolder(const SequenceFolder& folder) {
 }
 
 RawSequence ReadPictures(const SequenceFolder& folder) {
-  // Not normalized together with the data folder: that may be a link, and `..` then leads out of
-  // its target.
+  // Not normalized together with the data folder, because that may be a link, and `..` would then
+  // lead out of its target.
   const fs::path pictures = folder.data_root / folder.Relative(folder.config.pictures);
   std::error_code ignored;
   std::vector<std::string> names = {pictures.filename().string()};

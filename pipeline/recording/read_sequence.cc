@@ -6,8 +6,8 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/data_paths.h"
+#include "pipeline/io/text_file.h"
 #include "pipeline/io/trajectory_io.h"
-#include "pipeline/io/word_lines.h"
 #include "pipeline/recording/recording_bounds.h"
 
 namespace nightmap {
@@ -76,14 +76,14 @@ void CheckFiles(const SequenceFolder& folder, RawSequence* sequence) {
   for (RawFrame& frame : sequence->frames) {
     CheckName(&frame.color.path, &frame.problem);
     CheckName(&frame.depth.path, &frame.depth_problem);
-    if (folder.config.layout == "pictures") continue;  // those may lie anywhere
+    if (folder.config.layout == "pictures") continue;  // such pictures may lie anywhere
     bounds.Check(frame.color.path);
     if (!frame.depth.path.empty()) bounds.Check(frame.depth.path);
     for (const auto& [name, file] : frame.others) bounds.Check(file.path);
   }
 }
 
-// Label pictures that another program made: PNGs of the color pictures' stems, where there are any.
+// Adds label pictures of another program: PNGs with the color pictures' stems, where they exist.
 void AddLabels(const SequenceFolder& folder, RawSequence* sequence) {
   const fs::path labels = folder.config.label_folder;
   if (labels.empty()) return;
@@ -100,7 +100,7 @@ void AddLabels(const SequenceFolder& folder, RawSequence* sequence) {
   }
 }
 
-// Two frames or queries of one picture could not be told apart by its name.
+// Two frames or queries with the same picture could not be told apart by its name.
 void CheckListedOnce(const RawSequence& sequence,
                      std::unordered_map<std::string, std::string>* listed_in) {
   for (const RawFrame& frame : sequence.frames) {

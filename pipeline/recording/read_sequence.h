@@ -13,15 +13,15 @@
 
 namespace nightmap {
 
-// One frame of a recording, as listed there, before its files were looked at: what is wrong with
-// it, beside what is listed. Hashes are filled by InspectFrames.
+// One frame of a recording as listed there, before its files are checked, with the problems of the
+// listing. InspectFrames fills the hashes.
 struct RawFrame : FrameRecord {
-  std::string problem;                       // why its color cannot be used; empty when it can
-  std::string depth_problem;                 // why its depth cannot; a query does without
-  std::vector<std::string> others_problems;  // of its other channels, which it then lacks
+  std::string problem;        // why its color cannot be used; empty when it can
+  std::string depth_problem;  // why its depth cannot be used; a query does not need it
+  std::vector<std::string> others_problems;  // problems of its other channels, which it then lacks
 };
 
-// One recording: what its folder says.
+// One recording, as its folder describes it.
 struct RawSequence {
   std::string name;  // for messages: where the site config describes it
   bool is_query = false;
@@ -30,35 +30,36 @@ struct RawSequence {
   std::vector<StampedPose> ground_truth;  // world_from_camera, times increase; may be empty
 };
 
-// Lists, associates and times the pictures; reads no pixels (a video is gone through once to count
-// its frames). Pictures that lack their depth carry a `depth_problem` where it is required, which
-// it never is of queries. A label picture is the PNG of the color picture's stem in `label_folder`,
-// where there is one. A picture whose name is not text carries a `problem`, and the name as AsText
-// writes it. Picture N of layout "pictures" is at N seconds. Throws DataError naming folder or file
-// and line, and the remedy; also when a file lies outside of the recording (recording_bounds.h).
+// Lists, associates and times the pictures without reading pixels (except that it reads through a
+// video once to count its frames). A picture without depth gets a `depth_problem` where depth is
+// required; for queries it never is. A label picture is the PNG in `label_folder` with the color
+// picture's stem, if it exists. A picture whose name is not text gets a `problem`, and the name as
+// AsText writes it. Picture N of layout "pictures" is at N seconds. Throws DataError naming folder
+// or file and line, and the remedy; also when a file lies outside the recording
+// (recording_bounds.h).
 RawSequence ReadSequence(const SiteConfig& site,
                          const SequenceConfig& config,
                          bool is_query,
                          const std::filesystem::path& data_root);
 
-// The recordings to map, in the order of the site config. Throws DataError also when a picture is a
+// The recordings to map, in the order of the site config. Also throws DataError when a picture is a
 // frame twice.
 std::vector<RawSequence> ReadSequences(const SiteConfig& site,
                                        const std::filesystem::path& data_root);
 
-// The recordings of the [[query]] tables. The pictures of [[query]] Q, which have no times, and
-// their truth are moved to 4e9 + Q * 1e6 s, later than any clock and apart from each other whatever
-// the other tables hold. Throws DataError also when a picture is a query twice.
+// The recordings of the [[query]] tables. Pictures of [[query]] Q have no times, so they and their
+// truth are moved to 4e9 + Q * 1e6 s: later than any clock, and separate whatever the other tables
+// hold. Also throws DataError when a picture is a query twice.
 std::vector<RawSequence> ReadQuerySequences(const SiteConfig& site,
                                             const std::filesystem::path& data_root);
 
-// Pairs each time of `a` with at most one of `b` and the reverse, nearest pairs first, no pair
-// farther apart than `max_gap_ns`. Both sorted. Returns (index in a, index in b), ascending in a.
+// Pairs each time of `a` with at most one of `b` and vice versa, nearest pairs first, none farther
+// apart than `max_gap_ns`. Both are sorted. Returns (index in a, index in b), ascending in a.
 std::vector<std::pair<std::size_t, std::size_t>> AssociateTimes(const std::vector<std::int64_t>& a,
                                                                 const std::vector<std::int64_t>& b,
                                                                 std::int64_t max_gap_ns);
 
-// What the layouts share: where a recording is and what its messages name.
+// Common to all layouts: where a recording is, and its name in messages.
 struct SequenceFolder {
   std::filesystem::path data_root;
   std::filesystem::path folder;  // relative to data_root
@@ -74,11 +75,11 @@ struct SequenceFolder {
   }
 };
 
-// A time so near to 0 (146 years) that differences and offsets of times fit 64 bits. Throws
-// DataError.
+// Checks that a time is within 146 years of 0, so that differences and offsets of times fit 64
+// bits. Throws DataError.
 std::int64_t CheckedTime_ns(std::int64_t time_ns);
-// The time of frame `number` of a recording without times, from 0. Throws DataError when it is out
-// of range.
+// Time of frame `number` (from 0) of a recording without times. Throws DataError when it is out of
+// range.
 std::int64_t TimeOfFrame_ns(std::int64_t number, double frame_rate_hz);
 
 // Times do not yet include time_offset_s.
@@ -87,7 +88,8 @@ RawSequence ReadSevenScenesFolder(const SequenceFolder& folder);
 RawSequence ReadVideoFolder(const SequenceFolder& folder);
 RawSequence ReadPictures(const SequenceFolder& folder);
 
-// Where the pictures of layout "pictures" and their cameras.csv lie, relative to the data folder.
+// Folder, relative to the data folder, that holds the pictures of layout "pictures" and their
+// cameras.csv.
 std::string PicturesFolder(const SequenceFolder& folder);
 
 }  // namespace nightmap

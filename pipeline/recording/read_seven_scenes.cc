@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // 7-Scenes layout: frame-NNNNNN.color.png, .depth.png and .pose.txt (4x4 world_from_camera) in one
-// folder; no times are recorded, so they are NNNNNN / frame rate.
+// folder. It records no times, so they are NNNNNN / frame rate.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
-#include "pipeline/io/word_lines.h"
+#include "pipeline/io/text_file.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/recording_bounds.h"
 
@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
 constexpr std::string_view kPrefix = "frame-";
 constexpr std::array<std::string_view, 2> kColorSuffixes = {".color.png", ".color.jpg"};
 constexpr double kFrameRate_hz = 30;
-constexpr double kMaxPosition_m = 1e9;      // farther away is damage
-constexpr double kMaxRotationError = 0.02;  // of R^T R against I; poses are printed rounded
+constexpr double kMaxPosition_m = 1e9;      // a larger position is damage
+constexpr double kMaxRotationError = 0.02;  // of R^T R against I, because poses are printed rounded
 
 // A color file `frame-NNNNNN.color.png` with its number and its name up to the number.
 struct NumberedFile {
@@ -57,7 +57,7 @@ std::vector<NumberedFile> ListColorFiles(const fs::path& folder) {
   return files;
 }
 
-// Nothing when tracking was lost there, which the recorders write as infinite or NaN.
+// Nothing where tracking was lost, which the recorders write as infinite or NaN.
 std::optional<Rigid3> ReadPose(const fs::path& path) {
   std::vector<double> values;
   bool lost = false;

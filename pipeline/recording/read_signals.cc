@@ -7,15 +7,15 @@
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
 #include "pipeline/io/data_paths.h"
+#include "pipeline/io/text_file.h"
 #include "pipeline/io/trajectory_io.h"
-#include "pipeline/io/word_lines.h"
-#include "pipeline/recording/log_lines.h"
+#include "pipeline/recording/gzip_lines.h"
 #include "pipeline/recording/read_sequence.h"
 
 namespace nightmap {
 namespace {
 
-// A sample and the line it is from.
+// A sample and its line number.
 struct LoggedSample {
   int line = 0;
   SignalSample sample;
@@ -33,7 +33,7 @@ Words SplitAt(std::string_view line, char separator) {
   return fields;
 }
 
-// Reads one file: each line by its format, then order and sums.
+// Reads one file: parses its lines, then sorts and accumulates.
 class SignalFile {
  public:
   SignalFile(const SignalConfig& config,
@@ -56,7 +56,7 @@ class SignalFile {
     }
   }
 
-  // Appends what follows the samples that are there in time.
+  // Appends the samples that are later than the existing ones.
   void AppendTo(std::vector<SignalSample>* samples) {
     for (LoggedSample& logged : samples_) {
       const std::int64_t time_ns = logged.sample.time_ns;
@@ -174,8 +174,8 @@ class SignalFile {
   std::vector<std::string> problems_;
 };
 
-// Poses of what was measured from sample to sample. The robot turns evenly while it drives, so the
-// way lies along the mean of its headings.
+// Accumulates measured motions into poses. The robot turns evenly while it drives, so it moves
+// along the mean of its headings.
 void SumUpOdometry(const SensorConfig& sensor, std::vector<SignalSample>* samples) {
   if (sensor.measures == "pose") return;
   Eigen::Vector3d pose = Eigen::Vector3d::Zero();

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// TUM RGB-D layout: rgb.txt and depth.txt list `time_s file`, in the order of time.
+// TUM RGB-D layout: rgb.txt and depth.txt list `time_s file`, in order of time.
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 #include <unordered_map>
 
 #include "pipeline/base/error.h"
+#include "pipeline/io/text_file.h"
 #include "pipeline/io/trajectory_io.h"
-#include "pipeline/io/word_lines.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/recording_bounds.h"
 
@@ -26,8 +26,8 @@ bool LeadsOut(std::string_view path) {
   return *fs::path(path).lexically_normal().begin() == "..";
 }
 
-// Depth may be listed again, as by recorders whose depth is slower than their color. Each color
-// picture is a frame, and a frame's name is told apart from all others'.
+// Depth may be listed twice, because some recorders' depth is slower than their color. A color
+// picture may not, because each is a frame whose name must be unique.
 std::vector<ListedFile> ReadList(const SequenceFolder& folder,
                                  const char* name,
                                  bool may_repeat_files) {

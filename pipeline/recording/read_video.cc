@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A video file for color and a folder of depth images, sorted by name, one for each video frame.
+// A video file for color and a folder of depth images, sorted by name, one per video frame.
 #include <algorithm>
 #include <array>
 #include <cmath>

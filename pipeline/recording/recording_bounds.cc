@@ -27,7 +27,7 @@ RecordingBounds::RecordingBounds(const SequenceFolder& folder)
     allowed_.push_back((fs::path(name) / "").lexically_normal().parent_path());
   }
   for (const fs::path& place :
-       {fs::path(), folder_, folder_ / folder.config.depth_folder}) {  // as far as they exist
+       {fs::path(), folder_, folder_ / folder.config.depth_folder}) {  // those that exist
     std::error_code missing;
     const fs::path real = fs::canonical(data_root_ / place, missing);
     if (!missing) places_.push_back(real);
@@ -64,7 +64,7 @@ void RecordingBounds::CheckFolder(const std::string& folder) {
   }
 }
 
-// A list may have millions of lines: most cost one look at the disk, and a path is made of few.
+// A list may have millions of lines, so most of them cost one disk access and few path objects.
 void RecordingBounds::Check(const std::string& file) {
   CheckFolder(file.substr(0, std::min(file.rfind('/'), file.size())));
   struct stat status;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the files of a recording lie in it: a recording that was had from somewhere must not make
-// the pipeline read what else is on the machine.
+// Keeps a recording's files inside the recording, so that a recording from an untrusted source
+// cannot make the pipeline read other files of the machine.
 #pragma once
 
 #include <filesystem>
@@ -12,16 +12,16 @@
 
 namespace nightmap {
 
-// The data folder and what the site config names (`root`, `folder`, `depth_folder`) may be links:
-// whoever runs the pipeline made them. A link in the recording may lead to other places of the
-// recording or of the data folder, and anywhere else only at or below a name in `allow_outside`.
+// The data folder and the paths in the site config (`root`, `folder`, `depth_folder`) may be links,
+// because the user made them. A link inside the recording may lead to other places of the recording
+// or of the data folder. It may lead elsewhere only at or below a name in `allow_outside`.
 class RecordingBounds {
  public:
   explicit RecordingBounds(const SequenceFolder& folder);
 
-  // Throws DataError naming the link when the file, or a folder on the way to it from the
-  // recording's folder, is a link that leads out. `file` is relative to the data folder,
-  // normalized. A link to nothing passes: the file will be found missing.
+  // Throws DataError naming the link when the file, or a folder on its path below the recording's
+  // folder, is a link that leads out. `file` is relative to the data folder, normalized. A dangling
+  // link passes; the file is reported missing later.
   void Check(const std::string& file);
 
  private:
@@ -30,10 +30,10 @@ class RecordingBounds {
   void CheckFolder(const std::string& folder);
 
   std::filesystem::path data_root_;
-  std::string data_root_text_;    // with a slash at its end
+  std::string data_root_text_;    // with a trailing slash
   std::filesystem::path folder_;  // relative to data_root_
   std::string source_;
-  std::vector<std::filesystem::path> allowed_;  // relative to folder_, without links followed
+  std::vector<std::filesystem::path> allowed_;  // relative to folder_, links not followed
   std::vector<std::filesystem::path> places_;   // real paths
   std::unordered_set<std::string> checked_folders_;
 };

@@ -35,7 +35,7 @@ class Canvas {
               float height,
               const Eigen::Vector3f& color,
               Random& random);
-  // Multiplies by 1 + amplitude * (noise - 0.5) * 2, `octaves` of doubling frequency from
+  // Multiplies by 1 + amplitude * (noise - 0.5) * 2, with `octaves` of doubling frequency from
   // `cells_x`, `cells_y` lattice cells.
   void MultiplyNoise(float amplitude, int cells_x, int cells_y, int octaves, std::uint64_t seed);
 

@@ -9,7 +9,7 @@ namespace nightmap {
 namespace {
 
 constexpr int kNumRoomRows = 3;
-constexpr double kDoorPosition = 0.36;  // of the room's width
+constexpr double kDoorPosition = 0.36;  // share of the room's width
 
 // South edges of the south corridor, the inner row, the north corridor and the north row.
 struct RowHeights {
@@ -26,7 +26,7 @@ RowHeights ComputeRowHeights(const BuildingOptions& options) {
   return y;
 }
 
-// Rooms of style 0 are chosen from the outer rows first: their doors are on the same side of the
+// Chooses rooms of style 0 from the outer rows first. Their doors are on the same side of the
 // robot, so that they can be furnished exactly alike.
 int StyleOfRoom(const BuildingOptions& options, int room_idx, int num_columns) {
   constexpr int kRank[kNumRoomRows] = {0, 2, 1};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where rooms, corridor and doors are: a rectangular corridor loop with one row of rooms inside it
-// and a row outside its south and its north side.
+// Layout of rooms, corridor and doors: a rectangular corridor loop with one row of rooms inside it
+// and one row each outside its south and north side.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,8 +13,8 @@
 
 namespace nightmap {
 
-// A room has a frame of its own: origin at the left end of its door wall seen from the corridor,
-// x along the door wall, y into the room. Furniture is placed in it, so identical rooms are equal.
+// A room has its own frame: origin at the left end of its door wall seen from the corridor, x along
+// the door wall, y into the room. Furniture is placed in this frame, so identical rooms are equal.
 struct Room {
   Rect2 area;
   Eigen::Vector2d inward = Eigen::Vector2d::UnitY();  // from the door into the room: (0, +-1)
@@ -30,15 +30,16 @@ struct Room {
 struct FloorLayout {
   std::vector<Room> rooms;      // in the order of columns; within a column south, inner, north
   std::vector<Rect2> corridor;  // south, east, north, west; they overlap at the corners
-  std::vector<Rect2> doorways;  // one a room: the gap in the wall
+  std::vector<Rect2> doorways;  // one per room: the gap in the wall
   Rect2 center_line;            // rectangle through the middle of the corridor
-  Rect2 extent;                 // of everything but the ramp, outer walls included
+  Rect2 extent;                 // of everything but the ramp; includes outer walls
   int num_columns = 0;
   int num_floors = 1;
-  double storey_m = 0;                // from a floor to the next
-  std::optional<RampHall> ramp_hall;  // of a building with two floors
+  double storey_m = 0;                // from one floor to the next
+  std::optional<RampHall> ramp_hall;  // only in a building with two floors
 
-  // Free of walls on every floor: a room, the corridor, a doorway or a passage to the ramp.
+  // Whether a point is free of walls on every floor: in a room, the corridor, a doorway or a
+  // passage to the ramp.
   bool IsIndoors(double x, double y) const;
   double IndoorArea_m2() const;
 };

@@ -9,9 +9,9 @@ namespace nightmap {
 
 namespace {
 
-constexpr double kTouch_m = 1e-6;  // sharing a border is not overlapping
+constexpr double kTouch_m = 1e-6;  // sharing a border is no overlap
 
-// Separating axes of a turned rectangle and a square cell.
+// Separating axis test of a rotated rectangle and a square cell.
 bool Overlaps(const Box& box, const Eigen::Vector2d& cell_center, double half_cell_m) {
   const double c = std::cos(box.yaw_rad);
   const double s = std::sin(box.yaw_rad);
@@ -64,7 +64,7 @@ CellValue StateWithoutBoxes(const FloorLayout& layout,
   return is_edge ? kOccupiedCell : kUnknownCell;
 }
 
-// Whether a box stands in the way above the ground of a floor.
+// Whether a box is an obstacle above the ground of a floor.
 bool IsInBand(const Box& box,
               const FloorLayout& layout,
               const FloorPlanOptions& options,

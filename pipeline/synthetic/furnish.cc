@@ -31,7 +31,7 @@ class Furnisher {
     return true;
   }
 
-  // Furniture side by side along a wall, as much as fits.
+  // Places furniture side by side along a wall, as much as fits.
   void FillWall(const Placement& wall, double length_m, Random& random) {
     double x = 0.03;
     while (x < length_m - 0.5) {
@@ -50,7 +50,7 @@ class Furnisher {
     }
   }
 
-  // Pictures along a wall where nothing stands before it. `repeated_ratio` of them are the
+  // Hangs pictures along a wall where nothing stands before it. `repeated_ratio` of them are the
   // building's notice board, and `empty_ratio` of the places stay empty.
   void HangPictures(const Placement& wall,
                     double length_m,
@@ -138,7 +138,7 @@ void FurnishRoom(const Room& room, Random& random, Furnisher& furnisher, SceneBu
 }
 
 struct CorridorWall {
-  int part = 0;  // equal for two walls that a half turn about the building's middle exchanges
+  int part = 0;  // equal for two walls that a half turn about the building's centre swaps
   Placement placement;
   double length_m = 0;
 };

@@ -10,8 +10,8 @@
 
 namespace nightmap {
 
-// Nothing comes nearer than `clearance_m` to the route or into another box. Rooms of equal style
-// get equal furniture and pictures, their floors and door signs differ.
+// Nothing comes nearer than `clearance_m` to the route, or into another box. Rooms of equal style
+// get equal furniture and pictures; their floors and door signs differ.
 void Furnish(const FloorLayout& layout,
              const BuildingOptions& options,
              const std::vector<Eigen::Vector2d>& route,

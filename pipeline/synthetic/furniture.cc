@@ -106,7 +106,7 @@ void BuildTable(double width_m, Random& random, Piece& piece) {
   BuildChair({width_m / 2 - 0.2, 0.28, 0}, random.Uniform(-0.3, 0.3), random, piece);
 }
 
-// Open shelf with `num_boards` boards above each other, filled with books and boxes.
+// Open shelf with `num_boards` boards one above the other, filled with books and boxes.
 void BuildShelf(double width_m, double height_m, int num_boards, Random& random, Piece& piece) {
   const Material wood = piece.Builder().Tiled(Paint::kWood, random);
   const double depth = 0.3;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pieces of furniture made of boxes. A piece has a frame of its own: x along the wall it stands at
-// (seen from the room: to the left), y from the wall into the room, z up.
+// Pieces of furniture made of boxes. A piece has its own frame: x along its wall (to the left, seen
+// from the room), y from the wall into the room, z up.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,21 +11,21 @@
 
 namespace nightmap {
 
-// Where a piece stands: building_from_piece in the plane.
+// Pose of a piece: building_from_piece in the plane.
 struct Placement {
   Eigen::Vector2d origin = Eigen::Vector2d::Zero();
   double yaw_rad = 0;
   Eigen::Vector2d ToBuilding(const Eigen::Vector2d& point_in_piece) const;
 };
 
-// The boxes of one piece, collected before it is known whether the piece fits.
+// The boxes of one piece, collected before the check whether the piece fits.
 class Piece {
  public:
   Piece(const Placement& placement, SceneBuilder& builder)
       : placement_(placement), builder_(&builder) {}
 
-  // Box from corner to corner, turned about its own vertical axis by `yaw_rad`. The picture, if
-  // any, is on the side away from the wall.
+  // Adds a box from corner to corner, rotated about its own vertical axis by `yaw_rad`. The
+  // picture, if any, is on the side away from the wall.
   void Add(const Eigen::Vector3d& low,
            const Eigen::Vector3d& high,
            SurfaceLabel label,
@@ -33,7 +33,7 @@ class Piece {
            double yaw_rad = 0,
            const Material* picture = nullptr);
 
-  // Smallest horizontal distance of the piece to any of the points.
+  // Smallest horizontal distance from the piece to any of the points.
   double Distance(const std::vector<Eigen::Vector2d>& points) const;
   bool Overlaps(const std::vector<Box>& boxes) const;
   void Commit();

@@ -28,7 +28,7 @@ Eigen::Matrix3d FrameOf(const Eigen::Vector3d& normal) {
   return frame;
 }
 
-// Share of the hemisphere from which nothing is near.
+// Share of the hemisphere without nearby surfaces.
 float AmbientShare(const Eigen::Vector3d& point,
                    const Eigen::Vector3d& normal,
                    const RayScene& rays,
@@ -64,7 +64,7 @@ float LampLight(const Lamp& lamp,
     const double squared = to_lamp.squaredNorm();
     const double facing = normal.dot(to_lamp);
     if (facing <= 0 || to_lamp.z() <= 0 || rays.IsBlocked(point, to_lamp, 1.0)) continue;
-    // Both cosines; one of them softened so that walls near the lamp are not burnt out.
+    // Both cosines; one of them is softened so that walls near the lamp are not overexposed.
     sum += facing * std::sqrt(to_lamp.z()) / (squared * std::sqrt(std::sqrt(squared)) + 0.7);
   }
   return lamp.intensity * static_cast<float>(sum / num_samples);
@@ -109,7 +109,7 @@ LightMap::LightMap(const Scene& scene,
     const Eigen::Vector3d normal = surface.Normal();
     Random random(seed, 301, surface_idx);
     for (int i = 0; i < grid.num_u * grid.num_v; ++i) {
-      // Slightly inside the border, where the next surface begins.
+      // Slightly inside the border, because the next surface begins there.
       const int row = i / grid.num_u;
       const double a =
           std::clamp(static_cast<double>(i % grid.num_u) / (grid.num_u - 1), 0.01, 0.99);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light that falls on every surface, computed once: lamps with soft shadows, and ambient light that
-// reaches less into corners (ambient occlusion; Zhukov et al., EGWR 1998).
+// Light on every surface, computed once: lamps with soft shadows, and ambient light that weakens in
+// corners (ambient occlusion; Zhukov et al., EGWR 1998).
 #pragma once
 
 #include <cstdint>

@@ -10,7 +10,7 @@ namespace nightmap {
 namespace {
 
 constexpr std::uint64_t kDepthNoiseStream = 402;
-constexpr float kMinJump = 0.03F;  // of the depth: neighbours on other surfaces farther than this
+constexpr float kMinJump = 0.03F;  // relative depth difference between neighbouring surfaces
 
 // Whether a neighbour lies on another surface at a clearly different depth, where a
 // structured-light sensor loses its pattern.
@@ -25,7 +25,7 @@ bool IsDepthEdge(const DepthImage& depth, const Image<std::int32_t>& surface_idx
   return false;
 }
 
-// Depth of the nearest disparity the sensor can tell apart.
+// Depth of the nearest disparity that the sensor can resolve.
 double Quantize(double depth_m, const Camera& camera, const DepthSensorOptions& sensor) {
   if (sensor.disparity_step_px <= 0) return depth_m;
   const double focal_baseline = camera.fx * sensor.baseline_m;

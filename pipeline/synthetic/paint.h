@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Procedural pictures of building materials and of things hung on walls. All are 3-channel, repeat
-// without a seam (posters and panels excepted) and depend on nothing but their arguments.
+// Procedural pictures of building materials and of wall decoration. All have 3 channels, tile
+// without a seam (except posters and panels) and depend only on their arguments.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ enum class Paint {
   kWallpaper,  // irregular small motifs
   kCeiling,    // perforated tiles with joints
   kFabric,     // woven threads with blots
-  kMottle,     // gray around 128, to be multiplied onto another texture
+  kMottle,     // gray around 128, for multiplication onto another texture
 };
 
 // `size_px`: width and height, a power of two.

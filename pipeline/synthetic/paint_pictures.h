@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Procedural things that hang on walls and stand on shelves, and what all painters share.
+// Painters of posters, panels and bookshelves, and helpers that all painters share.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@ namespace nightmap {
 float Uniform(Random& random, double low, double high);
 Eigen::Vector2f RandomPoint(Random& random);
 
-// Blobs whose radius is drawn log-uniformly: features at every distance of the camera.
+// Draws blobs with log-uniform radii, so that there are features at every distance of the camera.
 void Scatter(Canvas& canvas,
              int count,
              double min_radius,

@@ -48,7 +48,7 @@ void Piece::Add(const Eigen::Vector3d& low,
   Part part;
   part.box.center = {center_in_building.x(), center_in_building.y(), center.z()};
   part.box.half_size = (high - low) / 2;
-  // Half a turn more, so that the box's front (-y) is the side away from the wall.
+  // Adds half a turn, so that the box's front (-y) is the side away from the wall.
   part.box.yaw_rad =
       std::remainder(placement_.yaw_rad + yaw_rad + std::numbers::pi, 2 * std::numbers::pi);
   part.box.label = label;

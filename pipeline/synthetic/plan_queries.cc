@@ -71,7 +71,7 @@ class QueryPlanner {
     return smallest;
   }
 
-  // Far from obstacles, indoors, and with no wall between it and the frame it comes from.
+  // Whether a position is far from obstacles, indoors, and not behind a wall from its frame.
   bool IsFree(const Eigen::Vector2d& position, const Eigen::Vector3d& frame_position) const {
     if (!world_.layout.IsIndoors(position.x(), position.y())) return false;
     if (Clearance(world_.scene.boxes, position, 0.05, 1.5) < options_.clearance_m) return false;
@@ -103,7 +103,7 @@ class QueryPlanner {
     return !world_.rays->IsBlocked(building_from_camera.translation, to_point, 0.995);
   }
 
-  // 0 for a query that looks at a wall right before it.
+  // 0 for a query that looks at a wall directly in front of it.
   double CovisibleRatio(const Rigid3& building_from_camera) const {
     const std::vector<Eigen::Vector3d> points = SeenPoints(building_from_camera);
     std::vector<double> depths;

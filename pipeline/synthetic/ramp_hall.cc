@@ -54,7 +54,7 @@ class HallBuilder {
     AddWall({landing.x1, corridor.y1, x1, north + wall_m_}, 0, top_m_);
     AddWall({landing.x1, corridor.y0, x1, corridor.y1}, ceiling_m_, hall_.storey_m);  // the slab
     AddWall({hall_.up.x1, hall_.up.y0, hall_.down.x0, hall_.up.y1}, 0, top_m_);
-    // Under the upper end of the ramp, and over the lower one.
+    // Fills the space under the upper end of the ramp, and above the lower end.
     const double slope = hall_.storey_m / 2 / (hall_.down.y1 - hall_.down.y0);
     AddWall({hall_.down.x0, landing.y1, hall_.down.x1, landing.y1 + wall_m_},
             0,
@@ -113,7 +113,7 @@ class HallBuilder {
     builder_.AddBox(box, builder_.Tiled(Paint::kWallpaper, random_));
   }
 
-  // Rows of them up the whole wall, since the camera passes at every height.
+  // Hangs rows of posters up the whole wall, because the camera passes at every height.
   void HangPostersOn(const Placement& wall, double length_m) {
     const Material frame = builder_.Plain({0.3F, 0.25F, 0.2F});
     for (double z = 0.7; z + 0.8 < top_m_; z += 1.0) {
@@ -166,7 +166,7 @@ RampHall PlanRampHall(const BuildingOptions& options, const Rect2& corridor, con
   hall.down = {x1 - width, y1, x1, y1 + lane_m};
   hall.half_landing = {x0, y1 + lane_m, x1, y1 + lane_m + width};
   constexpr double kJamb_m =
-      0.05;  // the passage is nearly as wide as a lane: the route turns in it
+      0.05;  // the passage is nearly as wide as a lane, because the route turns in it
   hall.passage = {x1, y0 + kJamb_m, corridor.x0, y1 - kJamb_m};
   return hall;
 }

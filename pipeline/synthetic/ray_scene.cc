@@ -13,7 +13,7 @@ namespace nightmap {
 
 namespace {
 
-// What is needed to place a hit on its parallelogram.
+// Data to place a hit on its parallelogram.
 struct Plane {
   Eigen::Vector3d origin;
   Eigen::Vector3d normal;
@@ -76,7 +76,8 @@ struct RayScene::Impl {
 };
 
 RayScene::RayScene(const std::vector<Surface>& surfaces) : impl_(std::make_unique<Impl>()) {
-  // One thread builds, and SSE 4.2 everywhere: the same tree and the same rounding on all machines.
+  // One thread builds, and SSE 4.2 is on every machine: so the tree and the rounding are the same
+  // everywhere.
   impl_->device = rtcNewDevice("threads=1,isa=sse4.2");
   if (impl_->device == nullptr) throw DataError("Embree does not start on this machine");
   RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_QUAD);
@@ -104,7 +105,7 @@ RayHit RayScene::Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& dire
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   rtcIntersect1(impl_->scene, &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
-  // Embree computes in single precision; the hit's plane gives the distance in double precision.
+  // Embree computes in single precision, so the hit's plane gives the distance in double precision.
   const Plane& plane = impl_->planes[query.hit.primID];
   const double cosine = plane.normal.dot(direction);
   RayHit hit;

@@ -11,12 +11,13 @@
 namespace nightmap {
 
 struct RayHit {
-  int surface_idx = -1;  // -1: nothing hit
-  double distance = 0;   // in units of the direction's length, exact on the surface's plane
+  int surface_idx = -1;  // -1: no hit
+  double distance = 0;   // in units of the direction's length; exact on the surface's plane
   double a = 0, b = 0;   // position on the surface, in [0, 1]
 };
 
-// Thread safe after construction. Uses one instruction set on every machine, so hits are equal.
+// Thread safe after construction. Uses the same instruction set on every machine, so hits are
+// equal.
 class RayScene {
  public:
   explicit RayScene(const std::vector<Surface>& surfaces);
@@ -24,7 +25,7 @@ class RayScene {
   RayScene(const RayScene&) = delete;
   RayScene& operator=(const RayScene&) = delete;
 
-  // Nearest surface along a ray, of any side.
+  // Nearest surface along a ray, from either side.
   RayHit Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
   // Whether anything lies on the ray within (0, max_distance), in units of the direction's length.
   bool IsBlocked(const Eigen::Vector3d& origin,

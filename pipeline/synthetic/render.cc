@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kColorNoiseStream = 401;
 
-// One camera in the world, and the color of what its rays hit.
+// One camera in the world, and the color of the surfaces that its rays hit.
 class Shader {
  public:
   Shader(const SyntheticWorld& world, const Camera& camera, const Rigid3& building_from_camera)
@@ -47,8 +47,8 @@ class Shader {
   }
 
  private:
-  // Anisotropic filter: as many samples along the direction of grazing view as that view stretches
-  // the pixel (at most 6), each as wide as the pixel is across.
+  // Anisotropic filter: takes as many samples along the direction of grazing view as that view
+  // stretches the pixel (at most 6), each as wide as the pixel is across.
   Eigen::Vector3f Albedo(const Surface& surface,
                          const RayHit& hit,
                          const Eigen::Vector3d& direction,
@@ -91,7 +91,7 @@ class Shader {
     const Eigen::Vector3f color =
         texture.Sample(uv, static_cast<float>(width_m / material.period_m));
     if (material.overlay_idx < 0) return color;
-    // Turned by another angle, so that the two patterns never meet again in the same way.
+    // Rotated by another angle, so that the two patterns never coincide twice.
     const Eigen::Vector2d other(0.8 * p.x() - 0.6 * p.y(), 0.6 * p.x() + 0.8 * p.y());
     const Eigen::Vector2f overlay_uv = (other / material.overlay_period_m).cast<float>();
     const float overlay_width = static_cast<float>(width_m / material.overlay_period_m);
@@ -123,7 +123,7 @@ bool IsEdge(const Image<std::int32_t>& surface_idx, int x, int y) {
          surface_idx.At(x, std::min(surface_idx.height - 1, y + 1)) != center;
 }
 
-// The mean over a rotated grid of five rays: for pixels that several surfaces share.
+// Mean over a rotated grid of five rays, for pixels that several surfaces share.
 Eigen::Vector3f SupersampledColor(const Shader& shader, int x, int y) {
   constexpr std::array<std::array<double, 2>, 5> kOffsets = {
       {{0, 0}, {-0.125, -0.375}, {0.375, -0.125}, {0.125, 0.375}, {-0.375, 0.125}}};

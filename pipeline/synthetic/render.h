@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of the synthetic building: anti-aliased color, depth as a structured-light sensor would
-// measure it, exact depth, and the class of every pixel.
+// Renders pictures of the synthetic building: anti-aliased color, depth as a structured-light
+// sensor would measure it, exact depth, and the class of every pixel.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,12 @@ namespace nightmap {
 struct RenderedFrame {
   ColorImage color;
   DepthImage depth;        // metres along z with noise, quantization and holes; 0 = no measurement
-  DepthImage exact_depth;  // metres along z of the pixel's centre; 0 where nothing is hit
-  LabelImage labels;       // SurfaceLabel of the pixel's centre
+  DepthImage exact_depth;  // metres along z at the pixel's centre; 0 where nothing is hit
+  LabelImage labels;       // SurfaceLabel at the pixel's centre
 };
 
-// `camera` without distortion (UsageError otherwise). Noise depends on `noise_seed` alone: give
-// each frame its own.
+// `camera` must have no distortion (else UsageError). Noise depends on `noise_seed` alone, so give
+// each frame its own seed.
 RenderedFrame Render(const SyntheticWorld& world,
                      const Camera& camera,
                      const Rigid3& building_from_camera,
@@ -28,7 +28,7 @@ RenderedFrame Render(const SyntheticWorld& world,
                      double color_noise_levels,
                      std::uint64_t noise_seed);
 
-// What a sensor measures where the exact depth, the surface and the incidence are known.
+// Depth that a sensor measures, given the exact depth, the surface and the incidence.
 DepthImage MeasureDepth(const DepthImage& exact_depth,
                         const Image<std::int32_t>& surface_idx,
                         const Image<float>& incidence_cosine,

@@ -32,7 +32,8 @@ std::vector<RoutePoint> Resample(const std::vector<RoutePoint>& keys) {
   return dense;
 }
 
-// Gaussian smoothing on the closed path; `lap_turn_rad` is what the heading gains from end to end.
+// Gaussian smoothing on the closed path; `lap_turn_rad` is the increase of the heading over the
+// whole path.
 std::vector<RoutePoint> Smooth(const std::vector<RoutePoint>& path,
                                double sigma_m,
                                double lap_turn_rad) {
@@ -65,7 +66,7 @@ double Cost(const RoutePoint& a, const RoutePoint& b, const RouteOptions& option
   return std::pow(std::pow(step, kNormPower) + std::pow(turn, kNormPower), 1 / kNormPower);
 }
 
-// The part of the path that is driven: from its start on, round and round, the heading continued.
+// The driven part of the path: from its start on, lap after lap, with continuous heading.
 std::vector<RoutePoint> Unroll(const std::vector<RoutePoint>& path, const RouteOptions& options) {
   const double raw_gain = path.back().heading_rad - path.front().heading_rad;
   const double gain = std::round(raw_gain / (2 * M_PI)) * 2 * M_PI;

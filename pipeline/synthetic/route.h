@@ -22,18 +22,18 @@ struct RoutePoint {
 // the first, up to whole turns of the heading.
 std::vector<RoutePoint> PlanPath(const FloorLayout& layout, const RouteOptions& options);
 
-// num_frames points from start_ratio on along length_ratio of the path and overlap_m beyond.
-// Neighbours are equally far apart in the norm (step / max_step)^4 + (turn / max_turn)^4: slow
-// where the camera turns. Throws UsageError when num_frames is too small for the two limits, naming
-// the number that is enough.
+// Samples num_frames points from start_ratio on, along length_ratio of the path and overlap_m
+// beyond. Neighbours are equally far apart in the norm (step / max_step)^4 + (turn / max_turn)^4,
+// so the camera moves slowly where it turns. Throws UsageError when num_frames is too small for the
+// two limits; names the number that is enough.
 std::vector<RoutePoint> SampleFrames(const std::vector<RoutePoint>& path,
                                      const RouteOptions& options);
 
-// building_from_camera of a camera at a height that looks along the heading, tilted down by the
-// pitch and rotated about its axis by the roll.
+// building_from_camera of a camera at a height that looks along the heading, pitched down and
+// rolled about its axis.
 Rigid3 CameraPose(const RoutePoint& point, double height_m, double pitch_rad, double roll_rad = 0);
 
-// building_from_camera of every frame; height, pitch and roll sway by a few millimetres and
+// building_from_camera of every frame. Height, pitch and roll sway by a few millimetres and
 // milliradians as on a real robot.
 std::vector<Rigid3> PlanRoute(const FloorLayout& layout,
                               const RouteOptions& options,

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kTurnReach_m = 0.7;  // a turn begins this far before a corner or a door
-// At a corner the camera turns farther than the corridor does, and back: so it sees the inner wall
-// of the next corridor, which else it would pass before that comes into view.
+// At a corner the camera turns farther than the corridor does, and back. So it sees the inner wall
+// of the next corridor, which it would otherwise pass before that comes into view.
 constexpr double kCornerLook_deg = 40;
 
 // A place on the ring where the robot turns: a corner (room_idx -1) or the door of a room.
@@ -119,7 +119,7 @@ double NetTurn_rad(const std::vector<RoutePoint>& keys, double heading_rad) {
   return std::round((keys.back().heading_rad - heading_rad) / (360 * kDegree)) * 360 * kDegree;
 }
 
-// One lap; `turned_rad` is the whole turns of the heading so far.
+// One lap; `turned_rad` counts whole turns of the heading so far.
 void AppendLap(const FloorLayout& layout,
                const Ring& ring,
                double loop_scale,
@@ -155,8 +155,8 @@ void AppendLap(const FloorLayout& layout,
   for (std::size_t i = first; i < keys.size(); ++i) keys[i].floor_m = floor_m;
 }
 
-// From the west corridor, where it is left southwards, over the ramp to where it is entered
-// southwards on the other floor.
+// Keys over the ramp: leaves the west corridor southwards and enters it southwards on the other
+// floor.
 void AppendRamp(const RampHall& hall,
                 bool is_upwards,
                 double& turned_rad,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The synthetic building as geometry: boxes (the truth about obstacles) and textured parallelograms
+// Geometry of the synthetic building: boxes (truth about obstacles) and textured parallelograms
 // (what a camera sees). Building frame: z up, floor at z = 0, metres.
 #pragma once
 
@@ -47,7 +47,7 @@ struct Box {
   SurfaceLabel label = SurfaceLabel::kNone;
 };
 
-// How a surface is colored. color = texture(uv / period + offset) * tint * overlay / 128.
+// Color of a surface: color = texture(uv / period + offset) * tint * overlay / 128.
 struct Material {
   int texture_idx = 0;
   double period_m = 1;  // length of one repeat of the texture; 0: stretched once over the surface
@@ -59,8 +59,8 @@ struct Material {
   float glow = 0;  // emitted light, relative to the texture
 };
 
-// Parallelogram origin + a * edge_u + b * edge_v, a and b in [0, 1]; seen from its front, u points
-// right and v down. Both sides are rendered alike.
+// Parallelogram origin + a * edge_u + b * edge_v, a and b in [0, 1]. From its front, u points right
+// and v down. Both sides are rendered alike.
 struct Surface {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   Eigen::Vector3d edge_u = Eigen::Vector3d::UnitX();
@@ -71,7 +71,7 @@ struct Surface {
   Eigen::Vector3d Normal() const { return edge_v.cross(edge_u).normalized(); }
 };
 
-// Horizontal lamp in the ceiling, shining down.
+// Horizontal lamp in the ceiling that shines down.
 struct Lamp {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   Eigen::Vector2d half_size = Eigen::Vector2d::Zero();

@@ -18,21 +18,23 @@ class SceneBuilder {
  public:
   explicit SceneBuilder(std::uint64_t seed) : seed_(seed) {}
 
-  // One of a few shared variants of a material, at a random place and tone of its texture. Floors
-  // and walls also get a second texture of another period, so that no place looks like another.
+  // One of a few shared variants of a material, at a random offset and tone of its texture. Floors
+  // and walls also get a second texture of another period, so that no two places look the same.
   Material Tiled(Paint paint, Random& random);
   // A picture stretched over its surface; equal seeds share the texture.
   Material Picture(Paint paint, std::uint64_t picture_seed);
   Material Plain(const Eigen::Vector3f& tint);
 
-  // Box with one material, and optionally another one on its front (-y) face.
+  // Adds a box with one material and, optionally, another one on its front (-y) face.
   void AddBox(const Box& box, const Material& material, const Material* front = nullptr);
   void AddSurface(const Surface& surface) { scene_.surfaces.push_back(surface); }
-  void AddSolid(const Box& box) { scene_.boxes.push_back(box); }  // its surfaces are added apart
+  void AddSolid(const Box& box) {
+    scene_.boxes.push_back(box);
+  }  // its surfaces are added separately
   void AddLamp(const Lamp& lamp);
   const std::vector<Box>& Boxes() const { return scene_.boxes; }
 
-  // Paints all textures and hands the scene over.
+  // Paints all textures and returns the scene.
   Scene Finish(int num_threads);
 
  private:

@@ -23,7 +23,7 @@ void AnchorTexture(const Eigen::Vector3d& anchor, Surface& surface) {
                                                from_anchor.dot(surface.edge_v.normalized()));
 }
 
-// The material of a wall's face, by what the face looks onto.
+// Material of a wall's face, by the room that it faces.
 class WallMaterials {
  public:
   WallMaterials(const FloorLayout& layout, const BuildingOptions& options, SceneBuilder& builder)
@@ -86,8 +86,8 @@ void AddWallBox(
   }
 }
 
-// A wall along x, cut at the doorways in it and at every room's sides, so that each piece borders
-// one room at most.
+// Adds a wall along x, cut at its doorways and at every room's sides, so that each piece borders at
+// most one room.
 void AddWallAlongX(const Rect2& rect,
                    const FloorLayout& layout,
                    double height_m,
@@ -119,7 +119,7 @@ void AddWallAlongX(const Rect2& rect,
   }
 }
 
-// The corridor's outer wall, with the passage to the ramp if there is one.
+// Adds the corridor's outer wall, with the passage to the ramp if there is one.
 void AddWestWall(const Rect2& rect,
                  const FloorLayout& layout,
                  double height_m,
@@ -175,7 +175,7 @@ void AddLamps(const Rect2& rect, double ceiling_m, SceneBuilder& builder) {
   const double depth = rect.y1 - rect.y0;
   const int num_x = std::max(1, static_cast<int>(std::lround(width / kLampSpacing_m)));
   const int num_y = std::max(1, static_cast<int>(std::lround(depth / kLampSpacing_m)));
-  // Light by floor area, so that small rooms are no brighter than large ones.
+  // Scales light by floor area, so that small rooms are no brighter than large ones.
   const double area_m2 = width * depth / (num_x * num_y);
   const auto intensity = static_cast<float>(std::clamp(0.9 + 0.37 * area_m2, 1.5, 5.0));
   for (int i = 0; i < num_x * num_y; ++i) {
@@ -209,7 +209,7 @@ void AddFloorsAndCeilings(const FloorLayout& layout,
   for (const Rect2& doorway : layout.doorways) AddSlab(doorway, 0, true, corridor_floor, builder);
   constexpr std::array<Paint, 3> kFloors = {Paint::kPlanks, Paint::kCarpet, Paint::kTerrazzo};
   for (std::size_t i = 0; i < layout.rooms.size(); ++i) {
-    Random random(seed, kFloorStream, i + 1);  // by room, not by style: floors are never alike
+    Random random(seed, kFloorStream, i + 1);  // by room, not by style: no two floors look alike
     const Material floor = builder.Tiled(kFloors[random.Index(kFloors.size())], random);
     AddSlab(layout.rooms[i].area, 0, true, floor, builder);
     AddSlab(layout.rooms[i].area, height, false, ceiling, builder);

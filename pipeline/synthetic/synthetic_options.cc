@@ -4,7 +4,8 @@
 namespace nightmap {
 
 void BuildingOptions::Register(OptionList& list) {
-  list.Add("seed", &seed, Range(0, 2e9), "everything random in the building and its recording");
+  list.Add(
+      "seed", &seed, Range(0, 2e9), "seed of everything random in the building and its recording");
   list.Add("num_rooms", &num_rooms, Range(1, 300), "rooms around and inside the corridor loop");
   list.Add("num_identical_rooms",
            &num_identical_rooms,
@@ -15,7 +16,7 @@ void BuildingOptions::Register(OptionList& list) {
   list.Add("room_depth_m", &room_depth_m, Range(2.6, 12), "inner depth of a room");
   list.Add("corridor_width_m", &corridor_width_m, Range(1.3, 5), "inner width of the corridor");
   list.Add("wall_thickness_m", &wall_thickness_m, Range(0.05, 0.5), "thickness of every wall");
-  list.Add("ceiling_height_m", &ceiling_height_m, Range(2.3, 5), "floor to ceiling");
+  list.Add("ceiling_height_m", &ceiling_height_m, Range(2.3, 5), "height from floor to ceiling");
   list.Add("door_width_m", &door_width_m, Range(0.8, 1.2), "clear width of a doorway");
   list.Add("repeated_panel_ratio",
            &repeated_panel_ratio,
@@ -24,12 +25,15 @@ void BuildingOptions::Register(OptionList& list) {
   list.Add(
       "mirrored_corridors",
       &mirrored_corridors,
-      "opposite corridors are furnished alike, so that a half turn of the building shows the same");
+      "furnishes opposite corridors alike, so that the building looks the same after a half turn");
   list.Add("num_floors",
            &num_floors,
            Range(1, 2),
            "storeys of the same layout, furnished differently; a ramp west of them joins two");
-  list.Add("slab_thickness_m", &slab_thickness_m, Range(0.1, 1), "ceiling to the floor above it");
+  list.Add("slab_thickness_m",
+           &slab_thickness_m,
+           Range(0.1, 1),
+           "distance from a ceiling to the floor above it");
   list.Add("ramp_slope", &ramp_slope, Range(0.05, 0.5), "rise of the ramp over its run");
   list.Add("light_map_cell_m", &light_map_cell_m, Range(0.02, 1), "spacing of baked light samples");
   list.Add("num_light_samples", &num_light_samples, Range(1, 1024), "rays per baked light sample");
@@ -66,38 +70,58 @@ void DepthSensorOptions::Register(OptionList& list) {
            &noise_quadratic_per_m,
            Range(0, 0.1),
            "sigma = noise_constant_m + noise_quadratic_per_m (z - 0.4 m)^2");
-  list.Add("baseline_m", &baseline_m, Range(0.01, 1), "projector to sensor, for the quantization");
+  list.Add("baseline_m",
+           &baseline_m,
+           Range(0.01, 1),
+           "distance from projector to sensor, for the quantization");
   list.Add("disparity_step_px", &disparity_step_px, Range(0, 2), "disparity quantum; 0: none");
   list.Add("max_incidence_rad",
            &max_incidence_rad,
            Range(0.1, 1.5708),
            "surfaces seen at a more grazing angle give no depth");
-  list.Add("edge_hole_ratio", &edge_hole_ratio, Range(0, 1), "share of depth-edge pixels lost");
-  list.Add("dropout_ratio", &dropout_ratio, Range(0, 1), "share of all pixels lost at random");
+  list.Add(
+      "edge_hole_ratio", &edge_hole_ratio, Range(0, 1), "share of depth-edge pixels that are lost");
+  list.Add(
+      "dropout_ratio", &dropout_ratio, Range(0, 1), "share of all pixels that are lost at random");
 }
 
 void RouteOptions::Register(OptionList& list) {
   list.Add("num_frames", &num_frames, Range(2, 1e6), "frames of the recording");
-  list.Add("num_laps", &num_laps, Range(1, 20), "times the robot goes through all rooms");
-  list.Add(
-      "clearance_m", &clearance_m, Range(0.2, 0.45), "route to the nearest obstacle, at least");
-  list.Add("start_ratio", &start_ratio, Range(0, 1), "where on the route the recording begins");
+  list.Add("num_laps", &num_laps, Range(1, 20), "number of times the robot goes through all rooms");
+  list.Add("clearance_m",
+           &clearance_m,
+           Range(0.2, 0.45),
+           "smallest distance from the route to an obstacle");
+  list.Add("start_ratio",
+           &start_ratio,
+           Range(0, 1),
+           "position on the route where the recording begins, as a share of the route");
   list.Add("length_ratio", &length_ratio, Range(0.01, 1), "share of the route that is recorded");
-  list.Add("overlap_m", &overlap_m, Range(0, 20), "distance driven beyond that");
-  list.Add("corner_radius_m", &corner_radius_m, Range(0.05, 1), "how strongly corners are rounded");
+  list.Add("overlap_m", &overlap_m, Range(0, 20), "distance driven beyond length_ratio");
+  list.Add("corner_radius_m", &corner_radius_m, Range(0.05, 1), "smoothing radius of the corners");
   list.Add("max_step_m", &max_step_m, Range(0.001, 1), "largest motion between two frames");
-  list.Add("max_turn_rad", &max_turn_rad, Range(0.001, 1), "largest turn between two frames");
+  list.Add("max_turn_rad", &max_turn_rad, Range(0.001, 1), "largest rotation between two frames");
 }
 
 void QueryOptions::Register(OptionList& list) {
   list.Add("num_queries", &num_queries, Range(0, 100000), "pictures from beside the route");
-  list.Add("min_offset_m", &min_offset_m, Range(0, 2), "distance to the whole route, at least");
-  list.Add(
-      "max_offset_m", &max_offset_m, Range(0, 3), "distance to one of the route's frames, at most");
-  list.Add("max_heading_change_rad", &max_heading_change_rad, Range(0, 3.2), "against that frame");
-  list.Add("max_height_change_m", &max_height_change_m, Range(0, 0.5), "against that frame");
-  list.Add(
-      "query_clearance_m", &clearance_m, Range(0.05, 1), "query to the nearest obstacle, at least");
+  list.Add("min_offset_m", &min_offset_m, Range(0, 2), "smallest distance to the whole route");
+  list.Add("max_offset_m",
+           &max_offset_m,
+           Range(0, 3),
+           "largest distance to the nearest of the route's frames");
+  list.Add("max_heading_change_rad",
+           &max_heading_change_rad,
+           Range(0, 3.2),
+           "largest difference of heading from that frame");
+  list.Add("max_height_change_m",
+           &max_height_change_m,
+           Range(0, 0.5),
+           "largest difference of height from that frame");
+  list.Add("query_clearance_m",
+           &clearance_m,
+           Range(0.05, 1),
+           "smallest distance from a query to an obstacle");
   list.Add("min_covisible_ratio",
            &min_covisible_ratio,
            Range(0, 1),
@@ -106,8 +130,10 @@ void QueryOptions::Register(OptionList& list) {
 
 void FloorPlanOptions::Register(OptionList& list) {
   list.Add("floor_plan_cell_m", &cell_m, Range(0.005, 1), "edge length of a cell of the true plan");
-  list.Add("floor_plan_min_height_m", &min_height_m, Range(0, 3), "obstacles reach above this");
-  list.Add("floor_plan_max_height_m", &max_height_m, Range(0, 5), "obstacles begin below this");
+  list.Add(
+      "floor_plan_min_height_m", &min_height_m, Range(0, 3), "height above which obstacles count");
+  list.Add(
+      "floor_plan_max_height_m", &max_height_m, Range(0, 5), "height below which obstacles count");
 }
 
 }  // namespace nightmap

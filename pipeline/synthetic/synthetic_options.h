@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What can be chosen about the synthetic building, its camera, its route and its queries.
+// Options of the synthetic building, its camera, its route and its queries.
 #pragma once
 
 #include "pipeline/base/options.h"

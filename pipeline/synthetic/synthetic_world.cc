@@ -18,7 +18,7 @@ SyntheticWorld BuildWorld(const BuildingOptions& options,
     route_points.push_back(point.position);
   for (int floor = 0; floor < options.num_floors; ++floor) {
     BuildingOptions storey = options;
-    storey.seed += floor;  // the same rooms with other things in them
+    storey.seed += floor;  // the same rooms with different furniture
     SceneBuilder builder(static_cast<std::uint64_t>(storey.seed));
     BuildShell(world.layout, storey, builder);
     Furnish(world.layout, storey, route_points, route.clearance_m, builder);

@@ -25,12 +25,12 @@ struct SyntheticWorld {
   LightMap light;
 };
 
-// Builds and furnishes the building around the route. Depends on the options only.
+// Builds and furnishes the building around the route. Depends only on the options.
 SyntheticWorld BuildWorld(const BuildingOptions& options,
                           const RouteOptions& route,
                           int num_threads = 1);
 
-// A world of given surfaces under even light: for tests with a handful of surfaces.
+// A world of given surfaces under even light, for tests.
 SyntheticWorld WorldOfScene(Scene scene);
 
 }  // namespace nightmap

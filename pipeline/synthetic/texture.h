@@ -12,8 +12,7 @@ namespace nightmap {
 
 class Texture {
  public:
-  // `image`: RGB, width and height powers of two (throws UsageError otherwise). Levels are 2x2
-  // means.
+  // `image` is RGB; its width and height are powers of two (else UsageError). Levels are 2x2 means.
   explicit Texture(const ColorImage& image);
 
   // Color in [0, 255], trilinear. `uv` counts repeats (any real number), `footprint` is the width
@@ -24,7 +23,7 @@ class Texture {
   struct Level {
     int width = 0;
     int height = 0;
-    std::vector<std::uint8_t> rgbx;  // four bytes a texel, rows from the top
+    std::vector<std::uint8_t> rgbx;  // four bytes per texel, rows from the top
   };
   static Level Halve(const Level& fine);
   static Eigen::Vector3f Bilinear(const Level& level, const Eigen::Vector2f& uv);

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What evaluate.py and report.py share: readers of artifacts and the accuracy metrics."""
+"""Shared code of evaluate.py and report.py: readers of artifacts and the accuracy metrics."""

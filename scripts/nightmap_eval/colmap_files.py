@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""COLMAP's files: its database, and sparse models, read as binary and written as text.
+"""COLMAP's files: its database, and sparse models; reads binary models and writes text models.
 
 Formats of version 3.8 (https://colmap.github.io/format.html). COLMAP's pixel (0, 0) is the corner of
 the top left pixel, nightmap's is the centre.
@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from nightmap_eval.errors import DataError
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import quaternion, rotation_matrices
 
-NUM_PARAMETERS = {1: 4, 6: 12}  # of the camera models we give: PINHOLE, FULL_OPENCV
+NUM_PARAMETERS = {1: 4, 6: 12}  # the camera models we use: PINHOLE, FULL_OPENCV
 
 
 @dataclass
@@ -40,7 +40,7 @@ def camera_parameters(camera):
 
 
 class _Bytes:
-    """Takes values off the front of a file."""
+    """Reads values from the front of a file."""
 
     def __init__(self, path):
         self.path, self.bytes, self.at = path, Path(path).read_bytes(), 0
@@ -99,8 +99,8 @@ def read_model(folder):
 
 
 def write_posed_images(folder, database, pose_of_name):
-    """A text model without points: the database's cameras and those of its images that have a pose,
-    map_from_camera as (rotation, position). Returns the number of images."""
+    """Writes a text model without points: the database's cameras, and its images that have a pose
+    (map_from_camera as rotation and position). Returns the number of images."""
     folder.mkdir(parents=True)
     cameras, images = read_cameras(database), read_images(database)
     lines = [
@@ -138,14 +138,14 @@ def read_cameras(database):
     result = []
     for *head, blob in rows:
         if NUM_PARAMETERS.get(head[1]) != len(blob) / 8:
-            raise DataError(f"{database}: camera {head[0]} is not of a model we gave")
+            raise DataError(f"{database}: camera {head[0]} has a model that we do not use")
         result.append((*head, np.frombuffer(blob, "<f8")))
     return result
 
 
 def replace_cameras(database, before, after):
-    """Cameras of the database with the parameters of one of `before` get those of the same place in `after`:
-    both lists of color cameras of cameras.json. Others stay as they are."""
+    """Replaces, in the database, the parameters of each camera in `before` by those at the same index in `after`.
+    Both are lists of color cameras of cameras.json. Other cameras stay unchanged."""
     connection = sqlite3.connect(database)
     try:
         for old, new in zip(before, after, strict=True):

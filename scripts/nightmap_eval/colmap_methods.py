@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ways in which COLMAP locates the queries, and the steps that each is made of."""
+"""The methods by which COLMAP locates the queries, and the steps of each."""
 
 from dataclasses import dataclass
 
-# COLMAP's mapper draws samples, and each of its maps is another one: the run in the middle counts.
+# COLMAP's mapper draws random samples, so its maps differ: the median run counts.
 MAPPER_RUNS = ("mapper_1", "mapper_2", "mapper_3")
-# Images that the vocabulary tree retrieves for a query. `queries`: as many as for a mapping frame (as
-# COLMAP counts, one of those is itself); `queries_default`: as many as COLMAP does unless told otherwise.
+# Images that the vocabulary tree retrieves per query. `queries`: as many as per mapping frame (COLMAP's count
+# includes the frame itself); `queries_default`: COLMAP's default number.
 MATCHED_WITH = {"queries": 30, "queries_default": 100}
 
 
 @dataclass(frozen=True)
 class Run:
-    """One map with the queries in it, by the steps that make each."""
+    """One map and the queries in it, named by the steps that make them."""
 
     method: str
     map_step: str
@@ -21,7 +21,7 @@ class Run:
 
     @property
     def is_calibrated(self):
-        """Whether the cameras are those that belong to nightmap's poses."""
+        """Whether the method uses the cameras that belong to nightmap's poses."""
         return self.map_step == "triangulate"
 
     @property

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs COLMAP for one step of the comparison: progress, log, time, and an atomic result.
 
-A step writes into a folder of its own, which is renamed when all of it is there and on the disk; receipt.json,
-for Make, is written last. The folder of the run before is <folder>.old for the moment in between: a step
-that is killed there finds it again. A step whose COLMAP failed has a receipt too, with the reason, so that
-the others go on; its time is in the past, so that the next make tries again.
+A step writes into its own folder, which is renamed when it is complete and on the disk; receipt.json, for
+Make, is written last. Between the two renames the folder of the previous run is <folder>.old; a step killed
+there finds it again. A step whose COLMAP failed also gets a receipt, with the reason, so that the other steps
+continue; its modification time is in the past, so that the next make tries again.
 """
 
 import contextlib
@@ -18,11 +18,11 @@ import subprocess
 import time
 import weakref
 
-from nightmap_eval.errors import DataError
-from nightmap_eval.reading import NUMBER, read_object
+from nightmap_eval.checked_reading import NUMBER, read_object
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.writing_folder import WritingFolder
 
-# What COLMAP prints as it goes on.
+# COLMAP's progress lines.
 PROGRESS = re.compile(r"\[\d+/\d+|Registering image|Triangulating image|Bundle adjustment|Retriangulation")
 SHOW_EVERY_S = 5.0
 RECEIPT = {
@@ -33,33 +33,33 @@ LONG_AGO_S = 10**6
 
 
 class ColmapFailed(Exception):
-    """COLMAP ran and gave no result: the variant fails, the rest goes on."""
+    """COLMAP ran and gave no result: the variant fails, the others continue."""
 
 
 class ColmapSkipped(Exception):
-    """The step would repeat another: so would the variant, which is left out."""
+    """The step would repeat another, and so would the variant: it is left out."""
 
 
 def require_colmap():
-    """Its version. Raises DataError with the remedy when it is not installed."""
+    """COLMAP's version. Raises DataError with the remedy when COLMAP is not installed."""
     if not shutil.which("colmap"):
         raise DataError("colmap is not installed; run `make deps` (Debian package colmap)")
     text = subprocess.run(["colmap", "help"], capture_output=True, text=True, check=False).stdout
     found = re.search(r"COLMAP [\w.]+", text)
     if not found:
-        raise DataError("`colmap help` does not tell a version; is another program of that name installed?")
+        raise DataError("`colmap help` prints no version; is another program of that name installed?")
     return found.group(0)
 
 
 def _children_cpu_s():
-    """Of all commands that ended so far, on all cores."""
+    """CPU seconds of all commands that ended so far, on all cores."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime
 
 
 @contextlib.contextmanager
 def _alone_in(folder):
-    """Two runs of a step do not rename at once."""
+    """Keeps two runs of a step from renaming at the same time."""
     descriptor = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX)
@@ -81,7 +81,7 @@ class Step:
                 os.rename(self.old, self.final)  # killed between the two renames of finish
             shutil.rmtree(self.old, ignore_errors=True)
         writing = WritingFolder(folder.parent)
-        self._remove_writing = weakref.finalize(self, writing.remove)  # also at the end of the program
+        self._remove_writing = weakref.finalize(self, writing.remove)  # runs also when the program ends
         self.folder = writing.path / folder.name
         self.folder.mkdir()
 
@@ -122,10 +122,10 @@ class Step:
                         shown_s = time.monotonic()
                 return process.wait(), printed
             finally:
-                process.kill()  # when this script is told to end, so must COLMAP; else it has ended already
+                process.kill()  # when this script is terminated, COLMAP must end too; otherwise it has ended already
 
     def finish(self, failed=None, **figures):
-        """Puts the folder in place."""
+        """Moves the folder to its place."""
         receipt = {"format": "nightmap colmap receipt", "version": 1, "step": self.final.name,
                    "colmap": self.version, "threads": self.threads, "failed": failed,
                    "parts": self.parts, **figures}  # fmt: skip
@@ -133,7 +133,7 @@ class Step:
         path.write_text(json.dumps(receipt, indent=1) + "\n", encoding="utf-8")
         if failed:
             print(f"{self.final.name}: failed: {failed}", flush=True)
-            long_ago_ns = LONG_AGO_S * 10**9 + time.time_ns() % 10**9  # another time than the last failure
+            long_ago_ns = LONG_AGO_S * 10**9 + time.time_ns() % 10**9  # differs from the time of the last failure
             os.utime(path, ns=(long_ago_ns, long_ago_ns))
         for made in self.folder.rglob("*"):
             if made.is_file():
@@ -152,7 +152,7 @@ def read_receipt(folder):
 
 
 def require(folder):
-    """The receipt of a step before. Raises ColmapFailed or ColmapSkipped with its reason when there is no result."""
+    """The receipt of an earlier step. Raises ColmapFailed or ColmapSkipped with its reason when there is no result."""
     receipt = read_receipt(folder)
     if "skipped" in receipt:
         raise ColmapSkipped(receipt["skipped"])

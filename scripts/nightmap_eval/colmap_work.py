@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the steps of the comparison with COLMAP share: folders, databases, features, retrieval."""
+"""Shared code of the COLMAP steps: folders, databases, features, retrieval."""
 
 import re
 import shutil
 
+from nightmap_eval.artifacts import Frames, read_csv
+from nightmap_eval.checked_reading import read_object
 from nightmap_eval.colmap_files import camera_parameters, read_images, replace_cameras
 from nightmap_eval.colmap_run import ColmapFailed, Step, require
-from nightmap_eval.errors import DataError
-from nightmap_eval.queries import refuse_mapped_queries
-from nightmap_eval.reading import read_object
-from nightmap_eval.site import Frames, read_csv
+from nightmap_eval.located_queries import refuse_mapped_queries
+from nightmap_eval.script_errors import DataError
 
-# What vocab_tree_retriever prints: a line a query, then one for each image it found, best first.
+# vocab_tree_retriever prints a line per query, then a line per retrieved image, best first.
 QUERYING, FOUND = re.compile(r"Querying for image "), re.compile(r"image_id=(\d+), image_name=")
 CAMERAS = {"cameras": [{"color": dict}]}
 INTRINSICS = ("focal_length", "principal_point", "extra_params")
@@ -20,7 +20,7 @@ FIXED_ADJUSTER = {f"BundleAdjustment__refine_{name}": 0 for name in INTRINSICS}
 
 
 class Work:
-    """The step at hand and where the others left what they made."""
+    """The current step, and the folders of the other steps."""
 
     def __init__(self, arguments):
         self.site_dir, self.data = arguments.site_dir, arguments.data
@@ -30,14 +30,14 @@ class Work:
         self.mapping = {"Mapper__num_threads": arguments.threads, **FIXED_MAPPER}
 
     def copy_database(self, before):
-        """The database of the step before, in this step's folder."""
+        """Copies the previous step's database into this step's folder."""
         require(self.root / before)
         target = self.step.folder / "database.db"
         shutil.copyfile(self.root / before / "database.db", target)
         return target
 
     def calibrate(self, database):
-        """Puts in the cameras that belong to nightmap's poses: its focal lengths may differ from the configured."""
+        """Sets the cameras that belong to nightmap's poses: their focal lengths may differ from the configured ones."""
         configured, calibrated = (
             [camera["color"] for camera in read_object(self.site_dir / stage / "cameras.json", CAMERAS)["cameras"]]
             for stage in ("frames", "pose_graph")
@@ -56,7 +56,7 @@ class Work:
         return rows
 
     def extract(self, database, rows, cameras):
-        """Features of the pictures of rows of a list of frames, camera by camera."""
+        """Extracts features of the pictures in rows of a list of frames, camera by camera."""
         for row in rows:
             if "#" in row["color_path"] or " " in row["color_path"]:
                 raise DataError(
@@ -79,7 +79,7 @@ class Work:
         """query -> the num_images mapping frames that are most similar to it by the vocabulary tree.
 
         vocab_tree_matcher would search all images of the database: a query would find itself and other
-        queries, and the fewer mapping frames for it. It has the same defaults."""
+        queries, and therefore fewer mapping frames. Its defaults are the same."""
         printed = self.step.colmap(
             "vocab_tree_retriever", database_path=database, vocab_tree_path=tree, num_images=num_images,
             query_image_list_path=self.write_list("queries.txt", names),
@@ -93,5 +93,5 @@ class Work:
             elif found and (match := FOUND.search(text)):
                 found[-1].append(name_of_id[int(match.group(1))])
         if len(found) != len(names):
-            raise ColmapFailed(f"colmap vocab_tree_retriever: told of {len(found)} of {len(names)} queries")
+            raise ColmapFailed(f"colmap vocab_tree_retriever: printed results of {len(found)} of {len(names)} queries")
         return dict(zip(names, found))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Maps of the same frames by nightmap and by COLMAP, with the queries located in each.
 
-COLMAP's models have a frame of reference and a scale of their own: each is put on nightmap's metric map
-by the similarity that fits their common map frames best (Umeyama, PAMI 1991). A model that does not fit
-is wrong and not used. Queries take no part in this.
+Each of COLMAP's models has its own frame of reference and scale: the similarity that fits their common map
+frames best (Umeyama, PAMI 1991) aligns it with nightmap's metric map. A model that does not fit is wrong and
+not used. Queries do not take part in the alignment.
 """
 
 from dataclasses import dataclass, field
@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from nightmap_eval.colmap_files import read_model
-from nightmap_eval.errors import DataError
-from nightmap_eval.metrics import WRONG_CM, absolute_errors, query_summary
-from nightmap_eval.query_errors import PROTOCOLS
+from nightmap_eval.query_errors import PROTOCOLS, WRONG_CM, query_summary
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import Trajectory, associate, make_trajectory, quaternion, umeyama
+from nightmap_eval.trajectory_errors import absolute_errors
 
-# A model fits when so many of its map cameras are so near to where the metric map has them.
+# A model fits when this share of its map cameras lies within these distances of the metric map's.
 MIN_FIT_PERCENT = 90.0
 MAX_FIT_CM, MAX_FIT_DEG = WRONG_CM, 10.0
 
@@ -31,15 +31,15 @@ class Part:
 
 @dataclass
 class Located:
-    """What one way of mapping and locating gave."""
+    """The result of one method of mapping and locating."""
 
     name: str
     parts: list = field(default_factory=list)
     failed: str = ""  # the reason, when there is no result
-    models: list = field(default_factory=list)  # COLMAP's, also those that are not used
+    models: list = field(default_factory=list)  # COLMAP's models, including those not used
 
     def merged(self):
-        """All parts as one; a frame in several parts counts in the first."""
+        """All parts joined; a frame in several parts counts in the first."""
         return Part(*(_merge([getattr(part, kind) for part in self.parts]) for kind in ("map_frames", "queries")))
 
     def num_located(self):
@@ -56,7 +56,7 @@ def _merge(trajectories):
 
 
 def matched(estimate, reference):
-    """The poses of both that have the same time, row by row."""
+    """The poses of both at common times, row by row."""
     pairs = associate(estimate.times_ns, reference.times_ns, 0)
     return estimate.select(pairs[:, 0]), reference.select(pairs[:, 1])
 
@@ -68,14 +68,14 @@ def moved(trajectory, similarity):
 
 
 def model_trajectory(model, time_of_name):
-    """Those images of a model that have a time, as world_from_camera."""
+    """The images of a model that have a time, as world_from_camera."""
     rows = [i for i, name in enumerate(model.names) if name in time_of_name]
     poses = [(time_of_name[model.names[i]], model.positions[i], quaternion(model.rotations[i])) for i in rows]
     return make_trajectory(poses, "model")
 
 
 def fit_to_map(model_frames, metric_map):
-    """The similarity map_from_model, or None where there is none, and how well the model fits."""
+    """The similarity map_from_model, or None without one, and the quality of the fit."""
     frames, reference = matched(model_frames, metric_map)
     figures = {"num_map_frames": len(frames), "fits": False}
     try:
@@ -102,9 +102,9 @@ def fit_to_map(model_frames, metric_map):
 def locate_by_models(name, map_folder, folder, map_times, query_times, metric_map):
     """Queries that COLMAP registered in its models; map_times and query_times give the time of an image.
 
-    map_folder has the models as they were mapped, folder the same with the queries. Registration tries
-    map images of other models too: only those that were mapped are map frames. A query counts in the
-    model that fits and in which it sees most points."""
+    map_folder holds the models as mapped, folder the same models with the queries. Registration also tries
+    map images of other models: only images mapped in a model are its map frames. A query counts in the
+    fitting model in which it sees most points."""
     located, best = Located(name), {}
     for path in sorted(folder.iterdir(), key=lambda path: int(path.name)):
         model, mapped = read_model(path), set(read_model(map_folder / path.name).names)
@@ -128,8 +128,8 @@ def locate_by_models(name, map_folder, folder, map_times, query_times, metric_ma
 
 
 def errors_against(located, reference, protocol):
-    """Times of the located queries that the reference has, their translation (m) and rotation (degrees)
-    errors; each part's map is aligned by itself. `reference` is a Part."""
+    """Times of the located queries that the reference contains, and their translation (m) and rotation
+    (degrees) errors; each part's map is aligned separately. `reference` is a Part."""
     times, translation_m, rotation_deg = [], [], []
     for part in located.parts:
         queries, query_reference = matched(part.queries, reference.queries)
@@ -144,8 +144,8 @@ def errors_against(located, reference, protocol):
 
 
 def summaries(located, reference):
-    """Figures by each protocol: counts, quantiles and recall over the reference's queries; where the
-    common frames are too few to align on, the reason as `failed`."""
+    """Figures per protocol: counts, quantiles and recall over the reference's queries; `failed` gives the
+    reason when there are too few common frames to align."""
     figures = {}
     for protocol in PROTOCOLS:
         try:

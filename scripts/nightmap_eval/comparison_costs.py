@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time and size of a map and of locating queries in it, from the receipts of what made them.
+"""Time and size of a map, and time to locate queries in it, from the receipts of the runs.
 
-The parts of COLMAP's variants are its commands. The triangulated map needs nightmap's poses, so
-nightmap's stages up to the trajectory are parts of it. What only the cloud and the grid need (octree,
-...) is no part of any, nor is writing nightmap's map as a COLMAP model, which locates nothing.
+The parts of COLMAP's variants are its commands. The triangulated map needs nightmap's poses, so it includes
+nightmap's stages up to the trajectory. Stages that only the cloud and the grid need (octree, ...) do not
+count, nor does the export of nightmap's map as a COLMAP model: neither locates anything.
 """
 
+from nightmap_eval.checked_reading import read_object
 from nightmap_eval.colmap_run import read_receipt
-from nightmap_eval.reading import read_object
-from nightmap_eval.stages import StageResult, folders_up_to
+from nightmap_eval.job_results import StageResult, folders_up_to
 
-# What a query takes, and of COLMAP's commands those that do it. A phase that is part of another one names it.
+# Phases of a query, and COLMAP's commands for each. A phase that is part of another one names it.
 PHASES = ("features", "search", "registration", "adjustment")
 PHASE_OF_COMMAND = {
     "feature_extractor": "features", "vocab_tree_retriever": "search", "matches_importer": "search",
@@ -20,7 +20,7 @@ POSES = "map_frame"  # the job that makes the poses
 
 
 def _costs(map_parts, query_parts, query_cpu_s, num_queries, phases_s):
-    """`query_cpu_s`: of all cores, which other jobs of the machine change little; None if not known."""
+    """`query_cpu_s` sums all cores; other jobs on the machine change it little; None if unknown."""
     query_s = sum(query_parts.values())
     return {
         "map_time_s": sum(map_parts.values()),
@@ -58,7 +58,7 @@ def nightmap_costs(site_dir, num_queries):
 
 
 def _commands(root, steps):
-    """The commands that ran in these steps, each with its name and times."""
+    """The commands that ran in these steps, with names and times."""
     for step in steps:
         if (root / step / "receipt.json").exists():
             for part in read_receipt(root / step)["parts"]:
@@ -66,7 +66,7 @@ def _commands(root, steps):
 
 
 def _command_times_s(root, steps):
-    """Time of each command; the same command in another step is another part."""
+    """Time of each command; the same command in two steps gives two parts."""
     times = {}
     for name, part in _commands(root, steps):
         times[name] = times.get(name, 0.0) + part["wall_time_s"]
@@ -74,13 +74,13 @@ def _command_times_s(root, steps):
 
 
 def _phases_s(root, steps):
-    """Time of each phase of all queries; 0 for one that no command does."""
+    """Time of each phase over all queries; 0 for a phase without a command."""
     phases_s = dict.fromkeys(PHASES, 0.0)
     commands = [part for _, part in _commands(root, steps)]
     for part in commands:
         if part["name"] in PHASE_OF_COMMAND:
             phases_s[PHASE_OF_COMMAND[part["name"]]] += part["wall_time_s"]
-    if any(part["name"] == "mapper" for part in commands):  # it adjusts after each image
+    if any(part["name"] == "mapper" for part in commands):  # the mapper adjusts after each image
         phases_s["adjustment"] = "in registration"
     return phases_s
 
@@ -91,7 +91,7 @@ def _command_cpu_s(root, steps):
 
 
 def colmap_costs(site_dir, run, num_queries):
-    """Map and points are those of all models of the run's map: each is needed to try a query."""
+    """Map and points include all models of the run's map: locating a query tries each."""
     root = site_dir / "evaluate_colmap"
     map_parts = _command_times_s(root, ("features", "matches", run.map_step))
     if run.map_step == "triangulate":

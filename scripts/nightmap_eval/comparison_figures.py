@@ -4,10 +4,10 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from nightmap_eval.figures import BLUE, GRAY, GREEN, ORANGE, RED, map_axes, draw_grid, to_png
+from nightmap_eval.drawing import BLUE, GRAY, GREEN, ORANGE, RED, map_axes, draw_grid, to_png
 
 COLORS = {"nightmap": BLUE, "colmap_mapper": ORANGE, "colmap_triangulate": GREEN, "colmap_held": RED}
-DEFAULT = "_default"  # the same with COLMAP's number of retrieved images: the same color, dashed
+DEFAULT = "_default"  # with COLMAP's number of retrieved images: the same color, dashed
 MARKERS = {"nightmap": "^", "colmap_mapper": "x", "colmap_triangulate": "+", "colmap_held": "1"}
 BINS_CM = np.geomspace(0.1, 1000, 25)
 
@@ -17,7 +17,7 @@ def _line(method):
 
 
 def _panels(errors, size):
-    """A plot a protocol; errors: protocol -> method -> errors in cm."""
+    """One plot per protocol; errors: protocol -> method -> errors in cm."""
     figure, all_axes = plt.subplots(1, len(errors), figsize=size, sharey=True, squeeze=False)
     for axes, protocol in zip(all_axes[0], errors):
         axes.set_xscale("log")
@@ -28,7 +28,7 @@ def _panels(errors, size):
 
 
 def recall_png(errors, num_queries):
-    """Share of all queries that are located at least so well; a query without a pose never counts."""
+    """Share of all queries located within each error; a query without a pose never counts."""
     figure, panels = _panels(errors, (9.5, 3.6))
     for axes, by_method in zip(panels, errors.values()):
         for method, errors_cm in by_method.items():
@@ -52,7 +52,7 @@ def histogram_png(errors):
 
 
 def queries_png(grid, trajectory_m, positions_m):
-    """Where each method puts the queries, in nightmap's map; positions_m: method -> (n, 3)."""
+    """Positions of the queries by each method, in nightmap's map; positions_m: method -> (n, 3)."""
     figure, axes = map_axes("Located queries from above, in nightmap's map")
     if grid is not None:
         axes.set_aspect("equal", adjustable="box")

@@ -2,8 +2,7 @@
 """The comparison with COLMAP as rows and as a Markdown table."""
 
 from nightmap_eval.comparison_costs import PHASES
-from nightmap_eval.metrics import RECALL_THRESHOLDS, WRONG_CM
-from nightmap_eval.query_errors import PROTOCOLS
+from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM
 
 ERROR_ROWS = (
     ("median (cm)", "median_translation_error_cm", "{:.1f}"),
@@ -35,16 +34,16 @@ def _phase(value):
 
 
 def comparison_rows(results, reference="truth"):
-    """Rows: title and one text a method. Errors are those against the reference."""
+    """Rows: a title and one text per method. Errors are relative to the reference."""
     methods = results["methods"].values()
     rows = [
         ("queries", *(str(f["num_queries"]) for f in methods)),
         ("located", *(f"failed: {f['failed']}" if f["failed"] else str(f["num_located"]) for f in methods)),
-        ("located, each run", *(", ".join(str(run["num_located"]) for run in f.get("runs", ())) for f in methods)),
+        ("located, per run", *(", ".join(str(run["num_located"]) for run in f.get("runs", ())) for f in methods)),
         ("refused", *(str(f["num_refused"]) for f in methods)),
         (f"wrong (more than {WRONG_CM} cm off)",
          *(_text(_error(f, reference, "global", "num_wrong"), "{}") for f in methods)),
-        ("models, those that fit", *(f"{len(f['models'])}, {sum(m['fits'] for m in f['models'])}"
+        ("models, fitting models", *(f"{len(f['models'])}, {sum(m['fits'] for m in f['models'])}"
                                      if f["models"] else "" for f in methods)),
     ]  # fmt: skip
     for protocol in PROTOCOLS:
@@ -53,9 +52,9 @@ def comparison_rows(results, reference="truth"):
             rows.append((f"{protocol} {title}", *cells))
     rows += [
         ("map (s)", *(f"{f['map_time_s']:.0f}" for f in methods)),
-        ("a query (s)", *(f"{f['time_per_query_s']:.2f}" for f in methods)),
-        *((f"{phase} of a query (s)", *(_phase(f["query_phases_s"][phase]) for f in methods)) for phase in PHASES),
-        ("a query (CPU s)", *(_text(f["cpu_time_per_query_s"], "{:.2f}") for f in methods)),
+        ("time per query (s)", *(f"{f['time_per_query_s']:.2f}" for f in methods)),
+        *((f"{phase} per query (s)", *(_phase(f["query_phases_s"][phase]) for f in methods)) for phase in PHASES),
+        ("time per query (CPU s)", *(_text(f["cpu_time_per_query_s"], "{:.2f}") for f in methods)),
         ("points", *(_text(_num_points(f), "{}") for f in methods)),
         ("map size (MB)", *(f"{f['map_size_bytes'] / 1e6:.1f}" for f in methods)),
     ]
@@ -63,7 +62,7 @@ def comparison_rows(results, reference="truth"):
 
 
 def comparison_table(results):
-    """Markdown, errors against the truth, or against nightmap where there is none."""
+    """Markdown; errors against the truth, or against nightmap without truth."""
     reference = "truth" if results["has_ground_truth"] else "nightmap"
     names = list(results["methods"])
     caption = (

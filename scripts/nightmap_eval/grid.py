@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from nightmap_eval.errors import DataError
-from nightmap_eval.reading import REMEDY, read_text
+from nightmap_eval.checked_reading import REMEDY, read_text
+from nightmap_eval.script_errors import DataError
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 
@@ -43,7 +43,7 @@ class Grid:
         return np.floor(v / self.resolution_m).astype(int), column
 
     def extent_m(self):
-        """left, right, bottom, top for matplotlib (a grid that is not turned)."""
+        """left, right, bottom, top for matplotlib (for a grid without rotation)."""
         rows, columns = self.cells.shape
         x, y = self.origin_x_m, self.origin_y_m
         return x, x + columns * self.resolution_m, y, y + rows * self.resolution_m
@@ -63,7 +63,7 @@ def read_pgm(path):
 
 
 def read_map_yaml(path):
-    """Keys of a map_server YAML: flat, `key: value` a line, lists in brackets."""
+    """Keys of a map_server YAML: flat, one `key: value` per line, lists in brackets."""
     keys = {}
     for line in read_text(path).splitlines():
         name, colon, value = line.split("#")[0].partition(":")
@@ -86,7 +86,7 @@ def read_grid(yaml_path):
     except ValueError as error:
         raise DataError(f"{yaml_path}: {error}; {REMEDY}") from None
     if not (0 < resolution_m < np.inf and np.all(np.isfinite([x, y, yaw]))):
-        raise DataError(f"{yaml_path}: resolution or origin is no length; {REMEDY}")
+        raise DataError(f"{yaml_path}: resolution or origin is not a valid length; {REMEDY}")
     gray = read_pgm(Path(yaml_path).parent / Path(keys["image"]).name)[::-1].astype(float)
     occupancy = gray / 255 if negate else (255 - gray) / 255
     cells = np.full(gray.shape, UNKNOWN, dtype=np.uint8)

@@ -29,7 +29,7 @@ pre { background: var(--soft); padding: .7rem; overflow-x: auto;
 
 
 class Raw(str):
-    """Text that is HTML already."""
+    """Text that is already HTML."""
 
 
 def escape(value):
@@ -46,7 +46,7 @@ def number(value, digits=3):
 
 
 def table(header, rows):
-    """Cells that are numbers are set to the right."""
+    """Aligns cells with numbers to the right."""
     head = "".join(f"<th>{escape(name)}</th>" for name in header)
     body = "".join("<tr>" + "".join(map(_cell, row)) + "</tr>" for row in rows)
     return Raw(f'<div class="wide"><table><tr>{head}</tr>{body}</table></div>')

@@ -5,8 +5,8 @@ import os
 
 import numpy as np
 
-from nightmap_eval.errors import DataError
-from nightmap_eval.reading import using
+from nightmap_eval.checked_reading import using
+from nightmap_eval.script_errors import DataError
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
@@ -31,7 +31,7 @@ def _read_header(path, file):
             case ["end_header"]:
                 return file_format, elements
             case ["format" | "element" | "property", *_]:
-                raise DataError(f"{path}: not a line of a PLY header: {line[:80]!r}")
+                raise DataError(f"{path}: not a valid line of a PLY header: {line[:80]!r}")
     raise DataError(f"{path}: truncated in the header")
 
 
@@ -53,7 +53,7 @@ def _row_type(path, properties):
 
 
 def _check_count(path, file, count, row_bytes):
-    """Before anything is made of them: as many rows as declared must fit the rest of the file."""
+    """Checks, before any memory is taken, that the declared rows fit the rest of the file."""
     left = os.fstat(file.fileno()).st_size - file.tell()
     if count * row_bytes > left:
         raise DataError(f"{path}: truncated: {count} rows of at least {row_bytes} bytes, {left} bytes are left")

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Receipts against the files that they speak of: which outputs were altered, which inputs changed since."""
+"""Compares receipts with the files they name: finds altered outputs and changed inputs."""
 
 import ctypes
 import ctypes.util
 import os
 from pathlib import Path
 
-from nightmap_eval.errors import DataError
-from nightmap_eval.reading import read_object, using
+from nightmap_eval.checked_reading import read_object, using
+from nightmap_eval.script_errors import DataError
 
 CHUNK_BYTES = 1 << 20
 FILE = {"path": str, "name": str, "?xxh3": str}
@@ -30,13 +30,13 @@ def load_xxhash():
 
 
 class Hashes:
-    """XXH3, 64 bits, of files as they are now, as the programs write it in receipts. Each is read once."""
+    """64-bit XXH3 hashes of the present files, in the form of the receipts. Each file is read once."""
 
     def __init__(self):
         self._library, self.known = load_xxhash(), {}
 
     def of(self, path):
-        """None when there is no such file, or it cannot be read."""
+        """Returns None when the file is missing or unreadable."""
         if path not in self.known:
             try:
                 self.known[path] = self._hash(path) if os.path.isfile(path) else None
@@ -68,7 +68,7 @@ class Receipt:
             self._root_then = outputs[[output.name for output in outputs].index(report)].parents[1]
 
     def changed(self, kind, hashes):
-        """(path, hash now) of the `inputs` or `outputs` that are not as they were; None for a hash: missing."""
+        """(path, present hash) of the changed `inputs` or `outputs`; the hash of a missing file is None."""
         for entry in self.content[kind]:
             if "xxh3" not in entry or "config/" in entry["path"]:
                 continue

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Section of the report on the comparison with COLMAP: what `make evaluate-colmap` left."""
+"""Section of the report on the comparison with COLMAP, from the results of `make evaluate-colmap`."""
 
 from pathlib import Path
 
 from nightmap_eval import html
+from nightmap_eval.artifacts import hash_if_there
+from nightmap_eval.checked_reading import read_json, using
 from nightmap_eval.comparison_table import comparison_rows
-from nightmap_eval.reading import read_json, using
-from nightmap_eval.site import hash_if_there
 
 
 def _stale(site_dir, made_of):
@@ -14,7 +14,7 @@ def _stale(site_dir, made_of):
 
 
 def _error_tables(results):
-    """Against the truth, or else against nightmap; those against the others are folded."""
+    """Errors against the truth, or else against nightmap; tables against the other methods are folded."""
     references = [
         reference for reference in ("truth", *results["methods"])
         if any(reference in figures["against"] for figures in results["methods"].values())
@@ -65,7 +65,7 @@ def _section(site_dir, folder, results):
     parts = [html.paragraph("; ".join([results["colmap"], *results["setting"]]) + ".", "note")]
     if _stale(site_dir, results["made_of"]):
         parts.append(html.paragraph(
-            "The map, its queries or the truth changed since: run make evaluate-colmap again.", "failed"))  # fmt: skip
+            "The map, its queries or the truth changed after this comparison: run make evaluate-colmap again.", "failed"))  # fmt: skip
     parts += _error_tables(results)
     parts += [html.image((folder / Path(name).name).read_bytes(), name) for name in results["plots"]]
     parts += [_model_table(results), _time_table(results)]

@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The section of the report on a run that failed or was killed: what failed, the end of its log, what is out of date."""
+"""The section of the report on a failed or killed run: failed jobs, the end of their logs, results out of date."""
 
 from nightmap_eval import html
-from nightmap_eval.reading import read_object
+from nightmap_eval.checked_reading import read_object
 
 FAILURE = {"goals": [str], "failed": [{"job": str, "log": [str]}], "out_of_date": [str], "num_out_of_date": int}
 
 
 def read_failure(site_dir):
-    """logs/failure.json; None when the last run did not fail."""
+    """logs/failure.json; None when the last run succeeded."""
     path = site_dir / "logs" / "failure.json"
     return read_object(path, FAILURE) if path.exists() else None
 
 
 def failure_section(failure):
-    parts = [html.paragraph(f"make {' '.join(failure['goals'])} did not come to its end. What is shown below is what there is.",
+    parts = [html.paragraph(f"make {' '.join(failure['goals'])} failed or was killed. The sections below show the existing results.",
                             "failed")]  # fmt: skip
     for job in failure["failed"]:
         code = job.get("exit_code")

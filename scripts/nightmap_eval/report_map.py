@@ -3,14 +3,14 @@
 
 import numpy as np
 
-from nightmap_eval import figures, html
-from nightmap_eval.errors import DataError
-from nightmap_eval.floors import read_floors
+from nightmap_eval import drawing, html
+from nightmap_eval.artifacts import Frames, read_csv
+from nightmap_eval.checked_reading import NUMBER, REMEDY, read_object, using
+from nightmap_eval.floor_accuracy import read_floors
 from nightmap_eval.grid import read_grid
 from nightmap_eval.report_cloud import cloud_section
 from nightmap_eval.report_stale import notes
-from nightmap_eval.reading import NUMBER, REMEDY, read_object, using
-from nightmap_eval.site import Frames, read_csv
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import MAX_POSITION_M, Similarity, associate, read_truth, read_tum, rotation_matrices
 
 MAX_GAP_NS = 20_000_000
@@ -23,11 +23,11 @@ GRID_ROWS = (
     ("free_right_percent", "Free cells right within one cell (%)"),
     ("occupied_right_percent", "Occupied cells right within one cell (%)"),
     ("seen_right_percent", "Seen cells right within one cell (%)"),
-    ("walls_closed_percent", "Walls that are there and no free cells lead through (%)"),
-    ("wall_length_present_percent", "Length of the seen walls that is there (%)"),
-    ("wall_length_unseen_percent", "Length of the walls that was not seen (%)"),
-    ("num_doors_wrongly_passable", "Doors narrower than the robot, but passable"),
-    ("num_doors_wrongly_closed", "Doors wider than the robot, but closed"),
+    ("walls_closed_percent", "Walls in the grid that no free cells lead through (%)"),
+    ("wall_length_present_percent", "Share of the seen wall length that is in the grid (%)"),
+    ("wall_length_unseen_percent", "Share of the wall length that was not seen (%)"),
+    ("num_doors_wrongly_passable", "Doors narrower than the robot, but passable in the grid"),
+    ("num_doors_wrongly_closed", "Doors wider than the robot, but closed in the grid"),
     ("max_door_width_error_m", "Width of a door, largest error (m)"),
 )
 
@@ -82,7 +82,7 @@ def accepted_loops(site_dir, estimate):
 
 
 def floor_paragraphs(site_dir):
-    """What z = 0 is, and why it may not be the floor; nothing of an older map, which does not say."""
+    """Explains z = 0, and why it may not be the floor; empty for an older map without this information."""
     path = site_dir / "map_frame" / "report.json"
     report = read_object(path, {"?floor": str, "?floor_warnings": [str]}) if path.exists() else {}
     warnings = [html.paragraph("Warning: " + text, "failed") for text in report.get("floor_warnings", [])]
@@ -97,13 +97,13 @@ def trajectory_section(site_dir, metrics):
     truth, loops = truth_in_map(site_dir, metrics), accepted_loops(site_dir, estimate)
     parts = []
     if truth is None:
-        picture = figures.trajectory_png(estimate.positions_m, None, loops)
+        picture = drawing.trajectory_png(estimate.positions_m, None, loops)
     else:
         pairs = associate(estimate.times_ns, truth.times_ns, MAX_GAP_NS)
         shown = truth.positions_m[pairs[:, 1]]
-        picture = figures.trajectory_png(estimate.positions_m, shown, loops)
+        picture = drawing.trajectory_png(estimate.positions_m, shown, loops)
         errors_m = np.linalg.norm(estimate.positions_m[pairs[:, 0]] - shown, axis=1)
-        parts.append(html.image(figures.error_png(pairs[:, 0], errors_m), "error of each frame"))
+        parts.append(html.image(drawing.error_png(pairs[:, 0], errors_m), "error of each frame"))
     parts += floor_paragraphs(site_dir)
     return html.section("Trajectory", html.image(picture, "trajectory from above"), *parts)
 
@@ -118,8 +118,8 @@ def _trajectory_rows(trajectory):
 
 def _relative_rows(trajectory):
     for name, title, suffix in (
-        ("rpe_per_frame", "RPE a frame", ""),
-        ("rpe_per_metre", "RPE a metre", "_per_m"),
+        ("rpe_per_frame", "RPE per frame", ""),
+        ("rpe_per_metre", "RPE per metre", "_per_m"),
     ):
         values = trajectory[name]
         if values["num_pairs"]:
@@ -148,7 +148,7 @@ def accuracy_section(metrics):
     if not metrics:
         return html.section("Accuracy", html.paragraph("The evaluate step did not run.", "note"))
     if "trajectory" not in metrics:
-        note = "This site has no ground truth: nothing here says how accurate the map is."
+        note = "This site has no ground truth: the accuracy of the map is unknown."
         return html.section("Accuracy", html.paragraph(note, "note"))
     trajectory = metrics["trajectory"]
     head = ("Position", "RMSE (cm)", "median (cm)", "largest (cm)", "rotation RMSE (deg)", "frames")
@@ -169,22 +169,22 @@ def read_path(site_dir):
     with using(path):
         points_m = np.array([[float(row["x_m"]), float(row["y_m"])] for row in rows]).reshape(-1, 2)
     if not np.all(np.abs(points_m) < MAX_POSITION_M):
-        raise DataError(f"{path}: a point that is none; {REMEDY}")
+        raise DataError(f"{path}: not a valid point; {REMEDY}")
     return points_m
 
 
 def path_floor(site_dir):
-    """Number of the floor that plan/path.csv leads over; 0 of an older path, which says none."""
+    """Number of the floor of plan/path.csv; 0 for an older path, which names none."""
     path = site_dir / "plan" / "path.json"
     return read_object(path, {"?floor": int}, "run make plan again").get("floor", 0) if path.exists() else 0
 
 
 def floor_picture(grid_dir, floor, path_m, estimate, located):
-    """One floor's grid, with the path when it leads over this floor; the camera's way on that of map.yaml."""
+    """One floor's grid, with the path if it is on this floor; the floor of map.yaml also shows the camera's trajectory."""
     ways = (None, None)
     if floor["number"] == 0:
         ways = [None if way is None else way.positions_m for way in (estimate, located)]
-    return figures.grid_png(read_grid(grid_dir / floor["yaml"]), path_m, *ways)
+    return drawing.grid_png(read_grid(grid_dir / floor["yaml"]), path_m, *ways)
 
 
 def plan_section(site_dir):
@@ -209,7 +209,7 @@ def plan_section(site_dir):
 
 
 def drive_section(site_dir):
-    """The simulated drive along the path; None when there is none, which is no failure."""
+    """The simulated drive along the path; None without a drive, which is no failure."""
     figures_path, gif = site_dir / "drive" / "drive.json", site_dir / "drive" / "drive.gif"
     said = [html.paragraph(note, "failed") for note in notes(site_dir, "drive", "drive")]
     if not (figures_path.exists() and gif.exists()):
@@ -220,11 +220,11 @@ def drive_section(site_dir):
         ["Duration (s)", drive["duration_s"]],
         ["Driven (m)", drive["length_m"]],
         ["Planned (m)", drive["path_length_m"]],
-        ["Farthest from the path (cm)", 100 * drive["max_deviation_m"]],
-        ["Nearest to an obstacle (cm)", 100 * drive["min_clearance_m"]],
+        ["Largest distance from the path (cm)", 100 * drive["max_deviation_m"]],
+        ["Smallest distance to an obstacle (cm)", 100 * drive["min_clearance_m"]],
         ["Radius of the robot (cm)", 100 * drive["robot_radius_m"]],
-        ["Off the goal (cm)", 100 * drive["position_error_m"]],
-        ["Off the goal (deg)", drive["heading_error_deg"]],
+        ["Position error at the goal (cm)", 100 * drive["position_error_m"]],
+        ["Heading error at the goal (deg)", drive["heading_error_deg"]],
     ]
     parts = [html.image(gif.read_bytes(), "simulated drive", media_type="image/gif")]
     parts.append(html.table(("Simulated drive", ""), rows))

@@ -6,17 +6,16 @@ import io
 from PIL import Image
 
 from nightmap_eval import html
-from nightmap_eval.asked import asked_pictures
-from nightmap_eval.metrics import RECALL_THRESHOLDS, WRONG_CM
-from nightmap_eval.query_errors import PROTOCOLS
-from nightmap_eval.site import read_csv, to_ints
+from nightmap_eval.artifacts import read_csv, to_ints
+from nightmap_eval.asked_pictures import asked_pictures
+from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM
 
 MAX_PICTURES = 12
 THUMBNAIL_PX = (300, 200)
 
 
 def query_rows(site_dir, metrics):
-    """A dictionary a query, with its errors where known; None when localize did not run."""
+    """One dictionary per query, with its errors if known; None when localize did not run."""
     path = site_dir / "localize" / "queries.csv"
     if "rows" in metrics.get("queries", {}):
         return metrics["queries"]["rows"]
@@ -27,7 +26,7 @@ def query_rows(site_dir, metrics):
 
 
 def choose(rows, count):
-    """At most `count` rows: up to half failures, the worst located one, the rest evenly spread."""
+    """At most `count` rows: up to half failures, the worst located query, and an even sample of the rest."""
     failed = [row for row in rows if row["status"] != "located"][: count // 2]
     located = [row for row in rows if row["status"] == "located"]
     worst = max(located, key=lambda row: row.get("translation_error_cm", -1.0), default=None)
@@ -39,18 +38,18 @@ def choose(rows, count):
 
 
 def thumbnail(data, color_path):
-    """A small JPEG of a picture, or a note. A missing picture must not cost the whole report."""
+    """A small JPEG of a picture, or a note: a missing picture must not prevent the report."""
     if data is None:
         return ""
     try:
-        if not (data / color_path).is_file():  # a pipe would keep the report waiting
+        if not (data / color_path).is_file():  # opening a pipe would block the report
             raise OSError("no file")
         with Image.open(data / color_path) as picture:
             small = picture.convert("RGB")
         small.thumbnail(THUMBNAIL_PX)
         buffer = io.BytesIO()
         small.save(buffer, "JPEG", quality=80)
-    except Exception:  # Pillow raises nearly anything on a damaged picture
+    except Exception:  # on a damaged picture Pillow may raise any exception
         return html.Raw('<span class="note">no picture</span>')
     return html.image(buffer.getvalue(), color_path, "thumbnail", "image/jpeg")
 
@@ -65,12 +64,12 @@ def _figures(queries):
 
 
 def _error_table(queries):
-    names = [(f"{title} error ({unit}), a failure counts as infinite", f"{key}_{kind}_error_{unit}")
+    names = [(f"{title} error ({unit}); a failure counts as infinite", f"{key}_{kind}_error_{unit}")
              for title, key in (("Median", "median"), ("90 %", "p90"))
              for kind, unit in (("translation", "cm"), ("rotation", "deg"))]  # fmt: skip
     names += [(f"Within {max_cm} cm and {max_deg} deg (%)", f"recall_{max_cm}cm_{max_deg}deg_percent")
               for max_cm, max_deg in RECALL_THRESHOLDS]  # fmt: skip
-    names.append((f"Located, but more than {WRONG_CM} cm off", "num_wrong"))
+    names.append((f"Located with an error above {WRONG_CM} cm", "num_wrong"))
     rows = [(title, *(html.number(queries[way][key]) for way in PROTOCOLS)) for title, key in names]
     return html.table(("", "map aligned as a whole", "map aligned around each query"), rows)
 
@@ -97,6 +96,6 @@ def query_section(site_dir, metrics, data):
     shown += [_picture_row(row, data, False) for row in choose(own, MAX_PICTURES)]
     parts.append(html.table(head, shown))
     if len(own) > MAX_PICTURES:
-        chosen = f"{MAX_PICTURES} of the site's {len(own)} queries: failures, the worst, and a spread."
+        chosen = f"{MAX_PICTURES} of the site's {len(own)} queries: failures, the worst, and an even sample."
         parts.append(html.paragraph(chosen, "note"))
     return html.section("Queries", *parts)

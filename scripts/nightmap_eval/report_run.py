@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sections of the report on the run: summary line, stages, loops, skipped items, configs."""
+"""Sections of the report on the run: summary line, stages, skipped items, configs."""
 
 from nightmap_eval import html
-from nightmap_eval.reading import read_text
-from nightmap_eval.site import read_csv
+from nightmap_eval.checked_reading import read_text
+from nightmap_eval.report_loops import loop_section
 
 MAX_ROWS = 200
 
@@ -34,7 +34,7 @@ def _query_summary(queries):
 
 
 def summary(metrics, stages):
-    """What the run did and how good the map is, in one line."""
+    """One line: the result of the run and the accuracy of the map."""
     parts = []
     coverage = metrics.get("coverage")
     if coverage:
@@ -48,7 +48,7 @@ def summary(metrics, stages):
         rmse_cm = 100 * metrics["trajectory"]["se3"]["ate_rmse_m"]
         parts.append(f"trajectory error {rmse_cm:.1f} cm RMSE")
     elif metrics:
-        parts.append("no ground truth, accuracy not known")
+        parts.append("no ground truth, accuracy unknown")
     if "queries" in metrics:
         parts.append(_query_summary(metrics["queries"]))
     if "loops" in metrics:
@@ -83,29 +83,9 @@ def stage_section(stages):
     rows.append(["all", sum(stage.num_runs for stage in stages), _time(_total_s(stages)), "", ""])
     parts = [html.table(head, rows)]
     if any("Debug" in stage.build_types() for stage in stages):
-        warning = "Times are of a Debug build: they say nothing about speed."
+        warning = "These times come from a Debug build; they do not show the speed of nightmap."
         parts.append(html.paragraph(warning, "failed"))
     return html.section("Stages", *parts)
-
-
-def loop_section(site_dir):
-    path = site_dir / "pose_graph" / "loops.csv"
-    if not path.exists():
-        note = html.paragraph("The pose_graph stage did not run.", "note")
-        return html.section("Loop closures", note)
-    rows = read_csv(path, ("status", "reason"))
-    if not rows:
-        return html.section("Loop closures", html.paragraph("No loop was proposed.", "note"))
-    counts = {}
-    for row in rows:
-        key = (row["status"], row["reason"])
-        counts[key] = counts.get(key, 0) + 1
-    counted = [(*key, counts[key]) for key in sorted(counts)]
-    parts = [html.table(("status", "reason", "loops"), counted)]
-    shown = html.table(tuple(rows[0]), [list(row.values()) for row in rows[:MAX_ROWS]])
-    title = f"Each loop (first {MAX_ROWS} of {len(rows)})" if len(rows) > MAX_ROWS else "Each loop"
-    parts.append(html.folded(title, shown))
-    return html.section("Loop closures", *parts)
 
 
 def _frame_list(frames):
@@ -122,10 +102,10 @@ def skipped_section(metrics, stages):
         parts.append(html.paragraph(f"{_frame_list(missing)} have no pose."))
     bridged = metrics.get("coverage", {}).get("frames_bridged", [])
     if bridged:
-        parts.append(html.paragraph(f"{_frame_list(bridged)} matched no other: their poses are guesses."))
+        parts.append(html.paragraph(f"{_frame_list(bridged)} matched no other frame: their poses are guesses."))
     apart = metrics.get("coverage", {}).get("frames_apart", [])
     if apart:
-        guessed = "lie apart from the rest of the map: only guessed motion joins them."
+        guessed = "lie apart from the rest of the map: only guessed motion connects them."
         parts.append(html.paragraph(f"{_frame_list(apart)} {guessed}"))
     return html.section("Skipped items", *parts)
 

@@ -1,22 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the report says beside a path or a drive that is not what was asked for last: a run of plan or drive
-that fails leaves the result of the one before."""
+"""Notes of the report beside an outdated path or drive: a failed run of plan or drive leaves the previous
+result."""
 
 import re
 import tomllib
 
-from nightmap_eval.errors import printable
-from nightmap_eval.reading import read_toml, using
+from nightmap_eval.checked_reading import read_toml, using
 from nightmap_eval.receipts import Hashes, Receipt
+from nightmap_eval.script_errors import printable
 
-# What the Makefile adds to the log of a stage that fails, and what the stage itself said.
+# The line that run_job.sh adds to the log of a failed stage, and the stage's own error.
 FAILED = re.compile(r"nightmap: \w+ failed, exit code (\d+)")
 ERROR = re.compile(r"\S+ error \w+: (.*)")
 ENDS = ("start", "goal")
 
 
 def last_failure(site_dir, stage):
-    """Why the last run failed; None when it did not."""
+    """The reason why the last run failed; None when it succeeded."""
     path = site_dir / "logs" / f"{stage}.log"
     if not path.exists():
         return None
@@ -29,13 +29,13 @@ def last_failure(site_dir, stage):
 
 
 def changed_inputs(site_dir, receipt):
-    """Names of the files that it was made of and that are others now."""
+    """Names of the inputs that changed since."""
     paths = [path for path, _ in receipt.changed("inputs", Hashes())]
     return [str(path.relative_to(site_dir) if path.is_relative_to(site_dir) else path.name) for path in paths]
 
 
 def other_ends(site_dir, receipt):
-    """What the configs say of START and GOAL now, when the path is another one's; else None."""
+    """START and GOAL of the present configs if the path has other ends; else None."""
     path = site_dir / "config" / "plan.toml"
     if not path.exists():
         return None
@@ -47,13 +47,13 @@ def other_ends(site_dir, receipt):
 
 
 def _ends(text):
-    """start and goal of a config as it is in a receipt."""
+    """start and goal of a config in a receipt."""
     config = tomllib.loads(text)
     return {name: config.get(name) for name in ENDS}
 
 
 def notes(site_dir, stage, result):
-    """Sentences on what the last runs of plan or drive left; `result` is the word for it."""
+    """Sentences on the results of the last runs of plan or drive; `result` is the word for a result."""
     path, failure, found = site_dir / stage / "receipt.json", last_failure(site_dir, stage), []
     if failure:
         shown = f"the {result} shown here is of an earlier run" if path.exists() else f"there is no {result}"
@@ -66,5 +66,5 @@ def notes(site_dir, stage, result):
         found.append(f"The {result} is out of date: {', '.join(changed)} changed since. Run make {stage}.")
     ends = other_ends(site_dir, receipt) if stage == "plan" else None
     if ends:
-        found.append(f"The {result} was planned for other ends than the configs have now ({ends}). Run make plan.")
+        found.append(f"The {result} was planned for other ends than those of the present configs ({ends}). Run make plan.")
     return found

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nightmap_eval.errors import DataError
-from nightmap_eval.reading import REMEDY, read_text
+from nightmap_eval.checked_reading import REMEDY, read_text
+from nightmap_eval.script_errors import DataError
 
 MAX_TIME_NS = 2**63 - 1
-MAX_POSITION_M = 1e9  # beyond it squares of distances lose the millimetres, and then overflow
+MAX_POSITION_M = 1e9  # beyond it squared distances lose the millimetres, and then overflow
 
 
 @dataclass
@@ -92,7 +92,7 @@ def angles_deg(rotations):
 
 
 def parse_time_ns(text):
-    """Nanoseconds of a decimal number of seconds, exactly: no detour through a double."""
+    """Nanoseconds of a decimal number of seconds, exact because no double is involved."""
     whole, _, fraction = text.partition(".")
     negative = whole.startswith("-")
     digits = whole.lstrip("+-") or "0"
@@ -103,7 +103,7 @@ def parse_time_ns(text):
 
 
 def _parse_line(line):
-    """Time, position and quaternion. Raises ValueError with what is wrong."""
+    """Time, position and quaternion. Raises ValueError with the reason."""
     words = line.replace(",", " ").split()
     if len(words) != 8:
         raise ValueError(f"{len(words)} columns, not 8: time tx ty tz qx qy qz qw")
@@ -114,7 +114,7 @@ def _parse_line(line):
     if not np.all(np.isfinite(values)):
         raise ValueError("NaN or infinity in a pose")
     if abs(time_ns) > MAX_TIME_NS or max(map(abs, values[:3])) > MAX_POSITION_M:
-        raise ValueError(f"a time or position beyond reason: {line.strip()[:200]}")
+        raise ValueError(f"a time or position out of range: {line.strip()[:200]}")
     norm = np.linalg.norm(values[3:])
     if not 0.5 < norm < 2:
         raise ValueError(f"the quaternion has norm {norm:.3g}; expected 1")
@@ -134,12 +134,12 @@ def read_tum(path, remedy=REMEDY):
 
 
 def read_truth(path):
-    """As read_tum, of the true poses that the frames stage took over."""
-    return read_tum(path, "correct the ground_truth of the site config, which it is made of, and run make again")
+    """Like read_tum, for the true poses that the frames stage copied."""
+    return read_tum(path, "correct the ground_truth of the site config, from which it is made, and run make again")
 
 
 def make_trajectory(poses, source):
-    """From a list of (time_ns, position, quaternion). `source` names it in messages."""
+    """A Trajectory from a list of (time_ns, position, quaternion). `source` names it in messages."""
     poses = sorted(poses, key=lambda pose: pose[0])
     times_ns = np.array([pose[0] for pose in poses], dtype=np.int64)
     repeated = np.flatnonzero(np.diff(times_ns) == 0)
@@ -153,7 +153,7 @@ def make_trajectory(poses, source):
 def associate(times_ns, reference_times_ns, max_gap_ns):
     """Index pairs (i, j): the nearest reference time of each time, at most max_gap_ns away.
 
-    One to one: of several times with the same nearest reference the closest stays.
+    One to one: if several times share a nearest reference, only the closest stays.
     """
     best = {}
     if len(reference_times_ns) == 0:
@@ -177,11 +177,11 @@ def umeyama(source_m, target_m, with_scale):
     if len(source) < 3:
         raise DataError(f"alignment needs at least 3 matched poses, there are {len(source)}")
     if not (np.all(np.isfinite(source)) and np.all(np.isfinite(target))):
-        raise DataError("alignment of positions that are NaN or infinite")
+        raise DataError("cannot align positions that are NaN or infinite")
     source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
     variance = np.mean(np.sum((source - source_mean) ** 2, axis=1))
     if variance < 1e-18:
-        raise DataError("alignment of positions that are all the same: the camera did not move")
+        raise DataError("cannot align positions that are all the same: the camera did not move")
     u, d, vt = np.linalg.svd((target - target_mean).T @ (source - source_mean) / len(source))
     signs = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
     rotation = u @ np.diag(signs) @ vt

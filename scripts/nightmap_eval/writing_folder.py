@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A folder for the files of one run until they are complete, as pipeline/base/writing_folder.h has it."""
+"""A folder for the files of one run until they are complete; like pipeline/base/writing_folder.h."""
 
 import fcntl
 import os
@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 def _lock(path, how):
-    """A descriptor that holds the lock of a folder; None when it is gone or another process holds the lock."""
+    """A descriptor that holds the lock of a folder; None when the folder is gone or another process holds the lock."""
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
     except OSError:
@@ -25,7 +25,7 @@ def _lock(path, how):
 def _remove_left_behind(parent, prefix):
     for path in parent.glob(f"{prefix}*"):
         if "." in path.name.removeprefix(prefix):
-            continue  # of a host with a longer name
+            continue  # it belongs to a host with a longer name
         descriptor = _lock(path, fcntl.LOCK_EX | fcntl.LOCK_NB)
         if descriptor is not None:
             shutil.rmtree(path, ignore_errors=True)
@@ -33,9 +33,9 @@ def _remove_left_behind(parent, prefix):
 
 
 class WritingFolder:
-    """`.writing.<host>.<random>` in a folder, removed with what is in it at the end of `with`.
+    """`.writing.<host>.<random>` in a folder, removed with its content at the end of `with`.
 
-    The next run on this host, of a script or a stage, removes that of a killed run: nobody holds its lock."""
+    The next run of a script or stage on this host removes the folder of a killed run, whose lock is free."""
 
     def __init__(self, parent):
         prefix = f".writing.{os.uname().nodename}."
@@ -43,7 +43,7 @@ class WritingFolder:
         while True:
             self.path = Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
             self._descriptor = _lock(self.path, fcntl.LOCK_EX)
-            if self.path.exists():  # else another run took it for dead before the lock was held
+            if self.path.exists():  # otherwise another run removed it before the lock was held
                 break
 
     def remove(self):

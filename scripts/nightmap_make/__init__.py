@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How make runs the declared pipeline: the declaration, a site's rules, the check before a run and the summary after."""
+"""Runs the declared pipeline with make: declaration, rules of a site, check before a run, summary after it."""

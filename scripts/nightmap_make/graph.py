@@ -1,25 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rules of one site: each job of the declared pipeline for each shard or tile there is, with its files."""
+"""The rules of one site: one run of each declared job per shard or tile, with its files."""
 
 import glob
 import os
 
-from nightmap_eval.lists import near
+from nightmap_eval.unit_lists import near
 from nightmap_make.pipeline import PipelineError
 
 SITES = "configs/sites"
 
 
 class PathList:
-    """The paths of one output for all units, in order. Rules that read them all share it."""
+    """The paths of one output for all units, in order. Rules that read all of them share one list."""
 
     def __init__(self, name, paths):
         self.name, self.paths = name, paths
 
 
 class Rule:
-    """One run of a job. inputs: (port, path or PathList) on the command line; needs: what else makes it stale, beside
-    the program and its config; outputs: (port, path)."""
+    """One run of a job. inputs: (port, path or PathList) on the command line; needs: further files that make it stale,
+    beside the program and its config; outputs: (port, path)."""
 
     def __init__(self, job, unit, inputs, needs, outputs):
         self.job, self.unit, self.inputs, self.needs, self.outputs = job, unit, inputs, needs, outputs
@@ -34,7 +34,7 @@ class Rule:
 
 class Graph:
     """rules: every rule of the site, in the order of the pipeline; lists: the PathLists they share, by name.
-    goals: what make was asked for; jobs that run only when asked have no rule unless a goal needs them."""
+    goals: the goals of make; jobs that run only on request have no rule unless a goal needs them."""
 
     def __init__(self, pipeline, site, goals=()):
         self.pipeline, self.site = pipeline, site
@@ -58,7 +58,7 @@ class Graph:
         return f"{self.folder_of(job)}/{name if unit is None else name.replace('{unit}', unit)}"
 
     def all_of(self, job, output):
-        """The PathList of an output that there is one of per unit."""
+        """The PathList of an output with one file per unit."""
         name = f"{job.name}.{output}"
         if name not in self.lists:
             units = self.site.lists[job.units_of(output)]
@@ -66,7 +66,7 @@ class Graph:
         return self.lists[name]
 
     def listed_files(self, job):
-        """The files that a job which lists units writes beside its list."""
+        """The files that a job writes beside its list of units."""
         if not job.lists or not os.path.exists(self.path_of(job, next(iter(job.outputs)))):
             return []
         return [path for output in job.beside for path in self._paths(job, output)]
@@ -95,7 +95,7 @@ class Graph:
         return Rule(job, unit, inputs, needs, [(port, self.path_of(job, port, unit)) for port in files])
 
     def _values(self, job, reference, unit):
-        """Paths, or one PathList, that fill a port of the run of a unit."""
+        """Paths, or one PathList, that fill a port of a unit's run."""
         if reference.source:
             return [self.site.source(reference.source)]
         if reference.job == "import":
@@ -129,7 +129,7 @@ class Graph:
         return os.path.join(self.site.data, self.site.imports[key])
 
     def _results_before(self, job):
-        """A script reads the whole folder of the site. A path that nobody asks for now is read as it is."""
+        """The rule of a script, which reads the whole folder of the site. It reads a path as is when no goal asks for it."""
         needs = []
         for other in self.pipeline.jobs.values():
             if other is job:
@@ -146,7 +146,7 @@ class Graph:
 
 
 def closure(pipeline, goals, folders=()):
-    """Names of the jobs that goals and files of some folders need: those that make them and the makers of their inputs."""
+    """Names of the jobs that goals, and files in some folders, need: the jobs that make them or their inputs."""
     names = {job.name for job in pipeline.jobs.values() if job.goal in goals or job.folder in folders}
     for job in reversed(pipeline.jobs.values()):
         if job.name in names:

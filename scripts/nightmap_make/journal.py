@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What happened in the runs of make: logs/journal.txt, a line per event: TIME_S NAME begin | TIME_S NAME end CODE.
+"""The events of the last run of make, logs/journal.txt, a line per event: TIME_S NAME begin | TIME_S NAME end CODE.
 run_job.sh writes the lines of rules; NAME is `make` where a whole run begins and ends."""
 
 import os
@@ -9,8 +9,8 @@ RUN = "make"
 
 
 class Outcome:
-    """codes: of each rule that the last run began, in that order: its exit code; None where it did not come to its end.
-    code: of the whole run; None when it was killed, or goes on. goals: what it was asked for."""
+    """codes: exit code of each rule that the last run began, in that order; None when the rule did not end.
+    code: exit code of the whole run; None when it was killed or still runs. goals: the goals of the run."""
 
     def __init__(self):
         self.codes, self.code, self.goals = {}, None, []
@@ -24,7 +24,7 @@ def journal_path(site_dir):
 
 
 def begin_run(site_dir, goals):
-    """Begins the journal of a run; what was before is told by receipts and logs."""
+    """Begins the journal of a run and drops that of the run before; receipts and logs keep its results."""
     temporary = f"{journal_path(site_dir)}.{os.getpid()}.tmp"
     with open(temporary, "w", encoding="utf-8", errors="replace") as file:
         file.write(f"{time.time():.0f} {RUN} begin {' '.join(goals)}\n")

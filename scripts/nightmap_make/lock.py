@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One make at a time per site. The kernel ends the lock with the process that holds it, however that dies."""
+"""Allows one make at a time per site. The kernel frees the lock when its process dies, for whatever reason."""
 
 import fcntl
 import os
@@ -8,12 +8,12 @@ import time
 
 
 class SiteLock:
-    """Held until the process ends. Waits for the one that holds it, and says which that is."""
+    """A lock held until the process ends. Waits for the process that holds it, and names that process."""
 
     def __init__(self, site_dir):
         os.makedirs(site_dir, exist_ok=True)
         self.path = f"{site_dir}/.lock"
-        self._fd = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)  # not inherited by what is started
+        self._fd = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)  # child processes do not inherit it
         try:
             fcntl.flock(self._fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

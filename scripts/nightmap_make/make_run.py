@@ -7,16 +7,16 @@ import sys
 
 import remove_leftovers
 import resolve_config
-from nightmap_make.asked import Refused
 from nightmap_make.graph import Graph, closure
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
+from nightmap_make.request import Refused
 from nightmap_make.rules_file import RulesFile, Times, list_goal
 from nightmap_make.site_state import SiteState
 
-PHASES = ("shard", "query", "tile")  # what lists of these say decides which rules there are
+PHASES = ("shard", "query", "tile")  # the lists of these units decide which rules exist
 COMPARISON = "evaluate-colmap"
-# What a goal made, said at the end.
+# Result of each goal, printed at the end.
 MADE = {"map": "map of {site}: {folder}", "localize": "located queries: {folder}/localize/queries.csv",
         "plan": "path: {folder}/plan/path.json", "drive": "drive: {folder}/drive/drive.json",
         "evaluate": "metrics: {folder}/evaluate/metrics.json", "report": "report: {folder}/report/index.html",
@@ -24,14 +24,14 @@ MADE = {"map": "map of {site}: {folder}", "localize": "located queries: {folder}
 
 
 class MakeRun:
-    """What was asked for (Asked), made."""
+    """Makes a request (Asked)."""
 
     def __init__(self, asked):
         self.asked, self.env, self.goals, self.folder = asked, asked.env, asked.goals, asked.folder
         self.is_preview = asked.is_preview
         self.work = f"{self.folder}/.preview" if self.is_preview else self.folder
         self.child, self.told = None, set()
-        # A page that tells of a failed run is out of date whatever the times say.
+        # A report of a failed run is always out of date.
         self.had_failure = os.path.exists(f"{self.folder}/logs/failure.json")
 
     def run(self):
@@ -65,7 +65,7 @@ class MakeRun:
         self.stamps = self.asked.settle()
 
     def _make_in_phases(self):
-        """The lists of units first, each with the rules of those that are known already."""
+        """Makes the lists of units first, each with the rules of the lists known so far."""
         if self._is_up_to_date():
             return 0
         for job in list(self.asked.pipeline.jobs.values()):
@@ -84,7 +84,7 @@ class MakeRun:
         return self._make(self.goals)
 
     def _is_up_to_date(self):
-        """One look at all rules, by the lists as they are: what most calls come to."""
+        """Checks all rules once, with the present lists: most calls need no more."""
         return not self._lacks_queries() and self._make(self.goals, "-q", quiet=True) == 0
 
     def _is_needed(self, job):
@@ -137,7 +137,7 @@ class MakeRun:
             print(message, file=sys.stderr)
 
     def _make(self, goals, *flags, quiet=False):
-        """Runs make on the rules of the site; its exit code."""
+        """Runs make on the rules of the site; returns its exit code."""
         renew = ["-W", "scripts/report.py"] if self.had_failure else []
         command = ["make", "--no-print-directory", *flags, *renew, "-f", f"{self.work}/graph.mk", *goals]
         silence = [(os.POSIX_SPAWN_OPEN, fd, os.devnull, os.O_WRONLY, 0) for fd in (1, 2)] if quiet else []
@@ -146,7 +146,7 @@ class MakeRun:
             try:
                 _, status = os.waitpid(self.child, 0)
                 return os.waitstatus_to_exitcode(status) & 0xff
-            except KeyboardInterrupt:  # make got it too, and ends its jobs
+            except KeyboardInterrupt:  # make got the signal too, and ends its jobs
                 continue
 
     def _pass_on(self, number, _):
@@ -156,12 +156,12 @@ class MakeRun:
     # ---- after ----
 
     def _finish(self, code):
-        """The summary of a run; after one that failed also the page. (These modules are large; a make that had
-        nothing to do needs none.)"""
+        """Prints the summary of a run; after a failed run also writes the report. (The imports are local because these
+        modules are large, and a make with nothing to do needs none.)"""
         outcome = last_run(self.folder)
         if code != 0:
-            from nightmap_make import morning
-            morning.tell_of_failure(self, code, outcome)
+            from nightmap_make import after_failure
+            after_failure.tell_of_failure(self, code, outcome)
             return code
         if outcome.codes:
             from nightmap_make import summary
@@ -180,13 +180,13 @@ class MakeRun:
             print(MADE[goal].format(site=self.asked.name, folder=self.folder))
 
     def _status(self):
-        """How the last run ended, and the page of what there is."""
-        from nightmap_make import morning
+        """Prints how the last run ended, and writes the report of the existing results."""
+        from nightmap_make import after_failure
         self._settle()
         self._write_rules()
         outcome = last_run(self.folder)
-        print("\n".join(morning.status_lines(outcome)))
-        if not morning.write_page(self, outcome.code):
+        print("\n".join(after_failure.status_lines(outcome)))
+        if not after_failure.write_page(self, outcome.code):
             return 2
         print(MADE["report"].format(folder=self.folder))
         return 0

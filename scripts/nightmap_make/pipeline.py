@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The declared pipeline, configs/pipeline.toml, with what a profile replaces. That file says what each key means."""
+"""The declared pipeline, configs/pipeline.toml, with the replacements of a profile. That file explains each key."""
 
 import os
 import re
@@ -20,7 +20,7 @@ class PipelineError(Exception):
 
 
 class Input:
-    """A port and what fills it: a source (site, queries, data), or an output of a job."""
+    """A port and its source: site, queries or data, or an output of a job."""
 
     def __init__(self, port, text, where):
         self.port, self.source = port, text if text in SOURCES else None
@@ -67,7 +67,7 @@ class Job:
 
     @property
     def prefix(self):
-        """Of the names of report and receipt: a recording's folder is not the job's own."""
+        """Prefix of the names of report and receipt, needed in a recording's folder, which is not the job's own."""
         return f"{self.name}_" if self.folder == "RECORDING" else ""
 
     @property
@@ -76,26 +76,26 @@ class Job:
         return next(iter(self.outputs.values()))
 
     def file_of(self, output):
-        """File name of an output with {unit} in it; None when there is no such output."""
+        """File name of an output, with {unit} in it; None when the job has no such output."""
         made = self.outputs | self.beside | self.optional | self.run_files()
         return made.get(output)
 
     def run_files(self):
-        """Report and receipt, which every program writes."""
+        """Names of report and receipt, which every program writes."""
         if self.script:
             return {}
         unit = "" if self.unit == "site" else "_{unit}"
         return {kind: f"{self.prefix}{kind}{unit}.json" for kind in ("report", "receipt")}
 
     def units_of(self, output):
-        """The list whose names {unit} of this output stands for; "site" when there is one file."""
+        """The kind of unit that {unit} in this output's name stands for; "site" when there is one file."""
         if "{unit}" not in (self.file_of(output) or ""):
             return "site"
         return self.lists or self.unit
 
 
 class Pipeline:
-    """jobs: name -> Job, in an order in which what makes an input comes before what reads it."""
+    """jobs: name -> Job; a job that makes an input comes before the jobs that read it."""
 
     def __init__(self, jobs, clashes):
         self.jobs, self.clashes = jobs, clashes
@@ -116,7 +116,7 @@ class Pipeline:
                                     f"output '{reference.output}'")  # fmt: skip
 
     def programs(self):
-        """Names of the programs, each once."""
+        """Names of the programs, without repetition."""
         return list(dict.fromkeys(job.program for job in self.jobs.values() if job.program))
 
     def goals(self):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The check before a run: every config by its own program, values of several programs against each other, room on
-the disk. It takes a second at most and changes nothing in the folder of the site."""
+"""The check before a run: each program checks its own config; conditions between programs and room on the disk are
+checked here. It takes a second at most and changes nothing in the folder of the site."""
 
 import ast
 import hashlib
@@ -19,13 +19,13 @@ OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mu
 
 
 class ConfigText:
-    """The effective config of a program: its text, and where each key was set: key -> (file or variable of make)."""
+    """The effective config of a program: its text, and sources: key -> file or make variable that set it."""
 
     def __init__(self, values, text, sources):
         self.values, self.text, self.sources = values, text, sources
 
     def place_of(self, key):
-        """FILE:LINE of a key, or the variable of make."""
+        """FILE:LINE of a key, or the make variable."""
         source = self.sources[key]
         if not os.path.isfile(source):
             return source
@@ -40,8 +40,8 @@ class ConfigText:
 
 
 def check_configs(build, configs):
-    """Every config (program -> ConfigText) by its program; each is checked once per program and text. Raises
-    PipelineError with one line for each that is wrong."""
+    """Lets each program check its config (program -> ConfigText), once per program and text. Raises PipelineError
+    with one line per wrong config."""
     folder = os.path.join(build, "checked")
     to_check = {}
     for program, config in configs.items():
@@ -90,7 +90,7 @@ def _complaint(log, program, config):
         text = file.read().strip()
     found = MESSAGE.search(text)
     if not found:
-        return f"{program}: {text or 'its check of the config failed without a word'}"
+        return f"{program}: {text or 'its check of the config failed without a message'}"
     if found["line"] is None:
         return f"configs/*/{program}.toml: {found['reason']}"
     key = config.key_at(int(found["line"]))
@@ -98,14 +98,14 @@ def _complaint(log, program, config):
 
 
 def check_clashes(clashes, configs):
-    """Raises PipelineError for the declared conditions that hold, with the place of every value in them."""
+    """Raises PipelineError when a declared clash holds; names the place of every value in it."""
     wrong = []
     for clash in clashes:
         names = []
         tree = ast.parse(clash["when"], mode="eval").body
         programs = {node.value.id for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)}
         if not programs <= set(configs):
-            continue  # a profile left one out
+            continue  # the profile leaves one of the programs out
         if _value(tree, configs, names):
             values = [f"{program}.{key} = {configs[program].values[key]} ({configs[program].place_of(key)})" for program, key in names]
             wrong.append(f"{'; '.join(dict.fromkeys(values))}: {clash['remedy']}")
@@ -131,7 +131,7 @@ def _value(node, configs, names):
 
 
 def check_disk(folder, needed_bytes, what):
-    """Raises PipelineError when what a run needs does not fit."""
+    """Raises PipelineError when the disk lacks the room that a run needs."""
     while not os.path.isdir(folder):
         folder = os.path.dirname(folder) or "."
     free_bytes = shutil.disk_usage(folder).free

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the rules of a site for GNU Make: explicit, one block per rule, to be read and grepped by people.
+"""Writes the rules of a site for GNU Make: explicit, one block per rule, easy to read and grep.
 
-`graph.mk` depends on the declaration and the site's lists alone. What depends on the state of the files, the jobs that
-must run again whatever the times say, is in `again.mk` beside it. Inputs that a rule has one of per shard or tile go to
-the program in a file below `lists/`, since a command line has an end.
+`graph.mk` depends only on the declaration and the site's lists. `again.mk` beside it depends on the state of the files:
+it names the jobs that must run again whatever the modification times say. Inputs with one file per shard or tile
+reach the program in a file below `lists/`, since the length of a command line is limited.
 """
 
 import os
@@ -13,13 +13,13 @@ from nightmap_make.site_state import READERS
 
 HEAD = """\
 # The rules of site {site}. Written by scripts/make_site.py from configs/pipeline.toml and the site's lists of
-# shards, tiles and floors; edit those. `make V=1 ...` prints whole commands, `make why` the reasons.
+# shards, tiles and floors: edit those instead. `make V=1 ...` prints whole commands, `make why` the reasons.
 MAKEFLAGS += --no-builtin-rules --no-builtin-variables
 SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .SUFFIXES:
 .PHONY: FORCE {goals}
-# Goals say nothing of their own. (Under -q a recipe would be something to do.)
+# Goals print nothing. (Under -q a recipe would count as work to do.)
 DONE := $(if $(findstring q,$(firstword -$(MAKEFLAGS))),,@:)
 QUIET := $(if $(filter 1,$(V)),,@)
 RUN := $(QUIET)scripts/run_job.sh {folder}
@@ -33,7 +33,7 @@ def list_goal(job):
 
 
 class Times:
-    """Modification times (ns) by path; None of what is not there. Each file is looked at once."""
+    """Modification times (ns) by path; None for a missing file. Each file is examined once."""
 
     def __init__(self):
         self._known = {}
@@ -53,7 +53,7 @@ class RulesFile:
 
     def text(self):
         head = HEAD.format(site=self.site.name, folder=self.site.folder, goals=" ".join(self.graph.pipeline.goals()))
-        rules = [self._rule(rule) for rule in self.graph.rules]  # names the lists that they use
+        rules = [self._rule(rule) for rule in self.graph.rules]  # adds the names of the lists that the rules use
         goals = [self._goal(goal) for goal in self.graph.pipeline.goals()]
         goals += [f".PHONY: {list_goal(job)}\n{list_goal(job)}: {self.graph.path_of(job, next(iter(job.outputs)))}\n\t$(DONE)\n"
                   for job in self.graph.jobs.values() if job.lists]  # fmt: skip
@@ -62,19 +62,19 @@ class RulesFile:
         return "\n".join([head, *lists, *rules, *goals])
 
     def again(self):
-        """Rules that must run again whatever the times say."""
+        """Text of again.mk: rules that must run again whatever the modification times say."""
         return "".join(f"{' '.join(rule.output_paths())}: FORCE\n" for rule in self.graph.rules if self.must_run(rule))
 
     def unmade(self):
-        """Rules without a recipe for files that are not there and that no rule makes: programs that are not built
-        yet and files of lists. Modes that only look need them."""
+        """Rules without a recipe for missing files that no rule makes: programs not built yet and files of
+        lists. The flags -n and -q and `why` need them."""
         made = {path for rule in self.graph.rules for path in rule.output_paths() + self._only_listed(rule)}
         read = {path for rule in self.graph.rules for path in self._prerequisites(rule) if not path.startswith("$(")}
         read |= {path for paths in self.graph.lists.values() for path in paths.paths}
         return "".join(f"{path}: ; @:\n" for path in sorted(read - made) if self.times.of(path) is None)
 
     def must_run(self, rule):
-        """Not all of its files are there, its last run was killed while it committed, or its list is damaged."""
+        """Whether a file of the rule is missing, its last run was killed while it committed, or its list is damaged."""
         times_ns = [self.times.of(path) for path in rule.output_paths()]
         if None in times_ns or rule.job.name in self.site.damaged:
             return True
@@ -83,12 +83,12 @@ class RulesFile:
         return not rule.job.script and self._is_interrupted(rule, max(times_ns))
 
     def _is_interrupted(self, rule, newest_ns):
-        """The receipt is renamed last: an output newer than it is of a later run that was killed."""
+        """Whether a run was killed while it committed: the receipt is renamed last, so no output may be newer."""
         receipt = dict(rule.outputs)["receipt"]
         return newest_ns > self.times.of(receipt) or not _ends_well(receipt)
 
     def list_files(self):
-        """(path, text) of the files that hold many paths."""
+        """(path, text) of the files that list many paths for a program."""
         for paths in self.graph.lists.values():
             yield self._list_path(paths), "".join(f"{path}\n" for path in paths.paths)
 
@@ -104,21 +104,21 @@ class RulesFile:
         return f"{goal}: {' '.join([*(rule.output_paths()[0] for rule in rules), *lists])}\n\t$(DONE)\n"
 
     def _shared(self, goal):
-        """Lists of what the jobs per shard or tile of a goal make."""
+        """Lists of the outputs that the jobs per shard or tile make for a goal."""
         jobs = [job for job in self.graph.jobs.values() if job.goal == goal and job.unit != "site"]
         return [self.graph.all_of(job, next(iter(job.outputs))).name for job in jobs]
 
     def _rule(self, rule):
         targets = " ".join(rule.output_paths())
-        # Programs commit all or nothing: one that fails leaves the last good outputs, and make must not delete them.
+        # Programs commit all or nothing: a failed one leaves the last good outputs, and make must not delete them.
         lines = [f"# {rule.name}: {rule.job.purpose}", f".PRECIOUS: {targets}", f"{targets} &: \\"]
         lines.append(" \\\n".join(f"  {word}" for word in self._prerequisites(rule)))
         lines.append("\t" + " \\\n\t  ".join(self._command(rule)))
         return "\n".join(lines) + "\n"
 
     def _listed_files(self):
-        """Files that are written with a list come after it. They keep their time when their bytes stay; what is gone of
-        them then, the program that reads them says, not Make."""
+        """Orders the files that a job writes beside a list after that list. They keep their modification time while their bytes
+        stay the same. If one is missing, the program that reads it says so, not Make."""
         for rule in self.graph.rules:
             files = self._only_listed(rule)
             if files:
@@ -129,7 +129,7 @@ class RulesFile:
         return [path for path in self.graph.listed_files(rule.job) if path not in outputs]
 
     def tool(self, rule):
-        """The program and its config, or the script."""
+        """Paths of the program and its config, or of the script."""
         job = rule.job
         if job.script:
             return [f"scripts/{job.script}"]
@@ -147,13 +147,13 @@ class RulesFile:
         return list(dict.fromkeys(words))
 
     def names_path(self, job, port):
-        """The list of names whose change makes a job stale that reads all of them."""
+        """The list of names; a job that reads all units is stale when it changes."""
         reference = next(reference for reference in job.inputs if reference.port == port)
         units = self.graph.jobs[reference.job].units_of(reference.output)
         return f"{self.site.folder}/lists/{units}s.txt"
 
     def name_files(self):
-        """(path, text) of the names of the units, but for a list that is damaged: it comes back as it was."""
+        """(path, text) of the lists of unit names, without damaged lists: their jobs write the same names again."""
         for job in self.graph.jobs.values():
             if job.lists not in READERS or job.name in self.site.damaged:
                 continue
@@ -173,9 +173,9 @@ class RulesFile:
 
 
 def _ends_well(receipt):
-    """Whether a receipt is whole as far as its last bytes tell; there may be ten thousands of them."""
+    """Whether a receipt's last bytes are whole; reading more is too slow for tens of thousands of receipts."""
     try:
-        file = os.open(receipt, os.O_RDONLY | os.O_NONBLOCK)  # a pipe must not make us wait
+        file = os.open(receipt, os.O_RDONLY | os.O_NONBLOCK)  # opening a pipe must not block
     except OSError:
         return False
     try:

@@ -1,22 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A site as it is on the disk: where its files are, and which shards, tiles and floors its lists name."""
+"""The state of a site on disk: the places of its files, and the shards, tiles and floors that its lists name."""
 
 import os
 
-from nightmap_eval import lists
-from nightmap_eval.errors import DataError
+from nightmap_eval import unit_lists
+from nightmap_eval.script_errors import DataError
 
 
 def _floor_stems(site_dir):
-    return [row["yaml"].removesuffix(".yaml") for row in lists.read_floors(os.path.join(site_dir, "grid"))]
+    return [row["yaml"].removesuffix(".yaml") for row in unit_lists.read_floors(os.path.join(site_dir, "grid"))]
 
 
 # Which rules there are follows from these lists, by what they list. (Nothing is made per query.)
-READERS = {"shard": lists.read_shards, "tile": lists.read_tiles, "floor": _floor_stems}
+READERS = {"shard": unit_lists.read_shards, "tile": unit_lists.read_tiles, "floor": _floor_stems}
 
 
 class SiteState:
-    """What the rules of a site depend on besides the declaration: where its files are and which units there are."""
+    """The places of a site's files and its units; with the declaration, they determine the rules."""
 
     def __init__(self, name, folder, data, build="build", config=None):
         self.name, self.folder, self.data, self.build = name, folder, data, build
@@ -27,15 +27,15 @@ class SiteState:
         self.imports, self.stamps = {}, {}
 
     def source(self, name):
-        """Path of what fills a port and no job makes: the recordings' folder, or a part of the site's config."""
+        """Path of an input that no job makes: the recordings' folder, or a part of the site's config."""
         return self.data if name == "data" else f"{self.config}/{name}/{self.name}.toml"
 
     def has(self, condition):
         return {None: True, "synthetic": self.is_synthetic, "queries": self.has_queries}[condition]
 
     def read_lists(self, jobs, tell):
-        """Reads which shards, tiles and floors there are, as far as the lists of the jobs are there. A damaged list is that
-        of a job that must run again; tell(message) says so."""
+        """Reads the lists of shards, tiles and floors that exist. The job of a damaged list must run again;
+        tell(message) says so."""
         for job in jobs:
             if job.lists not in READERS or not os.path.lexists(f"{self.folder}/{job.folder}/{job.first_output}"):
                 continue
@@ -44,4 +44,4 @@ class SiteState:
             except DataError as error:
                 self.damaged.add(job.name)
                 tell(f"nightmap: {error}: {job.name} makes it anew")
-        self.has_queries = lists.has_queries(self.folder)
+        self.has_queries = unit_lists.has_queries(self.folder)

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run did, as a table for the terminal: per job its time, memory, counts and warnings."""
+"""A table of a run for the terminal: time, memory, counts and warnings per job."""
 
 import os
 import re
 from pathlib import Path
 
-from nightmap_eval.errors import DataError
-from nightmap_eval.stages import StageResult
+from nightmap_eval.job_results import StageResult
+from nightmap_eval.script_errors import DataError
 
 TITLES = ("job", "made", "time (s)", "CPU (s)", "memory (MB)", "skipped", "warnings", "counts")
 WARNING = re.compile(rb"^\S+ (?:\x1b\[\S*)?warning", re.MULTILINE)
@@ -14,7 +14,7 @@ NUM_COUNTS = 3
 
 
 def table(graph, site_dir, outcome):
-    """Lines with the columns under each other: the jobs of which something was made, and a sum."""
+    """Lines with aligned columns: the jobs that ran, and a sum."""
     names = {rule.name: rule.job for rule in graph.rules}
     made = {}
     for name in outcome.codes:

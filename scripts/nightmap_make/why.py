@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which rules would run now, and for what reason: the same comparison of times that Make does, in words."""
+"""Finds the rules that would run now, and the reasons: the same comparison of modification times as Make's, in words."""
 
 import glob
 import json
@@ -9,12 +9,12 @@ import tomllib
 from nightmap_make.graph import PathList
 from nightmap_make.rules_file import Times
 
-SHOWN = 4  # shards or tiles of a job that are named one by one
+SHOWN = 4  # shards or tiles of a job that are listed one by one
 SOURCES = ("CMakeLists.txt", "cmake/*.cmake", "pipeline/*/*.h", "pipeline/*/*.cc", "stages/*/*.h", "stages/*/*.cc")
 
 
 class Staleness:
-    """reasons: rule -> why it runs, for the rules that would run when make were asked for all of them."""
+    """reasons: rule -> reasons, for the rules that make would run if all were goals."""
 
     def __init__(self, rules_file):
         self._file, self._times = rules_file, rules_file.times
@@ -48,7 +48,7 @@ class Staleness:
         return f"{path} is newer than {oldest}"
 
     def _inputs(self, rule):
-        """Paths that make the rule stale. Of a list that rules share, only what can: its stale and its newest paths."""
+        """Paths that may make the rule stale. A shared list gives only its stale and its newest paths."""
         values = [*self._file.tool(rule), *(value for port, value in rule.inputs), *rule.needs]
         values += [self._file.names_path(rule.job, port) for port, value in rule.inputs if isinstance(value, PathList)]
         for value in values:
@@ -66,7 +66,7 @@ class Staleness:
 
 
 def config_change(site, graph, rule):
-    """What differs between the config that is asked for and the one that the rule's report was made with."""
+    """Differences between the present config and the one in the rule's report."""
     report = dict(rule.outputs).get("report")
     try:
         with open(report, encoding="utf-8") as file:
@@ -80,7 +80,7 @@ def config_change(site, graph, rule):
 
 
 def program_reason(build):
-    """Why the programs would be built; None when they are up to date."""
+    """The reason to build the programs; None when they are up to date."""
     made = Times().of(f"{build}/programs.mk")
     if made is None:
         return "they are not built yet"
@@ -89,7 +89,7 @@ def program_reason(build):
 
 
 def lines(staleness, build):
-    """The answer of `make why`, a line per rule; of a job with many shards or tiles the first ones."""
+    """The answer of `make why`: a line per rule; only the first shards or tiles of a job with many."""
     programs = program_reason(build)
     if programs:
         yield f"programs: {programs}"
@@ -107,7 +107,7 @@ def lines(staleness, build):
             yield "everything is up to date"
         return
     if programs:
-        yield "(after the build, jobs whose program came out different rerun too)"
+        yield "(after the build, jobs whose program changed rerun too)"
     for rule in staleness.reasons:
         if rule.job.lists in ("shard", "tile"):
             yield f"(after {rule.name}, {rule.job.lists}s whose list is the same are left alone)"

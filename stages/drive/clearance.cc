@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipeline/geometry/distance_transform.h"
+#include "pipeline/planar/distance_transform.h"
 
 namespace nightmap {
 namespace {
@@ -42,7 +42,7 @@ bool ClearanceMap::IsObstacle(const Eigen::Vector2i& cell) const {
 std::pair<double, double> ClearanceMap::Bounds(const Eigen::Vector2d& point) const {
   const Eigen::Vector2d last(grid_.width - 1, grid_.height - 1);
   const Eigen::Vector2i cell =
-      point.array().floor().max(0).min(last.array()).cast<int>();  // the nearest in the grid
+      point.array().floor().max(0).min(last.array()).cast<int>();  // nearest cell in the grid
   const double distance = distances_[grid_.Index(cell.x(), cell.y())];
   const double off = (point - CenterOf(cell)).norm() + kRounding;
   return {distance - off - 0.5 * std::numbers::sqrt2, distance + off};

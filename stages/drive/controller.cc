@@ -10,15 +10,16 @@ namespace nightmap {
 namespace {
 
 constexpr double kDeg = std::numbers::pi / 180;
-constexpr double kShorter = 0.8;      // of a lookahead to the next that is tried
-constexpr double kShortest_m = 0.03;  // lookahead
-constexpr double kTight_m = 0.1;  // the same where there is no margin, so as to stay on the track
-constexpr double kAligned_rad = 1 * kDeg;  // a turn in place has ended
+constexpr double kShorter = 0.8;      // ratio of a tried lookahead to the previous one
+constexpr double kShortest_m = 0.03;  // shortest lookahead
+constexpr double kTight_m = 0.1;  // likewise without a margin, so that the robot stays on the track
+constexpr double kAligned_rad = 1 * kDeg;  // a turn in place ends within this angle
 constexpr double kTurned_rad = 1e-4;
-constexpr double kNearGoal_m = 0.02;  // no more steering: bearings of so near a point mean nothing
+// No more steering: the bearing of a point so near means nothing.
+constexpr double kNearGoal_m = 0.02;
 constexpr double kReached_m = 1e-4;
-constexpr double kSpacing_m = 0.01;  // of the poses on an arc that are checked
-constexpr int kNumSpeeds = 4;        // tried between the wish and the slowest possible
+constexpr double kSpacing_m = 0.01;  // between checked poses on an arc
+constexpr int kNumSpeeds = 4;        // speeds tried between the wish and the slowest possible
 
 }  // namespace
 
@@ -63,8 +64,8 @@ bool Controller::IsWayClear(const PlanarPose& pose,
   return true;
 }
 
-// The nearest point not beyond the pursued one. Round a corner that may be one behind an obstacle:
-// then one that is less far on.
+// The nearest point not beyond the pursued one. Around a corner that point may lie behind an
+// obstacle; then takes one that is less far along.
 double Controller::FindProgress_m(const Eigen::Vector2d& point) const {
   for (double ahead_m = pursued_m_ - progress_m_; ahead_m > kReached_m; ahead_m *= 0.5) {
     const double nearest_m = track_.Nearest_m(point, progress_m_, progress_m_ + ahead_m);
@@ -90,8 +91,8 @@ std::optional<Controller::Carrot> Controller::FindAhead(const PlanarPose& pose,
   return std::nullopt;
 }
 
-// The farthest point that a straight line leads to, in whatever direction. With more room than an
-// arc is to have: the robot is not turned so exactly.
+// The farthest point that a straight line reaches in any direction. Asks for more room than an arc
+// needs, because a turn in place is less exact.
 std::optional<Controller::Carrot> Controller::FindInSight(const PlanarPose& pose,
                                                           double full_m) const {
   for (const double margin_m : {options_.margin_m, 0.1 * options_.margin_m, 0.0}) {
@@ -153,7 +154,7 @@ Twist Controller::Follow(const PlanarPose& pose, const Twist& twist) {
   turning_ = true;
   if (twist.v_m_s > 0) return Brake(twist, options_.limits);
   const auto carrot = FindInSight(pose, full_m);
-  if (!carrot) {  // the way back to where the track was in sight
+  if (!carrot) {  // back to where the track was in sight
     pursued_m_ = progress_m_ = std::max(0.0, progress_m_ - kShortest_m);
     return {};
   }

@@ -2,14 +2,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/vision/grid_canvas.h"
+#include "pipeline/planar/draw_on_grid.h"
 #include "stages/drive/drive_output.h"
 
 namespace nightmap {
 namespace {
 
 constexpr double kTargetSide_px = 360;
-// Without anti-aliasing: a GIF has few colors.
+// Colors for drawing without anti-aliasing, because a GIF has few.
 constexpr Rgb kPathColor = {130, 170, 230};
 constexpr Rgb kDrivenColor = {20, 80, 200};
 constexpr Rgb kRobotColor = {20, 150, 60};

@@ -9,17 +9,17 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
-#include "stages/drive/keep_off.h"
-#include "stages/drive/on_grid.h"
+#include "stages/drive/check_path.h"
+#include "stages/drive/move_off_obstacles.h"
 #include "stages/drive/path_track.h"
 
 namespace nightmap {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kNumSigmas = 3;           // of a told position, to keep off obstacles besides
-constexpr double kMaxCut = 2;              // of a path's length to the robot's, which cuts corners
-constexpr double kStartDirection_m = 0.1;  // of the path, over which its direction is taken
+constexpr double kNumSigmas = 3;           // sigmas of a told position, added to the margin
+constexpr double kMaxCut = 2;              // longest path over the robot's way, which cuts corners
+constexpr double kStartDirection_m = 0.1;  // of the path, over which its direction is measured
 
 double Heading_rad(const char* name, const std::string& text, double default_rad) {
   if (text.empty()) return default_rad;
@@ -37,7 +37,7 @@ PlanarPose StartPose(const DriveOptions& options, const PlannedPath& path) {
   return {track.At(0), Heading_rad("start_heading_deg", options.start_heading_deg, along_rad)};
 }
 
-// From what of the path lies within some distance of where the robot is along it.
+// Distance to the part of the path near the robot's position along it.
 double Deviation_m(const PathTrack& track,
                    const Eigen::Vector2d& point,
                    double progress_m,
@@ -47,7 +47,7 @@ double Deviation_m(const PathTrack& track,
   return (track.At(nearest_m) - point).norm();
 }
 
-// The drive so far; goes on leg by leg.
+// The drive so far, extended leg by leg.
 class Simulation {
  public:
   Simulation(const DriveOptions& options, const DriveInputs& inputs)
@@ -63,10 +63,10 @@ class Simulation {
     result_.steps.push_back({StartPose(options, inputs.path), {}, 0, 0});
   }
 
-  // Until the robot is at rest at the leg's end, turned to the heading where there is one.
+  // Drives until the robot rests at the leg's end, turned to the goal heading if there is one.
   void DriveLeg(const std::vector<Eigen::Vector2d>& leg, std::optional<double> goal_heading_rad) {
     const PathTrack track(leg);
-    const PathTrack pursued(KeepOff(map_, leg, steering_.margin_m));
+    const PathTrack pursued(MoveOffObstacles(map_, leg, steering_.margin_m));
     Controller controller(steering_, pursued, map_, goal_heading_rad);
     Twist last;
     while (true) {
@@ -169,7 +169,7 @@ class Simulation {
   DriveResult result_;
 };
 
-// Before the work of a drive that cannot end in time.
+// Refuses a drive that cannot end in time before doing its work.
 void CheckLength(const DriveOptions& options, const PlannedPath& path) {
   double length_m = 0;
   for (const auto& leg : path.legs_in_map) length_m += PathTrack(leg).Length_m();

@@ -18,12 +18,12 @@ namespace nightmap {
 
 struct DriveOptions {
   ControllerOptions controller;
-  double robot_radius_m = 0;      // 0: the radius the path was planned for
-  std::string start_heading_deg;  // empty: along the path
-  std::string goal_heading_deg;   // empty: the path's last
+  double robot_radius_m = 0;      // 0: the radius that the path was planned for
+  std::string start_heading_deg;  // empty: the direction in which the path starts
+  std::string goal_heading_deg;   // empty: the path's goal heading
   double position_tolerance_m = 0.05;
   double heading_tolerance_deg = 5;
-  double max_duration_s = 3600;  // of the simulated drive
+  double max_duration_s = 3600;  // simulated time
   NoiseOptions noise;            // none by default
 
   void Register(OptionList& list);
@@ -35,34 +35,34 @@ struct DriveInputs {
 };
 
 struct DriveStep {
-  PlanarPose pose;         // true, at the step's time, the step's number times the period
-  Twist command;           // from then on until the next step; the last is none
+  PlanarPose pose;         // true pose at the step's time (step number times period)
+  Twist command;           // holds until the next step; the last is zero
   double clearance_m = 0;  // see ClearanceMap
-  double deviation_m = 0;  // from the path
+  double deviation_m = 0;  // distance from the path
 };
 
 struct DriveResult {
-  int floor = 0;        // of the path
-  Footprint footprint;  // as used
+  int floor = 0;        // floor of the path
+  Footprint footprint;  // radius that was used
   std::vector<DriveStep> steps;
   double period_s = 0;
   double path_length_m = 0;
-  double length_m = 0;  // driven
+  double length_m = 0;  // driven length
   double min_clearance_m = 0;
   double max_deviation_m = 0;
   std::size_t num_goals = 0;
-  double position_error_m = 0;   // largest at a goal
-  double heading_error_deg = 0;  // at the last
+  double position_error_m = 0;   // largest error at a goal
+  double heading_error_deg = 0;  // at the last goal
 
   double Duration_s() const { return period_s * static_cast<double>(steps.size() - 1); }
 };
 
-// The robot starts at rest on the path's first point, and stops at each goal of the path. Without
-// noise each step's pose follows exactly from the one before it and its command, so commands alone
-// replay the drive. With noise the controller sees other poses than the true ones, by which
-// collisions and arrival are judged all the same. Deterministic. Throws UsageError on a malformed
-// option, DataError when a point of the path is not on the grid, ThresholdError when the robot
-// collides, does not arrive within max_duration_s, or arrives outside of a tolerance.
+// The robot starts at rest on the path's first point and stops at each goal of the path. Without
+// noise each step's pose follows exactly from the pose and command before it, so the commands alone
+// replay the drive. With noise the controller sees noisy poses, but collisions and arrival are
+// judged by the true ones. Deterministic. Throws UsageError on a malformed option, DataError when a
+// point of the path is not on the grid, ThresholdError when the robot collides, does not arrive
+// within max_duration_s, or arrives outside a tolerance.
 DriveResult RunDrive(const DriveOptions& options, const DriveInputs& inputs, Progress& progress);
 
 }  // namespace nightmap

@@ -11,9 +11,10 @@
 
 namespace nightmap {
 
-// Header time_ns,x_m,y_m,heading_rad,v_m_s,omega_rad_s; map frame, one row a control period, from
-// time 0. Poses are the true ones. The command of a row holds until the next row's time; the last
-// row's is none. Commands have all their digits, poses are rounded to micrometres and microradians.
+// Header time_ns,x_m,y_m,heading_rad,v_m_s,omega_rad_s; map frame, one row per control period, from
+// time 0. Poses are the true ones. A row's command holds until the next row's time; the last
+// command is zero. Commands have all their digits; poses are rounded to micrometres and
+// microradians.
 std::string DriveToCsv(const DriveResult& result);
 
 // The drive's figures, for report.json.
@@ -22,8 +23,9 @@ nlohmann::ordered_json DriveFigures(const DriveResult& result);
 // Format nightmap_drive, version 1: the figures and the config.
 nlohmann::ordered_json DriveToJson(const DriveResult& result, const std::string& config_toml);
 
-// The drive in equal steps of time, at most kMaxDriveImages: the grid (white free, black occupied,
-// grey unknown) with the path, what was driven of it, and the robot with its heading; y up.
+// The drive in equal time steps, at most kMaxDriveImages. Each picture shows the grid (white free,
+// black occupied, grey unknown), the path, the part driven so far, and the robot with its heading;
+// y up.
 constexpr int kMaxDriveImages = 40;
 constexpr double kDriveImagesPerS = 10;
 std::vector<ColorImage> DrawDrive(const DriveInputs& inputs, const DriveResult& result);

@@ -3,9 +3,9 @@
 // path.json, and floors.json with the grid of the path's floor; writes drive.csv, drive.json and
 // drive.gif.
 #include "pipeline/base/files.h"
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/floors_io.h"
 #include "pipeline/io/gif_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/drive/drive.h"
 #include "stages/drive/drive_output.h"
 
@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
        {"csv", "path.csv of the plan stage"},
        {"json", "path.json of the plan stage"}},
       {{"csv", "poses and commands: time_ns,x_m,y_m,heading_rad,v_m_s,omega_rad_s"},
-       {"json", "the drive's figures"},
-       {"gif", "the drive on the grid", Arity::kOptional}}};
+       {"json", "figures of the drive"},
+       {"gif", "animation of the drive on the grid", Arity::kOptional}}};
   return StageMain(argc, argv, spec, DriveOptions{}, Run);
 }

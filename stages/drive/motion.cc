@@ -9,9 +9,9 @@ namespace nightmap {
 namespace {
 
 constexpr double kUnit = 1e-6;         // of commanded velocities
-constexpr double kMinTurn_rad = 1e-9;  // of an arc that is taken as one
+constexpr double kMinTurn_rad = 1e-9;  // smallest turn that counts as an arc
 
-// In whole units, so that what is added up stays exact.
+// Works in whole units, so that sums stay exact.
 double ReachOne(double from, double wish, double max_speed, double max_change) {
   const double start = std::round(from / kUnit);
   const double top = std::floor(max_speed / kUnit * (1 + 1e-12));
@@ -31,7 +31,7 @@ double WrapAngle(double angle_rad) {
 PlanarPose Advance(const PlanarPose& pose, const Twist& twist, double duration_s) {
   const double turn_rad = twist.omega_rad_s * duration_s;
   const double length_m = twist.v_m_s * duration_s;
-  // The chord of the arc has the direction of its middle.
+  // The chord of an arc has the direction of the arc's middle.
   const double half_rad = 0.5 * turn_rad;
   const double chord_m =
       std::abs(half_rad) < kMinTurn_rad ? length_m : length_m * std::sin(half_rad) / half_rad;
@@ -60,7 +60,7 @@ Twist Brake(const Twist& twist, const MotionLimits& limits) {
 
 double SpeedToStopWithin(double distance, double acceleration, double period_s) {
   if (distance <= 0) return 0;
-  const double step = acceleration * period_s;  // change of speed in a period
+  const double step = acceleration * period_s;  // change of speed per period
   const double units = distance / (step * period_s);
   // Speeds s, s - 1, ... down to zero, in steps, cover (m + 1) (s - m / 2) with m whole steps in s.
   const double num_whole = std::floor(0.5 * (std::sqrt(1 + 8 * units) - 1));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a differential-drive robot moves: poses in the plane, twists, and their limits.
+// Motion of a differential-drive robot: planar poses, twists, and their limits.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@ struct PlanarPose {
   double heading_rad = 0;  // counter-clockwise from x, in (-pi, pi]
 };
 
-// Commanded for one control period, and held in it.
+// Command that is held for one control period.
 struct Twist {
   double v_m_s = 0;        // forwards
   double omega_rad_s = 0;  // counter-clockwise
@@ -22,27 +22,27 @@ struct Twist {
 struct MotionLimits {
   double max_v_m_s = 0.5;
   double max_omega_rad_s = 1.0;
-  double max_acceleration_m_s2 = 0.5;  // and deceleration
+  double max_acceleration_m_s2 = 0.5;  // also the deceleration
   double max_angular_acceleration_rad_s2 = 2.0;
-  double period_s = 0.05;  // of control
+  double period_s = 0.05;  // control period
 };
 
-// Into (-pi, pi].
+// Wraps into (-pi, pi].
 double WrapAngle(double angle_rad);
 
-// Exact: a twist held for a time moves along an arc (or a straight line).
+// Exact: a twist held for a time moves the robot along an arc or a straight line.
 PlanarPose Advance(const PlanarPose& pose, const Twist& twist, double duration_s);
 
-// A twist near `wish` that may follow `twist`: whole millionths (what a file holds exactly), within
-// both velocity limits and one period's acceleration. A wish that is out of reach is clamped.
+// The twist nearest to `wish` that may follow `twist`: within both velocity limits and one period's
+// acceleration, in whole millionths (which a file holds exactly). A wish out of reach is clamped.
 Twist Reach(const Twist& twist, const Twist& wish, const MotionLimits& limits);
 
-// The twist that follows when the robot brakes as hard as it may, on the arc it is on as far as the
-// angular acceleration allows.
+// The twist after `twist` when the robot brakes as hard as it may. It stays on its arc as far as
+// the angular acceleration allows.
 Twist Brake(const Twist& twist, const MotionLimits& limits);
 
-// The largest speed for the next period from which the robot can still come to rest within a
-// distance; all in the same unit, m or rad.
+// Largest speed for the next period from which the robot can still come to rest within a distance.
+// Units agree: all m or all rad.
 double SpeedToStopWithin(double distance, double acceleration, double period_s);
 
 }  // namespace nightmap

@@ -9,18 +9,21 @@ void NoiseOptions::Register(OptionList& list) {
   list.Add("wheel_noise",
            &wheel_noise,
            Range(0.0, 0.5),
-           "standard deviation of a wheel's way in a control period, relative to it; the wheels "
-           "are as far apart as the robot is wide");
+           "standard deviation of a wheel's travel per control period, relative to that travel; "
+           "the wheels are as far apart as the robot is wide");
   list.Add("position_noise_m",
            &position_noise_m,
            Range(0.0, 1.0),
-           "the same of the position that the controller is told, along x and along y");
-  list.Add("heading_noise_rad", &heading_noise_rad, Range(0.0, 1.0), "the same of the heading");
+           "standard deviation of the position that the controller is told, in x and in y");
+  list.Add("heading_noise_rad",
+           &heading_noise_rad,
+           Range(0.0, 1.0),
+           "standard deviation of the heading that the controller is told");
   list.Add("localization_time_s",
            &localization_time_s,
            Range(0.0, 100.0),
-           "time constant with which a told pose's error fades; 0: each period has another");
-  list.Add("seed", &seed, Range(0, 2e9), "of all noise");
+           "time constant with which the error of a told pose decays; 0: independent errors");
+  list.Add("seed", &seed, Range(0, 2e9), "seed of all noise");
 }
 
 Noise::Noise(const NoiseOptions& options, double wheel_distance_m, double period_s)

@@ -15,7 +15,8 @@ PathTrack::PathTrack(const std::vector<Eigen::Vector2d>& points) {
   }
 }
 
-// The segment ends at the point after the returned one; not for a track of one point.
+// Index of the segment's first point; the segment ends at the next one. Not for a track of one
+// point.
 std::size_t PathTrack::SegmentAt(double distance_m) const {
   const auto next = std::upper_bound(distances_m_.begin() + 1, distances_m_.end() - 1, distance_m);
   return static_cast<std::size_t>(next - distances_m_.begin()) - 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A path as a line to be followed, by its length.
+// A path as a polyline, addressed by distance along it.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,14 +15,15 @@ class PathTrack {
   double Length_m() const { return distances_m_.back(); }
   // Clamped to the ends.
   Eigen::Vector2d At(double distance_m) const;
-  // Where between two distances the track comes nearest to a point; the first such place.
+  // Distance, between two given ones, at which the track is nearest to a point; the first one on
+  // ties.
   double Nearest_m(const Eigen::Vector2d& point, double from_m, double to_m) const;
 
  private:
   std::size_t SegmentAt(double distance_m) const;
 
   std::vector<Eigen::Vector2d> points_;
-  std::vector<double> distances_m_;  // of each point, along the track
+  std::vector<double> distances_m_;  // distance along the track of each point
 };
 
 }  // namespace nightmap

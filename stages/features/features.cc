@@ -11,8 +11,8 @@ namespace nightmap {
 
 namespace {
 
-// Describes or tracks the frames of one segment in order. After one that throws the next is tracked
-// from the last described one, or described, as if it were not there.
+// Describes or tracks the frames of one segment in order. A frame that throws is skipped: the next
+// frame is tracked from the last described one, or described.
 class Segment {
  public:
   Segment(const FeaturesOptions& options, const std::vector<RgbdCamera>& cameras)
@@ -37,7 +37,7 @@ class Segment {
   const FeaturesOptions& options_;
   const std::vector<RgbdCamera>& cameras_;
   FeatureTracker tracker_;
-  int camera_idx_ = -1;  // of the frame before
+  int camera_idx_ = -1;  // of the previous frame
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// features: keypoints and depth of every frame of a shard; descriptors of those that show something
-// new.
+// features: keypoints and depth of every frame of a shard, and descriptors of the frames that show
+// something new.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,8 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
-#include "pipeline/vision/extract_features.h"
-#include "pipeline/vision/track_features.h"
+#include "pipeline/features/extract_features.h"
+#include "pipeline/features/track_features.h"
 
 namespace nightmap {
 
@@ -26,25 +26,26 @@ struct FeaturesOptions {
     list.Add("segment_frames",
              &segment_frames,
              Range(1, 1e6),
-             "frames worked on one after the other; the first of them is described");
+             "length of a run of frames that is processed in order; its first frame is described");
     list.Add("max_failed_ratio",
              &max_failed_ratio,
              Range(0, 1),
-             "share of failed frames above which the stage fails");
+             "fails when a larger share of the frames failed");
   }
 };
 
-// Throws when the frame's pixels cannot be read: whatever FrameFailure catches fails this frame.
+// Throws when the frame's pixels cannot be read. Any exception that FrameFailure catches fails this
+// frame only.
 using RgbdLoader = std::function<RgbdImages(const FrameRecord&)>;
 
 struct FeaturesResult {
-  FeaturesShard shard;               // one entry a frame, in order; a failed frame has no features
+  FeaturesShard shard;  // one entry per frame, in order; a failed frame has no features
   std::vector<std::string> skipped;  // reasons, in frame order
 };
 
-// The first frame of each segment and the last of the shard are described; the others are tracked
-// from the last described one as long as enough of its features are found. Deterministic at any
-// number of threads: segments are independent.
+// The first frame of each segment and the last frame of the shard are described. The others are
+// tracked from the last described frame as long as enough of its features are found. Deterministic
+// at any number of threads: segments are independent.
 FeaturesResult RunFeatures(const FeaturesOptions& options,
                            const std::vector<FrameRecord>& frames,
                            const std::vector<RgbdCamera>& cameras,

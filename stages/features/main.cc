@@ -4,7 +4,7 @@
 
 #include <opencv2/core/utility.hpp>
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 
 namespace nightmap {
 namespace {
@@ -36,10 +36,10 @@ int main(int argc, char** argv) {
   cv::setNumThreads(1);  // segments are the unit of parallelism
   const StageSpec spec{
       "features",
-      "Describes keypoints in the frames of one shard, and tracks them through those between.",
+      "Describes keypoints in some frames of a shard, and tracks them through the others.",
       {{"frames", "shard_NNNN.csv of the frames stage"},
        {"cameras", "cameras.json of the frames stage"},
-       FolderPort("data", "folder the paths in the frames file are relative to")},
+       FolderPort("data", "folder to which the paths in the frames file are relative")},
       {{"features", "shard_NNNN.h5: keypoints, descriptors, depths"}}};
   return StageMain(argc, argv, spec, FeaturesOptions{}, [](const auto& options, auto& context) {
     const auto frames = ReadFrames(context.Input("frames"));

@@ -26,13 +26,14 @@ void CheckTimesIncrease(const std::vector<RawSequence>& sequences) {
   }
 }
 
-// What keeps a frame out of the map; empty when nothing does.
+// Reason that keeps a frame out of the map; empty when there is none.
 std::string WhyUnusable(const RawFrame& frame, const RawSequence& sequence) {
   if (!frame.problem.empty()) return frame.problem;
   return sequence.needs_depth ? frame.depth_problem : std::string();
 }
 
-// A frame that is mapped without a channel it has says so; one that needed it is left out.
+// Notes the channels that a mapped frame lost. A frame that needs a lost channel is left out
+// elsewhere.
 void NoteLostChannels(const RawFrame& frame, std::vector<std::string>* skipped) {
   if (!frame.depth_problem.empty()) skipped->push_back(frame.depth_problem);
   skipped->insert(skipped->end(), frame.others_problems.begin(), frame.others_problems.end());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// frames: turns a site's recordings into one list of frames, cut into shards, and one of held-out
-// frames, with the ground truth at their times.
+// frames: turns a site's recordings into a list of mapping frames, cut into shards, and a list of
+// held-out frames; both with the ground truth at their times.
 #pragma once
 
 #include <cstddef>
@@ -22,41 +22,45 @@ struct FramesOptions {
   double max_picture_mpx = 128;
 
   void Register(OptionList& list) {
-    list.Add("shard_size", &shard_size, {1, 1e6}, "frames in one shard, the unit of parallel work");
-    list.Add("stride", &stride, {1, 1e6}, "use every Nth frame of a recording");
-    list.Add("max_frames", &max_frames, {0, 1e9}, "use at most this many frames; 0: all");
-    list.Add("max_failed_ratio", &max_failed_ratio, {0, 1}, "fail when more frames are unusable");
+    list.Add("shard_size", &shard_size, {1, 1e6}, "frames per shard, the unit of parallel work");
+    list.Add("stride", &stride, {1, 1e6}, "uses every Nth frame of a recording");
+    list.Add("max_frames", &max_frames, {0, 1e9}, "uses at most this many frames; 0: all");
+    list.Add("max_failed_ratio",
+             &max_failed_ratio,
+             {0, 1},
+             "fails when a larger share of the frames is unusable");
     list.Add("max_picture_mpx",
              &max_picture_mpx,
              {0.01, 1000},
-             "million pixels of the largest picture; decoding takes 6 bytes for each, per thread");
+             "million pixels of the largest picture; decoding takes 6 bytes per pixel and thread");
   }
 };
 
-// Removes what stride and max_frames leave out. Returns the number of frames that max_frames alone
-// left out: the last ones.
+// Removes the frames that stride and max_frames leave out. Returns how many frames max_frames alone
+// left out; these are the last ones.
 [[nodiscard]] std::size_t SelectFrames(const FramesOptions& options,
                                        std::vector<RawSequence>* sequences);
 
 struct FrameLists {
   std::vector<FrameRecord> frames;                 // time_ns increases, frame_idx counts from 0
-  std::vector<FrameRecord> held_out;               // the same, frame_idx counting on its own
-  std::vector<StampedPose> ground_truth;           // at the frames that have one
-  std::vector<StampedPose> held_out_ground_truth;  // at the held-out frames that have one
-  std::vector<std::string> skipped;                // one reason a frame or channel with a problem
+  std::vector<FrameRecord> held_out;               // likewise, with a count of its own
+  std::vector<StampedPose> ground_truth;           // of the frames that have one
+  std::vector<StampedPose> held_out_ground_truth;  // of the held-out frames that have one
+  std::vector<std::string> skipped;                // one reason per frame or channel with a problem
   std::size_t num_inspected = 0;
-  std::size_t num_frames_unusable = 0;  // mapping frames left out for a problem
+  std::size_t num_frames_unusable = 0;  // mapping frames left out because of a problem
 };
 
-// Splits the sequences' frames into mapping frames and held-out ones, which are pictures to locate
-// in the map of the others: with hold_out_every = N > 0 every Nth selected frame. The choice
-// depends on a frame's place in the lists alone, so that a damaged file moves no other frame
-// between the two. A mapping frame with a problem, or without the depth that its sequence needs, is
-// left out; a held-out one with a problem stays, for localize to count it as a failure. Truth is
-// that of TruthAt. Throws DataError when sequences overlap in time. Pure and deterministic.
+// Splits the sequences' frames into mapping frames and held-out frames. Held-out frames are
+// pictures to locate in the map made of the others: every Nth selected frame for hold_out_every = N
+// > 0. The choice depends only on a frame's place in the lists, so a damaged file moves no other
+// frame from one list to the other. A mapping frame with a problem, or without the depth that its
+// sequence needs, is left out. A held-out frame with a problem stays, so that localize counts it as
+// a failure. Ground truth is interpolated by TruthAt. Throws DataError when sequences overlap in
+// time. Pure and deterministic.
 FrameLists RunFrames(const std::vector<RawSequence>& sequences, int hold_out_every);
 
-// The frames cut into runs of `shard_size`; the last may be shorter.
+// Cuts the frames into runs of `shard_size`; the last may be shorter.
 std::vector<std::vector<FrameRecord>> CutShards(const std::vector<FrameRecord>& frames,
                                                 int shard_size);
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// frames: lists a site's frames and what its other sensors measured. Reads a site config and the
-// raw recordings; writes shards.txt and, beside it, shard_NNNN.csv, cameras.json, held_out.csv, the
-// truth, and acceleration.h5, odometry.h5, scans.h5.
+// frames: lists a site's frames and the measurements of its other sensors. Reads a site config and
+// the raw recordings; writes shards.txt and, next to it, shard_NNNN.csv, cameras.json,
+// held_out.csv, the truth, and acceleration.h5, odometry.h5, scans.h5.
 #include <spdlog/spdlog.h>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/site_config.h"
+#include "pipeline/program/stage_main.h"
 #include "pipeline/recording/inspect_frames.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/read_signals.h"
@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
                        "lists, checks and associates the frames and signals of a site",
                        {{"site", "site config, configs/sites/<site>.toml"},
                         FolderPort("data", "folder of the recordings")},
-                       {{"shards", "shards.txt; the other files are written beside it"}}};
+                       {{"shards", "shards.txt; the other files are written next to it"}}};
   return StageMain(
       argc, argv, spec, FramesOptions{}, [](const FramesOptions& options, StageContext& context) {
         const auto& data_root = context.Input("data");

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "pipeline/base/files.h"
-#include "pipeline/io/name_list.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/io/unit_list.h"
 
 namespace nightmap {
 namespace {
@@ -17,10 +17,10 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPort = "shards";
 
-// The file of each kind of signal.
+// File name for each kind of signal.
 constexpr const char* kSignalFiles[] = {"acceleration.h5", "odometry.h5", "scans.h5"};
 
-// Writes files beside shards.txt and remembers their names.
+// Writes files next to shards.txt and remembers their names.
 class Writer {
  public:
   explicit Writer(StageContext& context) : context_(context) {}

@@ -4,19 +4,19 @@
 
 #include <vector>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/signals_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/frames/frames.h"
 
 namespace nightmap {
 
-// Writes beside the output `shards` the shards, held-out frames, cameras, truth, and the signals of
-// each kind, each kept as it is when its bytes did not change, then shards.txt, and fills the
-// report. Files of an earlier run that this one does not have (shards beyond the last, truth of a
-// site without) are removed. The camera_idx of `lists` count in `cameras`; so do those of the
-// held-out frames, whose cameras the site config says, while those of the shards count in
-// cameras.json.
+// Writes next to the output `shards`: the shards, held-out frames, cameras, truth, and the signals
+// of each kind. A file whose bytes did not change is left untouched. Writes shards.txt last and
+// fills the report. Removes files of an earlier run that this run does not have (shards beyond the
+// last, truth of a site without any). The camera_idx of `lists` are indices into `cameras`. So are
+// those of the written held-out frames, whose cameras the site config describes; those of the
+// written shards are indices into cameras.json.
 void WriteFrames(const FramesOptions& options,
                  const std::vector<RgbdCamera>& cameras,
                  FrameLists lists,

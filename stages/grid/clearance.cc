@@ -4,12 +4,12 @@
 #include <cmath>
 #include <cstdint>
 
-#include "pipeline/geometry/distance_transform.h"
+#include "pipeline/planar/distance_transform.h"
 
 namespace nightmap {
 namespace {
 
-// From each cell to the nearest one that `is_target` accepts.
+// Distance from each cell to the nearest one that `is_target` accepts.
 template <typename IsTarget>
 std::vector<float> DistanceTo_m(const OccupancyGrid& grid,
                                 bool is_outside_target,

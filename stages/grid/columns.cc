@@ -54,7 +54,7 @@ void ForColumns(const Block& block, const Area& area, const Visit& visit) {
   }
 }
 
-// The same for every column of every leaf, with the run it adds to that column.
+// Likewise for every column of every leaf, with the run that the leaf adds to that column.
 template <typename Visit>
 void ForRuns(const LeafSource& leaves, const Area& area, const Visit& visit) {
   leaves.visit([&](const PlacedLeaf& leaf) {
@@ -68,7 +68,7 @@ bool GoesOn(const Run& run, const Run& above) {
   return above.begin == run.end && above.occupied == run.occupied;
 }
 
-// How many runs each column has, and before it a zero.
+// Number of runs of each column, after a leading zero.
 std::vector<std::size_t> CountRuns(const LeafSource& leaves, const Area& area) {
   std::vector<std::size_t> counts(area.Size() + 1, 0);
   std::vector<Run> last(area.Size(), Run{0, std::numeric_limits<int>::min(), false});

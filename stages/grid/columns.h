@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the octree holds above each cell of the grid, as runs along z. Heights are z in the map
+// The octree's content above each cell of the grid, as runs along z. Heights are z in the map
 // frame, counted in smallest voxels: voxel k spans [k, k + 1) * resolution.
 #pragma once
 
@@ -34,7 +34,7 @@ struct Run {
 };
 
 struct Area {
-  int min_x = 0, min_y = 0;  // cells from the map's origin
+  int min_x = 0, min_y = 0;  // in cells, from the map's origin
   int width = 0, height = 0;
 
   std::size_t Size() const {
@@ -49,16 +49,17 @@ struct Area {
 struct Columns {
   Area area;
   double resolution_m = 0;
-  std::vector<std::size_t> first;  // of each column, row by row, smallest y first; and the end
-  std::vector<Run> runs;           // of a column upwards; neighbours of one state are one run
+  // Index of each column's first run, row by row, smallest y first; then the end.
+  std::vector<std::size_t> first;
+  std::vector<Run> runs;  // of each column upwards; adjacent voxels of one state form one run
 
   std::span<const Run> Of(std::size_t column) const {
     return {runs.data() + first[column], runs.data() + first[column + 1]};
   }
 };
 
-// Reads the leaves three times and holds only what comes of it, so that a tree need not fit into
-// memory. Throws DataError when there is no leaf or they span too large an area.
+// Reads the leaves three times and holds only the columns, so a tree need not fit into memory.
+// Throws DataError when there is no leaf or the leaves span too large an area.
 Columns CollectColumns(const LeafSource& leaves, Progress& progress);
 
 }  // namespace nightmap

@@ -29,8 +29,8 @@ class HeightHistogram {
   }
   std::size_t Near(int top) const { return At(top - 1) + At(top) + At(top + 1); }
 
-  // The voxel with the most supports within one of it, among those that `fits` accepts; the lowest
-  // of equals.
+  // The voxel with the most supports within one voxel of it, among those that `fits` accepts; ties:
+  // the lowest.
   template <typename Fits>
   std::optional<int> Peak(const Fits& fits) const {
     std::optional<int> best;
@@ -63,7 +63,7 @@ bool HasCamera(const std::vector<Eigen::Vector3d>& cameras_in_map, double floor_
 }  // namespace
 
 Supports FindSupports(const GridOptions& options, const Columns& columns) {
-  // Relative to the surface's voxel, whose centre counts as the surface.
+  // Heights are relative to the surface's voxel, whose centre counts as the surface.
   const double resolution_m = columns.resolution_m;
   HeightRange room = VoxelsWithin(options.max_step_height_m + resolution_m / 2,
                                   options.robot_height_m + resolution_m / 2,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a robot could stand, and the floors of the building among these places. A column may hold
-// several places, one above the other (a multi-level surface map: Triebel, Pfaff and Burgard, IROS
-// 2006).
+// Surfaces on which a robot could stand, and the floors of the building among them. A column may
+// hold several surfaces, one above the other (multi-level surface map: Triebel, Pfaff and Burgard,
+// IROS 2006).
 #pragma once
 
 #include <Eigen/Core>
@@ -14,10 +14,10 @@
 
 namespace nightmap {
 
-// The highest voxels of the surfaces with seen free space right above and nothing occupied up to
-// the robot's height, not counting a step.
+// The top voxels of surfaces that have seen free space right above them and, apart from the height
+// of one step, nothing occupied up to the robot's height.
 struct Supports {
-  std::vector<std::size_t> first;  // of each column; and the end
+  std::vector<std::size_t> first;  // index of each column's first top; then the end
   std::vector<int> tops;           // voxels, upwards in a column
 
   std::span<const int> Of(std::size_t column) const {
@@ -25,18 +25,18 @@ struct Supports {
   }
 };
 
-// A camera this far above a floor, or less, is on it.
+// A camera at most this far above a floor is on that floor.
 constexpr double kMaxCameraHeight_m = 2.5;
 
-// A surface is taken to be in the middle of its voxel.
+// A surface is assumed to be in the middle of its voxel.
 inline double SurfaceHeight_m(int top, double resolution_m) { return (top + 0.5) * resolution_m; }
 
 Supports FindSupports(const GridOptions& options, const Columns& columns);
 
-// Heights of the floors, rising. One is 0: map_frame put the map's floor there. Others are the
-// heights with the most supports, at least min_floor_area_m2 of them and min_floor_distance_m from
-// every floor that has more, over which a camera was (unless `cameras_in_map` is empty). So the top
-// of a table is no floor: it is too near to one.
+// Heights of the floors, ascending. One is 0, because map_frame put the map's floor there. The
+// others are the heights with the most supports. Each has at least min_floor_area_m2 of them, is at
+// least min_floor_distance_m from every floor that has more, and had a camera above it (not
+// required if `cameras_in_map` is empty). A table top is no floor, because it is too near to one.
 std::vector<double> FindFloors(const GridOptions& options,
                                const Columns& columns,
                                const Supports& supports,

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "pipeline/base/error.h"
-#include "stages/grid/classify.h"
+#include "stages/grid/classify_cells.h"
 #include "stages/grid/columns.h"
 #include "stages/grid/floors.h"
 #include "stages/grid/ground.h"
@@ -13,7 +13,7 @@
 namespace nightmap {
 namespace {
 
-// To a nanometre: multiples of the resolution print short in the YAML.
+// Rounds to a nanometre, so that multiples of the resolution print short in the YAML.
 Eigen::Vector2d Rounded(const Eigen::Vector2d& point_m) {
   return (point_m * 1e9).array().round() / 1e9;
 }
@@ -57,7 +57,7 @@ void CountCells(FloorGrid& floor) {
   floor.num_unknown_cells = count(kUnknownCell);
 }
 
-// Share of the occupied voxels that lie below the lowest floor: much where it is no floor.
+// Share of the occupied voxels below the lowest floor. A large share means that it is no floor.
 double ShareBelow(const Columns& columns, double lowest_floor_m) {
   constexpr double kDepth_m = 0.3;
   const int end = VoxelsWithin(lowest_floor_m - kDepth_m, 0, columns.resolution_m).min;
@@ -89,19 +89,19 @@ void GridOptions::Register(OptionList& list) {
   list.Add("robot_height_m",
            &robot_height_m,
            Range(0.05, 10.0),
-           "what hangs higher above the ground does not block the robot");
+           "objects that hang higher above the ground do not block the robot");
   list.Add("max_step_height_m",
            &max_step_height_m,
            Range(0.0, 2.0),
-           "sills, kerbs and edges up to this high are driven over");
+           "the robot drives over sills, kerbs and edges up to this height");
   list.Add("min_floor_area_m2",
            &min_floor_area_m2,
            Range(0.1, 1e6),
-           "level ground seen of a floor above or below the map's, at least");
+           "smallest seen level area of a floor above or below the map's");
   list.Add("min_floor_distance_m",
            &min_floor_distance_m,
            Range(0.5, 100),
-           "between the heights of two floors; nearer level surfaces are furniture");
+           "smallest height between two floors; nearer level surfaces are furniture");
   list.Add("min_ramp_area_m2",
            &min_ramp_area_m2,
            Range(0.0, 1000),
@@ -113,20 +113,21 @@ void GridOptions::Register(OptionList& list) {
   list.Add("max_unseen_m",
            &max_unseen_m,
            Range(0, 10),
-           "unseen height between free voxels above which a cell is unknown, not free");
+           "a cell with more unseen height between free voxels is unknown, not free");
   list.Add("max_hidden_m",
            &max_hidden_m,
            Range(0, 10),
-           "unseen height above a step over unseen ground above which a cell is unknown, not free");
+           "a cell with more unseen height above a step over unseen ground is unknown, not free");
   list.Add("speck_min_neighbors",
            &speck_min_neighbors,
            Range(0, 8),
-           "a cell with fewer occupied neighbours (of 8) is a speck and is removed; 0: keep all");
+           "a cell with fewer occupied neighbours (of 8) is a speck and is removed; 0: keeps all");
   list.Add("speck_max_voxels",
            &speck_max_voxels,
            Range(0, 100),
            "a column with more occupied voxels is never a speck");
-  list.Add("margin_m", &margin_m, Range(0.0, 10.0), "unknown border kept around the seen area");
+  list.Add(
+      "margin_m", &margin_m, Range(0.0, 10.0), "width of the unknown border around the seen area");
 }
 
 GridResult RunGrid(const GridOptions& options,

@@ -9,9 +9,9 @@ namespace nightmap {
 namespace {
 
 constexpr double kFillReach_m = 0.75;
-constexpr double kBridge_m = 1.5;    // a ramp goes on behind as much unseen ground, at most
-constexpr double kMaxSlope = 0.36;   // of ramps from where they leave level ground
-constexpr int kNumSmoothings = 100;  // of the ground that is filled in beside ramps
+constexpr double kBridge_m = 1.5;    // longest unseen ground behind which a ramp continues
+constexpr double kMaxSlope = 0.36;   // of ramps, measured from where they leave level ground
+constexpr int kNumSmoothings = 100;  // of the ground filled in beside ramps
 constexpr double kStepTolerance_m = 1e-9;
 constexpr int kNoSupport = std::numeric_limits<int>::min();
 
@@ -61,7 +61,7 @@ class GroundFinder {
     if (cell + width < tops_.size()) visit(cell + width);
   }
 
-  // Of several level supports in a column, the one nearest to the floor's height.
+  // The level support of a column; if there are several, the one nearest to the floor's height.
   std::vector<std::size_t> LevelCells() {
     std::vector<std::size_t> cells;
     for (std::size_t cell = 0; cell < tops_.size(); ++cell) {
@@ -78,14 +78,13 @@ class GroundFinder {
     return cells;
   }
 
-  // Ground that was not seen below seen free space: the support before it, and how far back that
-  // is.
+  // Unseen ground below seen free space: the support before it, and the distance back to that.
   struct Bridge {
     int from_top = kNoSupport;
     int num_cells = std::numeric_limits<int>::max();
   };
 
-  // From level ground to a cell: what is steeper than a ramp is furniture.
+  // Path from level ground to a cell; anything steeper than a ramp is furniture.
   struct Way {
     int level_top = kNoSupport;
     int num_cells = 0;
@@ -99,7 +98,7 @@ class GroundFinder {
     return Voxels(options_.max_step_height_m + kMaxSlope * num_unseen_cells * resolution_m_);
   }
 
-  // The support of a column that is reached from one beside it, or from before unseen ground.
+  // The support of a column that is reached from an adjacent one, or across unseen ground.
   int ReachedTop(std::size_t cell, const Bridge& from) const {
     for (const int top : supports_.Of(cell)) {
       if (std::abs(top - from.from_top) <= MaxRise(from.num_cells)) return top;
@@ -110,8 +109,8 @@ class GroundFinder {
     return Height_m(top) <= lowest_m_ || Height_m(top) >= highest_m_;
   }
 
-  // Whether a robot could stand in a column on ground that was not seen: space is free there,
-  // nothing stands in its way and there is no drop, wherever within reach the ground is.
+  // Whether a robot could stand in a column on unseen ground: its space is free, has no obstacle
+  // and no drop, at whatever reachable height the ground is.
   bool CanBridge(std::size_t cell, const Bridge& to) const {
     const int rise = MaxRise(to.num_cells);
     const HeightRange way{to.from_top + rise + 1,
@@ -125,7 +124,7 @@ class GroundFinder {
     return has_room && to.num_cells * resolution_m_ <= kBridge_m;
   }
 
-  // Only ramps go on under unseen ground; level ground is where it is.
+  // Only ramps continue under unseen ground; the height of level ground is known.
   void TryBridge(std::size_t cell, const Bridge& from, std::vector<std::size_t>& queue) {
     const Bridge to{from.from_top, from.num_cells + 1};
     if (IsLevel(from.from_top) || to.num_cells >= bridges_[cell].num_cells) return;
@@ -176,7 +175,8 @@ class GroundFinder {
 
   std::vector<double> Fill() const {
     std::vector<double> ground_m(tops_.size(), floor_m_);
-    std::vector<bool> is_done = is_of_other_floor_;  // a ramp that leaves this floor ends there
+    // A ramp that leaves this floor ends at the other floor.
+    std::vector<bool> is_done = is_of_other_floor_;
     std::vector<std::size_t> border;
     for (std::size_t cell = 0; cell < tops_.size(); ++cell) {
       if (tops_[cell] == kNoSupport) continue;
@@ -203,8 +203,8 @@ class GroundFinder {
     return ground_m;
   }
 
-  // The filled cells become the mean of those around them, so that the ground between two parts of
-  // a ramp rises from one to the other.
+  // Replaces the filled cells by the mean of their neighbours, so that the ground rises evenly
+  // between two parts of a ramp.
   void Smooth(const std::vector<std::size_t>& filled,
               const std::vector<bool>& is_done,
               std::vector<double>& ground_m) const {

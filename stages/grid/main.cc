@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// grid: projects the octree to a 2-D occupancy grid for each floor. Reads map.ot and, where given,
-// keyframes.tum; writes floors.json, the pair ROS map_server reads for each floor, and
+// grid: projects the octree to a 2-D occupancy grid per floor. Reads map.ot and, where given,
+// keyframes.tum; writes floors.json, the file pair of ROS map_server for each floor, and
 // distances.h5.
 #include <spdlog/spdlog.h>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/octree_reader.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/grid/grid.h"
 #include "stages/grid/write_grid.h"
 
@@ -48,11 +48,11 @@ int main(int argc, char** argv) {
       "grid",
       "projects the octree to a 2-D occupancy grid for each floor",
       {{"octree", "map.ot of the octree stage"},
-       {"keyframes", "keyframes.tum: where the camera was", Arity::kOptional}},
-      {{"floors", "floors.json: the floors and their files, written beside it"},
+       {"keyframes", "keyframes.tum: poses of the camera", Arity::kOptional}},
+      {{"floors", "floors.json: lists the floors and their files next to it"},
        {"pgm", "grid of the floor at z = 0: 254 free, 0 occupied, 205 unknown"},
        {"yaml", "map_server's description of that image"},
-       {"png", "the same image for people, and one of every other floor", Arity::kOptional},
+       {"png", "the grid as a picture; every other floor gets one too", Arity::kOptional},
        {"distances",
         "distances.h5: clearance and signed distance of each floor",
         Arity::kOptional}}};

@@ -28,7 +28,7 @@ int FloorNumber(const GridResult& result, std::size_t floor_idx) {
   return static_cast<int>(floor_idx) - static_cast<int>(result.main_floor_idx);
 }
 
-// Also the group of the floor in distances.h5.
+// File stem of a floor, and its group in distances.h5.
 std::string FloorName(const GridResult& result, std::size_t floor_idx) {
   return fmt::format("floor_{}", FloorNumber(result, floor_idx));
 }
@@ -55,7 +55,7 @@ void WriteDistances(const GridResult& result, StageContext& context) {
   file.Close();
 }
 
-// Files whose number only the map tells, beside floors.json.
+// Writes the files whose number depends on the map, next to floors.json.
 class OutputFiles {
  public:
   explicit OutputFiles(StageContext& context) : context_(context) {}
@@ -76,7 +76,8 @@ class OutputFiles {
   }
 
  private:
-  // floor_N.pgm, .yaml or .png, N a number: the folder may hold more of its user's.
+  // Whether a name is floor_N.pgm, .yaml or .png with a number N; the user may keep other files
+  // there.
   static bool IsOurs(std::string_view name) {
     constexpr std::string_view kStart = "floor_";
     const std::size_t dot = std::min(name.find('.'), name.size());

@@ -2,17 +2,17 @@
 // The files of the grid stage.
 #pragma once
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/grid/grid.h"
 
 namespace nightmap {
 
-// Writes of the main floor map.pgm and map.yaml (ports `pgm` and `yaml`) and map.png; of every
-// other floor the same as floor_N, N its number (FloorFiles); distances.h5; and floors.json, which
-// lists what there is. Removes the files of floors that an earlier run found.
+// Writes map.pgm and map.yaml (ports `pgm` and `yaml`) and map.png of the main floor; the same
+// files as floor_N for every other floor N (FloorFiles); distances.h5; and floors.json, which lists
+// the floors. Removes the files of floors that an earlier run found.
 void WriteGrids(const GridResult& result, StageContext& context);
 
-// report.json: the figures of the main floor, and under `floors` those of each.
+// Figures of the main floor for report.json; `floors` holds those of each floor.
 nlohmann::json DescribeGrids(const GridResult& result);
 
 }  // namespace nightmap

@@ -5,11 +5,11 @@
 int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{"import_grid",
-                       "takes a ROS map of another system as the grid of the site",
-                       {{"map", "YAML of map_server; its PGM is found beside it"}},
+                       "imports a ROS map of another system as the grid of the site",
+                       {{"map", "YAML of map_server; its PGM is found next to it"}},
                        {{"floors", "floors.json: one floor at z = 0"},
-                        {"pgm", "the grid: 254 free, 0 occupied, 205 unknown"},
+                        {"pgm", "grid: 254 free, 0 occupied, 205 unknown"},
                         {"yaml", "map_server's description of that image"},
-                        {"png", "the same image for people"}}};
+                        {"png", "the grid as a picture"}}};
   return StageMain(argc, argv, spec, ImportGridOptions{}, ImportGrid);
 }

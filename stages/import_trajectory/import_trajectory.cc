@@ -18,11 +18,11 @@ void ImportTrajectoryOptions::Register(OptionList& list) {
   list.Add("keyframe_distance_m",
            &keyframe_distance_m,
            Range(0, 10),
-           "a frame this far from the keyframe before it is one");
+           "distance from the last keyframe at which a frame becomes one");
   list.Add("keyframe_turn_rad",
            &keyframe_turn_rad,
            Range(0, 3.2),
-           "a frame turned this far from the keyframe before it is one");
+           "rotation from the last keyframe at which a frame becomes one");
   list.Add("min_posed_ratio",
            &min_posed_ratio,
            Range(0, 1),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// import_trajectory: the poses that another system gave the frames of a site, in the place of
-// pose_graph's. Chooses the keyframes that the map is made of.
+// import_trajectory: takes the frame poses of another system in place of pose_graph's, and chooses
+// the keyframes of the map.
 #pragma once
 
 #include <vector>
@@ -21,14 +21,14 @@ struct ImportTrajectoryOptions {
 
 struct ImportedTrajectory {
   std::vector<StampedPose> poses;      // given_from_camera of the frames that have one, by time
-  std::vector<StampedPose> keyframes;  // the first of them, and each that moved or turned enough
+  std::vector<StampedPose> keyframes;  // the first pose, and each that moved or turned enough
                                        // since the keyframe before
 };
 
-// `given`: given_from_camera (color camera, x right, y down, z forward) of another system at its
-// own times, ascending. A frame gets the pose of its time, interpolated between poses at most 0.1 s
-// apart (TruthAt); the others stay without. Throws ThresholdError when fewer than min_posed_ratio
-// of the frames get a pose. Pure and deterministic.
+// `given` holds given_from_camera poses (color camera, x right, y down, z forward) of another
+// system at its own times, ascending. A frame's pose is interpolated at its time between poses at
+// most 0.1 s apart (TruthAt); other frames get none. Throws ThresholdError when fewer than
+// min_posed_ratio of the frames get a pose. Pure and deterministic.
 ImportedTrajectory RunImportTrajectory(const ImportTrajectoryOptions& options,
                                        const std::vector<FrameRecord>& frames,
                                        const std::vector<StampedPose>& given);

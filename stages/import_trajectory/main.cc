@@ -3,21 +3,21 @@
 // pose_graph writes its own.
 #include "stages/import_trajectory/import_trajectory.h"
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 
 int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{
       "import_trajectory",
-      "Takes the trajectory that another system made of the frames.",
+      "Imports a trajectory of the frames that another system made.",
       {{"frames", "shard_NNNN.csv of all shards, in order", Arity::kMany},
        {"cameras", "cameras.json of the frames stage"},
        {"given", "TUM file: poses of the color camera in one frame, at the recording's times"}},
       {{"trajectory", "trajectory.tum: given_from_camera of every frame that has one"},
-       {"keyframes", "keyframes.tum: the same of the keyframes"},
-       {"cameras", "cameras.json: as that of the frames stage"}}};
+       {"keyframes", "keyframes.tum: given_from_camera of the keyframes"},
+       {"cameras", "cameras.json, the same as that of the frames stage"}}};
   return StageMain(
       argc,
       argv,

@@ -11,9 +11,9 @@
 namespace nightmap {
 namespace {
 
-constexpr double kGapFactor = 3;  // medians
+constexpr double kGapFactor = 3;  // in medians
 
-// Least and largest of the numbers given to it.
+// Smallest and largest of the added numbers.
 struct Extent {
   double min = std::numeric_limits<double>::infinity();
   double max = -std::numeric_limits<double>::infinity();

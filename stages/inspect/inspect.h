@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// inspect: what a recording holds, channel by channel, before anything is made of it.
+// inspect: summarizes each channel of a recording before any other stage runs.
 #pragma once
 
 #include <cstddef>
@@ -22,19 +22,22 @@ struct InspectOptions {
     list.Add("num_sampled_frames",
              &num_sampled_frames,
              {1, 1e6},
-             "frames of each recording whose pictures are looked at");
-    list.Add("max_failed_ratio", &max_failed_ratio, {0, 1}, "fail when more lines are unusable");
+             "frames per recording whose pictures are examined");
+    list.Add("max_failed_ratio",
+             &max_failed_ratio,
+             {0, 1},
+             "fails when a larger share of the lines is unusable");
   }
 };
 
-// The times of one channel, and what its values are like.
+// The times of one channel and a summary of its values.
 struct ChannelSeries {
   std::string source;   // of frames: recording and its number; of signals: the sensor's id
   std::string channel;  // color, depth, label ..., ground truth, acceleration, odometry, scan
   std::size_t count = 0;
-  double rate_hz = 0;        // of the median interval; 0 with less than two samples
-  double largest_gap_s = 0;  // between neighbours
-  std::size_t num_gaps = 0;  // intervals of more than three medians
+  double rate_hz = 0;        // from the median interval; 0 with fewer than two samples
+  double largest_gap_s = 0;  // between successive samples
+  std::size_t num_gaps = 0;  // number of intervals longer than three medians
   std::int64_t first_ns = 0;
   std::int64_t last_ns = 0;
   std::string details;  // sizes, ranges, units
@@ -45,16 +48,16 @@ ChannelSeries DescribeTimes(std::string source,
                             std::string channel,
                             const std::vector<std::int64_t>& times_ns);
 
-// The channels of recordings and signals, in the order of the site config. Of each recording
-// num_sampled_frames frames, evenly chosen, are read: the size of their pictures, and the range of
-// their depth. A file that cannot be read is counted in the details. Deterministic.
+// The channels of recordings and signals, in the order of the site config. Reads num_sampled_frames
+// evenly spaced frames of each recording to find the size of their pictures and the range of their
+// depth. Counts unreadable files in the details. Deterministic.
 std::vector<ChannelSeries> RunInspect(const InspectOptions& options,
                                       const SiteConfig& site,
                                       const std::vector<RawSequence>& sequences,
                                       const std::vector<Signal>& signals,
                                       const std::filesystem::path& data_root);
 
-// The series as a table, and the time that each signal has in common with each recording.
+// The series as a table, and the time span that each signal shares with each recording.
 std::string InspectionText(const std::vector<ChannelSeries>& series);
 
 }  // namespace nightmap

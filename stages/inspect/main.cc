@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// inspect: prints what a site's recordings hold. Reads a site config and the raw recordings, writes
-// nothing.
+// inspect: prints a summary of a site's recordings. Reads a site config and the raw recordings,
+// writes nothing.
 #include "stages/inspect/inspect.h"
 
 #include <iostream>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/site_config.h"
+#include "pipeline/program/stage_main.h"
 
 int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{"inspect",
-                       "prints what a site's recordings hold: channels, rates, gaps, ranges",
+                       "prints the contents of a site's recordings: channels, rates, gaps, ranges",
                        {{"site", "site config, configs/sites/<site>.toml"},
                         FolderPort("data", "folder of the recordings")},
                        {}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Some frames of a recording, whose pictures are looked at.
+// Sample frames of a recording, to describe its pictures.
 #pragma once
 
 #include <cstddef>
@@ -16,15 +16,16 @@ namespace nightmap {
 
 class SampledPictures {
  public:
-  // Reads `count` frames, evenly chosen, of the recording.
+  // Reads `count` evenly spaced frames of the recording.
   SampledPictures(const RawSequence& sequence,
                   const SiteConfig& site,
                   const std::filesystem::path& data_root,
                   int count);
 
-  // The channels that a frame of the recording has: color first, then depth.
+  // The channels that frames of the recording have: color first, then depth.
   const std::vector<std::string>& Channels() const { return channels_; }
-  // "640 x 480, 3 of 8 bits" for each kind of picture; of depth the range and how much is measured.
+  // "640 x 480, 3 of 8 bits" for each kind of picture; for depth also its range and the share
+  // measured.
   std::string Describe(const std::string& channel) const;
 
  private:
@@ -34,7 +35,7 @@ class SampledPictures {
                    const std::filesystem::path& data_root);
 
   std::vector<std::string> channels_;
-  std::map<std::string, std::set<std::string>> kinds_;  // of a channel
+  std::map<std::string, std::set<std::string>> kinds_;  // by channel
   std::map<std::string, std::size_t> num_unreadable_;
   std::size_t num_sampled_ = 0;
   float min_depth_m_ = 0;

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "pipeline/base/error.h"
-#include "pipeline/io/cloud_order.h"
 #include "pipeline/io/pcd_io.h"
+#include "pipeline/io/ply_io.h"
 #include "pipeline/io/tile_results.h"
 
 namespace nightmap {
@@ -19,7 +19,7 @@ std::size_t CountPoints(const Paths& clouds) {
   return num_points;
 }
 
-// An export that is not asked for any more would be of another cloud.
+// Removes an export that is no longer asked for, because it would show another cloud.
 void ExportPcd(bool is_wanted, double voxel_size_m, std::size_t num_points, StageContext& context) {
   constexpr const char* kName = "cloud.pcd";
   if (!is_wanted) {
@@ -44,8 +44,8 @@ void CheckAnyPoint(std::size_t num_points, const TileResults& results) {
       results.skipped.Count());
 }
 
-// Shares of the held-out rays over all tiles, whose reports have the counts. Throws DataError
-// naming the report without them.
+// Shares of the held-out rays over all tiles, from the counts in their reports. Throws DataError
+// naming a report without them.
 void ReportHeldOutRays(const std::vector<std::filesystem::path>& tile_reports,
                        StageContext& context) {
   const std::size_t num_rays = SumOfReports(tile_reports, "num_held_out_rays");
@@ -78,7 +78,7 @@ void MergeClouds(const std::vector<std::filesystem::path>& clouds,
     return ByVoxel(b.point, a.point, voxel_size_m);
   };
   std::vector<PlyReader> readers;
-  std::vector<Head> heads;  // a heap with the first point in front
+  std::vector<Head> heads;  // a heap with the first point at the front
   const auto advance = [&](std::size_t cloud) {
     const auto point = readers[cloud].Next();
     if (!point) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// join_clouds: one cloud of the building from the clouds of its tiles.
+// join_clouds: joins the clouds of a building's tiles into one cloud.
 #pragma once
 
 #include <filesystem>
@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "pipeline/base/options.h"
-#include "pipeline/base/stage_context.h"
 #include "pipeline/io/ply_io.h"
+#include "pipeline/program/stage_context.h"
 
 namespace nightmap {
 
@@ -19,17 +19,18 @@ struct JoinCloudsOptions {
   void Register(OptionList& list);
 };
 
-// Calls add(point) for the points of all clouds in the order of ByVoxel, in which each of them is:
-// the order of a cloud made as one tile. Holds one point of each cloud in memory.
+// Calls add(point) for the points of all clouds in the order of ByVoxel. Each cloud must be in that
+// order already; the result has the order of a cloud made as one tile. Holds one point per cloud in
+// memory.
 void MergeClouds(const std::vector<std::filesystem::path>& clouds,
                  double voxel_size_m,
                  const std::function<void(const CloudPoint&)>& add);
 
-// From the inputs tile, tile_cloud and tile_report, of the same tiles, to the output cloud and,
-// when asked for, cloud.pcd beside it. Removes from the folder of the output what is of other
-// tiles. Voxels, stride and range are those of the config in the tiles' reports. Throws DataError
-// when the tiles were made with different configs, when nothing was measured in any tile, or when
-// more than max_failed_ratio of the keyframes could not be read.
+// Reads the inputs tile, tile_cloud and tile_report of the same tiles. Writes the output cloud and,
+// if asked for, cloud.pcd next to it. Removes files of other tiles from the folder of the output.
+// Voxel size, stride and range are those of the config in the tiles' reports. Throws DataError when
+// the tiles were made with different configs, when nothing was measured in any tile, or when more
+// than max_failed_ratio of the keyframes could not be read.
 void RunJoinClouds(const JoinCloudsOptions& options, StageContext& context);
 
 }  // namespace nightmap

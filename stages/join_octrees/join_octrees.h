@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// join_octrees: one octree of the building from the octrees of its tiles.
+// join_octrees: joins the octrees of a building's tiles into one octree.
 #pragma once
 
 #include "pipeline/base/options.h"
-#include "pipeline/base/stage_context.h"
+#include "pipeline/program/stage_context.h"
 
 namespace nightmap {
 
@@ -13,8 +13,8 @@ struct JoinOctreesOptions {
   void Register(OptionList& list);
 };
 
-// From the inputs tile, tile_ot and tile_report, of the same tiles, to the outputs ot and bt.
-// Removes from the folder of ot what is of other tiles. The stride of the keyframes is that of the
+// Reads the inputs tile, tile_ot and tile_report of the same tiles. Writes the outputs ot and bt.
+// Removes files of other tiles from the folder of ot. The stride of the keyframes is that of the
 // config in the tiles' reports. Throws DataError when the tiles were made with different configs,
 // when nothing is occupied in any tile, or when more than max_failed_ratio of the keyframes could
 // not be read.

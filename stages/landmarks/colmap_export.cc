@@ -25,7 +25,7 @@ ColmapImage MakeImage(const LandmarksInput& input,
   return image;
 }
 
-// The landmark with what the keyframes see of it.
+// The landmark with its observations by keyframes.
 ColmapPoint MakePoint(const LandmarkMap& map, std::size_t landmark, const ColmapModel& model) {
   ColmapPoint point;
   point.position_in_map = map.positions_in_map[landmark];

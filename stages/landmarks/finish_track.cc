@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/features/descriptor_distance.h"
 #include "pipeline/geometry/reprojection.h"
-#include "pipeline/vision/descriptor_distance.h"
 
 namespace nightmap {
 namespace {
@@ -44,7 +44,7 @@ class Finisher {
   }
 
  private:
-  // At most `count` observations, evenly over all, bound the quadratic work below.
+  // At most `count` observations, spread evenly over all, which bounds the quadratic work below.
   std::vector<const std::uint8_t*> SampleDescriptors(const Track& sightings,
                                                      std::size_t count) const {
     const std::size_t num_sampled = std::min(count, sightings.size());
@@ -57,7 +57,8 @@ class Finisher {
     return descriptors;
   }
 
-  // The medoid, then each time the one farthest from those chosen, while it differs enough.
+  // Chooses the medoid, then repeatedly the descriptor farthest from the chosen ones while it
+  // differs enough.
   std::vector<const std::uint8_t*> ChooseDescriptors(const Track& sightings) const {
     constexpr std::size_t kMaxSampled = 24;
     const auto samples = SampleDescriptors(sightings, kMaxSampled);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a finished track to a landmark.
+// Turns a finished track into a landmark.
 #pragma once
 
 #include <optional>
 #include <vector>
 
-#include "pipeline/vision/landmark_tracker.h"
+#include "pipeline/features/landmark_tracker.h"
 #include "stages/landmarks/landmarks.h"
 
 namespace nightmap {
@@ -13,11 +13,11 @@ namespace nightmap {
 struct Landmark {
   Eigen::Vector3d position_in_map = Eigen::Vector3d::Zero();
   double sigma_m = 0;
-  Track sightings;  // frame_idx counts the observers; those that agree with the position
+  Track sightings;  // frame_idx counts the observers; only those that agree with the position
   std::vector<const std::uint8_t*> descriptors;  // of the observers' features; medoid first
 };
 
-// Nothing when too few observations agree or the position stays too uncertain.
+// Returns nothing when too few observations agree or the position stays too uncertain.
 std::optional<Landmark> FinishTrack(const LandmarksOptions& options,
                                     DescriptorKind kind,
                                     const std::vector<Observer>& observers,

@@ -9,7 +9,7 @@
 namespace nightmap {
 namespace {
 
-// All landmarks, those that most observers see first; ties: the older.
+// All landmarks, those with most observers first; ties: the older.
 std::vector<std::size_t> MostSeenFirst(const std::vector<Landmark>& landmarks) {
   std::vector<std::size_t> order(landmarks.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -18,7 +18,7 @@ std::vector<std::size_t> MostSeenFirst(const std::vector<Landmark>& landmarks) {
   return order;
 }
 
-// The turn in which each landmark is chosen first.
+// The turn in which each landmark is first chosen.
 std::vector<std::size_t> Turns(const std::vector<Landmark>& landmarks,
                                const std::vector<std::size_t>& most_seen_first,
                                std::size_t num_observers) {

@@ -7,7 +7,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
-#include "pipeline/io/features_of_frames.h"
+#include "pipeline/io/features_io.h"
 #include "pipeline/io/trajectory_io.h"
 #include "stages/landmarks/finish_track.h"
 #include "stages/landmarks/keep_landmarks.h"
@@ -106,35 +106,42 @@ void LandmarksOptions::Register(OptionList& list) {
   list.Add("max_error_px",
            &tracker.max_error_px,
            Range(0.5, 50),
-           "reprojection error of an observation");
+           "largest reprojection error of an observation");
+  list.Add("max_depth_error",
+           &tracker.max_depth_error,
+           Range(0, 1),
+           "largest relative difference between a landmark's depth and the measured depth");
   list.Add(
-      "max_depth_error", &tracker.max_depth_error, Range(0, 1), "relative, landmark against depth");
-  list.Add("max_descriptor_distance",
-           &tracker.max_descriptor_distance,
-           Range(0, 2),
-           "of one landmark's observations; 1: as unrelated descriptors");
+      "max_descriptor_distance",
+      &tracker.max_descriptor_distance,
+      Range(0, 2),
+      "largest descriptor distance between a landmark's observations; 1: as unrelated descriptors");
   list.Add("voxel_size_m",
            &tracker.voxel_size_m,
            Range(0.01, 10),
-           "of the index landmarks are found by");
+           "voxel edge of the index that finds landmarks");
   list.Add("pixel_sigma_px",
            &tracker.pixel_sigma_px,
            Range(0.1, 20),
-           "noise of a keypoint and its pose");
-  list.Add("min_observations", &min_observations, Range(1, 100), "fewer: the landmark is dropped");
+           "standard deviation of a keypoint and its pose together");
+  list.Add("min_observations",
+           &min_observations,
+           Range(1, 100),
+           "a landmark with fewer observations is dropped");
   list.Add("max_position_sigma_m",
            &max_position_sigma_m,
            Range(0.001, 100),
-           "a landmark known less well is dropped");
+           "a landmark with a larger standard deviation is dropped");
   list.Add("max_landmarks",
            &max_landmarks,
            Range(1, 1e8),
-           "where there are more each keyframe keeps as many of its most seen ones");
-  list.Add("max_descriptors", &max_descriptors, Range(1, 16), "kept of one landmark");
+           "largest number of landmarks; if there are more, each keyframe keeps as many of its "
+           "most seen ones");
+  list.Add("max_descriptors", &max_descriptors, Range(1, 16), "descriptors kept per landmark");
   list.Add("min_descriptor_difference",
            &min_descriptor_difference,
            Range(0, 2),
-           "a further descriptor of a landmark is kept when it differs by as much");
+           "a further descriptor of a landmark is kept when it differs by at least this");
 }
 
 LandmarksResult RunLandmarks(const LandmarksOptions& options,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// landmarks: joins the keyframes' features that show the same point to 3-D landmarks with
-// descriptors, visual words and visibility: the map that pictures are localized against.
+// landmarks: joins keyframe features that show the same point into 3-D landmarks with descriptors,
+// visual words and visibility. Pictures are localized against this map.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/features/landmark_tracker.h"
+#include "pipeline/features/vocabulary_tree.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/landmarks_io.h"
-#include "pipeline/vision/landmark_tracker.h"
-#include "pipeline/vision/vocabulary_tree.h"
 
 namespace nightmap {
 
@@ -44,14 +44,15 @@ struct LandmarksResult {
   std::size_t NumDropped() const { return num_found - map.positions_in_map.size(); }
 };
 
-// Each observer (a keyframe, or any posed frame), in order of time, is compared only with landmarks
-// in the voxels its own depth falls into, so the work of one does not grow with the map. A feature
-// within max_error_px of a projected landmark, at its depth and with a similar descriptor, observes
-// it; another feature with depth founds one. A position is the mean of its observations weighted by
-// information: a pixel across the ray and, where measured, the depth's noise along it. Observations
-// that do not agree with the mean are dropped. Of more than max_landmarks each observer keeps as
-// many as any other (see ChooseLandmarks). Poses whose time is no frame's are refused. Throws
-// DataError; the same at any number of threads.
+// Observers (keyframes, or any posed frames) are processed in order of time. Each is compared only
+// with landmarks in the voxels that its own depth falls into, so the work per observer does not
+// grow with the map. A feature observes a landmark if it lies within max_error_px of the landmark's
+// projection, at its depth, with a similar descriptor. A feature with depth that observes none
+// founds a new landmark. A position is the mean of its observations weighted by information: the
+// pixel noise across the ray and, where measured, the depth noise along it. Observations that
+// disagree with the mean are dropped. If there are more than max_landmarks, ChooseLandmarks
+// decides. Throws DataError, also for poses at times that no frame has. The same at any number of
+// threads.
 LandmarksResult RunLandmarks(const LandmarksOptions& options,
                              const LandmarksInput& input,
                              Progress& progress,

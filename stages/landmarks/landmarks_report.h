@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What report.json and the log say of the map of landmarks.
+// Report and log of the landmark map.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@ namespace nightmap {
 
 nlohmann::json SummarizeLandmarks(const LandmarksResult& result);
 
-// What max_landmarks dropped, and the remedy; empty when it dropped nothing.
+// States what max_landmarks dropped, and the remedy; empty when it dropped nothing.
 std::string DroppedLandmarks(const LandmarksResult& result);
 
 }  // namespace nightmap

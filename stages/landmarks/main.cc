@@ -3,16 +3,16 @@
 // localized against, and the same map as a COLMAP model and database.
 #include <spdlog/spdlog.h>
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/trajectory_io.h"
-#include "pipeline/vision/vocabulary_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/landmarks/landmarks_report.h"
 #include "stages/landmarks/write_colmap.h"
 
 int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{"landmarks",
-                       "joins features to 3-D landmarks with descriptors, words and visibility",
+                       "joins features into 3-D landmarks with descriptors, words and visibility",
                        {{"frames", "shards of the frames stage, in order", Arity::kMany},
                         {"cameras", "cameras.json of the pose_graph stage"},
                         {"features", "shards of the features stage, in order", Arity::kMany},

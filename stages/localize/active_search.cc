@@ -5,12 +5,13 @@
 #include <limits>
 #include <numeric>
 
-#include "pipeline/vision/descriptor_distance.h"
+#include "pipeline/features/descriptor_distance.h"
 
 namespace nightmap {
 namespace {
 
-constexpr double kSamePoint_px = 5.0;  // features as near as this are no rivals in the ratio test
+// Features within this distance are no rivals in the ratio test.
+constexpr double kSamePoint_px = 5.0;
 
 }  // namespace
 
@@ -61,7 +62,7 @@ void ActiveSearch::QueueFeatures() {
   }
 }
 
-// Those that most keyframes see come first: they are the likeliest to be seen again.
+// Landmarks that most keyframes see come first, because they are the likeliest to be seen again.
 void ActiveSearch::QueueLandmarks() {
   const auto& seen_by = index_.Map().landmark_keyframes;
   for (int i = 0; i < index_.Map().NumLandmarks(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Matches between the features of a picture and the landmarks of the map, by visual words.
+// Matches features of a picture to landmarks of the map by visual words.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,15 @@
 
 namespace nightmap {
 
-// The search of one picture, until options.max_matches features are matched (search = "tree" uses
-// all features). The cheapest step is next: a feature costs the descriptors it is compared with.
+// Searches for one picture until options.max_matches features are matched (search = "tree" uses all
+// features). The cheapest step is next; the cost of a feature is the number of descriptors it is
+// compared with.
 //
-// 2-D to 3-D: a feature against the landmarks of its word (LandmarkIndex::SearchWord).
-// 3-D to 2-D: a landmark against the features of its words at landmark_level.
-// combined: 2-D to 3-D, and each match brings the landmarks nearest to it in space (only those that
-// some keyframe sees together with it) for 3-D to 2-D; at once, as published, or by their cost.
-// tree: each feature down the vocabulary tree, best branch first.
+// 2-D to 3-D: compares a feature with the landmarks of its word (LandmarkIndex::SearchWord). 3-D to
+// 2-D: compares a landmark with the features of its words at landmark_level. combined: starts with
+// 2-D to 3-D; each match queues the landmarks nearest to it in space (only those that some keyframe
+// sees together with it) for 3-D to 2-D, either at once, as published, or by their cost. tree:
+// takes each feature down the vocabulary tree, best branch first.
 class ActiveSearch {
  public:
   ActiveSearch(const LocalizeOptions& options,
@@ -32,7 +33,7 @@ class ActiveSearch {
  private:
   struct Step {
     int cost = 0;
-    int order = 0;  // of equal cost the earlier goes first
+    int order = 0;  // at equal cost the lower goes first
     bool is_landmark = false;
     int item = 0;
     bool operator<(const Step& other) const {
@@ -56,10 +57,10 @@ class ActiveSearch {
   const FrameFeatures& features_;
   std::priority_queue<Step> steps_;
   int num_steps_ = 0;                                        // queued so far
-  std::vector<int> feature_words_;                           // as SearchWord
+  std::vector<int> feature_words_;                           // from SearchWord
   std::unordered_map<int, std::vector<int>> word_features_;  // at landmark_level
-  std::vector<bool> is_matched_;                             // of each feature
-  std::vector<bool> is_queued_;                              // of each landmark
+  std::vector<bool> is_matched_;                             // by feature
+  std::vector<bool> is_queued_;                              // by landmark
   std::vector<LandmarkMatch> matches_;
 };
 

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 
+#include "pipeline/features/resize_picture.h"
 #include "pipeline/io/frame_failure.h"
-#include "pipeline/vision/resize_picture.h"
 
 namespace nightmap {
 namespace {
 
-// Of the cameras' focal lengths; 0 without any.
+// Median of the cameras' focal lengths; 0 without any camera.
 double MedianFocal_px(const std::vector<RgbdCamera>& cameras) {
   if (cameras.empty()) return 0;
   std::vector<double> focals_px;
@@ -19,7 +19,7 @@ double MedianFocal_px(const std::vector<RgbdCamera>& cameras) {
   return *middle;
 }
 
-// As fine as the map's pictures, when it is much finer.
+// Scales a picture that is much finer than the map's down to the map's.
 CameraPicture FitToMap(CameraPicture picture,
                        const std::vector<RgbdCamera>& map_cameras,
                        double max_focal_ratio) {

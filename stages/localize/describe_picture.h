@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a query's pixels to its features.
+// Extracts the features of a query picture.
 #pragma once
 
 #include <string>
@@ -8,15 +8,15 @@
 
 namespace nightmap {
 
-// What is known of a picture before it is searched for: its features, or why it has none.
+// The features of a picture, or the reason why it has none.
 struct DescribedPicture {
   FrameFeatures features;
-  Camera camera;        // of the picture as it was described: scaled down, where it was too fine
-  std::string problem;  // empty: there is none
+  Camera camera;        // of the picture as described, scaled down where it was too fine
+  std::string problem;  // empty: no problem
 };
 
-// Throws nothing for a picture that cannot be read, or that OpenCV cannot cope with, or that
-// does not fit into memory: it has a problem.
+// Does not throw for a picture that cannot be read, that OpenCV cannot process, or that does not
+// fit into memory; returns the problem instead.
 DescribedPicture DescribePicture(const LocalizeOptions& options,
                                  const LocalizeInput& input,
                                  const FrameRecord& query);

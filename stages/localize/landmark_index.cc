@@ -7,14 +7,14 @@
 #include <set>
 #include <tuple>
 
-#include "pipeline/vision/descriptor_distance.h"
+#include "pipeline/features/descriptor_distance.h"
 
 namespace nightmap {
 namespace {
 
 constexpr int kFar = std::numeric_limits<int>::max();
 
-// What nanoflann wants to know of a list of points.
+// Adapter of a list of points for nanoflann.
 struct PointCloud {
   const std::vector<Eigen::Vector3d>& points;
   std::size_t kdtree_get_point_count() const { return points.size(); }

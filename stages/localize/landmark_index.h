@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The landmark map, arranged for search: by word, by keyframe, by place.
+// The landmark map, indexed for search by word, by keyframe and by place.
 #pragma once
 
 #include <memory>
@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/landmarks_io.h"
-#include "pipeline/vision/vocabulary_io.h"
 #include "stages/localize/localize.h"
 #include "stages/localize/word_index.h"
 
@@ -17,13 +17,14 @@ namespace nightmap {
 struct LandmarkMatch {
   int feature = 0;
   int landmark = 0;
-  int distance = 0;  // as DescriptorDistance
+  int distance = 0;  // from DescriptorDistance
 };
 
-// Most similar first (ties: lower feature, lower landmark); each feature and each landmark once.
+// Keeps the most similar first (ties: lower feature, lower landmark), and each feature and each
+// landmark once.
 std::vector<LandmarkMatch> KeepOneToOne(std::vector<LandmarkMatch> matches);
 
-// Const after construction: queries may share one between threads. Keeps references.
+// Const after construction: threads may share one index. Keeps references.
 class LandmarkIndex {
  public:
   LandmarkIndex(const LocalizeOptions& options,
@@ -47,26 +48,26 @@ class LandmarkIndex {
 
   // Descriptors under a vocabulary node.
   WordIndex::Block OfWord(int word) const { return words_.Of(word); }
-  // The word in which the landmarks like a descriptor are looked for: that of the search level, or
-  // of a deeper one when it has more than max_word_descriptors, so that the cost of a feature does
-  // not grow with the map.
+  // The word in which to look for landmarks like a descriptor: its word at the search level, or a
+  // deeper one if that has more than max_word_descriptors. So the cost of a feature does not grow
+  // with the map.
   int SearchWord(const std::uint8_t* descriptor) const;
-  // First descriptor of a landmark and the one after its last.
+  // Range [first, end) of a landmark's descriptors.
   std::pair<int, int> DescriptorsOf(int landmark) const;
   std::vector<int> DescriptorsOf(const std::vector<int>& landmarks) const;
   // Landmarks that any of the keyframes sees, ascending.
   std::vector<int> LandmarksOf(const std::vector<int>& keyframes) const;
-  // Of a frame, or -1.
+  // Keyframe of a frame, or -1.
   int KeyframeOf(int frame_idx) const;
-  // The `count` landmarks nearest to a landmark in space, itself not among them, nearest first.
+  // The `count` landmarks nearest to a landmark in space, without itself, nearest first.
   std::vector<int> Nearest(int landmark, int count) const;
 
-  // Of the descriptor of a landmark that is nearest.
+  // Distance to the most similar descriptor of a landmark.
   int Distance(const std::uint8_t* descriptor, int landmark) const;
-  // To each descriptor of a word.
+  // Distance to each descriptor of a word.
   std::vector<int> Distances(const std::uint8_t* descriptor, const WordIndex::Block& word) const;
-  // Linear search with ratio test against the best candidate that is another point in space; where
-  // there is none, the distance must do. Candidates are descriptors of the map.
+  // Linear search with a ratio test against the best candidate at another point in space. Where no
+  // such candidate exists, the distance alone decides. Candidates are descriptors of the map.
   std::optional<LandmarkMatch> Match(const FrameFeatures& features,
                                      int feature,
                                      std::span<const int> candidates) const;

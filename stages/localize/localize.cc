@@ -38,11 +38,11 @@ void CheckInput(const LocalizeInput& input) {
 
 struct LocatedPicture {
   QueryResult result;
-  std::string problem;  // why the picture was of no use
+  std::string problem;  // why the picture could not be used
 };
 
-// First all pictures are described, then all are located, in one loop: a thread with nothing left
-// to describe goes on to locate, so that none waits for the slowest picture.
+// Describes all pictures, then locates all, in one loop: a thread with no picture left to describe
+// goes on to locate, so none waits for the slowest picture.
 std::vector<LocatedPicture> LocateBatch(const LocalizeOptions& options,
                                         const LocalizeInput& input,
                                         const Localizer& localizer,
@@ -81,93 +81,113 @@ std::vector<LocatedPicture> LocateBatch(const LocalizeOptions& options,
 }  // namespace
 
 void LocalizeOptions::Register(OptionList& list) {
-  list.Add("search",
-           &search,
-           {"combined", "2d_to_3d", "3d_to_2d", "tree"},
-           "combined: 2-D to 3-D, then 3-D to 2-D around each match; or one of them; or by tree");
-  list.Add("search_level", &search_level, Range(1, 8), "vocabulary level of 2-D to 3-D");
+  list.Add(
+      "search",
+      &search,
+      {"combined", "2d_to_3d", "3d_to_2d", "tree"},
+      "combined: 2-D to 3-D, then 3-D to 2-D around each match; or only one of them; or by tree");
+  list.Add("search_level", &search_level, Range(1, 8), "vocabulary level of the 2-D to 3-D search");
   list.Add("max_word_descriptors",
            &max_word_descriptors,
            Range(1, 1e9),
-           "of a word of that level; with more, the feature's word of a deeper level is searched");
-  list.Add("max_ratio", &max_ratio, Range(0.1, 1), "of the ratio test between two landmarks");
+           "a feature's word with more descriptors is replaced by one of a deeper level");
+  list.Add("max_ratio",
+           &max_ratio,
+           Range(0.1, 1),
+           "largest ratio in the ratio test between two landmarks");
   list.Add("same_point_radius_m",
            &same_point_radius_m,
            Range(0, 10),
-           "landmarks as near as this are no rivals in the ratio test");
+           "landmarks within this distance are no rivals in the ratio test");
   list.Add("num_nearest_landmarks",
            &num_nearest_landmarks,
            Range(0, 10000),
-           "about each match, for 3-D to 2-D");
-  list.Add("landmark_level", &landmark_level, Range(1, 8), "vocabulary level of 3-D to 2-D");
+           "landmarks around each match that 3-D to 2-D searches");
+  list.Add(
+      "landmark_level", &landmark_level, Range(1, 8), "vocabulary level of the 3-D to 2-D search");
   list.Add("max_landmark_ratio",
            &max_landmark_ratio,
            Range(0.1, 1),
-           "of the ratio test between two features of the picture");
-  list.Add("prioritized",
-           &prioritized,
-           "the cheapest step of both directions is next; false: 3-D to 2-D at once");
+           "largest ratio in the ratio test between two features of the picture");
+  list.Add(
+      "prioritized",
+      &prioritized,
+      "takes the cheapest step of both directions next; false: takes 3-D to 2-D steps at once");
   list.Add("covisibility_filter",
            &covisibility_filter,
-           "only neighbours, and matches, that keyframes see together");
-  list.Add("max_matches", &max_matches, Range(4, 100000), "the search ends with as many");
+           "keeps only neighbours and matches that keyframes see together");
+  list.Add("max_matches", &max_matches, Range(4, 100000), "matches after which the search ends");
   list.Add("num_tree_checks",
            &num_tree_checks,
            Range(1, 1e6),
-           "descriptors compared with a feature in search = tree");
+           "descriptors compared per feature with search = tree");
   list.Add("max_descriptor_distance",
            &max_descriptor_distance,
            Range(0, 2),
-           "of a match; 1: as unrelated descriptors");
+           "largest descriptor distance of a match; 1: as unrelated descriptors");
   list.Add("max_focal_ratio",
            &max_focal_ratio,
            Range(1, 1000),
-           "focal length over the map's, px; pictures with more are scaled down to the map's");
-  list.Add("solver", &solver, {"p3p", "dlt6"}, "of the samples of RANSAC: 3 matches, or 6");
-  list.Add("local_optimization", &local_optimization, "of each best sample of RANSAC");
-  list.Add("refinement", &refinement, "robust least squares over the inliers");
-  list.Add("readout_turn_sigma_rad",
-           &readout_turn_sigma_rad,
-           Range(0, 1),
-           "expected turn of the camera from a picture's first row to its last; 0: global shutter");
+           "largest ratio of a picture's focal length to the map's, in px; finer pictures are "
+           "scaled down to the map's");
+  list.Add("solver", &solver, {"p3p", "dlt6"}, "solver for RANSAC samples of 3 matches, or of 6");
+  list.Add("local_optimization", &local_optimization, "optimizes each best sample of RANSAC");
+  list.Add("refinement", &refinement, "refines the pose by robust least squares over the inliers");
+  list.Add(
+      "readout_turn_sigma_rad",
+      &readout_turn_sigma_rad,
+      Range(0, 1),
+      "expected rotation of the camera from a picture's first row to its last; 0: global shutter");
   list.Add("readout_shift_sigma_m",
            &readout_shift_sigma_m,
            Range(1e-6, 1),
-           "expected way of the camera in that time");
-  list.Add("max_error_px", &max_error_px, Range(0.5, 50), "reprojection error of an inlier");
-  list.Add("max_iterations", &max_iterations, Range(10, 1e6), "of RANSAC");
-  list.Add("min_seed_inliers", &min_seed_inliers, Range(4, 1000), "of the first pose");
+           "expected distance that the camera moves in that time");
+  list.Add(
+      "max_error_px", &max_error_px, Range(0.5, 50), "largest reprojection error of an inlier");
+  list.Add("max_iterations", &max_iterations, Range(10, 1e6), "RANSAC iterations");
+  list.Add("min_seed_inliers",
+           &min_seed_inliers,
+           Range(4, 1000),
+           "smallest number of inliers of the first pose");
   list.Add("num_retrieved_keyframes",
            &num_retrieved_keyframes,
            Range(0, 1000),
-           "searched when the words gave no pose; 0: never");
+           "keyframes to search when the words gave no pose; 0: none");
   list.Add("num_guided_keyframes",
            &num_guided_keyframes,
            Range(0, 1000),
-           "whose landmarks are projected with the first pose; 0: no second search");
-  list.Add("guided_radius_px", &guided_radius_px, Range(1, 100), "of the search with a first pose");
-  list.Add("min_inliers", &min_inliers, Range(4, 1000), "of the final pose; fewer: not in the map");
-  list.Add("min_inlier_significance",
-           &min_inlier_significance,
-           Range(0, 1000),
-           "of inliers beyond those of a wrong pose, in standard deviations; less: not in the map");
+           "keyframes whose landmarks are projected with the first pose; 0: no second search");
+  list.Add("guided_radius_px",
+           &guided_radius_px,
+           Range(1, 100),
+           "search radius around landmarks projected with the first pose");
+  list.Add("min_inliers",
+           &min_inliers,
+           Range(4, 1000),
+           "smallest number of inliers of the final pose; fewer: not in the map");
+  list.Add(
+      "min_inlier_significance",
+      &min_inlier_significance,
+      Range(0, 1000),
+      "smallest excess of inliers over a wrong pose, in standard deviations; less: not in the map");
   list.Add("max_position_sigma_m",
            &max_position_sigma_m,
            Range(0.001, 1000),
-           "a pose known less well: not in the map");
+           "largest standard deviation of the position; more: not in the map");
   list.Add("rival_distance_m",
            &rival_distance_m,
            Range(0.01, 1000),
-           "landmarks, and poses, as far apart are different places");
+           "landmarks, and poses, at least this far apart are different places");
   list.Add("max_rival_ratio",
            &max_rival_ratio,
            Range(0, 1),
-           "of another place's inliers; more: features vote; 1: not searched for");
+           "largest share of inliers in another place; more: the features vote; 1: does not search "
+           "for other places");
   list.Add("min_rival_significance",
            &min_rival_significance,
            Range(0, 1000),
-           "of the vote, in standard deviations; less: ambiguous");
-  list.Add("seed", &seed, Range(0, 2e9), "of RANSAC");
+           "smallest lead in the vote, in standard deviations; less: ambiguous");
+  list.Add("seed", &seed, Range(0, 2e9), "seed of RANSAC");
 }
 
 std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// localize: where was each query picture taken? Only the picture is used, never its depth.
+// localize: finds the pose of each query picture. Uses only the picture, never its depth.
 #pragma once
 
 #include <functional>
@@ -8,11 +8,11 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/features/extract_features.h"
+#include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/landmarks_io.h"
 #include "pipeline/io/queries_io.h"
-#include "pipeline/vision/extract_features.h"
-#include "pipeline/vision/vocabulary_io.h"
 
 namespace nightmap {
 
@@ -56,32 +56,35 @@ struct LocalizeOptions {
 struct LocalizeInput {
   std::vector<FrameRecord> queries;
   std::vector<RgbdCamera> cameras;
-  ExtractionOptions extraction;  // as the map's features were made
+  ExtractionOptions extraction;  // those that made the map's features
   const LandmarkMap* map = nullptr;
   const Vocabulary* vocabulary = nullptr;
   // The color image of a query; throws DataError when it cannot be read.
   std::function<ColorImage(const FrameRecord&, const RgbdCamera&)> load_color;
-  // Told why a picture could not be read, in the order of the queries.
+  // Called with the reason why a picture could not be read, in the order of the queries.
   std::function<void(const std::string&)> skip = [](const std::string&) {};
-  // Told when the work on features (`extract`) and that on poses (`locate`) begins, in turn, by the
-  // thread that begins it. The last features are then still being extracted by other threads.
+  // Called when the work on features (`extract`) and that on poses (`locate`) begins, in turn, by
+  // the thread that begins it. Other threads may still be extracting the last features when
+  // `locate` begins.
   std::function<void(const char*)> begin_part = [](const char*) {};
-  // Those that recorded the map; without any no picture is scaled.
+  // The cameras that recorded the map; if empty, no picture is scaled.
   std::vector<RgbdCamera> map_cameras = {};
 };
 
-// One result a query, in their order; see QueryVerdict. Reasons: too_few_matches, too_few_inliers
+// One result per query, in their order; see QueryVerdict. Reasons: too_few_matches, too_few_inliers
 // and uncertain_pose (not in the map), rival_place (ambiguous), no_features, unreadable_image,
-// search_failed (unreadable as well: the search had too little memory).
-// A picture much finer than the map's (max_focal_ratio) is scaled down to the focal length of the
-// map before it is described: thresholds in pixels and the features' scales then mean what they
-// mean in the map, and errors are in pixels of the scaled picture.
-// Active search as published in CN106940186A, or by the options one of its parts, with what makes
-// it better: prioritized search (Sattler, Leibe, Kobbelt, ICCV 2011 and ECCV 2012), covisible
-// matches only, P3P, a second search around the first pose, retrieval where words lead nowhere, and
-// the camera's motion while its shutter rolls (the pose is that of the middle row).
-// Deterministic in the seed, at any number of threads. Throws DataError without queries or
-// landmarks or when map and vocabulary do not belong together.
+// search_failed (unreadable as well: the search ran out of memory). A picture much finer than the
+// map's (max_focal_ratio) is scaled down to the map's focal length before it is described.
+// Thresholds in pixels and feature scales then mean the same as in the map; errors are in pixels of
+// the scaled picture.
+//
+// Method: active search as published in CN106940186A, or one of its parts by option, with these
+// improvements: prioritized search (Sattler, Leibe, Kobbelt, ICCV 2011 and ECCV 2012), covisible
+// matches only, P3P, a second search around the first pose, retrieval where words find no pose, and
+// camera motion during a rolling shutter (the pose is that of the middle row).
+//
+// Deterministic in the seed at any number of threads. Throws DataError without queries or
+// landmarks, or when map and vocabulary do not belong together.
 std::vector<QueryResult> RunLocalize(const LocalizeOptions& options,
                                      const LocalizeInput& input,
                                      Progress& progress,

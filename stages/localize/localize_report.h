@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What localize reports about its queries.
+// Summary of localize's results.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -9,21 +9,22 @@
 #include <utility>
 
 #include "pipeline/base/random.h"
-#include "pipeline/geometry/moving_pose.h"
+#include "pipeline/geometry/rolling_shutter_pose.h"
 #include "stages/localize/active_search.h"
 #include "stages/localize/place_search.h"
 
 namespace nightmap {
 namespace {
 
-constexpr double kSameView_rad = 0.5;  // a rival nearer than this, in turn and place, is none
+// A rival pose within this angle (and distance) is the same view.
+constexpr double kSameView_rad = 0.5;
 
-// Features that speak for one place or the other: matched in it alone, or more like its landmark.
+// Features that vote for one of two places: matched only there, or more similar to its landmark.
 struct Votes {
   int num_first = 0;
   int num_second = 0;
   int Sum() const { return num_first + num_second; }
-  // Of the difference, were both places equal (sign test); in standard deviations.
+  // Significance of the difference if both places were equal (sign test), in standard deviations.
   double Significance() const {
     return Sum() == 0 ? 0 : (num_first - num_second) / std::sqrt(static_cast<double>(Sum()));
   }
@@ -113,7 +114,7 @@ std::optional<Localizer::Located> Localizer::SearchRetrieved(const Picture& pict
   return best;
 }
 
-// A second, wider search around the first pose; the better supported of the two poses is kept.
+// Repeats the search around the first pose with a wider reach; keeps the pose with more support.
 Localizer::Located Localizer::SearchAround(const Picture& picture, const Located& first) const {
   if (options_.num_guided_keyframes == 0) return first;
   std::vector<int> seen;
@@ -122,7 +123,7 @@ Localizer::Located Localizer::SearchAround(const Picture& picture, const Located
       options_, index_, picture.features, picture.camera, first.pose.camera_from_world, seen);
   auto second = Estimate(picture, matches, options_.min_inliers);
   if (!second || second->NumInliers() < first.NumInliers()) return first;
-  // A match is found within the radius of where the first pose puts its landmark, right or wrong.
+  // A wrong match, too, lies within the radius of its landmark's projection by the first pose.
   second->chance_ratio =
       std::pow(std::min(1.0, options_.max_error_px / options_.guided_radius_px), 2);
   return *std::move(second);
@@ -132,7 +133,7 @@ std::optional<Localizer::Located> Localizer::SearchRival(const Picture& picture,
                                                          const Located& located) const {
   if (options_.max_rival_ratio >= 1) return {};
   const auto matches = SearchRivals(options_, index_, picture.features, located.Inliers());
-  // One that explains as much in the end shows more than a tenth of it here.
+  // A rival that explains as much in the end matches more than a tenth of it here.
   const double num_enough = 0.1 * options_.max_rival_ratio * located.NumInliers();
   const auto first =
       Estimate(picture, matches, std::max(options_.min_seed_inliers, static_cast<int>(num_enough)));
@@ -172,7 +173,7 @@ void Localizer::Judge(const Picture& picture, Located located, QueryResult* resu
       votes.Significance() < options_.min_rival_significance;
   result->verdict = is_ambiguous ? QueryVerdict::kAmbiguous : QueryVerdict::kLocated;
   result->reason = is_ambiguous ? "rival_place" : "";
-  AllowMotion(picture, &located);  // last: verdicts are those of poses without motion
+  AllowMotion(picture, &located);  // last, so that verdicts are those of poses without motion
   FillPose(located, result);
 }
 
@@ -181,7 +182,7 @@ void Localizer::FillPose(const Located& located, QueryResult* result) const {
   result->num_matches = static_cast<int>(located.matches.size());
   result->num_inliers = located.NumInliers();
   result->reprojection_error_px = located.pose.rms_error_px;
-  // The camera's position changes by the left perturbation's translation, turned.
+  // The camera's position changes by the rotated translation of the left perturbation.
   result->position_sigma_m = std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
   result->rotation_sigma_deg =
       std::sqrt(covariance.topLeftCorner<3, 3>().trace()) * 180 / std::numbers::pi;

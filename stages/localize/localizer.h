@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pose of one picture from its features.
+// Computes the pose of one picture from its features.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,12 @@
 
 namespace nightmap {
 
-// The row of a query that was not located.
+// The result row of a query that was not located.
 QueryResult FailedQuery(const FrameRecord& query, QueryVerdict verdict, const std::string& reason);
 
-// Active search; where that gives no pose, retrieval; once more around the pose found; then a
-// search for another place that explains the picture as well. Const after construction: queries may
-// share one between threads. Keeps references.
+// Runs active search; where that gives no pose, retrieval; then a second search around the pose
+// found; then a search for another place that explains the picture as well. Const after
+// construction: threads may share one. Keeps references.
 class Localizer {
  public:
   Localizer(const LocalizeOptions& options, const LandmarkMap& map, const Vocabulary& vocabulary)
@@ -30,7 +30,7 @@ class Localizer {
                        const FrameFeatures& features) const;
 
  private:
-  // The picture at hand.
+  // The current picture.
   struct Picture {
     const Camera& camera;
     const FrameFeatures& features;
@@ -39,10 +39,10 @@ class Localizer {
   struct Located {
     AbsolutePose pose;
     std::vector<LandmarkMatch> matches;
-    double chance_ratio = 0;  // of the matches, that a wrong pose would have for inliers
+    double chance_ratio = 0;  // share of the matches that a wrong pose would have as inliers
     int NumInliers() const { return static_cast<int>(pose.inliers.size()); }
     std::vector<LandmarkMatch> Inliers() const;
-    // Of the inliers beyond that ratio (binomial), in standard deviations.
+    // Inliers in excess of that ratio, in standard deviations of the binomial distribution.
     double InlierSignificance() const;
   };
 
@@ -56,7 +56,7 @@ class Localizer {
   std::optional<Located> Estimate(const Picture& picture,
                                   const std::vector<LandmarkMatch>& matches,
                                   int min_inliers) const;
-  // The pose of a camera that may have moved while the picture was read, if it explains as much.
+  // Replaces the pose by one with camera motion during readout, if that explains as much.
   void AllowMotion(const Picture& picture, Located* located) const;
   void Judge(const Picture& picture, Located located, QueryResult* result) const;
   void FillPose(const Located& located, QueryResult* result) const;

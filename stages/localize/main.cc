@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// localize: reads query pictures and the landmark map, writes queries.csv (every query, failures
+// localize: reads query pictures and the landmark map; writes queries.csv (every query, failures
 // with their reason) and queries.tum (the located ones).
 #include <opencv2/core.hpp>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/localize/localize.h"
 #include "stages/localize/localize_report.h"
 #include "stages/localize/query_cameras.h"
@@ -13,12 +13,12 @@ int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{
       "localize",
-      "finds where each query picture was taken, from the picture alone",
+      "finds the pose of each query picture from the picture alone",
       {{"queries", "queries.csv of the queries stage"},
        {"cameras", "query_cameras.json of the queries stage"},
        {"configured", "cameras.json of the frames stage"},
        {"calibrated", "cameras.json of the pose_graph stage"},
-       FolderPort("data", "folder that the paths in queries are relative to"),
+       FolderPort("data", "folder to which the paths in queries are relative"),
        {"landmarks", "landmarks.h5"},
        {"vocabulary", "vocabulary.h5"}},
       {{"queries", "queries.csv: every query with the verdict and its reason"},

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "pipeline/base/union_find.h"
-#include "pipeline/vision/pixel_grid.h"
+#include "pipeline/features/pixel_grid.h"
 
 namespace nightmap {
 namespace {
@@ -18,7 +18,7 @@ void JoinAll(const std::vector<int>& keyframes, UnionFind* places) {
   }
 }
 
-// Retrieved keyframes, best first; more frames than keyframes are asked for: not every mapping
+// Retrieves keyframes, best first. Asks for more frames than keyframes, because not every mapping
 // frame is a keyframe.
 std::vector<int> Retrieve(const LocalizeOptions& options,
                           const LandmarkIndex& index,
@@ -35,7 +35,7 @@ std::vector<int> Retrieve(const LocalizeOptions& options,
   return keyframes;
 }
 
-// In the order of their first keyframe.
+// Splits keyframes by covisibility; parts are in the order of their first keyframe.
 std::vector<std::vector<int>> PartByCovisibility(const LandmarkIndex& index,
                                                  const std::vector<int>& keyframes) {
   UnionFind places(index.Map().keyframes.size());
@@ -57,7 +57,7 @@ std::vector<std::vector<int>> PartByCovisibility(const LandmarkIndex& index,
   return parts;
 }
 
-// The keyframes that see most of `seen`.
+// The keyframes that see the most landmarks of `seen`.
 std::vector<int> MostCovisible(const LandmarkIndex& index,
                                const std::vector<int>& seen,
                                int num_keyframes) {

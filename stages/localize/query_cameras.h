@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cameras of the queries as the map knows them.
+// Gives query cameras the calibration of the map.
 #pragma once
 
 #include <vector>
@@ -8,9 +8,9 @@
 
 namespace nightmap {
 
-// A query camera that is one of the map's as they were configured takes what mapping found out
-// about it (pose_graph's calibration); the others stay. `configured` and `calibrated` belong
-// together one by one; throws DataError when their numbers differ.
+// A query camera equal to one of the map's configured cameras takes that camera's calibration (from
+// pose_graph); the others stay. `configured` and `calibrated` correspond by index; throws DataError
+// when their sizes differ.
 std::vector<RgbdCamera> WithCalibration(std::vector<RgbdCamera> query_cameras,
                                         const std::vector<RgbdCamera>& configured,
                                         const std::vector<RgbdCamera>& calibrated);

@@ -6,7 +6,7 @@
 namespace nightmap {
 namespace {
 
-// Stable, by the word at a level.
+// Sorts stably by the word at a level.
 std::vector<int> SortByWord(const LandmarkMap& map,
                             int level,
                             int num_words,

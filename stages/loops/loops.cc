@@ -8,13 +8,13 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
-#include "pipeline/io/features_of_frames.h"
+#include "pipeline/io/features_io.h"
 #include "stages/loops/same_node_matcher.h"
 
 namespace nightmap {
 namespace {
 
-constexpr int kQuickIterations = 150;  // enough where a third of the matches are right
+constexpr int kQuickIterations = 150;  // enough where a third of the matches are correct
 constexpr int kNodeLevel = 2;          // a hundred nodes at the default branching
 
 using Ranking = std::vector<InvertedFile::Result>;
@@ -32,7 +32,7 @@ VerifyOptions MakeVerifyOptions(const LoopsOptions& options, DescriptorKind kind
   return verify;
 }
 
-// Accepts what min_quick_inliers features of a common node agree on.
+// Accepts pairs in which min_quick_inliers features of common nodes agree.
 QuickCheck MakeQuickCheck(const LoopsOptions& options,
                           const VerifyOptions& verify,
                           const SameNodeMatcher& matcher) {
@@ -46,7 +46,7 @@ QuickCheck MakeQuickCheck(const LoopsOptions& options,
           }};
 }
 
-// Loops are found by the place of a frame in the vocabulary, and their features by their words'.
+// Loops look up a frame's words by its index and features by their words, so both must match.
 void CheckVocabulary(const FramesWithFeatures& input, const Vocabulary& vocabulary) {
   const auto& words = vocabulary.inverted_file.Words();
   bool fits = vocabulary.tree.Kind() == input.features.kind &&
@@ -78,7 +78,7 @@ Ranking Thin(const Ranking& ranked, int count, int min_distance) {
   return chosen;
 }
 
-// Frames that look for loops.
+// Frames that search for loops.
 std::vector<int> LoopSeekers(const LoopsOptions& options, const FeaturesShard& features) {
   std::vector<int> seekers;
   int num_described = 0;
@@ -96,7 +96,7 @@ bool Finds(const Ranking& ranking, int frame_idx, int max_distance) {
   });
 }
 
-// For each seeker the frames that look like it, best first.
+// For each seeker the most similar frames, best first.
 std::vector<Ranking> RankAlike(const LoopsOptions& options,
                                const InvertedFile& inverted_file,
                                const std::vector<int>& seekers,
@@ -112,7 +112,7 @@ std::vector<Ranking> RankAlike(const LoopsOptions& options,
   return rankings;
 }
 
-// Candidates, split by whether the seekers beside b find the place of a, too.
+// Candidates, split by whether the seekers beside b also find the place of a.
 struct Candidates {
   std::vector<FramePair> consistent;
   std::vector<FramePair> inconsistent;
@@ -151,21 +151,29 @@ void LoopsOptions::Register(OptionList& list) {
            &num_candidates,
            Range(0, 100),
            "candidates verified per frame; 0: no loops");
-  list.Add("min_gap", &min_gap, Range(1, 100000), "frames between the ends of a loop");
-  list.Add("min_inliers", &min_inliers, Range(4, 1000), "of a loop");
-  list.Add(
-      "min_quick_inliers",
-      &min_quick_inliers,
-      Range(0, 1000),
-      "of a loop among features that share a word; fewer: not all are compared; 0: always all");
-  list.Add(
-      "min_spread", &min_spread, Range(0, 1), "share of the image a loop's inliers must cover");
+  list.Add("min_gap",
+           &min_gap,
+           Range(1, 100000),
+           "smallest number of frames between the ends of a loop");
+  list.Add("min_inliers", &min_inliers, Range(4, 1000), "smallest number of inliers of a loop");
+  list.Add("min_quick_inliers",
+           &min_quick_inliers,
+           Range(0, 1000),
+           "smallest number of inliers among features that share a word, before all features are "
+           "compared; 0: compares all at once");
+  list.Add("min_spread",
+           &min_spread,
+           Range(0, 1),
+           "share of the image that a loop's inliers must cover");
   list.Add("max_sigma_m",
            &max_sigma_m,
            Range(0.0001, 100),
-           "standard deviation of a loop's translation in its worst direction");
-  list.Add("max_ransac_iterations", &max_ransac_iterations, Range(10, 100000), "of one pair");
-  list.Add("seed", &seed, Range(0, 1e6), "of RANSAC");
+           "largest standard deviation of a loop's translation in its worst direction");
+  list.Add("max_ransac_iterations",
+           &max_ransac_iterations,
+           Range(10, 100000),
+           "RANSAC iterations per pair");
+  list.Add("seed", &seed, Range(0, 1e6), "seed of RANSAC");
 }
 
 std::vector<FramePair> RunLoops(const LoopsOptions& options,

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// loops: verified pairs of frames that look alike, however far apart in time.
+// loops: finds verified pairs of frames that look alike, however far apart in time.
 #pragma once
 
 #include <vector>
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
-#include "pipeline/vision/verify_pairs.h"
-#include "pipeline/vision/vocabulary_io.h"
+#include "pipeline/features/verify_pairs.h"
+#include "pipeline/features/vocabulary_io.h"
 
 namespace nightmap {
 
@@ -28,10 +28,11 @@ struct LoopsOptions {
   void Register(OptionList& list);
 };
 
-// Loop candidates of every stride-th described frame among those at least min_gap before it: the
-// best num_candidates of the inverted file, each verified. Returns accepted and rejected ones,
-// sorted by (b, a). Deterministic at any number of threads: each pair draws from its own random
-// stream. Throws DataError when the vocabulary is not of these frames' features.
+// Takes every stride-th described frame and finds its loop candidates among the frames at least
+// min_gap before it: the best num_candidates of the inverted file, each verified. Returns accepted
+// and rejected pairs, sorted by (b, a). Deterministic at any number of threads: each pair draws
+// from its own random stream. Throws DataError when the vocabulary was not made from these frames'
+// features.
 std::vector<FramePair> RunLoops(const LoopsOptions& options,
                                 const FramesWithFeatures& input,
                                 const Vocabulary& vocabulary,

@@ -3,7 +3,7 @@
 // look alike.
 #include "stages/loops/loops.h"
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 
 namespace nightmap {
 namespace {
@@ -28,6 +28,6 @@ int main(int argc, char** argv) {
                         {"cameras", "cameras.json of the frames stage"},
                         {"features", "shard_NNNN.h5 of the same shards, in order", Arity::kMany},
                         {"vocabulary", "vocabulary.h5 of the same features"}},
-                       {{"loops", "loops.h5: loop candidates over all shards given"}}};
+                       {{"loops", "loops.h5: loop candidates over all given shards"}}};
   return StageMain(argc, argv, spec, LoopsOptions{}, Run);
 }

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <limits>
 
-#include "pipeline/vision/descriptor_distance.h"
+#include "pipeline/features/descriptor_distance.h"
 
 namespace nightmap {
 namespace {
 
-// The node at `level` above each node, or the node itself where it is not below that level.
+// The ancestor of each node at `level`, or the node itself if it is not below that level.
 std::vector<int> Ancestors(const VocabularyTree& tree, int level) {
   const auto& nodes = tree.Nodes();
   std::vector<int> ancestors(nodes.size());

@@ -10,7 +10,7 @@
 namespace nightmap {
 namespace {
 
-// Mean of the samples about a time; nothing when there are none.
+// Mean of the samples around a time; nothing when there are none.
 std::optional<Eigen::Vector3d> MeanAcceleration(const std::vector<AccelerometerSample>& samples,
                                                 std::int64_t time_ns) {
   constexpr std::int64_t kWindow_ns = 100'000'000;

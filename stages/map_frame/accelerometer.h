@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gravity as an accelerometer on the robot measures it.
+// Up direction from an accelerometer on the robot.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,14 +17,14 @@ struct AccelerometerSample {
   Eigen::Vector3d acceleration_m_per_s2 = Eigen::Vector3d::Zero();
 };
 
-// The samples of the first sensor that measures acceleration, turned into the axes of the robot;
-// none when there is no such sensor. Throws DataError naming file and field.
+// Samples of the first sensor that measures acceleration, rotated into the axes of the robot; none
+// when there is no such sensor. Throws DataError naming file and field.
 std::vector<AccelerometerSample> ReadAcceleration(const std::filesystem::path& path);
 
-// Up in the given frame, of unit length: at rest an accelerometer measures up, and what the
-// camera's own motion adds cancels in the mean. Each keyframe (its time and given_from_robot)
-// turns the mean of the samples within 0.1 s of it. `samples` ascend in time. Throws DataError when
-// no keyframe has a sample or the mean is far from gravity.
+// Up in the given frame, of unit length. At rest an accelerometer measures up, and the acceleration
+// of the camera itself cancels in the mean. Each keyframe (its time and given_from_robot) rotates
+// the mean of the samples within 0.1 s of it. `samples` ascend in time. Throws DataError when no
+// keyframe has a sample or the mean is far from gravity.
 Eigen::Vector3d UpFromAccelerometer(const std::vector<AccelerometerSample>& samples,
                                     const std::vector<StampedPose>& keyframes);
 

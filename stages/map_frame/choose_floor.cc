@@ -10,9 +10,9 @@ namespace {
 
 constexpr int kMinKeyframes = 3;
 constexpr double kMinShareOfLargest = 0.05;
-constexpr double kSmearedArea_m2 = 1.0;     // from here on a surface need not stand out
-constexpr double kStep_m = 0.15;            // surfaces that are nearer are one, with steps or drift
-constexpr double kMaxCameraHeight_m = 2.5;  // above the floor that one stands on
+constexpr double kSmearedArea_m2 = 1.0;     // surfaces of this area or more need not stand out
+constexpr double kStep_m = 0.15;            // nearer surfaces are one, with steps or drift
+constexpr double kMaxCameraHeight_m = 2.5;  // above the floor on which the person stands
 constexpr double kMinStorey_m = 2.0;
 
 class FloorFinder {
@@ -63,7 +63,7 @@ class FloorFinder {
     });
   }
 
-  // From the highest on: what a surface is seen through lies above it.
+  // From the highest down, because a surface is seen through those above it.
   void FindSupported() {
     double largest_m2 = 0;
     for (const auto& surface : surfaces_) largest_m2 = std::max(largest_m2, surface.Area_m2());
@@ -90,7 +90,7 @@ class FloorFinder {
     return largest;
   }
 
-  // The lowest one; but not where cameras stood on a larger one a storey above and never on it.
+  // The lowest surface, except where cameras stood on a larger one a storey above and never on it.
   std::optional<LevelSurface> Floor() const {
     if (supported_.empty()) return std::nullopt;
     const LevelSurface& lowest = supported_.front();
@@ -108,7 +108,7 @@ class FloorFinder {
     return map_.ShareBelow(surface, kBelowFloor_m) <= kMaxBelowFloorShare;
   }
 
-  // A higher one only if it is more than twice as large.
+  // Prefers a higher surface only if it is more than twice as large.
   std::optional<LevelSurface> LowestWithNothingBelow() const {
     std::optional<LevelSurface> chosen;
     for (const LevelSurface& surface : surfaces_) {
@@ -121,8 +121,8 @@ class FloorFinder {
   const MapFrameOptions& options_;
   LevelMap map_;
   std::vector<double> cameras_m_;        // heights
-  std::vector<LevelSurface> surfaces_;   // below the cameras, rising
-  std::vector<LevelSurface> supported_;  // those that are surfaces for certain, rising
+  std::vector<LevelSurface> surfaces_;   // below the cameras, ascending
+  std::vector<LevelSurface> supported_;  // the certain surfaces, ascending
 };
 
 }  // namespace

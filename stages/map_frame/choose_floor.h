@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of the surfaces that were seen is the floor.
+// Chooses the floor among the level surfaces that were seen.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,26 +12,29 @@
 namespace nightmap {
 
 struct FloorChoice {
-  LevelSurface surface;    // without cells where no level surface was chosen
-  std::string source;      // as MapFrame::floor_source
-  double below_share = 0;  // as MapFrame::below_floor_share
+  LevelSurface surface;    // without cells if no level surface was chosen
+  std::string source;      // see MapFrame::floor_source
+  double below_share = 0;  // see MapFrame::below_floor_share
 };
 
 double MedianHeight_m(const std::vector<Rigid3>& given_from_cameras, const Eigen::Vector3d& up);
 
-// The lowest level surface that is one for certain: below a floor nothing is seen, while a table or
-// a counter, however large, has the floor below it.
-// - It is floor_min_area_m2 large, and a twentieth of the largest level surface: what is smaller
-//   may be noise or a step of stairs. A surface of less than 1 m2 must stand out of what lies about
-//   it; the drift of poses smears larger ones.
-// - Three keyframes saw it, or all where there are fewer.
-// - It is not seen through a surface that was seen more often, as reflections in a floor are.
-// - It is floor_min_camera_height_m below the median camera, at least.
-// Of surfaces within 0.15 m the largest counts. A surface with a larger one 2 m or more above it is
-// another storey, seen from there, if cameras were within 2.5 m above that one and never above it.
-// Where more than hardly anything lies below the lowest surface, it stands on a floor that was not
-// seen: z = 0 is then the lowest level surface, of any size, with hardly anything below it; else
-// the height with hardly anything below it; and without any patch that of the lowest camera.
+// Chooses the lowest certain level surface: nothing is seen below a floor, while a table or a
+// counter, however large, has the floor below it. A level surface is certain if
+// - it has at least floor_min_area_m2 and a twentieth of the area of the largest level surface,
+//   since smaller ones may be noise or a step of stairs; below 1 m2 it must also stand out from
+//   the patches around its height, while the drift of poses smears larger ones;
+// - three keyframes saw it, or all where there are fewer;
+// - it is not seen through a surface that was seen more often, as reflections in a floor are;
+// - it is at least floor_min_camera_height_m below the median camera.
+// Among surfaces within 0.15 m the largest counts. A surface with a larger one 2 m or more above it
+// is another storey, seen from that one, if cameras were within 2.5 m above the upper one and never
+// above the lower one.
+//
+// If more than a negligible share of the patches lies below the lowest surface, that surface stands
+// on a floor that was not seen. z = 0 is then the lowest level surface, of any size, with a
+// negligible share below it; without one the height with a negligible share below it; and without
+// any patch the height of the lowest camera.
 FloorChoice ChooseFloor(const MapFrameOptions& options,
                         const std::vector<SurfacePatch>& patches,
                         const std::vector<Rigid3>& given_from_cameras,

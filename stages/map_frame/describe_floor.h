@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What z = 0 is, in words: for the log, report.json and the report page.
+// Describes in words what z = 0 is: for the log, report.json and the report page.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -12,10 +12,10 @@ namespace nightmap {
 
 std::string DescribeFloor(const MapFrame& frame);
 
-// Why z = 0 may not be the floor; empty where nothing says so.
+// Reasons why z = 0 may not be the floor; empty if there are none.
 std::vector<std::string> FloorWarnings(const MapFrame& frame);
 
-// Both, to the log.
+// Logs the floor and its warnings.
 void LogFloor(const MapFrame& frame);
 
 // The stage's report.

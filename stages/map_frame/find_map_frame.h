@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where up is and where the floor lies, from what the depth images see.
+// Finds the up direction and the floor's height from depth images.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,10 +11,10 @@
 
 namespace nightmap {
 
-// Up: `up_in_given` of an accelerometer if given, else the mean of the cameras' up axes; refined to
-// the common normal of the surfaces that face it. Floor: as of ChooseFloor, the lowest level
-// surface below the cameras. The map's origin is below the first camera, its x axis along the first
-// camera's view. Deterministic.
+// Up is `up_in_given` of an accelerometer if given, else the mean of the cameras' up axes; both are
+// refined to the common normal of the surfaces that face up. The floor is the lowest level surface
+// below the cameras, see ChooseFloor. The map's origin is below the first camera, and its x axis
+// follows the first camera's view. Deterministic.
 MapFrame FindMapFrame(const MapFrameOptions& options,
                       const std::vector<SurfacePatch>& patches,
                       const std::vector<Rigid3>& given_from_cameras,

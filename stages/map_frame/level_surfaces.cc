@@ -13,7 +13,7 @@ constexpr double kMaxTilt_rad = 0.15;
 constexpr double kBin_m = 0.02;  // of the height histogram
 constexpr double kCell_m = 0.1;
 
-// Peaks of the height histogram, rising.
+// Peaks of the height histogram, ascending.
 std::vector<double> PeakHeights_m(const std::vector<SurfacePatch>& level,
                                   const Eigen::Vector3d& up) {
   std::map<int, double> histogram;
@@ -34,7 +34,8 @@ std::vector<double> PeakHeights_m(const std::vector<SurfacePatch>& level,
   return heights_m;
 }
 
-// Whether a cell and those at its sides are the surface's: rays there do not pass its border.
+// Whether a cell and its four neighbours belong to the surface, so that a ray there misses the
+// border.
 bool IsInside(const LevelSurface& surface, const LevelSurface::Cell& cell) {
   const auto& [x, y] = cell;
   const LevelSurface::Cell near[] = {cell, {x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}};
@@ -53,7 +54,7 @@ std::vector<SurfacePatch> FacingUp(const std::vector<SurfacePatch>& patches,
   return chosen;
 }
 
-// Twice as many patches, and three standard deviations of their difference more.
+// Requires twice as many patches, and a difference of three standard deviations.
 bool LevelSurface::IsDistinct() const {
   const double more = num_patches - num_patches_about;
   return num_patches >= 2 * num_patches_about &&
@@ -92,7 +93,7 @@ LevelMap::LevelMap(const std::vector<SurfacePatch>& patches,
 void LevelMap::KeepCorroborated(const std::vector<Sample>& all) {
   struct Seen {
     int by = 0;
-    bool again = false;  // by another keyframe
+    bool again = false;  // confirmed by another keyframe
   };
   std::map<std::array<int, 3>, Seen> voxels;
   const auto voxel_of = [](const Eigen::Vector3d& point) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Level surfaces among the patches that depth images see: floors, tables, counters.
+// Level surfaces among the surface patches of depth images: floors, tables, counters.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,65 +15,69 @@ namespace nightmap {
 
 inline constexpr double kLevelBand_m = 0.04;  // half thickness of a level surface's points
 
-// The patches that face up, for which a surface is level.
+// The patches that face up closely enough to belong to a level surface.
 std::vector<SurfacePatch> FacingUp(const std::vector<SurfacePatch>& patches,
                                    const Eigen::Vector3d& up);
 
 struct LevelSurface {
-  using Cell = std::pair<int, int>;  // of 0.1 m x 0.1 m
+  using Cell = std::pair<int, int>;  // 0.1 m x 0.1 m
 
   double height_m = 0;    // up . point
-  std::set<Cell> cells;   // where it was seen: overlapping views count once
-  int num_keyframes = 0;  // that saw it
+  std::set<Cell> cells;   // cells in which it was seen; overlapping views count once
+  int num_keyframes = 0;  // number of keyframes that saw it
   int num_patches = 0;
-  int num_patches_about = 0;  // in the bands right below and above it, together as thick as it
+  // In the bands directly below and above, which together are as thick as it.
+  int num_patches_about = 0;
 
   double Area_m2() const { return 0.01 * static_cast<double>(cells.size()); }
-  // Whether it stands out of what lies about it more than chance explains.
+  // Whether it has more patches than its surroundings by more than chance explains.
   bool IsDistinct() const;
 };
 
 class LevelMap {
  public:
-  // `up` of unit length, in the patches' frame; the patches' camera_idx counts in `cameras`.
+  // `up` is of unit length, in the patches' frame; the patches' camera_idx are indices into
+  // `cameras`.
   LevelMap(const std::vector<SurfacePatch>& patches,
            const std::vector<Rigid3>& given_from_cameras,
            const Eigen::Vector3d& up);
 
-  // One for each height with more level surface than right below and above it; rising.
+  // One surface for each height with more level area than directly below and above; ascending.
   std::vector<LevelSurface> Surfaces() const;
 
-  // Whether cameras saw more than a quarter of the lower surface through the higher one: surfaces
-  // are opaque, so it is a reflection or noise. Rays near the border of the higher one pass it.
+  // Whether cameras saw more than a quarter of the lower surface through the higher one. Surfaces
+  // are opaque, so the lower one is then a reflection or noise. Rays near the border of the higher
+  // surface do not count.
   bool IsSeenThrough(const LevelSurface& high, const LevelSurface& low) const;
 
-  // Share of the patches of any direction that lie more than `depth_m` below a surface. Only
-  // patches count that another keyframe saw too, within 0.1 m, and none that is seen through the
+  // Share of the patches, in any direction, that lie more than `depth_m` below a surface. Counts
+  // only patches that another keyframe confirms within 0.1 m, and none that is seen through the
   // surface.
   double ShareBelow(const LevelSurface& surface, double depth_m) const;
 
-  // Height under which hardly any patch lies, of the same patches or, if there is none, of all.
-  // There must be a patch.
+  // Height below which only a negligible share of the confirmed patches lies or, without any
+  // confirmed patch, of all patches. There must be a patch.
   double LowestHeight_m() const;
 
-  int NumKeyframes() const { return num_keyframes_; }  // that have a patch
+  int NumKeyframes() const { return num_keyframes_; }  // keyframes that have a patch
 
  private:
   struct Sample {
-    Eigen::Vector3d point;                  // x and y across, z along up
-    std::optional<Eigen::Vector3d> camera;  // the same of the camera that saw it, where known
+    Eigen::Vector3d point;  // x and y across, z along up
+    // Position of the camera that saw it, where known; same axes.
+    std::optional<Eigen::Vector3d> camera;
     int camera_idx = 0;
   };
   static LevelSurface::Cell CellOf(const Eigen::Vector3d& point);
-  // Whether the ray from the camera went through the inside of the surface.
+  // Whether the ray from the camera passed through the interior of the surface.
   static bool Passes(const Sample& sample, const LevelSurface& surface);
   LevelSurface SurfaceAt(double height_m) const;
   void KeepCorroborated(const std::vector<Sample>& all);
 
-  std::vector<double> level_heights_m_;  // peaks, rising
-  std::vector<Sample> level_;            // those that face up
-  std::vector<Sample> corroborated_;     // of any direction
-  std::vector<double> heights_m_;        // of all
+  std::vector<double> level_heights_m_;  // peaks, ascending
+  std::vector<Sample> level_;            // samples that face up
+  std::vector<Sample> corroborated_;     // in any direction, confirmed by another keyframe
+  std::vector<double> heights_m_;        // of all samples
   int num_keyframes_ = 0;
 };
 

@@ -2,8 +2,8 @@
 // map_frame: moves trajectory and keyframes from their own frame to the map frame.
 #include "stages/map_frame/map_frame.h"
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/map_frame/describe_floor.h"
 
 namespace nightmap {
@@ -44,15 +44,16 @@ void Run(const MapFrameOptions& options, StageContext& context) {
 
 int main(int argc, char** argv) {
   using namespace nightmap;
-  const StageSpec spec{"map_frame",
-                       "Moves a finished trajectory to the map frame: z up, floor at z = 0.",
-                       {{"frames", "shard_NNNN.csv of all shards, in order", Arity::kMany},
-                        {"cameras", "cameras.json of the pose_graph stage"},
-                        FolderPort("data", "folder the paths in the frames files are relative to"),
-                        {"trajectory", "trajectory.tum, in any frame of reference"},
-                        {"keyframes", "keyframes.tum: poses of it at the times of some frames"},
-                        {"acceleration", "acceleration.h5 of the frames stage", Arity::kOptional}},
-                       {{"trajectory", "trajectory.tum: map_from_camera of every pose"},
-                        {"keyframes", "keyframes.tum: the same of the keyframes"}}};
+  const StageSpec spec{
+      "map_frame",
+      "Moves a finished trajectory to the map frame: z up, floor at z = 0.",
+      {{"frames", "shard_NNNN.csv of all shards, in order", Arity::kMany},
+       {"cameras", "cameras.json of the pose_graph stage"},
+       FolderPort("data", "folder to which the paths in the frames files are relative"),
+       {"trajectory", "trajectory.tum, in any frame of reference"},
+       {"keyframes", "keyframes.tum: its poses at the times of some frames"},
+       {"acceleration", "acceleration.h5 of the frames stage", Arity::kOptional}},
+      {{"trajectory", "trajectory.tum: map_from_camera of every pose"},
+       {"keyframes", "keyframes.tum: map_from_camera of the keyframes"}}};
   return StageMain(argc, argv, spec, MapFrameOptions{}, Run);
 }

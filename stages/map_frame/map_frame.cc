@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/map_frame/map_frame.h"
 
-#include "pipeline/vision/rgbd_keyframes.h"
+#include "pipeline/dense/rgbd_keyframes.h"
 #include "stages/map_frame/choose_floor.h"
 #include "stages/map_frame/find_map_frame.h"
 
@@ -26,25 +26,25 @@ void MapFrameOptions::Register(OptionList& list) {
   list.Add("source",
            &source,
            {"floor", "given"},
-           "floor: the map frame has z up and the floor that was seen at z = 0; given: it is the "
-           "frame of the trajectory as read, with z up already");
+           "floor: the map frame has z up and the detected floor at z = 0; given: the map frame is "
+           "that of the input trajectory, which has z up already");
   list.Add("floor_num_keyframes",
            &floor_num_keyframes,
            Range(1, 10000),
            "keyframes whose depth is searched for the floor");
-  list.Add("floor_max_depth_m", &floor_max_depth_m, Range(0.5, 20), "farther depth is not used");
+  list.Add("floor_max_depth_m", &floor_max_depth_m, Range(0.5, 20), "farther depth is ignored");
   list.Add("floor_max_tilt_rad",
            &floor_max_tilt_rad,
            Range(0.05, 1.5),
-           "how far the first guess of up may be off");
+           "largest error of the first guess of up");
   list.Add("floor_min_area_m2",
            &floor_min_area_m2,
            Range(0.01, 100),
-           "a smaller level surface is never taken as floor");
+           "a smaller level surface is never taken as the floor");
   list.Add("floor_min_camera_height_m",
            &floor_min_camera_height_m,
            Range(0, 5),
-           "cameras are at least this far above the floor");
+           "smallest height of cameras above the floor");
 }
 
 MapFrame RunMapFrame(const MapFrameOptions& options, const MapFrameInput& input, int num_threads) {

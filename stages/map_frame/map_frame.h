@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // map_frame: moves a finished trajectory from its own frame ("given") to the map frame: z up, floor
-// at z = 0. A stage of its own, so that another choice of the floor repeats no adjustment and a
-// trajectory that another system made gets a floor too.
+// at z = 0. It is a stage of its own so that another choice of the floor repeats no adjustment and
+// so that a trajectory made by another system gets a floor too.
 #pragma once
 
 #include <functional>
@@ -28,13 +28,14 @@ struct MapFrameOptions {
 
 struct MapFrameInput {
   std::vector<StampedPose> keyframes;  // given_from_camera, ascending in time; at least one
-  std::vector<FrameRecord> frames;     // among them that of each keyframe
+  std::vector<FrameRecord> frames;     // include the frame of each keyframe
   std::vector<RgbdCamera> cameras;
   std::vector<AccelerometerSample> accelerometer;  // ascending in time; empty: there is none
   std::function<DepthImage(const FrameRecord&)> load_depth;  // throws DataError when unreadable
 };
 
-// Below a floor nothing is seen but noise: what is this deep, and how much there may be of it.
+// Only noise is seen below a floor: the depth from which points count as below it, and the largest
+// share of such points that is plausible.
 inline constexpr double kBelowFloor_m = 0.3;
 inline constexpr double kMaxBelowFloorShare = 0.05;
 
@@ -42,20 +43,21 @@ struct MapFrame {
   Rigid3 map_from_given;
   // "accelerometer", "horizontal surfaces", "camera attitude" or "given trajectory".
   std::string gravity_source;
-  // Names the surface at z = 0: "floor plane", or where no floor was seen "lowest horizontal
-  // plane", "lowest points" or "lowest camera"; "given trajectory" where nothing was searched.
+  // Names the surface at z = 0: "floor plane"; where no floor was seen "lowest horizontal plane",
+  // "lowest points" or "lowest camera"; "given trajectory" where nothing was searched.
   std::string floor_source;
   double floor_area_m2 = 0;
-  int floor_num_keyframes = 0;   // that saw it, of those that were searched
-  double camera_height_m = 0;    // median above the floor
-  double below_floor_share = 0;  // of the measured points that lie more than kBelowFloor_m below it
+  int floor_num_keyframes = 0;   // number of searched keyframes that saw it
+  double camera_height_m = 0;    // median height above the floor
+  double below_floor_share = 0;  // share of measured points more than kBelowFloor_m below the floor
 
   bool IsGiven() const { return floor_source == kGiven; }
   static constexpr const char* kGiven = "given trajectory";
 };
 
-// With source "given" the map frame is the given one, and no depth is read. Throws DataError when a
-// keyframe has no frame, or as of UpFromAccelerometer. Deterministic at any number of threads.
+// With source "given" the map frame equals the given frame, and no depth is read. Throws DataError
+// when a keyframe has no frame, and as UpFromAccelerometer does. Deterministic at any number of
+// threads.
 MapFrame RunMapFrame(const MapFrameOptions& options, const MapFrameInput& input, int num_threads);
 
 }  // namespace nightmap

@@ -57,7 +57,7 @@ std::vector<SurfacePatch> SampleKeyframes(const MapFrameOptions& options,
   ParallelFor(keyframes.size(), num_threads, [&](std::size_t k) {
     const Keyframe& keyframe = keyframes[k];
     if (keyframe.keyframe_idx % step != 0) return;
-    // The features stage has counted a frame that fails; the floor is seen by others.
+    // Ignores a failure: the features stage has counted it, and other frames see the floor.
     std::ignore = FrameFailure(keyframe.frame.depth.path, [&] {
       const auto camera_idx = static_cast<std::size_t>(keyframe.frame.camera_idx);
       of_keyframe[k] = SamplePatches(input.load_depth(keyframe.frame),

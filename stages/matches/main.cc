@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // matches: reads the features of a shard and of the shard before it; writes verified pairs of
 // frames near each other.
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/matches/matches.h"
 
 namespace nightmap {
@@ -23,10 +23,12 @@ int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{
       "matches",
-      "Matches the frames of a shard to those shortly before them and verifies each pair.",
-      {{"frames", "shard_NNNN.csv of the frames stage, the shard itself last", Arity::kMany},
+      "Matches the frames of a shard to frames shortly before them and verifies each pair.",
+      {{"frames",
+        "shard_NNNN.csv of the frames stage; the last one is the shard itself",
+        Arity::kMany},
        {"cameras", "cameras.json of the frames stage"},
        {"features", "shard_NNNN.h5 of the same shards, in order", Arity::kMany}},
-      {{"pairs", "shard_NNNN.h5: pairs of the last shard given"}}};
+      {{"pairs", "shard_NNNN.h5: pairs of the last given shard"}}};
   return StageMain(argc, argv, spec, MatchesOptions{}, Run);
 }

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "pipeline/io/features_of_frames.h"
+#include "pipeline/io/features_io.h"
 #include "stages/matches/neighbour_pairs.h"
 
 namespace nightmap {
@@ -29,21 +29,26 @@ void MatchesOptions::Register(OptionList& list) {
   list.Add("pair_offsets",
            &pair_offsets,
            Range(1, 100),
-           "each described frame is matched to the described frames this many before it");
+           "each described frame is matched to the described frames at these offsets before it");
   list.Add("wide_search",
            &wide_search,
            Range(0, 1000),
-           "a described frame that matches none of these is matched to so many before it");
+           "a described frame without a match among these is matched to this many before it");
   list.Add("max_error_px", &max_error_px, Range(0.5, 20), "inlier threshold on reprojection");
   list.Add("max_depth_error",
            &max_depth_error,
            Range(0.005, 1),
            "inlier threshold on measured depth, relative");
-  list.Add("min_inliers", &min_inliers, Range(4, 1000), "of a pair of neighbours");
-  list.Add(
-      "min_spread", &min_spread, Range(0, 1), "share of the image a pair's inliers must cover");
-  list.Add("max_ransac_iterations", &max_ransac_iterations, Range(10, 100000), "of one pair");
-  list.Add("seed", &seed, Range(0, 1e6), "of RANSAC");
+  list.Add("min_inliers", &min_inliers, Range(4, 1000), "smallest number of inliers of a pair");
+  list.Add("min_spread",
+           &min_spread,
+           Range(0, 1),
+           "share of the image that a pair's inliers must cover");
+  list.Add("max_ransac_iterations",
+           &max_ransac_iterations,
+           Range(10, 100000),
+           "RANSAC iterations per pair");
+  list.Add("seed", &seed, Range(0, 1e6), "seed of RANSAC");
 }
 
 std::vector<FramePair> RunMatches(const MatchesOptions& options,

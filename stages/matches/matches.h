@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// matches: verified pairs of frames near each other in time: each described frame with a few
-// described ones before it, each tracked frame with the one it was tracked from.
+// matches: verified pairs of frames near each other in time. Each described frame is paired with a
+// few described frames before it, each tracked frame with the frame it was tracked from.
 #pragma once
 
 #include <vector>
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
-#include "pipeline/vision/verify_pairs.h"
+#include "pipeline/features/verify_pairs.h"
 
 namespace nightmap {
 
@@ -25,11 +25,11 @@ struct MatchesOptions {
   void Register(OptionList& list);
 };
 
-// For every described frame b of first_frame_idx or later and every offset of the config the pair
-// with the described frame that many before it; for every tracked frame b the pair with its
-// reference. A described frame without any accepted pair is also matched to all of the wide_search
-// described frames before it. Sorted by (b, a). Frames before first_frame_idx are only partners.
-// Deterministic at any number of threads: each pair draws from its own random stream.
+// Pairs each described frame b from first_frame_idx on, for each offset of the config, with the
+// described frame that many before it, and each tracked frame b with its reference. A described
+// frame without any accepted pair is also matched to all of the wide_search described frames before
+// it. Sorted by (b, a). Frames before first_frame_idx serve only as partners. Deterministic at any
+// number of threads: each pair draws from its own random stream.
 std::vector<FramePair> RunMatches(const MatchesOptions& options,
                                   const FramesWithFeatures& input,
                                   int first_frame_idx,

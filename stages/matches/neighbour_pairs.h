@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which frames of a shard are matched to which before them.
+// Chooses which frames of a shard are matched to which earlier frames.
 #pragma once
 
 #include <vector>
 
-#include "pipeline/vision/verify_pairs.h"
+#include "pipeline/features/verify_pairs.h"
 
 namespace nightmap {
 
 class NeighbourPairs {
  public:
-  // Frames before first_frame_idx are only partners.
+  // Frames before first_frame_idx serve only as partners.
   NeighbourPairs(const FeaturesShard& features, int first_frame_idx);
 
-  // Each tracked frame with its reference, each described one with those so many described ones
-  // before it.
+  // Pairs each tracked frame with its reference, and each described frame with the described frames
+  // at the given offsets before it.
   std::vector<FramePair> AtOffsets(const std::vector<int>& offsets) const;
 
-  // Of the described frames none of whose pairs in `tried` is accepted: the pairs with the `reach`
-  // described frames before them that were not tried.
+  // For described frames without an accepted pair in `tried`: the untried pairs with the `reach`
+  // described frames before them.
   std::vector<FramePair> Wide(const std::vector<FramePair>& tried, int reach) const;
 
  private:

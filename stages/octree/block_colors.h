@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums of the colors that hit the voxels of a block; only of those hit, since a surface crosses
-// few.
+// Sums of the colors that hit the voxels of a block. Stores only hit voxels, since a surface
+// crosses few of a block.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ struct ColorSum {
     count += other.count;
   }
 
-  // Rounded. Never pure white, which OctoMap takes for no color.
+  // Rounded. Never pure white, which OctoMap reads as no color.
   std::array<std::uint8_t, 3> Mean() const {
     std::array<std::uint8_t, 3> mean{};
     for (std::size_t channel = 0; channel < 3; ++channel) {
@@ -34,7 +34,7 @@ struct ColorSum {
 
 class BlockColors {
  public:
-  // `sums`: one for each voxel of `hit`, in order.
+  // `sums` holds one sum for each voxel of `hit`, in order.
   void Add(const BlockBits& hit, const ColorSum* sums) {
     BlockBits all = colored_;
     all |= hit;
@@ -57,7 +57,7 @@ class BlockColors {
   }
 
   BlockBits colored_;
-  std::vector<ColorSum> sums_;  // of the colored voxels, in order
+  std::vector<ColorSum> sums_;  // by colored voxel, in order
 };
 
 }  // namespace nightmap

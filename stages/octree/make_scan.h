@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a keyframe's depth pixels to the points whose rays count.
+// Turns a keyframe's depth pixels into the points whose rays count.
 #pragma once
 
 #include <cstddef>
 #include <vector>
 
+#include "pipeline/dense/back_project.h"
 #include "pipeline/geometry/rigid3.h"
 #include "pipeline/io/ply_io.h"
-#include "pipeline/vision/back_project.h"
 #include "stages/octree/scan.h"
 #include "stages/octree/voxel_block.h"
 
@@ -26,10 +26,10 @@ class CloudSupport {
 
 struct SupportedScan {
   Scan scan;
-  std::size_t num_unsupported = 0;  // points in range that were left out
+  std::size_t num_unsupported = 0;  // points in range that the cloud does not support
 };
 
-// Points within range that `support` (null: all are) does not hold are left out.
+// Leaves out points within range that `support` does not hold (null: keeps all).
 SupportedScan MakeScan(const std::vector<DepthPoint>& points,
                        const Rigid3& map_from_camera,
                        double margin_sigmas,

@@ -19,7 +19,7 @@ struct Run {
   std::size_t end = 0;
 };
 
-// By region, and in the order of the scans in each.
+// Runs by region, and within a region in the order of the scans.
 std::vector<Run> SplitByRegion(std::span<const ScanEvidence> scans) {
   std::vector<Run> runs;
   for (const ScanEvidence& scan : scans) {

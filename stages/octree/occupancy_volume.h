@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Log-odds fusion of scans, kept in blocks of voxels and handed over as octree leaves.
+// Log-odds fusion of scans in blocks of voxels, exported as octree leaves.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,25 +19,25 @@ class OccupancyVolume {
  public:
   explicit OccupancyVolume(const SensorModel& model);
 
-  // Adds to each voxel, scan by scan, the model's hit or miss, then clamps: a scan changes a voxel
-  // at most once, and the order of the scans matters. A new voxel begins at 0. Threads share the
+  // Adds the model's hit or miss to each voxel, scan by scan, then clamps. A scan changes a voxel
+  // at most once, and the order of the scans matters. A new voxel begins at 0. Threads divide the
   // space, not the scans, so none waits for another and the result is the same for any number.
   void Integrate(std::span<const ScanEvidence> scans, int num_threads);
 
-  // Known voxels, depth first, as LeafList merges them; occupied ones with the mean of the colors
-  // that hit them.
+  // Known voxels, depth first, merged like LeafList. Occupied ones have the mean of the colors that
+  // hit them.
   OccupancyTree Leaves(double resolution_m, int num_threads) const;
 
  private:
   struct Block {
     alignas(16) std::array<float, kBlockVoxels> log_odds{};
     BlockBits known;
-    std::array<bool, kBlockWords> settled{};  // words of voxels that cannot become freer
+    std::array<bool, kBlockWords> settled{};  // words of voxels that cannot become any freer
     BlockColors colors;
   };
-  // A cube of 8 x 8 x 8 blocks; what a thread works on.
+  // A cube of 8 x 8 x 8 blocks, the unit of work of a thread.
   using Region = std::array<std::unique_ptr<Block>, kBlockVoxels>;
-  // What four bits of evidence add to four voxels.
+  // Increments of four voxels, by their four bits of evidence.
   using Updates = std::array<Eigen::Array4f, 16>;
 
   static Updates MakeUpdates(float log_odds);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reference: OctoMap's own insertion, which tests and benchmarks compare OccupancyVolume with.
+// Reference implementation by OctoMap's own insertion; tests and benchmarks compare OccupancyVolume
+// with it.
 #pragma once
 
 #include <memory>
@@ -15,12 +16,13 @@ class OctomapVolume {
   OctomapVolume(const SensorModel& model, const ScanOptions& options);
   ~OctomapVolume();
 
-  // insertPointCloud with lazy evaluation. Margins and colors are not OctoMap's and count for
-  // nothing; with `discretize` the ray of a voxel is from its centre.
+  // insertPointCloud with lazy evaluation. Ignores margins and colors, which OctoMap does not have;
+  // with `discretize` a voxel's ray starts from the voxel's centre.
   void Insert(const Scan& scan);
 
-  // What of the tree is in the options' region, without colors. Lazy evaluation leaves all leaves
-  // of the smallest size; they are pruned as ours: the free ones here, all when they are written.
+  // The tree's leaves in the options' region, without colors. Lazy evaluation leaves all leaves at
+  // the smallest size. They are pruned as OccupancyVolume's are: free ones here, all of them on
+  // writing.
   OccupancyTree Leaves();
 
  private:

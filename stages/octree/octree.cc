@@ -24,7 +24,7 @@ SensorModel MakeModel(const OctreeOptions& options) {
           LogOdds(options.probability_max)};
 }
 
-// What both builders start from.
+// Input of both builders.
 struct Job {
   const OctreeOptions& options;
   const KeyframeSource& source;
@@ -132,29 +132,39 @@ void CheckAnyOccupied(const OctreeResult& result, const KeyframeSource& source) 
 }  // namespace
 
 void OctreeOptions::Register(OptionList& list) {
-  list.Add("builder",
-           &builder,
-           {"batched", "octomap"},
-           "batched: our own; octomap: OctoMap's insertPointCloud, slow, the reference for tests");
+  list.Add(
+      "builder",
+      &builder,
+      {"batched", "octomap"},
+      "batched: nightmap's own; octomap: OctoMap's insertPointCloud, a slow reference for tests");
   list.Add("keyframe_stride", &keyframe_stride, Range(1, 1000), "uses every Nth keyframe");
   list.Add("resolution_m", &resolution_m, Range(0.005, 1.0), "edge of the smallest voxel");
   list.Add("max_range_m",
            &max_range_m,
            Range(0.1, 100.0),
-           "rays are cut here; what lies beyond is not marked occupied");
+           "rays are cut at this range; nothing beyond is marked occupied");
   depth_filter.Register(list);
-  list.Add("discretize", &discretize, "one ray for all pixels of a frame that end in one voxel");
+  list.Add(
+      "discretize", &discretize, "casts one ray for all pixels of a frame that end in one voxel");
   list.Add("require_cloud_support",
            &require_cloud_support,
-           "ignores depth with no point of the cloud in its voxel or a neighbour");
+           "ignores depth without a point of the cloud in its voxel or a neighbour");
   list.Add("carve_margin_sigmas",
            &carve_margin_sigmas,
            Range(0.0, 10.0),
-           "space this many sigma of depth noise before a hit is not declared free");
-  list.Add("probability_hit", &probability_hit, Range(0.501, 0.999), "of occupied, given a hit");
-  list.Add("probability_miss", &probability_miss, Range(0.001, 0.499), "of occupied, given a pass");
-  list.Add("probability_min", &probability_min, Range(0.0001, 0.499), "lower clamp");
-  list.Add("probability_max", &probability_max, Range(0.501, 0.9999), "upper clamp");
+           "space within this many sigma of depth noise before a hit is not declared free");
+  list.Add("probability_hit",
+           &probability_hit,
+           Range(0.501, 0.999),
+           "probability that a voxel is occupied, given a hit");
+  list.Add("probability_miss",
+           &probability_miss,
+           Range(0.001, 0.499),
+           "probability that a voxel is occupied, given a pass");
+  list.Add(
+      "probability_min", &probability_min, Range(0.0001, 0.499), "lower clamp of the probability");
+  list.Add(
+      "probability_max", &probability_max, Range(0.501, 0.9999), "upper clamp of the probability");
 }
 
 OctreeResult RunOctree(const OctreeOptions& options,
@@ -163,7 +173,7 @@ OctreeResult RunOctree(const OctreeOptions& options,
                        Progress& progress,
                        int num_threads,
                        const std::optional<VoxelBox>& region) {
-  // A voxel of room at the rim for the neighbours of what is seen there.
+  // Keeps a voxel free at the rim for the neighbours of seen voxels.
   const double reach_m = OctreeReach_m(options.resolution_m) - 2 * options.resolution_m;
   CheckReach(source.keyframes, options.max_range_m, reach_m);
   std::optional<CloudSupport> support;

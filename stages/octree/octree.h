@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// octree: which space is occupied, free or unknown, from the depth of all keyframes.
+// octree: divides space into occupied, free and unknown from the depth of all keyframes.
 #pragma once
 
 #include <cstddef>
@@ -9,11 +9,11 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/dense/back_project.h"
+#include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/geometry/voxel_key.h"
 #include "pipeline/io/octree_io.h"
 #include "pipeline/io/ply_io.h"
-#include "pipeline/vision/back_project.h"
-#include "pipeline/vision/rgbd_keyframes.h"
 
 namespace nightmap {
 
@@ -44,15 +44,16 @@ struct OctreeResult {
 };
 
 // Inserts the keyframes in order. Each changes the log-odds of a voxel at most once: by
-// probability_hit where one of its rays ends, else by probability_miss where one passes, nothing
-// where depth is missing; after each the clamps (OctoMap's update rule, Hornung et al. 2013). A
-// point counts only when `cloud` (null: not asked) has a point in its voxel or one of the 26
-// around. Voxels are as OctoMap lays them out; leaves come depth first.
-// With a `region`, in voxels of resolution_m, the tree is what the whole one has there: regions
-// that share no voxel and together hold all give it by MergeOctrees, byte for byte, as long as
-// `source` and `cloud` are the same or lack only what is out of max_range_m of the region. It may
-// be empty. Same result at any number of threads. Throws DataError when nothing became occupied
-// anywhere.
+// probability_hit where one of its rays ends, else by probability_miss where one passes, else not
+// at all. Values are clamped after each keyframe (OctoMap's update rule, Hornung et al. 2013). A
+// point counts only when `cloud` has a point in its voxel or one of the 26 around (null: not
+// checked). Voxels are laid out as OctoMap's; leaves come depth first.
+//
+// With a `region`, in voxels of resolution_m, the result is the part of the whole tree in that
+// region; it may be empty. Disjoint regions that together cover everything join to the whole tree
+// by MergeOctrees, byte for byte, provided that `source` and `cloud` are the same or lack only data
+// beyond max_range_m of the region. Same result at any number of threads. Throws DataError when
+// nothing became occupied anywhere.
 OctreeResult RunOctree(const OctreeOptions& options,
                        const KeyframeSource& source,
                        const std::vector<CloudPoint>* cloud,

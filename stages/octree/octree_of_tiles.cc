@@ -10,8 +10,8 @@
 namespace nightmap {
 namespace {
 
-// A ray through a voxel of the tile may pass beside the tile, by half a voxel, and end as far as it
-// reaches; a point two voxels on may support it.
+// A ray through a voxel of the tile may pass half a voxel beside the tile and end as far away as
+// its range; a point two voxels farther may support its end.
 double SupportReach_m(const OctreeOptions& options) {
   return options.max_range_m + 3 * options.resolution_m;
 }

@@ -10,7 +10,7 @@
 namespace nightmap {
 namespace {
 
-// A voxel with points, and what they add up to.
+// A voxel with points, and the sums over them.
 struct Hit {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double margin_m = 0;
@@ -23,7 +23,7 @@ struct Hit {
   }
 };
 
-// A cube of 8 x 8 x 8 blocks: large enough for a ray to stay in it for a while.
+// A cube of 8 x 8 x 8 blocks, large enough for a ray to stay in it for a while.
 struct RegionBits {
   std::array<BlockBits, kBlockVoxels> hit;
   std::array<BlockBits, kBlockVoxels> passed;
@@ -49,7 +49,7 @@ class ScanTracer {
   }
 
  private:
-  // Neighbouring pixels mostly end in one voxel, which is looked up once for all of them.
+  // Neighbouring pixels mostly end in one voxel, so it is looked up once for all of them.
   void AddPoints() {
     const double max_range_m2 = options_.max_range_m * options_.max_range_m;
     VoxelKey last = VoxelKey::Constant(std::numeric_limits<int>::max());
@@ -80,7 +80,7 @@ class ScanTracer {
     CastRay(end, 0);
   }
 
-  // Backwards, from margin_m before `end`.
+  // Casts backwards, from margin_m before `end`.
   void CastRay(const Eigen::Vector3d& end, double margin_m) {
     ++evidence_.num_rays;
     Eigen::Vector3d start = end;
@@ -149,7 +149,7 @@ class ScanTracer {
 
   static constexpr std::uint64_t kNowhere = ~std::uint64_t{0};
 
-  // Where one of the two walks is.
+  // Current position of one of the two walks.
   struct Place {
     std::uint64_t region = kNowhere;
     BlockBits* passed = nullptr;
@@ -162,7 +162,7 @@ class ScanTracer {
   BlockMap<std::unique_ptr<RegionBits>> regions_;
   VoxelWalkPair walks_;
   std::array<Place, 2> places_;
-  BlockMap<BlockBits> ended_beyond_;  // voxels with the end of a ray that was cut
+  BlockMap<BlockBits> ended_beyond_;  // voxels in which a cut ray ended
   ScanEvidence evidence_;
 };
 

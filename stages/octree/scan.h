@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one depth image says about the voxels: hit where a ray ends, passed where one goes through.
+// Evidence of one depth image about voxels: hit where a ray ends, passed where a ray goes through.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@
 
 namespace nightmap {
 
-// One measured point and how far before it space is not declared free.
+// A measured point, and the distance in front of it in which space is not declared free.
 struct ScanPoint {
   Eigen::Vector3d point_in_map = Eigen::Vector3d::Zero();
   double margin_m = 0;
@@ -36,23 +36,25 @@ struct ScanOptions {
 
 struct BlockEvidence {
   BlockBits hit;
-  BlockBits passed;               // never where hit
-  std::uint32_t first_color = 0;  // into the scan's colors, one for each hit in order
+  BlockBits passed;  // never where hit
+  // Index into the scan's colors, which hold one for each hit in order.
+  std::uint32_t first_color = 0;
 };
 
 struct ScanEvidence {
   std::vector<BlockMap<BlockEvidence>::Entry> blocks;  // in ascending order
   std::vector<ColorSum> colors;
-  std::size_t num_rays = 0;  // cast, after merging
+  std::size_t num_rays = 0;  // rays cast, after merging
 };
 
-// A voxel is hit when a point lies in it, else passed when a ray from a point to the origin goes
-// through it, the one in which the ray begins (margin_m before the point) left out. So a voxel has
-// at most one of the two, however many points and rays it holds, and hit beats passed, which keeps
-// surfaces seen at a low angle: OctoMap's computeUpdate (Hornung et al. 2013). With `discretize`
-// the points of a voxel share one ray, from their mean. Points beyond max_range_m only free the
-// space up to it, with `discretize` one of those cut in one voxel. Of all this, what is outside
-// `region` is dropped; none: nothing is. Points and origin must lie within OctreeReach_m.
+// A voxel is hit when a point lies in it. Otherwise it is passed when a ray from a point to the
+// origin goes through it; the voxel in which the ray begins (margin_m before the point) is left
+// out. So a voxel gets at most one of the two, however many points and rays it holds. A hit beats a
+// pass, which keeps surfaces seen at a low angle: OctoMap's computeUpdate (Hornung et al. 2013).
+// With `discretize` the points of a voxel share one ray, from their mean. Points beyond max_range_m
+// only free the space up to that range; with `discretize` one ray per voxel in which such rays are
+// cut. Evidence outside `region` is dropped; without a region none is. Points and origin must lie
+// within OctreeReach_m.
 ScanEvidence TraceScan(const Scan& scan, const ScanOptions& options);
 
 }  // namespace nightmap

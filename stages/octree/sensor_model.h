@@ -4,7 +4,7 @@
 namespace nightmap {
 
 // Log-odds of the inverse sensor model (Moravec and Elfes, High resolution maps from wide angle
-// sonar, 1985) with clamping, which lets a map follow change and its octree be pruned.
+// sonar, 1985) with clamping, so that a map can follow change and its octree can be pruned.
 struct SensorModel {
   float hit = 0.85F;
   float miss = -0.4F;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Voxels of the smallest size in blocks of 8 x 8 x 8, addressed by Morton code: the upper bits name
-// the block, the lowest nine the voxel in it. Ascending codes are the leaves of an octree depth
-// first, and 64 voxels in a row a cube of 4 x 4 x 4.
+// Smallest voxels in blocks of 8 x 8 x 8, addressed by Morton code: the upper bits name the block,
+// the lowest nine the voxel in it. Ascending codes are an octree's leaves depth first, and 64
+// successive voxels form a cube of 4 x 4 x 4.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ struct BlockBits {
 
   bool Test(std::size_t index) const { return words[index / 64] >> index % 64 & 1; }
   void Set(std::size_t index) { words[index / 64] |= std::uint64_t{1} << index % 64; }
-  // Whether it was new.
+  // Returns whether it was new.
   bool Insert(std::size_t index) {
     const bool is_new = !Test(index);
     Set(index);
@@ -39,13 +39,13 @@ struct BlockBits {
     for (const std::uint64_t word : words) count += std::popcount(word);
     return static_cast<std::size_t>(count);
   }
-  // How many of the set come before `index`.
+  // Number of voxels of the set before `index`.
   std::size_t Rank(std::size_t index) const {
     int count = std::popcount(words[index / 64] & ((std::uint64_t{1} << index % 64) - 1));
     for (std::size_t word = 0; word < index / 64; ++word) count += std::popcount(words[word]);
     return static_cast<std::size_t>(count);
   }
-  // visit(index) in ascending order.
+  // Calls visit(index) in ascending order.
   template <typename Visit>
   void ForEach(const Visit& visit) const {
     for (std::size_t word = 0; word < kBlockWords; ++word) {
@@ -66,8 +66,8 @@ struct BlockBits {
   bool operator==(const BlockBits&) const = default;
 };
 
-// Values by block, or any other code, in the order in which they were first asked for: a hash table
-// with open addressing, since a scan asks for many. Not for use from two threads at once.
+// Values by block, or by any other code, in the order of their first access. A hash table with open
+// addressing, because a scan makes many accesses. Not thread-safe.
 template <typename T>
 class BlockMap {
  public:
@@ -76,7 +76,7 @@ class BlockMap {
     T value;
   };
 
-  // Position in Entries() of the block's entry, made when new.
+  // Index in Entries() of the block's entry, which is created if new.
   std::size_t IndexOf(std::uint64_t block) {
     if (2 * (entries_.size() + 1) > slots_.size()) Grow();
     std::uint32_t& slot = slots_[Slot(block)];
@@ -86,7 +86,7 @@ class BlockMap {
     }
     return slot - 1;
   }
-  // Null when the block was never asked for.
+  // Null when the block has no entry.
   const T* Find(std::uint64_t block) const {
     if (entries_.empty()) return nullptr;
     const std::uint32_t slot = slots_[Slot(block)];
@@ -98,7 +98,7 @@ class BlockMap {
   const std::vector<Entry>& Entries() const { return entries_; }
 
  private:
-  // Of the block, or the empty one where it belongs.
+  // Slot of the block, or the empty slot where it belongs.
   std::size_t Slot(std::uint64_t block) const {
     const std::size_t mask = slots_.size() - 1;
     std::size_t slot = block * 0x9E3779B97F4A7C15U >> std::countl_zero(mask);  // Fibonacci hashing

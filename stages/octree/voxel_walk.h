@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The voxels along a ray (Amanatides and Woo, A fast voxel traversal algorithm for ray tracing,
-// 1987), in integers and without branches: which axis comes next cannot be predicted.
+// 1987), with integers and without branches, because the processor cannot predict which axis comes
+// next.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,18 +14,18 @@
 
 namespace nightmap {
 
-// The bits of a Morton code, and for each axis all but its own.
+// The bits of a Morton code and, for each axis, all bits but the axis' own.
 constexpr std::int64_t kMortonBits = 0xFFFFFFFFFFFF;
 constexpr std::array<std::int64_t, 3> kOtherBits{
     ~0x249249249249, ~(0x249249249249 << 1), ~(0x249249249249 << 2)};
 
-// Where a ray is along one axis; T is one number or, for two rays at once, two.
+// State of a ray along one axis. T is one number or, for two rays at once, two.
 template <typename T>
 struct WalkAxis {
-  T next_share{};  // of the ray, at which the voxel is left along this axis
+  T next_share{};  // share of the ray at which it leaves the voxel along this axis
   T share_per_voxel{};
-  T step{};   // in the voxel's code, one voxel ahead or back
-  T voxel{};  // the axis' bits of the voxel's code, all others set so that carries pass them
+  T step{};   // change of the voxel's code, one voxel ahead or back
+  T voxel{};  // the axis' bits of the voxel's code; all others are set so that carries pass them
 };
 
 // Two numbers that the processor adds and compares as one (an extension of GCC and Clang).
@@ -39,7 +40,7 @@ class WalkSteps {
  public:
   std::array<WalkAxis<T>, 3> axes;
 
-  // To the next voxel, whose code is returned.
+  // Moves to the next voxel and returns its code.
   T Step() {
     auto& [x, y, z] = axes;
     const T y_before_x = MaskLess(y.next_share, x.next_share);
@@ -60,7 +61,7 @@ class WalkSteps {
 
 class VoxelWalk {
  public:
-  // From `start` along `ray`, both in voxels.
+  // Walks from `start` along `ray`, both in voxels.
   VoxelWalk(const Eigen::Vector3d& start, const Eigen::Vector3d& ray) {
     const VoxelKey first = start.array().floor().matrix().cast<int>();
     const auto code = static_cast<std::int64_t>(MortonCode(first));
@@ -77,7 +78,7 @@ class VoxelWalk {
     }
   }
 
-  // visit(code) for each of the `count` voxels after the first.
+  // Calls visit(code) for each of the `count` voxels after the first.
   template <typename Visitor>
   void Visit(int count, const Visitor& visit) const {
     for (WalkSteps<std::int64_t> steps = steps_; count > 0; --count) {
@@ -88,7 +89,7 @@ class VoxelWalk {
  private:
   friend class VoxelWalkPair;
 
-  // In units of 2^-40 of the ray; capped far beyond its end.
+  // Units of 2^-40 of the ray; capped far beyond its end.
   static std::int64_t Share(double share) {
     return static_cast<std::int64_t>(std::min(share, 0x1p20) * 0x1p40);
   }
@@ -96,11 +97,11 @@ class VoxelWalk {
   WalkSteps<std::int64_t> steps_;
 };
 
-// Walks two rays at a time: a step has to wait for the one before it, but not for the other ray's.
+// Walks two rays at a time: a step must wait for the step before it, but not for the other ray.
 class VoxelWalkPair {
  public:
-  // visit(lane, code), lane 0 or 1, for `count` voxels of `walk` after its first: some of them now,
-  // the others while further walks are added or at Finish().
+  // Calls visit(lane, code), lane 0 or 1, for the `count` voxels of `walk` after its first. Some
+  // calls happen now, the others while further walks are added or at Finish().
   template <typename Visitor>
   void Add(const VoxelWalk& walk, int count, const Visitor& visit) {
     if (count <= 0) return;
@@ -135,7 +136,7 @@ class VoxelWalkPair {
 
  private:
   WalkSteps<Lanes> steps_;
-  std::array<int, 2> left_{};  // voxels; of one at least none, between calls
+  std::array<int, 2> left_{};  // voxels left to visit; between calls at least one lane has none
 };
 
 }  // namespace nightmap

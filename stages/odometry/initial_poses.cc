@@ -36,7 +36,7 @@ class Chain {
             std::ranges::upper_bound(pairs_, frame_idx, {}, &FramePair::frame_b)};
   }
 
-  // Tracked partners before bridged ones, then most inliers.
+  // Prefers tracked partners over bridged ones, then most inliers.
   const FramePair* BestPair(int frame_idx) {
     const FramePair* best = nullptr;
     const auto rank = [&](const FramePair& pair) {
@@ -64,7 +64,7 @@ class Chain {
     PoseEarlierPartners(frame_idx);
   }
 
-  // Frames of the shard before that only pairs of the own shard connect.
+  // Poses frames of the previous shard that only pairs of the own shard connect.
   void PoseEarlierPartners(int frame_idx) {
     for (const FramePair& pair : PairsOf(frame_idx)) {
       ChainedFrame& partner = At(pair.frame_a);
@@ -74,15 +74,15 @@ class Chain {
     }
   }
 
-  // Constant velocity over one frame.
+  // Extrapolates at constant velocity over one frame.
   Rigid3 Extrapolate(int frame_idx) {
     const Rigid3& last = At(frame_idx - 1).shard_from_camera;
     if (frame_idx - 2 < begin_idx_ || !At(frame_idx - 2).is_posed) return last;
     return last * (At(frame_idx - 2).shard_from_camera.Inverse() * last);
   }
 
-  // A bridged frame that nothing hangs on lies better between its neighbours than ahead of one; one
-  // with followers starts a new part.
+  // Interpolates a bridged frame on which no later frame depends, which is better than
+  // extrapolation; one with followers starts a new part.
   void InterpolateBridged() {
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       if (frames_[i].state == TrackingState::kBridged && has_followers_[i]) {

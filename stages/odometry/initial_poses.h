@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// First poses of a shard's frames by chaining verified pairs.
+// Initial poses of a shard's frames by chaining verified pairs.
 #pragma once
 
 #include <vector>
@@ -15,9 +15,9 @@ struct ChainedFrame {
   TrackingState state = TrackingState::kTracked;
 };
 
-// `frames[i]` is frame `begin_idx + i`. The frame before `first_frame_idx` (the first one when
-// there is none) is the origin. Frames before it are posed only when a pair of the own shard
-// reaches them.
+// `frames[i]` is frame `begin_idx + i`. The origin is the frame before `first_frame_idx`, or the
+// first frame when there is none. Frames before the origin are posed only when a pair of the own
+// shard reaches them.
 std::vector<ChainedFrame> ChainPoses(const std::vector<FramePair>& pairs,
                                      int begin_idx,
                                      int first_frame_idx,

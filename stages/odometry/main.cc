@@ -3,9 +3,9 @@
 // poses, keyframes, edges and tracks.
 #include "stages/odometry/odometry.h"
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/geometry/bundle_report.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 
 namespace nightmap {
 namespace {
@@ -51,8 +51,8 @@ int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{
       "odometry",
-      "Poses of the frames of one shard, by bundle adjustment over the tracks of its features.",
-      {{"frames", "shard_NNNN.csv of the shard before (if any) and of this one", Arity::kMany},
+      "Poses the frames of one shard by bundle adjustment over its feature tracks.",
+      {{"frames", "shard_NNNN.csv of the previous shard (if any) and of this one", Arity::kMany},
        {"cameras", "cameras.json of the frames stage"},
        {"features", "shard_NNNN.h5 of the same shards, in order", Arity::kMany},
        {"pairs", "shard_NNNN.h5 of the matches stage"}},

@@ -8,7 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/absolute_pose.h"
-#include "pipeline/io/features_of_frames.h"
+#include "pipeline/io/features_io.h"
 #include "stages/odometry/initial_poses.h"
 #include "stages/odometry/shard_bundle.h"
 
@@ -20,7 +20,7 @@ constexpr double kMaxBridgeSigma_rad = 3;
 
 using TracksOfFrames = std::vector<std::map<int, int>>;  // by frame: track -> feature
 
-// Chooses keyframes and makes the edges between them, on adjusted poses.
+// Chooses keyframes and makes the edges between them from adjusted poses.
 class KeyframeGraph {
  public:
   KeyframeGraph(const OdometryOptions& options,
@@ -60,8 +60,9 @@ class KeyframeGraph {
  private:
   std::size_t At(int frame_idx) const { return static_cast<std::size_t>(frame_idx - begin_idx_); }
 
-  // A bridged frame is no keyframe: its pose is a guess. Nor is one without descriptors. What
-  // starts a part is one: loops will move the part apart from the frames before.
+  // A bridged frame is no keyframe, because its pose is a guess; nor is a frame without
+  // descriptors. A frame that starts a part is a keyframe, because loops will move the part
+  // relative to the frames before it.
   bool NeedsKeyframe(int keyframe, int idx) const {
     if (frames_[At(idx)].state == TrackingState::kBridged) return false;
     if (frames_[At(idx)].state == TrackingState::kStarted) return true;
@@ -93,7 +94,7 @@ class KeyframeGraph {
     return edge;
   }
 
-  // True when nothing measured may connect a and b. Tracks across the gap prove the opposite.
+  // True when no measurement may connect a and b. Tracks across the gap disprove that.
   bool IsBroken(int a, int b) const {
     bool has_gap = false;
     for (int idx = a + 1; idx <= b; ++idx) {
@@ -102,7 +103,7 @@ class KeyframeGraph {
     return has_gap && SharedPoints(a, b).size() < 10;
   }
 
-  // Points of the tracks both frames see, with the pixels in b.
+  // Points of the tracks that both frames see, with the pixels in b.
   std::vector<PointMatch> SharedPoints(int a, int b) const {
     const Rigid3 a_from_shard = frames_[At(a)].shard_from_camera.Inverse();
     const FrameFeatures& features = input_.features.frames[At(b)];
@@ -119,7 +120,7 @@ class KeyframeGraph {
     return matches;
   }
 
-  // From the points both see; where few are shared, the sum over the frames between.
+  // From the points that both see; where they share few, the sum over the frames between.
   std::optional<Matrix6d> EdgeCovariance(int a, int b, const Rigid3& b_from_a) const {
     const RgbdCamera& camera =
         input_.cameras.at(static_cast<std::size_t>(input_.frames[At(b)].camera_idx));
@@ -140,8 +141,8 @@ class KeyframeGraph {
     return frames_[At(target)].shard_from_camera.Inverse() * frames_[At(source)].shard_from_camera;
   }
 
-  // The longer the camera was not tracked, the farther it may have gone. Another recording may
-  // begin anywhere.
+  // The camera may have moved farther the longer it was not tracked. Another recording may begin
+  // anywhere.
   Matrix6d BridgeCovariance(int a, int b) const {
     const FrameRecord& frame_a = input_.frames[At(a)];
     const FrameRecord& frame_b = input_.frames[At(b)];
@@ -176,7 +177,7 @@ void CheckInput(const OdometryInput& input) {
           pair.frame_b);
     }
   }
-  // A frame's pairs are looked up by bisection.
+  // A frame's pairs are found by binary search.
   if (!std::ranges::is_sorted(input.pairs, {}, &FramePair::frame_b)) {
     throw DataError(
         "the pairs are not sorted by their second frame; delete the matches folder of this site "
@@ -187,33 +188,39 @@ void CheckInput(const OdometryInput& input) {
 }  // namespace
 
 void OdometryOptions::Register(OptionList& list) {
-  list.Add(
-      "keyframe_distance_m", &keyframe_distance_m, Range(0.01, 10), "motion to a new keyframe");
-  list.Add("keyframe_angle_rad", &keyframe_angle_rad, Range(0.01, 3), "rotation to a new keyframe");
+  list.Add("keyframe_distance_m",
+           &keyframe_distance_m,
+           Range(0.01, 10),
+           "distance from the last keyframe at which a new one starts");
+  list.Add("keyframe_angle_rad",
+           &keyframe_angle_rad,
+           Range(0.01, 3),
+           "rotation from the last keyframe at which a new one starts");
   list.Add("keyframe_min_overlap",
            &keyframe_min_overlap,
            Range(0, 1),
            "share of the last keyframe's tracks below which a new one starts");
-  list.Add("max_pair_error_m",
-           &max_pair_error_m,
-           Range(0.001, 100),
-           "a pair that is farther off the chained poses is taken for a false match");
-  list.Add("max_pair_error_rad", &max_pair_error_rad, Range(0.001, 4), "likewise, rotation");
+  list.Add(
+      "max_pair_error_m",
+      &max_pair_error_m,
+      Range(0.001, 100),
+      "a pair whose translation differs more from the chained poses is rejected as a false match");
+  list.Add("max_pair_error_rad", &max_pair_error_rad, Range(0.001, 4), "likewise for the rotation");
   list.Add("pixel_sigma_px", &pixel_sigma_px, Range(0.1, 10), "standard deviation of a keypoint");
   list.Add("max_error_px",
            &max_error_px,
            Range(0.5, 50),
-           "observations off by more after adjustment are dropped");
-  list.Add("max_iterations", &max_iterations, Range(1, 200), "of one bundle adjustment");
+           "observations with a larger error after adjustment are dropped");
+  list.Add("max_iterations", &max_iterations, Range(1, 200), "iterations per bundle adjustment");
   list.Add("max_tracks_per_frame",
            &max_tracks_per_frame,
            Range(20, 10000),
-           "longest tracks of a frame that enter bundle adjustment");
+           "longest tracks per frame that enter bundle adjustment");
   list.Add("bridge_m_per_s",
            &bridge_m_per_s,
            Range(0.01, 100),
-           "standard deviation of the motion through a gap in the tracking");
-  list.Add("bridge_rad_per_s", &bridge_rad_per_s, Range(0.01, 100), "likewise, rotation");
+           "standard deviation of the velocity through a gap in the tracking");
+  list.Add("bridge_rad_per_s", &bridge_rad_per_s, Range(0.01, 100), "likewise for the rotation");
 }
 
 OdometryResult RunOdometry(const OdometryOptions& options,

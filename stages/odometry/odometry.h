@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// odometry: poses of the frames of one shard, from verified pairs, by bundle adjustment.
+// odometry: poses the frames of one shard from verified pairs by bundle adjustment.
 #pragma once
 
 #include <vector>
@@ -33,25 +33,26 @@ struct OdometryOptions {
 struct OdometryInput {
   std::vector<FrameRecord> frames;  // of the shard before (if any) and of the own shard
   std::vector<RgbdCamera> cameras;
-  FeaturesShard features;        // of the same frames, in the same order
+  FeaturesShard features;        // of these frames, in their order
   std::vector<FramePair> pairs;  // of the own shard, sorted by (b, a)
-  int first_frame_idx = 0;       // where the own shard begins
+  int first_frame_idx = 0;       // first frame of the own shard
 };
 
 struct OdometryResult {
   OdometryShard shard;
   std::vector<BundleSummary> adjustments;  // in order
-  int num_unrefined = 0;  // tracked frames that keep their chained pose: too few points fit another
+  // Tracked frames that keep their chained pose, because too few points fit another.
+  int num_unrefined = 0;
 };
 
-// 1. Each frame is posed from the verified pair with most inliers to a posed earlier frame; one
+// 1. Poses each frame from the verified pair with most inliers to an earlier posed frame. A frame
 //    without such a pair is bridged (interpolated between its neighbours, or moved on at constant
-//    velocity) and reported; where later frames hang on it, it starts a new part.
-// 2. The inliers of all pairs that agree with the chain are joined to tracks; described frames and
-//    points are refined together, then each tracked frame against the points.
-// 3. Keyframes are chosen among the described frames by motion and overlap; edges between
+//    velocity) and reported; if later frames depend on it, it starts a new part.
+// 2. Joins the inliers of all pairs that agree with the chain to tracks. Refines described frames
+//    and points together, then each tracked frame against the points.
+// 3. Chooses keyframes among the described frames by motion and overlap. Edges between
 //    consecutive ones get the covariance of their relative pose given the adjusted points.
-// Deterministic; one thread. Throws DataError when the input does not fit together or an adjustment
+// Deterministic; one thread. Throws DataError when the input is inconsistent or an adjustment
 // fails.
 OdometryResult RunOdometry(const OdometryOptions& options,
                            const OdometryInput& input,

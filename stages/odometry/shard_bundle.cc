@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <functional>
 
+#include "pipeline/features/tracks.h"
 #include "pipeline/geometry/absolute_pose.h"
-#include "pipeline/vision/tracks.h"
 
 namespace nightmap {
 namespace {
 
-// Everything by position in input.frames.
+// All lists are indexed by position in input.frames.
 class Adjuster {
  public:
   Adjuster(const OdometryOptions& options,
@@ -50,8 +50,8 @@ class Adjuster {
     return builder.Build();
   }
 
-  // Whether a pair fits the chained poses. Repeated panels make frames match that see different
-  // ones; tracks joined by such a pair would tear the adjustment apart.
+  // Whether a pair fits the chained poses. Repeated panels cause false matches between frames that
+  // see different panels, and tracks joined by such a pair would break the adjustment.
   bool Agrees(const FramePair& pair) const {
     const Rigid3 chained = frames_[At(pair.frame_b)].shard_from_camera.Inverse() *
                            frames_[At(pair.frame_a)].shard_from_camera;
@@ -71,8 +71,8 @@ class Adjuster {
     return pairs;
   }
 
-  // The longest tracks of every frame carry most; the rest only costs time. Tracks of unposed
-  // frames or without any depth cannot be placed.
+  // The longest tracks of every frame carry most of the information; the rest only costs time.
+  // Tracks of unposed frames or without any depth cannot be placed.
   std::vector<Track> SelectTracks(std::vector<Track> all) const {
     for (Track& track : all) {
       std::erase_if(track, [&](const Sighting& s) { return !frames_[At(s.frame_idx)].is_posed; });
@@ -110,8 +110,8 @@ class Adjuster {
     });
   }
 
-  // The nearest measurement is the most precise one; a described frame's is preferred, for its pose
-  // is adjusted.
+  // Uses the nearest measurement, which is the most precise one, but prefers described frames,
+  // because their poses are adjusted.
   void InitializePoints() {
     const auto rank = [&](const Sighting& s) {
       return std::pair(IsDescribed(s), -Feature(s).Depth_m());
@@ -170,7 +170,7 @@ class Adjuster {
     }
   }
 
-  // Of each tracked frame; a point that no adjustment moved is as uncertain as its depth.
+  // Matches of each tracked frame. A point that no adjustment moved is as uncertain as its depth.
   std::vector<std::vector<PointMatch>> TrackedMatches() const {
     std::vector<std::vector<PointMatch>> matches(frames_.size());
     for (std::size_t t = 0; t < result_.tracks.size(); ++t) {
@@ -220,8 +220,8 @@ class Adjuster {
   std::vector<ChainedFrame>& frames_;
   int begin_idx_;
   ShardBundle result_;
-  std::vector<Sighting> sources_;  // of each track: whose depth placed its point first
-  std::vector<bool> is_adjusted_;  // of each track: the adjustment moves its point
+  std::vector<Sighting> sources_;  // by track: the sighting whose depth placed the point first
+  std::vector<bool> is_adjusted_;  // by track: whether the adjustment moves its point
 };
 
 }  // namespace

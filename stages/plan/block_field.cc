@@ -15,13 +15,13 @@ constexpr std::uint64_t kLeftColumn = 0x0101010101010101;
 constexpr std::uint64_t kRightColumn = kLeftColumn << 7;
 constexpr float kDiagonalRatio = 1.41421356F;
 constexpr float kFieldKeysPerCell = 16;
-// How often the extra cost of the cheapest cell of a block counts, since a path does not keep to
-// it. More of it makes the search faster and its choice between ways around worse.
+// Weight of the extra cost of a block's cheapest cell, since a path does not keep to that cell. A
+// larger weight makes the search faster and its choice between routes worse.
 constexpr float kNearness = 2;
 constexpr int kKeyShift = 5;
 constexpr std::int64_t kMaxKeyRise = 1 << 16;
 
-// The cells of `free` that reach `seed`, one of them, by steps to the side.
+// The cells of `free` that the cell `seed` reaches by 4-connected steps.
 std::uint64_t Flood(std::uint64_t seed, std::uint64_t free) {
   std::uint64_t reached = seed;
   while (true) {
@@ -38,7 +38,7 @@ struct BlockCells {
   int least_cost = 0;      // of a free cell
 };
 
-// Eight bytes that are 0 or 1 as eight bits.
+// Packs eight bytes of 0 or 1 into eight bits.
 std::uint64_t ToBits(const std::uint8_t* bytes) {
   std::uint64_t word = 0;
   std::memcpy(&word, bytes, sizeof word);
@@ -48,7 +48,7 @@ std::uint64_t ToBits(const std::uint8_t* bytes) {
 BlockCells ReadBlock(const CostMap& map,
                      const Eigen::Vector2i& first,
                      const Eigen::Vector2i& size) {
-  std::array<std::uint16_t, 64> costs = {};  // beyond the map not free
+  std::array<std::uint16_t, 64> costs = {};  // not free beyond the map
   for (int y = 0; y < size.y(); ++y) {
     const std::uint16_t* row = map.costs.data() + map.Index(first + Eigen::Vector2i(0, y));
     std::uint16_t* copy = &costs[static_cast<std::size_t>(8 * y)];
@@ -58,7 +58,7 @@ BlockCells ReadBlock(const CostMap& map,
       std::copy_n(row, size.x(), copy);
     }
   }
-  std::uint16_t least = 0xffff;  // less one, so that cells that are not free count as the dearest
+  std::uint16_t least = 0xffff;  // minus one, so that cells that are not free have the largest cost
   std::array<std::uint8_t, 64> is_free;
   for (std::size_t i = 0; i < 64; ++i) {
     const auto cost = static_cast<std::uint16_t>(costs[i] - 1);
@@ -72,7 +72,7 @@ BlockCells ReadBlock(const CostMap& map,
 
 enum Side { kRight, kLeft, kUp, kDown };
 
-// Whether the cells of a block and those of the next one on a side of it are side by side.
+// Whether cells of a block are adjacent to cells of the next block on a side.
 bool Touch(std::uint64_t cells, std::uint64_t others, Side side) {
   switch (side) {
     case kRight:
@@ -142,7 +142,7 @@ std::size_t BlockField::NodeOf(const Eigen::Vector2i& cell) const {
   return node;
 }
 
-// A step to a diagonal block goes by way of a node beside both.
+// A step to a diagonal block goes through a node adjacent to both.
 void BlockField::FindNeighbours(std::size_t node, std::vector<Neighbour>& neighbours) const {
   const auto stride = static_cast<std::ptrdiff_t>(Stride());
   const std::array<std::ptrdiff_t, 4> offsets = {1, -1, stride, -stride};
@@ -167,7 +167,7 @@ void BlockField::FindNeighbours(std::size_t node, std::vector<Neighbour>& neighb
   }
 }
 
-// Dijkstra's algorithm; nodes that leave the queue too early are corrected.
+// Dijkstra's algorithm; corrects nodes that leave the queue too early.
 void BlockField::Spread(std::size_t goal) {
   struct Open {
     std::size_t node;
@@ -193,7 +193,7 @@ void BlockField::Spread(std::size_t goal) {
   }
 }
 
-// Towards the node after the next, so that the estimate falls steadily within a block too.
+// Aims at the node after the next, so that the estimate also falls steadily within a block.
 double BlockField::CostToGoal(const Eigen::Vector2i& cell) const {
   const Node& own = nodes_[NodeOf(cell)];
   const Node& ahead = nodes_[nodes_[own.next].next];

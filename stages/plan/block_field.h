@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// About how far it is to the goal: exact in what reaches it, coarse in the cost.
+// Heuristic for the cost to the goal: exact in reachability, coarse in cost.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,17 +11,17 @@
 
 namespace nightmap {
 
-// The map in blocks of 8 x 8 cells. The free cells of a block that reach each other inside of it
-// are a node, and nodes with cells side by side are neighbours: a cell reaches the goal exactly
-// when its node does. (Botea, Mueller and Schaeffer, Near optimal hierarchical path-finding, 2004,
-// make a graph of blocks in another way.)
+// Divides the map into blocks of 8 x 8 cells. A node is a set of free cells of a block that reach
+// each other inside the block, and nodes with adjacent cells are neighbours. So a cell reaches the
+// goal exactly when its node does. (Botea, Mueller and Schaeffer, Near optimal hierarchical
+// path-finding, 2004, build a graph of blocks in another way.)
 class BlockField {
  public:
   BlockField(const CostMap& map, const Eigen::Vector2i& goal);
 
-  // Both are for free cells.
+  // Reaches and CostToGoal are for free cells.
   bool Reaches(const Eigen::Vector2i& cell) const { return nodes_[NodeOf(cell)].cost < kUnreached; }
-  // Estimate, in cells, of the cost from a cell that reaches the goal; it may be too high.
+  // Estimated cost in cells from a cell that reaches the goal; it may be too high.
   double CostToGoal(const Eigen::Vector2i& cell) const;
 
  private:
@@ -30,11 +30,11 @@ class BlockField {
 
   struct Node {
     std::uint64_t cells = 0;  // bit 8 * y + x of the block
-    float weight = 0;         // about the cost of a metre through it
+    float weight = 0;         // estimated cost per metre through it
     float cost = kUnreached;  // to the goal, in cells
     Eigen::Vector2i centre = Eigen::Vector2i::Zero();
     std::size_t block = 0;
-    std::size_t next = 0;  // the neighbour on the way to the goal, whose own is itself
+    std::size_t next = 0;  // neighbour towards the goal; the goal's is itself
   };
 
   struct Neighbour {
@@ -49,9 +49,9 @@ class BlockField {
   void Spread(std::size_t goal);
   void FindNeighbours(std::size_t node, std::vector<Neighbour>& neighbours) const;
 
-  int num_columns_ = 0;  // of blocks; there is a rim of empty blocks around them
+  int num_columns_ = 0;  // number of block columns; a rim of empty blocks surrounds them
   int num_rows_ = 0;
-  std::vector<std::size_t> first_node_;  // of each block, and one beyond
+  std::vector<std::size_t> first_node_;  // by block, and one beyond
   std::vector<Node> nodes_;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A priority queue for searches whose keys hardly ever fall: buckets of keys in a ring (Dial,
-// Algorithm 360, 1969), within a bucket last in, first out (Yatziv, Bartesaghi and Sapiro, O(N)
-// implementation of the fast marching algorithm, 2006).
+// A priority queue for searches whose keys rarely fall. Buckets of keys form a ring (Dial,
+// Algorithm 360, 1969); within a bucket entries come out last in, first out (Yatziv, Bartesaghi and
+// Sapiro, O(N) implementation of the fast marching algorithm, 2006).
 #pragma once
 
 #include <algorithm>
@@ -11,12 +11,12 @@
 
 namespace nightmap {
 
-// Entries come out in order of key >> shift; one with a key below the bucket at hand goes into it.
-// Keys are >= 0. Deterministic.
+// Entries come out in order of key >> shift. An entry with a key below the current bucket goes into
+// the current bucket. Keys are >= 0. Deterministic.
 template <typename Entry>
 class BucketQueue {
  public:
-  // `max_rise`: how far a pushed key may be above the key at hand; a higher one counts as that.
+  // `max_rise`: largest rise of a pushed key above the current key; a higher key counts as that.
   BucketQueue(int shift, std::int64_t max_rise) : shift_(shift) {
     std::size_t size = 2;
     while (static_cast<std::int64_t>(size) < (max_rise >> shift) + 2) size *= 2;
@@ -32,7 +32,7 @@ class BucketQueue {
 
   bool IsEmpty() const { return size_ == 0; }
 
-  // These two are for a queue that is not empty. No entry has a key below MinKey, if none fell.
+  // The queue must not be empty. No entry has a key below MinKey if no key fell.
   std::int64_t MinKey() {
     while (Bucket(at_).empty()) ++at_;
     return at_ << shift_;
@@ -51,7 +51,7 @@ class BucketQueue {
   }
 
   int shift_;
-  std::int64_t at_ = -1;  // the bucket at hand; before the first entry none
+  std::int64_t at_ = -1;  // current bucket; -1 before the first entry
   std::size_t size_ = 0;
   std::vector<std::vector<Entry>> ring_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An array of zeros of which only what is touched takes time and memory.
+// A zero-initialized array that spends time and memory only on the parts that are touched.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 
 namespace nightmap {
 
-// A search touches a part of a large grid; std::vector would write zeros over all of it first.
+// A search touches only a part of a large grid; std::vector would first write zeros over all of it.
 template <typename Value>
 class CellArray {
   static_assert(std::is_trivial_v<Value>);
@@ -32,8 +32,8 @@ class CellArray {
   std::unique_ptr<Value, Free> values_;
 };
 
-// Numbers the cells of a grid square by square of 16 x 16 cells, so that a search that keeps to a
-// narrow part of it touches few pages of memory.
+// Numbers the cells of a grid by squares of 16 x 16 cells, so that a search within a narrow part of
+// the grid touches few pages of memory.
 class SquareOrder {
  public:
   SquareOrder(int width, int height)
@@ -61,7 +61,7 @@ class SquareOrder {
   static constexpr int kSideBits = 4;
   static constexpr std::size_t kInside = (1 << kSideBits) - 1;
 
-  int row_bits_;  // squares of a row are counted up to a power of two
+  int row_bits_;  // the number of squares per row is rounded up to a power of two
   std::size_t size_;
 };
 

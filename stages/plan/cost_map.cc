@@ -11,9 +11,9 @@
 namespace nightmap {
 namespace {
 
-constexpr double kRounding = 1e-9;  // so that a radius of whole cells is met exactly
+constexpr double kRounding = 1e-9;  // so that a radius of whole cells fits exactly
 
-// In items of many rows.
+// Runs in items of many rows.
 void ForRows(int height, int num_threads, const std::function<void(int y)>& body) {
   constexpr int kRowsPerItem = 64;
   const int num_items = (height + kRowsPerItem - 1) / kRowsPerItem;
@@ -23,13 +23,13 @@ void ForRows(int height, int num_threads, const std::function<void(int y)>& body
   });
 }
 
-// Smallest squared distance in cells^2 that is not nearer than a distance.
+// Smallest squared distance in cells^2 that is at least the given distance.
 int SquaredCells(double distance_m, double resolution_m) {
   const double cells = distance_m / resolution_m;
   return static_cast<int>(std::max(0.0, std::min(std::ceil(cells * cells - kRounding), 2e9)));
 }
 
-// Cost of a cell by its squared distance: falls with the square of the remaining distance, from
+// Cost of a cell by its squared distance. It falls with the square of the remaining distance, from
 // 1 + weight at the radius to 1 from `clearance_m` on, where the table ends.
 std::vector<std::uint16_t> CostTable(const CostOptions& options,
                                      double resolution_m,
@@ -49,13 +49,13 @@ std::vector<std::uint16_t> CostTable(const CostOptions& options,
   return costs;
 }
 
-// What the state of a cell does to its cost.
+// Effect of a cell's state on its cost.
 struct UnknownSpace {
   bool is_free = false;
   std::uint16_t extra_cost = 0;
 };
 
-// Obstacles are not free even for a robot without extent.
+// Obstacles are not free even for a robot of radius 0.
 void ApplyStates(const std::uint8_t* states,
                  std::size_t width,
                  UnknownSpace unknown,
@@ -74,19 +74,19 @@ void CostOptions::Register(OptionList& list) {
   list.Add("unknown",
            &unknown,
            {"forbidden", "allowed", "costed"},
-           "space that nothing was seen of: an obstacle, free, or free at unknown_weight");
+           "how unseen space counts: as an obstacle, as free, or as free at unknown_weight");
   list.Add("unknown_weight",
            &unknown_weight,
            Range(0.0, 10.0),
-           "extra cost of a metre in unknown space when it is costed");
+           "extra cost per metre in unknown space when it is costed");
   list.Add("clearance_m",
            &clearance_m,
            Range(0.0, 10.0),
-           "obstacles farther away than this do not make a path dearer");
+           "obstacles farther away than this add no cost");
   list.Add("clearance_weight",
            &clearance_weight,
            Range(0.0, 50.0),
-           "extra cost of a metre at the robot's radius from an obstacle; 0: shortest path");
+           "extra cost per metre at the robot's radius from an obstacle; 0: shortest path");
 }
 
 bool IsObstacle(const OccupancyGrid& grid, const Eigen::Vector2i& cell, bool unknown_is_obstacle) {

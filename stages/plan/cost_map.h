@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a robot can stand and what it costs: the grid inflated by the circle about the robot's
-// footprint, dearer near obstacles.
+// Cells where a robot can stand, and their cost: the grid inflated by the circle around the robot's
+// footprint, with a higher cost near obstacles.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,18 +18,18 @@
 namespace nightmap {
 
 struct CostOptions {
-  std::string unknown = "forbidden";  // allowed; costed: allowed, but dearer
-  double unknown_weight = 5;          // costed: extra cost of a metre in unknown space
-  double clearance_m = 0.75;          // obstacles farther away cost nothing
-  double clearance_weight = 2;        // extra cost of a metre that touches an obstacle's margin
+  std::string unknown = "forbidden";  // or allowed; costed: allowed at a higher cost
+  double unknown_weight = 5;          // costed: extra cost per metre in unknown space
+  double clearance_m = 0.75;          // obstacles farther away add no cost
+  double clearance_weight = 2;        // extra cost per metre that touches an obstacle's margin
 
   void Register(OptionList& list);
 };
 
-// Cells are those of the grid, and have a rim of cells that are not free around them, so that a
-// search needs not look for the border. A cell is free when a circle of the robot's radius touches
-// no obstacle cell wherever in the cell its centre is: the squares of the two cells are at least
-// the radius apart.
+// Cells are those of the grid inside a rim of cells that are not free, so that a search need not
+// check for the border. A cell is free when a circle of the robot's radius touches no obstacle cell
+// wherever in the cell its centre is; that is, the squares of the two cells are at least the radius
+// apart.
 struct CostMap {
   static constexpr int kUnitCost = 1024;
 
@@ -39,11 +39,11 @@ struct CostMap {
   double robot_radius_m = 0;
   ObstacleDistances distances;
   UninitializedVector<std::uint16_t>
-      costs;  // with the rim. 0: not free; else of a metre * kUnitCost
+      costs;  // with the rim. 0: not free; else cost per metre * kUnitCost
 
-  int Stride() const { return width + 2; }  // from a cell to the one above it, in costs
+  int Stride() const { return width + 2; }  // step in `costs` from a cell to the one above it
   std::size_t Size() const { return costs.size(); }
-  // Place of a cell in `costs`; cells of the rim have one too.
+  // Index of a cell in `costs`; cells of the rim have one too.
   std::size_t Index(const Eigen::Vector2i& cell) const {
     return static_cast<std::size_t>(cell.y() + 1) * static_cast<std::size_t>(Stride()) +
            static_cast<std::size_t>(cell.x() + 1);
@@ -64,7 +64,7 @@ struct CostMap {
   }
 };
 
-// Whether a robot must not touch the cell. Beyond the grid is unknown.
+// Whether a robot must not touch the cell. Cells beyond the grid are unknown.
 bool IsObstacle(const OccupancyGrid& grid, const Eigen::Vector2i& cell, bool unknown_is_obstacle);
 
 CostMap MakeCostMap(const OccupancyGrid& grid,
@@ -72,9 +72,9 @@ CostMap MakeCostMap(const OccupancyGrid& grid,
                     double robot_radius_m,
                     int num_threads);
 
-// Which free cells reach each other. With diagonal steps that cut no corner these are the
-// 4-connected components. Labels, in order of `costs`, count from 1 in order of the first cell; 0
-// where not free.
+// Labels the free cells that reach each other. With diagonal steps that cut no corner these are the
+// 4-connected components. Labels, in order of `costs`, count from 1 in order of their first cell; 0
+// in cells that are not free.
 std::vector<std::int32_t> LabelReachable(const CostMap& map);
 
 }  // namespace nightmap

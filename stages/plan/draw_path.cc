@@ -2,7 +2,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "pipeline/vision/grid_canvas.h"
+#include "pipeline/planar/draw_on_grid.h"
 #include "stages/plan/path_output.h"
 
 namespace nightmap {
@@ -17,7 +17,7 @@ constexpr Rgb kStart = {20, 150, 60};
 constexpr Rgb kGoal = {210, 40, 40};
 constexpr Rgb kInk = {30, 30, 30};
 
-// The longer side is enlarged to at most kTargetSide_px.
+// Enlarges the longer side to at most kTargetSide_px.
 int PixelsPerCell(const OccupancyGrid& grid) {
   return std::clamp(kTargetSide_px / std::max(grid.width, grid.height), 1, kMaxScale);
 }
@@ -35,7 +35,7 @@ void DrawLine(GridCanvas& canvas,
   }
 }
 
-// The robot's outline as it stands at a path point.
+// The robot's outline at a path point.
 void DrawOutline(GridCanvas& canvas,
                  const std::vector<Eigen::Vector2d>& corners,
                  const PathPoint& point) {
@@ -60,7 +60,7 @@ void DrawEnd(GridCanvas& canvas,
   canvas.Label(endpoint.point_in_map, radius + 3, radius + 2, label, color);
 }
 
-// The parts of the camera's way that are on the floor of the grid.
+// Draws the parts of the camera's trajectory that are on the grid's floor.
 void DrawTrajectory(GridCanvas& canvas, const PlanInputs& inputs) {
   std::vector<Eigen::Vector2d> part;
   for (const StampedPose& pose : inputs.trajectory) {

@@ -16,7 +16,7 @@
 namespace nightmap {
 namespace {
 
-constexpr double kSamePlace_m = 2e-6;  // path.csv tells no less apart
+constexpr double kSamePlace_m = 2e-6;  // path.csv does not resolve smaller distances
 
 struct Candidate {
   Eigen::Vector2i cell = Eigen::Vector2i::Zero();
@@ -27,12 +27,13 @@ struct Candidate {
 using Candidates = std::map<std::int32_t, Candidate>;
 
 std::string ToText(const Eigen::Vector2d& point_m) {
-  const bool is_far = point_m.cwiseAbs().maxCoeff() > 1e12;  // hundreds of digits tell nothing
+  // Keeps messages free of hundreds of digits.
+  const bool is_far = point_m.cwiseAbs().maxCoeff() > 1e12;
   return is_far ? fmt::format("{:g},{:g}", point_m.x(), point_m.y())
                 : fmt::format("{:.3f},{:.3f}", point_m.x(), point_m.y());
 }
 
-// Free cells within a radius, the point's own cell at distance 0 whatever its centre.
+// Free cells within a radius. The point's own cell counts at distance 0, wherever its centre is.
 Candidates CellsWithin(const OccupancyGrid& grid,
                        const CostMap& map,
                        const std::vector<std::int32_t>& labels,
@@ -140,13 +141,13 @@ Endpoint MakeEndpoint(const OccupancyGrid& grid,
           candidate.distance_m};
 }
 
-// Two ends one after the other that a leg of no length would join.
+// Whether two successive ends coincide, so that their leg would have no length.
 bool AreSamePlace(const Endpoint& a, const Endpoint& b) {
   const bool moved = a.moved_by_m > 0 || b.moved_by_m > 0;
   return (moved && a.cell == b.cell) || (a.point_in_map - b.point_in_map).norm() < kSamePlace_m;
 }
 
-// The first of two such ends, else the list's end.
+// The first such pair, or the list's end.
 auto FindSamePlace(const std::vector<Endpoint>& ends) {
   return std::adjacent_find(ends.begin(), ends.end(), AreSamePlace);
 }
@@ -163,7 +164,7 @@ auto FindSamePlace(const std::vector<Endpoint>& ends) {
                         : "give another goal, or leave this one out");
 }
 
-// Where the ends are asked to be, if the robot can stand there and go from each to the next.
+// The ends as requested, if the robot can stand there and go from each to the next.
 std::vector<Endpoint> PlaceAsAsked(const OccupancyGrid& grid,
                                    const CostMap& map,
                                    const std::vector<EndpointRequest>& requests) {
@@ -179,7 +180,7 @@ std::vector<Endpoint> PlaceAsAsked(const OccupancyGrid& grid,
   return are_joined ? ends : std::vector<Endpoint>();
 }
 
-// Each end in the part of a label; none when one has no place there.
+// Moves each end into the part with a label; none when one has no place there.
 std::vector<Endpoint> PlaceIn(const OccupancyGrid& grid,
                               const std::vector<EndpointRequest>& requests,
                               const std::vector<Candidates>& candidates,
@@ -199,8 +200,8 @@ double SumOfMoves_m(const std::vector<Endpoint>& ends) {
   return sum_m;
 }
 
-// Labels of the parts in which the robot's centre has more room than the robot covers: what is
-// smaller is a gap between things, and no place to drive.
+// Labels of the parts in which the robot's centre can move over more than the robot's own area. A
+// smaller part is a gap between objects, not a place to drive.
 std::set<std::int32_t> RoomyParts(const CostMap& map, const std::vector<std::int32_t>& labels) {
   std::map<std::int32_t, std::size_t> num_cells;
   for (const std::int32_t label : labels) ++num_cells[label];
@@ -213,9 +214,9 @@ std::set<std::int32_t> RoomyParts(const CostMap& map, const std::vector<std::int
   return roomy;
 }
 
-// In the part of the map that all can be in, a roomy one before others, with the least sum of
-// moves; none when there is none. A part in which two ends become one place is not taken; when
-// there is no other, that is the error.
+// Moves all ends into one part of the map: roomy parts first, then the least sum of moves; none
+// when there is no such part. Avoids a part in which two ends become one place; if there is no
+// other, that is the error.
 std::vector<Endpoint> PlaceTogether(const OccupancyGrid& grid,
                                     const std::vector<EndpointRequest>& requests,
                                     const std::vector<Candidates>& candidates,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds where a robot can stand for each place it is asked to go to.
+// Finds a standable place for each requested end of a path.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,7 +7,7 @@
 
 #include "pipeline/io/grid_io.h"
 #include "stages/plan/cost_map.h"
-#include "stages/plan/requests.h"
+#include "stages/plan/parse_ends.h"
 
 namespace nightmap {
 
@@ -19,13 +19,12 @@ struct Endpoint {
   double moved_by_m = 0;
 };
 
-// Ends that the robot can stand at and that are joined stay where they are asked to be. Else an end
-// moves to the centre of a free cell within `snap_radius_m`: of the parts of the map that all ends
-// can be in, each at its nearest cell there, the one with the least sum of moves is taken, and one
-// that is larger than the robot before any other. (Where there is none each end goes to its nearest
-// cell.) Deterministic. Throws DataError when there is
-// no free cell within the radius, an end is outside of the map, or two ends one after the other
-// are, or become, the same place; the message says why and what to do.
+// Ends that are standable and connected stay as requested. Otherwise an end moves to the centre of
+// a free cell within `snap_radius_m`. Parts of the map that every end can move into are compared by
+// the sum of the moves to each end's nearest cell there; the least wins, but parts larger than the
+// robot come first. (Without such a part each end moves to its nearest cell.) Deterministic. Throws
+// DataError when there is no free cell within the radius, an end is outside the map, or two
+// successive ends are, or become, the same place; the message says why and names the remedy.
 std::vector<Endpoint> PlaceEndpoints(const OccupancyGrid& grid,
                                      const CostMap& map,
                                      const std::vector<EndpointRequest>& requests,

@@ -11,12 +11,11 @@ namespace nightmap {
 
 void FootprintOptions::Register(OptionList& list) {
   list.Add("robot_radius_m", &robot_radius_m, Range(0.0, 5.0), "radius of a round robot");
-  list.Add(
-      "footprint_m",
-      &footprint_m,
-      Range(-5.0, 5.0),
-      "corners x0, y0, x1, y1, ... of a robot that is not round, x forward, turning about 0, 0; "
-      "goes before robot_radius_m");
+  list.Add("footprint_m",
+           &footprint_m,
+           Range(-5.0, 5.0),
+           "corners x0, y0, x1, y1, ... of a polygonal robot, x forward, turning about 0, 0; "
+           "overrides robot_radius_m");
 }
 
 std::vector<Eigen::Vector2d> FootprintCorners(const FootprintOptions& options) {

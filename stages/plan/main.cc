@@ -3,8 +3,8 @@
 // grid and, where given, queries.csv and trajectory.tum; writes path.csv, .json, .yaml and .png.
 #include <spdlog/spdlog.h>
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/plan/path_output.h"
 #include "stages/plan/plan.h"
 
@@ -50,9 +50,9 @@ int main(int argc, char** argv) {
       "finds a path on the grid between points or pictures",
       {{"grid", "floors.json of the grid stage, or an imported map.yaml"},
        {"queries", "queries.csv of the localize stage", Arity::kOptional},
-       {"trajectory", "drawn on path.png", Arity::kOptional}},
+       {"trajectory", "trajectory to draw on path.png", Arity::kOptional}},
       {{"csv", "path: x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m,z_m,floor"},
-       {"json", "its ends, legs and figures"},
+       {"json", "ends, legs and figures of the path"},
        {"nav", "path as ROS's nav_msgs/Path, YAML", Arity::kOptional},
        {"png", "picture of the path on the grid", Arity::kOptional}}};
   return StageMain(argc, argv, spec, PlanOptions{}, Run);

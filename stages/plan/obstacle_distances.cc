@@ -6,26 +6,26 @@
 #include <cmath>
 #include <cstddef>
 
-#include "pipeline/geometry/distance_transform.h"
+#include "pipeline/planar/distance_transform.h"
 
 namespace nightmap {
 namespace {
 
-constexpr std::size_t kLanes = 32;  // cells of a row at a time: they stay in registers
+constexpr std::size_t kLanes = 32;  // cells of a row that are computed together, in registers
 // Up to this reach the sum of two squares fits 16 bits.
 constexpr std::int32_t kMaxShortReach = 181;
 
-// Along one axis, between squares of cells whose centres are `distance` apart.
+// Gap along one axis between squares of cells whose centres are `distance` apart.
 std::int32_t Gap(std::int32_t distance) { return std::max(distance, 1) - 1; }
 
-// By value, which the compiler makes vector instructions of.
+// Takes values, so that the compiler vectorizes it.
 template <typename Value>
 Value Least(Value a, Value b) {
   return a < b ? a : b;
 }
 
-// Least sum, for each cell of a row, of the squared gap along x and that of the column there, over
-// the columns up to `reach` away.
+// For each cell of a row, the least sum of the squared gap along x and the column's squared
+// distance, over the columns up to `reach` away.
 template <typename Value>
 void LeastSums(const std::uint16_t* columns,
                std::size_t width,
@@ -34,13 +34,13 @@ void LeastSums(const std::uint16_t* columns,
                std::uint32_t* squared) {
   const auto limit = static_cast<Value>(reach);
   const std::size_t rim = reach + 1;
-  // The gaps, with as many as are looked at on both sides and in the last lanes.
+  // The gaps, padded on both sides and in the last lanes.
   std::vector<Value> gaps(width + 2 * rim + kLanes, outside_blocked ? Value{0} : limit);
   for (std::size_t x = 0; x < width; ++x) {
     const auto gap = static_cast<Value>(std::max<std::uint16_t>(columns[x], 1) - 1);
     gaps[rim + x] = std::min(gap, limit);
   }
-  // Squared, the least of three: there is no gap along x to the columns beside.
+  // Squares of the least of three, because there is no gap along x to adjacent columns.
   const std::size_t num_squares = gaps.size() - 2;
   std::vector<Value> squares(num_squares);
   for (std::size_t i = 0; i < num_squares; ++i) {
@@ -52,7 +52,7 @@ void LeastSums(const std::uint16_t* columns,
     const Value* own = squares.data() + reach + x;
     std::array<Value, kLanes> least;
     std::copy_n(own, kLanes, least.begin());
-    Value most = 0;  // columns farther away than its root cannot change anything
+    Value most = 0;  // columns farther away than its root cannot change the result
     for (std::size_t i = 0; i < kLanes; ++i) most = least[i] > most ? least[i] : most;
     for (std::size_t gap = 1; gap < reach && gap * gap < most; ++gap) {
       const auto along_x = static_cast<Value>(gap * gap);
@@ -75,7 +75,7 @@ ObstacleDistances::ObstacleDistances(const OccupancyGrid& grid,
     return ColumnDistances(blocked, width_, grid.height, outside_blocked_, num_threads);
   };
   if (unknown_is_obstacle) {
-    columns_ = distances(grid.cells);  // all but the free ones
+    columns_ = distances(grid.cells);  // all but free cells
     return;
   }
   std::vector<std::uint8_t> blocked(grid.cells.size());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far the cells of a grid are from obstacles, between the squares of the cells: zero in an
-// obstacle and the cells around it. All exact.
+// Distances of a grid's cells to obstacles, between the squares of the cells: zero in an obstacle
+// and in the cells around it. Exact.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,20 +13,21 @@
 
 namespace nightmap {
 
-// Keeps the distances along the columns; a squared distance, in cells^2, is the least sum over the
-// columns around a cell (the second phase of the distance transform), of which only those count
-// that are nearer than the nearest obstacle.
+// Stores the distances along the columns. A squared distance, in cells^2, is the least sum over the
+// columns around a cell (second phase of the distance transform); only columns nearer than the
+// nearest obstacle count.
 class ObstacleDistances {
  public:
   ObstacleDistances() = default;
-  // Beyond the grid is unknown. Throws DataError as ColumnDistances. Deterministic.
+  // Cells beyond the grid are unknown. Throws DataError as ColumnDistances does. Deterministic.
   ObstacleDistances(const OccupancyGrid& grid, bool unknown_is_obstacle, int num_threads);
 
-  // Of one cell, or `cap` if that is smaller. Without any obstacle it is at least width^2.
+  // Squared distance of one cell, or `cap` if that is smaller. Without any obstacle it is at least
+  // width^2.
   std::int32_t Squared(const Eigen::Vector2i& cell,
                        std::int32_t cap = std::numeric_limits<std::int32_t>::max()) const;
 
-  // Of all cells of a row; where they are not below `cap`, some number that is not either.
+  // Squared distances of a row of cells; those not below `cap` may have any value from `cap` on.
   void SquaredOfRow(int y, std::int32_t cap, std::vector<std::uint32_t>& squared) const;
 
  private:

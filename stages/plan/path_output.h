@@ -10,24 +10,25 @@
 
 namespace nightmap {
 
-// Header x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m,z_m,floor; map frame, one row a path
-// point. All have the height and the number of the floor.
+// Header x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m,z_m,floor; map frame, one row per path
+// point. Every row has the height and the number of the floor.
 std::string PathToCsv(const PlanResult& result);
 
 // ROS's nav_msgs/Path as `ros2 topic echo` prints it and `ros2 topic pub` takes it: frame `map`,
-// one pose a path point, at the floor's height, turned about z by its heading. Stamps are zero.
+// one pose per path point, at the floor's height, rotated about z by its heading. Stamps are zero.
 std::string PathToNavYaml(const PlanResult& result);
 
 // The path's figures, its ends and legs, for report.json.
 nlohmann::ordered_json PathFigures(const PlanResult& result);
 
-// Format nightmap_path, version 3: the floor, the figures, ends as asked for and as used, legs, the
+// Format nightmap_path, version 3: the floor, the figures, ends as requested and as used, legs, the
 // config.
 nlohmann::ordered_json PathToJson(const PlanResult& result, const std::string& config_toml);
 
-// The grid (white free, black occupied, grey unknown) with the trajectory on this floor faint, the
-// swath of the robot's circle, the path, every end (the robot's outline too, where it is a polygon)
-// and a scale bar; y up; of several floors it names its own. Enlarged by a whole factor.
+// Draws the grid (white free, black occupied, grey unknown), this floor's trajectory in a faint
+// color, the swath of the robot's circle, the path, every end (with the robot's outline if it is a
+// polygon) and a scale bar; y up. Names the floor if there are several. Enlarged by an integer
+// factor.
 ColorImage DrawPath(const PlanInputs& inputs,
                     const PlanResult& result,
                     const FootprintOptions& footprint);

@@ -6,10 +6,10 @@
 #include <limits>
 
 #include "pipeline/base/error.h"
-#include "stages/plan/any_angle.h"
-#include "stages/plan/search.h"
+#include "stages/plan/astar.h"
+#include "stages/plan/lazy_theta_star.h"
+#include "stages/plan/pull_tight.h"
 #include "stages/plan/segment.h"
-#include "stages/plan/shorten.h"
 
 namespace nightmap {
 namespace {
@@ -48,7 +48,7 @@ namespace {
       cell_m2 * static_cast<double>(num_around_goal));
 }
 
-// From the exact start over the centres of the cells to the exact goal, in units of cells.
+// From the exact start through the cells' centres to the exact goal, in cells.
 std::vector<Eigen::Vector2d> Route(const OccupancyGrid& grid,
                                    const std::vector<Eigen::Vector2i>& cells,
                                    const Endpoint& start,
@@ -81,7 +81,7 @@ double MinClearance_m(const CostMap& map, const std::vector<Eigen::Vector2d>& ro
   return clearance_m;
 }
 
-// Appends a leg's points; the first one is there already, except on the first leg.
+// Appends a leg's points, without the first one, which is already there, except on the first leg.
 void AppendLeg(const OccupancyGrid& grid,
                const CostMap& map,
                const std::vector<Eigen::Vector2d>& route,
@@ -108,7 +108,7 @@ void AppendLeg(const OccupancyGrid& grid,
   leg.min_clearance_m = MinClearance_m(map, route);
 }
 
-// The check that does not trust the cost map: every cell that the robot touches.
+// Checks every cell that the robot touches, independently of the cost map.
 void CheckFootprint(const PlanOptions& options,
                     const OccupancyGrid& grid,
                     const PlanResult& result) {
@@ -151,7 +151,8 @@ void PlanOptions::Register(OptionList& list) {
       "\"x_m,y_m\" or \"x_m,y_m,z_m\" in the map, \"picture:NAME\", or \"\": first located query");
   list.Add("goal",
            &goal,
-           "the same, several separated by \";\" are visited in order; \"\": last located query");
+           "likewise; several goals, separated by \";\", are visited in order; \"\": last located "
+           "query");
   list.Add("floor",
            &floor,
            Range(-1000, 1000),
@@ -159,16 +160,17 @@ void PlanOptions::Register(OptionList& list) {
   list.Add("planner",
            &planner,
            {"any_angle", "astar"},
-           "straight lines in any direction (Lazy Theta*), or from cell to cell (A*)");
+           "straight lines in any direction (Lazy Theta*), or steps from cell to cell (A*)");
   footprint.Register(list);
   cost.Register(list);
   list.Add("snap_radius_m",
            &snap_radius_m,
            Range(0.0, 10.0),
-           "how far an end may be moved to a place the robot can stand on; 0: not at all");
+           "how far an end may be moved to a place where the robot can stand; 0: not at all");
   list.Add("shorten",
            &shorten,
-           "move the path to where it is cheapest around it, straight where that is free");
+           "pulls the path tight: moves it to the cheapest places nearby and straightens it where "
+           "possible");
 }
 
 std::size_t PlanFloor(const PlanOptions& options, const PlanInputs& inputs) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plans a path for a robot over the occupancy grid, from a point or picture to one or more others.
+// Plans a robot's path over the occupancy grid, from a point or picture to one or more others.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,8 +22,8 @@ namespace nightmap {
 struct PlanOptions {
   // "x_m,y_m", "x_m,y_m,z_m", "picture:NAME", or empty: the first located query
   std::string start;
-  std::string goal;  // the same, several separated by ";"; empty: the last located query
-  int floor = 0;     // of ends without a z
+  std::string goal;  // likewise, several separated by ";"; empty: the last located query
+  int floor = 0;     // for ends without a z
   std::string planner = "any_angle";
   FootprintOptions footprint;
   CostOptions cost;
@@ -36,45 +36,46 @@ struct PlanOptions {
 struct PlanInputs {
   OccupancyGrid grid;
   std::vector<QueryResult> queries;
-  std::vector<StampedPose> trajectory;  // map_from_camera; for default ends when nothing is located
+  // map_from_camera; gives default ends when nothing is located.
+  std::vector<StampedPose> trajectory;
   std::vector<FloorFiles> floors = {FloorFiles{}};
-  std::size_t floor_idx = 0;  // of the floor that the grid is of: PlanFloor's
+  std::size_t floor_idx = 0;  // index of the grid's floor, from PlanFloor
 };
 
 struct PathPoint {
   Eigen::Vector2d point_in_map = Eigen::Vector2d::Zero();
-  double heading_rad = 0;  // counter-clockwise from x; of the way onwards, the last as before
+  double heading_rad = 0;  // counter-clockwise from x; onward direction, the last point's as before
   double distance_m = 0;   // along the path
-  int leg_idx = 0;         // of the leg that it lies on or ends
-  double clearance_m = 0;  // of its cell, see CostMap
+  int leg_idx = 0;         // leg that the point lies on or ends
+  double clearance_m = 0;  // of the point's cell, see CostMap
 };
 
-// From one end to the next.
+// Part of the path from one end to the next.
 struct PlanLeg {
-  std::size_t first_point = 0;  // in the path, which has the end of a leg and the start of the next
-  std::size_t last_point = 0;   // only once
+  std::size_t first_point = 0;  // index in the path
+  std::size_t last_point = 0;   // also the next leg's first point
   double length_m = 0;
-  double min_clearance_m = 0;    // of the cells that it touches
-  double search_cost_m = 0;      // of the search's path: length weighted by nearness to obstacles
-  std::size_t num_vertices = 0;  // of the search's path
+  double min_clearance_m = 0;    // least clearance of the cells that it touches
+  double search_cost_m = 0;      // length of the search's path, weighted by nearness to obstacles
+  std::size_t num_vertices = 0;  // number of vertices of the search's path
   std::size_t num_expanded = 0;
 };
 
 struct PlanResult {
   FloorFiles floor;
   std::vector<Endpoint> ends;   // the start and every goal
-  std::vector<PlanLeg> legs;    // one fewer
+  std::vector<PlanLeg> legs;    // one fewer than the ends
   std::vector<PathPoint> path;  // at most one cell apart
 };
 
-// Place in `inputs.floors` of the floor to plan on, for which no grid is needed. Throws as
-// MakeRequests and ChooseFloor do.
+// Index in `inputs.floors` of the floor to plan on; needs no grid. Throws as MakeRequests and
+// ChooseFloor do.
 std::size_t PlanFloor(const PlanOptions& options, const PlanInputs& inputs);
 
-// A path from cell to cell (A*) or of straight lines (Lazy Theta*) over the inflated grid, then
-// pulled tight (Tighten). The robot's circle touches no obstacle anywhere on the path; this is
-// checked at the end. Deterministic. Throws UsageError on malformed ends or footprints, DataError
-// on ends that are not usable or when no path joins them.
+// Searches a path from cell to cell (A*) or of straight lines (Lazy Theta*) over the inflated grid,
+// then pulls it tight (Tighten). The robot's circle touches no obstacle anywhere on the path; a
+// final check ensures that. Deterministic. Throws UsageError on malformed ends or footprints,
+// DataError on ends that are not usable or when no path joins them.
 PlanResult RunPlan(const PlanOptions& options,
                    const PlanInputs& inputs,
                    Progress& progress,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Straight lines over the cost map: which cells they touch and what they cost.
+// Straight lines over the cost map: the cells they touch and their cost.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 
 namespace nightmap {
 
-// Position along a segment (0 to 1) of its next crossing of a grid line of one axis.
+// Position along a segment (0 to 1) of its next crossing with a grid line of one axis.
 class GridCrossing {
  public:
   GridCrossing(double from, double delta, int first_cell, int last_cell)
@@ -30,17 +30,17 @@ class GridCrossing {
   double next = std::numeric_limits<double>::infinity();
 
  private:
-  int num_left_;  // crossings to come
+  int num_left_;  // crossings left
   double spacing_ = 0;
 };
 
 // Points are in cells: the centre of cell (x, y) is (x + 0.5, y + 0.5). Calls visit(cell, length in
-// cells) for every cell a segment touches, in order, and stops when visit returns false; both cells
-// beside a crossed corner are visited with length 0 (Amanatides and Woo, A fast voxel traversal
-// algorithm for ray tracing, 1987). Returns whether visit always returned true.
+// cells) for every cell that a segment touches, in order, and stops when visit returns false.
+// Visits both cells beside a crossed corner with length 0 (Amanatides and Woo, A fast voxel
+// traversal algorithm for ray tracing, 1987). Returns whether visit always returned true.
 template <typename Visit>
 bool VisitSegment(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const Visit& visit) {
-  constexpr double kCornerTolerance = 1e-9;  // of the segment's length
+  constexpr double kCornerTolerance = 1e-9;  // share of the segment's length
   Eigen::Vector2i cell = from.array().floor().cast<int>();
   const Eigen::Vector2i last = to.array().floor().cast<int>();
   const Eigen::Vector2d delta = to - from;
@@ -79,8 +79,8 @@ inline bool IsSegmentFree(const CostMap& map,
       from, to, [&](const Eigen::Vector2i& cell, double) { return map.IsFree(cell); });
 }
 
-// Length of a segment in cells, weighted by the costs of the cells it touches; infinite when one of
-// them is not free, or as soon as it is above `max_cost`. Both ends are on the map.
+// Length of a segment in cells, weighted by the costs of the cells it touches. Infinite when one of
+// them is not free, or once it exceeds `max_cost`. Both ends are on the map.
 inline double SegmentCost(const CostMap& map,
                           const Eigen::Vector2d& from,
                           const Eigen::Vector2d& to,

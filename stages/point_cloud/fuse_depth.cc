@@ -34,7 +34,7 @@ VoxelSum ToSum(const DepthPoint& point,
   return sum;
 }
 
-// The same rays whatever the region is, but for those that end elsewhere.
+// Draws the same rays whatever the region is, apart from those that end outside it.
 std::vector<HeldOutRay> DrawRays(const PointCloudOptions& options,
                                  const Keyframe& keyframe,
                                  const std::vector<DepthPoint>& points,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The depth of all keyframes, averaged by voxel.
+// Averages the depth of all keyframes by voxel.
 #pragma once
 
 #include <string>
@@ -11,12 +11,13 @@
 namespace nightmap {
 
 struct FusedDepth {
-  VoxelSums sums;                // of the region with its overlap
-  std::vector<HeldOutRay> rays;  // drawn from each keyframe's, those that end in the region
+  VoxelSums sums;                // of the region and its overlap
+  std::vector<HeldOutRay> rays;  // samples of each keyframe's rays that end in the region
   std::vector<std::string> skipped;
 };
 
-// How far a depth may be off that is still the same surface: noise, and a voxel for what is none.
+// Largest depth difference at which two measurements still count as the same surface: depth noise
+// plus a voxel for everything else.
 double DepthTolerance_m(const PointCloudOptions& options, double sigma_m);
 
 // Points weigh 1 / sigma^2 of the depth noise. Same result at any number of threads.

@@ -46,14 +46,14 @@ class RayTest {
     return VoxelOf(ray_.origin + at_m * direction_, voxel_size_m_);
   }
 
-  // Null when nothing is there that another fold has measured.
+  // Null when no voxel there was measured by another fold.
   const VoxelSum* Find(const VoxelKey& key) const {
     const auto found = cloud_.find(PackVoxel(key));
     const bool is_known = found != cloud_.end() && (found->second.folds & ~ray_.fold) != 0;
     return is_known ? &found->second : nullptr;
   }
 
-  // Above the plane of a point, on the side that its cameras were.
+  // Height above the plane of a point, on the side of its cameras.
   double HeightOfEnd_m(const VoxelSum& voxel) const {
     return voxel.direction.cast<double>().normalized().dot(ray_.end - voxel.Position());
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A quality figure that needs no truth: rays that some keyframes measured against the cloud that
-// the others made. Keyframes are in five folds by turns; a voxel of the cloud counts for a ray only
-// when a keyframe of another fold has measured it too (so every keyframe is held out once, and no
-// cloud is made twice: Stone, Cross-validatory choice and assessment of statistical predictions,
-// 1974).
+// A quality figure that needs no ground truth: tests rays of some keyframes against the cloud of
+// the others. Keyframes are divided into five folds by turns. A voxel of the cloud counts for a ray
+// only when a keyframe of another fold has measured it too. So every keyframe is held out once, and
+// no cloud is made twice (cross-validation: Stone, Cross-validatory choice and assessment of
+// statistical predictions, 1974).
 #pragma once
 
 #include <cstddef>
@@ -20,20 +20,21 @@ constexpr int kNumFolds = 5;
 struct HeldOutRay {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   Eigen::Vector3d end = Eigen::Vector3d::Zero();
-  double tolerance_m = 0;  // by which the end may be off the surface
-  std::uint8_t fold = 0;   // one bit, as in VoxelSum::folds
+  double tolerance_m = 0;  // largest distance of the end from its surface
+  std::uint8_t fold = 0;   // one bit, see VoxelSum::folds
 };
 
 struct RayAgreement {
   std::size_t num_rays = 0;
-  std::size_t num_agreeing = 0;  // end on the cloud and pass nothing before it
-  std::size_t num_blocked = 0;   // pass a surface of the cloud; the rest end where there is none
+  std::size_t num_agreeing = 0;  // rays that end on the cloud and pass nothing before it
+  // Rays that pass through a surface of the cloud; the rest end where there is none.
+  std::size_t num_blocked = 0;
 };
 
-// A ray is blocked by a point less than half a voxel beside it, when its end lies behind that
-// point's plane by more than the tolerance; it agrees when a point in the voxels about its end has
-// its plane within the tolerance of the end. `cloud` has normals for directions. What lies outside
-// the cloud blocks nothing. Same result at any number of threads.
+// A ray is blocked by a point less than half a voxel beside it, when the ray's end lies behind that
+// point's plane by more than the tolerance. It agrees when a point in the voxels around its end has
+// a plane within the tolerance of the end. `cloud` has normals as directions. Nothing blocks
+// outside the cloud. Same result at any number of threads.
 RayAgreement TestRays(const std::vector<HeldOutRay>& rays,
                       const VoxelSums& cloud,
                       double voxel_size_m,

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// point_cloud: reads the list of one tile and the pixels of its keyframes; fuses their depth to the
-// cloud of the tile.
+// point_cloud: reads the list of one tile and the pixels of its keyframes; fuses their depth into
+// the cloud of the tile.
 #include "stages/point_cloud/point_cloud.h"
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/point_cloud/report_tile.h"
 
 namespace nightmap {
@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
                        "fuses the depth of a tile's keyframes to a point cloud in the map frame",
                        {{"tile", "tile_X_Y.json of the tiles stage"},
                         {"cameras", "cameras.json of the tiles stage"},
-                        FolderPort("data", "folder the frames' paths are relative to")},
+                        FolderPort("data", "folder to which the frames' paths are relative")},
                        {{"tile_cloud", "tile_X_Y.ply: the part of the cloud in one tile"}}};
   return StageMain(argc, argv, spec, PointCloudOptions{}, Run);
 }

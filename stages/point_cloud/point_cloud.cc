@@ -5,10 +5,10 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/voxel_key.h"
-#include "pipeline/io/cloud_order.h"
-#include "stages/point_cloud/consistency.h"
+#include "pipeline/io/ply_io.h"
+#include "stages/point_cloud/depth_consistency.h"
 #include "stages/point_cloud/fuse_depth.h"
-#include "stages/point_cloud/surface.h"
+#include "stages/point_cloud/outliers_and_normals.h"
 
 namespace nightmap {
 namespace {
@@ -30,7 +30,7 @@ std::size_t CountMeasurements(const MapRegion& region, const VoxelSums& sums) {
   return num_measurements;
 }
 
-// Without the voxels that keyframes contradict, and without outliers.
+// Removes voxels that keyframes contradict, and outliers.
 SortedVoxels CleanVoxels(const PointCloudOptions& options,
                          const KeyframeSource& source,
                          SortedVoxels voxels,
@@ -66,7 +66,7 @@ CloudPoint ToCloudPoint(const VoxelSum& sum) {
   return point;
 }
 
-// Projection may bring two layers of one surface together in a voxel.
+// Projection may move two layers of one surface into the same voxel.
 VoxelSums MergeToVoxels(const std::vector<VoxelSum>& surface, double voxel_size_m) {
   VoxelSums sums;
   for (const VoxelSum& point : surface) AddPoint(point, voxel_size_m, sums);
@@ -81,7 +81,7 @@ std::vector<CloudPoint> ToCloud(const VoxelSums& sums,
     const CloudPoint point = ToCloudPoint(voxel);
     if (inside.Contains(point.position_in_map.head<2>().cast<double>())) points.push_back(point);
   }
-  // Positions are rounded to single precision, which may move one across the border of its voxel.
+  // Rounding to single precision may move a position across the border of its voxel.
   const auto by_voxel = [voxel_size_m](const CloudPoint& a, const CloudPoint& b) {
     return ByVoxel(a, b, voxel_size_m);
   };
@@ -89,7 +89,7 @@ std::vector<CloudPoint> ToCloud(const VoxelSums& sums,
   return points;
 }
 
-// The quantiles of the flat points' thickness.
+// Quantiles of the flat points' thickness.
 void MeasureThickness(const MapRegion& region, const Surface& surface, PointCloudResult& result) {
   std::vector<float> values_m;
   for (std::size_t i = 0; i < surface.points.size(); ++i) {
@@ -103,8 +103,8 @@ void MeasureThickness(const MapRegion& region, const Surface& surface, PointClou
   result.plane_thickness_p90_m = values_m[values_m.size() * 9 / 10];
 }
 
-// A point of the cloud depends on what is this far around it: it was moved from a voxel whose plane
-// was fitted to points that were no outliers, each the mean of a voxel.
+// A point of the cloud depends on everything within this distance: it moved from a voxel whose
+// plane was fitted to points that were no outliers, and each of these is the mean of a voxel.
 void CheckOverlap(const PointCloudOptions& options, const MapRegion& region) {
   const double reach_m =
       2 * options.surface_radius_m + (options.outlier_radius_voxels + 2) * options.voxel_size_m;
@@ -120,35 +120,36 @@ void CheckOverlap(const PointCloudOptions& options, const MapRegion& region) {
 
 void PointCloudOptions::Register(OptionList& list) {
   list.Add("keyframe_stride", &keyframe_stride, Range(1, 1000), "uses every Nth keyframe");
-  list.Add("max_depth_m", &max_depth_m, Range(0.1, 100.0), "farther depth is not used");
+  list.Add("max_depth_m", &max_depth_m, Range(0.1, 100.0), "farther depth is ignored");
   depth_filter.Register(list);
   list.Add("voxel_size_m",
            &voxel_size_m,
            Range(0.002, 1.0),
-           "at most one point in a voxel of this edge");
-  list.Add("min_observations", &min_observations, Range(1, 10000), "depth pixels a voxel needs");
+           "edge of a voxel, which holds at most one point");
   list.Add(
-      "min_consistent_frames",
-      &min_consistent_frames,
-      Range(0, 1000),
-      "keyframes that must confirm a voxel, and be no fewer than those that see through it; 0 asks "
-      "none");
-  list.Add("consistency_sigmas",
-           &consistency_sigmas,
-           Range(0.5, 20.0),
-           "depths that differ by this many sigma of their noise, and a voxel, agree");
+      "min_observations", &min_observations, Range(1, 10000), "depth pixels that a voxel needs");
+  list.Add("min_consistent_frames",
+           &min_consistent_frames,
+           Range(0, 1000),
+           "keyframes that must confirm a voxel; they must also be as many as those that see "
+           "through it; 0: no check");
+  list.Add(
+      "consistency_sigmas",
+      &consistency_sigmas,
+      Range(0.5, 20.0),
+      "depths agree when they differ by less than this many sigma of their noise plus a voxel");
   list.Add("outlier_radius_voxels",
            &outlier_radius_voxels,
            Range(1.0, 20.0),
-           "neighbourhood in which an outlier has few neighbours");
+           "radius in which an outlier has few neighbours");
   list.Add("outlier_min_neighbors",
            &outlier_min_neighbors,
            Range(0, 1000),
-           "a voxel with fewer others in this neighbourhood is an outlier; 0 keeps outliers");
+           "a voxel with fewer neighbours in this radius is an outlier; 0 keeps outliers");
   list.Add("surface_radius_m",
            &surface_radius_m,
            Range(0.005, 2.0),
-           "neighbourhood of a point for its normal and projection");
+           "radius of the neighbourhood that gives a point's normal and projection");
   list.Add("project_to_surface",
            &project_to_surface,
            "moves points onto the plane of their neighbourhood");
@@ -165,7 +166,7 @@ PointCloudResult RunPointCloud(const PointCloudOptions& options,
   result.skipped = std::move(fused.skipped);
   result.num_measurements = CountMeasurements(source.region, fused.sums);
   SortedVoxels voxels = SortVoxels(fused.sums, options.min_observations);
-  fused.sums = VoxelSums();  // the largest there is, and there will be others
+  fused.sums = VoxelSums();  // frees the largest array before others are made
   voxels = CleanVoxels(options, source, std::move(voxels), progress, num_threads, result);
   const Surface surface = FitSurface(voxels,
                                      options.voxel_size_m,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// point_cloud: one cloud of the building from the depth of all keyframes.
+// point_cloud: makes one cloud of the building from the depth of all keyframes.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,9 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/dense/back_project.h"
+#include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/io/ply_io.h"
-#include "pipeline/vision/back_project.h"
-#include "pipeline/vision/rgbd_keyframes.h"
 #include "stages/point_cloud/held_out_rays.h"
 
 namespace nightmap {
@@ -32,26 +32,26 @@ struct PointCloudOptions {
 };
 
 struct PointCloudResult {
-  std::vector<CloudPoint> points;    // in the map frame, by voxel
+  std::vector<CloudPoint> points;    // in the map frame, ordered by voxel
   std::vector<std::string> skipped;  // one reason for each keyframe left out
-  // Of the part of the map that was asked for:
+  // These count within the requested part of the map:
   std::size_t num_measurements = 0;  // depth pixels fused
-  std::size_t num_voxels = 0;        // with enough observations, before anything is removed
-  std::size_t num_inconsistent = 0;  // of these, that other keyframes contradict
+  std::size_t num_voxels = 0;        // with enough observations, before any removal
+  std::size_t num_inconsistent = 0;  // voxels that other keyframes contradict
   std::size_t num_outliers = 0;
-  // Standard deviation of the fused points from the planes about them, before projection: median,
-  // and what 90 % stay below. 0 where nothing is flat.
+  // Standard deviation of the fused points from the planes around them, before projection: median
+  // and 90th percentile. 0 where nothing is flat.
   double plane_thickness_median_m = 0;
   double plane_thickness_p90_m = 0;
-  RayAgreement held_out;  // of sampled rays that end there
+  RayAgreement held_out;  // for sampled rays that end in this part
 };
 
-// Back-projects every keyframe, averages the points of each voxel weighted by 1 / sigma^2 of the
-// depth noise (colors plainly), removes what other keyframes contradict and outliers, fits the
-// surface and averages by voxel once more: at most one point a voxel. Memory grows with the surface
-// of the source's region, not with the keyframes. Each step looks at a bounded neighbourhood in an
-// order of its own, so the points of the regions of a site are those of the whole, bit for bit.
-// Same result at any number of threads. Throws UsageError when the overlap of the region is less
+// Back-projects every keyframe and averages the points of each voxel, weighted by 1 / sigma^2 of
+// the depth noise (colors unweighted). Removes outliers and points that other keyframes contradict,
+// fits the surface and averages by voxel once more: at most one point per voxel. Memory grows with
+// the surface of the source's region, not with the keyframes. Each step looks at a bounded
+// neighbourhood in a fixed order, so the clouds of a site's regions equal the whole cloud, bit for
+// bit. Same result at any number of threads. Throws UsageError when the region overlaps by less
 // than that neighbourhood.
 PointCloudResult RunPointCloud(const PointCloudOptions& options,
                                const KeyframeSource& source,

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts and quality figures of a cloud, for the morning.
+// Counts and quality figures of a cloud for the report.
 #pragma once
 
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/point_cloud/point_cloud.h"
 
 namespace nightmap {
 
-// Of one tile. Figures of what was not measured are left out.
+// Reports one tile. Leaves out figures that were not measured.
 void ReportTile(const PointCloudResult& result, StageContext& context);
 
 }  // namespace nightmap

@@ -23,9 +23,9 @@ GlobalBundleSummary AdjustmentRounds::AdjustKeyframes(
       options_, input_, MakeBundleOptions(), std::move(tracks), {}, graph_from_keyframe);
 }
 
-// Where most observations are good, those that are not need no say: on every recording with truth
-// frames fit the map within 2 m of them better at a scale of one deviation than of two (the ATE of
-// hololens_office is 4 % larger).
+// Uses a scale of one deviation: where most observations are good, the others can be ignored. On
+// every recording with truth, frames fit the map within 2 m better than with a scale of two (the
+// ATE of hololens_office is 4 % larger).
 GlobalBundleSummary AdjustmentRounds::AdjustDescribed(
     std::map<int, Rigid3>* graph_from_keyframe, std::vector<Rigid3>* graph_from_camera) const {
   BundleOptions bundle_options = MakeBundleOptions();
@@ -47,7 +47,7 @@ GlobalBundleSummary AdjustmentRounds::AdjustDescribed(
   return summary;
 }
 
-// From the frame before to the one after, by odometry; none across a gap.
+// Motion from the previous frame to the next one, by odometry; none across a gap.
 PointMotion AdjustmentRounds::MotionAt(int frame_idx) const {
   constexpr double kMaxGap_s = 0.5;
   const auto time_ns = [&](int idx) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rounds of adjustment once the loops are closed: first of the keyframes, then of all described
-// frames. Frames that no round moves itself are carried along.
+// The adjustment rounds after loop closure: first the keyframes, then all described frames. Frames
+// that no round adjusts move along with their neighbours.
 #pragma once
 
 #include <map>
@@ -13,25 +13,26 @@ namespace nightmap {
 
 class AdjustmentRounds {
  public:
-  // All must outlive this.
+  // All arguments must outlive this.
   AdjustmentRounds(const PoseGraphOptions& options,
                    const PoseGraphInput& input,
                    const OdometryChain& chain,
                    int num_threads)
       : options_(options), input_(input), chain_(chain), num_threads_(num_threads) {}
 
-  // The keyframes and the points of `tracks`, with Huber's loss.
+  // Adjusts the keyframes and the points of `tracks`, with Huber's loss.
   [[nodiscard]] GlobalBundleSummary AdjustKeyframes(
       std::vector<Track> tracks, std::map<int, Rigid3>* graph_from_keyframe) const;
 
-  // The keyframes and every other frame that has descriptors (from where `graph_from_camera`, of
-  // all frames, has it), with points found anew, Cauchy's loss and, by option, calibration.
+  // Adjusts the keyframes and all other frames that have descriptors (starting from
+  // `graph_from_camera` of all frames), with newly found points, Cauchy's loss and, by option,
+  // calibration.
   [[nodiscard]] GlobalBundleSummary AdjustDescribed(std::map<int, Rigid3>* graph_from_keyframe,
                                                     std::vector<Rigid3>* graph_from_camera) const;
 
-  // Poses of all frames. A frame keeps its odometry pose relative to the adjusted frames around it;
-  // between two it follows both in proportion, so that the trajectory stays smooth. Before a bridge
-  // it follows the one before it alone.
+  // Poses of all frames. A frame keeps its odometry pose relative to the adjusted frames around it.
+  // Between two of them it follows both in proportion, so that the trajectory stays smooth. Before
+  // a bridge it follows only the one before it.
   std::vector<Rigid3> CarryFrames(const std::map<int, Rigid3>& adjusted) const;
 
  private:

@@ -46,8 +46,8 @@ class Culler {
   }
 
   std::set<int> kept_;
-  std::map<int, std::vector<std::size_t>> tracks_of_;  // of a keyframe, ascending
-  std::vector<int> num_views_;                         // of a track, in kept keyframes
+  std::map<int, std::vector<std::size_t>> tracks_of_;  // by keyframe, ascending
+  std::vector<int> num_views_;                         // by track, in kept keyframes
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keyframes that add nothing: a second lap sees what the first saw.
+// Finds keyframes that add nothing, such as those of a second lap.
 #pragma once
 
 #include <set>
@@ -9,10 +9,11 @@
 
 namespace nightmap {
 
-// Keyframes of which at least three others see more than `max_seen_ratio` of the points, among
-// those that `tracks` has, which two keyframes see (Mur-Artal and Tardos, ORB-SLAM, T-RO 2015,
-// section VI-E), latest first. Frames in `needed` stay, and so does a keyframe whose neighbours in
-// time would then share fewer than 30 points: it is what measures their motion. Deterministic.
+// Redundant keyframes, latest first: at least three others see more than `max_seen_ratio` of a
+// redundant keyframe's points (Mur-Artal and Tardos, ORB-SLAM, T-RO 2015, section VI-E). Counts
+// only points of `tracks` that two keyframes see. Frames in `needed` stay. So does a keyframe whose
+// neighbours in time would otherwise share fewer than 30 points, because it measures their motion.
+// Deterministic.
 std::set<int> RedundantKeyframes(const std::vector<Track>& tracks,
                                  const std::set<int>& keyframes,
                                  const std::set<int>& needed,

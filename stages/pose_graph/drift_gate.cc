@@ -35,7 +35,7 @@ DriftGate::DriftGate(const std::vector<PoseEdge>& tree) {
   }
 }
 
-// In the world, of the way between the two.
+// Covariance of the motion between the two, in the world.
 Matrix6d DriftGate::Drift(int frame_a, int frame_b) const {
   const Keyframe* a = &keyframes_.at(frame_a);
   const Keyframe* b = &keyframes_.at(frame_b);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a loop can be true, given how far the odometry may have drifted between its ends. A
-// building with repeated parts offers loops that agree with each other and outnumber the true ones;
-// this tells them apart before any optimization.
+// Tests whether a loop can be true, given how far the odometry may have drifted between its ends.
+// In a building with repeated parts, false loops may agree with each other and outnumber the true
+// ones; this test tells them apart before any optimization.
 #pragma once
 
 #include <map>
@@ -11,11 +11,12 @@
 
 namespace nightmap {
 
-// Covariances of the edges between two keyframes add up in the world frame to first order (Barfoot
+// Covariances of the edges between two keyframes add up in the world frame, to first order (Barfoot
 // and Furgale, Associating uncertainty with three-dimensional poses, T-RO 2014).
 class DriftGate {
  public:
-  // Of edges without a circle: a tree, or several. Each tree's world is its lowest keyframe.
+  // `tree` has edges without a cycle: one tree or several. Each tree's world is its lowest
+  // keyframe.
   explicit DriftGate(const std::vector<PoseEdge>& tree);
 
   // Mahalanobis distance of the loop from the tree that both its ends are in, under the uncertainty
@@ -30,7 +31,8 @@ class DriftGate {
     int parent = -1;  // towards the root; a root has none
     int depth = 0;
     Rigid3 world_from_camera;
-    Matrix6d covariance = Matrix6d::Zero();  // from the root, a left perturbation in the world
+    // Relative to the root, a left perturbation in the world.
+    Matrix6d covariance = Matrix6d::Zero();
   };
 
   Matrix6d Drift(int frame_a, int frame_b) const;

@@ -55,7 +55,7 @@ class FrameAdjuster {
     return input_.features.frames[static_cast<std::size_t>(s.frame_idx)].Feature(s.feature_idx);
   }
 
-  // A keypoint of a large patch is found less well.
+  // A keypoint of a large patch is localized less precisely.
   double PixelSigma_px(const Sighting& s) const {
     constexpr double kOfSmallest_px = 0.5;
     constexpr double kPerDiameter = 0.1;
@@ -118,7 +118,7 @@ class FrameAdjuster {
   const PoseGraphOptions& options_;
   const PoseGraphInput& input_;
   std::map<int, Rigid3>& poses_;
-  std::map<int, int> position_;  // of a frame in the problem
+  std::map<int, int> position_;  // index of a frame in the problem
   BundleProblem problem_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundle adjustment of all keyframes after loop closure, or of all described frames.
+// Bundle adjustment after loop closure, of all keyframes or of all described frames.
 #pragma once
 
 #include <map>
@@ -14,13 +14,13 @@ namespace nightmap {
 struct GlobalBundleSummary {
   double rms_px = 0;
   int num_observations = 0;
-  std::vector<CameraCalibration> calibrations;  // of each camera
+  std::vector<CameraCalibration> calibrations;  // by camera
   std::vector<BundleSummary> adjustments;       // in order
 };
 
-// Keeps the longest tracks of each frame, and adjusts the frames' poses and the points. The first
-// frame is held fixed: it is the graph's gauge. `motions`: of these frames, for the rolling
-// shutter; empty: all stand still. Throws DataError when an adjustment fails.
+// Keeps the longest tracks of each frame and adjusts the frames' poses and the points. The first
+// frame is held fixed as the graph's gauge. `motions` are those of these frames, for the rolling
+// shutter; if empty, all frames stand still. Throws DataError when an adjustment fails.
 [[nodiscard]] GlobalBundleSummary AdjustFrames(const PoseGraphOptions& options,
                                                const PoseGraphInput& input,
                                                const BundleOptions& bundle_options,

@@ -12,7 +12,7 @@
 namespace nightmap {
 namespace {
 
-// Each keyframe's place among all.
+// Index of each keyframe among all.
 std::map<int, std::size_t> Places(const std::set<int>& keyframes) {
   std::map<int, std::size_t> places;
   for (const int idx : keyframes) places.emplace(idx, places.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the graph holds together, once it is decided which loops to believe.
+// Connectivity of the graph, given the accepted loops.
 #pragma once
 
 #include <set>
@@ -10,12 +10,13 @@
 
 namespace nightmap {
 
-// Most frames first. A frame belongs to the keyframe at or before it; frame 0 is a keyframe.
+// The part with most frames comes first. A frame belongs to the keyframe at or before it; frame 0
+// is a keyframe.
 std::vector<GraphPart> FindParts(const std::vector<GraphEdge>& edges,
                                  const std::set<int>& keyframes,
                                  int num_frames);
 
-// Whether a believed loop joins the first tenth of the keyframes to the last.
+// Whether an accepted loop joins the first tenth of the keyframes to the last.
 bool ReturnsToStart(const std::vector<GraphEdge>& edges, const std::set<int>& keyframes);
 
 }  // namespace nightmap

@@ -12,7 +12,7 @@ namespace nightmap {
 namespace {
 
 constexpr int kMinSupport = 3;
-constexpr std::size_t kMaxHypotheses = 100;  // tried for a join, spread over the loops
+constexpr std::size_t kMaxHypotheses = 100;  // candidates for a join, spread over the loops
 
 class RunJoiner {
  public:
@@ -27,7 +27,8 @@ class RunJoiner {
     }
   }
 
-  // The loop that most loops between the same two sets of runs agree with; false: too few do.
+  // Joins by the loop that most loops between the same two sets of runs agree with; false: too few
+  // agree.
   bool JoinByLoops(const std::vector<PoseEdge>& loops) {
     std::vector<PoseEdge> open;
     for (const PoseEdge& loop : loops) {
@@ -78,7 +79,7 @@ class RunJoiner {
   }
 
   double max_drift_;
-  std::map<int, std::size_t> run_of_;  // of a keyframe
+  std::map<int, std::size_t> run_of_;  // by keyframe
   UnionFind runs_;
   std::vector<PoseEdge> tree_;
 };

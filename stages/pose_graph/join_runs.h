@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where recordings, or runs between lost tracking, lie relative to each other. Optimization needs a
-// start that is near: from a guess metres off, it would believe none of the right loops.
+// Finds how recordings, or runs between lost tracking, lie relative to each other. Optimization
+// needs a good initial guess: from one that is metres off, it would reject the correct loops.
 #pragma once
 
 #include <vector>
@@ -9,9 +9,9 @@
 
 namespace nightmap {
 
-// A tree over all keyframes: the odometry, in which the loop that most others agree with stands in
-// for the bridge, wherever at least three agree. `odometry` joins keyframes in order, across
-// bridges too; `max_drift` is the Mahalanobis distance within which two loops agree. Deterministic.
+// A tree over all keyframes: the odometry, but with each bridge replaced by the loop that most
+// others agree with, if at least three agree. `odometry` joins keyframes in order, across bridges
+// too; `max_drift` is the Mahalanobis distance within which two loops agree. Deterministic.
 std::vector<PoseEdge> JoinRuns(const std::vector<PoseEdge>& odometry,
                                const std::vector<PoseEdge>& loops,
                                double max_drift);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// pose_graph: from odometry and loops of all shards to graph and trajectory.
+// pose_graph: turns odometry and loops of all shards into graph and trajectory.
 #include "stages/pose_graph/pose_graph.h"
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/geometry/bundle_report.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/pose_graph/pose_graph_output.h"
 
 namespace nightmap {
@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{
       "pose_graph",
-      "One consistent trajectory of all shards, loops closed.",
+      "Computes one consistent trajectory of all shards with loops closed.",
       {{"frames", "shard_NNNN.csv of all shards, in order", Arity::kMany},
        {"cameras", "cameras.json of the frames stage"},
        {"features", "shard_NNNN.h5 of the features stage", Arity::kMany},
@@ -46,8 +46,8 @@ int main(int argc, char** argv) {
        {"loops", "loops.h5 of the loops stage"}},
       {{"graph", "graph.g2o: keyframes and edges", Arity::kOptional},
        {"trajectory", "trajectory.tum: graph_from_camera of every frame"},
-       {"keyframes", "keyframes.tum: the same of the keyframes"},
-       {"cameras", "cameras.json: as those of the frames stage, with the focal lengths found"},
-       {"loops_csv", "loops.csv: every loop candidate and what became of it", Arity::kOptional}}};
+       {"keyframes", "keyframes.tum: graph_from_camera of the keyframes"},
+       {"cameras", "cameras.json of the frames stage with the estimated focal lengths"},
+       {"loops_csv", "loops.csv: every loop candidate and the decision on it", Arity::kOptional}}};
   return StageMain(argc, argv, spec, PoseGraphOptions{}, Run);
 }

@@ -40,7 +40,7 @@ class TrackMerger {
     }
   }
 
-  // Sightings in keyframes only; one per keyframe.
+  // Keeps sightings in keyframes only; one per keyframe.
   std::vector<Track> KeyframeTracks(const std::set<int>& keyframes) {
     std::map<std::size_t, Track> tracks;
     for (const Sighting& sighting : sightings_) {

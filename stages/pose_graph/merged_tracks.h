@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points that several keyframes see, over all shards.
+// Points that several keyframes see, across all shards.
 #pragma once
 
 #include <set>
@@ -10,14 +10,14 @@
 
 namespace nightmap {
 
-// The shards' tracks with two sightings or more, joined where they share a feature and where a loop
-// joins two; sightings in `keyframes` only. `is_accepted[i]` tells of loops[i].
+// The shards' tracks with two observations or more, joined where they share a feature and where a
+// loop joins two. Keeps only observations in `keyframes`. `is_accepted[i]` belongs to loops[i].
 std::vector<Track> MergeTracks(const std::vector<OdometryShard>& shards,
                                const std::vector<FramePair>& loops,
                                const std::vector<bool>& is_accepted,
                                const std::set<int>& keyframes);
 
-// The tracks without their sightings in `dropped`.
+// The tracks without their observations in `dropped`.
 std::vector<Track> WithoutFrames(std::vector<Track> tracks, const std::set<int>& dropped);
 
 }  // namespace nightmap

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the odometry alone puts every frame.
+// Poses of all frames by odometry alone.
 #pragma once
 
 #include <cstddef>
@@ -13,24 +13,25 @@
 namespace nightmap {
 
 struct OdometryChain {
-  std::vector<Rigid3> graph_from_camera;  // of every frame; the graph's frame is the first shard's
+  std::vector<Rigid3> graph_from_camera;  // by frame; the graph's frame is the first shard's
   std::set<int> keyframes;
-  std::vector<PoseEdge> edges;  // of all shards, no surer than the options allow
+  std::vector<PoseEdge> edges;  // of all shards, with the options' floor on their sigmas
   std::set<int> after_bridge;   // keyframes that only a guess joins to the one before
 
   const Rigid3& At(int frame_idx) const {
     return graph_from_camera[static_cast<std::size_t>(frame_idx)];
   }
-  // Odometry does not know the way from a keyframe to the next one.
+  // Whether odometry did not measure the motion from a keyframe to the next one.
   bool IsBridged(int before, int after) const {
     return before < after && after_bridge.contains(after);
   }
 };
 
-// Calibration and synchronization errors do not show in an edge's own Hessian.
+// Raises an edge's sigmas to the floor, because its Hessian does not show calibration and
+// synchronization errors.
 PoseEdge WithSigmaFloor(const PoseGraphOptions& options, PoseEdge edge);
 
-// Joins the shards by each one's first edge. The input is one that CheckInput passed.
+// Joins each shard to the one before it by its first edge. CheckInput must have passed the input.
 OdometryChain ChainOdometry(const PoseGraphOptions& options, const PoseGraphInput& input);
 
 }  // namespace nightmap

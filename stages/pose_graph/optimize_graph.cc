@@ -57,7 +57,8 @@ GraphSummary Solve(const std::vector<GraphEdge>& edges, std::map<int, Rigid3>* p
     problem.AddParameterBlock(pose.rotation.coeffs().data(), 4, new ceres::EigenQuaternionManifold);
     problem.AddParameterBlock(pose.translation.data(), 3);
   }
-  // Only relative poses are measured, so one pose must be held or the whole graph could move.
+  // Only relative poses are measured, so one pose is held fixed; otherwise the whole graph could
+  // move.
   Rigid3& first = poses->begin()->second;
   problem.SetParameterBlockConstant(first.rotation.coeffs().data());
   problem.SetParameterBlockConstant(first.translation.data());

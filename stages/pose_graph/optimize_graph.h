@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Least squares over a pose graph with loops that may be wrong: graduated non-convexity with a
+// Least squares over a pose graph in which loops may be wrong: graduated non-convexity with a
 // truncated least squares loss (Yang, Antonante, Tzoumas, Carlone, RA-L 2020, algorithm 1).
 #pragma once
 
@@ -14,24 +14,24 @@ namespace nightmap {
 struct GraphEdge {
   PoseEdge edge;
   bool is_loop = false;  // may be wrong
-  double weight = 1;     // of a loop after optimization, 0 .. 1
+  double weight = 1;     // weight of a loop after optimization, 0 .. 1
   double error = 0;      // Mahalanobis distance after optimization
 
   bool IsBelieved() const { return !is_loop || weight > 0.5; }
 };
 
-// Of the last least squares, over the edges that are believed.
+// Summary of the last least squares, over the accepted edges.
 struct GraphSummary {
-  int num_rounds = 0;       // before it, in which loops gained or lost weight
+  int num_rounds = 0;       // preceding rounds, in which loops gained or lost weight
   double initial_cost = 0;  // half the sum of squared Mahalanobis distances
   double final_cost = 0;
   int num_iterations = 0;
   std::string end;  // in Ceres's words
 };
 
-// Poses by frame index, world_from_camera; the first is held fixed. `max_loop_error` is the
-// Mahalanobis distance beyond which a loop is held to be wrong. Deterministic; one thread. Throws
-// DataError when the solver fails.
+// Poses by frame index, world_from_camera; the first is held fixed. Beyond the Mahalanobis distance
+// `max_loop_error` a loop counts as wrong. Deterministic; one thread. Throws DataError when the
+// solver fails.
 [[nodiscard]] GraphSummary OptimizeGraph(double max_loop_error,
                                          std::vector<GraphEdge>* edges,
                                          std::map<int, Rigid3>* world_from_camera);

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "stages/pose_graph/adjust_rounds.h"
-#include "stages/pose_graph/check_input.h"
+#include "stages/pose_graph/check_odometry.h"
 #include "stages/pose_graph/cull_keyframes.h"
 #include "stages/pose_graph/drift_gate.h"
 #include "stages/pose_graph/graph_parts.h"
@@ -60,7 +60,7 @@ class Pipeline {
   int KeyframeAtOrBefore(int frame_idx) const {
     return std::prev(keyframes_.upper_bound(frame_idx))->first;
   }
-  // Not across a bridge: odometry does not know the way.
+  // Does not cross a bridge, because odometry did not measure that motion.
   int NearestKeyframe(int frame_idx) const {
     const int before = KeyframeAtOrBefore(frame_idx);
     const auto after = keyframes_.lower_bound(frame_idx);
@@ -68,7 +68,7 @@ class Pipeline {
     return after->first - frame_idx < frame_idx - before ? after->first : before;
   }
 
-  // A loop joins two frames; its edge joins the keyframes they are nearest to.
+  // A loop joins two frames; its edge joins their nearest keyframes.
   std::optional<PoseEdge> LoopEdge(const FramePair& loop) {
     const int a = NearestKeyframe(loop.frame_a);
     const int b = NearestKeyframe(loop.frame_b);
@@ -78,8 +78,8 @@ class Pipeline {
     return WithSigmaFloor(options_, {a, b, b_from_a, loop.covariance, false});
   }
 
-  // Of the loops, only those that the drift of the odometry allows; then again, with the runs where
-  // the loops want them.
+  // Keeps the loops that the odometry's drift allows; then again, after the runs moved to where the
+  // loops put them.
   void AddLoops() {
     std::vector<std::optional<PoseEdge>> loops;
     for (const FramePair& loop : input_.loops) loops.push_back(LoopEdge(loop));
@@ -165,7 +165,7 @@ class Pipeline {
     return ends;
   }
 
-  // Edges of odometry go past a dropped keyframe; loops go to the one that is nearest now.
+  // Edges of odometry bypass a dropped keyframe; loops move to the keyframe that is nearest now.
   void Cull(const std::set<int>& redundant) {
     for (const int idx : redundant) {
       keyframes_.erase(idx);
@@ -207,10 +207,9 @@ class Pipeline {
   OdometryChain chain_;
   AdjustmentRounds rounds_;
   std::map<int, Rigid3> keyframes_;  // graph_from_camera, optimized
-  std::vector<GraphEdge>
-      edges_;                   // odometry, without the bridges that loops stand in for, and loops
-  std::vector<int> loop_edge_;  // of each candidate; -1: none
-  std::vector<double> drifts_;  // of each candidate
+  std::vector<GraphEdge> edges_;     // loops, and odometry without the bridges that loops replace
+  std::vector<int> loop_edge_;       // by candidate; -1: none
+  std::vector<double> drifts_;       // by candidate
   PoseGraphResult result_;
 };
 

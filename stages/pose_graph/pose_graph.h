@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// pose_graph: one consistent trajectory of all shards, in the frame of the graph: about that of the
-// first keyframe. The map_frame stage turns it upright.
+// pose_graph: computes one consistent trajectory of all shards. The graph's frame is about that of
+// the first keyframe; the map_frame stage makes it upright.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/features/landmark_tracker.h"
 #include "pipeline/geometry/bundle_adjustment.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/g2o_io.h"
 #include "pipeline/io/matches_io.h"
 #include "pipeline/io/odometry_io.h"
-#include "pipeline/vision/landmark_tracker.h"
 #include "stages/pose_graph/optimize_graph.h"
 
 namespace nightmap {
@@ -39,9 +39,9 @@ struct PoseGraphOptions {
 };
 
 struct PoseGraphInput {
-  std::vector<FrameRecord> frames;  // all, contiguous from 0
+  std::vector<FrameRecord> frames;  // all frames, contiguous from 0
   std::vector<RgbdCamera> cameras;
-  FeaturesShard features;  // of the same frames
+  FeaturesShard features;  // of these frames
   std::vector<OdometryShard> odometry;
   std::vector<FramePair> loops;  // accepted and rejected candidates
 };
@@ -58,32 +58,32 @@ struct LoopRecord {
   std::string reason;  // empty when accepted
 };
 
-// Frames that measured edges and accepted loops connect. Where there are several parts, only
-// guessed motion holds them together.
+// Frames connected by measured edges and accepted loops. Where there are several parts, only
+// guessed motion joins them.
 struct GraphPart {
   int num_frames = 0;
   std::vector<std::pair<int, int>> runs;  // first and last frame_idx, ascending
 };
 
 struct PoseGraphResult {
-  PoseGraph graph;                        // keyframes and the edges that were kept
-  std::vector<Rigid3> graph_from_camera;  // of every frame
-  std::vector<bool> is_keyframe;          // of every frame
-  std::vector<LoopRecord> loops;          // every candidate
+  PoseGraph graph;                        // keyframes and accepted edges
+  std::vector<Rigid3> graph_from_camera;  // by frame
+  std::vector<bool> is_keyframe;          // by frame
+  std::vector<LoopRecord> loops;          // all candidates
   std::vector<GraphPart> parts;           // most frames first
   bool returns_to_start = false;  // a loop joins the first tenth of the keyframes to the last
   double bundle_rms_px = 0;       // reprojection error after bundle adjustment
   int num_bundle_observations = 0;
   int num_culled = 0;                           // keyframes of the odometry that add nothing
-  std::vector<CameraCalibration> calibrations;  // of each camera; empty: nothing was adjusted
-  GraphSummary optimization;                    // of the graph, loops closed
+  std::vector<CameraCalibration> calibrations;  // by camera; empty: nothing was adjusted
+  GraphSummary optimization;                    // of the graph with its loops closed
   std::vector<BundleSummary> adjustments;       // in order: of the keyframes, of described frames
 };
 
-// Chains the shards, drops loops that the odometry rules out, closes the others (graduated
-// non-convexity decides which to believe), drops redundant keyframes, adjusts the others and
-// points; then all described frames, with points found anew, and the cameras' focal lengths and
-// rolling shutters. Deterministic.
+// Chains the shards, drops loops that contradict the odometry, closes the others (graduated
+// non-convexity decides which to accept) and drops redundant keyframes. Adjusts the remaining
+// keyframes and points; then all described frames, with newly found points, and the cameras' focal
+// lengths and rolling shutters. Deterministic.
 PoseGraphResult RunPoseGraph(const PoseGraphOptions& options,
                              const PoseGraphInput& input,
                              int num_threads,

@@ -15,44 +15,45 @@ void PoseGraphOptions::Register(OptionList& list) {
   list.Add("max_drift",
            &max_drift,
            Range(0.5, 1e9),
-           "Mahalanobis distance from the odometry beyond which a loop is held to be wrong");
+           "Mahalanobis distance from the odometry beyond which a loop is rejected");
   list.Add("max_loop_error",
            &max_loop_error,
            Range(0.5, 1000),
-           "Mahalanobis distance beyond which a loop is held to be wrong");
+           "Mahalanobis distance in the graph beyond which a loop is rejected");
   list.Add(
       "max_seen_ratio",
       &max_seen_ratio,
       Range(0.5, 1),
-      "a keyframe is dropped when three others see more than this part of its points; 1: none");
-  list.Add("bundle_adjustment", &bundle_adjustment, "adjust keyframes and points after the loops");
-  list.Add("bundle_iterations", &bundle_iterations, Range(1, 500), "of bundle adjustment");
+      "a keyframe is dropped when three others see a larger share of its points; 1: drops none");
+  list.Add("bundle_adjustment", &bundle_adjustment, "adjusts keyframes and points after the loops");
+  list.Add(
+      "bundle_iterations", &bundle_iterations, Range(1, 500), "iterations per bundle adjustment");
   list.Add("bundle_max_error_px",
            &bundle_max_error_px,
            Range(0.5, 50),
-           "observations off by more are dropped");
+           "observations with a larger error are dropped");
   list.Add("final_adjustment",
            &final_adjustment,
-           "adjust all described frames too, with points found anew by projection");
+           "also adjusts all described frames, with points found anew by projection");
   list.Add("calibrate",
            &calibrate,
-           "find each camera's focal length and rolling shutter in the final adjustment");
+           "estimates each camera's focal length and rolling shutter in the final adjustment");
   list.Add("retrack_max_error_px",
            &retrack.max_error_px,
            Range(0.5, 50),
-           "from a projected point to a feature that may show it");
+           "largest distance from a projected point to a feature that observes it");
   list.Add("retrack_max_descriptor_distance",
            &retrack.max_descriptor_distance,
            Range(0.05, 1),
-           "of a feature that shows a point; 1: as far apart as unrelated descriptors");
-  list.Add(
-      "estimate_depth_scales",
-      &estimate_depth_scales,
-      "find how much too short or long each camera measures depth, relative to the first camera");
+           "largest descriptor distance of a feature that observes a point; 1: as unrelated "
+           "descriptors");
+  list.Add("estimate_depth_scales",
+           &estimate_depth_scales,
+           "estimates the depth scale of each camera relative to the first camera");
   list.Add("max_tracks_per_keyframe",
            &max_tracks_per_keyframe,
            Range(20, 10000),
-           "longest tracks of a frame that enter bundle adjustment");
+           "longest tracks per frame that enter bundle adjustment");
 }
 
 }  // namespace nightmap

@@ -19,7 +19,7 @@ std::string TrajectoryText(const PoseGraphInput& input,
     if (only_keyframes && !result.is_keyframe[i]) continue;
     poses.push_back({input.frames[i].time_ns, result.graph_from_camera[i]});
   }
-  // map_frame moves these poses: what it writes is rounded once only.
+  // map_frame moves these poses, so they must not be rounded before its own output is.
   constexpr int kNumDecimals = 15;
   return TrajectoryToTum(poses, "graph_from_camera, in no frame of its own", kNumDecimals);
 }

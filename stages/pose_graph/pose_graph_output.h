@@ -15,11 +15,12 @@ std::string TrajectoryText(const PoseGraphInput& input,
                            const PoseGraphResult& result,
                            bool only_keyframes);
 
-// The cameras with the focal lengths that were found.
+// The cameras with the focal lengths that the adjustment found.
 std::vector<RgbdCamera> CalibratedCameras(const PoseGraphInput& input,
                                           const PoseGraphResult& result);
 
-// frame_a,frame_b,status,reason,score,num_putative,num_inliers,drift,error (Mahalanobis distances).
+// Header frame_a,frame_b,status,reason,score,num_putative,num_inliers,drift,error; the last two are
+// Mahalanobis distances.
 std::string LoopsToCsv(const std::vector<LoopRecord>& loops);
 
 nlohmann::json Summarize(const PoseGraphOptions& options,

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tracks made anew once the poses are good.
+// Finds tracks anew once the poses are good.
 #pragma once
 
 #include <map>
 #include <vector>
 
-#include "pipeline/vision/landmark_tracker.h"
+#include "pipeline/features/landmark_tracker.h"
 #include "stages/pose_graph/merged_tracks.h"
 #include "stages/pose_graph/pose_graph.h"
 
 namespace nightmap {
 
-// Points that any of the frames see, found by projection: a feature near a projected point, at its
-// depth and of similar looks, shows it, whatever lies between the two in time. Odometry's tracks
-// end where the point leaves the picture, and loops join few of them again (the fusing of points in
-// Mur-Artal and Tardos, T-RO 2015 and 2017). Of points seen once nothing is kept.
+// Points that any of the frames see, found by projection: a feature observes a point if it is near
+// the projection, at the point's depth and similar in appearance, however much time passed in
+// between. Odometry's tracks end where the point leaves the picture, and loops join few of them
+// again (compare the point fusion of Mur-Artal and Tardos, T-RO 2015 and 2017). Drops points seen
+// only once.
 std::vector<Track> Retrack(const PoseGraphInput& input,
                            const std::map<int, Rigid3>& graph_from_frame,
                            const LandmarkTrackerOptions& options);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // queries: lists the pictures to locate. Reads the site config, the frames that the frames stage
-// held out, and the pictures of [[query]] tables, but no recording; writes queries.txt and, beside
+// held out, and the pictures of [[query]] tables, but no recording. Writes queries.txt and, next to
 // it, queries.csv, query_cameras.json and query_ground_truth.tum.
 #include "stages/queries/queries.h"
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/site_config.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 #include "pipeline/recording/inspect_frames.h"
 #include "stages/queries/picture_cameras.h"
 #include "stages/queries/write_queries.h"
@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
                         FolderPort("data", "folder of the recordings"),
                         {"held_out", "held_out.csv of the frames stage"},
                         {"held_out_truth", "held_out.tum of the frames stage"}},
-                       {{"list", "queries.txt; the other files are written beside it"}}};
+                       {{"list", "queries.txt; the other files are written next to it"}}};
   return StageMain(
       argc, argv, spec, QueriesOptions{}, [](const QueriesOptions& options, StageContext& context) {
         const auto& data_root = context.Input("data");

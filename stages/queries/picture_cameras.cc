@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kHeader = "picture,width,height,fx,fy,cx,cy,k1,k2,p1,p2,k3";
-constexpr double kMaxValue = 1e6;  // as of the intrinsics in a site config
+constexpr double kMaxValue = 1e6;  // the same limit as for intrinsics in a site config
 constexpr const char* kFileName = "cameras.csv";
 
 // Path of the picture, relative to the data folder -> its camera.
@@ -74,7 +74,7 @@ bool IsLarger(int width, int height, double max_picture_mpx) {
   return 1e-6 * width * height > max_picture_mpx;
 }
 
-// Nothing when the picture cannot be read or is too large to be.
+// Nothing when the picture cannot be read or is too large.
 std::optional<Camera> CameraOfPicture(const SequenceConfig& query,
                                       const fs::path& data_root,
                                       double max_picture_mpx,
@@ -110,7 +110,7 @@ std::optional<Camera> CameraOfPicture(const SequenceConfig& query,
       query.source);
 }
 
-// Index of the camera with these intrinsics among the found ones, added when there is none.
+// Index of the camera with these intrinsics among the found ones; adds it when missing.
 int IndexOf(const Camera& camera,
             const std::string& camera_id,
             std::size_t num_configured,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// queries: the pictures to locate in a site's map: frames held out of its recordings, and the
-// pictures of [[query]] tables, each with its camera and, where known, its true pose.
+// queries: collects the pictures to locate in a site's map: frames held out of its recordings, and
+// the pictures of [[query]] tables, each with its camera and, where known, its true pose.
 #pragma once
 
 #include <cstddef>
@@ -20,21 +20,21 @@ struct QueriesOptions {
     list.Add("max_picture_mpx",
              &max_picture_mpx,
              {0.01, 1000},
-             "million pixels of the largest picture; decoding takes 6 bytes for each, per thread");
+             "million pixels of the largest picture; decoding takes 6 bytes per pixel and thread");
   }
 };
 
 struct QueryLists {
   std::vector<FrameRecord> queries;       // time_ns increases, frame_idx counts from 0
-  std::vector<StampedPose> ground_truth;  // at the queries that have one
-  std::vector<std::string> skipped;       // what is wrong with a picture, which stays a query
+  std::vector<StampedPose> ground_truth;  // of the queries that have one
+  std::vector<std::string> skipped;       // problem of a picture, which stays a query
 };
 
-// The held-out frames, as the frames stage lists them, and the pictures of `sequences` in the order
-// of time. A picture with a problem stays, for localize to count it as a failure; what is wrong
-// with its depth is no matter, as it is located by its color. sequence_idx of the sequences counts
-// from `num_recordings`, those of the site, on. Throws DataError when two queries have one time.
-// Pure and deterministic.
+// The held-out frames, as the frames stage lists them, and the pictures of `sequences`, in order of
+// time. A picture with a problem stays, so that localize counts it as a failure; problems of its
+// depth do not matter, because only its color is used. sequence_idx of `sequences` starts at
+// `num_recordings`, the number of the site's recordings. Throws DataError when two queries have the
+// same time. Pure and deterministic.
 QueryLists RunQueries(const std::vector<FrameRecord>& held_out,
                       const std::vector<StampedPose>& held_out_ground_truth,
                       const std::vector<RawSequence>& sequences,

@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "pipeline/io/name_list.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/io/unit_list.h"
 
 namespace nightmap {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // synthesize: renders an RGB-D recording of a synthetic building in the TUM layout. Writes the
-// summary `site`, and beside it rgb/ depth/ labels/, their lists, groundtruth.txt, queries/,
+// summary `site` and, next to it, rgb/ depth/ labels/, their lists, groundtruth.txt, queries/,
 // truth/.
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/grid_io.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/synthesize/synthesize.h"
 #include "stages/synthesize/write_site.h"
 
@@ -12,9 +12,9 @@ int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{
       "synthesize",
-      "renders an RGB-D recording of a synthetic building, with exact truth",
+      "renders an RGB-D recording of a synthetic building with exact ground truth",
       {},
-      {{"site", "summary of the recording; pictures, lists and truth are written beside it"}}};
+      {{"site", "summary of the recording; pictures, lists and truth are written next to it"}}};
   return StageMain(
       argc,
       argv,

@@ -50,11 +50,13 @@ void SynthesizeOptions::Register(OptionList& list) {
   building.Register(list);
   camera.Register(list);
   sensor.Register(list);
-  list.Add("frame_rate_hz", &frame_rate_hz, Range(0.1, 1000), "frames a second in the timestamps");
-  list.Add("recording",
-           &recording,
-           Range(0, 1000),
-           "recordings of one building with other numbers have other noise");
+  list.Add(
+      "frame_rate_hz", &frame_rate_hz, Range(0.1, 1000), "frames per second in the timestamps");
+  list.Add(
+      "recording",
+      &recording,
+      Range(0, 1000),
+      "number of the recording; recordings of one building with different numbers differ in noise");
   route.Register(list);
   queries.Register(list);
   floor_plan.Register(list);
@@ -62,7 +64,7 @@ void SynthesizeOptions::Register(OptionList& list) {
 
 SynthesizePlan PlanSynthesize(const SynthesizeOptions& options, int num_threads) {
   SynthesizePlan plan;
-  // The route first: it is quick, and refuses options that do not go together.
+  // The route comes first, because it is quick and refuses contradictory options.
   const std::vector<Rigid3> route =
       PlanRoute(PlanLayout(options.building), options.route, options.camera);
   plan.world = BuildWorld(options.building, options.route, num_threads);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// synthesize: renders an RGB-D recording of a synthetic building, with exact truth. See
-// pipeline/synthetic for the building, the route, the sensor model and the queries.
+// synthesize: renders an RGB-D recording of a synthetic building, with exact ground truth.
+// pipeline/synthetic holds the building, the route, the sensor model and the queries.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,8 @@ struct SynthesizeOptions {
   void Register(OptionList& list);
 };
 
-// What is known before any picture is rendered. Times are unique over frames and queries.
+// Everything that is fixed before any picture is rendered. Times are unique over frames and
+// queries.
 struct SynthesizePlan {
   SyntheticWorld world;
   std::vector<StampedPose> frames;   // building_from_camera
@@ -45,7 +46,7 @@ SynthesizePlan PlanSynthesize(const SynthesizeOptions& options, int num_threads)
 // apart.
 using FrameSink = std::function<void(bool is_query, std::size_t idx, const RenderedFrame& frame)>;
 
-// Renders all frames, then all queries. What the sink receives does not depend on num_threads.
+// Renders all frames, then all queries. The pictures do not depend on num_threads.
 void RunSynthesize(const SynthesizeOptions& options,
                    const SynthesizePlan& plan,
                    const FrameSink& sink,

@@ -33,7 +33,7 @@ void WriteJpeg(const fs::path& path, const ColorImage& image) {
   if (!is_written) throw DataError("{}: {}; is the disk full?", path.string(), output->geterror());
 }
 
-// Calls write(temporary path in `writing`) and gives the file its final name. The extension stays:
+// Calls write(temporary path in `writing`) and renames the file. Keeps the extension, because
 // writers choose the format by it.
 template <typename Write>
 void WriteAtomically(const fs::path& path, const WritingFolder& writing, const Write& write) {

@@ -10,14 +10,14 @@
 
 namespace nightmap {
 
-// Empties the folders of pictures beside `summary` and removes it, so that a run that is killed
-// leaves no recording that looks whole. Throws DataError when the recording there is not one of
+// Empties the folders of pictures next to `summary` and removes `summary`, so that a killed run
+// leaves no recording that looks whole. Throws DataError when the recording there was not made by
 // synthesize.
 void ClearRecording(const std::filesystem::path& summary);
 
-// Writes rgb/NNNNNN.jpg, depth/NNNNNN.png (5000 units a metre) and labels/NNNNNN.png under
-// `folder`, which exists; each appears complete or not at all, since it is written in `writing` and
-// renamed. Throws DataError naming the file.
+// Writes rgb/NNNNNN.jpg, depth/NNNNNN.png (5000 units per metre) and labels/NNNNNN.png under
+// `folder`, which exists. Each file appears complete or not at all, because it is written in
+// `writing` and renamed. Throws DataError naming the file.
 void WriteFrame(const std::filesystem::path& folder,
                 const WritingFolder& writing,
                 std::size_t idx,
@@ -31,12 +31,12 @@ std::string FileList(const std::vector<StampedPose>& poses,
 // Intrinsics and depth scale as JSON.
 std::string CameraJson(const SynthesizeOptions& options);
 
-// `floor_plan`, and of floors above the lowest `floor_plan_N`.
+// `floor_plan` for the lowest floor, `floor_plan_N` for those above.
 std::string FloorPlanName(std::size_t floor);
 
-// Boxes and floor and ceiling rectangles as JSON, for distances of points to the true surfaces; the
-// floors with their heights, the plan and the doorways of each (two opposite corners of the gap in
-// the wall; the way through is along the shorter side).
+// Boxes and floor and ceiling rectangles as JSON, from which distances to the true surfaces are
+// measured. Also each floor's height, plan and doorways (two opposite corners of the gap in the
+// wall; the passage runs along the shorter side).
 std::string TruthJson(const SyntheticWorld& world);
 
 // All surfaces as a binary PLY mesh of triangles, with the label of each.

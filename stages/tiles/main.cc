@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // tiles: lists the keyframes that may see each part of the building. Reads the frames, cameras and
-// keyframes.tum; writes tiles.txt and, beside it, tile_X_Y.json and the cameras.
-#include "pipeline/base/stage_main.h"
+// keyframes.tum; writes tiles.txt and, next to it, tile_X_Y.json and the cameras.
+#include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/io/trajectory_io.h"
-#include "pipeline/vision/rgbd_keyframes.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/tiles/tiles.h"
 #include "stages/tiles/write_tiles.h"
 
@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
                        {{"frames", "shard_NNNN.csv of the frames stage", Arity::kMany},
                         {"cameras", "cameras.json of the pose_graph stage"},
                         {"keyframes", "keyframes.tum of the map_frame stage, map_from_camera"}},
-                       {{"tiles", "tiles.txt; the other files are written beside it"}}};
+                       {{"tiles", "tiles.txt; the other files are written next to it"}}};
   return StageMain(
       argc, argv, spec, TilesOptions{}, [](const TilesOptions& options, StageContext& context) {
         const auto frames = ReadFrames(context.Inputs("frames"));

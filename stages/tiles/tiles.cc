@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kMaxIndex = 100'000;
 
-// Neighbours compute their common border alike, to the last bit.
+// Neighbours compute their common border identically, to the last bit.
 MapRegion RegionOf(const TilesOptions& options, const TileIndex& index) {
   const auto border_m = [&](int i) { return (i - 0.5) * options.edge_m; };
   return {{{border_m(index.first), border_m(index.second)},
@@ -51,11 +51,12 @@ void TilesOptions::Register(OptionList& list) {
   list.Add("overlap_m",
            &overlap_m,
            Range(0.0, 10.0),
-           "how far around a tile points are fused too, for the neighbourhoods at its edge");
+           "width of the border around a tile whose points are also fused, for neighbourhoods at "
+           "its edge");
   list.Add("max_range_m",
            &max_range_m,
            Range(0.1, 100.0),
-           "depth up to which keyframes are listed; no less than what point_cloud and octree use");
+           "depth up to which keyframes are listed; at least that of point_cloud and octree");
 }
 
 std::string TileName(const TileIndex& index) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// tiles: cuts the building into squares that are mapped one by one, in bounded memory.
+// tiles: cuts the building into squares, so that each is mapped on its own in bounded memory.
 #pragma once
 
 #include <map>
@@ -20,14 +20,15 @@ struct TilesOptions {
   void Register(OptionList& list);
 };
 
-// Column and row of a tile: its middle is at (column, row) * edge_m, so that a small building about
-// the map's origin is one tile. Frames that are appended move no tile.
+// Column and row of a tile. Its centre is at (column, row) * edge_m, so that a small building
+// around the map's origin is one tile. Appended frames move no tile.
 using TileIndex = std::pair<int, int>;
 std::string TileName(const TileIndex& index);  // "0_0", "-1_2"
 
-// The tiles that a keyframe may see up to max_range_m deep, each with those keyframes, in their
-// order. Every point that is measured lies in exactly one of the tiles. Throws UsageError when
-// a keyframe could see beyond the neighbours of its tile, DataError when a pose is too far out.
+// The tiles that a keyframe may see up to a depth of max_range_m, each with those keyframes in
+// their order. Every measured point lies in exactly one of the tiles. Throws UsageError when a
+// keyframe could see beyond the neighbours of its tile, DataError when a pose is too far from the
+// origin.
 std::map<TileIndex, Tile> RunTiles(const TilesOptions& options,
                                    const std::vector<RgbdCamera>& cameras,
                                    const std::vector<Keyframe>& keyframes);

@@ -15,7 +15,7 @@ struct Interval {
   }
 };
 
-// A line at right angles to `axis` has the points on one side and the rectangle on the other.
+// Whether a line perpendicular to `axis` separates the points from the rectangle.
 bool Separates(const Eigen::Vector2d& axis,
                const ViewFootprint& footprint,
                const Rectangle& rectangle) {
@@ -64,7 +64,7 @@ ViewFootprint ProjectToMap(const ViewPyramid& pyramid, const Rigid3& map_from_ca
 bool Touches(const ViewFootprint& footprint, const Rectangle& rectangle) {
   if (Separates(Eigen::Vector2d::UnitX(), footprint, rectangle)) return false;
   if (Separates(Eigen::Vector2d::UnitY(), footprint, rectangle)) return false;
-  // The hull's edges are among the lines through two points; the others do no harm.
+  // The hull's edges are among the lines through two points; testing the other lines does no harm.
   for (std::size_t i = 0; i < footprint.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       const Eigen::Vector2d edge = footprint[i] - footprint[j];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where on the map, seen from above, a camera may see something.
+// The area of the map, seen from above, in which a camera may see something.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 
 namespace nightmap {
 
-// The pyramid of all that a camera sees up to a depth: its tip at the camera, then the corners of
-// its base, in the camera's frame. Distortion is taken into account.
+// The pyramid of everything that a camera sees up to a depth: its tip at the camera, then the
+// corners of its base, in the camera's frame. Accounts for distortion.
 using ViewPyramid = std::array<Eigen::Vector3d, 5>;
 ViewPyramid MakeViewPyramid(const Camera& camera, double max_depth_m);
 
@@ -19,8 +19,8 @@ ViewPyramid MakeViewPyramid(const Camera& camera, double max_depth_m);
 using ViewFootprint = std::array<Eigen::Vector2d, 5>;
 ViewFootprint ProjectToMap(const ViewPyramid& pyramid, const Rigid3& map_from_camera);
 
-// Whether the convex hull of the points and the rectangle have a point in common (separating axis
-// theorem: Gottschalk, Lin, Manocha, OBBTree, 1996).
+// Whether the convex hull of the points intersects the rectangle (separating axis theorem:
+// Gottschalk, Lin, Manocha, OBBTree, 1996).
 bool Touches(const ViewFootprint& footprint, const Rectangle& rectangle);
 
 }  // namespace nightmap

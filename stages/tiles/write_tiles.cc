@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "pipeline/base/files.h"
-#include "pipeline/io/name_list.h"
 #include "pipeline/io/tile_results.h"
+#include "pipeline/io/unit_list.h"
 
 namespace nightmap {
 namespace {

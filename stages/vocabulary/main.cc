@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // vocabulary: reads the features of all mapping frames, writes vocabulary.h5 (tree and inverted
 // file).
-#include "pipeline/base/stage_main.h"
+#include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/features_io.h"
-#include "pipeline/vision/vocabulary_io.h"
+#include "pipeline/program/stage_main.h"
 #include "stages/vocabulary/vocabulary.h"
 
 int main(int argc, char** argv) {

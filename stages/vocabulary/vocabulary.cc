@@ -14,7 +14,7 @@ namespace {
 void CheckFrames(const FeaturesShard& features) {
   for (std::size_t i = 0; i < features.frames.size(); ++i) {
     if (features.frames[i].frame_idx != static_cast<int>(i)) {
-      throw DataError("features: frame_idx {} where {} is due; give all shards in order",
+      throw DataError("features: frame_idx {} where {} is expected; give all shards in order",
                       features.frames[i].frame_idx,
                       i);
     }
@@ -36,7 +36,7 @@ std::vector<int> DrawIndices(int size, int count, Random random) {
   return indices;
 }
 
-// The same number of descriptors from every frame that has as many, so that a long stop of the
+// Draws equally many descriptors from every frame that has enough, so that a long stop of the
 // camera does not fill the vocabulary with one view.
 std::vector<std::uint8_t> DrawTraining(const VocabularyOptions& options,
                                        const FeaturesShard& features) {
@@ -60,13 +60,13 @@ std::vector<std::uint8_t> DrawTraining(const VocabularyOptions& options,
 }  // namespace
 
 void VocabularyOptions::Register(OptionList& list) {
-  list.Add("branching", &tree.branching, Range(2, 64), "children of a node");
+  list.Add("branching", &tree.branching, Range(2, 64), "children per node");
   list.Add(
       "depth", &tree.depth, Range(1, VocabularyTreeOptions::kMaxDepth), "levels below the root");
   list.Add("num_kmeans_iterations",
            &tree.num_kmeans_iterations,
            Range(1, 100),
-           "most iterations of k-means at a node");
+           "largest number of k-means iterations per node");
   list.Add("min_node_descriptors",
            &tree.min_node_descriptors,
            Range(2, 1e6),
@@ -74,8 +74,8 @@ void VocabularyOptions::Register(OptionList& list) {
   list.Add("max_training_descriptors",
            &max_training_descriptors,
            Range(100, 1e8),
-           "descriptors drawn evenly over all frames");
-  list.Add("seed", &tree.seed, Range(0, 2e9), "of the draw and of k-means");
+           "training descriptors, drawn evenly over all frames");
+  list.Add("seed", &tree.seed, Range(0, 2e9), "seed of the draw and of k-means");
 }
 
 Vocabulary RunVocabulary(const VocabularyOptions& options,

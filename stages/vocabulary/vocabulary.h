@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // vocabulary: trains the vocabulary tree on the site's own descriptors and assigns every feature of
-// every described frame to its leaf; a tracked frame has no words.
+// every described frame to its leaf; tracked frames have no words.
 #pragma once
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/features_io.h"
-#include "pipeline/vision/vocabulary_io.h"
 
 namespace nightmap {
 
@@ -17,8 +17,8 @@ struct VocabularyOptions {
   void Register(OptionList& list);
 };
 
-// Frames must be in order of frame_idx from zero. Throws DataError without any descriptor. The same
-// at any number of threads.
+// Frames must be in order of frame_idx from zero. Throws DataError when there is no descriptor. The
+// same at any number of threads.
 Vocabulary RunVocabulary(const VocabularyOptions& options,
                          const FeaturesShard& features,
                          Progress& progress,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/base/files.h"
+#include "pipeline/base/atomic_outputs.h"
 
 #include <sys/stat.h>
 
@@ -121,7 +122,7 @@ TEST(OutputSet, AFileInPlaceOfAFolderIsNamed) {
   NIGHTMAP_EXPECT_ERROR(DataError, outputs.Create(folder / "a/b/one.txt"), "a/b");
 }
 
-// Not even root can write there, so that this holds in containers too.
+// Not even root can write there, so the test holds in containers too.
 TEST(OutputSet, AFolderThatCannotBeWrittenIsNamed) {
   OutputSet outputs;
   NIGHTMAP_EXPECT_ERROR(DataError, outputs.Create("/proc/one.txt"), "/proc: cannot write there");

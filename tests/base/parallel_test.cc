@@ -52,7 +52,7 @@ TEST(ParallelFor, CarriesTheExceptionOfTheLowestOfManyItems) {
   }
 }
 
-// Item 0 fails after item 1 did, and is still the one that is told.
+// Item 0 fails after item 1 and is still the one reported.
 TEST(ParallelFor, TheLowestItemIsToldEvenIfItFailsLast) {
   std::atomic<bool> has_failed = false;
   const auto fail = [&](std::size_t i) {

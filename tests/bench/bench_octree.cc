@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program of scripts/bench_octree.py. Builds one octree in one way from all depth of a mapped
-// site's poses but every fifth, and prints as JSON what that took, how much it agrees with another
-// octree, and with the rays of the poses kept out.
+// The program of tests/bench/bench_octree.py. Builds one octree in one way from all depth of a
+// mapped site's poses but every fifth, and prints as JSON what that took, how much it agrees with
+// another octree, and with the rays of the poses kept out.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -11,9 +11,9 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/dense/back_project.h"
+#include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/io/trajectory_io.h"
-#include "pipeline/vision/back_project.h"
-#include "pipeline/vision/rgbd_keyframes.h"
 #include "stages/octree/occupancy_volume.h"
 #include "stages/octree/octomap_volume.h"
 #include "stages/octree/voxel_walk.h"

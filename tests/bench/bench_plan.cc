@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times path planning on made-up office floors of 100 m x 100 m at 5 cm, along the grid and turned
-// against it, on random routes of about 90 m, and prints a table:
+// Times path planning on synthetic office floors of 100 m x 100 m at 5 cm, aligned with the grid
+// and rotated against it, on random routes of about 90 m, and prints a table:
 //   ninja -C build bench_plan && build/bench_plan
-// Times are the best of several repeats, as mean (and worst) of the routes: CPU time on one thread
-// of the search on the cost map ("search"; of the any-angle planner with pulling tight, which its
-// path has always); wall time on two threads of the cost map with its distance transform, and of
-// everything from the grid to the path ("all", RunPlan: cost map, search, pulling tight, checks).
-// References are Dijkstra's algorithm with a heap of the standard library and, for paths in any
-// direction, the cheapest one of lines in 80 directions, pulled tight. "shortest" is with
-// clearance_weight = 0, where the cost of a path is its length. "A* as published" knows no cost of
-// nearness: it finds the shortest path from cell to cell, whatever the options of the floor.
+// Times are the best of several repeats, as mean (and worst) over the routes. "search" is CPU time
+// on one thread of the search on the cost map; for the any-angle planner it includes pulling tight,
+// which its path always has. Wall time on two threads is given for the cost map with its distance
+// transform and for everything from the grid to the path ("all", RunPlan: cost map, search, pulling
+// tight, checks). References are Dijkstra's algorithm with a heap of the standard library and, for
+// paths in any direction, the cheapest path of lines in 80 directions, pulled tight. "shortest" has
+// clearance_weight = 0, so that the cost of a path is its length. "A* as published" has no cost
+// near obstacles: it finds the shortest path from cell to cell, whatever the options of the floor.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,10 +17,10 @@
 #include <functional>
 #include <vector>
 
-#include "stages/plan/any_angle.h"
+#include "stages/plan/astar.h"
+#include "stages/plan/lazy_theta_star.h"
 #include "stages/plan/plan.h"
-#include "stages/plan/search.h"
-#include "stages/plan/shorten.h"
+#include "stages/plan/pull_tight.h"
 #include "tests/stages/plan/office_floor.h"
 #include "tests/stages/plan/reference_path.h"
 #include "tests/stages/plan/scene.h"

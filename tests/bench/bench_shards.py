@@ -5,7 +5,7 @@
 Programs are stubs (tests/e2e/stub_program.sh) that write small files, so all that is left is what the rules, the
 scripts around them and make cost. Runs `make map` from nothing, then again with nothing to do, `make -q map` and
 `make why`, of each of the last three the middle of several runs.
-Prints a Markdown table of wall and CPU seconds, all processes included; with --readme it goes between
+Prints a Markdown table of wall and CPU seconds, all processes included; with --page it goes between
 `<!-- bench_shards:begin -->` and `<!-- bench_shards:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
 """
@@ -17,14 +17,13 @@ import sys
 import time
 from pathlib import Path
 
-CHECKOUT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(CHECKOUT / "scripts"), str(CHECKOUT / "tests/e2e")]
+from checkout import CHECKOUT
+from nightmap_eval.figure_page import put_figure
+from nightmap_eval.script_errors import DataError, run_main
 
-from nightmap_eval.errors import DataError, run_main  # noqa: E402
-from nightmap_eval.site import put_between  # noqa: E402
+sys.path.append(str(CHECKOUT / "tests/e2e"))
 from stub_site import StubSite  # noqa: E402
 
-BEGIN, END = "<!-- bench_shards:begin -->", "<!-- bench_shards:end -->"
 LOOKS = (["map"], ["-q", "map"], ["why"])  # at a site where nothing is to do
 TITLES = ("shards", "make map, from nothing (s)", "make map, nothing to do (s)", "make -q map (s)", "make why (s)")
 
@@ -33,7 +32,7 @@ def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--shards", type=int, nargs="+", default=[1000, 5000])
     parser.add_argument("--runs", type=int, default=3, help="of each look, of which the middle one counts")
-    parser.add_argument("--readme", type=Path, help="file to put the table into")
+    parser.add_argument("--page", type=Path, help="page that receives the table")
     return parser.parse_args()
 
 
@@ -74,8 +73,8 @@ def main():
     for num_shards in arguments.shards:
         rows[num_shards] = measure(num_shards, arguments.runs)
         print(table(rows), end="", flush=True)
-    if arguments.readme:
-        put_between(arguments.readme, BEGIN, END, table(rows))
+    if arguments.page:
+        put_figure(arguments.page, "bench_shards", table(rows))
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Accuracy on real recordings and on the demo building, and its artifacts in the eyes of others.
 
-Bars are those the project promises, for one seed; scripts/seeds.py prints medians of several. Maps
+Bars are those the project promises, for one seed; tests/bench/seeds.py prints medians of several. Maps
 are kept in <build>/accuracy, so that a second run costs only what changed. Readers here share no
 code with nightmap: numpy, PIL, and the octomap tools.
 """

@@ -34,7 +34,7 @@ class DetectorsTest(unittest.TestCase):
         self.assertEqual(result.returncode, 2, result.stdout)
         self.assertIn("fast_brisk", result.stdout)
         text = " ".join(self.work.run("features", "--help").stdout.split())
-        self.assertIn("No SURF: Debian builds OpenCV without it, since it is patented", text)
+        self.assertIn("SURF is missing because it is patented and Debian's OpenCV is built without it", text)
 
 
 if __name__ == "__main__":

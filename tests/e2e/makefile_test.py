@@ -248,7 +248,7 @@ class ResolveConfigTest(unittest.TestCase):
         self.picture("a.jpg")
         for arguments, message in [(["--query", "nowhere.jpg"], "QUERY: nowhere.jpg does not exist"),
                                    (["--query", "a.jpg", "--fov-deg", "wide"], "give a number of degrees"),
-                                   (["--camera", "phone"], "CAMERA and FOV_DEG are of the pictures of QUERY"),
+                                   (["--camera", "phone"], "CAMERA and FOV_DEG describe the pictures of QUERY"),
                                    (["--query", "'a.jpg"], "quotation")]:
             with self.subTest(arguments):
                 self.assertIn(message, self.resolve(*arguments, code=2).stderr)

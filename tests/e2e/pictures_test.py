@@ -210,7 +210,7 @@ class PicturesTest(unittest.TestCase):
                                    (["QUERY=photos/a.png", "FOV_DEG=0"], "horizontal_fov_deg = 0.0 is out of range"),
                                    (["QUERY=photos/a.png photos"], "is a query already"),
                                    (["QUERY=photos/empty.txt"], "empty.txt: no pictures"),
-                                   (["FOV_DEG=60"], "CAMERA and FOV_DEG are of the pictures of QUERY")]:
+                                   (["FOV_DEG=60"], "CAMERA and FOV_DEG describe the pictures of QUERY")]:
             with self.subTest(arguments):
                 self.assertIn(message, self.make("localize", *arguments, code=2))
         # What is no picture is a query without a pose, among others that have one.

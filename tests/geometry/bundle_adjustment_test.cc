@@ -39,7 +39,7 @@ BundleProblem ExactProblem() {
   return problem;
 }
 
-// What a test does not look at it may leave.
+// Lets a test ignore the summary.
 BundleSummary Adjust(const BundleOptions& options, BundleProblem* problem) {
   return AdjustBundle(options, problem);
 }
@@ -129,8 +129,8 @@ TEST(BundleAdjustment, TheScaleOfOneSensorIsNotObservable) {
   EXPECT_EQ(problem.calibrations[0].depth_scale, 1);
 }
 
-// What a camera saw whose focal length is 1 % longer than configured, whose rows are read one after
-// the other in 25 ms, and which moves.
+// Observations of a moving camera whose focal length is 1 % longer than configured and whose rows
+// are read one after the other in 25 ms.
 BundleProblem RollingProblem() {
   constexpr double kFocalScale = 1.01;
   constexpr double kReadout_s = 0.025;
@@ -179,7 +179,7 @@ TEST(BundleAdjustment, FindsFocalLengthAndRollingShutter) {
       3e-3);
 }
 
-// Nothing tells the readout of a camera that stands still: it stays what it is believed to be.
+// A camera that stands still does not determine its readout, so the prior stays.
 TEST(BundleAdjustment, TheReadoutOfAStillCameraIsNotInvented) {
   BundleProblem problem = ExactProblem();
   Adjust({.max_iterations = 50, .calibrate = true}, &problem);
@@ -293,7 +293,7 @@ TEST(BundleAdjustment, NoStepThatLowersTheCostIsAnError) {
   NIGHTMAP_EXPECT_ERROR(DataError, Adjust({}, &problem), "none of 20 steps lowered the cost");
 }
 
-// The same, come to after steps that were good.
+// The same stall after successful steps.
 TEST(BundleAdjustment, IsToldWhenItStalls) {
   BundleProblem problem = DisturbedProblem();
   const int stuck = static_cast<int>(problem.points_in_world.size());

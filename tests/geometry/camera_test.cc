@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/geometry/camera.h"
+#include "pipeline/geometry/depth_noise.h"
 
 #include <gtest/gtest.h>
 

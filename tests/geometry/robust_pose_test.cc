@@ -52,7 +52,7 @@ double DistanceBetween_m(const Rigid3& a, const Rigid3& b) {
   return (a.Inverse().translation - b.Inverse().translation).norm();
 }
 
-// Of five problems of 200 matches, the number solved.
+// Number of problems solved out of five with 200 matches each.
 int NumSolved(MinimalSolver solver, int outlier_percent, int max_iterations) {
   int num_solved = 0;
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
@@ -76,7 +76,7 @@ class SolverTest : public testing::TestWithParam<MinimalSolver> {
   bool IsDlt() const { return GetParam() == MinimalSolver::kDlt6; }
 };
 
-// By the solver alone: nothing is refined.
+// The solver alone, without refinement.
 TEST_P(SolverTest, IsExactForExactMatches) {
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     Random random(seed);
@@ -95,7 +95,7 @@ TEST_P(SolverTest, SurvivesHalfOfTheMatchesWrong) {
   EXPECT_EQ(NumSolved(GetParam(), 50, 2000), 5);
 }
 
-// As few matches as can be told from chance, and one less.
+// The fewest matches that differ from chance, and one fewer.
 TEST_P(SolverTest, NeedsOneMatchMoreThanItsSample) {
   const int sample_size = IsDlt() ? 6 : 3;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
@@ -112,7 +112,7 @@ TEST_P(SolverTest, NeedsOneMatchMoreThanItsSample) {
   }
 }
 
-// One pose turned about the line is as good as another.
+// Any rotation of the pose about the line fits equally well.
 TEST_P(SolverTest, RefusesPointsOnALine) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Random random(seed);

@@ -106,7 +106,7 @@ inline void ExpectDamageIsSurvived(const TemporaryFolder& folder,
   const std::string bytes = ReadBytes(valid);
   ASSERT_NO_THROW(read(valid));
   const auto path = folder / ("damaged" + valid.extension().string());
-  // How far the other process came.
+  // Progress of the other process.
   void* shared = mmap(
       nullptr, sizeof(std::uint64_t), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   ASSERT_NE(shared, MAP_FAILED);

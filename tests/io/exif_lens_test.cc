@@ -33,7 +33,7 @@ TEST(ExifLens, FocalLengthAndSensorResolution) {
     EXPECT_NEAR(FocalLength_px(lens, 6000, 4000).value_or(0), expected_px, 1e-6) << unit;
   }
   EXPECT_FALSE(FocalLength_px({.focal_mm = 50, .plane_pixels_per_unit = 1, .plane_unit = 1}, 9, 9));
-  // Made smaller since, and turned upright.
+  // Scaled down since, and rotated upright.
   const ExifLens whole{
       .focal_mm = 50, .plane_pixels_per_unit = per_mm, .plane_unit = 4, .longer_side_px = 6000};
   EXPECT_NEAR(FocalLength_px(whole, 1500, 1000).value_or(0), expected_px / 4, 1e-6);

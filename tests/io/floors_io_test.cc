@@ -25,7 +25,7 @@ class FloorsIoTest : public testing::Test {
     }
   }
 
-  // As a stage that was given the list reads it.
+  // Reads the grid as a stage does that was given the list.
   OccupancyGrid ReadGridOf(const FloorFiles& floor) const {
     StageContext context({"test", "", {{"grid", ""}}, {}}, {{"grid", {path_}}}, {}, "", 1);
     return ReadFloorGrid(context, "grid", floor);

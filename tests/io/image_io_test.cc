@@ -196,7 +196,7 @@ TEST_F(VideoTest, FramesAreReachedInAnyOrderFromAnyThread) {
   other.join();
 }
 
-// As the stages read: batch after batch, each on new threads.
+// Reads as the stages do: batch after batch, each on new threads.
 TEST_F(VideoTest, BatchesOfThreadsDecodeEachFrameOnce) {
   std::vector<std::vector<std::uint8_t>> expected;
   for (const int num_threads : {1, 4}) {

@@ -281,7 +281,8 @@ TEST(SiteConfig, CamerasAndSequencesMustBeThere) {
       UsageError, ParseSiteConfig(site + table, "s.toml"), "s.toml:30: a second camera \"color\"");
 }
 
-// Not those that a user put into the folder: a mistake there is no failure of the project.
+// Leaves out configs that a user put into the folder, because a mistake there is no failure of the
+// project.
 TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
   for (const std::string site : {"freiburg_079",
                                  "intel",

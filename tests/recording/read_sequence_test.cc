@@ -286,7 +286,8 @@ TEST_F(ReadSequenceTest, LabelPicturesHaveTheStemOfTheColorPicture) {
 TEST(AssociateTimes, IsOneToOneNearestFirst) {
   using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
   EXPECT_EQ(AssociateTimes({0, 100, 200}, {10, 95, 290}, 50), (Pairs{{0, 0}, {1, 1}}));
-  // Both want b = 10: the nearer gets it, and the other takes what is left in reach.
+  // Both are in reach of b = 10: the nearer one gets it, and the other takes the remaining one in
+  // reach.
   EXPECT_EQ(AssociateTimes({0, 9}, {10, 20}, 25), (Pairs{{0, 1}, {1, 0}}));
   EXPECT_EQ(AssociateTimes({0, 9}, {10}, 25), (Pairs{{1, 0}}));
   EXPECT_EQ(AssociateTimes({0}, {25}, 25).size(), 1u);

@@ -3,7 +3,6 @@
 
 import argparse
 import json
-import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -11,11 +10,10 @@ from pathlib import Path
 import numpy as np
 
 import fake_site
-from nightmap_eval.errors import DataError
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
+from nightmap_eval.script_errors import DataError
 
-sys.path.insert(0, str(fake_site.CHECKOUT / "scripts"))
-import bench_drive  # noqa: E402
+import bench_drive
 
 PERIOD_S = 0.05
 RADIUS_M = 0.2

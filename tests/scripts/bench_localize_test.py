@@ -9,8 +9,8 @@ import h5py
 import numpy as np
 
 import fake_site
-from nightmap_eval import padded_map
-from nightmap_eval.errors import DataError
+import padded_map
+from nightmap_eval.script_errors import DataError
 
 NUM_LANDMARKS, NUM_KEYFRAMES, NUM_FRAMES = 60, 4, 6
 NODES = [[1, 3, 0], [4, 2, 1], [0, 0, 1], [6, 2, 1], [0, 0, 2], [0, 0, 2], [0, 0, 2], [0, 0, 2]]
@@ -226,12 +226,12 @@ class BenchLocalizeTest(unittest.TestCase):
         self.assertEqual([row["located"] for row in rows], ["2 of 2", "1 of 2"])
         self.assertEqual([row["moved"] for row in rows], ["0", "1"])  # by 80 mm
 
-    def test_the_table_goes_into_the_readme(self):
-        readme = self.folder / "README.md"
-        readme.write_text("a\n<!-- bench_localize:begin -->\nold\n<!-- bench_localize:end -->\nb\n")
-        self.assertEqual(self.run_bench("--sizes", 40, "--repeats", 1, "--readme", readme).returncode, 0)
-        self.assertIn("| 40 |", readme.read_text())
-        self.assertNotIn("old", readme.read_text())
+    def test_the_table_goes_into_the_page(self):
+        page = self.folder / "figures.md"
+        page.write_text("a\n<!-- bench_localize:begin -->\nold\n<!-- bench_localize:end -->\nb\n")
+        self.assertEqual(self.run_bench("--sizes", 40, "--repeats", 1, "--page", page).returncode, 0)
+        self.assertIn("| 40 |", page.read_text())
+        self.assertNotIn("old", page.read_text())
 
     def test_failures_are_told(self):
         self.program("#!/bin/sh\necho no such camera\nexit 1\n")

@@ -61,12 +61,12 @@ class BenchOctreeTest(unittest.TestCase):
         self.assertEqual({row["site"] for row in rows}, {"office (4 x 1,000 points)"})
         self.assertEqual({row["rays (%)"] for row in rows}, {"50.00"})
 
-    def test_the_table_goes_into_the_readme(self):
-        readme = self.folder / "README.md"
-        readme.write_text("a\n<!-- bench_octree:begin -->\nold\n<!-- bench_octree:end -->\nb\n")
-        self.assertEqual(self.run_bench("--repeats", 1, "--readme", readme).returncode, 0)
-        self.assertIn("| batched, 2 threads |", readme.read_text())
-        self.assertNotIn("old", readme.read_text())
+    def test_the_table_goes_into_the_page(self):
+        page = self.folder / "figures.md"
+        page.write_text("a\n<!-- bench_octree:begin -->\nold\n<!-- bench_octree:end -->\nb\n")
+        self.assertEqual(self.run_bench("--repeats", 1, "--page", page).returncode, 0)
+        self.assertIn("| batched, 2 threads |", page.read_text())
+        self.assertNotIn("old", page.read_text())
 
     def test_failures_are_told(self):
         self.program("#!/bin/sh\necho no poses\nexit 1\n")

@@ -2,17 +2,15 @@
 """bench_shards.py: what it measures is a site that was made, and its table goes between the markers."""
 
 import argparse
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 from unittest import mock
 
-from fake_site import CHECKOUT
+import fake_site  # noqa: F401  first: it makes the benchmarks importable
 
-sys.path.insert(0, str(CHECKOUT / "tests/bench"))
-import bench_shards  # noqa: E402
-from nightmap_eval.errors import DataError  # noqa: E402
+import bench_shards
+from nightmap_eval.script_errors import DataError
 
 
 class BenchShardsTest(unittest.TestCase):
@@ -33,9 +31,9 @@ class BenchShardsTest(unittest.TestCase):
     def test_the_table_goes_between_the_markers(self):
         page = tempfile.NamedTemporaryFile("w+", suffix=".md")
         self.addCleanup(page.close)
-        page.write(f"before\n{bench_shards.BEGIN}\nold\n{bench_shards.END}\nafter\n")
+        page.write("before\n<!-- bench_shards:begin -->\nold\n<!-- bench_shards:end -->\nafter\n")
         page.flush()
-        arguments = argparse.Namespace(shards=[1000], runs=3, readme=Path(page.name))
+        arguments = argparse.Namespace(shards=[1000], runs=3, page=Path(page.name))
         with mock.patch.object(bench_shards, "parse_arguments", lambda: arguments), \
              mock.patch.object(bench_shards, "measure", lambda *_: [(1.0, 0.5)] * 4), mock.patch("builtins.print"):
             bench_shards.main()

@@ -20,7 +20,7 @@ from nightmap_eval.colmap_files import (
     replace_cameras,
     write_posed_images,
 )
-from nightmap_eval.errors import DataError
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import rotation_matrices
 
 

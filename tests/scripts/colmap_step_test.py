@@ -150,7 +150,7 @@ class ColmapStepTest(unittest.TestCase):
         self.prepare("matches")
         (self.colmap / "matches" / "vocabulary.bin").write_bytes(b"tree")
         self.run_step("queries")
-        self.assertIn("told of 0 of 2 queries", self.receipt("queries")["failed"])
+        self.assertIn("printed results of 0 of 2 queries", self.receipt("queries")["failed"])
 
     def test_intrinsics_stay_fixed(self):
         self.prepare("matches")
@@ -276,7 +276,7 @@ class ColmapStepTest(unittest.TestCase):
         for step in ("features", "queries"):
             result = self.run_step(step)
             self.assertEqual(result.returncode, 1)
-            self.assertIn("rgb/3.png: a query that is a mapping frame", result.stderr)
+            self.assertIn("rgb/3.png: this query is also a mapping frame", result.stderr)
         self.assertFalse((self.root / "calls").exists())
 
     def test_frames_of_a_video_are_refused(self):

@@ -17,7 +17,7 @@ from nightmap_eval.colmap_files import read_model
 from nightmap_eval.colmap_methods import MAPPER_RUNS, RUNS
 from nightmap_eval.comparison import Part, fit_to_map, locate_by_models, matched, model_trajectory, summaries
 from nightmap_eval.report_comparison import comparison_section
-from nightmap_eval.stages import folders_up_to
+from nightmap_eval.job_results import folders_up_to
 
 STEPS = ("features", "matches", "triangulate", "queries", "queries_default", *MAPPER_RUNS,
          *(run.register_step for run in RUNS))  # fmt: skip
@@ -199,7 +199,7 @@ class EvaluateColmapTest(unittest.TestCase):
         mapper = results["methods"]["colmap_mapper"]
         self.assertEqual(mapper["map"], "mapper_2")
         self.assertEqual([run["num_located"] for run in mapper["runs"]], [5, 6, 7])
-        self.assertIn("| located, each run |  | 5, 6, 7 |  |  |", table)
+        self.assertIn("| located, per run |  | 5, 6, 7 |  |  |", table)
         fake_colmap.write_receipt(self.colmap / "register_mapper_3", failed="out of memory")
         mapper = self.evaluate()[0]["methods"]["colmap_mapper"]
         self.assertEqual((mapper["map"], mapper["num_located"]), ("mapper_1", 5))
@@ -225,11 +225,11 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertEqual(results["methods"]["colmap_triangulate"]["query_phases_s"],
                          {"features": 0.1, "search": 0.5, "registration": 0.8, "adjustment": 1.0})  # fmt: skip
         self.assertEqual(results["methods"]["colmap_held"]["query_phases_s"]["registration"], 0.6)
-        self.assertRegex(table, r"\| adjustment of a query \(s\) \| in search \| 0.000 \| 1.000 \| in registration \|")
+        self.assertRegex(table, r"\| adjustment per query \(s\) \| in search \| 0.000 \| 1.000 \| in registration \|")
 
     def test_cpu_time_is_told_where_every_receipt_has_it(self):
         results, table = self.evaluate()
-        self.assertIn("| a query (CPU s) | n/a | n/a | n/a | n/a |", table)
+        self.assertIn("| time per query (CPU s) | n/a | n/a | n/a | n/a |", table)
         for path in [self.site_dir / "localize" / "receipt.json",
                      *self.colmap.glob("queries/receipt.json"), *self.colmap.glob("register_*/receipt.json")]:  # fmt: skip
             receipt = json.loads(path.read_text())
@@ -320,40 +320,40 @@ class EvaluateColmapTest(unittest.TestCase):
         section = comparison_section(self.site_dir)
         for text in ("Comparison with COLMAP", "Errors against truth", "recall.png", "tool_mapper_2"):
             self.assertIn(text, section)
-        self.assertNotIn("changed since", section)
+        self.assertNotIn("changed after this comparison", section)
         for name in ("map_frame/trajectory.tum", "frames/ground_truth.tum", "queries/query_ground_truth.tum"):
             path = self.site_dir / name
             before = path.read_text()
             path.write_text(before + "# another\n")
-            self.assertIn("changed since", comparison_section(self.site_dir), name)
+            self.assertIn("changed after this comparison", comparison_section(self.site_dir), name)
             path.unlink()
-            self.assertIn("changed since", comparison_section(self.site_dir), name)
+            self.assertIn("changed after this comparison", comparison_section(self.site_dir), name)
             path.write_text(before)
-        self.assertNotIn("changed since", comparison_section(self.site_dir))
+        self.assertNotIn("changed after this comparison", comparison_section(self.site_dir))
 
     def test_a_truth_that_came_later_is_told(self):
         truth = self.site_dir / "frames" / "ground_truth.tum"
         text = truth.read_text()
         truth.unlink()
         self.evaluate()
-        self.assertNotIn("changed since", comparison_section(self.site_dir))
+        self.assertNotIn("changed after this comparison", comparison_section(self.site_dir))
         truth.write_text(text)
-        self.assertIn("changed since", comparison_section(self.site_dir))
+        self.assertIn("changed after this comparison", comparison_section(self.site_dir))
 
     def test_a_query_that_is_mapped_is_refused(self):
         path = self.site_dir / "localize" / "queries.csv"
         path.write_text(path.read_text().replace("queries/3.png", "rgb/3.png"))
         result = fake_site.run("evaluate_colmap.py", "--site-dir", self.site_dir, "--out", self.colmap / "results.json")
         self.assertEqual(result.returncode, 1)
-        self.assertIn("rgb/3.png: a query that is a mapping frame", result.stderr)
+        self.assertIn("rgb/3.png: this query is also a mapping frame", result.stderr)
 
-    def test_readme_table(self):
-        readme = self.site_dir / "README.md"
-        readme.write_text("a\n<!-- colmap office:begin -->old<!-- colmap office:end -->\nb\n")
-        self.evaluate("--readme", readme)
-        self.assertIn("| map (s) |", readme.read_text())
-        self.assertRegex(readme.read_text(), "Measured [0-9]{4}-[0-9]{2}-[0-9]{2}. office, ")
-        self.assertNotIn("old", readme.read_text())
+    def test_page_table(self):
+        page = self.site_dir / "figures.md"
+        page.write_text("a\n<!-- colmap_office:begin -->old<!-- colmap_office:end -->\nb\n")
+        self.evaluate("--page", page)
+        self.assertIn("| map (s) |", page.read_text())
+        self.assertRegex(page.read_text(), "Measured on [0-9]{4}-[0-9]{2}-[0-9]{2} with the programs of commit [0-9a-f]{10}")
+        self.assertNotIn("old", page.read_text())
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from unittest import mock
 
 import fake_site
 import detectors
-from nightmap_eval.errors import DataError
+from nightmap_eval.script_errors import DataError
 
 
 class DetectorsTest(unittest.TestCase):
@@ -25,12 +25,12 @@ class DetectorsTest(unittest.TestCase):
                 path.parent.mkdir(parents=True)
                 path.write_text(json.dumps({"trajectory": {"se3": {"ate_rmse_m": 0.01 * (seed + 1)}}}))
 
-            readme = maps / "README.md"
-            readme.write_text("<!-- detectors:begin --><!-- detectors:end -->")
+            page = maps / "figures.md"
+            page.write_text("<!-- detectors:begin --><!-- detectors:end -->")
             with mock.patch("detectors.run_make", run_make):
-                result = fake_site.run("detectors.py", "office", "--seeds", 3, "--maps", maps, "--readme", readme)
+                result = fake_site.run("detectors.py", "office", "--seeds", 3, "--maps", maps, "--page", page)
             self.assertEqual(result.returncode, 0, result.stderr)
-            rows = [line.split(" | ") for line in readme.read_text().splitlines() if line.startswith("| office")]
+            rows = [line.split(" | ") for line in page.read_text().splitlines() if line.startswith("| office")]
         self.assertEqual([row[1] for row in rows], list(detectors.DETECTORS))
         self.assertEqual([row[4] for row in rows], ["2.00", "2.00", "n/a", "2.00", "n/a"])
         self.assertEqual(settings[3], ['features.detector="orb"'])

@@ -13,7 +13,9 @@ from fake_site import CHECKOUT  # finds the scripts, so first
 import describe_pipeline
 from nightmap_make.pipeline import read_pipeline
 
-PAGES = ("README.md", "ARCHITECTURE.md", "datasets.md")
+DOCS = sorted(str(page.relative_to(CHECKOUT)) for page in (CHECKOUT / "docs").rglob("*.md"))
+PAGES = ["README.md", "ARCHITECTURE.md", "datasets.md", *DOCS]
+FOLDERS = r"\.ci|cmake|configs|docs|pipeline|scripts|stages|tests"
 SITE_KEYS = {"root", "hold_out_every", "camera", "sequence", "query", "sensor", "signal", "profile", "synthetic", "import"}
 
 
@@ -21,8 +23,11 @@ def text_of(name):
     return (CHECKOUT / name).read_text(encoding="utf-8")
 
 
-def anchor(heading):
-    return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+def anchors_of(text):
+    """Anchors of the headings outside of blocks of code, as GitHub makes them."""
+    text = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 class ListSearch:
@@ -76,16 +81,41 @@ class DocsTest(unittest.TestCase):
                     self.assertLessEqual(set(table), known)
 
     def test_links_lead_somewhere(self):
+        num_links = 0
         for page in PAGES:
-            for target in re.findall(r"\]\(([^)]+)\)", text_of(page)):
-                name, _, heading = target.partition("#")
-                with self.subTest(f"{page}: {target}"):
-                    if target.startswith("http"):
-                        continue
-                    self.assertTrue((CHECKOUT / name).exists())
-                    if heading:
-                        headings = re.findall(r"^#+ (.*)$", text_of(name or page), re.MULTILINE)
-                        self.assertIn(heading, map(anchor, headings))
+            for link in re.findall(r"\]\(([^)]+)\)", text_of(page)):
+                if link.startswith("http"):
+                    continue
+                num_links += 1
+                with self.subTest(f"{page}: {link}"):
+                    name, _, anchor = link.partition("#")
+                    target = ((CHECKOUT / page).parent / name).resolve() if name else CHECKOUT / page
+                    self.assertTrue(target.exists(), "no such file")
+                    if anchor:
+                        self.assertIn(anchor, anchors_of(target.read_text(encoding="utf-8")))
+        self.assertGreater(num_links, 50)
+
+    def test_every_page_is_in_the_index(self):
+        index = text_of("docs/README.md")
+        for page in set(DOCS) - {"docs/README.md"}:
+            self.assertIn(f"]({page.removeprefix('docs/')})", index)
+
+    def test_front_pages_are_short(self):
+        self.assertLessEqual(len(text_of("README.md").splitlines()), 150)
+        self.assertLessEqual(len(text_of("ARCHITECTURE.md").splitlines()), 250)
+
+    def test_figures_stand_on_one_page(self):
+        """Scripts put tables between markers; a second place would be forgotten. Two tables belong to a page's own text."""
+        elsewhere = {"ARCHITECTURE.md": ["pipeline"], "docs/ours_instead_of.md": ["bench_libraries"]}
+        for page in sorted(set(PAGES) - {"docs/figures.md"}):
+            markers = re.findall(r"<!-- (.+?):begin -->", text_of(page))
+            self.assertEqual(markers, elsewhere.get(page, []), page)
+
+    def test_versions_of_formats_are_those_of_the_code(self):
+        line = text_of("docs/formats.md").split("\nVersions: ")[1].split(". ")[0]
+        code = "".join(path.read_text(encoding="utf-8") for path in (CHECKOUT / "pipeline").rglob("*.cc"))
+        declared = re.findall(r"constexpr int k(\w+)Version = (\d+);", code)
+        self.assertEqual(line.split(", "), sorted(f"{name} {version}" for name, version in declared))
 
     def test_the_table_of_the_pipeline_is_the_declaration(self):
         page = text_of("ARCHITECTURE.md").split(describe_pipeline.BEGIN)[1].split(describe_pipeline.END)[0]
@@ -129,10 +159,23 @@ class DocsTest(unittest.TestCase):
         test = text_of("tests/io/site_config_test.cc").split("TheSitesOfTheProjectAreValid")[1]
         self.assertEqual(set(re.findall(r'"(\w+)"', test.split("}) {")[0])), sites)
 
-    def test_code_that_is_named_exists(self):
-        page = text_of("ARCHITECTURE.md")
-        for name in re.findall(r"`((?:pipeline|scripts)/[\w/.]+\.\w+)`", page):
-            self.assertTrue((CHECKOUT / name).exists(), name)
+    def test_paths_that_are_named_exist(self):
+        """In all pages, also within commands. <...>, {...} and * stand for something: the folder before them is looked for."""
+        path = re.compile(rf"(?<![\w./<>-])((?:{FOLDERS})/[\w./-]*\w)(?![\w<{{*])")
+        for page in PAGES:
+            text = re.sub(r"\]\([^)]+\)", "]", text_of(page))
+            quoted = " ".join(re.findall(r"```.*?```|`[^`\n]+`", text, re.DOTALL))
+            for name in sorted(set(path.findall(quoted))):
+                with self.subTest(f"{page}: {name}"):
+                    self.assertTrue((CHECKOUT / name).exists(), "no such file")
+
+    def test_headers_of_the_layers_exist(self):
+        layers = re.findall(r"^\| `(pipeline/\w+)` \| (.*) \|$", text_of("ARCHITECTURE.md"), re.MULTILINE)
+        folders = {str(path.parent.relative_to(CHECKOUT)) for path in CHECKOUT.glob("pipeline/*/*.h")}
+        self.assertEqual({folder for folder, _ in layers}, folders)
+        for folder, text in layers:
+            for name in re.findall(r"`(\w+\.h)`", text):
+                self.assertTrue((CHECKOUT / folder / name).exists(), f"{folder}/{name}")
 
     def test_pictures_are_small(self):
         for picture in (CHECKOUT / "docs").glob("*.png"):

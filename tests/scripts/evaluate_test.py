@@ -12,11 +12,11 @@ import numpy as np
 
 import fake_site
 from fake_site import moved, rotation_about, walk
-from nightmap_eval.errors import DataError
+from nightmap_eval.artifacts import to_json
+from nightmap_eval.cloud_accuracy import distances_m
 from nightmap_eval.grid import Grid, compare_with_plan, read_grid, read_pgm
 from nightmap_eval.ply import read_ply
-from nightmap_eval.site import to_json
-from nightmap_eval.surfaces import distances_m
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import Similarity
 
 IDENTITY = Similarity(1.0, np.eye(3), np.zeros(3))

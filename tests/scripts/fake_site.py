@@ -14,10 +14,11 @@ import numpy as np
 
 CHECKOUT = Path(__file__).resolve().parent.parent.parent
 SCRIPTS = CHECKOUT / "scripts"
-if str(SCRIPTS) not in sys.path:
-    sys.path.insert(0, str(SCRIPTS))
+for folder in (SCRIPTS, CHECKOUT / "tests" / "bench"):
+    if str(folder) not in sys.path:
+        sys.path.insert(0, str(folder))
 
-from nightmap_eval.errors import run_main  # noqa: E402
+from nightmap_eval.script_errors import run_main  # noqa: E402
 from nightmap_eval.trajectory import Trajectory, quaternion  # noqa: E402
 
 NUM_FRAMES = 40

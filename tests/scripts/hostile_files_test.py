@@ -10,11 +10,11 @@ import h5py
 import numpy as np
 
 import fake_site  # finds nightmap_eval
-from nightmap_eval.errors import DataError
+from nightmap_eval.artifacts import bridged_frames
+from nightmap_eval.checked_reading import read_json, read_toml
 from nightmap_eval.grid import read_grid
 from nightmap_eval.ply import read_ply
-from nightmap_eval.reading import read_json, read_toml
-from nightmap_eval.site import bridged_frames
+from nightmap_eval.script_errors import DataError
 
 MAX_BYTES = 4 << 30  # of address space: libraries alone reserve one
 

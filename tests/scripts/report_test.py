@@ -14,12 +14,12 @@ from PIL import Image
 
 import fake_site
 from nightmap_eval import html
-from nightmap_eval.errors import DataError
+from nightmap_eval.receipts import Hashes
 from nightmap_eval.report_cloud import cloud_section
 from nightmap_eval.report_map import _building_rows, plan_section, truth_in_map
-from nightmap_eval.receipts import Hashes
 from nightmap_eval.report_queries import choose
 from nightmap_eval.report_stale import notes
+from nightmap_eval.script_errors import DataError
 
 VOID_TAGS = ("meta", "img")
 
@@ -113,7 +113,7 @@ class PlanSectionTest(unittest.TestCase):
             (site_dir / "plan").mkdir()
             (site_dir / "plan" / "path.csv").write_text("x_m,y_m\n0,0\n1,1\n")
             (site_dir / "plan" / "path.json").write_text(json.dumps(floor))
-            with mock.patch("nightmap_eval.figures.grid_png", side_effect=lambda *_: b"") as draw:
+            with mock.patch("nightmap_eval.drawing.grid_png", side_effect=lambda *_: b"") as draw:
                 section = str(plan_section(site_dir))
         with_path = [call.args[1] is not None for call in draw.call_args_list]
         return re.findall(r'<p class="">(Floor .*?)</p>', section), with_path
@@ -228,7 +228,7 @@ class ReportTest(unittest.TestCase):
         figures = self.site_dir / "drive" / "drive.json"
         figures.write_text(json.dumps(drive))
         page = self.report()
-        for text in ("data:image/gif", "61.2", "12.3", "Off the goal"):
+        for text in ("data:image/gif", "61.2", "12.3", "Position error at the goal"):
             self.assertIn(text, page)
         del drive["duration_s"]
         figures.write_text(json.dumps(drive))
@@ -292,7 +292,7 @@ class BuildingRowsTest(unittest.TestCase):
         ]
         rows = dict(_building_rows({"grid": floors[0] | {"floors": floors}}))
         self.assertEqual(rows["Floor at 0.0 m: Seen cells right within one cell (%)"], 99.0)
-        self.assertEqual(rows["Floor at 0.0 m: Walls that are there and no free cells lead through (%)"], 100.0)
+        self.assertEqual(rows["Floor at 0.0 m: Walls in the grid that no free cells lead through (%)"], 100.0)
         self.assertEqual(rows["Floor at 2.9 m: in the map"], "no")
         [row] = _building_rows({"grid": {"height_m": 0.0, "seen_right_percent": 98.0}})
         self.assertEqual(row, ["Seen cells right within one cell (%)", 98.0])

@@ -2,7 +2,6 @@
 """resolve_config.py on configs, recordings and receipts that are not as they should be: a clear line, never a
 traceback. (What it does with whole ones is in tests/e2e/makefile_test.py.)"""
 
-import json
 import os
 import shutil
 import subprocess

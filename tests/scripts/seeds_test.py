@@ -9,8 +9,6 @@ from unittest import mock
 
 import fake_site
 import seeds
-from nightmap_eval.errors import DataError
-from nightmap_eval.site import put_between
 
 
 def metrics(ate_m, recall=None):
@@ -63,27 +61,7 @@ class RunTest(unittest.TestCase):
         self.assertFalse([word for word in same if word.startswith("SET=")])
 
 
-class InsertTest(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.path = Path(folder.name) / "page.md"
-
-    def put(self, text):
-        put_between(self.path, seeds.BEGIN, seeds.END, text)
-        return self.path.read_text(encoding="utf-8")
-
-    def test_replaces_between_markers_only(self):
-        self.path.write_text(f"a\n{seeds.BEGIN}\nold\n{seeds.END}\nb\n", encoding="utf-8")
-        once = self.put("new\n")
-        self.assertEqual(once, f"a\n{seeds.BEGIN}\nnew\n{seeds.END}\nb\n")
-        self.assertEqual(self.put("new\n"), once)
-
-    def test_no_markers_is_an_error(self):
-        self.path.write_text("text", encoding="utf-8")
-        with self.assertRaises(DataError):
-            self.put("new")
-
+class CollectTest(unittest.TestCase):
     def test_collects_and_writes(self):
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder)
@@ -92,8 +70,8 @@ class InsertTest(unittest.TestCase):
                 out.mkdir(parents=True)
                 (out / "metrics.json").write_text(json.dumps(metrics(0.02)))
             page = root / "page.md"
-            page.write_text(f"{seeds.BEGIN}{seeds.END}")
-            arguments = ("office", "--seeds", "2", "--maps", root, "--no-run", "--readme", page)
+            page.write_text("<!-- accuracy:begin --><!-- accuracy:end -->")
+            arguments = ("office", "--seeds", "2", "--maps", root, "--no-run", "--page", page)
             result = fake_site.run("seeds.py", *arguments)
             self.assertEqual(result.returncode, 0, result.stderr)
             self.assertIn("| 2.00 |", page.read_text())

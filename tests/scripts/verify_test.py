@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """verify.py on whole, altered and damaged site folders."""
 
-import contextlib
-import io
 import json
 import os
 import tempfile
 import unittest
 from pathlib import Path
-from unittest import mock
 
 import fake_site
 from nightmap_eval.receipts import Hashes

@@ -10,8 +10,8 @@ import unittest
 from pathlib import Path
 
 import fake_site  # noqa: F401  (puts the scripts on the path)
-from nightmap_eval.errors import DataError
-from nightmap_eval.site import write_atomic
+from nightmap_eval.artifacts import write_atomic
+from nightmap_eval.script_errors import DataError
 from nightmap_eval.writing_folder import WritingFolder
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"

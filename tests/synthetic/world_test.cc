@@ -84,8 +84,8 @@ TEST(SyntheticRoute, APartOfItLiesOnTheWholeAndGoesOnOverItsEnd) {
   }
 }
 
-// What hangs and stands in the corridors of a building with mirrored ones looks the same after half
-// a turn about its middle.
+// With mirrored corridors, their furniture and pictures look the same after half a turn about the
+// building's centre.
 TEST(SyntheticWorld, MirroredCorridorsAreFurnishedAlike) {
   const auto count_twins = [](bool is_mirrored) {
     BuildingOptions options = QuickBuilding();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // census: reads the frames and keyframes.tum, and writes census.json.
-#include "pipeline/base/stage_main.h"
+#include "pipeline/program/stage_main.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/trajectory_io.h"
 #include "stages/census/census.h"

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "stages/drive/keep_off.h"
+#include "stages/drive/move_off_obstacles.h"
 #include "stages/drive/path_track.h"
 #include "tests/stages/drive/random_path.h"
 
@@ -44,7 +44,7 @@ TEST(Clearance, UnknownAndOutsideAreObstaclesOnlyWhenTheyAreToBe) {
   EXPECT_GE(lax.Clearance_m({-0.5, 3}), ClearanceMap::kFar_m);
 }
 
-TEST(KeepOff, MakesRoomWithoutGoingFar) {
+TEST(MoveOffObstacles, MakesRoomWithoutGoingFar) {
   constexpr double kMargin_m = 0.02;
   int num_tight = 0;
   int num_roomy = 0;
@@ -55,7 +55,7 @@ TEST(KeepOff, MakesRoomWithoutGoingFar) {
     const std::vector<Eigen::Vector2d> path = RandomPaths(grid, 0.2).Draw(random);
     if (path.empty()) continue;
     const PathTrack track(path);
-    const std::vector<Eigen::Vector2d> moved = KeepOff(map, path, kMargin_m);
+    const std::vector<Eigen::Vector2d> moved = MoveOffObstacles(map, path, kMargin_m);
     EXPECT_EQ(moved.front(), path.front());
     EXPECT_LT((moved.back() - path.back()).norm(), 1e-12);
     for (std::size_t i = 0; i < moved.size(); ++i) {

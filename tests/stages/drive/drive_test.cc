@@ -41,7 +41,8 @@ void ExpectWithinLimits(const DriveResult& result, const MotionLimits& limits) {
   EXPECT_TRUE(last.IsRest());
 }
 
-// What a controller that knows only drive.csv does: the rows' commands from the first row's pose.
+// Replays like a controller that knows only drive.csv: the rows' commands from the first row's
+// pose.
 void ExpectReplay(const DriveResult& result) {
   std::istringstream csv(DriveToCsv(result));
   std::string line;
@@ -119,8 +120,8 @@ TEST(Drive, ArrivesOnRandomPathsWithinTheLimitsAndClearOfObstacles) {
   EXPECT_GT(num_tight, 50);
 }
 
-// The hall with a wall beside the path, turned in the map by the yaw of its origin: the same drive;
-// with the wall on the path, the same collision.
+// The hall with a wall beside the path, rotated in the map by the yaw of its origin: the same
+// drive. With the wall on the path: the same collision.
 TEST(Drive, FollowsAGridThatIsTurned) {
   DriveInputs inputs = Hall();
   Block(inputs.grid, 30, 28, 70, 30);
@@ -245,7 +246,7 @@ TEST(DriveErrors, StartInAnObstacleCollides) {
   NIGHTMAP_EXPECT_ERROR(ThresholdError, Drive({}, inputs), "make plan");
 }
 
-// Every way of it once crashed, went on for ever, or drove outside of the map.
+// Each of these paths once crashed, did not end, or led outside the map.
 TEST(DriveErrors, PathThatIsNotOnTheGrid) {
   for (const Eigen::Vector2d& shift :
        {Eigen::Vector2d(2.2, 0), {0, -1.1}, {1e6, 1e6}, {1e300, 0}}) {
@@ -324,7 +325,7 @@ TEST(DriveOutput, PicturesShowTheRobotOnItsWay) {
   EXPECT_EQ(images.back().At(images[0].width - 2, 2, 0), 40);  // the obstacle
 }
 
-// What is read back is what was drawn: no smudges where the robot was.
+// The animation read back equals the drawn pictures, without traces of earlier robots.
 TEST(DriveOutput, AnimationIsThePictures) {
   DriveInputs inputs = Hall();
   Block(inputs.grid, 100, 100, 120, 120);

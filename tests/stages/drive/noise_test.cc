@@ -36,7 +36,7 @@ TEST(Noise, NoneLeavesAllAsItIs) {
   EXPECT_EQ(noise.Told(pose).heading_rad, pose.heading_rad);
 }
 
-// Of the wheels' ways, taken back from the twists.
+// Errors of the wheels' travel, reconstructed from the twists.
 TEST(Noise, WheelsErrApartInProportion) {
   constexpr double kDistance_m = 0.4;
   constexpr int kNum = 20000;
@@ -116,7 +116,7 @@ TEST(NoisyDrive, SeedsDecideAllOfIt) {
             DriveToCsv(Drive(WithNoise({}, 2), inputs)));
 }
 
-// What is told changes commands, not where the robot is; slipping wheels change where it is.
+// Noise of told poses changes commands but not the motion; slipping wheels change the motion.
 TEST(NoisyDrive, PosesFollowFromCommandsButForTheWheels) {
   NoiseOptions noise = kSmall;
   for (const double wheel_noise : {0.0, 0.05}) {
@@ -137,8 +137,8 @@ TEST(NoisyDrive, PosesFollowFromCommandsButForTheWheels) {
   }
 }
 
-// A told pose that is far off: the robot believes to be where it is not, and what it hits is told.
-// Every drive either arrives clear of all obstacles or says that it collided and where.
+// With a large error of the told poses the robot may hit obstacles, and the drive must report it.
+// Every drive either arrives clear of all obstacles or reports where it collided.
 TEST(NoisyDrive, CollisionsAreThoseOfTheTruePose) {
   int num_collisions = 0;
   int num_arrived = 0;

@@ -12,7 +12,7 @@
 
 namespace nightmap {
 
-// From a point to the nearest obstacle cell's square, by looking at all of them.
+// Distance from a point to the nearest obstacle cell's square, by exhaustive search.
 inline double PlainClearance_m(const OccupancyGrid& grid, const Eigen::Vector2d& point_in_map) {
   const Eigen::Vector2d point = grid.ToCells(point_in_map);
   double nearest = std::min({point.x(),

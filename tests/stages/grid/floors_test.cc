@@ -60,7 +60,7 @@ TEST(GridFloors, ARampGoesOnBehindAMetreOfUnseenGround) {
   const FloorGrid floor = Project(RampHallWithGap(20, 80, 99).Tree());
   for (int x = 0; x < 160; ++x) EXPECT_EQ(CellAt(floor, x, 10), kFreeCell) << x;
   EXPECT_EQ(floor.num_drop_cells, 0U);
-  // Not behind two metres: what rises there may be anything.
+  // Not behind two metres, because anything may rise there.
   EXPECT_EQ(CellAt(Project(RampHallWithGap(20, 70, 109).Tree()), 115, 10), kOccupiedCell);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// No path leads over the tables and cabinets of made-up buildings.
+// No path leads over the tables and cabinets of synthetic buildings.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -56,7 +56,7 @@ SyntheticWorld QuickWorld(BuildingOptions options, const RouteOptions& route) {
   return BuildWorld(options, route, 2);
 }
 
-// As the robot's camera sees it that was carried along the route.
+// The grid from the view of a camera that was carried along the robot's route.
 GridResult GridOf(const SyntheticWorld& world, const RouteOptions& route, std::size_t step) {
   SyntheticCameraOptions camera;
   const auto poses = PlanRoute(world.layout, route, camera);

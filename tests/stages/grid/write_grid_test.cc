@@ -25,7 +25,7 @@ class WriteGridTest : public testing::Test {
     void Register(OptionList&) {}
   };
 
-  // As the stage writes them.
+  // Writes the files as the stage does.
   void Write(const GridResult& result, const std::vector<std::string>& ports = kAllPorts) {
     const StageSpec spec{"grid",
                          "",

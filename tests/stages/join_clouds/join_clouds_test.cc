@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/join_clouds/join_clouds.h"
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/tiles_io.h"
+#include "pipeline/program/stage_main.h"
 #include "tests/test_data.h"
 
 namespace nightmap {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/join_octrees/join_octrees.h"
 
-#include "pipeline/base/stage_main.h"
 #include "pipeline/io/octree_io.h"
 #include "pipeline/io/tiles_io.h"
+#include "pipeline/program/stage_main.h"
 #include "tests/test_data.h"
 
 namespace nightmap {

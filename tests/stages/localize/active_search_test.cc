@@ -10,7 +10,7 @@
 #include <map>
 #include <numeric>
 
-#include "pipeline/vision/descriptor_distance.h"
+#include "pipeline/features/descriptor_distance.h"
 #include "stages/localize/place_search.h"
 #include "tests/stages/localize/scene_map.h"
 
@@ -60,7 +60,7 @@ class SearchTest : public testing::Test {
     return best->distance < max_ratio * max_ratio * second ? best->idx : -1;
   }
 
-  // Of all landmarks with the word of a feature.
+  // Brute-force matches over all landmarks with the word of a feature.
   std::vector<LandmarkMatch> BruteForceOfFeatures() const {
     std::vector<LandmarkMatch> matches;
     for (int f = 0; f < features_.NumFeatures(); ++f) {
@@ -79,7 +79,8 @@ class SearchTest : public testing::Test {
     return KeepOneToOne(matches);
   }
 
-  // Of all features with the word of a landmark, those most seen first; each feature once.
+  // Brute-force matches over all features with the word of a landmark, those most seen first; each
+  // feature once.
   std::map<int, int> BruteForceOfLandmarks() const {
     std::vector<int> landmarks(map_.positions_in_map.size());
     std::iota(landmarks.begin(), landmarks.end(), 0);
@@ -160,8 +161,8 @@ TEST_F(SearchTest, StopsAtThePresetNumber) {
   }
 }
 
-// Every other landmark has wrong words down to search_level: only from beside it is it found, by
-// its word at landmark_level.
+// Every other landmark has wrong words down to search_level. Only the search around a match finds
+// it, by its word at landmark_level.
 TEST_F(SearchTest, TheCombinedSearchFindsWhatWordsMiss) {
   options_.max_matches = 100000;
   const int depth = map_.num_word_levels;

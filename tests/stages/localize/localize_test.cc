@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "pipeline/base/error.h"
-#include "pipeline/geometry/moving_pose.h"
+#include "pipeline/geometry/rolling_shutter_pose.h"
 #include "stages/localize/localize_report.h"
 #include "stages/localize/localizer.h"
 #include "tests/stages/localize/scene_map.h"
@@ -99,14 +99,14 @@ TEST_F(LocalizeTest, FindsThePoseAsPublished) {
   ExpectLocated(Localize(features_));
 }
 
-// Of another size and lens: pixels are rays, and the map does not care.
+// Another size and lens: pixels become rays, so the map does not depend on the camera.
 TEST_F(LocalizeTest, FindsThePoseWithAnotherCamera) {
   scene_.cameras[0].color = Camera{1000, 400, 700, 690, 480, 210};
   const QueryResult result = Localize(scene_.See(pose_, 0, nullptr));
   ExpectLocated(result);
 }
 
-// A picture turned by a quarter: the camera is rolled, no more. (Descriptors turn with the
+// A picture rotated by a quarter turn: the camera is rolled, no more. (Descriptors rotate with the
 // picture.)
 TEST_F(LocalizeTest, FindsThePoseOfARolledCamera) {
   const Rigid3 roll{Eigen::Quaterniond(Eigen::AngleAxisd(1.5708, Eigen::Vector3d::UnitZ())),
@@ -162,8 +162,8 @@ TEST_F(LocalizeTest, LandmarksOnAPlaneGiveAPoseToP3pOnly) {
   EXPECT_EQ(Localize(features_).reason, "too_few_inliers");
 }
 
-// Of features anywhere near where a pose puts their landmarks some are inliers, however wrong it
-// is.
+// Among features anywhere near the projections of their landmarks some are inliers, however wrong
+// the pose is.
 TEST_F(LocalizeTest, InliersByChanceGiveNoPlace) {
   Random random(3);
   for (auto& keypoint : features_.keypoints_px) {

@@ -79,7 +79,7 @@ TEST_F(PicturesTest, APictureLikeTheMapsIsLocated) {
   EXPECT_GT(result.num_inliers, 100);
 }
 
-// As by a phone: four times as fine, whether the detail is real or not.
+// Like a phone's picture: four times as fine, whether the detail is real or not.
 TEST_F(PicturesTest, AFinerPictureIsLocatedAsWell) {
   const QueryResult plain = LocalizePlain();
   const Camera finer = Finer(camera_, 4);
@@ -106,7 +106,7 @@ TEST_F(PicturesTest, OnlyMuchFinerPicturesAreScaled) {
   EXPECT_EQ(Localize(picture, finer).reprojection_error_px, scaled.reprojection_error_px);
 }
 
-// Of another size, field of view and shape, and with a lens that bends lines.
+// Another size, field of view and shape, and a lens with distortion.
 TEST_F(PicturesTest, APictureOfAnotherLensIsLocated) {
   const Camera lens{400, 220, 290, 280, 190, 115, -0.15, 0.03, 0.001, -0.001};
   const Camera pinhole{1200, 900, 600, 600, 599.5, 449.5};
@@ -148,7 +148,7 @@ TEST_F(PicturesTest, APictureTurnedByAQuarterIsLocated) {
     }
   }
   const Camera camera{turned.width, turned.height, camera_.fy, camera_.fx, 119.5, 159.5};
-  // What was down is left.
+  // Down becomes left.
   const Rigid3 roll{
       Eigen::Quaterniond(Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitZ())),
       Eigen::Vector3d::Zero()};

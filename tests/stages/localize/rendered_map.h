@@ -6,13 +6,13 @@
 #include <cmath>
 #include <vector>
 
+#include "pipeline/features/descriptor_distance.h"
+#include "pipeline/features/extract_features.h"
+#include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/landmarks_io.h"
 #include "pipeline/synthetic/paint.h"
 #include "pipeline/synthetic/render.h"
 #include "pipeline/synthetic/route.h"
-#include "pipeline/vision/descriptor_distance.h"
-#include "pipeline/vision/extract_features.h"
-#include "pipeline/vision/vocabulary_io.h"
 
 namespace nightmap {
 
@@ -47,7 +47,7 @@ inline SyntheticWorld PosterWorld() {
   return WorldOfScene(std::move(scene));
 }
 
-// Where the map's cameras stood: `step` 0 to 5; queries may stand between.
+// Poses of the map's cameras: `step` 0 to 5; queries may be between them.
 inline Rigid3 PosterPose(double step) {
   return CameraPose({{0, 1.0 - 0.4 * step}, 0.1 * (step - 2.5)}, 1.4, 0.05);
 }

@@ -36,7 +36,7 @@ TEST(RunLoops, FindsTheWayBackAndKeepsTheGap) {
   }
   EXPECT_EQ(num_exact, 8);
 
-  // Where only one frame finds a place, its neighbours do not bear it out.
+  // Where only one frame finds a place, its neighbours do not confirm it.
   Vocabulary lonely = vocabulary;
   auto words = vocabulary.inverted_file.Words();
   for (std::size_t i = num_out; i < words.size(); ++i) {

@@ -64,7 +64,7 @@ bool Crosses(const Slab& slab, const Eigen::Vector3d& camera, const Eigen::Vecto
   return slab.rect.Contains(crossing.x(), crossing.y());
 }
 
-// What a camera sees of the slabs, and of the wall behind them.
+// Patches that a camera sees of the slabs and of the wall behind them.
 void Look(int camera_idx, Random& random, Room& room) {
   const Eigen::Vector3d camera = room.cameras[static_cast<std::size_t>(camera_idx)].translation;
   for (const Slab& slab : room.slabs) {

@@ -33,7 +33,7 @@ std::vector<Rigid3> Cameras(double height_m, double pitch_rad) {
   return cameras;
 }
 
-// What an observer in any other frame of reference would have.
+// Moves the observations into another frame of reference.
 void Move(const Rigid3& motion, std::vector<SurfacePatch>* patches, std::vector<Rigid3>* cameras) {
   for (SurfacePatch& patch : *patches) {
     patch.point = motion * patch.point;

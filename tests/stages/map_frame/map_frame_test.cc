@@ -16,7 +16,7 @@ namespace {
 constexpr int kNumFrames = 12;
 constexpr double kHeight_m = 1.1;
 
-// Cameras pitched down above a level floor that fills their pictures, in a frame that is turned.
+// Cameras pitched down above a level floor that fills their pictures, in a rotated frame.
 MapFrameInput MakeInput(const Rigid3& given_from_level) {
   constexpr double kPitch_rad = 0.6;
   MapFrameInput input;

@@ -16,7 +16,7 @@ constexpr double kResolution_m = 0.1;
 
 ScanOptions NoLimits() { return {kResolution_m, 1000.0, false, std::nullopt}; }
 
-// What a scan says, voxel by voxel.
+// The evidence of a scan, voxel by voxel.
 struct Listed {
   std::map<std::uint64_t, std::array<std::uint32_t, 4>> hits;  // sums of color, count
   std::set<std::uint64_t> passed;
@@ -61,7 +61,7 @@ std::uint64_t CodeAt(const Eigen::Vector3d& point) {
   return MortonCode(VoxelOf(point, kResolution_m));
 }
 
-// How much of the segment lies in a voxel, as a share.
+// Share of the segment that lies in a voxel.
 double ShareInVoxel(const VoxelKey& voxel, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   double begin = 0;
   double end = 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What octrees say voxel by voxel, to compare them.
+// States of octrees voxel by voxel, for comparison.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ class VoxelStates {
     return count;
   }
 
-  // Of the voxels that are occupied (or free) in one of the two, the share that is so in both.
+  // Share of the voxels occupied (or free) in either tree that are so in both.
   double IntersectionOverUnion(const VoxelStates& other, bool occupied) const {
     std::size_t num_both = 0;
     for (const auto& entry : blocks_.Entries()) {

@@ -24,7 +24,7 @@ TEST(SquareOrder, NumbersEachCellOnceAndBack) {
   }
 }
 
-// What it is for.
+// The purpose of the class.
 TEST(SquareOrder, CellsOfASquareAreTogether) {
   const SquareOrder order(1000, 1000);
   const std::size_t first = order.Index({320, 480});

@@ -31,7 +31,7 @@ int BruteForce(const OccupancyGrid& grid, const Eigen::Vector2i& cell, bool unkn
   return least;
 }
 
-// Sides that are shorter and longer than what is looked at together.
+// Sides shorter and longer than the number of cells that are computed together.
 OccupancyGrid RandomSizedGrid(Random& random) {
   const auto side = [&] { return 1 + static_cast<int>(random.Index(80)); };
   const int width = side();
@@ -64,7 +64,7 @@ TEST(ObstacleDistances, AreExact) {
   }
 }
 
-// Also of caps whose sums need more than 16 bits.
+// Includes caps whose sums need more than 16 bits.
 TEST(ObstacleDistances, OfARowAreExactUpToTheCap) {
   int num_below = 0;
   int num_capped = 0;

@@ -13,8 +13,8 @@
 #include <sstream>
 
 #include "pipeline/base/error.h"
+#include "stages/plan/astar.h"
 #include "stages/plan/path_output.h"
-#include "stages/plan/search.h"
 #include "tests/stages/plan/scene.h"
 
 namespace nightmap {
@@ -88,7 +88,7 @@ std::string ErrorOf(const PlanOptions& options, const PlanInputs& inputs) {
   return "";
 }
 
-// map_server's origin may have a yaw: the same rooms, turned in the map.
+// map_server's origin may have a yaw: the same rooms, rotated in the map.
 TEST(Plan, FollowsAGridThatIsTurned) {
   PlanInputs inputs = Rooms();
   PlanOptions options;
@@ -276,7 +276,7 @@ TEST(PlanFloor, IsThatOfTheEnds) {
   EXPECT_EQ(FloorFor("picture:b", "picture:b", 7), 1);  // asks for no floor
 }
 
-// Of points on the way up, and of heights that were read rounded.
+// Includes points between floors, and heights that were read rounded.
 TEST(PlanFloor, OfAZIsTheOneBelow) {
   for (const auto& [z, number] :
        {std::pair("2.5", 0), {"2.81", 1}, {"5.3", 1}, {"-0.05", 0}, {"-0.8", -1}, {"-3.25", -1}}) {

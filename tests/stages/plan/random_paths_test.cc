@@ -19,7 +19,7 @@ namespace {
 constexpr int kNumPairs = 1000;
 constexpr double kRadius_m = 0.2;
 
-// Where a robot must not be touched; beyond the grid neither.
+// Cells that a robot must not touch; cells beyond the grid are among them.
 bool IsBlocked(const OccupancyGrid& grid, int x, int y) {
   return !grid.Contains({x, y}) || grid.At({x, y}) != kFreeCell;
 }

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "stages/plan/astar.h"
 #include "stages/plan/cost_map.h"
-#include "stages/plan/search.h"
 #include "stages/plan/segment.h"
 
 namespace nightmap {
@@ -73,10 +73,10 @@ inline std::vector<std::int64_t> DijkstraCosts(const CostMap& map, const Eigen::
   return costs;
 }
 
-// The cheapest path of straight lines that go up to 5 cells to the side and up, in 80 directions:
-// at most 0.5 % dearer than the cheapest in any direction, but for corners. A* with the costs of
-// DijkstraCosts, which are at most 1 / cos(22.5 deg) times those in any direction. There must be a
-// path from `start` to the cell that `to_goal` was made for.
+// The cheapest path of straight lines that go up to 5 cells sideways and up, in 80 directions:
+// apart from corners at most 0.5 % more expensive than the cheapest in any direction. A* with the
+// costs of DijkstraCosts, which are at most 1 / cos(22.5 deg) times those in any direction. There
+// must be a path from `start` to the cell that `to_goal` was made for.
 inline std::vector<Eigen::Vector2i> ManyDirectionsPath(const CostMap& map,
                                                        const Eigen::Vector2i& start,
                                                        const std::vector<std::int64_t>& to_goal) {

@@ -10,7 +10,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
-#include "pipeline/vision/rgbd_keyframes.h"
+#include "pipeline/dense/rgbd_keyframes.h"
 
 namespace nightmap {
 

@@ -117,7 +117,7 @@ TEST(PoseGraph, EveryFrameHasAPoseAndEveryCandidateAVerdict) {
   EXPECT_EQ(std::ranges::count(csv, '\n'), 7);
 }
 
-// All keyframes see the same points: few are needed.
+// All keyframes see the same points, so few keyframes are needed.
 TEST(PoseGraph, DroppedKeyframesKeepTheirPosesAndTheEdgesGoPastThem) {
   PoseGraphInput input = MakeInput();
   for (FrameFeatures& frame : input.features.frames) frame.keypoints_px.resize(50);

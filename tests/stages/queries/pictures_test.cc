@@ -128,7 +128,7 @@ TEST_F(PicturesTest, OneFileMayLieOutsideOfTheDataFolder) {
   folder_.Write("photos/start.jpg", "x");
   AddQuery("../../photos/start.jpg");
   EXPECT_EQ(Paths(), Strings{"../photos/start.jpg"});
-  // As the system finds it, also when the data folder is a link.
+  // The path as the system resolves it, also when the data folder is a link.
   std::filesystem::rename(Data(), folder_ / "disk");
   std::filesystem::create_directories(folder_ / "elsewhere");
   std::filesystem::rename(folder_ / "disk", folder_ / "elsewhere/disk");

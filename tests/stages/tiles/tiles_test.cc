@@ -79,7 +79,8 @@ TEST(Tiles, ListNoKeyframeThatIsOutOfReach) {
   const TilesOptions options = SmallTiles();
   for (const auto& [index, tile] : RunTiles(options, {WideCamera()}, keyframes)) {
     for (const Keyframe& keyframe : tile.keyframes) {
-      // All a camera may see is nearer than the corner of its view, 1.35 times the depth.
+      // Everything that a camera may see is nearer than the corner of its view, 1.35 times the
+      // depth.
       const double reach_m = 1.35 * options.max_range_m + options.overlap_m;
       const Eigen::Vector2d centre = keyframe.map_from_camera.translation.head<2>();
       EXPECT_TRUE(tile.region.inside.Grown(reach_m).Contains(centre));

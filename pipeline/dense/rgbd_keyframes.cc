@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/dense/rgbd_keyframes.h"
+
+#include "pipeline/base/error.h"
+#include "pipeline/dense/back_project.h"
+
+namespace nightmap {
+namespace {
+
+const RgbdCamera& CameraOf(const Keyframe& keyframe, const std::vector<RgbdCamera>& cameras) {
+  return cameras[static_cast<std::size_t>(keyframe.frame.camera_idx)];
+}
+
+// False only when all depth pixels, the camera, and thus the rays between them, lie on one side of
+// `area`.
+bool MaySee(const Rectangle& area,
+            const Keyframe& keyframe,
+            const RayTable& rays,
+            const DepthImage& depth) {
+  const Eigen::Vector2d centre = keyframe.map_from_camera.translation.head<2>();
+  if (area.Contains(centre)) return true;
+  const Eigen::Matrix<float, 2, 3> turn =
+      keyframe.map_from_camera.rotation.toRotationMatrix().topRows<2>().cast<float>();
+  Eigen::Array2f min = Eigen::Array2f::Zero(), max = Eigen::Array2f::Zero();
+  for (std::size_t i = 0; i < depth.pixels.size(); ++i) {
+    const Eigen::Array2f offset = turn * (depth.pixels[i] * rays[i].homogeneous());
+    min = min.min(offset);
+    max = max.max(offset);
+  }
+  // Single-precision offsets are accurate to a micrometre here.
+  constexpr double kSlack_m = 1e-4;
+  return area.Grown(kSlack_m).Touches(centre + min.matrix().cast<double>(),
+                                      centre + max.matrix().cast<double>());
+}
+
+auto DepthLoader(const std::vector<RgbdCamera>& cameras, const std::filesystem::path& data_root) {
+  return [cameras, data_root](const Keyframe& keyframe) {
+    return LoadDepth(keyframe.frame, CameraOf(keyframe, cameras), data_root);
+  };
+}
+
+}  // namespace
+
+KeyframeSource OpenTile(const std::filesystem::path& tile_path,
+                        const std::filesystem::path& cameras_path,
+                        const std::filesystem::path& data_root,
+                        int stride,
+                        double max_range_m) {
+  Tile tile = ReadTile(tile_path);
+  if (!(max_range_m <= tile.region.max_range_m)) {
+    throw UsageError(
+        "{} lists the keyframes within {} m, {} m are asked for; raise tiles.max_range_m",
+        tile_path.string(),
+        tile.region.max_range_m,
+        max_range_m);
+  }
+  KeyframeSource source;
+  source.region = tile.region;
+  source.cameras = ReadCameras(cameras_path);
+  for (Keyframe& keyframe : tile.keyframes) {
+    CheckCamera(keyframe.frame, source.cameras, cameras_path.string());
+    if (keyframe.keyframe_idx % stride == 0) source.keyframes.push_back(std::move(keyframe));
+  }
+  // The color picture of a keyframe that sees nothing of the tile is never decoded.
+  const Rectangle seen = tile.region.inside.Grown(tile.region.overlap_m);
+  source.load = [cameras = source.cameras,
+                 rays = MakeRayTables(source.cameras, 1),
+                 data_root,
+                 seen](const Keyframe& keyframe) {
+    const RgbdCamera& camera = CameraOf(keyframe, cameras);
+    const RayTable& table = rays[static_cast<std::size_t>(keyframe.frame.camera_idx)];
+    RgbdImages images;
+    images.depth = LoadDepth(keyframe.frame, camera, data_root);
+    if (!MaySee(seen, keyframe, table, images.depth)) return RgbdImages{};
+    images.color = LoadColor(keyframe.frame, camera, data_root);
+    return images;
+  };
+  source.load_depth = DepthLoader(source.cameras, data_root);
+  return source;
+}
+
+}  // namespace nightmap

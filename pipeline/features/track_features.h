@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tracks features by optical flow from a described frame to the frames after it, so that only some
+// frames need descriptors (pyramidal Lucas-Kanade: Bouguet, Pyramidal implementation of the Lucas
+// Kanade feature tracker, 2000). The reference patch is always the described frame's, so tracks do
+// not drift.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "pipeline/base/options.h"
+#include "pipeline/io/features_io.h"
+#include "pipeline/io/frames_io.h"
+
+namespace nightmap {
+
+struct TrackingOptions {
+  int max_gap_frames = 10;
+  double min_tracked_ratio = 0.5;
+  int max_tracked = 400;
+  int window_px = 17;
+  double max_difference = 12;
+
+  void Register(OptionList& list);
+};
+
+// Deterministic; one thread.
+class FeatureTracker {
+ public:
+  explicit FeatureTracker(const TrackingOptions& options);
+  FeatureTracker(FeatureTracker&&) noexcept;
+  ~FeatureTracker();
+
+  // Restarts from a described frame.
+  void Start(const ColorImage& color, const Camera& camera, const FrameFeatures& described);
+
+  // The features found again in the next frame, without depth (depths_m all 0) or descriptors.
+  // Returns nothing when so few are found, or so many frames have passed, that this frame should be
+  // described; also before Start.
+  std::optional<FrameFeatures> Track(const ColorImage& color, const Camera& camera, int frame_idx);
+
+ private:
+  struct State;
+  TrackingOptions options_;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace nightmap

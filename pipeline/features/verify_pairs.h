@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Verifies many candidate pairs of frames in parallel.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "pipeline/features/verify_pair.h"
+#include "pipeline/io/frames_io.h"
+#include "pipeline/io/matches_io.h"
+#include "pipeline/program/stage_context.h"
+
+namespace nightmap {
+
+// The frames that pairs consist of, with their features.
+struct FramesWithFeatures {
+  std::vector<FrameRecord> frames;  // contiguous frame_idx, starting at frames.front().frame_idx
+  std::vector<RgbdCamera> cameras;
+  FeaturesShard features;  // of these frames, in their order
+};
+
+// Reads the inputs frames, cameras and features. Throws DataError naming the file.
+FramesWithFeatures ReadFramesWithFeatures(const StageContext& context);
+
+// A candidate, not yet verified.
+FramePair MakePair(int frame_a, int frame_b);
+
+// Sorts ascending by (b, a).
+void SortPairs(std::vector<FramePair>* pairs);
+
+// A cheap check that rejects most wrong pairs before all of their features are compared.
+struct QuickCheck {
+  VerifyOptions verify;  // its seed is not used
+  std::function<std::vector<FeatureMatch>(const FramePair& pair)> match;
+};
+
+// Runs VerifyPair on each pair that `quick` accepts (null: on all). Each pair draws from its own
+// random stream of the seed, so the result is the same at any number of threads and in any order.
+void VerifyPairs(const VerifyOptions& options,
+                 const QuickCheck* quick,
+                 const FramesWithFeatures& input,
+                 int seed,
+                 int num_threads,
+                 Progress& progress,
+                 std::vector<FramePair>* pairs);
+
+// Fills num_pairs, num_accepted and mean_inliers of the report.
+void ReportPairs(const std::vector<FramePair>& pairs, StageContext& context);
+
+}  // namespace nightmap

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/program/stage_context.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/plain_file.h"
+
+namespace nightmap {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kMaxCausesShown = 10;  // of skipped items, per log
+
+std::string PortText(const char* flag, const std::string& name, const fs::path& path) {
+  return fmt::format("{} {}={}", flag, name, path.string());
+}
+
+}  // namespace
+
+StageContext::StageContext(StageSpec spec,
+                           PortPaths inputs,
+                           std::map<std::string, fs::path> outputs,
+                           std::string config_toml,
+                           int num_threads)
+    : spec_(std::move(spec)),
+      inputs_(std::move(inputs)),
+      outputs_(std::move(outputs)),
+      config_toml_(std::move(config_toml)),
+      num_threads_(num_threads),
+      progress_(spec_.name),
+      part_start_(Clock::now()) {
+  for (const auto& [name, paths] : inputs_) {
+    for (const fs::path& path : paths) files_.AddRead(path, PortText("--in", name, path));
+  }
+  for (const auto& [name, path] : outputs_) files_.AddWritten(path, PortText("--out", name, path));
+}
+
+const fs::path& StageContext::Input(const std::string& name) const {
+  if (!HasInput(name)) {
+    throw std::logic_error(fmt::format(
+        "{}: input '{}' is used but was not given; a stage asks HasInput first", spec_.name, name));
+  }
+  return Inputs(name).front();
+}
+
+const std::vector<fs::path>& StageContext::Inputs(const std::string& name) const {
+  return inputs_.at(name);
+}
+
+bool StageContext::HasInput(const std::string& name) const {
+  const auto found = inputs_.find(name);
+  return found != inputs_.end() && !found->second.empty();
+}
+
+void StageContext::AddInput(const fs::path& path, const fs::path& named_by) {
+  if (!fs::exists(path)) {
+    throw DataError("{}: {} names this file, but it does not exist; make it again or correct {}",
+                    path.string(),
+                    named_by.string(),
+                    named_by.filename().string());
+  }
+  RequirePlain(path);
+  files_.AddRead(path, fmt::format("{}, which {} names", path.string(), named_by.string()));
+  inputs_[path.filename().string()].push_back(path);
+}
+
+fs::path StageContext::Output(const std::string& name) {
+  return output_set_.Create(outputs_.at(name));
+}
+
+fs::path StageContext::OutputBeside(const std::string& name, const std::string& file_name) {
+  const fs::path path = outputs_.at(name).parent_path() / file_name;
+  files_.AddWritten(path, fmt::format("{}, written beside --out {}", path.string(), name));
+  return output_set_.Create(path, true);
+}
+
+bool StageContext::HasOutput(const std::string& name) const { return outputs_.contains(name); }
+
+fs::path StageContext::FinalPath(const std::string& name) const { return outputs_.at(name); }
+
+void StageContext::Skip(const std::string& text) {
+  const bool is_new = skipped_.Add(text);
+  const bool is_shown = is_new && skipped_.NumCauses() <= kMaxCausesShown;
+  spdlog::log(is_shown ? spdlog::level::warn : spdlog::level::debug, "skipped: {}", text);
+}
+
+void StageContext::CheckSkipped(std::size_t num_items, double max_failed_ratio) const {
+  skipped_.Check(num_items, max_failed_ratio);
+}
+
+void StageContext::SumUpSkipped() const {
+  const auto causes = skipped_.Causes();
+  for (std::size_t i = 0; i < std::min(causes.size(), kMaxCausesShown); ++i) {
+    if (causes[i].num_items > 1) spdlog::warn("{}", CauseText(causes[i]));
+  }
+  if (causes.size() > kMaxCausesShown) {
+    spdlog::warn("items are skipped for {} more causes; the report lists every item",
+                 causes.size() - kMaxCausesShown);
+  }
+}
+
+void StageContext::BeginPart(const std::string& name) {
+  const auto now = Clock::now();
+  if (!parts_.empty()) {
+    parts_[current_part_].second += std::chrono::duration<double>(now - part_start_).count();
+  }
+  part_start_ = now;
+  const auto found = std::ranges::find(parts_, name, [](const auto& part) { return part.first; });
+  current_part_ = static_cast<std::size_t>(found - parts_.begin());
+  if (found == parts_.end()) parts_.emplace_back(name, 0.0);
+}
+
+}  // namespace nightmap

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/program/stage_main.h"
+
+#include <fmt/ranges.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <ctime>
+#include <iostream>
+#include <iterator>
+#include <stdexcept>
+#include <thread>
+
+#include "pipeline/base/plain_file.h"
+
+namespace nightmap {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+using nlohmann::json;
+
+struct CommandLine {
+  fs::path config;
+  std::vector<std::string> inputs;    // NAME=PATH, finally including those of the lists
+  std::vector<std::string> in_lists;  // NAME=FILE
+  std::vector<std::string> outputs;   // NAME=PATH
+  std::vector<fs::path> in_list_files;
+  int num_threads = 0;
+  std::string log_level = "info";
+  bool version = false;
+  bool print_config = false;
+  bool check_config = false;
+};
+
+std::string Footer(const StageSpec& spec, const OptionList& options) {
+  return fmt::format(
+      "inputs:\n{}\noutputs:\n{}\noptions in the config file (TOML):\n{}\n"
+      "exit codes: 0 outputs committed; 1 data, I/O or numeric failure; 2 usage or "
+      "config error; 3 below an acceptance threshold, nothing committed",
+      PortHelp(spec.inputs),
+      PortHelp(spec.outputs),
+      options.Help());
+}
+
+void DefineCommandLine(CLI::App& app, CommandLine* line) {
+  app.add_option("--config", line->config, "TOML file; options not named keep their default");
+  app.add_option("--in", line->inputs, "NAME=PATH of an input")->take_all();
+  app.add_option("--in-list", line->in_lists, "NAME=FILE: --in NAME=PATH for each line of FILE")
+      ->take_all();
+  app.add_option("--out", line->outputs, "NAME=PATH of an output")->take_all();
+  app.add_option("--threads", line->num_threads, "0: one per core; never changes a result")
+      ->check(CLI::Range(0, 1024));
+  app.add_option("--log-level", line->log_level, "debug, info, warn, err or off")
+      ->check(CLI::IsMember({"debug", "info", "warn", "err", "off"}));
+  app.add_flag("--version", line->version, "print the version and exit");
+  app.add_flag("--print-config", line->print_config, "print the effective config and exit");
+  app.add_flag("--check-config", line->check_config, "check the config file and exit");
+}
+
+void ExpandInLists(CommandLine* line) {
+  for (const std::string& text : line->in_lists) {
+    InList list = ReadInList(text);
+    std::ranges::move(list.inputs, std::back_inserter(line->inputs));
+    line->in_list_files.push_back(std::move(list.file));
+  }
+}
+
+std::string UtcNow() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof(text), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+rusage Usage() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage;
+}
+
+std::int64_t PeakMemory_bytes() { return static_cast<std::int64_t>(Usage().ru_maxrss) * 1024; }
+
+// CPU time of all threads.
+double CpuTime_s() {
+  const rusage usage = Usage();
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+// Replaces names that are not UTF-8, because they must not cost the run its report.
+std::string Dump(const json& value) {
+  return value.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+json DescribeFile(const std::string& name, const fs::path& path, const fs::path& bytes_at) {
+  json entry{{"name", name}, {"path", path.string()}};
+  if (fs::is_regular_file(bytes_at)) {
+    entry["size_bytes"] = fs::file_size(bytes_at);
+    entry["xxh3"] = HashFile(bytes_at);
+  }
+  return entry;
+}
+
+void SetUpLog(const StageSpec& spec, const std::string& level) {
+  auto logger = std::make_shared<spdlog::logger>(
+      spec.name, std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+  logger->set_pattern("%T %^%l%$ %n: %v");
+  logger->set_level(spdlog::level::from_str(level));
+  spdlog::set_default_logger(logger);
+}
+
+}  // namespace
+
+// One run of a stage program, from the command line to the committed receipt.
+class StageRun {
+ public:
+  StageRun(const StageSpec& spec, const OptionList& options, const CommandLine& line)
+      : spec_(spec), options_(options), line_(line), start_(Clock::now()), start_utc_(UtcNow()) {}
+
+  void Execute(const std::function<void(StageContext&)>& body) {
+    StageContext context = MakeContext();
+    if (!line_.config.empty()) context.files_.AddRead(line_.config, "--config");
+    for (const fs::path& file : line_.in_list_files) context.files_.AddRead(file, "--in-list");
+    spdlog::info("nightmap {} {} build, {} threads",
+                 NIGHTMAP_VERSION,
+                 NIGHTMAP_BUILD_TYPE,
+                 context.num_threads_);
+    body(context);
+    context.SumUpSkipped();
+    context.BeginPart("commit");
+    context.progress_.Finish();
+    WriteReport(context);
+    WriteReceipt(context);
+    context.output_set_.Commit();
+    spdlog::info("done in {:.1f} s", Elapsed_s());
+  }
+
+ private:
+  StageContext MakeContext() const {
+    auto inputs = AssignPorts(line_.inputs, spec_.inputs, "--in");
+    CheckInputs(inputs, spec_.inputs);
+    std::map<std::string, fs::path> outputs;
+    for (auto& [name, paths] : AssignPorts(line_.outputs, spec_.outputs, "--out")) {
+      if (!paths.empty()) outputs[name] = paths.front();
+    }
+    const int num_cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    return {spec_,
+            std::move(inputs),
+            std::move(outputs),
+            options_.ToToml(),
+            line_.num_threads > 0 ? line_.num_threads : num_cores};
+  }
+
+  void WriteReport(StageContext& context) const {
+    if (!context.HasOutput("report")) return;
+    json report{{"format", "nightmap report"}, {"version", 1}, {"stage", spec_.name}};
+    report["config"] = options_.ToToml();
+    report["num_skipped"] = context.skipped_.Count();
+    if (context.skipped_.Count() > 0) report["skipped"] = context.skipped_.Texts();
+    report.update(context.report_);
+    WriteFile(context.Output("report"), Dump(report));
+  }
+
+  void WriteReceipt(StageContext& context) const {
+    if (!context.HasOutput("receipt")) return;
+    json receipt{{"format", "nightmap receipt"}, {"version", 1}, {"stage", spec_.name}};
+    receipt["program"] = DescribeFile(NIGHTMAP_VERSION, "/proc/self/exe", "/proc/self/exe");
+    receipt["program"]["path"] = fs::read_symlink("/proc/self/exe").string();
+    receipt["build_type"] = NIGHTMAP_BUILD_TYPE;
+    receipt["config"] = options_.ToToml();
+    receipt["threads"] = context.num_threads_;
+    receipt["start_time"] = start_utc_;
+    receipt["inputs"] = json::array();
+    for (const auto& [name, paths] : context.inputs_) {
+      for (const fs::path& path : paths) {
+        receipt["inputs"].push_back(DescribeFile(name, path, path));
+      }
+    }
+    receipt["outputs"] = json::array();
+    for (const fs::path& path : context.output_set_.FinalPaths()) {
+      receipt["outputs"].push_back(
+          DescribeFile(path.filename(), path, context.output_set_.CurrentPath(path)));
+    }
+    receipt["parts"] = json::array();
+    for (const auto& [name, seconds] : context.parts_) {
+      receipt["parts"].push_back({{"name", name}, {"wall_time_s", seconds}});
+    }
+    receipt["wall_time_s"] = Elapsed_s();
+    receipt["cpu_time_s"] = CpuTime_s();
+    receipt["peak_memory_bytes"] = PeakMemory_bytes();
+    WriteFile(context.Output("receipt"), Dump(receipt));
+  }
+
+  double Elapsed_s() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+  const StageSpec& spec_;
+  const OptionList& options_;
+  const CommandLine& line_;
+  Clock::time_point start_;
+  std::string start_utc_;
+};
+
+namespace {
+
+int Fail(const std::string& message, ExitCode code) {
+  spdlog::error("{}", message);
+  return static_cast<int>(code);
+}
+
+std::string OutOfMemoryText(const CommandLine& line) {
+  constexpr std::size_t kMaxNamed = 3;
+  const std::size_t num_named = std::min(line.inputs.size(), kMaxNamed);
+  const std::vector<std::string> named(
+      line.inputs.begin(), line.inputs.begin() + static_cast<std::ptrdiff_t>(num_named));
+  return fmt::format(
+      "out of memory{}{}{}; set smaller shards (frames.shard_size) or tiles (tiles.edge_m), or use "
+      "a machine with more",
+      named.empty() ? "" : " with the inputs ",
+      fmt::join(named, ", "),
+      num_named < line.inputs.size() ? ", ..." : "");
+}
+
+// Handles options that need no inputs; true when nothing else was asked for.
+bool HandleQueries(const StageSpec& spec, const CommandLine& line, const OptionList& options) {
+  if (line.version) {
+    std::cout << spec.name << " (nightmap) " << NIGHTMAP_VERSION << '\n';
+  } else if (line.print_config) {
+    std::cout << options.ToToml();
+  } else if (line.check_config) {
+    std::cout << (line.config.empty() ? "defaults" : line.config.string()) << ": ok\n";
+  }
+  return line.version || line.print_config || line.check_config;
+}
+
+}  // namespace
+
+int RunStage(int argc,
+             char** argv,
+             const StageSpec& stage_spec,
+             OptionList options,
+             const std::function<void(StageContext&)>& body) {
+  StageSpec spec = stage_spec;
+  spec.outputs.push_back({"report", "counts and quality figures (JSON)", Arity::kOptional});
+  spec.outputs.push_back({"receipt", "hashes, times and memory of this run", Arity::kOptional});
+  CommandLine line;
+  CLI::App app(spec.summary, spec.name);
+  DefineCommandLine(app, &line);
+  app.footer(Footer(spec, options));
+  SetUpLog(spec, "info");
+  try {
+    app.parse(argc, argv);
+    SetUpLog(spec, line.log_level);
+    if (!line.config.empty() && !fs::exists(line.config)) {
+      throw UsageError("{}: config file does not exist", line.config.string());
+    }
+    if (const std::string why = WhyNotPlain(line.config); !why.empty()) {
+      throw UsageError("--config {}: {}, a file is needed", line.config.string(), why);
+    }
+    if (!line.config.empty()) options.ParseToml(ReadFile(line.config), line.config.string());
+    if (HandleQueries(spec, line, options)) return 0;
+    ExpandInLists(&line);
+    StageRun(spec, options, line).Execute(body);
+    return 0;
+  } catch (const CLI::CallForHelp&) {
+    std::cout << app.help();
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    return Fail(std::string(error.what()) + "; see --help", ExitCode::kUsageError);
+  } catch (const Error& error) {
+    return Fail(error.what(), error.Code());
+  } catch (const std::bad_alloc&) {
+    return Fail(OutOfMemoryText(line), ExitCode::kDataError);
+  } catch (const std::exception& error) {
+    return Fail(error.what(), ExitCode::kDataError);
+  }
+}
+
+}  // namespace nightmap

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// Parses one line of a log into one sample, for read_signals.h.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/csv.h"
+#include "pipeline/io/text_file.h"
+#include "pipeline/io/trajectory_io.h"
+#include "pipeline/recording/read_signals.h"
+
+namespace nightmap {
+namespace {
+
+constexpr double kMaxAcceleration_m_per_s2 = 1e5;
+constexpr double kMaxDistance_m = 1e7;   // of odometry from its start
+constexpr double kMaxHeading_rad = 1e6;  // large, because odometry may count turns
+constexpr double kMaxTicks = 1e12;
+constexpr double kMaxRange_m = 1e4;
+constexpr std::size_t kMaxBeams = 100'000;
+constexpr double kRadPerDeg = std::numbers::pi / 180;
+
+using Words = std::vector<std::string_view>;
+
+double Within(std::string_view word, double limit, const char* what) {
+  const double value = RealWord(word);
+  if (std::abs(value) <= limit) return value;
+  throw DataError("{} is {}, beyond {}", what, word, limit);
+}
+
+void DemandCount(const Words& words, std::size_t count, const char* what) {
+  if (words.size() == count) return;
+  throw DataError("{} words, expected {} ({})", words.size(), count, what);
+}
+
+Eigen::Vector3d ParsePose(std::string_view x, std::string_view y, std::string_view heading) {
+  return {Within(x, kMaxDistance_m, "x"),
+          Within(y, kMaxDistance_m, "y"),
+          Within(heading, kMaxHeading_rad, "heading")};
+}
+
+Eigen::Vector3d ParseOdometry(const SensorConfig& sensor, const Words& values) {
+  if (sensor.measures == "pose") {
+    DemandCount(values, 3, "x y heading");
+    return ParsePose(values[0], values[1], values[2]);
+  }
+  if (sensor.measures == "motion") {
+    DemandCount(values, 2, "distance heading_change");
+    return {Within(values[0], kMaxDistance_m, "distance"),
+            Within(values[1], kMaxHeading_rad, "heading_change"),
+            0};
+  }
+  DemandCount(values, 2, "left right");
+  return {Within(values[0], kMaxTicks, "left"), Within(values[1], kMaxTicks, "right"), 0};
+}
+
+std::vector<float> ParseRanges(const Words& words, std::size_t first, std::size_t count) {
+  std::vector<float> ranges_m;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double range_m = Within(words[first + i], kMaxRange_m, "a range");
+    if (range_m < 0) throw DataError("a range is {}, below 0", range_m);
+    ranges_m.push_back(static_cast<float>(range_m));
+  }
+  return ranges_m;
+}
+
+// A scan with the angles of the site config.
+SignalSample ScanOf(const SensorConfig& sensor, std::vector<float> ranges_m) {
+  const double step_deg = sensor.angle_step_deg != 0 ? sensor.angle_step_deg
+                                                     : 180.0 / static_cast<double>(ranges_m.size());
+  return {0,
+          {sensor.start_angle_deg * kRadPerDeg, step_deg * kRadPerDeg, sensor.max_range_m},
+          std::move(ranges_m)};
+}
+
+// Reads the word that counts the words after it; throws when the line has fewer than these and
+// `after` more.
+std::size_t CountAt(const Words& words, std::size_t at, std::size_t after) {
+  if (at >= words.size()) throw DataError("{} words: the line is cut off", words.size());
+  const auto count = ParseInteger(words[at]);
+  if (!count || *count < 0 || *count > static_cast<std::int64_t>(kMaxBeams)) {
+    throw DataError("'{}' is no count of beams", words[at]);
+  }
+  const std::size_t needed = at + 1 + static_cast<std::size_t>(*count) + after;
+  if (words.size() < needed) {
+    throw DataError("{} words for {} beams, expected {}", words.size(), *count, needed);
+  }
+  return static_cast<std::size_t>(*count);
+}
+
+void DemandNoMore(const Words& words, std::size_t count) {
+  if (words.size() > count) throw DataError("{} words, expected {}", words.size(), count);
+}
+
+// FLASER n ranges x y theta odom_x odom_y odom_theta time host logger_time
+SignalSample ParseOldLaser(const SensorConfig& sensor, const Words& words) {
+  constexpr std::size_t kAfter = 9;
+  const std::size_t count = CountAt(words, 1, kAfter);
+  const std::size_t pose = 2 + count;
+  DemandNoMore(words, pose + kAfter);
+  SignalSample sample;
+  if (sensor.kind == SignalKind::kScan) {
+    if (count == 0) throw DataError("no beams");
+    sample = ScanOf(sensor, ParseRanges(words, 2, count));
+  } else {
+    sample.value = ParsePose(words[pose + 3], words[pose + 4], words[pose + 5]);
+  }
+  sample.time_ns = ParseTime_ns(words[pose + 6]);
+  return sample;
+}
+
+// MESSAGE type start_angle field_of_view angle_step max_range accuracy remission_mode n ranges
+// m remissions [laser x y theta, robot x y theta, tv rv forward_safety side_safety turn_axis] time
+// host logger_time
+SignalSample ParseLaser(const SensorConfig& sensor, const Words& words, bool has_poses) {
+  const std::size_t after = has_poses ? 14 : 3;
+  const std::size_t count = CountAt(words, 8, 1 + after);
+  const std::size_t num_remissions = CountAt(words, 9 + count, after);
+  const std::size_t rest = 10 + count + num_remissions;
+  DemandNoMore(words, rest + after);
+  SignalSample sample;
+  if (sensor.kind == SignalKind::kScan) {
+    if (count == 0) throw DataError("no beams");
+    sample.ranges_m = ParseRanges(words, 9, count);
+    sample.value = {Within(words[2], 7, "start_angle"),
+                    Within(words[4], 2, "angle_step"),
+                    Within(words[5], kMaxRange_m, "max_range")};
+  } else {
+    sample.value = ParsePose(words[rest + 3], words[rest + 4], words[rest + 5]);
+  }
+  sample.time_ns = ParseTime_ns(words[rest + after - 3]);
+  return sample;
+}
+
+}  // namespace
+
+SignalSample ParseCarmenLine(const SensorConfig& sensor, const Words& words) {
+  if (words[0] == "ODOM") {  // x y theta tv rv acceleration time host logger_time
+    DemandCount(words, 10, "ODOM x y theta tv rv acceleration time host logger_time");
+    return {ParseTime_ns(words[7]), ParsePose(words[1], words[2], words[3]), {}};
+  }
+  if (words[0] == "ROBOTLASER1" || words[0] == "RAWLASER1") {
+    return ParseLaser(sensor, words, words[0] == "ROBOTLASER1");
+  }
+  return ParseOldLaser(sensor, words);
+}
+
+SignalSample ParseValues(const SensorConfig& sensor, std::int64_t time_ns, const Words& values) {
+  SignalSample sample;
+  if (sensor.kind == SignalKind::kScan) {
+    if (values.empty() || values.size() > kMaxBeams) {
+      throw DataError("{} ranges, expected 1 to {}", values.size(), kMaxBeams);
+    }
+    sample = ScanOf(sensor, ParseRanges(values, 0, values.size()));
+  } else if (sensor.kind == SignalKind::kOdometry) {
+    sample.value = ParseOdometry(sensor, values);
+  } else {
+    DemandCount(values, 3, "ax ay az");
+    for (std::size_t i = 0; i < 3; ++i) {
+      sample.value[static_cast<Eigen::Index>(i)] =
+          Within(values[i], kMaxAcceleration_m_per_s2, "an acceleration, which is in m/s2,");
+    }
+  }
+  sample.time_ns = time_ns;
+  return sample;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Readers of the artifacts under maps/<site>/, and the atomic writer of the scripts' outputs."""
+
+import csv
+import hashlib
+import io
+import json
+import os
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from nightmap_eval.checked_reading import REMEDY, read_object, read_text, using
+from nightmap_eval.script_errors import DataError
+from nightmap_eval.unit_lists import read_shards, whole
+from nightmap_eval.writing_folder import WritingFolder
+
+
+def read_csv(path, required=()):
+    """Rows as dictionaries. Raises DataError on a missing column or a row of another length."""
+    rows = csv.DictReader(io.StringIO(read_text(path), newline=""))
+    try:
+        missing = [name for name in required if name not in (rows.fieldnames or [])]
+        if missing:
+            raise DataError(f"{path}: no column {', '.join(missing)}; {REMEDY}")
+        result = list(rows)
+    except csv.Error as error:
+        raise DataError(f"{path}:{rows.line_num}: {error}; {REMEDY}") from None
+    for number, row in enumerate(result, 2):
+        if None in row or None in row.values():
+            raise DataError(f"{path}:{number}: another number of columns than the header; {REMEDY}")
+    return result
+
+
+def to_ints(rows, column, path):
+    try:
+        return np.array([int(row[column]) for row in rows], dtype=np.int64)
+    except (ValueError, OverflowError) as error:
+        raise DataError(f"{path}: column {column}: {error}; {REMEDY}") from None
+
+
+def _read_array(path, file, name):
+    """An array that a stage wrote; takes memory only for the values that the file holds."""
+    array = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
+    if not isinstance(array, h5py.Dataset):
+        raise KeyError(f"no array {name!r}")
+    num_bytes = array.size * array.dtype.itemsize
+    if array.chunks is not None or not num_bytes == array.id.get_storage_size() <= os.path.getsize(path):
+        raise ValueError(f"array {name!r} declares more than the file holds")
+    return array[()]
+
+
+def read_hdf5(path, *names):
+    """Arrays of a file by name."""
+    try:
+        with h5py.File(path) as file:
+            return [_read_array(path, file, name) for name in names]
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError) as error:
+        raise DataError(f"{path}: {error}; {REMEDY}") from None
+
+
+def shard_names(site_dir):
+    """Names of the shards, in order."""
+    return whole(read_shards, site_dir)
+
+
+class Frames:
+    """The mapping frames of a site, in order."""
+
+    def __init__(self, site_dir):
+        self.rows = []
+        for name in shard_names(site_dir):
+            path = Path(site_dir) / "frames" / f"shard_{name}.csv"
+            self.rows += read_csv(path, ("frame_idx", "time_ns", "sequence_idx", "color_path"))
+        source = Path(site_dir) / "frames"
+        self.frame_idxs = to_ints(self.rows, "frame_idx", source)
+        self.times_ns = to_ints(self.rows, "time_ns", source)
+        self.sequence_idxs = to_ints(self.rows, "sequence_idx", source)
+        if len(set(self.times_ns)) != len(self.rows):
+            raise DataError(f"{source}: two frames with the same time_ns")
+
+    def __len__(self):
+        return len(self.rows)
+
+
+def bridged_frames(site_dir):
+    """Frames without a verified pair: odometry guessed their pose."""
+    bridged = []
+    for name in shard_names(site_dir):
+        path = Path(site_dir) / "odometry" / f"shard_{name}.h5"
+        if not path.exists():
+            continue
+        frame_idxs, states = read_hdf5(path, "frame_idx", "state")
+        with using(path):
+            bridged += np.ravel(frame_idxs)[np.ravel(states) == 1].tolist()
+    return bridged
+
+
+def frames_apart(site_dir):
+    """Frames outside the largest part of the map: only guessed motion connects them to it."""
+    path = Path(site_dir) / "pose_graph" / "report.json"
+    report = read_object(path, {"?parts": [{"runs": [[int]]}]}) if path.exists() else {}
+    with using(path):
+        runs = [run for part in report.get("parts", [])[1:] for run in part["runs"]]
+        return sorted(idx for first, last in runs for idx in range(first, last + 1))
+
+
+def num_unusable_frames(site_dir):
+    """Frames that the frames stage left out: missing, truncated, or of a wrong size."""
+    path = Path(site_dir) / "frames" / "report.json"
+    report = read_object(path, {"?num_frames_unusable": int}) if path.exists() else {}
+    return report.get("num_frames_unusable", 0)
+
+
+def _rounded(value):
+    """Rounds to nine significant digits and twelve decimals: the last bits depend on the BLAS."""
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_rounded(item) for item in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (float, np.floating)):
+        return round(float(f"{value:.9g}"), 12) + 0.0  # + 0.0 turns a negative zero into zero
+    if isinstance(value, np.integer):
+        return int(value)
+    return value
+
+
+def to_json(value):
+    """JSON text; raises DataError on NaN or infinity, which JSON lacks."""
+    try:
+        return json.dumps(_rounded(value), indent=2, allow_nan=False) + "\n"
+    except ValueError:
+        raise DataError("a metric is NaN or infinite; nothing was written") from None
+
+
+def file_hash(path):
+    """SHA-256 of a file, as hex digits."""
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+def hash_if_there(path):
+    """Like file_hash; None when the file is missing."""
+    return file_hash(path) if Path(path).exists() else None
+
+
+def write_atomic(path, content):
+    """Writes text or bytes in a folder of this run, flushes to disk and renames: readers see the old or the new file.
+
+    Raises DataError when the path holds anything but a plain file."""
+    path = Path(path)
+    if path.exists() and not path.is_file():
+        raise DataError(f"{path}: is no plain file; give the path of a file to make")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with WritingFolder(path.parent) as folder:
+        temporary = folder / path.name
+        with open(temporary, "wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+
+
+def put_between(path, begin, end, text):
+    """Replaces the text between two markers in a file."""
+    before, has_begin, rest = read_text(path, "correct it").partition(begin)
+    _, has_end, after = rest.partition(end)
+    if not has_begin or not has_end:
+        raise DataError(f"{path}: no markers {begin} and {end}")
+    write_atomic(path, f"{before}{begin}\n{text}{end}{after}")

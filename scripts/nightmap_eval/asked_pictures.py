@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The pictures of a site that QUERY named, and their results from localize. Imports little."""
+
+import csv
+import io
+import math
+import os
+import re
+
+from nightmap_eval import unit_lists
+from nightmap_eval.checked_reading import REMEDY, read_text, read_toml, using
+from nightmap_eval.script_errors import DataError
+
+# The line that scripts/resolve_config.py writes before the first [[query]] that QUERY adds.
+MARK = re.compile(r"^# This was the text of .*; QUERY adds:$", re.MULTILINE)
+MAX_BELOW_FLOOR_M = 0.1  # heading as the plan stage defines it
+
+
+def _rows(path, columns):
+    rows = list(csv.DictReader(io.StringIO(read_text(path), newline="")))
+    if any(row.get(column) is None for row in rows for column in columns):
+        raise DataError(f"{path}: a row lacks one of the columns {', '.join(columns)}; {REMEDY}")
+    return rows
+
+
+def asked_pictures(site_dir):
+    """The color_path of each, as in the lists. Their [[query]] tables come last in the site config, so they have
+    the last sequence numbers."""
+    name = os.path.basename(os.path.realpath(site_dir))
+    config = os.path.join(site_dir, "config", "queries", f"{name}.toml")
+    listed = os.path.join(site_dir, "queries", "queries.csv")
+    if not (os.path.exists(config) and os.path.exists(listed)):
+        return set()
+    added = MARK.split(read_text(config), maxsplit=1)[1:]
+    num_asked = added[0].splitlines().count("[[query]]") if added else 0
+    site = read_toml(config)
+    with using(config):
+        first = len(site.get("sequence", [])) + len(site.get("query", [])) - num_asked
+    rows = _rows(listed, ("color_path", "sequence_idx"))
+    with using(listed):
+        return {row["color_path"] for row in rows if int(row["sequence_idx"]) >= first}
+
+
+class Query:
+    """A row of localize/queries.csv: place and heading of the camera in the map frame; heading is the viewing
+    direction, counter-clockwise from x. Both are None without a pose."""
+
+    def __init__(self, row):
+        self.picture, self.verdict, self.reason = row["color_path"], row["status"], row["reason"]
+        self.place_m = self.heading_deg = self.sigma_m = self.sigma_deg = None
+        if row["tx_m"]:
+            self.place_m = [float(row[name]) for name in ("tx_m", "ty_m", "tz_m")]
+            x, y, z, w = (float(row[name]) for name in ("qx", "qy", "qz", "qw"))
+            self.heading_deg = math.degrees(math.atan2(2 * (y * z - x * w), 2 * (x * z + y * w)))
+            self.sigma_m, self.sigma_deg = (float(row[name]) for name in ("position_sigma_m", "rotation_sigma_deg"))
+
+
+def read_queries(site_dir):
+    path = os.path.join(site_dir, "localize", "queries.csv")
+    pose = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw", "position_sigma_m", "rotation_sigma_deg")
+    rows = _rows(path, ("color_path", "status", "reason", *pose))
+    with using(path):
+        return [Query(row) for row in rows]
+
+
+class Floors:
+    """The floors of the grid if the map has several."""
+
+    def __init__(self, site_dir):
+        grid = os.path.join(site_dir, "grid")
+        rows = unit_lists.whole(unit_lists.read_floors, grid) if os.path.exists(os.path.join(grid, "floors.json")) else []
+        self._floors = sorted((row["height_m"], row["number"]) for row in rows)
+        self.are_several = len(rows) > 1
+
+    def number_at(self, z_m):
+        """Number of the floor below a height; the lowest floor's if none is below."""
+        below = [number for height_m, number in self._floors if height_m <= z_m + MAX_BELOW_FLOOR_M]
+        return below[-1] if below else self._floors[0][1]

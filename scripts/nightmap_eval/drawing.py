@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of the report and the README as PNG bytes; equal input gives equal bytes."""
+
+import io
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from matplotlib.colors import ListedColormap  # noqa: E402
+
+from nightmap_eval.grid import FREE, OCCUPIED  # noqa: E402
+
+BLUE, ORANGE, GREEN, RED, GRAY = "#2166ac", "#e08214", "#1b7837", "#b2182b", "#888888"
+PNG_OPTIONS = {"format": "png", "dpi": 110, "bbox_inches": "tight", "metadata": {"Software": None}}
+
+
+def to_png(figure):
+    buffer = io.BytesIO()
+    figure.savefig(buffer, **PNG_OPTIONS)
+    plt.close(figure)
+    return buffer.getvalue()
+
+
+def map_axes(title, size=(7.5, 6.0)):
+    figure, axes = plt.subplots(figsize=size)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    axes.set_title(title, fontsize=11)
+    return figure, axes
+
+
+def draw_trajectory(axes, estimate_m, truth_m=None, loops_m=()):
+    """Top view. loops_m: pairs of positions of accepted loop closures."""
+    for i, (start, end) in enumerate(loops_m):
+        label = f"loops ({len(loops_m)})" if i == 0 else None
+        axes.plot(*np.transpose([start[:2], end[:2]]), color=GREEN, lw=0.8, alpha=0.6, label=label)
+    if truth_m is not None:
+        axes.plot(truth_m[:, 0], truth_m[:, 1], color=ORANGE, lw=2.2, label="truth")
+    axes.plot(estimate_m[:, 0], estimate_m[:, 1], color=BLUE, lw=1.2, label="estimate")
+    axes.plot(*estimate_m[0, :2], "o", color=BLUE, ms=6)
+
+
+def trajectory_png(estimate_m, truth_m=None, loops_m=()):
+    figure, axes = map_axes("Trajectory from above (the dot is the first frame)")
+    draw_trajectory(axes, estimate_m, truth_m, loops_m)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=9)
+    return to_png(figure)
+
+
+def error_png(frame_idxs, errors_m):
+    """Error of each frame after the SE(3) alignment."""
+    figure, axes = plt.subplots(figsize=(7.5, 2.4))
+    axes.plot(frame_idxs, 100 * np.asarray(errors_m), color=BLUE, lw=1)
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel("frame with a pose")
+    axes.set_ylabel("error (cm)")
+    axes.set_title("Position error of each frame, SE(3) alignment", fontsize=11)
+    axes.grid(alpha=0.3)
+    return to_png(figure)
+
+
+def draw_grid(axes, grid):
+    """Free cells white, occupied black, others gray; cropped to the seen cells."""
+    colors = ListedColormap(["#c8c8c8", "#ffffff", "#202020"])
+    axes.imshow(grid.cells, cmap=colors, vmin=0, vmax=2, origin="lower", extent=grid.extent_m(),
+                interpolation="nearest")  # fmt: skip
+    rows, columns = np.nonzero((grid.cells == FREE) | (grid.cells == OCCUPIED))
+    if len(rows):
+        margin = 5
+        x, y = grid.origin_x_m, grid.origin_y_m
+        axes.set_xlim(x + (columns.min() - margin) * grid.resolution_m,
+                      x + (columns.max() + margin) * grid.resolution_m)  # fmt: skip
+        axes.set_ylim(y + (rows.min() - margin) * grid.resolution_m,
+                      y + (rows.max() + margin) * grid.resolution_m)  # fmt: skip
+
+
+def draw_path(axes, path_m):
+    axes.plot(path_m[:, 0], path_m[:, 1], color=RED, lw=2, label="path")
+    axes.plot(*path_m[0, :2], "o", color=GREEN, ms=8, label="start")
+    axes.plot(*path_m[-1, :2], "*", color=RED, ms=13, label="goal")
+
+
+def grid_png(grid, path_m=None, trajectory_m=None, located_m=None):
+    """The occupancy grid with camera, path and drive. Arguments may be None."""
+    figure, axes = map_axes("Floor plan: free white, occupied black, not seen gray")
+    axes.set_aspect("equal", adjustable="box")
+    draw_grid(axes, grid)
+    if trajectory_m is not None:
+        axes.plot(trajectory_m[:, 0], trajectory_m[:, 1], color=BLUE, lw=0.8, label="camera")
+    if located_m is not None and len(located_m):
+        axes.plot(located_m[:, 0], located_m[:, 1], "^", color=ORANGE, ms=5, label="queries")
+    if path_m is not None and len(path_m):
+        draw_path(axes, path_m)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1))
+    return to_png(figure)

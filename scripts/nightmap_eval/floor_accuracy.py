@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compares the grids of a site's floors with the exact plans of a synthetic building."""
+
+import numpy as np
+
+from nightmap_eval import unit_lists
+from nightmap_eval.checked_reading import NUMBER, read_object, read_toml, using
+from nightmap_eval.grid import compare_with_plan, read_grid
+from nightmap_eval.script_errors import DataError
+from nightmap_eval.walls_and_doors import Sampler, door_figures, wall_figures
+
+MAX_HEIGHT_ERROR_M = 0.5
+DEFAULT_ROBOT_WIDTH_M = 0.5
+RECORD_AGAIN = "delete the recording and run make again: synthesize makes it anew"
+TRUTH = {
+    "?floors": [{"height_m": NUMBER, "plan": str, "doorways_m": [[NUMBER]]}],
+    "?boxes": [{"label": int, "center_m": [NUMBER], "half_size_m": [NUMBER], "yaw_rad": NUMBER}],
+    "?labels": [str],
+}
+
+
+def read_floors(grid_dir):
+    """Rows of floors.json, lowest first; without that file, the single floor of map.yaml."""
+    if not (grid_dir / "floors.json").exists():
+        return [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"}]
+    return unit_lists.whole(unit_lists.read_floors, grid_dir)
+
+
+def read_true_floors(truth_dir):
+    """Floors and boxes of the exact building, and the label of walls."""
+    path = truth_dir / "boxes.json"
+    truth = read_object(path, TRUTH, RECORD_AGAIN) if path.exists() else {}
+    only = {"height_m": 0.0, "plan": "floor_plan.yaml", "doorways_m": []}
+    floors, boxes = truth.get("floors", [only]), truth.get("boxes", [])
+    sizes = {len(doorway) for floor in floors for doorway in floor["doorways_m"]} - {4}
+    sizes |= {len(box[name]) for box in boxes for name in ("center_m", "half_size_m")} - {3}
+    if sizes or not floors:
+        raise DataError(f"{path}: not a valid floor, doorway or box; {RECORD_AGAIN}")
+    with using(path, RECORD_AGAIN):
+        return floors, boxes, truth.get("labels", ["", "wall"]).index("wall")
+
+
+def robot_width_m(site_dir):
+    """Radius of the robot that the site plans for."""
+    path = site_dir / "config" / "plan.toml"
+    config = read_toml(path) if path.exists() else {}
+    with using(path):
+        return 2 * float(config["robot_radius_m"]) if "robot_radius_m" in config else DEFAULT_ROBOT_WIDTH_M
+
+
+def evaluate_floor(grid, floor, truth_dir, boxes, wall_label, building_from_map, robot_m):
+    plan = read_grid(truth_dir / floor["plan"])
+    sampler = Sampler(grid, building_from_map, floor["height_m"])
+    figures = compare_with_plan(grid, plan, building_from_map)
+    figures |= wall_figures(sampler, plan, boxes, wall_label)
+    return figures | door_figures(sampler, floor["doorways_m"], robot_m)
+
+
+def evaluate_floors(site_dir, truth_dir, building_from_map):
+    """Figures of the lowest true floor, and of every floor under `floors`; a floor missing from the map has
+    `found` false."""
+    rows = read_floors(site_dir / "grid")
+    heights_m = [floor_height_m(row, building_from_map) for row in rows]
+    true_floors, boxes, wall_label = read_true_floors(truth_dir)
+    robot_m, floors = robot_width_m(site_dir), []
+    for floor in true_floors:
+        errors_m = [abs(height_m - floor["height_m"]) for height_m in heights_m]
+        nearest = int(np.argmin(errors_m))
+        figures = {"height_m": floor["height_m"], "found": errors_m[nearest] <= MAX_HEIGHT_ERROR_M}
+        if figures["found"]:
+            grid = read_grid(site_dir / "grid" / rows[nearest]["yaml"])
+            figures["height_error_m"] = errors_m[nearest]
+            figures |= evaluate_floor(grid, floor, truth_dir, boxes, wall_label, building_from_map, robot_m)
+        floors.append(figures)
+    num_found = sum(floor["found"] for floor in floors)
+    return floors[0] | {"num_true_floors": len(floors), "num_floors": len(rows),
+                        "num_floors_found": num_found, "floors": floors}  # fmt: skip
+
+
+def floor_height_m(row, building_from_map):
+    """Height of a floor of the map in the building's frame, over the map's origin."""
+    return float(building_from_map.apply(np.array([[0.0, 0.0, row["height_m"]]]))[0, 2])

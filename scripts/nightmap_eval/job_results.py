@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Results that the stages report: receipts (time, memory) and reports (counts)."""
+
+from pathlib import Path
+
+from nightmap_eval.checked_reading import NUMBER, read_object
+from nightmap_eval.unit_lists import CurrentRuns
+from nightmap_make.graph import closure
+from nightmap_make.pipeline import read_pipeline
+
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+_NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
+
+
+# The fields that reports and receipts must have, see nightmap_eval.checked_reading.check.
+REPORT = {"?skipped": [str]}
+RECEIPT = {
+    "?wall_time_s": NUMBER, "?cpu_time_s": NUMBER, "?peak_memory_bytes": NUMBER, "?build_type": str,
+    "?parts": [{"name": str, "wall_time_s": NUMBER}],
+}  # fmt: skip
+
+
+class StageResult:
+    """One stage of a site, over all its shards. `prefix` begins the names of its reports and receipts."""
+
+    def __init__(self, folder, prefix=""):
+        self.name, runs = folder.name, CurrentRuns(folder.parent)
+        self.reports, self.receipts = (
+            [read_object(path, form) for path in sorted(folder.glob(f"{prefix}{kind}*.json")) if runs.has(path)]
+            for kind, form in (("report", REPORT), ("receipt", RECEIPT))
+        )
+
+    @property
+    def num_runs(self):
+        return max(len(self.reports), len(self.receipts))
+
+    def wall_time_s(self):
+        """Sum over the shards; None without receipts."""
+        times = [receipt.get("wall_time_s") for receipt in self.receipts]
+        times = [time for time in times if time is not None]
+        return sum(times) if times else None
+
+    def cpu_time_s(self):
+        """CPU time of all cores, summed over the shards; None when a receipt lacks it."""
+        times = [receipt.get("cpu_time_s") for receipt in self.receipts]
+        return sum(times) if times and None not in times else None
+
+    def part_time_s(self, name):
+        """Sum of one part over the shards; 0 if no part has that name."""
+        parts = [part for receipt in self.receipts for part in receipt.get("parts", [])]
+        return sum(part["wall_time_s"] for part in parts if part["name"] == name)
+
+    def peak_memory_bytes(self):
+        """Largest over the shards; None without receipts."""
+        peaks = [receipt.get("peak_memory_bytes") for receipt in self.receipts]
+        return max((peak for peak in peaks if peak is not None), default=None)
+
+    def build_types(self):
+        return sorted({receipt.get("build_type", "unknown") for receipt in self.receipts})
+
+    def skipped(self):
+        """Reason of every skipped item."""
+        return [reason for report in self.reports for reason in report.get("skipped", [])]
+
+    def figures(self):
+        """Figures of the reports: sums of counts over the shards, ranges of the others."""
+        values = {}
+        for report in self.reports:
+            for name, value in report.items():
+                if name not in _NOT_FIGURES and isinstance(value, (int, float, str, bool)):
+                    values.setdefault(name, []).append(value)
+        return {name: _together(name, items) for name, items in values.items()}
+
+
+def _together(name, items):
+    if name.startswith("num_") and not any(isinstance(item, str) for item in items):
+        return sum(items)
+    if len(set(items)) == 1:
+        return items[0]
+    if any(isinstance(item, str) for item in items):
+        return ", ".join(sorted(set(map(str, items))))
+    return (min(items), max(items))
+
+
+def job_folders():
+    """Folders of the declared jobs under maps/<site>/, in the order of the pipeline."""
+    jobs = read_pipeline(CONFIGS).jobs.values()
+    return list(dict.fromkeys(job.folder for job in jobs if job.program))
+
+
+def folders_up_to(folder):
+    """Folders of the jobs that what is in `folder` is made by, from the lists of frames on, in the order of the pipeline."""
+    pipeline = read_pipeline(CONFIGS)
+    needed = closure(pipeline, goals=(), folders=(folder,))
+    return list(dict.fromkeys(job.folder for job in pipeline.jobs.values() if job.name in needed))
+
+
+def read_stages(site_dir):
+    """Results of the stages that ran, in the order of the pipeline."""
+    folders = {path.name: path for path in Path(site_dir).iterdir() if path.is_dir()}
+    results = [StageResult(folders[name]) for name in job_folders() if name in folders]
+    return [result for result in results if result.num_runs]

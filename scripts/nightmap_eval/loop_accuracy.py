@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compares loop closures with the truth: false accepted loops, and revisits that a loop closed."""
+
+import numpy as np
+
+from nightmap_eval.artifacts import read_csv, read_hdf5
+from nightmap_eval.checked_reading import REMEDY, using
+from nightmap_eval.script_errors import DataError
+from nightmap_eval.trajectory import angles_deg, rotation_matrices
+
+MAX_ERROR_M, MAX_ERROR_DEG = 0.3, 10  # largest error of a true loop's relative pose
+REVISIT_M, REVISIT_DEG = 0.5, 20  # a frame is a revisit within this distance of an earlier frame ...
+REVISIT_PATH_M = 3  # ... that lies at least this much path back
+REVISIT_FRAMES = 10  # a loop of a frame at most this many frames away closes a revisit
+
+
+def read_loops(path):
+    """Rows of loops.csv with frame_a and frame_b as numbers."""
+    rows = read_csv(path, ("frame_a", "frame_b", "status", "reason"))
+    for number, row in enumerate(rows, 2):
+        try:
+            row["frame_a"], row["frame_b"] = int(row["frame_a"]), int(row["frame_b"])
+        except ValueError as error:
+            raise DataError(f"{path}:{number}: {error}; {REMEDY}") from None
+    return rows
+
+
+def read_relative_poses(path):
+    """(frame_a, frame_b) -> measured (rotation, translation) of b_from_a, of loops/loops.h5."""
+    frames, poses = read_hdf5(path, "frame", "b_from_a")
+    with using(path):
+        rotations = rotation_matrices(poses[:, 3:])
+        return {(a, b): (r, t) for (a, b), r, t in zip(frames.tolist(), rotations, poses[:, :3], strict=True)}
+
+
+def loop_counts(rows):
+    """Counts loops by status, and rejected loops by reason."""
+    figures = {"num_accepted": 0, "num_rejected": 0, "rejected_by_reason": {}}
+    for row in rows:
+        figures["num_accepted" if row["status"] == "accepted" else "num_rejected"] += 1
+        if row["status"] != "accepted":
+            reasons = figures["rejected_by_reason"]
+            reasons[row["reason"]] = reasons.get(row["reason"], 0) + 1
+    return figures
+
+
+def is_true_loop(row, relative, rotation_of, position_of):
+    """Whether the measured relative pose agrees with the truth."""
+    a, b = row["frame_a"], row["frame_b"]
+    if (a, b) not in relative:
+        raise DataError(f"loops.csv of pose_graph names frames {a} and {b}, of which loops.h5 of matches has no "
+                        "loop; delete both files and run make again")
+    rotation, translation = relative[a, b]
+    true_rotation = rotation_of[b].T @ rotation_of[a]
+    true_translation = rotation_of[b].T @ (position_of[a] - position_of[b])
+    error_deg = angles_deg((rotation @ true_rotation.T)[None])[0]
+    return np.linalg.norm(translation - true_translation) < MAX_ERROR_M and error_deg < MAX_ERROR_DEG
+
+
+def revisiting_frames(frame_idxs, truth):
+    """Frames whose view the camera saw before, at least REVISIT_PATH_M of path back."""
+    steps_m = np.linalg.norm(np.diff(truth.positions_m, axis=0), axis=1)
+    path_m = np.concatenate([[0], np.cumsum(steps_m)])
+    rotations, revisits = truth.rotations(), []
+    for i, frame_idx in enumerate(frame_idxs):
+        earlier = np.flatnonzero(path_m <= path_m[i] - REVISIT_PATH_M)
+        near = np.linalg.norm(truth.positions_m[earlier] - truth.positions_m[i], axis=1) < REVISIT_M
+        turned = rotations[earlier[near]].transpose(0, 2, 1) @ rotations[i]
+        if len(turned) and angles_deg(turned).min() < REVISIT_DEG:
+            revisits.append(int(frame_idx))
+    return revisits
+
+
+def loop_metrics(rows, relative, frame_idxs, truth):
+    """`truth` are the true poses of the frames `frame_idxs` (ascending)."""
+    rotation_of = dict(zip(frame_idxs.tolist(), truth.rotations()))
+    position_of = dict(zip(frame_idxs.tolist(), truth.positions_m))
+    accepted = [row for row in rows if row["status"] == "accepted"
+                and row["frame_a"] in rotation_of and row["frame_b"] in rotation_of]  # fmt: skip
+    is_true = [is_true_loop(row, relative, rotation_of, position_of) for row in accepted]
+    closing = np.array(sorted(row["frame_b"] for row, good in zip(accepted, is_true) if good))
+    revisits = revisiting_frames(frame_idxs, truth)
+    closed = [idx for idx in revisits if len(closing)
+              and np.abs(closing - idx).min() <= REVISIT_FRAMES]  # fmt: skip
+    return {
+        "num_false_accepted": len(is_true) - sum(is_true),
+        "num_revisiting_frames": len(revisits),
+        "revisits_closed_percent": 100 * len(closed) / len(revisits) if revisits else None,
+    }

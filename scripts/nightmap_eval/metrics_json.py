@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""evaluate/metrics.json as the report needs it: checks the type of every figure that the report shows."""
+
+from nightmap_eval.checked_reading import NUMBER, REMEDY, check, read_object
+from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS
+from nightmap_eval.script_errors import DataError
+
+UNKNOWN_OR_NUMBER = (*NUMBER, type(None))
+COVERAGE = {
+    "num_frames": int, "num_frames_with_pose": int, "path_length_m": NUMBER,
+    "?frames_without_pose": [int], "?frames_bridged": [int], "?frames_apart": [int],
+}  # fmt: skip
+ATE = {"ate_rmse_m": NUMBER, "ate_median_m": NUMBER, "ate_max_m": NUMBER, "rotation_rmse_deg": NUMBER, "?scale": NUMBER}
+TRAJECTORY = {
+    "num_pairs": int, "truth_from_map_m_q": [NUMBER], "se3": ATE, "sim3": ATE,
+    "rpe_per_frame": {"num_pairs": int}, "rpe_per_metre": {"num_pairs": int},
+}  # fmt: skip
+ROW = {
+    "query_idx": int, "color_path": str, "status": str, "reason": str,
+    "?translation_error_cm": NUMBER, "?rotation_error_deg": NUMBER,
+}  # fmt: skip
+QUERIES = {
+    "num_queries": int, "num_located": int, "num_by_verdict": dict, "rows": [ROW],
+    "?num_with_truth": int, "?recall_5cm_5deg_percent": UNKNOWN_OR_NUMBER,
+}  # fmt: skip
+FLOOR = {"?height_m": NUMBER, "?found": bool}
+METRICS = {
+    "?coverage": COVERAGE, "?trajectory": TRAJECTORY, "?queries": QUERIES,
+    "?loops": {"num_accepted": int, "num_rejected": int},
+    "?map": {"?cloud": {"?surface_distance_median_m": NUMBER, "?surface_distance_p90_m": NUMBER},
+             "?grid": FLOOR | {"?floors": [FLOOR | {"height_m": NUMBER}]}},
+}  # fmt: skip
+MEDIANS = [f"{statistic}_{kind}" for statistic in ("median", "p90")
+           for kind in ("translation_error_cm", "rotation_error_deg")]  # fmt: skip
+RECALLS = [f"recall_{max_cm}cm_{max_deg}deg_percent" for max_cm, max_deg in RECALL_THRESHOLDS]
+PROTOCOL = dict.fromkeys(MEDIANS + RECALLS, UNKNOWN_OR_NUMBER) | {"num_wrong": int}
+
+
+def _relative(suffix):
+    names = [f"translation_{kind}_m{suffix}" for kind in ("rmse", "median")]
+    return dict.fromkeys(names + [f"rotation_{kind}_deg{suffix}" for kind in ("rmse", "median")], NUMBER)
+
+
+def read_metrics(path):
+    """The content; {} when there is no such file. Raises DataError naming file and figure."""
+    if not path.exists():
+        return {}
+    metrics = read_object(path, METRICS)
+    for name, suffix in (("rpe_per_frame", ""), ("rpe_per_metre", "_per_m")):
+        motion = metrics.get("trajectory", {}).get(name, {})
+        if motion.get("num_pairs"):
+            check(motion, _relative(suffix), f"{path}: {name}")
+    queries = metrics.get("queries", {})
+    if "num_with_truth" in queries:
+        check(queries, dict.fromkeys(PROTOCOLS, PROTOCOL), f"{path}: queries")
+    if len(metrics.get("trajectory", {}).get("truth_from_map_m_q", range(7))) != 7:
+        raise DataError(f"{path}: truth_from_map_m_q is not a pose; {REMEDY}")
+    return metrics

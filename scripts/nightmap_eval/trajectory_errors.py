@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Errors of a trajectory against the truth.
+
+ATE and RPE as defined by Sturm et al., A Benchmark for the Evaluation of RGB-D SLAM Systems
+(IROS 2012). Every figure has its unit as suffix.
+"""
+
+import numpy as np
+
+from nightmap_eval.trajectory import angles_deg, path_length_m, quaternion, umeyama
+
+
+def _rmse(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def absolute_errors(estimate, truth, alignment):
+    """Translation (m) and rotation (degrees) error of each pose after the alignment."""
+    offsets_m = alignment.apply(estimate.positions_m) - truth.positions_m
+    translation_m = np.linalg.norm(offsets_m, axis=1)
+    aligned = alignment.rotation @ estimate.rotations()
+    rotation_deg = angles_deg(np.transpose(truth.rotations(), (0, 2, 1)) @ aligned)
+    return translation_m, rotation_deg
+
+
+def ate(estimate, truth, with_scale):
+    """Absolute trajectory error of matched poses, and the alignment used (truth_from_map)."""
+    alignment = umeyama(estimate.positions_m, truth.positions_m, with_scale)
+    translation_m, rotation_deg = absolute_errors(estimate, truth, alignment)
+    figures = {
+        "ate_rmse_m": _rmse(translation_m),
+        "ate_mean_m": float(np.mean(translation_m)),
+        "ate_median_m": float(np.median(translation_m)),
+        "ate_max_m": float(np.max(translation_m)),
+        "rotation_rmse_deg": _rmse(rotation_deg),
+        "rotation_median_deg": float(np.median(rotation_deg)),
+        "rotation_max_deg": float(np.max(rotation_deg)),
+    }
+    if with_scale:
+        figures["scale"] = alignment.scale
+    return figures, alignment
+
+
+def relative_errors(estimate, truth, pairs):
+    """Error of the motion from pose i to pose j: translation (m) and rotation (degrees)."""
+    i, j = np.asarray(pairs, dtype=int).reshape(-1, 2).T
+
+    def motions(trajectory):
+        rotations = trajectory.rotations()
+        inverse = np.transpose(rotations[i], (0, 2, 1))
+        steps = trajectory.positions_m[j] - trajectory.positions_m[i]
+        return inverse @ rotations[j], np.einsum("nij,nj->ni", inverse, steps)
+
+    estimate_rotations, estimate_steps = motions(estimate)
+    truth_rotations, truth_steps = motions(truth)
+    back = np.transpose(truth_rotations, (0, 2, 1))
+    translation_m = np.linalg.norm(estimate_steps - truth_steps, axis=1)
+    return translation_m, angles_deg(back @ estimate_rotations)
+
+
+def frame_pairs(frame_idxs, sequence_idxs):
+    """Pairs of neighbours in the list whose frames follow each other in one sequence."""
+    follows = (np.diff(frame_idxs) == 1) & (np.diff(sequence_idxs) == 0)
+    first = np.flatnonzero(follows)
+    return np.stack([first, first + 1], axis=1)
+
+
+def distance_pairs(truth, sequence_idxs, distance_m):
+    """Pairs each pose with the first later one of its sequence at least distance_m of path ahead.
+
+    Returns the pairs and the path length between them."""
+    steps = np.linalg.norm(np.diff(truth.positions_m, axis=0), axis=1)
+    travelled = np.concatenate([[0.0], np.cumsum(steps)])
+    later = np.searchsorted(travelled, travelled + distance_m - 1e-9)
+    first = np.flatnonzero(later < len(travelled))
+    pairs = np.stack([first, later[first]], axis=1)
+    pairs = pairs[sequence_idxs[pairs[:, 0]] == sequence_idxs[pairs[:, 1]]]
+    return pairs, travelled[pairs[:, 1]] - travelled[pairs[:, 0]]
+
+
+def _summary(translation, rotation, suffix):
+    if len(translation) == 0:
+        return {"num_pairs": 0}
+    return {
+        "num_pairs": len(translation),
+        f"translation_rmse_m{suffix}": _rmse(translation),
+        f"translation_median_m{suffix}": float(np.median(translation)),
+        f"rotation_rmse_deg{suffix}": _rmse(rotation),
+        f"rotation_median_deg{suffix}": float(np.median(rotation)),
+    }
+
+
+def rpe_per_frame(estimate, truth, frame_idxs, sequence_idxs):
+    pairs = frame_pairs(frame_idxs, sequence_idxs)
+    return _summary(*relative_errors(estimate, truth, pairs), "")
+
+
+def rpe_per_metre(estimate, truth, sequence_idxs):
+    """Relative error over about one metre of path, divided by the path's length."""
+    pairs, lengths_m = distance_pairs(truth, sequence_idxs, 1.0)
+    translation_m, rotation_deg = relative_errors(estimate, truth, pairs)
+    return _summary(translation_m / lengths_m, rotation_deg / lengths_m, "_per_m")
+
+
+def trajectory_metrics(estimate, truth, frame_idxs, sequence_idxs):
+    """All figures of matched poses (estimate[i] belongs to truth[i]), and the SE(3) alignment."""
+    se3, alignment = ate(estimate, truth, with_scale=False)
+    sim3, _ = ate(estimate, truth, with_scale=True)
+    figures = {
+        "num_pairs": len(estimate),
+        "truth_path_length_m": path_length_m(truth.positions_m),
+        "alignment_is_unique": alignment.is_unique,
+        "truth_from_map_m_q": [*alignment.translation_m, *quaternion(alignment.rotation)],
+        "se3": se3,
+        "sim3": sim3,
+        "rpe_per_frame": rpe_per_frame(estimate, truth, frame_idxs, sequence_idxs),
+        "rpe_per_metre": rpe_per_metre(estimate, truth, sequence_idxs),
+    }
+    return figures, alignment

@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Measures how well the grid of a floor shows the walls and doors of the exact building."""
+
+import numpy as np
+
+from nightmap_eval.grid import FREE, OCCUPIED
+
+MIN_WALL_M = 0.5
+# Heights above the floor that a wall spans at least: excludes lintels and parapets.
+WALL_FROM_M, WALL_TO_M = 0.1, 1.5
+
+
+class Sampler:
+    """States of a grid at points of the building's frame (n, 2), at the height of a floor."""
+
+    def __init__(self, grid, building_from_map, height_m):
+        self.grid, self.building_from_map, self.height_m = grid, building_from_map, height_m
+
+    def states(self, points_m):
+        points = np.column_stack([points_m, np.full(len(points_m), self.height_m)])
+        offsets = points - self.building_from_map.translation_m
+        in_map = offsets @ self.building_from_map.rotation / self.building_from_map.scale
+        return state_at(self.grid, in_map[:, :2])
+
+
+def state_at(grid, points_m):
+    """States at points (n, 2) of the grid's frame; unknown outside."""
+    rows, columns = grid.indices(points_m)
+    height, width = grid.cells.shape
+    inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+    states = np.zeros(len(points_m), dtype=np.uint8)
+    states[inside] = grid.cells[rows[inside], columns[inside]]
+    return states
+
+
+def is_wall(box, floor_m):
+    """Whether a box is a wall: upright on the floor, longer than MIN_WALL_M."""
+    low_m, high_m = (box["center_m"][2] + sign * box["half_size_m"][2] for sign in (-1, 1))
+    stands = low_m <= floor_m + WALL_FROM_M and high_m >= floor_m + WALL_TO_M
+    return stands and 2 * max(box["half_size_m"][:2]) >= MIN_WALL_M
+
+
+class Strip:
+    """A wall as a strip: points by metres along and across it, from its middle."""
+
+    def __init__(self, box):
+        half_x, half_y = box["half_size_m"][:2]
+        yaw = box["yaw_rad"] + (0 if half_x >= half_y else np.pi / 2)
+        self.centre = np.array(box["center_m"][:2])
+        self.along, self.across = np.array([np.cos(yaw), np.sin(yaw)]), np.array([-np.sin(yaw), np.cos(yaw)])
+        self.half_length_m, self.half_width_m = max(half_x, half_y), min(half_x, half_y)
+
+    def points(self, along_m, across_m):
+        """(len(along) * len(across), 2), across fastest."""
+        a, c = np.meshgrid(along_m, across_m, indexing="ij")
+        return self.centre + a.reshape(-1, 1) * self.along + c.reshape(-1, 1) * self.across
+
+
+def wall_lattice(strip, sampler, margin_m):
+    """States of the grid at every half cell along and across a wall, up to `margin_m` beside it; and the
+    distance of each column from the wall's middle line."""
+    step_m = sampler.grid.resolution_m / 2
+    num = int(2 * strip.half_length_m / step_m)
+    along_m = (np.arange(num) + 0.5) * step_m - strip.half_length_m
+    half_m = strip.half_width_m + margin_m
+    across_m = np.linspace(-half_m, half_m, 2 + int(2 * half_m / step_m))
+    return sampler.states(strip.points(along_m, across_m)).reshape(num, -1), along_m, across_m
+
+
+def wall_masks(strip, sampler, plan):
+    """Three masks over the half cells along a wall: exposed, present, open.
+
+    Exposed: a side of it is free in the plan, not behind furniture. Present: the grid has an occupied
+    cell within one cell of it. Open: it has none, and is free inside the wall. A half cell that is neither was
+    not seen: the grid is unknown there."""
+    states, along_m, across_m = wall_lattice(strip, sampler, plan.resolution_m)
+    inside = np.abs(across_m) <= strip.half_width_m
+    beside_m = strip.half_width_m + 1.5 * plan.resolution_m
+    beside = state_at(plan, strip.points(along_m, (-beside_m, beside_m))).reshape(len(along_m), -1)
+    present = np.any(states == OCCUPIED, axis=1)
+    is_open = np.any(states[:, inside] == FREE, axis=1) & ~present
+    return np.any(beside == FREE, axis=1), present, is_open
+
+
+def is_crossed(strip, sampler):
+    """Whether a chain of free cells leads through a wall, from two cells before it to two behind."""
+    states, _, _ = wall_lattice(strip, sampler, 2 * sampler.grid.resolution_m)
+    free, reached = states == FREE, np.zeros(states.shape, dtype=bool)
+    reached[:, 0] = free[:, 0]
+    while True:
+        grown = reached.copy()
+        grown[1:] |= reached[:-1]
+        grown[:-1] |= reached[1:]
+        grown[:, 1:] |= reached[:, :-1]
+        grown[:, :-1] |= reached[:, 1:]
+        grown &= free
+        if np.array_equal(grown, reached):
+            return bool(reached[:, -1].any())
+        reached = grown
+
+
+def wall_figures(sampler, plan, boxes, wall_label):
+    """Share of the plan's walls that the grid shows, where no furniture hides them.
+
+    A wall counts when more than MIN_WALL_M of it is exposed; a hidden wall must only not be crossed. A wall is
+    closed when at least half of its exposed length is present and no chain of free cells leads through it."""
+    num_walls = num_closed = num_hidden = num_crossed = 0
+    lengths_m = np.zeros(3)  # exposed, present, open
+    for box in boxes:
+        if box["label"] != wall_label or not is_wall(box, sampler.height_m):
+            continue
+        strip = Strip(box)
+        exposed, present, is_open = wall_masks(strip, sampler, plan)
+        counts = [np.count_nonzero(exposed & mask) for mask in (exposed, present, is_open)]
+        exposed_m, present_m, _ = in_metres = np.array(counts) * sampler.grid.resolution_m / 2
+        lengths_m += in_metres
+        crossed = is_crossed(strip, sampler)
+        num_crossed += crossed
+        if exposed_m < MIN_WALL_M:
+            num_hidden += 1
+            continue
+        num_walls += 1
+        num_closed += bool(present_m >= exposed_m / 2 and not crossed)
+    all_m, present_m, open_m = map(float, lengths_m)
+    seen_m = present_m + open_m
+    return {
+        "num_walls": num_walls,
+        "num_walls_closed": num_closed,
+        "num_walls_hidden": num_hidden,
+        "num_walls_crossed": num_crossed,
+        "walls_closed_percent": 100 * num_closed / num_walls if num_walls else None,
+        "wall_length_present_percent": 100 * present_m / seen_m if seen_m else None,
+        "wall_length_unseen_percent": 100 * (1 - seen_m / all_m) if all_m else None,
+    }
+
+
+def passage_width_m(sampler, doorway_m):
+    """Diameter of the largest round robot that the grid lets through a doorway; 0: it is closed.
+
+    Planners use the same rule: the robot stands on cell centres, and is clear of a cell that is not free when
+    their centres are at least its radius apart."""
+    x0, y0, x1, y1 = doorway_m
+    size = np.array([x1 - x0, y1 - y0])
+    through = int(np.argmin(size))  # the axis along which the robot passes
+    centre = np.array([x0 + x1, y0 + y1]) / 2
+    step_m, margin_m = sampler.grid.resolution_m, 0.7
+    half = size / 2 + 0.3
+    half[through] = size[through] / 2 + 0.5
+    cells, in_building = cells_near(sampler, centre, half + margin_m)
+    offset = in_building - centre
+    states = sampler.grid.cells[cells[:, 0], cells[:, 1]]
+    blocked = cells[states != FREE]
+    window = (states == FREE) & np.all(np.abs(offset) <= half, axis=1)
+    side = np.where(np.abs(offset[:, through]) < size[through] / 2 + 0.2, 0, np.sign(offset[:, through]))
+    open_cells, sides = cells[window], side[window].astype(int)
+    if len(blocked) == 0 or len(open_cells) == 0:
+        return 0.0 if len(open_cells) == 0 else float(2 * (np.max(half) + margin_m))
+    squared = np.min(np.sum((open_cells[:, None] - blocked[None]) ** 2, axis=2), axis=1)
+    return 2 * step_m * np.sqrt(bottleneck(open_cells, squared, sides))
+
+
+def cells_near(sampler, centre, half):
+    """Row and column of the grid's cells in a rectangle of the building's plane, and their centres."""
+    centres = sampler.grid.centres_m().reshape(-1, 2)
+    points = np.column_stack([centres, np.zeros(len(centres))])
+    in_building = sampler.building_from_map.apply(points)[:, :2]
+    near = np.all(np.abs(in_building - centre) <= half, axis=1)
+    rows, columns = np.unravel_index(np.flatnonzero(near), sampler.grid.cells.shape)
+    return np.column_stack([rows, columns]), in_building[near]
+
+
+def bottleneck(cells, values, sides):
+    """Largest value v such that cells of at least v connect side -1 with side 1; 0 if there is none.
+
+    Cells connect over their sides; they are added from the largest value down (union-find)."""
+    parent, touched = list(range(len(cells))), [{int(side)} - {0} for side in sides]
+    index = {tuple(cell): i for i, cell in enumerate(cells.tolist())}
+    added = np.zeros(len(cells), dtype=bool)
+
+    def root(i):
+        while parent[i] != i:
+            parent[i] = i = parent[parent[i]]
+        return i
+
+    for i in np.argsort(-values, kind="stable"):
+        added[i] = True
+        row, column = cells[i].tolist()
+        for near in ((row + 1, column), (row - 1, column), (row, column + 1), (row, column - 1)):
+            other = index.get(near)
+            if other is None or not added[other]:
+                continue
+            a, b = root(i), root(other)
+            if a != b:
+                parent[b] = a
+                touched[a] |= touched[b]
+            if len(touched[root(i)]) == 2:
+                return values[i]
+    return 0
+
+
+def door_figures(sampler, doorways_m, robot_width_m):
+    """Checks that the robot passes the plan's doors that are wide enough for it, and no others."""
+    true_m = np.array([max(x1 - x0, y1 - y0) for x0, y0, x1, y1 in doorways_m])
+    grid_m = np.array([passage_width_m(sampler, door) for door in doorways_m])
+    passes, fits = grid_m >= robot_width_m - 1e-9, true_m >= robot_width_m
+    return {
+        "num_doors": len(doorways_m),
+        "robot_width_m": robot_width_m,
+        "num_doors_wrongly_passable": int(np.count_nonzero(passes & ~fits)),
+        "num_doors_wrongly_closed": int(np.count_nonzero(~passes & fits)),
+        "doors_m": [{"true_width_m": t, "grid_width_m": g} for t, g in zip(true_m, grid_m)],
+        "max_door_width_error_m": float(np.max(np.abs(grid_m - true_m))) if len(true_m) else None,
+    }

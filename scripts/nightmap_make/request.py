@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The request to make: its goals and variables, the configs that follow from them, and their check before anything is
+written."""
+
+import json
+import os
+from types import SimpleNamespace
+
+import resolve_config
+from nightmap_make import preflight
+from nightmap_make.pipeline import PipelineError, read_pipeline
+
+PREVIEW = "nq"  # flags of make that change nothing
+
+
+class Refused(Exception):
+    """A mistake in the request; nothing was run. Exit code 2."""
+
+
+def make_flags(makeflags):
+    """The single-letter flags of the call of make."""
+    first = makeflags.split(" ")[0]
+    return "" if first.startswith("-") or "=" in first else first
+
+
+def num_recorded_files(stamp):
+    """Reads the file that resolve_config.py writes: "N files HASH"."""
+    if not stamp:
+        return 0
+    with open(stamp, encoding="utf-8") as file:
+        return int(file.read().split()[0])
+
+
+def listed_frames(site_dir):
+    """Number of frames that the last run of frames listed; 0 when unknown."""
+    try:
+        with open(f"{site_dir}/frames/report.json", encoding="utf-8") as file:
+            return int(json.load(file)["num_frames"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return 0
+
+
+class Asked:
+    """call: the arguments of resolve_config.py; config: folder of the resolved configs."""
+
+    def __init__(self, environment, goals):
+        self.env, self.goals = environment, goals
+        self.name, self.folder = environment["SITE"], f"{environment['MAPS']}/{environment['SITE']}"
+        flags = make_flags(environment.get("MAKEFLAGS", ""))
+        self.is_preview = "why" in goals or any(flag in flags for flag in PREVIEW)
+        self.config = f"{self.folder}/.preview" if self.is_preview else f"{self.folder}/config"
+        try:
+            with resolve_config.plain_errors():
+                self._check()
+        except (resolve_config.ConfigError, PipelineError) as error:
+            raise Refused(error) from None
+
+    def _check(self):
+        """Reads and checks the request; writes nothing."""
+        env = self.env
+        value = [f"plan.{end.lower()}={env[end]}" for end in ("START", "GOAL") if env.get(end)]
+        self.call = SimpleNamespace(
+            configs="configs", site=f"{env['SITES']}/{self.name}.toml", data=env["DATA"], profile="default",
+            seed=env["SEED"], set=[env["SET"]], value=value, query=[env["QUERY"]] if env.get("QUERY") else [],
+            camera=env.get("CAMERA") or None, fov_deg=env.get("FOV_DEG") or None, out=f"{self.folder}/config",
+            preview=self.config if self.is_preview else None, synthetic=False,
+            no_recordings=self._asks_pictures_only())  # fmt: skip
+        self._read_site()
+        self.configs, sources, self.sites = resolve_config.check(self.call)
+        self.imports = self.sites["site"][1].get("import", {})
+        self.pipeline = read_pipeline("configs", self.call.profile, self.imports)
+        for key, path in self.imports.items():
+            if not os.path.exists(f"{env['DATA']}/{path}"):
+                raise PipelineError(f"{self.call.site}: [import] {key}: {env['DATA']}/{path} does not exist: give its path "
+                                    "relative to DATA")  # fmt: skip
+        if not self.is_preview and "status" not in self.goals:
+            self._preflight(sources)
+
+    def _asks_pictures_only(self):
+        """Whether to skip the recordings: locating a picture in the existing map does not need them."""
+        return bool(self.goals == ["localize"] and self.env.get("QUERY") and os.path.exists(f"{self.folder}/frames/shards.txt"))
+
+    def _read_site(self):
+        """The profile that the site's config names; the other checks depend on it."""
+        self.call.profile = self.env.get("PROFILE") or "default"
+        if not os.path.exists(self.call.site):
+            return
+        site = resolve_config.load(self.call.site)
+        if not self.env.get("PROFILE"):
+            self.call.profile = site.get("profile", "default")
+        self.call.synthetic = site.get("synthetic", False) is True
+
+    def _preflight(self, sources):
+        programs = [program for program in self.pipeline.programs() if program in self.configs]
+        texts = {name: preflight.ConfigText(self.configs[name], resolve_config.canonical(self.configs[name]), sources[name])
+                 for name in programs}  # fmt: skip
+        preflight.check_configs(self.env["BUILD"], texts)
+        preflight.check_clashes(self.pipeline.clashes, texts)
+
+    def settle(self):
+        """Writes the configs that changed. Returns files as old as the last change of `recordings` and `pictures`."""
+        try:
+            with resolve_config.plain_errors():
+                return resolve_config.settle_all(self.configs, self.sites, self.call)
+        except resolve_config.ConfigError as error:
+            raise Refused(error) from None
+
+    def check_disk(self, jobs, stamps):
+        """Room for the frames added since the last list of frames, from the bytes that jobs write per frame."""
+        num_frames = self._num_recorded(stamps) - listed_frames(self.folder)
+        kilobytes = sum(job.kB_per_frame for job in jobs if job.goal in self.goals or job.goal == "map")
+        try:
+            preflight.check_disk(self.folder, 1000 * kilobytes * num_frames, f"a map of {num_frames} more frames")
+        except PipelineError as error:
+            raise Refused(error) from None
+
+    def _num_recorded(self, stamps):
+        """Estimated number of frames: most frames have two files."""
+        if self.call.synthetic:
+            recorded = self.configs["synthesize"].get("num_frames", 0)
+        else:
+            recorded = num_recorded_files(stamps.get("recordings")) // 2
+        most = self.configs["frames"].get("max_frames", 0)
+        return min(recorded, most) if most > 0 else recorded

@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Builds landmark maps of any size from real ones, to measure how localization time grows with the map.
+
+A larger map is the real one with copies of real maps beside it, like further rooms of the same kind. The map
+of another building is copied unchanged first, then mirrored; the site's own map is mirrored in its first copy,
+or each place would have a twin. In all further copies, half of each descriptor's cells come from another
+landmark: the landmarks are new points, but their cells, and so their visual words, are distributed as in
+real maps.
+"""
+
+import shutil
+from dataclasses import dataclass, replace
+
+import h5py
+import numpy as np
+
+import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from nightmap_eval.script_errors import DataError
+
+NORM = 512  # dimensions of a RootSIFT descriptor
+CELLS = (4, 4, 8)  # rows, columns, orientations
+APART_M = 1000.0  # gap between a map and the next copy
+
+
+@dataclass
+class SparseMap:
+    """The arrays of landmarks.h5 that localization reads, except the words, which are computed again."""
+
+    positions_m: np.ndarray
+    sigmas_m: np.ndarray
+    descriptors: np.ndarray
+    landmark_idxs: np.ndarray  # of each descriptor, ascending
+    poses: np.ndarray  # of the keyframes: tx ty tz qx qy qz qw
+    seen: np.ndarray  # landmark, keyframe; ascending
+
+    def __len__(self):
+        return len(self.positions_m)
+
+    def seen_per_keyframe(self):
+        return len(self.seen) / len(self.poses)
+
+
+def read_map(path):
+    """Reads landmarks.h5; only SIFT's descriptors have cells."""
+    with h5py.File(path) as file:
+        if file["kind"][0, 0] != 0:
+            raise DataError(f"{path}: made with another detector than sift")
+        counts = np.diff(np.ravel(file["observations/offsets"]))
+        landmarks = np.repeat(np.arange(len(counts)), counts)
+        return SparseMap(
+            file["landmarks/position_in_map_m"][:], np.ravel(file["landmarks/position_sigma_m"]),
+            file["descriptors/values"][:], np.ravel(file["descriptors/landmark_idx"]),
+            file["keyframes/map_from_camera"][:],
+            np.column_stack([landmarks, np.ravel(file["observations/keyframe_idx"])]),
+        )  # fmt: skip
+
+
+def thin(sparse, count, rng):
+    """`count` of the landmarks, drawn uniformly."""
+    kept = np.zeros(len(sparse), dtype=bool)
+    kept[rng.permutation(len(sparse))[:count]] = True
+    new_idx = np.cumsum(kept) - 1
+    rows, seen = kept[sparse.landmark_idxs], sparse.seen[kept[sparse.seen[:, 0]]]
+    return SparseMap(
+        sparse.positions_m[kept], sparse.sigmas_m[kept], sparse.descriptors[rows],
+        new_idx[sparse.landmark_idxs[rows]], sparse.poses,
+        np.column_stack([new_idx[seen[:, 0]], seen[:, 1]]),
+    )  # fmt: skip
+
+
+def mirrored(sparse):
+    """The map that a camera would see in a mirror at x = 0."""
+    cells = sparse.descriptors.reshape(-1, *CELLS)[:, ::-1, :, -np.arange(CELLS[2]) % CELLS[2]]
+    return replace(
+        sparse,
+        positions_m=sparse.positions_m * [-1, 1, 1],
+        poses=sparse.poses * [-1, 1, 1, 1, -1, -1, 1],
+        descriptors=cells.reshape(-1, 128),
+    )
+
+
+def mixed(sparse, rng):
+    """Takes half of the cells of each landmark's descriptors from another landmark."""
+    cells = sparse.descriptors.reshape(-1, 16, CELLS[2])
+    first = np.searchsorted(sparse.landmark_idxs, np.arange(len(sparse)))
+    order = rng.permutation(len(sparse))
+    other = np.empty(len(sparse), dtype=first.dtype)
+    other[order] = first[np.roll(order, 1)]  # never the landmark itself
+    is_others = np.argsort(rng.random((len(sparse), 16)), axis=1) < 8
+    of = sparse.landmark_idxs
+    values = np.where(is_others[of][:, :, None], cells[other[of]], cells).reshape(-1, 128)
+    norms = np.maximum(1, np.linalg.norm(values.astype(np.float32), axis=1, keepdims=True))
+    descriptors = np.minimum(255, np.rint(values * (NORM / norms))).astype(np.uint8)
+    return replace(sparse, descriptors=descriptors)
+
+
+def moved(sparse, x_m):
+    return replace(
+        sparse,
+        positions_m=sparse.positions_m + [x_m, 0, 0],
+        poses=sparse.poses + [x_m, 0, 0, 0, 0, 0, 0],
+    )
+
+
+def joined(maps):
+    """Joins several maps; indices of each follow those of the one before."""
+    landmarks = np.cumsum([0, *map(len, maps)])
+    keyframes = np.cumsum([0, *(len(part.poses) for part in maps)])
+    return SparseMap(
+        np.concatenate([part.positions_m for part in maps]),
+        np.concatenate([part.sigmas_m for part in maps]),
+        np.concatenate([part.descriptors for part in maps]),
+        np.concatenate([part.landmark_idxs + n for part, n in zip(maps, landmarks)]),
+        np.concatenate([part.poses for part in maps]),
+        np.concatenate([part.seen + [n, k] for part, n, k in zip(maps, landmarks, keyframes)]),
+    )
+
+
+def pad(base, own, donors, count, rng):
+    """`base`, which is thinned from `own`, plus copies of `donors` and `own` in turn, `count` landmarks in total.
+    Each keyframe sees about as many landmarks as those of the base."""
+    sources = [*donors, own]
+    parts, missing = [base], count - len(base)
+    while missing > 0:
+        turn, number = divmod(len(parts) - 1, len(sources))
+        source = sources[number]
+        variant = turn + 1 if source is own else turn
+        share = min(1.0, base.seen_per_keyframe() / source.seen_per_keyframe())
+        part = thin(source, max(1, min(missing, round(share * len(source)))), rng)
+        if variant % 2:
+            part = mirrored(part)
+        if variant > 1:
+            part = mixed(part, rng)
+        parts.append(moved(part, APART_M * len(parts)))
+        missing -= len(part)
+    return joined(parts)
+
+
+def word_paths(tree, descriptors):
+    """Vocabulary nodes on the path of each descriptor, one per level, with the leaf repeated; as
+    VocabularyTree::Path."""
+    nodes, centres = tree["nodes"][:], tree["centres"][:].astype(np.float32)
+    values = descriptors.astype(np.float32)
+    squares = np.einsum("ij,ij->i", centres, centres)
+    at = np.zeros(len(values), dtype=np.int32)
+    paths = np.empty((len(values), int(tree["depth"][0, 0])), dtype=np.int32)
+    for level in range(paths.shape[1]):
+        order = np.argsort(at, kind="stable")
+        starts = np.flatnonzero(np.r_[True, np.diff(at[order]) > 0])
+        for rows in np.split(order, starts[1:]):
+            first, num_children, _ = nodes[at[rows[0]]]
+            if num_children > 0:
+                children = slice(first, first + num_children)
+                # Integers below 2^24: exact, also as float.
+                far = squares[children] - 2 * (values[rows] @ centres[children].T)
+                at[rows] = first + np.argmin(far, axis=1)
+        paths[:, level] = at
+    return paths
+
+
+def _put(file, name, values, dtype):
+    values = np.asarray(values, dtype=dtype)
+    del file[name]
+    file.create_dataset(name, data=values.reshape(len(values), -1), track_times=False)
+
+
+def write_map(template, vocabulary, sparse, num_base_keyframes, path):
+    """Writes landmarks.h5 like `template` with the landmarks of `sparse`. Keyframes beyond the base's become new
+    frames after those of `vocabulary` (an open file). Returns the words of the descriptors."""
+    paths = word_paths(vocabulary["tree"], sparse.descriptors)
+    num_added = len(sparse.poses) - num_base_keyframes
+    num_frames = len(vocabulary["frames/word_offsets"]) - 1
+    shutil.copyfile(template, path)
+    with h5py.File(path, "r+") as file:
+        frames = np.ravel(file["keyframes/frame_idx"])
+        times_ns = np.ravel(file["keyframes/time_ns"])
+        added = np.arange(num_added)
+        _put(file, "keyframes/frame_idx", np.r_[frames, num_frames + added], np.int32)
+        _put(file, "keyframes/time_ns", np.r_[times_ns, times_ns.max() + 1 + added], np.int64)
+        _put(file, "keyframes/map_from_camera", sparse.poses, np.float64)
+        _put(file, "landmarks/position_in_map_m", sparse.positions_m, np.float64)
+        _put(file, "landmarks/position_sigma_m", sparse.sigmas_m, np.float32)
+        _put(file, "descriptors/values", sparse.descriptors, np.uint8)
+        _put(file, "descriptors/landmark_idx", sparse.landmark_idxs, np.int32)
+        _put(file, "descriptors/words", paths, np.int32)
+        counts = np.bincount(sparse.seen[:, 0], minlength=len(sparse))
+        _put(file, "observations/offsets", np.r_[0, np.cumsum(counts)], np.int64)
+        _put(file, "observations/keyframe_idx", sparse.seen[:, 1], np.int32)
+        _put(file, "observations/feature_idx", np.zeros(len(sparse.seen)), np.int32)
+    return paths
+
+
+def write_vocabulary(template, sparse, leaves, num_base_keyframes, path, rng):
+    """Writes vocabulary.h5 like `template` with a new frame per added keyframe: the words of the landmarks it
+    sees, filled up with words of the same map to the number of a real frame."""
+    shutil.copyfile(template, path)
+    with h5py.File(path, "r+") as file:
+        offsets, words = np.ravel(file["frames/word_offsets"]), np.ravel(file["frames/words"])
+        counts = np.diff(offsets)
+        num_words = int(np.median(counts[counts > 0]))
+        first = np.searchsorted(sparse.landmark_idxs, np.arange(len(sparse)))
+        by_keyframe = sparse.seen[np.argsort(sparse.seen[:, 1], kind="stable")]
+        ends = np.cumsum(np.bincount(by_keyframe[:, 1], minlength=len(sparse.poses)))
+        added = []
+        for rows in np.split(by_keyframe[:, 0], ends[:-1])[num_base_keyframes:]:
+            own = leaves[first[rows]]
+            others = rng.choice(leaves, max(0, num_words - len(own)))
+            added.append(np.r_[own, others])
+        sizes = [len(frame) for frame in added]
+        _put(file, "frames/word_offsets", np.r_[offsets, offsets[-1] + np.cumsum(sizes)], np.int64)
+        _put(file, "frames/words", np.concatenate([words, *added]), np.int32)

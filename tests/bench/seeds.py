@@ -1,0 +1,143 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""seeds: evaluates sites with several seeds and prints the medians as a Markdown table.
+
+For each site and seed it runs `make evaluate SITE=<site> SEED=<n> MAPS=<maps>/seed_<n>`; Make
+keeps the results that are up to date. Figures where one bad seed matters show the worst seed.
+With --page it puts the table between the markers `<!-- NAME:begin -->` and
+`<!-- NAME:end -->` of that page. A seed does not change a recording. To render another synthetic
+building per seed, give each its own folder, as in --data 'data/{seed}'.
+Exit codes: 0 done; 1 a run failed or a result is missing; 2 wrong command line.
+"""
+
+import argparse
+import math
+import statistics
+import subprocess
+from pathlib import Path
+
+from checkout import CHECKOUT
+from nightmap_eval.checked_reading import check, read_json
+from nightmap_eval.figure_page import put_figure
+from nightmap_eval.metrics_json import UNKNOWN_OR_NUMBER
+from nightmap_eval.query_errors import RECALL_THRESHOLDS
+from nightmap_eval.script_errors import DataError, run_main
+
+
+
+def _query_columns(protocol):
+    """Rows of the errors after one alignment of the whole map, or of the frames around each query."""
+    rows = [(f"{protocol} median (cm)", f"queries.{protocol}.median_translation_error_cm", 1, "{:.1f}"),
+            (f"{protocol} median (deg)", f"queries.{protocol}.median_rotation_error_deg", 1, "{:.2f}"),
+            (f"{protocol} 90 % (cm)", f"queries.{protocol}.p90_translation_error_cm", 1, "{:.1f}")]  # fmt: skip
+    for max_cm, max_deg in RECALL_THRESHOLDS:
+        recall = f"queries.{protocol}.recall_{max_cm}cm_{max_deg}deg_percent"
+        rows.append((f"{protocol} {max_cm} cm, {max_deg} deg (%)", recall, 1, "{:.0f}"))
+    return rows
+
+
+# Title, place in metrics.json, factor, format; the statistic over seeds is the median unless named.
+COLUMNS = (
+    ("frames mapped", "coverage.num_frames_with_pose", 1, "{:.0f}"),
+    ("of", "coverage.num_frames", 1, "{:.0f}"),
+    ("path (m)", "trajectory.truth_path_length_m", 1, "{:.1f}"),
+    ("ATE RMSE, SE(3) (cm)", "trajectory.se3.ate_rmse_m", 100, "{:.2f}"),
+    ("ATE RMSE, Sim(3) (cm)", "trajectory.sim3.ate_rmse_m", 100, "{:.2f}"),
+    ("scale", "trajectory.sim3.scale", 1, "{:.4f}"),
+    ("RPE (cm/m)", "trajectory.rpe_per_metre.translation_rmse_m_per_m", 100, "{:.2f}"),
+    ("RPE (deg/m)", "trajectory.rpe_per_metre.rotation_rmse_deg_per_m", 1, "{:.2f}"),
+    ("ATE RMSE, SE(3), worst seed (cm)", "trajectory.se3.ate_rmse_m", 100, "{:.2f}", max),
+    ("false loops accepted, worst seed", "loops.num_false_accepted", 1, "{:.0f}", max),
+    ("revisits closed, worst seed (%)", "loops.revisits_closed_percent", 1, "{:.0f}", min),
+    ("queries", "queries.num_with_truth", 1, "{:.0f}"),
+    ("queries in a wrong place, worst seed", "queries.num_wrong", 1, "{:.0f}", max),
+    *(row for name in ("global", "local") for row in _query_columns(name)),
+    ("cloud to surface, median (cm)", "map.cloud.surface_distance_median_m", 100, "{:.2f}"),
+    ("90 % (cm)", "map.cloud.surface_distance_p90_m", 100, "{:.2f}"),
+    ("seen cells right (%)", "map.grid.seen_right_percent", 1, "{:.1f}"),
+    ("free cells right (%)", "map.grid.free_right_percent", 1, "{:.1f}"),
+    ("occupied cells right (%)", "map.grid.occupied_right_percent", 1, "{:.1f}"),
+)
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("sites", nargs="+", help="names of configs/sites/<site>.toml")
+    parser.add_argument("--seeds", type=int, default=5, help="number of seeds, counted from 0 (default 5)")
+    parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
+    parser.add_argument("--data", default=str(CHECKOUT / "data"), help="folder of the recordings; {seed} in it: one per seed")
+    parser.add_argument("--name", default="accuracy", help="name of the table in that page")
+    parser.add_argument("--page", type=Path, help="page that receives the table")
+    parser.add_argument("--no-run", action="store_true", help="only collect existing results")
+    arguments = parser.parse_args()
+    if arguments.seeds < 1:
+        parser.error("--seeds must be at least 1")
+    return arguments
+
+
+def run_make(site, seed, maps, data, settings=(), goal="evaluate"):
+    """`settings`: values over the profile, as make's SET takes them."""
+    command = ["make", "-C", str(CHECKOUT), goal, f"SITE={site}", f"SEED={seed}",
+               f"MAPS={maps.resolve()}", f"DATA={Path(data.format(seed=seed)).resolve()}"]  # fmt: skip
+    settings = [*settings, *([f"synthesize.seed={seed}"] if "{seed}" in data else [])]
+    if settings:
+        command.append("SET=" + " ".join(settings))
+    if subprocess.run(command, check=False).returncode != 0:
+        raise DataError(f"{' '.join(command)} failed, see above")
+
+
+def collect(arguments, site):
+    """metrics.json of every seed of a site."""
+    metrics = []
+    for seed in range(arguments.seeds):
+        maps = arguments.maps / f"seed_{seed}"
+        if not arguments.no_run:
+            run_make(site, seed, maps, arguments.data)
+        path = maps / site / "evaluate" / "metrics.json"
+        metrics.append(read_json(path))
+        for _, dotted, *_ in COLUMNS:
+            check(look_up(metrics[-1], dotted), UNKNOWN_OR_NUMBER, f"{path}: {dotted}")
+    return metrics
+
+
+def look_up(metrics, dotted):
+    """Value at a path of keys; None where a part is missing."""
+    for key in dotted.split("."):
+        metrics = metrics.get(key) if isinstance(metrics, dict) else None
+    return metrics
+
+
+def cell(all_metrics, dotted, factor, text_format, choose=statistics.median):
+    """One value for all seeds. Only errors can be missing (for example when nothing was located), so a missing
+    value counts as infinite; an infinite result prints as n/a."""
+    values = [look_up(metrics, dotted) for metrics in all_metrics]
+    chosen = choose(math.inf if value is None else factor * value for value in values)
+    if math.isinf(chosen):
+        return "n/a"
+    num_known = sum(value is not None for value in values)
+    text = text_format.format(chosen)
+    return text if num_known == len(values) else f"{text} ({num_known} of {len(values)} seeds)"
+
+
+def make_table(metrics_of_site):
+    """One column per site; rows without any value are left out."""
+    sites = list(metrics_of_site)
+    lines = ["| | " + " | ".join(sites) + " |", "|---|" + "---:|" * len(sites)]
+    for title, *column in COLUMNS:
+        cells = [cell(metrics_of_site[site], *column) for site in sites]
+        if any(text != "n/a" for text in cells):
+            lines.append(f"| {title} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def main():
+    arguments = parse_arguments()
+    table = make_table({site: collect(arguments, site) for site in arguments.sites})
+    caption = f"Medians over {arguments.seeds} seeds.\n\n"
+    if arguments.page:
+        put_figure(arguments.page, arguments.name, caption + table)
+    print(table, end="")
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/unit_list.h"
+
+#include <gtest/gtest.h>
+
+namespace nightmap {
+namespace {
+
+TEST(NameList, HasTheCountAndANamePerLine) {
+  EXPECT_EQ(NameListToText("shards", {"0000", "0001"}),
+            "nightmap shards, version 1, 2 names\n0000\n0001\n");
+  EXPECT_EQ(NameListToText("tiles", {}), "nightmap tiles, version 1, 0 names\n");
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,438 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/program/stage_main.h"
+
+#include <sys/stat.h>
+
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+struct Options {
+  int size = 3;
+  void Register(OptionList& list) { list.Add("size", &size, Range(1, 10), "how large"); }
+};
+
+using Body = std::function<void(const Options&, StageContext&)>;
+
+struct Result {
+  int code = -1;
+  std::string out, err;
+};
+
+class StageMainTest : public testing::Test {
+ protected:
+  // Runs the stage of spec_.
+  Result Main(std::vector<std::string> arguments, const Body& body = CopyBody) const {
+    arguments.insert(arguments.begin(), "copy");
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    Result run;
+    run.code = StageMain(static_cast<int>(argv.size()), argv.data(), spec_, Options{}, body);
+    run.out = testing::internal::GetCapturedStdout();
+    run.err = testing::internal::GetCapturedStderr();
+    return run;
+  }
+  std::vector<std::string> Ports() const {
+    std::vector<std::string> arguments{"--in", "in=" + (folder_ / "in.txt").string()};
+    for (const char* name : {"out", "report", "receipt"}) {
+      arguments.insert(arguments.end(), {"--out", name + ("=" + (folder_ / name).string())});
+    }
+    return arguments;
+  }
+  std::vector<std::string> With(const std::vector<std::string>& more) const {
+    std::vector<std::string> arguments = Ports();
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+  static void CopyBody(const Options& options, StageContext& context) {
+    context.Report()["size"] = options.size;
+    context.Skip("one bad item");
+    WriteFile(context.Output("out"), ReadFile(context.Input("in")));
+  }
+  void ExpectNothingWritten() const {
+    for (const char* name : {"out", "report", "receipt"}) {
+      EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
+    }
+  }
+
+  StageSpec spec_{"copy", "copies a file", {{"in", "a file"}}, {{"out", "its copy"}}};
+  TemporaryFolder folder_;
+  std::filesystem::path input_ = folder_.Write("in.txt", "hello");
+};
+
+TEST_F(StageMainTest, HelpNamesEveryPortAndOptionWithRangeAndDefault) {
+  const Result run = Main({"--help"});
+  EXPECT_EQ(run.code, 0);
+  for (const char* word : {"copies a file",
+                           "a file",
+                           "its copy",
+                           "size",
+                           "how large",
+                           "10",
+                           "3",
+                           "--threads",
+                           "--in-list",
+                           "--print-config",
+                           "report",
+                           "receipt"}) {
+    EXPECT_THAT(run.out, testing::HasSubstr(word));
+  }
+}
+
+TEST_F(StageMainTest, VersionAndConfigGoToStdout) {
+  EXPECT_THAT(Main({"--version"}).out, testing::HasSubstr("nightmap"));
+  const Result run = Main({"--print-config"});
+  EXPECT_EQ(run.code, 0);
+  EXPECT_THAT(run.out, testing::HasSubstr("size = 3"));
+  const auto config = folder_.Write("copy.toml", run.out);
+  EXPECT_EQ(Main({"--check-config", "--config", config.string()}).code, 0);
+  folder_.Write("copy.toml", "size = 7\n");
+  EXPECT_EQ(Main({"--print-config", "--config", config.string()}).out, "size = 7\n");
+}
+
+TEST_F(StageMainTest, WritesOutputsReportAndReceipt) {
+  const auto config = folder_.Write("copy.toml", "size = 7\n");
+  const Result run = Main(With({"--config", config.string()}));
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.out, "");
+  EXPECT_EQ(ReadFile(folder_ / "out"), "hello");
+  const auto report = nlohmann::json::parse(ReadFile(folder_ / "report"));
+  EXPECT_EQ(report["size"], 7);
+  EXPECT_EQ(report["num_skipped"], 1);
+  EXPECT_EQ(report["skipped"][0], "one bad item");
+  EXPECT_EQ(report["config"], "size = 7\n");
+  const auto receipt = nlohmann::json::parse(ReadFile(folder_ / "receipt"));
+  EXPECT_EQ(receipt["inputs"][0]["xxh3"], HashBytes("hello"));
+  EXPECT_EQ(receipt["outputs"][0]["xxh3"], HashBytes("hello"));
+  EXPECT_GT(receipt["peak_memory_bytes"], 0);
+}
+
+TEST_F(StageMainTest, FilesThatAnInputNamesAreInputs) {
+  const auto named = folder_.Write("named.txt", "more");
+  const auto body = [&](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    context.AddInput(named, context.Input("in"));
+  };
+  ASSERT_EQ(Main(Ports(), body).code, 0);
+  const auto inputs = nlohmann::json::parse(ReadFile(folder_ / "receipt"))["inputs"];
+  ASSERT_EQ(inputs.size(), 2U);
+  EXPECT_EQ(inputs[1]["name"], "named.txt");
+  EXPECT_EQ(inputs[1]["xxh3"], HashBytes("more"));
+  for (const char* name : {"out", "report", "receipt"}) std::filesystem::remove(folder_ / name);
+  std::filesystem::remove(named);
+  const Result run = Main(Ports(), body);
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, testing::HasSubstr(named.string() + ": " + input_.string() + " names"));
+  ExpectNothingWritten();
+}
+
+TEST_F(StageMainTest, MistakesInTheCallAreUsageErrors) {
+  const auto config = folder_.Write("bad.toml", "sise = 7\n");
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {With({"--config", config.string()}), "bad.toml:1"},
+      {{"--config", (folder_ / "none.toml").string()}, "none.toml"},
+      {With({"--in", "other=x"}), "other=x"},
+      {With({"--out", "other=x"}), "other=x"},
+      {With({"--in", "in.txt"}), "NAME=PATH"},
+      {With({"--in", "in=" + input_.string()}), "given 2 times"},
+      {{"--in", "in=" + input_.string()}, "out=PATH is missing"},
+      {With({"--threads", "-1"}), "threads"},
+      {With({"--no-such-flag"}), "no-such-flag"},
+      {{"--check-config", "--config", config.string()}, "sise"}};
+  for (const auto& [arguments, message] : cases) {
+    const Result run = Main(arguments);
+    EXPECT_EQ(run.code, 2) << message;
+    EXPECT_THAT(run.err, testing::HasSubstr(message));
+    ExpectNothingWritten();
+  }
+}
+
+TEST_F(StageMainTest, OutputsInTheWrongPlaceAreUsageErrorsBeforeTheStageRuns) {
+  spec_.outputs.push_back({"more", "another", Arity::kOptional});
+  const auto config = folder_.Write("copy.toml", "size = 7\n");
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"more=/dev/null", "--out more=/dev/null: is a device"},
+      {"more=" + folder_.Path().string(), "is a folder"},
+      {"more=" + input_.string(), "is the file of --in in="},
+      {"more=" + config.string(), "is the file of --config"},
+      {"more=" + (folder_ / "./out").string(), "are one file"}};
+  for (const auto& [port, message] : cases) {
+    const Result run = Main(With({"--config", config.string(), "--out", port}),
+                            [](const Options&, StageContext&) { FAIL() << "the stage ran"; });
+    EXPECT_EQ(run.code, 2) << message;
+    EXPECT_THAT(run.err, testing::HasSubstr(message));
+    ExpectNothingWritten();
+    EXPECT_EQ(ReadFile(input_), "hello");
+  }
+}
+
+// The inputs would be waited for, if they were opened.
+TEST_F(StageMainTest, InputsOfTheWrongKindAreUsageErrors) {
+  const std::string fifo = (folder_ / "fifo").string();
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  spec_.inputs = {{"in", "a file"}, {"data", "a folder", Arity::kOptional, PortKind::kFolder}};
+  const std::string folder = folder_.Path().string();
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"--in", "in=" + fifo}, "--in in=" + fifo + ": is a FIFO, a file is needed (a file)"},
+      {{"--in", "in=/dev/null"}, "is a device, a file is needed"},
+      {{"--in", "in=" + folder}, "is a folder, a file is needed"},
+      {{"--in", "in=" + input_.string(), "--in", "data=" + input_.string()},
+       "is a file, a folder is needed (a folder)"},
+      {{"--in", "in=" + input_.string(), "--in", "data=" + fifo}, "is a FIFO, a folder is needed"},
+      {{"--in", "in=" + input_.string(), "--config", fifo},
+       "--config " + fifo + ": is a FIFO, a file is needed"}};
+  for (std::pair<std::vector<std::string>, std::string> item : cases) {
+    item.first.insert(item.first.end(), {"--out", "out=" + (folder_ / "out").string()});
+    const Result run = Main(item.first);
+    EXPECT_EQ(run.code, 2) << item.second;
+    EXPECT_THAT(run.err, testing::HasSubstr(item.second));
+    ExpectNothingWritten();
+  }
+  EXPECT_EQ(
+      Main(
+          {"--in", "in=" + input_.string(), "--in", "data=" + folder, "--out", "out=" + fifo + "_"})
+          .code,
+      0);
+}
+
+TEST_F(StageMainTest, AFileBesideAnOutputDoesNotReplaceAnythingElse) {
+  folder_.Write("a_folder/inside", "");
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"a_folder", "a_folder, written beside --out out: is a folder"},
+      {"in.txt", "in.txt, written beside --out out is the file of --in in"},
+      {"report", "and " + (folder_ / "report").string() + ", written beside --out out are one"}};
+  for (const auto& [name, message] : cases) {
+    const Result run = Main(Ports(), [&](const Options& options, StageContext& context) {
+      CopyBody(options, context);
+      WriteFile(context.OutputBeside("out", name), "new");
+    });
+    EXPECT_EQ(run.code, 2) << message;
+    EXPECT_THAT(run.err, testing::HasSubstr(message));
+    ExpectNothingWritten();
+    EXPECT_EQ(ReadFile(input_), "hello");
+  }
+}
+
+TEST_F(StageMainTest, AFileThatAnInputNamesIsNotOverwritten) {
+  const auto named = folder_.Write("named.txt", "more");
+  spec_.outputs.push_back({"more", "another", Arity::kOptional});
+  const auto body = [&](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    context.AddInput(named, context.Input("in"));
+  };
+  const Result run = Main(With({"--out", "more=" + named.string()}), body);
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.err, testing::HasSubstr("in.txt names; give the output another path"));
+  EXPECT_EQ(ReadFile(named), "more");
+}
+
+TEST_F(StageMainTest, OutOfMemoryNamesTheInputs) {
+  const Result run =
+      Main(Ports(), [](const Options&, StageContext&) -> void { throw std::bad_alloc(); });
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, testing::HasSubstr("out of memory with the inputs in=" + input_.string()));
+}
+
+TEST_F(StageMainTest, AMissingInputIsNamed) {
+  std::filesystem::remove(input_);
+  const Result run = Main(Ports());
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, testing::HasSubstr("in.txt"));
+}
+
+TEST_F(StageMainTest, EveryErrorHasItsCodeAndCommitsNothing) {
+  const auto throwing = [](auto error) {
+    return [error](const Options& options, StageContext& context) {
+      CopyBody(options, context);
+      throw error;
+    };
+  };
+  const std::vector<std::pair<Body, int>> cases = {{throwing(DataError("broken {}", 1)), 1},
+                                                   {throwing(UsageError("broken {}", 1)), 2},
+                                                   {throwing(ThresholdError("broken {}", 1)), 3},
+                                                   {throwing(std::runtime_error("broken 1")), 1}};
+  for (const auto& [body, code] : cases) {
+    const Result run = Main(Ports(), body);
+    EXPECT_EQ(run.code, code);
+    EXPECT_THAT(run.err, testing::HasSubstr("broken 1"));
+    ExpectNothingWritten();
+  }
+}
+
+TEST_F(StageMainTest, AFailureLeavesTheOldFilesAndNothingElse) {
+  for (const char* name : {"out", "report", "receipt"}) folder_.Write(name, "old");
+  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    throw ThresholdError("too few");
+  });
+  EXPECT_EQ(run.code, 3);
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.Path())) {
+    EXPECT_EQ(ReadFile(entry.path()), entry.path() == input_ ? "hello" : "old") << entry.path();
+  }
+}
+
+TEST_F(StageMainTest, TheReportDoesNotKnowTheNumberOfThreads) {
+  ASSERT_EQ(Main(With({"--threads", "1"})).code, 0);
+  const std::string report = ReadFile(folder_ / "report");
+  ASSERT_EQ(Main(With({"--threads", "4"})).code, 0);
+  EXPECT_EQ(ReadFile(folder_ / "report"), report);
+  EXPECT_EQ(nlohmann::json::parse(ReadFile(folder_ / "receipt"))["threads"], 4);
+}
+
+TEST_F(StageMainTest, ARepeatedInputKeepsItsOrderAndAnOptionalOneMayBeMissing) {
+  spec_.inputs = {{"in", "files", Arity::kMany}, {"extra", "a file", Arity::kOptional}};
+  const auto second = folder_.Write("a=b.txt", " again");
+  const Result run =
+      Main(With({"--in", "in=" + second.string()}), [](const Options&, StageContext& context) {
+        EXPECT_FALSE(context.HasInput("extra"));
+        std::string all;
+        for (const auto& path : context.Inputs("in")) all += ReadFile(path);
+        WriteFile(context.Output("out"), all);
+      });
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(ReadFile(folder_ / "out"), "hello again");
+}
+
+TEST_F(StageMainTest, AListOfInputsCountsAsItsLinesInOrder) {
+  spec_.inputs = {{"in", "files", Arity::kMany}, {"extra", "files", Arity::kAnyNumber}};
+  const auto b = folder_.Write("b=b c.txt", "b");
+  const auto a = folder_.Write("a.txt", "a");
+  const auto list = folder_.Write("list", b.string() + "\n" + a.string());  // and no newline
+  const auto none = folder_.Write("none", "");
+  const Result run =
+      Main(With({"--in-list", "in=" + list.string(), "--in-list", "extra=" + none.string()}),
+           [](const Options&, StageContext& context) {
+             EXPECT_FALSE(context.HasInput("extra"));
+             std::string all;
+             for (const auto& path : context.Inputs("in")) all += ReadFile(path);
+             WriteFile(context.Output("out"), all);
+           });
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(ReadFile(folder_ / "out"), "helloba");
+  std::vector<std::string> paths;
+  const auto receipt = nlohmann::json::parse(ReadFile(folder_ / "receipt"));
+  for (const auto& input : receipt["inputs"]) {
+    EXPECT_EQ(input["name"], "in");
+    paths.push_back(input["path"]);
+  }
+  EXPECT_THAT(paths, testing::ElementsAre(input_.string(), b.string(), a.string()));
+}
+
+TEST_F(StageMainTest, AListOfInputsThatIsNoneIsRefused) {
+  spec_.inputs = {{"in", "files", Arity::kMany}};
+  const std::string path = input_.string();
+  const auto huge = folder_.Write("huge", path);
+  std::filesystem::resize_file(huge, (64 << 20) + 1);
+  const std::vector<std::tuple<std::string, int, std::string>> cases = {
+      {"in=" + folder_.Write("gap", path + "\n\n" + path).string(), 1, "gap:2: a path is needed"},
+      {"in=" + folder_.Write("nul", path + '\0').string(), 1, "nul:1: a path is needed"},
+      {"in=" + folder_.Write("lost", path + "\n/no/such").string(), 1, "/no/such: input 'in'"},
+      {"in=" + huge.string(), 1, "too many"},
+      {"in=" + (folder_ / "absent").string(), 1, "absent: the file does not exist"},
+      {"in=" + folder_.Path().string(), 2, "is a folder"},
+      {"other=" + folder_.Write("good", path).string(), 2, "no such name"},
+      {"good", 2, "NAME=PATH"}};
+  for (const auto& [text, code, message] : cases) {
+    const Result run = Main(With({"--in-list", text}));
+    EXPECT_EQ(run.code, code) << message;
+    EXPECT_THAT(run.err, testing::HasSubstr(message));
+    ExpectNothingWritten();
+  }
+}
+
+TEST_F(StageMainTest, AListOfInputsIsNotOverwritten) {
+  const auto list = folder_.Write("report", input_.string() + "\n");
+  std::vector<std::string> arguments = Ports();
+  arguments[0] = "--in-list";
+  arguments[1] = "in=" + list.string();
+  EXPECT_EQ(Main(arguments).code, 2);
+  EXPECT_EQ(ReadFile(list), input_.string() + "\n");
+}
+
+// A mistake in a stage, not of its user.
+TEST_F(StageMainTest, AnAbsentInputIsNotMadeUp) {
+  spec_.inputs = {{"in", "a file"}, {"extra", "a file", Arity::kOptional}};
+  for (const char* name : {"extra", "unheard_of"}) {
+    const Result run = Main(Ports(), [&](const Options& options, StageContext& context) {
+      CopyBody(options, context);
+      EXPECT_THROW(context.Input(name), std::logic_error);
+      context.Input(name);
+    });
+    EXPECT_EQ(run.code, 1);
+    EXPECT_THAT(run.err, testing::HasSubstr("input '" + std::string(name) + "' is used but"));
+    ExpectNothingWritten();
+  }
+}
+
+TEST_F(StageMainTest, AnInputOfAnyNumberMayBeMissingOrRepeated) {
+  spec_.inputs = {{"in", "a file"}, {"extra", "files", Arity::kAnyNumber}};
+  std::vector<std::string> arguments = Ports();
+  for (const std::size_t count : {0U, 1U, 2U}) {
+    std::size_t num_seen = 99;
+    const Result run = Main(arguments, [&](const Options& options, StageContext& context) {
+      num_seen = context.Inputs("extra").size();
+      CopyBody(options, context);
+    });
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_EQ(num_seen, count);
+    arguments.insert(arguments.end(), {"--in", "extra=" + (folder_ / "in.txt").string()});
+  }
+}
+
+TEST_F(StageMainTest, TooManySkippedItemsFail) {
+  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    context.CheckSkipped(2, 0.4);
+  });
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, testing::HasSubstr("1 of 2"));
+  ExpectNothingWritten();
+}
+
+TEST_F(StageMainTest, SkippedItemsAreFoldedByCauseInTheLogAndListedInTheReport) {
+  const Body body = [](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    for (int i = 0; i < 120; ++i) context.Skip(fmt::format("rgb/{}.png: truncated", i));
+    context.CheckSkipped(1000, 0.2);
+  };
+  const Result run = Main(Ports(), body);
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, testing::HasSubstr("skipped: rgb/0.png: truncated"));
+  EXPECT_THAT(run.err, testing::Not(testing::HasSubstr("rgb/1.png")));
+  EXPECT_THAT(run.err,
+              testing::HasSubstr("120 items skipped: truncated; the first is rgb/0.png\n"));
+  const auto report = nlohmann::json::parse(ReadFile(folder_ / "report"));
+  EXPECT_EQ(report["num_skipped"], 121);
+  EXPECT_EQ(report["skipped"].size(), 121U);
+  EXPECT_EQ(report["skipped"][120], "rgb/119.png: truncated");
+  EXPECT_THAT(Main(With({"--log-level", "debug"}), body).err,
+              testing::HasSubstr("skipped: rgb/119.png: truncated"));
+}
+
+TEST_F(StageMainTest, AReportThatTheStageMakesAnewStillListsWhatWasSkipped) {
+  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    context.Report() = {{"num_things", 7}};
+  });
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto report = nlohmann::json::parse(ReadFile(folder_ / "report"));
+  EXPECT_EQ(report["num_things"], 7);
+  EXPECT_EQ(report["skipped"][0], "one bad item");
+}
+
+TEST_F(StageMainTest, ManyCausesDoNotFloodTheLog) {
+  const Result run = Main(Ports(), [](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    for (char c = 'a'; c < 'z'; ++c) context.Skip(fmt::format("x.png: cause {}", c));
+  });
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, testing::HasSubstr("cause a"));
+  EXPECT_THAT(run.err, testing::Not(testing::HasSubstr("cause y")));
+  EXPECT_THAT(run.err, testing::HasSubstr("16 more causes"));
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""figures.py and figure_page.py: tables say what made them, commands name files that exist."""
+
+import re
+import shlex
+import tempfile
+import unittest
+from pathlib import Path
+from unittest import mock
+
+import fake_site
+import figures
+from nightmap_eval import figure_page
+from nightmap_eval.script_errors import DataError
+
+PAGE = "a\n<!-- accuracy:begin -->\nold\n<!-- accuracy:end -->\nb\n"
+FOLDERS = {key: Path("folder") for key in ("data", "maps", "build", "page")} | {"threads": 2}
+
+
+class PageTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.page = Path(folder.name) / "figures.md"
+
+    def test_replaces_between_markers_and_says_which_programs(self):
+        self.page.write_text(PAGE)
+        figure_page.put_figure(self.page, "accuracy", "| new |")
+        text = self.page.read_text()
+        self.assertRegex(text, r"^a\n<!-- accuracy:begin -->\n\| new \|\n\nMeasured on \d{4}-\d\d-\d\d with the programs of "
+                               r"commit [0-9a-f]{10}(, changed since)?\.\n<!-- accuracy:end -->\nb\n$")  # fmt: skip
+        figure_page.put_figure(self.page, "accuracy", "| new |")
+        self.assertEqual(self.page.read_text(), text)
+
+    def test_no_markers_is_an_error(self):
+        self.page.write_text("text")
+        with self.assertRaises(DataError):
+            figure_page.put_figure(self.page, "accuracy", "new")
+
+    def test_changed_sources_are_said(self):
+        with mock.patch.object(figure_page, "_git", lambda *words: "abc" if words[0] == "rev-parse" else " M stages/x.cc"):
+            self.assertEqual(figure_page.program_version(), "commit abc, changed since")
+        with mock.patch.object(figure_page, "_git", lambda *words: ""):
+            self.assertIn("unknown", figure_page.program_version())
+
+
+class CommandTest(unittest.TestCase):
+    def test_commands_name_scripts_and_sites_that_exist(self):
+        for commands in (figures.FIGURES | figures.LONG).values():
+            for command in commands:
+                words = shlex.split(command.format(**FOLDERS))
+                if words[0].endswith(".py"):
+                    script = fake_site.CHECKOUT / ("" if "/" in words[0] else "tests/bench") / words[0]
+                    self.assertTrue(script.exists(), words[0])
+                for site in re.findall(r"SITE=(\w+)", command):
+                    self.assertTrue((fake_site.CHECKOUT / f"configs/sites/{site}.toml").exists(), site)
+
+    def test_the_page_has_a_place_for_every_table(self):
+        page = (fake_site.CHECKOUT / "docs/figures.md").read_text(encoding="utf-8")
+        for name in figures.FIGURES | figures.LONG:
+            self.assertEqual(page.count(f"<!-- {name}:begin -->"), 1, name)
+
+    def test_a_failed_table_keeps_its_rows_and_the_others_are_made(self):
+        with tempfile.TemporaryDirectory() as folder:
+            page = Path(folder) / "figures.md"
+            page.write_text(PAGE)
+            tables = {"accuracy": ("false",), "other": ("true",)}
+            with mock.patch.dict(figures.FIGURES, tables, clear=True):
+                failed = fake_site.run("figures.py", "--data", folder, "--page", page)
+                self.assertEqual(failed.returncode, 1)
+                self.assertIn("not measured: accuracy", failed.stderr)
+                self.assertEqual(fake_site.run("figures.py", "other", "--data", folder, "--page", page).returncode, 0)
+                self.assertEqual(fake_site.run("figures.py", "third", "--data", folder).returncode, 2)
+            self.assertEqual(page.read_text(), PAGE)
+
+    def test_what_a_program_prints_is_the_table(self):
+        with tempfile.TemporaryDirectory() as folder:
+            page = Path(folder) / "figures.md"
+            page.write_text(PAGE)
+            with mock.patch.dict(figures.FIGURES, {"accuracy": ("echo '| printed |' > accuracy",)}, clear=True):
+                self.assertEqual(fake_site.run("figures.py", "--data", folder, "--page", page).returncode, 0)
+            self.assertIn("| printed |", page.read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()
