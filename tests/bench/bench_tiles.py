@@ -93,17 +93,18 @@ class Bench:
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
 
-    def run(self, stage, suffix, inputs, outputs):
-        """Runs one program. inputs and outputs are PORT=FILE; inputs lie below the folder, outputs below the stage's."""
+    def run(self, stage, suffix, inputs, outputs, program=None):
+        """Runs the program of a stage, or another one for it. inputs and outputs are PORT=FILE; inputs lie below the folder,
+        outputs below the stage's."""
         (self.folder / stage).mkdir(exist_ok=True)
         ports = [item for port in inputs for item in ("--in", self.absolute(port, self.folder))]
         outputs = [*outputs, f"report=report{suffix}.json", f"receipt=receipt{suffix}.json"]
         ports += [item for port in outputs for item in ("--out", self.absolute(port, self.folder / stage))]
-        command = [self.arguments.build / "bin" / stage, *ports, "--threads", str(self.arguments.threads),
+        command = [self.arguments.build / "bin" / (program or stage), *ports, "--threads", str(self.arguments.threads),
                    "--log-level", "warn"]  # fmt: skip
         run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if run.returncode != 0:
-            raise DataError(f"{stage}{suffix}:\n{run.stdout}\nthe run failed, see above")
+            raise DataError(f"{program or stage}{suffix}:\n{run.stdout}\nthe run failed, see above")
 
     @staticmethod
     def absolute(port, folder):
@@ -125,7 +126,7 @@ class Bench:
             inputs = [port for tile in self.tiles() for port in (
                 f"tile=tiles/tile_{tile}.json", f"tile_cloud=point_cloud/tile_{tile}.ply",
                 f"tile_report=point_cloud/report_{tile}.json")]  # fmt: skip
-            self.run(stage, "", inputs, ["cloud=cloud.ply"])
+            self.run(stage, "", inputs, ["cloud=cloud.ply"], "join_clouds")
         elif stage == "octree":
             for tile in self.tiles():
                 clouds = [f"cloud=point_cloud/tile_{other}.ply" for other in near(tile, set(self.tiles()))]
@@ -134,7 +135,7 @@ class Bench:
             inputs = [port for tile in self.tiles() for port in (
                 f"tile=tiles/tile_{tile}.json", f"tile_ot=octree/tile_{tile}.ot",
                 f"tile_report=octree/report_{tile}.json")]  # fmt: skip
-            self.run(stage, "", inputs, ["ot=map.ot", "bt=map.bt"])
+            self.run(stage, "", inputs, ["ot=map.ot", "bt=map.bt"], "join_octrees")
         else:
             self.run(stage, "", ["octree=octree/map.ot", "keyframes=keyframes.tum"],
                      ["floors=floors.json", "pgm=map.pgm", "yaml=map.yaml", "png=map.png", "distances=distances.h5"])
