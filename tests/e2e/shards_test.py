@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A site of many shards, made by stub programs: how long make takes that finds nothing to do. NIGHTMAP_NIGHTLY=1 tries
 1,000 and 5,000 shards too, which takes minutes to make; tests/bench/bench_shards.py measures the same."""
-import os
 import time
 import unittest
 
+from nightly import nightly
 from stub_site import StubSite
 
 LOOKS = (["map"], ["-q", "map"], ["why"])
@@ -31,11 +31,11 @@ class ManyShardsTest(unittest.TestCase):
     def test_two_hundred_shards(self):
         self.check(200, limit_s=1)
 
-    @unittest.skipUnless(os.environ.get("NIGHTMAP_NIGHTLY") == "1", "takes minutes: set NIGHTMAP_NIGHTLY=1")
+    @nightly
     def test_a_thousand_shards(self):
         self.check(1000, limit_s=1)
 
-    @unittest.skipUnless(os.environ.get("NIGHTMAP_NIGHTLY") == "1", "takes minutes: set NIGHTMAP_NIGHTLY=1")
+    @nightly
     def test_five_thousand_shards(self):
         self.check(5000, limit_s=3)
 

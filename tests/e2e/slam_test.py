@@ -11,6 +11,7 @@ import unittest
 import h5py
 import numpy as np
 
+from nightly import nightly
 from rendered_sites import FOLDER, make_site, recording, run, synthesize, write_site
 from workspace import BUILD, REPOSITORY
 
@@ -78,6 +79,7 @@ class MirrorTest(unittest.TestCase):
         self.assertLessEqual(ate_m(self.site_dir, folder / "trajectory.tum"), 1.5 * clean_m)
 
 
+@nightly
 class TwoRecordingsTest(unittest.TestCase):
     """Two drives through the demo building, each two thirds of the route, from different starts."""
 

@@ -10,7 +10,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "fuzz"))
 
 from sweep import run_sweep  # noqa: E402
 
-NUM_RUNS = int(os.environ.get("NIGHTMAP_NUM_ATTACKS", 150))
+NUM_RUNS = int(os.environ.get("NIGHTMAP_NUM_ATTACKS", 100))
 
 
 class SweepTest(unittest.TestCase):
