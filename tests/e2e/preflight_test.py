@@ -76,9 +76,13 @@ class PreflightTest(unittest.TestCase):
             for name, wrong in options(program):
                 with self.subTest(f"{program}.{name}={wrong}"):
                     said = ["no_such_choice"] if wrong == "no_such_choice" else [" = ", "out of range"]
-                    times_s.append(self.check(f"{program}.{name}={wrong}", f"SET: {program}.{name}", *said))
+                    change = (f"{program}.{name}={wrong}", f"SET: {program}.{name}", *said)
+                    took_s = self.check(*change)
+                    if took_s > MAX_TIME_S:  # another program of the machine may have taken the time
+                        took_s = self.check(*change)
+                    times_s.append(took_s)
         self.assertGreater(len(times_s), 120)
-        self.assertLess(sorted(times_s)[len(times_s) * 9 // 10], MAX_TIME_S)
+        self.assertLess(max(times_s), MAX_TIME_S)
 
     def test_the_file_and_line_of_a_value(self):
         path = self.site.folder / "configs/sites/demo/grid.toml"
