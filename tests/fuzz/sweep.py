@@ -65,7 +65,11 @@ def state(root, leave_out):
         for name in folders + files:
             path = os.path.join(folder, name)
             if path != str(leave_out):
-                status = os.lstat(path)
+                try:
+                    status = os.lstat(path)
+                except FileNotFoundError:  # some program still runs: it is told as what it touched
+                    found.add((path, "vanished"))
+                    continue
                 is_file = not os.path.isdir(path) or os.path.islink(path)
                 found.add((path, status.st_mode, *((status.st_size, status.st_mtime_ns) if is_file else ())))
     return found
