@@ -70,8 +70,16 @@ class Original:
         values = [pose[axis] for pose in self.poses]
         return max(values) - min(values) + VIEW_M
 
-    def repeat(self, count, folder):
-        """Writes frames.csv and keyframes.tum of `count` keyframes."""
+    def in_copy(self, copy, cells):
+        """The cells after time_ns with paths that lead to the copy: no picture may be in two frames."""
+        columns = zip(self.header[2:], cells, strict=True)
+        return [f"{copy}/{cell}" if name.endswith("_path") and cell else cell for name, cell in columns]
+
+    def repeat(self, count, folder, data):
+        """Writes frames.csv and keyframes.tum of `count` keyframes, and a link to the recordings for each copy."""
+        (folder / "data").mkdir()
+        for copy in range(math.ceil(count / len(self.poses))):
+            (folder / "data" / str(copy)).symlink_to(data.resolve())
         num_columns = math.ceil(math.sqrt(count / len(self.poses)))
         rows, lines = [self.header], ["# map_from_camera\n"]
         for idx in range(count):
@@ -80,7 +88,7 @@ class Original:
             time_ns += copy * self.duration_ns
             x_m += copy % num_columns * self.width_m
             y_m += copy // num_columns * self.height_m
-            rows.append([idx, time_ns, *frame[2:]])
+            rows.append([idx, time_ns, *self.in_copy(copy, frame[2:])])
             lines.append(f"{time_ns // 10**9}.{time_ns % 10**9:09} {x_m:.9f} {y_m:.9f} {' '.join(rest)}\n")
         with open(folder / "frames.csv", "w", encoding="utf-8", newline="") as file:
             csv.writer(file, lineterminator="\n").writerows(rows)
@@ -115,7 +123,7 @@ class Bench:
         return read_tiles(self.folder)
 
     def run_stage(self, stage):
-        data = f"data={self.arguments.data.resolve()}"
+        data = f"data={self.folder.resolve() / 'data'}"
         if stage == "tiles":
             inputs = ["frames=frames.csv", f"cameras={self.cameras()}", "keyframes=keyframes.tum"]
             self.run("tiles", "", inputs, ["tiles=tiles.txt"])
@@ -166,7 +174,7 @@ def main():
     rows = []
     for count in arguments.keyframes:
         bench = Bench(arguments.build / "bench_tiles" / str(count), arguments)
-        original.repeat(count, bench.folder)
+        original.repeat(count, bench.folder, arguments.data)
         for stage in arguments.stages:
             bench.run_stage(stage)
         rows.append(bench.row(count))

@@ -25,7 +25,10 @@ class RepeatTest(unittest.TestCase):
         (self.folder / "frames" / "shard_0000.csv").write_text("\n".join([HEADER, *rows]) + "\n")
         lines = [f"{time_s:.6f} {x} {y} 1.0 0 0 0 1\n" for time_s, x, y in POSES]
         (self.folder / "map_frame" / "keyframes.tum").write_text("# comment\n" + "".join(lines))
-        bench_tiles.Original(self.folder).repeat(8, self.folder)
+        recordings = self.folder / "recordings"
+        recordings.mkdir()
+        (recordings / "a,1.jpg").write_text("picture 1")
+        bench_tiles.Original(self.folder).repeat(8, self.folder, recordings)
 
     def test_copies_lie_side_by_side(self):
         lines = (self.folder / "keyframes.tum").read_text().splitlines()[1:]
@@ -36,7 +39,7 @@ class RepeatTest(unittest.TestCase):
                 self.assertEqual(positions[3 * copy + idx], (x_m + shift_x_m, y_m + shift_y_m))
         self.assertEqual(len(positions), 8)
 
-    def test_every_keyframe_has_a_frame_of_its_own_time_and_the_pictures_of_the_original(self):
+    def test_every_keyframe_has_a_frame_of_its_own_time_and_of_its_own_pictures_which_are_those_of_the_original(self):
         with open(self.folder / "frames.csv", encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
         lines = (self.folder / "keyframes.tum").read_text().splitlines()[1:]
@@ -44,7 +47,9 @@ class RepeatTest(unittest.TestCase):
         times_ns = [int(row["time_ns"]) for row in rows]
         self.assertEqual(times_ns, sorted(set(times_ns)))
         self.assertEqual(times_ns, [int(line.split()[0].replace(".", "")) for line in lines])
-        self.assertEqual([row["color_path"] for row in rows], [f"a,{idx % 3}.jpg" for idx in range(8)])
+        self.assertEqual([row["color_path"] for row in rows], [f"{idx // 3}/a,{idx % 3}.jpg" for idx in range(8)])
+        self.assertEqual([row["depth_path"] for row in rows], [f"{idx // 3}/d{idx % 3}.png" for idx in range(8)])
+        self.assertEqual((self.folder / "data" / rows[7]["color_path"]).read_text(), "picture 1")
 
 
 if __name__ == "__main__":
