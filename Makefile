@@ -46,24 +46,15 @@ CASES ?= $(SITE)
 FIGURES ?=
 ## BUILD       folder of the programs
 BUILD ?= build
-# Tests set other site configs.
+## SITES       folder of the site configs
 SITES ?= configs/sites
+## PYTHON      command of the Python interpreter
 PYTHON ?= /usr/bin/python3
-export SITE PROFILE SET SEED START GOAL QUERY CAMERA FOV_DEG DATA MAPS LAUNCH THREADS LOG_LEVEL V BUILD SITES PYTHON
+## SANITIZED   of test-sanitize: groups of tests, separated by |; `.` stands for all
+SANITIZED ?= base|program|io|recording
+include scripts/variables.mk
 
 M := $(MAPS)/$(SITE)
-quote = '$(subst ','\'',$(1))'
-
-ifneq ($(words $(SITE) $(DATA) $(MAPS) $(BUILD))$(findstring /,$(SITE)),4)
-$(error SITE, DATA, MAPS and BUILD must each be one word without spaces; SITE must not contain /)
-endif
-# Make or a shell would interpret these characters in a name.
-define UNSAFE
-: % $$ ' " ; & | ( ) < > * ? [ ] { } \ ` = , # !
-endef
-ifneq ($(strip $(foreach c,$(UNSAFE),$(findstring $(c),$(SITE)$(DATA)$(MAPS)$(BUILD)))),)
-$(error SITE, DATA, MAPS and BUILD must not contain any of $(strip $(UNSAFE)): rename the folder or make a link to it)
-endif
 ifneq ($(and $(filter clean distclean,$(MAKECMDGOALS)),$(word 2,$(MAKECMDGOALS))),)
 $(error run `make $(filter clean distclean,$(MAKECMDGOALS))` alone)
 endif
@@ -95,9 +86,9 @@ help: ## this page
 	sed -nE 's/^([a-z-]+):[^#]*## (.*)$$/  make \1 \t\2/p' Makefile scripts/development.mk | expand -t 26; \
 	echo; echo "Variables (current values below):"; \
 	sed -nE 's/^## ([A-Z][A-Z_ ]*) +(.*)$$/  \1 \t\2/p' Makefile | expand -t 14; \
-	echo; echo "  SITE=$(SITE) PROFILE=$(PROFILE) SEED=$(SEED) DATA=$(DATA) MAPS=$(MAPS) THREADS=$(THREADS)"; \
-	echo "  sites:    "$(call quote,$(notdir $(basename $(wildcard $(SITES)/*.toml)))); \
-	echo "  profiles: "$(call quote,$(filter-out sites pipeline.toml,$(notdir $(wildcard configs/*)))); echo; \
+	echo; echo "  SITE=$$SITE PROFILE=$$PROFILE SEED=$$SEED DATA=$$DATA MAPS=$$MAPS THREADS=$$THREADS"; \
+	names() { for path; do path=$${path%/}; path=$${path##*/}; [ "$$path" = sites ] || printf ' %s' "$${path%.toml}"; done; }; \
+	shopt -s nullglob; echo "  sites:   $$(names "$$SITES"/*.toml)"; echo "  profiles:$$(names configs/*/)"; echo; \
 	echo "Use make why in place of make -n: with grouped targets, -n lists only the first of several stale jobs."
 
 deps: ## install the Debian packages that are missing
@@ -116,9 +107,9 @@ verify: ## hash the artifacts of SITE again and compare them with their receipts
 	@$(PYTHON) scripts/verify.py $(M)
 
 clean: ## remove the results of SITE
-	rm -rf $(M)
+	@$(PYTHON) scripts/remove_results.py site $(M)
 
 distclean: ## remove the results of every site, the programs, and the synthetic recordings
-	rm -rf $(MAPS) $(BUILD) $(BUILD)-sanitize $(patsubst %/.made_by_synthesize,%,$(wildcard $(DATA)/*/.made_by_synthesize))
+	@$(PYTHON) scripts/remove_results.py all $(MAPS) $(DATA) $(BUILD) $(BUILD)-sanitize
 
 include scripts/development.mk

@@ -15,7 +15,7 @@ missing = $(if $(wildcard $(1)),,FORCE)
 $(BUILD)/programs.mk: $(SOURCES) $(foreach p,$(PROGRAMS),$(call missing,$(RUN)/$(p)))
 	@mkdir -p $(RUN); exec 9>$(BUILD)/programs.lock; flock 9; touch $@.new; \
 	cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release --log-level=WARNING >/dev/null; \
-	ninja -j $(THREADS) -C $(BUILD) $(PROGRAMS:%=%_program); \
+	ninja -j "$$THREADS" -C $(BUILD) $(PROGRAMS:%=%_program); \
 	for p in $(PROGRAMS); do \
 	  cmp -s $(BUILD)/bin/$$p $(RUN)/$$p || { cp $(BUILD)/bin/$$p $(RUN)/$$p.new; mv $(RUN)/$$p.new $(RUN)/$$p; }; \
 	done; mv $@.new $@
@@ -25,35 +25,34 @@ build: $(BUILD)/programs.mk ## build the stage programs (map and the other comma
 test: ## unit tests, end-to-end tests, and tests on the real data that is present
 	@scripts/install_deps.sh
 	@$(MAKE) --no-print-directory build
-	ninja -j $(THREADS) -C $(BUILD)
-	@ctest --test-dir $(BUILD) -j $(THREADS) --output-on-failure
+	ninja -j "$$THREADS" -C $(BUILD)
+	@ctest --test-dir $(BUILD) -j "$$THREADS" --output-on-failure
 
 # What takes too long for every change. NIGHTMAP_NIGHTLY=1 makes the end-to-end tests do all they can.
 test-nightly: ## all unit tests under sanitizers, the long end-to-end tests, and 2,000 attacks with damaged files
 	@$(MAKE) --no-print-directory test-sanitize SANITIZED=.
 	@$(MAKE) --no-print-directory build
 	@NIGHTMAP_NIGHTLY=1 ctest --test-dir $(BUILD) --output-on-failure -R '^e2e/'
-	ninja -j $(THREADS) -C $(BUILD) bench_libraries
+	ninja -j "$$THREADS" -C $(BUILD) bench_libraries
 	@NIGHTMAP_BUILD=$(abspath $(BUILD)) $(PYTHON) tests/fuzz/sweep.py --runs 2000
 
 # Other compiler options need another folder. Debug asserts are on; -O1 keeps the tests fast enough. The
-# end-to-end and real-data tests run only in `make test`. SANITIZED names groups of tests; `.` stands for all.
-SANITIZED ?= base|program|io|recording
+# end-to-end and real-data tests run only in `make test`.
 sanitized_programs = $(if $(filter .,$(SANITIZED)),unit_tests,$(addprefix test_,$(subst |, ,$(SANITIZED))))
 test-sanitize: ## tests of what reads files under AddressSanitizer and UndefinedBehaviorSanitizer (SANITIZED=. runs all)
 	cmake -S . -B $(BUILD)-sanitize -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O1 \
 	  -DNIGHTMAP_SANITIZE=ON --log-level=WARNING >/dev/null
-	ninja -j $(THREADS) -C $(BUILD)-sanitize $(sanitized_programs)
+	ninja -j "$$THREADS" -C $(BUILD)-sanitize $(sanitized_programs)
 	ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=1:suppressions=$(CURDIR)/tests/asan_suppressions.txt UBSAN_OPTIONS=print_stacktrace=1 \
-	  ctest --test-dir $(BUILD)-sanitize -j $(THREADS) --output-on-failure -R '^($(SANITIZED))' -E '^(e2e|scripts)/|Real'
+	  ctest --test-dir $(BUILD)-sanitize -j "$$THREADS" --output-on-failure -R "^($$SANITIZED)" -E '^(e2e|scripts)/|Real'
 
 bench: ## time from raw frames to trajectory, relative to a yardstick, for CASES (SITE, or SITE:N: its first N frames)
 	@$(MAKE) --no-print-directory build
-	@$(PYTHON) tests/bench/bench.py $(CASES) --data $(DATA) --build $(BUILD) --threads $(THREADS)
+	@$(PYTHON) tests/bench/bench.py $$CASES --data $(DATA) --build $(BUILD) --threads "$$THREADS"
 
 figures: ## measure the tables of docs/figures.md again (FIGURES names some); hours, on a machine that does nothing else
 	@$(MAKE) --no-print-directory build
-	@$(PYTHON) tests/bench/figures.py $(FIGURES) --data $(DATA) --build $(BUILD) --threads $(THREADS)
+	@$(PYTHON) tests/bench/figures.py $$FIGURES --data $(DATA) --build $(BUILD) --threads "$$THREADS"
 
 OURS := $(wildcard pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc tests/*/*.h tests/*/*.cc tests/*/*/*.h tests/*/*/*.cc)
 format: ## rewrite the sources in the project's format
@@ -70,7 +69,7 @@ lint: ## clang-tidy on the changed sources, shellcheck on the scripts
 	@shellcheck .ci/run scripts/*.sh
 	@cmake -S . -B $(BUILD)/lint -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=0 \
 	  -DNIGHTMAP_TESTS=OFF --log-level=WARNING >/dev/null
-	@$(MAKE) --no-print-directory -j $(THREADS) $(LINTED:%=$(BUILD)/lint/%.ok)
+	@$(MAKE) --no-print-directory -j "$$THREADS" $(LINTED:%=$(BUILD)/lint/%.ok)
 linted_folder = $(patsubst nightmap_%,pipeline/%,$(patsubst stage_%,stages/%,$(1)))
 .SECONDEXPANSION:
 $(LINTED:%=$(BUILD)/lint/%.ok): $(BUILD)/lint/%.ok: .clang-tidy $(filter pipeline/%.h stages/%.h,$(OURS)) \

@@ -15,6 +15,7 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
+from nightmap_eval.script_errors import DataError, printable  # noqa: E402
 from nightmap_make.make_run import MakeRun  # noqa: E402
 from nightmap_make.request import Asked, Refused  # noqa: E402
 
@@ -22,10 +23,9 @@ from nightmap_make.request import Asked, Refused  # noqa: E402
 def main():
     try:
         return MakeRun(Asked(os.environ, sys.argv[1:])).run()
-    except Refused as error:
-        message = str(error).encode("utf-8", "backslashreplace").decode()
-        print(f"nightmap: {message}", file=sys.stderr)
-        return 2
+    except (Refused, DataError) as error:
+        print(f"nightmap: {printable(error)}", file=sys.stderr)
+        return 2 if isinstance(error, Refused) else 1
 
 
 if __name__ == "__main__":

@@ -149,11 +149,10 @@ def effective_configs(arguments):
                for name in names if name.endswith(".toml")}
     sources = {stage: dict.fromkeys(config, os.path.join(folder, "default", f"{stage}.toml")) for stage, config in configs.items()}
     defaults = {stage: dict(config) for stage, config in configs.items()}
-    profile = os.path.join(folder, arguments.profile)
-    if arguments.profile == "sites" or not os.path.isdir(profile):
-        known = [name for name in sorted(os.listdir(folder)) if name != "sites"]
-        raise ConfigError(f"PROFILE={arguments.profile}: no folder {profile}; profiles: {', '.join(known)}")
-    layers = [] if arguments.profile == "default" else list(layer(profile, configs))
+    known = [name for name in sorted(os.listdir(folder)) if name != "sites" and os.path.isdir(os.path.join(folder, name))]
+    if arguments.profile not in known:  # a path, for example
+        raise ConfigError(f"{arguments.profile_from}: no profile {arguments.profile!r} in {folder}; profiles: {', '.join(known)}")
+    layers = [] if arguments.profile == "default" else list(layer(os.path.join(folder, arguments.profile), configs))
     layers += layer(arguments.site.removesuffix(".toml"), configs)
     for stage, default in defaults.items():
         if "seed" in default and stage != "synthesize":  # a recording is input, not a draw
@@ -469,6 +468,7 @@ def parse_arguments():
     parser.add_argument("--site", required=True, help="site config (TOML)")
     parser.add_argument("--data", required=True)
     parser.add_argument("--profile", default="default")
+    parser.set_defaults(profile_from="PROFILE")
     parser.add_argument("--seed", default="0")
     parser.add_argument("--set", action="append", default=[], help="several, separated by spaces")
     parser.add_argument("--value", action="append", default=[], help="one STAGE.KEY=VALUE; it may contain spaces")

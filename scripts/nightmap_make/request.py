@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import resolve_config
 from nightmap_make import preflight
+from nightmap_make.imports import check_imports
 from nightmap_make.pipeline import PipelineError, read_pipeline
 
 PREVIEW = "nq"  # flags of make that change nothing
@@ -60,7 +61,7 @@ class Asked:
         env = self.env
         value = [f"plan.{end.lower()}={env[end]}" for end in ("START", "GOAL") if env.get(end)]
         self.call = SimpleNamespace(
-            configs="configs", site=f"{env['SITES']}/{self.name}.toml", data=env["DATA"], profile="default",
+            configs="configs", site=f"{env['SITES']}/{self.name}.toml", data=env["DATA"], profile="default", profile_from="PROFILE",
             seed=env["SEED"], set=[env["SET"]], value=value, query=[env["QUERY"]] if env.get("QUERY") else [],
             camera=env.get("CAMERA") or None, fov_deg=env.get("FOV_DEG") or None, out=f"{self.folder}/config",
             preview=self.config if self.is_preview else None, synthetic=False,
@@ -69,11 +70,8 @@ class Asked:
         self.configs, sources, self.sites = resolve_config.check(self.call)
         self.imports = self.sites["site"][1].get("import", {})
         self.pipeline = read_pipeline("configs", self.call.profile, self.imports)
-        for key, path in self.imports.items():
-            if not os.path.exists(f"{env['DATA']}/{path}"):
-                raise PipelineError(f"{self.call.site}: [import] {key}: {env['DATA']}/{path} does not exist: give its path "
-                                    "relative to DATA")  # fmt: skip
-        if not self.is_preview and "status" not in self.goals:
+        check_imports(self.call.site, env["DATA"], self.imports)
+        if "status" not in self.goals:
             self._preflight(sources)
 
     def _asks_pictures_only(self):
@@ -86,12 +84,14 @@ class Asked:
         if not os.path.exists(self.call.site):
             return
         site = resolve_config.load(self.call.site)
-        if not self.env.get("PROFILE"):
-            self.call.profile = site.get("profile", "default")
+        if not self.env.get("PROFILE") and "profile" in site:
+            self.call.profile, self.call.profile_from = site["profile"], self.call.site
         self.call.synthetic = site.get("synthetic", False) is True
 
     def _preflight(self, sources):
         programs = [program for program in self.pipeline.programs() if program in self.configs]
+        if self.is_preview and not all(os.path.exists(f"{self.env['BUILD']}/run/{program}") for program in programs):
+            return  # they are not built yet, and a preview builds nothing
         texts = {name: preflight.ConfigText(self.configs[name], resolve_config.canonical(self.configs[name]), sources[name])
                  for name in programs}  # fmt: skip
         preflight.check_configs(self.env["BUILD"], texts)

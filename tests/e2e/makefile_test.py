@@ -59,7 +59,7 @@ class BuildTest(unittest.TestCase):
             for tool in ("cmake", "ninja"):
                 (root / tool).write_text(f"#!/bin/sh\necho {tool} >> {root}/calls\nsleep 0.3\n")
                 (root / tool).chmod(0o755)
-            command = ["make", "PROGRAMS=", f"BUILD={root}/build", f"{root}/build/programs.mk"]
+            command = ["make", "--eval=override PROGRAMS :=", f"BUILD={root}/build", f"{root}/build/programs.mk"]
             path = {"PATH": f"{root}:{os.environ['PATH']}"}
             runs = [subprocess.Popen(command, cwd=REPOSITORY, env=environment() | path, text=True,
                                      stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) for _ in range(2)]

@@ -4,6 +4,7 @@
 A tree is a copy of a workspace of the end-to-end tests (configs, data, maps). `commands` are the stages'
 commands as make ran them, so that a new stage is attacked as soon as the pipeline has it."""
 import dataclasses
+import json
 import os
 import pathlib
 import re
@@ -227,11 +228,40 @@ def hostile_recording(draw, root, commands):
     return Attack(f"recording holds a {kind}", ["make", *draw.choice(GOALS)])
 
 
+EXECUTABLE = ("$(shell touch owned)", "a$(touch owned)b", "`touch owned`", "'; touch owned; '", '"; touch owned; "', "a\ntouch owned\n", "a>owned",
+              "$$(touch owned)", "a & touch owned")  # fmt: skip
+FOLDERS = ("SITE", "DATA", "MAPS", "BUILD", "SITES")
+TEXTS = ("START", "GOAL", "QUERY", "SET", "SEED", "PROFILE", "CAMERA", "FOV_DEG", "THREADS", "LOG_LEVEL", "V", "CASES", "FIGURES", "SANITIZED")
+
+
 def hostile_variable(draw, root, commands):
-    name = draw.choice(("START", "GOAL", "QUERY", "SET", "SEED", "PROFILE", "CAMERA", "FOV_DEG"))
-    value = draw.choice((*(word for word in WORDS if "\0" not in word and "$" not in word), "1,2", "nan,nan", "1e308,1e308", "x" * 100000,
-                         "plan.start='a", "octree.resolution_m=1e-300", CANARY, "[" * 1000))
-    return Attack(f"{name}={value[:40]}", ["make", f"{name}={value}", *draw.choice(GOALS)])
+    """A variable of make, from its command line or the environment."""
+    name = draw.choice(FOLDERS + TEXTS)
+    value = draw.choice(EXECUTABLE)
+    if name in TEXTS and draw.random() < 0.5:
+        value = draw.choice((*(word for word in WORDS if "\0" not in word), "1,2", "nan,nan", "1e308,1e308", "x" * 100000,
+                             "plan.start='a", "octree.resolution_m=1e-300", CANARY, "[" * 1000))
+    goals = draw.choice(GOALS + (["maps/small/frames/shards.txt"],))
+    command = draw.choice((["make", f"{name}={value}", *goals], ["env", f"{name}={value}", "make", *goals]))
+    return Attack(f"{name}={value[:40]!r}", command, must_fail=name in FOLDERS)
+
+
+def hostile_value(draw, root, commands):
+    """Text that make or a shell would execute, in the place of a value of the site's config, or of a file to import."""
+    path = root / "configs/sites/small.toml"
+    text = json.dumps(draw.choice(EXECUTABLE))
+    lines = path.read_text().splitlines()
+    if draw.random() < 0.3:
+        lines.insert(0, f"profile = {draw.choice((json.dumps('imported'), text))}")
+        lines += ["[import]", f"{draw.choice(('map', 'trajectory'))} = {text}"]
+        what = "an import"
+    else:
+        at = draw.choice([number for number, line in enumerate(lines) if re.match(r"\w+ *=", line)])
+        key = lines[at].partition("=")[0].strip()
+        lines[at] = f"{key} = {draw.choice((text, f'[{text}]'))}"
+        what = key
+    replace(path, "\n".join(lines).encode() + b"\n")
+    return Attack(f"site config: {what} = {text}", ["make", *draw.choice(GOALS + (["maps/small/frames/shards.txt"],))])
 
 
 def hostile_query(draw, root, commands):
@@ -281,7 +311,8 @@ def hostile_path(draw, root, commands):
 ON_A_STAGE = (special_output, output_over_input, output_twice, special_input, wrong_ports, damaged_input, damaged_input,
               damaged_input, damaged_config)
 ON_A_SITE = (damaged_list, picture_outside, special_picture, damaged_picture, damaged_site, damaged_results,
-             damaged_evaluation, damaged_lists, hostile_recording, hostile_query, hostile_variable, hostile_path)
+             damaged_evaluation, damaged_lists, hostile_recording, hostile_query, hostile_variable, hostile_value,
+             hostile_path)
 
 
 def draw_attack(draw, root, commands):

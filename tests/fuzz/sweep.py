@@ -129,8 +129,9 @@ class Sweep:
             copy_tree(self.base.folder, root)
             make_outside(folder / "outside", self.bomb)
             attack = draw_attack(random.Random(f"{self.seed}:{index}"), root, self.commands)
-            if attack.command[0] == "make":
-                attack.command[1:1] = ["--no-print-directory", f"SITE={SITE}"]
+            if "make" in attack.command:
+                at = attack.command.index("make") + 1
+                attack.command[at:at] = ["--no-print-directory", *(() if attack.what.startswith("hostile_variable: SITE=") else (f"SITE={SITE}",))]
             before = state(folder, root / "maps")
             code, output, time_s = run_command(attack.command, root)
             touched = {os.path.relpath(item[0], folder) for item in before ^ state(folder, root / "maps")}

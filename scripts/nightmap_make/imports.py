@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The files of other systems that [import] of a site's config names. Their paths stand in the rules of the site."""
+
+import os
+import re
+
+from nightmap_make.pipeline import PipelineError
+
+# Neither Make nor a shell interprets these characters.
+PATH = re.compile(r"[\w.@+-]+(?:/[\w.@+-]+)*")
+
+
+def check_imports(site_config, data, imports):
+    """Raises PipelineError for a file that is missing, outside of DATA, or whose name Make would interpret."""
+    for key, path in imports.items():
+        where = f"{site_config}: [import] {key} = {path!r}"
+        if os.path.isabs(path) or os.pardir in path.split("/"):
+            raise PipelineError(f"{where} leads out of DATA ({data}): give a path below it; a link there may lead anywhere")
+        if not PATH.fullmatch(path):
+            raise PipelineError(f"{where}: Make reads this path, so it may hold letters, digits and _ . @ + - / only: rename the file "
+                                "or make a link to it")  # fmt: skip
+        if not os.path.isfile(os.path.join(data, path)):
+            raise PipelineError(f"{where}: {data}/{path} does not exist, or is no file: give its path relative to DATA")
