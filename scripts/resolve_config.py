@@ -369,14 +369,21 @@ def file_state(path):
     return path, status.st_size, status.st_mtime_ns
 
 
+def folder_id(folder):
+    """What all paths of a folder have in common; None when it does not exist."""
+    if not os.path.exists(folder):
+        return None
+    status = os.stat(folder)
+    return status.st_dev, status.st_ino
+
+
 def recording_files(folder, seen):
     """The state of every file below a folder, without hidden ones. `seen` holds the folders visited: links may
     form a circle."""
     try:
-        status = os.stat(folder)
-        if (status.st_dev, status.st_ino) in seen:
+        if folder_id(folder) in seen:
             return
-        seen.add((status.st_dev, status.st_ino))
+        seen.add(folder_id(folder))
         entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
     except OSError:
         yield file_state(folder) + ("not readable",)
@@ -421,45 +428,58 @@ def look_for(path, arguments):
                       "is the folder it is looked for in")
 
 
-def settle_files(name, site, parts, arguments):
+class InputFiles:
+    """The files that tables of the site's config name: of its recordings, or of its query pictures."""
+
+    def __init__(self, name, site, parts, arguments):
+        def in_data(path):
+            return os.path.join(arguments.data, os.path.normpath(os.path.join(site.get("root", "."), path)))
+
+        self.name = name
+        self.pictures = {in_data(part["pictures"]) for part in parts if "pictures" in part}
+        self.folders = {in_data(part.get("folder", ".")) for part in parts if not {"pictures", "file"} & set(part)}
+        self.extra = {in_data(part[key]) for part in parts for key in ("ground_truth", "file") if part.get(key)}
+
+    def named(self):
+        return sorted(self.folders | self.extra | self.pictures)
+
+    def states(self, maps):
+        """The state of each file. The folder of the results may lie inside a recording, and is no part of it."""
+        files = {file_state(path) for path in self.extra.union(*map(picture_files, self.pictures))}
+        seen = {folder_id(maps)} - {folder_id(folder) for folder in self.folders}
+        for folder in sorted(self.folders):
+            files.update(recording_files(folder, seen))
+        return files
+
+
+def input_files(sites, arguments):
+    """Recordings and pictures. Make itself handles a recording that synthesize makes, including its queries; synthesize
+    never makes plain pictures."""
+    _, site = sites["site"]
+    if not arguments.no_recordings:
+        parts = [] if arguments.synthetic else tables(site, "sequence", arguments) + tables(site, "signal", arguments)
+        yield InputFiles("recordings", site, parts, arguments)
+    _, site = sites["queries"]
+    queries = [query for query in tables(site, "query", arguments) if "pictures" in query or not arguments.synthetic]
+    yield InputFiles("pictures", site, queries, arguments)
+
+
+def settle_files(files, arguments):
     """Writes a file whose time is that of the last change of some recordings or queries; returns its path.
 
     A folder's time does not show that a file was replaced in place, so the sizes and times of all
     files count. (The stages then compare contents: a touch reruns nothing after them.)"""
-    def in_data(path):
-        return os.path.join(arguments.data, os.path.normpath(os.path.join(site.get("root", "."), path)))
-
-    pictures = {in_data(part["pictures"]) for part in parts if "pictures" in part}
-    folders = {in_data(part.get("folder", ".")) for part in parts if not {"pictures", "file"} & set(part)}
-    extra = {in_data(part[key]) for part in parts for key in ("ground_truth", "file") if part.get(key)}
-    for path in sorted(folders | extra | pictures):
-        look_for(path, arguments)
-    files = {file_state(path) for path in extra.union(*map(picture_files, pictures))}
-    seen = set()
-    for folder in sorted(folders):
-        files.update(recording_files(folder, seen))
-    files = {(os.path.relpath(path, arguments.data), *rest) for path, *rest in files}
-    digest = hashlib.sha256(repr(sorted(files)).encode()).hexdigest()
-    text = f"{len(files)} files {digest}\n"
-    current = os.path.join(arguments.out, name)
+    maps = os.path.dirname(os.path.dirname(arguments.out))
+    states = {(os.path.relpath(path, arguments.data), *rest) for path, *rest in files.states(maps)}
+    digest = hashlib.sha256(repr(sorted(states)).encode()).hexdigest()
+    text = f"{len(states)} files {digest}\n"
+    current = os.path.join(arguments.out, files.name)
     same = has_text(current, text)
     if same and not arguments.preview:
         return current
-    target = os.path.join(arguments.preview or arguments.out, name)
+    target = os.path.join(arguments.preview or arguments.out, files.name)
     write(target, text, os.stat(current).st_mtime_ns if same else None)
     return target
-
-
-def settle_inputs(sites, arguments):
-    """(name, file) of recordings and pictures. Make itself handles a recording that synthesize makes, including its
-    queries; synthesize never makes plain pictures."""
-    _, site = sites["site"]
-    if not arguments.no_recordings:
-        parts = [] if arguments.synthetic else tables(site, "sequence", arguments) + tables(site, "signal", arguments)
-        yield "recordings", settle_files("recordings", site, parts, arguments)
-    _, site = sites["queries"]
-    queries = [query for query in tables(site, "query", arguments) if "pictures" in query or not arguments.synthetic]
-    yield "pictures", settle_files("pictures", site, queries, arguments)
 
 
 def parse_arguments():
@@ -501,7 +521,11 @@ def check(arguments):
                           + ", ".join(name[:-5] for name in known if name.endswith(".toml")))
     configs, sources = effective_configs(arguments)
     check_site(arguments)
-    return configs, sources, effective_sites(arguments)
+    sites = effective_sites(arguments)
+    for files in input_files(sites, arguments):
+        for path in files.named():
+            look_for(path, arguments)
+    return configs, sources, sites
 
 
 def settle_all(configs, sites, arguments):
@@ -509,7 +533,7 @@ def settle_all(configs, sites, arguments):
     settle(configs, arguments)
     for part, (text, site) in sites.items():
         settle_site(part, text, site, arguments)
-    return dict(settle_inputs(sites, arguments))
+    return {files.name: settle_files(files, arguments) for files in input_files(sites, arguments)}
 
 
 @contextlib.contextmanager

@@ -247,4 +247,6 @@ SiteConfig ReadSiteConfig(const std::filesystem::path& path) {
   return ParseSiteConfig(ReadTextFile(path), path.string());
 }
 
+void CheckSiteConfig(const std::filesystem::path& path) { ReadSiteConfig(path); }
+
 }  // namespace nightmap

@@ -85,5 +85,7 @@ struct SiteConfig {
 // FILE, which the user can edit, or QUERY.
 SiteConfig ParseSiteConfig(std::string_view text, const std::string& source);
 SiteConfig ReadSiteConfig(const std::filesystem::path& path);
+// Throws what ReadSiteConfig throws.
+void CheckSiteConfig(const std::filesystem::path& path);
 
 }  // namespace nightmap

@@ -75,6 +75,18 @@ std::string PortHelp(const std::vector<PortSpec>& ports) {
   return text;
 }
 
+void CheckFilesOfUser(const std::vector<std::string>& texts, const std::vector<PortSpec>& ports) {
+  for (const std::string& text : texts) {
+    const auto [name, path] = SplitPort(text, "--in");
+    const auto port = std::ranges::find(ports, name, &PortSpec::name);
+    if (port == ports.end() || !port->check) {
+      throw UsageError("--check-config --in {}: this input has no check; see --help", text);
+    }
+    CheckInput(path, *port);
+    port->check(path);
+  }
+}
+
 PortPaths AssignPorts(const std::vector<std::string>& texts,
                       const std::vector<PortSpec>& ports,
                       const std::string& flag) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -20,11 +21,20 @@ struct PortSpec {
   // be left out
   Arity arity = Arity::kOne;
   PortKind kind = PortKind::kFile;
+  // Reads a file that a user writes, and throws what is wrong with it; --check-config calls it.
+  std::function<void(const std::filesystem::path&)> check = {};
 };
 
 // An input that is a folder.
 inline PortSpec FolderPort(std::string name, std::string doc, Arity arity = Arity::kOne) {
   return {std::move(name), std::move(doc), arity, PortKind::kFolder};
+}
+
+// An input that a user writes.
+inline PortSpec CheckedPort(std::string name,
+                            std::string doc,
+                            std::function<void(const std::filesystem::path&)> check) {
+  return {std::move(name), std::move(doc), Arity::kOne, PortKind::kFile, std::move(check)};
 }
 
 using PortPaths = std::map<std::string, std::vector<std::filesystem::path>>;
@@ -37,6 +47,10 @@ std::string PortHelp(const std::vector<PortSpec>& ports);
 PortPaths AssignPorts(const std::vector<std::string>& texts,
                       const std::vector<PortSpec>& ports,
                       const std::string& flag);
+
+// Checks the files that texts NAME=PATH give to checked ports. Throws UsageError for another name,
+// and what the checks throw.
+void CheckFilesOfUser(const std::vector<std::string>& texts, const std::vector<PortSpec>& ports);
 
 // The inputs that NAME=FILE after --in-list stands for.
 struct InList {

@@ -58,7 +58,9 @@ void DefineCommandLine(CLI::App& app, CommandLine* line) {
       ->check(CLI::IsMember({"debug", "info", "warn", "err", "off"}));
   app.add_flag("--version", line->version, "print the version and exit");
   app.add_flag("--print-config", line->print_config, "print the effective config and exit");
-  app.add_flag("--check-config", line->check_config, "check the config file and exit");
+  app.add_flag("--check-config",
+               line->check_config,
+               "check the config file, and the site config if --in gives it, and exit");
 }
 
 void ExpandInLists(CommandLine* line) {
@@ -235,6 +237,7 @@ bool HandleQueries(const StageSpec& spec, const CommandLine& line, const OptionL
   } else if (line.print_config) {
     std::cout << options.ToToml();
   } else if (line.check_config) {
+    CheckFilesOfUser(line.inputs, spec.inputs);
     std::cout << (line.config.empty() ? "defaults" : line.config.string()) << ": ok\n";
   }
   return line.version || line.print_config || line.check_config;

@@ -12,6 +12,7 @@
 //   <stage> --config FILE --in NAME=PATH ... --in-list NAME=FILE ... --out NAME=PATH ...
 //           [--threads N] [--log-level L]
 //   <stage> --help | --version | --print-config [--config FILE] | --check-config --config FILE
+//   [--in site=FILE]
 #pragma once
 
 #include <functional>

@@ -167,6 +167,7 @@ class MakeRun:
             from nightmap_make import summary
             print("\n".join(summary.table(self.graph, self.folder, outcome)))
         if self.had_failure and "report" not in self.goals:
+            self._write_rules()  # otherwise what had to run again would run twice
             self._make(["report"])
         for goal in self.goals:
             self._say(goal)

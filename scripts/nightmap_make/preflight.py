@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The check before a run: each program checks its own config; conditions between programs and room on the disk are
-checked here. It takes a second at most and changes nothing in the folder of the site."""
+"""The check before a run: each program checks its own config and what it reads of the site's config; conditions between
+programs and room on the disk are checked here. It takes a second at most and changes nothing in the folder of the site."""
 
 import ast
 import hashlib
@@ -19,10 +19,11 @@ OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mu
 
 
 class ConfigText:
-    """The effective config of a program: its text, and sources: key -> file or make variable that set it."""
+    """The effective config of a program: its text, and sources: key -> file or make variable that set it. sites: port ->
+    text of the site's config that the program reads there."""
 
-    def __init__(self, values, text, sources):
-        self.values, self.text, self.sources = values, text, sources
+    def __init__(self, values, text, sources, sites):
+        self.values, self.text, self.sources, self.sites = values, text, sources, sites
 
     def place_of(self, key):
         """FILE:LINE of a key, or the make variable."""
@@ -39,26 +40,27 @@ class ConfigText:
         return self.text.split("\n")[line - 1].partition(" = ")[0]
 
 
-def check_configs(build, configs):
+def check_configs(build, configs, is_preview):
     """Lets each program check its config (program -> ConfigText), once per program and text. Raises PipelineError
-    with one line per wrong config."""
+    with one line per wrong config. A preview writes nothing into the folder of the programs."""
     folder = os.path.join(build, "checked")
     to_check = {}
     for program, config in configs.items():
         path = os.path.join(build, "run", program)
         status = os.stat(path)
-        state = f"{status.st_mtime_ns} {status.st_size}\n{config.text}"
+        state = f"{status.st_mtime_ns} {status.st_size}\n{config.text}\n{sorted(config.sites.items())}"
         stamp = os.path.join(folder, f"{program}_{hashlib.sha256(state.encode('utf-8', 'surrogatepass')).hexdigest()[:24]}")
         if not os.path.exists(stamp):
             to_check[program] = stamp
     if not to_check:
         return
-    os.makedirs(folder, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=build) as scratch:
+    if not is_preview:
+        os.makedirs(folder, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=None if is_preview else build) as scratch:
         wrong = _run_checks(build, scratch, {program: configs[program] for program in to_check})
     if wrong:
         raise PipelineError("\n".join(wrong))
-    for stamp in to_check.values():
+    for stamp in to_check.values() if not is_preview else ():
         with open(stamp, "w", encoding="utf-8"):
             pass
 
@@ -73,16 +75,23 @@ def _run_checks(build, scratch, configs):
         program = running.pop(pid)
         if os.waitstatus_to_exitcode(status) != 0:
             wrong.append(_complaint(os.path.join(scratch, f"{program}.log"), program, configs[program]))
-    return sorted(wrong)
+    return sorted(set(wrong))
 
 
 def _start_check(build, scratch, program, config):
-    path, log = os.path.join(scratch, f"{program}.toml"), os.path.join(scratch, f"{program}.log")
-    with open(path, "w", encoding="utf-8", errors="surrogatepass") as file:
-        file.write(config.text)
+    log = os.path.join(scratch, f"{program}.log")
+    command = [os.path.join(build, "run", program), "--check-config", "--config", _write(scratch, f"{program}.toml", config.text)]
+    for port, text in config.sites.items():
+        command += ["--in", f"{port}={_write(scratch, f'{program}_{port}.toml', text)}"]
     actions = [(os.POSIX_SPAWN_OPEN, fd, log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644) for fd in (1, 2)]
-    command = [os.path.join(build, "run", program), "--check-config", "--config", path]
     return os.posix_spawn(command[0], command, os.environ, file_actions=actions)
+
+
+def _write(folder, name, text):
+    path = os.path.join(folder, name)
+    with open(path, "w", encoding="utf-8", errors="surrogatepass") as file:
+        file.write(text)
+    return path
 
 
 def _complaint(log, program, config):
@@ -91,6 +100,8 @@ def _complaint(log, program, config):
     found = MESSAGE.search(text)
     if not found:
         return f"{program}: {text or 'its check of the config failed without a message'}"
+    if os.path.dirname(found["path"]) != os.path.dirname(log):  # of the site's config, whose copy names the user's file
+        return ":".join(filter(None, (found["path"], found["line"]))) + f": {found['reason']}"
     if found["line"] is None:
         return f"configs/*/{program}.toml: {found['reason']}"
     key = config.key_at(int(found["line"]))

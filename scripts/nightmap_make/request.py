@@ -92,10 +92,15 @@ class Asked:
         programs = [program for program in self.pipeline.programs() if program in self.configs]
         if self.is_preview and not all(os.path.exists(f"{self.env['BUILD']}/run/{program}") for program in programs):
             return  # they are not built yet, and a preview builds nothing
-        texts = {name: preflight.ConfigText(self.configs[name], resolve_config.canonical(self.configs[name]), sources[name])
-                 for name in programs}  # fmt: skip
-        preflight.check_configs(self.env["BUILD"], texts)
+        texts = {name: preflight.ConfigText(self.configs[name], resolve_config.canonical(self.configs[name]), sources[name],
+                                            self._site_texts(name)) for name in programs}  # fmt: skip
+        preflight.check_configs(self.env["BUILD"], texts, self.is_preview)
         preflight.check_clashes(self.pipeline.clashes, texts)
+
+    def _site_texts(self, program):
+        """Port -> text of the site's config that a program reads there."""
+        inputs = [reference for job in self.pipeline.jobs.values() if job.program == program for reference in job.inputs]
+        return {reference.port: self.sites[reference.source][0] for reference in inputs if reference.source in self.sites}
 
     def settle(self):
         """Writes the configs that changed. Returns files as old as the last change of `recordings` and `pictures`."""

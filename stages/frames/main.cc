@@ -14,11 +14,12 @@
 
 int main(int argc, char** argv) {
   using namespace nightmap;
-  const StageSpec spec{"frames",
-                       "lists, checks and associates the frames and signals of a site",
-                       {{"site", "site config, configs/sites/<site>.toml"},
-                        FolderPort("data", "folder of the recordings")},
-                       {{"shards", "shards.txt; the other files are written next to it"}}};
+  const StageSpec spec{
+      "frames",
+      "lists, checks and associates the frames and signals of a site",
+      {CheckedPort("site", "site config, configs/sites/<site>.toml", CheckSiteConfig),
+       FolderPort("data", "folder of the recordings")},
+      {{"shards", "shards.txt; the other files are written next to it"}}};
   return StageMain(
       argc, argv, spec, FramesOptions{}, [](const FramesOptions& options, StageContext& context) {
         const auto& data_root = context.Input("data");

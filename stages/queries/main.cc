@@ -13,13 +13,14 @@
 
 int main(int argc, char** argv) {
   using namespace nightmap;
-  const StageSpec spec{"queries",
-                       "lists the pictures to locate in a site's map, with their cameras",
-                       {{"site", "site config, configs/sites/<site>.toml"},
-                        FolderPort("data", "folder of the recordings"),
-                        {"held_out", "held_out.csv of the frames stage"},
-                        {"held_out_truth", "held_out.tum of the frames stage"}},
-                       {{"list", "queries.txt; the other files are written next to it"}}};
+  const StageSpec spec{
+      "queries",
+      "lists the pictures to locate in a site's map, with their cameras",
+      {CheckedPort("site", "site config, configs/sites/<site>.toml", CheckSiteConfig),
+       FolderPort("data", "folder of the recordings"),
+       {"held_out", "held_out.csv of the frames stage"},
+       {"held_out_truth", "held_out.tum of the frames stage"}},
+      {{"list", "queries.txt; the other files are written next to it"}}};
   return StageMain(
       argc, argv, spec, QueriesOptions{}, [](const QueriesOptions& options, StageContext& context) {
         const auto& data_root = context.Input("data");

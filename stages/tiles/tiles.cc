@@ -35,13 +35,11 @@ void CheckPose(const TilesOptions& options, const Keyframe& keyframe) {
                   distance_m);
 }
 
-void CheckEdge(const TilesOptions& options, const ViewPyramid& pyramid) {
+// Number of tiles in each direction that a keyframe may see, counted from its own.
+int ReachInTiles(const TilesOptions& options, const ViewPyramid& pyramid) {
   double reach_m = 0;
   for (const Eigen::Vector3d& corner : pyramid) reach_m = std::max(reach_m, corner.norm());
-  if (reach_m + options.overlap_m <= options.edge_m) return;
-  throw UsageError("tiles.edge_m = {} is less than a camera sees with the overlap, {} m; raise it",
-                   options.edge_m,
-                   reach_m + options.overlap_m);
+  return static_cast<int>(std::ceil((reach_m + options.overlap_m) / options.edge_m));
 }
 
 }  // namespace
@@ -69,17 +67,18 @@ std::map<TileIndex, Tile> RunTiles(const TilesOptions& options,
   std::vector<ViewPyramid> pyramids;
   for (const RgbdCamera& camera : cameras) {
     pyramids.push_back(MakeViewPyramid(camera.color, options.max_range_m));
-    CheckEdge(options, pyramids.back());
   }
   std::map<TileIndex, Tile> tiles;
   for (const Keyframe& keyframe : keyframes) {
     CheckPose(options, keyframe);
     const Rigid3& pose = keyframe.map_from_camera;
     const TileIndex own = TileOf(options, pose.translation.head<2>());
-    const ViewFootprint footprint =
-        ProjectToMap(pyramids[static_cast<std::size_t>(keyframe.frame.camera_idx)], pose);
-    for (int i = 0; i < 9; ++i) {
-      const TileIndex index{own.first + i / 3 - 1, own.second + i % 3 - 1};
+    const ViewPyramid& pyramid = pyramids[static_cast<std::size_t>(keyframe.frame.camera_idx)];
+    const ViewFootprint footprint = ProjectToMap(pyramid, pose);
+    const int reach = ReachInTiles(options, pyramid);
+    const int width = 2 * reach + 1;
+    for (int i = 0; i < width * width; ++i) {
+      const TileIndex index{own.first + i / width - reach, own.second + i % width - reach};
       const MapRegion region = RegionOf(options, index);
       if (!Touches(footprint, region.inside.Grown(options.overlap_m))) continue;
       Tile& tile = tiles[index];

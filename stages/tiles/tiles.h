@@ -26,9 +26,8 @@ using TileIndex = std::pair<int, int>;
 std::string TileName(const TileIndex& index);  // "0_0", "-1_2"
 
 // The tiles that a keyframe may see up to a depth of max_range_m, each with those keyframes in
-// their order. Every measured point lies in exactly one of the tiles. Throws UsageError when a
-// keyframe could see beyond the neighbours of its tile, DataError when a pose is too far from the
-// origin.
+// their order. Every measured point lies in exactly one of the tiles. Throws DataError when a pose
+// is too far from the origin.
 std::map<TileIndex, Tile> RunTiles(const TilesOptions& options,
                                    const std::vector<RgbdCamera>& cameras,
                                    const std::vector<Keyframe>& keyframes);

@@ -104,6 +104,26 @@ class RulesTest(StubTest):
         self.assertEqual(len(self.site.path("lists/features.features.txt").read_text().splitlines()), 300)
         self.make("-q", "map")
 
+    def test_a_job_that_failed_runs_once_more_and_not_twice(self):
+        self.make("map")
+        self.make("localize", code=2, fails="localize")
+        output = self.site.make("localize").stdout  # the stub's list of pictures is no list, which the end says
+        self.assertEqual(output.splitlines().count("== localize"), 1, output)
+
+    def test_results_inside_the_recording_are_no_part_of_it(self):
+        site = self.site.folder / "configs/sites/demo.toml"
+        site.write_text(site.read_text().replace("synthetic = true", "synthetic = false"))
+        maps = "MAPS=data/demo/maps"
+        for name in ("queries", "rgb"):
+            (self.site.folder / "data/demo" / name).mkdir()
+        (self.site.folder / "data/demo/queries/groundtruth.txt").touch()
+        (self.site.folder / "data/demo/groundtruth.txt").touch()
+        self.make("map", maps)
+        self.make("-q", "map", maps)
+        self.assertNotIn("== ", self.make("map", maps))
+        (self.site.folder / "data/demo/rgb/1.png").touch()
+        self.make("-q", "map", maps, code=1)
+
     def test_looking_changes_nothing(self):
         self.make("map")
         before = {path: path.stat().st_mtime_ns for path in self.site.folder.rglob("*") if ".preview" not in path.parts}

@@ -15,7 +15,7 @@ MAX_TIME_S = 2.0
 OPTION = re.compile(r"^  (\w+) +.*\[default .*; (.*)\]$", re.MULTILINE)
 CLASHES = {  # one for each [[clash]] of configs/pipeline.toml, in its order
     "octree.max_range_m=5.9 tiles.max_range_m=5.95 tiles.edge_m=6": None, "tiles.overlap_m=0.4 octree.resolution_m=0.9": "octree.resolution_m",
-    "tiles.max_range_m=23.9 tiles.edge_m=24": "tiles.edge_m", "point_cloud.max_depth_m=5": "point_cloud.max_depth_m",
+    "point_cloud.max_depth_m=5": "point_cloud.max_depth_m",
     "octree.max_range_m=5": "octree.max_range_m", "point_cloud.surface_radius_m=0.4": "tiles.overlap_m",
     "grid.max_step_height_m=0.3 grid.robot_height_m=0.2": "grid.robot_height_m",
     "drive.min_lookahead_m=1.5 drive.max_lookahead_m=1": "drive.max_lookahead_m"}  # fmt: skip
@@ -69,6 +69,33 @@ class PreflightTest(unittest.TestCase):
         self.assertNotIn("== ", result.stdout)
         self.assertEqual(self.state(), before)
         return took_s
+
+    def test_a_mistake_in_the_site_config(self):
+        """The programs that read it check it before the run, and a new site gets no folder."""
+        path = self.site.folder / "configs/sites/demo.toml"
+        text = path.read_text()
+        self.addCleanup(path.write_text, text)
+        for wrong, said in ((text.replace("hold_out_every", "hold_out_evry"), "demo.toml:5: unknown key 'hold_out_evry'"),
+                            (text.replace("width = 640", "width = -640"), "width"), (text.replace("[[camera]]", "[[kamera]]"), "demo.toml:22: no [[camera]] has id"),
+                            (text.replace('layout = "tum"', 'layout = "tmu"'), "tmu"),
+                            (text.replace("synthetic = true", 'synthetic = false').replace('root = "demo"', 'root = "nowhere"'),
+                             "data/nowhere does not exist")):  # fmt: skip
+            with self.subTest(said):
+                path.write_text(wrong)
+                self.check("plan.start='1 2'", said)
+                (path.parent / "new.toml").write_text(wrong)
+                result = self.site.make("map", "SITE=new")
+                self.assertEqual(result.returncode, 2, result.stdout)
+                self.assertIn(said.replace("demo", "new"), result.stdout)
+                self.assertFalse((self.site.folder / "maps/new").exists())
+        path.write_text(text)
+        picture = self.site.folder / "a.jpg"
+        picture.write_bytes(b"x")
+        before = self.state()
+        result = self.site.make("map", "QUERY=a.jpg", "CAMERA=phone")
+        self.assertEqual(result.returncode, 2, result.stdout)
+        self.assertIn('QUERY of make: no [[camera]] has id "phone"', result.stdout)
+        self.assertEqual(self.state(), before)
 
     def test_every_option_out_of_range(self):
         times_s = []
