@@ -3,6 +3,7 @@
 """The profile `imported`: a trajectory of another system fills the slot of the pose graph, a ROS map that of the grid.
 What the default profile made stands for the other system."""
 import json
+import re
 import shutil
 import unittest
 
@@ -108,6 +109,15 @@ class ImportedTest(unittest.TestCase):
         expected = json.loads(self.work.path("plan/path.json").read_text())
         self.assertEqual(path["length_m"], expected["length_m"])
         shutil.copy(self.work.path("grid/map.pgm"), self.work.data() / "other/map.pgm")
+
+    def test_a_ros_map_of_another_place_is_refused(self):
+        other = self.work.data() / "other"
+        text = (other / "map.yaml").read_text()
+        (other / "turned.yaml").write_text(re.sub(r"origin: .*", "origin: [-30, 40, 1.2]", text))
+        maps = self.site("turned", f'map = "{SITE}/other/turned.yaml"')
+        said = self.make("turned", "map", code=2)
+        self.assertRegex(said, r"other/turned.yaml: none of the \d+ camera poses is in its free or occupied cells")
+        self.assertFalse((maps / "grid/map.yaml").exists())
 
     def test_what_is_not_there_is_asked_for(self):
         self.site("empty", "")
