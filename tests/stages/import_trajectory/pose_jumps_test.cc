@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/import_trajectory/pose_jumps.h"
 
-#include <gtest/gtest.h>
+#include <cmath>
 
 #include "pipeline/base/error.h"
 #include "stages/import_trajectory/import_trajectory.h"
