@@ -9,6 +9,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.colors import ListedColormap  # noqa: E402
+from matplotlib.transforms import Affine2D  # noqa: E402
 
 from nightmap_eval.grid import FREE, OCCUPIED  # noqa: E402
 
@@ -66,16 +67,19 @@ def error_png(frame_idxs, errors_m):
 def draw_grid(axes, grid):
     """Free cells white, occupied black, others gray; cropped to the seen cells."""
     colors = ListedColormap(["#c8c8c8", "#ffffff", "#202020"])
-    axes.imshow(grid.cells, cmap=colors, vmin=0, vmax=2, origin="lower", extent=grid.extent_m(),
-                interpolation="nearest")  # fmt: skip
+    image = axes.imshow(grid.cells, cmap=colors, vmin=0, vmax=2, origin="lower", extent=grid.extent_m(),
+                        interpolation="nearest")  # fmt: skip
+    if grid.origin_yaw_rad != 0:
+        turn = Affine2D().rotate_around(grid.origin_x_m, grid.origin_y_m, grid.origin_yaw_rad)
+        image.set_transform(turn + axes.transData)
     rows, columns = np.nonzero((grid.cells == FREE) | (grid.cells == OCCUPIED))
     if len(rows):
         margin = 5
-        x, y = grid.origin_x_m, grid.origin_y_m
-        axes.set_xlim(x + (columns.min() - margin) * grid.resolution_m,
-                      x + (columns.max() + margin) * grid.resolution_m)  # fmt: skip
-        axes.set_ylim(y + (rows.min() - margin) * grid.resolution_m,
-                      y + (rows.max() + margin) * grid.resolution_m)  # fmt: skip
+        columns = np.array([columns.min() - margin, columns.max() + margin])
+        rows = np.array([rows.min() - margin, rows.max() + margin])
+        corners = grid.from_cells(*np.meshgrid(columns, rows)).reshape(-1, 2)
+        axes.set_xlim(corners[:, 0].min(), corners[:, 0].max())
+        axes.set_ylim(corners[:, 1].min(), corners[:, 1].max())
 
 
 def draw_path(axes, path_m):

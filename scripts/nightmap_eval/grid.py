@@ -24,15 +24,16 @@ class Grid:
     origin_y_m: float = 0.0
     origin_yaw_rad: float = 0.0
 
+    def from_cells(self, columns, rows):
+        """Points (..., 2) in the map frame; (0, 0) is the lower left corner of the first cell."""
+        x, y = columns * self.resolution_m, rows * self.resolution_m
+        cos, sin = np.cos(self.origin_yaw_rad), np.sin(self.origin_yaw_rad)
+        return np.stack([cos * x - sin * y + self.origin_x_m, sin * x + cos * y + self.origin_y_m], axis=-1)
+
     def centres_m(self):
         """Centres (rows, columns, 2) of all cells in the map frame."""
         rows, columns = self.cells.shape
-        x, y = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
-        x, y = x * self.resolution_m, y * self.resolution_m
-        cos, sin = np.cos(self.origin_yaw_rad), np.sin(self.origin_yaw_rad)
-        return np.stack(
-            [cos * x - sin * y + self.origin_x_m, sin * x + cos * y + self.origin_y_m], axis=2
-        )
+        return self.from_cells(*np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5))
 
     def indices(self, points_m):
         """Row and column of points (n, 2); out of range when outside."""
@@ -43,7 +44,7 @@ class Grid:
         return np.floor(v / self.resolution_m).astype(int), column
 
     def extent_m(self):
-        """left, right, bottom, top for matplotlib (for a grid without rotation)."""
+        """left, right, bottom, top for matplotlib, before the rotation about the origin."""
         rows, columns = self.cells.shape
         x, y = self.origin_x_m, self.origin_y_m
         return x, x + columns * self.resolution_m, y, y + rows * self.resolution_m

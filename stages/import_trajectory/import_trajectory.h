@@ -3,11 +3,14 @@
 // the keyframes of the map.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "pipeline/base/options.h"
 #include "pipeline/geometry/rigid3.h"
 #include "pipeline/io/frames_io.h"
+#include "stages/import_trajectory/motion_check.h"
+#include "stages/import_trajectory/pose_jumps.h"
 
 namespace nightmap {
 
@@ -15,6 +18,7 @@ struct ImportTrajectoryOptions {
   double keyframe_distance_m = 0.15;
   double keyframe_turn_rad = 0.2;
   double min_posed_ratio = 0.5;
+  bool check_motion = true;
 
   void Register(OptionList& list);
 };
@@ -27,10 +31,16 @@ struct ImportedTrajectory {
 
 // `given` holds given_from_camera poses (color camera, x right, y down, z forward) of another
 // system at its own times, ascending. A frame's pose is interpolated at its time between poses at
-// most 0.1 s apart (TruthAt); other frames get none. Throws ThresholdError when fewer than
-// min_posed_ratio of the frames get a pose. Pure and deterministic.
+// most 0.1 s apart (TruthAt); other frames get none. Throws ThresholdError naming `file` when fewer
+// than min_posed_ratio of the frames get a pose. Pure and deterministic.
 ImportedTrajectory RunImportTrajectory(const ImportTrajectoryOptions& options,
                                        const std::vector<FrameRecord>& frames,
-                                       const std::vector<StampedPose>& given);
+                                       const std::vector<StampedPose>& given,
+                                       const std::string& file);
+
+// Throw DataError naming `file` and the remedy when the trajectory cannot be right; log a warning
+// of what is doubtful.
+void JudgeMotions(const MotionVerdict& verdict, const std::string& file);
+void JudgeJumps(const PoseJumps& jumps, const std::string& file);
 
 }  // namespace nightmap

@@ -3,6 +3,7 @@
 """The profile `imported`: a trajectory of another system fills the slot of the pose graph, a ROS map that of the grid.
 What the default profile made stands for the other system."""
 import json
+import re
 import shutil
 import unittest
 
@@ -64,6 +65,41 @@ class ImportedTest(unittest.TestCase):
         self.assertIn("pose_graph: ", why)
         self.assertNotIn("features_", why)
 
+    def refused(self, name, change):
+        """What `map` says of the trajectory with each line's columns changed."""
+        lines = (self.work.data() / "other/poses.tum").read_text().splitlines()
+        rows = [line.split() for line in lines if not line.startswith("#")]
+        given = self.work.data() / f"other/{name}.tum"
+        given.write_text("".join(" ".join(row) + "\n" for row in change(rows)))
+        maps = self.site(name, f'trajectory = "{SITE}/other/{name}.tum"')
+        said = self.make(name, "map", code=2)
+        self.assertIn(f"data/{SITE}/other/{name}.tum: ", said)
+        self.assertFalse((maps / "pose_graph/trajectory.tum").exists())
+        return said
+
+    def test_millimetres_are_refused(self):
+        said = self.refused("mm", lambda rows: [[r[0], *(str(1000 * float(x)) for x in r[1:4]), *r[4:]] for r in rows])
+        self.assertRegex(said, r"its lengths are (99\d|100\d)[.\d]* times those that depth shows")
+
+    def test_another_order_of_the_quaternion_is_refused(self):
+        said = self.refused("wxyz", lambda rows: [[*r[:4], r[7], *r[4:7]] for r in rows])
+        self.assertIn("write them as qx qy qz qw", said)
+
+    def test_a_pose_out_of_reach_is_refused(self):
+        def throw(rows):
+            rows[50][1] = "1000"
+            return rows
+
+        said = self.refused("thrown", throw)
+        self.assertIn("1 poses are out of the camera's reach", said)
+
+    def test_every_third_pose_is_refused_and_the_remedy_works(self):
+        said = self.refused("third", lambda rows: rows[::3])
+        self.assertIn("more are between poses over 0.1 s apart", said)
+        remedy = said.split('SET="')[1].split('"')[0]
+        result = self.work.make("map", "SITE=third", f"SET={remedy}")
+        self.assertEqual(result.returncode, 0, result.stdout)
+
     def test_a_ros_map_is_planned_on(self):
         maps = self.site("gridded", f'map = "{SITE}/other/map.yaml"')
         self.make("gridded", *GOALS)
@@ -73,6 +109,15 @@ class ImportedTest(unittest.TestCase):
         expected = json.loads(self.work.path("plan/path.json").read_text())
         self.assertEqual(path["length_m"], expected["length_m"])
         shutil.copy(self.work.path("grid/map.pgm"), self.work.data() / "other/map.pgm")
+
+    def test_a_ros_map_of_another_place_is_refused(self):
+        other = self.work.data() / "other"
+        text = (other / "map.yaml").read_text()
+        (other / "turned.yaml").write_text(re.sub(r"origin: .*", "origin: [-30, 40, 1.2]", text))
+        maps = self.site("turned", f'map = "{SITE}/other/turned.yaml"')
+        said = self.make("turned", "map", code=2)
+        self.assertRegex(said, r"other/turned.yaml: none of the \d+ camera poses is in its free or occupied cells")
+        self.assertFalse((maps / "grid/map.yaml").exists())
 
     def test_what_is_not_there_is_asked_for(self):
         self.site("empty", "")

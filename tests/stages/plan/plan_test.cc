@@ -354,6 +354,22 @@ TEST(PlanErrors, MalformedEnds) {
   }
 }
 
+// The place that is offered lies within the bounds that the same message gives.
+TEST(PlanErrors, ATurnedMapNamesItsTrueBounds) {
+  PlanInputs inputs = Rooms();
+  inputs.grid.origin_yaw_rad = 2;
+  const Eigen::Vector2d start = inputs.grid.FromCells({2.5, 4.5});
+  PlanOptions options = Between(fmt::format("{},{}", start.x(), start.y()), "99,99");
+  const std::string text = ErrorOf<DataError>(options, inputs);
+  double x0 = 0, y0 = 0, x1 = 0, y1 = 0, x = 0, y = 0;
+  ASSERT_EQ(std::sscanf(
+                text.c_str() + text.find("spans"), "spans %lf,%lf to %lf,%lf", &x0, &y0, &x1, &y1),
+            4)
+      << text;
+  ASSERT_EQ(std::sscanf(text.c_str() + text.find("at \""), "at \"%lf,%lf", &x, &y), 2) << text;
+  EXPECT_TRUE(x0 < x && x < x1 && y0 < y && y < y1) << text;
+}
+
 TEST(PlanErrors, UnusableEnds) {
   const auto error = [](const std::string& goal) {
     PlanOptions options = Between("1.25,2.45", goal);
