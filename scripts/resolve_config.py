@@ -361,13 +361,14 @@ def settle_site(part, text, site, arguments):
 
 
 def file_state(path):
-    """(path, size, time) of a file, or the kind of error when it is not readable (a broken link, say). The frames
-    stage decides whether that matters."""
+    """(path, size, modification time, change time) of a file, or the kind of error when it is not readable (a broken
+    link, say). The frames stage decides whether that matters. The change time tells of a file replaced by one of the
+    same size with its old modification time; a link, a chmod or a copy changes it too, and `frames` finds the same bytes."""
     try:
         status = os.stat(path)
     except OSError as error:
-        return path, error.errno, 0
-    return path, status.st_size, status.st_mtime_ns
+        return path, error.errno, 0, 0
+    return path, status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
 def recording_files(folder, seen):
@@ -425,7 +426,7 @@ def look_for(path, arguments):
 def settle_files(name, site, parts, arguments):
     """Writes a file whose time is that of the last change of some recordings or queries; returns its path.
 
-    A folder's time does not show that a file was replaced in place, so the sizes and times of all
+    A folder's time does not show that a file was replaced in place, so the sizes and both times of all
     files count. (The stages then compare contents: a touch reruns nothing after them.)"""
     def in_data(path):
         return os.path.join(arguments.data, os.path.normpath(os.path.join(site.get("root", "."), path)))
