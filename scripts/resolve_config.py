@@ -182,8 +182,9 @@ def receipt_paths(arguments, stage):
 
 
 def read_receipt(path):
-    """The receipt, and whether its run was committed completely: the receipt is renamed last, so a newer
-    output comes from a later run that was killed. Folders may have been moved since."""
+    """The receipt, whether its run was committed completely, and a modification time (ns) before that run. The receipt is
+    renamed last, so a newer output comes from a later run that was killed. Folders may have been moved since, and the
+    outputs may be older than the start of the run by a clock that was set back."""
     if not os.path.isfile(path):
         raise ValueError(f"{path}: not a file")
     with open(path, encoding="utf-8") as file:
@@ -192,8 +193,9 @@ def read_receipt(path):
     outputs = [output["path"] for output in receipt["outputs"]]
     then = next(os.path.dirname(output) for output in outputs if os.path.basename(output) == report)
     now = os.path.dirname(path)
-    newest = max(os.path.getmtime(os.path.join(now, os.path.relpath(output, then))) for output in outputs)
-    return receipt, newest <= os.path.getmtime(path)
+    times_ns = [os.stat(os.path.join(now, os.path.relpath(output, then))).st_mtime_ns for output in outputs]
+    start_ns = calendar.timegm(time.strptime(receipt["start_time"], "%Y-%m-%dT%H:%M:%SZ")) * 10**9
+    return receipt, max(times_ns) <= os.stat(path).st_mtime_ns, min(start_ns, *times_ns)
 
 
 def made_with(arguments, stage, config):
@@ -201,13 +203,13 @@ def made_with(arguments, stage, config):
     starts = []
     for path in receipt_paths(arguments, stage):
         try:
-            receipt, whole = read_receipt(path)
+            receipt, whole, start_ns = read_receipt(path)
             if not whole or tomllib.loads(receipt["config"]) != config:
                 return None
-            starts.append(calendar.timegm(time.strptime(receipt["start_time"], "%Y-%m-%dT%H:%M:%SZ")))
+            starts.append(start_ns)
         except DAMAGED:
             return None
-    return min(starts) * 10**9 if starts else None
+    return min(starts, default=None)
 
 
 def has_text(path, text):

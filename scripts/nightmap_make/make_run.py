@@ -7,6 +7,7 @@ import sys
 
 import remove_leftovers
 import resolve_config
+from nightmap_make import slots
 from nightmap_make.graph import Graph, closure
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
@@ -104,6 +105,7 @@ class MakeRun:
     def _write_rules(self):
         self.site_state = self._look_at_site()
         self.graph = Graph(self.asked.pipeline, self.site_state, self.goals)
+        slots.settle(self.graph)
         self.rules = RulesFile(self.graph, Times())
         files = {f"{self.work}/graph.mk": self.rules.text() + self._included(), f"{self.work}/again.mk": self._again()}
         if not self.is_preview:
