@@ -68,6 +68,7 @@ class MakeRun:
     def _make_in_phases(self):
         """Makes the lists of units first, each with the rules of the lists known so far."""
         if self._is_up_to_date():
+            self._remove_gone()
             return 0
         for job in list(self.asked.pipeline.jobs.values()):
             if job.lists not in PHASES or job.name not in self.graph.jobs or not self._is_needed(job):
@@ -82,7 +83,14 @@ class MakeRun:
             if job.lists == "shard" and self.site_state.lists["shard"] != before["shard"]:
                 remove_leftovers.remove(self.folder, self.graph)
         self._refuse_without_queries()
+        self._remove_gone()
         return self._make(self.goals)
+
+    def _remove_gone(self):
+        """Before the goals are made, so that evaluation and report do not read it."""
+        folders = remove_leftovers.remove_gone(self.folder, self.graph)
+        if folders:
+            print(f"nightmap: site {self.asked.name} no longer has {', '.join(folders)}: its results are removed")
 
     def _is_up_to_date(self):
         """Checks all rules once, with the present lists: most calls need no more."""
