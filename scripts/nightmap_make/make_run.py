@@ -4,10 +4,11 @@
 import os
 import signal
 import sys
+import time
 
 import remove_leftovers
 import resolve_config
-from nightmap_make import slots
+from nightmap_make import clock, slots
 from nightmap_make.graph import Graph, closure
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
@@ -32,6 +33,7 @@ class MakeRun:
         self.is_preview = asked.is_preview
         self.work = f"{self.folder}/.preview" if self.is_preview else self.folder
         self.child, self.told = None, set()
+        self.began_ns = time.time_ns()
         # A report of a failed run is always out of date.
         self.had_failure = os.path.exists(f"{self.folder}/logs/failure.json")
 
@@ -39,6 +41,7 @@ class MakeRun:
         if self.is_preview:
             self._settle()
             self._write_rules()
+            self._preview_times()
             return self._why() if "why" in self.goals else self._make(self.goals)
         lock = SiteLock(self.folder)
         try:
@@ -49,6 +52,7 @@ class MakeRun:
     def _run_locked(self):
         self._settle()
         self._write_rules()
+        self._mend_times()
         self.asked.check_disk(self.graph.jobs.values(), self.stamps)
         begin_run(self.folder, self.goals)
         if self.had_failure:
@@ -125,6 +129,31 @@ class MakeRun:
             if not resolve_config.has_text(path, text):
                 os.makedirs(os.path.dirname(path), exist_ok=True)
                 resolve_config.write(path, text)
+
+    def _mend_times(self):
+        """Moves times in the future to the present."""
+        if not clock.in_future(self.rules):
+            return
+        moved, ahead_s = clock.moved_times(self.rules, self.began_ns)
+        print(clock.warning(moved, ahead_s, self.folder), file=sys.stderr)
+        for path, time_ns in moved.items():
+            try:
+                os.utime(path, ns=(time_ns, time_ns))
+            except OSError as error:
+                raise Refused(f"{path}: its time lies in the future and cannot be changed ({error.strerror}): touch it as its owner") from None
+        self._write_rules()
+
+    def _preview_times(self):
+        """Lets rules be stale that are so once times in the future are moved, as _mend_times would."""
+        if not clock.in_future(self.rules):
+            return
+        from nightmap_make import why
+        moved, ahead_s = clock.moved_times(self.rules, self.began_ns)
+        if "why" in self.goals:
+            print(clock.warning(moved, ahead_s, self.folder), file=sys.stderr)
+        self.rules.times.pretend(moved)
+        stale = [" ".join(rule.output_paths()) for rule in why.Staleness(self.rules).reasons]
+        resolve_config.write(f"{self.work}/again.mk", self._again() + "".join(f"{paths}: FORCE\n" for paths in stale))
 
     def _again(self):
         return self.rules.again() + (self.rules.unmade() if self.is_preview else "")
