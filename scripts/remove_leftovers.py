@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Removes the results of shards that the list of shards no longer names, after a recording became shorter or was cut
-into other shards. (For tiles, the programs that join them do the same.)
+"""Removes results that describe the map no more: of shards that the list of shards no longer names, after a recording became
+shorter or was cut into other shards (for tiles, the programs that join them do the same), and of jobs that the site no longer
+has, after it lost its queries or its profile changed.
 
-Touches only files whose names a job declares.
+Touches only files below the site's folder whose names a job declares.
 """
 
+import contextlib
 import os
 import re
 
+from nightmap_make.pipeline import PipelineError, read_pipeline, read_toml
+
 ANY_SHARD = r"(\d{4,9})"
+ANY_UNIT = {"shard": r"\d{4,9}", "tile": r"-?\d{1,9}_-?\d{1,9}", "floor": r"(?:map|floor_-?\d{1,9})"}
 
 
 def _patterns(job):
@@ -26,10 +31,64 @@ def leftovers(folder, pattern, shards):
 
 
 def remove(site_dir, graph):
-    """Paths of results and logs that belong to shards outside the rules."""
+    """Removes results and logs of shards outside the rules."""
     shards = set(graph.site.lists["shard"])
     jobs = [job for job in graph.pipeline.jobs.values() if job.unit == "shard"]
     logs = re.compile(rf"(?:{'|'.join(job.name for job in jobs)})_{ANY_SHARD}\.log", re.ASCII)
     for folder, pattern in [(graph.folder_of(job), _patterns(job)) for job in jobs] + [(f"{site_dir}/logs", logs)]:
         for path in list(leftovers(folder, pattern, shards)):
             os.remove(path)
+
+
+def remove_gone(site_dir, graph, configs="configs"):
+    """Removes the results and logs of jobs that the site no longer has; returns the names of their folders."""
+    here = [job for job in graph.pipeline.jobs.values() if _is_here(site_dir, graph, job)]
+    known = _files_of([*graph.pipeline.jobs.values(), *_jobs_of_profiles(configs)])
+    folders = []
+    for folder, gone in ((folder, names - _files_of(here).get(folder, set())) for folder, names in known.items()):
+        paths = _matching(f"{site_dir}/{folder}", gone) if gone else []
+        for path in paths:
+            os.remove(path)
+            with contextlib.suppress(OSError):  # unless something else is in it
+                os.removedirs(os.path.dirname(path))
+        folders += [folder] if paths and folder != "logs" else []
+    return folders
+
+
+def _is_here(site_dir, graph, job):
+    """Jobs that run when asked for keep their results. Without a list of queries nobody knows whether there are some."""
+    return job.name in graph.jobs or job.when == "asked" or job.when == "queries" and not os.path.isfile(f"{site_dir}/queries/queries.csv")
+
+
+def _files_of(jobs):
+    """Folder -> patterns of the files that jobs declare, and of their logs. The folder of a recording is the user's."""
+    files = {}
+    for job in jobs:
+        if job.folder != "RECORDING":
+            ports = job.outputs | job.beside | job.optional | job.run_files()
+            files.setdefault(job.folder, set()).update(_pattern(name, job.units_of(port)) for port, name in ports.items())
+            files.setdefault("logs", set()).add(_pattern(job.name + ("" if job.unit == "site" else "_{unit}") + ".log", job.unit))
+    return files
+
+
+def _pattern(name, unit):
+    return re.escape(name).replace(re.escape("{unit}"), ANY_UNIT.get(unit, ""))
+
+
+def _jobs_of_profiles(configs):
+    """The jobs of each profile, with whatever a site may give to it."""
+    for profile in sorted(os.listdir(configs)):
+        overlay = f"{configs}/{profile}/pipeline.toml"
+        with contextlib.suppress(PipelineError):  # a mistake in a profile matters to its sites
+            if profile == "default":
+                yield from read_pipeline(configs).jobs.values()
+            elif os.path.exists(overlay):
+                given = {table.get("given") for table in read_toml(overlay).values()}
+                yield from read_pipeline(configs, profile, given).jobs.values()
+
+
+def _matching(folder, patterns):
+    """Files below a folder whose path in it fits one of the patterns."""
+    pattern = re.compile("|".join(sorted(patterns)), re.ASCII)
+    found = [os.path.join(place, name) for place, _, names in os.walk(folder) for name in names]
+    return [path for path in sorted(found) if pattern.fullmatch(os.path.relpath(path, folder)) and not os.path.islink(path)]

@@ -181,8 +181,9 @@ def receipt_paths(arguments, stage):
 
 
 def read_receipt(path):
-    """The receipt, and whether its run was committed completely: the receipt is renamed last, so a newer
-    output comes from a later run that was killed. Folders may have been moved since."""
+    """The receipt, whether its run was committed completely, and a modification time (ns) before that run. The receipt is
+    renamed last, so a newer output comes from a later run that was killed. Folders may have been moved since, and the
+    outputs may be older than the start of the run by a clock that was set back."""
     if not os.path.isfile(path):
         raise ValueError(f"{path}: not a file")
     with open(path, encoding="utf-8") as file:
@@ -191,8 +192,9 @@ def read_receipt(path):
     outputs = [output["path"] for output in receipt["outputs"]]
     then = next(os.path.dirname(output) for output in outputs if os.path.basename(output) == report)
     now = os.path.dirname(path)
-    newest = max(os.path.getmtime(os.path.join(now, os.path.relpath(output, then))) for output in outputs)
-    return receipt, newest <= os.path.getmtime(path)
+    times_ns = [os.stat(os.path.join(now, os.path.relpath(output, then))).st_mtime_ns for output in outputs]
+    start_ns = calendar.timegm(time.strptime(receipt["start_time"], "%Y-%m-%dT%H:%M:%SZ")) * 10**9
+    return receipt, max(times_ns) <= os.stat(path).st_mtime_ns, min(start_ns, *times_ns)
 
 
 def made_with(arguments, stage, config):
@@ -200,13 +202,13 @@ def made_with(arguments, stage, config):
     starts = []
     for path in receipt_paths(arguments, stage):
         try:
-            receipt, whole = read_receipt(path)
+            receipt, whole, start_ns = read_receipt(path)
             if not whole or tomllib.loads(receipt["config"]) != config:
                 return None
-            starts.append(calendar.timegm(time.strptime(receipt["start_time"], "%Y-%m-%dT%H:%M:%SZ")))
+            starts.append(start_ns)
         except DAMAGED:
             return None
-    return min(starts) * 10**9 if starts else None
+    return min(starts, default=None)
 
 
 def has_text(path, text):
@@ -360,13 +362,14 @@ def settle_site(part, text, site, arguments):
 
 
 def file_state(path):
-    """(path, size, time) of a file, or the kind of error when it is not readable (a broken link, say). The frames
-    stage decides whether that matters."""
+    """(path, size, modification time, change time) of a file, or the kind of error when it is not readable (a broken
+    link, say). The frames stage decides whether that matters. The change time tells of a file replaced by one of the
+    same size with its old modification time; a link, a chmod or a copy changes it too, and `frames` finds the same bytes."""
     try:
         status = os.stat(path)
     except OSError as error:
-        return path, error.errno, 0
-    return path, status.st_size, status.st_mtime_ns
+        return path, error.errno, 0, 0
+    return path, status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
 def folder_id(folder):
@@ -467,7 +470,7 @@ def input_files(sites, arguments):
 def settle_files(files, arguments):
     """Writes a file whose time is that of the last change of some recordings or queries; returns its path.
 
-    A folder's time does not show that a file was replaced in place, so the sizes and times of all
+    A folder's time does not show that a file was replaced in place, so the sizes and both times of all
     files count. (The stages then compare contents: a touch reruns nothing after them.)"""
     maps = os.path.dirname(os.path.dirname(arguments.out))
     states = {(os.path.relpath(path, arguments.data), *rest) for path, *rest in files.states(maps)}

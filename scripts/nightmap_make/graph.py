@@ -6,6 +6,7 @@ import os
 
 from nightmap_eval.unit_lists import near
 from nightmap_make.pipeline import PipelineError
+from nightmap_make.slots import slot_path
 
 SITES = "configs/sites"
 
@@ -19,10 +20,16 @@ class PathList:
 
 class Rule:
     """One run of a job. inputs: (port, path or PathList) on the command line; needs: further files that make it stale,
-    beside the program and its config; outputs: (port, path)."""
+    beside the program and its config; outputs: (port, path). Raw inputs (the recordings, the files of [import]) make nothing
+    stale by their times: stamps and slots stand for them."""
 
     def __init__(self, job, unit, inputs, needs, outputs):
         self.job, self.unit, self.inputs, self.needs, self.outputs = job, unit, inputs, needs, outputs
+        self._raw = {reference.port for reference in job.inputs if reference.source == "data" or reference.job == "import"}
+
+    def watched(self):
+        """(port, path or PathList) of the inputs whose times count."""
+        return [(port, value) for port, value in self.inputs if port not in self._raw]
 
     @property
     def name(self):
@@ -80,7 +87,7 @@ class Graph:
         return [self._rule(job, unit) for unit in self.units(job)]
 
     def _rule(self, job, unit):
-        inputs, needs = [], []
+        inputs, needs = [], [slot_path(self.site, job)]
         for reference in job.inputs:
             for value in self._values(job, reference, unit):
                 inputs.append((reference.port, value))
@@ -99,7 +106,7 @@ class Graph:
         if reference.source:
             return [self.site.source(reference.source)]
         if reference.job == "import":
-            return [self._imported(job, reference.output)]
+            return [self.imported(job, reference.output)]
         source = self.jobs.get(reference.job)
         if source is None:
             if reference.if_made:
@@ -122,7 +129,8 @@ class Graph:
         before = self._previous.get(unit) if units else None
         return [unit] if before is None else [before, unit]
 
-    def _imported(self, job, key):
+    def imported(self, job, key):
+        """Path of a file that [import] names."""
         if key not in self.site.imports:
             raise PipelineError(f"{job.where}: [{job.name}] needs a file of your own: name it in {SITES}/{self.site.name}.toml, as in\n"
                                 f"[import]\n{key} = \"<path relative to DATA>\"")  # fmt: skip

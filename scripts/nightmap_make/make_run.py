@@ -4,9 +4,11 @@
 import os
 import signal
 import sys
+import time
 
 import remove_leftovers
 import resolve_config
+from nightmap_make import clock, slots
 from nightmap_make.graph import Graph, closure
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
@@ -31,6 +33,7 @@ class MakeRun:
         self.is_preview = asked.is_preview
         self.work = f"{self.folder}/.preview" if self.is_preview else self.folder
         self.child, self.told = None, set()
+        self.began_ns = time.time_ns()
         # A report of a failed run is always out of date.
         self.had_failure = os.path.exists(f"{self.folder}/logs/failure.json")
 
@@ -38,6 +41,7 @@ class MakeRun:
         if self.is_preview:
             self._settle()
             self._write_rules()
+            self._preview_times()
             return self._why() if "why" in self.goals else self._make(self.goals)
         lock = SiteLock(self.folder)
         try:
@@ -48,6 +52,7 @@ class MakeRun:
     def _run_locked(self):
         self._settle()
         self._write_rules()
+        self._mend_times()
         self.asked.check_disk(self.graph.jobs.values(), self.stamps)
         begin_run(self.folder, self.goals)
         if self.had_failure:
@@ -67,6 +72,7 @@ class MakeRun:
     def _make_in_phases(self):
         """Makes the lists of units first, each with the rules of the lists known so far."""
         if self._is_up_to_date():
+            self._remove_gone()
             return 0
         for job in list(self.asked.pipeline.jobs.values()):
             if job.lists not in PHASES or job.name not in self.graph.jobs or not self._is_needed(job):
@@ -81,7 +87,14 @@ class MakeRun:
             if job.lists == "shard" and self.site_state.lists["shard"] != before["shard"]:
                 remove_leftovers.remove(self.folder, self.graph)
         self._refuse_without_queries()
+        self._remove_gone()
         return self._make(self.goals)
+
+    def _remove_gone(self):
+        """Before the goals are made, so that evaluation and report do not read it."""
+        folders = remove_leftovers.remove_gone(self.folder, self.graph)
+        if folders:
+            print(f"nightmap: site {self.asked.name} no longer has {', '.join(folders)}: its results are removed")
 
     def _is_up_to_date(self):
         """Checks all rules once, with the present lists: most calls need no more."""
@@ -104,6 +117,7 @@ class MakeRun:
     def _write_rules(self):
         self.site_state = self._look_at_site()
         self.graph = Graph(self.asked.pipeline, self.site_state, self.goals)
+        slots.settle(self.graph)
         self.rules = RulesFile(self.graph, Times())
         files = {f"{self.work}/graph.mk": self.rules.text() + self._included(), f"{self.work}/again.mk": self._again()}
         if not self.is_preview:
@@ -115,6 +129,31 @@ class MakeRun:
             if not resolve_config.has_text(path, text):
                 os.makedirs(os.path.dirname(path), exist_ok=True)
                 resolve_config.write(path, text)
+
+    def _mend_times(self):
+        """Moves times in the future to the present."""
+        if not clock.in_future(self.rules):
+            return
+        moved, ahead_s = clock.moved_times(self.rules, self.began_ns)
+        print(clock.warning(moved, ahead_s, self.folder), file=sys.stderr)
+        for path, time_ns in moved.items():
+            try:
+                os.utime(path, ns=(time_ns, time_ns))
+            except OSError as error:
+                raise Refused(f"{path}: its time lies in the future and cannot be changed ({error.strerror}): touch it as its owner") from None
+        self._write_rules()
+
+    def _preview_times(self):
+        """Lets rules be stale that are so once times in the future are moved, as _mend_times would."""
+        if not clock.in_future(self.rules):
+            return
+        from nightmap_make import why
+        moved, ahead_s = clock.moved_times(self.rules, self.began_ns)
+        if "why" in self.goals:
+            print(clock.warning(moved, ahead_s, self.folder), file=sys.stderr)
+        self.rules.times.pretend(moved)
+        stale = [" ".join(rule.output_paths()) for rule in why.Staleness(self.rules).reasons]
+        resolve_config.write(f"{self.work}/again.mk", self._again() + "".join(f"{paths}: FORCE\n" for paths in stale))
 
     def _again(self):
         return self.rules.again() + (self.rules.unmade() if self.is_preview else "")

@@ -23,7 +23,7 @@ class Input:
     """A port and its source: site, queries or data, or an output of a job."""
 
     def __init__(self, port, text, where):
-        self.port, self.source = port, text if text in SOURCES else None
+        self.port, self.text, self.source = port, text, text if text in SOURCES else None
         self.job = self.output = self.units = None
         self.if_made = False
         if self.source:

@@ -46,6 +46,14 @@ class Times:
                 self._known[path] = None
         return self._known[path]
 
+    def known(self):
+        """Path -> time of the examined files that exist."""
+        return {path: time_ns for path, time_ns in self._known.items() if time_ns is not None}
+
+    def pretend(self, times_ns):
+        """From now on these files have other times."""
+        self._known |= times_ns
+
 
 class RulesFile:
     def __init__(self, graph, times):
@@ -69,7 +77,7 @@ class RulesFile:
         """Rules without a recipe for missing files that no rule makes: programs not built yet and files of
         lists. The flags -n and -q and `why` need them."""
         made = {path for rule in self.graph.rules for path in rule.output_paths() + self._only_listed(rule)}
-        read = {path for rule in self.graph.rules for path in self._prerequisites(rule) if not path.startswith("$(")}
+        read = {path for rule in self.graph.rules for path in self.prerequisites(rule) if not path.startswith("$(")}
         read |= {path for paths in self.graph.lists.values() for path in paths.paths}
         return "".join(f"{path}: ; @:\n" for path in sorted(read - made) if self.times.of(path) is None)
 
@@ -112,7 +120,7 @@ class RulesFile:
         targets = " ".join(rule.output_paths())
         # Programs commit all or nothing: a failed one leaves the last good outputs, and make must not delete them.
         lines = [f"# {rule.name}: {rule.job.purpose}", f".PRECIOUS: {targets}", f"{targets} &: \\"]
-        lines.append(" \\\n".join(f"  {word}" for word in self._prerequisites(rule)))
+        lines.append(" \\\n".join(f"  {word}" for word in self.prerequisites(rule)))
         lines.append("\t" + " \\\n\t  ".join(self._command(rule)))
         return "\n".join(lines) + "\n"
 
@@ -135,13 +143,13 @@ class RulesFile:
             return [f"scripts/{job.script}"]
         return [f"{self.site.build}/run/{job.program}", f"{self.site.config}/{job.program}.toml"]
 
-    def _prerequisites(self, rule):
+    def prerequisites(self, rule):
         words = self.tool(rule)
-        for port, value in rule.inputs:
+        for port, value in rule.watched():
             if isinstance(value, PathList):
                 words.append(f"$({value.name})")
                 words.append(self.names_path(rule.job, port))
-            elif value != self.site.data:
+            else:
                 words.append(value)
         words += [f"$({need.name})" if isinstance(need, PathList) else need for need in rule.needs]
         return list(dict.fromkeys(words))

@@ -8,6 +8,8 @@ import tomllib
 
 from nightmap_make.graph import PathList
 from nightmap_make.rules_file import Times
+from nightmap_make.slots import change as slot_change
+from nightmap_make.slots import slot_path
 
 SHOWN = 4  # shards or tiles of a job that are listed one by one
 SOURCES = ("CMakeLists.txt", "cmake/*.cmake", "pipeline/*/*.h", "pipeline/*/*.cc", "stages/*/*.h", "stages/*/*.cc")
@@ -45,16 +47,18 @@ class Staleness:
             return None
         if path == f"{self._file.site.config}/{rule.job.program}.toml":
             return config_change(self._file.site, self._file.graph, rule) or f"{path} is newer than {oldest}"
+        if path == slot_path(self._file.site, rule.job):
+            return slot_change(self._file.graph, rule) or f"{path} is newer than {oldest}"
         return f"{path} is newer than {oldest}"
 
     def _inputs(self, rule):
         """Paths that may make the rule stale. A shared list gives only its stale and its newest paths."""
-        values = [*self._file.tool(rule), *(value for port, value in rule.inputs), *rule.needs]
+        values = [*self._file.tool(rule), *(value for port, value in rule.watched()), *rule.needs]
         values += [self._file.names_path(rule.job, port) for port, value in rule.inputs if isinstance(value, PathList)]
         for value in values:
             if isinstance(value, PathList):
                 yield from self._worst_of(value)
-            elif value != self._file.site.data:
+            else:
                 yield value
 
     def _worst_of(self, paths):

@@ -3,14 +3,23 @@
 """The profile `imported`: a trajectory of another system fills the slot of the pose graph, a ROS map that of the grid.
 What the default profile made stands for the other system."""
 import json
+import os
 import re
 import shutil
 import unittest
 
-from workspace import GOALS, SITE, Workspace
+from workspace import GOALS, PIPELINE, SITE, Workspace
 
 IMPORT = '\nprofile = "imported"\n\n[import]\n{}\n\n'
+OLD_S = 1_000_000_000  # 2001
+AFTER_MAP = {job.name for job in PIPELINE.jobs.values() if job.goal != "map"}
 LEFT_OUT = ("matches", "loops", "odometry")
+
+
+def shifted(poses):
+    """The same trajectory half a metre away."""
+    rows = [line.split() for line in poses.decode().splitlines() if not line.startswith("#")]
+    return "".join(f"{row[0]} {float(row[1]) + 0.5:.9f} {' '.join(row[2:])}\n" for row in rows).encode()
 
 
 class ImportedTest(unittest.TestCase):
@@ -99,6 +108,70 @@ class ImportedTest(unittest.TestCase):
         remedy = said.split('SET="')[1].split('"')[0]
         result = self.work.make("map", "SITE=third", f"SET={remedy}")
         self.assertEqual(result.returncode, 0, result.stdout)
+
+    def imports(self, name, imports):
+        """Changes [import] of a site."""
+        path = self.work.folder / f"configs/sites/{name}.toml"
+        head, rest = path.read_text().split("[import]\n")
+        path.write_text(f"{head}[import]\n{imports}\n\n{rest.split(chr(10), 2)[2]}")
+
+    def given(self, name, change, source="poses.tum"):
+        """A file outside of the recording, like a given one, that is older than all results."""
+        path = self.work.folder / "data/older" / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(change((self.work.data() / "other" / source).read_bytes()))
+        os.utime(path, (OLD_S, OLD_S))
+        return path
+
+    def woken(self, name, change, *goals):
+        """Jobs that `make why` names after a change, and those that then run."""
+        change()
+        self.make(name, "-q", *goals, code=1)
+        why = {line.partition(":")[0] for line in self.make(name, "why").splitlines() if ": " in line}
+        self.make(name, *goals)
+        self.make(name, "-q", *goals)
+        journal = (self.work.folder / f"maps/{name}/logs/journal.txt").read_text().splitlines()
+        ran = {line.split()[1] for line in journal if line.split()[2] == "begin"} - {"make", *AFTER_MAP}
+        self.assertEqual(why - AFTER_MAP, ran)
+        return ran
+
+    def test_an_older_trajectory_reruns_what_it_reaches_and_going_back_is_free(self):
+        first, other = f'trajectory = "{SITE}/other/poses.tum"', 'trajectory = "older/older.tum"'
+        self.given("older.tum", shifted)
+        self.given("broken.tum", lambda poses: b"broken\n")
+        self.site("older", first)
+        self.make("older", "map")
+        self.imports("older", other)
+        self.assertRegex(self.make("older", "why"), r"pose_graph: \[import\] trajectory: \S+poses.tum -> \S+older.tum")
+        self.make("older", "-q", "map", code=1)
+        self.imports("older", 'trajectory = "older/broken.tum"')
+        self.assertNotEqual(self.work.make("map", "SITE=older").returncode, 0)
+        self.imports("older", first)
+        self.make("older", "-q", "map")
+        ran = self.woken("older", lambda: self.imports("older", other), "map")
+        self.assertLessEqual({"pose_graph", "map_frame", "landmarks"}, ran)
+        self.assertFalse([job for job in ran if job.startswith("features")])
+        self.site("clean", other)
+        for name in ("older", "clean"):
+            self.make(name, "map", "localize")
+        self.assertEqual(self.work.hashes("older"), self.work.hashes("clean"))
+        (self.work.folder / "data/older/older.tum").touch()
+        self.make("older", "-q", "map")  # the same bytes
+        ran = self.woken("older", lambda: self.given("older.tum", lambda poses: b"# third\n" + poses), "map")
+        self.assertIn("pose_graph", ran)
+
+    def test_an_image_replaced_beside_its_yaml_and_another_profile_are_noticed(self):
+        for name in ("older.yaml", "older.pgm"):
+            self.given(name, lambda content: content.replace(b"map.pgm", b"older.pgm"), name.replace("older", "map"))
+        self.site("slots", "")
+        self.make("slots", "map")
+        ran = self.woken("slots", lambda: self.imports("slots", 'map = "older/older.yaml"'), "map")
+        self.assertEqual(ran, {"grid"})
+        ran = self.woken("slots", lambda: self.given("older.pgm", lambda image: image[:-1] + bytes([image[-1] ^ 255]), "map.pgm"), "map")
+        self.assertEqual(ran, {"grid"})
+        self.assertIn("all as written", self.make("slots", "verify"))
+        ran = self.woken("slots", lambda: self.imports("slots", ""), "map")
+        self.assertEqual(ran, {"grid"})
 
     def test_a_ros_map_is_planned_on(self):
         maps = self.site("gridded", f'map = "{SITE}/other/map.yaml"')

@@ -173,13 +173,29 @@ class InputsTest(unittest.TestCase):
         result = self.work.make(*GOALS)
         self.assertEqual(result.returncode, 0, result.stdout)
         before = self.work.runs()
-        path.touch()
-        self.work.make(*GOALS)
-        after = self.work.runs()
-        self.assertEqual({stage for stage in after if after[stage] != before[stage]}, {"frames"})
+        for change in (path.touch, lambda: path.chmod(0o600), lambda: os.link(path, path.with_name("linked"))):
+            change()
+            self.assertEqual(self.work.make("-q", *GOALS).returncode, 1)
+            self.work.make(*GOALS)
+            after = self.work.runs()
+            self.assertEqual({stage for stage in after if after[stage] != before[stage]}, {"frames"})
+            before = after
         write_black(path, CAMERA["width"], CAMERA["height"])
         self.work.make(*GOALS)
         self.assertNotEqual(self.work.runs()["features"], after["features"])
+
+    def test_a_picture_replaced_by_one_of_the_same_size_and_time_is_noticed(self):
+        path = self.picture(3, "color_path")
+        self.work.make(*GOALS)
+        before, status, data = self.work.runs(), path.stat(), bytearray(path.read_bytes())
+        data[len(data) // 2] ^= 1
+        path.write_bytes(data)
+        os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
+        self.assertEqual(self.work.make("-q", "map").returncode, 1)
+        self.assertIn("frames: ", self.work.make("why").stdout)
+        self.work.make("map")
+        after = self.work.runs()
+        self.assertTrue(after["frames"] != before["frames"] and after["features"] != before["features"])
 
     def test_nan_in_an_artifact(self):
         path = self.work.path("map_frame/keyframes.tum")

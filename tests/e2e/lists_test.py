@@ -65,6 +65,27 @@ class ListsTest(unittest.TestCase):
         self.assertEqual(hashes, self.hashes)
         self.assertIn("all as written", self.make("verify"))
 
+    def test_results_of_queries_that_are_no_more_are_removed_and_come_back(self):
+        site = self.work.folder / f"configs/sites/{SITE}.toml"
+        text = site.read_text()
+        self.make("report")
+        self.assertIn("queries located", self.work.path("report/index.html").read_text())
+        mine = self.work.path("localize/notes.txt")
+        mine.write_text("of the user\n")
+        site.write_text(text.replace("hold_out_every = 7", "hold_out_every = 0"))
+        self.make("-q", "map", code=1)
+        self.assertIn("no longer has localize", self.make("map"))
+        self.assertEqual(list(self.work.path("localize").iterdir()), [mine])
+        self.make("report")
+        self.assertNotIn("queries located", self.work.path("report/index.html").read_text())
+        self.assertNotIn("queries", json.loads(self.work.path("evaluate/metrics.json").read_text()))
+        self.assertIn("all as written", self.make("verify"))
+        mine.unlink()
+        site.write_text(text)
+        self.make("map", "localize")
+        hashes = {name: digest for name, digest in self.work.hashes().items() if not name.startswith("evaluate/")}
+        self.assertEqual(hashes, self.hashes)
+
     def test_localize_says_where_its_pictures_were_taken(self):
         said = self.make("localize").splitlines()
         queries = self.work.path("localize/queries.csv").read_text().splitlines()[1:]

@@ -175,6 +175,17 @@ class ResolveConfigTest(unittest.TestCase):
         self.write("configs/sites/office.toml", "[[signal]]\nfile = 5\n")
         self.assertIn("file of [[signal]] must be text", self.refused())
 
+    def test_a_file_of_the_same_size_with_the_old_time_is_noticed(self):
+        path = self.folder / "data/office/rgb/1.png"
+        for name, files in (("recordings", ()), ("pictures", ("--query", "data/office/rgb/1.png"))):
+            self.resolve(*files)
+            before, status = (self.folder / CONFIG / name).read_text(), path.stat()
+            path.write_text("sixels" if name == "pictures" else "PIXELS")
+            os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
+            self.assertEqual((path.stat().st_size, path.stat().st_mtime_ns), (status.st_size, status.st_mtime_ns))
+            self.resolve(*files)
+            self.assertNotEqual((self.folder / CONFIG / name).read_text(), before)
+
     def test_a_list_of_pictures_that_is_no_text_is_left_to_frames(self):
         self.write("list.txt", b"caf\xe9.png\n\0\n")
         self.resolve("--query", "list.txt")

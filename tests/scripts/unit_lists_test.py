@@ -139,6 +139,40 @@ class LeftoversTest(SiteFolder):
         self.assertEqual([name for name in stay if not (self.site_dir / name).exists()], [])
         self.assertEqual([name for name in go if (self.site_dir / name).exists()], [])
 
+    def removed(self, graph, stay, go):
+        for name in stay + go:
+            self.write(name, "x")
+        remove_leftovers.remove_gone(str(self.site_dir), graph, str(CONFIGS))
+        self.assertEqual([name for name in stay if not (self.site_dir / name).exists()], [])
+        self.assertEqual([name for name in go if (self.site_dir / name).exists()], [])
+
+    def graph(self, pipeline=PIPELINE):
+        state = SiteState("office", str(self.site_dir), "data")
+        state.imports = {"trajectory": "poses.tum"}
+        state.read_lists(pipeline.jobs.values(), self.fail)
+        return Graph(pipeline, state)
+
+    def test_results_of_queries_that_are_no_more_are_removed(self):
+        go = ["localize/queries.csv", "localize/queries.tum", "localize/receipt.json", "logs/localize.log"]
+        stay = ["localize/notes.txt", "localize/queries.csv.mine", "localize/mine/queries.csv", "plan/path.csv", "drive/receipt.json",
+                "landmarks/colmap/cameras.txt", "logs/plan.log", "evaluate/metrics.json", "logs/report.log", "octree/tile_0_0.ot"]  # fmt: skip
+        self.removed(self.graph(), stay + go, [])  # no list of queries: who knows
+        self.write("queries/queries.csv", "query_idx\n0\n")
+        self.removed(self.graph(), stay + go, [])
+        self.write("queries/queries.csv", "query_idx\n")
+        self.removed(self.graph(), stay, go)
+
+    def test_results_of_jobs_that_another_profile_had_are_removed(self):
+        go = ["matches/shard_0000.h5", "matches/receipt_0001.json", "loops/loops.h5", "loops/report.json", "odometry/shard_0000.tum",
+              "pose_graph/graph.g2o", "pose_graph/loops.csv", "logs/loops.log", "logs/matches_0000.log"]  # fmt: skip
+        stay = ["pose_graph/trajectory.tum", "pose_graph/receipt.json", "matches/shard_0000.h5.mine", "features/shard_0000.h5",
+                "grid/distances.h5", "logs/pose_graph.log", "loops/readme"]  # fmt: skip
+        imported = read_pipeline(str(CONFIGS), "imported", ("trajectory",))
+        self.removed(self.graph(imported), stay, go)
+        self.assertTrue((self.site_dir / "loops").exists())
+        self.assertFalse((self.site_dir / "odometry").exists())
+        self.removed(self.graph(), stay + go, [])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What fills the slot of each job: its program, the sources of its inputs and the files of [import].
+
+A profile and [import] change these, and none of the files that they name is newer for it. So config/slots/<job> holds them, and
+each rule of the job depends on it. It is written only when it changed. When the receipts say that the results were made by the
+same program from the same imported files, its time is before that run: going back to an earlier value costs nothing, and neither
+does a touch of an imported file.
+"""
+
+import os
+import re
+
+import resolve_config
+from nightmap_eval.script_errors import DataError
+
+IMAGE = re.compile(r"""^\s*image\s*:\s*["']?(.*?)["']?\s*(?:\s#.*)?$""", re.MULTILINE)
+
+
+def slot_path(site, job):
+    return f"{site.config}/slots/{job.name}"
+
+
+def settle(graph):
+    """Writes the slots that changed."""
+    site, hashes = graph.site, LazyHashes()
+    os.makedirs(f"{site.config}/slots", exist_ok=True)
+    for job in graph.jobs.values():
+        text, current, target = _text(graph, job), f"{site.folder}/config/slots/{job.name}", slot_path(site, job)
+        same = resolve_config.has_text(current, text)
+        if same and current == target:
+            continue
+        resolve_config.write(target, text, os.stat(current).st_mtime_ns if same else _start_of_runs_ns(graph, job, hashes))
+
+
+def change(graph, rule):
+    """In words: how the slot differs from what the rule's last run was; None when it does not, or nothing is known."""
+    if rule.job.script:
+        return "the site has other jobs than before"
+    try:
+        receipt, _, _ = resolve_config.read_receipt(dict(rule.outputs)["receipt"])
+        return _difference(graph, rule.job, receipt, LazyHashes())
+    except resolve_config.DAMAGED:
+        return None
+
+
+class LazyHashes:
+    """Hashes of files; the library of hashes is loaded for the first one."""
+
+    def __init__(self):
+        self._hashes = None
+
+    def is_same(self, entry):
+        """Whether the file of a receipt's entry has the bytes it had."""
+        from nightmap_eval.receipts import Hashes
+        try:
+            self._hashes = self._hashes or Hashes()
+        except DataError:
+            return False
+        return self._hashes.of(entry["path"]) == entry["xxh3"]
+
+
+def _text(graph, job):
+    if job.script:
+        return "".join(f"job {name}\n" for name, other in graph.jobs.items() if other.when != "asked" and not other.script)
+    lines = [f"program {job.program}"]
+    for reference in _references(graph, job):
+        lines.append(f"in.{reference.port} {reference.text}")
+        if reference.job == "import":
+            path = graph.imported(job, reference.output)
+            lines += [f"  {state}" for state in map(resolve_config.file_state, [path, *_image_of(path)])]
+    return "\n".join(lines) + "\n"
+
+
+def _references(graph, job):
+    """The inputs that the site has."""
+    return [reference for reference in job.inputs if not reference.if_made or reference.job in graph.jobs]
+
+
+def _image_of(path):
+    """The image that the YAML of a ROS map names."""
+    if not path.endswith((".yaml", ".yml")):
+        return []
+    try:
+        with open(path, encoding="utf-8", errors="surrogateescape") as file:
+            found = IMAGE.search(file.read(1 << 16))
+    except OSError:
+        return []
+    return [os.path.join(os.path.dirname(path), found[1])] if found and "\0" not in found[1] else []
+
+
+def _start_of_runs_ns(graph, job, hashes):
+    """Start of the earliest run when the receipts of all runs fit the slot; None when one does not, or there is none."""
+    starts_ns = []
+    for unit in [] if job.script else graph.units(job):
+        path = graph.path_of(job, "receipt", unit)
+        if not os.path.exists(path):
+            continue
+        try:
+            receipt, whole, start_ns = resolve_config.read_receipt(path)
+            if not whole or _difference(graph, job, receipt, hashes):
+                return None
+            starts_ns.append(start_ns)
+        except resolve_config.DAMAGED:
+            return None
+    return min(starts_ns, default=None)
+
+
+def _difference(graph, job, receipt, hashes):
+    if receipt["stage"] != job.program:
+        return f"program {receipt['stage']} -> {job.program}"
+    references = {reference.port: reference for reference in _references(graph, job)}
+    # A file that an input names, as the image of a ROS map, stands in the receipt by its own name.
+    named = [entry for entry in receipt["inputs"] if entry["name"] not in references and entry["name"] == os.path.basename(entry["path"])]
+    for entry in receipt["inputs"]:
+        if entry in named:
+            continue
+        if entry["name"] not in references:
+            return f"in.{entry['name']} is no longer given"
+        because = _other_source(graph, job, references[entry["name"]], entry, hashes)
+        if because:
+            return because
+    imports = any(reference.job == "import" for reference in references.values())
+    other = next((entry["path"] for entry in named if imports and not hashes.is_same(entry)), None)
+    return f"{other} changed" if other else _not_given(graph, references, receipt)
+
+
+def _other_source(graph, job, reference, entry, hashes):
+    """How the file of a receipt's entry differs from what the reference stands for."""
+    if reference.source:
+        return None
+    if reference.job == "import":
+        path = graph.imported(job, reference.output)
+        if entry["path"] != path:
+            return f"[import] {reference.output}: {entry['path']} -> {path}"
+        return None if hashes.is_same(entry) else f"[import] {reference.output}: {path} changed"
+    source = graph.jobs[reference.job]
+    name = re.escape(source.file_of(reference.output)).replace(re.escape("{unit}"), "[^/]+")
+    fits = re.search(rf"(?:^|/){re.escape(source.folder)}/{name}$", entry["path"])
+    return None if fits else f"in.{reference.port}: {entry['path']} -> {reference.text}"
+
+
+def _not_given(graph, references, receipt):
+    had = {entry["name"] for entry in receipt["inputs"]}
+    for port, reference in references.items():
+        if reference.source or port in had:
+            continue
+        if reference.job == "import" or reference.output not in graph.jobs[reference.job].optional:
+            return f"in.{port} was not given"
+    return None
