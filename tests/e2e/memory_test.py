@@ -82,7 +82,8 @@ class MemoryTest(unittest.TestCase):
                     self.assertNotIn("Traceback", limited.stdout)
                 result = self.work.make("map")
                 self.assertEqual(result.returncode, 0, result.stdout)
-                self.assertEqual(self.work.hashes(), self.hashes)
+                hashes = self.work.hashes()  # with those of localize, which the report of the failed run asked for
+                self.assertEqual({name: hashes.get(name) for name in self.hashes}, self.hashes)
 
 
 if __name__ == "__main__":

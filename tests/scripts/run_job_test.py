@@ -37,6 +37,7 @@ class RunJobTest(unittest.TestCase):
 
     def test_a_library_that_memory_ends(self):
         self.check_says_memory("echo 'what():  std::bad_alloc'; exit 134", 134, "out of memory")
+        self.check_says_memory("echo 'what():  Resource temporarily unavailable'; exit 134", 134, "out of memory")
         self.check_says_memory("exit 139", 139, "ended by signal 11", "ulimit -v 4000000")
 
     def test_a_program_that_the_kernel_kills(self):
