@@ -5,7 +5,6 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
-#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -64,8 +63,8 @@ void ParallelFor(std::size_t count, int num_threads, const std::function<void(st
   helpers.reserve(num_helpers);
   try {
     for (std::size_t i = 0; i < num_helpers; ++i) helpers.emplace_back(work);
-  } catch (const std::system_error&) {
-    // The system grants no more threads; the existing ones do the work.
+  } catch (const std::exception&) {
+    // The system grants no more threads or no memory for them; the existing ones do the work.
   }
   work();
   for (std::thread& helper : helpers) helper.join();

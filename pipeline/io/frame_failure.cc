@@ -6,13 +6,13 @@
 #include <stdexcept>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/memory.h"
 
 namespace nightmap {
 namespace {
 
-std::string DoesNotFit(const std::string& path) {
-  return fmt::format(
-      "{}: does not fit into memory; make the picture smaller or run on fewer threads", path);
+std::string TooLarge(const std::string& path) {
+  return fmt::format("{}: needs more than any memory; make the picture smaller", path);
 }
 
 }  // namespace
@@ -24,12 +24,14 @@ std::string FrameFailure(const std::string& path, const std::function<void()>& w
   } catch (const DataError& error) {
     return error.what();
   } catch (const cv::Exception& error) {
-    if (error.code == cv::Error::StsNoMem) return DoesNotFit(path);
+    if (error.code == cv::Error::StsNoMem) throw OutOfMemory(path);
     return fmt::format("{}: OpenCV: {}; repair or remove the picture", path, error.err);
+  } catch (const OutOfMemory&) {
+    throw;
   } catch (const std::bad_alloc&) {
-    return DoesNotFit(path);
+    throw OutOfMemory(path);
   } catch (const std::length_error&) {  // a vector larger than any memory
-    return DoesNotFit(path);
+    return TooLarge(path);
   }
 }
 

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "pipeline/base/memory.h"
+
 namespace nightmap {
 
 // A matrix of `rows` x `cols` elements, row by row; cols = 1 for a list.
@@ -93,6 +95,7 @@ class Hdf5Reader {
   void CheckLinks(const std::string& name) const;
 
   std::filesystem::path path_;
+  MemoryWatch memory_;
   std::int64_t file_ = -1;
   std::uintmax_t file_bytes_ = 0;
 };

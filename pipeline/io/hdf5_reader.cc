@@ -64,6 +64,7 @@ Hdf5Reader::Hdf5Reader(const std::filesystem::path& path) : path_(path) {
   SilenceHdf5Errors();
   file_ = OpenHdf5ToRead(path);
   if (file_ < 0) {
+    memory_.Check(path.string());
     throw DataError("{}: not a readable HDF5 file (missing or truncated); delete it and run make",
                     path.string());
   }
@@ -125,6 +126,7 @@ bool Hdf5Reader::Has(const std::string& name) const {
 }
 
 void Hdf5Reader::Fail(std::string_view field, std::string_view why) const {
+  memory_.Check(path_.string());
   throw DataError("{}: field '{}' {}; delete the file and run make", path_.string(), field, why);
 }
 

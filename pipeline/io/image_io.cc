@@ -17,6 +17,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/base/memory.h"
 #include "pipeline/io/camera_images.h"
 
 namespace nightmap {
@@ -25,7 +26,8 @@ namespace {
 constexpr int kPngCompression = 4;
 constexpr std::streamoff kTailSize = 4096;  // bytes after the end mark that are tolerated
 constexpr int kMaxSize_px = 1 << 15;        // a wider header is damage, not a camera
-constexpr int kMaxChannels = 4;             // RGB and alpha; the decoder makes room for all
+constexpr std::int64_t kMaxValues = std::int64_t{1} << 30;  // pixels times channels
+constexpr int kMaxChannels = 4;  // RGB and alpha; the decoder makes room for all
 
 // Stages process one image per thread, so the library's own threads would only compete.
 void UseOneThreadPerImage() {
@@ -65,8 +67,12 @@ std::unique_ptr<OIIO::ImageInput> Open(const std::filesystem::path& path) {
   }
   OIIO::ImageSpec config;
   config["oiio:UnassociatedAlpha"] = 1;  // colors as stored, not multiplied by alpha
+  const MemoryWatch memory;
   auto input = OIIO::ImageInput::open(path.string(), &config);
-  if (!input) throw DataError("{}: {}", path.string(), Reason(OIIO::geterror()));
+  if (!input) {
+    memory.Check(path.string());
+    throw DataError("{}: {}", path.string(), Reason(OIIO::geterror()));
+  }
   const OIIO::ImageSpec& spec = input->spec();
   if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.width > kMaxSize_px ||
       spec.height > kMaxSize_px) {
@@ -79,6 +85,16 @@ std::unique_ptr<OIIO::ImageInput> Open(const std::filesystem::path& path) {
                     spec.nchannels,
                     kMaxChannels);
   }
+  if (std::int64_t{spec.width} * spec.height * spec.nchannels > kMaxValues) {
+    throw DataError(
+        "{}: header says {} x {} pixels of {} channels, more than {} values; make the "
+        "picture smaller",
+        path.string(),
+        spec.width,
+        spec.height,
+        spec.nchannels,
+        kMaxValues);
+  }
   CheckEndMark(path, input->format_name());
   return input;
 }
@@ -90,7 +106,9 @@ Image<T> Decode(OIIO::ImageInput& input, const std::filesystem::path& path) {
   image.pixels.resize(static_cast<std::size_t>(spec.image_pixels()) *
                       static_cast<std::size_t>(spec.nchannels));
   const auto type = OIIO::TypeDesc(OIIO::BaseTypeFromC<T>::value);
+  const MemoryWatch memory;
   if (!input.read_image(0, 0, 0, spec.nchannels, type, image.pixels.data())) {
+    memory.Check(path.string());
     throw DataError("{}: {}", path.string(), Reason(input.geterror()));
   }
   return image;

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/memory.h"
 
 namespace nightmap {
 
@@ -33,8 +34,10 @@ double FiniteAt(const Json& json, const char* name) {
   return value;
 }
 
-// The message of an exception without the library's error number.
+// The message of an exception without the library's error number. To be called while it is caught:
+// lack of memory is no damage of the file, and is thrown on.
 inline std::string JsonReason(const std::exception& error) {
+  if (IsOutOfMemory(error)) throw;
   const std::string text = error.what();
   const std::size_t end = text.starts_with("[json.exception") ? text.find("] ") : std::string::npos;
   return end == std::string::npos ? text : text.substr(end + 2);

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/memory.h"
 #include "pipeline/io/csv.h"
 #include "pipeline/io/image_io.h"
 
@@ -27,11 +28,14 @@ cv::VideoCapture OpenVideo(const std::filesystem::path& video) {
     throw DataError("{}: {}", video.string(), is_there ? "not a file" : "no such video file");
   }
   cv::VideoCapture capture;
+  const MemoryWatch memory;
   try {
     capture.open(video.string(), cv::CAP_FFMPEG);
   } catch (const cv::Exception& error) {
+    if (error.code == cv::Error::StsNoMem) throw OutOfMemory(video.string());
     throw DataError("{}: {}", video.string(), error.what());
   }
+  if (!capture.isOpened()) memory.Check(video.string());
   if (!capture.isOpened()) throw DataError("{}: not a readable video", video.string());
   const double width = capture.get(cv::CAP_PROP_FRAME_WIDTH);
   const double height = capture.get(cv::CAP_PROP_FRAME_HEIGHT);
@@ -57,13 +61,16 @@ class ForwardReader {
   int Position() const { return position_; }
 
   ColorImage Read(int frame_idx) {
+    const MemoryWatch memory;
     for (; position_ < frame_idx; ++position_, ++num_decoded) {
       if (capture_.grab()) continue;
+      memory.Check(video_.string());
       throw DataError(
           "{}: has {} readable frames, no frame {}", video_.string(), position_ + 1, frame_idx);
     }
     cv::Mat bgr;
     if (!capture_.retrieve(bgr) || bgr.type() != CV_8UC3) {
+      memory.Check(video_.string());
       throw DataError("{}: frame {} cannot be decoded", video_.string(), frame_idx);
     }
     ColorImage image{bgr.cols, bgr.rows, 3, {}};
@@ -169,7 +176,9 @@ VideoInfo InspectVideo(const std::filesystem::path& path) {
   info.width = static_cast<int>(capture.get(cv::CAP_PROP_FRAME_WIDTH));
   info.height = static_cast<int>(capture.get(cv::CAP_PROP_FRAME_HEIGHT));
   info.frame_rate_hz = capture.get(cv::CAP_PROP_FPS);
+  const MemoryWatch memory;
   while (capture.grab()) ++info.num_frames;
+  memory.Check(path.string());
   return info;
 }
 

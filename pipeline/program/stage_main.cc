@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "pipeline/base/memory.h"
 #include "pipeline/base/plain_file.h"
 
 namespace nightmap {
@@ -217,14 +218,17 @@ int Fail(const std::string& message, ExitCode code) {
   return static_cast<int>(code);
 }
 
-std::string OutOfMemoryText(const CommandLine& line) {
+std::string OutOfMemoryText(const std::string& what, const CommandLine& line) {
   constexpr std::size_t kMaxNamed = 3;
   const std::size_t num_named = std::min(line.inputs.size(), kMaxNamed);
   const std::vector<std::string> named(
       line.inputs.begin(), line.inputs.begin() + static_cast<std::ptrdiff_t>(num_named));
   return fmt::format(
-      "out of memory{}{}{}; set smaller shards (frames.shard_size) or tiles (tiles.edge_m), or use "
-      "a machine with more",
+      "{}{}{}{}; run on fewer threads (make THREADS=1), raise the limit of memory (ulimit -v, "
+      "where "
+      "one is set), set smaller shards (frames.shard_size) or tiles (tiles.edge_m), or use a "
+      "machine with more, and run make again",
+      what,
       named.empty() ? "" : " with the inputs ",
       fmt::join(named, ", "),
       num_named < line.inputs.size() ? ", ..." : "");
@@ -279,9 +283,12 @@ int RunStage(int argc,
     return Fail(std::string(error.what()) + "; see --help", ExitCode::kUsageError);
   } catch (const Error& error) {
     return Fail(error.what(), error.Code());
-  } catch (const std::bad_alloc&) {
-    return Fail(OutOfMemoryText(line), ExitCode::kDataError);
+  } catch (const OutOfMemory& error) {
+    return Fail(OutOfMemoryText(error.what(), line), ExitCode::kDataError);
   } catch (const std::exception& error) {
+    if (IsOutOfMemory(error)) {
+      return Fail(OutOfMemoryText("out of memory", line), ExitCode::kDataError);
+    }
     return Fail(error.what(), ExitCode::kDataError);
   }
 }

@@ -13,6 +13,8 @@ import tempfile
 from nightmap_make.pipeline import PipelineError
 
 SEVERAL = 8  # programs checked at the same time
+# What the loader and the libraries say that are given no memory before a program's main begins.
+LACKS_MEMORY = re.compile(r"failed to map segment|[Cc]annot allocate memory|Resource temporarily unavailable|bad_alloc")
 MESSAGE = re.compile(r"\S+ error \w+: (?P<path>[^:]*):(?:(?P<line>\d+):)? (?P<reason>.*)")
 OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
              ast.Gt: operator.gt, ast.Lt: operator.lt, ast.GtE: operator.ge, ast.LtE: operator.le}  # fmt: skip
@@ -97,9 +99,11 @@ def _write(folder, name, text):
 def _complaint(log, program, config):
     with open(log, encoding="utf-8", errors="replace") as file:
         text = file.read().strip()
+    if LACKS_MEMORY.search(text):
+        return f"{program}: out of memory while it checked its config; raise the limit (ulimit -v) or free memory, and run make again"
     found = MESSAGE.search(text)
     if not found:
-        return f"{program}: {text or 'its check of the config failed without a message'}"
+        return f"{program}: {text or 'its check of the config failed without a message; if memory is limited (ulimit -v), raise it'}"
     if os.path.dirname(found["path"]) != os.path.dirname(log):  # of the site's config, whose copy names the user's file
         return ":".join(filter(None, (found["path"], found["line"]))) + f": {found['reason']}"
     if found["line"] is None:

@@ -5,9 +5,11 @@
 #include <new>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
+#include <tuple>
 #include <vector>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/memory.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
@@ -31,15 +33,24 @@ TEST(FrameFailure, NamesThePictureThatOpenCvRefuses) {
   EXPECT_THAT(FrameFailure("a.png", resize_nothing), testing::StartsWith("a.png: OpenCV: "));
 }
 
-TEST(FrameFailure, NamesThePictureThatDoesNotFitIntoMemory) {
+TEST(FrameFailure, NamesThePictureThatNeedsMoreThanAnyMemory) {
   constexpr std::size_t kQuarterOfAllAddresses = std::size_t{1} << 62;
+  EXPECT_THAT(FrameFailure("a.png", [&] { std::vector<double> pixels(kQuarterOfAllAddresses); }),
+              testing::StartsWith("a.png: needs more than any memory"));
+}
+
+TEST(FrameFailure, MemoryThatRunsOutIsNoFailureOfTheFrame) {
   const std::vector<std::function<void()>> works = {
       [] { throw std::bad_alloc(); },
-      [] { CV_Error(cv::Error::StsNoMem, "failed to allocate"); },
-      [&] { std::vector<double> pixels(kQuarterOfAllAddresses); }};
+      [] { throw OutOfMemory("a.png"); },
+      [] { CV_Error(cv::Error::StsNoMem, "failed to allocate"); }};
   for (const auto& work : works) {
-    EXPECT_THAT(FrameFailure("a.png", work),
-                testing::StartsWith("a.png: does not fit into memory"));
+    try {
+      std::ignore = FrameFailure("a.png", work);
+      ADD_FAILURE() << "memory that ran out was counted as a bad frame";
+    } catch (const OutOfMemory& error) {
+      EXPECT_STREQ(error.what(), "out of memory at a.png");
+    }
   }
 }
 

@@ -101,6 +101,17 @@ TEST(ImageIo, DepthMustBeOneChannelOf16Bits) {
   NIGHTMAP_EXPECT_ERROR(DataError, ReadGrayImage(folder / "rgb.png"), "one channel of 8 bits");
 }
 
+// Refused by what the header declares, so that it does not depend on the machine whose memory a
+// picture does not fit.
+TEST(ImageIo, APictureThatIsTooLargeIsRefusedByItsHeader) {
+  const TemporaryFolder folder;
+  const auto path = folder.Write("large.ppm", "P6\n32768 32768\n255\n");
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        ReadColorImage(path),
+                        "large.ppm: header says 32768 x 32768 pixels of 3 channels, more than "
+                        "1073741824 values; make the picture smaller");
+}
+
 TEST(ImageIo, TruncationIsDetectedAtEveryLength) {
   const TemporaryFolder folder;
   WritePng(folder / "whole.png", RandomImage<std::uint16_t>(24, 18, 1, 8));

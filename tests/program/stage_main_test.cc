@@ -3,6 +3,10 @@
 
 #include <sys/stat.h>
 
+#include <cerrno>
+#include <system_error>
+
+#include "pipeline/base/memory.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
@@ -234,6 +238,24 @@ TEST_F(StageMainTest, OutOfMemoryNamesTheInputs) {
       Main(Ports(), [](const Options&, StageContext&) -> void { throw std::bad_alloc(); });
   EXPECT_EQ(run.code, 1);
   EXPECT_THAT(run.err, testing::HasSubstr("out of memory with the inputs in=" + input_.string()));
+}
+
+TEST_F(StageMainTest, WhateverSaysThatMemoryRanOutIsCalledMemory) {
+  const std::vector<std::function<void()>> failures = {
+      [] { throw OutOfMemory("a.png"); },
+      [] { throw std::system_error(EAGAIN, std::generic_category()); },  // of a new thread
+      [] { throw std::system_error(ENOMEM, std::generic_category()); },
+      [] { throw std::runtime_error("(-4:Insufficient memory) Failed to allocate 9 bytes"); }};
+  for (const auto& fail : failures) {
+    const Result run = Main(Ports(), [&](const Options& options, StageContext& context) {
+      CopyBody(options, context);
+      fail();
+    });
+    EXPECT_EQ(run.code, 1);
+    EXPECT_THAT(run.err, testing::HasSubstr("out of memory"));
+    EXPECT_THAT(run.err, testing::HasSubstr("THREADS=1"));
+    ExpectNothingWritten();
+  }
 }
 
 TEST_F(StageMainTest, AMissingInputIsNamed) {
