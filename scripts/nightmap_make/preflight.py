@@ -56,15 +56,16 @@ def check_configs(build, configs):
     os.makedirs(folder, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=build) as scratch:
         wrong = _run_checks(build, scratch, {program: configs[program] for program in to_check})
-    if wrong:
-        raise PipelineError("\n".join(wrong))
-    for stamp in to_check.values():
-        with open(stamp, "w", encoding="utf-8"):
+    for program in to_check.keys() - wrong.keys():  # so that the next check is of the corrected config alone
+        with open(to_check[program], "w", encoding="utf-8"):
             pass
+    if wrong:
+        raise PipelineError("\n".join(sorted(wrong.values())))
 
 
 def _run_checks(build, scratch, configs):
-    waiting, running, wrong = list(configs), {}, []
+    """Program -> complaint, of each program that refuses its config."""
+    waiting, running, wrong = list(configs), {}, {}
     while waiting or running:
         while waiting and len(running) < SEVERAL:
             program = waiting.pop(0)
@@ -72,8 +73,8 @@ def _run_checks(build, scratch, configs):
         pid, status = os.wait()
         program = running.pop(pid)
         if os.waitstatus_to_exitcode(status) != 0:
-            wrong.append(_complaint(os.path.join(scratch, f"{program}.log"), program, configs[program]))
-    return sorted(wrong)
+            wrong[program] = _complaint(os.path.join(scratch, f"{program}.log"), program, configs[program])
+    return wrong
 
 
 def _start_check(build, scratch, program, config):
