@@ -10,6 +10,7 @@ import re
 import shutil
 import tempfile
 
+from nightmap_eval.script_errors import writing
 from nightmap_make.pipeline import PipelineError
 
 SEVERAL = 8  # programs checked at the same time
@@ -79,7 +80,7 @@ def _run_checks(build, scratch, configs):
 
 def _start_check(build, scratch, program, config):
     path, log = os.path.join(scratch, f"{program}.toml"), os.path.join(scratch, f"{program}.log")
-    with open(path, "w", encoding="utf-8", errors="surrogatepass") as file:
+    with writing(path), open(path, "w", encoding="utf-8", errors="surrogatepass") as file:
         file.write(config.text)
     actions = [(os.POSIX_SPAWN_OPEN, fd, log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644) for fd in (1, 2)]
     command = [os.path.join(build, "run", program), "--check-config", "--config", path]
