@@ -55,7 +55,8 @@ Hdf5Writer::Hdf5Writer(const std::filesystem::path& path) : path_(path) {
   file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, properties, H5P_DEFAULT);
   if (file_ < 0) {
     throw DataError(
-        "{}: cannot create: {}; free space on that disk, or make the folder writable, and run again",
+        "{}: cannot create: {}; free space on that disk, or make the folder writable, and run "
+        "again",
         path.string(),
         std::strerror(errno != 0 ? errno : EIO));
   }
