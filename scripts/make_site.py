@@ -6,8 +6,8 @@ summary.
 The Makefile passes the goals as arguments, its variables in the environment, its flags in MAKEFLAGS. Only the jobs
 frames and tiles know the shards and tiles, so each of them runs first, and the rules are written again when its list
 changed. With -n and -q, and for `why`, the rules follow the present lists, and nothing is changed.
-Exit codes: 0 made (-q: up to date), 1 (-q only) something is out of date, 2 an error; the log and logs/run.json
-hold the exit code of the program.
+Exit codes: 0 made (-q: up to date); 1 (-q: something is out of date) a file that cannot be read or written; 2 an error. The log
+and logs/run.json hold the exit code of the program.
 """
 
 import os
@@ -15,7 +15,7 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from nightmap_eval.script_errors import DataError, printable  # noqa: E402
+from nightmap_eval.script_errors import DataError, os_error_text, printable  # noqa: E402
 from nightmap_make.make_run import MakeRun  # noqa: E402
 from nightmap_make.request import Asked, Refused  # noqa: E402
 
@@ -26,6 +26,9 @@ def main():
     except (Refused, DataError) as error:
         print(f"nightmap: {printable(error)}", file=sys.stderr)
         return 2 if isinstance(error, Refused) else 1
+    except OSError as error:
+        print(f"nightmap: {printable(os_error_text(error))}", file=sys.stderr)
+        return 1
 
 
 if __name__ == "__main__":

@@ -36,6 +36,10 @@ import tomllib
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
+from nightmap_eval.script_errors import os_error_text, writing  # noqa: E402
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
 MAX_INTEGER = 2**63 - 1
 # Names of receipts, and the errors that reading a damaged one raises.
 RECEIPT = re.compile(r"(?:synthesize_)?receipt((?:_\d{4,}|_-?\d+_-?\d+|_loops)?)\.json", re.ASCII)
@@ -226,11 +230,16 @@ def write(path, text, mtime_ns=None):
             if time.time() - os.stat(left).st_mtime > LEFT_BEHIND_S:
                 os.remove(left)
     temporary = f"{path}.{os.getpid()}-{os.urandom(6).hex()}.tmp"
-    with open(temporary, "x", encoding="utf-8") as file:
-        file.write(text)
-    if mtime_ns is not None:
-        os.utime(temporary, ns=(mtime_ns, mtime_ns))
-    os.replace(temporary, path)
+    try:
+        with writing(path):
+            with open(temporary, "x", encoding="utf-8") as file:
+                file.write(text)
+            if mtime_ns is not None:
+                os.utime(temporary, ns=(mtime_ns, mtime_ns))
+            os.replace(temporary, path)
+    finally:
+        with contextlib.suppress(FileNotFoundError):  # it has its final name
+            os.remove(temporary)
 
 
 def settle(configs, arguments):
@@ -545,7 +554,7 @@ def plain_errors():
     try:
         yield
     except OSError as error:
-        raise ConfigError(f"{error.filename}: {error.strerror}: correct its permissions or its place") from None
+        raise ConfigError(os_error_text(error, "correct its permissions or its place")) from None
     except RecursionError:
         raise ConfigError("a value of configs/ or SET is nested too deep: correct what you changed last") from None
     except ValueError as error:

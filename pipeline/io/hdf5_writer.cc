@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The writer of hdf5_file.h.
+#include <cerrno>
+#include <cstring>
+
 #include "pipeline/base/error.h"
 #include "pipeline/io/hdf5_file.h"
 #include "pipeline/io/hdf5_handle.h"
@@ -48,8 +51,15 @@ Hdf5Writer::Hdf5Writer(const std::filesystem::path& path,
 Hdf5Writer::Hdf5Writer(const std::filesystem::path& path) : path_(path) {
   SilenceHdf5Errors();
   const Hdf5Handle properties = UntimedProperties(H5P_FILE_CREATE);
+  errno = 0;
   file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, properties, H5P_DEFAULT);
-  if (file_ < 0) throw DataError("{}: cannot create; is the folder writable?", path.string());
+  if (file_ < 0) {
+    throw DataError(
+        "{}: cannot create: {}; free space on that disk, or make the folder writable, and run "
+        "again",
+        path.string(),
+        std::strerror(errno != 0 ? errno : EIO));
+  }
 }
 
 Hdf5Writer::~Hdf5Writer() {

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from nightmap_eval.checked_reading import REMEDY, read_object, read_text, using
-from nightmap_eval.script_errors import DataError
+from nightmap_eval.script_errors import DataError, writing
 from nightmap_eval.unit_lists import read_shards, whole
 from nightmap_eval.writing_folder import WritingFolder
 
@@ -154,7 +154,7 @@ def write_atomic(path, content):
     if path.exists() and not path.is_file():
         raise DataError(f"{path}: is no plain file; give the path of a file to make")
     path.parent.mkdir(parents=True, exist_ok=True)
-    with WritingFolder(path.parent) as folder:
+    with writing(path), WritingFolder(path.parent) as folder:
         temporary = folder / path.name
         with open(temporary, "wb") as file:
             file.write(content.encode() if isinstance(content, str) else content)

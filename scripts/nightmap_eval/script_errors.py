@@ -1,7 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors of the scripts, with the exit codes of the stages."""
 
+import contextlib
+import errno
 import sys
+
+REMEDIES = {
+    errno.ENOSPC: "the disk is full: free space there, or name a folder on another disk with MAPS, and run again",
+    errno.EDQUOT: "the quota is used up: free space there, or name a folder on another disk with MAPS, and run again",
+    errno.EFBIG: "raise the limit of file sizes (ulimit -f), and run again",
+}
 
 
 class DataError(Exception):
@@ -14,6 +22,22 @@ def printable(text):
     return "".join(letter if letter.isprintable() or letter == "\n" else f"\\x{ord(letter):02x}" for letter in shown)
 
 
+@contextlib.contextmanager
+def writing(path):
+    """Names the file in an OSError of its writing: that of write() names none, that of a temporary another."""
+    try:
+        yield
+    except OSError as error:
+        error.filename, error.filename2 = str(path), None
+        raise
+
+
+def os_error_text(error, remedy=""):
+    """FILE: REASON: REMEDY. The given remedy is for what no full disk causes."""
+    remedy = REMEDIES.get(error.errno, remedy)
+    return ": ".join(str(part) for part in (error.filename, error.strerror or error, remedy) if part)
+
+
 def run_main(main):
     """Calls main() and ends the process with the stages' exit codes: 0 done, 1 data, 2 usage."""
     try:
@@ -22,6 +46,5 @@ def run_main(main):
         print(f"error: {printable(error)}", file=sys.stderr)
         sys.exit(1)
     except OSError as error:
-        what = f"{error.filename}: {error.strerror}" if error.filename else error
-        print(f"error: {printable(what)}", file=sys.stderr)
+        print(f"error: {printable(os_error_text(error))}", file=sys.stderr)
         sys.exit(1)

@@ -5,6 +5,7 @@ import json
 import os
 import sys
 
+import resolve_config
 from nightmap_make import why
 from nightmap_make.journal import last_run
 from nightmap_make.rules_file import RulesFile, Times
@@ -19,8 +20,8 @@ def tell_of_failure(run, code, outcome):
     for name, exit_code in failed.items():
         ended = f"exit code {exit_code}" if exit_code is not None else "did not come to its end"
         print(f"nightmap: {name}: {ended}; its log: {run.folder}/logs/{name}.log", file=sys.stderr)
-    write_page(run, code)
-    print(f"nightmap: the report shows what was made, what failed and what is out of date: {run.folder}/report/index.html", file=sys.stderr)
+    if write_page(run, code):
+        print(f"nightmap: the report shows what was made, what failed and what is out of date: {run.folder}/report/index.html", file=sys.stderr)
 
 
 def status_lines(outcome):
@@ -41,9 +42,7 @@ def write_page(run, code):
     if code == 0 and os.path.exists(path):
         os.remove(path)
     elif code != 0:
-        with open(f"{path}.tmp", "w", encoding="utf-8") as file:
-            json.dump(describe(run, code), file, indent=1)
-        os.replace(f"{path}.tmp", path)
+        resolve_config.write(path, json.dumps(describe(run, code), indent=1))
     page = f"{run.folder}/report/index.html"
     command = [run.env["PYTHON"], "scripts/report.py", "--site-dir", run.folder, "--data", run.env["DATA"], "--out", page]
     _, status = os.waitpid(os.posix_spawnp(command[0], command, run.env), 0)

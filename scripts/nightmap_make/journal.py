@@ -5,6 +5,9 @@ run_job.sh writes the lines of rules; NAME is `make` where a whole run begins an
 import os
 import time
 
+import resolve_config
+from nightmap_eval.script_errors import writing
+
 RUN = "make"
 
 
@@ -25,14 +28,12 @@ def journal_path(site_dir):
 
 def begin_run(site_dir, goals):
     """Begins the journal of a run and drops that of the run before; receipts and logs keep its results."""
-    temporary = f"{journal_path(site_dir)}.{os.getpid()}.tmp"
-    with open(temporary, "w", encoding="utf-8", errors="replace") as file:
-        file.write(f"{time.time():.0f} {RUN} begin {' '.join(goals)}\n")
-    os.replace(temporary, journal_path(site_dir))
+    line = f"{time.time():.0f} {RUN} begin {' '.join(goals)}\n"
+    resolve_config.write(journal_path(site_dir), line.encode("utf-8", "replace").decode())
 
 
 def end_run(site_dir, code):
-    with open(journal_path(site_dir), "a", encoding="utf-8") as file:
+    with writing(journal_path(site_dir)), open(journal_path(site_dir), "a", encoding="utf-8") as file:
         file.write(f"{time.time():.0f} {RUN} end {code}\n")
 
 

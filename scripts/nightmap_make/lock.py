@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Allows one make at a time per site. The kernel frees the lock when its process dies, for whatever reason."""
 
+import contextlib
 import fcntl
 import os
 import sys
@@ -20,7 +21,8 @@ class SiteLock:
             print(f"nightmap: {site_dir} is being made by process {self._holder()}: this make waits for it to end", file=sys.stderr)
             fcntl.flock(self._fd, fcntl.LOCK_EX)
         os.ftruncate(self._fd, 0)
-        os.pwrite(self._fd, f"{os.getpid()} on {os.uname().nodename} since {time.strftime('%Y-%m-%d %H:%M:%S')}\n".encode(), 0)
+        with contextlib.suppress(OSError):  # on a full disk it holds without a name
+            os.pwrite(self._fd, f"{os.getpid()} on {os.uname().nodename} since {time.strftime('%Y-%m-%d %H:%M:%S')}\n".encode(), 0)
 
     def _holder(self):
         return os.pread(self._fd, 200, 0).decode("utf-8", "replace").strip() or "(unknown)"

@@ -8,6 +8,7 @@ import time
 
 import remove_leftovers
 import resolve_config
+from nightmap_eval.script_errors import os_error_text
 from nightmap_make import clock, slots
 from nightmap_make.graph import Graph, closure
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
@@ -63,8 +64,14 @@ class MakeRun:
         try:
             code = self._make_in_phases()
         finally:
-            end_run(self.folder, code)
+            self._end_run(code)
         return self._finish(code)
+
+    def _end_run(self, code):
+        try:
+            end_run(self.folder, code)
+        except OSError as error:  # the failed jobs are still to be told
+            print(f"nightmap: {os_error_text(error)}", file=sys.stderr)
 
     def _settle(self):
         self.stamps = self.asked.settle()

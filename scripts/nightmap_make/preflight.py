@@ -10,6 +10,7 @@ import re
 import shutil
 import tempfile
 
+from nightmap_eval.script_errors import writing
 from nightmap_make.pipeline import PipelineError
 
 SEVERAL = 8  # programs checked at the same time
@@ -60,15 +61,17 @@ def check_configs(build, configs, is_preview):
         os.makedirs(folder, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=None if is_preview else build) as scratch:
         wrong = _run_checks(build, scratch, {program: configs[program] for program in to_check})
-    if wrong:
-        raise PipelineError("\n".join(wrong))
-    for stamp in to_check.values() if not is_preview else ():
-        with open(stamp, "w", encoding="utf-8"):
+    # So that the next check is of the corrected config alone.
+    for program in to_check.keys() - wrong.keys() if not is_preview else ():
+        with open(to_check[program], "w", encoding="utf-8"):
             pass
+    if wrong:
+        raise PipelineError("\n".join(sorted(set(wrong.values()))))
 
 
 def _run_checks(build, scratch, configs):
-    waiting, running, wrong = list(configs), {}, []
+    """Program -> complaint, of each program that refuses its config."""
+    waiting, running, wrong = list(configs), {}, {}
     while waiting or running:
         while waiting and len(running) < SEVERAL:
             program = waiting.pop(0)
@@ -76,8 +79,8 @@ def _run_checks(build, scratch, configs):
         pid, status = os.wait()
         program = running.pop(pid)
         if os.waitstatus_to_exitcode(status) != 0:
-            wrong.append(_complaint(os.path.join(scratch, f"{program}.log"), program, configs[program]))
-    return sorted(set(wrong))
+            wrong[program] = _complaint(os.path.join(scratch, f"{program}.log"), program, configs[program])
+    return wrong
 
 
 def _start_check(build, scratch, program, config):
@@ -91,7 +94,7 @@ def _start_check(build, scratch, program, config):
 
 def _write(folder, name, text):
     path = os.path.join(folder, name)
-    with open(path, "w", encoding="utf-8", errors="surrogatepass") as file:
+    with writing(path), open(path, "w", encoding="utf-8", errors="surrogatepass") as file:
         file.write(text)
     return path
 

@@ -3,11 +3,10 @@
 """The whole chain on a small building: what is made, what is remade, and that bytes agree."""
 import json
 import os
-import subprocess
-import time
 import unittest
 
 from browser import shown_text
+from cpu_time import in_yardsticks
 from workspace import GOALS, PIPELINE, SITE, Workspace
 
 # The folders of the tiles' jobs depend on the lists of the tiles alone. A change before them that moves no pose ends
@@ -31,16 +30,6 @@ def reached_from(name):
             reached.add(job.name)
     folders = {name: PIPELINE.jobs[name].folder for name in reached}
     return {name if folder == "RECORDING" else folder for name, folder in folders.items()}
-
-
-def shortest_s(body, num_runs=5):
-    """Of several runs the shortest: what the work itself takes, whatever else the machine does."""
-    times_s = []
-    for _ in range(num_runs):
-        start = time.monotonic()
-        body()
-        times_s.append(time.monotonic() - start)
-    return min(times_s)
 
 
 class ChainTest(unittest.TestCase):
@@ -92,13 +81,10 @@ class ChainTest(unittest.TestCase):
 
     def test_a_second_make_does_nothing_and_quickly(self):
         self.assertEqual(self.reran(), set())
-        # The configs are resolved by one small Python program; the rest is Make's own: about three times
-        # the start of such a program, on a slow machine as on a fast one.
-        start_python = ["/usr/bin/python3", "-I", "-S", "-c", "import argparse"]
-        yardstick_s = shortest_s(lambda: subprocess.run(start_python, check=True))
+        # One small Python program resolves the configs; the rest is Make's own.
         # (localize starts one program more, which prints the table of places.)
         goals = [goal for goal in GOALS if goal != "localize"]
-        self.assertLess(shortest_s(lambda: self.work.make(*goals)), 8 * yardstick_s)
+        self.assertLess(in_yardsticks(lambda: self.work.make(*goals)), 2)
         self.assertEqual(self.work.make("-q", *GOALS).returncode, 0)
 
     def test_comments_and_touches_rerun_nothing(self):

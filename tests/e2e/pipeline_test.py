@@ -153,14 +153,22 @@ class TwoMakesTest(StubTest):
 
     def test_the_second_names_the_first_and_waits(self):
         self.make("map")
-        holder = subprocess.Popen(["/usr/bin/python3", "-c", "import fcntl, os, sys, time; f = open(sys.argv[1], 'w');"
+        holder = subprocess.Popen(["/usr/bin/python3", "-c", "import fcntl, os, sys; f = open(sys.argv[1], 'w');"
                                    "fcntl.flock(f, fcntl.LOCK_EX); f.write(f'{os.getpid()} on this machine'); f.flush();"
-                                   "print('held', flush=True); time.sleep(1)", self.site.path(".lock")],
-                                  stdout=subprocess.PIPE)  # fmt: skip
+                                   "print('held', flush=True); sys.stdin.read()", self.site.path(".lock")],
+                                  stdin=subprocess.PIPE, stdout=subprocess.PIPE)  # fmt: skip
         self.addCleanup(holder.stdout.close)
         holder.stdout.readline()
-        self.assertIn(f"is being made by process {holder.pid} on this machine", self.make("map"))
-        self.assertEqual(holder.wait(), 0)
+        second = subprocess.Popen(self.site.command("map"), cwd=self.site.folder, env=environment(), text=True,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
+        self.addCleanup(second.stdout.close)
+        said = ""
+        while "is being made" not in said and (line := second.stdout.readline()):
+            said += line
+        self.assertIn(f"is being made by process {holder.pid} on this machine", said)
+        self.assertIsNone(second.poll())
+        holder.stdin.close()
+        self.assertEqual((second.wait(), holder.wait()), (0, 0))
 
     def test_the_lock_of_a_killed_make_is_free(self):
         self.make("map")

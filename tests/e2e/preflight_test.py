@@ -1,17 +1,17 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The check before a run: one value out of range for every option of every program, and each declared clash, stops with
-exit code 2 in two seconds, names the place, and changes nothing. The programs are the real ones; none gets to run."""
+exit code 2 in little time, names the place, and changes nothing. The programs are the real ones; none gets to run."""
 import re
 import subprocess
-import time
 import tomllib
 import unittest
 
+from cpu_time import in_yardsticks
 from stub_site import StubSite
 from workspace import BUILD, PIPELINE, REPOSITORY
 
-MAX_TIME_S = 2.0
+MAX_YARDSTICKS = 20
 OPTION = re.compile(r"^  (\w+) +.*\[default .*; (.*)\]$", re.MULTILINE)
 CLASHES = {  # one for each [[clash]] of configs/pipeline.toml, in its order
     "octree.max_range_m=5.9 tiles.max_range_m=5.95 tiles.edge_m=6": None, "tiles.overlap_m=0.4 octree.resolution_m=0.9": "octree.resolution_m",
@@ -60,15 +60,20 @@ class PreflightTest(unittest.TestCase):
         return {path: path.stat().st_mtime_ns for path in maps.rglob("*")}
 
     def check(self, change, *said):
-        before, start = self.state(), time.monotonic()
+        """Returns the CPU time of the check."""
+        before = self.state()
+        yardsticks = in_yardsticks(lambda: self.check_once(change, said), num_runs=1)
+        if yardsticks > MAX_YARDSTICKS:  # what else runs shares caches with it
+            yardsticks = in_yardsticks(lambda: self.check_once(change, said), num_runs=2)
+        self.assertEqual(self.state(), before)
+        return yardsticks
+
+    def check_once(self, change, said):
         result = self.site.make("map", f"SET={change}")
-        took_s = time.monotonic() - start
         self.assertEqual(result.returncode, 2, result.stdout)
         for text in said:
             self.assertIn(text, result.stdout)
         self.assertNotIn("== ", result.stdout)
-        self.assertEqual(self.state(), before)
-        return took_s
 
     def test_a_mistake_in_the_site_config(self):
         """The programs that read it check it before the run, and a new site gets no folder."""
@@ -98,18 +103,23 @@ class PreflightTest(unittest.TestCase):
         self.assertEqual(self.state(), before)
 
     def test_every_option_out_of_range(self):
-        times_s = []
+        times = []
         for program in PIPELINE.programs():
             for name, wrong in options(program):
                 with self.subTest(f"{program}.{name}={wrong}"):
                     said = ["no_such_choice"] if wrong == "no_such_choice" else [" = ", "out of range"]
-                    change = (f"{program}.{name}={wrong}", f"SET: {program}.{name}", *said)
-                    took_s = self.check(*change)
-                    if took_s > MAX_TIME_S:  # another program of the machine may have taken the time
-                        took_s = self.check(*change)
-                    times_s.append(took_s)
-        self.assertGreater(len(times_s), 120)
-        self.assertLess(max(times_s), MAX_TIME_S)
+                    times.append(self.check(f"{program}.{name}={wrong}", f"SET: {program}.{name}", *said))
+        self.assertGreater(len(times), 120)
+        self.assertLess(max(times), MAX_YARDSTICKS)
+
+    def test_a_program_that_agreed_is_not_asked_again(self):
+        checked = self.site.folder / "build/checked"
+        for stamp in checked.iterdir():
+            stamp.unlink()
+        self.check("grid.margin_m=-1", "grid.margin_m")
+        programs = {stamp.name.rpartition("_")[0] for stamp in checked.iterdir()}
+        self.assertIn("features", programs)
+        self.assertNotIn("grid", programs)
 
     def test_the_file_and_line_of_a_value(self):
         path = self.site.folder / "configs/sites/demo/grid.toml"
@@ -122,8 +132,7 @@ class PreflightTest(unittest.TestCase):
         self.assertEqual(len(CLASHES), len(PIPELINE.clashes))
         for (change, named), clash in zip(CLASHES.items(), PIPELINE.clashes):
             with self.subTest(change):
-                took_s = self.check(change, *[named] * bool(named), clash["remedy"])
-                self.assertLess(took_s, MAX_TIME_S)
+                self.assertLess(self.check(change, *[named] * bool(named), clash["remedy"]), MAX_YARDSTICKS)
 
 
 if __name__ == "__main__":
