@@ -23,16 +23,20 @@ class InputError : public DataError {
  public:
   template <typename... Args>
   InputError(std::vector<InputName> inputs, fmt::format_string<Args...> format, Args&&... args)
-      : InputError(std::move(inputs), fmt::format(format, std::forward<Args>(args)...), 0) {}
+      : InputError(std::move(inputs), Formatted{fmt::format(format, std::forward<Args>(args)...)}) {
+  }
 
   const std::vector<InputName>& Inputs() const { return inputs_; }
   const std::string& Text() const { return text_; }
 
  private:
-  InputError(std::vector<InputName> inputs, std::string text, int)
-      : DataError("{}: {}", Names(inputs), text),
+  struct Formatted {  // so that no arguments of a caller choose the constructor below
+    std::string text;
+  };
+  InputError(std::vector<InputName> inputs, Formatted formatted)
+      : DataError("{}: {}", Names(inputs), formatted.text),
         inputs_(std::move(inputs)),
-        text_(std::move(text)) {}
+        text_(std::move(formatted.text)) {}
 
   static std::string Names(const std::vector<InputName>& inputs) {
     std::string names;
