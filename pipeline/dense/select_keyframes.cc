@@ -4,6 +4,7 @@
 #include <unordered_map>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/io/trajectory_io.h"
 
@@ -19,8 +20,9 @@ std::vector<Keyframe> SelectKeyframes(const std::vector<FrameRecord>& frames,
   for (std::size_t i = 0; i < keyframe_poses.size(); i += static_cast<std::size_t>(stride)) {
     const auto found = frame_at.find(keyframe_poses[i].time_ns);
     if (found == frame_at.end()) {
-      throw DataError("keyframe at time {} has no frame; frames and keyframes must be of one run",
-                      TimeToString(keyframe_poses[i].time_ns));
+      throw InputError({{"keyframes"}, {"frames"}},
+                       "the keyframe at time {} is no frame; a file is damaged or another site's",
+                       TimeToString(keyframe_poses[i].time_ns));
     }
     const FrameRecord& frame = *found->second;
     CheckCamera(frame, cameras, "the list of cameras");

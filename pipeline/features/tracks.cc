@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 
 namespace nightmap {
 namespace {
@@ -42,11 +42,10 @@ std::size_t TrackBuilder::Slot(int frame_idx, int feature_idx) const {
   const auto frame = static_cast<std::size_t>(frame_idx - begin_idx_);
   if (frame_idx < begin_idx_ || frame + 1 >= first_slot_.size() || feature_idx < 0 ||
       first_slot_[frame] + static_cast<std::size_t>(feature_idx) >= first_slot_[frame + 1]) {
-    throw DataError(
-        "a match names feature {} of frame {}, which the features do not have; delete "
-        "the matches folder of this site and run make",
-        feature_idx,
-        frame_idx);
+    throw InputError({{"pairs"}},
+                     "a match names feature {} of frame {}, which the features do not have",
+                     feature_idx,
+                     frame_idx);
   }
   return first_slot_[frame] + static_cast<std::size_t>(feature_idx);
 }

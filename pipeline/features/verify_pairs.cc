@@ -51,7 +51,7 @@ FramesWithFeatures ReadFramesWithFeatures(const StageContext& context) {
   const auto frames = ReadFrames(context.Inputs("frames"));
   return {frames,
           ReadCameras(context.Input("cameras"), frames),
-          ReadFeatures(context.Inputs("features"))};
+          ReadFeatures(context.Inputs("features"), context.Inputs("frames"))};
 }
 
 FramePair MakePair(int frame_a, int frame_b) {

@@ -148,7 +148,7 @@ std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path) {
     for (const Json& camera : json.at("cameras")) cameras.push_back(RgbdCameraFromJson(camera));
     return cameras;
   } catch (const std::exception& error) {
-    throw DataError("{}: {}", path.string(), JsonReason(error));
+    throw DataError("{}: {}; delete it and run make again", path.string(), JsonReason(error));
   }
 }
 

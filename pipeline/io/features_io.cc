@@ -11,6 +11,7 @@
 #include <algorithm>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/io/hdf5_file.h"
 
 namespace nightmap {
@@ -87,6 +88,51 @@ void CheckReference(const FeaturesShard& shard,
   for (const int feature : frame.reference_features) {
     file.Demand(feature >= 0 && feature < reference->NumFeatures(), "reference_feature");
   }
+}
+
+bool AreOfFrames(const std::vector<FrameRecord>& frames, const FeaturesShard& features) {
+  bool fits = !frames.empty() && frames.size() == features.frames.size();
+  for (std::size_t i = 0; fits && i < frames.size(); ++i) {
+    fits = frames[i].frame_idx == features.frames[i].frame_idx &&
+           frames[i].frame_idx == frames.front().frame_idx + static_cast<int>(i);
+  }
+  return fits;
+}
+
+// Whether the first frame of a shard is the one after the last before it.
+bool Follows(const FeaturesShard& shard, const FeaturesShard& before) {
+  return shard.frames.empty() || before.frames.empty() ||
+         shard.frames.front().frame_idx == before.frames.back().frame_idx + 1;
+}
+
+// Concatenates the shards in order, after check(i, shard) of each.
+template <typename Check>
+FeaturesShard ReadShards(const std::vector<std::filesystem::path>& paths, const Check& check) {
+  FeaturesShard all;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    FeaturesShard shard = ReadFeatures(paths[i]);
+    check(i, shard);
+    if (i == 0) {
+      all = std::move(shard);
+      continue;
+    }
+    if (shard.kind != all.kind || shard.extraction != all.extraction) {
+      throw DataError(
+          "{}: extracted with other options than {}; delete the features folder of this site and "
+          "run make",
+          paths[i].string(),
+          paths[0].string());
+    }
+    if (!Follows(shard, all)) {
+      throw DataError(
+          "{} does not hold the frames that follow those of {}; one of them is damaged or another "
+          "site's, or they are not in order: delete both and run make again",
+          paths[i].string(),
+          paths[i - 1].string());
+    }
+    std::ranges::move(shard.frames, std::back_inserter(all.frames));
+  }
+  return all;
 }
 
 }  // namespace
@@ -189,32 +235,28 @@ FeaturesShard ReadFeatures(const std::filesystem::path& path) {
 }
 
 FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths) {
-  FeaturesShard all = ReadFeatures(paths.front());
-  for (std::size_t i = 1; i < paths.size(); ++i) {
-    FeaturesShard shard = ReadFeatures(paths[i]);
-    if (shard.kind != all.kind || shard.extraction != all.extraction) {
-      throw DataError(
-          "{}: extracted with other options than {}; delete the features folder of this site and "
-          "run make",
-          paths[i].string(),
-          paths[0].string());
-    }
-    std::ranges::move(shard.frames, std::back_inserter(all.frames));
+  return ReadShards(paths, [](std::size_t, const FeaturesShard&) {});
+}
+
+FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths,
+                           const std::vector<std::filesystem::path>& lists) {
+  if (paths.size() != lists.size()) {
+    throw UsageError(
+        "give as many --in features as --in frames: {} and {}", paths.size(), lists.size());
   }
-  return all;
+  return ReadShards(paths, [&](std::size_t i, const FeaturesShard& shard) {
+    if (AreOfFrames(ReadFrames(lists[i]), shard)) return;
+    throw DataError(
+        "{} does not list the frames that {} has features of; one of them is damaged or another "
+        "site's: delete both and run make again",
+        lists[i].string(),
+        paths[i].string());
+  });
 }
 
 void CheckFeaturesOfFrames(const std::vector<FrameRecord>& frames, const FeaturesShard& features) {
-  bool fits = !frames.empty() && frames.size() == features.frames.size();
-  for (std::size_t i = 0; fits && i < frames.size(); ++i) {
-    fits = frames[i].frame_idx == features.frames[i].frame_idx &&
-           frames[i].frame_idx == frames.front().frame_idx + static_cast<int>(i);
-  }
-  if (!fits) {
-    throw DataError(
-        "the features are not of the listed frames; delete the features folder of this "
-        "site and run make");
-  }
+  if (AreOfFrames(frames, features)) return;
+  throw InputError({{"features"}, {"frames"}}, "the features are not of the listed frames");
 }
 
 }  // namespace nightmap

@@ -96,6 +96,10 @@ void WriteFeatures(const std::filesystem::path& path,
 FeaturesShard ReadFeatures(const std::filesystem::path& path);
 // Concatenates the shards in order; all must be of one kind.
 FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths);
+// Likewise; each shard must be of the frames that its own list holds. `lists` are in the order of
+// the paths. Throws DataError naming the list and the shard that disagree.
+FeaturesShard ReadFeatures(const std::vector<std::filesystem::path>& paths,
+                           const std::vector<std::filesystem::path>& lists);
 
 // Throws DataError unless there are frames, their indices are contiguous, and each has its features
 // at the same position.

@@ -115,7 +115,8 @@ std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path) {
 std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths) {
   std::vector<FrameRecord> frames;
   std::set<std::string> pictures;  // later stages, like COLMAP, identify frames by them
-  for (const auto& path : paths) {
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const std::filesystem::path& path = paths[i];
     std::vector<FrameRecord> shard = ReadFrames(path);
     if (shard.empty()) {
       throw DataError("{}: lists no frame; delete the frames folder of this site and run make",
@@ -123,10 +124,13 @@ std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& pa
     }
     for (FrameRecord& frame : shard) {
       if (!frames.empty() && frame.frame_idx - 1 != frames.back().frame_idx) {
-        throw DataError("{}: starts with frame {} after frame {}: give all shards in order",
-                        path.string(),
-                        frame.frame_idx,
-                        frames.back().frame_idx);
+        throw DataError(
+            "{} starts with frame {}, but {}, the list before it, ends with frame {}; "
+            "one is damaged, or they are not in order: delete both and run make again",
+            path.string(),
+            frame.frame_idx,
+            paths[i - 1].string(),
+            frames.back().frame_idx);
       }
       if (!pictures.insert(frame.color.path).second) {
         throw DataError(

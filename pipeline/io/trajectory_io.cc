@@ -153,6 +153,14 @@ std::vector<StampedPose> ReadTum(const std::filesystem::path& path) {
   return poses;
 }
 
+std::vector<StampedPose> ReadPoses(const std::filesystem::path& path) {
+  auto poses = ReadTum(path);
+  if (poses.empty()) {
+    throw DataError("{}: holds no pose; delete it and run make again", path.string());
+  }
+  return poses;
+}
+
 int FindPose(const std::vector<StampedPose>& poses, std::int64_t time_ns) {
   const auto found = std::lower_bound(
       poses.begin(), poses.end(), time_ns, [](const StampedPose& pose, std::int64_t time) {

@@ -25,6 +25,8 @@ std::string TrajectoryToTum(const std::vector<StampedPose>& poses,
 // Throws DataError naming file and line on a wrong column count, NaN, a quaternion whose length is
 // not 1 (within 5 %, then normalized), or times that do not increase.
 std::vector<StampedPose> ReadTum(const std::filesystem::path& path);
+// Likewise of a trajectory that a stage made, which holds a pose; DataError when it holds none.
+std::vector<StampedPose> ReadPoses(const std::filesystem::path& path);
 
 // Index of the pose with exactly this time, or -1. `poses` sorted by time.
 int FindPose(const std::vector<StampedPose>& poses, std::int64_t time_ns);

@@ -16,6 +16,7 @@
 
 #include "pipeline/base/memory.h"
 #include "pipeline/base/plain_file.h"
+#include "pipeline/program/name_files.h"
 
 namespace nightmap {
 namespace {
@@ -281,6 +282,8 @@ int RunStage(int argc,
     return 0;
   } catch (const CLI::ParseError& error) {
     return Fail(std::string(error.what()) + "; see --help", ExitCode::kUsageError);
+  } catch (const InputError& error) {
+    return Fail(NameFiles(error, line.inputs), error.Code());
   } catch (const Error& error) {
     return Fail(error.what(), error.Code());
   } catch (const OutOfMemory& error) {

@@ -17,7 +17,7 @@ using namespace nightmap;
 std::vector<Eigen::Vector3d> ReadCameras(const StageContext& context) {
   std::vector<Eigen::Vector3d> cameras_in_map;
   if (!context.HasInput("keyframes")) return cameras_in_map;
-  for (const StampedPose& keyframe : ReadTum(context.Input("keyframes"))) {
+  for (const StampedPose& keyframe : ReadPoses(context.Input("keyframes"))) {
     cameras_in_map.push_back(keyframe.pose.translation);
   }
   return cameras_in_map;

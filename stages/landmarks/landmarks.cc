@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/trajectory_io.h"
@@ -18,12 +18,13 @@ namespace {
 void CheckInput(const LandmarksInput& input) {
   CheckFeaturesOfFrames(input.frames, input.features);
   if (input.tree->Kind() != input.features.kind) {
-    throw DataError("vocabulary: trained on another descriptor; run the vocabulary stage again");
+    throw InputError({{"vocabulary"}}, "trained on another descriptor");
   }
 }
 
 std::vector<Observer> MakeObservers(const LandmarksOptions& options, const LandmarksInput& input) {
-  const auto& poses = options.observers == "all" ? input.trajectory : input.keyframes;
+  const bool are_all = options.observers == "all";
+  const auto& poses = are_all ? input.trajectory : input.keyframes;
   std::vector<Observer> observers;
   std::size_t num_found = 0;
   for (std::size_t i = 0; i < input.frames.size(); ++i) {
@@ -37,9 +38,11 @@ std::vector<Observer> MakeObservers(const LandmarksOptions& options, const Landm
                          poses[static_cast<std::size_t>(pose)].pose});
   }
   if (num_found != poses.size()) {
-    throw DataError("trajectory: {} of {} poses have the time of no frame; it is another site's",
-                    poses.size() - num_found,
-                    poses.size());
+    throw InputError(
+        {{are_all ? "trajectory" : "keyframes"}, {"frames"}},
+        "{} of {} poses have the time of no frame; a file is damaged or another site's",
+        poses.size() - num_found,
+        poses.size());
   }
   std::stable_sort(observers.begin(), observers.end(), [](const Observer& a, const Observer& b) {
     return a.frame->time_ns < b.frame->time_ns;

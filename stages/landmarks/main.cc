@@ -33,12 +33,13 @@ int main(int argc, char** argv) {
         context.BeginPart("read");
         const VocabularyTree tree = ReadVocabulary(context.Input("vocabulary")).tree;
         const auto frames = ReadFrames(context.Inputs("frames"));
-        const LandmarksInput input{frames,
-                                   ReadCameras(context.Input("cameras"), frames),
-                                   ReadFeatures(context.Inputs("features")),
-                                   &tree,
-                                   ReadTum(context.Input("trajectory")),
-                                   ReadTum(context.Input("keyframes"))};
+        const LandmarksInput input{
+            frames,
+            ReadCameras(context.Input("cameras"), frames),
+            ReadFeatures(context.Inputs("features"), context.Inputs("frames")),
+            &tree,
+            ReadPoses(context.Input("trajectory")),
+            ReadPoses(context.Input("keyframes"))};
         context.BeginPart("build");
         const LandmarksResult result =
             RunLandmarks(options, input, context.GetProgress(), context.NumThreads());

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/io/frame_failure.h"
 #include "stages/localize/describe_picture.h"
@@ -22,11 +23,11 @@ void CheckInput(const LocalizeInput& input) {
     throw DataError(
         "queries: no queries to localize; set hold_out_every or add a [[query]] to the site");
   }
-  if (map.NumLandmarks() == 0) throw DataError("landmarks: the map is empty; see its report");
+  if (map.NumLandmarks() == 0) throw InputError({{"landmarks"}}, "the map is empty");
   const auto max_word = std::max_element(map.words.begin(), map.words.end());
   if (tree.Kind() != map.kind || input.extraction.Kind() != map.kind ||
       tree.Depth() != map.num_word_levels || *max_word >= tree.NumNodes()) {
-    throw DataError("landmarks: made with another vocabulary; run the landmarks stage again");
+    throw InputError({{"landmarks"}, {"vocabulary"}}, "made with another vocabulary");
   }
   for (const FrameRecord& query : input.queries) {
     if (query.camera_idx < 0 || query.camera_idx >= static_cast<int>(input.cameras.size())) {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 
 namespace nightmap {
 
@@ -11,9 +11,10 @@ std::vector<RgbdCamera> WithCalibration(std::vector<RgbdCamera> query_cameras,
                                         const std::vector<RgbdCamera>& configured,
                                         const std::vector<RgbdCamera>& calibrated) {
   if (configured.size() != calibrated.size()) {
-    throw DataError("cameras: {} configured, {} calibrated; run the pose_graph stage again",
-                    configured.size(),
-                    calibrated.size());
+    throw InputError({{"configured"}, {"calibrated"}},
+                     "{} cameras configured, {} calibrated",
+                     configured.size(),
+                     calibrated.size());
   }
   for (RgbdCamera& camera : query_cameras) {
     const auto same = std::ranges::find_if(

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <limits>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/io/features_io.h"
 #include "stages/loops/same_node_matcher.h"
@@ -57,12 +57,12 @@ void CheckVocabulary(const FramesWithFeatures& input, const Vocabulary& vocabula
     fits = words[i].size() <= static_cast<std::size_t>(num_described);
   }
   if (fits) return;
-  throw DataError(
-      "the vocabulary lists {} frames, the features {} from frame {} on, or the words of one are "
-      "not those of its features; delete the vocabulary folder of this site and run make",
-      words.size(),
-      input.frames.size(),
-      input.frames.front().frame_idx);
+  throw InputError({{"vocabulary"}},
+                   "lists {} frames, the features {} from frame {} on, or the words of one are not "
+                   "those of its features",
+                   words.size(),
+                   input.frames.size(),
+                   input.frames.front().frame_idx);
 }
 
 // Greedy choice of the best-scored candidates that are not neighbours of one chosen already.

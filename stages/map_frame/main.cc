@@ -9,12 +9,6 @@
 namespace nightmap {
 namespace {
 
-std::vector<StampedPose> ReadPoses(const std::filesystem::path& path) {
-  auto poses = ReadTum(path);
-  if (poses.empty()) throw DataError("{}: holds no pose: there is nothing to map", path.string());
-  return poses;
-}
-
 std::string InMapFrame(std::vector<StampedPose> poses, const MapFrame& frame) {
   for (StampedPose& stamped : poses) stamped.pose = frame.map_from_given * stamped.pose;
   return TrajectoryToTum(poses, "map_from_camera; map frame: z up, floor at z = 0");

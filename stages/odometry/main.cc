@@ -14,7 +14,7 @@ void Run(const OdometryOptions& options, StageContext& context) {
   OdometryInput input;
   input.frames = ReadFrames(context.Inputs("frames"));
   input.cameras = ReadCameras(context.Input("cameras"), input.frames);
-  input.features = ReadFeatures(context.Inputs("features"));
+  input.features = ReadFeatures(context.Inputs("features"), context.Inputs("frames"));
   input.pairs = ReadPairs(context.Input("pairs"));
   input.first_frame_idx = ReadFrames(context.Inputs("frames").back()).front().frame_idx;
   const OdometryResult result = RunOdometry(options, input, context.GetProgress());

@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/geometry/absolute_pose.h"
 #include "pipeline/io/features_io.h"
 #include "stages/odometry/initial_poses.h"
@@ -170,18 +170,13 @@ void CheckInput(const OdometryInput& input) {
   const int end_idx = input.frames.front().frame_idx + static_cast<int>(input.frames.size());
   for (const FramePair& pair : input.pairs) {
     if (pair.frame_a < input.frames.front().frame_idx || pair.frame_b >= end_idx) {
-      throw DataError(
-          "pair {}-{} is outside the given frames; delete the matches folder of this "
-          "site and run make",
-          pair.frame_a,
-          pair.frame_b);
+      throw InputError(
+          {{"pairs"}}, "pair {}-{} is outside the given frames", pair.frame_a, pair.frame_b);
     }
   }
   // A frame's pairs are found by binary search.
   if (!std::ranges::is_sorted(input.pairs, {}, &FramePair::frame_b)) {
-    throw DataError(
-        "the pairs are not sorted by their second frame; delete the matches folder of this site "
-        "and run make");
+    throw InputError({{"pairs"}}, "the pairs are not sorted by their second frame");
   }
 }
 

@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/pose_graph/check_odometry.h"
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/io/features_io.h"
 
 namespace nightmap {
 namespace {
 
-constexpr const char* kRemedy = "delete the odometry folder of this site and run make";
-
 // Whether each frame is a keyframe.
 std::vector<bool> Keyframes(const std::vector<OdometryShard>& shards) {
   std::vector<bool> is_keyframe;
-  for (const OdometryShard& shard : shards) {
-    for (const OdometryFrame& frame : shard.frames) {
+  for (std::size_t i = 0; i < shards.size(); ++i) {
+    for (const OdometryFrame& frame : shards[i].frames) {
       if (frame.frame_idx != static_cast<int>(is_keyframe.size())) {
-        throw DataError("odometry has frame {} where frame {} follows; {}",
-                        frame.frame_idx,
-                        is_keyframe.size(),
-                        kRemedy);
+        throw InputError({{"odometry", i}},
+                         "has frame {} where frame {} follows",
+                         frame.frame_idx,
+                         is_keyframe.size());
       }
       is_keyframe.push_back(frame.is_keyframe);
     }
@@ -29,54 +27,60 @@ std::vector<bool> Keyframes(const std::vector<OdometryShard>& shards) {
 void CheckFrames(const PoseGraphInput& input, const std::vector<bool>& is_keyframe) {
   const std::size_t count = is_keyframe.size();
   if (count == 0 || count != input.frames.size() || count != input.features.frames.size()) {
-    throw DataError("{} frames, {} with features, {} with odometry; {}",
-                    input.frames.size(),
-                    input.features.frames.size(),
-                    count,
-                    kRemedy);
+    throw InputError({{"odometry"}, {"frames"}},
+                     "{} frames have odometry, the lists have {}, {} of them with features",
+                     count,
+                     input.frames.size(),
+                     input.features.frames.size());
   }
   if (!is_keyframe[0]) {
-    throw DataError("odometry: frame 0, the first, is not a keyframe; {}", kRemedy);
+    throw InputError({{"odometry", 0}}, "frame 0, the first, is not a keyframe");
   }
   CheckFeaturesOfFrames(input.frames, input.features);
 }
 
-void CheckEdge(const OdometryShard& shard,
+void CheckEdge(std::size_t shard_idx,
+               const OdometryShard& shard,
                const PoseEdge& edge,
                const std::vector<bool>& is_keyframe) {
   for (const int frame : {edge.frame_a, edge.frame_b}) {
     const bool exists = frame >= 0 && static_cast<std::size_t>(frame) < is_keyframe.size();
     if (exists && is_keyframe[static_cast<std::size_t>(frame)]) continue;
-    throw DataError("odometry: edge {}-{} ends at frame {}, which is not a keyframe; {}",
-                    edge.frame_a,
-                    edge.frame_b,
-                    frame,
-                    kRemedy);
+    throw InputError({{"odometry", shard_idx}},
+                     "edge {}-{} ends at frame {}, which is not a keyframe",
+                     edge.frame_a,
+                     edge.frame_b,
+                     frame);
   }
   const bool is_of_shard = edge.frame_b >= shard.frames.front().frame_idx &&
                            edge.frame_b <= shard.frames.back().frame_idx;
   if (edge.frame_a < edge.frame_b && is_of_shard) return;
-  throw DataError("odometry: edge {}-{} does not end in its shard, frames {} to {}; {}",
-                  edge.frame_a,
-                  edge.frame_b,
-                  shard.frames.front().frame_idx,
-                  shard.frames.back().frame_idx,
-                  kRemedy);
+  throw InputError({{"odometry", shard_idx}},
+                   "edge {}-{} does not end in its shard, frames {} to {}",
+                   edge.frame_a,
+                   edge.frame_b,
+                   shard.frames.front().frame_idx,
+                   shard.frames.back().frame_idx);
 }
 
-void CheckEdges(const OdometryShard& shard, const std::vector<bool>& is_keyframe) {
+void CheckEdges(std::size_t shard_idx,
+                const OdometryShard& shard,
+                const std::vector<bool>& is_keyframe) {
   if (shard.frames.empty()) {
     if (shard.edges.empty()) return;
-    throw DataError("odometry: a shard has edge {}-{} and no frames; {}",
-                    shard.edges[0].frame_a,
-                    shard.edges[0].frame_b,
-                    kRemedy);
+    throw InputError({{"odometry", shard_idx}},
+                     "has edge {}-{} and no frames",
+                     shard.edges[0].frame_a,
+                     shard.edges[0].frame_b);
   }
-  for (const PoseEdge& edge : shard.edges) CheckEdge(shard, edge, is_keyframe);
+  for (const PoseEdge& edge : shard.edges) CheckEdge(shard_idx, shard, edge, is_keyframe);
   const int first = shard.frames[0].frame_idx;
   if (first > 0 && (shard.edges.empty() || shard.edges[0].frame_a >= first)) {
-    throw DataError(
-        "odometry: no edge joins the shard of frame {} to the one before; {}", first, kRemedy);
+    throw InputError(
+        {{"odometry", shard_idx}},
+        "no edge joins the shard of frame {} to the one before, which ends with frame {}",
+        first,
+        first - 1);
   }
 }
 
@@ -88,16 +92,15 @@ bool HasFeature(const FeaturesShard& features, const Sighting& s) {
   return s.feature_idx >= 0 && s.feature_idx < frame.NumFeatures();
 }
 
-void CheckTracks(const OdometryShard& shard, const FeaturesShard& features) {
+void CheckTracks(std::size_t shard_idx, const OdometryShard& shard, const FeaturesShard& features) {
   for (const Track& track : shard.tracks) {
     for (const Sighting& s : track) {
       if (HasFeature(features, s)) continue;
-      throw DataError(
-          "odometry: a track has feature {} of frame {}, which the {} frames do not have; {}",
-          s.feature_idx,
-          s.frame_idx,
-          features.frames.size(),
-          kRemedy);
+      throw InputError({{"odometry", shard_idx}},
+                       "a track has feature {} of frame {}, which the {} frames do not have",
+                       s.feature_idx,
+                       s.frame_idx,
+                       features.frames.size());
     }
   }
 }
@@ -108,13 +111,12 @@ void CheckMatches(const FramePair& loop, const FeaturesShard& features) {
         HasFeature(features, {loop.frame_b, match.b})) {
       continue;
     }
-    throw DataError(
-        "loop {}-{} matches features {} and {}, which do not both exist; delete the matches folder "
-        "of this site and run make",
-        loop.frame_a,
-        loop.frame_b,
-        match.a,
-        match.b);
+    throw InputError({{"loops"}},
+                     "loop {}-{} matches features {} and {}, which do not both exist",
+                     loop.frame_a,
+                     loop.frame_b,
+                     match.a,
+                     match.b);
   }
 }
 
@@ -124,11 +126,8 @@ void CheckLoops(const std::vector<FramePair>& loops, std::size_t num_frames) {
         static_cast<std::size_t>(loop.frame_b) < num_frames) {
       continue;
     }
-    throw DataError(
-        "loop {}-{} is not between frames of this site; delete the matches folder of this site "
-        "and run make",
-        loop.frame_a,
-        loop.frame_b);
+    throw InputError(
+        {{"loops"}}, "loop {}-{} is not between frames of this site", loop.frame_a, loop.frame_b);
   }
 }
 
@@ -137,9 +136,9 @@ void CheckLoops(const std::vector<FramePair>& loops, std::size_t num_frames) {
 void CheckInput(const PoseGraphInput& input) {
   const std::vector<bool> is_keyframe = Keyframes(input.odometry);
   CheckFrames(input, is_keyframe);
-  for (const OdometryShard& shard : input.odometry) {
-    CheckEdges(shard, is_keyframe);
-    CheckTracks(shard, input.features);
+  for (std::size_t i = 0; i < input.odometry.size(); ++i) {
+    CheckEdges(i, input.odometry[i], is_keyframe);
+    CheckTracks(i, input.odometry[i], input.features);
   }
   CheckLoops(input.loops, is_keyframe.size());
   for (const FramePair& loop : input.loops) CheckMatches(loop, input.features);

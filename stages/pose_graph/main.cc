@@ -13,7 +13,7 @@ PoseGraphInput ReadInput(const StageContext& context) {
   PoseGraphInput input;
   input.frames = ReadFrames(context.Inputs("frames"));
   input.cameras = ReadCameras(context.Input("cameras"), input.frames);
-  input.features = ReadFeatures(context.Inputs("features"));
+  input.features = ReadFeatures(context.Inputs("features"), context.Inputs("frames"));
   for (const auto& path : context.Inputs("odometry")) input.odometry.push_back(ReadOdometry(path));
   input.loops = ReadPairs(context.Input("loops"));
   return input;

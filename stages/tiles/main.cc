@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
         const auto frames = ReadFrames(context.Inputs("frames"));
         const auto cameras = ReadCameras(context.Input("cameras"), frames);
         const auto keyframes =
-            SelectKeyframes(frames, cameras, ReadTum(context.Input("keyframes")), 1);
+            SelectKeyframes(frames, cameras, ReadPoses(context.Input("keyframes")), 1);
         if (keyframes.empty()) {
           throw DataError("{}: no keyframe with depth: nothing can be mapped",
                           context.Input("keyframes").string());

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "stages/tiles/view_footprint.h"
 
 namespace nightmap {
@@ -30,9 +31,12 @@ TileIndex TileOf(const TilesOptions& options, const Eigen::Vector2d& point) {
 void CheckPose(const TilesOptions& options, const Keyframe& keyframe) {
   const double distance_m = keyframe.map_from_camera.translation.cwiseAbs().maxCoeff();
   if (distance_m < kMaxIndex * options.edge_m) return;
-  throw DataError("keyframe {} is {} m from the origin of the map; correct the trajectory",
-                  keyframe.keyframe_idx,
-                  distance_m);
+  throw InputError(
+      {{"keyframes"}},
+      "keyframe {} is {} m from the origin of the map; if it was imported, correct the "
+      "trajectory",
+      keyframe.keyframe_idx,
+      distance_m);
 }
 
 // Number of tiles in each direction that a keyframe may see, counted from its own.

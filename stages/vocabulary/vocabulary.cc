@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
 
@@ -14,9 +14,10 @@ namespace {
 void CheckFrames(const FeaturesShard& features) {
   for (std::size_t i = 0; i < features.frames.size(); ++i) {
     if (features.frames[i].frame_idx != static_cast<int>(i)) {
-      throw DataError("features: frame_idx {} where {} is expected; give all shards in order",
-                      features.frames[i].frame_idx,
-                      i);
+      throw InputError({i == 0 ? InputName{"features", 0} : InputName{"features"}},
+                       "frame_idx {} where {} is expected; give all shards in order",
+                       features.frames[i].frame_idx,
+                       i);
     }
   }
 }

@@ -92,6 +92,37 @@ TEST(FeaturesIo, ShardsAreJoinedAndMustBeAlike) {
       "1.h5");
 }
 
+TEST(FeaturesIo, ShardsThatDoNotFollowEachOtherAreNamed) {
+  const TemporaryFolder folder;
+  const std::vector<std::filesystem::path> paths = {folder / "0.h5", folder / "1.h5"};
+  for (const auto& path : paths) WriteFeatures(path, MakeShard(DescriptorKind::kOrb, 4), "");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError,
+      ReadFeatures(paths),
+      paths[1].string() + " does not hold the frames that follow those of " + paths[0].string());
+}
+
+TEST(FeaturesIo, AListOfOtherFramesIsNamed) {
+  const TemporaryFolder folder;
+  std::vector<FrameRecord> frames(8);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i].frame_idx = static_cast<int>(i);
+    frames[i].color = {std::to_string(i) + ".png", "hash"};
+  }
+  const std::vector<std::filesystem::path> paths = {folder / "0.h5", folder / "1.h5"};
+  WriteFeatures(paths[0], MakeShard(DescriptorKind::kOrb, 0), "");
+  WriteFeatures(paths[1], MakeShard(DescriptorKind::kOrb, 4), "");
+  const auto list = folder.Write("0.csv", FramesToCsv({frames.begin(), frames.begin() + 4}));
+  const auto second = folder.Write("1.csv", FramesToCsv({frames.begin() + 4, frames.end()}));
+  EXPECT_EQ(ReadFeatures(paths, {list, second}).frames.size(), 8U);
+  folder.Write("1.csv", FramesToCsv({frames.begin() + 4, frames.end() - 1}));
+  NIGHTMAP_EXPECT_ERROR(
+      DataError,
+      ReadFeatures(paths, {list, second}),
+      second.string() + " does not list the frames that " + paths[1].string() + " has features of");
+  NIGHTMAP_EXPECT_ERROR(UsageError, ReadFeatures(paths, {list}), "2 and 1");
+}
+
 TEST(FeaturesIo, ATruncatedFileIsNamed) {
   const TemporaryFolder folder;
   WriteFeatures(folder / "m.h5", MakeShard(DescriptorKind::kRootSift, 0), "");

@@ -99,6 +99,16 @@ TEST(Tum, CommentsBlankLinesAndTabsAreFine) {
   EXPECT_TRUE(ReadTum(folder.Write("b.tum", "# nothing\n")).empty());
 }
 
+TEST(Tum, ATrajectoryOfAStageHoldsAPose) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(ReadPoses(folder.Write("one.tum", "1 0 0 0 0 0 0 1\n")).size(), 1U);
+  for (const char* text : {"", "# map_from_camera\n"}) {
+    NIGHTMAP_EXPECT_ERROR(DataError,
+                          ReadPoses(folder.Write("none.tum", text)),
+                          "none.tum: holds no pose; delete it and run make again");
+  }
+}
+
 TEST(Tum, BadLinesAreNamed) {
   const TemporaryFolder folder;
   const auto expect = [&](const std::string& line, const std::string& reason) {

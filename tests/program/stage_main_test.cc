@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <system_error>
 
+#include "pipeline/base/input_error.h"
 #include "pipeline/base/memory.h"
 #include "tests/test_data.h"
 
@@ -256,6 +257,26 @@ TEST_F(StageMainTest, WhateverSaysThatMemoryRanOutIsCalledMemory) {
     EXPECT_THAT(run.err, testing::HasSubstr("THREADS=1"));
     ExpectNothingWritten();
   }
+}
+
+TEST_F(StageMainTest, AnInputThatCannotBeIsNamedByItsFile) {
+  const auto second = folder_.Write("second.txt", "");
+  const auto third = folder_.Write("third.txt", "");
+  spec_.inputs.push_back({"more", "others", Arity::kMany});
+  const auto expect = [&](const std::vector<InputName>& inputs, const std::string& message) {
+    const auto more = With({"--in", "more=" + second.string(), "--in", "more=" + third.string()});
+    const Result run = Main(more, [&](const Options&, StageContext&) -> void {
+      throw InputError(inputs, "holds {} eggs", 3);
+    });
+    EXPECT_EQ(run.code, 1);
+    EXPECT_THAT(run.err, testing::HasSubstr(message + "\n"));
+  };
+  const std::string in = input_.string();
+  expect({{"in"}}, in + ": holds 3 eggs; delete it and run make again");
+  expect({{"more", 1}}, third.string() + ": holds 3 eggs; delete it and run make again");
+  expect({{"more"}, {"in"}},
+         second.string() + " (or another of 2), " + in +
+             ": holds 3 eggs; delete them and run make again");
 }
 
 TEST_F(StageMainTest, AMissingInputIsNamed) {

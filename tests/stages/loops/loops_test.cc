@@ -56,9 +56,8 @@ TEST(RunLoops, RefusesAVocabularyOfOtherFeatures) {
   const LandmarkScene scene = MakeLandmarkScene();
   const auto expect_refused = [](const LandmarkScene& listed, const Vocabulary& vocabulary) {
     Progress progress("test", false);
-    NIGHTMAP_EXPECT_ERROR(DataError,
-                          RunLoops({}, InputOf(listed), vocabulary, 1, progress),
-                          "delete the vocabulary folder");
+    NIGHTMAP_EXPECT_ERROR(
+        DataError, RunLoops({}, InputOf(listed), vocabulary, 1, progress), "vocabulary: lists");
   };
   Vocabulary damaged = MakeSceneVocabulary(scene);
   auto words = damaged.inverted_file.Words();

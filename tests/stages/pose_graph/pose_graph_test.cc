@@ -231,14 +231,14 @@ TEST(PoseGraph, RefusesOdometryThatDoesNotFitTogether) {
     PoseGraphInput input = MakeInput();
     damage(input.odometry);
     NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), message);
-    NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "delete the odometry folder");
+    NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "odometry[");
   };
   using Shards = std::vector<OdometryShard>;
   expect(
       [](Shards& shards) {
         shards.push_back({{}, {shards[0].edges[0]}, {}});
       },
-      "a shard has edge 0-3 and no frames");
+      "odometry[2]: has edge 0-3 and no frames");
   expect(
       [](Shards& shards) {
         for (OdometryShard& shard : shards) {
@@ -266,13 +266,14 @@ TEST(PoseGraph, RefusesOdometryThatDoesNotFitTogether) {
 TEST(PoseGraph, RefusesTracksAndLoopsOfOtherFeatures) {
   PoseGraphInput input = MakeInput();
   input.odometry[1].tracks = {{{30, 7}}};
-  NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "delete the odometry folder");
+  NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "odometry[1]: a track has");
   NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "feature 7 of frame 30");
   input = MakeInput();
   input.odometry[1].tracks = {{{kNumFrames, 0}}};
   NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "feature 0 of frame 48");
   input = MakeInput();
   input.loops[0].inliers = {{3, 4}};
+  NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "loops: loop ");
   NIGHTMAP_EXPECT_ERROR(DataError, Optimize(input), "matches features 3 and 4");
 }
 

@@ -1,0 +1,92 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Artifacts that are damaged or another site's, with the times of good ones, so that make does not notice: the
+job that reads one names it, and deleting what the message names gives the map again."""
+import os
+import re
+import shutil
+import unittest
+
+import h5py
+from workspace import SITE, Workspace
+
+
+def cut_last_line(path):
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:-1]))
+
+
+def empty(path):
+    path.write_text("# map_from_camera\n")
+
+
+def move_in_time(path):
+    path.write_text(re.sub(r"(?m)^(\d+)\.", lambda found: f"{int(found[1]) + 1000}.", path.read_text()))
+
+
+def pair_beyond_the_site(path):
+    with h5py.File(path, "r+") as file:
+        file["frame"][-1] = 5, 1_000_000
+
+
+def next_shard(path):
+    shutil.copy(path.with_name("shard_0001.h5"), path)
+
+
+# What is damaged and how, the output that its reader makes anew, the files that the message names.
+CASES = [
+    ("loops/loops.h5", pair_beyond_the_site, "pose_graph/trajectory.tum", ["loops/loops.h5"]),
+    ("matches/shard_0001.h5", pair_beyond_the_site, "odometry/shard_0001.h5", ["matches/shard_0001.h5"]),
+    ("frames/shard_0000.csv", cut_last_line, "matches/shard_0001.h5", ["frames/shard_0000.csv", "frames/shard_0001.csv"]),
+    ("frames/shard_0001.csv", cut_last_line, "matches/shard_0001.h5", ["frames/shard_0001.csv", "features/shard_0001.h5"]),
+    ("features/shard_0000.h5", next_shard, "vocabulary/vocabulary.h5", ["features/shard_0000.h5", "features/shard_0001.h5"]),
+    ("pose_graph/keyframes.tum", move_in_time, "map_frame/keyframes.tum",
+     ["pose_graph/keyframes.tum", "frames/shard_0000.csv"]),
+    ("map_frame/keyframes.tum", move_in_time, "tiles/tiles.txt", ["map_frame/keyframes.tum", "frames/shard_0000.csv"]),
+    ("map_frame/keyframes.tum", empty, "tiles/tiles.txt", ["map_frame/keyframes.tum"]),
+    ("map_frame/keyframes.tum", empty, "grid/floors.json", ["map_frame/keyframes.tum"]),
+    ("map_frame/keyframes.tum", empty, "landmarks/landmarks.h5", ["map_frame/keyframes.tum"]),
+    ("map_frame/keyframes.tum", move_in_time, "landmarks/landmarks.h5", ["map_frame/keyframes.tum", "frames/shard_0000.csv"]),
+]
+
+
+class RemediesTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.base = Workspace.made("map")
+        cls.hashes = cls.base.hashes()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.base.remove()
+
+    def damage(self, work, name, change):
+        status = work.path(name).stat()
+        change(work.path(name))
+        os.utime(work.path(name), ns=(status.st_atime_ns, status.st_mtime_ns))
+
+    def check(self, damaged, change, remade, named):
+        work = self.base.copy()
+        self.addCleanup(work.remove)
+        self.damage(work, damaged, change)
+        work.path(remade).unlink()
+        result = work.make("map")
+        self.assertNotEqual(result.returncode, 0)
+        errors = [line for line in result.stdout.splitlines() if " error " in line]
+        self.assertEqual(len(errors), 1, result.stdout)
+        self.assertRegex(errors[0], "delete (it|them|both) and run make again")
+        for name in named:
+            self.assertIn(f"maps/{SITE}/{name}", errors[0])
+            work.path(name).unlink()
+        result = work.make("map")
+        self.assertEqual(result.returncode, 0, result.stdout)
+        hashes = work.hashes()  # with those of localize, which the report of the failed run asked for
+        self.assertEqual({name: hashes.get(name) for name in self.hashes}, self.hashes)
+
+    def test_the_message_names_the_file_and_the_remedy_works(self):
+        for damaged, change, remade, named in CASES:
+            with self.subTest(damaged=damaged, change=change.__name__, read_for=remade):
+                self.check(damaged, change, remade, named)
+
+
+if __name__ == "__main__":
+    unittest.main()
