@@ -104,8 +104,9 @@ TEST_F(Hdf5FileTest, NoTruncationIsReadAsAFile) {
 }
 
 TEST_F(Hdf5FileTest, WhatCannotBeWrittenIsNamed) {
-  NIGHTMAP_EXPECT_ERROR(
-      DataError, Hdf5Writer(folder_ / "none/a.h5", "thing", 1, "", ""), "none/a.h5");
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        Hdf5Writer(folder_ / "none/a.h5", "thing", 1, "", ""),
+                        "none/a.h5: cannot create: No such file");
   Hdf5Writer writer(path_, "thing", 1, "", "");
   NIGHTMAP_EXPECT_ERROR(DataError,
                         writer.Write("array", Array<float>{2, 2, {1, 2, 3}}),
