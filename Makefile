@@ -61,7 +61,9 @@ endif
 
 # ---- a site -------------------------------------------------------------------------------------
 # scripts/make_site.py writes the rules of the site to maps/<site>/graph.mk and runs make on them, once for all goals.
-OF_SITE := map localize plan drive evaluate evaluate-colmap report why status
+# [goals] of the declared pipeline and of the profiles.
+GOALS := $(shell sed -snE '/^\[goals\]/,/^$$/s/^([a-z][a-z-]*) = .*/\1/p' configs/pipeline.toml $(wildcard configs/*/pipeline.toml))
+OF_SITE := $(GOALS) why status
 ASKED := $(filter $(OF_SITE) $(M)/% $(DATA)/%,$(MAKECMDGOALS))
 .PHONY: help deps build demo inspect $(OF_SITE) the_site verify clean distclean $(filter $(M)/% $(DATA)/%,$(MAKECMDGOALS))
 the_site: $(if $(filter why status,$(MAKECMDGOALS)),,$(BUILD)/programs.mk)
@@ -70,19 +72,14 @@ the_site: $(if $(filter why status,$(MAKECMDGOALS)),,$(BUILD)/programs.mk)
 $(OF_SITE) $(filter $(M)/% $(DATA)/%,$(MAKECMDGOALS)): the_site
 	$(if $(findstring q,$(firstword -$(MAKEFLAGS))),,@:)
 
-map: ## the map of SITE: trajectory, cloud, octree, grid, landmarks
-localize: ## the pose of each query picture of SITE
-plan: ## a path from START to GOAL on the grid
-drive: ## a path from START to GOAL, and a simulated robot that follows it
-evaluate: ## accuracy against the ground truth of SITE, if there is one
-evaluate-colmap: ## comparison with COLMAP on the same queries: accuracy, time, size (slow)
-report: ## one page: pictures, time and memory per job, accuracy, failures
 why: ## the jobs that `make report` would rerun now, with reasons; with SET: the jobs that this change would rerun
 status: ## how the last run of SITE ended; writes the report of the existing results, runs no job
 
 # ---- commands -----------------------------------------------------------------------------------
 help: ## this page
 	@echo "nightmap: maps a building from the recordings of a robot's RGB-D camera. Commands:"; \
+	sed -snE '/^\[goals\]/,/^$$/s/^([a-z][a-z-]*) = \{ purpose = "([^"]*)".*/  make \1 \t\2/p' \
+	  configs/pipeline.toml $(wildcard configs/*/pipeline.toml) | expand -t 26; \
 	sed -nE 's/^([a-z-]+):[^#]*## (.*)$$/  make \1 \t\2/p' Makefile scripts/development.mk | expand -t 26; \
 	echo; echo "Variables (current values below):"; \
 	sed -nE 's/^## ([A-Z][A-Z_ ]*) +(.*)$$/  \1 \t\2/p' Makefile | expand -t 14; \

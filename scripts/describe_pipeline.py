@@ -11,9 +11,11 @@ from pathlib import Path
 
 from nightmap_eval.artifacts import put_between
 from nightmap_eval.script_errors import run_main
+from nightmap_make.declaration import read_toml
 from nightmap_make.pipeline import read_pipeline
 
 CHECKOUT = Path(__file__).resolve().parents[1]
+HEAD = ("| job | what it does | once per | reads | writes (U: the unit) |", "|---|---|---|---|---|")
 BEGIN, END = "<!-- pipeline:begin -->", "<!-- pipeline:end -->"
 
 
@@ -21,23 +23,36 @@ def filled_by(reference):
     """Describes the source of a port in a few words."""
     if reference.source:
         return f"*{reference.source}*"
-    about = {"near": " of the tile and its neighbours", "previous and this": " of the shard and the one before"}
+    about = {"near": " of the tile and its neighbours", "previous and this": " of the shard and the one before",
+             "all": " of all units"}  # fmt: skip
     return f"{reference.job}.{reference.output}{about.get(reference.units, '')}"
 
 
 def row(job):
     given = ", ".join(dict.fromkeys(filled_by(reference) for reference in job.inputs)) or "-"
     files = ", ".join(f"`{name.replace('{unit}', 'U')}`" for name in [*job.outputs.values(), *job.beside.values()])
-    return f"| `{job.name}` | {job.purpose} | {job.unit} | {given if job.program else 'all results'} | {files} |"
+    by = f", by `{job.program}`" if job.program not in (None, job.name) else ""
+    return f"| `{job.name}`{by} | {job.purpose} | {job.unit} | {given if job.program else 'all results'} | {files} |"
 
 
 def table(pipeline):
-    lines = ["| job | what it does | once per | reads | writes (U: the unit) |", "|---|---|---|---|---|"]
-    return "\n".join(lines + [row(job) for job in pipeline.jobs.values()]) + "\n"
+    return "\n".join([*HEAD, *(row(job) for job in pipeline.jobs.values())]) + "\n"
 
 
-def describe(pipeline):
-    return f"{drawing(pipeline)}\n{table(pipeline)}"
+def describe(configs):
+    pipeline = read_pipeline(configs)
+    return f"{drawing(pipeline)}\n{table(pipeline)}" + "".join(profiles(Path(configs), pipeline))
+
+
+def profiles(configs, default):
+    """For each profile, the jobs that differ from the default ones."""
+    for overlay in sorted(configs.glob("*/pipeline.toml")):
+        given = {table["given"] for table in read_toml(overlay).values() if isinstance(table, dict) and "given" in table}
+        pipeline = read_pipeline(str(configs), overlay.parent.name, given)
+        known = {row(job) for job in default.jobs.values()}
+        rows = [row(job) for job in pipeline.jobs.values() if row(job) not in known]
+        out = ", ".join(f"`{name}`" for name in default.jobs if name not in pipeline.jobs)
+        yield f"\nProfile `{overlay.parent.name}`" + (f", without {out}" if out else "") + ":\n\n" + "\n".join([*HEAD, *rows]) + "\n"
 
 
 def feeds(pipeline):
@@ -62,7 +77,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true", help="put the table into ARCHITECTURE.md")
     arguments = parser.parse_args()
-    text = describe(read_pipeline(str(CHECKOUT / "configs")))
+    text = describe(str(CHECKOUT / "configs"))
     if arguments.write:
         put_between(CHECKOUT / "ARCHITECTURE.md", BEGIN, END, text)
     else:

@@ -10,33 +10,41 @@ import contextlib
 import os
 import re
 
-from nightmap_make.pipeline import PipelineError, read_pipeline, read_toml
+from nightmap_make.declaration import PipelineError, read_toml
+from nightmap_make.pipeline import read_pipeline
 
-ANY_SHARD = r"(\d{4,9})"
 ANY_UNIT = {"shard": r"\d{4,9}", "tile": r"-?\d{1,9}_-?\d{1,9}", "floor": r"(?:map|floor_-?\d{1,9})"}
 
 
+def _any(unit):
+    return ANY_UNIT.get(unit, r"[A-Za-z0-9][\w-]{0,99}")
+
+
 def _patterns(job):
-    """A pattern of the names of a job's files for any shard."""
-    files = [*job.outputs.values(), *job.run_files().values()]
-    return re.compile("|".join(re.escape(name).replace(re.escape("{unit}"), ANY_SHARD) for name in files), re.ASCII)
+    """A pattern of the names of a job's files for any unit."""
+    files = [name for name in [*job.outputs.values(), *job.run_files().values()] if "{unit}" in name]
+    return re.compile("|".join(re.escape(name).replace(re.escape("{unit}"), f"({_any(job.unit)})") for name in files), re.ASCII)
 
 
-def leftovers(folder, pattern, shards):
-    """Paths of the files in a folder whose shard is not in the set."""
+def leftovers(folder, pattern, units):
+    """Paths of the files in a folder whose unit is not in the set."""
     for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
         found = pattern.fullmatch(name)
-        if found and found[found.lastindex] not in shards:
+        if found and found[found.lastindex] not in units:
             yield os.path.join(folder, name)
 
 
-def remove(site_dir, graph):
-    """Removes results and logs of shards outside the rules."""
-    shards = set(graph.site.lists["shard"])
-    jobs = [job for job in graph.pipeline.jobs.values() if job.unit == "shard"]
-    logs = re.compile(rf"(?:{'|'.join(job.name for job in jobs)})_{ANY_SHARD}\.log", re.ASCII)
+def remove(site_dir, graph, kind):
+    """Removes results and logs of units outside the rules."""
+    if kind == "tile":
+        return
+    units = set(graph.site.lists[kind])
+    jobs = [job for job in graph.pipeline.jobs.values() if job.unit == kind]
+    if not jobs:
+        return
+    logs = re.compile(rf"(?:{'|'.join(job.name for job in jobs)})_({_any(kind)})\.log", re.ASCII)
     for folder, pattern in [(graph.folder_of(job), _patterns(job)) for job in jobs] + [(f"{site_dir}/logs", logs)]:
-        for path in list(leftovers(folder, pattern, shards)):
+        for path in list(leftovers(folder, pattern, units)):
             os.remove(path)
 
 
@@ -65,14 +73,14 @@ def _files_of(jobs):
     files = {}
     for job in jobs:
         if job.folder != "RECORDING":
-            ports = job.outputs | job.beside | job.optional | job.run_files()
+            ports = job.outputs | job.beside | job.run_files()
             files.setdefault(job.folder, set()).update(_pattern(name, job.units_of(port)) for port, name in ports.items())
             files.setdefault("logs", set()).add(_pattern(job.name + ("" if job.unit == "site" else "_{unit}") + ".log", job.unit))
     return files
 
 
 def _pattern(name, unit):
-    return re.escape(name).replace(re.escape("{unit}"), ANY_UNIT.get(unit, ""))
+    return re.escape(name).replace(re.escape("{unit}"), _any(unit))
 
 
 def _jobs_of_profiles(configs):
@@ -83,7 +91,7 @@ def _jobs_of_profiles(configs):
             if profile == "default":
                 yield from read_pipeline(configs).jobs.values()
             elif os.path.exists(overlay):
-                given = {table.get("given") for table in read_toml(overlay).values()}
+                given = {table.get("given") for table in read_toml(overlay).values() if isinstance(table, dict)}
                 yield from read_pipeline(configs, profile, given).jobs.values()
 
 

@@ -242,6 +242,12 @@ def write(path, text, mtime_ns=None):
             os.remove(temporary)
 
 
+def write_if_changed(path, text):
+    if not has_text(path, text):
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        write(path, text)
+
+
 def settle(configs, arguments):
     folder = arguments.preview or arguments.out
     os.makedirs(folder, exist_ok=True)

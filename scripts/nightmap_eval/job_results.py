@@ -6,9 +6,9 @@ from pathlib import Path
 from nightmap_eval.checked_reading import NUMBER, read_object
 from nightmap_eval.unit_lists import CurrentRuns
 from nightmap_make.graph import closure
-from nightmap_make.pipeline import read_pipeline
+from nightmap_make.pipeline import pipeline_of_site, read_pipeline
 
-CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+CONFIGS = Path(__file__).absolute().parents[2] / "configs"  # of the tree that is worked in, whose scripts may be a link
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
 
 
@@ -82,9 +82,9 @@ def _together(name, items):
     return (min(items), max(items))
 
 
-def job_folders():
-    """Folders of the declared jobs under maps/<site>/, in the order of the pipeline."""
-    jobs = read_pipeline(CONFIGS).jobs.values()
+def job_folders(site_dir):
+    """Folders of the jobs of a site under maps/<site>/, in the order of its pipeline."""
+    jobs = pipeline_of_site(CONFIGS, site_dir).jobs.values()
     return list(dict.fromkeys(job.folder for job in jobs if job.program))
 
 
@@ -98,5 +98,5 @@ def folders_up_to(folder):
 def read_stages(site_dir):
     """Results of the stages that ran, in the order of the pipeline."""
     folders = {path.name: path for path in Path(site_dir).iterdir() if path.is_dir()}
-    results = [StageResult(folders[name]) for name in job_folders() if name in folders]
+    results = [StageResult(folders[name]) for name in job_folders(site_dir) if name in folders]
     return [result for result in results if result.num_runs]

@@ -17,6 +17,7 @@ MAX_BYTES = 1 << 24
 HEADER = re.compile(r"nightmap (\w+), version 1, (0|[1-9]\d{0,8}) names")
 SHARD = re.compile(r"\d{4,9}", re.ASCII)
 TILE = re.compile(r"(0|-?[1-9]\d{0,8})_(0|-?[1-9]\d{0,8})", re.ASCII)
+UNIT = re.compile(r"[A-Za-z0-9][\w-]{0,99}", re.ASCII)
 FLOOR_YAML = re.compile(r"(map|floor_-?[1-9]\d{0,8})\.yaml", re.ASCII)
 RUN_FILE = re.compile(r"(?:report|receipt)_(.+)\.json")
 
@@ -66,6 +67,15 @@ def read_tiles(site_dir):
     places = [_place(name) for name in names]
     if any(place >= following for place, following in zip(places, places[1:])):
         raise DataError(f"{path}: the tiles are not in order, or one is there twice")
+    return names
+
+
+def read_units(path, kind):
+    """Names of the units of any other kind, each once. Raises DataError when the list is damaged."""
+    names = _read_names(path, kind)
+    for number, name in enumerate(names, 2):
+        if not UNIT.fullmatch(name) or names.index(name) != number - 2:
+            raise DataError(f"{path}:{number}: not the name of a unit, or there twice")
     return names
 
 

@@ -5,7 +5,7 @@ import glob
 import os
 
 from nightmap_eval.unit_lists import near
-from nightmap_make.pipeline import PipelineError
+from nightmap_make.declaration import PipelineError
 from nightmap_make.slots import slot_path
 
 SITES = "configs/sites"
@@ -49,8 +49,7 @@ class Graph:
         asked = closure(pipeline, goals)
         self.jobs = {name: job for name, job in pipeline.jobs.items()
                      if (name in asked if job.when == "asked" else site.has(job.when))}
-        shards = site.lists["shard"]
-        self._previous = dict(zip(shards[1:], shards))
+        self._previous = {kind: dict(zip(names[1:], names)) for kind, names in site.lists.items()}
         self._tiles = set(site.lists["tile"])
         self.rules = [rule for job in self.jobs.values() for rule in self._rules_of(job)]
 
@@ -111,28 +110,25 @@ class Graph:
         if source is None:
             if reference.if_made:
                 return []
-            raise PipelineError(f"{job.where}: [{job.name}]: job '{reference.job}' is left out for site {self.site.name}, "
+            raise PipelineError(f"{reference.where}: job '{reference.job}' is left out for site {self.site.name}, "
                                 f"and in.{reference.port} needs it")  # fmt: skip
-        if reference.output in source.optional:
-            path = self.path_of(source, reference.output)
-            return [path] if os.path.exists(path) else []
         of = source.units_of(reference.output)
         if of == "site":
             return [self.path_of(source, reference.output)]
-        if unit is None:
+        if unit is None or reference.units == "all":
             return [self.all_of(source, reference.output)]
-        return [self.path_of(source, reference.output, other) for other in self._around(reference.units, unit)]
+        return [self.path_of(source, reference.output, other) for other in self._around(reference.units, job.unit, unit)]
 
-    def _around(self, units, unit):
+    def _around(self, units, kind, unit):
         if units == "near":
             return near(unit, self._tiles)
-        before = self._previous.get(unit) if units else None
+        before = self._previous[kind].get(unit) if units else None
         return [unit] if before is None else [before, unit]
 
     def imported(self, job, key):
         """Path of a file that [import] names."""
         if key not in self.site.imports:
-            raise PipelineError(f"{job.where}: [{job.name}] needs a file of your own: name it in {SITES}/{self.site.name}.toml, as in\n"
+            raise PipelineError(f"{job.where()} needs a file of your own: name it in {SITES}/{self.site.name}.toml, as in\n"
                                 f"[import]\n{key} = \"<path relative to DATA>\"")  # fmt: skip
         return os.path.join(self.site.data, self.site.imports[key])
 

@@ -17,14 +17,6 @@ from nightmap_make.request import Refused
 from nightmap_make.rules_file import RulesFile, Times, list_goal
 from nightmap_make.site_state import SiteState
 
-PHASES = ("shard", "query", "tile")  # the lists of these units decide which rules exist
-COMPARISON = "evaluate-colmap"
-# Result of each goal, printed at the end.
-MADE = {"map": "map of {site}: {folder}", "localize": "located queries: {folder}/localize/queries.csv",
-        "plan": "path: {folder}/plan/path.json", "drive": "drive: {folder}/drive/drive.json",
-        "evaluate": "metrics: {folder}/evaluate/metrics.json", "report": "report: {folder}/report/index.html",
-        COMPARISON: "comparison: {folder}/evaluate_colmap/results.json"}  # fmt: skip
-
 
 class MakeRun:
     """Makes a request (Asked)."""
@@ -82,18 +74,18 @@ class MakeRun:
             self._remove_gone()
             return 0
         for job in list(self.asked.pipeline.jobs.values()):
-            if job.lists not in PHASES or job.name not in self.graph.jobs or not self._is_needed(job):
+            if not self.asked.pipeline.decides_rules(job) or job.name not in self.graph.jobs or not self._is_needed(job):
                 continue
-            before, size = self.site_state.lists, journal_size(self.folder)
+            before, size = self.site_state.lists[job.lists], journal_size(self.folder)
             code = self._make([list_goal(job)])
             if code != 0:
                 return code
             if journal_size(self.folder) == size:
                 continue  # nothing was made
             self._write_rules()
-            if job.lists == "shard" and self.site_state.lists["shard"] != before["shard"]:
-                remove_leftovers.remove(self.folder, self.graph)
-        self._refuse_without_queries()
+            if self.site_state.lists[job.lists] != before:
+                remove_leftovers.remove(self.folder, self.graph, job.lists)
+        self._refuse_without_jobs()
         self._remove_gone()
         return self._make(self.goals)
 
@@ -105,21 +97,31 @@ class MakeRun:
 
     def _is_up_to_date(self):
         """Checks all rules once, with the present lists: most calls need no more."""
-        return not self._lacks_queries() and self._make(self.goals, "-q", quiet=True) == 0
+        return not self._goals_without_jobs() and self._make(self.goals, "-q", quiet=True) == 0
 
     def _is_needed(self, job):
         """Whether a goal reads this list."""
-        goals = [{COMPARISON: "localize"}.get(goal, goal) for goal in self.goals]
+        goals = self._goals_of_jobs()
         files = [goal.removeprefix(f"{self.folder}/").split("/")[0] for goal in goals if goal.startswith(f"{self.folder}/")]
         return job.name in closure(self.asked.pipeline, goals, files)
 
-    def _lacks_queries(self):
-        return bool({"localize", COMPARISON} & set(self.goals)) and "localize" not in self.graph.jobs
+    def _goals_of_jobs(self):
+        goals = self.asked.pipeline.goals
+        return [goals[goal].needs if goal in goals else goal for goal in self.goals]
 
-    def _refuse_without_queries(self):
-        if self._lacks_queries():
-            raise Refused(f"site {self.asked.name} has no query pictures: name some in QUERY, or give {self.asked.call.site} a "
-                          "[[query]] or hold_out_every > 0")  # fmt: skip
+    def _goals_without_jobs(self):
+        """(goal, job) where the site lacks what a job of the goal is for."""
+        of_goals = [(goal, job) for goal, needed in zip(self.goals, self._goals_of_jobs())
+                    for job in self.asked.pipeline.jobs.values() if job.goal == needed]  # fmt: skip
+        made = {goal for goal, job in of_goals if job.name in self.graph.jobs}
+        return [(goal, job) for goal, job in of_goals if goal not in made]
+
+    def _refuse_without_jobs(self):
+        for goal, job in self._goals_without_jobs():
+            if job.when == "queries":
+                raise Refused(f"site {self.asked.name} has no query pictures: name some in QUERY, or give {self.asked.call.site} a "
+                              "[[query]] or hold_out_every > 0")  # fmt: skip
+            raise Refused(f"make {goal}: {job.name} is for sites with {job.when}, which {self.asked.call.site} has not")
 
     def _write_rules(self):
         self.site_state = self._look_at_site()
@@ -133,9 +135,7 @@ class MakeRun:
                 os.makedirs(folder, exist_ok=True)
             os.makedirs(f"{self.folder}/logs", exist_ok=True)
         for path, text in files.items():
-            if not resolve_config.has_text(path, text):
-                os.makedirs(os.path.dirname(path), exist_ok=True)
-                resolve_config.write(path, text)
+            resolve_config.write_if_changed(path, text)
 
     def _mend_times(self):
         """Moves times in the future to the present."""
@@ -166,15 +166,15 @@ class MakeRun:
         return self.rules.again() + (self.rules.unmade() if self.is_preview else "")
 
     def _included(self):
-        names = [f"{self.work}/again.mk"]
-        names += ["scripts/evaluate_colmap.mk"] if COMPARISON in self.goals else []
+        goals = self.asked.pipeline.goals
+        names = [f"{self.work}/again.mk", *(goals[goal].rules for goal in self.goals if goal in goals and goals[goal].rules)]
         return "".join(f"include {name}\n" for name in names)
 
     def _look_at_site(self):
         state = SiteState(self.asked.name, self.folder, self.env["DATA"], self.env["BUILD"], self.asked.config)
-        state.is_synthetic, state.imports = self.asked.call.synthetic, self.asked.imports
+        state.is_synthetic, state.tables = self.asked.call.synthetic, self.asked.tables
         state.stamps = self.stamps
-        state.read_lists(self.asked.pipeline.jobs.values(), (lambda message: None) if self.is_preview else self._tell_once)
+        state.read_lists(self.asked.pipeline, (lambda message: None) if self.is_preview else self._tell_once)
         return state
 
     def _tell_once(self, message):
@@ -223,8 +223,9 @@ class MakeRun:
         if goal == "localize":
             import show_queries
             print("\n".join(show_queries.lines(self.folder)))
-        if goal in MADE:
-            print(MADE[goal].format(site=self.asked.name, folder=self.folder))
+        made = self.asked.pipeline.goals[goal].made if goal in self.asked.pipeline.goals else None
+        if made:
+            print(made.format(site=self.asked.name, folder=self.folder))
 
     def _status(self):
         """Prints how the last run ended, and writes the report of the existing results."""
@@ -235,7 +236,7 @@ class MakeRun:
         print("\n".join(after_failure.status_lines(outcome)))
         if not after_failure.write_page(self, outcome.code):
             return 2
-        print(MADE["report"].format(folder=self.folder))
+        self._say("report")
         return 0
 
     def _why(self):

@@ -1,69 +1,64 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The declared pipeline, configs/pipeline.toml, with the replacements of a profile. That file explains each key."""
+"""The declared pipeline, configs/pipeline.toml, as a profile changes it. That file explains each key."""
 
+import json
 import os
 import re
-import tomllib
 
-UNITS = ("site", "shard", "tile")
-LISTS = ("shard", "query", "tile", "floor")
-CONDITIONS = ("synthetic", "queries", "asked")
-KEYS = {"purpose", "program", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "optional",
-        "finds", "reads", "stamp", "kB_per_frame"}  # fmt: skip
-REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this))?(?P<if_made> if made)?")
+from nightmap_make.declaration import Declaration, PipelineError, read_toml
+
+KEYS = {"purpose", "program", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads", "stamp",
+        "kB_per_frame"}  # fmt: skip
+REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this|all))?(?P<if_made> if made)?")
+CONDITION = re.compile(r"\w+(\.\w+)*")
 SOURCES = ("site", "queries", "data")
 STAMPS = ("recordings", "pictures")
 
 
-class PipelineError(Exception):
-    """The declaration or a config is wrong: a usage error, exit code 2."""
-
-
 class Input:
-    """A port and its source: site, queries or data, or an output of a job."""
+    """A port and its source: site, queries or data, or an output of a job. units: whose files a run reads (None: its own
+    unit's, "near", "previous and this", "all")."""
 
     def __init__(self, port, text, where):
-        self.port, self.text, self.source = port, text, text if text in SOURCES else None
+        self.port, self.text, self.where, self.source = port, text, where, text if text in SOURCES else None
         self.job = self.output = self.units = None
         self.if_made = False
         if self.source:
             return
-        found = REFERENCE.fullmatch(text)
+        found = REFERENCE.fullmatch(text) if isinstance(text, str) else None
         if not found:
-            raise PipelineError(f"{where}: in.{port} = \"{text}\" is no reference like \"features.features of previous and this\"")
+            raise PipelineError(f"{where}: in.{port} = {text!r} is no reference like \"features.features of previous and this\"")
         self.job, self.output, self.units = found["job"], found["output"], found["units"]
         self.if_made = bool(found["if_made"])
 
 
 class Job:
+    """where(key): the file and line that declare the job, or a key of it."""
+
     def __init__(self, name, table, where):
         unknown = set(table) - KEYS
         if unknown:
-            raise PipelineError(f"{where}: [{name}]: unknown key '{min(unknown)}'; known keys: {', '.join(sorted(KEYS))}")
+            raise PipelineError(f"{where(min(unknown))}: unknown key '{min(unknown)}'; known keys: {', '.join(sorted(KEYS))}")
         self.name, self.where = name, where
         self.purpose = table.get("purpose", "")
         self.script = table.get("script")
         self.program = None if self.script else table.get("program", name)
-        self.unit = self._one_of(table, "unit", UNITS, "site")
-        self.when = self._one_of(table, "when", CONDITIONS, None)
-        self.lists = self._one_of(table, "lists", LISTS, None)
+        self.unit, self.lists = table.get("unit", "site"), table.get("lists")
+        self.when = table.get("when")
         self.goal = table.get("goal", "map")
         self.folder = table.get("folder", name)
-        self.inputs = [Input(port, text, f"{where}: [{name}]") for port, text in table.get("in", {}).items()]
+        self.inputs = [Input(port, text, where(f"in.{port}")) for port, text in table.get("in", {}).items()]
         self.outputs, self.beside = dict(table.get("out", {})), dict(table.get("beside", {}))
-        self.optional = dict(table.get("optional", {}))
         self.finds = [tuple(text.split(".", 1)) for text in table.get("finds", [])]
         self.kB_per_frame = table.get("kB_per_frame", 0)
-        self.stamp = self._one_of(table, "stamp", STAMPS, None)
+        self.stamp = table.get("stamp")
         self.reads = list(table.get("reads", []))
         if not self.purpose or not self.outputs:
-            raise PipelineError(f"{where}: [{name}] needs a purpose and an output")
-
-    def _one_of(self, table, key, known, default):
-        value = table.get(key, default)
-        if value is not default and value not in known:
-            raise PipelineError(f"{self.where}: [{self.name}]: {key} = \"{value}\" is none of {', '.join(known)}")
-        return value
+            raise PipelineError(f"{where()} needs a purpose and an output")
+        if self.stamp not in (None, *STAMPS):
+            raise PipelineError(f"{where('stamp')}: stamp = \"{self.stamp}\" is none of {', '.join(STAMPS)}")
+        if self.when is not None and not CONDITION.fullmatch(self.when):
+            raise PipelineError(f"{where('when')}: when = \"{self.when}\" is no key of a site's config, like \"import.map\"")
 
     @property
     def prefix(self):
@@ -77,7 +72,7 @@ class Job:
 
     def file_of(self, output):
         """File name of an output, with {unit} in it; None when the job has no such output."""
-        made = self.outputs | self.beside | self.optional | self.run_files()
+        made = self.outputs | self.beside | self.run_files()
         return made.get(output)
 
     def run_files(self):
@@ -93,64 +88,124 @@ class Job:
             return "site"
         return self.lists or self.unit
 
+    def jobs_before(self):
+        """Names of the jobs whose files it reads."""
+        return [reference.job for reference in self.inputs if reference.job] + [name for name, _ in self.finds]
+
+
+class Goal:
+    """A command of make that runs jobs. made: what the end of a run says of it; needs: the goal whose jobs it needs beside
+    its own; rules: a file of rules that belong to it."""
+
+    def __init__(self, name, table, where):
+        unknown = set(table) - {"purpose", "made", "needs", "rules"}
+        if unknown or not table.get("purpose"):
+            raise PipelineError(f"{where}: [goals]: {name} needs a purpose, and may have made, needs and rules")
+        self.name, self.purpose, self.made = name, table["purpose"], table.get("made")
+        self.needs, self.rules = table.get("needs", name), table.get("rules")
+
 
 class Pipeline:
-    """jobs: name -> Job; a job that makes an input comes before the jobs that read it."""
+    """jobs: name -> Job; a job that makes an input comes before the jobs that read it. goals: name -> Goal."""
 
-    def __init__(self, jobs, clashes):
-        self.jobs, self.clashes = jobs, clashes
+    def __init__(self, jobs, goals, clashes):
+        self.clashes, self.goals = clashes, goals
+        self.jobs = {name: jobs[name] for name in _in_order(jobs)}
+        self.listed_by = {}
         for job in jobs.values():
-            self._check_inputs(job)
+            if job.lists and job.lists in self.listed_by:
+                raise PipelineError(f"{job.where('lists')}: job '{self.listed_by[job.lists].name}' lists each {job.lists} already")
+            self.listed_by |= {job.lists: job} if job.lists else {}
+        for job in jobs.values():
+            self._check(job)
 
-    def _check_inputs(self, job):
-        before = list(self.jobs)[:list(self.jobs).index(job.name)]
+    def _check(self, job):
+        units = ("site", *self.listed_by)
+        if job.unit not in units:
+            raise PipelineError(f"{job.where('unit')}: unit = \"{job.unit}\" is none of {', '.join(units)}")
+        if job.goal not in self.goals:
+            raise PipelineError(f"{job.where('goal')}: goal = \"{job.goal}\" is none of {', '.join(self.goals)}; declare it in [goals]")
         for reference in job.inputs:
-            if reference.source or reference.job == "import":
-                continue
-            if reference.job not in self.jobs and reference.if_made:
-                continue
-            if reference.job not in before:
-                raise PipelineError(f"{job.where}: [{job.name}]: in.{reference.port}: no job '{reference.job}' before it")
-            if self.jobs[reference.job].file_of(reference.output) is None:
-                raise PipelineError(f"{job.where}: [{job.name}]: in.{reference.port}: job '{reference.job}' has no "
-                                    f"output '{reference.output}'")  # fmt: skip
+            if reference.job in self.jobs:
+                self._check_input(job, reference)
+
+    def _check_input(self, job, reference):
+        source = self.jobs[reference.job]
+        if source.file_of(reference.output) is None:
+            raise PipelineError(f"{reference.where}: in.{reference.port}: job '{reference.job}' has no output '{reference.output}'")
+        kind = source.units_of(reference.output)
+        if kind == "site" or job.unit == "site" or reference.units == "all":
+            return
+        if kind != job.unit:
+            raise PipelineError(f"{reference.where}: in.{reference.port}: {reference.job}.{reference.output} has a file per {kind}, and "
+                                f"{job.name} runs per {job.unit}: \"{reference.job}.{reference.output} of all\" reads all of them")  # fmt: skip
+        if reference.units == "near" and kind != "tile":
+            raise PipelineError(f"{reference.where}: in.{reference.port}: only tiles are near each other, and {kind}s are not")
 
     def programs(self):
         """Names of the programs, without repetition."""
         return list(dict.fromkeys(job.program for job in self.jobs.values() if job.program))
 
-    def goals(self):
-        return list(dict.fromkeys(job.goal for job in self.jobs.values()))
+    def lists_units(self, job):
+        """Whether files of this job or whole jobs exist per unit that it lists."""
+        names = [*job.outputs.values(), *job.beside.values()]
+        return bool(job.lists) and (any("{unit}" in name for name in names) or self._runs_per(job.lists))
+
+    def decides_rules(self, job):
+        """Whether the rules of the site depend on what this job lists."""
+        return bool(job.lists) and (self._runs_per(job.lists) or job.lists == "query" and any(
+            other.when == "queries" for other in self.jobs.values()))  # fmt: skip
+
+    def _runs_per(self, unit):
+        return any(job.unit == unit for job in self.jobs.values())
 
 
-def read_toml(path):
-    try:
-        with open(path, "rb") as file:
-            return tomllib.load(file)
-    except FileNotFoundError:
-        raise PipelineError(f"{path}: there is no such file") from None
-    except (ValueError, RecursionError) as error:
-        raise PipelineError(f"{path}: not valid TOML: {error}") from None
+def _in_order(jobs):
+    """Names of the jobs, each after those whose outputs it reads, else as declared; scripts read all results and come last."""
+    order = []
+
+    def place(name, readers):
+        if name in readers:
+            circle = [*readers[readers.index(name):], name]
+            raise PipelineError(f"{jobs[name].where()}: each of these jobs reads the one before it: {' -> '.join(reversed(circle))}")
+        if name in order:
+            return
+        for before in dict.fromkeys(jobs[name].jobs_before()):
+            if before in jobs:
+                place(before, [*readers, name])
+        order.append(name)
+
+    for reference in (reference for job in jobs.values() for reference in job.inputs):
+        if reference.job not in (None, "import", *jobs) and not reference.if_made:
+            raise PipelineError(f"{reference.where}: in.{reference.port}: no job '{reference.job}'")
+    for name in sorted(jobs, key=lambda name: bool(jobs[name].script)):
+        place(name, [])
+    return order
 
 
 def read_pipeline(configs, profile="default", imports=()):
     """The pipeline of a profile, for a site whose [import] has the keys `imports`. Raises PipelineError."""
-    path = os.path.join(configs, "pipeline.toml")
-    tables = read_toml(path)
-    clashes = tables.pop("clash", [])
-    where = dict.fromkeys(tables, path)
+    declaration = Declaration(os.path.join(configs, "pipeline.toml"))
     overlay = os.path.join(configs, profile, "pipeline.toml")
     if profile != "default" and os.path.exists(overlay):
-        _replace(tables, read_toml(overlay), overlay, imports, where)
-    return Pipeline({name: Job(name, table, where[name]) for name, table in tables.items()}, clashes)
+        declaration.change(overlay, imports)
+    jobs = {name: Job(name, table, declaration.places(name)) for name, table in declaration.jobs.items()}
+    goals = {name: Goal(name, table, declaration.path) for name, table in declaration.goals.items()}
+    return Pipeline(jobs, goals, declaration.clashes)
 
 
-def _replace(tables, changes, path, imports, where):
-    for name, table in changes.items():
-        if table.pop("given", None) not in (None, *imports):
-            continue
-        if table.pop("leave_out", False):
-            tables.pop(name, None)
-            continue
-        tables[name] = tables.get(name, {}) | table
-        where[name] = path
+# What the pipeline of a site follows from, for scripts that get the folder of the site.
+PROFILE_FILE = "config/profile.toml"
+
+
+def profile_text(profile, imports):
+    return f"profile = {json.dumps(profile)}\nimports = {json.dumps(sorted(imports))}\n"
+
+
+def pipeline_of_site(configs, site_dir):
+    """The pipeline that the last make of a site used; the default one where nothing is known."""
+    try:
+        made = read_toml(os.path.join(site_dir, PROFILE_FILE))
+        return read_pipeline(configs, made["profile"], made["imports"])
+    except (PipelineError, OSError, KeyError, TypeError, AttributeError):
+        return read_pipeline(configs)

@@ -11,7 +11,7 @@ import shutil
 import tempfile
 
 from nightmap_eval.script_errors import writing
-from nightmap_make.pipeline import PipelineError
+from nightmap_make.declaration import PipelineError
 
 SEVERAL = 8  # programs checked at the same time
 # What the loader and the libraries say that are given no memory before a program's main begins.

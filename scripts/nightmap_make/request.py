@@ -9,7 +9,8 @@ from types import SimpleNamespace
 import resolve_config
 from nightmap_make import preflight
 from nightmap_make.imports import check_imports
-from nightmap_make.pipeline import PipelineError, read_pipeline
+from nightmap_make.declaration import PipelineError
+from nightmap_make.pipeline import PROFILE_FILE, profile_text, read_pipeline
 
 PREVIEW = "nq"  # flags of make that change nothing
 
@@ -68,9 +69,10 @@ class Asked:
             no_recordings=self._asks_pictures_only())  # fmt: skip
         self._read_site()
         self.configs, sources, self.sites = resolve_config.check(self.call)
-        self.imports = self.sites["site"][1].get("import", {})
-        self.pipeline = read_pipeline("configs", self.call.profile, self.imports)
-        check_imports(self.call.site, env["DATA"], self.imports)
+        self.tables = self.sites["site"][1]
+        imports = self.tables.get("import", {})
+        self.pipeline = read_pipeline("configs", self.call.profile, imports)
+        check_imports(self.call.site, env["DATA"], imports)
         if "status" not in self.goals:
             self._preflight(sources)
 
@@ -106,7 +108,10 @@ class Asked:
         """Writes the configs that changed. Returns files as old as the last change of `recordings` and `pictures`."""
         try:
             with resolve_config.plain_errors():
-                return resolve_config.settle_all(self.configs, self.sites, self.call)
+                stamps = resolve_config.settle_all(self.configs, self.sites, self.call)
+                if not self.is_preview:
+                    resolve_config.write_if_changed(f"{self.folder}/{PROFILE_FILE}", profile_text(self.call.profile, self.tables.get("import", {})))
+                return stamps
         except resolve_config.ConfigError as error:
             raise Refused(error) from None
 

@@ -9,7 +9,6 @@ reach the program in a file below `lists/`, since the length of a command line i
 import os
 
 from nightmap_make.graph import PathList
-from nightmap_make.site_state import READERS
 
 HEAD = """\
 # The rules of site {site}. Written by scripts/make_site.py from configs/pipeline.toml and the site's lists of
@@ -60,9 +59,9 @@ class RulesFile:
         self.graph, self.site, self.times = graph, graph.site, times
 
     def text(self):
-        head = HEAD.format(site=self.site.name, folder=self.site.folder, goals=" ".join(self.graph.pipeline.goals()))
+        head = HEAD.format(site=self.site.name, folder=self.site.folder, goals=" ".join(self._goals()))
         rules = [self._rule(rule) for rule in self.graph.rules]  # adds the names of the lists that the rules use
-        goals = [self._goal(goal) for goal in self.graph.pipeline.goals()]
+        goals = [self._goal(goal) for goal in self._goals()]
         goals += [f".PHONY: {list_goal(job)}\n{list_goal(job)}: {self.graph.path_of(job, next(iter(job.outputs)))}\n\t$(DONE)\n"
                   for job in self.graph.jobs.values() if job.lists]  # fmt: skip
         rules += self._listed_files()
@@ -105,6 +104,10 @@ class RulesFile:
 
     def _list(self, paths):
         return f"{paths.name} := \\\n" + " \\\n".join(f"  {path}" for path in paths.paths) + "\n"
+
+    def _goals(self):
+        """The goals that have jobs."""
+        return list(dict.fromkeys(job.goal for job in self.graph.pipeline.jobs.values()))
 
     def _goal(self, goal):
         rules = [rule for rule in self.graph.rules if rule.job.goal == goal and rule.job.unit == "site"]
@@ -163,7 +166,7 @@ class RulesFile:
     def name_files(self):
         """(path, text) of the lists of unit names, without damaged lists: their jobs write the same names again."""
         for job in self.graph.jobs.values():
-            if job.lists not in READERS or job.name in self.site.damaged:
+            if not self.graph.pipeline.lists_units(job) or job.name in self.site.damaged:
                 continue
             yield f"{self.site.folder}/lists/{list_goal(job)}.txt", "".join(f"{name}\n" for name in self.site.lists[job.lists])
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The state of a site on disk: the places of its files, and the shards, tiles and floors that its lists name."""
+"""The state of a site on disk: the places of its files, and the shards, tiles, floors and other units that its lists name."""
 
+import collections
 import os
 
 from nightmap_eval import unit_lists
@@ -21,26 +22,37 @@ class SiteState:
     def __init__(self, name, folder, data, build="build", config=None):
         self.name, self.folder, self.data, self.build = name, folder, data, build
         self.config = config or f"{folder}/config"
-        self.lists = {"shard": [], "query": [], "tile": [], "floor": []}
-        self.damaged, self.interrupted = set(), set()
+        self.lists = collections.defaultdict(list)
+        self.damaged = set()
         self.is_synthetic = self.has_queries = False
-        self.imports, self.stamps = {}, {}
+        self.tables, self.stamps = {}, {}  # tables: of the site's config
+
+    @property
+    def imports(self):
+        return self.tables.get("import", {})
 
     def source(self, name):
         """Path of an input that no job makes: the recordings' folder, or a part of the site's config."""
         return self.data if name == "data" else f"{self.config}/{name}/{self.name}.toml"
 
     def has(self, condition):
-        return {None: True, "synthetic": self.is_synthetic, "queries": self.has_queries}[condition]
+        """Whether a job with this `when` runs: a word, or a key of the site's config."""
+        if condition in (None, "synthetic", "queries"):
+            return {None: True, "synthetic": self.is_synthetic, "queries": self.has_queries}[condition]
+        value = self.tables
+        for key in condition.split("."):
+            value = value.get(key) if isinstance(value, dict) else None
+        return bool(value)
 
-    def read_lists(self, jobs, tell):
-        """Reads the lists of shards, tiles and floors that exist. The job of a damaged list must run again;
-        tell(message) says so."""
-        for job in jobs:
-            if job.lists not in READERS or not os.path.lexists(f"{self.folder}/{job.folder}/{job.first_output}"):
+    def read_lists(self, pipeline, tell):
+        """Reads the lists of units that exist. The job of a damaged list must run again; tell(message) says so."""
+        for job in pipeline.jobs.values():
+            path = f"{self.folder}/{job.folder}/{job.first_output}"
+            if not pipeline.lists_units(job) or not os.path.lexists(path):
                 continue
             try:
-                self.lists[job.lists] = READERS[job.lists](self.folder)
+                reader = READERS.get(job.lists)
+                self.lists[job.lists] = reader(self.folder) if reader else unit_lists.read_units(path, f"{job.lists}s")
             except DataError as error:
                 self.damaged.add(job.name)
                 tell(f"nightmap: {error}: {job.name} makes it anew")

@@ -144,6 +144,5 @@ def _not_given(graph, references, receipt):
     for port, reference in references.items():
         if reference.source or port in had:
             continue
-        if reference.job == "import" or reference.output not in graph.jobs[reference.job].optional:
-            return f"in.{port} was not given"
+        return f"in.{port} was not given"
     return None

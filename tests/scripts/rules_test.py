@@ -55,7 +55,7 @@ class Declared(unittest.TestCase):
 
     def graph(self, profile="default", imports=(), goals=("map",)):
         state = SiteState("office", str(self.folder / "office"), "data")
-        state.lists["shard"], state.imports = ["0000", "0001"], dict.fromkeys(imports, "some/file")
+        state.lists["shard"], state.tables = ["0000", "0001"], {"import": dict.fromkeys(imports, "some/file")}
         return Graph(read_pipeline(str(self.folder), profile, imports), state, goals)
 
 
@@ -68,19 +68,28 @@ class PipelineTest(Declared):
 
     def test_mistakes_name_the_file_and_the_job(self):
         for old, new, said in (
-            ('purpose = "projects"\n', "", r"\[grid\] needs a purpose"),
-            ('unit = "shard"', 'unit = "day"', "unit = .day. is none of site, shard, tile"),
-            ("frames.shard of", "frames.shares of", "has no output"),
-            ('"odometry.odometry"', '"odometri.odometry"', "no job 'odometri' before it"),
+            ('purpose = "projects"\n', "", r":15: \[grid\] needs a purpose"),
+            ('unit = "shard"', 'unit = "day"', r":11: \[odometry\]: unit = .day. is none of site, shard"),
+            ("frames.shard of", "frames.shares of", r":12: \[odometry\]: .* has no output"),
+            ('"odometry.odometry"', '"odometri.odometry"', r":17: \[grid\]: in.odometry: no job 'odometri'"),
             ('"odometry.odometry"', '"odometry.poses"', "has no output 'poses'"),
+            ('"odometry.odometry"', "5", "in.odometry = 5 is no reference"),
             ("in.odometry", "inn.odometry", "unknown key 'inn'"),
+            ('out.pgm', 'goal = "draw"\nout.pgm', r":18: \[grid\]: goal = .draw. is none of map; declare it"),
+            ('out.pgm', 'stamp = "x"\nout.pgm', "none of recordings, pictures"),
+            ('out.pgm', 'when = "a b"\nout.pgm', "no key of a site's config"),
+            ('out.pgm', 'lists = "shard"\nout.pgm', "job 'frames' lists each shard already"),
+            ('in.odometry', 'in.shards = "grid.pgm"\nin.odometry', "each of these jobs reads the one before it: grid -> grid"),
+            ('unit = "shard"\n', 'unit = "shard"\nin.grid = "grid.pgm"\n', "odometry -> grid -> odometry"),
             ("[grid]", "[grid", "not valid TOML"),
+            ("[frames]", "grids = 5\n[frames]", r": \[grids\] must be a table"),
+            ('out.pgm = "map.pgm"', 'out = "map.pgm"', r": \[grid\] must be a table"),
         ):
             with self.subTest(new):
                 whole = (self.folder / "pipeline.toml").read_text()
                 self.assertIn(old, whole)
                 self.declared(lambda text: text.replace(old, new))
-                with self.assertRaisesRegex(PipelineError, f"pipeline.toml: .*(?:{said})"):
+                with self.assertRaisesRegex(PipelineError, f"pipeline.toml.*(?:{said})"):
                     read_pipeline(str(self.folder))
                 (self.folder / "pipeline.toml").write_text(whole)
 
@@ -92,7 +101,7 @@ leave_out = true
 [grid]
 given = "poses"
 program = "import_grid"
-in = {map = "import.map"}
+in = {odometry = false, map = "import.map"}
 """)
         default = self.graph("imported")
         self.assertEqual([job.program for job in default.jobs.values()], ["frames", "odometry", "grid"])
@@ -101,6 +110,85 @@ in = {map = "import.map"}
         self.assertEqual(graph.rules[-1].inputs, [("map", "data/some/file")])
         with self.assertRaisesRegex(PipelineError, r"\[grid\] needs a file of your own: .*office.toml(.|\n)*map = "):
             self.graph("imported", ("poses",))
+
+    def test_a_profile_adds_a_port_and_keeps_the_others(self):
+        self.write("more/pipeline.toml", '[odometry]\nin.wheels = "frames.shards"\nkB_per_frame = 3\n')
+        odometry = self.graph("more").jobs["odometry"]
+        self.assertEqual([reference.port for reference in odometry.inputs], ["frames", "wheels"])
+        self.assertEqual((odometry.outputs, odometry.kB_per_frame), ({"odometry": "shard_{unit}.h5"}, 3))
+
+    def test_a_profile_inserts_a_job_before_its_readers(self):
+        self.write("people/pipeline.toml", """
+[masks]
+purpose = "where things move"
+unit = "shard"
+in.labels = "labels.labels"
+out.masks = "shard_{unit}.h5"
+[labels]
+purpose = "what is where"
+unit = "shard"
+in.frames = "frames.shard"
+out.labels = "shard_{unit}.h5"
+[odometry]
+in.masks = "masks.masks"
+""")
+        self.assertEqual(list(self.graph("people").jobs), ["frames", "labels", "masks", "odometry", "grid"])
+        self.write("circle/pipeline.toml", '[frames]\nin.grid = "grid.pgm"\n')
+        with self.assertRaisesRegex(PipelineError, r"circle/pipeline.toml:1: .*frames -> odometry -> grid -> frames|"
+                                                   r"frames -> grid -> odometry -> frames"):  # fmt: skip
+            self.graph("circle")
+
+    def test_files_of_another_kind_of_unit(self):
+        rooms = """
+[rooms]
+purpose = "lists rooms"
+lists = "room"
+in.grid = "grid.pgm"
+out.rooms = "rooms.txt"
+[draw]
+purpose = "draws a room"
+unit = "room"
+in.odometry = "odometry.odometry{}"
+out.png = "room_{{unit}}.png"
+"""
+        self.write("rooms/pipeline.toml", rooms.format(""))
+        with self.assertRaisesRegex(PipelineError, r"rooms/pipeline.toml:10: \[draw\]: in.odometry: odometry.odometry has a file per shard, "
+                                                   r"and draw runs per room: \"odometry.odometry of all\" reads all"):  # fmt: skip
+            self.graph("rooms")
+        self.write("rooms/pipeline.toml", rooms.format(" of near").replace('unit = "room"', 'unit = "shard"'))
+        with self.assertRaisesRegex(PipelineError, "only tiles are near each other"):
+            self.graph("rooms")
+        self.write("rooms/pipeline.toml", rooms.format(" of all"))
+        pipeline = read_pipeline(str(self.folder), "rooms")
+        self.write("office/rooms/rooms.txt", "nightmap rooms, version 1, 2 names\nhall\nkitchen\n")
+        state = SiteState("office", str(self.folder / "office"), "data")
+        state.lists["shard"] = ["0000", "0001"]
+        told = []
+        state.read_lists(pipeline, told.append)
+        self.assertEqual(told, [])
+        rules = {rule.name: rule for rule in Graph(pipeline, state, ["map"]).rules}
+        self.assertIn("draw_kitchen", rules)
+        self.assertEqual([os.path.basename(path) for path in rules["draw_hall"].inputs[0][1].paths], ["shard_0000.h5", "shard_0001.h5"])
+        for damaged in ("hall\nhall\n", "../hall\nx\n", "a b\nx\n", "hall\n"):
+            self.write("office/rooms/rooms.txt", f"nightmap rooms, version 1, 2 names\n{damaged}")
+            state.read_lists(pipeline, told.append)
+            self.assertEqual((state.damaged, len(told)), ({"rooms"}, 1), damaged)
+            told.clear()
+
+    def test_a_job_for_sites_with_a_key(self):
+        self.write("people/pipeline.toml", """
+[labels]
+purpose = "what is where"
+when = "import.model"
+in.model = "import.model"
+out.labels = "labels.h5"
+[grid]
+in.labels = "labels.labels if made"
+""")
+        self.assertNotIn("labels", self.graph("people").jobs)
+        graph = self.graph("people", ("model",))
+        self.assertEqual(list(graph.jobs), ["frames", "odometry", "labels", "grid"])
+        self.assertEqual(graph.rules[-1].inputs[-1], ("labels", f"{self.folder}/office/labels/labels.h5"))
 
     def test_rules_of_shards_read_the_one_before(self):
         rules = {rule.name: rule for rule in self.graph().rules}

@@ -49,13 +49,13 @@ class ListsTest(SiteFolder):
     def state(self):
         """The site as make sees it, and what was said of its lists."""
         said, state = [], SiteState("office", str(self.site_dir), "data")
-        state.read_lists(PIPELINE.jobs.values(), said.append)
+        state.read_lists(PIPELINE, said.append)
         return state, said
 
     def test_whole_lists(self):
         state, said = self.state()
         self.assertEqual((said, state.damaged, state.has_queries), ([], set(), True))
-        self.assertEqual(state.lists, {"shard": ["0000", "0001", "0002"], "query": [], "tile": ["-1_0", "0_0", "0_10"],
+        self.assertEqual(state.lists, {"shard": ["0000", "0001", "0002"], "tile": ["-1_0", "0_0", "0_10"],
                                        "floor": ["map", "floor_1"]})  # fmt: skip
         self.assertEqual(near("0_0", {"1_1", "-1_-1", "0_0", "2_0"}), ["-1_-1", "0_0", "1_1"])
 
@@ -68,7 +68,7 @@ class ListsTest(SiteFolder):
                 self.write("tiles/tiles.txt", tiles)
             state, said = self.state()
             self.assertEqual((said, state.damaged, state.has_queries), ([], set(), False))
-            self.assertEqual(state.lists, {"shard": [], "query": [], "tile": [], "floor": []})
+            self.assertEqual([state.lists[kind] for kind in ("shard", "tile", "floor")], [[], [], []])
 
     def check_damaged(self, name, contents, reader, stage):
         for content in contents:
@@ -134,8 +134,8 @@ class LeftoversTest(SiteFolder):
         for name in stay + go:
             self.write(name, "x")
         state = SiteState("office", str(self.site_dir), "data")
-        state.read_lists(PIPELINE.jobs.values(), self.fail)
-        remove_leftovers.remove(str(self.site_dir), Graph(PIPELINE, state))
+        state.read_lists(PIPELINE, self.fail)
+        remove_leftovers.remove(str(self.site_dir), Graph(PIPELINE, state), "shard")
         self.assertEqual([name for name in stay if not (self.site_dir / name).exists()], [])
         self.assertEqual([name for name in go if (self.site_dir / name).exists()], [])
 
@@ -148,8 +148,8 @@ class LeftoversTest(SiteFolder):
 
     def graph(self, pipeline=PIPELINE):
         state = SiteState("office", str(self.site_dir), "data")
-        state.imports = {"trajectory": "poses.tum"}
-        state.read_lists(pipeline.jobs.values(), self.fail)
+        state.tables = {"import": {"trajectory": "poses.tum"}}
+        state.read_lists(pipeline, self.fail)
         return Graph(pipeline, state)
 
     def test_results_of_queries_that_are_no_more_are_removed(self):

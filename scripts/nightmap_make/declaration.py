@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tables of configs/pipeline.toml, changed by those of a profile, and the file and line of each."""
+
+import re
+import tomllib
+
+PORTS = ("in", "out", "beside")  # a profile changes single ports of these
+
+
+class PipelineError(Exception):
+    """The declaration or a config is wrong: a usage error, exit code 2."""
+
+
+def read_toml(path):
+    try:
+        with open(path, "rb") as file:
+            return tomllib.load(file)
+    except FileNotFoundError:
+        raise PipelineError(f"{path}: there is no such file") from None
+    except (ValueError, RecursionError) as error:
+        raise PipelineError(f"{path}: not valid TOML: {error}") from None
+
+
+class Declaration:
+    """jobs: name -> table; goals: name -> table; clashes: tables. As configs/pipeline.toml has them, or changed."""
+
+    def __init__(self, path):
+        self.path, self._paths = path, [path]
+        tables = read_toml(path)
+        self.goals, self.clashes = tables.pop("goals", {"map": {"purpose": "the map"}}), tables.pop("clash", [])
+        self.jobs = {}
+        for name, table in tables.items():
+            self.jobs[name] = self._as_table(name, table, path)
+
+    def change(self, path, imports):
+        """Applies the tables of a profile: ports and other keys replace or add those of a job, false takes a port away."""
+        self._paths.insert(0, path)
+        tables = read_toml(path)
+        self.goals |= tables.pop("goals", {})
+        self.clashes = self.clashes + tables.pop("clash", [])
+        for name, table in tables.items():
+            table = dict(self._as_table(name, table, path))
+            if table.pop("given", None) not in (None, *imports):
+                continue
+            if table.pop("leave_out", False):
+                self.jobs.pop(name, None)
+            else:
+                self.jobs[name] = _merged(self.jobs.get(name, {}), table)
+
+    def _as_table(self, name, table, path):
+        if not isinstance(table, dict) or not all(isinstance(table.get(key, {}), dict) for key in PORTS):
+            raise PipelineError(f"{path}: [{name}] must be a table of keys, with tables of ports in, out and beside")
+        return table
+
+    def places(self, job):
+        """A function that gives the file and line of the job, or of a key of it; the last change first."""
+        def place(key=None):
+            for path in self._paths:
+                line = _line_of(path, job, key)
+                if line:
+                    return f"{path}:{line}: [{job}]"
+            return place() if key else f"{self.path}: [{job}]"
+        return place
+
+
+def _merged(table, changes):
+    merged = table | changes
+    for key in PORTS:
+        ports = table.get(key, {}) | changes.get(key, {})
+        merged[key] = {port: value for port, value in ports.items() if value is not False}
+    return merged
+
+
+def _line_of(path, job, key):
+    """Number of the line of [job], or of a key in its table (in.PORT may stand in an inline table)."""
+    inside = False
+    with open(path, encoding="utf-8") as file:
+        for number, line in enumerate(file, 1):
+            header = re.match(r"\s*\[\s*([\w.-]+)\s*\]", line)
+            if header:
+                inside = header[1] == job
+                if inside and key is None:
+                    return number
+            elif inside and key and _declares(line, key):
+                return number
+    return None
+
+
+def _declares(line, key):
+    table, _, port = key.partition(".")
+    name = re.escape(port or key)
+    own = rf"\s*{re.escape(table)}\s*\.\s*[\"']?{name}[\"']?\s*=" if port else rf"\s*{name}\s*="
+    return re.match(own, line) or port and re.match(rf"\s*{re.escape(table)}\s*=.*[{{,]\s*{name}\s*=", line)
