@@ -8,7 +8,8 @@ from nightmap_eval.unit_lists import CurrentRuns
 from nightmap_make.graph import closure
 from nightmap_make.pipeline import pipeline_of_site, read_pipeline
 
-CONFIGS = Path(__file__).absolute().parents[2] / "configs"  # of the tree that is worked in, whose scripts may be a link
+# Of the tree that make works in, whose scripts may be a link; else of the checkout.
+CONFIGS = Path("configs") if Path("configs/pipeline.toml").is_file() else Path(__file__).resolve().parents[2] / "configs"
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
 
 
