@@ -6,7 +6,7 @@ Trajectory: ATE after SE(3) and Sim(3) alignment, RPE per frame and per metre. Q
 map aligned by its own mapping frames, as a whole (global) and around each query (local), recall with
 missing poses counted as failures. Synthetic sites: distance of the cloud to the exact surfaces, and each
 floor's grid, walls and doors against the exact plan. A site without truth gets counts only; metrics.json
-says so.
+says so. A job's own figures (section.evaluation) stand in `sections`; a site without a camera has only these.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
@@ -31,6 +31,7 @@ from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops, r
 from nightmap_eval.ply import read_ply
 from nightmap_eval.query_errors import PROTOCOLS, query_summary
 from nightmap_eval.script_errors import DataError, run_main
+from nightmap_eval.site import Site
 from nightmap_eval.trajectory import associate, path_length_m, read_truth, read_tum
 from nightmap_eval.trajectory_errors import trajectory_metrics
 
@@ -190,41 +191,45 @@ def evaluate_map(site_dir, truth_dir, alignment):
     return figures
 
 
-def evaluate(arguments):
-    site_dir, max_gap_ns = arguments.site_dir, round(arguments.max_gap_s * 1e9)
-    estimate = read_tum(site_dir / "map_frame" / "trajectory.tum")
-    frames = Frames(site_dir)
-    metrics = {"format": "nightmap metrics", "version": 1, "site": site_dir.resolve().name}
-    metrics["coverage"] = evaluate_coverage(
-        frames,
-        estimate,
-        bridged_frames(site_dir),
-        frames_apart(site_dir),
-        num_unusable_frames(site_dir),
-    )
-    keyframes = site_dir / "map_frame" / "keyframes.tum"
-    if keyframes.exists():
-        metrics["coverage"]["num_keyframes"] = len(read_tum(keyframes))
+def coverage(site, estimate, frames):
+    figures = evaluate_coverage(frames, estimate, bridged_frames(site.folder), frames_apart(site.folder), num_unusable_frames(site.folder))
+    keyframes = site.made("map_frame", "keyframes")
+    return figures | ({"num_keyframes": len(read_tum(keyframes))} if keyframes else {})
 
-    truth_path, map_pair, alignment = site_dir / "frames" / "ground_truth.tum", None, None
-    metrics["has_ground_truth"] = truth_path.exists()
+
+def evaluate_camera(site, arguments):
+    """Figures of the camera's trajectory, the located queries, the loops and the map."""
+    max_gap_ns = round(arguments.max_gap_s * 1e9)
+    estimate, frames = read_tum(site.path("map_frame", "trajectory")), Frames(site.folder)
+    figures = {"coverage": coverage(site, estimate, frames)}
+    truth_path, map_pair, alignment = site.folder / "frames" / "ground_truth.tum", None, None
+    figures["has_ground_truth"] = truth_path.exists()
     if truth_path.exists():
         map_pair = match_with_truth(estimate, read_truth(truth_path), max_gap_ns)
-        metrics["trajectory"], alignment = evaluate_trajectory(frames, *map_pair)
-    queries = site_dir / "localize" / "queries.csv"
-    if queries.exists():
-        query_truth = site_dir / "queries" / "query_ground_truth.tum"
-        metrics["queries"] = evaluate_queries(queries, query_truth, map_pair, max_gap_ns)
-    if (site_dir / "pose_graph" / "loops.csv").exists():
-        metrics["loops"] = evaluate_loops(site_dir, frames, max_gap_ns)
+        figures["trajectory"], alignment = evaluate_trajectory(frames, *map_pair)
+    queries = site.made("localize", "queries")
+    if queries:
+        query_truth = site.folder / "queries" / "query_ground_truth.tum"
+        figures["queries"] = evaluate_queries(queries, query_truth, map_pair, max_gap_ns)
+    if site.made("pose_graph", "loops_csv"):
+        figures["loops"] = evaluate_loops(site.folder, frames, max_gap_ns)
     truth_dir = truth_folder(arguments)
     if alignment is not None and truth_dir is not None and truth_dir.exists():
-        metrics["map"] = evaluate_map(site_dir, truth_dir, alignment)
+        figures["map"] = evaluate_map(site.folder, truth_dir, alignment)
+    return figures
+
+
+def evaluate(arguments):
+    site = Site(arguments.site_dir)
+    metrics = {"format": "nightmap metrics", "version": 1, "site": site.name}
+    metrics |= evaluate_camera(site, arguments) if site.has("map_frame") else {"has_ground_truth": False}
+    for job, module in site.sections("evaluation"):
+        metrics.setdefault("sections", {})[job.name] = module.evaluate(site)
     return metrics
 
 
 def print_summary(metrics):
-    if not metrics["has_ground_truth"]:
+    if "trajectory" not in metrics:
         print(f"{metrics['site']}: no ground truth: counts only, no accuracy")
         return
     se3 = metrics["trajectory"]["se3"]

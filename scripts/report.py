@@ -21,6 +21,7 @@ from nightmap_eval.report_map import map_sections
 from nightmap_eval.report_queries import query_section
 from nightmap_eval.report_run import run_sections, summary
 from nightmap_eval.script_errors import DataError, run_main
+from nightmap_eval.site import Site
 
 
 def parse_arguments():
@@ -47,13 +48,15 @@ def make_report(site_dir, data):
 
 
 def lead_and_sections(site_dir, data):
+    site = Site(site_dir)
     metrics = read_metrics(site_dir / "evaluate" / "metrics.json")
     stages = read_stages(site_dir)
     sections = [
-        *map_sections(site_dir, metrics),
-        query_section(site_dir, metrics, data),
+        *map_sections(site, metrics),
+        *([query_section(site_dir, metrics, data)] if site.has("localize") else []),
         *filter(None, [comparison_section(site_dir)]),
-        *run_sections(site_dir, metrics, stages),
+        *(section for _, module in site.sections("report") for section in module.sections(site, metrics)),
+        *run_sections(site, metrics, stages),
     ]
     return summary(metrics, stages), sections
 

@@ -4,12 +4,11 @@
 from pathlib import Path
 
 from nightmap_eval.checked_reading import NUMBER, read_object
+from nightmap_eval.site import CONFIGS, Site
 from nightmap_eval.unit_lists import CurrentRuns
 from nightmap_make.graph import closure
-from nightmap_make.pipeline import pipeline_of_site, read_pipeline
+from nightmap_make.pipeline import read_pipeline
 
-# Of the tree that make works in, whose scripts may be a link; else of the checkout.
-CONFIGS = Path("configs") if Path("configs/pipeline.toml").is_file() else Path(__file__).resolve().parents[2] / "configs"
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
 
 
@@ -85,7 +84,7 @@ def _together(name, items):
 
 def job_folders(site_dir):
     """Folders of the jobs of a site under maps/<site>/, in the order of its pipeline."""
-    jobs = pipeline_of_site(CONFIGS, site_dir).jobs.values()
+    jobs = Site(site_dir).pipeline.jobs.values()
     return list(dict.fromkeys(job.folder for job in jobs if job.program))
 
 

@@ -32,14 +32,16 @@ GRID_ROWS = (
 )
 
 
-def map_sections(site_dir, metrics):
-    return [
-        trajectory_section(site_dir, metrics),
-        accuracy_section(metrics),
-        *filter(None, [cloud_section(site_dir)]),
-        plan_section(site_dir),
-        *filter(None, [drive_section(site_dir)]),
-    ]
+def map_sections(site, metrics):
+    """Sections of the jobs that the site has."""
+    made = (section() for job, section in (
+        ("map_frame", lambda: trajectory_section(site.folder, metrics)),
+        ("map_frame", lambda: accuracy_section(metrics)),
+        ("point_cloud", lambda: cloud_section(site.folder)),
+        ("grid", lambda: plan_section(site.folder)),
+        ("drive", lambda: drive_section(site.folder)),
+    ) if site.has(job))  # fmt: skip
+    return [section for section in made if section is not None]
 
 
 def _optional(path, reader):

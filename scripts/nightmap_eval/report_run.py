@@ -8,12 +8,12 @@ from nightmap_eval.report_loops import loop_section
 MAX_ROWS = 200
 
 
-def run_sections(site_dir, metrics, stages):
+def run_sections(site, metrics, stages):
     return [
         stage_section(stages),
-        loop_section(site_dir),
+        *([loop_section(site.folder)] if site.path("pose_graph", "loops_csv") else []),
         skipped_section(metrics, stages),
-        config_section(site_dir),
+        config_section(site.folder),
     ]
 
 

@@ -4,7 +4,7 @@
 import re
 import tomllib
 
-PORTS = ("in", "out", "beside")  # a profile changes single ports of these
+PORTS = ("in", "out", "beside", "section")  # a profile changes single keys of these
 
 
 class PipelineError(Exception):

@@ -142,7 +142,8 @@ class Graph:
                 needs += self._all_outputs(other)
             elif other.when == "asked" and os.path.exists(self.path_of(other, "receipt")):
                 needs.append(self.path_of(other, "receipt"))
-        return needs + sorted(glob.glob("scripts/nightmap_eval/*.py")) + [f"scripts/{job.script}"]
+        sections = [path for other in self.jobs.values() for path in other.sections.values()]
+        return needs + sorted(glob.glob("scripts/nightmap_eval/*.py")) + sections + [f"scripts/{job.script}"]
 
     def _all_outputs(self, job):
         ports = [*job.outputs, *job.run_files()]

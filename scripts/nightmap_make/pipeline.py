@@ -8,10 +8,11 @@ import re
 from nightmap_make.declaration import Declaration, PipelineError, read_toml
 
 KEYS = {"purpose", "program", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads", "stamp",
-        "kB_per_frame"}  # fmt: skip
+        "kB_per_frame", "section"}  # fmt: skip
 REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this|all))?(?P<if_made> if made)?")
 CONDITION = re.compile(r"\w+(\.\w+)*")
 SOURCES = ("site", "queries", "data")
+SECTIONS = ("report", "evaluation")
 STAMPS = ("recordings", "pictures")
 
 
@@ -53,6 +54,9 @@ class Job:
         self.kB_per_frame = table.get("kB_per_frame", 0)
         self.stamp = table.get("stamp")
         self.reads = list(table.get("reads", []))
+        self.sections = dict(table.get("section", {}))
+        if not set(self.sections) <= set(SECTIONS):
+            raise PipelineError(f"{where('section')}: section has only {' and '.join(SECTIONS)}")
         if not self.purpose or not self.outputs:
             raise PipelineError(f"{where()} needs a purpose and an output")
         if self.stamp not in (None, *STAMPS):

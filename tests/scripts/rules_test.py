@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 
 import fake_site  # noqa: F401  (finds the scripts)
-from nightmap_eval.job_results import CONFIGS
+from nightmap_eval.site import CONFIGS
 from nightmap_make import preflight, why
 from nightmap_make.graph import Graph
 from nightmap_make.pipeline import PipelineError, read_pipeline

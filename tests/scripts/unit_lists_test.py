@@ -9,7 +9,7 @@ from pathlib import Path
 
 import fake_site  # noqa: F401  (finds the scripts)
 import remove_leftovers
-from nightmap_eval.job_results import CONFIGS
+from nightmap_eval.site import CONFIGS
 from nightmap_eval.script_errors import DataError
 from nightmap_eval.unit_lists import CurrentRuns, near, read_floors, read_shards, read_tiles
 from nightmap_make.graph import Graph

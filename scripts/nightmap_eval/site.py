@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A site's folder, maps/<site>/, and the pipeline that its last make used: where files are, and which jobs belong to it."""
+
+import importlib.util
+from pathlib import Path
+
+from nightmap_eval.script_errors import DataError
+from nightmap_make.pipeline import pipeline_of_site
+
+# Of the tree that make works in, whose scripts may be a link; else of the checkout.
+CHECKOUT = Path(".") if Path("configs/pipeline.toml").is_file() else Path(__file__).resolve().parents[2]
+CONFIGS = CHECKOUT / "configs"
+
+
+class Site:
+    def __init__(self, folder):
+        self.folder = Path(folder)
+        self.name = self.folder.resolve().name
+        self.pipeline = pipeline_of_site(CONFIGS, self.folder)
+
+    def has(self, job):
+        """Whether the pipeline of the site has a job; whether it ran is another question."""
+        return job in self.pipeline.jobs
+
+    def path(self, job, output):
+        """The file of a job's output, as declared; None when the site's pipeline has no such job or output."""
+        declared = self.pipeline.jobs.get(job)
+        name = declared.file_of(output) if declared else None
+        return None if name is None else self.folder / declared.folder / name
+
+    def made(self, job, output):
+        """Like path; None also when the file is missing."""
+        path = self.path(job, output)
+        return path if path is not None and path.exists() else None
+
+    def sections(self, kind):
+        """(job, module) of each job that declares a module of its own for a "report" or an "evaluation"."""
+        for job in self.pipeline.jobs.values():
+            if job.sections.get(kind):
+                yield job, _load(CHECKOUT / job.sections[kind], f"{job.name}_{kind}")
+
+
+def _load(path, name):
+    if not path.is_file():
+        raise DataError(f"{path}: no such file; configs/pipeline.toml or the profile's names it as a section")
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
