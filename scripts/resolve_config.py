@@ -42,7 +42,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 MAX_INTEGER = 2**63 - 1
 # Names of receipts, and the errors that reading a damaged one raises.
-RECEIPT = re.compile(r"(?:synthesize_)?receipt((?:_\d{4,}|_-?\d+_-?\d+|_loops)?)\.json", re.ASCII)
+RECEIPT = re.compile(r"receipt(?:_[\w-]+)?\.json", re.ASCII)
 DAMAGED = (OSError, ValueError, LookupError, TypeError, AttributeError, StopIteration, ArithmeticError, RecursionError)
 HEADER = "# Written by scripts/resolve_config.py; edit configs/ or use SET instead.\n"
 LEFT_BEHIND_S = 3600  # an older temporary file belongs to no running process
@@ -176,11 +176,13 @@ def effective_configs(arguments):
 
 
 def receipt_paths(arguments, stage):
-    """Receipts of a stage's runs; those of synthesize lie with the recording, not with the map."""
+    """Receipts in the folders of the jobs that a stage's program does; those of synthesize lie with the recording, not with
+    the map. Programs may share a folder."""
     if stage == "synthesize":
         site = os.path.basename(arguments.site).removesuffix(".toml")
         return glob.glob(os.path.join(glob.escape(arguments.data), site, "synthesize_receipt.json"))
-    found = sorted(glob.glob(os.path.join(glob.escape(os.path.dirname(arguments.out)), stage, "receipt*.json")))
+    root = glob.escape(os.path.dirname(arguments.out))
+    found = [path for folder in arguments.folders.get(stage, [stage]) for path in sorted(glob.glob(os.path.join(root, folder, "receipt*.json")))]
     return [path for path in found if RECEIPT.fullmatch(os.path.basename(path))]
 
 
@@ -202,11 +204,13 @@ def read_receipt(path):
 
 
 def made_with(arguments, stage, config):
-    """Start (ns) of the earliest run if every receipt of the stage names exactly this config."""
+    """A time (ns) before the earliest run if every receipt of the stage names exactly this config."""
     starts = []
     for path in receipt_paths(arguments, stage):
         try:
             receipt, whole, start_ns = read_receipt(path)
+            if receipt["stage"] != stage:
+                continue
             if not whole or tomllib.loads(receipt["config"]) != config:
                 return None
             starts.append(start_ns)
@@ -506,7 +510,7 @@ def parse_arguments():
     parser.add_argument("--site", required=True, help="site config (TOML)")
     parser.add_argument("--data", required=True)
     parser.add_argument("--profile", default="default")
-    parser.set_defaults(profile_from="PROFILE")
+    parser.set_defaults(profile_from="PROFILE", folders={})
     parser.add_argument("--seed", default="0")
     parser.add_argument("--set", action="append", default=[], help="several, separated by spaces")
     parser.add_argument("--value", action="append", default=[], help="one STAGE.KEY=VALUE; it may contain spaces")

@@ -72,6 +72,8 @@ class Asked:
         self.tables = self.sites["site"][1]
         imports = self.tables.get("import", {})
         self.pipeline = read_pipeline("configs", self.call.profile, imports)
+        self.call.folders = {program: sorted({job.folder for job in self.pipeline.jobs.values() if job.program == program})
+                             for program in self.pipeline.programs()}  # fmt: skip
         check_imports(self.call.site, env["DATA"], imports)
         if "status" not in self.goals:
             self._preflight(sources)

@@ -57,13 +57,8 @@ class RulesTest(StubTest):
     def test_why_names_what_reruns(self):
         self.make(*ASKED)
         for program in PIPELINE.programs():
-            config = (self.site.folder / f"configs/default/{program}.toml").read_text().splitlines()
-            option = next(line for line in config if "=" in line and not line.startswith(("#", "seed")))
-            key, value = (part.strip() for part in option.partition("#")[0].split("=", 1))
-            other = {"true": "false", "false": "true"}.get(value, '"other"' if value.startswith('"') else None)
-            other = other or (value.replace("[", "[1, ") if value.startswith("[") else value + "1")
             with self.subTest(program):
-                change = f"SET={program}.{key}={other}"
+                change = f"SET={self.change_of(program)}"
                 self.make("-q", *ASKED, change, code=1)
                 why = [line.partition(":")[0] for line in self.make("why", *ASKED, change).splitlines() if ": " in line]
                 self.make(*ASKED, change)
@@ -103,6 +98,21 @@ class RulesTest(StubTest):
         self.assertLess(max(map(len, rules.splitlines())), 2000)
         self.assertEqual(len(self.site.path("lists/features.features.txt").read_text().splitlines()), 300)
         self.make("-q", "map")
+
+    def test_a_value_that_is_set_and_taken_back_reruns_nothing(self):
+        """Of every program: a, b, which stops before it runs, and a again; programs may share a folder."""
+        for program in PIPELINE.programs():
+            with self.subTest(program):
+                self.make(*ASKED)
+                self.make(*ASKED, f"SET={self.change_of(program)}", code=2, fails=program)
+                self.make("-q", *ASKED)
+
+    def change_of(self, program):
+        config = (self.site.folder / f"configs/default/{program}.toml").read_text().splitlines()
+        option = next(line for line in config if "=" in line and not line.startswith(("#", "seed")))
+        key, value = (part.strip() for part in option.partition("#")[0].split("=", 1))
+        other = {"true": "false", "false": "true"}.get(value, '"other"' if value.startswith('"') else None)
+        return f"{program}.{key}={other or (value.replace('[', '[1, ') if value.startswith('[') else value + '1')}"
 
     def test_a_job_that_failed_runs_once_more_and_not_twice(self):
         self.make("map")

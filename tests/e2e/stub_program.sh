@@ -3,6 +3,7 @@
 # Stands for any program of a job, in tests of the rules: it reads nothing and writes outputs of its arguments' names.
 # The lists have STUB_SHARDS shards and STUB_TILES tiles; the job STUB_FAILS fails with exit code 1.
 program=${0##*/}
+start_time=$(date -u +%Y-%m-%dT%H:%M:%SZ)
 case " $* " in *" --check-config "*) exit 0 ;; esac
 [ "$program" = "${STUB_FAILS:-}" ] && { echo "00:00:00 error $program: made to fail"; exit 1; }
 keep() { [ -f "$1" ] && [ "$(cat "$1")" = "$2" ] || printf '%s\n' "$2" >"$1"; }
@@ -53,5 +54,7 @@ for path in $outputs; do
     *) mkdir -p "${path%/*}" && echo "$program" >"$path" ;;
   esac
 done
-echo '{"format": "nightmap receipt", "version": 1, "inputs": [], "outputs": [], "wall_time_s": 0.1, "cpu_time_s": 0.1
-}' >"$receipt"
+entries=''
+for path in $outputs; do entries="$entries${entries:+, }{\"name\": \"out\", \"path\": \"$path\"}"; done
+printf '%s\n' "{\"format\": \"nightmap receipt\", \"version\": 1, \"stage\": \"$program\", \"start_time\": \"$start_time\", \"config\": \"$(quoted "$config")\", \"inputs\": [], \"outputs\": [$entries], \"wall_time_s\": 0.1, \"cpu_time_s\": 0.1
+}" >"$receipt"
