@@ -148,6 +148,14 @@ def _value(node, configs, names):
     raise PipelineError(f"configs/pipeline.toml: clash: cannot evaluate {ast.unparse(node)}")
 
 
+def size_bytes(folder):
+    """Bytes of the files in a folder, and in its folders; 0 when it does not exist."""
+    total = 0
+    for place, _, names in os.walk(folder):
+        total += sum(os.lstat(os.path.join(place, name)).st_size for name in names)
+    return total
+
+
 def check_disk(folder, needed_bytes, what):
     """Raises PipelineError when the disk lacks the room that a run needs."""
     while not os.path.isdir(folder):

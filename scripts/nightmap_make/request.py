@@ -12,6 +12,8 @@ from nightmap_make.imports import check_imports
 from nightmap_make.declaration import PipelineError
 from nightmap_make.pipeline import PROFILE_FILE, profile_text, read_pipeline
 
+ENOUGH_FRAMES = 100  # fewer say little about the next
+MARGIN = 1.2
 PREVIEW = "nq"  # flags of make that change nothing
 
 
@@ -118,13 +120,24 @@ class Asked:
             raise Refused(error) from None
 
     def check_disk(self, jobs, stamps):
-        """Room for the frames added since the last list of frames, from the bytes that jobs write per frame."""
+        """Room for the frames added since the last list of frames."""
         num_frames = self._num_recorded(stamps) - listed_frames(self.folder)
-        kilobytes = sum(job.kB_per_frame for job in jobs if job.goal in self.goals or job.goal == "map")
+        if num_frames <= 0:
+            return
+        needed = [job for job in jobs if job.goal in self.goals or job.goal == "map"]
         try:
-            preflight.check_disk(self.folder, 1000 * kilobytes * num_frames, f"a map of {num_frames} more frames")
+            preflight.check_disk(self.folder, num_frames * self._bytes_per_frame(needed), f"a map of {num_frames} more frames")
         except PipelineError as error:
             raise Refused(error) from None
+
+    def _bytes_per_frame(self, jobs):
+        """What the results of this site take per frame where there are some, else the declared largest size."""
+        num_listed, folders = listed_frames(self.folder), {}
+        for job in jobs:
+            folders[job.folder] = folders.get(job.folder, 0) + 1000 * job.kB_per_frame
+        for folder in folders if num_listed >= ENOUGH_FRAMES else ():
+            folders[folder] = MARGIN * preflight.size_bytes(f"{self.folder}/{folder}") / num_listed or folders[folder]
+        return sum(folders.values())
 
     def _num_recorded(self, stamps):
         """Estimated number of frames: most frames have two files."""

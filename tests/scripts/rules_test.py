@@ -6,12 +6,14 @@ import os
 import tempfile
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
 
 import fake_site  # noqa: F401  (finds the scripts)
 from nightmap_eval.site import CONFIGS
 from nightmap_make import preflight, why
 from nightmap_make.graph import Graph
 from nightmap_make.pipeline import PipelineError, read_pipeline
+from nightmap_make.request import Asked
 from nightmap_make.rules_file import RulesFile, Times
 from nightmap_make.site_state import SiteState
 
@@ -269,6 +271,20 @@ class PreflightTest(unittest.TestCase):
         for condition in ("__import__('os').getcwd()", "[1]", "open('x')"):
             with self.assertRaises(PipelineError):
                 self.check(condition)
+
+    def test_results_tell_what_a_frame_takes(self):
+        asked = Asked.__new__(Asked)
+        jobs = [SimpleNamespace(folder=name, kB_per_frame=size) for name, size in (("features", 90), ("octree", 12), ("octree", 12))]
+        with tempfile.TemporaryDirectory() as folder:
+            asked.folder = folder
+            self.assertEqual(asked._bytes_per_frame(jobs), 114_000)
+            for name in ("frames", "features/deep"):
+                os.makedirs(f"{folder}/{name}")
+            Path(f"{folder}/features/deep/shard_0000.h5").write_bytes(bytes(200_000))
+            Path(f"{folder}/frames/report.json").write_text('{"num_frames": 10}')
+            self.assertEqual(asked._bytes_per_frame(jobs), 114_000)  # too few frames
+            Path(f"{folder}/frames/report.json").write_text('{"num_frames": 200}')
+            self.assertEqual(asked._bytes_per_frame(jobs), 1.2 * 1000 + 24_000)
 
     def test_room_on_the_disk(self):
         preflight.check_disk("/nowhere/maps", 1, "the map")
