@@ -145,17 +145,26 @@ def layer(folder, stages):
         yield name[:-5], load(os.path.join(folder, name)), f"{folder}/{name}"
 
 
+def default_configs(folder, profile):
+    """Program -> file of its defaults; a profile has those of its own programs in configs/<profile>/default/."""
+    found = {}
+    for place in (os.path.join(folder, "default"), os.path.join(folder, profile, "default")):
+        for name in sorted(os.listdir(place)) if os.path.isdir(place) else []:
+            if name.endswith(".toml"):
+                found[name[:-5]] = os.path.join(place, name)
+    return found
+
+
 def effective_configs(arguments):
     """The effective options per program, and the source of each: a file or a make variable."""
     folder = arguments.configs
-    names = sorted(os.listdir(os.path.join(folder, "default")))
-    configs = {name[:-5]: load(os.path.join(folder, "default", name))
-               for name in names if name.endswith(".toml")}
-    sources = {stage: dict.fromkeys(config, os.path.join(folder, "default", f"{stage}.toml")) for stage, config in configs.items()}
-    defaults = {stage: dict(config) for stage, config in configs.items()}
     known = [name for name in sorted(os.listdir(folder)) if name != "sites" and os.path.isdir(os.path.join(folder, name))]
     if arguments.profile not in known:  # a path, for example
         raise ConfigError(f"{arguments.profile_from}: no profile {arguments.profile!r} in {folder}; profiles: {', '.join(known)}")
+    paths = default_configs(folder, arguments.profile)
+    configs = {stage: load(path) for stage, path in paths.items()}
+    sources = {stage: dict.fromkeys(config, paths[stage]) for stage, config in configs.items()}
+    defaults = {stage: dict(config) for stage, config in configs.items()}
     layers = [] if arguments.profile == "default" else list(layer(os.path.join(folder, arguments.profile), configs))
     layers += layer(arguments.site.removesuffix(".toml"), configs)
     for stage, default in defaults.items():

@@ -52,14 +52,14 @@ class ProfileTest(unittest.TestCase):
         self.site = StubSite()
         self.addCleanup(self.site.remove)
         configs = self.site.folder / "configs"
-        (configs / "rooms").mkdir()
+        (configs / "rooms/default").mkdir(parents=True)
         (configs / "rooms/pipeline.toml").write_text(PROFILE)
         for program in ("labels", "draw", "stub"):
             self.site.add_program(program)
         (self.site.folder / "build/run/rooms").write_text(LISTS_ROOMS)
         (self.site.folder / "build/run/rooms").chmod(0o755)
         for program in ("labels", "rooms", "draw"):
-            (configs / f"default/{program}.toml").write_text("size = 1\n")
+            (configs / f"rooms/default/{program}.toml").write_text("size = 1\n")
         site = configs / f"sites/{SITE}.toml"
         self.text = f'profile = "rooms"\n{site.read_text()}\n'
         site.write_text(self.text + '[import]\nmodel = "net.onnx"\n')
