@@ -9,6 +9,23 @@ import unittest
 from workspace import SITE, Workspace, environment
 
 TOUCH = "$(shell touch {0}/pwned)$(info x)`touch {0}/pwned`"
+OFFICE = """\
+root = "office"
+[[camera]]
+id = "color"
+width = 640
+height = 480
+fx = 525
+fy = 525
+cx = 319.5
+cy = 239.5
+depth_units_per_m = 5000
+depth_registered = true
+[[sequence]]
+layout = "tum"
+folder = "."
+camera = "color"
+"""
 ONE_SHARD = "SET=frames.max_frames=20"  # of shard_size = 25
 
 
@@ -134,7 +151,7 @@ class HostileFilesTest(unittest.TestCase):
         self.addCleanup(Workspace(self.folder).remove)
         recording = self.folder / "data" / "office"
         recording.mkdir(parents=True)
-        (self.folder / "configs/sites/office.toml").write_text('root = "office"\n[[sequence]]\nfolder = "."\n')
+        (self.folder / "configs/sites/office.toml").write_text(OFFICE)
 
     def write(self, name, text):
         path = self.folder / "maps/office" / name

@@ -19,6 +19,7 @@
 #include <string>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/memory.h"
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
@@ -84,17 +85,41 @@ inline std::string Damaged(std::string bytes, std::uint64_t seed) {
   return bytes;
 }
 
-// Ends the process when memory is short, even where an allocation's failure is caught.
-inline void LimitMemory() {
+// Bytes of address space that the process had when it first asked.
+inline rlim_t BytesAtStart() {
+  static const rlim_t bytes = [] {
+    std::size_t num_pages = 0;
+    std::ifstream("/proc/self/statm") >> num_pages;
+    return num_pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+  }();
+  return bytes;
+}
+
+// Lets the process take that much more memory than at its start, and ends it where it wants more,
+// even where an allocation's failure is caught.
+inline void LimitMemory(rlim_t more_bytes) {
 #ifndef __SANITIZE_ADDRESS__  // which reserves all addresses
-  constexpr rlim_t kMoreBytes = 64 << 20;
-  std::size_t num_pages = 0;
-  std::ifstream("/proc/self/statm") >> num_pages;
-  const rlim_t bytes = num_pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + kMoreBytes;
-  const rlimit limit{bytes, bytes};
+  rlimit limit{};
+  getrlimit(RLIMIT_AS, &limit);
+  limit.rlim_cur = BytesAtStart() + more_bytes;
   setrlimit(RLIMIT_AS, &limit);
 #endif
   std::set_new_handler([] { _exit(3); });
+}
+
+// Where a library was refused what a damaged size asks of it, a reader can tell damage from lack of
+// memory only if there is some left: MemoryWatch.
+inline void ReadWithLittleMemory(const std::function<void(const std::filesystem::path&)>& read,
+                                 const std::filesystem::path& path) {
+  constexpr rlim_t kLittle_bytes = 64 << 20;
+  constexpr rlim_t kSome_bytes = 1 << 30;
+  LimitMemory(kLittle_bytes);
+  try {
+    read(path);
+  } catch (const OutOfMemory&) {
+    LimitMemory(kSome_bytes);
+    read(path);
+  }
 }
 
 // Reads `num_damaged` damaged copies of the file in a process of their own. `name` is what they are
@@ -113,11 +138,10 @@ inline void ExpectDamageIsSurvived(const TemporaryFolder& folder,
   auto* seed = new (shared) std::atomic<std::uint64_t>(0);
   const pid_t child = fork();
   if (child == 0) {
-    LimitMemory();
     for (; *seed < num_damaged; ++*seed) {
       folder.Write(path.filename(), Damaged(bytes, *seed));
       try {
-        read(path);
+        ReadWithLittleMemory(read, path);
       } catch (const Error& error) {
         if (std::strstr(error.what(), folder.Path().c_str()) == nullptr) {
           std::fprintf(stderr, "names no file: %s\n", error.what());

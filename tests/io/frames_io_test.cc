@@ -252,17 +252,21 @@ TEST(LoadFrame, ImagesOfAnotherSizeAreRefused) {
 
 TEST(LoadFrame, AnotherSizeIsRefusedBeforeAPixelIsDecoded) {
   const TemporaryFolder folder;  // headers without the pixels they announce
-  folder.Write("c.ppm", "P6\n30000 30000\n255\nabc");
+  folder.Write("c.ppm", "P6\n18000 18000\n255\nabc");
   folder.Write("d.pgm", "P5\n30000 30000\n65535\nab");
   FrameRecord frame;
   frame.color.path = "c.ppm";
   frame.depth.path = "d.pgm";
   NIGHTMAP_EXPECT_ERROR(DataError,
                         LoadColor(frame, SomeCamera(), folder.Path()),
-                        "c.ppm: 30000 x 30000 pixels, its camera has 40 x 30");
+                        "c.ppm: 18000 x 18000 pixels, its camera has 40 x 30");
   NIGHTMAP_EXPECT_ERROR(DataError,
                         LoadDepth(frame, SomeCamera(), folder.Path()),
                         "d.pgm: 30000 x 30000 pixels, its camera has 40 x 30");
+  folder.Write("c.ppm", "P6\n30000 30000\n255\nabc");  // more than any picture may have
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        LoadColor(frame, SomeCamera(), folder.Path()),
+                        "c.ppm: header says 30000 x 30000 pixels of 3 channels");
 }
 
 TEST(LoadFrame, ErrorsNameFilesAsTheListsDo) {

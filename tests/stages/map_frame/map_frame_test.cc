@@ -114,7 +114,7 @@ TEST(MapFrame, GivenFrameIsKeptAndNoDepthIsRead) {
 TEST(MapFrame, RefusesKeyframesOfOtherFrames) {
   MapFrameInput input = MakeInput(Rigid3());
   input.keyframes[1].time_ns += 1;
-  NIGHTMAP_EXPECT_ERROR(DataError, RunMapFrame({}, input, 1), "has no frame");
+  NIGHTMAP_EXPECT_ERROR(DataError, RunMapFrame({}, input, 1), "time 3.000000001 is no frame");
 }
 
 }  // namespace
