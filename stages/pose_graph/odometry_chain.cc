@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/pose_graph/odometry_chain.h"
 
+#include <iterator>
+
 namespace nightmap {
 namespace {
 
@@ -12,6 +14,13 @@ Rigid3 GraphFromShard(const OdometryChain& chain, const OdometryShard& shard) {
          shard.frames.at(b).shard_from_camera.Inverse();
 }
 
+int NearestKeyframe(const OdometryChain& chain, const std::set<int>& keyframes, int frame_idx) {
+  const int before = *std::prev(keyframes.upper_bound(frame_idx));
+  const auto after = keyframes.lower_bound(frame_idx);
+  if (after == keyframes.end() || chain.IsBridged(before, *after)) return before;
+  return *after - frame_idx < frame_idx - before ? *after : before;
+}
+
 }  // namespace
 
 PoseEdge WithSigmaFloor(const PoseGraphOptions& options, PoseEdge edge) {
@@ -20,6 +29,17 @@ PoseEdge WithSigmaFloor(const PoseGraphOptions& options, PoseEdge edge) {
   edge.covariance.diagonal().head<3>().array() += rad2;
   edge.covariance.diagonal().tail<3>().array() += m2;
   return edge;
+}
+
+std::optional<PoseEdge> JoinKeyframes(const OdometryChain& chain,
+                                      const std::set<int>& keyframes,
+                                      const PoseEdge& edge) {
+  const int a = NearestKeyframe(chain, keyframes, edge.frame_a);
+  const int b = NearestKeyframe(chain, keyframes, edge.frame_b);
+  if (a >= b) return std::nullopt;
+  const Rigid3 b_from_a = chain.At(b).Inverse() * chain.At(edge.frame_b) * edge.b_from_a *
+                          chain.At(edge.frame_a).Inverse() * chain.At(a);
+  return PoseEdge{a, b, b_from_a, edge.covariance, false};
 }
 
 OdometryChain ChainOdometry(const PoseGraphOptions& options, const PoseGraphInput& input) {

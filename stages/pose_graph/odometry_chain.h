@@ -3,7 +3,7 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -30,6 +30,13 @@ struct OdometryChain {
 // Raises an edge's sigmas to the floor, because its Hessian does not show calibration and
 // synchronization errors.
 PoseEdge WithSigmaFloor(const PoseGraphOptions& options, PoseEdge edge);
+
+// The edge between the keyframes that are nearest to the edge's frames, by the odometry between
+// them; none: they are one, or the edge leads back. Does not cross a bridge, because odometry did
+// not measure that motion. `keyframes` has frame 0.
+std::optional<PoseEdge> JoinKeyframes(const OdometryChain& chain,
+                                      const std::set<int>& keyframes,
+                                      const PoseEdge& edge);
 
 // Joins each shard to the one before it by its first edge. CheckInput must have passed the input.
 OdometryChain ChainOdometry(const PoseGraphOptions& options, const PoseGraphInput& input);

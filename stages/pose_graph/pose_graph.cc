@@ -8,10 +8,9 @@
 
 #include "stages/pose_graph/adjust_rounds.h"
 #include "stages/pose_graph/check_odometry.h"
+#include "stages/pose_graph/close_loops.h"
 #include "stages/pose_graph/cull_keyframes.h"
-#include "stages/pose_graph/drift_gate.h"
 #include "stages/pose_graph/graph_parts.h"
-#include "stages/pose_graph/join_runs.h"
 #include "stages/pose_graph/odometry_chain.h"
 
 namespace nightmap {
@@ -32,11 +31,9 @@ class Pipeline {
   }
 
   PoseGraphResult Run(Progress& progress) {
-    progress.Start(4);
-    AddLoops();
+    progress.Start(3);
+    CloseLoops();
     progress.Advance();
-    result_.optimization = OptimizeGraph(options_.max_loop_error, &edges_, &keyframes_);
-    JudgeLoops();
     result_.parts = FindParts(edges_, KeyframeIdxs(), static_cast<int>(input_.frames.size()));
     result_.returns_to_start = ReturnsToStart(edges_, KeyframeIdxs());
     progress.Advance();
@@ -57,84 +54,39 @@ class Pipeline {
   }
 
  private:
-  int KeyframeAtOrBefore(int frame_idx) const {
-    return std::prev(keyframes_.upper_bound(frame_idx))->first;
-  }
-  // Does not cross a bridge, because odometry did not measure that motion.
-  int NearestKeyframe(int frame_idx) const {
-    const int before = KeyframeAtOrBefore(frame_idx);
-    const auto after = keyframes_.lower_bound(frame_idx);
-    if (after == keyframes_.end() || chain_.IsBridged(before, after->first)) return before;
-    return after->first - frame_idx < frame_idx - before ? after->first : before;
-  }
-
   // A loop joins two frames; its edge joins their nearest keyframes.
-  std::optional<PoseEdge> LoopEdge(const FramePair& loop) {
-    const int a = NearestKeyframe(loop.frame_a);
-    const int b = NearestKeyframe(loop.frame_b);
-    if (loop.status != PairStatus::kAccepted || a >= b) return std::nullopt;
-    const Rigid3 b_from_a = chain_.At(b).Inverse() * chain_.At(loop.frame_b) * loop.b_from_a *
-                            chain_.At(loop.frame_a).Inverse() * chain_.At(a);
-    return WithSigmaFloor(options_, {a, b, b_from_a, loop.covariance, false});
+  std::optional<PoseEdge> LoopEdge(const std::set<int>& keyframes, const FramePair& loop) const {
+    if (loop.status != PairStatus::kAccepted) return std::nullopt;
+    const auto edge = JoinKeyframes(
+        chain_, keyframes, {loop.frame_a, loop.frame_b, loop.b_from_a, loop.covariance, false});
+    if (!edge) return std::nullopt;
+    return WithSigmaFloor(options_, *edge);
   }
 
-  // Keeps the loops that the odometry's drift allows; then again, after the runs moved to where the
-  // loops put them.
-  void AddLoops() {
+  void CloseLoops() {
+    const std::set<int> keyframes = KeyframeIdxs();
     std::vector<std::optional<PoseEdge>> loops;
-    for (const FramePair& loop : input_.loops) loops.push_back(LoopEdge(loop));
-    const DriftGate by_odometry(chain_.edges);
-    std::vector<PoseEdge> possible;
-    for (const auto& loop : loops) {
-      if (loop && by_odometry.Distance(*loop) <= options_.max_drift) possible.push_back(*loop);
-    }
-    const std::vector<PoseEdge> tree = JoinRuns(chain_.edges, possible, options_.max_drift);
-    const DriftGate gate(tree);
-    const Rigid3 first = keyframes_.begin()->second;
-    for (const auto& [idx, pose] : gate.Poses()) keyframes_.at(idx) = first * pose;
-    for (const PoseEdge& edge : chain_.edges) {
-      if (!edge.is_bridge || IsIn(tree, edge)) edges_.push_back({edge, false});
-    }
-    for (const auto& loop : loops) {
-      drifts_.push_back(loop ? std::max(by_odometry.Distance(*loop), gate.Distance(*loop)) : 0);
-      const bool is_possible = loop && drifts_.back() <= options_.max_drift;
-      loop_edge_.push_back(is_possible ? static_cast<int>(edges_.size()) : -1);
-      if (is_possible) edges_.push_back({*loop, true});
-    }
-  }
-
-  static bool IsIn(const std::vector<PoseEdge>& tree, const PoseEdge& bridge) {
-    return std::ranges::any_of(tree, [&](const PoseEdge& edge) {
-      return edge.is_bridge && edge.frame_b == bridge.frame_b;
-    });
-  }
-
-  void JudgeLoops() {
+    for (const FramePair& loop : input_.loops) loops.push_back(LoopEdge(keyframes, loop));
+    LoopCloser closer(options_, chain_, loops);
+    result_.optimization = closer.Close(&keyframes_);
+    edges_ = closer.Edges();
     for (std::size_t i = 0; i < input_.loops.size(); ++i) {
-      const FramePair& loop = input_.loops[i];
-      LoopRecord record{loop.frame_a,
-                        loop.frame_b,
-                        loop.score,
-                        loop.num_putative,
-                        static_cast<int>(loop.inliers.size()),
-                        drifts_[i],
-                        0,
-                        false,
-                        ""};
-      if (loop.status != PairStatus::kAccepted) {
-        record.reason = PairStatusText(loop.status);
-      } else if (drifts_[i] > options_.max_drift) {
-        record.reason = "farther off than the odometry can have drifted";
-      } else if (loop_edge_[i] < 0) {
-        record.reason = "both ends are one keyframe";
-      } else {
-        const GraphEdge& edge = edges_[static_cast<std::size_t>(loop_edge_[i])];
-        record.error = edge.error;
-        record.is_accepted = edge.IsBelieved();
-        if (!record.is_accepted) record.reason = "contradicts the rest of the graph";
-      }
-      result_.loops.push_back(record);
+      RecordLoop(input_.loops[i], closer.Candidates()[i]);
     }
+  }
+
+  void RecordLoop(const FramePair& loop, const LoopCandidate& candidate) {
+    const bool is_verified = loop.status == PairStatus::kAccepted;
+    const std::string reason = is_verified ? candidate.reason : PairStatusText(loop.status);
+    result_.loops.push_back({loop.frame_a,
+                             loop.frame_b,
+                             loop.score,
+                             loop.num_putative,
+                             static_cast<int>(loop.inliers.size()),
+                             candidate.drift,
+                             candidate.error,
+                             reason.empty(),
+                             reason});
   }
 
   void Note(const GlobalBundleSummary& summary) {
@@ -179,9 +131,10 @@ class Pipeline {
       edges.push_back({goes_on ? Chain(edges.back().edge, edge.edge) : edge.edge, false});
       if (goes_on) edges.erase(edges.end() - 2);
     }
+    const std::set<int> keyframes = KeyframeIdxs();
     for (std::size_t i = 0; i < input_.loops.size(); ++i) {
       if (!result_.loops[i].is_accepted) continue;
-      if (const auto edge = LoopEdge(input_.loops[i])) edges.push_back({*edge, true});
+      if (const auto edge = LoopEdge(keyframes, input_.loops[i])) edges.push_back({*edge, true});
     }
     edges_ = std::move(edges);
   }
@@ -208,8 +161,6 @@ class Pipeline {
   AdjustmentRounds rounds_;
   std::map<int, Rigid3> keyframes_;  // graph_from_camera, optimized
   std::vector<GraphEdge> edges_;     // loops, and odometry without the bridges that loops replace
-  std::vector<int> loop_edge_;       // by candidate; -1: none
-  std::vector<double> drifts_;       // by candidate
   PoseGraphResult result_;
 };
 
