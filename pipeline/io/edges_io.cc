@@ -62,11 +62,12 @@ void WriteEdges(const std::filesystem::path& path,
     AppendPose(edge.target_from_source, &pose);
     AppendCovariance(edge.covariance, &covariance);
   }
-  Hdf5Writer file(path,
-                  kEdgesFormat,
-                  kEdgesVersion,
-                  config,
-                  "metres; rad; covariance of a left perturbation, rotation then translation");
+  Hdf5Writer file(
+      path,
+      kEdgesFormat,
+      kEdgesVersion,
+      config,
+      "metres; rad; covariance: rotation, then translation, along the axes of the target");
   file.WriteText("sensor", edges.sensor);
   file.WriteList("kind", kind);
   file.Write("time_ns", time_ns);

@@ -8,7 +8,7 @@
 //   kind                uint8[E]          0 odometry, 1 loop, 2 prior
 //   time_ns             int64[E x 2]      nodes: source, target; both of a prior are its one node
 //   target_from_source  double[E x 7]     tx ty tz (metres) qx qy qz qw; map_from_node of a prior
-//   covariance          double[E x 36]    of a left perturbation of target_from_source
+//   covariance          double[E x 36]    see SensorEdge
 #pragma once
 
 #include <cstdint>
@@ -27,9 +27,11 @@ enum class EdgeKind : std::uint8_t {
 };
 
 // A node is the camera of the frame with this time_ns: the pose of the sensor on the robot is
-// applied before. The covariance has the perturbation's three rotations (rad) first, then its three
-// translations (m), along the axes of the target frame. State what the sensor does not measure by a
-// large variance.
+// applied before. The covariance is of a perturbation of the pose: its three rotations (rad) first,
+// then its three translations (m). It is a left perturbation, so along the axes of the target and
+// about its origin; but that of a prior is along the axes of the map and about the node, so that
+// its translations are those of the node however far the map's origin is. State what the sensor
+// does not measure by a large variance.
 struct SensorEdge {
   EdgeKind kind = EdgeKind::kOdometry;
   std::int64_t source_time_ns = 0;

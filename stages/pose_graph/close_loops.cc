@@ -2,9 +2,11 @@
 #include "stages/pose_graph/close_loops.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "stages/pose_graph/drift_gate.h"
 #include "stages/pose_graph/join_runs.h"
+#include "stages/pose_graph/sensor_graphs.h"
 
 namespace nightmap {
 namespace {
@@ -18,14 +20,18 @@ bool HasBridge(const std::vector<PoseEdge>& tree, const PoseEdge& bridge) {
 
 LoopCloser::LoopCloser(const PoseGraphOptions& options,
                        const OdometryChain& chain,
-                       const std::vector<std::optional<PoseEdge>>& loops)
-    : options_(options), chain_(chain) {
+                       const std::vector<std::optional<PoseEdge>>& loops,
+                       std::vector<PoseEdge> measured)
+    : options_(options), chain_(chain), measured_(std::move(measured)) {
   for (const auto& loop : loops) candidates_.push_back({loop, 0, 0, ""});
 }
 
 GraphSummary LoopCloser::Close(std::map<int, Rigid3>* graph_from_keyframe) {
   GateByDrift(graph_from_keyframe);
+  AddMeasured();
+  MoveToPriors(graph_from_keyframe);
   GraphSummary summary = OptimizeGraph(options_.max_loop_error, &edges_, graph_from_keyframe);
+  graph_from_keyframe->erase(kMapNode);
   Judge();
   return summary;
 }
@@ -51,6 +57,23 @@ void LoopCloser::GateByDrift(std::map<int, Rigid3>* graph_from_keyframe) {
     loop.drift = std::max(loop.drift, gate.Distance(*loop.edge));
     if (loop.drift <= options_.max_drift) edges_.push_back({*loop.edge, true});
   }
+}
+
+void LoopCloser::AddMeasured() {
+  for (const PoseEdge& edge : measured_) {
+    edges_.push_back({edge, false});
+    edges_.back().is_of_sensor = true;
+  }
+}
+
+// The map comes before all keyframes, so that optimization holds it fixed.
+void LoopCloser::MoveToPriors(std::map<int, Rigid3>* graph_from_keyframe) const {
+  const auto prior = std::ranges::find(measured_, kMapNode, &PoseEdge::frame_a);
+  if (prior == measured_.end()) return;
+  const Rigid3 map_from_graph =
+      (graph_from_keyframe->at(prior->frame_b) * prior->b_from_a).Inverse();
+  for (auto& [idx, pose] : *graph_from_keyframe) pose = map_from_graph * pose;
+  graph_from_keyframe->emplace(kMapNode, Rigid3());
 }
 
 void LoopCloser::Judge() {

@@ -23,27 +23,34 @@ struct LoopCandidate {
 
 class LoopCloser {
  public:
-  // `chain` must outlive this.
+  // `chain` must outlive this. `measured` are odometry between keyframes and priors of keyframes,
+  // of other sensors: they are believed.
   LoopCloser(const PoseGraphOptions& options,
              const OdometryChain& chain,
-             const std::vector<std::optional<PoseEdge>>& loops);
+             const std::vector<std::optional<PoseEdge>>& loops,
+             std::vector<PoseEdge> measured);
 
-  // Moves the keyframes to where the loops put them, closes the loops, and judges them.
+  // Moves the keyframes to where the loops put them, closes the loops, and judges them. With a
+  // prior the graph's frame becomes the map of the priors.
   GraphSummary Close(std::map<int, Rigid3>* graph_from_keyframe);
 
   // After Close. In the order of `loops`.
   const std::vector<LoopCandidate>& Candidates() const { return candidates_; }
   // After Close. Odometry without the bridges that loops replace, then the loops that the drift
-  // allows.
+  // allows, then what other sensors measured.
   const std::vector<GraphEdge>& Edges() const { return edges_; }
 
  private:
   void GateByDrift(std::map<int, Rigid3>* graph_from_keyframe);
+  void AddMeasured();
+  // One prior decides where optimization begins: from a guess that is far off it would not arrive.
+  void MoveToPriors(std::map<int, Rigid3>* graph_from_keyframe) const;
   void Judge();
 
   const PoseGraphOptions& options_;
   const OdometryChain& chain_;
   std::vector<LoopCandidate> candidates_;
+  std::vector<PoseEdge> measured_;
   std::vector<GraphEdge> edges_;
 };
 

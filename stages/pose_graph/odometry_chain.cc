@@ -31,6 +31,23 @@ PoseEdge WithSigmaFloor(const PoseGraphOptions& options, PoseEdge edge) {
   return edge;
 }
 
+PoseEdge Chained(const PoseEdge& first, const PoseEdge& second) {
+  const Matrix6d adjoint = Adjoint(second.b_from_a);
+  return {first.frame_a,
+          second.frame_b,
+          second.b_from_a * first.b_from_a,
+          second.covariance + adjoint * first.covariance * adjoint.transpose(),
+          false};
+}
+
+PoseEdge MoveToKeyframe(const OdometryChain& chain,
+                        const std::set<int>& keyframes,
+                        const PoseEdge& edge) {
+  const int b = NearestKeyframe(chain, keyframes, edge.frame_b);
+  const Rigid3 b_from_a = chain.At(b).Inverse() * chain.At(edge.frame_b) * edge.b_from_a;
+  return {edge.frame_a, b, b_from_a, edge.covariance, false};
+}
+
 std::optional<PoseEdge> JoinKeyframes(const OdometryChain& chain,
                                       const std::set<int>& keyframes,
                                       const PoseEdge& edge) {
@@ -50,6 +67,7 @@ OdometryChain ChainOdometry(const PoseGraphOptions& options, const PoseGraphInpu
     for (const OdometryFrame& frame : shard.frames) {
       chain.graph_from_camera.push_back(graph_from_shard * frame.shard_from_camera);
       if (frame.is_keyframe) chain.keyframes.insert(frame.frame_idx);
+      if (frame.state == TrackingState::kBridged) chain.guessed.insert(frame.frame_idx);
     }
     for (const PoseEdge& edge : shard.edges) {
       chain.edges.push_back(WithSigmaFloor(options, edge));
