@@ -16,6 +16,7 @@ PoseGraphInput ReadInput(const StageContext& context) {
   input.features = ReadFeatures(context.Inputs("features"), context.Inputs("frames"));
   for (const auto& path : context.Inputs("odometry")) input.odometry.push_back(ReadOdometry(path));
   input.loops = ReadPairs(context.Input("loops"));
+  for (const auto& path : context.Inputs("edges")) input.edges.push_back(ReadEdges(path));
   return input;
 }
 
@@ -43,7 +44,8 @@ int main(int argc, char** argv) {
        {"cameras", "cameras.json of the frames stage"},
        {"features", "shard_NNNN.h5 of the features stage", Arity::kMany},
        {"odometry", "shard_NNNN.h5 of the odometry stage", Arity::kMany},
-       {"loops", "loops.h5 of the loops stage"}},
+       {"loops", "loops.h5 of the loops stage"},
+       {"edges", "edges.h5 of another sensor, its nodes being frames", Arity::kAnyNumber}},
       {{"graph", "graph.g2o: keyframes and edges", Arity::kOptional},
        {"trajectory", "trajectory.tum: graph_from_camera of every frame"},
        {"keyframes", "keyframes.tum: graph_from_camera of the keyframes"},

@@ -97,20 +97,10 @@ GraphSummary Solve(const std::vector<GraphEdge>& edges, std::map<int, Rigid3>* p
           ceres::TerminationTypeToString(summary.termination_type)};
 }
 
-double Error(const PoseEdge& edge, const std::map<int, Rigid3>& poses) {
-  const Rigid3& a = poses.at(edge.frame_a);
-  const Rigid3& b = poses.at(edge.frame_b);
-  Eigen::Matrix<double, 6, 1> residual;
-  EdgeError(edge, 1)(a.rotation.coeffs().data(),
-                     a.translation.data(),
-                     b.rotation.coeffs().data(),
-                     b.translation.data(),
-                     residual.data());
-  return residual.norm();
-}
-
 void UpdateErrors(const std::map<int, Rigid3>& poses, std::vector<GraphEdge>* edges) {
-  for (GraphEdge& edge : *edges) edge.error = Error(edge.edge, poses);
+  for (GraphEdge& edge : *edges) {
+    edge.error = ErrorOf(edge.edge, poses.at(edge.edge.frame_a), poses.at(edge.edge.frame_b));
+  }
 }
 
 // Equation 14 of the paper: the weight of a truncated squared error at control value mu.
@@ -129,6 +119,16 @@ bool AllDecided(const std::vector<GraphEdge>& edges) {
 }
 
 }  // namespace
+
+double ErrorOf(const PoseEdge& edge, const Rigid3& world_from_a, const Rigid3& world_from_b) {
+  Eigen::Matrix<double, 6, 1> residual;
+  EdgeError(edge, 1)(world_from_a.rotation.coeffs().data(),
+                     world_from_a.translation.data(),
+                     world_from_b.rotation.coeffs().data(),
+                     world_from_b.translation.data(),
+                     residual.data());
+  return residual.norm();
+}
 
 GraphSummary OptimizeGraph(double max_loop_error,
                            std::vector<GraphEdge>* edges,

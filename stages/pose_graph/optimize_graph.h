@@ -13,9 +13,10 @@ namespace nightmap {
 
 struct GraphEdge {
   PoseEdge edge;
-  bool is_loop = false;  // may be wrong
-  double weight = 1;     // weight of a loop after optimization, 0 .. 1
-  double error = 0;      // Mahalanobis distance after optimization
+  bool is_loop = false;       // may be wrong
+  double weight = 1;          // weight of a loop after optimization, 0 .. 1
+  double error = 0;           // Mahalanobis distance after optimization
+  bool is_of_sensor = false;  // odometry or prior of a sensor other than the camera
 
   bool IsBelieved() const { return !is_loop || weight > 0.5; }
 };
@@ -28,6 +29,9 @@ struct GraphSummary {
   int num_iterations = 0;
   std::string end;  // in Ceres's words
 };
+
+// Mahalanobis distance between the measured and the actual b_from_a.
+double ErrorOf(const PoseEdge& edge, const Rigid3& world_from_a, const Rigid3& world_from_b);
 
 // Poses by frame index, world_from_camera; the first is held fixed. Beyond the Mahalanobis distance
 // `max_loop_error` a loop counts as wrong. Deterministic; one thread. Throws DataError when the

@@ -8,11 +8,11 @@
 
 #include "stages/pose_graph/adjust_rounds.h"
 #include "stages/pose_graph/check_odometry.h"
+#include "stages/pose_graph/close_loops.h"
 #include "stages/pose_graph/cull_keyframes.h"
-#include "stages/pose_graph/drift_gate.h"
 #include "stages/pose_graph/graph_parts.h"
-#include "stages/pose_graph/join_runs.h"
 #include "stages/pose_graph/odometry_chain.h"
+#include "stages/pose_graph/sensor_odometry.h"
 
 namespace nightmap {
 namespace {
@@ -22,7 +22,9 @@ class Pipeline {
   Pipeline(const PoseGraphOptions& options, const PoseGraphInput& input, int num_threads)
       : options_(options),
         input_(input),
+        sensors_(MakeSensorGraphs(input)),
         chain_(ChainOdometry(options, input)),
+        filled_(FillBridges(options, sensors_, &chain_)),
         rounds_(options, input, chain_, num_threads) {
     result_.is_keyframe.assign(input.frames.size(), false);
     for (const int idx : chain_.keyframes) {
@@ -32,12 +34,10 @@ class Pipeline {
   }
 
   PoseGraphResult Run(Progress& progress) {
-    progress.Start(4);
-    AddLoops();
+    progress.Start(3);
+    CloseLoops();
     progress.Advance();
-    result_.optimization = OptimizeGraph(options_.max_loop_error, &edges_, &keyframes_);
-    JudgeLoops();
-    result_.parts = FindParts(edges_, KeyframeIdxs(), static_cast<int>(input_.frames.size()));
+    result_.parts = FindParts(edges_, GraphNodes(), static_cast<int>(input_.frames.size()));
     result_.returns_to_start = ReturnsToStart(edges_, KeyframeIdxs());
     progress.Advance();
     auto tracks = MergeTracks(input_.odometry, input_.loops, AcceptedLoops(), KeyframeIdxs());
@@ -53,88 +53,64 @@ class Pipeline {
     }
     progress.Advance();
     FillGraph();
+    RecordSensors();
     return std::move(result_);
   }
 
  private:
-  int KeyframeAtOrBefore(int frame_idx) const {
-    return std::prev(keyframes_.upper_bound(frame_idx))->first;
-  }
-  // Does not cross a bridge, because odometry did not measure that motion.
-  int NearestKeyframe(int frame_idx) const {
-    const int before = KeyframeAtOrBefore(frame_idx);
-    const auto after = keyframes_.lower_bound(frame_idx);
-    if (after == keyframes_.end() || chain_.IsBridged(before, after->first)) return before;
-    return after->first - frame_idx < frame_idx - before ? after->first : before;
-  }
-
   // A loop joins two frames; its edge joins their nearest keyframes.
-  std::optional<PoseEdge> LoopEdge(const FramePair& loop) {
-    const int a = NearestKeyframe(loop.frame_a);
-    const int b = NearestKeyframe(loop.frame_b);
-    if (loop.status != PairStatus::kAccepted || a >= b) return std::nullopt;
-    const Rigid3 b_from_a = chain_.At(b).Inverse() * chain_.At(loop.frame_b) * loop.b_from_a *
-                            chain_.At(loop.frame_a).Inverse() * chain_.At(a);
-    return WithSigmaFloor(options_, {a, b, b_from_a, loop.covariance, false});
+  std::optional<PoseEdge> LoopEdge(const std::set<int>& keyframes, const FramePair& loop) const {
+    if (loop.status != PairStatus::kAccepted) return std::nullopt;
+    const auto edge = JoinKeyframes(
+        chain_, keyframes, {loop.frame_a, loop.frame_b, loop.b_from_a, loop.covariance, false});
+    if (!edge) return std::nullopt;
+    return WithSigmaFloor(options_, *edge);
   }
 
-  // Keeps the loops that the odometry's drift allows; then again, after the runs moved to where the
-  // loops put them.
-  void AddLoops() {
+  void CloseLoops() {
+    const std::set<int> keyframes = KeyframeIdxs();
     std::vector<std::optional<PoseEdge>> loops;
-    for (const FramePair& loop : input_.loops) loops.push_back(LoopEdge(loop));
-    const DriftGate by_odometry(chain_.edges);
-    std::vector<PoseEdge> possible;
-    for (const auto& loop : loops) {
-      if (loop && by_odometry.Distance(*loop) <= options_.max_drift) possible.push_back(*loop);
-    }
-    const std::vector<PoseEdge> tree = JoinRuns(chain_.edges, possible, options_.max_drift);
-    const DriftGate gate(tree);
-    const Rigid3 first = keyframes_.begin()->second;
-    for (const auto& [idx, pose] : gate.Poses()) keyframes_.at(idx) = first * pose;
-    for (const PoseEdge& edge : chain_.edges) {
-      if (!edge.is_bridge || IsIn(tree, edge)) edges_.push_back({edge, false});
-    }
-    for (const auto& loop : loops) {
-      drifts_.push_back(loop ? std::max(by_odometry.Distance(*loop), gate.Distance(*loop)) : 0);
-      const bool is_possible = loop && drifts_.back() <= options_.max_drift;
-      loop_edge_.push_back(is_possible ? static_cast<int>(edges_.size()) : -1);
-      if (is_possible) edges_.push_back({*loop, true});
-    }
-  }
-
-  static bool IsIn(const std::vector<PoseEdge>& tree, const PoseEdge& bridge) {
-    return std::ranges::any_of(tree, [&](const PoseEdge& edge) {
-      return edge.is_bridge && edge.frame_b == bridge.frame_b;
-    });
-  }
-
-  void JudgeLoops() {
-    for (std::size_t i = 0; i < input_.loops.size(); ++i) {
-      const FramePair& loop = input_.loops[i];
-      LoopRecord record{loop.frame_a,
-                        loop.frame_b,
-                        loop.score,
-                        loop.num_putative,
-                        static_cast<int>(loop.inliers.size()),
-                        drifts_[i],
-                        0,
-                        false,
-                        ""};
-      if (loop.status != PairStatus::kAccepted) {
-        record.reason = PairStatusText(loop.status);
-      } else if (drifts_[i] > options_.max_drift) {
-        record.reason = "farther off than the odometry can have drifted";
-      } else if (loop_edge_[i] < 0) {
-        record.reason = "both ends are one keyframe";
-      } else {
-        const GraphEdge& edge = edges_[static_cast<std::size_t>(loop_edge_[i])];
-        record.error = edge.error;
-        record.is_accepted = edge.IsBelieved();
-        if (!record.is_accepted) record.reason = "contradicts the rest of the graph";
+    for (const FramePair& loop : input_.loops) loops.push_back(LoopEdge(keyframes, loop));
+    for (const SensorGraph& sensor : sensors_) {
+      for (const PoseEdge& loop : sensor.loops) {
+        loops.push_back(AtKeyframes(options_, chain_, keyframes, loop));
       }
-      result_.loops.push_back(record);
     }
+    LoopCloser closer(options_, chain_, loops, MeasuredBySensors(keyframes));
+    result_.optimization = closer.Close(&keyframes_);
+    edges_ = closer.Edges();
+    for (std::size_t i = 0; i < input_.loops.size(); ++i) {
+      RecordLoop(input_.loops[i], closer.Candidates()[i]);
+    }
+    for (std::size_t i = input_.loops.size(); i < loops.size(); ++i) {
+      is_sensor_loop_accepted_.push_back(closer.Candidates()[i].reason.empty());
+    }
+  }
+
+  std::vector<PoseEdge> MeasuredBySensors(const std::set<int>& keyframes) const {
+    std::vector<PoseEdge> edges = OdometryOfSensors(options_, chain_, keyframes, sensors_, filled_);
+    for (const SensorGraph& sensor : sensors_) {
+      for (const PoseEdge& prior : sensor.priors) {
+        if (const auto edge = AtKeyframes(options_, chain_, keyframes, prior)) {
+          edges.push_back(*edge);
+        }
+      }
+    }
+    return edges;
+  }
+
+  void RecordLoop(const FramePair& loop, const LoopCandidate& candidate) {
+    const bool is_verified = loop.status == PairStatus::kAccepted;
+    const std::string reason = is_verified ? candidate.reason : PairStatusText(loop.status);
+    result_.loops.push_back({loop.frame_a,
+                             loop.frame_b,
+                             loop.score,
+                             loop.num_putative,
+                             static_cast<int>(loop.inliers.size()),
+                             candidate.drift,
+                             candidate.error,
+                             reason.empty(),
+                             reason});
   }
 
   void Note(const GlobalBundleSummary& summary) {
@@ -157,6 +133,13 @@ class Pipeline {
     return idxs;
   }
 
+  // With the map, where priors hold keyframes in it.
+  std::set<int> GraphNodes() const {
+    std::set<int> nodes = KeyframeIdxs();
+    nodes.insert(kMapNode);
+    return nodes;
+  }
+
   std::set<int> BridgeEnds() const {
     std::set<int> ends;
     for (const PoseEdge& edge : chain_.edges) {
@@ -174,42 +157,85 @@ class Pipeline {
     result_.num_culled = static_cast<int>(redundant.size());
     std::vector<GraphEdge> edges;
     for (const GraphEdge& edge : edges_) {
-      if (edge.is_loop) continue;
+      if (edge.is_loop || edge.is_of_sensor) continue;
       const bool goes_on = redundant.contains(edge.edge.frame_a);
-      edges.push_back({goes_on ? Chain(edges.back().edge, edge.edge) : edge.edge, false});
+      edges.push_back({goes_on ? Chained(edges.back().edge, edge.edge) : edge.edge, false});
       if (goes_on) edges.erase(edges.end() - 2);
     }
+    const std::set<int> keyframes = KeyframeIdxs();
     for (std::size_t i = 0; i < input_.loops.size(); ++i) {
       if (!result_.loops[i].is_accepted) continue;
-      if (const auto edge = LoopEdge(input_.loops[i])) edges.push_back({*edge, true});
+      if (const auto edge = LoopEdge(keyframes, input_.loops[i])) edges.push_back({*edge, true});
     }
     edges_ = std::move(edges);
+    AddSensorEdges(keyframes);
   }
 
-  static PoseEdge Chain(const PoseEdge& first, const PoseEdge& second) {
-    const Matrix6d adjoint = Adjoint(second.b_from_a);
-    return {first.frame_a,
-            second.frame_b,
-            second.b_from_a * first.b_from_a,
-            second.covariance + adjoint * first.covariance * adjoint.transpose(),
-            false};
+  void AddSensorEdges(const std::set<int>& keyframes) {
+    for (const PoseEdge& edge : MeasuredBySensors(keyframes)) edges_.push_back({edge, false});
+    std::size_t i = 0;
+    for (const SensorGraph& sensor : sensors_) {
+      for (const PoseEdge& loop : sensor.loops) {
+        if (!is_sensor_loop_accepted_[i++]) continue;
+        const auto edge = AtKeyframes(options_, chain_, keyframes, loop);
+        if (edge) edges_.push_back({*edge, true});
+      }
+    }
   }
 
   void FillGraph() {
     for (const auto& [idx, pose] : keyframes_) result_.graph.vertices.push_back({idx, pose});
     for (const GraphEdge& edge : edges_) {
-      if (edge.IsBelieved()) result_.graph.edges.push_back(edge.edge);
+      const bool is_prior = edge.edge.frame_a == kMapNode;  // g2o has no vertex for the map
+      if (edge.IsBelieved() && !is_prior) result_.graph.edges.push_back(edge.edge);
     }
+  }
+
+  void RecordSensors() {
+    std::size_t i = 0;
+    for (const SensorGraph& sensor : sensors_) {
+      std::vector<PoseEdge> kept = sensor.odometry;
+      for (const PoseEdge& loop : sensor.loops) {
+        if (is_sensor_loop_accepted_[i++]) kept.push_back(loop);
+      }
+      for (const PoseEdge& prior : sensor.priors) {
+        if (AtKeyframes(options_, chain_, chain_.keyframes, prior)) kept.push_back(prior);
+      }
+      const std::size_t num_edges =
+          sensor.odometry.size() + sensor.loops.size() + sensor.priors.size();
+      result_.sensors.push_back({sensor.sensor,
+                                 static_cast<int>(sensor.odometry.size()),
+                                 static_cast<int>(sensor.loops.size()),
+                                 static_cast<int>(sensor.priors.size()),
+                                 static_cast<int>(num_edges - kept.size()),
+                                 MedianResidual(kept)});
+    }
+  }
+
+  double MedianResidual(const std::vector<PoseEdge>& edges) const {
+    if (edges.empty()) return 0;
+    const auto pose = [&](int node) {
+      return node == kMapNode ? Rigid3()
+                              : result_.graph_from_camera[static_cast<std::size_t>(node)];
+    };
+    std::vector<double> residuals;
+    for (const PoseEdge& edge : edges) {
+      residuals.push_back(ErrorOf(edge, pose(edge.frame_a), pose(edge.frame_b)));
+    }
+    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+    std::ranges::nth_element(residuals, middle);
+    return *middle;
   }
 
   const PoseGraphOptions& options_;
   const PoseGraphInput& input_;
+  std::vector<SensorGraph> sensors_;
   OdometryChain chain_;
+  FilledBridges filled_;
   AdjustmentRounds rounds_;
   std::map<int, Rigid3> keyframes_;  // graph_from_camera, optimized
   std::vector<GraphEdge> edges_;     // loops, and odometry without the bridges that loops replace
-  std::vector<int> loop_edge_;       // by candidate; -1: none
-  std::vector<double> drifts_;       // by candidate
+  std::vector<bool> is_sensor_loop_accepted_;  // of all sensors, in order
   PoseGraphResult result_;
 };
 

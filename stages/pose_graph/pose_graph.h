@@ -11,6 +11,7 @@
 #include "pipeline/base/progress.h"
 #include "pipeline/features/landmark_tracker.h"
 #include "pipeline/geometry/bundle_adjustment.h"
+#include "pipeline/io/edges_io.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/g2o_io.h"
@@ -43,7 +44,8 @@ struct PoseGraphInput {
   std::vector<RgbdCamera> cameras;
   FeaturesShard features;  // of these frames
   std::vector<OdometryShard> odometry;
-  std::vector<FramePair> loops;  // accepted and rejected candidates
+  std::vector<FramePair> loops;    // accepted and rejected candidates
+  std::vector<SensorEdges> edges;  // of other sensors; nodes are frames of the lists
 };
 
 struct LoopRecord {
@@ -58,6 +60,19 @@ struct LoopRecord {
   std::string reason;  // empty when accepted
 };
 
+// How the edges of a sensor other than the camera agree with the result.
+struct SensorRecord {
+  std::string sensor;
+  int num_odometry = 0;
+  int num_loops = 0;
+  int num_priors = 0;
+  // Loops rejected as the camera's are; loops and priors at frames without a place in the odometry.
+  int num_refused = 0;
+  // Median over the others of the Mahalanobis distance from the final trajectory; 2.3 where the
+  // covariances are right and nothing else holds the trajectory.
+  double median_residual = 0;
+};
+
 // Frames connected by measured edges and accepted loops. Where there are several parts, only
 // guessed motion joins them.
 struct GraphPart {
@@ -70,6 +85,7 @@ struct PoseGraphResult {
   std::vector<Rigid3> graph_from_camera;  // by frame
   std::vector<bool> is_keyframe;          // by frame
   std::vector<LoopRecord> loops;          // all candidates
+  std::vector<SensorRecord> sensors;      // those of the edges
   std::vector<GraphPart> parts;           // most frames first
   bool returns_to_start = false;  // a loop joins the first tenth of the keyframes to the last
   double bundle_rms_px = 0;       // reprojection error after bundle adjustment
@@ -83,7 +99,8 @@ struct PoseGraphResult {
 // Chains the shards, drops loops that contradict the odometry, closes the others (graduated
 // non-convexity decides which to accept) and drops redundant keyframes. Adjusts the remaining
 // keyframes and points; then all described frames, with newly found points, and the cameras' focal
-// lengths and rolling shutters. Deterministic.
+// lengths and rolling shutters. Edges of other sensors fill what the camera lost and enter the
+// graph; the adjustment goes on from there by features alone. Deterministic.
 PoseGraphResult RunPoseGraph(const PoseGraphOptions& options,
                              const PoseGraphInput& input,
                              int num_threads,

@@ -74,6 +74,20 @@ nlohmann::json Calibrations(const PoseGraphOptions& options, const PoseGraphResu
   return all;
 }
 
+nlohmann::json SensorReport(const std::vector<SensorRecord>& sensors) {
+  auto all = nlohmann::json::array();
+  for (const SensorRecord& record : sensors) {
+    all.push_back({{"sensor", record.sensor},
+                   {"num_edges", record.num_odometry + record.num_loops + record.num_priors},
+                   {"num_odometry", record.num_odometry},
+                   {"num_loops", record.num_loops},
+                   {"num_priors", record.num_priors},
+                   {"num_refused", record.num_refused},
+                   {"median_normalized_residual", record.median_residual}});
+  }
+  return all;
+}
+
 nlohmann::json OptimizationReport(const GraphSummary& summary) {
   return {{"num_rounds", summary.num_rounds},
           {"initial_cost", summary.initial_cost},
@@ -95,7 +109,7 @@ nlohmann::json Summarize(const PoseGraphOptions& options,
   for (const GraphPart& part : result.parts) {
     parts.push_back({{"num_frames", part.num_frames}, {"runs", part.runs}});
   }
-  return {
+  nlohmann::json report = {
       {"parts", parts},
       {"connection",
        result.parts.size() == 1 ? "whole" : "guessed motion joins the parts: no loop does"},
@@ -115,6 +129,8 @@ nlohmann::json Summarize(const PoseGraphOptions& options,
       {"bundle_adjustments", BundleReport(result.adjustments)},
       {"depth_scales", DepthScales(options, result)},
       {"calibrations", Calibrations(options, result)}};
+  if (!result.sensors.empty()) report["sensors"] = SensorReport(result.sensors);
+  return report;
 }
 
 }  // namespace nightmap

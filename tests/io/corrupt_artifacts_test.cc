@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every reader of an artifact against damaged files.
+#include "pipeline/io/edges_io.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/floors_io.h"
 #include "pipeline/io/frames_io.h"
@@ -51,6 +52,16 @@ void WriteSomeOdometry(const Path& path) {
   shard.edges.push_back({0, 1, SomePose(1), Matrix6d::Identity(), false});
   shard.tracks = {{{0, 5}, {1, 6}}, {{2, 7}}};
   WriteOdometry(path, shard, "size = 1\n");
+}
+
+void WriteSomeEdges(const Path& path) {
+  const Matrix6d covariance = Matrix6d::Identity();
+  WriteEdges(path,
+             {"wheels",
+              {{EdgeKind::kPrior, 7, 7, SomePose(0), covariance},
+               {EdgeKind::kOdometry, 7, 8, SomePose(1), covariance},
+               {EdgeKind::kLoop, 9, 7, SomePose(2), covariance}}},
+             "size = 1\n");
 }
 
 void WriteSomeFeatures(const Path& path) {
@@ -149,6 +160,10 @@ TEST_F(CorruptArtifactsTest, Matches) {
 
 TEST_F(CorruptArtifactsTest, Odometry) {
   Expect("a.h5", WriteSomeOdometry, [](const Path& path) { ReadOdometry(path); });
+}
+
+TEST_F(CorruptArtifactsTest, Edges) {
+  Expect("a.h5", WriteSomeEdges, [](const Path& path) { ReadEdges(path); });
 }
 
 TEST_F(CorruptArtifactsTest, Features) {

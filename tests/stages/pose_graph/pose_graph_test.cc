@@ -1,91 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/pose_graph/pose_graph.h"
 
-#include <numbers>
-
 #include "pipeline/base/error.h"
 #include "stages/pose_graph/pose_graph_output.h"
-#include "tests/landmark_scene.h"
+#include "tests/stages/pose_graph/circle_scene.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
 namespace {
-
-constexpr int kNumFrames = 48;
-
-// One turn of a circle, looking outwards: 7.5 degrees a frame.
-Rigid3 TruePose(int i) {
-  const double angle = 2 * std::numbers::pi * i / kNumFrames;
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY())),
-          {2 * std::sin(angle), 0, 2 * std::cos(angle)}};
-}
-
-Rigid3 TrueRelative(int a, int b) { return TruePose(b).Inverse() * TruePose(a); }
-
-// Two shards of drifting odometry, every third frame a keyframe, and loops of the last frames with
-// the first. No pictures: bundle adjustment has nothing to add.
-PoseGraphInput MakeInput() {
-  PoseGraphInput input;
-  input.cameras = {RgbdCamera{}};
-  input.cameras[0].color = Camera{64, 48, 50, 50, 32, 24};
-  Random random(6);
-  for (int begin = 0; begin < kNumFrames; begin += kNumFrames / 2) {
-    OdometryShard shard;
-    Rigid3 pose;
-    int keyframe = begin - 1;
-    Rigid3 keyframe_pose;
-    for (int i = begin; i < begin + kNumFrames / 2; ++i) {
-      Rigid3 relative = i == 0 ? Rigid3() : TrueRelative(i - 1, i);
-      relative.translation.x() += 0.01 * random.Gaussian();
-      relative.translation.z() += 0.01 * random.Gaussian();
-      if (i == 0) relative = Rigid3();
-      pose = pose * relative.Inverse();
-      const bool is_keyframe = i % 3 == 0 || i + 1 == begin + kNumFrames / 2;
-      shard.frames.push_back({i, pose, TrackingState::kTracked, is_keyframe});
-      if (is_keyframe) {
-        if (keyframe >= 0) {
-          shard.edges.push_back(
-              {keyframe, i, pose.Inverse() * keyframe_pose, 1e-3 * Matrix6d::Identity(), false});
-        }
-        keyframe = i;
-        keyframe_pose = pose;
-      }
-      FrameRecord frame;
-      frame.frame_idx = i;
-      frame.time_ns = 1000000000LL * (i + 1);
-      input.frames.push_back(frame);
-      input.features.frames.emplace_back().frame_idx = i;
-    }
-    input.odometry.push_back(shard);
-  }
-  for (int k = 0; k < 4; ++k) {
-    FramePair loop;
-    loop.frame_a = k;
-    loop.frame_b = kNumFrames - 4 + k;
-    loop.status = PairStatus::kAccepted;
-    loop.b_from_a = TrueRelative(loop.frame_a, loop.frame_b);
-    loop.covariance = 1e-5 * Matrix6d::Identity();
-    input.loops.push_back(loop);
-  }
-  return input;
-}
-
-PoseGraphResult Optimize(const PoseGraphInput& input, int num_threads = 1) {
-  Progress progress("pose_graph", false);
-  return RunPoseGraph({}, input, num_threads, progress);
-}
-
-double WorstError_m(const PoseGraphResult& result) {
-  const Rigid3 graph_from_truth = result.graph_from_camera[0] * TruePose(0).Inverse();
-  double worst = 0;
-  for (int i = 0; i < kNumFrames; ++i) {
-    worst = std::max(worst,
-                     (result.graph_from_camera[static_cast<std::size_t>(i)].translation -
-                      (graph_from_truth * TruePose(i)).translation)
-                         .norm());
-  }
-  return worst;
-}
 
 TEST(PoseGraph, LoopsCorrectTheDriftOfEveryFrame) {
   PoseGraphInput input = MakeInput();
@@ -120,19 +42,7 @@ TEST(PoseGraph, EveryFrameHasAPoseAndEveryCandidateAVerdict) {
 // All keyframes see the same points, so few keyframes are needed.
 TEST(PoseGraph, DroppedKeyframesKeepTheirPosesAndTheEdgesGoPastThem) {
   PoseGraphInput input = MakeInput();
-  for (FrameFeatures& frame : input.features.frames) frame.keypoints_px.resize(50);
-  for (OdometryShard& shard : input.odometry) {
-    shard.tracks.resize(50);
-    for (const OdometryFrame& frame : shard.frames) {
-      if (!frame.is_keyframe) continue;
-      for (int i = 0; i < 50; ++i) {
-        shard.tracks[static_cast<std::size_t>(i)].push_back({frame.frame_idx, i});
-      }
-    }
-  }
-  for (FramePair& loop : input.loops) {
-    for (int i = 0; i < 50; ++i) loop.inliers.push_back({i, i});
-  }
+  SeeTheSamePoints(&input);
   PoseGraphOptions options;
   options.bundle_adjustment = false;
   Progress progress("pose_graph", false);
@@ -171,25 +81,6 @@ TEST(PoseGraph, WithoutLoopsTheGraphIsTheOdometry) {
   EXPECT_THAT(Summarize({}, input, result).at("loops").get<std::string>(),
               testing::HasSubstr("no loop found"));
   for (const PoseEdge& edge : result.graph.edges) EXPECT_LT(edge.frame_a, edge.frame_b);
-}
-
-// The camera was lost before frame 12; odometry goes on somewhere else.
-PoseGraphInput MakeBrokenInput() {
-  PoseGraphInput input = MakeInput();
-  OdometryShard& shard = input.odometry[0];
-  const Rigid3 elsewhere{Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX())),
-                         {4, -2, 1}};
-  for (OdometryFrame& frame : shard.frames) {
-    if (frame.frame_idx >= 12) frame.shard_from_camera = elsewhere * frame.shard_from_camera;
-  }
-  for (PoseEdge& edge : shard.edges) {
-    if (edge.frame_b != 12) continue;
-    edge.is_bridge = true;
-    edge.covariance = 100 * Matrix6d::Identity();
-    edge.b_from_a =
-        shard.frames[12].shard_from_camera.Inverse() * shard.frames[9].shard_from_camera;
-  }
-  return input;
 }
 
 TEST(PoseGraph, LoopsJoinWhatTheTrackingLost) {

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/edges_io.h"
+
+#include <limits>
+
+#include "pipeline/base/random.h"
+#include "pipeline/io/hdf5_file.h"
+#include "tests/io/hdf5_damage.h"
+
+namespace nightmap {
+namespace {
+
+const auto kRead = [](const std::filesystem::path& path) { return ReadEdges(path); };
+
+SensorEdge RandomEdge(EdgeKind kind, std::int64_t source_ns, std::int64_t target_ns) {
+  Random random(1, static_cast<std::uint64_t>(source_ns));
+  SensorEdge edge{kind, source_ns, target_ns, {}, {}};
+  const Eigen::Quaterniond q(
+      random.Gaussian(), random.Gaussian(), random.Gaussian(), random.Gaussian());
+  edge.target_from_source = {q.normalized(), {random.Gaussian(), random.Gaussian(), 3}};
+  Matrix6d root;
+  for (double& value : root.reshaped()) value = random.Gaussian();
+  edge.covariance = root * root.transpose() + Matrix6d::Identity();
+  return edge;
+}
+
+SensorEdges SomeEdges() {
+  return {"wheels, \"left\"",
+          {RandomEdge(EdgeKind::kOdometry, 100, 200),
+           RandomEdge(EdgeKind::kLoop, 900, 100),
+           RandomEdge(EdgeKind::kOdometry, 200, 300),
+           RandomEdge(EdgeKind::kPrior, 200, 200),
+           RandomEdge(EdgeKind::kOdometry, 500, 900)}};
+}
+
+TEST(EdgesIo, ReadsBackEveryField) {
+  const TemporaryFolder folder;
+  const SensorEdges edges = SomeEdges();
+  WriteEdges(folder / "e.h5", edges, "x = 1\n");
+  const SensorEdges read = ReadEdges(folder / "e.h5");
+  EXPECT_EQ(read.sensor, edges.sensor);
+  ASSERT_EQ(read.edges.size(), edges.edges.size());
+  for (std::size_t i = 0; i < edges.edges.size(); ++i) {
+    EXPECT_EQ(read.edges[i].kind, edges.edges[i].kind);
+    EXPECT_EQ(read.edges[i].source_time_ns, edges.edges[i].source_time_ns);
+    EXPECT_EQ(read.edges[i].target_time_ns, edges.edges[i].target_time_ns);
+    EXPECT_EQ(read.edges[i].target_from_source.Matrix(),
+              edges.edges[i].target_from_source.Matrix());
+    EXPECT_EQ(read.edges[i].covariance, edges.edges[i].covariance);
+  }
+  WriteEdges(folder / "again.h5", read, "x = 1\n");
+  EXPECT_EQ(ReadBytes(folder / "again.h5"), ReadBytes(folder / "e.h5"));
+}
+
+TEST(EdgesIo, NoEdgesAreFine) {
+  const TemporaryFolder folder;
+  WriteEdges(folder / "e.h5", {"wheels", {}}, "");
+  EXPECT_TRUE(ReadEdges(folder / "e.h5").edges.empty());
+}
+
+TEST(EdgesIo, ATruncatedFileIsNamed) {
+  const TemporaryFolder folder;
+  WriteEdges(folder / "e.h5", SomeEdges(), "");
+  ExpectTruncationIsNamed(folder, folder / "e.h5", kRead);
+}
+
+TEST(EdgesIo, AnotherFormatAndANewerVersionAreRefused) {
+  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap edges", 1, kRead);
+}
+
+// A file of another program.
+TEST(EdgesIo, MissingArraysUnknownKindsAndSizesThatDoNotAddUpAreNamed) {
+  const TemporaryFolder folder;
+  const auto refuse = [&](const std::string& left_out,
+                          const std::vector<std::uint8_t>& kind,
+                          std::size_t num_rows,
+                          const std::string& text) {
+    {
+      Hdf5Writer file(folder / "e.h5", "nightmap edges", 1, "", "");
+      file.WriteText("sensor", left_out == "sensor" ? "" : "wheels");
+      if (left_out != "kind") file.WriteList("kind", kind);
+      if (left_out != "time_ns") file.Write("time_ns", Array<std::int64_t>{1, 2, {1, 2}});
+      Array<double> pose{num_rows, 7, std::vector<double>(7 * num_rows)};
+      if (num_rows > 0) pose.values[6] = 1;
+      if (left_out != "target_from_source") file.Write("target_from_source", pose);
+      const Array<double> covariance{1, 36, std::vector<double>(36)};
+      if (left_out != "covariance") file.Write("covariance", covariance);
+      file.Close();
+    }
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadEdges(folder / "e.h5"), "e.h5: field '" + text);
+  };
+  for (const std::string field : {"kind", "time_ns", "target_from_source", "covariance"}) {
+    refuse(field, {0}, 1, field + "' is missing");
+  }
+  refuse("sensor", {0}, 1, "sensor' is empty");
+  refuse("", {0, 0}, 1, "time_ns'");
+  refuse("", {0}, 0, "target_from_source'");
+  refuse("", {3}, 1, "kind' has an unknown kind");
+  refuse("", {0}, 1, "covariance' is not symmetric and positive definite");
+}
+
+class EdgesIoTest : public testing::Test {
+ protected:
+  void ExpectRefused(const std::function<void(std::vector<SensorEdge>&)>& damage,
+                     const std::string& text) const {
+    SensorEdges edges = SomeEdges();
+    damage(edges.edges);
+    WriteEdges(folder_ / "e.h5", edges, "");
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadEdges(folder_ / "e.h5"), "e.h5: " + text);
+  }
+  TemporaryFolder folder_;
+};
+
+using Edges = std::vector<SensorEdge>;
+
+TEST_F(EdgesIoTest, NanAndInfinityAreNamed) {
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    ExpectRefused([&](Edges& edges) { edges[1].target_from_source.translation.y() = bad; },
+                  "field 'target_from_source'");
+    ExpectRefused([&](Edges& edges) { edges[4].covariance(5, 5) = bad; }, "field 'covariance'");
+  }
+}
+
+TEST_F(EdgesIoTest, WhatIsNoCovarianceIsRefused) {
+  const std::string why = "field 'covariance' is not symmetric and positive definite";
+  ExpectRefused([](Edges& edges) { edges[1].covariance(0, 5) += 0.01; }, why);
+  ExpectRefused([](Edges& edges) { edges[1].covariance *= -1; }, why);
+  ExpectRefused([](Edges& edges) { edges[1].covariance.setZero(); }, why);
+  ExpectRefused([](Edges& edges) { edges[2].covariance.setOnes(); }, why);
+  ExpectRefused([](Edges& edges) { edges[3].covariance = 1e-310 * Matrix6d::Identity(); }, why);
+}
+
+TEST_F(EdgesIoTest, APoseThatIsNoneIsRefused) {
+  ExpectRefused([](Edges& edges) { edges[2].target_from_source.rotation.coeffs() *= 2; },
+                "row 2 holds a quaternion");
+}
+
+TEST_F(EdgesIoTest, NodesThatCannotBeAreRefused) {
+  ExpectRefused([](Edges& edges) { edges[1].target_time_ns = 900; },
+                "field 'time_ns' has an edge from a node to itself");
+  ExpectRefused([](Edges& edges) { edges[3].target_time_ns = 300; },
+                "field 'time_ns' has two nodes for a prior");
+  const auto again = [](std::size_t i) {
+    return [i](Edges& edges) {
+      edges.push_back(edges[i]);
+      std::swap(edges.back().source_time_ns, edges.back().target_time_ns);
+    };
+  };
+  for (const std::size_t i : {0U, 1U, 3U}) {
+    ExpectRefused(again(i), "field 'time_ns' has an edge twice");
+  }
+  const std::string not_ascending = "field 'time_ns' has odometry that does not ascend";
+  ExpectRefused([](Edges& edges) { edges[2].source_time_ns = 199; }, not_ascending);
+  ExpectRefused([](Edges& edges) { edges[4].target_time_ns = 400; }, not_ascending);
+}
+
+}  // namespace
+}  // namespace nightmap
