@@ -98,7 +98,9 @@ def output_twice(draw, root, command):
 def special_input(draw, root, command):
     port = draw.choice(command.inputs)
     port[1] = "maps/special" + pathlib.Path(port[1]).suffix
-    return Attack(f"input {port[0]} is a {make_special(draw, root / port[1])}", command.words(), must_fail=True)
+    kind = make_special(draw, root / port[1])
+    # An empty folder of recordings: the pictures are missing, which the join of the tiles refuses, not each tile.
+    return Attack(f"input {port[0]} is a {kind}", command.words(), must_fail=(port[0], kind) != ("data", "folder"))
 
 
 def wrong_ports(draw, root, command):
