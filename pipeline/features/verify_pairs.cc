@@ -9,13 +9,6 @@
 namespace nightmap {
 namespace {
 
-// One random stream per pair, independent of the order of work.
-std::uint64_t PairSeed(int seed, const FramePair& pair) {
-  return (static_cast<std::uint64_t>(seed) << 48) ^
-         (static_cast<std::uint64_t>(pair.frame_a) << 24) ^
-         static_cast<std::uint64_t>(pair.frame_b);
-}
-
 // A frame of a pair and the camera that took it.
 struct FrameView {
   const FrameFeatures& features;
@@ -28,20 +21,17 @@ FrameView View(const FramesWithFeatures& input, int frame_idx) {
   return {input.features.frames[i], input.cameras.at(camera_idx)};
 }
 
-void VerifyOne(VerifyOptions options,
+void VerifyOne(const VerifyOptions& options,
                const QuickCheck* quick,
                const FramesWithFeatures& input,
-               std::uint64_t seed,
                FramePair* pair) {
   const FrameView a = View(input, pair->frame_a);
   const FrameView b = View(input, pair->frame_b);
   if (quick != nullptr) {
-    VerifyOptions verify = quick->verify;
-    verify.pose.seed = seed;
-    VerifyMatches(verify, quick->match(*pair), a.features, a.camera, b.features, b.camera, pair);
+    const auto matches = quick->match(*pair);
+    VerifyMatches(quick->verify, matches, a.features, a.camera, b.features, b.camera, pair);
     if (pair->status != PairStatus::kAccepted) return;
   }
-  options.pose.seed = seed;
   VerifyPair(options, a.features, a.camera, b.features, b.camera, pair);
 }
 
@@ -66,17 +56,17 @@ void SortPairs(std::vector<FramePair>* pairs) {
       *pairs, {}, [](const FramePair& pair) { return std::pair(pair.frame_b, pair.frame_a); });
 }
 
-void VerifyPairs(const VerifyOptions& options,
+void VerifyPairs(VerifyOptions options,
                  const QuickCheck* quick,
                  const FramesWithFeatures& input,
-                 int seed,
                  int num_threads,
                  Progress& progress,
                  std::vector<FramePair>* pairs) {
+  options.kind = input.features.kind;
   progress.Start(pairs->size());
   ParallelFor(pairs->size(), num_threads, [&](std::size_t i) {
     FramePair& pair = (*pairs)[i];
-    VerifyOne(options, quick, input, PairSeed(seed, pair), &pair);
+    VerifyOne(options, quick, input, &pair);
     progress.Advance();
   });
 }

@@ -30,16 +30,15 @@ void SortPairs(std::vector<FramePair>* pairs);
 
 // A cheap check that rejects most wrong pairs before all of their features are compared.
 struct QuickCheck {
-  VerifyOptions verify;  // its seed is not used
+  VerifyOptions verify;
   std::function<std::vector<FeatureMatch>(const FramePair& pair)> match;
 };
 
-// Runs VerifyPair on each pair that `quick` accepts (null: on all). Each pair draws from its own
-// random stream of the seed, so the result is the same at any number of threads and in any order.
-void VerifyPairs(const VerifyOptions& options,
+// Runs VerifyPair on each pair that `quick` accepts (null: on all), with descriptors of the kind of
+// the features. The result is the same at any number of threads and in any order.
+void VerifyPairs(VerifyOptions options,
                  const QuickCheck* quick,
                  const FramesWithFeatures& input,
-                 int seed,
                  int num_threads,
                  Progress& progress,
                  std::vector<FramePair>* pairs);
