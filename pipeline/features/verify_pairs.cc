@@ -37,11 +37,11 @@ void VerifyOne(const VerifyOptions& options,
 
 }  // namespace
 
-FramesWithFeatures ReadFramesWithFeatures(const StageContext& context) {
-  const auto frames = ReadFrames(context.Inputs("frames"));
-  return {frames,
-          ReadCameras(context.Input("cameras"), frames),
-          ReadFeatures(context.Inputs("features"), context.Inputs("frames"))};
+FramesWithFeatures ReadFramesWithFeatures(const std::vector<std::filesystem::path>& frames,
+                                          const std::filesystem::path& cameras,
+                                          const std::vector<std::filesystem::path>& features) {
+  const auto records = ReadFrames(frames);
+  return {records, ReadCameras(cameras, records), ReadFeatures(features, frames)};
 }
 
 FramePair MakePair(int frame_a, int frame_b) {
@@ -71,18 +71,17 @@ void VerifyPairs(VerifyOptions options,
   });
 }
 
-void ReportPairs(const std::vector<FramePair>& pairs, StageContext& context) {
+nlohmann::json PairsReport(const std::vector<FramePair>& pairs) {
   int num_accepted = 0;
   std::size_t num_inliers = 0;
   for (const FramePair& pair : pairs) {
     num_accepted += pair.status == PairStatus::kAccepted;
     if (pair.status == PairStatus::kAccepted) num_inliers += pair.inliers.size();
   }
-  auto& report = context.Report();
-  report["num_pairs"] = pairs.size();
-  report["num_accepted"] = num_accepted;
-  report["mean_inliers"] =
+  const double mean_inliers =
       num_accepted == 0 ? 0.0 : static_cast<double>(num_inliers) / num_accepted;
+  return {
+      {"num_pairs", pairs.size()}, {"num_accepted", num_accepted}, {"mean_inliers", mean_inliers}};
 }
 
 }  // namespace nightmap
