@@ -150,7 +150,15 @@ const OptionSpec& Find(const std::vector<OptionSpec>& specs,
 
 }  // namespace
 
-void OptionList::Insert(OptionSpec spec) { specs_.push_back(std::move(spec)); }
+void OptionList::Insert(OptionSpec spec) {
+  specs_.insert(specs_.begin() + static_cast<std::ptrdiff_t>(next_), std::move(spec));
+  ++next_;
+}
+
+void OptionList::ContinueAfter(const std::string& name) {
+  const OptionSpec& spec = Find(specs_, name, "options");
+  next_ = static_cast<std::size_t>(&spec - specs_.data()) + 1;
+}
 
 void OptionList::Add(std::string name, bool* value, std::string doc) {
   Insert({.name = std::move(name), .value = value, .choices = {}, .doc = std::move(doc)});

@@ -53,6 +53,10 @@ class OptionList {
   void Add(std::string name, std::string* value, std::string doc);
   void Add(std::string name, std::string* value, std::vector<std::string> choices, std::string doc);
 
+  // The options that are added from now on stand behind option `name`, not at the end, so that a
+  // stage can put its own beside those of a struct that it shares with others.
+  void ContinueAfter(const std::string& name);
+
   const std::vector<OptionSpec>& Specs() const { return specs_; }
 
   // Assigns the options named in a TOML document; options not named keep their value. `source`
@@ -75,6 +79,7 @@ class OptionList {
  private:
   void Insert(OptionSpec spec);
   std::vector<OptionSpec> specs_;
+  std::size_t next_ = 0;  // index that the next option gets
 };
 
 template <typename Options>

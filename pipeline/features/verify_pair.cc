@@ -47,6 +47,13 @@ Correspondences Lift(const Side& source,
   return lifted;
 }
 
+// One random stream per pair, independent of the order of work.
+std::uint64_t PairSeed(int seed, const FramePair& pair) {
+  return (static_cast<std::uint64_t>(seed) << 48) ^
+         (static_cast<std::uint64_t>(pair.frame_a) << 24) ^
+         static_cast<std::uint64_t>(pair.frame_b);
+}
+
 std::vector<FeatureMatch> PutativeMatches(const VerifyOptions& options,
                                           const FrameFeatures& a,
                                           const FrameFeatures& b) {
@@ -75,6 +82,26 @@ PairStatus Judge(const VerifyOptions& options, double spread, const Matrix6d& co
 }
 
 }  // namespace
+
+void VerifyOptions::Register(OptionList& list, const std::string& pair) {
+  list.Add("max_ratio", &max_ratio, Range(0.3, 1.0), "Lowe's ratio of nearest to second nearest");
+  list.Add("max_error_px", &pose.max_error_px, Range(0.5, 20), "inlier threshold on reprojection");
+  list.Add("max_depth_error",
+           &pose.max_depth_error,
+           Range(0.005, 1),
+           "inlier threshold on measured depth, relative");
+  list.Add(
+      "min_inliers", &pose.min_inliers, Range(4, 1000), "smallest number of inliers of a " + pair);
+  list.Add("min_spread",
+           &min_spread,
+           Range(0, 1),
+           "share of the image that a " + pair + "'s inliers must cover");
+  list.Add("max_ransac_iterations",
+           &pose.max_iterations,
+           Range(10, 100000),
+           "RANSAC iterations per pair");
+  list.Add("seed", &seed, Range(0, 1e6), "seed of RANSAC");
+}
 
 double Spread(const std::vector<Eigen::Vector2d>& pixels, const Camera& camera) {
   if (pixels.size() < 3) return 0;
@@ -119,6 +146,7 @@ void VerifyMatches(const VerifyOptions& options,
 
   AbsolutePoseOptions pose_options = options.pose;
   pose_options.noise = target.camera->noise;
+  pose_options.seed = PairSeed(options.seed, *pair);
   const auto pose = EstimateAbsolutePose(target.camera->color, lifted.points, pose_options);
   pair->status = PairStatus::kTooFewInliers;
   if (!pose) return;

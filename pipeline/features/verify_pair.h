@@ -3,7 +3,9 @@
 #pragma once
 
 #include <limits>
+#include <string>
 
+#include "pipeline/base/options.h"
 #include "pipeline/geometry/absolute_pose.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/matches_io.h"
@@ -11,12 +13,17 @@
 namespace nightmap {
 
 struct VerifyOptions {
-  DescriptorKind kind = DescriptorKind::kRootSift;
+  DescriptorKind kind = DescriptorKind::kRootSift;  // of the features
   double max_ratio = 0.85;
   double min_spread = 0.02;  // area of the inliers' covariance ellipse over the image's area
   double max_sigma_m =
       std::numeric_limits<double>::infinity();  // of b_from_a, in the worst direction
-  AbsolutePoseOptions pose;
+  AbsolutePoseOptions pose;                     // its seed is not used
+  int seed = 0;                                 // each pair draws from a random stream of its own
+
+  // Registers those that users set. `pair` names a pair in the help. max_sigma_m is not among them:
+  // not every stage limits it.
+  void Register(OptionList& list, const std::string& pair = "pair");
 };
 
 // Matches descriptors (ratio, mutual), or takes the tracker's matches if b was tracked from a. Then

@@ -9,13 +9,6 @@
 namespace nightmap {
 namespace {
 
-// One random stream per pair, independent of the order of work.
-std::uint64_t PairSeed(int seed, const FramePair& pair) {
-  return (static_cast<std::uint64_t>(seed) << 48) ^
-         (static_cast<std::uint64_t>(pair.frame_a) << 24) ^
-         static_cast<std::uint64_t>(pair.frame_b);
-}
-
 // A frame of a pair and the camera that took it.
 struct FrameView {
   const FrameFeatures& features;
@@ -28,30 +21,27 @@ FrameView View(const FramesWithFeatures& input, int frame_idx) {
   return {input.features.frames[i], input.cameras.at(camera_idx)};
 }
 
-void VerifyOne(VerifyOptions options,
+void VerifyOne(const VerifyOptions& options,
                const QuickCheck* quick,
                const FramesWithFeatures& input,
-               std::uint64_t seed,
                FramePair* pair) {
   const FrameView a = View(input, pair->frame_a);
   const FrameView b = View(input, pair->frame_b);
   if (quick != nullptr) {
-    VerifyOptions verify = quick->verify;
-    verify.pose.seed = seed;
-    VerifyMatches(verify, quick->match(*pair), a.features, a.camera, b.features, b.camera, pair);
+    const auto matches = quick->match(*pair);
+    VerifyMatches(quick->verify, matches, a.features, a.camera, b.features, b.camera, pair);
     if (pair->status != PairStatus::kAccepted) return;
   }
-  options.pose.seed = seed;
   VerifyPair(options, a.features, a.camera, b.features, b.camera, pair);
 }
 
 }  // namespace
 
-FramesWithFeatures ReadFramesWithFeatures(const StageContext& context) {
-  const auto frames = ReadFrames(context.Inputs("frames"));
-  return {frames,
-          ReadCameras(context.Input("cameras"), frames),
-          ReadFeatures(context.Inputs("features"), context.Inputs("frames"))};
+FramesWithFeatures ReadFramesWithFeatures(const std::vector<std::filesystem::path>& frames,
+                                          const std::filesystem::path& cameras,
+                                          const std::vector<std::filesystem::path>& features) {
+  const auto records = ReadFrames(frames);
+  return {records, ReadCameras(cameras, records), ReadFeatures(features, frames)};
 }
 
 FramePair MakePair(int frame_a, int frame_b) {
@@ -66,33 +56,32 @@ void SortPairs(std::vector<FramePair>* pairs) {
       *pairs, {}, [](const FramePair& pair) { return std::pair(pair.frame_b, pair.frame_a); });
 }
 
-void VerifyPairs(const VerifyOptions& options,
+void VerifyPairs(VerifyOptions options,
                  const QuickCheck* quick,
                  const FramesWithFeatures& input,
-                 int seed,
                  int num_threads,
                  Progress& progress,
                  std::vector<FramePair>* pairs) {
+  options.kind = input.features.kind;
   progress.Start(pairs->size());
   ParallelFor(pairs->size(), num_threads, [&](std::size_t i) {
     FramePair& pair = (*pairs)[i];
-    VerifyOne(options, quick, input, PairSeed(seed, pair), &pair);
+    VerifyOne(options, quick, input, &pair);
     progress.Advance();
   });
 }
 
-void ReportPairs(const std::vector<FramePair>& pairs, StageContext& context) {
+nlohmann::json PairsReport(const std::vector<FramePair>& pairs) {
   int num_accepted = 0;
   std::size_t num_inliers = 0;
   for (const FramePair& pair : pairs) {
     num_accepted += pair.status == PairStatus::kAccepted;
     if (pair.status == PairStatus::kAccepted) num_inliers += pair.inliers.size();
   }
-  auto& report = context.Report();
-  report["num_pairs"] = pairs.size();
-  report["num_accepted"] = num_accepted;
-  report["mean_inliers"] =
+  const double mean_inliers =
       num_accepted == 0 ? 0.0 : static_cast<double>(num_inliers) / num_accepted;
+  return {
+      {"num_pairs", pairs.size()}, {"num_accepted", num_accepted}, {"mean_inliers", mean_inliers}};
 }
 
 }  // namespace nightmap

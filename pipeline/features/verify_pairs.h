@@ -2,13 +2,15 @@
 // Verifies many candidate pairs of frames in parallel.
 #pragma once
 
+#include <filesystem>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <vector>
 
+#include "pipeline/base/progress.h"
 #include "pipeline/features/verify_pair.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/matches_io.h"
-#include "pipeline/program/stage_context.h"
 
 namespace nightmap {
 
@@ -19,8 +21,11 @@ struct FramesWithFeatures {
   FeaturesShard features;  // of these frames, in their order
 };
 
-// Reads the inputs frames, cameras and features. Throws DataError naming the file.
-FramesWithFeatures ReadFramesWithFeatures(const StageContext& context);
+// Reads the lists of one or more shards, their cameras and the features of the same shards, in the
+// same order. Throws DataError naming the file.
+FramesWithFeatures ReadFramesWithFeatures(const std::vector<std::filesystem::path>& frames,
+                                          const std::filesystem::path& cameras,
+                                          const std::vector<std::filesystem::path>& features);
 
 // A candidate, not yet verified.
 FramePair MakePair(int frame_a, int frame_b);
@@ -30,21 +35,20 @@ void SortPairs(std::vector<FramePair>* pairs);
 
 // A cheap check that rejects most wrong pairs before all of their features are compared.
 struct QuickCheck {
-  VerifyOptions verify;  // its seed is not used
+  VerifyOptions verify;
   std::function<std::vector<FeatureMatch>(const FramePair& pair)> match;
 };
 
-// Runs VerifyPair on each pair that `quick` accepts (null: on all). Each pair draws from its own
-// random stream of the seed, so the result is the same at any number of threads and in any order.
-void VerifyPairs(const VerifyOptions& options,
+// Runs VerifyPair on each pair that `quick` accepts (null: on all), with descriptors of the kind of
+// the features. The result is the same at any number of threads and in any order.
+void VerifyPairs(VerifyOptions options,
                  const QuickCheck* quick,
                  const FramesWithFeatures& input,
-                 int seed,
                  int num_threads,
                  Progress& progress,
                  std::vector<FramePair>* pairs);
 
-// Fills num_pairs, num_accepted and mean_inliers of the report.
-void ReportPairs(const std::vector<FramePair>& pairs, StageContext& context);
+// num_pairs, num_accepted and mean_inliers, for report.json.
+nlohmann::json PairsReport(const std::vector<FramePair>& pairs);
 
 }  // namespace nightmap

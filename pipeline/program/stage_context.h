@@ -16,7 +16,7 @@
 #include "pipeline/base/progress.h"
 #include "pipeline/program/files_of_run.h"
 #include "pipeline/program/ports.h"
-#include "pipeline/program/skipped.h"
+#include "pipeline/program/skipped_items.h"
 
 namespace nightmap {
 

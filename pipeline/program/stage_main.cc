@@ -4,11 +4,9 @@
 #include <fmt/ranges.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <ctime>
 #include <iostream>
 #include <iterator>
 #include <stdexcept>
@@ -17,12 +15,12 @@
 #include "pipeline/base/memory.h"
 #include "pipeline/base/plain_file.h"
 #include "pipeline/program/name_files.h"
+#include "pipeline/program/run_cost.h"
 
 namespace nightmap {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 using nlohmann::json;
 
 struct CommandLine {
@@ -73,32 +71,6 @@ void ExpandInLists(CommandLine* line) {
   }
 }
 
-std::string UtcNow() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof(text), "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
-
-rusage Usage() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return usage;
-}
-
-std::int64_t PeakMemory_bytes() { return static_cast<std::int64_t>(Usage().ru_maxrss) * 1024; }
-
-// CPU time of all threads.
-double CpuTime_s() {
-  const rusage usage = Usage();
-  const auto seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
 // Replaces names that are not UTF-8, because they must not cost the run its report.
 std::string Dump(const json& value) {
   return value.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
@@ -127,7 +99,7 @@ void SetUpLog(const StageSpec& spec, const std::string& level) {
 class StageRun {
  public:
   StageRun(const StageSpec& spec, const OptionList& options, const CommandLine& line)
-      : spec_(spec), options_(options), line_(line), start_(Clock::now()), start_utc_(UtcNow()) {}
+      : spec_(spec), options_(options), line_(line) {}
 
   void Execute(const std::function<void(StageContext&)>& body) {
     StageContext context = MakeContext();
@@ -144,7 +116,7 @@ class StageRun {
     WriteReport(context);
     WriteReceipt(context);
     context.output_set_.Commit();
-    spdlog::info("done in {:.1f} s", Elapsed_s());
+    spdlog::info("done in {:.1f} s", cost_.WallTime_s());
   }
 
  private:
@@ -181,7 +153,6 @@ class StageRun {
     receipt["build_type"] = NIGHTMAP_BUILD_TYPE;
     receipt["config"] = options_.ToToml();
     receipt["threads"] = context.num_threads_;
-    receipt["start_time"] = start_utc_;
     receipt["inputs"] = json::array();
     for (const auto& [name, paths] : context.inputs_) {
       for (const fs::path& path : paths) {
@@ -197,19 +168,14 @@ class StageRun {
     for (const auto& [name, seconds] : context.parts_) {
       receipt["parts"].push_back({{"name", name}, {"wall_time_s", seconds}});
     }
-    receipt["wall_time_s"] = Elapsed_s();
-    receipt["cpu_time_s"] = CpuTime_s();
-    receipt["peak_memory_bytes"] = PeakMemory_bytes();
+    receipt.update(cost_.ForReceipt());
     WriteFile(context.Output("receipt"), Dump(receipt));
   }
-
-  double Elapsed_s() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
   const StageSpec& spec_;
   const OptionList& options_;
   const CommandLine& line_;
-  Clock::time_point start_;
-  std::string start_utc_;
+  const RunCost cost_;
 };
 
 namespace {

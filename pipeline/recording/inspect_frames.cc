@@ -71,7 +71,7 @@ using Videos = std::map<std::string, FileFacts>;
 
 Videos InspectVideos(const std::vector<RawSequence>& sequences,
                      const fs::path& data_root,
-                     FileFactsCache& files) {
+                     HashCache& files) {
   Videos videos;
   for (const RawSequence& sequence : sequences) {
     if (sequence.frames.empty()) continue;
@@ -87,7 +87,7 @@ Videos InspectVideos(const std::vector<RawSequence>& sequences,
 
 class FrameInspector {
  public:
-  FrameInspector(const fs::path& data_root, const Videos& videos, FileFactsCache& files)
+  FrameInspector(const fs::path& data_root, const Videos& videos, HashCache& files)
       : data_root_(data_root), videos_(videos), files_(files) {}
 
   void Inspect(const RgbdCamera& camera, RawFrame* frame) const {
@@ -133,14 +133,14 @@ class FrameInspector {
 
   const fs::path& data_root_;
   const Videos& videos_;
-  FileFactsCache& files_;
+  HashCache& files_;
 };
 
 }  // namespace
 
 void InspectFrames(const std::vector<RgbdCamera>& cameras,
                    const fs::path& data_root,
-                   FileFactsCache& files,
+                   HashCache& files,
                    Progress& progress,
                    int num_threads,
                    std::vector<RawSequence>* sequences) {

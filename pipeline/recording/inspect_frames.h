@@ -7,7 +7,7 @@
 
 #include "pipeline/base/progress.h"
 #include "pipeline/io/frames_io.h"
-#include "pipeline/recording/file_facts.h"
+#include "pipeline/recording/hash_cache.h"
 #include "pipeline/recording/read_sequence.h"
 
 namespace nightmap {
@@ -19,7 +19,7 @@ namespace nightmap {
 // at any number of threads and for any content of the cache `files`.
 void InspectFrames(const std::vector<RgbdCamera>& cameras,
                    const std::filesystem::path& data_root,
-                   FileFactsCache& files,
+                   HashCache& files,
                    Progress& progress,
                    int num_threads,
                    std::vector<RawSequence>* sequences);

@@ -7,7 +7,7 @@ from PIL import Image
 
 from nightmap_eval import html
 from nightmap_eval.artifacts import read_csv, to_ints
-from nightmap_eval.asked_pictures import asked_pictures
+from nightmap_eval.query_results import asked_pictures
 from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM
 
 MAX_PICTURES = 12

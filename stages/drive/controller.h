@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "stages/drive/clearance.h"
+#include "stages/drive/clearance_map.h"
 #include "stages/drive/motion.h"
 #include "stages/drive/path_track.h"
 

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "stages/drive/clearance.h"
+#include "stages/drive/clearance_map.h"
 
 namespace nightmap {
 

@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
         const auto [signals, problems] =
             ReadSensorSignals(site, data_root, options.max_failed_ratio);
         context.BeginPart("inspect");
-        FileFactsCache files(context.FinalPath("shards").replace_filename("hashes.csv"), data_root);
+        HashCache files(context.FinalPath("shards").replace_filename("hashes.csv"), data_root);
         InspectFrames(site.cameras,
                       data_root,
                       files,

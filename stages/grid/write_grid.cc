@@ -13,7 +13,7 @@
 #include "pipeline/io/floors_io.h"
 #include "pipeline/io/hdf5_file.h"
 #include "pipeline/io/image_io.h"
-#include "stages/grid/clearance.h"
+#include "stages/grid/distance_maps.h"
 
 namespace nightmap {
 namespace {

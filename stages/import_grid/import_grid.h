@@ -2,12 +2,13 @@
 // import_grid: takes a ROS map made by another system in place of the grid stage's.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "pipeline/base/options.h"
 #include "pipeline/geometry/rigid3.h"
 #include "pipeline/io/grid_io.h"
-#include "pipeline/program/stage_main.h"
 
 namespace nightmap {
 
@@ -15,11 +16,11 @@ struct ImportGridOptions {
   void Register(OptionList&) {}
 };
 
-// Reads the map of the input `map` (a YAML file; its PGM is found next to it and becomes an input
-// too) and writes it as the grid stage does: outputs floors, pgm, yaml and png, one floor at z = 0.
-// Its frame must be that of the site's map. Throws DataError as ReadGrid and CheckPlace do, and
-// when no cell is free.
-void ImportGrid(const ImportGridOptions& options, StageContext& context);
+// Judges the map of `file`, whose frame must be that of the site's trajectory, and returns its
+// figures for report.json. Throws DataError as CheckPlace does, and when no cell is free.
+nlohmann::json RunImportGrid(const OccupancyGrid& grid,
+                             const std::vector<StampedPose>& trajectory,
+                             const std::string& file);
 
 // Throws DataError naming `file` when the grid holds no camera pose of the site in a cell that it
 // knows, so that it must be elsewhere; warns when it has less than half of them in free cells.

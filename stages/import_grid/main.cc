@@ -1,6 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-// import_grid: reads the YAML and PGM of a ROS map; writes them as the grid stage writes its own.
+// import_grid: reads the YAML of a ROS map and the PGM next to it, which becomes an input too;
+// writes them as the grid stage writes its own, as one floor at z = 0.
 #include "stages/import_grid/import_grid.h"
+
+#include "pipeline/io/floors_io.h"
+#include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
+
+namespace nightmap {
+namespace {
+
+void Run(const ImportGridOptions&, StageContext& context) {
+  const auto& yaml = context.Input("map");
+  const OccupancyGrid grid = ReadGrid(yaml);
+  context.AddInput(GridImagePath(yaml), yaml);
+  context.Report() = RunImportGrid(grid, ReadTum(context.Input("trajectory")), yaml.string());
+  const auto name = [&](const char* port) { return context.FinalPath(port).filename().string(); };
+  FloorFiles floor;
+  floor.yaml = name("yaml");
+  floor.png = name("png");
+  WriteFile(context.Output("pgm"), GridToPgm(grid));
+  WriteFile(context.Output("yaml"), GridToYaml(grid, name("pgm")));
+  WritePng(context.Output("png"), GridToImage(grid));
+  WriteFile(context.Output("floors"), FloorsToJson({floor}));
+}
+
+}  // namespace
+}  // namespace nightmap
 
 int main(int argc, char** argv) {
   using namespace nightmap;
@@ -12,5 +38,5 @@ int main(int argc, char** argv) {
                         {"pgm", "grid: 254 free, 0 occupied, 205 unknown"},
                         {"yaml", "map_server's description of that image"},
                         {"png", "the grid as a picture"}}};
-  return StageMain(argc, argv, spec, ImportGridOptions{}, ImportGrid);
+  return StageMain(argc, argv, spec, ImportGridOptions{}, Run);
 }

@@ -10,7 +10,8 @@ namespace nightmap {
 namespace {
 
 void Run(const ImportTrajectoryOptions& options, StageContext& context) {
-  const FramesWithFeatures input = ReadFramesWithFeatures(context);
+  const FramesWithFeatures input = ReadFramesWithFeatures(
+      context.Inputs("frames"), context.Input("cameras"), context.Inputs("features"));
   const std::string file = context.Input("given").string();
   const auto given = ReadTum(file);
   const auto result = RunImportTrajectory(options, input.frames, given, file);

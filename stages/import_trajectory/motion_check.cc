@@ -205,9 +205,8 @@ std::vector<MeasuredMotion> MeasureMotions(const FramesWithFeatures& input,
   const std::size_t count = std::min(all.size(), kMaxPairs);
   for (std::size_t i = 0; i < count; ++i) pairs.push_back(all[i * all.size() / count]);
   VerifyOptions verify;
-  verify.kind = input.features.kind;
   verify.pose.min_inliers = kMinInliers;
-  VerifyPairs(verify, nullptr, input, 0, num_threads, progress, &pairs);
+  VerifyPairs(verify, nullptr, input, num_threads, progress, &pairs);
   const auto time_ns = [&](int frame_idx) {
     return input.frames[static_cast<std::size_t>(frame_idx - input.frames.front().frame_idx)]
         .time_ns;

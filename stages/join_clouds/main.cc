@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // join_clouds: reads the clouds of all tiles and writes cloud.ply.
 #include "pipeline/program/stage_main.h"
-#include "stages/join_clouds/join_clouds.h"
+#include "stages/join_clouds/write_joined_cloud.h"
 
 int main(int argc, char** argv) {
   using namespace nightmap;
@@ -12,5 +12,5 @@ int main(int argc, char** argv) {
        {"tile_cloud", "tile_X_Y.ply of the same tiles, in order", Arity::kMany},
        {"tile_report", "report_X_Y.json of the same clouds, in order", Arity::kMany}},
       {{"cloud", "cloud.ply: position, normal, color and label of each point"}}};
-  return StageMain(argc, argv, spec, JoinCloudsOptions{}, RunJoinClouds);
+  return StageMain(argc, argv, spec, JoinCloudsOptions{}, WriteJoinedCloud);
 }

@@ -28,7 +28,7 @@ void JoinOctreesOptions::Register(OptionList& list) {
            "share of unreadable keyframes above which the stage fails");
 }
 
-void RunJoinOctrees(const JoinOctreesOptions& options, StageContext& context) {
+void JoinOctreeFiles(const JoinOctreesOptions& options, StageContext& context) {
   const TileResults results = CheckTileParts(context, "tile_ot", options.max_failed_ratio);
   const VoxelCounts counts =
       MergeOctrees(context.Inputs("tile_ot"), context.Output("ot"), context.Output("bt"));

@@ -17,7 +17,7 @@ struct JoinOctreesOptions {
 // Removes files of other tiles from the folder of ot. The stride of the keyframes is that of the
 // config in the tiles' reports. Throws DataError when the tiles were made with different configs,
 // when nothing is occupied in any tile, or when more than max_failed_ratio of the keyframes could
-// not be read.
-void RunJoinOctrees(const JoinOctreesOptions& options, StageContext& context);
+// not be read. The join itself is MergeOctrees, which streams from file to file.
+void JoinOctreeFiles(const JoinOctreesOptions& options, StageContext& context);
 
 }  // namespace nightmap

@@ -13,5 +13,5 @@ int main(int argc, char** argv) {
        {"tile_report", "report_X_Y.json of the same octrees, in order", Arity::kMany}},
       {{"ot", "map.ot: log-odds and color of each voxel (OctoMap ColorOcTree)"},
        {"bt", "map.bt: occupied or free (OctoMap binary)"}}};
-  return StageMain(argc, argv, spec, JoinOctreesOptions{}, RunJoinOctrees);
+  return StageMain(argc, argv, spec, JoinOctreesOptions{}, JoinOctreeFiles);
 }

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "stages/landmarks/finish_track.h"
+#include "stages/landmarks/landmark_of_track.h"
 
 namespace nightmap {
 

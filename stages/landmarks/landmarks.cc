@@ -9,8 +9,8 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/trajectory_io.h"
-#include "stages/landmarks/finish_track.h"
 #include "stages/landmarks/keep_landmarks.h"
+#include "stages/landmarks/landmark_of_track.h"
 
 namespace nightmap {
 namespace {
@@ -163,7 +163,7 @@ LandmarksResult RunLandmarks(const LandmarksOptions& options,
   const std::vector<LandmarkTrack> tracks = tracker.TakeTracks();
   std::vector<std::optional<Landmark>> finished(tracks.size());
   ParallelFor(tracks.size(), num_threads, [&](std::size_t i) {
-    finished[i] = FinishTrack(options, input.features.kind, observers, tracks[i]);
+    finished[i] = LandmarkOfTrack(options, input.features.kind, observers, tracks[i]);
   });
   std::vector<Landmark> landmarks;
   for (auto& landmark : finished) {

@@ -19,30 +19,15 @@ constexpr int kNodeLevel = 2;          // a hundred nodes at the default branchi
 
 using Ranking = std::vector<InvertedFile::Result>;
 
-VerifyOptions MakeVerifyOptions(const LoopsOptions& options, DescriptorKind kind) {
-  VerifyOptions verify;
-  verify.kind = kind;
-  verify.max_ratio = options.max_ratio;
-  verify.min_spread = options.min_spread;
-  verify.max_sigma_m = options.max_sigma_m;
-  verify.pose.max_error_px = options.max_error_px;
-  verify.pose.max_depth_error = options.max_depth_error;
-  verify.pose.min_inliers = options.min_inliers;
-  verify.pose.max_iterations = options.max_ransac_iterations;
-  return verify;
-}
-
 // Accepts pairs in which min_quick_inliers features of common nodes agree.
-QuickCheck MakeQuickCheck(const LoopsOptions& options,
-                          const VerifyOptions& verify,
-                          const SameNodeMatcher& matcher) {
-  VerifyOptions quick = verify;
+QuickCheck MakeQuickCheck(const LoopsOptions& options, const SameNodeMatcher& matcher) {
+  VerifyOptions quick = options.verify;
   quick.pose.min_inliers = options.min_quick_inliers;
-  quick.pose.max_iterations = std::min(kQuickIterations, options.max_ransac_iterations);
+  quick.pose.max_iterations = std::min(kQuickIterations, quick.pose.max_iterations);
   quick.min_spread = 0;
   quick.max_sigma_m = std::numeric_limits<double>::infinity();
   return {quick, [&](const FramePair& pair) {
-            return matcher.Match(pair.frame_a, pair.frame_b, options.max_ratio);
+            return matcher.Match(pair.frame_a, pair.frame_b, options.verify.max_ratio);
           }};
 }
 
@@ -140,12 +125,8 @@ Candidates ChooseCandidates(const LoopsOptions& options,
 }  // namespace
 
 void LoopsOptions::Register(OptionList& list) {
-  list.Add("max_ratio", &max_ratio, Range(0.3, 1.0), "Lowe's ratio of nearest to second nearest");
-  list.Add("max_error_px", &max_error_px, Range(0.5, 20), "inlier threshold on reprojection");
-  list.Add("max_depth_error",
-           &max_depth_error,
-           Range(0.005, 1),
-           "inlier threshold on measured depth, relative");
+  verify.Register(list, "loop");
+  list.ContinueAfter("max_depth_error");
   list.Add("stride", &stride, Range(1, 1000), "every Nth described frame looks for loops");
   list.Add("num_candidates",
            &num_candidates,
@@ -155,25 +136,17 @@ void LoopsOptions::Register(OptionList& list) {
            &min_gap,
            Range(1, 100000),
            "smallest number of frames between the ends of a loop");
-  list.Add("min_inliers", &min_inliers, Range(4, 1000), "smallest number of inliers of a loop");
+  list.ContinueAfter("min_inliers");
   list.Add("min_quick_inliers",
            &min_quick_inliers,
            Range(0, 1000),
            "smallest number of inliers among features that share a word, before all features are "
            "compared; 0: compares all at once");
-  list.Add("min_spread",
-           &min_spread,
-           Range(0, 1),
-           "share of the image that a loop's inliers must cover");
+  list.ContinueAfter("min_spread");
   list.Add("max_sigma_m",
-           &max_sigma_m,
+           &verify.max_sigma_m,
            Range(0.0001, 100),
            "largest standard deviation of a loop's translation in its worst direction");
-  list.Add("max_ransac_iterations",
-           &max_ransac_iterations,
-           Range(10, 100000),
-           "RANSAC iterations per pair");
-  list.Add("seed", &seed, Range(0, 1e6), "seed of RANSAC");
 }
 
 std::vector<FramePair> RunLoops(const LoopsOptions& options,
@@ -186,13 +159,11 @@ std::vector<FramePair> RunLoops(const LoopsOptions& options,
   const std::vector<int> seekers = LoopSeekers(options, input.features);
   const auto rankings = RankAlike(options, vocabulary.inverted_file, seekers, num_threads);
   auto [pairs, inconsistent] = ChooseCandidates(options, seekers, rankings);
-  const VerifyOptions verify = MakeVerifyOptions(options, input.features.kind);
   const SameNodeMatcher matcher(vocabulary, input.features, kNodeLevel);
-  const QuickCheck quick = MakeQuickCheck(options, verify, matcher);
-  VerifyPairs(verify,
+  const QuickCheck quick = MakeQuickCheck(options, matcher);
+  VerifyPairs(options.verify,
               options.min_quick_inliers > 0 ? &quick : nullptr,
               input,
-              options.seed,
               num_threads,
               progress,
               &pairs);

@@ -12,18 +12,11 @@
 namespace nightmap {
 
 struct LoopsOptions {
-  double max_ratio = 0.85;
-  double max_error_px = 3.0;
-  double max_depth_error = 0.1;
+  VerifyOptions verify = {.min_spread = 0.05, .max_sigma_m = 0.03, .pose = {.min_inliers = 30}};
   int stride = 1;
   int num_candidates = 4;
   int min_gap = 20;
-  int min_inliers = 30;
   int min_quick_inliers = 10;
-  double min_spread = 0.05;
-  double max_sigma_m = 0.03;
-  int max_ransac_iterations = 2000;
-  int seed = 0;
 
   void Register(OptionList& list);
 };

@@ -9,12 +9,13 @@ namespace nightmap {
 namespace {
 
 void Run(const LoopsOptions& options, StageContext& context) {
-  const FramesWithFeatures input = ReadFramesWithFeatures(context);
+  const FramesWithFeatures input = ReadFramesWithFeatures(
+      context.Inputs("frames"), context.Input("cameras"), context.Inputs("features"));
   const Vocabulary vocabulary = ReadVocabulary(context.Input("vocabulary"));
   const auto pairs =
       RunLoops(options, input, vocabulary, context.NumThreads(), context.GetProgress());
   WritePairs(context.Output("loops"), pairs, context.ConfigToml());
-  ReportPairs(pairs, context);
+  context.Report() = PairsReport(pairs);
 }
 
 }  // namespace

@@ -8,12 +8,13 @@ namespace nightmap {
 namespace {
 
 void Run(const MatchesOptions& options, StageContext& context) {
-  const FramesWithFeatures input = ReadFramesWithFeatures(context);
+  const FramesWithFeatures input = ReadFramesWithFeatures(
+      context.Inputs("frames"), context.Input("cameras"), context.Inputs("features"));
   const int first_frame_idx = ReadFrames(context.Inputs("frames").back()).front().frame_idx;
   const auto pairs =
       RunMatches(options, input, first_frame_idx, context.NumThreads(), context.GetProgress());
   WritePairs(context.Output("pairs"), pairs, context.ConfigToml());
-  ReportPairs(pairs, context);
+  context.Report() = PairsReport(pairs);
 }
 
 }  // namespace

@@ -12,15 +12,9 @@
 namespace nightmap {
 
 struct MatchesOptions {
-  double max_ratio = 0.85;
+  VerifyOptions verify = {.min_spread = 0.02, .pose = {.min_inliers = 15}};
   std::vector<int> pair_offsets = {1, 2, 4};
   int wide_search = 16;
-  double max_error_px = 3.0;
-  double max_depth_error = 0.1;
-  int min_inliers = 15;
-  double min_spread = 0.02;
-  int max_ransac_iterations = 2000;
-  int seed = 0;
 
   void Register(OptionList& list);
 };

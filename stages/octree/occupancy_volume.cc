@@ -11,21 +11,21 @@
 namespace nightmap {
 namespace {
 
-// The blocks of one scan that lie in one region.
+// The blocks of one keyframe that lie in one region.
 struct Run {
   std::uint64_t region = 0;
-  const ScanEvidence* scan = nullptr;
+  const KeyframeEvidence* keyframe = nullptr;
   std::size_t begin = 0;
   std::size_t end = 0;
 };
 
-// Runs by region, and within a region in the order of the scans.
-std::vector<Run> SplitByRegion(std::span<const ScanEvidence> scans) {
+// Runs by region, and within a region in the order of the keyframes.
+std::vector<Run> SplitByRegion(std::span<const KeyframeEvidence> keyframes) {
   std::vector<Run> runs;
-  for (const ScanEvidence& scan : scans) {
-    for (std::size_t i = 0; i < scan.blocks.size(); ++i) {
-      const std::uint64_t region = BlockOf(scan.blocks[i].block);
-      if (i == 0 || region != runs.back().region) runs.push_back({region, &scan, i, i});
+  for (const KeyframeEvidence& keyframe : keyframes) {
+    for (std::size_t i = 0; i < keyframe.blocks.size(); ++i) {
+      const std::uint64_t region = BlockOf(keyframe.blocks[i].block);
+      if (i == 0 || region != runs.back().region) runs.push_back({region, &keyframe, i, i});
       ++runs.back().end;
     }
   }
@@ -46,8 +46,8 @@ OccupancyVolume::Updates OccupancyVolume::MakeUpdates(float log_odds) {
   return updates;
 }
 
-void OccupancyVolume::Integrate(std::span<const ScanEvidence> scans, int num_threads) {
-  const std::vector<Run> runs = SplitByRegion(scans);
+void OccupancyVolume::Integrate(std::span<const KeyframeEvidence> keyframes, int num_threads) {
+  const std::vector<Run> runs = SplitByRegion(keyframes);
   std::vector<std::pair<Region*, std::span<const Run>>> work;
   for (std::size_t begin = 0, end = 0; begin < runs.size(); begin = end) {
     while (end < runs.size() && runs[end].region == runs[begin].region) ++end;
@@ -57,12 +57,12 @@ void OccupancyVolume::Integrate(std::span<const ScanEvidence> scans, int num_thr
     Region& region = *work[i].first;
     for (const Run& run : work[i].second) {
       for (std::size_t b = run.begin; b < run.end; ++b) {
-        const auto& [code, evidence] = run.scan->blocks[b];
+        const auto& [code, evidence] = run.keyframe->blocks[b];
         std::unique_ptr<Block>& block = region[IndexInBlock(code)];
         if (!block) block = std::make_unique<Block>();
         Update(evidence, *block);
         if (evidence.hit.None()) continue;
-        block->colors.Add(evidence.hit, &run.scan->colors[evidence.first_color]);
+        block->colors.Add(evidence.hit, &run.keyframe->colors[evidence.first_color]);
       }
     }
   });

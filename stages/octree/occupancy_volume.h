@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Log-odds fusion of scans in blocks of voxels, exported as octree leaves.
+// Log-odds fusion of keyframes in blocks of voxels, exported as octree leaves.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +10,8 @@
 
 #include "pipeline/io/octree_io.h"
 #include "stages/octree/block_colors.h"
-#include "stages/octree/scan.h"
 #include "stages/octree/sensor_model.h"
+#include "stages/octree/trace_rays.h"
 
 namespace nightmap {
 
@@ -19,10 +19,11 @@ class OccupancyVolume {
  public:
   explicit OccupancyVolume(const SensorModel& model);
 
-  // Adds the model's hit or miss to each voxel, scan by scan, then clamps. A scan changes a voxel
-  // at most once, and the order of the scans matters. A new voxel begins at 0. Threads divide the
-  // space, not the scans, so none waits for another and the result is the same for any number.
-  void Integrate(std::span<const ScanEvidence> scans, int num_threads);
+  // Adds the model's hit or miss to each voxel, keyframe by keyframe, then clamps. A keyframe
+  // changes a voxel at most once, and the order of the keyframes matters. A new voxel begins at 0.
+  // Threads divide the space, not the keyframes, so none waits for another and the result is the
+  // same for any number.
+  void Integrate(std::span<const KeyframeEvidence> keyframes, int num_threads);
 
   // Known voxels, depth first, merged like LeafList. Occupied ones have the mean of the colors that
   // hit them.

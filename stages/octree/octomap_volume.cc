@@ -17,23 +17,23 @@ class OctomapVolume::Tree : public octomap::OcTree {
   }
 };
 
-OctomapVolume::OctomapVolume(const SensorModel& model, const ScanOptions& options)
+OctomapVolume::OctomapVolume(const SensorModel& model, const TraceOptions& options)
     : options_(options), tree_(std::make_unique<Tree>(model, options.resolution_m)) {}
 
 OctomapVolume::~OctomapVolume() = default;
 
-void OctomapVolume::Insert(const Scan& scan) {
+void OctomapVolume::Insert(const KeyframeRays& rays) {
   const auto to_octomap = [](const Eigen::Vector3d& point) {
     return octomap::point3d(static_cast<float>(point.x()),
                             static_cast<float>(point.y()),
                             static_cast<float>(point.z()));
   };
   octomap::Pointcloud points;
-  points.reserve(scan.points.size());
-  for (const ScanPoint& point : scan.points) points.push_back(to_octomap(point.point_in_map));
+  points.reserve(rays.points.size());
+  for (const RayEnd& point : rays.points) points.push_back(to_octomap(point.point_in_map));
   constexpr bool kLazyEval = true;
   tree_->insertPointCloud(
-      points, to_octomap(scan.origin_in_map), options_.max_range_m, kLazyEval, options_.discretize);
+      points, to_octomap(rays.origin_in_map), options_.max_range_m, kLazyEval, options_.discretize);
 }
 
 OccupancyTree OctomapVolume::Leaves() {

@@ -6,19 +6,19 @@
 #include <memory>
 
 #include "pipeline/io/octree_io.h"
-#include "stages/octree/scan.h"
 #include "stages/octree/sensor_model.h"
+#include "stages/octree/trace_rays.h"
 
 namespace nightmap {
 
 class OctomapVolume {
  public:
-  OctomapVolume(const SensorModel& model, const ScanOptions& options);
+  OctomapVolume(const SensorModel& model, const TraceOptions& options);
   ~OctomapVolume();
 
   // insertPointCloud with lazy evaluation. Ignores margins and colors, which OctoMap does not have;
   // with `discretize` a voxel's ray starts from the voxel's centre.
-  void Insert(const Scan& scan);
+  void Insert(const KeyframeRays& rays);
 
   // The tree's leaves in the options' region, without colors. Lazy evaluation leaves all leaves at
   // the smallest size. They are pruned as OccupancyVolume's are: free ones here, all of them on
@@ -27,7 +27,7 @@ class OctomapVolume {
 
  private:
   class Tree;
-  ScanOptions options_;
+  TraceOptions options_;
   std::unique_ptr<Tree> tree_;
 };
 

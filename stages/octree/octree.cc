@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "pipeline/base/error.h"
-#include "stages/octree/make_scan.h"
+#include "stages/octree/keyframe_rays.h"
 #include "stages/octree/occupancy_volume.h"
 #include "stages/octree/octomap_volume.h"
 
@@ -29,41 +29,41 @@ struct Job {
   const OctreeOptions& options;
   const KeyframeSource& source;
   const CloudSupport* support;
-  ScanOptions scan;
-  std::vector<RayTable> rays;
+  TraceOptions trace;
+  std::vector<RayTable> ray_tables;
 };
 
-SupportedScan LoadScan(const Job& job, const Keyframe& keyframe, const RgbdImages& images) {
+SupportedRays LoadRays(const Job& job, const Keyframe& keyframe, const RgbdImages& images) {
   const auto camera = static_cast<std::size_t>(keyframe.frame.camera_idx);
   constexpr double kAnyDepth = std::numeric_limits<double>::max();
   const auto points = BackProjectDepth(images.depth,
                                        images.color,
-                                       job.rays[camera],
+                                       job.ray_tables[camera],
                                        job.source.cameras[camera],
                                        kAnyDepth,
                                        job.options.depth_filter);
-  return MakeScan(points,
-                  keyframe.map_from_camera,
-                  job.options.carve_margin_sigmas,
-                  job.options.max_range_m,
-                  job.support);
+  return MakeKeyframeRays(points,
+                          keyframe.map_from_camera,
+                          job.options.carve_margin_sigmas,
+                          job.options.max_range_m,
+                          job.support);
 }
 
 void FuseBatched(const Job& job, Progress& progress, int num_threads, OctreeResult& result) {
   struct Traced {
-    ScanEvidence evidence;
+    KeyframeEvidence evidence;
     std::size_t num_unsupported = 0;
   };
   OccupancyVolume volume(MakeModel(job.options));
   const std::size_t batch = 4 * static_cast<std::size_t>(num_threads);
-  std::vector<ScanEvidence> pending;
+  std::vector<KeyframeEvidence> pending;
   result.skipped = FuseKeyframes<Traced>(
       job.source,
       progress,
       num_threads,
       [&](const Keyframe& keyframe, const RgbdImages& images) {
-        const SupportedScan supported = LoadScan(job, keyframe, images);
-        return Traced{TraceScan(supported.scan, job.scan), supported.num_unsupported};
+        const SupportedRays supported = LoadRays(job, keyframe, images);
+        return Traced{TraceRays(supported.rays, job.trace), supported.num_unsupported};
       },
       [&](Traced&& traced) {
         result.num_rays += traced.evidence.num_rays;
@@ -78,28 +78,30 @@ void FuseBatched(const Job& job, Progress& progress, int num_threads, OctreeResu
 }
 
 void FuseWithOctomap(const Job& job, Progress& progress, int num_threads, OctreeResult& result) {
-  OctomapVolume volume(MakeModel(job.options), job.scan);
-  result.skipped = FuseKeyframes<SupportedScan>(
+  OctomapVolume volume(MakeModel(job.options), job.trace);
+  result.skipped = FuseKeyframes<SupportedRays>(
       job.source,
       progress,
       num_threads,
       [&](const Keyframe& keyframe, const RgbdImages& images) {
-        return LoadScan(job, keyframe, images);
+        return LoadRays(job, keyframe, images);
       },
-      [&](SupportedScan&& supported) {
-        result.num_rays += supported.scan.points.size();
+      [&](SupportedRays&& supported) {
+        result.num_rays += supported.rays.points.size();
         result.num_unsupported += supported.num_unsupported;
-        volume.Insert(supported.scan);
+        volume.Insert(supported.rays);
       });
   result.tree = volume.Leaves();
 }
 
 // The keyframes whose rays can reach `region`.
-KeyframeSource Near(const KeyframeSource& source, const VoxelBox& region, const ScanOptions& scan) {
+KeyframeSource Near(const KeyframeSource& source,
+                    const VoxelBox& region,
+                    const TraceOptions& trace) {
   const auto edge = [&](const VoxelKey& key, double outwards) {
-    return (key.cast<double>() * scan.resolution_m).array() + outwards;
+    return (key.cast<double>() * trace.resolution_m).array() + outwards;
   };
-  const double reach_m = scan.max_range_m + scan.resolution_m;
+  const double reach_m = trace.max_range_m + trace.resolution_m;
   KeyframeSource near = source;
   std::erase_if(near.keyframes, [&](const Keyframe& keyframe) {
     const auto& position = keyframe.map_from_camera.translation.array();
@@ -180,10 +182,13 @@ OctreeResult RunOctree(const OctreeOptions& options,
   if (cloud != nullptr && options.require_cloud_support) {
     support.emplace(*cloud, options.resolution_m, reach_m);
   }
-  const ScanOptions scan{options.resolution_m, options.max_range_m, options.discretize, region};
-  const KeyframeSource used = region ? Near(source, *region, scan) : source;
-  const Job job{
-      options, used, support ? &*support : nullptr, scan, MakeRayTables(used.cameras, num_threads)};
+  const TraceOptions trace{options.resolution_m, options.max_range_m, options.discretize, region};
+  const KeyframeSource used = region ? Near(source, *region, trace) : source;
+  const Job job{options,
+                used,
+                support ? &*support : nullptr,
+                trace,
+                MakeRayTables(used.cameras, num_threads)};
   OctreeResult result;
   const auto fuse = options.builder == "octomap" ? FuseWithOctomap : FuseBatched;
   fuse(job, progress, num_threads, result);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "pipeline/base/error.h"
 
@@ -68,28 +67,6 @@ OctreeResult RunOctreeTile(const OctreeOptions& options,
   CheckTile(options, source.region);
   const VoxelBox voxels = VoxelsOf(source.region.inside, options.resolution_m);
   return RunOctree(options, source, cloud, progress, num_threads, voxels);
-}
-
-void MapOctreeTile(const OctreeOptions& options, StageContext& context) {
-  context.BeginPart("open");
-  const KeyframeSource source = OpenTile(context.Input("tile"),
-                                         context.Input("cameras"),
-                                         context.Input("data"),
-                                         options.keyframe_stride,
-                                         options.max_range_m);
-  std::optional<std::vector<CloudPoint>> cloud;
-  if (context.HasInput("cloud")) {
-    cloud = ReadCloudAround(context.Inputs("cloud"), source.region.inside, options);
-  }
-  context.BeginPart("cast");
-  const OctreeResult result = RunOctreeTile(
-      options, source, cloud ? &*cloud : nullptr, context.GetProgress(), context.NumThreads());
-  for (const std::string& reason : result.skipped) context.Skip(reason);
-  context.BeginPart("write");
-  WriteOctree(context.Output("tile_ot"), result.tree);
-  context.Report()["num_keyframes_listed"] = source.keyframes.size();
-  context.Report()["num_rays"] = result.num_rays;
-  context.Report()["num_unsupported"] = result.num_unsupported;
 }
 
 }  // namespace nightmap

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "pipeline/geometry/rectangle.h"
-#include "pipeline/program/stage_main.h"
 #include "stages/octree/octree.h"
 
 namespace nightmap {
@@ -28,8 +27,5 @@ OctreeResult RunOctreeTile(const OctreeOptions& options,
                            const std::vector<CloudPoint>* cloud,
                            Progress& progress,
                            int num_threads);
-
-// Reads the inputs tile, cameras, data and cloud; writes the output tile_ot.
-void MapOctreeTile(const OctreeOptions& options, StageContext& context);
 
 }  // namespace nightmap

@@ -67,7 +67,7 @@ struct BlockBits {
 };
 
 // Values by block, or by any other code, in the order of their first access. A hash table with open
-// addressing, because a scan makes many accesses. Not thread-safe.
+// addressing, because a keyframe's rays make many accesses. Not thread-safe.
 template <typename T>
 class BlockMap {
  public:

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "stages/pose_graph/retrack.h"
+#include "stages/pose_graph/tracks_by_projection.h"
 
 namespace nightmap {
 
@@ -39,7 +39,7 @@ GlobalBundleSummary AdjustmentRounds::AdjustDescribed(
     if (frame.IsDescribed()) poses.emplace(frame.frame_idx, (*graph_from_camera)[i]);
   }
   for (const auto& [idx, pose] : poses) motions[idx] = MotionAt(idx);
-  auto tracks = Retrack(input_, poses, options_.retrack);
+  auto tracks = TracksByProjection(input_, poses, options_.retrack);
   const auto summary =
       AdjustFrames(options_, input_, bundle_options, std::move(tracks), motions, &poses);
   for (auto& [idx, pose] : *graph_from_keyframe) pose = poses.at(idx);

@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
         context.BeginPart("inspect");
         const auto cameras =
             FindPictureCameras(site, data_root, options.max_picture_mpx, &sequences);
-        FileFactsCache files(context.FinalPath("list").replace_filename("hashes.csv"), data_root);
+        HashCache files(context.FinalPath("list").replace_filename("hashes.csv"), data_root);
         InspectFrames(
             cameras, data_root, files, context.GetProgress(), context.NumThreads(), &sequences);
         files.Save();

@@ -54,6 +54,19 @@ TEST(Options, ParsesEveryType) {
   EXPECT_THAT(options.offsets, testing::ElementsAre(4, 5));
 }
 
+TEST(Options, OwnOptionsStandBesideThoseOfASharedStruct) {
+  Options shared;
+  int own = 1;
+  OptionList list = RegisterOptions(shared);
+  list.ContinueAfter("count");
+  list.Add("own", &own, Range(0, 9), "an option of the stage");
+  list.ContinueAfter("offsets");
+  list.Add("last", &own, Range(0, 9), "an option of the stage");
+  EXPECT_EQ(list.ToToml(),
+            "flag = true\ncount = 3\nown = 1\nsize_m = 0.5\nkind = \"sift\"\noffsets = [1, 2]\n"
+            "last = 1\n");
+}
+
 TEST(Options, PrintingIsAFixedPoint) {
   Options first;
   first.size_m = 1.0 / 3;

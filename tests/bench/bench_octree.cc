@@ -70,43 +70,45 @@ KeyframeSource Open(const BenchOptions& options) {
   return source;
 }
 
-std::vector<Scan> LoadScans(const KeyframeSource& source) {
+std::vector<KeyframeRays> LoadRays(const KeyframeSource& source) {
   DepthFilterOptions every_pixel;
   every_pixel.pixel_stride = 1;
   every_pixel.edge_radius_px = 0;
   every_pixel.max_incidence_rad = M_PI / 2;
   const std::vector<RayTable> rays = MakeRayTables(source.cameras, 2);
-  std::vector<Scan> scans(source.keyframes.size());
-  ParallelFor(scans.size(), 2, [&](std::size_t i) {
+  std::vector<KeyframeRays> all_rays(source.keyframes.size());
+  ParallelFor(all_rays.size(), 2, [&](std::size_t i) {
     const Keyframe& keyframe = source.keyframes[i];
     const RgbdImages images = source.load(keyframe);
     const auto camera = static_cast<std::size_t>(keyframe.frame.camera_idx);
     const auto points = BackProjectDepth(
         images.depth, images.color, rays[camera], source.cameras[camera], kNoLimit_m, every_pixel);
-    scans[i].origin_in_map = keyframe.map_from_camera.translation;
-    scans[i].points.reserve(points.size());
+    all_rays[i].origin_in_map = keyframe.map_from_camera.translation;
+    all_rays[i].points.reserve(points.size());
     for (const DepthPoint& point : points) {
-      scans[i].points.push_back(
+      all_rays[i].points.push_back(
           {keyframe.map_from_camera * point.point_in_camera.cast<double>(), 0, point.rgb});
     }
   });
-  return scans;
+  return all_rays;
 }
 
-OccupancyTree Batched(const ScanOptions& options, std::span<const Scan> scans, int num_threads) {
+OccupancyTree Batched(const TraceOptions& options,
+                      std::span<const KeyframeRays> all_rays,
+                      int num_threads) {
   OccupancyVolume volume({});
   const std::size_t batch = 4 * static_cast<std::size_t>(num_threads);
-  for (std::size_t begin = 0; begin < scans.size(); begin += batch) {
-    std::vector<ScanEvidence> evidence(std::min(batch, scans.size() - begin));
+  for (std::size_t begin = 0; begin < all_rays.size(); begin += batch) {
+    std::vector<KeyframeEvidence> evidence(std::min(batch, all_rays.size() - begin));
     ParallelFor(evidence.size(), num_threads, [&](std::size_t i) {
-      evidence[i] = TraceScan(scans[begin + i], options);
+      evidence[i] = TraceRays(all_rays[begin + i], options);
     });
     volume.Integrate(evidence, num_threads);
   }
   return volume.Leaves(options.resolution_m, num_threads);
 }
 
-// Time a scan and memory from its making to Stop().
+// Time per keyframe and memory from its making to Stop().
 class Meter {
  public:
   Meter() : before_mib_(Memory_mib("VmRSS")) {
@@ -114,11 +116,11 @@ class Meter {
     wall_s_ = -Now_s();
     cpu_s_ = -CpuTime_s();
   }
-  void Stop(std::size_t num_scans, nlohmann::json& result) {
+  void Stop(std::size_t num_keyframes, nlohmann::json& result) {
     wall_s_ += Now_s();
     cpu_s_ += CpuTime_s();
-    result["wall_ms"] = 1e3 * wall_s_ / static_cast<double>(num_scans);
-    result["cpu_ms"] = 1e3 * cpu_s_ / static_cast<double>(num_scans);
+    result["wall_ms"] = 1e3 * wall_s_ / static_cast<double>(num_keyframes);
+    result["cpu_ms"] = 1e3 * cpu_s_ / static_cast<double>(num_keyframes);
     result["peak_mib"] = Memory_mib("VmHWM") - before_mib_;
   }
 
@@ -129,34 +131,35 @@ class Meter {
 };
 
 OccupancyTree Build(const BenchOptions& options,
-                    std::span<const Scan> scans,
+                    std::span<const KeyframeRays> all_rays,
                     nlohmann::json& result) {
-  const ScanOptions scan_options{
-      options.resolution_m, kNoLimit_m, options.discretize, std::nullopt};
+  const TraceOptions trace{options.resolution_m, kNoLimit_m, options.discretize, std::nullopt};
   Meter meter;
   if (options.builder == "batched") {
-    OccupancyTree tree = Batched(scan_options, scans, options.num_threads);
-    meter.Stop(scans.size(), result);
+    OccupancyTree tree = Batched(trace, all_rays, options.num_threads);
+    meter.Stop(all_rays.size(), result);
     return tree;
   }
-  OctomapVolume volume({}, scan_options);
-  for (const Scan& scan : scans) volume.Insert(scan);
-  meter.Stop(scans.size(), result);  // what OctoMap does to the tree afterwards is not counted
+  OctomapVolume volume({}, trace);
+  for (const KeyframeRays& rays : all_rays) volume.Insert(rays);
+  meter.Stop(all_rays.size(), result);  // what OctoMap does to the tree afterwards is not counted
   return volume.Leaves();
 }
 
 // Share of the rays that end in an occupied voxel and pass none on the way to it.
-double RayAgreement(const VoxelStates& states, std::span<const Scan> scans, double resolution_m) {
+double RayAgreement(const VoxelStates& states,
+                    std::span<const KeyframeRays> all_rays,
+                    double resolution_m) {
   std::size_t num_agreeing = 0;
   std::size_t num_rays = 0;
-  for (const Scan& scan : scans) {
-    const VoxelKey origin = VoxelOf(scan.origin_in_map, resolution_m);
-    for (const ScanPoint& point : scan.points) {
+  for (const KeyframeRays& rays : all_rays) {
+    const VoxelKey origin = VoxelOf(rays.origin_in_map, resolution_m);
+    for (const RayEnd& point : rays.points) {
       const VoxelKey end = VoxelOf(point.point_in_map, resolution_m);
       bool agrees = states.Is(MortonCode(end), true);
       int num_passed = 0;
       const VoxelWalk walk(point.point_in_map / resolution_m,
-                           (scan.origin_in_map - point.point_in_map) / resolution_m);
+                           (rays.origin_in_map - point.point_in_map) / resolution_m);
       walk.Visit((origin - end).cwiseAbs().sum(), [&](std::uint64_t voxel) {
         if (++num_passed > kNearEnd_voxels && states.Is(voxel, true)) agrees = false;
       });
@@ -168,19 +171,19 @@ double RayAgreement(const VoxelStates& states, std::span<const Scan> scans, doub
 }
 
 void Run(const BenchOptions& options) {
-  std::vector<Scan> scans;
-  std::vector<Scan> held_out;
+  std::vector<KeyframeRays> all_rays;
+  std::vector<KeyframeRays> held_out;
   std::size_t num_points = 0;
-  for (Scan& scan : LoadScans(Open(options))) {
-    const bool hold_out = (scans.size() + held_out.size()) % kHoldOutEvery == kHoldOutEvery - 1;
-    if (!hold_out) num_points += scan.points.size();
-    (hold_out ? held_out : scans).push_back(std::move(scan));
+  for (KeyframeRays& rays : LoadRays(Open(options))) {
+    const bool hold_out = (all_rays.size() + held_out.size()) % kHoldOutEvery == kHoldOutEvery - 1;
+    if (!hold_out) num_points += rays.points.size();
+    (hold_out ? held_out : all_rays).push_back(std::move(rays));
   }
-  if (scans.empty()) throw DataError("{}: no poses with depth", options.site.string());
+  if (all_rays.empty()) throw DataError("{}: no poses with depth", options.site.string());
   nlohmann::json result;
-  const OccupancyTree tree = Build(options, scans, result);
-  result["num_frames"] = scans.size();
-  result["points_per_frame"] = num_points / scans.size();
+  const OccupancyTree tree = Build(options, all_rays, result);
+  result["num_frames"] = all_rays.size();
+  result["points_per_frame"] = num_points / all_rays.size();
   if (!options.out.empty()) WriteOctree(options.out, tree);
   const VoxelStates states(tree);
   result["ray_agreement"] = RayAgreement(states, held_out, options.resolution_m);

@@ -54,7 +54,7 @@ class HostileRecordingTest : public testing::Test {
   std::vector<RawFrame> Inspect(bool is_query = false) const {
     std::vector<RawSequence> sequences = {Read(is_query)};
     Progress progress("test", false);
-    FileFactsCache files(folder_ / "hashes.csv", folder_ / "data");
+    HashCache files(folder_ / "hashes.csv", folder_ / "data");
     InspectFrames(site_.cameras, folder_ / "data", files, progress, 2, &sequences);
     return sequences[0].frames;
   }

@@ -59,7 +59,7 @@ class ReadSequenceTest : public testing::Test {
   RawSequence Inspect(int num_threads = 2) const {
     std::vector<RawSequence> sequences = {Read()};
     Progress progress("test", false);
-    FileFactsCache files(folder_ / "hashes.csv", folder_.Path());
+    HashCache files(folder_ / "hashes.csv", folder_.Path());
     InspectFrames(site_.cameras, folder_.Path(), files, progress, num_threads, &sequences);
     return sequences[0];
   }

@@ -7,7 +7,7 @@ import unittest
 from pathlib import Path
 
 import fake_site
-from nightmap_eval.asked_pictures import asked_pictures
+from nightmap_eval.query_results import asked_pictures
 from nightmap_eval.report_queries import query_section
 
 HEADER = ("query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,confidence,"

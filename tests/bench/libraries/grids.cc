@@ -20,27 +20,29 @@ namespace {
 
 constexpr std::size_t kNumKeyframes = 12;
 
-std::vector<Scan> LoadScans(const MappedSite& site) {
-  std::vector<Scan> scans;
+std::vector<KeyframeRays> LoadRays(const MappedSite& site) {
+  std::vector<KeyframeRays> all_rays;
   for (const Keyframe& keyframe : EvenlySpaced(site.keyframes.keyframes, kNumKeyframes)) {
     const RgbdImages images = site.keyframes.load(keyframe);
     const RgbdCamera& camera = site.CameraOf(keyframe.frame.frame_idx);
-    Scan& scan = scans.emplace_back();
-    scan.origin_in_map = keyframe.map_from_camera.translation;
+    KeyframeRays& rays = all_rays.emplace_back();
+    rays.origin_in_map = keyframe.map_from_camera.translation;
     for (const DepthPoint& point : BackProjectDepth(
              images.depth, images.color, MakeRayTable(camera.color, 1), camera, 4.0, {})) {
-      scan.points.push_back(
+      rays.points.push_back(
           {keyframe.map_from_camera * point.point_in_camera.cast<double>(), 0, point.rgb});
     }
   }
-  return scans;
+  return all_rays;
 }
 
-OccupancyTree Batched(const std::vector<Scan>& scans, const ScanOptions& options, int num_threads) {
+OccupancyTree Batched(const std::vector<KeyframeRays>& all_rays,
+                      const TraceOptions& options,
+                      int num_threads) {
   OccupancyVolume volume({});
-  std::vector<ScanEvidence> evidence(scans.size());
-  ParallelFor(scans.size(), num_threads, [&](std::size_t i) {
-    evidence[i] = TraceScan(scans[i], options);
+  std::vector<KeyframeEvidence> evidence(all_rays.size());
+  ParallelFor(all_rays.size(), num_threads, [&](std::size_t i) {
+    evidence[i] = TraceRays(all_rays[i], options);
   });
   volume.Integrate(evidence, num_threads);
   return volume.Leaves(options.resolution_m, num_threads);
@@ -49,9 +51,9 @@ OccupancyTree Batched(const std::vector<Scan>& scans, const ScanOptions& options
 }  // namespace
 
 void CompareOctrees(const MappedSite& site) {
-  const std::vector<Scan> scans = LoadScans(site);
+  const std::vector<KeyframeRays> all_rays = LoadRays(site);
   for (const bool discretize : {false, true}) {
-    ScanOptions options;
+    TraceOptions options;
     options.discretize = discretize;
     OccupancyTree ours;
     std::unique_ptr<OctomapVolume> theirs;
@@ -59,11 +61,11 @@ void CompareOctrees(const MappedSite& site) {
         {.ours = "`OccupancyVolume`",
          .other = std::string("OctoMap's `insertPointCloud`") + (discretize ? ", discretize" : ""),
          .input = fmt::format("{}: depth image, voxels of 5 cm", site.name),
-         .run_ours = [&](int num_threads) { ours = Batched(scans, options, num_threads); },
+         .run_ours = [&](int num_threads) { ours = Batched(all_rays, options, num_threads); },
          .run_other =
              [&](int) {
                theirs = std::make_unique<OctomapVolume>(SensorModel{}, options);
-               for (const Scan& scan : scans) theirs->Insert(scan);
+               for (const KeyframeRays& rays : all_rays) theirs->Insert(rays);
              },
          .difference =
              [&] {
@@ -72,7 +74,7 @@ void CompareOctrees(const MappedSite& site) {
                                   a.IntersectionOverUnion(b, true),
                                   a.IntersectionOverUnion(b, false));
              },
-         .num_items = static_cast<double>(scans.size())});
+         .num_items = static_cast<double>(all_rays.size())});
   }
 }
 

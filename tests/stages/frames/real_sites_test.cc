@@ -23,7 +23,7 @@ TEST_P(RealSiteTest, EveryFrameIsUsable) {
   auto sequences = ReadSequences(site, data_root);
   Progress progress("test", false);
   const TemporaryFolder folder;
-  FileFactsCache files(folder / "hashes.csv", data_root);
+  HashCache files(folder / "hashes.csv", data_root);
   InspectFrames(site.cameras, data_root, files, progress, 2, &sequences);
   const FrameLists lists = RunFrames(sequences, site.hold_out_every);
   EXPECT_TRUE(lists.skipped.empty()) << lists.skipped.front();

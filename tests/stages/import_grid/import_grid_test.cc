@@ -37,6 +37,23 @@ TEST(ImportGrid, TakesAMapThatHoldsTheTrajectoryAtAnyYaw) {
   EXPECT_NO_THROW(CheckPlace(Corridor(0), {}, "map.yaml"));
 }
 
+TEST(ImportGrid, CountsTheCellsOfAMapThatItTakes) {
+  OccupancyGrid grid = Corridor(0);
+  grid.cells[0] = kOccupiedCell;
+  grid.cells[1] = kUnknownCell;
+  const nlohmann::json report = RunImportGrid(grid, Drive(0), "map.yaml");
+  EXPECT_EQ(report["num_free_cells"], 3998);
+  EXPECT_EQ(report["num_occupied_cells"], 1);
+  EXPECT_EQ(report["resolution_m"], 0.1);
+}
+
+TEST(ImportGrid, RefusesAMapWithoutAFreeCell) {
+  OccupancyGrid walls = Corridor(0);
+  walls.cells.assign(4000, kOccupiedCell);
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, RunImportGrid(walls, Drive(0), "map.yaml"), "map.yaml: no cell is free");
+}
+
 TEST(ImportGrid, WarnsOfAMapOfAPartOnly) {
   testing::internal::CaptureStdout();
   OccupancyGrid part = Corridor(0);

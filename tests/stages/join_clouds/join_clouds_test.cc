@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/join_clouds/join_clouds.h"
+#include "stages/join_clouds/write_joined_cloud.h"
 
 #include "pipeline/io/tiles_io.h"
 #include "pipeline/program/stage_main.h"
@@ -79,7 +79,7 @@ class JoinCloudsTest : public testing::Test {
                          {{"cloud", ""}}};
     testing::internal::CaptureStderr();
     const int code =
-        StageMain(static_cast<int>(argv.size()), argv.data(), spec, options, RunJoinClouds);
+        StageMain(static_cast<int>(argv.size()), argv.data(), spec, options, WriteJoinedCloud);
     err_ = testing::internal::GetCapturedStderr();
     return code;
   }

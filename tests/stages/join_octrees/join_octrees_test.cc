@@ -70,7 +70,7 @@ class JoinOctreesTest : public testing::Test {
                          {{"ot", ""}, {"bt", ""}}};
     testing::internal::CaptureStderr();
     const int code =
-        StageMain(static_cast<int>(argv.size()), argv.data(), spec, options, RunJoinOctrees);
+        StageMain(static_cast<int>(argv.size()), argv.data(), spec, options, JoinOctreeFiles);
     err_ = testing::internal::GetCapturedStderr();
     return code;
   }

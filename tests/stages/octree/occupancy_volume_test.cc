@@ -14,31 +14,31 @@ namespace {
 
 constexpr double kResolution_m = 0.1;
 
-// Scans that hit and pass voxels at random in a few blocks, some in other regions; `density` of
+// Keyframes that hit and pass voxels at random in a few blocks, some in other regions; `density` of
 // the voxels of a block are passed.
-std::vector<ScanEvidence> RandomScans(std::size_t num_scans, double density) {
+std::vector<KeyframeEvidence> RandomKeyframes(std::size_t num_keyframes, double density) {
   Random random(3);
-  std::vector<ScanEvidence> scans(num_scans);
-  for (ScanEvidence& scan : scans) {
+  std::vector<KeyframeEvidence> keyframes(num_keyframes);
+  for (KeyframeEvidence& keyframe : keyframes) {
     for (int i = -10; i < 60; i += 5) {
       if (random.Uniform(0, 1) < 0.2) continue;
       BlockMap<BlockEvidence>::Entry entry;
       entry.block = BlockOf(MortonCode({8 * i, 8 * (i % 3), 16 * (i % 2)}));
-      entry.value.first_color = static_cast<std::uint32_t>(scan.colors.size());
+      entry.value.first_color = static_cast<std::uint32_t>(keyframe.colors.size());
       for (std::size_t index = 0; index < kBlockVoxels; ++index) {
         if (random.Uniform(0, 1) < 0.05) {
           entry.value.hit.Set(index);
           const auto value = static_cast<std::uint32_t>(random.Index(256));
-          scan.colors.push_back({{value, value / 2, 3}, 1});
+          keyframe.colors.push_back({{value, value / 2, 3}, 1});
         } else if (random.Uniform(0, 1) < density) {
           entry.value.passed.Set(index);
         }
       }
-      scan.blocks.push_back(entry);
+      keyframe.blocks.push_back(entry);
     }
-    std::ranges::sort(scan.blocks, {}, [](const auto& entry) { return entry.block; });
+    std::ranges::sort(keyframe.blocks, {}, [](const auto& entry) { return entry.block; });
   }
-  return scans;
+  return keyframes;
 }
 
 struct Voxel {
@@ -47,11 +47,11 @@ struct Voxel {
 };
 
 // The rule as documented, voxel by voxel.
-std::map<std::uint64_t, Voxel> Expected(const std::vector<ScanEvidence>& scans,
+std::map<std::uint64_t, Voxel> Expected(const std::vector<KeyframeEvidence>& keyframes,
                                         const SensorModel& model) {
   std::map<std::uint64_t, Voxel> voxels;
-  for (const ScanEvidence& scan : scans) {
-    for (const auto& [block, evidence] : scan.blocks) {
+  for (const KeyframeEvidence& keyframe : keyframes) {
+    for (const auto& [block, evidence] : keyframe.blocks) {
       std::size_t color = evidence.first_color;
       for (std::size_t index = 0; index < kBlockVoxels; ++index) {
         const bool hit = evidence.hit.Test(index);
@@ -59,21 +59,21 @@ std::map<std::uint64_t, Voxel> Expected(const std::vector<ScanEvidence>& scans,
         Voxel& voxel = voxels[block << kBlockShift | index];
         voxel.log_odds += hit ? model.hit : model.miss;
         voxel.log_odds = std::clamp(voxel.log_odds, model.min, model.max);
-        if (hit) voxel.color.Add(scan.colors[color++]);
+        if (hit) voxel.color.Add(keyframe.colors[color++]);
       }
     }
   }
   return voxels;
 }
 
-TEST(OccupancyVolume, AppliesEachScanOnceAVoxelInOrder) {
+TEST(OccupancyVolume, AppliesEachKeyframeOnceAVoxelInOrder) {
   const SensorModel model{0.85F, -0.4F, -2.0F, 1.5F};
   for (const double density : {0.3, 1.0}) {
-    const auto scans = RandomScans(25, density);
-    const auto expected = Expected(scans, model);
+    const auto keyframes = RandomKeyframes(25, density);
+    const auto expected = Expected(keyframes, model);
     OccupancyVolume volume(model);
-    volume.Integrate(std::span(scans).first(3), 1);
-    volume.Integrate(std::span(scans).subspan(3), 2);
+    volume.Integrate(std::span(keyframes).first(3), 1);
+    volume.Integrate(std::span(keyframes).subspan(3), 2);
     const OccupancyTree tree = volume.Leaves(kResolution_m, 2);
     std::size_t num_voxels = 0;
     for (const OccupancyVoxel& leaf : tree.leaves) {
@@ -95,15 +95,15 @@ TEST(OccupancyVolume, AppliesEachScanOnceAVoxelInOrder) {
 }
 
 TEST(OccupancyVolume, WhatIsAllFreeBecomesOneLeaf) {
-  ScanEvidence scan;
+  KeyframeEvidence keyframe;
   for (std::uint64_t i = 0; i < 8; ++i) {
     BlockMap<BlockEvidence>::Entry entry;
     entry.block = (BlockOf(MortonCode({0, 0, 0})) | i);
     entry.value.passed.words.fill(~std::uint64_t{0});
-    scan.blocks.push_back(entry);
+    keyframe.blocks.push_back(entry);
   }
   OccupancyVolume volume({});
-  for (int i = 0; i < 7; ++i) volume.Integrate(std::span(&scan, 1), 1);
+  for (int i = 0; i < 7; ++i) volume.Integrate(std::span(&keyframe, 1), 1);
   const OccupancyTree tree = volume.Leaves(kResolution_m, 1);
   ASSERT_EQ(tree.leaves.size(), 1U);
   EXPECT_DOUBLE_EQ(tree.leaves[0].size_m, 1.6);

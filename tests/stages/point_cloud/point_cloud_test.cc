@@ -149,15 +149,15 @@ class CloudOfTiles : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  // The clouds written one by one and joined.
   std::vector<CloudPoint> Join(const std::vector<PointCloudResult>& tiles, double voxel_size_m) {
-    std::vector<std::filesystem::path> paths;
+    std::vector<PointSource> sources;
     for (const PointCloudResult& tile : tiles) {
-      paths.push_back(folder_ / fmt::format("{}.ply", paths.size()));
-      WritePly(paths.back(), tile.points);
+      sources.emplace_back([&tile, i = std::size_t{0}]() mutable {
+        return i < tile.points.size() ? std::optional(tile.points[i++]) : std::nullopt;
+      });
     }
     std::vector<CloudPoint> joined;
-    MergeClouds(paths, voxel_size_m, [&](const CloudPoint& point) { joined.push_back(point); });
+    RunJoinClouds(sources, voxel_size_m, [&](const CloudPoint& point) { joined.push_back(point); });
     return joined;
   }
 

@@ -91,7 +91,7 @@ class PicturesTest : public testing::Test {
   std::vector<RawFrame> Inspect() {
     Cameras();
     Progress progress("test", false);
-    FileFactsCache files(folder_ / "hashes.csv", Data());
+    HashCache files(folder_ / "hashes.csv", Data());
     InspectFrames(cameras_, Data(), files, progress, 2, &sequences_);
     return sequences_.at(0).frames;
   }

@@ -18,9 +18,9 @@ struct Landmark {
 };
 
 // Returns nothing when too few observations agree or the position stays too uncertain.
-std::optional<Landmark> FinishTrack(const LandmarksOptions& options,
-                                    DescriptorKind kind,
-                                    const std::vector<Observer>& observers,
-                                    const LandmarkTrack& track);
+std::optional<Landmark> LandmarkOfTrack(const LandmarksOptions& options,
+                                        DescriptorKind kind,
+                                        const std::vector<Observer>& observers,
+                                        const LandmarkTrack& track);
 
 }  // namespace nightmap

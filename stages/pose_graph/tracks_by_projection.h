@@ -16,8 +16,8 @@ namespace nightmap {
 // between. Odometry's tracks end where the point leaves the picture, and loops join few of them
 // again (compare the point fusion of Mur-Artal and Tardos, T-RO 2015 and 2017). Drops points seen
 // only once.
-std::vector<Track> Retrack(const PoseGraphInput& input,
-                           const std::map<int, Rigid3>& graph_from_frame,
-                           const LandmarkTrackerOptions& options);
+std::vector<Track> TracksByProjection(const PoseGraphInput& input,
+                                      const std::map<int, Rigid3>& graph_from_frame,
+                                      const LandmarkTrackerOptions& options);
 
 }  // namespace nightmap

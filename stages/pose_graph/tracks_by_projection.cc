@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/retrack.h"
+#include "stages/pose_graph/tracks_by_projection.h"
 
 namespace nightmap {
 
-std::vector<Track> Retrack(const PoseGraphInput& input,
-                           const std::map<int, Rigid3>& graph_from_frame,
-                           const LandmarkTrackerOptions& options) {
+std::vector<Track> TracksByProjection(const PoseGraphInput& input,
+                                      const std::map<int, Rigid3>& graph_from_frame,
+                                      const LandmarkTrackerOptions& options) {
   std::vector<Observer> observers;
   for (const auto& [frame_idx, pose] : graph_from_frame) {
     const auto i = static_cast<std::size_t>(frame_idx);

@@ -29,10 +29,10 @@ struct FileFacts {
 //
 // CSV: path,size_bytes,mtime_ns,ctime_ns,hash,width,height,num_channels,num_bits,check; paths
 // relative to the data folder, check is the hash of the row before it.
-class FileFactsCache {
+class HashCache {
  public:
   // Reads the cache of an earlier run; a missing or invalid file counts as empty.
-  FileFactsCache(std::filesystem::path cache, std::filesystem::path data_root);
+  HashCache(std::filesystem::path cache, std::filesystem::path data_root);
 
   // Returns the facts of `file` (relative to the data folder): the cached ones, else those that
   // read(path) returns. Exceptions of read pass through. Thread safe.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/recording/file_facts.h"
+#include "pipeline/recording/hash_cache.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -39,7 +39,7 @@ std::optional<struct stat> Status(const std::filesystem::path& path) {
 
 }  // namespace
 
-FileFactsCache::FileFactsCache(std::filesystem::path cache, std::filesystem::path data_root)
+HashCache::HashCache(std::filesystem::path cache, std::filesystem::path data_root)
     : cache_(std::move(cache)), data_root_(std::move(data_root)) {
   try {
     if (std::filesystem::exists(cache_)) ReadRows();
@@ -49,7 +49,7 @@ FileFactsCache::FileFactsCache(std::filesystem::path cache, std::filesystem::pat
   }
 }
 
-std::string FileFactsCache::RowText(const std::string& file, const Row& row) {
+std::string HashCache::RowText(const std::string& file, const Row& row) {
   return fmt::format("{},{},{},{},{},{},{},{},{}",
                      CsvField(file),
                      row.size_bytes,
@@ -62,7 +62,7 @@ std::string FileFactsCache::RowText(const std::string& file, const Row& row) {
                      row.facts.num_bits);
 }
 
-void FileFactsCache::ReadRows() {
+void HashCache::ReadRows() {
   const CsvFile csv(cache_, kCacheHeader);
   for (const CsvRow& line : csv.Rows()) {
     Row row{static_cast<std::uintmax_t>(line.Integer(1)),
@@ -74,8 +74,8 @@ void FileFactsCache::ReadRows() {
   }
 }
 
-FileFacts FileFactsCache::Get(const std::string& file,
-                              const std::function<FileFacts(const std::filesystem::path&)>& read) {
+FileFacts HashCache::Get(const std::string& file,
+                         const std::function<FileFacts(const std::filesystem::path&)>& read) {
   const std::filesystem::path path = data_root_ / file;
   const auto status = Status(path);
   if (!status) return read(path);  // read reports the problem
@@ -96,7 +96,7 @@ FileFacts FileFactsCache::Get(const std::string& file,
   return row.facts;
 }
 
-void FileFactsCache::Save() const {
+void HashCache::Save() const {
   spdlog::info("{} files, {} of them new or changed", num_asked_, num_read_);
   std::string text = std::string(kCacheHeader) + '\n';
   for (const auto& [file, row] : asked_) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Evidence of one depth image about voxels: hit where a ray ends, passed where a ray goes through.
+// Evidence of one keyframe's rays about voxels: hit where a ray ends, passed where a ray goes
+// through.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,18 +17,18 @@
 namespace nightmap {
 
 // A measured point, and the distance in front of it in which space is not declared free.
-struct ScanPoint {
+struct RayEnd {
   Eigen::Vector3d point_in_map = Eigen::Vector3d::Zero();
   double margin_m = 0;
   std::array<std::uint8_t, 3> rgb{};
 };
 
-struct Scan {
+struct KeyframeRays {
   Eigen::Vector3d origin_in_map = Eigen::Vector3d::Zero();
-  std::vector<ScanPoint> points;
+  std::vector<RayEnd> points;
 };
 
-struct ScanOptions {
+struct TraceOptions {
   double resolution_m = 0.05;
   double max_range_m = 4.0;
   bool discretize = true;
@@ -37,11 +38,11 @@ struct ScanOptions {
 struct BlockEvidence {
   BlockBits hit;
   BlockBits passed;  // never where hit
-  // Index into the scan's colors, which hold one for each hit in order.
+  // Index into the keyframe's colors, which hold one for each hit in order.
   std::uint32_t first_color = 0;
 };
 
-struct ScanEvidence {
+struct KeyframeEvidence {
   std::vector<BlockMap<BlockEvidence>::Entry> blocks;  // in ascending order
   std::vector<ColorSum> colors;
   std::size_t num_rays = 0;  // rays cast, after merging
@@ -55,6 +56,6 @@ struct ScanEvidence {
 // only free the space up to that range; with `discretize` one ray per voxel in which such rays are
 // cut. Evidence outside `region` is dropped; without a region none is. Points and origin must lie
 // within OctreeReach_m.
-ScanEvidence TraceScan(const Scan& scan, const ScanOptions& options);
+KeyframeEvidence TraceRays(const KeyframeRays& rays, const TraceOptions& options);
 
 }  // namespace nightmap

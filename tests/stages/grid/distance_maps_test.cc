@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/grid/clearance.h"
+#include "stages/grid/distance_maps.h"
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ double Nearest_m(const OccupancyGrid& grid, int x, int y, int frame, const Fits&
   return best;
 }
 
-TEST(GridClearance, EqualsBruteForceAtAnyNumberOfThreads) {
+TEST(DistanceMaps, EqualsBruteForceAtAnyNumberOfThreads) {
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
     const OccupancyGrid grid = RandomGrid(seed);
     const auto clearance_m = Clearance_m(grid, 1);
@@ -59,7 +59,7 @@ TEST(GridClearance, EqualsBruteForceAtAnyNumberOfThreads) {
   }
 }
 
-TEST(GridClearance, WithoutAnObstacleItIsFarAndFinite) {
+TEST(DistanceMaps, WithoutAnObstacleItIsFarAndFinite) {
   OccupancyGrid grid = RandomGrid(3);
   for (auto& cell : grid.cells) cell = kFreeCell;
   for (const float distance_m : SignedDistance_m(grid, 1)) {

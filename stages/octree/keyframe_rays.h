@@ -8,7 +8,7 @@
 #include "pipeline/dense/back_project.h"
 #include "pipeline/geometry/rigid3.h"
 #include "pipeline/io/ply_io.h"
-#include "stages/octree/scan.h"
+#include "stages/octree/trace_rays.h"
 #include "stages/octree/voxel_block.h"
 
 namespace nightmap {
@@ -24,16 +24,16 @@ class CloudSupport {
   BlockMap<BlockBits> voxels_;
 };
 
-struct SupportedScan {
-  Scan scan;
+struct SupportedRays {
+  KeyframeRays rays;
   std::size_t num_unsupported = 0;  // points in range that the cloud does not support
 };
 
 // Leaves out points within range that `support` does not hold (null: keeps all).
-SupportedScan MakeScan(const std::vector<DepthPoint>& points,
-                       const Rigid3& map_from_camera,
-                       double margin_sigmas,
-                       double max_range_m,
-                       const CloudSupport* support);
+SupportedRays MakeKeyframeRays(const std::vector<DepthPoint>& points,
+                               const Rigid3& map_from_camera,
+                               double margin_sigmas,
+                               double max_range_m,
+                               const CloudSupport* support);
 
 }  // namespace nightmap

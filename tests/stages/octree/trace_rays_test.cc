@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/octree/scan.h"
+#include "stages/octree/trace_rays.h"
 
 #include <gtest/gtest.h>
 
@@ -14,14 +14,14 @@ namespace {
 
 constexpr double kResolution_m = 0.1;
 
-ScanOptions NoLimits() { return {kResolution_m, 1000.0, false, std::nullopt}; }
+TraceOptions NoLimits() { return {kResolution_m, 1000.0, false, std::nullopt}; }
 
-// The evidence of a scan, voxel by voxel.
+// The evidence of a rays, voxel by voxel.
 struct Listed {
   std::map<std::uint64_t, std::array<std::uint32_t, 4>> hits;  // sums of color, count
   std::set<std::uint64_t> passed;
 
-  void Add(const ScanEvidence& evidence) {
+  void Add(const KeyframeEvidence& evidence) {
     for (const auto& [block, seen] : evidence.blocks) {
       const std::uint64_t first = block << kBlockShift;
       const ColorSum* color = evidence.colors.data() + seen.first_color;
@@ -35,26 +35,26 @@ struct Listed {
   bool operator==(const Listed&) const = default;
 };
 
-Listed ListScan(const Scan& scan, const ScanOptions& options) {
+Listed ListRays(const KeyframeRays& rays, const TraceOptions& options) {
   Listed listed;
-  listed.Add(TraceScan(scan, options));
+  listed.Add(TraceRays(rays, options));
   return listed;
 }
 
-Scan RandomScan(std::uint64_t seed, int num_points) {
+KeyframeRays RandomRays(std::uint64_t seed, int num_points) {
   Random random(seed);
   const auto place = [&](double range_m) {
     Eigen::Vector3d point;
     for (int i = 0; i < 3; ++i) point[i] = random.Uniform(-range_m, range_m);
     return point;
   };
-  Scan scan;
-  scan.origin_in_map = place(0.5);
+  KeyframeRays rays;
+  rays.origin_in_map = place(0.5);
   for (int i = 0; i < num_points; ++i) {
     const auto channel = [&] { return static_cast<std::uint8_t>(random.Index(256)); };
-    scan.points.push_back({place(2.0), 0, {channel(), channel(), channel()}});
+    rays.points.push_back({place(2.0), 0, {channel(), channel(), channel()}});
   }
-  return scan;
+  return rays;
 }
 
 std::uint64_t CodeAt(const Eigen::Vector3d& point) {
@@ -75,20 +75,20 @@ double ShareInVoxel(const VoxelKey& voxel, const Eigen::Vector3d& from, const Ei
   return end - begin;
 }
 
-TEST(Scan, PassesTheVoxelsThatTheRayGoesThrough) {
+TEST(TraceRays, PassesTheVoxelsThatTheRayGoesThrough) {
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    const Scan scan = RandomScan(seed, 1);
-    const Eigen::Vector3d& end = scan.points[0].point_in_map;
-    const Listed listed = ListScan(scan, NoLimits());
+    const KeyframeRays rays = RandomRays(seed, 1);
+    const Eigen::Vector3d& end = rays.points[0].point_in_map;
+    const Listed listed = ListRays(rays, NoLimits());
     EXPECT_EQ(listed.hits.size(), 1U);
     EXPECT_EQ(listed.hits.count(CodeAt(end)), 1U);
     std::size_t num_passed = 0;
-    const VoxelKey low = VoxelOf(end.cwiseMin(scan.origin_in_map), kResolution_m);
-    const VoxelKey high = VoxelOf(end.cwiseMax(scan.origin_in_map), kResolution_m);
+    const VoxelKey low = VoxelOf(end.cwiseMin(rays.origin_in_map), kResolution_m);
+    const VoxelKey high = VoxelOf(end.cwiseMax(rays.origin_in_map), kResolution_m);
     for (int x = low.x(); x <= high.x(); ++x) {
       for (int y = low.y(); y <= high.y(); ++y) {
         for (int z = low.z(); z <= high.z(); ++z) {
-          const double share = ShareInVoxel({x, y, z}, scan.origin_in_map, end);
+          const double share = ShareInVoxel({x, y, z}, rays.origin_in_map, end);
           const std::uint64_t code = MortonCode({x, y, z});
           const bool passed = listed.passed.count(code) > 0;
           num_passed += passed ? 1 : 0;
@@ -101,18 +101,18 @@ TEST(Scan, PassesTheVoxelsThatTheRayGoesThrough) {
   }
 }
 
-TEST(Scan, ARayAlongAnAxisPassesARow) {
-  Scan scan;
-  scan.origin_in_map = {0.05, 0.05, 0.05};
+TEST(TraceRays, ARayAlongAnAxisPassesARow) {
+  KeyframeRays rays;
+  rays.origin_in_map = {0.05, 0.05, 0.05};
   for (const double x : {1.05, -0.95}) {
-    scan.points = {{{x, 0.05, 0.05}, 0, {}}};
-    EXPECT_EQ(ListScan(scan, NoLimits()).passed.size(), 10U);
+    rays.points = {{{x, 0.05, 0.05}, 0, {}}};
+    EXPECT_EQ(ListRays(rays, NoLimits()).passed.size(), 10U);
   }
-  scan.points = {{scan.origin_in_map, 0, {}}};
-  EXPECT_TRUE(ListScan(scan, NoLimits()).passed.empty());
+  rays.points = {{rays.origin_in_map, 0, {}}};
+  EXPECT_TRUE(ListRays(rays, NoLimits()).passed.empty());
 }
 
-TEST(Scan, TwoWalksAtATimeVisitWhatEachDoesAlone) {
+TEST(TraceRays, TwoWalksAtATimeVisitWhatEachDoesAlone) {
   Random random(3);
   for (int num_walks = 0; num_walks < 40; ++num_walks) {
     std::multiset<std::uint64_t> expected;
@@ -139,57 +139,57 @@ TEST(Scan, TwoWalksAtATimeVisitWhatEachDoesAlone) {
   }
 }
 
-TEST(Scan, HitBeatsPassedAndColorsAreSummedPerVoxel) {
-  const Scan scan = RandomScan(7, 2000);
+TEST(TraceRays, HitBeatsPassedAndColorsAreSummedPerVoxel) {
+  const KeyframeRays rays = RandomRays(7, 2000);
   Listed expected;
-  for (const ScanPoint& point : scan.points) {
+  for (const RayEnd& point : rays.points) {
     auto& sum = expected.hits[CodeAt(point.point_in_map)];
     for (std::size_t i = 0; i < 3; ++i) sum[i] += point.rgb[i];
     ++sum[3];
   }
-  for (const ScanPoint& point : scan.points) {
-    for (const std::uint64_t voxel : ListScan({scan.origin_in_map, {point}}, NoLimits()).passed) {
+  for (const RayEnd& point : rays.points) {
+    for (const std::uint64_t voxel : ListRays({rays.origin_in_map, {point}}, NoLimits()).passed) {
       if (expected.hits.count(voxel) == 0) expected.passed.insert(voxel);
     }
   }
-  EXPECT_TRUE(ListScan(scan, NoLimits()) == expected);
+  EXPECT_TRUE(ListRays(rays, NoLimits()) == expected);
 }
 
-TEST(Scan, DiscretizedRaysStartAtTheMeanOfTheirVoxel) {
-  Scan scan;
-  scan.points = {{{1.02, 0.51, 0.33}, 0, {10, 20, 30}}, {{1.08, 0.57, 0.37}, 0, {30, 20, 10}}};
-  ScanOptions options = NoLimits();
+TEST(TraceRays, DiscretizedRaysStartAtTheMeanOfTheirVoxel) {
+  KeyframeRays rays;
+  rays.points = {{{1.02, 0.51, 0.33}, 0, {10, 20, 30}}, {{1.08, 0.57, 0.37}, 0, {30, 20, 10}}};
+  TraceOptions options = NoLimits();
   options.discretize = true;
-  const ScanEvidence evidence = TraceScan(scan, options);
+  const KeyframeEvidence evidence = TraceRays(rays, options);
   EXPECT_EQ(evidence.num_rays, 1U);
   Listed both;
   both.Add(evidence);
-  const Listed mean = ListScan({{0, 0, 0}, {{{1.05, 0.54, 0.35}, 0, {}}}}, NoLimits());
+  const Listed mean = ListRays({{0, 0, 0}, {{{1.05, 0.54, 0.35}, 0, {}}}}, NoLimits());
   EXPECT_EQ(both.passed, mean.passed);
   EXPECT_EQ(both.hits.begin()->second, (std::array<std::uint32_t, 4>{40, 40, 40, 2}));
 }
 
-TEST(Scan, NothingIsPassedWithinTheMargin) {
-  Scan scan;
-  scan.origin_in_map = {0.05, 0.05, 0.05};
-  scan.points = {{{1.05, 0.05, 0.05}, 0.35, {}}};
-  const Listed listed = ListScan(scan, NoLimits());
+TEST(TraceRays, NothingIsPassedWithinTheMargin) {
+  KeyframeRays rays;
+  rays.origin_in_map = {0.05, 0.05, 0.05};
+  rays.points = {{{1.05, 0.05, 0.05}, 0.35, {}}};
+  const Listed listed = ListRays(rays, NoLimits());
   EXPECT_EQ(listed.passed.size(), 7U);
   EXPECT_EQ(listed.passed.count(CodeAt({0.65, 0.05, 0.05})), 1U);
   EXPECT_EQ(listed.passed.count(CodeAt({0.75, 0.05, 0.05})), 0U);
-  scan.points[0].margin_m = 2;
-  EXPECT_TRUE(ListScan(scan, NoLimits()).passed.empty());
+  rays.points[0].margin_m = 2;
+  EXPECT_TRUE(ListRays(rays, NoLimits()).passed.empty());
 }
 
-TEST(Scan, PointsBeyondTheRangeOnlyFree) {
-  Scan scan;
-  scan.origin_in_map = {0.05, 0.05, 0.05};
-  scan.points = {{{3.05, 0.05, 0.05}, 0, {}}, {{3.05, 0.06, 0.05}, 0, {}}};
-  ScanOptions options = NoLimits();
+TEST(TraceRays, PointsBeyondTheRangeOnlyFree) {
+  KeyframeRays rays;
+  rays.origin_in_map = {0.05, 0.05, 0.05};
+  rays.points = {{{3.05, 0.05, 0.05}, 0, {}}, {{3.05, 0.06, 0.05}, 0, {}}};
+  TraceOptions options = NoLimits();
   options.max_range_m = 1.03;
   for (const bool discretize : {false, true}) {
     options.discretize = discretize;
-    const ScanEvidence evidence = TraceScan(scan, options);
+    const KeyframeEvidence evidence = TraceRays(rays, options);
     Listed listed;
     listed.Add(evidence);
     EXPECT_TRUE(listed.hits.empty());
@@ -198,18 +198,18 @@ TEST(Scan, PointsBeyondTheRangeOnlyFree) {
   }
 }
 
-TEST(Scan, RegionsThatShareNothingSplitTheEvidence) {
+TEST(TraceRays, RegionsThatShareNothingSplitTheEvidence) {
   for (const bool discretize : {false, true}) {
-    const Scan scan = RandomScan(11, 500);
-    ScanOptions options = NoLimits();
+    const KeyframeRays rays = RandomRays(11, 500);
+    TraceOptions options = NoLimits();
     options.discretize = discretize;
     options.max_range_m = 1.7;
-    const Listed whole = ListScan(scan, options);
+    const Listed whole = ListRays(rays, options);
     Listed joined;
     std::size_t num_voxels = 0;
     for (const auto& [low, high] : {std::pair{-100, -3}, {-3, 0}, {0, 8}, {8, 9}, {9, 100}}) {
       options.region = VoxelBox{{low, -100, -100}, {high, 100, 100}};
-      const ScanEvidence part = TraceScan(scan, options);
+      const KeyframeEvidence part = TraceRays(rays, options);
       joined.Add(part);
       for (const auto& entry : part.blocks) {
         num_voxels += entry.value.hit.Count() + entry.value.passed.Count();

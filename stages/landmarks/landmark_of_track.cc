@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/landmarks/finish_track.h"
+#include "stages/landmarks/landmark_of_track.h"
 
 #include <algorithm>
 #include <cmath>
@@ -93,10 +93,10 @@ class Finisher {
 
 }  // namespace
 
-std::optional<Landmark> FinishTrack(const LandmarksOptions& options,
-                                    DescriptorKind kind,
-                                    const std::vector<Observer>& observers,
-                                    const LandmarkTrack& track) {
+std::optional<Landmark> LandmarkOfTrack(const LandmarksOptions& options,
+                                        DescriptorKind kind,
+                                        const std::vector<Observer>& observers,
+                                        const LandmarkTrack& track) {
   return Finisher(options, kind, observers).Finish(track);
 }
 

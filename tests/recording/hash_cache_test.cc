@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/recording/file_facts.h"
+#include "pipeline/recording/hash_cache.h"
 
 #include <gtest/gtest.h>
 
@@ -14,16 +14,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class FileFactsTest : public testing::Test {
+class HashCacheTest : public testing::Test {
  protected:
-  FileFactsTest() {
+  HashCacheTest() {
     folder_.Write("data/a, \"b\".png", "aaaa");
     folder_.Write("data/c.png", "cccc");
     // Status change times are the system's: what was just written is settled after two seconds.
     std::this_thread::sleep_for(std::chrono::milliseconds(2100));
   }
 
-  FileFacts Get(FileFactsCache& files, const std::string& name) {
+  FileFacts Get(HashCache& files, const std::string& name) {
     return files.Get(name, [&](const fs::path& path) {
       read_.push_back(path.filename());
       return FileFacts{HashFile(path), 3, 2, 1, 16};
@@ -32,7 +32,7 @@ class FileFactsTest : public testing::Test {
   // The files that a run reads, which saves what it knows.
   std::vector<std::string> Run() {
     read_.clear();
-    FileFactsCache files(folder_ / "hashes.csv", folder_ / "data");
+    HashCache files(folder_ / "hashes.csv", folder_ / "data");
     for (const char* name : {"a, \"b\".png", "c.png"}) {
       EXPECT_EQ(Get(files, name), (FileFacts{HashFile(folder_ / "data" / name), 3, 2, 1, 16}));
     }
@@ -47,7 +47,7 @@ class FileFactsTest : public testing::Test {
   Names read_;
 };
 
-TEST_F(FileFactsTest, OnlyNewAndChangedFilesAreRead) {
+TEST_F(HashCacheTest, OnlyNewAndChangedFilesAreRead) {
   EXPECT_EQ(Run(), all_);
   EXPECT_EQ(Run(), Names{});
   const auto time = fs::last_write_time(folder_ / "data/c.png");
@@ -57,7 +57,7 @@ TEST_F(FileFactsTest, OnlyNewAndChangedFilesAreRead) {
   EXPECT_EQ(Run(), Names{"c.png"});  // it has just changed, and may again within a tick
 }
 
-TEST_F(FileFactsTest, ADamagedCacheIsMadeAnew) {
+TEST_F(HashCacheTest, ADamagedCacheIsMadeAnew) {
   Run();
   const std::string text = ReadBytes(folder_ / "hashes.csv");
   for (const std::string& damaged : {std::string(),
@@ -76,8 +76,8 @@ TEST_F(FileFactsTest, ADamagedCacheIsMadeAnew) {
   EXPECT_EQ(Run(), Names{all_[0]});
 }
 
-TEST_F(FileFactsTest, WhatIsWrongWithAFileIsSaidEachTime) {
-  FileFactsCache files(folder_ / "hashes.csv", folder_ / "data");
+TEST_F(HashCacheTest, WhatIsWrongWithAFileIsSaidEachTime) {
+  HashCache files(folder_ / "hashes.csv", folder_ / "data");
   const auto fail = [](const fs::path& path) -> FileFacts {
     throw DataError("{}: truncated", path.filename().string());
   };
@@ -89,8 +89,8 @@ TEST_F(FileFactsTest, WhatIsWrongWithAFileIsSaidEachTime) {
   EXPECT_EQ(Run(), all_);
 }
 
-TEST_F(FileFactsTest, AFolderThatCannotBeWrittenIsNoError) {
-  FileFactsCache files("/proc/nowhere/hashes.csv", folder_ / "data");
+TEST_F(HashCacheTest, AFolderThatCannotBeWrittenIsNoError) {
+  HashCache files("/proc/nowhere/hashes.csv", folder_ / "data");
   Get(files, "c.png");
   EXPECT_NO_THROW(files.Save());
 }

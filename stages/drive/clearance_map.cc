@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/drive/clearance.h"
+#include "stages/drive/clearance_map.h"
 
 #include <algorithm>
 #include <cmath>

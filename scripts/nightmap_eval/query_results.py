@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pictures of a site that QUERY named, and their results from localize. Imports little."""
+"""The query pictures of a site: what localize found of each, and which of them QUERY named. Imports little."""
 
 import csv
 import io

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/drive/clearance.h"
+#include "stages/drive/clearance_map.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace nightmap {
 namespace {
 
-TEST(Clearance, IsTheDistanceToTheNearestSquare) {
+TEST(ClearanceMap, IsTheDistanceToTheNearestSquare) {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     Random random(seed);
     const OccupancyGrid grid = RandomBuilding(random, 80);
@@ -31,7 +31,7 @@ TEST(Clearance, IsTheDistanceToTheNearestSquare) {
   }
 }
 
-TEST(Clearance, UnknownAndOutsideAreObstaclesOnlyWhenTheyAreToBe) {
+TEST(ClearanceMap, UnknownAndOutsideAreObstaclesOnlyWhenTheyAreToBe) {
   OccupancyGrid grid{10, 10, 0.1, {0, 0}, {}};
   grid.cells.assign(100, kFreeCell);
   grid.cells[grid.Index(5, 5)] = kUnknownCell;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/grid/clearance.h"
+#include "stages/grid/distance_maps.h"
 
 #include <cmath>
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/octree/scan.h"
+#include "stages/octree/trace_rays.h"
 
 #include <algorithm>
 #include <limits>
@@ -16,7 +16,7 @@ struct Hit {
   double margin_m = 0;
   ColorSum color;
 
-  void Add(const ScanPoint& point) {
+  void Add(const RayEnd& point) {
     sum += point.point_in_map;
     margin_m = std::max(margin_m, point.margin_m);
     color.Add({{point.rgb[0], point.rgb[1], point.rgb[2]}, 1});
@@ -29,14 +29,14 @@ struct RegionBits {
   std::array<BlockBits, kBlockVoxels> passed;
 };
 
-class ScanTracer {
+class KeyframeTracer {
  public:
-  ScanTracer(const Scan& scan, const ScanOptions& options)
-      : scan_(scan),
+  KeyframeTracer(const KeyframeRays& rays, const TraceOptions& options)
+      : rays_(rays),
         options_(options),
-        origin_voxel_(VoxelOf(scan.origin_in_map, options.resolution_m)) {}
+        origin_voxel_(VoxelOf(rays.origin_in_map, options.resolution_m)) {}
 
-  ScanEvidence Trace() {
+  KeyframeEvidence Trace() {
     AddPoints();
     for (const auto& [voxel, hit] : hits_.Entries()) {
       const std::uint64_t block = BlockOf(voxel);
@@ -54,8 +54,8 @@ class ScanTracer {
     const double max_range_m2 = options_.max_range_m * options_.max_range_m;
     VoxelKey last = VoxelKey::Constant(std::numeric_limits<int>::max());
     Hit* hit = nullptr;
-    for (const ScanPoint& point : scan_.points) {
-      if ((point.point_in_map - scan_.origin_in_map).squaredNorm() > max_range_m2) {
+    for (const RayEnd& point : rays_.points) {
+      if ((point.point_in_map - rays_.origin_in_map).squaredNorm() > max_range_m2) {
         CastRayBeyond(point.point_in_map);
         continue;
       }
@@ -70,9 +70,9 @@ class ScanTracer {
   }
 
   void CastRayBeyond(const Eigen::Vector3d& point) {
-    const Eigen::Vector3d offset = point - scan_.origin_in_map;
+    const Eigen::Vector3d offset = point - rays_.origin_in_map;
     const Eigen::Vector3d end =
-        scan_.origin_in_map + offset * (options_.max_range_m / offset.norm());
+        rays_.origin_in_map + offset * (options_.max_range_m / offset.norm());
     if (options_.discretize) {
       const std::uint64_t voxel = MortonCode(VoxelOf(end, options_.resolution_m));
       if (!ended_beyond_.At(BlockOf(voxel)).Insert(IndexInBlock(voxel))) return;
@@ -85,14 +85,14 @@ class ScanTracer {
     ++evidence_.num_rays;
     Eigen::Vector3d start = end;
     if (margin_m > 0) {
-      const Eigen::Vector3d to_origin = scan_.origin_in_map - end;
+      const Eigen::Vector3d to_origin = rays_.origin_in_map - end;
       const double length_m = to_origin.norm();
       if (margin_m >= length_m) return;
       start += to_origin * (margin_m / length_m);
     }
     const VoxelKey start_voxel = VoxelOf(start, options_.resolution_m);
     const VoxelWalk walk(start / options_.resolution_m,
-                         (scan_.origin_in_map - start) / options_.resolution_m);
+                         (rays_.origin_in_map - start) / options_.resolution_m);
     walks_.Add(walk,
                (origin_voxel_ - start_voxel).cwiseAbs().sum(),
                [this](int lane, std::uint64_t voxel) { Pass(lane, voxel); });
@@ -155,21 +155,21 @@ class ScanTracer {
     BlockBits* passed = nullptr;
   };
 
-  const Scan& scan_;
-  const ScanOptions& options_;
+  const KeyframeRays& rays_;
+  const TraceOptions& options_;
   VoxelKey origin_voxel_;
   BlockMap<Hit> hits_;  // by voxel
   BlockMap<std::unique_ptr<RegionBits>> regions_;
   VoxelWalkPair walks_;
   std::array<Place, 2> places_;
   BlockMap<BlockBits> ended_beyond_;  // voxels in which a cut ray ended
-  ScanEvidence evidence_;
+  KeyframeEvidence evidence_;
 };
 
 }  // namespace
 
-ScanEvidence TraceScan(const Scan& scan, const ScanOptions& options) {
-  return ScanTracer(scan, options).Trace();
+KeyframeEvidence TraceRays(const KeyframeRays& rays, const TraceOptions& options) {
+  return KeyframeTracer(rays, options).Trace();
 }
 
 }  // namespace nightmap

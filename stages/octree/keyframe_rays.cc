@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/octree/make_scan.h"
+#include "stages/octree/keyframe_rays.h"
 
 #include "pipeline/base/error.h"
 
@@ -33,14 +33,14 @@ bool CloudSupport::Holds(const Eigen::Vector3d& point_in_map) const {
   return block != nullptr && block->Test(IndexInBlock(voxel));
 }
 
-SupportedScan MakeScan(const std::vector<DepthPoint>& points,
-                       const Rigid3& map_from_camera,
-                       double margin_sigmas,
-                       double max_range_m,
-                       const CloudSupport* support) {
-  SupportedScan result;
-  result.scan.origin_in_map = map_from_camera.translation;
-  result.scan.points.reserve(points.size());
+SupportedRays MakeKeyframeRays(const std::vector<DepthPoint>& points,
+                               const Rigid3& map_from_camera,
+                               double margin_sigmas,
+                               double max_range_m,
+                               const CloudSupport* support) {
+  SupportedRays result;
+  result.rays.origin_in_map = map_from_camera.translation;
+  result.rays.points.reserve(points.size());
   for (const DepthPoint& point : points) {
     const Eigen::Vector3d point_in_camera = point.point_in_camera.cast<double>();
     const Eigen::Vector3d point_in_map = map_from_camera * point_in_camera;
@@ -49,7 +49,7 @@ SupportedScan MakeScan(const std::vector<DepthPoint>& points,
       ++result.num_unsupported;
       continue;
     }
-    result.scan.points.push_back({point_in_map, margin_sigmas * point.sigma_m, point.rgb});
+    result.rays.points.push_back({point_in_map, margin_sigmas * point.sigma_m, point.rgb});
   }
   return result;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/program/skipped.h"
+#include "pipeline/program/skipped_items.h"
 
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"

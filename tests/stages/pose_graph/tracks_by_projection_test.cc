@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/retrack.h"
+#include "stages/pose_graph/tracks_by_projection.h"
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ struct Retracked {
 };
 
 // Every point seen twice or more is one track with all its sightings, and none joins two points.
-TEST(Retrack, ATrackIsAPointWithAllItsSightings) {
+TEST(TracksByProjection, ATrackIsAPointWithAllItsSightings) {
   const Retracked r;
   std::map<int, std::size_t> num_seen;
   for (const auto& points : r.scene.frame_points) {
@@ -38,7 +38,7 @@ TEST(Retrack, ATrackIsAPointWithAllItsSightings) {
   const auto num_shared =
       std::ranges::count_if(num_seen, [](const auto& entry) { return entry.second > 1; });
   std::set<int> found;
-  for (const Track& track : Retrack(r.input, r.poses, {.max_error_px = 3.0})) {
+  for (const Track& track : TracksByProjection(r.input, r.poses, {.max_error_px = 3.0})) {
     std::set<int> points;
     for (const auto& [frame, feature] : track) {
       points.insert(
@@ -53,7 +53,7 @@ TEST(Retrack, ATrackIsAPointWithAllItsSightings) {
 
 // A feature at the right place that is only half as unlike as a stranger is no sighting: it may be
 // a neighbour of the right one, and such pairs hold the poses where they are.
-TEST(Retrack, AFeatureThatIsOnlySomewhatAlikeIsNoSighting) {
+TEST(TracksByProjection, AFeatureThatIsOnlySomewhatAlikeIsNoSighting) {
   Retracked r;
   FrameFeatures& frame = r.input.features.frames[3];
   for (std::size_t i = 0; i < frame.descriptors.size(); ++i) {
@@ -62,7 +62,7 @@ TEST(Retrack, AFeatureThatIsOnlySomewhatAlikeIsNoSighting) {
   }
   const auto num_sightings = [&](const LandmarkTrackerOptions& options) {
     std::ptrdiff_t count = 0;
-    for (const Track& track : Retrack(r.input, r.poses, options)) {
+    for (const Track& track : TracksByProjection(r.input, r.poses, options)) {
       count += std::ranges::count(track, 3, &Sighting::frame_idx);
     }
     return count;
@@ -71,11 +71,11 @@ TEST(Retrack, AFeatureThatIsOnlySomewhatAlikeIsNoSighting) {
   EXPECT_GT(num_sightings({.max_error_px = 3.0, .max_descriptor_distance = 0.6}), 100);
 }
 
-TEST(Retrack, AFrameThatWasOnlyTrackedHasNoSighting) {
+TEST(TracksByProjection, AFrameThatWasOnlyTrackedHasNoSighting) {
   Retracked r;
   TrackFrom(2, 3, &r.scene);
   r.input.features = r.scene.features;
-  const auto tracks = Retrack(r.input, r.poses, {.max_error_px = 3.0});
+  const auto tracks = TracksByProjection(r.input, r.poses, {.max_error_px = 3.0});
   EXPECT_GT(tracks.size(), 100U);
   for (const Track& track : tracks) {
     for (const auto& [frame, feature] : track) EXPECT_NE(frame, 3);
@@ -83,11 +83,11 @@ TEST(Retrack, AFrameThatWasOnlyTrackedHasNoSighting) {
 }
 
 // A pose that is a centimetre off is put right by points found from there.
-TEST(Retrack, TheTracksPutAPoseRight) {
+TEST(TracksByProjection, TheTracksPutAPoseRight) {
   Retracked r;
   const Rigid3 truth = r.poses.at(4);
   r.poses.at(4).translation += Eigen::Vector3d(0.01, -0.008, 0.004);
-  const auto tracks = Retrack(r.input, r.poses, {.max_error_px = 6.0});
+  const auto tracks = TracksByProjection(r.input, r.poses, {.max_error_px = 6.0});
   const auto summary =
       AdjustFrames({}, r.input, {.loss = RobustLoss::kCauchy}, tracks, {}, &r.poses);
   EXPECT_EQ(summary.adjustments.size(), 2U);
