@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Power cuts and full disks: whatever moment a run dies at, the next one gives the same bytes."""
+import contextlib
 import os
 import shutil
 import signal
@@ -9,10 +10,10 @@ import tempfile
 import time
 import unittest
 
+from signal_at_write import SignalAtWrite
 from workspace import BUILD, GOALS, SITE, Workspace, environment
 
 NUM_KILLS = 6
-NUM_TRIES = 20
 MIN_TMPFS_BYTES = 200 * 1024
 
 
@@ -26,23 +27,24 @@ class CrashTest(unittest.TestCase):
         if result.returncode != 0:
             raise AssertionError(f"the chain failed:\n{result.stdout}")
         cls.hashes = cls.base.hashes()
+        cls.signals = SignalAtWrite()
 
     @classmethod
     def tearDownClass(cls):
         cls.base.remove()
+        cls.signals.remove()
 
     def setUp(self):
         self.work = self.base.copy()
         self.addCleanup(self.work.remove)
 
-    def kill_when(self, condition, timeout_s):
+    def kill_after(self, time_s):
         """Starts make and kills it and all it started; True when it was alive to be killed."""
         process = subprocess.Popen(self.work.command(*GOALS), cwd=self.work.folder, env=environment(),
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                    start_new_session=True)
-        deadline = time.monotonic() + timeout_s
-        while process.poll() is None and not condition() and time.monotonic() < deadline:
-            time.sleep(0.001)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(time_s)
         alive = process.poll() is None
         if alive:
             os.killpg(process.pid, signal.SIGKILL)
@@ -65,20 +67,17 @@ class CrashTest(unittest.TestCase):
         self.work.make("clean")
         num_killed = 0
         for index in range(NUM_KILLS):
-            num_killed += self.kill_when(lambda: False, self.duration_s * (index + 1) / (2 * NUM_KILLS))
+            num_killed += self.kill_after(self.duration_s * (index + 1) / (2 * NUM_KILLS))
             self.check_whole_artifacts()
         self.assertGreater(num_killed, 0)
         self.check_resumed()
 
     def kill_in_mid_write(self, folder):
-        """Kills the stage of a folder while a file there is half written; tries until it is."""
-        for _ in range(NUM_TRIES):
-            for path in folder.glob("*.*"):
-                shutil.rmtree(path) if path.is_dir() else path.unlink()
-            self.kill_when(lambda: any(folder.glob(".writing.*/*")), 10 * self.duration_s)
-            if any(folder.glob(".writing.*/*")):
-                return
-        self.fail(f"in {NUM_TRIES} tries no kill hit {folder.name} while it wrote")
+        """Kills the stage of a folder while a file there is half written."""
+        for path in folder.glob("*.*"):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+        self.signals.kill(self.work.command(*GOALS), self.work.folder, f"/{folder.name}/.writing.")
+        self.assertTrue(any(folder.glob(".writing.*/*")))
 
     def test_killed_while_a_stage_writes(self):
         for stage in ("features", "pose_graph", "point_cloud", "octree"):
@@ -95,12 +94,11 @@ class CrashTest(unittest.TestCase):
         for name in ("floors=floors.json", "pgm=map.pgm", "yaml=map.yaml", "png=map.png",
                      "distances=distances.h5", "report=report.json", "receipt=receipt.json"):
             command += ["--out", name.replace("=", f"={site}/grid/")]
-        stopped = subprocess.Popen(command, cwd=self.work.folder, stderr=subprocess.DEVNULL)
-        while stopped.poll() is None and not any(stage.glob(".writing.*/*")):
-            time.sleep(0.001)
-        stopped.send_signal(signal.SIGSTOP)
-        self.assertIsNone(stopped.poll(), "the stage ended before it was stopped")
+        stopped = subprocess.Popen(command, cwd=self.work.folder, stderr=subprocess.DEVNULL,
+                                   env=self.signals.environment("/grid/.writing.", signal.SIGSTOP))
+        self.assertTrue(os.WIFSTOPPED(os.waitpid(stopped.pid, os.WUNTRACED)[1]), "the stage ended before it was stopped")
         left = {path: path.read_bytes() for path in stage.glob(".writing.*/*")}
+        self.assertTrue(left)
         other = subprocess.run(command, cwd=self.work.folder, capture_output=True, text=True)
         self.assertEqual(other.returncode, 0, other.stderr)
         self.assertEqual({path: path.read_bytes() for path in stage.glob(".writing.*/*")}, left)

@@ -3,12 +3,10 @@
 """The building in tiles: the same map as in one, and only the tiles that something changed in are remade."""
 import json
 import os
-import signal
-import subprocess
-import time
 import unittest
 
-from workspace import SITE, Workspace, environment
+from signal_at_write import SignalAtWrite
+from workspace import SITE, Workspace
 
 SMALL = "SET=tiles.edge_m=6"
 KEYFRAMES = "map_frame/keyframes.tum"
@@ -152,12 +150,14 @@ class TilesTest(unittest.TestCase):
 
     def test_a_killed_run_goes_on_with_the_tiles_it_had_not_made(self):
         hashes = self.work.hashes()
+        signals = SignalAtWrite()
+        self.addCleanup(signals.remove)
         for stage in ("point_cloud", "octree"):
             with self.subTest(stage):
                 folder = self.work.path(stage)
                 for path in folder.iterdir():
                     path.unlink()
-                self.kill_when(lambda made=folder: any(made.glob("receipt_*.json")))
+                signals.kill(self.work.command("map", SMALL), self.work.folder, f"tile_{self.tiles()[1]}.")
                 # The receipt of a tile is committed last.
                 done = {path.stem.removeprefix("receipt_") for path in folder.glob("receipt_*.json")}
                 self.assertTrue(done)
@@ -167,15 +167,6 @@ class TilesTest(unittest.TestCase):
                 after = self.written(stage)
                 self.assertEqual({tile: after[tile] for tile in done}, {tile: before[tile] for tile in done})
                 self.assertEqual(self.work.hashes(), hashes)
-
-    def kill_when(self, condition):
-        process = subprocess.Popen(self.work.command("map", SMALL), cwd=self.work.folder, env=environment(),
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
-        while process.poll() is None and not condition():
-            time.sleep(0.001)
-        self.assertIsNone(process.poll(), "it ended before it could be killed")
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
 
     def test_looking_changes_nothing_and_names_the_stage(self):
         hashes, times = self.work.hashes(), self.times()
