@@ -4,10 +4,11 @@
 jobs knows them. The programs are stubs."""
 import os
 import shutil
+import subprocess
 import unittest
 
 from stub_site import SITE, StubSite
-from workspace import PIPELINE
+from workspace import BUILD, PIPELINE
 
 PROFILE = """
 [goals]
@@ -23,6 +24,14 @@ out.labels = "shard_{unit}.h5"
 
 [matches]
 in.labels = "labels.labels of previous and this if made"
+
+[wheels]
+purpose = "edges between frames, from the wheels"
+in.odometry = "frames.odometry"
+out.edges = "edges.h5"
+
+[pose_graph]
+in.edges = "wheels.edges"
 
 [rooms]
 purpose = "lists the rooms"
@@ -54,11 +63,11 @@ class ProfileTest(unittest.TestCase):
         configs = self.site.folder / "configs"
         (configs / "rooms/default").mkdir(parents=True)
         (configs / "rooms/pipeline.toml").write_text(PROFILE)
-        for program in ("labels", "draw", "stub"):
+        for program in ("labels", "wheels", "draw", "stub"):
             self.site.add_program(program)
         (self.site.folder / "build/run/rooms").write_text(LISTS_ROOMS)
         (self.site.folder / "build/run/rooms").chmod(0o755)
-        for program in ("labels", "rooms", "draw"):
+        for program in ("labels", "wheels", "rooms", "draw"):
             (configs / f"rooms/default/{program}.toml").write_text("size = 1\n")
         site = configs / f"sites/{SITE}.toml"
         self.text = f'profile = "rooms"\n{site.read_text()}\n'
@@ -84,6 +93,14 @@ class ProfileTest(unittest.TestCase):
         self.assertIn("--in-list features=", rules.split("# draw_hall:")[1].split("# ")[0])
         self.make("-q", "map", "rooms")
         self.assertEqual(self.make("map", "rooms").count("== "), 0)
+
+    def test_another_sensor_gives_edges_to_the_pose_graph(self):
+        self.make("map")
+        rule = self.site.path("graph.mk").read_text().split("# pose_graph:")[1].split("# ")[0]
+        self.assertIn("--in edges=maps/demo/wheels/edges.h5", rule)
+        self.assertIn("--in-list odometry=", rule)  # what the default pipeline gives stays
+        page = subprocess.run([BUILD / "run/pose_graph", "--help"], capture_output=True, text=True, check=True).stdout
+        self.assertRegex(page, r"(?m)^  edges ")  # the real program has this port
 
     def test_the_front_page_names_its_goal(self):
         self.assertRegex(self.make("help"), r"(?m)^  make rooms +a drawing of each room of SITE$")
