@@ -18,8 +18,7 @@ struct InputName {
 };
 
 // One of `inputs` is damaged or of another run. The message begins with their names, "odometry[2]";
-// RunStage puts their files in place of that, and the remedy, to delete them, at the end, unless
-// the text has a remedy of its own after a semicolon.
+// RunStage puts their files in place of that, and the remedy, to delete them, at the end.
 class InputError : public DataError {
  public:
   template <typename... Args>

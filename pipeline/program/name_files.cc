@@ -23,8 +23,6 @@ std::string NameFiles(const InputError& error, const std::vector<std::string>& t
   for (const InputName& input : error.Inputs()) {
     files += (files.empty() ? "" : ", ") + FileText(input, texts);
   }
-  if (error.Text().find("; ") != std::string::npos)
-    return fmt::format("{}: {}", files, error.Text());
   return fmt::format("{}: {}; delete {} and run make again",
                      files,
                      error.Text(),

@@ -9,8 +9,7 @@
 
 namespace nightmap {
 
-// What the error says of the files among `texts`, NAME=PATH, that its inputs are, and the remedy: to
-// delete them, unless the text has one of its own after a semicolon.
+// What the error says of the files among `texts`, NAME=PATH, that its inputs are, and the remedy.
 std::string NameFiles(const InputError& error, const std::vector<std::string>& texts);
 
 }  // namespace nightmap

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "pipeline/base/input_error.h"
+#include "pipeline/base/error.h"
 #include "pipeline/io/signals_io.h"
 
 namespace nightmap {
@@ -48,15 +48,13 @@ Eigen::Vector3d UpFromAccelerometer(const std::vector<AccelerometerSample>& samp
     ++count;
   }
   if (count == 0) {
-    throw InputError({{"acceleration"}},
-                     "no sample within 0.1 s of a keyframe; correct its times or leave its "
-                     "[[signal]] out of the "
-                     "site config");
+    throw DataError(
+        "acceleration: no sample within 0.1 s of a keyframe; correct its times or leave its "
+        "[[signal]] out of the site config");
   }
   if (!(sum.norm() / count >= kMinMean_m_per_s2)) {
-    throw InputError(
-        {{"acceleration"}},
-        "the mean over {} keyframes is {:.2f} m/s2, not gravity's 9.8; correct "
+    throw DataError(
+        "acceleration: the mean over {} keyframes is {:.2f} m/s2, not gravity's 9.8; correct "
         "robot_from_sensor and robot_from_camera, or leave its [[signal]] out of the site config",
         count,
         sum.norm() / count);

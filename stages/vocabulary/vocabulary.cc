@@ -84,15 +84,9 @@ Vocabulary RunVocabulary(const VocabularyOptions& options,
                          Progress& progress,
                          int num_threads) {
   CheckFrames(features);
-  const std::vector<std::uint8_t> training = DrawTraining(options, features);
-  if (training.empty()) {
-    throw InputError(
-        {{"features"}},
-        "no descriptors to train on: no frame has a feature; look at the pictures, and "
-        "at the options of features (SET=\"features...\")");
-  }
   Vocabulary vocabulary;
-  vocabulary.tree = VocabularyTree::Train(training, features.kind, options.tree, num_threads);
+  vocabulary.tree = VocabularyTree::Train(
+      DrawTraining(options, features), features.kind, options.tree, num_threads);
   std::vector<std::vector<int>> words(features.frames.size());
   progress.Start(words.size());
   ParallelFor(words.size(), num_threads, [&](std::size_t i) {

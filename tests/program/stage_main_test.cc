@@ -279,13 +279,6 @@ TEST_F(StageMainTest, AnInputThatCannotBeIsNamedByItsFile) {
              ": holds 3 eggs; delete them and run make again");
 }
 
-TEST_F(StageMainTest, AnInputThatTheUserMayMendKeepsItsOwnRemedy) {
-  const Result run = Main(Ports(), [](const Options&, StageContext&) -> void {
-    throw InputError({{"in"}}, "no sample; correct its times");
-  });
-  EXPECT_THAT(run.err, testing::HasSubstr(input_.string() + ": no sample; correct its times\n"));
-}
-
 TEST_F(StageMainTest, AMissingInputIsNamed) {
   std::filesystem::remove(input_);
   const Result run = Main(Ports());
