@@ -17,25 +17,38 @@ struct InputName {
   std::optional<std::size_t> index = {};  // of the file, where the port takes several
 };
 
-// One of `inputs` is damaged or of another run. The message begins with their names, "odometry[2]";
-// RunStage puts their files in place of that, and the remedy, to delete them, at the end.
+// `inputs` cannot be used together or at all. The message begins with their names, "odometry[2]";
+// RunStage puts their files in place of that. Who throws it chooses: a file that is damaged or of
+// another run is made anew when it is deleted, which RunStage tells at the end; what is whole but
+// was made of the wrong recording is not, so that the text has its own remedy.
 class InputError : public DataError {
  public:
   template <typename... Args>
   InputError(std::vector<InputName> inputs, fmt::format_string<Args...> format, Args&&... args)
-      : InputError(std::move(inputs), Formatted{fmt::format(format, std::forward<Args>(args)...)}) {
-  }
+      : InputError(std::move(inputs), Remedy::kDelete, format, std::forward<Args>(args)...) {}
+
+  enum class Remedy { kDelete, kInText };
+  template <typename... Args>
+  InputError(std::vector<InputName> inputs,
+             Remedy remedy,
+             fmt::format_string<Args...> format,
+             Args&&... args)
+      : InputError(std::move(inputs),
+                   remedy,
+                   Formatted{fmt::format(format, std::forward<Args>(args)...)}) {}
 
   const std::vector<InputName>& Inputs() const { return inputs_; }
   const std::string& Text() const { return text_; }
+  Remedy WhichRemedy() const { return remedy_; }
 
  private:
   struct Formatted {  // so that no arguments of a caller choose the constructor below
     std::string text;
   };
-  InputError(std::vector<InputName> inputs, Formatted formatted)
+  InputError(std::vector<InputName> inputs, Remedy remedy, Formatted formatted)
       : DataError("{}: {}", Names(inputs), formatted.text),
         inputs_(std::move(inputs)),
+        remedy_(remedy),
         text_(std::move(formatted.text)) {}
 
   static std::string Names(const std::vector<InputName>& inputs) {
@@ -48,6 +61,7 @@ class InputError : public DataError {
   }
 
   std::vector<InputName> inputs_;
+  Remedy remedy_;
   std::string text_;
 };
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
 #include "pipeline/features/descriptor_distance.h"
@@ -206,7 +206,10 @@ VocabularyTree VocabularyTree::Train(const std::vector<std::uint8_t>& descriptor
                                      int num_threads) {
   const auto size = static_cast<std::size_t>(DescriptorSize(kind));
   if (descriptors.size() < size) {
-    throw DataError("vocabulary: no descriptors to train on; check the features stage's report");
+    throw InputError({{"features", 0}},
+                     InputError::Remedy::kInText,
+                     "no descriptors to train on, here or in another shard; report_*.json beside "
+                     "it says why: correct the recording or the options of features, and run make");
   }
   const Training training{descriptors, kind, options, size};
   std::vector<Node> nodes(1);

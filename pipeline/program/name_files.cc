@@ -23,10 +23,12 @@ std::string NameFiles(const InputError& error, const std::vector<std::string>& t
   for (const InputName& input : error.Inputs()) {
     files += (files.empty() ? "" : ", ") + FileText(input, texts);
   }
-  return fmt::format("{}: {}; delete {} and run make again",
-                     files,
-                     error.Text(),
-                     error.Inputs().size() == 1 ? "it" : "them");
+  std::string text = files + ": " + error.Text();
+  if (error.WhichRemedy() == InputError::Remedy::kDelete) {
+    const char* which = error.Inputs().size() == 1 ? "it" : "them";
+    text += fmt::format("; delete {} and run make again", which);
+  }
+  return text;
 }
 
 }  // namespace nightmap

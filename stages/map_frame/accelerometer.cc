@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/io/signals_io.h"
 
 namespace nightmap {
@@ -47,17 +47,21 @@ Eigen::Vector3d UpFromAccelerometer(const std::vector<AccelerometerSample>& samp
     sum += keyframe.pose.rotation * *mean;
     ++count;
   }
+  const std::vector<InputName> input = {{"acceleration"}};
   if (count == 0) {
-    throw DataError(
-        "acceleration: no sample within 0.1 s of a keyframe; correct its times or leave its "
-        "[[signal]] out of the site config");
+    throw InputError(input,
+                     InputError::Remedy::kInText,
+                     "no sample within 0.1 s of a keyframe; correct the times of its recording, or "
+                     "leave its [[signal]] out of the site config, and run make");
   }
   if (!(sum.norm() / count >= kMinMean_m_per_s2)) {
-    throw DataError(
-        "acceleration: the mean over {} keyframes is {:.2f} m/s2, not gravity's 9.8; correct "
-        "robot_from_sensor and robot_from_camera, or leave its [[signal]] out of the site config",
-        count,
-        sum.norm() / count);
+    throw InputError(input,
+                     InputError::Remedy::kInText,
+                     "the mean over {} keyframes is {:.2f} m/s2, not gravity's 9.8; correct "
+                     "robot_from_sensor and robot_from_camera in the site config, or leave its "
+                     "[[signal]] out, and run make",
+                     count,
+                     sum.norm() / count);
   }
   return sum.normalized();
 }

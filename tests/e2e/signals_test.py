@@ -123,6 +123,25 @@ class AppliedSignalsTest(unittest.TestCase):
         self.assertEqual(report["gravity_source"], "accelerometer")
         self.assertLess(abs(report["camera_height_m"] - before["camera_height_m"]), 0.02)
 
+    def test_an_acceleration_without_gravity_is_named_with_the_remedy(self):
+        times_s = [int(row[1]) / 1e9 for row in self.rows()[1:]]
+        imu = self.work.data() / "imu.txt"
+        text = self.site.read_text()
+        self.site.write_text(text + IMU)
+        for offset_s, value, reason in ((0, 0.1, "not gravity's 9.8"), (60, 9.8, "no sample within 0.1 s of a keyframe")):
+            with self.subTest(reason):
+                samples = [f"{t + offset_s:.3f} {value} 0 0" for t in np.arange(min(times_s), max(times_s) + 20, 0.05)]
+                imu.write_text("\n".join(samples) + "\n")
+                result = self.work.make("map")
+                self.assertEqual(result.returncode, 2)
+                error = next(line for line in result.stdout.splitlines() if " error " in line)
+                self.assertIn(f"maps/{SITE}/frames/acceleration.h5: ", error)
+                self.assertIn(reason, error)
+                self.assertIn("[[signal]]", error)
+                self.assertNotIn("delete", error)
+        self.site.write_text(text)
+        self.make("map")
+
     def test_labels_reach_the_lists_of_the_frames_and_tiles_that_have_them(self):
         name = self.rows()[5][4]
         labels = self.work.data() / "made_elsewhere"

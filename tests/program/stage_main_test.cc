@@ -279,6 +279,14 @@ TEST_F(StageMainTest, AnInputThatCannotBeIsNamedByItsFile) {
              ": holds 3 eggs; delete them and run make again");
 }
 
+TEST_F(StageMainTest, AnInputThatADeletionDoesNotMendHasItsOwnRemedy) {
+  const Result run = Main(Ports(), [&](const Options&, StageContext&) -> void {
+    throw InputError({{"in"}}, InputError::Remedy::kInText, "{} eggs; lay some", 0);
+  });
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, testing::HasSubstr(input_.string() + ": 0 eggs; lay some\n"));
+}
+
 TEST_F(StageMainTest, AMissingInputIsNamed) {
   std::filesystem::remove(input_);
   const Result run = Main(Ports());
