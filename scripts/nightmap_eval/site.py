@@ -7,7 +7,7 @@ from pathlib import Path
 from nightmap_eval.script_errors import DataError
 from nightmap_make.pipeline import pipeline_of_site
 
-# Of the tree that make works in, whose scripts may be a link; else of the checkout.
+# The tree that make works in (its scripts may be a link), else the checkout.
 CHECKOUT = Path(".") if Path("configs/pipeline.toml").is_file() else Path(__file__).resolve().parents[2]
 CONFIGS = CHECKOUT / "configs"
 

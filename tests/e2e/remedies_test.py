@@ -32,7 +32,7 @@ def next_shard(path):
     shutil.copy(path.with_name("shard_0001.h5"), path)
 
 
-# What is damaged and how, the output that its reader makes anew, the files that the message names.
+# Each case: the damage, the output that its reader makes anew, the files that the message names.
 CASES = [
     ("loops/loops.h5", pair_beyond_the_site, "pose_graph/trajectory.tum", ["loops/loops.h5"]),
     ("matches/shard_0001.h5", pair_beyond_the_site, "odometry/shard_0001.h5", ["matches/shard_0001.h5"]),
