@@ -97,7 +97,7 @@ inline rlim_t BytesAtStart() {
 
 // Lets the process take that much more memory than at its start, and ends it where it wants more,
 // even where an allocation's failure is caught.
-inline void LimitMemory(rlim_t more_bytes) {
+inline void LimitMemory([[maybe_unused]] rlim_t more_bytes) {
 #ifndef __SANITIZE_ADDRESS__  // which reserves all addresses
   rlimit limit{};
   getrlimit(RLIMIT_AS, &limit);
