@@ -56,6 +56,8 @@ class StubSite:
         os.utime(self.folder / "data" / SITE / "synthesize.json")
 
     def hashes(self):
+        """Relative path -> hash of every artifact; receipts hold the time of their run."""
         folders = [self.path(job.folder) for job in PIPELINE.jobs.values() if job.program and job.folder != "RECORDING"]
-        files = [path for folder in folders for path in folder.rglob("*") if path.is_file()]
+        files = [path for folder in folders for path in folder.rglob("*")
+                 if path.is_file() and not path.name.startswith("receipt")]
         return {str(path.relative_to(self.folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
