@@ -351,7 +351,7 @@ def site_part(site, part):
 
 def effective_sites(arguments):
     """Part -> text and tables of the site config; the part of the queries includes those of --query. The text
-    keeps the user's lines and names the user's file, so that pipeline/io/site_config.cc can name both in
+    keeps the user's lines and names the user's file, so that pipeline/recording/site_config.cc can name both in
     messages."""
     try:
         with open(arguments.site, encoding="utf-8") as file:

@@ -13,9 +13,9 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/dense/tiles_io.h"
 #include "pipeline/geometry/rigid3.h"
 #include "pipeline/io/frame_failure.h"
-#include "pipeline/io/tiles_io.h"
 
 namespace nightmap {
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "pipeline/io/site_config.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/recording/site_config.h"
 
 namespace nightmap {
 

@@ -16,8 +16,8 @@
 #include <string_view>
 #include <vector>
 
-#include "pipeline/io/signals_io.h"
-#include "pipeline/io/site_config.h"
+#include "pipeline/recording/signals_io.h"
+#include "pipeline/recording/site_config.h"
 
 namespace nightmap {
 

@@ -13,7 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMinFrameRate_hz = 0.001;
 constexpr double kMaxFrameRate_hz = 1000;
 constexpr std::array<std::string_view, 4> kDepthSuffixes = {".png", ".tif", ".tiff", ".exr"};
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "pipeline/io/grid_io.h"
-#include "pipeline/io/path_io.h"
+#include "pipeline/planar/path_io.h"
 
 namespace nightmap {
 

@@ -8,7 +8,7 @@
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/io/grid_io.h"
-#include "pipeline/io/path_io.h"
+#include "pipeline/planar/path_io.h"
 #include "stages/drive/clearance_map.h"
 #include "stages/drive/controller.h"
 #include "stages/drive/motion.h"

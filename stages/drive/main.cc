@@ -3,8 +3,8 @@
 // path.json, and floors.json with the grid of the path's floor; writes drive.csv, drive.json and
 // drive.gif.
 #include "pipeline/base/files.h"
-#include "pipeline/io/floors_io.h"
 #include "pipeline/io/gif_io.h"
+#include "pipeline/planar/floors_io.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/drive/drive.h"
 #include "stages/drive/drive_output.h"

@@ -4,11 +4,11 @@
 // held_out.csv, the truth, and acceleration.h5, odometry.h5, scans.h5.
 #include <spdlog/spdlog.h>
 
-#include "pipeline/io/site_config.h"
 #include "pipeline/program/stage_main.h"
 #include "pipeline/recording/inspect_frames.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/read_signals.h"
+#include "pipeline/recording/site_config.h"
 #include "stages/frames/frames.h"
 #include "stages/frames/write_frames.h"
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "pipeline/io/frames_io.h"
-#include "pipeline/io/signals_io.h"
 #include "pipeline/program/stage_main.h"
+#include "pipeline/recording/signals_io.h"
 #include "stages/frames/frames.h"
 
 namespace nightmap {

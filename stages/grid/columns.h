@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "pipeline/base/progress.h"
-#include "pipeline/io/octree_leaves.h"
+#include "pipeline/dense/octree_leaves.h"
 
 namespace nightmap {
 

@@ -10,8 +10,8 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
+#include "pipeline/dense/octree_leaves.h"
 #include "pipeline/io/grid_io.h"
-#include "pipeline/io/octree_leaves.h"
 
 namespace nightmap {
 

@@ -4,7 +4,7 @@
 // distances.h5.
 #include <spdlog/spdlog.h>
 
-#include "pipeline/io/octree_reader.h"
+#include "pipeline/dense/octree_reader.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/grid/grid.h"

@@ -10,9 +10,9 @@
 
 #include "pipeline/base/files.h"
 #include "pipeline/io/csv.h"
-#include "pipeline/io/floors_io.h"
 #include "pipeline/io/hdf5_file.h"
 #include "pipeline/io/image_io.h"
+#include "pipeline/planar/floors_io.h"
 #include "stages/grid/distance_maps.h"
 
 namespace nightmap {

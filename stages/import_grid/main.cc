@@ -3,8 +3,8 @@
 // writes them as the grid stage writes its own, as one floor at z = 0.
 #include "stages/import_grid/import_grid.h"
 
-#include "pipeline/io/floors_io.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/planar/floors_io.h"
 #include "pipeline/program/stage_main.h"
 
 namespace nightmap {

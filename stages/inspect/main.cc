@@ -5,8 +5,8 @@
 
 #include <iostream>
 
-#include "pipeline/io/site_config.h"
 #include "pipeline/program/stage_main.h"
+#include "pipeline/recording/site_config.h"
 
 int main(int argc, char** argv) {
   using namespace nightmap;

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/io/site_config.h"
 #include "pipeline/recording/read_sequence.h"
+#include "pipeline/recording/site_config.h"
 
 namespace nightmap {
 

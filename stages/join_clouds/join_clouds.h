@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "pipeline/base/options.h"
-#include "pipeline/io/ply_io.h"
+#include "pipeline/dense/ply_io.h"
 
 namespace nightmap {
 

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "pipeline/base/error.h"
-#include "pipeline/io/pcd_io.h"
-#include "pipeline/io/tile_results.h"
+#include "pipeline/dense/pcd_io.h"
+#include "pipeline/dense/tile_results.h"
 
 namespace nightmap {
 namespace {

@@ -2,8 +2,8 @@
 #include "stages/join_octrees/join_octrees.h"
 
 #include "pipeline/base/error.h"
-#include "pipeline/io/octree_io.h"
-#include "pipeline/io/tile_results.h"
+#include "pipeline/dense/octree_io.h"
+#include "pipeline/dense/tile_results.h"
 
 namespace nightmap {
 namespace {

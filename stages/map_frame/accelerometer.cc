@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "pipeline/base/input_error.h"
-#include "pipeline/io/signals_io.h"
+#include "pipeline/recording/signals_io.h"
 
 namespace nightmap {
 namespace {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "pipeline/base/options.h"
+#include "pipeline/dense/tiles_io.h"
 #include "pipeline/geometry/rigid3.h"
-#include "pipeline/io/tiles_io.h"
 #include "stages/map_frame/accelerometer.h"
 
 namespace nightmap {

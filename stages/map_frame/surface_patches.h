@@ -7,8 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "pipeline/dense/tiles_io.h"
 #include "pipeline/geometry/rigid3.h"
-#include "pipeline/io/tiles_io.h"
 #include "stages/map_frame/map_frame.h"
 
 namespace nightmap {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "pipeline/dense/back_project.h"
+#include "pipeline/dense/ply_io.h"
 #include "pipeline/geometry/rigid3.h"
-#include "pipeline/io/ply_io.h"
 #include "stages/octree/trace_rays.h"
 #include "stages/octree/voxel_block.h"
 

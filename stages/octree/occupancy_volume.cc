@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "pipeline/base/parallel.h"
-#include "pipeline/io/octree_leaves.h"
+#include "pipeline/dense/octree_leaves.h"
 
 namespace nightmap {
 namespace {

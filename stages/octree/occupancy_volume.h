@@ -8,7 +8,7 @@
 #include <memory>
 #include <span>
 
-#include "pipeline/io/octree_io.h"
+#include "pipeline/dense/octree_io.h"
 #include "stages/octree/block_colors.h"
 #include "stages/octree/sensor_model.h"
 #include "stages/octree/trace_rays.h"

@@ -3,7 +3,7 @@
 
 #include <octomap/OcTree.h>
 
-#include "pipeline/io/octree_leaves.h"
+#include "pipeline/dense/octree_leaves.h"
 
 namespace nightmap {
 

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "pipeline/io/octree_io.h"
+#include "pipeline/dense/octree_io.h"
 #include "stages/octree/sensor_model.h"
 #include "stages/octree/trace_rays.h"
 

@@ -10,10 +10,10 @@
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/dense/back_project.h"
+#include "pipeline/dense/octree_io.h"
+#include "pipeline/dense/ply_io.h"
 #include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/geometry/voxel_key.h"
-#include "pipeline/io/octree_io.h"
-#include "pipeline/io/ply_io.h"
 
 namespace nightmap {
 

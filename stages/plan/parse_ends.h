@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "pipeline/geometry/rigid3.h"
-#include "pipeline/io/floors_io.h"
 #include "pipeline/io/queries_io.h"
+#include "pipeline/planar/floors_io.h"
 
 namespace nightmap {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "pipeline/base/error.h"
+#include "pipeline/dense/ply_io.h"
 #include "pipeline/geometry/voxel_key.h"
-#include "pipeline/io/ply_io.h"
 #include "stages/point_cloud/depth_consistency.h"
 #include "stages/point_cloud/fuse_depth.h"
 #include "stages/point_cloud/outliers_and_normals.h"

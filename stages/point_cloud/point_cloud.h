@@ -9,8 +9,8 @@
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/dense/back_project.h"
+#include "pipeline/dense/ply_io.h"
 #include "pipeline/dense/rgbd_keyframes.h"
-#include "pipeline/io/ply_io.h"
 #include "stages/point_cloud/held_out_rays.h"
 
 namespace nightmap {

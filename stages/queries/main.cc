@@ -4,10 +4,10 @@
 // it, queries.csv, query_cameras.json and query_ground_truth.tum.
 #include "stages/queries/queries.h"
 
-#include "pipeline/io/site_config.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
 #include "pipeline/recording/inspect_frames.h"
+#include "pipeline/recording/site_config.h"
 #include "stages/queries/picture_cameras.h"
 #include "stages/queries/write_queries.h"
 

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "pipeline/io/site_config.h"
 #include "pipeline/recording/read_sequence.h"
+#include "pipeline/recording/site_config.h"
 
 namespace nightmap {
 

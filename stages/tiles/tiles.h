@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "pipeline/base/options.h"
-#include "pipeline/io/tiles_io.h"
+#include "pipeline/dense/tiles_io.h"
 
 namespace nightmap {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "pipeline/base/files.h"
-#include "pipeline/io/tile_results.h"
+#include "pipeline/dense/tile_results.h"
 #include "pipeline/io/unit_list.h"
 
 namespace nightmap {

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every reader of an artifact against damaged files.
+#include "pipeline/dense/octree_io.h"
+#include "pipeline/dense/ply_io.h"
+#include "pipeline/dense/tile_results.h"
+#include "pipeline/dense/tiles_io.h"
 #include "pipeline/io/edges_io.h"
 #include "pipeline/io/features_io.h"
-#include "pipeline/io/floors_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/g2o_io.h"
 #include "pipeline/io/grid_io.h"
 #include "pipeline/io/landmarks_io.h"
 #include "pipeline/io/matches_io.h"
-#include "pipeline/io/octree_io.h"
 #include "pipeline/io/odometry_io.h"
-#include "pipeline/io/path_io.h"
-#include "pipeline/io/ply_io.h"
 #include "pipeline/io/queries_io.h"
-#include "pipeline/io/tile_results.h"
-#include "pipeline/io/tiles_io.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/planar/floors_io.h"
+#include "pipeline/planar/path_io.h"
 #include "tests/io/artifact_damage.h"
 
 namespace nightmap {

@@ -73,7 +73,7 @@ class DocsTest(unittest.TestCase):
                     self.assertIn(recording["camera"], cameras)
 
     def test_keys_of_examples_are_known_to_the_parser(self):
-        parser = text_of("pipeline/io/site_config.cc") + text_of("pipeline/io/site_tables.cc")
+        parser = text_of("pipeline/recording/site_config.cc") + text_of("pipeline/recording/site_tables.cc")
         known = set(re.findall(r'(?:list\.Add|table\.get)\(\s*"(\w+)"', parser))
         for block in re.findall(r"```toml\n(.*?)```", text_of("datasets.md"), re.DOTALL):
             for tables in tomllib.loads(block).values():

@@ -3,7 +3,7 @@
 
 #include <set>
 
-#include "pipeline/io/floors_io.h"
+#include "pipeline/planar/floors_io.h"
 #include "tests/test_data.h"
 
 namespace nightmap {

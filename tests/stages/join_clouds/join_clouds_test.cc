@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/join_clouds/write_joined_cloud.h"
 
-#include "pipeline/io/tiles_io.h"
+#include "pipeline/dense/tiles_io.h"
 #include "pipeline/program/stage_main.h"
 #include "tests/test_data.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/join_octrees/join_octrees.h"
 
-#include "pipeline/io/octree_io.h"
-#include "pipeline/io/tiles_io.h"
+#include "pipeline/dense/octree_io.h"
+#include "pipeline/dense/tiles_io.h"
 #include "pipeline/program/stage_main.h"
 #include "tests/test_data.h"
 

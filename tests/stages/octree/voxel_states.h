@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "pipeline/dense/octree_io.h"
 #include "pipeline/geometry/voxel_key.h"
-#include "pipeline/io/octree_io.h"
 #include "stages/octree/voxel_block.h"
 
 namespace nightmap {

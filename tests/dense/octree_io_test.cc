@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/octree_io.h"
+#include "pipeline/dense/octree_io.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/base/random.h"
-#include "pipeline/io/octree_reader.h"
+#include "pipeline/dense/octree_reader.h"
 #include "tests/test_data.h"
 
 namespace nightmap {

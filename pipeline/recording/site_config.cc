@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/site_config.h"
+#include "pipeline/recording/site_config.h"
 
 #include <fmt/ranges.h>
 
@@ -8,14 +8,13 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/options.h"
-#include "pipeline/io/site_tables.h"
 #include "pipeline/io/text_file.h"
+#include "pipeline/recording/site_tables.h"
 
 namespace nightmap {
 namespace {
 
 const Range kFieldOfView_deg{1, 170};
-constexpr double kMinFrameRate_hz = 0.001;
 // make's copy of a config has the user's text, then this line, which names the user's file.
 constexpr std::string_view kTextEnd = "\n# This was the text of ";
 constexpr std::string_view kQueryStart = "; QUERY adds:\n";

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/io/octree_leaves.h"
+#include "pipeline/dense/octree_leaves.h"
 
 namespace nightmap {
 

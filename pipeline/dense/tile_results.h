@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/io/tile_config.h"
+#include "pipeline/dense/tile_config.h"
 #include "pipeline/program/stage_main.h"
 
 namespace nightmap {

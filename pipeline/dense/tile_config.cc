@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/tile_config.h"
+#include "pipeline/dense/tile_config.h"
 
 #include <toml++/toml.h>
 

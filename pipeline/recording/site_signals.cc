@@ -6,7 +6,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/options.h"
-#include "pipeline/io/site_tables.h"
+#include "pipeline/recording/site_tables.h"
 
 namespace nightmap {
 namespace {

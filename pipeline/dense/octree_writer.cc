@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/octree_writer.h"
+#include "pipeline/dense/octree_writer.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "pipeline/io/octree_reader.h"
+#include "pipeline/dense/octree_reader.h"
 
 namespace nightmap {
 namespace {

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <utility>
 
-#include "pipeline/io/octree_leaves.h"
+#include "pipeline/dense/octree_leaves.h"
 
 namespace nightmap {
 

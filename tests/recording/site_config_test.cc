@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/site_config.h"
+#include "pipeline/recording/site_config.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "pipeline/io/ply_io.h"
+#include "pipeline/dense/ply_io.h"
 
 namespace nightmap {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/path_io.h"
+#include "pipeline/planar/path_io.h"
 
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"

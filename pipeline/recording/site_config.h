@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "pipeline/io/frames_io.h"
-#include "pipeline/io/signals_io.h"
+#include "pipeline/recording/signals_io.h"
 
 namespace nightmap {
 
@@ -38,6 +38,7 @@ struct SequenceConfig {
 };
 
 constexpr int kOwnCameras = -1;
+constexpr double kMinFrameRate_hz = 0.001;  // of a video
 
 // A sensor other than a camera: a [[sensor]]. Sensor axes of a laser and of wheels: x forward, y
 // left, z up. The poses of its sensors define the robot's axes.

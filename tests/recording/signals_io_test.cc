@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/signals_io.h"
+#include "pipeline/recording/signals_io.h"
 
 #include <gtest/gtest.h>
 

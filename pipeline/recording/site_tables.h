@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/io/site_config.h"
+#include "pipeline/recording/site_config.h"
 
 namespace nightmap {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/site_tables.h"
+#include "pipeline/recording/site_tables.h"
 
 #include <cmath>
 #include <vector>

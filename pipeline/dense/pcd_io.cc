@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/pcd_io.h"
+#include "pipeline/dense/pcd_io.h"
 
 #include <bit>
 #include <cerrno>

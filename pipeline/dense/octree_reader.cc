@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/octree_reader.h"
+#include "pipeline/dense/octree_reader.h"
 
 #include <array>
 #include <bit>

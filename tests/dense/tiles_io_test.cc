@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/tiles_io.h"
+#include "pipeline/dense/tiles_io.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/base/random.h"
-#include "pipeline/io/tile_results.h"
+#include "pipeline/dense/tile_results.h"
 
 namespace nightmap {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/tile_results.h"
+#include "pipeline/dense/tile_results.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -8,8 +8,8 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/dense/tiles_io.h"
 #include "pipeline/io/json_fields.h"
-#include "pipeline/io/tiles_io.h"
 
 namespace nightmap {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/ply_io.h"
+#include "pipeline/dense/ply_io.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

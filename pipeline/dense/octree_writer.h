@@ -12,8 +12,8 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
-#include "pipeline/io/octree_encoders.h"
-#include "pipeline/io/octree_leaves.h"
+#include "pipeline/dense/octree_encoders.h"
+#include "pipeline/dense/octree_leaves.h"
 
 namespace nightmap {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/io/octree_io.h"
+#include "pipeline/dense/octree_io.h"
 
 namespace nightmap {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/octree_leaves.h"
+#include "pipeline/dense/octree_leaves.h"
 
 #include <algorithm>
 #include <cmath>

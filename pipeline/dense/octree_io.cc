@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/octree_io.h"
+#include "pipeline/dense/octree_io.h"
 
-#include "pipeline/io/octree_reader.h"
+#include "pipeline/dense/octree_reader.h"
 
 namespace nightmap {
 

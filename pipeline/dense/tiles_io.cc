@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/tiles_io.h"
+#include "pipeline/dense/tiles_io.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/floors_io.h"
+#include "pipeline/planar/floors_io.h"
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
