@@ -5,8 +5,8 @@ import json
 import os
 import sys
 
-import resolve_config
 from nightmap_make import why
+from nightmap_make.changed_files import write
 from nightmap_make.journal import last_run
 from nightmap_make.rules_file import RulesFile, Times
 
@@ -42,7 +42,7 @@ def write_page(run, code):
     if code == 0 and os.path.exists(path):
         os.remove(path)
     elif code != 0:
-        resolve_config.write(path, json.dumps(describe(run, code), indent=1))
+        write(path, json.dumps(describe(run, code), indent=1))
     page = f"{run.folder}/report/index.html"
     command = [run.env["PYTHON"], "scripts/report.py", "--site-dir", run.folder, "--data", run.env["DATA"], "--out", page]
     _, status = os.waitpid(os.posix_spawnp(command[0], command, run.env), 0)

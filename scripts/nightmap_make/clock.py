@@ -9,7 +9,7 @@ import os
 import time
 import tomllib
 
-import resolve_config
+from nightmap_make.run_receipts import DAMAGED, read_receipt
 from nightmap_make.slots import LazyHashes, slot_path
 
 STEP_NS = 1_000
@@ -81,10 +81,10 @@ def _is_made_by(graph, job, unit, hashes):
     if not os.path.exists(path):
         return True
     try:
-        receipt, whole, _ = resolve_config.read_receipt(path)
+        receipt, whole, _ = read_receipt(path)
         with open(f"{graph.site.config}/{job.program}.toml", "rb") as file:
             config = tomllib.load(file)
         program = {"path": f"{graph.site.build}/run/{job.program}", "xxh3": receipt["program"]["xxh3"]}
         return whole and tomllib.loads(receipt["config"]) == config and hashes.is_same(program)
-    except resolve_config.DAMAGED:
+    except DAMAGED:
         return False

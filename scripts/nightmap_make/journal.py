@@ -5,8 +5,8 @@ run_job.sh writes the lines of rules; NAME is `make` where a whole run begins an
 import os
 import time
 
-import resolve_config
 from nightmap_eval.script_errors import writing
+from nightmap_make.changed_files import write
 
 RUN = "make"
 
@@ -29,7 +29,7 @@ def journal_path(site_dir):
 def begin_run(site_dir, goals):
     """Begins the journal of a run and drops that of the run before; receipts and logs keep its results."""
     line = f"{time.time():.0f} {RUN} begin {' '.join(goals)}\n"
-    resolve_config.write(journal_path(site_dir), line.encode("utf-8", "replace").decode())
+    write(journal_path(site_dir), line.encode("utf-8", "replace").decode())
 
 
 def end_run(site_dir, code):

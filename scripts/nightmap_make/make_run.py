@@ -7,9 +7,9 @@ import sys
 import time
 
 import remove_leftovers
-import resolve_config
 from nightmap_eval.script_errors import os_error_text
 from nightmap_make import clock, slots
+from nightmap_make.changed_files import write, write_if_changed
 from nightmap_make.graph import Graph, closure
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
@@ -119,9 +119,9 @@ class MakeRun:
     def _refuse_without_jobs(self):
         for goal, job in self._goals_without_jobs():
             if job.when == "queries":
-                raise Refused(f"site {self.asked.name} has no query pictures: name some in QUERY, or give {self.asked.call.site} a "
+                raise Refused(f"site {self.asked.name} has no query pictures: name some in QUERY, or give {self.asked.request.site} a "
                               "[[query]] or hold_out_every > 0")  # fmt: skip
-            raise Refused(f"make {goal}: {job.name} is for sites with {job.when}, which {self.asked.call.site} has not")
+            raise Refused(f"make {goal}: {job.name} is for sites with {job.when}, which {self.asked.request.site} has not")
 
     def _write_rules(self):
         self.site_state = self._look_at_site()
@@ -135,7 +135,7 @@ class MakeRun:
                 os.makedirs(folder, exist_ok=True)
             os.makedirs(f"{self.folder}/logs", exist_ok=True)
         for path, text in files.items():
-            resolve_config.write_if_changed(path, text)
+            write_if_changed(path, text)
 
     def _mend_times(self):
         """Moves times in the future to the present."""
@@ -160,7 +160,7 @@ class MakeRun:
             print(clock.warning(moved, ahead_s, self.folder), file=sys.stderr)
         self.rules.times.pretend(moved)
         stale = [" ".join(rule.output_paths()) for rule in why.Staleness(self.rules).reasons]
-        resolve_config.write(f"{self.work}/again.mk", self._again() + "".join(f"{paths}: FORCE\n" for paths in stale))
+        write(f"{self.work}/again.mk", self._again() + "".join(f"{paths}: FORCE\n" for paths in stale))
 
     def _again(self):
         return self.rules.again() + (self.rules.unmade() if self.is_preview else "")
@@ -172,7 +172,7 @@ class MakeRun:
 
     def _look_at_site(self):
         state = SiteState(self.asked.name, self.folder, self.env["DATA"], self.env["BUILD"], self.asked.config)
-        state.is_synthetic, state.tables = self.asked.call.synthetic, self.asked.tables
+        state.is_synthetic, state.tables = self.asked.request.is_synthetic, self.asked.tables
         state.stamps = self.stamps
         state.read_lists(self.asked.pipeline, (lambda message: None) if self.is_preview else self._tell_once)
         return state

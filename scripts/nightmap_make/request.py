@@ -4,13 +4,15 @@ written."""
 
 import json
 import os
-from types import SimpleNamespace
 
-import resolve_config
 from nightmap_make import preflight
-from nightmap_make.imports import check_imports
+from nightmap_make.changed_files import write_if_changed
+from nightmap_make.config_values import ConfigError, canonical, load, plain_errors
 from nightmap_make.declaration import PipelineError
+from nightmap_make.imports import check_imports
+from nightmap_make.input_files import num_files
 from nightmap_make.pipeline import PROFILE_FILE, profile_text, read_pipeline
+from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
 
 ENOUGH_FRAMES = 100  # fewer say little about the next
 MARGIN = 1.2
@@ -27,14 +29,6 @@ def make_flags(makeflags):
     return "" if first.startswith("-") or "=" in first else first
 
 
-def num_recorded_files(stamp):
-    """Reads the file that resolve_config.py writes: "N files HASH"."""
-    if not stamp:
-        return 0
-    with open(stamp, encoding="utf-8") as file:
-        return int(file.read().split()[0])
-
-
 def listed_frames(site_dir):
     """Number of frames that the last run of frames listed; 0 when unknown."""
     try:
@@ -45,7 +39,7 @@ def listed_frames(site_dir):
 
 
 class Asked:
-    """call: the arguments of resolve_config.py; config: folder of the resolved configs."""
+    """request: what the configs follow from; resolved: the configs; config: their folder."""
 
     def __init__(self, environment, goals):
         self.env, self.goals = environment, goals
@@ -54,31 +48,27 @@ class Asked:
         self.is_preview = "why" in goals or any(flag in flags for flag in PREVIEW)
         self.config = f"{self.folder}/.preview" if self.is_preview else f"{self.folder}/config"
         try:
-            with resolve_config.plain_errors():
+            with plain_errors():
                 self._check()
-        except (resolve_config.ConfigError, PipelineError) as error:
+        except (ConfigError, PipelineError) as error:
             raise Refused(error) from None
 
     def _check(self):
         """Reads and checks the request; writes nothing."""
         env = self.env
-        value = [f"plan.{end.lower()}={env[end]}" for end in ("START", "GOAL") if env.get(end)]
-        self.call = SimpleNamespace(
-            configs="configs", site=f"{env['SITES']}/{self.name}.toml", data=env["DATA"], profile="default", profile_from="PROFILE",
-            seed=env["SEED"], set=[env["SET"]], value=value, query=[env["QUERY"]] if env.get("QUERY") else [],
-            camera=env.get("CAMERA") or None, fov_deg=env.get("FOV_DEG") or None, out=f"{self.folder}/config",
-            preview=self.config if self.is_preview else None, synthetic=False,
-            no_recordings=self._asks_pictures_only())  # fmt: skip
+        ends = [f"plan.{end.lower()}={env[end]}" for end in ("START", "GOAL") if env.get(end)]
+        self.request = ConfigRequest(
+            configs="configs", site=f"{env['SITES']}/{self.name}.toml", data=env["DATA"], config_dir=f"{self.folder}/config",
+            work_dir=self.config, seed=env["SEED"], set=env["SET"], ends=ends, query=env.get("QUERY", ""), camera=env.get("CAMERA", ""),
+            fov_deg=env.get("FOV_DEG", ""), reads_recordings=not self._asks_pictures_only())  # fmt: skip
         self._read_site()
-        self.configs, sources, self.sites = resolve_config.check(self.call)
-        self.tables = self.sites["site"][1]
+        self.resolved = ResolvedConfigs(self.request)
+        self.configs, self.tables = self.resolved.configs, self.resolved.sites["site"][1]
         imports = self.tables.get("import", {})
-        self.pipeline = read_pipeline("configs", self.call.profile, imports)
-        self.call.folders = {program: sorted({job.folder for job in self.pipeline.jobs.values() if job.program == program})
-                             for program in self.pipeline.programs()}  # fmt: skip
-        check_imports(self.call.site, env["DATA"], imports)
+        self.pipeline = read_pipeline("configs", self.request.profile, imports)
+        check_imports(self.request.site, env["DATA"], imports)
         if "status" not in self.goals:
-            self._preflight(sources)
+            self._preflight()
 
     def _asks_pictures_only(self):
         """Whether to skip the recordings: locating a picture in the existing map does not need them."""
@@ -86,38 +76,45 @@ class Asked:
 
     def _read_site(self):
         """The profile that the site's config names; the other checks depend on it."""
-        self.call.profile = self.env.get("PROFILE") or "default"
-        if not os.path.exists(self.call.site):
+        request = self.request
+        request.profile = self.env.get("PROFILE") or "default"
+        if not os.path.exists(request.site):
             return
-        site = resolve_config.load(self.call.site)
+        site = load(request.site)
         if not self.env.get("PROFILE") and "profile" in site:
-            self.call.profile, self.call.profile_from = site["profile"], self.call.site
-        self.call.synthetic = site.get("synthetic", False) is True
+            request.profile, request.profile_from = site["profile"], request.site
+        request.is_synthetic = site.get("synthetic", False) is True
 
-    def _preflight(self, sources):
+    def _preflight(self):
         programs = [program for program in self.pipeline.programs() if program in self.configs]
         if self.is_preview and not all(os.path.exists(f"{self.env['BUILD']}/run/{program}") for program in programs):
             return  # they are not built yet, and a preview builds nothing
-        texts = {name: preflight.ConfigText(self.configs[name], resolve_config.canonical(self.configs[name]), sources[name],
+        texts = {name: preflight.ConfigText(self.configs[name], canonical(self.configs[name]), self.resolved.sources[name],
                                             self._site_texts(name)) for name in programs}  # fmt: skip
         preflight.check_configs(self.env["BUILD"], texts, self.is_preview)
         preflight.check_clashes(self.pipeline.clashes, texts)
 
     def _site_texts(self, program):
         """Port -> text of the site's config that a program reads there."""
+        sites = self.resolved.sites
         inputs = [reference for job in self.pipeline.jobs.values() if job.program == program for reference in job.inputs]
-        return {reference.port: self.sites[reference.source][0] for reference in inputs if reference.source in self.sites}
+        return {reference.port: sites[reference.source][0] for reference in inputs if reference.source in sites}
 
     def settle(self):
         """Writes the configs that changed. Returns files as old as the last change of `recordings` and `pictures`."""
         try:
-            with resolve_config.plain_errors():
-                stamps = resolve_config.settle_all(self.configs, self.sites, self.call)
+            with plain_errors():
+                stamps = self.resolved.settle(self._folders())
                 if not self.is_preview:
-                    resolve_config.write_if_changed(f"{self.folder}/{PROFILE_FILE}", profile_text(self.call.profile, self.tables.get("import", {})))
+                    write_if_changed(f"{self.folder}/{PROFILE_FILE}", profile_text(self.request.profile, self.tables.get("import", {})))
                 return stamps
-        except resolve_config.ConfigError as error:
+        except ConfigError as error:
             raise Refused(error) from None
+
+    def _folders(self):
+        """Program -> names of the folders of its jobs."""
+        return {program: sorted({job.folder for job in self.pipeline.jobs.values() if job.program == program})
+                for program in self.pipeline.programs()}  # fmt: skip
 
     def check_disk(self, jobs, stamps):
         """Room for the frames added since the last list of frames."""
@@ -141,9 +138,9 @@ class Asked:
 
     def _num_recorded(self, stamps):
         """Estimated number of frames: most frames have two files."""
-        if self.call.synthetic:
+        if self.request.is_synthetic:
             recorded = self.configs["synthesize"].get("num_frames", 0)
         else:
-            recorded = num_recorded_files(stamps.get("recordings")) // 2
+            recorded = num_files(stamps["recordings"]) // 2 if "recordings" in stamps else 0
         most = self.configs["frames"].get("max_frames", 0)
         return min(recorded, most) if most > 0 else recorded

@@ -9,9 +9,12 @@ does a touch of an imported file.
 
 import os
 import re
+from functools import partial
 
-import resolve_config
 from nightmap_eval.script_errors import DataError
+from nightmap_make import changed_files
+from nightmap_make.input_files import file_state
+from nightmap_make.run_receipts import DAMAGED, read_receipt
 
 IMAGE = re.compile(r"""^\s*image\s*:\s*["']?(.*?)["']?\s*(?:\s#.*)?$""", re.MULTILINE)
 
@@ -23,13 +26,9 @@ def slot_path(site, job):
 def settle(graph):
     """Writes the slots that changed."""
     site, hashes = graph.site, LazyHashes()
-    os.makedirs(f"{site.config}/slots", exist_ok=True)
     for job in graph.jobs.values():
         text, current, target = _text(graph, job), f"{site.folder}/config/slots/{job.name}", slot_path(site, job)
-        same = resolve_config.has_text(current, text)
-        if same and current == target:
-            continue
-        resolve_config.write(target, text, os.stat(current).st_mtime_ns if same else _start_of_runs_ns(graph, job, hashes))
+        changed_files.settle(current, target, text, changed_ns=partial(_start_of_runs_ns, graph, job, hashes))
 
 
 def change(graph, rule):
@@ -37,9 +36,9 @@ def change(graph, rule):
     if rule.job.script:
         return "the site has other jobs than before"
     try:
-        receipt, _, _ = resolve_config.read_receipt(dict(rule.outputs)["receipt"])
+        receipt, _, _ = read_receipt(dict(rule.outputs)["receipt"])
         return _difference(graph, rule.job, receipt, LazyHashes())
-    except resolve_config.DAMAGED:
+    except DAMAGED:
         return None
 
 
@@ -67,7 +66,7 @@ def _text(graph, job):
         lines.append(f"in.{reference.port} {reference.text}")
         if reference.job == "import":
             path = graph.imported(job, reference.output)
-            lines += [f"  {state}" for state in map(resolve_config.file_state, [path, *_image_of(path)])]
+            lines += [f"  {state}" for state in map(file_state, [path, *_image_of(path)])]
     return "\n".join(lines) + "\n"
 
 
@@ -96,11 +95,11 @@ def _start_of_runs_ns(graph, job, hashes):
         if not os.path.exists(path):
             continue
         try:
-            receipt, whole, start_ns = resolve_config.read_receipt(path)
+            receipt, whole, start_ns = read_receipt(path)
             if not whole or _difference(graph, job, receipt, hashes):
                 return None
             starts_ns.append(start_ns)
-        except resolve_config.DAMAGED:
+        except DAMAGED:
             return None
     return min(starts_ns, default=None)
 

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The effective config of every program, and the source of each value. Later layers win:
+
+    configs/default/<stage>.toml < configs/<profile>/<stage>.toml < configs/sites/<site>/<stage>.toml < SEED < SET STAGE.KEY=VALUE
+"""
+
+import os
+
+from nightmap_make.config_values import ConfigError, like, load, parse_value, split_set, words
+
+
+def effective_configs(request):
+    """Program -> its effective options, and program -> key -> source: a file or a make variable."""
+    _check_profile(request)
+    paths = _default_files(request)
+    defaults = {stage: load(path) for stage, path in paths.items()}
+    configs = {stage: dict(config) for stage, config in defaults.items()}
+    sources = {stage: dict.fromkeys(config, paths[stage]) for stage, config in configs.items()}
+    for stage, config, where in _layers(request, defaults):
+        _check_keys(config, defaults[stage], where)
+        for key, value in config.items():
+            configs[stage][key] = like(defaults[stage][key], value, f"{where}: {key}")
+            sources[stage][key] = where
+    for text in words("SET", request.set) + request.ends:
+        stage, key, value = split_set(text, list(configs))
+        _check_keys({key: value}, defaults[stage], f"SET: {stage}")
+        default = defaults[stage][key]
+        configs[stage][key] = like(default, parse_value(value, default), f"SET: {stage}.{key}")
+        sources[stage][key] = "SET"
+    return configs, sources
+
+
+def _check_profile(request):
+    folder = request.configs
+    known = [name for name in sorted(os.listdir(folder)) if name != "sites" and os.path.isdir(os.path.join(folder, name))]
+    if request.profile not in known:  # a path, for example
+        raise ConfigError(f"{request.profile_from}: no profile {request.profile!r} in {folder}; profiles: {', '.join(known)}")
+
+
+def _default_files(request):
+    """Program -> file of its defaults; a profile has those of its own programs in configs/<profile>/default/."""
+    found = {}
+    for place in (os.path.join(request.configs, "default"), os.path.join(request.configs, request.profile, "default")):
+        for name in sorted(os.listdir(place)) if os.path.isdir(place) else []:
+            if name.endswith(".toml"):
+                found[name[:-5]] = os.path.join(place, name)
+    return found
+
+
+def _layers(request, defaults):
+    """(stage, config, source) of profile, site and seed."""
+    layers = [] if request.profile == "default" else list(_folder(os.path.join(request.configs, request.profile), defaults))
+    layers += _folder(request.site.removesuffix(".toml"), defaults)
+    for stage, default in defaults.items():
+        if "seed" in default and stage != "synthesize":  # a recording is input, not a draw
+            layers.append((stage, {"seed": int(request.seed)}, "SEED"))
+    return layers
+
+
+def _folder(folder, stages):
+    """(stage, config, path) of each file in a folder; none when the folder does not exist."""
+    for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
+        if not name.endswith(".toml") or name == "pipeline.toml":
+            continue
+        if name[:-5] not in stages:
+            raise ConfigError(f"{folder}/{name}: no stage '{name[:-5]}'")
+        yield name[:-5], load(os.path.join(folder, name)), f"{folder}/{name}"
+
+
+def _check_keys(config, default, where):
+    for key in config:
+        if key not in default:
+            raise ConfigError(f"{where}: unknown key '{key}'; known keys: {', '.join(sorted(default))}")

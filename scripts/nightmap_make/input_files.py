@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The files of the recordings and of the query pictures: whether they are there, and when one of them last changed.
+
+A folder's time does not show that a file was replaced in place, so the sizes and both times of all files count: config/recordings
+and config/pictures hold their number and hash. (The stages then compare contents: a touch reruns nothing after them.)
+"""
+
+import hashlib
+import os
+
+from nightmap_make.changed_files import settle
+from nightmap_make.config_values import ConfigError
+from nightmap_make.site_configs import tables
+
+
+def file_state(path):
+    """(path, size, modification time, change time) of a file, or the kind of error when it is not readable (a broken
+    link, say). The frames stage decides whether that matters. The change time tells of a file replaced by one of the
+    same size with its old modification time; a link, a chmod or a copy changes it too, and `frames` finds the same bytes."""
+    try:
+        status = os.stat(path)
+    except OSError as error:
+        return path, error.errno, 0, 0
+    return path, status.st_size, status.st_mtime_ns, status.st_ctime_ns
+
+
+def _folder_id(folder):
+    """What all paths of a folder have in common; None when it does not exist."""
+    if not os.path.exists(folder):
+        return None
+    status = os.stat(folder)
+    return status.st_dev, status.st_ino
+
+
+def _recording_files(folder, seen):
+    """The state of every file below a folder, without hidden ones. `seen` holds the folders visited: links may
+    form a circle."""
+    try:
+        if _folder_id(folder) in seen:
+            return
+        seen.add(_folder_id(folder))
+        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+    except OSError:
+        yield file_state(folder) + ("not readable",)
+        return
+    for entry in entries:
+        if entry.name.startswith("."):
+            continue
+        if _is_folder(entry):
+            yield from _recording_files(entry.path, seen)
+        else:
+            yield file_state(entry.path)
+
+
+def _is_folder(entry):
+    try:
+        return entry.is_dir()
+    except OSError:  # a link to itself
+        return False
+
+
+def _picture_files(path):
+    """The pictures of a folder, list or file, and cameras.csv beside them."""
+    if os.path.isdir(path):
+        try:
+            names = [name for name in os.listdir(path) if not name.startswith(".")]
+        except OSError as error:
+            raise ConfigError(f"{path}: {error.strerror}: make the folder readable")
+        return [file for file in (os.path.join(path, name) for name in names) if os.path.isfile(file)]
+    names = ["cameras.csv"]
+    if path.lower().endswith(".txt") and os.path.isfile(path):
+        with open(path, encoding="utf-8", errors="surrogateescape") as file:
+            names += [line.strip() for line in file if line.strip() and not line.lstrip().startswith("#")]
+    beside = [os.path.join(os.path.dirname(path), name) for name in names]
+    return [path] + [file for file in beside if os.path.isfile(file)]
+
+
+class InputFiles:
+    """The files that tables of the site's config name. name: "recordings" or "pictures"; root: that of the site's config."""
+
+    def __init__(self, name, data, root, parts):
+        def in_data(path):
+            return os.path.join(data, os.path.normpath(os.path.join(root, path)))
+
+        self.name, self._data = name, data
+        self._pictures = {in_data(part["pictures"]) for part in parts if "pictures" in part}
+        self._folders = {in_data(part.get("folder", ".")) for part in parts if not {"pictures", "file"} & set(part)}
+        self._extra = {in_data(part[key]) for part in parts for key in ("ground_truth", "file") if part.get(key)}
+
+    def check(self, site_name):
+        for path in sorted(self._folders | self._extra | self._pictures):
+            if not os.path.exists(path):
+                raise ConfigError(f"site {site_name}: {path} does not exist. datasets.md says where to get each recording; "
+                                  f"DATA={self._data} is the folder it is looked for in")  # fmt: skip
+
+    def settle(self, request):
+        """Writes the file whose time is that of the last change; returns its path."""
+        maps = os.path.dirname(os.path.dirname(request.config_dir))
+        states = {(os.path.relpath(path, self._data), *rest) for path, *rest in self._states(maps)}
+        digest = hashlib.sha256(repr(sorted(states)).encode()).hexdigest()
+        text = f"{len(states)} files {digest}\n"
+        current, target = os.path.join(request.config_dir, self.name), os.path.join(request.work_dir, self.name)
+        settle(current, target, text)
+        return target
+
+    def _states(self, maps):
+        """The state of each file. The folder of the results may lie inside a recording, and is no part of it."""
+        files = {file_state(path) for path in self._extra.union(*map(_picture_files, self._pictures))}
+        seen = {_folder_id(maps)} - {_folder_id(folder) for folder in self._folders}
+        for folder in sorted(self._folders):
+            files.update(_recording_files(folder, seen))
+        return files
+
+
+def num_files(stamp):
+    """The number of files in a file that settle wrote."""
+    with open(stamp, encoding="utf-8") as file:
+        return int(file.read().split()[0])
+
+
+def input_files(request, sites):
+    """Recordings and pictures. Make itself handles a recording that synthesize makes, including its queries; synthesize
+    never makes plain pictures."""
+    def named_by(name, site, parts):
+        return InputFiles(name, request.data, site.get("root", "."), parts)
+
+    _, site = sites["site"]
+    if request.reads_recordings:
+        parts = [] if request.is_synthetic else tables(site, "sequence", request.site) + tables(site, "signal", request.site)
+        yield named_by("recordings", site, parts)
+    _, site = sites["queries"]
+    queries = [query for query in tables(site, "query", request.site) if "pictures" in query or not request.is_synthetic]
+    yield named_by("pictures", site, queries)

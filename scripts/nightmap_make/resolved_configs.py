@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Resolves all that the stages of a site read beside recordings: their configs, the copies of the site's config, and files whose
+times are those of the last change of recordings and pictures.
+
+A file is written only when its meaning changed, so a comment or a touch makes nothing stale. When a stage's receipts show that its
+outputs were made with exactly the present config, the file gets a modification time before that run: trying a value and going back
+costs nothing. A preview writes the same files to a folder of its own, with the times of the real ones where the meaning is the same,
+so that `make -n`, `-q` and `why` can answer for any SET without touching the real configs.
+"""
+
+import os
+from dataclasses import dataclass, field
+
+from nightmap_make.changed_files import settle
+from nightmap_make.config_layers import effective_configs
+from nightmap_make.config_values import ConfigError, canonical
+from nightmap_make.input_files import input_files
+from nightmap_make.run_receipts import made_with, receipts_in
+from nightmap_make.site_configs import check_site, settle_site, site_parts
+
+
+@dataclass
+class ConfigRequest:
+    """What configs follow from. The values of make's variables are text as the user gave it."""
+
+    configs: str  # folder
+    site: str  # file of the site's config
+    data: str
+    config_dir: str  # of the last run that was no preview
+    work_dir: str  # where to write: config_dir, or the folder of a preview
+    profile: str = "default"
+    profile_from: str = "PROFILE"  # the variable or the file that names the profile
+    seed: str = "0"
+    set: str = ""
+    ends: list = field(default_factory=list)  # STAGE.KEY=VALUE of START and GOAL; they may contain spaces
+    query: str = ""
+    camera: str = ""
+    fov_deg: str = ""
+    is_synthetic: bool = False  # synthesize makes the recording
+    reads_recordings: bool = True  # False: only the queries are looked at
+
+    @property
+    def site_name(self):
+        return os.path.basename(self.site).removesuffix(".toml")
+
+
+class ResolvedConfigs:
+    """configs: program -> options; sources: program -> key -> file or variable that set it; sites: part -> text and tables of the
+    site's config. Reads and checks them, and writes nothing before settle. Raises ConfigError."""
+
+    def __init__(self, request):
+        _check_request(request)
+        self._request = request
+        self.configs, self.sources = effective_configs(request)
+        check_site(request.site)
+        self.sites = site_parts(request)
+        for files in input_files(request, self.sites):
+            files.check(request.site_name)
+
+    def settle(self, folders):
+        """Writes the changed files. folders: program -> names of the folders of its jobs. Returns files whose times are those of
+        the last change of `recordings` and `pictures`."""
+        for program, config in self.configs.items():
+            self._settle_config(program, config, folders.get(program, [program]))
+        for part, (text, site) in self.sites.items():
+            settle_site(part, text, site, self._request)
+        return {files.name: files.settle(self._request) for files in input_files(self._request, self.sites)}
+
+    def _settle_config(self, program, config, folders):
+        request, name = self._request, f"{program}.toml"
+        settle(os.path.join(request.config_dir, name), os.path.join(request.work_dir, name), canonical(config),
+               changed_ns=lambda: made_with(self._receipts(program, folders), program, config))  # fmt: skip
+
+    def _receipts(self, program, folders):
+        """Those of synthesize lie with the recording, not with the map."""
+        request = self._request
+        if program == "synthesize":
+            path = os.path.join(request.data, request.site_name, "synthesize_receipt.json")
+            return [path] if os.path.lexists(path) else []
+        return receipts_in([os.path.join(os.path.dirname(request.config_dir), folder) for folder in folders])
+
+
+def _check_request(request):
+    if not (request.seed.isascii() and request.seed.isdigit() and len(request.seed) < 19):
+        raise ConfigError(f"SEED={request.seed}: give a whole number")
+    if not os.path.exists(request.site):
+        folder = os.path.dirname(request.site)
+        known = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
+        names = ", ".join(name[:-5] for name in known if name.endswith(".toml"))
+        raise ConfigError(f"no site config {request.site}; sites: {names}")

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The copies of a site's config: config/site/ for frames, config/queries/ for queries, which has the pictures of QUERY too.
+
+Each copy keeps its time while the tables that its stage reads do not change. It has the user's lines and names the user's file, so
+that pipeline/recording/site_config.cc can name both in messages.
+"""
+
+import os
+
+from nightmap_make.changed_files import settle
+from nightmap_make.config_values import ConfigError, load
+from nightmap_make.query_variable import asked_queries, tables_text
+
+OF_MAKE = ("profile", "synthetic", "import")  # keys that choose and fill jobs
+# Part -> the keys that only the other stage, or make, reads.
+NOT_READ = {"site": ("query", *OF_MAKE), "queries": ("sequence", "signal", "sensor", "hold_out_every", *OF_MAKE)}
+TEXT_KEYS = ("folder", "pictures", "ground_truth", "label_folder", "file")
+
+
+def tables(site, name, path):
+    """The tables [[name]] of the site's config, which lies at `path`."""
+    found = site.get(name, [])
+    if not isinstance(found, list):
+        raise ConfigError(f"{path}: '{name}' must be written as [[{name}]]")
+    return found
+
+
+def check_site(path):
+    """Checks the types of the keys that Make's scripts read; the frames stage checks the whole site config."""
+    site = load(path)
+    _check_text(path, site, ("root", "profile"), "")
+    if not isinstance(site.get("synthetic", False), bool):
+        raise ConfigError(f"{path}: synthetic must be true or false")
+    imports = site.get("import", {})
+    if not isinstance(imports, dict):
+        raise ConfigError(f"{path}: 'import' must be written as [import]")
+    _check_text(path, imports, imports, " of [import]")
+    for kind in ("sequence", "query", "signal"):
+        for table in tables(site, kind, path):
+            if not isinstance(table, dict):
+                raise ConfigError(f"{path}: '{kind}' must be written as [[{kind}]]")
+            _check_text(path, table, TEXT_KEYS, f" of [[{kind}]]")
+
+
+def _check_text(path, table, names, where):
+    for name in names:
+        if not isinstance(table.get(name, ""), str):
+            raise ConfigError(f"{path}: {name}{where} must be text in quotation marks")
+
+
+def site_parts(request):
+    """Part -> text and tables of the site's config; the part of the queries includes those of QUERY."""
+    path = request.site
+    try:
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{path}: not UTF-8 text ({error.reason}): store it as UTF-8")
+    site = load(path)
+    text += f"\n# This was the text of {path}; QUERY adds:\n"
+    queries = asked_queries(request, site.get("root", "."))
+    with_asked = site | ({"query": tables(site, "query", path) + queries} if queries else {})
+    return {"site": (text, site), "queries": (text + tables_text(queries), with_asked)}
+
+
+def settle_site(part, text, site, request):
+    """Writes the site config of a stage when its text changed."""
+    name = os.path.join(part, os.path.basename(request.site))
+    current, target = os.path.join(request.config_dir, name), os.path.join(request.work_dir, name)
+    settle(current, target, text, means_same=lambda path: _is_same_part(path, site, part))
+
+
+def _is_same_part(path, site, part):
+    """Whether an earlier call wrote the same for this stage; a damaged file is not the same."""
+    if not os.path.exists(path):
+        return False
+    try:
+        return _of_part(load(path), part) == _of_part(site, part)
+    except (ConfigError, TypeError):
+        return False
+
+
+def _of_part(site, part):
+    """The keys of the site that the stage of a part reads. (Queries are numbered after the recordings.)"""
+    taken = {key: value for key, value in site.items() if key not in NOT_READ[part]}
+    return taken | ({"num_sequences": len(site.get("sequence", []))} if part == "queries" else {})

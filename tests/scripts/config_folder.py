@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A folder with configs, a site and its recording, where the modules that resolve configs work as make calls them."""
+
+import contextlib
+import tempfile
+import tomllib
+import unittest
+from pathlib import Path
+
+import fake_site  # noqa: F401  (it makes scripts/ importable)
+
+from nightmap_make.config_values import ConfigError, plain_errors
+from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
+
+SITE = 'root = "office"\n[[sequence]]\nfolder = "."\n'
+CONFIG = "maps/office/config"
+PREVIEW = "maps/office/.preview"
+
+
+class ConfigFolder(unittest.TestCase):
+    DEFAULTS = {"octree": 'resolution_m = 0.05\nnum_hits = 2\nmode = "ray"\n', "plan": 'seed = 7\nstart = ""\nfootprint_m = []\n'}
+
+    def setUp(self):
+        self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.enterContext(contextlib.chdir(self.folder))
+        self.write("configs/coarse/octree.toml", "")
+        for stage, text in self.DEFAULTS.items():
+            self.write(f"configs/default/{stage}.toml", text)
+        self.write("configs/sites/office.toml", SITE)
+        self.write("data/office/rgb/1.png", "pixels")
+
+    def write(self, name, content):
+        path = self.folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    def resolve(self, **changes):
+        """Writes the configs; returns the files whose times are those of recordings and pictures."""
+        with plain_errors():
+            request = ConfigRequest(**{"configs": "configs", "site": "configs/sites/office.toml", "data": "data",
+                                       "config_dir": CONFIG, "work_dir": CONFIG} | changes)  # fmt: skip
+            return ResolvedConfigs(request).settle({})
+
+    def refused(self, **changes):
+        """The message of a refusal: one line."""
+        with self.assertRaises(ConfigError) as caught:
+            self.resolve(**changes)
+        self.assertRegex(str(caught.exception), r"\A[^\n]+\Z")
+        return str(caught.exception)
+
+    def text(self, name, folder=CONFIG):
+        return (self.folder / folder / name).read_text()
+
+    def config(self, name, folder=CONFIG):
+        return tomllib.loads(self.text(f"{name}.toml", folder))
+
+    def time(self, name, folder=CONFIG):
+        return (self.folder / folder / f"{name}.toml").stat().st_mtime_ns
