@@ -36,7 +36,7 @@ import tomllib
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from nightmap_eval.script_errors import os_error_text, writing  # noqa: E402
+from nightmap_site.script_errors import os_error_text, writing  # noqa: E402
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 

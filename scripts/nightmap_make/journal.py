@@ -6,7 +6,7 @@ import os
 import time
 
 import resolve_config
-from nightmap_eval.script_errors import writing
+from nightmap_site.script_errors import writing
 
 RUN = "make"
 

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import resolve_config
 from nightmap_make import preflight
 from nightmap_make.imports import check_imports
-from nightmap_make.declaration import PipelineError
-from nightmap_make.pipeline import PROFILE_FILE, profile_text, read_pipeline
+from nightmap_site.declaration import PipelineError
+from nightmap_site.pipeline import PROFILE_FILE, profile_text, read_pipeline
 
 ENOUGH_FRAMES = 100  # fewer say little about the next
 MARGIN = 1.2

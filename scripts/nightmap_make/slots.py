@@ -11,7 +11,7 @@ import os
 import re
 
 import resolve_config
-from nightmap_eval.script_errors import DataError
+from nightmap_site.script_errors import DataError
 
 IMAGE = re.compile(r"""^\s*image\s*:\s*["']?(.*?)["']?\s*(?:\s#.*)?$""", re.MULTILINE)
 
@@ -51,7 +51,7 @@ class LazyHashes:
 
     def is_same(self, entry):
         """Whether the file of a receipt's entry has the bytes it had."""
-        from nightmap_eval.receipts import Hashes
+        from nightmap_site.receipts import Hashes
         try:
             self._hashes = self._hashes or Hashes()
         except DataError:

@@ -11,7 +11,7 @@ from pathlib import Path
 from fake_site import CHECKOUT  # finds the scripts, so first
 
 import describe_pipeline
-from nightmap_make.pipeline import read_pipeline
+from nightmap_site.pipeline import read_pipeline
 
 DOCS = sorted(str(page.relative_to(CHECKOUT)) for page in (CHECKOUT / "docs").rglob("*.md"))
 PAGES = ["README.md", "ARCHITECTURE.md", "datasets.md", *DOCS]
