@@ -10,9 +10,9 @@ import argparse
 from pathlib import Path
 
 from nightmap_eval.artifacts import put_between
-from nightmap_eval.script_errors import run_main
-from nightmap_make.declaration import read_toml
-from nightmap_make.pipeline import read_pipeline
+from nightmap_site.declaration import read_toml
+from nightmap_site.pipeline import read_pipeline
+from nightmap_site.script_errors import run_main
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 HEAD = ("| job | what it does | once per | reads | writes (U: the unit) |", "|---|---|---|---|---|")

@@ -23,17 +23,17 @@ from nightmap_eval.artifacts import (
     to_json,
     write_atomic,
 )
-from nightmap_eval.checked_reading import check, read_toml
 from nightmap_eval.cloud_accuracy import cloud_metrics
 from nightmap_eval.floor_accuracy import evaluate_floors
 from nightmap_eval.located_queries import VERDICTS, read_located
 from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops, read_relative_poses
 from nightmap_eval.ply import read_ply
 from nightmap_eval.query_errors import PROTOCOLS, query_summary
-from nightmap_eval.script_errors import DataError, run_main
-from nightmap_eval.site import Site
 from nightmap_eval.trajectory import associate, path_length_m, read_truth, read_tum
 from nightmap_eval.trajectory_errors import trajectory_metrics
+from nightmap_site.checked_reading import check, read_toml
+from nightmap_site.script_errors import DataError, run_main
+from nightmap_site.site import Site
 
 
 def parse_arguments():

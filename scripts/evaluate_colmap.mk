@@ -32,7 +32,8 @@ $(C)/register_held_default/receipt.json: $(C)/triangulate/receipt.json $(C)/quer
 	$(call step,register_held_default)
 $(C)/results.json: $(REGISTERED:%=$(C)/register_%/receipt.json) $(REGISTERED:%=$(C)/register_%_default/receipt.json) \
     $(M)/localize/queries.csv $(M)/localize/receipt.json $(M)/frames/shards.txt \
-    $(wildcard $(M)/frames/ground_truth.tum $(M)/queries/query_ground_truth.tum scripts/nightmap_eval/*.py) scripts/evaluate_colmap.py
+    $(wildcard $(M)/frames/ground_truth.tum $(M)/queries/query_ground_truth.tum scripts/nightmap_eval/*.py) \
+    $(wildcard scripts/nightmap_site/*.py) scripts/evaluate_colmap.py
 	$(RUN) evaluate_colmap $(PYTHON) scripts/evaluate_colmap.py --site-dir $(M) --out $@
 .PHONY: evaluate-colmap
 evaluate-colmap: $(C)/results.json

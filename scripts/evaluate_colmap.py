@@ -31,8 +31,8 @@ from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import read_grid
 from nightmap_eval.located_queries import read_located, refuse_mapped_queries
 from nightmap_eval.query_errors import PROTOCOLS
-from nightmap_eval.script_errors import DataError, run_main
 from nightmap_eval.trajectory import read_truth, read_tum
+from nightmap_site.script_errors import DataError, run_main
 
 TRUTH = ("frames/ground_truth.tum", "queries/query_ground_truth.tum")
 MADE_OF = ("map_frame/trajectory.tum", "localize/queries.csv", *TRUTH)

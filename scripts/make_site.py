@@ -15,9 +15,9 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from nightmap_eval.script_errors import DataError, os_error_text, printable  # noqa: E402
 from nightmap_make.make_run import MakeRun  # noqa: E402
 from nightmap_make.request import Asked, Refused  # noqa: E402
+from nightmap_site.script_errors import DataError, os_error_text, printable  # noqa: E402
 
 
 def main():

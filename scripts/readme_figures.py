@@ -20,8 +20,8 @@ from nightmap_eval.artifacts import Frames, write_atomic  # noqa: E402
 from nightmap_eval.drawing import draw_grid, draw_path, draw_trajectory  # noqa: E402
 from nightmap_eval.grid import read_grid  # noqa: E402
 from nightmap_eval.report_map import accepted_loops, path_floor, read_path  # noqa: E402
-from nightmap_eval.script_errors import DataError, run_main  # noqa: E402
 from nightmap_eval.trajectory import read_tum  # noqa: E402
+from nightmap_site.script_errors import DataError, run_main  # noqa: E402
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 MAX_BYTES = 300 * 1024

@@ -10,8 +10,8 @@ import contextlib
 import os
 import re
 
-from nightmap_make.declaration import PipelineError, read_toml
-from nightmap_make.pipeline import read_pipeline
+from nightmap_site.declaration import PipelineError, read_toml
+from nightmap_site.pipeline import read_pipeline
 
 ANY_UNIT = {"shard": r"\d{4,9}", "tile": r"-?\d{1,9}_-?\d{1,9}", "floor": r"(?:map|floor_-?\d{1,9})"}
 

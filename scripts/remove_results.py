@@ -14,7 +14,7 @@ import os
 import shutil
 import sys
 
-from nightmap_eval.script_errors import printable
+from nightmap_site.script_errors import printable
 
 SITE_MARKS = ("graph.mk", ".preview/graph.mk", "config/frames.toml")
 RECORDING_MARK = ".made_by_synthesize"

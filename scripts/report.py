@@ -13,15 +13,15 @@ from pathlib import Path
 
 from nightmap_eval import html
 from nightmap_eval.artifacts import write_atomic
-from nightmap_eval.job_results import read_stages
 from nightmap_eval.metrics_json import read_metrics
 from nightmap_eval.report_comparison import comparison_section
 from nightmap_eval.report_failure import failure_section, read_failure
 from nightmap_eval.report_map import map_sections
 from nightmap_eval.report_queries import query_section
 from nightmap_eval.report_run import run_sections, summary
-from nightmap_eval.script_errors import DataError, run_main
-from nightmap_eval.site import Site
+from nightmap_site.job_results import read_stages
+from nightmap_site.script_errors import DataError, run_main
+from nightmap_site.site import Site
 
 
 def parse_arguments():

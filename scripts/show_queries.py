@@ -13,8 +13,8 @@ from collections import Counter
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from nightmap_eval.query_results import Floors, asked_pictures, read_queries  # noqa: E402
-from nightmap_eval.script_errors import printable, run_main  # noqa: E402
+from nightmap_site.query_results import Floors, asked_pictures, read_queries  # noqa: E402
+from nightmap_site.script_errors import printable, run_main  # noqa: E402
 
 NUM_OWN = 12
 

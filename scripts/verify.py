@@ -9,9 +9,9 @@ an input changed since.
 import pathlib
 import sys
 
-from nightmap_eval.receipts import Hashes, Receipt
-from nightmap_eval.script_errors import DataError, printable, run_main
-from nightmap_eval.unit_lists import CurrentRuns
+from nightmap_site.receipts import Hashes, Receipt
+from nightmap_site.script_errors import DataError, printable, run_main
+from nightmap_site.unit_lists import CurrentRuns
 
 ALTERED = {"outputs": "altered since it was written", "inputs": "not the input it was made from"}
 

@@ -11,10 +11,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from nightmap_eval.checked_reading import REMEDY, read_object, read_text, using
-from nightmap_eval.script_errors import DataError, writing
-from nightmap_eval.unit_lists import read_shards, whole
 from nightmap_eval.writing_folder import WritingFolder
+from nightmap_site.checked_reading import REMEDY, read_object, read_text, using
+from nightmap_site.script_errors import DataError, writing
+from nightmap_site.unit_lists import read_shards, whole
 
 
 def read_csv(path, required=()):

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import quaternion, rotation_matrices
+from nightmap_site.script_errors import DataError
 
 NUM_PARAMETERS = {1: 4, 6: 12}  # the camera models we use: PINHOLE, FULL_OPENCV
 

@@ -18,9 +18,9 @@ import subprocess
 import time
 import weakref
 
-from nightmap_eval.checked_reading import NUMBER, read_object
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.writing_folder import WritingFolder
+from nightmap_site.checked_reading import NUMBER, read_object
+from nightmap_site.script_errors import DataError
 
 # COLMAP's progress lines.
 PROGRESS = re.compile(r"\[\d+/\d+|Registering image|Triangulating image|Bundle adjustment|Retriangulation")

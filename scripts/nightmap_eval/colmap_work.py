@@ -5,11 +5,11 @@ import re
 import shutil
 
 from nightmap_eval.artifacts import Frames, read_csv
-from nightmap_eval.checked_reading import read_object
 from nightmap_eval.colmap_files import camera_parameters, read_images, replace_cameras
 from nightmap_eval.colmap_run import ColmapFailed, Step, require
 from nightmap_eval.located_queries import refuse_mapped_queries
-from nightmap_eval.script_errors import DataError
+from nightmap_site.checked_reading import read_object
+from nightmap_site.script_errors import DataError
 
 # vocab_tree_retriever prints a line per query, then a line per retrieved image, best first.
 QUERYING, FOUND = re.compile(r"Querying for image "), re.compile(r"image_id=(\d+), image_name=")

@@ -12,9 +12,9 @@ import numpy as np
 
 from nightmap_eval.colmap_files import read_model
 from nightmap_eval.query_errors import PROTOCOLS, WRONG_CM, query_summary
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import Trajectory, associate, make_trajectory, quaternion, umeyama
 from nightmap_eval.trajectory_errors import absolute_errors
+from nightmap_site.script_errors import DataError
 
 # A model fits when this share of its map cameras lies within these distances of the metric map's.
 MIN_FIT_PERCENT = 90.0

@@ -6,9 +6,9 @@ nightmap's stages up to the trajectory. Stages that only the cloud and the grid 
 count, nor does the export of nightmap's map as a COLMAP model: neither locates anything.
 """
 
-from nightmap_eval.checked_reading import read_object
 from nightmap_eval.colmap_run import read_receipt
-from nightmap_eval.job_results import StageResult, folders_up_to
+from nightmap_site.checked_reading import read_object
+from nightmap_site.job_results import StageResult, folders_up_to
 
 # Phases of a query, and COLMAP's commands for each. A phase that is part of another one names it.
 PHASES = ("features", "search", "registration", "adjustment")

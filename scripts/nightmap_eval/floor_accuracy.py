@@ -3,11 +3,11 @@
 
 import numpy as np
 
-from nightmap_eval import unit_lists
-from nightmap_eval.checked_reading import NUMBER, read_object, read_toml, using
 from nightmap_eval.grid import compare_with_plan, read_grid
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.walls_and_doors import Sampler, door_figures, wall_figures
+from nightmap_site import unit_lists
+from nightmap_site.checked_reading import NUMBER, read_object, read_toml, using
+from nightmap_site.script_errors import DataError
 
 MAX_HEIGHT_ERROR_M = 0.5
 DEFAULT_ROBOT_WIDTH_M = 0.5

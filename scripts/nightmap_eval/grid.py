@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from nightmap_eval.checked_reading import REMEDY, read_text
-from nightmap_eval.script_errors import DataError
+from nightmap_site.checked_reading import REMEDY, read_text
+from nightmap_site.script_errors import DataError
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 

@@ -2,9 +2,9 @@
 """Reads the results of the localize stage: every query, and the poses of the located ones."""
 
 from nightmap_eval.artifacts import read_csv, to_ints
-from nightmap_eval.checked_reading import REMEDY
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import MAX_POSITION_M, make_trajectory
+from nightmap_site.checked_reading import REMEDY
+from nightmap_site.script_errors import DataError
 
 QUERY_COLUMNS = ("query_idx", "time_ns", "color_path", "status", "reason")
 VERDICTS = ("located", "ambiguous", "not_in_map", "no_features", "unreadable")

@@ -4,9 +4,9 @@
 import numpy as np
 
 from nightmap_eval.artifacts import read_csv, read_hdf5
-from nightmap_eval.checked_reading import REMEDY, using
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import angles_deg, rotation_matrices
+from nightmap_site.checked_reading import REMEDY, using
+from nightmap_site.script_errors import DataError
 
 MAX_ERROR_M, MAX_ERROR_DEG = 0.3, 10  # largest error of a true loop's relative pose
 REVISIT_M, REVISIT_DEG = 0.5, 20  # a frame is a revisit within this distance of an earlier frame ...

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """evaluate/metrics.json as the report needs it: checks the type of every figure that the report shows."""
 
-from nightmap_eval.checked_reading import NUMBER, REMEDY, check, read_object
 from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS
-from nightmap_eval.script_errors import DataError
+from nightmap_site.checked_reading import NUMBER, REMEDY, check, read_object
+from nightmap_site.script_errors import DataError
 
 UNKNOWN_OR_NUMBER = (*NUMBER, type(None))
 COVERAGE = {

@@ -5,8 +5,8 @@ import os
 
 import numpy as np
 
-from nightmap_eval.checked_reading import using
-from nightmap_eval.script_errors import DataError
+from nightmap_site.checked_reading import using
+from nightmap_site.script_errors import DataError
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",

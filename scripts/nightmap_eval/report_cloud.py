@@ -2,7 +2,7 @@
 """Section of the report on the cloud: its quality by measurements that need no truth."""
 
 from nightmap_eval import html
-from nightmap_eval.job_results import StageResult
+from nightmap_site.job_results import StageResult
 
 CLOUD_ROWS = (
     ("plane_thickness_median_m", "Thickness of flat surfaces, median per tile (cm)", 100),

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from nightmap_eval import html
 from nightmap_eval.artifacts import hash_if_there
-from nightmap_eval.checked_reading import read_json, using
 from nightmap_eval.comparison_table import comparison_rows
+from nightmap_site.checked_reading import read_json, using
 
 
 def _stale(site_dir, made_of):

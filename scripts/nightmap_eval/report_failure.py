@@ -2,7 +2,7 @@
 """The section of the report on a failed or killed run: failed jobs, the end of their logs, results out of date."""
 
 from nightmap_eval import html
-from nightmap_eval.checked_reading import read_object
+from nightmap_site.checked_reading import read_object
 
 FAILURE = {"goals": [str], "failed": [{"job": str, "log": [str]}], "out_of_date": [str], "num_out_of_date": int}
 

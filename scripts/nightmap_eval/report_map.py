@@ -5,13 +5,13 @@ import numpy as np
 
 from nightmap_eval import drawing, html
 from nightmap_eval.artifacts import Frames, read_csv
-from nightmap_eval.checked_reading import NUMBER, REMEDY, read_object, using
 from nightmap_eval.floor_accuracy import read_floors
 from nightmap_eval.grid import read_grid
 from nightmap_eval.report_cloud import cloud_section
 from nightmap_eval.report_stale import notes
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import MAX_POSITION_M, Similarity, associate, read_truth, read_tum, rotation_matrices
+from nightmap_site.checked_reading import NUMBER, REMEDY, read_object, using
+from nightmap_site.script_errors import DataError
 
 MAX_GAP_NS = 20_000_000
 DRIVE_FIGURES = (

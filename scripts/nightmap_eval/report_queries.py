@@ -7,8 +7,8 @@ from PIL import Image
 
 from nightmap_eval import html
 from nightmap_eval.artifacts import read_csv, to_ints
-from nightmap_eval.query_results import asked_pictures
 from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM
+from nightmap_site.query_results import asked_pictures
 
 MAX_PICTURES = 12
 THUMBNAIL_PX = (300, 200)

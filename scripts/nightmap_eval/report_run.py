@@ -2,8 +2,8 @@
 """Sections of the report on the run: summary line, stages, skipped items, configs."""
 
 from nightmap_eval import html
-from nightmap_eval.checked_reading import read_text
 from nightmap_eval.report_loops import loop_section
+from nightmap_site.checked_reading import read_text
 
 MAX_ROWS = 200
 

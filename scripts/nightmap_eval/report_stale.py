@@ -5,9 +5,9 @@ result."""
 import re
 import tomllib
 
-from nightmap_eval.checked_reading import read_toml, using
-from nightmap_eval.receipts import Hashes, Receipt
-from nightmap_eval.script_errors import printable
+from nightmap_site.checked_reading import read_toml, using
+from nightmap_site.receipts import Hashes, Receipt
+from nightmap_site.script_errors import printable
 
 # The line that run_job.sh adds to the log of a failed stage, and the stage's own error.
 FAILED = re.compile(r"nightmap: \w+ failed, exit code (\d+)")

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nightmap_eval.checked_reading import REMEDY, read_text
-from nightmap_eval.script_errors import DataError
+from nightmap_site.checked_reading import REMEDY, read_text
+from nightmap_site.script_errors import DataError
 
 MAX_TIME_NS = 2**63 - 1
 MAX_POSITION_M = 1e9  # beyond it squared distances lose the millimetres, and then overflow

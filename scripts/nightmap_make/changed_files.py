@@ -6,7 +6,7 @@ import glob
 import os
 import time
 
-from nightmap_eval.script_errors import writing
+from nightmap_site.script_errors import writing
 
 LEFT_BEHIND_S = 3600  # an older temporary file belongs to no running process
 

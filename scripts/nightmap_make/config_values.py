@@ -6,7 +6,7 @@ import json
 import shlex
 import tomllib
 
-from nightmap_eval.script_errors import os_error_text
+from nightmap_site.script_errors import os_error_text
 
 MAX_INTEGER = 2**63 - 1
 # Every mapped site holds this line: another one would write all its configs anew.

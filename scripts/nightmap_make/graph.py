@@ -4,11 +4,14 @@
 import glob
 import os
 
-from nightmap_eval.unit_lists import near
-from nightmap_make.declaration import PipelineError
 from nightmap_make.slots import slot_path
+from nightmap_site.declaration import PipelineError
+from nightmap_site.pipeline import closure
+from nightmap_site.unit_lists import near
 
 SITES = "configs/sites"
+# What evaluate and report import; a changed module makes their results stale.
+MODULES = ("scripts/nightmap_eval/*.py", "scripts/nightmap_site/*.py")
 
 
 class PathList:
@@ -143,18 +146,9 @@ class Graph:
             elif other.when == "asked" and os.path.exists(self.path_of(other, "receipt")):
                 needs.append(self.path_of(other, "receipt"))
         sections = [path for other in self.jobs.values() for path in other.sections.values()]
-        return needs + sorted(glob.glob("scripts/nightmap_eval/*.py")) + sections + [f"scripts/{job.script}"]
+        modules = [path for pattern in MODULES for path in sorted(glob.glob(pattern))]
+        return needs + modules + sections + [f"scripts/{job.script}"]
 
     def _all_outputs(self, job):
         ports = [*job.outputs, *job.run_files()]
         return [self.all_of(job, port) if job.units_of(port) != "site" else self.path_of(job, port) for port in ports]
-
-
-def closure(pipeline, goals, folders=()):
-    """Names of the jobs that goals, and files in some folders, need: the jobs that make them or their inputs."""
-    names = {job.name for job in pipeline.jobs.values() if job.goal in goals or job.folder in folders}
-    for job in reversed(pipeline.jobs.values()):
-        if job.name in names:
-            names |= {reference.job for reference in job.inputs if reference.job}
-            names |= {other.name for other in pipeline.jobs.values() if job.script and other.when != "asked"}
-    return names

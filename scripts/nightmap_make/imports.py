@@ -4,7 +4,7 @@
 import os
 import re
 
-from nightmap_make.declaration import PipelineError
+from nightmap_site.declaration import PipelineError
 
 # Neither Make nor a shell interprets these characters.
 PATH = re.compile(r"[\w.@+-]+(?:/[\w.@+-]+)*")

@@ -5,8 +5,8 @@ run_job.sh writes the lines of rules; NAME is `make` where a whole run begins an
 import os
 import time
 
-from nightmap_eval.script_errors import writing
 from nightmap_make.changed_files import write
+from nightmap_site.script_errors import writing
 
 RUN = "make"
 

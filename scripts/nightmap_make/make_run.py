@@ -7,15 +7,16 @@ import sys
 import time
 
 import remove_leftovers
-from nightmap_eval.script_errors import os_error_text
 from nightmap_make import clock, slots
 from nightmap_make.changed_files import write, write_if_changed
-from nightmap_make.graph import Graph, closure
+from nightmap_make.graph import Graph
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
 from nightmap_make.request import Refused
 from nightmap_make.rules_file import RulesFile, Times, list_goal
 from nightmap_make.site_state import SiteState
+from nightmap_site.pipeline import closure
+from nightmap_site.script_errors import os_error_text
 
 
 class MakeRun:

@@ -10,8 +10,8 @@ import re
 import shutil
 import tempfile
 
-from nightmap_eval.script_errors import writing
-from nightmap_make.declaration import PipelineError
+from nightmap_site.declaration import PipelineError
+from nightmap_site.script_errors import writing
 
 SEVERAL = 8  # programs checked at the same time
 # What the loader and the libraries say that are given no memory before a program's main begins.

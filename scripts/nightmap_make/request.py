@@ -8,11 +8,11 @@ import os
 from nightmap_make import preflight
 from nightmap_make.changed_files import write_if_changed
 from nightmap_make.config_values import ConfigError, canonical, load, plain_errors
-from nightmap_make.declaration import PipelineError
 from nightmap_make.imports import check_imports
 from nightmap_make.input_files import num_files
-from nightmap_make.pipeline import PROFILE_FILE, profile_text, read_pipeline
 from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
+from nightmap_site.declaration import PipelineError
+from nightmap_site.pipeline import PROFILE_FILE, profile_text, read_pipeline
 
 ENOUGH_FRAMES = 100  # fewer say little about the next
 MARGIN = 1.2

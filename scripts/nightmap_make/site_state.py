@@ -4,8 +4,8 @@
 import collections
 import os
 
-from nightmap_eval import unit_lists
-from nightmap_eval.script_errors import DataError
+from nightmap_site import unit_lists
+from nightmap_site.script_errors import DataError
 
 
 def _floor_stems(site_dir):

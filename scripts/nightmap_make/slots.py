@@ -11,10 +11,10 @@ import os
 import re
 from functools import partial
 
-from nightmap_eval.script_errors import DataError
 from nightmap_make import changed_files
 from nightmap_make.input_files import file_state
 from nightmap_make.run_receipts import DAMAGED, read_receipt
+from nightmap_site.script_errors import DataError
 
 IMAGE = re.compile(r"""^\s*image\s*:\s*["']?(.*?)["']?\s*(?:\s#.*)?$""", re.MULTILINE)
 
@@ -50,7 +50,7 @@ class LazyHashes:
 
     def is_same(self, entry):
         """Whether the file of a receipt's entry has the bytes it had."""
-        from nightmap_eval.receipts import Hashes
+        from nightmap_site.receipts import Hashes
         try:
             self._hashes = self._hashes or Hashes()
         except DataError:

@@ -5,8 +5,8 @@ import os
 import re
 from pathlib import Path
 
-from nightmap_eval.job_results import StageResult
-from nightmap_eval.script_errors import DataError
+from nightmap_site.job_results import StageResult
+from nightmap_site.script_errors import DataError
 
 TITLES = ("job", "made", "time (s)", "CPU (s)", "memory (MB)", "skipped", "warnings", "counts")
 WARNING = re.compile(rb"^\S+ (?:\x1b\[\S*)?warning", re.MULTILINE)

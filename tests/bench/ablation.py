@@ -18,11 +18,11 @@ from pathlib import Path
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
 from evaluate import evaluate_queries, match_with_truth
-from nightmap_eval.checked_reading import read_object, read_text
 from nightmap_eval.figure_page import put_figure
-from nightmap_eval.job_results import RECEIPT
-from nightmap_eval.script_errors import DataError, run_main
 from nightmap_eval.trajectory import read_truth, read_tum
+from nightmap_site.checked_reading import read_object, read_text
+from nightmap_site.job_results import RECEIPT
+from nightmap_site.script_errors import DataError, run_main
 
 MAX_GAP_NS = 20_000_000
 NO_LEVER = {"prioritized": "false", "covisibility_filter": "false", "local_optimization": "false",

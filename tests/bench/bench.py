@@ -17,11 +17,11 @@ import time
 from pathlib import Path
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
-from nightmap_eval.checked_reading import read_object
 from nightmap_eval.figure_page import put_figure
-from nightmap_eval.job_results import StageResult, folders_up_to
-from nightmap_eval.script_errors import DataError, run_main
-from nightmap_eval.unit_lists import read_shards
+from nightmap_site.checked_reading import read_object
+from nightmap_site.job_results import StageResult, folders_up_to
+from nightmap_site.script_errors import DataError, run_main
+from nightmap_site.unit_lists import read_shards
 
 STAGES = folders_up_to("map_frame")
 YARDSTICK = "features.max_gap_frames=0 features.num_features=1000"

@@ -20,10 +20,10 @@ from pathlib import Path
 import numpy as np
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
-from nightmap_eval.checked_reading import read_object, using
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import FREE, OCCUPIED, read_grid
-from nightmap_eval.script_errors import DataError, run_main
+from nightmap_site.checked_reading import read_object, using
+from nightmap_site.script_errors import DataError, run_main
 
 MAX_POSITION_ERROR_M, MAX_HEADING_ERROR_DEG = 0.05, 5.0
 ROUNDING = 2e-6  # rounding of drive.csv and path.csv

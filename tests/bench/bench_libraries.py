@@ -16,7 +16,7 @@ from pathlib import Path
 
 from checkout import CHECKOUT
 from nightmap_eval.figure_page import put_figure
-from nightmap_eval.script_errors import DataError, run_main
+from nightmap_site.script_errors import DataError, run_main
 
 
 def parse_arguments():

@@ -24,10 +24,10 @@ import numpy as np
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
 import padded_map
 from nightmap_eval.artifacts import read_csv
-from nightmap_eval.checked_reading import read_object
 from nightmap_eval.figure_page import put_figure
-from nightmap_eval.job_results import RECEIPT
-from nightmap_eval.script_errors import DataError, run_main
+from nightmap_site.checked_reading import read_object
+from nightmap_site.job_results import RECEIPT
+from nightmap_site.script_errors import DataError, run_main
 
 SIZES = (20_000, 50_000, 100_000, 200_000, 500_000)
 MOVED_M = 0.05

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
 from nightmap_eval.figure_page import put_figure
-from nightmap_eval.script_errors import DataError, run_main
+from nightmap_site.script_errors import DataError, run_main
 
 BUILDERS = {
     "OctoMap": ["--builder", "octomap"],

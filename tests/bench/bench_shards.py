@@ -19,7 +19,7 @@ from pathlib import Path
 
 from checkout import CHECKOUT
 from nightmap_eval.figure_page import put_figure
-from nightmap_eval.script_errors import DataError, run_main
+from nightmap_site.script_errors import DataError, run_main
 
 sys.path.append(str(CHECKOUT / "tests/e2e"))
 from stub_site import StubSite  # noqa: E402

@@ -18,11 +18,11 @@ import subprocess
 from pathlib import Path
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
-from nightmap_eval.checked_reading import read_text, using
 from nightmap_eval.figure_page import put_figure
-from nightmap_eval.job_results import StageResult
-from nightmap_eval.script_errors import DataError, run_main
-from nightmap_eval.unit_lists import near, read_tiles
+from nightmap_site.checked_reading import read_text, using
+from nightmap_site.job_results import StageResult
+from nightmap_site.script_errors import DataError, run_main
+from nightmap_site.unit_lists import near, read_tiles
 
 STAGES = ("tiles", "point_cloud", "octree", "grid")
 VIEW_M = 4.0  # a copy extends this far beyond its cameras

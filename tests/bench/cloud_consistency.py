@@ -13,10 +13,10 @@ from pathlib import Path
 
 from seeds import CHECKOUT, run_make
 
-from nightmap_eval.checked_reading import NUMBER, read_object
 from nightmap_eval.figure_page import put_figure
-from nightmap_eval.job_results import StageResult
-from nightmap_eval.script_errors import run_main
+from nightmap_site.checked_reading import NUMBER, read_object
+from nightmap_site.job_results import StageResult
+from nightmap_site.script_errors import run_main
 
 VALUES = (0, 1, 2)
 REPORT = {"num_points": int, "held_out_rays_agreeing_percent": NUMBER, "held_out_rays_blocked_percent": NUMBER}

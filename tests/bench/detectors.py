@@ -14,9 +14,9 @@ import argparse
 from pathlib import Path
 
 from seeds import CHECKOUT, cell, run_make
-from nightmap_eval.checked_reading import read_json
 from nightmap_eval.figure_page import put_figure
-from nightmap_eval.script_errors import DataError, run_main
+from nightmap_site.checked_reading import read_json
+from nightmap_site.script_errors import DataError, run_main
 
 DETECTORS = ("sift", "orb", "brisk", "fast_orb", "fast_brisk")
 COLUMNS = (

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from checkout import CHECKOUT
 from nightmap_eval.figure_page import put_figure
-from nightmap_eval.script_errors import DataError, run_main
+from nightmap_site.script_errors import DataError, run_main
 
 OFFICE, OFFICE_QUERIES = "hololens_office", "hololens_office_queries"
 FR1, FR1_QUERIES = "tum_fr1_xyz_15hz", "tum_fr1_xyz_15hz_queries"

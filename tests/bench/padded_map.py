@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
-from nightmap_eval.script_errors import DataError
+from nightmap_site.script_errors import DataError
 
 NORM = 512  # dimensions of a RootSIFT descriptor
 CELLS = (4, 4, 8)  # rows, columns, orientations

@@ -17,11 +17,11 @@ import subprocess
 from pathlib import Path
 
 from checkout import CHECKOUT
-from nightmap_eval.checked_reading import check, read_json
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.metrics_json import UNKNOWN_OR_NUMBER
 from nightmap_eval.query_errors import RECALL_THRESHOLDS
-from nightmap_eval.script_errors import DataError, run_main
+from nightmap_site.checked_reading import check, read_json
+from nightmap_site.script_errors import DataError, run_main
 
 
 

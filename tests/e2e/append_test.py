@@ -13,7 +13,7 @@ import unittest
 from rendered_sites import recording
 from workspace import REPOSITORY, SITE as BUILDING, Workspace
 
-from nightmap_eval.unit_lists import near  # of the scripts that workspace finds
+from nightmap_site.unit_lists import near  # of the scripts that workspace finds
 
 SITE = "tum_fr1_xyz_15hz"
 DATA = pathlib.Path(os.environ.get("NIGHTMAP_DATA", REPOSITORY / "../shared/data")).resolve()

@@ -22,7 +22,7 @@ import numpy as np
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(REPOSITORY / "scripts"))
 
-from nightmap_make.pipeline import read_pipeline  # noqa: E402
+from nightmap_site.pipeline import read_pipeline  # noqa: E402
 
 BUILD = pathlib.Path(os.environ.get("NIGHTMAP_BUILD", REPOSITORY / "build")).resolve()
 if not (BUILD / "programs.mk").exists():

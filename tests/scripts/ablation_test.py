@@ -7,7 +7,7 @@ from unittest import mock
 
 import fake_site  # noqa: F401  first: it makes the scripts importable
 import ablation
-from nightmap_eval.script_errors import DataError
+from nightmap_site.script_errors import DataError
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs/default/localize.toml"
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import fake_site
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
-from nightmap_eval.script_errors import DataError
+from nightmap_site.script_errors import DataError
 
 import bench_drive
 

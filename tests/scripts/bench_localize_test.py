@@ -10,7 +10,7 @@ import numpy as np
 
 import fake_site
 import padded_map
-from nightmap_eval.script_errors import DataError
+from nightmap_site.script_errors import DataError
 
 NUM_LANDMARKS, NUM_KEYFRAMES, NUM_FRAMES = 60, 4, 6
 NODES = [[1, 3, 0], [4, 2, 1], [0, 0, 1], [6, 2, 1], [0, 0, 2], [0, 0, 2], [0, 0, 2], [0, 0, 2]]

@@ -10,7 +10,7 @@ from unittest import mock
 import fake_site  # noqa: F401  first: it makes the benchmarks importable
 
 import bench_shards
-from nightmap_eval.script_errors import DataError
+from nightmap_site.script_errors import DataError
 
 
 class BenchShardsTest(unittest.TestCase):

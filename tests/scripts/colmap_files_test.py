@@ -20,8 +20,8 @@ from nightmap_eval.colmap_files import (
     replace_cameras,
     write_posed_images,
 )
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import rotation_matrices
+from nightmap_site.script_errors import DataError
 
 
 class ColmapFilesTest(unittest.TestCase):

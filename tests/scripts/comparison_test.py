@@ -17,7 +17,7 @@ from nightmap_eval.colmap_files import read_model
 from nightmap_eval.colmap_methods import MAPPER_RUNS, RUNS
 from nightmap_eval.comparison import Part, fit_to_map, locate_by_models, matched, model_trajectory, summaries
 from nightmap_eval.report_comparison import comparison_section
-from nightmap_eval.job_results import folders_up_to
+from nightmap_site.job_results import folders_up_to
 
 STEPS = ("features", "matches", "triangulate", "queries", "queries_default", *MAPPER_RUNS,
          *(run.register_step for run in RUNS))  # fmt: skip

@@ -10,7 +10,7 @@ import h5py
 
 import fake_site
 from nightmap_eval.colmap_run import read_receipt
-from nightmap_eval.script_errors import DataError
+from nightmap_site.script_errors import DataError
 
 # Damage that any JSON file may have.
 JSON = (b"", b"{", b"[]", b"5", b"\xff\xfe", b"[" * 100000, b'{"a": Infinity}', b"9" * 5000)

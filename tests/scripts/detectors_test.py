@@ -9,7 +9,7 @@ from unittest import mock
 
 import fake_site
 import detectors
-from nightmap_eval.script_errors import DataError
+from nightmap_site.script_errors import DataError
 
 
 class DetectorsTest(unittest.TestCase):

@@ -11,7 +11,7 @@ from pathlib import Path
 from fake_site import CHECKOUT  # finds the scripts, so first
 
 import describe_pipeline
-from nightmap_make.pipeline import read_pipeline
+from nightmap_site.pipeline import read_pipeline
 
 DOCS = sorted(str(page.relative_to(CHECKOUT)) for page in (CHECKOUT / "docs").rglob("*.md"))
 PAGES = ["README.md", "ARCHITECTURE.md", "datasets.md", *DOCS]
@@ -151,12 +151,12 @@ class DocsTest(unittest.TestCase):
             self.assertFalse(list(search.lists_in("x.py", text)), text)
 
     def test_every_site_of_the_project_is_tested(self):
-        """tests/io/site_config_test.cc lists them, since a user may put others into the folder."""
+        """tests/recording/site_config_test.cc lists them, since a user may put others into the folder."""
         listed = subprocess.run(["git", "ls-files", "configs/sites/*.toml"], cwd=CHECKOUT, capture_output=True, text=True)
         sites = {Path(name).stem for name in listed.stdout.split() if name.count("/") == 2}
         if listed.returncode != 0 or not sites:
             self.skipTest("not a checkout of git")
-        test = text_of("tests/io/site_config_test.cc").split("TheSitesOfTheProjectAreValid")[1]
+        test = text_of("tests/recording/site_config_test.cc").split("TheSitesOfTheProjectAreValid")[1]
         self.assertEqual(set(re.findall(r'"(\w+)"', test.split("}) {")[0])), sites)
 
     def test_paths_that_are_named_exist(self):

@@ -16,8 +16,8 @@ from nightmap_eval.artifacts import to_json
 from nightmap_eval.cloud_accuracy import distances_m
 from nightmap_eval.grid import Grid, compare_with_plan, read_grid, read_pgm
 from nightmap_eval.ply import read_ply
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import Similarity
+from nightmap_site.script_errors import DataError
 
 IDENTITY = Similarity(1.0, np.eye(3), np.zeros(3))
 

@@ -18,8 +18,8 @@ for folder in (SCRIPTS, CHECKOUT / "tests" / "bench"):
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
 
-from nightmap_eval.script_errors import run_main  # noqa: E402
 from nightmap_eval.trajectory import Trajectory, quaternion  # noqa: E402
+from nightmap_site.script_errors import run_main  # noqa: E402
 
 NUM_FRAMES = 40
 POSE_HEADER = "tx_m,ty_m,tz_m,qx,qy,qz,qw"

@@ -11,7 +11,7 @@ from unittest import mock
 import fake_site
 import figures
 from nightmap_eval import figure_page
-from nightmap_eval.script_errors import DataError
+from nightmap_site.script_errors import DataError
 
 PAGE = "a\n<!-- accuracy:begin -->\nold\n<!-- accuracy:end -->\nb\n"
 FOLDERS = {key: Path("folder") for key in ("data", "maps", "build", "page")} | {"threads": 2}

@@ -9,12 +9,12 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-import fake_site  # finds nightmap_eval
+import fake_site  # finds the scripts
 from nightmap_eval.artifacts import bridged_frames
-from nightmap_eval.checked_reading import read_json, read_toml
 from nightmap_eval.grid import read_grid
 from nightmap_eval.ply import read_ply
-from nightmap_eval.script_errors import DataError
+from nightmap_site.checked_reading import read_json, read_toml
+from nightmap_site.script_errors import DataError
 
 MAX_BYTES = 4 << 30  # of address space: libraries alone reserve one
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-import fake_site  # noqa: F401  (finds nightmap_eval)
+import fake_site  # noqa: F401  (finds the scripts)
 from nightmap_eval import loop_accuracy
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import make_trajectory
+from nightmap_site.script_errors import DataError
 
 NUM_FRAMES = 41
 

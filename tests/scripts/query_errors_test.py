@@ -7,8 +7,8 @@ import numpy as np
 
 from fake_site import moved, rotation_about, walk
 from nightmap_eval.query_errors import MIN_LOCAL_FRAMES, global_errors, local_errors, near_frames, query_summary
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import Trajectory, quaternion
+from nightmap_site.script_errors import DataError
 
 TURN, SHIFT_M = rotation_about([1, 2, 3], 0.7), np.array([4.0, -5.0, 6.0])
 

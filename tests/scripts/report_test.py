@@ -14,12 +14,12 @@ from PIL import Image
 
 import fake_site
 from nightmap_eval import html
-from nightmap_eval.receipts import Hashes
 from nightmap_eval.report_cloud import cloud_section
 from nightmap_eval.report_map import _building_rows, plan_section, truth_in_map
 from nightmap_eval.report_queries import choose
 from nightmap_eval.report_stale import notes
-from nightmap_eval.script_errors import DataError
+from nightmap_site.receipts import Hashes
+from nightmap_site.script_errors import DataError
 
 VOID_TAGS = ("meta", "img")
 

@@ -9,13 +9,13 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import fake_site  # noqa: F401  (finds the scripts)
-from nightmap_eval.site import CONFIGS
 from nightmap_make import preflight, why
 from nightmap_make.graph import Graph
-from nightmap_make.pipeline import PipelineError, read_pipeline
 from nightmap_make.request import Asked
 from nightmap_make.rules_file import RulesFile, Times
 from nightmap_make.site_state import SiteState
+from nightmap_site.pipeline import PipelineError, read_pipeline
+from nightmap_site.site import CONFIGS
 
 DECLARED = """
 [frames]

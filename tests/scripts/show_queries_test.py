@@ -7,8 +7,8 @@ import unittest
 from pathlib import Path
 
 import fake_site
-from nightmap_eval.query_results import asked_pictures
 from nightmap_eval.report_queries import query_section
+from nightmap_site.query_results import asked_pictures
 
 HEADER = ("query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,confidence,"
           "reprojection_error_px,position_sigma_m,rotation_sigma_deg,tx_m,ty_m,tz_m,qx,qy,qz,qw")

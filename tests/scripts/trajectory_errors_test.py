@@ -9,7 +9,6 @@ import numpy as np
 
 from fake_site import moved, rotation_about, walk, write_tum
 from nightmap_eval.query_errors import query_summary, recall_percent
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import (
     Trajectory,
     angles_deg,
@@ -28,6 +27,7 @@ from nightmap_eval.trajectory_errors import (
     rpe_per_frame,
     rpe_per_metre,
 )
+from nightmap_site.script_errors import DataError
 
 
 def random_rotation(random):

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import fake_site  # noqa: F401  (finds the scripts)
 import remove_leftovers
-from nightmap_eval.site import CONFIGS
-from nightmap_eval.script_errors import DataError
-from nightmap_eval.unit_lists import CurrentRuns, near, read_floors, read_shards, read_tiles
 from nightmap_make.graph import Graph
-from nightmap_make.pipeline import read_pipeline
 from nightmap_make.site_state import SiteState
+from nightmap_site.pipeline import read_pipeline
+from nightmap_site.script_errors import DataError
+from nightmap_site.site import CONFIGS
+from nightmap_site.unit_lists import CurrentRuns, near, read_floors, read_shards, read_tiles
 
 PIPELINE = read_pipeline(str(CONFIGS))
 SHARDS = "nightmap shards, version 1, 3 names\n0000\n0001\n0002\n"

@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 
 import fake_site
-from nightmap_eval.receipts import Hashes
+from nightmap_site.receipts import Hashes
 
 DAMAGED = (b"", b"{", b"[]", b"5", b"{}", b'{"inputs": [], "outputs": []}', b'{"inputs": [5], "outputs": []}', b"\xff\xfe",
            b'{"inputs": [], "outputs": [{"path": 5, "name": "a"}]}', b"[" * 100000, b'{"a": NaN}', b"1" * 5000,

@@ -12,9 +12,9 @@ import fake_site
 from fake_site import rotation_about
 from nightmap_eval.floor_accuracy import evaluate_floors, read_floors
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.trajectory import Similarity
 from nightmap_eval.walls_and_doors import Sampler, door_figures, passage_width_m, wall_figures
+from nightmap_site.script_errors import DataError
 
 CELL_M = 0.05
 WALL = 1

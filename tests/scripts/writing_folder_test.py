@@ -11,8 +11,8 @@ from pathlib import Path
 
 import fake_site  # noqa: F401  (puts the scripts on the path)
 from nightmap_eval.artifacts import write_atomic
-from nightmap_eval.script_errors import DataError
 from nightmap_eval.writing_folder import WritingFolder
+from nightmap_site.script_errors import DataError
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 WRITER = """

@@ -7,9 +7,9 @@ import math
 import os
 import re
 
-from nightmap_eval import unit_lists
-from nightmap_eval.checked_reading import REMEDY, read_text, read_toml, using
-from nightmap_eval.script_errors import DataError
+from nightmap_site import unit_lists
+from nightmap_site.checked_reading import REMEDY, read_text, read_toml, using
+from nightmap_site.script_errors import DataError
 
 # The line that scripts/resolve_config.py writes before the first [[query]] that QUERY adds.
 MARK = re.compile(r"^# This was the text of .*; QUERY adds:$", re.MULTILINE)

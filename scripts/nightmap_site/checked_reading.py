@@ -9,7 +9,7 @@ import math
 import os
 from contextlib import contextmanager
 
-from nightmap_eval.script_errors import DataError
+from nightmap_site.script_errors import DataError
 
 REMEDY = "delete the file and run make again"
 NUMBER = (int, float)

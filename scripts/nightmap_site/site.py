@@ -4,8 +4,8 @@
 import importlib.util
 from pathlib import Path
 
-from nightmap_eval.script_errors import DataError
-from nightmap_make.pipeline import pipeline_of_site
+from nightmap_site.pipeline import pipeline_of_site
+from nightmap_site.script_errors import DataError
 
 # The tree that make works in (its scripts may be a link), else the checkout.
 CHECKOUT = Path(".") if Path("configs/pipeline.toml").is_file() else Path(__file__).resolve().parents[2]

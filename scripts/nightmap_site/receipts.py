@@ -6,8 +6,8 @@ import ctypes.util
 import os
 from pathlib import Path
 
-from nightmap_eval.checked_reading import read_object, using
-from nightmap_eval.script_errors import DataError
+from nightmap_site.checked_reading import read_object, using
+from nightmap_site.script_errors import DataError
 
 CHUNK_BYTES = 1 << 20
 FILE = {"path": str, "name": str, "?xxh3": str}

@@ -11,7 +11,7 @@ import os
 import re
 import stat
 
-from nightmap_eval.script_errors import DataError
+from nightmap_site.script_errors import DataError
 
 MAX_BYTES = 1 << 24
 HEADER = re.compile(r"nightmap (\w+), version 1, (0|[1-9]\d{0,8}) names")

@@ -3,16 +3,16 @@
 
 from pathlib import Path
 
-from nightmap_eval.checked_reading import NUMBER, read_object
-from nightmap_eval.site import CONFIGS, Site
-from nightmap_eval.unit_lists import CurrentRuns
-from nightmap_make.graph import closure
-from nightmap_make.pipeline import read_pipeline
+from nightmap_site.checked_reading import NUMBER, read_object
+from nightmap_site.pipeline import closure
+from nightmap_site.pipeline import read_pipeline
+from nightmap_site.site import CONFIGS, Site
+from nightmap_site.unit_lists import CurrentRuns
 
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
 
 
-# The fields that reports and receipts must have, see nightmap_eval.checked_reading.check.
+# The fields that reports and receipts must have, see nightmap_site.checked_reading.check.
 REPORT = {"?skipped": [str]}
 RECEIPT = {
     "?wall_time_s": NUMBER, "?cpu_time_s": NUMBER, "?peak_memory_bytes": NUMBER, "?build_type": str,

@@ -5,7 +5,7 @@ import json
 import os
 import re
 
-from nightmap_make.declaration import Declaration, PipelineError, read_toml
+from nightmap_site.declaration import Declaration, PipelineError, read_toml
 
 KEYS = {"purpose", "program", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads", "stamp",
         "kB_per_frame", "section"}  # fmt: skip
@@ -196,6 +196,16 @@ def read_pipeline(configs, profile="default", imports=()):
     jobs = {name: Job(name, table, declaration.places(name)) for name, table in declaration.jobs.items()}
     goals = {name: Goal(name, table, declaration.path) for name, table in declaration.goals.items()}
     return Pipeline(jobs, goals, declaration.clashes)
+
+
+def closure(pipeline, goals, folders=()):
+    """Names of the jobs that goals, and files in some folders, need: the jobs that make them or their inputs."""
+    names = {job.name for job in pipeline.jobs.values() if job.goal in goals or job.folder in folders}
+    for job in reversed(pipeline.jobs.values()):
+        if job.name in names:
+            names |= {reference.job for reference in job.inputs if reference.job}
+            names |= {other.name for other in pipeline.jobs.values() if job.script and other.when != "asked"}
+    return names
 
 
 # What the pipeline of a site follows from, for scripts that get the folder of the site.
