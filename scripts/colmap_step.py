@@ -46,14 +46,14 @@ MAX_EXHAUSTIVE = 100
 
 def features(work):
     work.query_rows()  # fail before the map is built, which takes hours
-    frames = Frames(work.site_dir)
-    work.extract(work.step.folder / "database.db", frames.rows, "frames/cameras.json")
+    frames = Frames(work.site)
+    work.extract(work.step.folder / "database.db", frames.rows, work.site.needed("frames", "cameras"))
     return {"num_images": len(frames)}
 
 
 def matches(work):
     database = work.copy_database("features")
-    if len(Frames(work.site_dir)) <= MAX_EXHAUSTIVE:
+    if len(Frames(work.site)) <= MAX_EXHAUSTIVE:
         work.step.colmap("exhaustive_matcher", database_path=database, **work.matching)
         return {"matching": "exhaustive"}
     tree = work.step.folder / "vocabulary.bin"
@@ -82,12 +82,12 @@ def mapper(work, seed):
 def triangulate(work):
     database = work.copy_database("matches")
     work.calibrate(database)
-    trajectory = read_tum(work.site_dir / "map_frame" / "trajectory.tum")
+    trajectory = read_tum(work.site.needed("map_frame", "trajectory"))
     poses = zip(trajectory.rotations(), trajectory.positions_m)
     pose_of_time = dict(zip(trajectory.times_ns.tolist(), poses))
     pose_of_name = {
         row["color_path"]: pose_of_time[int(row["time_ns"])]
-        for row in Frames(work.site_dir).rows if int(row["time_ns"]) in pose_of_time
+        for row in Frames(work.site).rows if int(row["time_ns"]) in pose_of_time
     }  # fmt: skip
     posed, model = work.step.folder / "posed", work.step.folder / "models" / "0"
     write_posed_images(posed, database, pose_of_name)
@@ -107,8 +107,8 @@ def queries(work, step):
         raise ColmapSkipped("queries are matched with all mapping frames")
     database, rows = work.copy_database("matches"), work.query_rows()
     names = [row["color_path"] for row in rows]
-    work.extract(database, rows, "queries/query_cameras.json")
-    map_names = [row["color_path"] for row in Frames(work.site_dir).rows]
+    work.extract(database, rows, work.site.needed("queries", "query_cameras"))
+    map_names = [row["color_path"] for row in Frames(work.site).rows]
     if tree.exists():
         found = work.retrieve(database, tree, names, map_names, MATCHED_WITH[step])
         matching = f"with the {MATCHED_WITH[step]} mapping frames most similar by that vocabulary tree"

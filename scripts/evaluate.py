@@ -150,49 +150,45 @@ def evaluate_queries(path, truth_path, map_pair, max_gap_ns):
     return figures
 
 
-def evaluate_loops(site_dir, frames, max_gap_ns):
+def evaluate_loops(site, frames, max_gap_ns):
     """Counts of the loop candidates and, where the truth is known, their accuracy."""
-    rows = read_loops(site_dir / "pose_graph" / "loops.csv")
+    rows = read_loops(site.path("pose_graph", "loops_csv"))
     figures = loop_counts(rows)
-    truth_path = site_dir / "frames" / "ground_truth.tum"
-    measured = site_dir / "loops" / "loops.h5"
-    if truth_path.exists() and measured.exists():
-        truth = read_truth(truth_path)
+    measured = site.made("loops", "loops")
+    if site.ground_truth.exists() and measured:
+        truth = read_truth(site.ground_truth)
         pairs = associate(frames.times_ns, truth.times_ns, max_gap_ns)
         known, truth = frames.frame_idxs[pairs[:, 0]], truth.select(pairs[:, 1])
         figures |= loop_metrics(rows, read_relative_poses(measured), known, truth)
     return figures
 
 
-def truth_folder(arguments):
+def truth_folder(site, arguments):
     """DATA/<root>/truth of the site config; it exists for synthetic sites."""
-    site_dir = arguments.site_dir
-    resolved = site_dir / "config" / "site" / f"{site_dir.resolve().name}.toml"
-    config = arguments.site_config or resolved
+    config = arguments.site_config or site.config / "site" / f"{site.name}.toml"
     if not config.exists():
         if arguments.site_config:
             raise DataError(f"{config}: no such site config")
         return None
-    site = read_toml(config)
-    check(site, {"?root": str}, str(config))
-    return arguments.data / site.get("root", ".") / "truth"
+    tables = read_toml(config)
+    check(tables, {"?root": str}, str(config))
+    return arguments.data / tables.get("root", ".") / "truth"
 
 
-def evaluate_map(site_dir, truth_dir, alignment):
+def evaluate_map(site, truth_dir, alignment):
     """Cloud and grid against the exact building (truth frame = building frame)."""
     figures = {}
-    surfaces, cloud = truth_dir / "surfaces.ply", site_dir / "point_cloud" / "cloud.ply"
-    if surfaces.exists() and cloud.exists():
+    surfaces, cloud = truth_dir / "surfaces.ply", site.made("join_clouds", "cloud")
+    if surfaces.exists() and cloud:
         vertices, triangles = read_ply(surfaces)
         figures["cloud"] = cloud_metrics(read_ply(cloud)[0], alignment, vertices, triangles)
-    plan, grid = truth_dir / "floor_plan.yaml", site_dir / "grid" / "map.yaml"
-    if plan.exists() and grid.exists():
-        figures["grid"] = evaluate_floors(site_dir, truth_dir, alignment)
+    if (truth_dir / "floor_plan.yaml").exists() and site.made("grid", "yaml"):
+        figures["grid"] = evaluate_floors(site, truth_dir, alignment)
     return figures
 
 
 def coverage(site, estimate, frames):
-    figures = evaluate_coverage(frames, estimate, bridged_frames(site.folder), frames_apart(site.folder), num_unusable_frames(site.folder))
+    figures = evaluate_coverage(frames, estimate, bridged_frames(site), frames_apart(site), num_unusable_frames(site))
     keyframes = site.made("map_frame", "keyframes")
     return figures | ({"num_keyframes": len(read_tum(keyframes))} if keyframes else {})
 
@@ -200,22 +196,21 @@ def coverage(site, estimate, frames):
 def evaluate_camera(site, arguments):
     """Figures of the camera's trajectory, the located queries, the loops and the map."""
     max_gap_ns = round(arguments.max_gap_s * 1e9)
-    estimate, frames = read_tum(site.path("map_frame", "trajectory")), Frames(site.folder)
+    estimate, frames = read_tum(site.path("map_frame", "trajectory")), Frames(site)
     figures = {"coverage": coverage(site, estimate, frames)}
-    truth_path, map_pair, alignment = site.folder / "frames" / "ground_truth.tum", None, None
-    figures["has_ground_truth"] = truth_path.exists()
-    if truth_path.exists():
-        map_pair = match_with_truth(estimate, read_truth(truth_path), max_gap_ns)
+    map_pair = alignment = None
+    figures["has_ground_truth"] = site.ground_truth.exists()
+    if site.ground_truth.exists():
+        map_pair = match_with_truth(estimate, read_truth(site.ground_truth), max_gap_ns)
         figures["trajectory"], alignment = evaluate_trajectory(frames, *map_pair)
     queries = site.made("localize", "queries")
     if queries:
-        query_truth = site.folder / "queries" / "query_ground_truth.tum"
-        figures["queries"] = evaluate_queries(queries, query_truth, map_pair, max_gap_ns)
+        figures["queries"] = evaluate_queries(queries, site.query_ground_truth, map_pair, max_gap_ns)
     if site.made("pose_graph", "loops_csv"):
-        figures["loops"] = evaluate_loops(site.folder, frames, max_gap_ns)
-    truth_dir = truth_folder(arguments)
+        figures["loops"] = evaluate_loops(site, frames, max_gap_ns)
+    truth_dir = truth_folder(site, arguments)
     if alignment is not None and truth_dir is not None and truth_dir.exists():
-        figures["map"] = evaluate_map(site.folder, truth_dir, alignment)
+        figures["map"] = evaluate_map(site, truth_dir, alignment)
     return figures
 
 

@@ -33,9 +33,8 @@ from nightmap_eval.located_queries import read_located, refuse_mapped_queries
 from nightmap_eval.query_errors import PROTOCOLS
 from nightmap_eval.trajectory import read_truth, read_tum
 from nightmap_site.script_errors import DataError, run_main
+from nightmap_site.site import Site
 
-TRUTH = ("frames/ground_truth.tum", "queries/query_ground_truth.tum")
-MADE_OF = ("map_frame/trajectory.tum", "localize/queries.csv", *TRUTH)
 NEAR = "recall_5cm_5deg_percent"
 SETTING = (
     "map images: all mapping frames of nightmap",
@@ -57,33 +56,35 @@ def parse_arguments():
     return parser.parse_args()
 
 
-class Site:
-    """Data that all methods share: frames, queries, nightmap's result, the truth if it is known."""
+class ComparedSite(Site):
+    """A site with the data that all methods share: frames, queries, nightmap's result, the truth if it is known."""
 
     def __init__(self, site_dir):
-        self.dir, self.colmap = site_dir, site_dir / "evaluate_colmap"
-        self.trajectory = read_tum(site_dir / "map_frame" / "trajectory.tum")
-        self.rows, self.query_times_ns, located = read_located(site_dir / "localize" / "queries.csv")
+        super().__init__(site_dir)
+        trajectory, queries = self.needed("map_frame", "trajectory"), self.needed("localize", "queries")
+        self.truth_paths = (self.ground_truth, self.query_ground_truth)
+        self.made_of = (trajectory, queries, *self.truth_paths)
+        self.trajectory = read_tum(trajectory)
+        self.rows, self.query_times_ns, located = read_located(queries)
         self.nightmap = Located("nightmap", [Part(self.trajectory, located)])
-        frames = Frames(site_dir)
+        frames = Frames(self)
         self.map_times = {row["color_path"]: int(t) for row, t in zip(frames.rows, frames.times_ns)}
         self.query_times = {r["color_path"]: int(t) for r, t in zip(self.rows, self.query_times_ns)}
         refuse_mapped_queries(self.query_times, self.map_times)
 
     def truth(self):
         """The truth as a Part, or None."""
-        paths = [self.dir / name for name in TRUTH]
-        return Part(*map(read_truth, paths)) if all(path.exists() for path in paths) else None
+        return Part(*map(read_truth, self.truth_paths)) if all(path.exists() for path in self.truth_paths) else None
 
     def locate_by_colmap(self, run):
         """None when the run is skipped because it would repeat another."""
-        folder = self.colmap / run.register_step
+        folder = self.evaluate_colmap / run.register_step
         receipt = read_receipt(folder)
         if "skipped" in receipt:
             return None
         if receipt["failed"]:
             return Located(run.method, failed=receipt["failed"])
-        mapped = self.colmap / run.map_step / "models"
+        mapped = self.evaluate_colmap / run.map_step / "models"
         return locate_by_models(
             run.method, mapped, folder / "models", self.map_times, self.query_times, self.trajectory
         )
@@ -122,7 +123,7 @@ def method_figures(site, method, references):
 
 def run_figures(site, run, located, reference):
     """The entry of results.json for one of several runs."""
-    costs = colmap_costs(site.dir, run, len(site.rows))
+    costs = colmap_costs(site, run, len(site.rows))
     figures = {"map": run.map_step, "failed": located.failed, "num_located": located.num_located(),
                NEAR: near_percent(located, reference)}  # fmt: skip
     return figures | {key: costs[key] for key in ("map_time_s", "time_per_query_s")}
@@ -190,10 +191,10 @@ def write_plots(site, methods, errors, num_queries, folder):
     if errors_cm:
         plots["recall.png"] = recall_png(errors_cm, num_queries)
         plots["errors.png"] = histogram_png(errors_cm)
-    grid = site.dir / "grid" / "map.yaml"
+    grid = site.made("grid", "yaml")
     positions_m = {m.name: m.merged().queries.positions_m for m in methods if m.num_located()}
     plots["queries.png"] = queries_png(
-        read_grid(grid) if grid.exists() else None, site.trajectory.positions_m, positions_m
+        read_grid(grid) if grid else None, site.trajectory.positions_m, positions_m
     )
     for name, png in plots.items():
         write_atomic(folder / name, png)
@@ -204,14 +205,14 @@ def settings(site):
     matching = {
         name: receipt.get("matching", receipt.get("skipped", "failed"))
         for name, step in (("matching", "matches"), ("query_matching", "queries"), ("default_matching", "queries_default"))
-        for receipt in [read_receipt(site.colmap / step)]
+        for receipt in [read_receipt(site.evaluate_colmap / step)]
     }  # fmt: skip
     return [line.format(**matching) for line in SETTING]
 
 
 def main():
     arguments = parse_arguments()
-    site = Site(arguments.site_dir)
+    site = ComparedSite(arguments.site_dir)
     truth, folder = site.truth(), arguments.out.parent
     reference = truth or site.nightmap.merged()
     runs_of = {name: runs for name in METHODS if (runs := site.runs_of(name))}
@@ -219,19 +220,19 @@ def main():
     methods = [site.nightmap, *(located for _, located in chosen)]
     references = {"truth": truth} if truth else {}
     references |= {m.name: m.merged() for m in methods if m.num_located()}
-    figures = {"nightmap": method_figures(site, site.nightmap, references) | nightmap_costs(site.dir, len(site.rows))}
+    figures = {"nightmap": method_figures(site, site.nightmap, references) | nightmap_costs(site, len(site.rows))}
     for run, located in chosen:
-        costs = colmap_costs(site.dir, run, len(site.rows))
+        costs = colmap_costs(site, run, len(site.rows))
         figures[run.method] = method_figures(site, located, references) | costs
         if len(runs_of[run.method]) > 1:
             figures[run.method]["map"] = run.map_step
             figures[run.method]["runs"] = [run_figures(site, *each, reference) for each in runs_of[run.method]]
-    matches = read_receipt(site.colmap / "matches")
+    matches = read_receipt(site.evaluate_colmap / "matches")
     results = {
-        "format": "nightmap comparison with COLMAP", "version": 2, "site": site.dir.resolve().name,
+        "format": "nightmap comparison with COLMAP", "version": 2, "site": site.name,
         "colmap": matches["colmap"], "threads": matches["threads"], "setting": settings(site),
         "num_map_frames": len(site.map_times), "has_ground_truth": truth is not None,
-        "made_of": {name: hash_if_there(site.dir / name) for name in MADE_OF},
+        "made_of": {str(path.relative_to(site.folder)): hash_if_there(path) for path in site.made_of},
         "methods": figures,
     }  # fmt: skip
     errors = errors_by_method(methods, truth) if truth else {}

@@ -22,6 +22,7 @@ from nightmap_eval.grid import read_grid  # noqa: E402
 from nightmap_eval.report_map import accepted_loops, path_floor, read_path  # noqa: E402
 from nightmap_eval.trajectory import read_tum  # noqa: E402
 from nightmap_site.script_errors import DataError, run_main  # noqa: E402
+from nightmap_site.site import Site  # noqa: E402
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 MAX_BYTES = 300 * 1024
@@ -46,25 +47,25 @@ def show_frames(figure, cells, data, rows):
         axes.axis("off")
 
 
-def show_plan(axes, site_dir):
-    estimate = read_tum(site_dir / "map_frame" / "trajectory.tum")
-    draw_grid(axes, read_grid(site_dir / "grid" / "map.yaml"))
-    draw_trajectory(axes, estimate.positions_m, None, accepted_loops(site_dir, estimate))
-    path_m = read_path(site_dir)
-    if path_m is not None and len(path_m) and path_floor(site_dir) == 0:
+def show_plan(axes, site):
+    estimate = read_tum(site.needed("map_frame", "trajectory"))
+    draw_grid(axes, read_grid(site.needed("grid", "yaml")))
+    draw_trajectory(axes, estimate.positions_m, None, accepted_loops(site, estimate))
+    path_m = read_path(site)
+    if path_m is not None and len(path_m) and path_floor(site) == 0:
         draw_path(axes, path_m)
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
     axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def draw(site_dir, data):
+def draw(site, data):
     figure = plt.figure(figsize=(10, 4.6))
     layout = figure.add_gridspec(2, 2, width_ratios=(1, 2.6), wspace=0.12, hspace=0.15)
-    rows = Frames(site_dir).rows
+    rows = Frames(site).rows
     shown = (rows[len(rows) // 5], rows[3 * len(rows) // 5])
     show_frames(figure, (layout[0, 0], layout[1, 0]), data, shown)
-    show_plan(figure.add_subplot(layout[:, 1]), site_dir)
+    show_plan(figure.add_subplot(layout[:, 1]), site)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=95, bbox_inches="tight", metadata={"Software": None})
     plt.close(figure)
@@ -73,8 +74,9 @@ def draw(site_dir, data):
 
 def main():
     arguments = parse_arguments()
-    out = arguments.out or CHECKOUT / "docs" / f"{arguments.site_dir.resolve().name}.png"
-    png = draw(arguments.site_dir, arguments.data)
+    site = Site(arguments.site_dir)
+    out = arguments.out or CHECKOUT / "docs" / f"{site.name}.png"
+    png = draw(site, arguments.data)
     if len(png) > MAX_BYTES:
         raise DataError(f"{out}: would be {len(png)} bytes, above {MAX_BYTES}")
     write_atomic(out, png)

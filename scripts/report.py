@@ -36,25 +36,25 @@ def make_report(site_dir, data):
     """Returns the page. After a failed run it begins with the failure, and it appears even if files are damaged."""
     if not site_dir.is_dir():
         raise DataError(f"{site_dir}: no such folder; run `make map` first")
-    title = f"nightmap: {site_dir.resolve().name}"
-    failure = read_failure(site_dir)
+    site = Site(site_dir)
+    title = f"nightmap: {site.name}"
+    failure = read_failure(site)
     if failure is None:
-        return html.page(title, *lead_and_sections(site_dir, data))
+        return html.page(title, *lead_and_sections(site, data))
     try:
-        lead, sections = lead_and_sections(site_dir, data)
+        lead, sections = lead_and_sections(site, data)
     except (DataError, OSError) as error:
         lead, sections = "Some of the results cannot be shown.", [html.section("Results", html.paragraph(str(error), "failed"))]
     return html.page(title, lead, [failure_section(failure), *sections])
 
 
-def lead_and_sections(site_dir, data):
-    site = Site(site_dir)
-    metrics = read_metrics(site_dir / "evaluate" / "metrics.json")
-    stages = read_stages(site_dir)
+def lead_and_sections(site, data):
+    metrics = read_metrics(site.made("evaluate", "metrics"))
+    stages = read_stages(site)
     sections = [
         *map_sections(site, metrics),
-        *([query_section(site_dir, metrics, data)] if site.has("localize") else []),
-        *filter(None, [comparison_section(site_dir)]),
+        *([query_section(site, metrics, data)] if site.has("localize") else []),
+        *filter(None, [comparison_section(site)]),
         *(section for _, module in site.sections("report") for section in module.sections(site, metrics)),
         *run_sections(site, metrics, stages),
     ]

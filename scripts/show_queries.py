@@ -15,6 +15,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from nightmap_site.query_results import Floors, asked_pictures, read_queries  # noqa: E402
 from nightmap_site.script_errors import printable, run_main  # noqa: E402
+from nightmap_site.site import Site  # noqa: E402
 
 NUM_OWN = 12
 
@@ -45,7 +46,8 @@ def counted(queries):
 
 
 def lines(site_dir):
-    queries, asked, floors = read_queries(site_dir), asked_pictures(site_dir), Floors(site_dir)
+    site = Site(site_dir)
+    queries, asked, floors = read_queries(site), asked_pictures(site), Floors(site)
     of_query = [query for query in queries if query.picture in asked]
     own = [query for query in queries if query.picture not in asked]
     result = table(of_query, floors) if of_query else []

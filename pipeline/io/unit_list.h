@@ -9,7 +9,7 @@
 namespace nightmap {
 
 // A line `nightmap <kind>, version 1, <n> names`, then one name per line. The count shows whether
-// the list is complete. scripts/nightmap_eval/unit_lists.py also reads it.
+// the list is complete. scripts/nightmap_site/unit_lists.py also reads it.
 std::string NameListToText(std::string_view kind, const std::vector<std::string>& names);
 
 }  // namespace nightmap

@@ -60,20 +60,19 @@ def read_hdf5(path, *names):
         raise DataError(f"{path}: {error}; {REMEDY}") from None
 
 
-def shard_names(site_dir):
+def shard_names(site):
     """Names of the shards, in order."""
-    return whole(read_shards, site_dir)
+    return whole(read_shards, site.folder)
 
 
 class Frames:
     """The mapping frames of a site, in order."""
 
-    def __init__(self, site_dir):
+    def __init__(self, site):
         self.rows = []
-        for name in shard_names(site_dir):
-            path = Path(site_dir) / "frames" / f"shard_{name}.csv"
-            self.rows += read_csv(path, ("frame_idx", "time_ns", "sequence_idx", "color_path"))
-        source = Path(site_dir) / "frames"
+        for name in shard_names(site):
+            self.rows += read_csv(site.path("frames", "shard", name), ("frame_idx", "time_ns", "sequence_idx", "color_path"))
+        source = site.folder_of("frames")
         self.frame_idxs = to_ints(self.rows, "frame_idx", source)
         self.times_ns = to_ints(self.rows, "time_ns", source)
         self.sequence_idxs = to_ints(self.rows, "sequence_idx", source)
@@ -84,32 +83,29 @@ class Frames:
         return len(self.rows)
 
 
-def bridged_frames(site_dir):
+def bridged_frames(site):
     """Frames without a verified pair: odometry guessed their pose."""
     bridged = []
-    for name in shard_names(site_dir):
-        path = Path(site_dir) / "odometry" / f"shard_{name}.h5"
-        if not path.exists():
-            continue
+    for path in filter(None, (site.made("odometry", "odometry", name) for name in shard_names(site))):
         frame_idxs, states = read_hdf5(path, "frame_idx", "state")
         with using(path):
             bridged += np.ravel(frame_idxs)[np.ravel(states) == 1].tolist()
     return bridged
 
 
-def frames_apart(site_dir):
+def frames_apart(site):
     """Frames outside the largest part of the map: only guessed motion connects them to it."""
-    path = Path(site_dir) / "pose_graph" / "report.json"
-    report = read_object(path, {"?parts": [{"runs": [[int]]}]}) if path.exists() else {}
+    path = site.made("pose_graph", "report")
+    report = read_object(path, {"?parts": [{"runs": [[int]]}]}) if path else {}
     with using(path):
         runs = [run for part in report.get("parts", [])[1:] for run in part["runs"]]
         return sorted(idx for first, last in runs for idx in range(first, last + 1))
 
 
-def num_unusable_frames(site_dir):
+def num_unusable_frames(site):
     """Frames that the frames stage left out: missing, truncated, or of a wrong size."""
-    path = Path(site_dir) / "frames" / "report.json"
-    report = read_object(path, {"?num_frames_unusable": int}) if path.exists() else {}
+    path = site.made("frames", "report")
+    report = read_object(path, {"?num_frames_unusable": int}) if path else {}
     return report.get("num_frames_unusable", 0)
 
 

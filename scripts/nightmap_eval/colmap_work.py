@@ -10,6 +10,7 @@ from nightmap_eval.colmap_run import ColmapFailed, Step, require
 from nightmap_eval.located_queries import refuse_mapped_queries
 from nightmap_site.checked_reading import read_object
 from nightmap_site.script_errors import DataError
+from nightmap_site.site import Site
 
 # vocab_tree_retriever prints a line per query, then a line per retrieved image, best first.
 QUERYING, FOUND = re.compile(r"Querying for image "), re.compile(r"image_id=(\d+), image_name=")
@@ -23,8 +24,8 @@ class Work:
     """The current step, and the folders of the other steps."""
 
     def __init__(self, arguments):
-        self.site_dir, self.data = arguments.site_dir, arguments.data
-        self.root = self.site_dir / "evaluate_colmap"
+        self.site, self.data = Site(arguments.site_dir), arguments.data
+        self.root = self.site.evaluate_colmap
         self.step = Step(self.root / arguments.step, arguments.threads)
         self.matching = {"SiftMatching__use_gpu": 0, "SiftMatching__num_threads": arguments.threads}
         self.mapping = {"Mapper__num_threads": arguments.threads, **FIXED_MAPPER}
@@ -39,8 +40,8 @@ class Work:
     def calibrate(self, database):
         """Sets the cameras that belong to nightmap's poses: their focal lengths may differ from the configured ones."""
         configured, calibrated = (
-            [camera["color"] for camera in read_object(self.site_dir / stage / "cameras.json", CAMERAS)["cameras"]]
-            for stage in ("frames", "pose_graph")
+            [camera["color"] for camera in read_object(self.site.needed(job, "cameras"), CAMERAS)["cameras"]]
+            for job in ("frames", "pose_graph")
         )
         replace_cameras(database, configured, calibrated)
 
@@ -50,12 +51,12 @@ class Work:
         return path
 
     def query_rows(self):
-        rows = read_csv(self.site_dir / "queries" / "queries.csv", ("color_path", "camera_idx"))
-        map_rows = Frames(self.site_dir).rows
+        rows = read_csv(self.site.needed("queries", "queries"), ("color_path", "camera_idx"))
+        map_rows = Frames(self.site).rows
         refuse_mapped_queries(*([row["color_path"] for row in some] for some in (rows, map_rows)))
         return rows
 
-    def extract(self, database, rows, cameras):
+    def extract(self, database, rows, cameras_path):
         """Extracts features of the pictures in rows of a list of frames, camera by camera."""
         for row in rows:
             if "#" in row["color_path"] or " " in row["color_path"]:
@@ -63,7 +64,7 @@ class Work:
                     f"{row['color_path']}: COLMAP cannot read a frame of a video or a name with a space; "
                     "store the pictures one by one"
                 )
-        cameras = read_object(self.site_dir / cameras, CAMERAS)["cameras"]
+        cameras = read_object(cameras_path, CAMERAS)["cameras"]
         for idx in sorted({int(row["camera_idx"]) for row in rows}):
             names = [row["color_path"] for row in rows if int(row["camera_idx"]) == idx]
             model, parameters = camera_parameters(cameras[idx]["color"])

@@ -35,22 +35,22 @@ def _costs(map_parts, query_parts, query_cpu_s, num_queries, phases_s):
     }
 
 
-def _stage_times_s(site_dir, stages):
+def _stage_times_s(site, folders):
     """Wall time of each stage that ran, without its part `export`."""
-    results = {stage: StageResult(site_dir / stage) for stage in stages}
+    results = {folder: StageResult(site.folder / folder) for folder in folders}
     return {
-        stage: result.wall_time_s() - result.part_time_s("export")
-        for stage, result in results.items() if result.wall_time_s() is not None
+        folder: result.wall_time_s() - result.part_time_s("export")
+        for folder, result in results.items() if result.wall_time_s() is not None
     }  # fmt: skip
 
 
-def nightmap_costs(site_dir, num_queries):
-    map_parts = _stage_times_s(site_dir, folders_up_to("landmarks"))
-    files = [site_dir / "landmarks" / "landmarks.h5", site_dir / "vocabulary" / "vocabulary.h5"]
-    report = read_object(site_dir / "landmarks" / "report.json", {"num_landmarks": int})
+def nightmap_costs(site, num_queries):
+    map_parts = _stage_times_s(site, folders_up_to("landmarks"))
+    files = [site.needed("landmarks", "landmarks"), site.needed("vocabulary", "vocabulary")]
+    report = read_object(site.needed("landmarks", "report"), {"num_landmarks": int})
     size = sum(path.stat().st_size for path in files)
-    query_parts, query_cpu_s = _stage_times_s(site_dir, ("localize",)), StageResult(site_dir / "localize").cpu_time_s()
-    localize = StageResult(site_dir / "localize")
+    localize = StageResult(site.folder_of("localize"))
+    query_parts, query_cpu_s = _stage_times_s(site, ("localize",)), localize.cpu_time_s()
     phases_s = {"features": localize.part_time_s("extract"), "search": localize.part_time_s("locate"),
                 "registration": "in search", "adjustment": "in search"}  # fmt: skip
     costs = _costs(map_parts, query_parts, query_cpu_s, num_queries, phases_s)
@@ -90,12 +90,12 @@ def _command_cpu_s(root, steps):
     return sum(times) if times and None not in times else None
 
 
-def colmap_costs(site_dir, run, num_queries):
+def colmap_costs(site, run, num_queries):
     """Map and points include all models of the run's map: locating a query tries each."""
-    root = site_dir / "evaluate_colmap"
+    root = site.evaluate_colmap
     map_parts = _command_times_s(root, ("features", "matches", run.map_step))
     if run.map_step == "triangulate":
-        map_parts = _stage_times_s(site_dir, folders_up_to(POSES)) | map_parts
+        map_parts = _stage_times_s(site, folders_up_to(POSES)) | map_parts
     steps = (run.queries_step, run.register_step)
     query_parts, query_cpu_s = _command_times_s(root, steps), _command_cpu_s(root, steps)
     files = [root / "matches" / name for name in ("database.db", "vocabulary.bin")]

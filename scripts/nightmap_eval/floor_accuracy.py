@@ -19,11 +19,11 @@ TRUTH = {
 }
 
 
-def read_floors(grid_dir):
+def read_floors(site):
     """Rows of floors.json, lowest first; without that file, the single floor of map.yaml."""
-    if not (grid_dir / "floors.json").exists():
+    if not site.made("grid", "floors"):
         return [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"}]
-    return unit_lists.whole(unit_lists.read_floors, grid_dir)
+    return unit_lists.whole(unit_lists.read_floors, site.folder_of("grid"))
 
 
 def read_true_floors(truth_dir):
@@ -40,9 +40,9 @@ def read_true_floors(truth_dir):
         return floors, boxes, truth.get("labels", ["", "wall"]).index("wall")
 
 
-def robot_width_m(site_dir):
-    """Radius of the robot that the site plans for."""
-    path = site_dir / "config" / "plan.toml"
+def robot_width_m(site):
+    """Twice the radius of the robot that the site plans for."""
+    path = site.config / "plan.toml"
     config = read_toml(path) if path.exists() else {}
     with using(path):
         return 2 * float(config["robot_radius_m"]) if "robot_radius_m" in config else DEFAULT_ROBOT_WIDTH_M
@@ -56,19 +56,19 @@ def evaluate_floor(grid, floor, truth_dir, boxes, wall_label, building_from_map,
     return figures | door_figures(sampler, floor["doorways_m"], robot_m)
 
 
-def evaluate_floors(site_dir, truth_dir, building_from_map):
+def evaluate_floors(site, truth_dir, building_from_map):
     """Figures of the lowest true floor, and of every floor under `floors`; a floor missing from the map has
     `found` false."""
-    rows = read_floors(site_dir / "grid")
+    rows = read_floors(site)
     heights_m = [floor_height_m(row, building_from_map) for row in rows]
     true_floors, boxes, wall_label = read_true_floors(truth_dir)
-    robot_m, floors = robot_width_m(site_dir), []
+    robot_m, floors = robot_width_m(site), []
     for floor in true_floors:
         errors_m = [abs(height_m - floor["height_m"]) for height_m in heights_m]
         nearest = int(np.argmin(errors_m))
         figures = {"height_m": floor["height_m"], "found": errors_m[nearest] <= MAX_HEIGHT_ERROR_M}
         if figures["found"]:
-            grid = read_grid(site_dir / "grid" / rows[nearest]["yaml"])
+            grid = read_grid(site.folder_of("grid") / rows[nearest]["yaml"])
             figures["height_error_m"] = errors_m[nearest]
             figures |= evaluate_floor(grid, floor, truth_dir, boxes, wall_label, building_from_map, robot_m)
         floors.append(figures)

@@ -42,8 +42,8 @@ def _relative(suffix):
 
 
 def read_metrics(path):
-    """The content; {} when there is no such file. Raises DataError naming file and figure."""
-    if not path.exists():
+    """The content; {} without a path. Raises DataError naming file and figure."""
+    if path is None:
         return {}
     metrics = read_object(path, METRICS)
     for name, suffix in (("rpe_per_frame", ""), ("rpe_per_metre", "_per_m")):

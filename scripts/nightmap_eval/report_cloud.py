@@ -12,9 +12,9 @@ CLOUD_ROWS = (
 )
 
 
-def cloud_section(site_dir):
+def cloud_section(site):
     """Quality of the cloud without truth; None when point_cloud wrote no such figures."""
-    found = StageResult(site_dir / "point_cloud").figures()
+    found = StageResult(site.folder_of("point_cloud")).figures()
     rows = [[title, _scaled(found[key], scale)] for key, title, scale in CLOUD_ROWS if key in found]
     return html.section("Cloud, without truth", html.table(("", ""), rows)) if rows else None
 

@@ -9,8 +9,8 @@ from nightmap_eval.comparison_table import comparison_rows
 from nightmap_site.checked_reading import read_json, using
 
 
-def _stale(site_dir, made_of):
-    return any(hash_if_there(site_dir / name) != known for name, known in made_of.items())
+def _stale(site, made_of):
+    return any(hash_if_there(site.folder / name) != known for name, known in made_of.items())
 
 
 def _error_tables(results):
@@ -50,23 +50,22 @@ def _time_table(results):
     return html.folded("Time of each part", html.table(("method", "", "part", "s"), rows))
 
 
-def comparison_section(site_dir):
+def comparison_section(site):
     """None when there is no comparison."""
-    folder = site_dir / "evaluate_colmap"
-    if not (folder / "results.json").exists():
+    path, remedy = site.evaluate_colmap / "results.json", "delete the file and run make evaluate-colmap again"
+    if not path.exists():
         return None
-    path, remedy = folder / "results.json", "delete the file and run make evaluate-colmap again"
     results = read_json(path, remedy)
     with using(path, remedy):
-        return _section(site_dir, folder, results)
+        return _section(site, results)
 
 
-def _section(site_dir, folder, results):
+def _section(site, results):
     parts = [html.paragraph("; ".join([results["colmap"], *results["setting"]]) + ".", "note")]
-    if _stale(site_dir, results["made_of"]):
+    if _stale(site, results["made_of"]):
         parts.append(html.paragraph(
             "The map, its queries or the truth changed after this comparison: run make evaluate-colmap again.", "failed"))  # fmt: skip
     parts += _error_tables(results)
-    parts += [html.image((folder / Path(name).name).read_bytes(), name) for name in results["plots"]]
+    parts += [html.image((site.evaluate_colmap / Path(name).name).read_bytes(), name) for name in results["plots"]]
     parts += [_model_table(results), _time_table(results)]
     return html.section("Comparison with COLMAP", *parts)

@@ -7,9 +7,9 @@ from nightmap_site.checked_reading import read_object
 FAILURE = {"goals": [str], "failed": [{"job": str, "log": [str]}], "out_of_date": [str], "num_out_of_date": int}
 
 
-def read_failure(site_dir):
+def read_failure(site):
     """logs/failure.json; None when the last run succeeded."""
-    path = site_dir / "logs" / "failure.json"
+    path = site.logs / "failure.json"
     return read_object(path, FAILURE) if path.exists() else None
 
 

@@ -7,9 +7,9 @@ from nightmap_eval.artifacts import read_csv
 MAX_ROWS = 200
 
 
-def loop_section(site_dir):
-    path = site_dir / "pose_graph" / "loops.csv"
-    if not path.exists():
+def loop_section(site):
+    path = site.made("pose_graph", "loops_csv")
+    if not path:
         note = html.paragraph("The pose_graph stage did not run.", "note")
         return html.section("Loop closures", note)
     rows = read_csv(path, ("status", "reason"))

@@ -35,42 +35,41 @@ GRID_ROWS = (
 def map_sections(site, metrics):
     """Sections of the jobs that the site has."""
     made = (section() for job, section in (
-        ("map_frame", lambda: trajectory_section(site.folder, metrics)),
+        ("map_frame", lambda: trajectory_section(site, metrics)),
         ("map_frame", lambda: accuracy_section(metrics)),
-        ("point_cloud", lambda: cloud_section(site.folder)),
-        ("grid", lambda: plan_section(site.folder)),
-        ("drive", lambda: drive_section(site.folder)),
+        ("point_cloud", lambda: cloud_section(site)),
+        ("grid", lambda: plan_section(site)),
+        ("drive", lambda: drive_section(site)),
     ) if site.has(job))  # fmt: skip
     return [section for section in made if section is not None]
 
 
 def _optional(path, reader):
-    return reader(path) if path.exists() else None
+    return reader(path) if path else None
 
 
-def truth_in_map(site_dir, metrics):
+def truth_in_map(site, metrics):
     """The true trajectory in the map frame, or None."""
-    path = site_dir / "frames" / "ground_truth.tum"
-    if not path.exists() or "trajectory" not in metrics:
+    if not site.ground_truth.exists() or "trajectory" not in metrics:
         return None
     values = np.array(metrics["trajectory"]["truth_from_map_m_q"])
     rotation = rotation_matrices(values[None, 3:])[0]
     map_from_truth = Similarity(1.0, rotation.T, -rotation.T @ values[:3])
-    truth = read_truth(path)
+    truth = read_truth(site.ground_truth)
     truth.positions_m = map_from_truth.apply(truth.positions_m)
     return truth
 
 
-def accepted_loops(site_dir, estimate):
+def accepted_loops(site, estimate):
     """Pairs of positions of the frames that each accepted loop joins."""
-    path = site_dir / "pose_graph" / "loops.csv"
-    if not path.exists():
+    path = site.made("pose_graph", "loops_csv")
+    if not path:
         return []
     rows = read_csv(path, ("status",))
     columns = [name for name in (rows[0] if rows else ()) if "frame" in name][:2]
     if len(columns) < 2:
         return []
-    frames = Frames(site_dir)
+    frames = Frames(site)
     row_of_time = {int(t): row for row, t in enumerate(estimate.times_ns)}
     numbered = zip(frames.frame_idxs, frames.times_ns)
     row_of_frame = {int(i): row_of_time.get(int(t)) for i, t in numbered}
@@ -83,20 +82,20 @@ def accepted_loops(site_dir, estimate):
     return loops
 
 
-def floor_paragraphs(site_dir):
+def floor_paragraphs(site):
     """Explains z = 0, and why it may not be the floor; empty for an older map without this information."""
-    path = site_dir / "map_frame" / "report.json"
-    report = read_object(path, {"?floor": str, "?floor_warnings": [str]}) if path.exists() else {}
+    path = site.made("map_frame", "report")
+    report = read_object(path, {"?floor": str, "?floor_warnings": [str]}) if path else {}
     warnings = [html.paragraph("Warning: " + text, "failed") for text in report.get("floor_warnings", [])]
     return ([html.paragraph(report["floor"], "note")] if "floor" in report else []) + warnings
 
 
-def trajectory_section(site_dir, metrics):
-    estimate = _optional(site_dir / "map_frame" / "trajectory.tum", read_tum)
+def trajectory_section(site, metrics):
+    estimate = _optional(site.made("map_frame", "trajectory"), read_tum)
     if estimate is None or len(estimate) == 0:
         note = html.paragraph("The map_frame stage did not run.", "note")
         return html.section("Trajectory", note)
-    truth, loops = truth_in_map(site_dir, metrics), accepted_loops(site_dir, estimate)
+    truth, loops = truth_in_map(site, metrics), accepted_loops(site, estimate)
     parts = []
     if truth is None:
         picture = drawing.trajectory_png(estimate.positions_m, None, loops)
@@ -106,7 +105,7 @@ def trajectory_section(site_dir, metrics):
         picture = drawing.trajectory_png(estimate.positions_m, shown, loops)
         errors_m = np.linalg.norm(estimate.positions_m[pairs[:, 0]] - shown, axis=1)
         parts.append(html.image(drawing.error_png(pairs[:, 0], errors_m), "error of each frame"))
-    parts += floor_paragraphs(site_dir)
+    parts += floor_paragraphs(site)
     return html.section("Trajectory", html.image(picture, "trajectory from above"), *parts)
 
 
@@ -162,10 +161,10 @@ def accuracy_section(metrics):
     return html.section("Accuracy", *parts)
 
 
-def read_path(site_dir):
+def read_path(site):
     """x, y of plan/path.csv in the map frame (m), or None."""
-    path = site_dir / "plan" / "path.csv"
-    if not path.exists():
+    path = site.made("plan", "csv")
+    if not path:
         return None
     rows = read_csv(path, ("x_m", "y_m"))
     with using(path):
@@ -175,10 +174,10 @@ def read_path(site_dir):
     return points_m
 
 
-def path_floor(site_dir):
+def path_floor(site):
     """Number of the floor of plan/path.csv; 0 for an older path, which names none."""
-    path = site_dir / "plan" / "path.json"
-    return read_object(path, {"?floor": int}, "run make plan again").get("floor", 0) if path.exists() else 0
+    path = site.made("plan", "json")
+    return read_object(path, {"?floor": int}, "run make plan again").get("floor", 0) if path else 0
 
 
 def floor_picture(grid_dir, floor, path_m, estimate, located):
@@ -189,32 +188,31 @@ def floor_picture(grid_dir, floor, path_m, estimate, located):
     return drawing.grid_png(read_grid(grid_dir / floor["yaml"]), path_m, *ways)
 
 
-def plan_section(site_dir):
-    grid_dir = site_dir / "grid"
-    if not (grid_dir / "map.yaml").exists():
+def plan_section(site):
+    if not site.made("grid", "yaml"):
         return html.section("Floor plan", html.paragraph("The grid stage did not run.", "note"))
-    estimate = _optional(site_dir / "map_frame" / "trajectory.tum", read_tum)
-    located = _optional(site_dir / "localize" / "queries.tum", read_tum)
-    path_m, number = read_path(site_dir), path_floor(site_dir)
-    floors, parts = read_floors(grid_dir), []
+    estimate = _optional(site.made("map_frame", "trajectory"), read_tum)
+    located = _optional(site.made("localize", "trajectory"), read_tum)
+    path_m, number = read_path(site), path_floor(site)
+    floors, parts = read_floors(site), []
     for floor in sorted(floors, key=lambda floor: abs(floor["number"])):
         has_path = path_m is not None and floor["number"] == number
         name = f"Floor {floor['number']} at {floor['height_m']:.1f} m" + (", with the path" if has_path else "")
         if len(floors) > 1:
             parts.append(html.paragraph(name))
-        picture = floor_picture(grid_dir, floor, path_m if has_path else None, estimate, located)
+        picture = floor_picture(site.folder_of("grid"), floor, path_m if has_path else None, estimate, located)
         parts.append(html.image(picture, name))
     if path_m is None:
         parts.append(html.paragraph("No path: the plan stage did not run.", "note"))
-    parts += [html.paragraph(note, "failed") for note in notes(site_dir, "plan", "path")]
+    parts += [html.paragraph(note, "failed") for note in notes(site, "plan", "path")]
     return html.section("Floor plan", *parts)
 
 
-def drive_section(site_dir):
+def drive_section(site):
     """The simulated drive along the path; None without a drive, which is no failure."""
-    figures_path, gif = site_dir / "drive" / "drive.json", site_dir / "drive" / "drive.gif"
-    said = [html.paragraph(note, "failed") for note in notes(site_dir, "drive", "drive")]
-    if not (figures_path.exists() and gif.exists()):
+    figures_path, gif = site.made("drive", "json"), site.made("drive", "gif")
+    said = [html.paragraph(note, "failed") for note in notes(site, "drive", "drive")]
+    if not (figures_path and gif):
         return html.section("Drive", *said) if said else None
     drive = read_object(figures_path, DRIVE)
     rows = [

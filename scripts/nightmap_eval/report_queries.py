@@ -14,12 +14,12 @@ MAX_PICTURES = 12
 THUMBNAIL_PX = (300, 200)
 
 
-def query_rows(site_dir, metrics):
+def query_rows(site, metrics):
     """One dictionary per query, with its errors if known; None when localize did not run."""
-    path = site_dir / "localize" / "queries.csv"
     if "rows" in metrics.get("queries", {}):
         return metrics["queries"]["rows"]
-    if not path.exists():
+    path = site.made("localize", "queries")
+    if not path:
         return None
     rows = read_csv(path, ("query_idx", "color_path", "status", "reason"))
     return [row | {"query_idx": int(idx)} for row, idx in zip(rows, to_ints(rows, "query_idx", path))]
@@ -84,13 +84,13 @@ def _picture_row(row, data, is_asked):
     return [thumbnail(data, row["color_path"]), name, status, *shown, row["reason"]]
 
 
-def query_section(site_dir, metrics, data):
-    rows = query_rows(site_dir, metrics)
+def query_section(site, metrics, data):
+    rows = query_rows(site, metrics)
     if rows is None:
         return html.section("Queries", html.paragraph("The localize stage did not run.", "note"))
     parts = _figures(metrics["queries"]) if "queries" in metrics else []
     head = ("", "picture", "status", "error (cm)", "error (deg)", "reason")
-    asked = asked_pictures(site_dir)
+    asked = asked_pictures(site)
     of_query, own = ([row for row in rows if (row["color_path"] in asked) == which] for which in (True, False))
     shown = [_picture_row(row, data, True) for row in of_query]
     shown += [_picture_row(row, data, False) for row in choose(own, MAX_PICTURES)]

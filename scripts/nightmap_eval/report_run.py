@@ -11,9 +11,9 @@ MAX_ROWS = 200
 def run_sections(site, metrics, stages):
     return [
         stage_section(stages),
-        *([loop_section(site.folder)] if site.path("pose_graph", "loops_csv") else []),
+        *([loop_section(site)] if site.path("pose_graph", "loops_csv") else []),
         skipped_section(metrics, stages),
-        config_section(site.folder),
+        config_section(site),
     ]
 
 
@@ -110,8 +110,8 @@ def skipped_section(metrics, stages):
     return html.section("Skipped items", *parts)
 
 
-def config_section(site_dir):
-    paths = sorted((site_dir / "config").glob("*.toml"))
+def config_section(site):
+    paths = sorted(site.config.glob("*.toml"))
     if not paths:
         return html.section("Configs", html.paragraph("No resolved configs.", "note"))
     folds = [html.folded(path.stem, html.preformatted(read_text(path))) for path in paths]

@@ -15,9 +15,9 @@ ERROR = re.compile(r"\S+ error \w+: (.*)")
 ENDS = ("start", "goal")
 
 
-def last_failure(site_dir, stage):
+def last_failure(site, stage):
     """The reason why the last run failed; None when it succeeded."""
-    path = site_dir / "logs" / f"{stage}.log"
+    path = site.logs / f"{stage}.log"
     if not path.exists():
         return None
     lines = path.read_bytes().decode("utf-8", "replace").splitlines()
@@ -28,15 +28,15 @@ def last_failure(site_dir, stage):
     return printable(reasons[-1] if reasons else f"exit code {failed[1]}, see {path.name}")
 
 
-def changed_inputs(site_dir, receipt):
+def changed_inputs(site, receipt):
     """Names of the inputs that changed since."""
     paths = [path for path, _ in receipt.changed("inputs", Hashes())]
-    return [str(path.relative_to(site_dir) if path.is_relative_to(site_dir) else path.name) for path in paths]
+    return [str(path.relative_to(site.folder) if path.is_relative_to(site.folder) else path.name) for path in paths]
 
 
-def other_ends(site_dir, receipt):
+def other_ends(site, receipt):
     """START and GOAL of the present configs if the path has other ends; else None."""
-    path = site_dir / "config" / "plan.toml"
+    path = site.config / "plan.toml"
     if not path.exists():
         return None
     now = read_toml(path)
@@ -52,19 +52,19 @@ def _ends(text):
     return {name: config.get(name) for name in ENDS}
 
 
-def notes(site_dir, stage, result):
+def notes(site, stage, result):
     """Sentences on the results of the last runs of plan or drive; `result` is the word for a result."""
-    path, failure, found = site_dir / stage / "receipt.json", last_failure(site_dir, stage), []
+    path, failure, found = site.made(stage, "receipt"), last_failure(site, stage), []
     if failure:
-        shown = f"the {result} shown here is of an earlier run" if path.exists() else f"there is no {result}"
+        shown = f"the {result} shown here is of an earlier run" if path else f"there is no {result}"
         found.append(f"The last run of {stage} failed, {shown}: {failure}")
-    if not path.exists():
+    if not path:
         return found
     receipt = Receipt(path)
-    changed = changed_inputs(site_dir, receipt)
+    changed = changed_inputs(site, receipt)
     if changed:
         found.append(f"The {result} is out of date: {', '.join(changed)} changed since. Run make {stage}.")
-    ends = other_ends(site_dir, receipt) if stage == "plan" else None
+    ends = other_ends(site, receipt) if stage == "plan" else None
     if ends:
         found.append(f"The {result} was planned for other ends than those of the present configs ({ends}). Run make plan.")
     return found

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results that the stages report: receipts (time, memory) and reports (counts)."""
 
-from pathlib import Path
-
 from nightmap_site.checked_reading import NUMBER, read_object
 from nightmap_site.pipeline import closure
 from nightmap_site.pipeline import read_pipeline
-from nightmap_site.site import CONFIGS, Site
+from nightmap_site.site import CONFIGS
 from nightmap_site.unit_lists import CurrentRuns
 
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
@@ -82,12 +80,6 @@ def _together(name, items):
     return (min(items), max(items))
 
 
-def job_folders(site_dir):
-    """Folders of the jobs of a site under maps/<site>/, in the order of its pipeline."""
-    jobs = Site(site_dir).pipeline.jobs.values()
-    return list(dict.fromkeys(job.folder for job in jobs if job.program))
-
-
 def folders_up_to(folder):
     """Folders of the jobs that what is in `folder` is made by, from the lists of frames on, in the order of the pipeline."""
     pipeline = read_pipeline(CONFIGS)
@@ -95,8 +87,8 @@ def folders_up_to(folder):
     return list(dict.fromkeys(job.folder for job in pipeline.jobs.values() if job.name in needed))
 
 
-def read_stages(site_dir):
+def read_stages(site):
     """Results of the stages that ran, in the order of the pipeline."""
-    folders = {path.name: path for path in Path(site_dir).iterdir() if path.is_dir()}
-    results = [StageResult(folders[name]) for name in job_folders(site_dir) if name in folders]
+    folders = dict.fromkeys(site.folder / job.folder for job in site.pipeline.jobs.values() if job.program)
+    results = [StageResult(folder) for folder in folders if folder.is_dir()]
     return [result for result in results if result.num_runs]

@@ -4,7 +4,6 @@
 import csv
 import io
 import math
-import os
 import re
 
 from nightmap_site import unit_lists
@@ -23,19 +22,17 @@ def _rows(path, columns):
     return rows
 
 
-def asked_pictures(site_dir):
+def asked_pictures(site):
     """The color_path of each, as in the lists. Their [[query]] tables come last in the site config, so they have
     the last sequence numbers."""
-    name = os.path.basename(os.path.realpath(site_dir))
-    config = os.path.join(site_dir, "config", "queries", f"{name}.toml")
-    listed = os.path.join(site_dir, "queries", "queries.csv")
-    if not (os.path.exists(config) and os.path.exists(listed)):
+    config, listed = site.config / "queries" / f"{site.name}.toml", site.made("queries", "queries")
+    if not (config.exists() and listed):
         return set()
     added = MARK.split(read_text(config), maxsplit=1)[1:]
     num_asked = added[0].splitlines().count("[[query]]") if added else 0
-    site = read_toml(config)
+    tables = read_toml(config)
     with using(config):
-        first = len(site.get("sequence", [])) + len(site.get("query", [])) - num_asked
+        first = len(tables.get("sequence", [])) + len(tables.get("query", [])) - num_asked
     rows = _rows(listed, ("color_path", "sequence_idx"))
     with using(listed):
         return {row["color_path"] for row in rows if int(row["sequence_idx"]) >= first}
@@ -55,8 +52,8 @@ class Query:
             self.sigma_m, self.sigma_deg = (float(row[name]) for name in ("position_sigma_m", "rotation_sigma_deg"))
 
 
-def read_queries(site_dir):
-    path = os.path.join(site_dir, "localize", "queries.csv")
+def read_queries(site):
+    path = site.needed("localize", "queries")
     pose = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw", "position_sigma_m", "rotation_sigma_deg")
     rows = _rows(path, ("color_path", "status", "reason", *pose))
     with using(path):
@@ -66,9 +63,9 @@ def read_queries(site_dir):
 class Floors:
     """The floors of the grid if the map has several."""
 
-    def __init__(self, site_dir):
-        grid = os.path.join(site_dir, "grid")
-        rows = unit_lists.whole(unit_lists.read_floors, grid) if os.path.exists(os.path.join(grid, "floors.json")) else []
+    def __init__(self, site):
+        listed = site.made("grid", "floors")
+        rows = unit_lists.whole(unit_lists.read_floors, listed.parent) if listed else []
         self._floors = sorted((row["height_m"], row["number"]) for row in rows)
         self.are_several = len(rows) > 1
 

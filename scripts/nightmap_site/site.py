@@ -17,21 +17,37 @@ class Site:
         self.folder = Path(folder)
         self.name = self.folder.resolve().name
         self.pipeline = pipeline_of_site(CONFIGS, self.folder)
+        # Folders and files of the site that no job declares as its output.
+        self.config, self.logs = self.folder / "config", self.folder / "logs"
+        self.evaluate_colmap = self.folder / "evaluate_colmap"
+        self.ground_truth = self.folder / "frames" / "ground_truth.tum"
+        self.query_ground_truth = self.folder / "queries" / "query_ground_truth.tum"
 
     def has(self, job):
         """Whether the pipeline of the site has a job; whether it ran is another question."""
         return job in self.pipeline.jobs
 
-    def path(self, job, output):
-        """The file of a job's output, as declared; None when the site's pipeline has no such job or output."""
-        declared = self.pipeline.jobs.get(job)
-        name = declared.file_of(output) if declared else None
-        return None if name is None else self.folder / declared.folder / name
+    def folder_of(self, job):
+        """The folder of a job's results, which several jobs may share. Only of jobs that the pipeline of the site has."""
+        return self.folder / self.pipeline.jobs[job].folder
 
-    def made(self, job, output):
+    def path(self, job, output, unit=None):
+        """The file of a job's output, as declared; None when the site's pipeline has no such job or output."""
+        name = self.pipeline.jobs[job].file_of(output) if self.has(job) else None
+        return None if name is None else self.folder_of(job) / (name if unit is None else name.replace("{unit}", unit))
+
+    def made(self, job, output, unit=None):
         """Like path; None also when the file is missing."""
-        path = self.path(job, output)
+        path = self.path(job, output, unit)
         return path if path is not None and path.exists() else None
+
+    def needed(self, job, output):
+        """Like path; raises DataError when the site's pipeline has no such job or output."""
+        path = self.path(job, output)
+        if path is None:
+            raise DataError(f"{self.folder}: its pipeline has no {job}.{output}, which is needed here; "
+                            "run make map with a profile that has it")  # fmt: skip
+        return path
 
     def sections(self, kind):
         """(job, module) of each job that declares a module of its own for a "report" or an "evaluation"."""

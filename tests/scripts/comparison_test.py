@@ -18,6 +18,7 @@ from nightmap_eval.colmap_methods import MAPPER_RUNS, RUNS
 from nightmap_eval.comparison import Part, fit_to_map, locate_by_models, matched, model_trajectory, summaries
 from nightmap_eval.report_comparison import comparison_section
 from nightmap_site.job_results import folders_up_to
+from nightmap_site.site import Site
 
 STEPS = ("features", "matches", "triangulate", "queries", "queries_default", *MAPPER_RUNS,
          *(run.register_step for run in RUNS))  # fmt: skip
@@ -297,7 +298,7 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertEqual(queries[0]["colmap_mapper_global_error_cm"], "")
         told = [row for row in self.read_csv("summary.csv") if "at least 3" in row["failed"]]
         self.assertEqual({row["method"] for row in told}, {"colmap_mapper"})
-        self.assertIn("alignment needs at least 3", comparison_section(self.site_dir))
+        self.assertIn("alignment needs at least 3", comparison_section(Site(self.site_dir)))
 
     def test_no_method_can_be_aligned_on_the_truth(self):
         fake_site.write_tum(self.site_dir / "frames" / "ground_truth.tum", walk().select([]))
@@ -315,9 +316,9 @@ class EvaluateColmapTest(unittest.TestCase):
         self.assertIn("errors against nightmap", table)
 
     def test_section_of_the_report(self):
-        self.assertIsNone(comparison_section(self.site_dir))
+        self.assertIsNone(comparison_section(Site(self.site_dir)))
         self.evaluate()
-        section = comparison_section(self.site_dir)
+        section = comparison_section(Site(self.site_dir))
         for text in ("Comparison with COLMAP", "Errors against truth", "recall.png", "tool_mapper_2"):
             self.assertIn(text, section)
         self.assertNotIn("changed after this comparison", section)
@@ -325,20 +326,20 @@ class EvaluateColmapTest(unittest.TestCase):
             path = self.site_dir / name
             before = path.read_text()
             path.write_text(before + "# another\n")
-            self.assertIn("changed after this comparison", comparison_section(self.site_dir), name)
+            self.assertIn("changed after this comparison", comparison_section(Site(self.site_dir)), name)
             path.unlink()
-            self.assertIn("changed after this comparison", comparison_section(self.site_dir), name)
+            self.assertIn("changed after this comparison", comparison_section(Site(self.site_dir)), name)
             path.write_text(before)
-        self.assertNotIn("changed after this comparison", comparison_section(self.site_dir))
+        self.assertNotIn("changed after this comparison", comparison_section(Site(self.site_dir)))
 
     def test_a_truth_that_came_later_is_told(self):
         truth = self.site_dir / "frames" / "ground_truth.tum"
         text = truth.read_text()
         truth.unlink()
         self.evaluate()
-        self.assertNotIn("changed after this comparison", comparison_section(self.site_dir))
+        self.assertNotIn("changed after this comparison", comparison_section(Site(self.site_dir)))
         truth.write_text(text)
-        self.assertIn("changed after this comparison", comparison_section(self.site_dir))
+        self.assertIn("changed after this comparison", comparison_section(Site(self.site_dir)))
 
     def test_a_query_that_is_mapped_is_refused(self):
         path = self.site_dir / "localize" / "queries.csv"

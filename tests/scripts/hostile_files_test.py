@@ -15,6 +15,7 @@ from nightmap_eval.grid import read_grid
 from nightmap_eval.ply import read_ply
 from nightmap_site.checked_reading import read_json, read_toml
 from nightmap_site.script_errors import DataError
+from nightmap_site.site import Site
 
 MAX_BYTES = 4 << 30  # of address space: libraries alone reserve one
 
@@ -107,10 +108,10 @@ class HostileFilesTest(unittest.TestCase):
             with h5py.File(path, "w") as file:
                 file["frame_idx"] = np.arange(2).reshape(2, 1)
                 write_state(file)
-            self.assert_refused(bridged_frames, path, self.folder)
+            self.assert_refused(bridged_frames, path, Site(self.folder))
         with h5py.File(path, "w") as file:
             file["frame_idx"], file["state"] = np.arange(2).reshape(2, 1), np.array([[0], [1]], np.uint8)
-        self.assertEqual(bridged_frames(self.folder), [1])
+        self.assertEqual(bridged_frames(Site(self.folder)), [1])
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ from nightmap_eval.report_queries import choose
 from nightmap_eval.report_stale import notes
 from nightmap_site.receipts import Hashes
 from nightmap_site.script_errors import DataError
+from nightmap_site.site import Site
 
 VOID_TAGS = ("meta", "img")
 
@@ -63,7 +64,7 @@ class StaleTest(unittest.TestCase):
         (self.site_dir / "plan" / "receipt.json").write_text(json.dumps(receipt))
 
     def notes(self):
-        return notes(self.site_dir, "plan", "path")
+        return notes(Site(self.site_dir), "plan", "path")
 
     def test_nothing_is_said_of_a_path_that_is_up_to_date(self):
         self.config.write_text('start = "1,1"\ngoal = ""\n')
@@ -114,7 +115,7 @@ class PlanSectionTest(unittest.TestCase):
             (site_dir / "plan" / "path.csv").write_text("x_m,y_m\n0,0\n1,1\n")
             (site_dir / "plan" / "path.json").write_text(json.dumps(floor))
             with mock.patch("nightmap_eval.drawing.grid_png", side_effect=lambda *_: b"") as draw:
-                section = str(plan_section(site_dir))
+                section = str(plan_section(Site(site_dir)))
         with_path = [call.args[1] is not None for call in draw.call_args_list]
         return re.findall(r'<p class="">(Floor .*?)</p>', section), with_path
 
@@ -132,14 +133,14 @@ class CloudSectionTest(unittest.TestCase):
     def test_has_the_range_of_tiles_and_the_shares_of_the_site(self):
         with tempfile.TemporaryDirectory() as folder:
             site_dir = Path(folder)
-            self.assertIsNone(cloud_section(site_dir))
+            self.assertIsNone(cloud_section(Site(site_dir)))
             (site_dir / "point_cloud").mkdir()
             for tile, thickness_m in (("0_0", 0.004), ("0_1", 0.0065)):
                 report = {"plane_thickness_median_m": thickness_m, "num_held_out_rays": 10}
                 (site_dir / "point_cloud" / f"report_{tile}.json").write_text(json.dumps(report))
             site = {"held_out_rays_agreeing_percent": 97.5}
             (site_dir / "point_cloud" / "report.json").write_text(json.dumps(site))
-            section = str(cloud_section(site_dir))
+            section = str(cloud_section(Site(site_dir)))
             self.assertIn("0.4 to 0.65", section)
             self.assertIn("97.5", section)
             self.assertNotIn("blocks", section)
@@ -275,7 +276,7 @@ class ReportTest(unittest.TestCase):
         estimate = fake_site.write_site(self.site_dir)
         self.evaluate()
         metrics = json.loads((self.site_dir / "evaluate" / "metrics.json").read_text())
-        drawn = truth_in_map(self.site_dir, metrics)
+        drawn = truth_in_map(Site(self.site_dir), metrics)
         np.testing.assert_allclose(drawn.positions_m, estimate.positions_m, atol=1e-6)
 
     def test_missing_site_is_an_error(self):

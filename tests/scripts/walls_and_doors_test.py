@@ -15,6 +15,7 @@ from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from nightmap_eval.trajectory import Similarity
 from nightmap_eval.walls_and_doors import Sampler, door_figures, passage_width_m, wall_figures
 from nightmap_site.script_errors import DataError
+from nightmap_site.site import Site
 
 CELL_M = 0.05
 WALL = 1
@@ -153,7 +154,7 @@ class FloorsTest(unittest.TestCase):
         (self.site_dir / "grid" / "floors.json").write_text(json.dumps(content))
 
     def evaluate(self):
-        return evaluate_floors(self.site_dir, self.truth_dir, Similarity(1.0, np.eye(3), np.zeros(3)))
+        return evaluate_floors(Site(self.site_dir), self.truth_dir, Similarity(1.0, np.eye(3), np.zeros(3)))
 
     def test_each_floor_is_compared_with_its_plan(self):
         self.write_floors([0.0, 2.95])
@@ -181,11 +182,11 @@ class FloorsTest(unittest.TestCase):
         self.assertEqual(figures["num_doors_wrongly_passable"] + figures["num_doors_wrongly_closed"], 0)
 
     def test_other_files_are_refused(self):
-        self.assertEqual(read_floors(self.site_dir / "grid")[0]["yaml"], "map.yaml")  # none: one floor
+        self.assertEqual(read_floors(Site(self.site_dir))[0]["yaml"], "map.yaml")  # none: one floor
         for wrong in ({"format": "other"}, {"version": 1}, {"version": 3}):
             self.write_floors([0.0], **wrong)
             with self.assertRaisesRegex(DataError, "floors.json"):
-                read_floors(self.site_dir / "grid")
+                read_floors(Site(self.site_dir))
 
 
 if __name__ == "__main__":
