@@ -10,7 +10,10 @@ import resolve_config
 from nightmap_make import preflight
 from nightmap_make.imports import check_imports
 from nightmap_make.declaration import PipelineError
+from nightmap_make.graph import closure
+from nightmap_make.needs import check_needs
 from nightmap_make.pipeline import PROFILE_FILE, profile_text, read_pipeline
+from nightmap_make.site_state import SiteState
 
 ENOUGH_FRAMES = 100  # fewer say little about the next
 MARGIN = 1.2
@@ -102,6 +105,25 @@ class Asked:
                                             self._site_texts(name)) for name in programs}  # fmt: skip
         preflight.check_configs(self.env["BUILD"], texts, self.is_preview)
         preflight.check_clashes(self.pipeline.clashes, texts)
+        self._check_needs()
+
+    def _check_needs(self):
+        state = SiteState(self.name, self.folder, self.env["DATA"])
+        state.is_synthetic, state.tables = self.call.synthetic, self.tables
+        needed = self.needed_jobs()
+        jobs = [job for job in self.pipeline.jobs.values() if job.name in needed and (job.when == "asked" or state.has(job.when))]
+        check_needs(jobs, self.tables.get("sequence", []), self.call.site)
+
+    def goals_of_jobs(self):
+        """The goals whose jobs make the goals of this call."""
+        goals = self.pipeline.goals
+        return [goals[goal].needs if goal in goals else goal for goal in self.goals]
+
+    def needed_jobs(self):
+        """Names of the jobs that the goals need; a goal may be a file of the site's folder."""
+        goals = self.goals_of_jobs()
+        folders = [goal.removeprefix(f"{self.folder}/").split("/")[0] for goal in goals if goal.startswith(f"{self.folder}/")]
+        return closure(self.pipeline, goals, folders)
 
     def _site_texts(self, program):
         """Port -> text of the site's config that a program reads there."""

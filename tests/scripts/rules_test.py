@@ -11,7 +11,9 @@ from types import SimpleNamespace
 import fake_site  # noqa: F401  (finds the scripts)
 from nightmap_eval.site import CONFIGS
 from nightmap_make import preflight, why
+from nightmap_make.declaration import read_toml
 from nightmap_make.graph import Graph
+from nightmap_make.needs import check_needs
 from nightmap_make.pipeline import PipelineError, read_pipeline
 from nightmap_make.request import Asked
 from nightmap_make.rules_file import RulesFile, Times
@@ -79,6 +81,8 @@ class PipelineTest(Declared):
             ("in.odometry", "inn.odometry", "unknown key 'inn'"),
             ('out.pgm', 'goal = "draw"\nout.pgm', r":18: \[grid\]: goal = .draw. is none of map; declare it"),
             ('out.pgm', 'stamp = "x"\nout.pgm', "none of recordings, pictures"),
+            ('out.pgm', 'needs = ["depht"]\nout.pgm', r":18: \[grid\]: needs = \['depht'\] is no list of depth"),
+            ('out.pgm', 'needs = "depth"\nout.pgm', "is no list of depth"),
             ('out.pgm', 'when = "a b"\nout.pgm', "no key of a site's config"),
             ('out.pgm', 'lists = "shard"\nout.pgm', "job 'frames' lists each shard already"),
             ('in.odometry', 'in.shards = "grid.pgm"\nin.odometry', "each of these jobs reads the one before it: grid -> grid"),
@@ -250,6 +254,25 @@ class InterruptedTest(Declared):
         for content in ("", "{", "5", '{"config": "="}', '{"config": 5}', "\0"):
             report.write_text(content)
             self.assertIsNone(why.config_change(graph.site, graph, grid))
+
+
+class NeedsTest(Declared):
+    SITE = 'profile = "x"\n\n[[sequence]]\nfolder = "a"\n%s\n[[sequence]]\nfolder = "b"\n%s\n'
+
+    def check(self, first, second, *jobs):
+        site = self.write("office.toml", self.SITE % (first, second))
+        check_needs([SimpleNamespace(name=name, needs=needs) for name, needs in jobs], read_toml(site).get("sequence", []), str(site))
+
+    def test_depth_that_no_recording_has_is_refused_once_with_places_jobs_and_remedy(self):
+        none = 'depth = "none"'
+        jobs = ("features", []), ("odometry", ["depth"]), ("octree", ["depth"])
+        with self.assertRaisesRegex(PipelineError, r"office.toml:3, .*office.toml:6: no recording has depth \(depth = .none.\), which odometry, "
+                                                   r"octree need: record depth, or choose a profile without these jobs"):  # fmt: skip
+            self.check(none, none, *jobs)
+        self.check(none, "", *jobs)
+        self.check('depth = "optional"', none, *jobs)
+        self.check(none, none, ("features", []))
+        check_needs([SimpleNamespace(name="odometry", needs=["depth"])], [], "a site of signals")
 
 
 class PreflightTest(unittest.TestCase):
