@@ -46,7 +46,7 @@ class MakeRun:
         self._settle()
         self._write_rules()
         self._mend_times()
-        self.asked.check_disk(self.graph.jobs.values(), self.stamps)
+        self.asked.check_disk(self.graph.jobs.values())
         begin_run(self.folder, self.goals)
         if self.had_failure:
             os.remove(f"{self.folder}/logs/failure.json")

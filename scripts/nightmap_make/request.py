@@ -13,6 +13,7 @@ from nightmap_make.declaration import PipelineError
 from nightmap_make.graph import closure
 from nightmap_make.needs import check_needs
 from nightmap_make.pipeline import PROFILE_FILE, profile_text, read_pipeline
+from nightmap_make.recorded_frames import num_recorded_frames
 from nightmap_make.site_state import SiteState
 
 ENOUGH_FRAMES = 100  # fewer say little about the next
@@ -28,14 +29,6 @@ def make_flags(makeflags):
     """The single-letter flags of the call of make."""
     first = makeflags.split(" ")[0]
     return "" if first.startswith("-") or "=" in first else first
-
-
-def num_recorded_files(stamp):
-    """Reads the file that resolve_config.py writes: "N files HASH"."""
-    if not stamp:
-        return 0
-    with open(stamp, encoding="utf-8") as file:
-        return int(file.read().split()[0])
 
 
 def listed_frames(site_dir):
@@ -141,9 +134,9 @@ class Asked:
         except resolve_config.ConfigError as error:
             raise Refused(error) from None
 
-    def check_disk(self, jobs, stamps):
+    def check_disk(self, jobs):
         """Room for the frames added since the last list of frames."""
-        num_frames = self._num_recorded(stamps) - listed_frames(self.folder)
+        num_frames = self._num_recorded() - listed_frames(self.folder)
         if num_frames <= 0:
             return
         needed = [job for job in jobs if job.goal in self.goals or job.goal == "map"]
@@ -161,11 +154,9 @@ class Asked:
             folders[folder] = MARGIN * preflight.size_bytes(f"{self.folder}/{folder}") / num_listed or folders[folder]
         return sum(folders.values())
 
-    def _num_recorded(self, stamps):
-        """Estimated number of frames: most frames have two files."""
-        if self.call.synthetic:
-            recorded = self.configs["synthesize"].get("num_frames", 0)
-        else:
-            recorded = num_recorded_files(stamps.get("recordings")) // 2
+    def _num_recorded(self):
+        if self.call.no_recordings:
+            return 0
+        recorded = self.configs["synthesize"].get("num_frames", 0) if self.call.synthetic else num_recorded_frames(self.tables, self.env["DATA"])
         most = self.configs["frames"].get("max_frames", 0)
         return min(recorded, most) if most > 0 else recorded

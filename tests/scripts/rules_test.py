@@ -3,6 +3,7 @@
 
 import json
 import os
+import struct
 import tempfile
 import unittest
 from pathlib import Path
@@ -275,6 +276,16 @@ class NeedsTest(Declared):
         check_needs([SimpleNamespace(name="odometry", needs=["depth"])], [], "a site of signals")
 
 
+def box(kind, *parts):
+    content = b"".join(parts)
+    return struct.pack(">I4s", 8 + len(content), kind) + content
+
+
+def track_of_mp4(header, num_samples):
+    samples = box(b"stbl", box(b"stsz", struct.pack(">III", 0, 0, num_samples)))
+    return box(b"trak", box(b"tkhd", bytes(84)), box(b"mdia", box(b"minf", box(header, bytes(12)), samples)))
+
+
 class PreflightTest(unittest.TestCase):
     def texts(self, **values):
         return {name: preflight.ConfigText(config, "", dict.fromkeys(config, "SET"), {}) for name, config in values.items()}
@@ -308,6 +319,28 @@ class PreflightTest(unittest.TestCase):
             self.assertEqual(asked._bytes_per_frame(jobs), 114_000)  # too few frames
             Path(f"{folder}/frames/report.json").write_text('{"num_frames": 200}')
             self.assertEqual(asked._bytes_per_frame(jobs), 1.2 * 1000 + 24_000)
+
+    def test_room_counts_the_frames_of_recordings_without_depth(self):
+        movie = box(b"moov", track_of_mp4(b"smhd", 4000), track_of_mp4(b"vmhd", 700))
+        files = {"a.mp4": box(b"ftyp", bytes(8)) + struct.pack(">I4sQ", 1, b"mdat", 16 + 5000) + bytes(5000) + movie, "a.avi": b"RIFF" + bytes(4) +
+                 b"AVI " + bytes(36) + struct.pack("<I", 90), "a.mkv": b"\x1aE\xdf\xa3" + bytes(499_996), "cut.mp4": movie[:-2],
+                 "rgb.txt": b"# time\n0.1 a.png\n\n0.2 b.png\n", "x.color.png": b"", "x.depth.png": b""}  # fmt: skip
+        asked = Asked.__new__(Asked)
+        with tempfile.TemporaryDirectory() as folder:
+            os.mkdir(f"{folder}/office")
+            for name, content in files.items():
+                Path(f"{folder}/office/{name}").write_bytes(content)
+            asked.call, asked.env, asked.configs = SimpleNamespace(no_recordings=False, synthetic=False), {"DATA": folder}, {"frames": {}}
+            for count, sequence in ((700, {"layout": "video", "video": "a.mp4"}), (90, {"layout": "video", "video": "a.avi"}),
+                                    (10, {"layout": "video", "video": "a.mkv"}), (0, {"layout": "video", "video": "cut.mp4"}),
+                                    (0, {"layout": "video", "video": "none.mp4"}), (2, {"layout": "tum"}), (1, {"layout": "seven_scenes"})):
+                asked.tables = {"root": "office", "sequence": [sequence | {"folder": ".", "depth": "none"}] * 2}
+                self.assertEqual(asked._num_recorded(), 2 * count, sequence)
+            asked.tables["sequence"] = [{"layout": "video", "folder": ".", "video": "a.mp4"}]
+            asked.configs["frames"]["max_frames"] = 50
+            self.assertEqual(asked._num_recorded(), 50)
+            asked.call.no_recordings = True
+            self.assertEqual(asked._num_recorded(), 0)
 
     def test_room_on_the_disk(self):
         preflight.check_disk("/nowhere/maps", 1, "the map")
