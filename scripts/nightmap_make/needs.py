@@ -12,8 +12,17 @@ def _without_depth(sequences):
     return lacking if len(lacking) == len(sequences) else []
 
 
+def _of_rigs(sequences):
+    """Indices of the recordings that a rig made at once."""
+    rigs = [sequence.get("rig") for sequence in sequences]
+    return [i for i, rig in enumerate(rigs) if rig and rigs.count(rig) > 1]
+
+
 # Need -> the recordings that fail it (indices), and what to say of them.
-NEEDS = {"depth": (_without_depth, "no recording has depth (depth = \"none\"), which {jobs} need: record depth")}
+NEEDS = {
+    "depth": (_without_depth, "no recording has depth (depth = \"none\"), which {jobs} need: record depth"),
+    "one camera": (_of_rigs, "cameras of a rig record at once, which {jobs} cannot use: keep one [[sequence]] of each rig"),
+}
 
 
 def check_needs(jobs, sequences, site):

@@ -83,7 +83,7 @@ class PipelineTest(Declared):
             ('out.pgm', 'goal = "draw"\nout.pgm', r":18: \[grid\]: goal = .draw. is none of map; declare it"),
             ('out.pgm', 'stamp = "x"\nout.pgm', "none of recordings, pictures"),
             ('out.pgm', 'needs = ["depht"]\nout.pgm', r":18: \[grid\]: needs = \['depht'\] is no list of depth"),
-            ('out.pgm', 'needs = "depth"\nout.pgm', "is no list of depth"),
+            ('out.pgm', 'needs = "depth"\nout.pgm', "is no list of depth, one camera"),
             ('out.pgm', 'when = "a b"\nout.pgm', "no key of a site's config"),
             ('out.pgm', 'lists = "shard"\nout.pgm', "job 'frames' lists each shard already"),
             ('in.odometry', 'in.shards = "grid.pgm"\nin.odometry', "each of these jobs reads the one before it: grid -> grid"),
@@ -274,6 +274,15 @@ class NeedsTest(Declared):
         self.check('depth = "optional"', none, *jobs)
         self.check(none, none, ("features", []))
         check_needs([SimpleNamespace(name="odometry", needs=["depth"])], [], "a site of signals")
+
+    def test_cameras_that_record_at_once_are_refused_for_jobs_of_one_camera(self):
+        jobs = ("features", []), ("odometry", ["depth", "one camera"])
+        with self.assertRaisesRegex(PipelineError, r"office.toml:3, .*office.toml:6: cameras of a rig record at once, which odometry cannot use: "
+                                                   r"keep one \[\[sequence\]\] of each rig"):  # fmt: skip
+            self.check('rig = "head"', 'rig = "head"', *jobs)
+        self.check('rig = "head"', 'rig = "feet"', *jobs)
+        self.check('rig = "head"', "", *jobs)
+        self.check('rig = "head"', 'rig = "head"', ("features", []))
 
 
 def box(kind, *parts):
