@@ -106,7 +106,9 @@ DepthImage LoadDepth(const FrameRecord& frame,
 RgbdImages LoadRgbd(const FrameRecord& frame,
                     const RgbdCamera& camera,
                     const std::filesystem::path& data_root) {
-  return {LoadColor(frame, camera, data_root), LoadDepth(frame, camera, data_root)};
+  const bool has_depth = !frame.depth.path.empty();
+  return {LoadColor(frame, camera, data_root),
+          has_depth ? LoadDepth(frame, camera, data_root) : DepthImage{}};
 }
 
 }  // namespace nightmap

@@ -32,7 +32,7 @@ struct FrameRecord {
   int camera_idx = 0;        // index in cameras.json; for a query in query_cameras.json
   int sequence_idx = 0;
   ChannelFile color;                          // always present
-  ChannelFile depth;                          // required in lists of an RGB-D map, not in queries
+  ChannelFile depth;                          // empty for queries and where the site has none
   std::map<std::string, ChannelFile> others;  // present channels by name, such as "label"
 };
 
@@ -61,7 +61,7 @@ struct RgbdCamera {
 // Pixels of one frame.
 struct RgbdImages {
   ColorImage color;
-  DepthImage depth;  // metres at the color camera's pixels
+  DepthImage depth;  // metres at the color camera's pixels; no pixels when the frame has no depth
 };
 
 // CSV with header frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,
@@ -102,7 +102,7 @@ ColorImage LoadColor(const FrameRecord& frame,
 DepthImage LoadDepth(const FrameRecord& frame,
                      const RgbdCamera& camera,
                      const std::filesystem::path& data_root);
-// Color and depth.
+// Color, and depth where the frame has it.
 RgbdImages LoadRgbd(const FrameRecord& frame,
                     const RgbdCamera& camera,
                     const std::filesystem::path& data_root);

@@ -146,6 +146,7 @@ RawSequence ReadSequence(const SiteConfig& site,
   for (RawFrame& frame : sequence.frames) frame.camera_idx = config.camera_idx;
   sequence.is_query = is_query;
   sequence.needs_depth = folder.NeedsDepth();
+  sequence.rig = config.rig;
   AddLabels(folder, &sequence);
   if (!config.ground_truth.empty()) {
     sequence.ground_truth = ReadTum(SitePath(site, config.ground_truth, data_root));

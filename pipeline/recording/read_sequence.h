@@ -26,6 +26,7 @@ struct RawSequence {
   std::string name;  // for messages: where the site config describes it
   bool is_query = false;
   bool needs_depth = true;                // a frame without it cannot be mapped
+  std::string rig;                        // sequences of one rig record at once; empty: none
   std::vector<RawFrame> frames;           // times increase
   std::vector<StampedPose> ground_truth;  // world_from_camera, times increase; may be empty
 };

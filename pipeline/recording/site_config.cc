@@ -32,6 +32,7 @@ struct SequenceTable {
              "folder layout of the recording");
     list.Add("folder", &s.folder, "relative to root");
     list.Add("camera", &camera, "id of a [[camera]]");
+    list.Add("rig", &s.rig, "name of the cameras that record at once");
     list.Add("video", &s.video, "layout video: the file, relative to folder");
     list.Add("depth_folder", &s.depth_folder, "layout video: depth images, relative to folder");
     list.Add("frame_rate_hz", &s.frame_rate_hz, {0, 1000}, "0: the video's, 30 for seven_scenes");
@@ -180,6 +181,7 @@ constexpr const char* kOfMake[] = {"profile", "synthetic", "import"};
 
 void AddQueries(toml::table& root, const std::string& source, SiteConfig* site) {
   for (toml::table* table : Tables(root, "query", source)) {
+    Refuse(*table, {"rig"}, Where(*table, source), "is for a [[sequence]]");
     site->queries.push_back(ParseSequence(*table, source, site->cameras));
   }
 }

@@ -18,6 +18,7 @@ struct SequenceConfig {
   std::string layout = "tum";  // tum | seven_scenes | video | pictures
   std::string folder;          // relative to SiteConfig::root
   int camera_idx = 0;          // kOwnCameras: each picture has its own
+  std::string rig;             // sequences of one rig record at once; empty: none
   // Layout pictures, only in a [[query]]: a folder of pictures, a .txt list of them, or one
   // picture, relative to root. It may lead out of the data folder.
   std::string pictures;

@@ -112,12 +112,6 @@ class InputFiles:
         return files
 
 
-def num_files(stamp):
-    """The number of files in a file that settle wrote."""
-    with open(stamp, encoding="utf-8") as file:
-        return int(file.read().split()[0])
-
-
 def input_files(request, sites):
     """Recordings and pictures. Make itself handles a recording that synthesize makes, including its queries; synthesize
     never makes plain pictures."""

@@ -47,7 +47,7 @@ class MakeRun:
         self._settle()
         self._write_rules()
         self._mend_times()
-        self.asked.check_disk(self.graph.jobs.values(), self.stamps)
+        self.asked.check_disk(self.graph.jobs.values())
         begin_run(self.folder, self.goals)
         if self.had_failure:
             os.remove(f"{self.folder}/logs/failure.json")
@@ -75,7 +75,7 @@ class MakeRun:
             self._remove_gone()
             return 0
         for job in list(self.asked.pipeline.jobs.values()):
-            if not self.asked.pipeline.decides_rules(job) or job.name not in self.graph.jobs or not self._is_needed(job):
+            if not self.asked.pipeline.decides_rules(job) or job.name not in self.graph.jobs or job.name not in self.asked.needed_jobs():
                 continue
             before, size = self.site_state.lists[job.lists], journal_size(self.folder)
             code = self._make([list_goal(job)])
@@ -100,19 +100,9 @@ class MakeRun:
         """Checks all rules once, with the present lists: most calls need no more."""
         return not self._goals_without_jobs() and self._make(self.goals, "-q", quiet=True) == 0
 
-    def _is_needed(self, job):
-        """Whether a goal reads this list."""
-        goals = self._goals_of_jobs()
-        files = [goal.removeprefix(f"{self.folder}/").split("/")[0] for goal in goals if goal.startswith(f"{self.folder}/")]
-        return job.name in closure(self.asked.pipeline, goals, files)
-
-    def _goals_of_jobs(self):
-        goals = self.asked.pipeline.goals
-        return [goals[goal].needs if goal in goals else goal for goal in self.goals]
-
     def _goals_without_jobs(self):
         """(goal, job) where the site lacks what a job of the goal is for."""
-        of_goals = [(goal, job) for goal, needed in zip(self.goals, self._goals_of_jobs())
+        of_goals = [(goal, job) for goal, needed in zip(self.goals, self.asked.goals_of_jobs())
                     for job in self.asked.pipeline.jobs.values() if job.goal == needed]  # fmt: skip
         made = {goal for goal, job in of_goals if job.name in self.graph.jobs}
         return [(goal, job) for goal, job in of_goals if goal not in made]

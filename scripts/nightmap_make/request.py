@@ -9,10 +9,12 @@ from nightmap_make import preflight
 from nightmap_make.changed_files import write_if_changed
 from nightmap_make.config_values import ConfigError, canonical, load, plain_errors
 from nightmap_make.imports import check_imports
-from nightmap_make.input_files import num_files
+from nightmap_make.recorded_frames import num_recorded_frames
 from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
+from nightmap_make.site_state import SiteState
 from nightmap_site.declaration import PipelineError
-from nightmap_site.pipeline import PROFILE_FILE, profile_text, read_pipeline
+from nightmap_site.needs import check_needs
+from nightmap_site.pipeline import PROFILE_FILE, closure, profile_text, read_pipeline
 
 ENOUGH_FRAMES = 100  # fewer say little about the next
 MARGIN = 1.2
@@ -93,6 +95,25 @@ class Asked:
                                             self._site_texts(name)) for name in programs}  # fmt: skip
         preflight.check_configs(self.env["BUILD"], texts, self.is_preview)
         preflight.check_clashes(self.pipeline.clashes, texts)
+        self._check_needs()
+
+    def _check_needs(self):
+        state = SiteState(self.name, self.folder, self.env["DATA"])
+        state.is_synthetic, state.tables = self.request.is_synthetic, self.tables
+        needed = self.needed_jobs()
+        jobs = [job for job in self.pipeline.jobs.values() if job.name in needed and (job.when == "asked" or state.has(job.when))]
+        check_needs(jobs, self.tables.get("sequence", []), self.request.site)
+
+    def goals_of_jobs(self):
+        """The goals whose jobs make the goals of this call."""
+        goals = self.pipeline.goals
+        return [goals[goal].needs if goal in goals else goal for goal in self.goals]
+
+    def needed_jobs(self):
+        """Names of the jobs that the goals need; a goal may be a file of the site's folder."""
+        goals = self.goals_of_jobs()
+        folders = [goal.removeprefix(f"{self.folder}/").split("/")[0] for goal in goals if goal.startswith(f"{self.folder}/")]
+        return closure(self.pipeline, goals, folders)
 
     def _site_texts(self, program):
         """Port -> text of the site's config that a program reads there."""
@@ -116,9 +137,9 @@ class Asked:
         return {program: sorted({job.folder for job in self.pipeline.jobs.values() if job.program == program})
                 for program in self.pipeline.programs()}  # fmt: skip
 
-    def check_disk(self, jobs, stamps):
+    def check_disk(self, jobs):
         """Room for the frames added since the last list of frames."""
-        num_frames = self._num_recorded(stamps) - listed_frames(self.folder)
+        num_frames = self._num_recorded() - listed_frames(self.folder)
         if num_frames <= 0:
             return
         needed = [job for job in jobs if job.goal in self.goals or job.goal == "map"]
@@ -136,11 +157,10 @@ class Asked:
             folders[folder] = MARGIN * preflight.size_bytes(f"{self.folder}/{folder}") / num_listed or folders[folder]
         return sum(folders.values())
 
-    def _num_recorded(self, stamps):
-        """Estimated number of frames: most frames have two files."""
-        if self.request.is_synthetic:
-            recorded = self.configs["synthesize"].get("num_frames", 0)
-        else:
-            recorded = num_files(stamps["recordings"]) // 2 if "recordings" in stamps else 0
+    def _num_recorded(self):
+        if not self.request.reads_recordings:
+            return 0
+        recorded = (self.configs["synthesize"].get("num_frames", 0) if self.request.is_synthetic
+                    else num_recorded_frames(self.tables, self.env["DATA"]))
         most = self.configs["frames"].get("max_frames", 0)
         return min(recorded, most) if most > 0 else recorded

@@ -5,10 +5,11 @@ import json
 import os
 import re
 
+from nightmap_site.needs import NEEDS
 from nightmap_site.declaration import Declaration, PipelineError, read_toml
 
 KEYS = {"purpose", "program", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads", "stamp",
-        "kB_per_frame", "section"}  # fmt: skip
+        "kB_per_frame", "section", "needs"}  # fmt: skip
 REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this|all))?(?P<if_made> if made)?")
 CONDITION = re.compile(r"\w+(\.\w+)*")
 SOURCES = ("site", "queries", "data")
@@ -52,6 +53,7 @@ class Job:
         self.outputs, self.beside = dict(table.get("out", {})), dict(table.get("beside", {}))
         self.finds = [tuple(text.split(".", 1)) for text in table.get("finds", [])]
         self.kB_per_frame = table.get("kB_per_frame", 0)
+        self.needs = table.get("needs", [])
         self.stamp = table.get("stamp")
         self.reads = list(table.get("reads", []))
         self.sections = dict(table.get("section", {}))
@@ -59,6 +61,8 @@ class Job:
             raise PipelineError(f"{where('section')}: section has only {' and '.join(SECTIONS)}")
         if not self.purpose or not self.outputs:
             raise PipelineError(f"{where()} needs a purpose and an output")
+        if not isinstance(self.needs, list) or not all(need in list(NEEDS) for need in self.needs):
+            raise PipelineError(f"{where('needs')}: needs = {self.needs!r} is no list of {', '.join(NEEDS)}")
         if self.stamp not in (None, *STAMPS):
             raise PipelineError(f"{where('stamp')}: stamp = \"{self.stamp}\" is none of {', '.join(STAMPS)}")
         if self.when is not None and not CONDITION.fullmatch(self.when):

@@ -56,8 +56,9 @@ struct FrameLists {
 // > 0. The choice depends only on a frame's place in the lists, so a damaged file moves no other
 // frame from one list to the other. A mapping frame with a problem, or without the depth that its
 // sequence needs, is left out. A held-out frame with a problem stays, so that localize counts it as
-// a failure. Ground truth is interpolated by TruthAt. Throws DataError when sequences overlap in
-// time. Pure and deterministic.
+// a failure. Order and times are those of OrderFrames (frame_order.h). Ground truth is interpolated
+// by TruthAt at the times of the recording. Throws what CheckTimesIncrease throws. Pure and
+// deterministic.
 FrameLists RunFrames(const std::vector<RawSequence>& sequences, int hold_out_every);
 
 // Cuts the frames into runs of `shard_size`; the last may be shorter.

@@ -238,6 +238,19 @@ TEST(LoadDepth, IsInMetresWithinTheRange) {
   EXPECT_FLOAT_EQ(depth.At(5, 0), 4.5f);
 }
 
+TEST(LoadRgbd, AFrameWithoutDepthHasNoDepthPixels) {
+  const TemporaryFolder folder;
+  WritePng(folder / "c.png", ColorImage{40, 30, 3, std::vector<std::uint8_t>(3600, 1)});
+  FrameRecord frame;
+  frame.color.path = "c.png";
+  const RgbdImages images = LoadRgbd(frame, SomeCamera(), folder.Path());
+  EXPECT_EQ(images.color.pixels.size(), 3600u);
+  EXPECT_EQ(images.depth.width, 0);
+  EXPECT_TRUE(images.depth.pixels.empty());
+  frame.depth.path = "lost.png";
+  NIGHTMAP_EXPECT_ERROR(DataError, LoadRgbd(frame, SomeCamera(), folder.Path()), "lost.png");
+}
+
 TEST(LoadFrame, ImagesOfAnotherSizeAreRefused) {
   const TemporaryFolder folder;
   WritePng(folder / "d.png", RawDepthImage{4, 4, 1, std::vector<std::uint16_t>(16, 1000)});

@@ -73,10 +73,12 @@ class ReadSequenceTest : public testing::Test {
 TEST_F(ReadSequenceTest, TumFolder) {
   WriteTum(4);
   config_.time_offset_s = 10;
+  config_.rig = "head";
   folder_.Write("site/truth.txt", "0.1 1 2 3 0 0 0 1\n");
   config_.ground_truth = "truth.txt";
   const auto sequence = Inspect();
   ASSERT_EQ(sequence.frames.size(), 4u);
+  EXPECT_EQ(sequence.rig, "head");
   EXPECT_EQ(sequence.frames[2].time_ns, 12'100'000'000);
   EXPECT_EQ(sequence.frames[2].color.path, "site/rgb/2.png");
   EXPECT_EQ(sequence.frames[2].depth.path, "site/depth/2.png");

@@ -156,6 +156,17 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
   expect("hold_out_every = 5", "hold_out_every = ", "s.toml:2: not valid TOML");
 }
 
+TEST(SiteConfig, SequencesMayBeOfARig) {
+  const auto site = ParseSiteConfig(
+      Replaced("folder = \"one\"\n", "folder = \"one\"\nrig = \"head\"\n"), "s.toml");
+  EXPECT_EQ(site.sequences[0].rig, "head");
+  EXPECT_EQ(site.sequences[1].rig, "");
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError,
+      ParseSiteConfig(Replaced("[[query]]\n", "[[query]]\nrig = \"head\"\n"), "s.toml"),
+      "s.toml:25: 'rig' is for a [[sequence]]: remove it");
+}
+
 TEST(SiteConfig, LinksMayBeAllowedToLeadOutside) {
   const auto with = [](const std::string& keys) {
     return ParseSiteConfig(Replaced("folder = \"one\"\n", "folder = \"one\"\n" + keys), "s.toml");

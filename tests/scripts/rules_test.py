@@ -3,6 +3,7 @@
 
 import json
 import os
+import struct
 import tempfile
 import unittest
 from pathlib import Path
@@ -14,6 +15,8 @@ from nightmap_make.graph import Graph
 from nightmap_make.request import Asked
 from nightmap_make.rules_file import RulesFile, Times
 from nightmap_make.site_state import SiteState
+from nightmap_site.declaration import read_toml
+from nightmap_site.needs import check_needs
 from nightmap_site.pipeline import PipelineError, read_pipeline
 from nightmap_site.site import CONFIGS
 
@@ -79,6 +82,8 @@ class PipelineTest(Declared):
             ("in.odometry", "inn.odometry", "unknown key 'inn'"),
             ('out.pgm', 'goal = "draw"\nout.pgm', r":18: \[grid\]: goal = .draw. is none of map; declare it"),
             ('out.pgm', 'stamp = "x"\nout.pgm', "none of recordings, pictures"),
+            ('out.pgm', 'needs = ["depht"]\nout.pgm', r":18: \[grid\]: needs = \['depht'\] is no list of depth"),
+            ('out.pgm', 'needs = "depth"\nout.pgm', "is no list of depth, one camera"),
             ('out.pgm', 'when = "a b"\nout.pgm', "no key of a site's config"),
             ('out.pgm', 'lists = "shard"\nout.pgm', "job 'frames' lists each shard already"),
             ('in.odometry', 'in.shards = "grid.pgm"\nin.odometry', "each of these jobs reads the one before it: grid -> grid"),
@@ -252,6 +257,44 @@ class InterruptedTest(Declared):
             self.assertIsNone(why.config_change(graph.site, graph, grid))
 
 
+class NeedsTest(Declared):
+    SITE = 'profile = "x"\n\n[[sequence]]\nfolder = "a"\n%s\n[[sequence]]\nfolder = "b"\n%s\n'
+
+    def check(self, first, second, *jobs):
+        site = self.write("office.toml", self.SITE % (first, second))
+        check_needs([SimpleNamespace(name=name, needs=needs) for name, needs in jobs], read_toml(site).get("sequence", []), str(site))
+
+    def test_depth_that_no_recording_has_is_refused_once_with_places_jobs_and_remedy(self):
+        none = 'depth = "none"'
+        jobs = ("features", []), ("odometry", ["depth"]), ("octree", ["depth"])
+        with self.assertRaisesRegex(PipelineError, r"office.toml:3, .*office.toml:6: no recording has depth \(depth = .none.\), which odometry, "
+                                                   r"octree need: record depth, or choose a profile without these jobs"):  # fmt: skip
+            self.check(none, none, *jobs)
+        self.check(none, "", *jobs)
+        self.check('depth = "optional"', none, *jobs)
+        self.check(none, none, ("features", []))
+        check_needs([SimpleNamespace(name="odometry", needs=["depth"])], [], "a site of signals")
+
+    def test_cameras_that_record_at_once_are_refused_for_jobs_of_one_camera(self):
+        jobs = ("features", []), ("odometry", ["depth", "one camera"])
+        with self.assertRaisesRegex(PipelineError, r"office.toml:3, .*office.toml:6: cameras of a rig record at once, which odometry cannot use: "
+                                                   r"keep one \[\[sequence\]\] of each rig"):  # fmt: skip
+            self.check('rig = "head"', 'rig = "head"', *jobs)
+        self.check('rig = "head"', 'rig = "feet"', *jobs)
+        self.check('rig = "head"', "", *jobs)
+        self.check('rig = "head"', 'rig = "head"', ("features", []))
+
+
+def box(kind, *parts):
+    content = b"".join(parts)
+    return struct.pack(">I4s", 8 + len(content), kind) + content
+
+
+def track_of_mp4(header, num_samples):
+    samples = box(b"stbl", box(b"stsz", struct.pack(">III", 0, 0, num_samples)))
+    return box(b"trak", box(b"tkhd", bytes(84)), box(b"mdia", box(b"minf", box(header, bytes(12)), samples)))
+
+
 class PreflightTest(unittest.TestCase):
     def texts(self, **values):
         return {name: preflight.ConfigText(config, "", dict.fromkeys(config, "SET"), {}) for name, config in values.items()}
@@ -285,6 +328,29 @@ class PreflightTest(unittest.TestCase):
             self.assertEqual(asked._bytes_per_frame(jobs), 114_000)  # too few frames
             Path(f"{folder}/frames/report.json").write_text('{"num_frames": 200}')
             self.assertEqual(asked._bytes_per_frame(jobs), 1.2 * 1000 + 24_000)
+
+    def test_room_counts_the_frames_of_recordings_without_depth(self):
+        movie = box(b"moov", track_of_mp4(b"smhd", 4000), track_of_mp4(b"vmhd", 700))
+        files = {"a.mp4": box(b"ftyp", bytes(8)) + struct.pack(">I4sQ", 1, b"mdat", 16 + 5000) + bytes(5000) + movie, "a.avi": b"RIFF" + bytes(4) +
+                 b"AVI " + bytes(36) + struct.pack("<I", 90), "a.mkv": b"\x1aE\xdf\xa3" + bytes(499_996), "cut.mp4": movie[:-2],
+                 "rgb.txt": b"# time\n0.1 a.png\n\n0.2 b.png\n", "x.color.png": b"", "x.depth.png": b""}  # fmt: skip
+        asked = Asked.__new__(Asked)
+        with tempfile.TemporaryDirectory() as folder:
+            os.mkdir(f"{folder}/office")
+            for name, content in files.items():
+                Path(f"{folder}/office/{name}").write_bytes(content)
+            asked.request = SimpleNamespace(reads_recordings=True, is_synthetic=False)
+            asked.env, asked.configs = {"DATA": folder}, {"frames": {}}
+            for count, sequence in ((700, {"layout": "video", "video": "a.mp4"}), (90, {"layout": "video", "video": "a.avi"}),
+                                    (10, {"layout": "video", "video": "a.mkv"}), (0, {"layout": "video", "video": "cut.mp4"}),
+                                    (0, {"layout": "video", "video": "none.mp4"}), (2, {"layout": "tum"}), (1, {"layout": "seven_scenes"})):
+                asked.tables = {"root": "office", "sequence": [sequence | {"folder": ".", "depth": "none"}] * 2}
+                self.assertEqual(asked._num_recorded(), 2 * count, sequence)
+            asked.tables["sequence"] = [{"layout": "video", "folder": ".", "video": "a.mp4"}]
+            asked.configs["frames"]["max_frames"] = 50
+            self.assertEqual(asked._num_recorded(), 50)
+            asked.call.no_recordings = True
+            self.assertEqual(asked._num_recorded(), 0)
 
     def test_room_on_the_disk(self):
         preflight.check_disk("/nowhere/maps", 1, "the map")

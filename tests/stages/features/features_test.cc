@@ -51,6 +51,23 @@ TEST_F(FeaturesTest, ABrokenFrameIsReportedAndStaysInItsPlace) {
   }
 }
 
+TEST_F(FeaturesTest, FramesWithoutDepthHaveTheSameFeatures) {
+  const auto load = [](const FrameRecord& frame) {
+    RgbdImages images = Load(frame);
+    images.depth = {};
+    return images;
+  };
+  Progress progress("features", false);
+  const auto without = RunFeatures({}, frames_, cameras_, load, 1, progress);
+  const auto with = Extract(1);
+  EXPECT_EQ(without.skipped, with.skipped);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(without.shard.frames[i].descriptors, with.shard.frames[i].descriptors);
+    EXPECT_EQ(without.shard.frames[i].keypoints_px, with.shard.frames[i].keypoints_px);
+    for (const float depth_m : without.shard.frames[i].depths_m) EXPECT_EQ(depth_m, 0.0F);
+  }
+}
+
 TEST_F(FeaturesTest, IsTheSameAtAnyNumberOfThreads) {
   const FeaturesResult one = Extract(1), four = Extract(4);
   EXPECT_EQ(one.skipped, four.skipped);

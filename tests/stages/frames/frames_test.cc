@@ -106,6 +106,78 @@ TEST(RunFrames, OverlappingSequencesAreRefused) {
   EXPECT_NO_THROW(RunFrames({Sequence("a", 0, 5), Sequence("b", 5 * kPeriod_ns, 5)}, 0));
 }
 
+// Cameras 1 and 0 of a rig, in this order, with the same times but for the second, which begins one
+// frame later and has one more.
+std::vector<RawSequence> Rig() {
+  std::vector<RawSequence> sequences = {Sequence("right", 0, 4), Sequence("left", kPeriod_ns, 4)};
+  for (RawSequence& sequence : sequences) sequence.rig = "head";
+  for (RawFrame& frame : sequences[0].frames) frame.camera_idx = 1;
+  return sequences;
+}
+
+TEST(RunFrames, CamerasOfARigAreMergedByTimeThenCamera) {
+  auto sequences = Rig();
+  for (const RawFrame& frame : sequences[0].frames)
+    sequences[0].ground_truth.push_back(At(frame.time_ns, 1, 0));
+  sequences.push_back(Sequence("next", 5 * kPeriod_ns, 1));
+  const auto lists = RunFrames(sequences, 0);
+  std::string order;
+  std::vector<std::int64_t> times_ns;
+  for (const FrameRecord& frame : lists.frames) {
+    order += frame.color.path + " ";
+    times_ns.push_back(frame.time_ns);
+    EXPECT_EQ(frame.sequence_idx,
+              frame.color.path[0] == 'r'   ? 0
+              : frame.color.path[0] == 'l' ? 1
+                                           : 2);
+  }
+  EXPECT_EQ(order,
+            "right/0.png left/0.png right/1.png left/1.png right/2.png left/2.png right/3.png "
+            "left/3.png next/0.png ");
+  const std::int64_t t = kPeriod_ns;
+  EXPECT_EQ(
+      times_ns,
+      (std::vector<std::int64_t>{0, t, t + 1, 2 * t, 2 * t + 1, 3 * t, 3 * t + 1, 4 * t, 5 * t}));
+  ExpectContiguous(lists.frames);
+  ASSERT_EQ(lists.ground_truth.size(), 4u);
+  EXPECT_EQ(lists.ground_truth[1].time_ns, t + 1);  // the key of its frame
+}
+
+TEST(RunFrames, ADamagedFrameOfARigMovesNoTime) {
+  auto sequences = Rig();
+  const auto whole = RunFrames(sequences, 3);
+  sequences[1].frames[1].problem = "left/1.png: truncated";
+  const auto damaged = RunFrames(sequences, 3);
+  EXPECT_EQ(FramesToCsv(damaged.held_out), FramesToCsv(whole.held_out));
+  EXPECT_EQ(damaged.frames.size() + 1, whole.frames.size());
+  for (const FrameRecord& frame : damaged.frames) {
+    const auto same = std::ranges::find(
+        whole.frames, frame.color.path, [](const FrameRecord& other) { return other.color.path; });
+    ASSERT_NE(same, whole.frames.end());
+    EXPECT_EQ(frame.time_ns, same->time_ns);
+  }
+}
+
+TEST(RunFrames, OnlyDifferentCamerasOfOneRigMayOverlap) {
+  const auto refused = [](const auto& change) {
+    auto sequences = Rig();
+    change(sequences);
+    NIGHTMAP_EXPECT_ERROR(
+        DataError, RunFrames(sequences, 0), "cameras that record at once need the same `rig`");
+  };
+  EXPECT_NO_THROW(RunFrames(Rig(), 0));
+  refused([](auto& sequences) { sequences[1].rig = "feet"; });
+  refused([](auto& sequences) { sequences[0].rig = sequences[1].rig = ""; });
+  refused([](auto& sequences) {
+    for (RawFrame& frame : sequences[1].frames) frame.camera_idx = 1;
+  });
+  refused([](auto& sequences) {  // a recording of no rig between them, and one after them that
+                                 // begins early
+    sequences.insert(sequences.begin() + 1, Sequence("between", 10 * kPeriod_ns, 1));
+  });
+  refused([](auto& sequences) { sequences.push_back(Sequence("next", 4 * kPeriod_ns, 1)); });
+}
+
 TEST(RunFrames, TruthIsExactInterpolatedOrAbsent) {
   auto sequence = Sequence("a", 0, 10);  // 0, 50 ... 450 ms
   sequence.ground_truth = {At(0, 0, 0),
@@ -145,6 +217,15 @@ TEST(SelectFrames, StrideAndLimitThinTheRecordings) {
   EXPECT_EQ(sequences[1].frames.size(), 2u);
   options = {};
   EXPECT_EQ(SelectFrames(options, &sequences), 0u);
+}
+
+TEST(SelectFrames, ALimitKeepsTheFirstMomentsOfARig) {
+  auto sequences = Rig();
+  FramesOptions options;
+  options.max_frames = 5;
+  EXPECT_EQ(SelectFrames(options, &sequences), 3u);
+  EXPECT_EQ(sequences[0].frames.size(), 3u);
+  EXPECT_EQ(sequences[1].frames.size(), 2u);
 }
 
 TEST(CutShards, AppendingFramesChangesTheLastShardOnly) {
