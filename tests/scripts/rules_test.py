@@ -349,7 +349,7 @@ class PreflightTest(unittest.TestCase):
             asked.tables["sequence"] = [{"layout": "video", "folder": ".", "video": "a.mp4"}]
             asked.configs["frames"]["max_frames"] = 50
             self.assertEqual(asked._num_recorded(), 50)
-            asked.call.no_recordings = True
+            asked.request.reads_recordings = False
             self.assertEqual(asked._num_recorded(), 0)
 
     def test_room_on_the_disk(self):
