@@ -15,6 +15,7 @@ from nightmap_make.lock import SiteLock
 from nightmap_make.request import Refused
 from nightmap_make.rules_file import RulesFile, Times, list_goal
 from nightmap_make.site_state import SiteState
+from nightmap_site.pipeline import closure
 from nightmap_site.script_errors import os_error_text
 
 
