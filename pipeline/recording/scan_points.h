@@ -10,8 +10,8 @@
 
 namespace nightmap {
 
-// Whether a beam hit something: its range is positive and below the scan's limit. Scanners report
-// zero, NaN, or the limit and more where nothing was hit.
+// Whether a beam hit something: its range is positive and below the scan's limit. Where a scanner
+// hit nothing it reports zero, NaN, the limit or more.
 bool IsHit(const SignalSample& scan, float range_m);
 
 struct ScanPoints {

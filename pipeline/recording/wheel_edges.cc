@@ -90,25 +90,38 @@ Matrix6d Covariance(const WheelNoise& noise, const WheelMotion& motion) {
 
 void WheelNoise::Register(OptionList& list) {
   const Range sigma(1e-6, 10), growth(0, 10);
-  list.Add("position_sigma_floor_m", &position_sigma_floor_m, sigma, "of x and y between frames");
+  list.Add("position_sigma_floor_m",
+           &position_sigma_floor_m,
+           sigma,
+           "standard deviation of x and y from frame to frame");
   list.Add("position_sigma_per_distance",
            &position_sigma_per_distance,
            growth,
-           "added per metre driven, in metres");
+           "added to it, in metres per metre driven");
+  list.Add("position_sigma_m_per_rad",
+           &position_sigma_m_per_rad,
+           growth,
+           "added to it per radian turned");
+  list.Add("heading_sigma_floor_rad",
+           &heading_sigma_floor_rad,
+           sigma,
+           "standard deviation of the heading from frame to frame");
   list.Add(
-      "position_sigma_m_per_rad", &position_sigma_m_per_rad, growth, "added per radian turned");
-  list.Add("heading_sigma_floor_rad", &heading_sigma_floor_rad, sigma, "between frames");
-  list.Add("heading_sigma_rad_per_m", &heading_sigma_rad_per_m, growth, "added per metre driven");
+      "heading_sigma_rad_per_m", &heading_sigma_rad_per_m, growth, "added to it per metre driven");
   list.Add("heading_sigma_per_turn",
            &heading_sigma_per_turn,
            growth,
-           "added per radian turned, in radians");
-  list.Add("plane_sigma_m", &plane_sigma_m, sigma, "of the height between frames");
-  list.Add("plane_sigma_rad", &plane_sigma_rad, sigma, "of roll and pitch between frames");
-  list.Add("max_gap_s",
-           &max_gap_s,
-           Range(0.001, 60),
-           "samples farther apart make no edge between the frames around them");
+           "added to it, in radians per radian turned");
+  list.Add("plane_sigma_m",
+           &plane_sigma_m,
+           sigma,
+           "standard deviation of the height from frame to frame");
+  list.Add("plane_sigma_rad",
+           &plane_sigma_rad,
+           sigma,
+           "standard deviation of roll and pitch from frame to frame");
+  list.Add(
+      "max_gap_s", &max_gap_s, Range(0.001, 60), "an edge spans no longer gap between samples");
 }
 
 SensorEdges WheelEdges(const WheelNoise& noise,

@@ -24,7 +24,7 @@ struct WheelNoise {
   double heading_sigma_per_turn = 0.05;  // rad per rad
   double plane_sigma_m = 0.005;
   double plane_sigma_rad = 0.01;
-  double max_gap_s = 0.5;  // between samples; an edge spans no longer one
+  double max_gap_s = 0.5;  // an edge spans no longer gap between samples
 
   void Register(OptionList& list);
 };
