@@ -41,18 +41,22 @@ def table(pipeline):
 
 def describe(configs):
     pipeline = read_pipeline(configs)
-    return f"{drawing(pipeline)}\n{table(pipeline)}" + "".join(profiles(Path(configs), pipeline))
+    return f"{drawing(pipeline)}\n{table(pipeline)}" + profiles(Path(configs), pipeline)
 
 
 def profiles(configs, default):
-    """For each profile, the jobs that differ from the default ones."""
+    """The jobs of all profiles that differ from the default ones."""
+    known = {row(job) for job in default.jobs.values()}
+    rows, left_out = [], []
     for overlay in sorted(configs.glob("*/pipeline.toml")):
+        profile = overlay.parent.name
         given = {table["given"] for table in read_toml(overlay).values() if isinstance(table, dict) and "given" in table}
-        pipeline = read_pipeline(str(configs), overlay.parent.name, given)
-        known = {row(job) for job in default.jobs.values()}
-        rows = [row(job) for job in pipeline.jobs.values() if row(job) not in known]
+        pipeline = read_pipeline(str(configs), profile, given)
+        rows += [f"| `{profile}` {row(job)}" for job in pipeline.jobs.values() if row(job) not in known]
         out = ", ".join(f"`{name}`" for name in default.jobs if name not in pipeline.jobs)
-        yield f"\nProfile `{overlay.parent.name}`" + (f", without {out}" if out else "") + ":\n\n" + "\n".join([*HEAD, *rows]) + "\n"
+        left_out += [f"; `{profile}` leaves out {out}"] if out else []
+    head = (f"| profile {HEAD[0]}", f"|---{HEAD[1]}")
+    return f"\nJobs that a profile adds or changes{''.join(left_out)}:\n\n" + "\n".join([*head, *rows]) + "\n"
 
 
 def feeds(pipeline):

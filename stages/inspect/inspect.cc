@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "pipeline/recording/scan_points.h"
 #include "stages/inspect/sampled_pictures.h"
 
 namespace nightmap {
@@ -49,7 +50,7 @@ std::string DescribeScans(const Signal& signal) {
     step_deg.Add(scan.value[1] * 180 / 3.14159265358979);
     for (const float range : scan.ranges_m) {
       ++num_ranges;
-      if (range >= scan.value[2]) continue;
+      if (!IsHit(scan, range)) continue;
       ++num_hits;
       range_m.Add(range);
     }

@@ -1,14 +1,15 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """What every program answers without inputs, and that configs/default is what the programs say."""
-import pathlib
 import subprocess
 import tempfile
 import tomllib
 import unittest
 
-from workspace import BUILD, PIPELINE, REPOSITORY
+from workspace import BUILD, REPOSITORY
 
+# Program -> its default config, those of profiles included.
+DEFAULTS = {path.stem: path for path in [*REPOSITORY.glob("configs/default/*.toml"), *REPOSITORY.glob("configs/*/default/*.toml")]}
 NUM_KEYS = 2  # of each stage tried with a wrong value; tests/base tries every kind of option
 
 
@@ -18,7 +19,7 @@ def run(stage, *arguments):
 
 class ProgramsTest(unittest.TestCase):
     def check_each(self, check):
-        for stage in PIPELINE.programs():
+        for stage in DEFAULTS:
             with self.subTest(stage):
                 check(stage)
 
@@ -42,7 +43,7 @@ class ProgramsTest(unittest.TestCase):
         def check(stage):
             printed = run(stage, "--print-config")
             self.assertEqual(printed.returncode, 0, printed.stderr)
-            path = pathlib.Path(REPOSITORY / "configs/default" / f"{stage}.toml")
+            path = DEFAULTS[stage]
             self.assertEqual(tomllib.loads(path.read_text(encoding="utf-8")), tomllib.loads(printed.stdout))
             self.assertEqual(run(stage, "--check-config", "--config", path).returncode, 0)
             self.assertEqual(self.check_config(stage, printed.stdout).returncode, 0)

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a laser scanner hit, as points.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/recording/signals_io.h"
+
+namespace nightmap {
+
+// Whether a beam hit something: its range is positive and below the scan's limit. Where a scanner
+// hit nothing it reports zero, NaN, the limit or more.
+bool IsHit(const SignalSample& scan, float range_m);
+
+struct ScanPoints {
+  std::int64_t time_ns = 0;
+  std::vector<Eigen::Vector3d> points_in_robot;  // metres; hits only, in the order of the beams
+};
+
+// Points of a sample of `signal`, a sensor that scans. Beam i points at first angle + i * step,
+// counter-clockwise from the sensor's x in its plane z = 0. Pure.
+ScanPoints PointsInRobot(const SignalSample& scan, const Signal& signal);
+
+}  // namespace nightmap

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Motion of the cameras between frames, from the odometry of the wheels.
+#pragma once
+
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/io/edges_io.h"
+#include "pipeline/io/frames_io.h"
+#include "pipeline/recording/signals_io.h"
+
+namespace nightmap {
+
+// How far to trust the wheels on the way from one frame to the next. Standard deviations grow
+// linearly with the distance driven and the angle turned, as in the odometry motion model of Thrun,
+// Burgard, Fox, "Probabilistic Robotics" (2005), 5.4. Wheels stay on the ground: height, roll and
+// pitch of the wheels' frame change by no more than `plane_sigma`.
+struct WheelNoise {
+  double position_sigma_floor_m = 0.002;
+  double position_sigma_per_distance = 0.05;  // metres per metre
+  double position_sigma_m_per_rad = 0.01;
+  double heading_sigma_floor_rad = 0.002;
+  double heading_sigma_rad_per_m = 0.02;
+  double heading_sigma_per_turn = 0.05;  // rad per rad
+  double plane_sigma_m = 0.005;
+  double plane_sigma_rad = 0.01;
+  double max_gap_s = 0.5;  // an edge spans no longer gap between samples
+
+  void Register(OptionList& list);
+};
+
+// One odometry edge per two consecutive frames of a sequence:
+//   camera_b_from_camera_a = camera_from_robot * robot_b_from_robot_a * robot_from_camera.
+// `odometry` holds samples x, y (m), heading (rad) of the wheels' frame: x forward, z up. Between
+// two samples the wheels drive an arc at constant speed, so straight and circular motion is exact.
+// Frames before the first or after the last sample, or with a gap between them, get no edge. The
+// covariance is that of SensorEdge. Frames ascend in time within a sequence; their camera_idx is in
+// `cameras`. Pure and deterministic.
+SensorEdges WheelEdges(const WheelNoise& noise,
+                       const std::vector<FrameRecord>& frames,
+                       const std::vector<RgbdCamera>& cameras,
+                       const Signal& odometry);
+
+}  // namespace nightmap
