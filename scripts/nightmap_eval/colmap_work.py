@@ -10,6 +10,7 @@ from nightmap_eval.colmap_files import camera_parameters, read_images, replace_c
 from nightmap_eval.colmap_run import ColmapFailed, Step, require
 from nightmap_eval.located_queries import refuse_mapped_queries
 from nightmap_eval.script_errors import DataError
+from nightmap_eval.site import Site
 
 # vocab_tree_retriever prints a line per query, then a line per retrieved image, best first.
 QUERYING, FOUND = re.compile(r"Querying for image "), re.compile(r"image_id=(\d+), image_name=")
@@ -39,8 +40,8 @@ class Work:
     def calibrate(self, database):
         """Sets the cameras that belong to nightmap's poses: their focal lengths may differ from the configured ones."""
         configured, calibrated = (
-            [camera["color"] for camera in read_object(self.site_dir / stage / "cameras.json", CAMERAS)["cameras"]]
-            for stage in ("frames", "pose_graph")
+            [camera["color"] for camera in read_object(path, CAMERAS)["cameras"]]
+            for path in (self.site_dir / "frames" / "cameras.json", Site(self.site_dir).input("landmarks", "cameras"))
         )
         replace_cameras(database, configured, calibrated)
 

@@ -28,6 +28,11 @@ class Site:
         name = declared.file_of(output) if declared else None
         return None if name is None else self.folder / declared.folder / name
 
+    def input(self, job, port):
+        """The file that fills a port of a job of the site, from the one job that makes it."""
+        reference = next(reference for reference in self.pipeline.jobs[job].inputs if reference.port == port)
+        return self.path(reference.job, reference.output)
+
     def made(self, job, output):
         """Like path; None also when the file is missing."""
         path = self.path(job, output)
