@@ -159,10 +159,14 @@ class GraphReader {
     file_.Demand(IsSensor(sensor_idx), "edge_sensor", "names no sensor");
     SensorGraph& sensor = graph_.sensors[static_cast<std::size_t>(sensor_idx)];
     switch (kind) {
-      case StoredKind::kOdometry: return sensor.odometry.push_back(std::move(edge));
-      case StoredKind::kLoop: return sensor.loops.push_back(std::move(edge));
-      case StoredKind::kPrior: return sensor.priors.push_back(std::move(edge));
-      default: file_.Fail("edge_kind", "has a bridge of a sensor other than the camera");
+      case StoredKind::kOdometry:
+        return sensor.odometry.push_back(std::move(edge));
+      case StoredKind::kLoop:
+        return sensor.loops.push_back(std::move(edge));
+      case StoredKind::kPrior:
+        return sensor.priors.push_back(std::move(edge));
+      default:
+        file_.Fail("edge_kind", "has a bridge of a sensor other than the camera");
     }
   }
 

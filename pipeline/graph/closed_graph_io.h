@@ -8,8 +8,8 @@
 //   is_guessed            uint8[F]         whether the frame has no verified pair
 //   keyframe_idx          int32[K]         ascending, from 0
 //   graph_from_keyframe   double[K x 7]    optimized
-//   edge_kind             uint8[E]         0 odometry, 1 bridge, 2 bridge that loops replace, 3 loop, 4 prior
-//   edge_sensor           int32[E]         index of the sensor; -1: the camera
+//   edge_kind             uint8[E]         0 odometry, 1 bridge, 2 bridge that loops replace, 3
+//   loop, 4 prior edge_sensor           int32[E]         index of the sensor; -1: the camera
 //   edge_frame            int32[E x 2]     a, b; a is -1, the map, of a prior
 //   edge_b_from_a         double[E x 7]
 //   edge_covariance       double[E x 36]   of the camera with the floor, of others as measured
@@ -30,12 +30,12 @@ namespace nightmap {
 
 struct ClosedGraph {
   EdgeSigmaFloor floor;
-  OdometryChain chain;                         // with the bridges that sensors measured filled
-  std::set<int> replaced_bridges;              // by loops; by the keyframe after the bridge
-  std::vector<SensorGraph> sensors;            // all their odometry and priors, accepted loops
-  FilledBridges filled;                        // index into `sensors`
-  std::map<int, Rigid3> graph_from_keyframe;   // of all keyframes of the chain
-  std::vector<bool> is_loop_accepted;          // of the camera's loops, by pair of loops.h5
+  OdometryChain chain;                        // with the bridges that sensors measured filled
+  std::set<int> replaced_bridges;             // by loops; by the keyframe after the bridge
+  std::vector<SensorGraph> sensors;           // all their odometry and priors, accepted loops
+  FilledBridges filled;                       // index into `sensors`
+  std::map<int, Rigid3> graph_from_keyframe;  // of all keyframes of the chain
+  std::vector<bool> is_loop_accepted;         // of the camera's loops, by pair of loops.h5
 };
 
 // Equal graphs give equal bytes, and all doubles are read back as they were. Throws DataError.

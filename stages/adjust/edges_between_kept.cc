@@ -37,7 +37,8 @@ std::vector<PoseEdge> EdgesBetweenKept(const ClosedGraph& graph,
     add(edge);
   }
   for (const SensorGraph& sensor : graph.sensors) {
-    for (const PoseEdge& loop : sensor.loops) add(AtKeyframes(graph.floor, graph.chain, kept, loop));
+    for (const PoseEdge& loop : sensor.loops)
+      add(AtKeyframes(graph.floor, graph.chain, kept, loop));
   }
   return edges;
 }

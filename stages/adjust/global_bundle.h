@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "pipeline/geometry/bundle_adjustment.h"
-#include "stages/adjust/merged_tracks.h"
 #include "stages/adjust/adjust.h"
+#include "stages/adjust/merged_tracks.h"
 
 namespace nightmap {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "pipeline/features/landmark_tracker.h"
-#include "stages/adjust/merged_tracks.h"
 #include "stages/adjust/adjust.h"
+#include "stages/adjust/merged_tracks.h"
 
 namespace nightmap {
 

@@ -10,8 +10,7 @@ namespace {
 
 class BridgeFiller {
  public:
-  BridgeFiller(const EdgeSigmaFloor& floor, OdometryChain* chain)
-      : floor_(floor), chain_(*chain) {}
+  BridgeFiller(const EdgeSigmaFloor& floor, OdometryChain* chain) : floor_(floor), chain_(*chain) {}
 
   // The keyframe after the bridge that the stretch fills; none: it crosses none, or several.
   std::optional<int> Fill(const Stretch& stretch) {

@@ -142,11 +142,18 @@ TEST(ClosedGraphIo, WhatDoesNotFitTogetherIsNamed) {
 // A file of another program.
 TEST(ClosedGraphIo, MissingArraysSizesKindsAndSensorsAreNamed) {
   const TemporaryFolder folder;
-  const auto refuse = [&](const std::string& damaged, const std::string& text, int kind, int sensor) {
+  const auto refuse = [&](const std::string& damaged,
+                          const std::string& text,
+                          int kind,
+                          int sensor) {
     {
       Hdf5Writer file(folder / "g.h5", "nightmap pose graph", 1, "", "");
       const Array<double> poses{2, 7, {0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1}};
       const auto rows = [&](const std::string& name) { return damaged == name ? 0U : 1U; };
+      const auto of_row = [&](const std::string& name, auto row) {
+        row.resize(rows(name) * row.size());
+        return row;
+      };
       file.WriteText("sensors", damaged == "sensors" ? "{" : "[\"wheels\"]");
       file.WriteList("sigma_floor", std::vector<double>(damaged == "sigma_floor" ? 1 : 2, 0.1));
       file.Write("odometry_from_camera", poses);
@@ -155,10 +162,17 @@ TEST(ClosedGraphIo, MissingArraysSizesKindsAndSensorsAreNamed) {
       file.Write("graph_from_keyframe", poses);
       file.WriteList("edge_kind", std::vector<std::uint8_t>{static_cast<std::uint8_t>(kind)});
       file.WriteList("edge_sensor", std::vector<std::int32_t>(rows("edge_sensor"), sensor));
-      file.Write("edge_frame", Array<std::int32_t>{rows("edge_frame"), 2, {0, 1}});
-      file.Write("edge_b_from_a", Array<double>{rows("edge_b_from_a"), 7, {0, 0, 0, 0, 0, 0, 1}});
-      file.Write("edge_covariance",
-                 Array<double>{rows("edge_covariance"), 36, std::vector<double>(36)});
+      file.Write("edge_frame",
+                 Array<std::int32_t>{
+                     rows("edge_frame"), 2, of_row("edge_frame", std::vector<std::int32_t>{0, 1})});
+      file.Write("edge_b_from_a",
+                 Array<double>{rows("edge_b_from_a"),
+                               7,
+                               of_row("edge_b_from_a", std::vector<double>{0, 0, 0, 0, 0, 0, 1})});
+      file.Write(
+          "edge_covariance",
+          Array<double>{
+              rows("edge_covariance"), 36, of_row("edge_covariance", std::vector<double>(36))});
       file.WriteList("is_loop_accepted", std::vector<std::uint8_t>{});
       if (damaged != "filled_bridge") file.Write("filled_bridge", Array<std::int32_t>{0, 2, {}});
       file.Close();
@@ -170,8 +184,13 @@ TEST(ClosedGraphIo, MissingArraysSizesKindsAndSensorsAreNamed) {
     }
   };
   refuse("", "", 0, -1);
-  for (const std::string field : {"sensors", "sigma_floor", "is_guessed", "edge_sensor",
-                                  "edge_frame", "edge_b_from_a", "edge_covariance"}) {
+  for (const std::string field : {"sensors",
+                                  "sigma_floor",
+                                  "is_guessed",
+                                  "edge_sensor",
+                                  "edge_frame",
+                                  "edge_b_from_a",
+                                  "edge_covariance"}) {
     refuse(field, field + "'", 0, -1);
   }
   refuse("filled_bridge", "filled_bridge' is missing", 0, -1);
