@@ -21,6 +21,8 @@ BEGIN, END = "<!-- pipeline:begin -->", "<!-- pipeline:end -->"
 
 def filled_by(reference):
     """Describes the source of a port in a few words."""
+    if " else " in reference.declared:
+        return reference.declared
     if reference.source:
         return f"*{reference.source}*"
     about = {"near": " of the tile and its neighbours", "previous and this": " of the shard and the one before",

@@ -16,7 +16,7 @@ $(C)/matches/receipt.json: $(C)/features/receipt.json $(STEP)
 	$(call step,matches)
 $(RUNS_OF_MAPPER:%=$(C)/%/receipt.json): $(C)/%/receipt.json: $(C)/matches/receipt.json $(STEP)
 	$(call step,$*)
-$(C)/triangulate/receipt.json: $(C)/matches/receipt.json $(M)/map_frame/trajectory.tum $(M)/pose_graph/cameras.json $(STEP)
+$(C)/triangulate/receipt.json: $(C)/matches/receipt.json $(M)/map_frame/trajectory.tum $(STEP)
 	$(call step,triangulate)
 $(C)/queries/receipt.json $(C)/queries_default/receipt.json: $(C)/%/receipt.json: $(C)/matches/receipt.json \
     $(M)/queries/queries.csv $(M)/queries/query_cameras.json $(STEP)

@@ -11,7 +11,7 @@ namespace {
 constexpr const char* kRemedy =
     "use a machine with more memory, or lower max_tracks_per_frame in "
     "configs/sites/<site>/odometry.toml and max_tracks_per_keyframe in "
-    "configs/sites/<site>/pose_graph.toml";
+    "configs/sites/<site>/adjust.toml";
 
 }  // namespace
 

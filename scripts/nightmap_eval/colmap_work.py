@@ -40,8 +40,8 @@ class Work:
     def calibrate(self, database):
         """Sets the cameras that belong to nightmap's poses: their focal lengths may differ from the configured ones."""
         configured, calibrated = (
-            [camera["color"] for camera in read_object(self.site.needed(job, "cameras"), CAMERAS)["cameras"]]
-            for job in ("frames", "pose_graph")
+            [camera["color"] for camera in read_object(path, CAMERAS)["cameras"]]
+            for path in (self.site.needed("frames", "cameras"), self.site.input("landmarks", "cameras"))
         )
         replace_cameras(database, configured, calibrated)
 

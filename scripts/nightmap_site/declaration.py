@@ -28,7 +28,7 @@ class Declaration:
         self.path, self._paths = path, [path]
         tables = read_toml(path)
         self.goals, self.clashes = tables.pop("goals", {"map": {"purpose": "the map"}}), tables.pop("clash", [])
-        self.jobs = {}
+        self.jobs, self._left_out = {}, set()
         for name, table in tables.items():
             self.jobs[name] = self._as_table(name, table, path)
 
@@ -44,8 +44,13 @@ class Declaration:
                 continue
             if table.pop("leave_out", False):
                 self.jobs.pop(name, None)
+                self._left_out.add(name)
             else:
                 self.jobs[name] = _merged(self.jobs.get(name, {}), table)
+
+    def known(self):
+        """name -> whether the profile leaves the job out, of all jobs that are declared."""
+        return {name: name not in self.jobs for name in [*self.jobs, *self._left_out]}
 
     def _as_table(self, name, table, path):
         if not isinstance(table, dict) or not all(isinstance(table.get(key, {}), dict) for key in PORTS):

@@ -19,10 +19,12 @@ STAMPS = ("recordings", "pictures")
 
 class Input:
     """A port and its source: site, queries or data, or an output of a job. units: whose files a run reads (None: its own
-    unit's, "near", "previous and this", "all")."""
+    unit's, "near", "previous and this", "all"). declared: the whole text; text: what the jobs of the pipeline leave of it."""
 
-    def __init__(self, port, text, where):
-        self.port, self.text, self.where, self.source = port, text, where, text if text in SOURCES else None
+    def __init__(self, port, declared, where, jobs):
+        text = _chosen(declared, jobs, f"{where}: in.{port}")
+        self.port, self.declared, self.text, self.where = port, declared, text, where
+        self.source = text if text in SOURCES else None
         self.job = self.output = self.units = None
         self.if_made = False
         if self.source:
@@ -34,10 +36,24 @@ class Input:
         self.if_made = bool(found["if_made"])
 
 
-class Job:
-    """where(key): the file and line that declare the job, or a key of it."""
+def _chosen(text, jobs, where):
+    """Of "A.x else B.y" the first whose job the pipeline has. jobs: name -> whether it is left out."""
+    if not isinstance(text, str) or " else " not in text:
+        return text
+    sources = text.split(" else ")
+    for source in sources:
+        found = REFERENCE.fullmatch(source)
+        if not found:
+            raise PipelineError(f"{where} = {text!r}: {source!r} is no reference like \"adjust.trajectory\"")
+        if found["job"] not in jobs:
+            raise PipelineError(f"{where}: no job '{found['job']}'")
+    return next((source for source in sources if not jobs[source.split(".")[0]]), sources[-1])
 
-    def __init__(self, name, table, where):
+
+class Job:
+    """where(key): the file and line that declare the job, or a key of it. jobs: see Declaration.known."""
+
+    def __init__(self, name, table, where, jobs):
         unknown = set(table) - KEYS
         if unknown:
             raise PipelineError(f"{where(min(unknown))}: unknown key '{min(unknown)}'; known keys: {', '.join(sorted(KEYS))}")
@@ -49,7 +65,7 @@ class Job:
         self.when = table.get("when")
         self.goal = table.get("goal", "map")
         self.folder = table.get("folder", name)
-        self.inputs = [Input(port, text, where(f"in.{port}")) for port, text in table.get("in", {}).items()]
+        self.inputs = [Input(port, text, where(f"in.{port}"), jobs) for port, text in table.get("in", {}).items()]
         self.outputs, self.beside = dict(table.get("out", {})), dict(table.get("beside", {}))
         self.finds = [tuple(text.split(".", 1)) for text in table.get("finds", [])]
         self.kB_per_frame = table.get("kB_per_frame", 0)
@@ -197,7 +213,8 @@ def read_pipeline(configs, profile="default", imports=()):
     overlay = os.path.join(configs, profile, "pipeline.toml")
     if profile != "default" and os.path.exists(overlay):
         declaration.change(overlay, imports)
-    jobs = {name: Job(name, table, declaration.places(name)) for name, table in declaration.jobs.items()}
+    known = declaration.known()
+    jobs = {name: Job(name, table, declaration.places(name), known) for name, table in declaration.jobs.items()}
     goals = {name: Goal(name, table, declaration.path) for name, table in declaration.goals.items()}
     return Pipeline(jobs, goals, declaration.clashes)
 

@@ -36,6 +36,11 @@ class Site:
         name = self.pipeline.jobs[job].file_of(output) if self.has(job) else None
         return None if name is None else self.folder_of(job) / (name if unit is None else name.replace("{unit}", unit))
 
+    def input(self, job, port):
+        """The file that fills a port of a job of the site, from the one job that makes it."""
+        reference = next(reference for reference in self.pipeline.jobs[job].inputs if reference.port == port)
+        return self.path(reference.job, reference.output)
+
     def made(self, job, output, unit=None):
         """Like path; None also when the file is missing."""
         path = self.path(job, output, unit)

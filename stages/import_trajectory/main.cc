@@ -29,7 +29,6 @@ void Run(const ImportTrajectoryOptions& options, StageContext& context) {
   const std::string comment = "given_from_camera, of another system";
   WriteFile(context.Output("trajectory"), TrajectoryToTum(result.poses, comment));
   WriteFile(context.Output("keyframes"), TrajectoryToTum(result.keyframes, comment));
-  WriteFile(context.Output("cameras"), CamerasToJson(input.cameras));
   report["num_frames"] = input.frames.size();
   report["num_frames_with_pose"] = result.poses.size();
   report["num_keyframes"] = result.keyframes.size();
@@ -48,7 +47,6 @@ int main(int argc, char** argv) {
        {"features", "shard_NNNN.h5 of the features stage, in the same order", Arity::kMany},
        {"given", "TUM file: poses of the color camera in one frame, at the recording's times"}},
       {{"trajectory", "trajectory.tum: given_from_camera of every frame that has one"},
-       {"keyframes", "keyframes.tum: given_from_camera of the keyframes"},
-       {"cameras", "cameras.json, the same as that of the frames stage"}}};
+       {"keyframes", "keyframes.tum: given_from_camera of the keyframes"}}};
   return StageMain(argc, argv, spec, ImportTrajectoryOptions{}, Run);
 }

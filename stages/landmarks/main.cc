@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
   const StageSpec spec{"landmarks",
                        "joins features into 3-D landmarks with descriptors, words and visibility",
                        {{"frames", "shards of the frames stage, in order", Arity::kMany},
-                        {"cameras", "cameras.json of the pose_graph stage"},
+                        {"cameras", "cameras.json of the adjust stage"},
                         {"features", "shards of the features stage, in order", Arity::kMany},
                         {"vocabulary", "vocabulary.h5"},
                         {"trajectory", "trajectory.tum of the map_frame stage"},

@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
       {{"queries", "queries.csv of the queries stage"},
        {"cameras", "query_cameras.json of the queries stage"},
        {"configured", "cameras.json of the frames stage"},
-       {"calibrated", "cameras.json of the pose_graph stage"},
+       {"calibrated", "cameras.json of the adjust stage"},
        FolderPort("data", "folder to which the paths in queries are relative"),
        {"landmarks", "landmarks.h5"},
        {"vocabulary", "vocabulary.h5"}},

@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
       "map_frame",
       "Moves a finished trajectory to the map frame: z up, floor at z = 0.",
       {{"frames", "shard_NNNN.csv of all shards, in order", Arity::kMany},
-       {"cameras", "cameras.json of the pose_graph stage"},
+       {"cameras", "cameras.json of the adjust stage"},
        FolderPort("data", "folder to which the paths in the frames files are relative"),
        {"trajectory", "trajectory.tum, in any frame of reference"},
        {"keyframes", "keyframes.tum: its poses at the times of some frames"},

@@ -2,7 +2,7 @@
 #include "stages/pose_graph/check_odometry.h"
 
 #include "pipeline/base/input_error.h"
-#include "pipeline/io/features_io.h"
+#include "pipeline/graph/check_loops.h"
 
 namespace nightmap {
 namespace {
@@ -26,17 +26,15 @@ std::vector<bool> Keyframes(const std::vector<OdometryShard>& shards) {
 
 void CheckFrames(const PoseGraphInput& input, const std::vector<bool>& is_keyframe) {
   const std::size_t count = is_keyframe.size();
-  if (count == 0 || count != input.frames.size() || count != input.features.frames.size()) {
+  if (count == 0 || count != input.frames.size()) {
     throw InputError({{"odometry"}, {"frames"}},
-                     "{} frames have odometry, the lists have {}, {} of them with features",
+                     "{} frames have odometry, the lists have {}",
                      count,
-                     input.frames.size(),
-                     input.features.frames.size());
+                     input.frames.size());
   }
   if (!is_keyframe[0]) {
     throw InputError({{"odometry", 0}}, "frame 0, the first, is not a keyframe");
   }
-  CheckFeaturesOfFrames(input.frames, input.features);
 }
 
 void CheckEdge(std::size_t shard_idx,
@@ -84,53 +82,6 @@ void CheckEdges(std::size_t shard_idx,
   }
 }
 
-bool HasFeature(const FeaturesShard& features, const Sighting& s) {
-  if (s.frame_idx < 0 || static_cast<std::size_t>(s.frame_idx) >= features.frames.size()) {
-    return false;
-  }
-  const FrameFeatures& frame = features.frames[static_cast<std::size_t>(s.frame_idx)];
-  return s.feature_idx >= 0 && s.feature_idx < frame.NumFeatures();
-}
-
-void CheckTracks(std::size_t shard_idx, const OdometryShard& shard, const FeaturesShard& features) {
-  for (const Track& track : shard.tracks) {
-    for (const Sighting& s : track) {
-      if (HasFeature(features, s)) continue;
-      throw InputError({{"odometry", shard_idx}},
-                       "a track has feature {} of frame {}, which the {} frames do not have",
-                       s.feature_idx,
-                       s.frame_idx,
-                       features.frames.size());
-    }
-  }
-}
-
-void CheckMatches(const FramePair& loop, const FeaturesShard& features) {
-  for (const FeatureMatch& match : loop.inliers) {
-    if (HasFeature(features, {loop.frame_a, match.a}) &&
-        HasFeature(features, {loop.frame_b, match.b})) {
-      continue;
-    }
-    throw InputError({{"loops"}},
-                     "loop {}-{} matches features {} and {}, which do not both exist",
-                     loop.frame_a,
-                     loop.frame_b,
-                     match.a,
-                     match.b);
-  }
-}
-
-void CheckLoops(const std::vector<FramePair>& loops, std::size_t num_frames) {
-  for (const FramePair& loop : loops) {
-    if (loop.frame_a >= 0 && loop.frame_a < loop.frame_b &&
-        static_cast<std::size_t>(loop.frame_b) < num_frames) {
-      continue;
-    }
-    throw InputError(
-        {{"loops"}}, "loop {}-{} is not between frames of this site", loop.frame_a, loop.frame_b);
-  }
-}
-
 }  // namespace
 
 void CheckInput(const PoseGraphInput& input) {
@@ -138,10 +89,8 @@ void CheckInput(const PoseGraphInput& input) {
   CheckFrames(input, is_keyframe);
   for (std::size_t i = 0; i < input.odometry.size(); ++i) {
     CheckEdges(i, input.odometry[i], is_keyframe);
-    CheckTracks(i, input.odometry[i], input.features);
   }
   CheckLoops(input.loops, is_keyframe.size());
-  for (const FramePair& loop : input.loops) CheckMatches(loop, input.features);
 }
 
 }  // namespace nightmap

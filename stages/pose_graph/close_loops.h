@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "stages/pose_graph/odometry_chain.h"
+#include "pipeline/graph/odometry_chain.h"
 #include "stages/pose_graph/optimize_graph.h"
 
 namespace nightmap {

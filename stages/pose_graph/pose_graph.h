@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// pose_graph: computes one consistent trajectory of all shards. The graph's frame is about that of
-// the first keyframe; the map_frame stage makes it upright.
+// pose_graph: computes one consistent trajectory of all shards from motions that sensors measured.
+// The graph's frame is about that of the first keyframe; the map_frame stage makes it upright.
 #pragma once
 
 #include <string>
@@ -9,12 +9,9 @@
 
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
-#include "pipeline/features/landmark_tracker.h"
-#include "pipeline/geometry/bundle_adjustment.h"
+#include "pipeline/graph/closed_graph_io.h"
 #include "pipeline/io/edges_io.h"
-#include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
-#include "pipeline/io/g2o_io.h"
 #include "pipeline/io/matches_io.h"
 #include "pipeline/io/odometry_io.h"
 #include "stages/pose_graph/optimize_graph.h"
@@ -22,27 +19,15 @@
 namespace nightmap {
 
 struct PoseGraphOptions {
-  double edge_sigma_floor_m = 0.003;
-  double edge_sigma_floor_rad = 0.002;
+  EdgeSigmaFloor edge_sigma_floor;
   double max_drift = 10.0;
   double max_loop_error = 6.0;
-  double max_seen_ratio = 0.9;
-  bool bundle_adjustment = true;
-  int bundle_iterations = 10;
-  double bundle_max_error_px = 4.0;
-  bool final_adjustment = true;
-  bool calibrate = true;
-  LandmarkTrackerOptions retrack{.max_error_px = 6.0};
-  bool estimate_depth_scales = false;
-  int max_tracks_per_keyframe = 250;
 
   void Register(OptionList& list);
 };
 
 struct PoseGraphInput {
   std::vector<FrameRecord> frames;  // all frames, contiguous from 0
-  std::vector<RgbdCamera> cameras;
-  FeaturesShard features;  // of these frames
   std::vector<OdometryShard> odometry;
   std::vector<FramePair> loops;    // accepted and rejected candidates
   std::vector<SensorEdges> edges;  // of other sensors; nodes are frames of the lists
@@ -68,7 +53,7 @@ struct SensorRecord {
   int num_priors = 0;
   // Loops rejected as the camera's are; loops and priors at frames without a place in the odometry.
   int num_refused = 0;
-  // Median over the others of the Mahalanobis distance from the final trajectory; 2.3 where the
+  // Median over the others of the Mahalanobis distance from the trajectory; 2.3 where the
   // covariances are right and nothing else holds the trajectory.
   double median_residual = 0;
 };
@@ -81,29 +66,21 @@ struct GraphPart {
 };
 
 struct PoseGraphResult {
-  PoseGraph graph;                        // keyframes and accepted edges
+  ClosedGraph graph;
+  std::vector<PoseEdge> edges;            // believed ones between keyframes
   std::vector<Rigid3> graph_from_camera;  // by frame
-  std::vector<bool> is_keyframe;          // by frame
   std::vector<LoopRecord> loops;          // all candidates
   std::vector<SensorRecord> sensors;      // those of the edges
   std::vector<GraphPart> parts;           // most frames first
   bool returns_to_start = false;  // a loop joins the first tenth of the keyframes to the last
-  double bundle_rms_px = 0;       // reprojection error after bundle adjustment
-  int num_bundle_observations = 0;
-  int num_culled = 0;                           // keyframes of the odometry that add nothing
-  std::vector<CameraCalibration> calibrations;  // by camera; empty: nothing was adjusted
-  GraphSummary optimization;                    // of the graph with its loops closed
-  std::vector<BundleSummary> adjustments;       // in order: of the keyframes, of described frames
+  GraphSummary optimization;      // with the loops closed
 };
 
-// Chains the shards, drops loops that contradict the odometry, closes the others (graduated
-// non-convexity decides which to accept) and drops redundant keyframes. Adjusts the remaining
-// keyframes and points; then all described frames, with newly found points, and the cameras' focal
-// lengths and rolling shutters. Edges of other sensors fill what the camera lost and enter the
-// graph; the adjustment goes on from there by features alone. Deterministic.
+// Chains the shards, drops loops that contradict the odometry and closes the others (graduated
+// non-convexity decides which to accept). Edges of other sensors fill what the camera lost and
+// enter the graph. Frames move along with the keyframes around them. Deterministic; one thread.
 PoseGraphResult RunPoseGraph(const PoseGraphOptions& options,
                              const PoseGraphInput& input,
-                             int num_threads,
                              Progress& progress);
 
 }  // namespace nightmap

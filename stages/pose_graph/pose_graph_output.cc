@@ -5,33 +5,9 @@
 
 #include <algorithm>
 
-#include "pipeline/geometry/bundle_report.h"
 #include "pipeline/io/csv.h"
-#include "pipeline/io/trajectory_io.h"
 
 namespace nightmap {
-
-std::string TrajectoryText(const PoseGraphInput& input,
-                           const PoseGraphResult& result,
-                           bool only_keyframes) {
-  std::vector<StampedPose> poses;
-  for (std::size_t i = 0; i < input.frames.size(); ++i) {
-    if (only_keyframes && !result.is_keyframe[i]) continue;
-    poses.push_back({input.frames[i].time_ns, result.graph_from_camera[i]});
-  }
-  // map_frame moves these poses, so they must not be rounded before its own output is.
-  constexpr int kNumDecimals = 15;
-  return TrajectoryToTum(poses, "graph_from_camera, in no frame of its own", kNumDecimals);
-}
-
-std::vector<RgbdCamera> CalibratedCameras(const PoseGraphInput& input,
-                                          const PoseGraphResult& result) {
-  std::vector<RgbdCamera> cameras = input.cameras;
-  for (std::size_t i = 0; i < result.calibrations.size(); ++i) {
-    cameras[i].color = cameras[i].color.WithFocalScale(result.calibrations[i].focal_scale);
-  }
-  return cameras;
-}
 
 std::string LoopsToCsv(const std::vector<LoopRecord>& loops) {
   std::string text = "frame_a,frame_b,status,reason,score,num_putative,num_inliers,drift,error\n";
@@ -51,28 +27,6 @@ std::string LoopsToCsv(const std::vector<LoopRecord>& loops) {
 }
 
 namespace {
-
-nlohmann::json DepthScales(const PoseGraphOptions& options, const PoseGraphResult& result) {
-  if (!options.estimate_depth_scales || result.calibrations.empty()) return "not estimated";
-  if (result.calibrations.size() == 1) {
-    return "one camera: its depth scale and the size of the map are one unknown";
-  }
-  std::vector<double> scales;
-  for (const auto& calibration : result.calibrations) scales.push_back(calibration.depth_scale);
-  return scales;
-}
-
-nlohmann::json Calibrations(const PoseGraphOptions& options, const PoseGraphResult& result) {
-  if (!options.calibrate || !options.final_adjustment || result.calibrations.empty()) {
-    return "not estimated";
-  }
-  auto all = nlohmann::json::array();
-  for (const CameraCalibration& calibration : result.calibrations) {
-    all.push_back({{"focal_scale", calibration.focal_scale},
-                   {"rolling_shutter_readout_s", calibration.readout_s}});
-  }
-  return all;
-}
 
 nlohmann::json SensorReport(const std::vector<SensorRecord>& sensors) {
   auto all = nlohmann::json::array();
@@ -98,13 +52,11 @@ nlohmann::json OptimizationReport(const GraphSummary& summary) {
 
 }  // namespace
 
-nlohmann::json Summarize(const PoseGraphOptions& options,
-                         const PoseGraphInput& input,
-                         const PoseGraphResult& result) {
+nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& result) {
   const auto num_accepted = std::ranges::count_if(result.loops, &LoopRecord::is_accepted);
   const auto num_verified = std::ranges::count_if(
       input.loops, [](const FramePair& loop) { return loop.status == PairStatus::kAccepted; });
-  const auto num_bridges = std::ranges::count_if(result.graph.edges, &PoseEdge::is_bridge);
+  const auto num_bridges = std::ranges::count_if(result.edges, &PoseEdge::is_bridge);
   auto parts = nlohmann::json::array();
   for (const GraphPart& part : result.parts) {
     parts.push_back({{"num_frames", part.num_frames}, {"runs", part.runs}});
@@ -115,20 +67,14 @@ nlohmann::json Summarize(const PoseGraphOptions& options,
        result.parts.size() == 1 ? "whole" : "guessed motion joins the parts: no loop does"},
       {"returns_to_start", result.returns_to_start},
       {"num_frames", input.frames.size()},
-      {"num_keyframes", result.graph.vertices.size()},
-      {"num_culled_keyframes", result.num_culled},
-      {"num_edges", result.graph.edges.size()},
+      {"num_keyframes", result.graph.graph_from_keyframe.size()},
+      {"num_edges", result.edges.size()},
       {"num_bridges", num_bridges},
       {"num_loop_candidates", input.loops.size()},
       {"num_loops_verified", num_verified},
       {"num_loops_accepted", num_accepted},
       {"loops", num_accepted > 0 ? "closed" : "no loop found: the map is held by odometry alone"},
-      {"num_bundle_observations", result.num_bundle_observations},
-      {"bundle_rms_px", result.bundle_rms_px},
-      {"graph_optimization", OptimizationReport(result.optimization)},
-      {"bundle_adjustments", BundleReport(result.adjustments)},
-      {"depth_scales", DepthScales(options, result)},
-      {"calibrations", Calibrations(options, result)}};
+      {"graph_optimization", OptimizationReport(result.optimization)}};
   if (!result.sensors.empty()) report["sensors"] = SensorReport(result.sensors);
   return report;
 }

@@ -10,21 +10,10 @@
 
 namespace nightmap {
 
-// TUM text of all frames, or of the keyframes only; graph_from_camera.
-std::string TrajectoryText(const PoseGraphInput& input,
-                           const PoseGraphResult& result,
-                           bool only_keyframes);
-
-// The cameras with the focal lengths that the adjustment found.
-std::vector<RgbdCamera> CalibratedCameras(const PoseGraphInput& input,
-                                          const PoseGraphResult& result);
-
 // Header frame_a,frame_b,status,reason,score,num_putative,num_inliers,drift,error; the last two are
 // Mahalanobis distances.
 std::string LoopsToCsv(const std::vector<LoopRecord>& loops);
 
-nlohmann::json Summarize(const PoseGraphOptions& options,
-                         const PoseGraphInput& input,
-                         const PoseGraphResult& result);
+nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& result);
 
 }  // namespace nightmap

@@ -12,7 +12,7 @@ int main(int argc, char** argv) {
   const StageSpec spec{"tiles",
                        "lists the keyframes that may see each tile of the building",
                        {{"frames", "shard_NNNN.csv of the frames stage", Arity::kMany},
-                        {"cameras", "cameras.json of the pose_graph stage"},
+                        {"cameras", "cameras.json of the adjust stage"},
                         {"keyframes", "keyframes.tum of the map_frame stage, map_from_camera"}},
                        {{"tiles", "tiles.txt; the other files are written next to it"}}};
   return StageMain(

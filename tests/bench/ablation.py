@@ -81,7 +81,7 @@ class Site:
         config = work / "localize.toml"
         config.write_text(with_options(self.config, options), encoding="utf-8")
         inputs = {"queries": "queries/queries.csv", "cameras": "queries/query_cameras.json",
-                  "configured": "frames/cameras.json", "calibrated": "pose_graph/cameras.json",
+                  "configured": "frames/cameras.json", "calibrated": "adjust/cameras.json",
                   "landmarks": "landmarks/landmarks.h5", "vocabulary": "vocabulary/vocabulary.h5"}  # fmt: skip
         outputs = {"queries": "queries.csv", "trajectory": "queries.tum", "receipt": "receipt.json"}
         command = [self.arguments.build / "run" / "localize", "--config", config,

@@ -102,7 +102,7 @@ def localize(arguments, folder):
     inputs = {
         "queries": asked / "queries.csv", "cameras": asked / "query_cameras.json",
         "configured": arguments.site_dir / "frames" / "cameras.json",
-        "calibrated": arguments.site_dir / "pose_graph" / "cameras.json",
+        "calibrated": arguments.site_dir / "adjust" / "cameras.json",
         "data": arguments.data, "landmarks": folder / "landmarks.h5", "vocabulary": folder / "vocabulary.h5",
     }  # fmt: skip
     outputs = {

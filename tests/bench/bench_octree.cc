@@ -58,7 +58,7 @@ KeyframeSource Open(const BenchOptions& options) {
   }
   std::ranges::sort(shards);
   KeyframeSource source;
-  source.cameras = ReadCameras(options.site / "pose_graph" / "cameras.json");
+  source.cameras = ReadCameras(options.site / "adjust" / "cameras.json");
   source.keyframes = SelectKeyframes(ReadFrames(shards),
                                      source.cameras,
                                      ReadTum(options.site / "map_frame" / (options.poses + ".tum")),

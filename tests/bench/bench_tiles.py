@@ -30,7 +30,7 @@ VIEW_M = 4.0  # a copy extends this far beyond its cameras
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("site_dir", type=Path, help="maps/SITE with frames and pose_graph")
+    parser.add_argument("site_dir", type=Path, help="maps/SITE with frames and adjust")
     parser.add_argument("--data", type=Path, required=True, help="recordings")
     parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench_tiles")
     parser.add_argument("--threads", type=int, default=2, help="threads per program")
@@ -149,7 +149,7 @@ class Bench:
                      ["floors=floors.json", "pgm=map.pgm", "yaml=map.yaml", "png=map.png", "distances=distances.h5"])
 
     def cameras(self):
-        return (self.arguments.site_dir / "pose_graph" / "cameras.json").resolve()
+        return (self.arguments.site_dir / "adjust" / "cameras.json").resolve()
 
     def row(self, count):
         cells = [f"{count:,}", str(len(self.tiles()))]

@@ -41,7 +41,7 @@ def metrics_of(site_dir):
 
 def calibration_of(site_dir):
     """What mapping found out about the site's only camera."""
-    [calibration] = json.loads((site_dir / "pose_graph/report.json").read_text())["calibrations"]
+    [calibration] = json.loads((site_dir / "adjust/report.json").read_text())["calibrations"]
     return calibration
 
 
@@ -185,7 +185,7 @@ class DemoTest(Bars):
 
     def test_trajectories_as_evo_reads_them(self):
         for name, count in (("trajectory", 700), ("keyframes", None)):
-            values = np.loadtxt(self.site_dir / f"pose_graph/{name}.tum")
+            values = np.loadtxt(self.site_dir / f"adjust/{name}.tum")
             self.assertEqual(values.shape[1], 8)
             self.assertTrue(count is None or len(values) == count)
             self.assertTrue(np.all(np.diff(values[:, 0]) > 0))
@@ -193,7 +193,7 @@ class DemoTest(Bars):
 
     def test_g2o_edges_agree_with_the_vertices(self):
         poses, errors_m = {}, []
-        for line in (self.site_dir / "pose_graph/graph.g2o").read_text().splitlines():
+        for line in (self.site_dir / "adjust/graph.g2o").read_text().splitlines():
             tag, *words = line.split()
             if tag == "VERTEX_SE3:QUAT":
                 values = [float(word) for word in words[1:]]

@@ -35,7 +35,7 @@ class OutputsTest(unittest.TestCase):
             "plan": [f"grid={MAP}/grid/floors.json", f"trajectory={MAP}/map_frame/trajectory.tum",
                      f"queries={MAP}/localize/queries.csv"],
             "landmarks": [*(f"frames={MAP}/frames/{name.replace('.h5', '.csv')}" for name in shards),
-                          f"cameras={MAP}/pose_graph/cameras.json",
+                          f"cameras={MAP}/adjust/cameras.json",
                           *(f"features={MAP}/features/{name}" for name in shards),
                           f"vocabulary={MAP}/vocabulary/vocabulary.h5",
                           *(f"{name}={MAP}/map_frame/{name}.tum" for name in ("trajectory", "keyframes"))],

@@ -51,6 +51,11 @@ class MirrorTest(unittest.TestCase):
         self.assertTrue(report["returns_to_start"])
         self.assertEqual(len(report["parts"]), 1)
 
+    def run_stage(self, stage, inputs, outputs):
+        run([BUILD / "run" / stage, "--config", self.site_dir / f"config/{stage}.toml",
+             *(word for path in inputs for word in ("--in", path)),
+             *(word for path in outputs for word in ("--out", path))])
+
     def test_a_third_of_the_loops_wrong(self):
         folder = FOLDER / "wrong_loops"
         folder.mkdir(exist_ok=True)
@@ -65,16 +70,14 @@ class MirrorTest(unittest.TestCase):
             poses[wrong, 3:] = turns / np.linalg.norm(turns, axis=1, keepdims=True)
             file["b_from_a"][:] = poses
         inputs = [f"frames={path}" for path in sorted((self.site_dir / "frames").glob("shard_*.csv"))]
-        inputs += [f"features={path}" for path in sorted((self.site_dir / "features").glob("shard_*.h5"))]
         inputs += [f"odometry={path}" for path in sorted((self.site_dir / "odometry").glob("shard_*.h5"))]
-        inputs += [f"cameras={self.site_dir}/frames/cameras.json",
-                   f"loops={folder}/loops.h5"]
-        outputs = [f"graph={folder}/graph.g2o", f"trajectory={folder}/trajectory.tum",
-                   f"keyframes={folder}/keyframes.tum",
-                   f"cameras={folder}/cameras.json", f"loops_csv={folder}/loops.csv"]
-        run([BUILD / "run/pose_graph", "--config", self.site_dir / "config/pose_graph.toml",
-             *(word for path in inputs for word in ("--in", path)),
-             *(word for path in outputs for word in ("--out", path))])
+        inputs += [f"loops={folder}/loops.h5"]
+        closed = [f"trajectory={folder}/closed.tum", f"keyframes={folder}/closed_keyframes.tum"]
+        self.run_stage("pose_graph", inputs, [*closed, f"graph={folder}/graph.h5"])
+        inputs += [f"features={path}" for path in sorted((self.site_dir / "features").glob("shard_*.h5"))]
+        inputs += [f"cameras={self.site_dir}/frames/cameras.json", f"graph={folder}/graph.h5"]
+        adjusted = [f"{name}={folder}/{name}.tum" for name in ("trajectory", "keyframes")]
+        self.run_stage("adjust", inputs, [*adjusted, f"cameras={folder}/cameras.json"])
         clean_m = ate_m(self.site_dir, self.site_dir / "map_frame/trajectory.tum")
         self.assertLessEqual(ate_m(self.site_dir, folder / "trajectory.tum"), 1.5 * clean_m)
 

@@ -232,7 +232,7 @@ class TilesTest(unittest.TestCase):
         grid = self.work.path("grid/map.pgm")
         content = grid.read_bytes()
         grid.unlink()
-        result = self.work.make(f"maps/{SITE}/grid/map.pgm", f"maps/{SITE}/pose_graph/graph.g2o", SMALL, "-j2")
+        result = self.work.make(f"maps/{SITE}/grid/map.pgm", f"maps/{SITE}/adjust/graph.g2o", SMALL, "-j2")
         self.assertEqual(result.returncode, 0, result.stdout)
         self.assertEqual(grid.read_bytes(), content)
 

@@ -19,7 +19,7 @@ class RepeatTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
-        for name in ("frames", "pose_graph", "map_frame"):
+        for name in ("frames", "map_frame"):
             (self.folder / name).mkdir()
         rows = [f'{i},{round(1e9 * time_s)},0,0,"a,{i}.jpg",ab,d{i}.png,cd' for i, (time_s, _, _) in enumerate(POSES)]
         (self.folder / "frames" / "shard_0000.csv").write_text("\n".join([HEADER, *rows]) + "\n")

@@ -45,7 +45,7 @@ class ColmapStepTest(unittest.TestCase):
         for name in ("frames/cameras.json", "queries/query_cameras.json"):
             (self.site_dir / name).write_text(json.dumps({"cameras": [{"color": camera}]}))
         calibrated = {"cameras": [{"color": camera | {"fx": 490, "fy": 491}}]}
-        (self.site_dir / "pose_graph" / "cameras.json").write_text(json.dumps(calibrated))
+        (self.site_dir / "adjust" / "cameras.json").write_text(json.dumps(calibrated))
         header = "frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,depth_hash\n"
         rows = "0,5,0,0,queries/0.png,00,,\n1,6,0,0,queries/1.png,00,,\n"
         (self.site_dir / "queries" / "queries.csv").write_text(header + rows)

@@ -126,7 +126,8 @@ def write_site(site_dir, truth=True):
     true_walk = walk()
     estimate = moved(true_walk, rotation_about([0, 0, 1], 0.5), np.array([1.0, -2.0, 0.0]))
     write_frames(site_dir, true_walk)
-    (site_dir / "pose_graph").mkdir(parents=True)
+    for stage in ("pose_graph", "adjust"):
+        (site_dir / stage).mkdir(parents=True)
     write_tum(site_dir / "map_frame" / "trajectory.tum", estimate)
     write_tum(site_dir / "map_frame" / "keyframes.tum", estimate.select(range(0, NUM_FRAMES, 5)))
     if truth:

@@ -79,6 +79,9 @@ class PipelineTest(Declared):
             ("frames.shard of", "frames.shares of", r":12: \[odometry\]: .* has no output"),
             ('"odometry.odometry"', '"odometri.odometry"', r":17: \[grid\]: in.odometry: no job 'odometri'"),
             ('"odometry.odometry"', '"odometry.poses"', "has no output 'poses'"),
+            ('"odometry.odometry"', '"odometri.poses else odometry.odometry"', r":17: \[grid\]: in.odometry: no job 'odometri'"),
+            ('"odometry.odometry"', '"odometry.poses else frames.shard"', "has no output 'poses'"),
+            ('"odometry.odometry"', '"odometry else frames.shard"', "'odometry' is no reference"),
             ('"odometry.odometry"', "5", "in.odometry = 5 is no reference"),
             ("in.odometry", "inn.odometry", "unknown key 'inn'"),
             ('out.pgm', 'goal = "draw"\nout.pgm', r":18: \[grid\]: goal = .draw. is none of map; declare it"),
@@ -118,6 +121,12 @@ in = {odometry = false, map = "import.map"}
         self.assertEqual(graph.rules[-1].inputs, [("map", "data/some/file")])
         with self.assertRaisesRegex(PipelineError, r"\[grid\] needs a file of your own: .*office.toml(.|\n)*map = "):
             self.graph("imported", ("poses",))
+
+    def test_else_reads_the_first_job_that_the_profile_leaves(self):
+        self.declared(lambda text: text.replace('"odometry.odometry"', '"odometry.odometry else frames.shard"'))
+        self.write("posed/pipeline.toml", "[odometry]\nleave_out = true\n")
+        names = [[Path(path).name for path in self.graph(profile).rules[-1].inputs[0][1].paths] for profile in ("default", "posed")]
+        self.assertEqual(names, [["shard_0000.h5", "shard_0001.h5"], ["shard_0000.csv", "shard_0001.csv"]])
 
     def test_a_profile_adds_a_port_and_keeps_the_others(self):
         self.write("more/pipeline.toml", '[odometry]\nin.wheels = "frames.shards"\nkB_per_frame = 3\n')

@@ -164,7 +164,7 @@ class LeftoversTest(SiteFolder):
 
     def test_results_of_jobs_that_another_profile_had_are_removed(self):
         go = ["matches/shard_0000.h5", "matches/receipt_0001.json", "loops/loops.h5", "loops/report.json", "odometry/shard_0000.tum",
-              "pose_graph/graph.g2o", "pose_graph/loops.csv", "logs/loops.log", "logs/matches_0000.log"]  # fmt: skip
+              "pose_graph/graph.h5", "pose_graph/loops.csv", "adjust/graph.g2o", "logs/loops.log", "logs/matches_0000.log"]  # fmt: skip
         stay = ["pose_graph/trajectory.tum", "pose_graph/receipt.json", "matches/shard_0000.h5.mine", "features/shard_0000.h5",
                 "grid/distances.h5", "logs/pose_graph.log", "loops/readme"]  # fmt: skip
         imported = read_pipeline(str(CONFIGS), "imported", ("trajectory",))

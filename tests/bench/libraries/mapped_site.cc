@@ -41,7 +41,7 @@ MappedSite ReadMappedSite(const std::filesystem::path& folder, const std::filesy
   site.name = folder.filename().string();
   site.data = data;
   site.frames = ReadFrames(Shards(folder / "frames", ".csv"));
-  site.cameras = ReadCameras(folder / "pose_graph" / "cameras.json", site.frames);
+  site.cameras = ReadCameras(folder / "adjust" / "cameras.json", site.frames);
   site.features = ReadFeatures(Shards(folder / "features", ".h5"));
   if (site.features.kind != DescriptorKind::kRootSift) {
     throw DataError("{}: its features are not RootSIFT; map it as configured", folder.string());

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "pipeline/base/random.h"
 #include "stages/pose_graph/pose_graph.h"
-#include "tests/landmark_scene.h"
 
 namespace nightmap {
 
@@ -22,11 +22,9 @@ inline Rigid3 TruePose(int i) {
 inline Rigid3 TrueRelative(int a, int b) { return TruePose(b).Inverse() * TruePose(a); }
 
 // Two shards of drifting odometry, every third frame a keyframe, and loops of the last frames with
-// the first. No pictures: bundle adjustment has nothing to add.
+// the first.
 inline PoseGraphInput MakeInput() {
   PoseGraphInput input;
-  input.cameras = {RgbdCamera{}};
-  input.cameras[0].color = Camera{64, 48, 50, 50, 32, 24};
   Random random(6);
   for (int begin = 0; begin < kNumFrames; begin += kNumFrames / 2) {
     OdometryShard shard;
@@ -53,7 +51,6 @@ inline PoseGraphInput MakeInput() {
       frame.frame_idx = i;
       frame.time_ns = 1000000000LL * (i + 1);
       input.frames.push_back(frame);
-      input.features.frames.emplace_back().frame_idx = i;
     }
     input.odometry.push_back(shard);
   }
@@ -69,12 +66,13 @@ inline PoseGraphInput MakeInput() {
   return input;
 }
 
-inline PoseGraphResult Optimize(const PoseGraphInput& input, int num_threads = 1) {
+inline PoseGraphResult Optimize(const PoseGraphInput& input) {
   Progress progress("pose_graph", false);
-  return RunPoseGraph({}, input, num_threads, progress);
+  return RunPoseGraph({}, input, progress);
 }
 
-inline double WorstError_m(const PoseGraphResult& result) {
+template <typename Result>
+double WorstError_m(const Result& result) {
   const Rigid3 graph_from_truth = result.graph_from_camera[0] * TruePose(0).Inverse();
   double worst = 0;
   for (int i = 0; i < kNumFrames; ++i) {
@@ -103,23 +101,6 @@ inline PoseGraphInput MakeBrokenInput() {
         shard.frames[12].shard_from_camera.Inverse() * shard.frames[9].shard_from_camera;
   }
   return input;
-}
-
-// Every keyframe sees the same 50 points.
-inline void SeeTheSamePoints(PoseGraphInput* input) {
-  for (FrameFeatures& frame : input->features.frames) frame.keypoints_px.resize(50);
-  for (OdometryShard& shard : input->odometry) {
-    shard.tracks.resize(50);
-    for (const OdometryFrame& frame : shard.frames) {
-      if (!frame.is_keyframe) continue;
-      for (int i = 0; i < 50; ++i) {
-        shard.tracks[static_cast<std::size_t>(i)].push_back({frame.frame_idx, i});
-      }
-    }
-  }
-  for (FramePair& loop : input->loops) {
-    for (int i = 0; i < 50; ++i) loop.inliers.push_back({i, i});
-  }
 }
 
 }  // namespace nightmap

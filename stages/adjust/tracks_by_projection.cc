@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/tracks_by_projection.h"
+#include "stages/adjust/tracks_by_projection.h"
 
 namespace nightmap {
 
-std::vector<Track> TracksByProjection(const PoseGraphInput& input,
+std::vector<Track> TracksByProjection(const AdjustInput& input,
                                       const std::map<int, Rigid3>& graph_from_frame,
                                       const LandmarkTrackerOptions& options) {
   std::vector<Observer> observers;

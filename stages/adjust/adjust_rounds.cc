@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/adjust_rounds.h"
+#include "stages/adjust/adjust_rounds.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <utility>
 
-#include "stages/pose_graph/tracks_by_projection.h"
+#include "pipeline/graph/frame_poses.h"
+#include "stages/adjust/tracks_by_projection.h"
 
 namespace nightmap {
 
@@ -43,13 +44,14 @@ GlobalBundleSummary AdjustmentRounds::AdjustDescribed(
   const auto summary =
       AdjustFrames(options_, input_, bundle_options, std::move(tracks), motions, &poses);
   for (auto& [idx, pose] : *graph_from_keyframe) pose = poses.at(idx);
-  *graph_from_camera = CarryFrames(poses);
+  *graph_from_camera = CarryFrames(input_.graph.chain, poses);
   return summary;
 }
 
 // Motion from the previous frame to the next one, by odometry; none across a gap.
 PointMotion AdjustmentRounds::MotionAt(int frame_idx) const {
   constexpr double kMaxGap_s = 0.5;
+  const OdometryChain& chain = input_.graph.chain;
   const auto time_ns = [&](int idx) {
     return input_.frames[static_cast<std::size_t>(idx)].time_ns;
   };
@@ -57,37 +59,11 @@ PointMotion AdjustmentRounds::MotionAt(int frame_idx) const {
   const int last = std::min(static_cast<int>(input_.frames.size()) - 1, frame_idx + 1);
   const double gap_s = 1e-9 * static_cast<double>(time_ns(last) - time_ns(first));
   const bool is_bridged =
-      chain_.after_bridge.contains(frame_idx) || chain_.after_bridge.contains(last);
+      chain.after_bridge.contains(frame_idx) || chain.after_bridge.contains(last);
   if (gap_s <= 0 || gap_s > kMaxGap_s || is_bridged) return {};
-  const Rigid3 last_from_first = chain_.At(last).Inverse() * chain_.At(first);
+  const Rigid3 last_from_first = chain.At(last).Inverse() * chain.At(first);
   const Eigen::AngleAxisd turn(last_from_first.rotation);
   return {turn.angle() / gap_s * turn.axis(), last_from_first.translation / gap_s};
-}
-
-std::vector<Rigid3> AdjustmentRounds::CarryFrames(const std::map<int, Rigid3>& adjusted) const {
-  std::vector<Rigid3> graph_from_camera;
-  for (int idx = 0; idx < static_cast<int>(input_.frames.size()); ++idx) {
-    const auto after = adjusted.lower_bound(idx);
-    const auto before = after == adjusted.begin() ? after : std::prev(adjusted.upper_bound(idx));
-    const Rigid3 by_before = Carried(*before, idx);
-    if (after == adjusted.end() || after == before ||
-        chain_.IsBridged(before->first, after->first)) {
-      graph_from_camera.push_back(by_before);
-      continue;
-    }
-    const double fraction = static_cast<double>(idx - before->first) /
-                            static_cast<double>(after->first - before->first);
-    const Rigid3 by_after = Carried(*after, idx);
-    graph_from_camera.push_back(
-        {by_before.rotation.slerp(fraction, by_after.rotation),
-         (1 - fraction) * by_before.translation + fraction * by_after.translation});
-  }
-  return graph_from_camera;
-}
-
-Rigid3 AdjustmentRounds::Carried(const std::pair<const int, Rigid3>& adjusted,
-                                 int frame_idx) const {
-  return adjusted.second * chain_.At(adjusted.first).Inverse() * chain_.At(frame_idx);
 }
 
 }  // namespace nightmap

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Poses of all frames by odometry alone.
+// Poses of all frames by odometry alone, and edges moved along them to keyframes.
 #pragma once
 
 #include <cstddef>
@@ -8,14 +8,22 @@
 #include <vector>
 
 #include "pipeline/geometry/rigid3.h"
-#include "stages/pose_graph/pose_graph.h"
+#include "pipeline/io/matches_io.h"
+#include "pipeline/io/odometry_io.h"
 
 namespace nightmap {
 
+// Added in quadrature to the sigmas of every edge, because its Hessian does not show calibration
+// and synchronization errors.
+struct EdgeSigmaFloor {
+  double m = 0.003;
+  double rad = 0.002;
+};
+
 struct OdometryChain {
   std::vector<Rigid3> graph_from_camera;  // by frame; the graph's frame is the first shard's
-  std::set<int> keyframes;
-  std::vector<PoseEdge> edges;  // of all shards, with the options' floor on their sigmas
+  std::set<int> keyframes;                // has frame 0
+  std::vector<PoseEdge> edges;  // of all shards, with the floor; each begins where one before ends
   std::set<int> guessed;        // frames without a verified pair
   std::set<int> after_bridge;   // keyframes that only a guess joins to the one before
 
@@ -28,9 +36,7 @@ struct OdometryChain {
   }
 };
 
-// Raises an edge's sigmas to the floor, because its Hessian does not show calibration and
-// synchronization errors.
-PoseEdge WithSigmaFloor(const PoseGraphOptions& options, PoseEdge edge);
+PoseEdge WithSigmaFloor(const EdgeSigmaFloor& floor, PoseEdge edge);
 
 // The motion of both edges, one after the other.
 PoseEdge Chained(const PoseEdge& first, const PoseEdge& second);
@@ -47,7 +53,11 @@ PoseEdge MoveToKeyframe(const OdometryChain& chain,
                         const std::set<int>& keyframes,
                         const PoseEdge& edge);
 
-// Joins each shard to the one before it by its first edge. CheckInput must have passed the input.
-OdometryChain ChainOdometry(const PoseGraphOptions& options, const PoseGraphInput& input);
+// The edge of a verified loop between the nearest keyframes, with the floor; none: not verified, or
+// both are one keyframe.
+std::optional<PoseEdge> LoopAtKeyframes(const EdgeSigmaFloor& floor,
+                                        const OdometryChain& chain,
+                                        const std::set<int>& keyframes,
+                                        const FramePair& loop);
 
 }  // namespace nightmap

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/sensor_odometry.h"
+#include "pipeline/graph/sensor_edges.h"
 
 #include "pipeline/base/error.h"
 #include "stages/pose_graph/pose_graph_output.h"
@@ -83,7 +83,7 @@ TEST(SensorEdges, WheelsHoldAStretchWithoutPairsTogether) {
     input.edges = {wheels};
     const PoseGraphResult result = Optimize(input);
     EXPECT_EQ(result.parts.size(), 1U);
-    EXPECT_EQ(Summarize({}, input, result).at("num_bridges"), 0);
+    EXPECT_EQ(Summarize(input, result).at("num_bridges"), 0);
     EXPECT_LT(WorstError_m(result), seeing_m + 0.1);
     ASSERT_EQ(result.sensors.size(), 1U);
     EXPECT_EQ(result.sensors[0].num_odometry, static_cast<int>(wheels.edges.size()));
@@ -112,7 +112,7 @@ TEST(SensorEdges, OdometryOfASensorReducesTheCamerasDrift) {
   const PoseGraphResult result = Optimize(input);
   EXPECT_LT(WorstError_m(result), 0.4 * open_m);
   ASSERT_EQ(result.sensors.size(), 1U);
-  const nlohmann::json report = Summarize({}, input, result).at("sensors").at(0);
+  const nlohmann::json report = Summarize(input, result).at("sensors").at(0);
   EXPECT_EQ(report.at("sensor"), "wheels");
   EXPECT_EQ(report.at("num_edges"), kNumFrames - 1);
   EXPECT_GT(report.at("median_normalized_residual"), 0);
@@ -170,7 +170,7 @@ TEST(SensorEdges, PriorsPullTheMapToThem) {
   for (int i = 0; i < kNumFrames; ++i) EXPECT_LT(Error_m(map_from_truth, result, i), 0.15) << i;
   EXPECT_EQ(result.sensors.at(0).num_priors, 3);
   EXPECT_EQ(result.parts.size(), 1U);
-  for (const PoseEdge& edge : result.graph.edges) EXPECT_GE(edge.frame_a, 0);
+  for (const PoseEdge& edge : result.edges) EXPECT_GE(edge.frame_a, 0);
 }
 
 // Only x of the map is known at the last frame: y and z of that prior are off.
@@ -212,35 +212,9 @@ TEST(SensorEdges, PriorsPlaceParts) {
   EXPECT_EQ(result.parts.size(), 1U);
 }
 
-TEST(SensorEdges, EdgesMoveToTheKeyframesThatStay) {
-  PoseGraphInput input = MakeInput();
-  SeeTheSamePoints(&input);
-  input.edges = {Wheels(0, kNumFrames - 1)};
-  input.edges[0].edges.push_back(MakeEdge(EdgeKind::kLoop, 1, kNumFrames - 1));
-  PoseGraphOptions options;
-  options.bundle_adjustment = false;
-  Progress progress("pose_graph", false);
-  const PoseGraphResult result = RunPoseGraph(options, input, 1, progress);
-  EXPECT_GT(result.num_culled, 5);
-  std::set<int> vertices;
-  for (const auto& vertex : result.graph.vertices) vertices.insert(vertex.frame_idx);
-  for (const PoseEdge& edge : result.graph.edges) {
-    EXPECT_TRUE(vertices.contains(edge.frame_a) && vertices.contains(edge.frame_b));
-  }
-}
-
-TEST(SensorEdges, TheResultIsTheSameAtAnyNumberOfThreads) {
-  PoseGraphInput input = MakeBlindInput();
-  input.edges = {Wheels(5, 25), {"laser", {MakeEdge(EdgeKind::kLoop, 1, kNumFrames - 1)}}};
-  const PoseGraphResult one = Optimize(input, 1);
-  const PoseGraphResult four = Optimize(input, 4);
-  EXPECT_EQ(TrajectoryText(input, one, false), TrajectoryText(input, four, false));
-  EXPECT_EQ(Summarize({}, input, one), Summarize({}, input, four));
-}
-
 TEST(SensorEdges, WithoutEdgesTheReportNamesNoSensor) {
   const PoseGraphInput input = MakeInput();
-  EXPECT_FALSE(Summarize({}, input, Optimize(input)).contains("sensors"));
+  EXPECT_FALSE(Summarize(input, Optimize(input)).contains("sensors"));
 }
 
 TEST(SensorEdges, EdgesOfOtherFramesAreRefused) {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "pipeline/geometry/bundle_adjustment.h"
-#include "stages/pose_graph/merged_tracks.h"
-#include "stages/pose_graph/pose_graph.h"
+#include "stages/adjust/adjust.h"
+#include "stages/adjust/merged_tracks.h"
 
 namespace nightmap {
 
@@ -21,8 +21,8 @@ struct GlobalBundleSummary {
 // Keeps the longest tracks of each frame and adjusts the frames' poses and the points. The first
 // frame is held fixed as the graph's gauge. `motions` are those of these frames, for the rolling
 // shutter; if empty, all frames stand still. Throws DataError when an adjustment fails.
-[[nodiscard]] GlobalBundleSummary AdjustFrames(const PoseGraphOptions& options,
-                                               const PoseGraphInput& input,
+[[nodiscard]] GlobalBundleSummary AdjustFrames(const AdjustOptions& options,
+                                               const AdjustInput& input,
                                                const BundleOptions& bundle_options,
                                                std::vector<Track> tracks,
                                                const std::map<int, PointMotion>& motions,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/tracks_by_projection.h"
+#include "stages/adjust/tracks_by_projection.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <set>
 
 #include "pipeline/geometry/bundle_adjustment.h"
-#include "stages/pose_graph/global_bundle.h"
+#include "stages/adjust/global_bundle.h"
 #include "tests/landmark_scene.h"
 
 namespace nightmap {
@@ -15,7 +15,7 @@ namespace {
 
 struct Retracked {
   LandmarkScene scene = MakeLandmarkScene();
-  PoseGraphInput input;
+  AdjustInput input;
   std::map<int, Rigid3> poses;
 
   Retracked() {
@@ -67,7 +67,7 @@ TEST(TracksByProjection, AFeatureThatIsOnlySomewhatAlikeIsNoSighting) {
     }
     return count;
   };
-  EXPECT_EQ(num_sightings(PoseGraphOptions{}.retrack), 0);
+  EXPECT_EQ(num_sightings(AdjustOptions{}.retrack), 0);
   EXPECT_GT(num_sightings({.max_error_px = 3.0, .max_descriptor_distance = 0.6}), 100);
 }
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "pipeline/features/landmark_tracker.h"
-#include "stages/pose_graph/merged_tracks.h"
-#include "stages/pose_graph/pose_graph.h"
+#include "stages/adjust/adjust.h"
+#include "stages/adjust/merged_tracks.h"
 
 namespace nightmap {
 
@@ -16,7 +16,7 @@ namespace nightmap {
 // between. Odometry's tracks end where the point leaves the picture, and loops join few of them
 // again (compare the point fusion of Mur-Artal and Tardos, T-RO 2015 and 2017). Drops points seen
 // only once.
-std::vector<Track> TracksByProjection(const PoseGraphInput& input,
+std::vector<Track> TracksByProjection(const AdjustInput& input,
                                       const std::map<int, Rigid3>& graph_from_frame,
                                       const LandmarkTrackerOptions& options);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/merged_tracks.h"
+#include "stages/adjust/merged_tracks.h"
 
 #include <algorithm>
 #include <map>

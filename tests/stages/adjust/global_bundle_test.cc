@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/global_bundle.h"
+#include "stages/adjust/global_bundle.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <map>
 
 #include "pipeline/base/error.h"
-#include "stages/pose_graph/pose_graph_output.h"
+#include "stages/adjust/adjust_output.h"
 #include "tests/failing_cholmod.h"
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
@@ -17,7 +17,7 @@ namespace {
 
 // The scene's frames as keyframes of two cameras in turn; the second one measures depth 4 % short.
 struct TwoCameras {
-  PoseGraphInput input;
+  AdjustInput input;
   std::vector<Track> tracks;
   std::map<int, Rigid3> poses;
 };
@@ -83,7 +83,7 @@ TEST(GlobalBundle, WithoutMemoryItIsAnErrorAndNoUnadjustedMap) {
 
 TEST(GlobalBundle, TheReportSaysHowEachAdjustmentEnded) {
   TwoCameras two = MakeTwoCameras();
-  PoseGraphResult result;
+  AdjustResult result;
   result.adjustments =
       AdjustFrames({}, two.input, {.max_iterations = 1}, two.tracks, {}, &two.poses).adjustments;
   const auto told = Summarize({}, two.input, result).at("bundle_adjustments");
@@ -94,8 +94,8 @@ TEST(GlobalBundle, TheReportSaysHowEachAdjustmentEnded) {
 }
 
 TEST(GlobalBundle, TheReportSaysWhatIsKnownOfTheCameras) {
-  PoseGraphOptions options;
-  PoseGraphResult result;
+  AdjustOptions options;
+  AdjustResult result;
   const auto told = [&](const char* what) { return Summarize(options, {}, result).at(what); };
   EXPECT_EQ(told("calibrations"), "not estimated");
   result.calibrations = {{}, {1.01, 0.02, 1.04}};
@@ -112,7 +112,7 @@ TEST(GlobalBundle, TheReportSaysWhatIsKnownOfTheCameras) {
 
 TEST(GlobalBundle, TheFocalLengthFoundGoesIntoTheCameras) {
   const TwoCameras two = MakeTwoCameras();
-  PoseGraphResult result;
+  AdjustResult result;
   EXPECT_EQ(CalibratedCameras(two.input, result)[1].color, two.input.cameras[1].color);
   result.calibrations = {{}, {1.01, 0.02, 1}};
   const auto cameras = CalibratedCameras(two.input, result);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/cull_keyframes.h"
+#include "stages/adjust/cull_keyframes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/pose_graph/global_bundle.h"
+#include "stages/adjust/global_bundle.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +11,8 @@ namespace {
 
 class FrameAdjuster {
  public:
-  FrameAdjuster(const PoseGraphOptions& options,
-                const PoseGraphInput& input,
+  FrameAdjuster(const AdjustOptions& options,
+                const AdjustInput& input,
                 const std::map<int, PointMotion>& motions,
                 std::map<int, Rigid3>* graph_from_frame)
       : options_(options), input_(input), poses_(*graph_from_frame) {
@@ -115,8 +115,8 @@ class FrameAdjuster {
     return std::sqrt(sum / std::max<double>(1, static_cast<double>(problem_.observations.size())));
   }
 
-  const PoseGraphOptions& options_;
-  const PoseGraphInput& input_;
+  const AdjustOptions& options_;
+  const AdjustInput& input_;
   std::map<int, Rigid3>& poses_;
   std::map<int, int> position_;  // index of a frame in the problem
   BundleProblem problem_;
@@ -124,8 +124,8 @@ class FrameAdjuster {
 
 }  // namespace
 
-GlobalBundleSummary AdjustFrames(const PoseGraphOptions& options,
-                                 const PoseGraphInput& input,
+GlobalBundleSummary AdjustFrames(const AdjustOptions& options,
+                                 const AdjustInput& input,
                                  const BundleOptions& bundle_options,
                                  std::vector<Track> tracks,
                                  const std::map<int, PointMotion>& motions,

@@ -5,7 +5,7 @@
 #include <set>
 #include <vector>
 
-#include "stages/pose_graph/merged_tracks.h"
+#include "stages/adjust/merged_tracks.h"
 
 namespace nightmap {
 

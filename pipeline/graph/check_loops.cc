@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/graph/check_loops.h"
+
+#include "pipeline/base/input_error.h"
+
+namespace nightmap {
+
+void CheckLoops(const std::vector<FramePair>& loops, std::size_t num_frames) {
+  for (const FramePair& loop : loops) {
+    if (loop.frame_a >= 0 && loop.frame_a < loop.frame_b &&
+        static_cast<std::size_t>(loop.frame_b) < num_frames) {
+      continue;
+    }
+    throw InputError(
+        {{"loops"}}, "loop {}-{} is not between frames of this site", loop.frame_a, loop.frame_b);
+  }
+}
+
+}  // namespace nightmap

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Refuses loops of other frames.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "pipeline/io/matches_io.h"
+
+namespace nightmap {
+
+// Throws InputError of the port `loops` unless every pair joins an earlier frame to a later one,
+// both of the site's `num_frames`.
+void CheckLoops(const std::vector<FramePair>& loops, std::size_t num_frames);
+
+}  // namespace nightmap
