@@ -35,7 +35,7 @@ class SiteTest(unittest.TestCase):
         (self.folder / PROFILE_FILE).parent.mkdir()
         (self.folder / PROFILE_FILE).write_text(profile_text("imported", ["trajectory"]))
         site = Site(self.folder)
-        self.assertEqual(site.needed("pose_graph", "cameras"), self.folder / "pose_graph/cameras.json")
+        self.assertEqual(site.needed("pose_graph", "keyframes"), self.folder / "pose_graph/keyframes.tum")
         self.assertIsNone(site.path("pose_graph", "loops_csv"))
         with self.assertRaisesRegex(DataError, "office: its pipeline has no loops.loops.*run make map with a profile"):
             site.needed("loops", "loops")
