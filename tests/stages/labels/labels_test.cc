@@ -68,7 +68,7 @@ Segmentation LabelsOf(const FrameRecord& frame) {
 
 const LabelClasses kClasses{{"background", "person"}, {0, 1}, {{{0, 0, 0}}, {{192, 128, 128}}}};
 
-LabelsResult Run(const FrameLabeller& label, int num_threads) {
+LabelsResult LabelTwelve(const FrameLabeller& label, int num_threads) {
   LabelsOptions options;
   options.every_n = 2;
   Progress progress("labels");
@@ -76,8 +76,8 @@ LabelsResult Run(const FrameLabeller& label, int num_threads) {
 }
 
 TEST(RunLabels, GivesTheSameAtAnyNumberOfThreads) {
-  const LabelsResult one = Run(LabelsOf, 1);
-  const LabelsResult four = Run(LabelsOf, 4);
+  const LabelsResult one = LabelTwelve(LabelsOf, 1);
+  const LabelsResult four = LabelTwelve(LabelsOf, 4);
   ASSERT_EQ(one.frames.size(), 7U);
   ASSERT_EQ(four.frames.size(), 7U);
   for (std::size_t i = 0; i < 7; ++i) {
@@ -93,7 +93,7 @@ TEST(RunLabels, AFrameThatFailsIsLeftOutAndSaid) {
     if (frame.frame_idx == 103) throw DataError("103.png: truncated");
     return LabelsOf(frame);
   };
-  const LabelsResult result = Run(label, 2);
+  const LabelsResult result = LabelTwelve(label, 2);
   EXPECT_EQ(result.num_to_label, 7U);
   ASSERT_EQ(result.frames.size(), 6U);
   EXPECT_EQ(result.frames[1].frame_idx, 105);
@@ -102,7 +102,7 @@ TEST(RunLabels, AFrameThatFailsIsLeftOutAndSaid) {
 
 TEST(ReportLabels, HasSharesOfClassesAndOfWhatMoves) {
   nlohmann::json report;
-  ReportLabels(Run(LabelsOf, 1), kClasses, 12, &report);
+  ReportLabels(LabelTwelve(LabelsOf, 1), kClasses, 12, &report);
   EXPECT_EQ(report["num_frames"], 12);
   EXPECT_EQ(report["num_labelled_frames"], 7);
   EXPECT_EQ(report["num_frames_mostly_moving"], 2);  // 11 and 12 of 20 rows
