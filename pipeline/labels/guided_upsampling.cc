@@ -8,7 +8,7 @@
 namespace nightmap {
 namespace {
 
-// Chosen by person IoU on photographs and on recordings with pasted people: docs/methods/labels.md.
+// Chosen by person IoU on photographs and on a recording with pasted people.
 constexpr int kRadius_px = 8;          // of a window, at the network's resolution
 constexpr float kEpsilon = 1e-3F;      // smaller variances of the guide count as noise; 0 .. 1
 constexpr float kInverseDepth_m = 1;   // a change of 1 / m counts like one from black to white
