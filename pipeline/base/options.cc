@@ -51,7 +51,8 @@ std::string ValueToToml(const OptionPointer& pointer) {
                                [](double* v) { return DoubleToToml(*v); },
                                [](std::string* v) { return Quote(*v); },
                                [&](std::vector<int>* v) { return ListToToml(*v, int_to_text); },
-                               [](std::vector<double>* v) { return ListToToml(*v, DoubleToToml); }},
+                               [](std::vector<double>* v) { return ListToToml(*v, DoubleToToml); },
+                               [](std::vector<std::string>* v) { return ListToToml(*v, Quote); }},
                     pointer);
 }
 
@@ -61,7 +62,8 @@ const char* TypeName(const OptionPointer& pointer) {
                                [](double*) { return "a number"; },
                                [](std::string*) { return "a string"; },
                                [](std::vector<int>*) { return "a list of integers"; },
-                               [](std::vector<double>*) { return "a list of numbers"; }},
+                               [](std::vector<double>*) { return "a list of numbers"; },
+                               [](std::vector<std::string>*) { return "a list of strings"; }},
                     pointer);
 }
 
@@ -119,7 +121,8 @@ bool IsValid(const OptionSpec& spec) {
                    return spec.choices.empty() || std::ranges::count(spec.choices, *v) > 0;
                  },
                  [&](std::vector<int>* v) { return std::ranges::all_of(*v, in_range); },
-                 [&](std::vector<double>* v) { return std::ranges::all_of(*v, in_range); }},
+                 [&](std::vector<double>* v) { return std::ranges::all_of(*v, in_range); },
+                 [](std::vector<std::string>*) { return true; }},
       spec.value);
 }
 
@@ -181,6 +184,10 @@ void OptionList::Add(std::string name, std::vector<double>* value, Range range, 
 }
 
 void OptionList::Add(std::string name, std::string* value, std::string doc) {
+  Insert({.name = std::move(name), .value = value, .choices = {}, .doc = std::move(doc)});
+}
+
+void OptionList::Add(std::string name, std::vector<std::string>* value, std::string doc) {
   Insert({.name = std::move(name), .value = value, .choices = {}, .doc = std::move(doc)});
 }
 

@@ -31,8 +31,13 @@ struct Range {
   double max;
 };
 
-using OptionPointer =
-    std::variant<bool*, int*, double*, std::string*, std::vector<int>*, std::vector<double>*>;
+using OptionPointer = std::variant<bool*,
+                                   int*,
+                                   double*,
+                                   std::string*,
+                                   std::vector<int>*,
+                                   std::vector<double>*,
+                                   std::vector<std::string>*>;
 
 struct OptionSpec {
   std::string name;  // with the unit as suffix: voxel_size_m, max_error_px
@@ -51,6 +56,7 @@ class OptionList {
   void Add(std::string name, std::vector<int>* value, Range range, std::string doc);
   void Add(std::string name, std::vector<double>* value, Range range, std::string doc);
   void Add(std::string name, std::string* value, std::string doc);
+  void Add(std::string name, std::vector<std::string>* value, std::string doc);
   void Add(std::string name, std::string* value, std::vector<std::string> choices, std::string doc);
 
   // The options that are added from now on stand behind option `name`, not at the end, so that a

@@ -33,17 +33,11 @@ bool MaySee(const Rectangle& area,
                                       centre + max.matrix().cast<double>());
 }
 
-auto DepthLoader(const std::vector<RgbdCamera>& cameras, const std::filesystem::path& data_root) {
-  return [cameras, data_root](const Keyframe& keyframe) {
-    return LoadDepth(keyframe.frame, CameraOf(keyframe, cameras), data_root);
-  };
-}
-
 }  // namespace
 
 KeyframeSource OpenTile(const std::filesystem::path& tile_path,
                         const std::filesystem::path& cameras_path,
-                        const std::filesystem::path& data_root,
+                        const FrameReader& reader,
                         int stride,
                         double max_range_m) {
   Tile tile = ReadTile(tile_path);
@@ -59,23 +53,24 @@ KeyframeSource OpenTile(const std::filesystem::path& tile_path,
   source.cameras = ReadCameras(cameras_path);
   for (Keyframe& keyframe : tile.keyframes) {
     CheckCamera(keyframe.frame, source.cameras, cameras_path.string());
-    if (keyframe.keyframe_idx % stride == 0) source.keyframes.push_back(std::move(keyframe));
+    if (keyframe.keyframe_idx % stride != 0 || !reader.MayUse(keyframe.frame)) continue;
+    source.keyframes.push_back(std::move(keyframe));
   }
   // The color picture of a keyframe that sees nothing of the tile is never decoded.
   const Rectangle seen = tile.region.inside.Grown(tile.region.overlap_m);
-  source.load = [cameras = source.cameras,
-                 rays = MakeRayTables(source.cameras, 1),
-                 data_root,
-                 seen](const Keyframe& keyframe) {
+  source.load = [cameras = source.cameras, rays = MakeRayTables(source.cameras, 1), reader, seen](
+                    const Keyframe& keyframe) {
     const RgbdCamera& camera = CameraOf(keyframe, cameras);
     const RayTable& table = rays[static_cast<std::size_t>(keyframe.frame.camera_idx)];
     RgbdImages images;
-    images.depth = LoadDepth(keyframe.frame, camera, data_root);
+    images.depth = reader.Depth(keyframe.frame, camera);
     if (!MaySee(seen, keyframe, table, images.depth)) return RgbdImages{};
-    images.color = LoadColor(keyframe.frame, camera, data_root);
+    images.color = reader.Color(keyframe.frame, camera);
     return images;
   };
-  source.load_depth = DepthLoader(source.cameras, data_root);
+  source.load_depth = [cameras = source.cameras, reader](const Keyframe& keyframe) {
+    return reader.Depth(keyframe.frame, CameraOf(keyframe, cameras));
+  };
   return source;
 }
 

@@ -16,6 +16,7 @@
 #include "pipeline/dense/tiles_io.h"
 #include "pipeline/geometry/rigid3.h"
 #include "pipeline/io/frame_failure.h"
+#include "pipeline/io/frame_reader.h"
 
 namespace nightmap {
 
@@ -37,11 +38,11 @@ std::vector<Keyframe> SelectKeyframes(const std::vector<FrameRecord>& frames,
                                       const std::vector<StampedPose>& keyframe_poses,
                                       int stride);
 
-// Every keyframe of a tile's list whose keyframe_idx is a multiple of `stride`, with pixels read
-// below `data_root`. Throws UsageError when the list does not reach to max_range_m.
+// Every keyframe of a tile's list whose keyframe_idx is a multiple of `stride` and that `reader`
+// may use. Throws UsageError when the list does not reach to max_range_m.
 KeyframeSource OpenTile(const std::filesystem::path& tile_path,
                         const std::filesystem::path& cameras_path,
-                        const std::filesystem::path& data_root,
+                        const FrameReader& reader,
                         int stride,
                         double max_range_m);
 

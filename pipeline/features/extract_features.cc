@@ -9,27 +9,30 @@
 #include <tuple>
 
 #include "pipeline/base/error.h"
+#include "pipeline/io/masked_pixels.h"
 
 namespace nightmap {
 namespace {
 
 constexpr int kOrbPatch_px = 31;
 constexpr int kBriskPatch_px = 12;
+constexpr int kMaskedExcess = 2;  // a mask takes some of the keypoints away, at its edges above all
 
 bool IsFast(const ExtractionOptions& options) { return options.detector.starts_with("fast_"); }
 
-// Makes the describer. Except for FAST corners it also detects the keypoints.
-cv::Ptr<cv::Feature2D> MakeDescriber(const ExtractionOptions& options) {
+// Makes the describer. Except for FAST corners it also detects the keypoints, of which SIFT and ORB
+// keep the strongest ones.
+cv::Ptr<cv::Feature2D> MakeDescriber(const ExtractionOptions& options, int num_kept) {
   switch (options.Kind()) {
     case DescriptorKind::kRootSift:
       // OpenCV keeps all ties with the last one, so KeepStrongest decides among them.
-      return cv::SIFT::create(options.num_features,
+      return cv::SIFT::create(num_kept,
                               options.sift_num_octave_layers,
                               options.sift_contrast_threshold,
                               options.sift_edge_threshold,
                               1.6);
     case DescriptorKind::kOrb:
-      return cv::ORB::create(2 * options.num_features,
+      return cv::ORB::create(2 * num_kept,
                              1.2f,
                              8,
                              kOrbPatch_px,
@@ -71,10 +74,17 @@ bool IsStronger(const cv::KeyPoint& a, const cv::KeyPoint& b) {
          std::tie(a.response, b.pt.y, b.pt.x, b.size, b.angle);
 }
 
-// Keeps the strongest keypoints, in order, and their descriptor rows.
-void KeepStrongest(int count, std::vector<cv::KeyPoint>* keypoints, cv::Mat* descriptors) {
+// Keeps the strongest keypoints outside of the mask, in order, and their descriptor rows.
+void KeepStrongest(int count,
+                   const GrayImage& moving,
+                   std::vector<cv::KeyPoint>* keypoints,
+                   cv::Mat* descriptors) {
   std::vector<std::size_t> order(keypoints->size());
   std::iota(order.begin(), order.end(), 0);
+  std::erase_if(order, [&](std::size_t i) {
+    const cv::Point2f& pixel = (*keypoints)[i].pt;
+    return IsMasked(moving, {pixel.x, pixel.y});
+  });
   std::ranges::sort(order, [&](std::size_t a, std::size_t b) {
     return IsStronger((*keypoints)[a], (*keypoints)[b]);
   });
@@ -189,17 +199,19 @@ DescriptorKind ExtractionOptions::Kind() const {
 
 FrameFeatures ExtractFeatures(const ColorImage& color,
                               const Camera& camera,
-                              const ExtractionOptions& options) {
+                              const ExtractionOptions& options,
+                              const GrayImage& moving) {
   GrayImage gray = ToGray(color);
   const cv::Mat image(gray.height, gray.width, CV_8UC1, gray.pixels.data());
-  const auto describer = MakeDescriber(options);
+  const int num_kept = (moving.pixels.empty() ? 1 : kMaskedExcess) * options.num_features;
+  const auto describer = MakeDescriber(options, num_kept);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
   if (IsFast(options)) keypoints = FastCorners(image, options);
   // One call, because detect() and compute() would each build the image pyramid.
   describer->detectAndCompute(image, cv::noArray(), keypoints, descriptors, IsFast(options));
   CentreOnPixels(options.Kind(), &keypoints);
-  KeepStrongest(options.num_features, &keypoints, &descriptors);
+  KeepStrongest(options.num_features, moving, &keypoints, &descriptors);
 
   FrameFeatures features;
   for (const cv::KeyPoint& keypoint : keypoints) {

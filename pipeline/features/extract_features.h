@@ -28,10 +28,12 @@ struct ExtractionOptions {
 };
 
 // Features of a color image without depth (depths_m all 0). Deterministic; one thread. Keypoints
-// are undistorted with `camera` and sorted by response (strongest first, ties by position).
+// are undistorted with `camera` and sorted by response (strongest first, ties by position). None
+// lies in `moving`, a mask of the picture's size; those elsewhere fill the number.
 FrameFeatures ExtractFeatures(const ColorImage& color,
                               const Camera& camera,
-                              const ExtractionOptions& options);
+                              const ExtractionOptions& options,
+                              const GrayImage& moving = {});
 
 // Looks up the depth at each raw keypoint, robust to holes and edges. Splits the valid depths of
 // the window into surfaces at steps larger than max_depth_step. Takes the depth of the surface on

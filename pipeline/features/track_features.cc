@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pipeline/features/pixel_grid.h"
+#include "pipeline/io/masked_pixels.h"
 
 namespace nightmap {
 namespace {
@@ -83,6 +84,62 @@ struct FeatureTracker::State {
   int num_frames = 0;  // frames tracked since the reference
   std::size_t num_chosen = 0;
   std::vector<Point> points;  // still tracked
+
+  // The points found again in a picture, outside of the mask.
+  std::vector<Point> Find(const TrackingOptions& options,
+                          const ColorImage& color,
+                          const Camera& camera,
+                          const GrayImage& moving) const {
+    std::vector<cv::Point2f> origin_px, found_px;
+    for (const Point& point : points) {
+      origin_px.push_back(point.origin_px);
+      found_px.push_back(point.last_px + point.step_px);
+    }
+    std::vector<unsigned char> is_found;
+    std::vector<float> differences;
+    cv::calcOpticalFlowPyrLK(reference,
+                             BuildPyramid(color, options.window_px),
+                             origin_px,
+                             found_px,
+                             is_found,
+                             differences,
+                             {options.window_px, options.window_px},
+                             kNumPyramidLevels,
+                             {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.01},
+                             cv::OPTFLOW_USE_INITIAL_FLOW);
+    std::vector<Point> found;
+    for (std::size_t i = 0; i < found_px.size(); ++i) {
+      const Eigen::Vector2d raw(found_px[i].x, found_px[i].y);
+      if (!is_found[i] || !camera.Contains(raw) || differences[i] > options.max_difference)
+        continue;
+      if (IsMasked(moving, raw)) continue;
+      const Point& point = points[i];
+      found.push_back({point.feature,
+                       point.scale_px,
+                       point.origin_px,
+                       found_px[i],
+                       found_px[i] - point.last_px});
+    }
+    return found;
+  }
+
+  // Goes on from the points found in a frame.
+  FrameFeatures Follow(std::vector<Point> found, const Camera& camera, int frame_idx) {
+    FrameFeatures tracked;
+    tracked.frame_idx = frame_idx;
+    tracked.reference_frame_idx = reference_frame_idx;
+    for (const Point& point : found) {
+      const Eigen::Vector2d raw(point.last_px.x, point.last_px.y);
+      tracked.reference_features.push_back(point.feature);
+      tracked.scales_px.push_back(point.scale_px);
+      tracked.raw_keypoints_px.push_back(raw.cast<float>());
+      tracked.keypoints_px.push_back(camera.Undistort(raw).cast<float>());
+    }
+    tracked.depths_m.assign(found.size(), 0.0f);
+    points = std::move(found);
+    ++num_frames;
+    return tracked;
+  }
 };
 
 FeatureTracker::FeatureTracker(const TrackingOptions& options) : options_(options) {}
@@ -107,50 +164,26 @@ void FeatureTracker::Start(const ColorImage& color,
 
 std::optional<FrameFeatures> FeatureTracker::Track(const ColorImage& color,
                                                    const Camera& camera,
-                                                   int frame_idx) {
+                                                   int frame_idx,
+                                                   const GrayImage& moving) {
   if (!state_ || state_->points.empty() || state_->num_frames >= options_.max_gap_frames) {
     return std::nullopt;
   }
-  std::vector<cv::Point2f> origin_px, found_px;
-  for (const State::Point& point : state_->points) {
-    origin_px.push_back(point.origin_px);
-    found_px.push_back(point.last_px + point.step_px);
-  }
-  std::vector<unsigned char> is_found;
-  std::vector<float> differences;
-  cv::calcOpticalFlowPyrLK(state_->reference,
-                           BuildPyramid(color, options_.window_px),
-                           origin_px,
-                           found_px,
-                           is_found,
-                           differences,
-                           {options_.window_px, options_.window_px},
-                           kNumPyramidLevels,
-                           {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.01},
-                           cv::OPTFLOW_USE_INITIAL_FLOW);
-  std::vector<State::Point> kept;
-  FrameFeatures tracked;
-  tracked.frame_idx = frame_idx;
-  tracked.reference_frame_idx = state_->reference_frame_idx;
-  for (std::size_t i = 0; i < found_px.size(); ++i) {
-    const Eigen::Vector2d raw(found_px[i].x, found_px[i].y);
-    if (!is_found[i] || !camera.Contains(raw) || differences[i] > options_.max_difference) continue;
-    const State::Point& point = state_->points[i];
-    kept.push_back(
-        {point.feature, point.scale_px, point.origin_px, found_px[i], found_px[i] - point.last_px});
-    tracked.reference_features.push_back(point.feature);
-    tracked.scales_px.push_back(point.scale_px);
-    tracked.raw_keypoints_px.push_back(raw.cast<float>());
-    tracked.keypoints_px.push_back(camera.Undistort(raw).cast<float>());
-  }
-  if (static_cast<double>(kept.size()) <
+  std::vector<State::Point> found = state_->Find(options_, color, camera, moving);
+  if (static_cast<double>(found.size()) <
       options_.min_tracked_ratio * static_cast<double>(state_->num_chosen)) {
     return std::nullopt;
   }
-  tracked.depths_m.assign(kept.size(), 0.0f);
-  state_->points = std::move(kept);
-  ++state_->num_frames;
-  return tracked;
+  return state_->Follow(std::move(found), camera, frame_idx);
+}
+
+FrameFeatures FeatureTracker::TrackFew(const ColorImage& color,
+                                       const Camera& camera,
+                                       int frame_idx) {
+  FrameFeatures none;
+  none.frame_idx = frame_idx;
+  if (!state_ || state_->points.empty()) return none;
+  return state_->Follow(state_->Find(options_, color, camera, {}), camera, frame_idx);
 }
 
 }  // namespace nightmap

@@ -36,11 +36,17 @@ class FeatureTracker {
 
   // The features found again in the next frame, without depth (depths_m all 0) or descriptors.
   // Returns nothing when so few are found, or so many frames have passed, that this frame should be
-  // described; also before Start.
-  std::optional<FrameFeatures> Track(const ColorImage& color, const Camera& camera, int frame_idx);
+  // described; also before Start. Features that run into the mask `moving` end.
+  std::optional<FrameFeatures> Track(const ColorImage& color,
+                                     const Camera& camera,
+                                     int frame_idx,
+                                     const GrayImage& moving = {});
+  // For a frame that may not be described: returns what is found, however little.
+  FrameFeatures TrackFew(const ColorImage& color, const Camera& camera, int frame_idx);
 
  private:
   struct State;
+
   TrackingOptions options_;
   std::unique_ptr<State> state_;
 };

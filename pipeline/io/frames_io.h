@@ -62,6 +62,9 @@ struct RgbdCamera {
 struct RgbdImages {
   ColorImage color;
   DepthImage depth;  // metres at the color camera's pixels; no pixels when the frame has no depth
+  // Where things are that move by themselves, already taken out of color and depth
+  // (masked_pixels.h); empty: nothing is known of them.
+  GrayImage moving = {};
 };
 
 // CSV with header frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,

@@ -38,18 +38,25 @@ struct FeaturesOptions {
 // frame only.
 using RgbdLoader = std::function<RgbdImages(const FrameRecord&)>;
 
+struct FeaturesInput {
+  std::vector<FrameRecord> frames;
+  std::vector<RgbdCamera> cameras;
+  RgbdLoader load;
+  // By frame: whether it may be described, because what moves in it is known. Empty: all may.
+  std::vector<bool> may_describe;
+};
+
 struct FeaturesResult {
   FeaturesShard shard;  // one entry per frame, in order; a failed frame has no features
   std::vector<std::string> skipped;  // reasons, in frame order
 };
 
 // The first frame of each segment and the last frame of the shard are described. The others are
-// tracked from the last described frame as long as enough of its features are found. Deterministic
-// at any number of threads: segments are independent.
+// tracked from the last described frame as long as enough of its features are found. A segment
+// begins at a frame that may be described. Deterministic at any number of threads: segments are
+// independent.
 FeaturesResult RunFeatures(const FeaturesOptions& options,
-                           const std::vector<FrameRecord>& frames,
-                           const std::vector<RgbdCamera>& cameras,
-                           const RgbdLoader& load,
+                           const FeaturesInput& input,
                            int num_threads,
                            Progress& progress);
 

@@ -1,35 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // features: reads the frames of one shard and their pixels; writes keypoints, descriptors, depths.
-#include "stages/features/features.h"
-
 #include <opencv2/core/utility.hpp>
 
+#include "pipeline/io/frame_reader.h"
 #include "pipeline/program/stage_main.h"
-
-namespace nightmap {
-namespace {
-
-void Summarize(const FeaturesShard& shard, nlohmann::json* report) {
-  int num_features = 0;
-  int num_with_depth = 0;
-  int num_empty_frames = 0;
-  int num_described = 0;
-  for (const FrameFeatures& frame : shard.frames) {
-    num_features += frame.NumFeatures();
-    num_with_depth += static_cast<int>(
-        std::ranges::count_if(frame.depths_m, [](float depth_m) { return depth_m > 0; }));
-    num_empty_frames += frame.NumFeatures() == 0;
-    num_described += frame.IsDescribed();
-  }
-  (*report)["num_frames"] = shard.frames.size();
-  (*report)["num_described_frames"] = num_described;
-  (*report)["num_features"] = num_features;
-  (*report)["num_features_with_depth"] = num_with_depth;
-  (*report)["num_frames_without_features"] = num_empty_frames;
-}
-
-}  // namespace
-}  // namespace nightmap
+#include "stages/features/features.h"
+#include "stages/features/features_report.h"
 
 int main(int argc, char** argv) {
   using namespace nightmap;
@@ -39,20 +15,26 @@ int main(int argc, char** argv) {
       "Describes keypoints in some frames of a shard, and tracks them through the others.",
       {{"frames", "shard_NNNN.csv of the frames stage"},
        {"cameras", "cameras.json of the frames stage"},
-       FolderPort("data", "folder to which the paths in the frames file are relative")},
+       FolderPort("data", "folder to which the paths in the frames file are relative"),
+       {"masks",
+        "shard_NNNN.h5 of masks; a frame without one is not described",
+        Arity::kAnyNumber}},
       {{"features", "shard_NNNN.h5: keypoints, descriptors, depths"}}};
   return StageMain(argc, argv, spec, FeaturesOptions{}, [](const auto& options, auto& context) {
-    const auto frames = ReadFrames(context.Input("frames"));
-    const auto cameras = ReadCameras(context.Input("cameras"), frames);
-    const RgbdLoader load = [&](const FrameRecord& frame) {
-      const RgbdCamera& camera = cameras.at(static_cast<std::size_t>(frame.camera_idx));
-      return LoadRgbd(frame, camera, context.Input("data"));
+    const FrameReader reader(context.Input("data"), context.Inputs("masks"));
+    FeaturesInput input;
+    input.frames = ReadFrames(context.Input("frames"));
+    input.cameras = ReadCameras(context.Input("cameras"), input.frames);
+    for (const FrameRecord& frame : input.frames) {
+      input.may_describe.push_back(reader.MayUse(frame));
+    }
+    input.load = [&](const FrameRecord& frame) {
+      return reader.Rgbd(frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)));
     };
-    const auto result =
-        RunFeatures(options, frames, cameras, load, context.NumThreads(), context.GetProgress());
+    const auto result = RunFeatures(options, input, context.NumThreads(), context.GetProgress());
     for (const std::string& reason : result.skipped) context.Skip(reason);
-    context.CheckSkipped(frames.size(), options.max_failed_ratio);
+    context.CheckSkipped(input.frames.size(), options.max_failed_ratio);
     WriteFeatures(context.Output("features"), result.shard, context.ConfigToml());
-    Summarize(result.shard, &context.Report());
+    context.Report().update(Summarize(result.shard));
   });
 }

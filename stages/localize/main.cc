@@ -3,6 +3,7 @@
 // with their reason) and queries.tum (the located ones).
 #include <opencv2/core.hpp>
 
+#include "pipeline/io/frame_reader.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/localize/localize.h"
@@ -19,6 +20,7 @@ int main(int argc, char** argv) {
        {"configured", "cameras.json of the frames stage"},
        {"calibrated", "cameras.json of the adjust stage"},
        FolderPort("data", "folder to which the paths in queries are relative"),
+       {"masks", "masks of the queries: what moves in them", Arity::kAnyNumber},
        {"landmarks", "landmarks.h5"},
        {"vocabulary", "vocabulary.h5"}},
       {{"queries", "queries.csv: every query with the verdict and its reason"},
@@ -29,7 +31,7 @@ int main(int argc, char** argv) {
         context.BeginPart("read");
         const LandmarkMap map = ReadLandmarks(context.Input("landmarks"));
         const Vocabulary vocabulary = ReadVocabulary(context.Input("vocabulary"));
-        const auto data = context.Input("data");
+        const FrameReader reader(context.Input("data"), context.Inputs("masks"));
         ExtractionOptions extraction;
         RegisterOptions(extraction).ParseToml(map.extraction, context.Input("landmarks").string());
         const auto map_cameras = ReadCameras(context.Input("calibrated"));
@@ -42,7 +44,7 @@ int main(int argc, char** argv) {
                                   &map,
                                   &vocabulary,
                                   [&](const FrameRecord& query, const RgbdCamera& camera) {
-                                    return LoadColor(query, camera, data);
+                                    return reader.Color(query, camera);
                                   },
                                   [&](const std::string& problem) { context.Skip(problem); },
                                   [&](const char* part) { context.BeginPart(part); },

@@ -2,6 +2,7 @@
 // map_frame: moves trajectory and keyframes from their own frame to the map frame.
 #include "stages/map_frame/map_frame.h"
 
+#include "pipeline/io/frame_reader.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/map_frame/describe_floor.h"
@@ -23,8 +24,9 @@ void Run(const MapFrameOptions& options, StageContext& context) {
   if (context.HasInput("acceleration")) {
     input.accelerometer = ReadAcceleration(context.Input("acceleration"));
   }
-  input.load_depth = [&input, data = context.Input("data")](const FrameRecord& frame) {
-    return LoadDepth(frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)), data);
+  const FrameReader reader(context.Input("data"), context.Inputs("masks"));
+  input.load_depth = [&](const FrameRecord& frame) {
+    return reader.Depth(frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)));
   };
   const MapFrame frame = RunMapFrame(options, input, context.NumThreads());
   LogFloor(frame);
@@ -44,6 +46,7 @@ int main(int argc, char** argv) {
       {{"frames", "shard_NNNN.csv of all shards, in order", Arity::kMany},
        {"cameras", "cameras.json of the adjust stage"},
        FolderPort("data", "folder to which the paths in the frames files are relative"),
+       {"masks", "shard_NNNN.h5 of masks: what moves in the frames", Arity::kAnyNumber},
        {"trajectory", "trajectory.tum, in any frame of reference"},
        {"keyframes", "keyframes.tum: its poses at the times of some frames"},
        {"acceleration", "acceleration.h5 of the frames stage", Arity::kOptional}},

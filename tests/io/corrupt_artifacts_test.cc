@@ -9,6 +9,7 @@
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/g2o_io.h"
 #include "pipeline/io/grid_io.h"
+#include "pipeline/io/labels_io.h"
 #include "pipeline/io/landmarks_io.h"
 #include "pipeline/io/matches_io.h"
 #include "pipeline/io/odometry_io.h"
@@ -98,6 +99,14 @@ void WriteSomeLandmarks(const Path& path) {
   WriteLandmarks(path, map, "size = 1\n");
 }
 
+void WriteSomeLabels(const Path& path) {
+  const GrayImage image{8, 6, 1, std::vector<std::uint8_t>(48, 1)};
+  WriteLabels(path,
+              {{{"background", "person"}, {0, 1}, {{{0, 0, 0}}, {{192, 128, 128}}}},
+               {PackLabels(3, 1'000, {image, image}), PackLabels(4, 2'000, {image, image})}},
+              "size = 1\n");
+}
+
 std::string SomeTile() {
   Tile tile;
   tile.region = {{{-1, -2}, {3, 4}}, 0.5, 4};
@@ -172,6 +181,13 @@ TEST_F(CorruptArtifactsTest, Features) {
 
 TEST_F(CorruptArtifactsTest, Landmarks) {
   Expect("a.h5", WriteSomeLandmarks, [](const Path& path) { ReadLandmarks(path); });
+}
+
+TEST_F(CorruptArtifactsTest, Labels) {
+  Expect("a.h5", WriteSomeLabels, [](const Path& path) {
+    const LabelsReader reader(path);
+    for (const std::int64_t time_ns : reader.Times_ns()) reader.Read(time_ns);
+  });
 }
 
 TEST_F(CorruptArtifactsTest, Clouds) {

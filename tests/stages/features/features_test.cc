@@ -32,7 +32,7 @@ class FeaturesTest : public testing::Test {
   }
   FeaturesResult Extract(int num_threads, const FeaturesOptions& options = {}) const {
     Progress progress("features", false);
-    return RunFeatures(options, frames_, cameras_, Load, num_threads, progress);
+    return RunFeatures(options, {frames_, cameras_, Load, {}}, num_threads, progress);
   }
 
   std::vector<RgbdCamera> cameras_{RgbdCamera{}};
@@ -91,7 +91,7 @@ TEST_F(FeaturesTest, AnExceptionIsOfItsFrameAloneAtAnyNumberOfThreads) {
   options.segment_frames = 3;
   const auto run = [&](int num_threads) {
     Progress progress("features", false);
-    return RunFeatures(options, frames_, cameras_, load, num_threads, progress);
+    return RunFeatures(options, {frames_, cameras_, load, {}}, num_threads, progress);
   };
   const FeaturesResult one = run(1), four = run(4);
   ASSERT_EQ(one.skipped.size(), 3U);
@@ -131,7 +131,8 @@ TEST_F(FeaturesTest, DescribesTheFirstOfASegmentAndTheLastAndTracksBetween) {
   options.segment_frames = 4;
   Progress progress("features", false);
   const auto run = [&](int num_threads) {
-    return RunFeatures(options, frames_, cameras_, LoadMoving, num_threads, progress).shard.frames;
+    return RunFeatures(options, {frames_, cameras_, LoadMoving, {}}, num_threads, progress)
+        .shard.frames;
   };
   const auto frames = run(1), again = run(2);
   const std::vector<int> expected = {-1, 30, 30, 30, -1, -1};
@@ -160,7 +161,7 @@ TEST_F(FeaturesTest, TheFollowersOfAFailedFrameAreNotLost) {
     return images;
   };
   Progress progress("features", false);
-  const auto result = RunFeatures({}, frames_, cameras_, load, 1, progress);
+  const auto result = RunFeatures({}, {frames_, cameras_, load, {}}, 1, progress);
   EXPECT_EQ(result.skipped.size(), 2U);
   const std::vector<int> references = {-1, -1, 31, -1, 31, -1};
   for (std::size_t i = 0; i < 6; ++i) {
@@ -174,10 +175,68 @@ TEST_F(FeaturesTest, AFrameOfAnotherCameraIsDescribed) {
   cameras_.push_back(cameras_[0]);
   for (std::size_t i = 3; i < 6; ++i) frames_[i].camera_idx = 1;
   Progress progress("features", false);
-  const auto frames = RunFeatures({}, frames_, cameras_, LoadMoving, 1, progress).shard.frames;
+  const auto frames =
+      RunFeatures({}, {frames_, cameras_, LoadMoving, {}}, 1, progress).shard.frames;
   EXPECT_FALSE(frames[2].IsDescribed());
   EXPECT_TRUE(frames[3].IsDescribed());
   EXPECT_EQ(frames[4].reference_frame_idx, 33);
+}
+
+// Of every third frame it is known what moves.
+TEST_F(FeaturesTest, OnlyFramesWithAMaskAreDescribed) {
+  for (int i = 6; i < 14; ++i) {
+    frames_.push_back({i + 30, i, 0, 0, {std::to_string(i), "h"}, {"d", "h"}, {}});
+  }
+  FeaturesInput input{frames_, cameras_, LoadMoving, {}};
+  for (std::size_t i = 0; i < frames_.size(); ++i) input.may_describe.push_back(i % 3 == 1);
+  FeaturesOptions options;
+  options.segment_frames = 4;
+  options.tracking.max_gap_frames = 2;
+  Progress progress("features", false);
+  const auto frames = RunFeatures(options, input, 2, progress).shard.frames;
+  // 34 and 40 begin segments; 37 and 43 come after the longest gap.
+  const std::vector<int> references = {-1, -1, 31, 31, -1, 34, 34, -1, 37, 37, -1, 40, 40, -1};
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(frames[i].reference_frame_idx, references[i]) << i;
+    EXPECT_EQ(frames[i].NumFeatures() > 0, i > 0) << i;
+    EXPECT_EQ(frames[i].descriptors.empty(), i % 3 != 1) << i;
+  }
+}
+
+// A frame between that shows something else is not described without a mask.
+TEST_F(FeaturesTest, AFrameWithoutAMaskKeepsTheFewThatAreFound) {
+  const auto load = [](const FrameRecord& frame) {
+    return frame.frame_idx == 32 ? Load({0, 0, 0, 0, {}, {}, {}}) : LoadMoving(frame);
+  };
+  FeaturesInput input{frames_, cameras_, load, {true, true, false, true, true, true}};
+  Progress progress("features", false);
+  const auto frames = RunFeatures({}, input, 1, progress).shard.frames;
+  EXPECT_EQ(frames[2].reference_frame_idx, 30);
+  EXPECT_LT(frames[2].NumFeatures(), frames[1].NumFeatures() / 2);
+  EXPECT_TRUE(frames[3].IsDescribed());
+}
+
+TEST_F(FeaturesTest, WhatMovesHasNoFeaturesAndEndsTracks) {
+  GrayImage left{160, 120, 1, {}};
+  for (int i = 0; i < 160 * 120; ++i) left.pixels.push_back(i % 160 < 60 ? 255 : 0);
+  const auto load = [&](const FrameRecord& frame) {
+    RgbdImages images = LoadMoving(frame);
+    if (frame.frame_idx >= 33) images.moving = left;
+    return images;
+  };
+  Progress progress("features", false);
+  const auto frames = RunFeatures({}, {frames_, cameras_, load, {}}, 1, progress).shard.frames;
+  EXPECT_FALSE(frames[3].IsDescribed());
+  EXPECT_TRUE(frames[5].IsDescribed());
+  const auto in_mask = [](const FrameFeatures& frame) {
+    return std::ranges::count_if(frame.raw_keypoints_px,
+                                 [](const auto& pixel) { return pixel.x() < 59.5F; });
+  };
+  EXPECT_GT(in_mask(frames[2]), 20);
+  EXPECT_EQ(in_mask(frames[3]), 0);
+  EXPECT_EQ(in_mask(frames[4]), 0);
+  EXPECT_EQ(in_mask(frames[5]), 0);
+  EXPECT_GT(frames[3].NumFeatures(), 50);
 }
 
 TEST_F(FeaturesTest, TheShardSaysHowItWasMade) {

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/frame_reader.h"
+
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/masked_pixels.h"
+#include "pipeline/io/masks_io.h"
+
+namespace nightmap {
+
+using MasksByTime = std::map<std::int64_t, PackedMask>;
+
+// Readers of HDF5 files take turns.
+struct FrameReader::MaskFiles {
+  std::map<std::string, std::filesystem::path> paths;  // by file name
+  std::map<std::string, MasksByTime> read;
+  std::mutex mutex;
+
+  const MasksByTime& Of(const std::string& name, const FrameRecord& frame) {
+    const std::lock_guard lock(mutex);
+    const auto known = read.find(name);
+    if (known != read.end()) return known->second;
+    const auto path = paths.find(name);
+    if (path == paths.end()) {
+      throw DataError("{}: its mask is in {}, which is not among the files of masks given",
+                      frame.color.path,
+                      name);
+    }
+    MasksByTime& masks = read[name];
+    for (PackedMask& mask : ReadMasks(path->second)) masks.emplace(mask.time_ns, std::move(mask));
+    return masks;
+  }
+};
+
+FrameReader::FrameReader(std::filesystem::path data_root,
+                         const std::vector<std::filesystem::path>& mask_files)
+    : data_root_(std::move(data_root)), masks_(std::make_shared<MaskFiles>()) {
+  for (const auto& path : mask_files) masks_->paths[path.filename().string()] = path;
+}
+
+bool FrameReader::MayUse(const FrameRecord& frame) const {
+  return masks_->paths.empty() || frame.others.contains(kMaskChannel);
+}
+
+GrayImage FrameReader::Mask(const FrameRecord& frame) const {
+  const auto channel = frame.others.find(kMaskChannel);
+  if (masks_->paths.empty() || channel == frame.others.end()) return {};
+  const MasksByTime& masks = masks_->Of(channel->second.path, frame);
+  const auto mask = masks.find(frame.time_ns);
+  if (mask == masks.end()) {
+    throw DataError("{}: {} has no mask of this frame", frame.color.path, channel->second.path);
+  }
+  return UnpackMask(mask->second);
+}
+
+ColorImage FrameReader::Color(const FrameRecord& frame, const RgbdCamera& camera) const {
+  ColorImage color = LoadColor(frame, camera, data_root_);
+  const GrayImage mask = Mask(frame);
+  if (!mask.pixels.empty()) FadeOut(mask, &color);
+  return color;
+}
+
+DepthImage FrameReader::Depth(const FrameRecord& frame, const RgbdCamera& camera) const {
+  DepthImage depth = LoadDepth(frame, camera, data_root_);
+  const GrayImage mask = Mask(frame);
+  if (!mask.pixels.empty()) RemoveDepth(mask, &depth);
+  return depth;
+}
+
+RgbdImages FrameReader::Rgbd(const FrameRecord& frame, const RgbdCamera& camera) const {
+  RgbdImages images = LoadRgbd(frame, camera, data_root_);
+  images.moving = Mask(frame);
+  if (images.moving.pixels.empty()) return images;
+  FadeOut(images.moving, &images.color);
+  if (!images.depth.pixels.empty()) RemoveDepth(images.moving, &images.depth);
+  return images;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+// Arrays of labels/shard_NNNN.h5 (F labelled frames, C classes):
+//   text classes (a name per line); moving C; palette C x 3;
+//   frame_idx F; time_ns F; size_px F x 2 (width, height);
+//   labels/T, confidences/T: the images of the frame with time_ns T, row by row, as zlib streams.
+#include "pipeline/io/labels_io.h"
+
+#include <fmt/ranges.h>
+#include <zlib.h>
+
+#include <algorithm>
+
+#include "pipeline/base/error.h"
+
+namespace nightmap {
+namespace {
+
+constexpr char kLabelsFormat[] = "nightmap labels";
+constexpr int kLabelsVersion = 1;
+constexpr std::size_t kMaxClasses = 255;
+constexpr std::int32_t kMaxLabelsSize_px = 1 << 15;
+constexpr int kCompression = 4;
+// zlib's streams unpack to at most this many times their size: a larger image is damage, for which
+// no memory is taken.
+constexpr std::size_t kMaxRatio = 1032;
+
+std::string LabelsField(std::int64_t time_ns) { return fmt::format("labels/{}", time_ns); }
+std::string ConfidencesField(std::int64_t time_ns) {
+  return fmt::format("confidences/{}", time_ns);
+}
+
+std::vector<std::uint8_t> PackImage(const GrayImage& image) {
+  uLongf size = compressBound(image.pixels.size());
+  std::vector<std::uint8_t> packed(size);
+  if (compress2(packed.data(), &size, image.pixels.data(), image.pixels.size(), kCompression) !=
+      Z_OK) {
+    throw DataError("an image of {} x {} cannot be compressed", image.width, image.height);
+  }
+  packed.resize(size);
+  return packed;
+}
+
+GrayImage UnpackImage(const std::vector<std::uint8_t>& packed,
+                      int width,
+                      int height,
+                      const std::string& field,
+                      const Hdf5Reader& file) {
+  GrayImage image{width, height, 1, {}};
+  const std::size_t num_pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  file.Demand(num_pixels / kMaxRatio <= packed.size(), field, "holds fewer pixels than size_px");
+  image.pixels.resize(num_pixels);
+  uLongf size = num_pixels;
+  const int status = uncompress(image.pixels.data(), &size, packed.data(), packed.size());
+  file.Demand(status == Z_OK && size == num_pixels, field, "is damaged");
+  return image;
+}
+
+std::vector<std::string> NamesOf(const std::string& text) {
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    lines.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return lines;
+}
+
+LabelClasses ReadClasses(const Hdf5Reader& file) {
+  LabelClasses classes;
+  classes.names = NamesOf(file.ReadText("classes"));
+  const auto is_empty = [](const std::string& name) { return name.empty(); };
+  file.Demand(classes.names.size() <= kMaxClasses && std::ranges::none_of(classes.names, is_empty),
+              "classes");
+  classes.moving = file.ReadList<std::uint8_t>("moving");
+  const auto is_flag = [](std::uint8_t value) { return value <= 1; };
+  file.Demand(
+      classes.moving.size() == classes.names.size() && std::ranges::all_of(classes.moving, is_flag),
+      "moving");
+  const auto palette = file.Read<std::uint8_t>("palette", 3);
+  file.Demand(palette.rows == classes.names.size(), "palette");
+  for (std::size_t i = 0; i < palette.rows; ++i) {
+    const std::uint8_t* color = &palette.values[3 * i];
+    classes.palette.push_back({color[0], color[1], color[2]});
+  }
+  return classes;
+}
+
+Array<std::uint8_t> PaletteArray(const std::vector<std::array<std::uint8_t, 3>>& palette) {
+  Array<std::uint8_t> array{palette.size(), 3, {}};
+  for (const auto& color : palette) {
+    array.values.insert(array.values.end(), color.begin(), color.end());
+  }
+  return array;
+}
+
+template <typename T>
+bool Ascends(const std::vector<T>& values) {
+  return std::ranges::adjacent_find(values, std::greater_equal<>()) == values.end();
+}
+
+}  // namespace
+
+PackedLabels PackLabels(int frame_idx, std::int64_t time_ns, const Segmentation& segmentation) {
+  return {frame_idx,
+          time_ns,
+          segmentation.labels.width,
+          segmentation.labels.height,
+          PackImage(segmentation.labels),
+          PackImage(segmentation.confidences)};
+}
+
+void WriteLabels(const std::filesystem::path& path,
+                 const LabelsShard& shard,
+                 const std::string& config) {
+  std::vector<std::int32_t> frame_idx;
+  std::vector<std::int64_t> times_ns;
+  Array<std::int32_t> sizes_px{shard.frames.size(), 2, {}};
+  for (const PackedLabels& frame : shard.frames) {
+    frame_idx.push_back(frame.frame_idx);
+    times_ns.push_back(frame.time_ns);
+    sizes_px.values.insert(sizes_px.values.end(), {frame.width, frame.height});
+  }
+  Hdf5Writer file(path,
+                  kLabelsFormat,
+                  kLabelsVersion,
+                  config,
+                  "pixels of the color image; confidences 255 times the probability");
+  file.WriteText("classes", fmt::format("{}", fmt::join(shard.classes.names, "\n")));
+  file.WriteList("moving", shard.classes.moving);
+  file.Write("palette", PaletteArray(shard.classes.palette));
+  file.WriteList("frame_idx", frame_idx);
+  file.WriteList("time_ns", times_ns);
+  file.Write("size_px", sizes_px);
+  for (const PackedLabels& frame : shard.frames) {
+    file.WriteList(LabelsField(frame.time_ns), frame.labels);
+    file.WriteList(ConfidencesField(frame.time_ns), frame.confidences);
+  }
+  file.Close();
+}
+
+LabelsReader::LabelsReader(const std::filesystem::path& path)
+    : file_(path, kLabelsFormat, kLabelsVersion), classes_(ReadClasses(file_)) {
+  frame_idx_ = file_.ReadList<std::int32_t>("frame_idx");
+  times_ns_ = file_.ReadList<std::int64_t>("time_ns");
+  const auto sizes_px = file_.Read<std::int32_t>("size_px", 2);
+  sizes_px_ = sizes_px.values;
+  file_.Demand(Ascends(frame_idx_) && (frame_idx_.empty() || frame_idx_[0] >= 0), "frame_idx");
+  file_.Demand(times_ns_.size() == frame_idx_.size() && Ascends(times_ns_), "time_ns");
+  const auto is_size = [](std::int32_t size_px) {
+    return size_px > 0 && size_px <= kMaxLabelsSize_px;
+  };
+  file_.Demand(sizes_px.rows == frame_idx_.size() && std::ranges::all_of(sizes_px_, is_size),
+               "size_px");
+}
+
+bool LabelsReader::Has(std::int64_t time_ns) const {
+  return std::ranges::binary_search(times_ns_, time_ns);
+}
+
+PackedLabels LabelsReader::ReadPacked(std::int64_t time_ns) const {
+  const auto found = std::ranges::lower_bound(times_ns_, time_ns);
+  file_.Demand(found != times_ns_.end() && *found == time_ns,
+               "time_ns",
+               fmt::format("does not hold {}", time_ns));
+  const auto i = static_cast<std::size_t>(found - times_ns_.begin());
+  return {frame_idx_[i],
+          time_ns,
+          sizes_px_[2 * i],
+          sizes_px_[2 * i + 1],
+          file_.ReadList<std::uint8_t>(LabelsField(time_ns)),
+          file_.ReadList<std::uint8_t>(ConfidencesField(time_ns))};
+}
+
+Segmentation LabelsReader::Read(std::int64_t time_ns) const {
+  const PackedLabels packed = ReadPacked(time_ns);
+  const std::string field = LabelsField(time_ns);
+  Segmentation result{
+      UnpackImage(packed.labels, packed.width, packed.height, field, file_),
+      UnpackImage(
+          packed.confidences, packed.width, packed.height, ConfidencesField(time_ns), file_)};
+  const std::uint8_t largest = std::ranges::max(result.labels.pixels);
+  file_.Demand(largest < classes_.names.size(), field, "has a label of no class");
+  return result;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Label pictures of the labelled frames of a shard, each with the confidence of its labels.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pipeline/io/hdf5_file.h"
+#include "pipeline/io/image_io.h"
+
+namespace nightmap {
+
+// What the labels of a picture mean.
+struct LabelClasses {
+  std::vector<std::string> names;    // by label; at most 255, none empty, of one line
+  std::vector<std::uint8_t> moving;  // per class, 1: such things move by themselves
+  std::vector<std::array<std::uint8_t, 3>> palette;  // RGB per class, for pictures of labels
+
+  bool operator==(const LabelClasses&) const = default;
+};
+
+// Labels of a picture's pixels. Both images have the picture's size.
+struct Segmentation {
+  LabelImage labels;      // index of the class
+  GrayImage confidences;  // 255 times the probability of that class
+};
+
+// A labelled frame as the file holds it: both images compressed.
+struct PackedLabels {
+  int frame_idx = 0;
+  std::int64_t time_ns = 0;
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> labels;
+  std::vector<std::uint8_t> confidences;
+};
+
+// Compresses the images of a frame, without loss. Equal images give equal bytes.
+PackedLabels PackLabels(int frame_idx, std::int64_t time_ns, const Segmentation& segmentation);
+
+struct LabelsShard {
+  LabelClasses classes;
+  std::vector<PackedLabels> frames;  // in order of frame_idx and of time
+};
+
+void WriteLabels(const std::filesystem::path& path,
+                 const LabelsShard& shard,
+                 const std::string& config);
+
+// Reads the list of the frames at once, and the images of a frame when asked for. Not thread-safe,
+// as all readers of HDF5 files.
+class LabelsReader {
+ public:
+  // Throws DataError naming file and field on another format, a newer version, a missing array or
+  // sizes and indices that do not fit.
+  explicit LabelsReader(const std::filesystem::path& path);
+
+  const LabelClasses& Classes() const { return classes_; }
+  // Ascending.
+  const std::vector<std::int64_t>& Times_ns() const { return times_ns_; }
+  const std::vector<std::int32_t>& FrameIndices() const { return frame_idx_; }
+  bool Has(std::int64_t time_ns) const;
+  // Throws DataError naming file and field when no frame has that time, or when its images are
+  // damaged or have a label of no class.
+  PackedLabels ReadPacked(std::int64_t time_ns) const;
+  Segmentation Read(std::int64_t time_ns) const;
+
+ private:
+  Hdf5Reader file_;
+  LabelClasses classes_;
+  std::vector<std::int64_t> times_ns_;
+  std::vector<std::int32_t> frame_idx_;
+  std::vector<std::int32_t> sizes_px_;  // width, height per frame
+};
+
+}  // namespace nightmap

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/labels/segmentation_model.h"
+
+#include <fmt/ranges.h>
+
+#include <toml++/toml.h>
+#include <algorithm>
+#include <charconv>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/options.h"
+#include "pipeline/io/text_file.h"
+
+namespace nightmap {
+namespace {
+
+constexpr std::size_t kMaxClasses = 255;
+
+// The model file as written.
+struct ModelTable {
+  std::string network;
+  int input_width_px = 0;
+  int input_height_px = 0;
+  std::vector<double> mean = {0, 0, 0};
+  std::vector<double> scale = {1, 1, 1};
+  std::string channel_order = "rgb";
+  std::vector<std::string> classes, moving, palette;
+
+  void Register(OptionList& list) {
+    list.Add("network", &network, "ONNX file, relative to this file");
+    list.Add("input_width_px", &input_width_px, {8, 4096}, "columns of the network's input");
+    list.Add("input_height_px", &input_height_px, {8, 4096}, "rows of the network's input");
+    list.Add("mean", &mean, {-1e6, 1e6}, "subtracted from 0 .. 255, per channel of the network");
+    list.Add("scale", &scale, {1e-6, 1e6}, "divides the difference, per channel of the network");
+    list.Add("channel_order", &channel_order, {"rgb", "bgr"}, "of the network's input");
+    list.Add("classes", &classes, "names in the order of the network's outputs");
+    list.Add("moving", &moving, "names of the classes of things that move by themselves");
+    list.Add("palette", &palette, "color per class, \"#rrggbb\"; default: that of PASCAL VOC");
+  }
+};
+
+// Names the line of a key in messages.
+class KeyLines {
+ public:
+  KeyLines(std::string_view text, const std::string& source)
+      : table_(toml::parse(text, source)), source_(source) {}
+
+  std::string Of(const char* key) const {
+    return fmt::format("{}:{}", source_, table_.get(key)->source().begin.line);
+  }
+  void Require(const char* key, const char* remedy) const {
+    if (!table_.contains(key)) throw UsageError("{}: '{}' is missing: {}", source_, key, remedy);
+  }
+
+ private:
+  toml::table table_;
+  std::string source_;
+};
+
+void RequireKeys(const KeyLines& lines) {
+  lines.Require("network", "add network = \"FILE.onnx\", relative to this file");
+  lines.Require("input_width_px", "add the columns of the network's input");
+  lines.Require("input_height_px", "add the rows of the network's input");
+  lines.Require("classes", "add the names of the classes in the order of the network's outputs");
+  lines.Require("moving", "add the names of the classes that move by themselves, [] for none");
+}
+
+std::array<double, 3> PerChannel(const std::vector<double>& values,
+                                 const char* key,
+                                 const KeyLines& lines) {
+  if (values.size() != 3) {
+    throw UsageError(
+        "{}: '{}' has {} numbers; give 3, one per channel", lines.Of(key), key, values.size());
+  }
+  return {values[0], values[1], values[2]};
+}
+
+void CheckClasses(const std::vector<std::string>& classes, const KeyLines& lines) {
+  if (classes.size() < 2 || classes.size() > kMaxClasses) {
+    throw UsageError("{}: 'classes' has {} names; give 2 .. {}, one per output of the network",
+                     lines.Of("classes"),
+                     classes.size(),
+                     kMaxClasses);
+  }
+  for (const std::string& name : classes) {
+    if (name.empty() || name.find('\n') != std::string::npos) {
+      throw UsageError(
+          "{}: 'classes' has an empty name or one of two lines: give each class a name",
+          lines.Of("classes"));
+    }
+    if (std::ranges::count(classes, name) > 1) {
+      throw UsageError("{}: 'classes' names \"{}\" twice: rename one", lines.Of("classes"), name);
+    }
+  }
+}
+
+std::vector<std::uint8_t> MovingClasses(const ModelTable& table, const KeyLines& lines) {
+  std::vector<std::uint8_t> moving(table.classes.size(), 0);
+  for (const std::string& name : table.moving) {
+    const auto found = std::ranges::find(table.classes, name);
+    if (found == table.classes.end()) {
+      throw UsageError("{}: 'moving' names \"{}\", which is no class; there are: {}",
+                       lines.Of("moving"),
+                       name,
+                       fmt::join(table.classes, ", "));
+    }
+    moving[static_cast<std::size_t>(found - table.classes.begin())] = 1;
+  }
+  return moving;
+}
+
+// Spreads the bits of the index over the channels, as PASCAL VOC's development kit does.
+std::array<std::uint8_t, 3> VocColor(std::size_t index) {
+  std::array<std::uint8_t, 3> color = {0, 0, 0};
+  for (int bit = 7; index > 0; --bit, index >>= 3) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      color[c] = static_cast<std::uint8_t>(color[c] | ((index >> c & 1) << bit));
+    }
+  }
+  return color;
+}
+
+std::array<std::uint8_t, 3> ParseColor(const std::string& text, const std::string& where) {
+  std::uint32_t value = 0;
+  const char* end = text.data() + text.size();
+  const bool has_form = text.size() == 7 && text[0] == '#';
+  const auto parsed = std::from_chars(text.data() + (has_form ? 1 : 0), end, value, 16);
+  if (!has_form || parsed.ec != std::errc() || parsed.ptr != end) {
+    throw UsageError("{}: \"{}\" is no color; write \"#rrggbb\"", where, text);
+  }
+  return {static_cast<std::uint8_t>(value >> 16),
+          static_cast<std::uint8_t>(value >> 8),
+          static_cast<std::uint8_t>(value)};
+}
+
+std::vector<std::array<std::uint8_t, 3>> Palette(const ModelTable& table, const KeyLines& lines) {
+  std::vector<std::array<std::uint8_t, 3>> palette;
+  if (table.palette.empty()) {
+    for (std::size_t i = 0; i < table.classes.size(); ++i) palette.push_back(VocColor(i));
+    return palette;
+  }
+  if (table.palette.size() != table.classes.size()) {
+    throw UsageError(
+        "{}: 'palette' has {} colors for {} classes; give one per class or leave it out",
+        lines.Of("palette"),
+        table.palette.size(),
+        table.classes.size());
+  }
+  for (const std::string& text : table.palette) {
+    palette.push_back(ParseColor(text, lines.Of("palette")));
+  }
+  return palette;
+}
+
+}  // namespace
+
+SegmentationModel ParseSegmentationModel(std::string_view text,
+                                         const std::string& source,
+                                         const std::filesystem::path& folder) {
+  ModelTable table;
+  RegisterOptions(table).ParseToml(text, source);
+  const KeyLines lines(text, source);
+  RequireKeys(lines);
+  CheckClasses(table.classes, lines);
+  return {.source = source,
+          .network = folder / table.network,
+          .input_width_px = table.input_width_px,
+          .input_height_px = table.input_height_px,
+          .mean = PerChannel(table.mean, "mean", lines),
+          .scale = PerChannel(table.scale, "scale", lines),
+          .is_bgr = table.channel_order == "bgr",
+          .classes = table.classes,
+          .moving = MovingClasses(table, lines),
+          .palette = Palette(table, lines)};
+}
+
+SegmentationModel ReadSegmentationModel(const std::filesystem::path& path) {
+  if (!std::filesystem::is_regular_file(path)) {
+    throw UsageError("{}: no such model file: correct its path", path.string());
+  }
+  const SegmentationModel model =
+      ParseSegmentationModel(ReadTextFile(path), path.string(), path.parent_path());
+  if (!std::filesystem::is_regular_file(model.network)) {
+    throw UsageError(
+        "{}: found no network {}: correct 'network'", path.string(), model.network.string());
+  }
+  return model;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// Describes a segmentation network: the TOML file that a user writes beside an ONNX file.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace nightmap {
+
+struct SegmentationModel {
+  std::string source;             // the model file, for messages
+  std::filesystem::path network;  // ONNX file: 1 x 3 x height x width in, logits per class out
+  int input_width_px = 0;
+  int input_height_px = 0;
+  // The network's input is (value - mean) / scale per channel, in the network's channel order;
+  // value is 0 .. 255.
+  std::array<double, 3> mean = {0, 0, 0};
+  std::array<double, 3> scale = {1, 1, 1};
+  bool is_bgr = false;               // channel order; otherwise RGB
+  std::vector<std::string> classes;  // in the order of the network's outputs; at most 255
+  std::vector<std::uint8_t> moving;  // per class, 1: such things move by themselves
+  std::vector<std::array<std::uint8_t, 3>> palette;  // RGB per class, for pictures of labels
+};
+
+// `folder` is what the network's path is relative to. Throws UsageError naming `source`, the line
+// where there is one, and the remedy, on an unknown or missing key, a wrong type, a value out of
+// range, a class named twice, an unknown class in `moving`, or a palette of another length.
+SegmentationModel ParseSegmentationModel(std::string_view text,
+                                         const std::string& source,
+                                         const std::filesystem::path& folder);
+// Throws UsageError also when the model file or the network's file is missing.
+SegmentationModel ReadSegmentationModel(const std::filesystem::path& path);
+
+}  // namespace nightmap

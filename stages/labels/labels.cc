@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/labels/labels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/io/frame_failure.h"
+
+namespace nightmap {
+namespace {
+
+// Frames [begin, end) of one sequence.
+struct Stretch {
+  std::size_t begin;
+  std::size_t end;
+};
+
+std::vector<Stretch> Sequences(const std::vector<FrameRecord>& frames) {
+  std::vector<Stretch> stretches;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (i == 0 || frames[i].sequence_idx != frames[i - 1].sequence_idx) {
+      stretches.push_back({i, i});
+    }
+    stretches.back().end = i + 1;
+  }
+  return stretches;
+}
+
+std::size_t StepOf(const LabelsOptions& options,
+                   const std::vector<FrameRecord>& frames,
+                   const Stretch& stretch) {
+  if (options.every_n > 0) return static_cast<std::size_t>(options.every_n);
+  std::vector<std::int64_t> gaps_ns;
+  for (std::size_t i = stretch.begin + 1; i < stretch.end; ++i) {
+    gaps_ns.push_back(frames[i].time_ns - frames[i - 1].time_ns);
+  }
+  if (gaps_ns.empty()) return 1;
+  const auto median = gaps_ns.begin() + static_cast<std::ptrdiff_t>(gaps_ns.size() / 2);
+  std::ranges::nth_element(gaps_ns, median);
+  const double gap_s = 1e-9 * static_cast<double>(std::max<std::int64_t>(*median, 1));
+  const double step = std::round(1 / (gap_s * options.labelled_rate_hz));
+  return static_cast<std::size_t>(std::clamp(step, 1.0, static_cast<double>(frames.size())));
+}
+
+std::vector<double> ClassShares(const LabelImage& labels, std::size_t num_classes) {
+  std::vector<double> shares(num_classes);
+  for (const std::uint8_t label : labels.pixels) ++shares.at(label);
+  for (double& share : shares) share /= static_cast<double>(labels.pixels.size());
+  return shares;
+}
+
+}  // namespace
+
+std::vector<std::size_t> FramesToLabel(const LabelsOptions& options,
+                                       const std::vector<FrameRecord>& frames) {
+  std::vector<std::size_t> chosen;
+  for (const Stretch& stretch : Sequences(frames)) {
+    const std::size_t step = StepOf(options, frames, stretch);
+    for (std::size_t i = stretch.begin; i < stretch.end; i += step) chosen.push_back(i);
+    if (chosen.back() + 1 != stretch.end) chosen.push_back(stretch.end - 1);
+  }
+  return chosen;
+}
+
+LabelsResult RunLabels(const LabelsOptions& options,
+                       const std::vector<FrameRecord>& frames,
+                       const LabelClasses& classes,
+                       const FrameLabeller& label,
+                       int num_threads,
+                       Progress& progress) {
+  const std::vector<std::size_t> chosen = FramesToLabel(options, frames);
+  std::vector<PackedLabels> packed(chosen.size());
+  std::vector<std::vector<double>> shares(chosen.size());
+  std::vector<std::string> failures(chosen.size());
+  progress.Start(chosen.size());
+  ParallelFor(chosen.size(), num_threads, [&](std::size_t i) {
+    const FrameRecord& frame = frames[chosen[i]];
+    failures[i] = FrameFailure(frame.color.path, [&] {
+      const Segmentation segmentation = label(frame);
+      packed[i] = PackLabels(frame.frame_idx, frame.time_ns, segmentation);
+      shares[i] = ClassShares(segmentation.labels, classes.names.size());
+    });
+    progress.Advance();
+  });
+  LabelsResult result{.num_to_label = chosen.size()};
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (!failures[i].empty()) {
+      result.skipped.push_back(failures[i]);
+      continue;
+    }
+    result.frames.push_back(std::move(packed[i]));
+    result.class_shares.push_back(std::move(shares[i]));
+  }
+  return result;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/labels_io.h"
+
+#include "pipeline/base/random.h"
+#include "tests/io/hdf5_damage.h"
+
+namespace nightmap {
+namespace {
+
+constexpr int kVersion = 1;
+const auto kRead = [](const std::filesystem::path& path) {
+  const LabelsReader reader(path);
+  for (const std::int64_t time_ns : reader.Times_ns()) reader.Read(time_ns);
+};
+
+LabelClasses SomeClasses() {
+  return {{"background", "person", "potted plant"},
+          {0, 1, 0},
+          {{{0, 0, 0}}, {{192, 128, 128}}, {{0, 64, 0}}}};
+}
+
+Segmentation SomeSegmentation(int width, int height, std::uint64_t seed) {
+  Random random(1, seed);
+  Segmentation result{{width, height, 1, {}}, {width, height, 1, {}}};
+  for (int i = 0; i < width * height; ++i) {
+    result.labels.pixels.push_back(static_cast<std::uint8_t>(random.Index(3)));
+    result.confidences.pixels.push_back(static_cast<std::uint8_t>(random.Index(256)));
+  }
+  return result;
+}
+
+LabelsShard SomeShard() {
+  return {SomeClasses(),
+          {PackLabels(4, 1'000'000'000'000, SomeSegmentation(20, 10, 0)),
+           PackLabels(7, 1'000'100'000'000, SomeSegmentation(20, 10, 1)),
+           PackLabels(8, 1'000'150'000'000, SomeSegmentation(7, 5, 2))}};
+}
+
+TEST(LabelsIo, ReadsBackEachFrameByItsTime) {
+  const TemporaryFolder folder;
+  const LabelsShard shard = SomeShard();
+  WriteLabels(folder / "l.h5", shard, "config");
+  const LabelsReader reader(folder / "l.h5");
+  EXPECT_EQ(reader.Classes(), shard.classes);
+  EXPECT_THAT(reader.FrameIndices(), testing::ElementsAre(4, 7, 8));
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    const std::int64_t time_ns = shard.frames[i].time_ns;
+    ASSERT_TRUE(reader.Has(time_ns));
+    const Segmentation read = reader.Read(time_ns);
+    const Segmentation expected = i == 2 ? SomeSegmentation(7, 5, 2) : SomeSegmentation(20, 10, i);
+    EXPECT_EQ(read.labels.width, expected.labels.width);
+    EXPECT_EQ(read.labels.height, expected.labels.height);
+    EXPECT_EQ(read.labels.pixels, expected.labels.pixels);
+    EXPECT_EQ(read.confidences.pixels, expected.confidences.pixels);
+  }
+}
+
+TEST(LabelsIo, AFrameWithoutLabelsIsSaid) {
+  const TemporaryFolder folder;
+  WriteLabels(folder / "l.h5", SomeShard(), "");
+  const LabelsReader reader(folder / "l.h5");
+  EXPECT_FALSE(reader.Has(5));
+  NIGHTMAP_EXPECT_ERROR(DataError, reader.Read(5), "l.h5: field 'time_ns' does not hold 5");
+}
+
+TEST(LabelsIo, AShardWithoutLabelledFramesIsReadBack) {
+  const TemporaryFolder folder;
+  WriteLabels(folder / "l.h5", {SomeClasses(), {}}, "");
+  EXPECT_TRUE(LabelsReader(folder / "l.h5").Times_ns().empty());
+}
+
+TEST(LabelsIo, EqualContentIsEqualBytes) {
+  const TemporaryFolder folder;
+  WriteLabels(folder / "a.h5", SomeShard(), "config");
+  const LabelsReader reader(folder / "a.h5");
+  LabelsShard read{reader.Classes(), {}};
+  for (const std::int64_t time_ns : reader.Times_ns()) {
+    read.frames.push_back(reader.ReadPacked(time_ns));
+  }
+  WriteLabels(folder / "b.h5", read, "config");
+  EXPECT_EQ(ReadBytes(folder / "a.h5"), ReadBytes(folder / "b.h5"));
+}
+
+TEST(LabelsIo, ATruncatedFileIsNamed) {
+  const TemporaryFolder folder;
+  WriteLabels(folder / "l.h5", SomeShard(), "");
+  ExpectTruncationIsNamed(folder, folder / "l.h5", kRead);
+}
+
+TEST(LabelsIo, AnotherFormatAndANewerVersionAreRefused) {
+  ExpectOtherFormatsAreRefused(TemporaryFolder(), "nightmap labels", kVersion, kRead);
+}
+
+TEST(LabelsIo, SizesOrdersAndLabelsThatDoNotFitAreNamed) {
+  const TemporaryFolder folder;
+  const auto expect = [&](const auto& change, const std::string& field) {
+    LabelsShard shard = SomeShard();
+    change(shard);
+    WriteLabels(folder / "l.h5", shard, "");
+    NIGHTMAP_EXPECT_ERROR(DataError, kRead(folder / "l.h5"), "l.h5: field '" + field + "'");
+  };
+  const std::string first = "labels/1000000000000";
+  expect([](auto& shard) { shard.classes.names.pop_back(); }, "moving");
+  expect([](auto& shard) { shard.classes.names[1] = ""; }, "classes");
+  expect([](auto& shard) { shard.classes.names.resize(256, "x"); }, "classes");
+  expect([](auto& shard) { shard.classes.moving[1] = 2; }, "moving");
+  expect([](auto& shard) { shard.classes.palette.pop_back(); }, "palette");
+  expect([](auto& shard) { shard.frames[1].frame_idx = 4; }, "frame_idx");
+  expect([](auto& shard) { shard.frames[0].frame_idx = -1; }, "frame_idx");
+  expect([](auto& shard) { std::swap(shard.frames[0].time_ns, shard.frames[1].time_ns); },
+         "time_ns");
+  expect([](auto& shard) { shard.frames[0].width = 0; }, "size_px");
+  expect([](auto& shard) { shard.frames[0].height = 40'000; }, "size_px");
+  expect([](auto& shard) { shard.frames[0].width = 21; }, first);
+  expect([](auto& shard) { shard.frames[0].width = 19; }, first);
+  expect([](auto& shard) { shard.frames[0].width = shard.frames[0].height = 30'000; }, first);
+  expect([](auto& shard) { shard.frames[0].labels.pop_back(); }, first);
+  expect([](auto& shard) { shard.frames[0].labels.clear(); }, first);
+  expect([](auto& shard) { shard.frames[0].confidences.pop_back(); }, "confidences/1000000000000");
+  expect(
+      [](auto& shard) {
+        shard.classes = {{"a", "b"}, {0, 1}, {{{0, 0, 0}}, {{1, 1, 1}}}};
+      },
+      first);
+}
+
+// As another program might write it.
+TEST(LabelsIo, MissingArraysAreNamed) {
+  const TemporaryFolder folder;
+  const Segmentation image = SomeSegmentation(4, 3, 0);
+  const PackedLabels packed = PackLabels(0, 9, image);
+  for (const std::string missing : {"",
+                                    "classes",
+                                    "moving",
+                                    "palette",
+                                    "frame_idx",
+                                    "time_ns",
+                                    "size_px",
+                                    "labels/9",
+                                    "confidences/9"}) {
+    Hdf5Writer file(folder / "l.h5", "nightmap labels", kVersion, "", "");
+    const auto write = [&]<typename T>(const std::string& name, const Array<T>& array) {
+      if (name != missing) file.Write(name, array);
+    };
+    if (missing != "classes") file.WriteText("classes", "a\nb\nc");
+    write("moving", Array<std::uint8_t>{3, 1, {0, 1, 0}});
+    write("palette", Array<std::uint8_t>{3, 3, std::vector<std::uint8_t>(9)});
+    write("frame_idx", Array<std::int32_t>{1, 1, {0}});
+    write("time_ns", Array<std::int64_t>{1, 1, {9}});
+    write("size_px", Array<std::int32_t>{1, 2, {4, 3}});
+    write("labels/9", Array<std::uint8_t>{packed.labels.size(), 1, packed.labels});
+    write("confidences/9", Array<std::uint8_t>{packed.confidences.size(), 1, packed.confidences});
+    file.Close();
+    if (missing.empty()) {
+      EXPECT_EQ(LabelsReader(folder / "l.h5").Read(9).labels.pixels, image.labels.pixels);
+    } else {
+      NIGHTMAP_EXPECT_ERROR(
+          DataError, kRead(folder / "l.h5"), "l.h5: field '" + missing + "' is missing");
+    }
+  }
+}
+
+}  // namespace
+}  // namespace nightmap

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/labels/segmentation_model.h"
+
+#include "pipeline/base/error.h"
+#include "tests/labels/tiny_network.h"
+
+namespace nightmap {
+namespace {
+
+using Color = std::array<std::uint8_t, 3>;
+
+SegmentationModel Parse(const std::string& text) {
+  return ParseSegmentationModel(text, "m.toml", "models");
+}
+
+std::string Replaced(const std::string& old_text, const std::string& new_text) {
+  std::string text = kTinyModel;
+  const std::size_t at = text.find(old_text);
+  EXPECT_NE(at, std::string::npos) << old_text;
+  return text.replace(at, old_text.size(), new_text);
+}
+
+TEST(SegmentationModel, IsReadAsWritten) {
+  const SegmentationModel model = Parse(kTinyModel);
+  EXPECT_EQ(model.source, "m.toml");
+  EXPECT_EQ(model.network, "models/tiny.onnx");
+  EXPECT_EQ(model.input_width_px, 40);
+  EXPECT_EQ(model.input_height_px, 30);
+  EXPECT_EQ(model.mean, (std::array<double, 3>{127.5, 127.5, 127.5}));
+  EXPECT_EQ(model.scale, (std::array<double, 3>{127.5, 127.5, 127.5}));
+  EXPECT_FALSE(model.is_bgr);
+  EXPECT_EQ(model.classes, (std::vector<std::string>{"background", "person", "dog"}));
+  EXPECT_EQ(model.moving, (std::vector<std::uint8_t>{0, 1, 1}));
+  EXPECT_TRUE(Parse(Replaced("\"rgb\"", "\"bgr\"")).is_bgr);
+}
+
+TEST(SegmentationModel, ThePaletteIsThatOfPascalVocUnlessGiven) {
+  const SegmentationModel model = Parse(kTinyModel);
+  EXPECT_EQ(model.palette, (std::vector<Color>{{0, 0, 0}, {128, 0, 0}, {0, 128, 0}}));
+  std::string names = "\"dog\"";
+  for (int i = 3; i < 15; ++i) names += ", \"" + std::to_string(i) + "\"";
+  const SegmentationModel voc = Parse(Replaced("\"dog\"]", names + ", \"fifteen\"]"));
+  EXPECT_EQ(voc.palette.at(15), (Color{192, 128, 128}));
+  const std::string given =
+      std::string(kTinyModel) + "palette = [\"#000000\", \"#ff8001\", \"#0A0b0C\"]\n";
+  EXPECT_EQ(Parse(given).palette, (std::vector<Color>{{0, 0, 0}, {255, 128, 1}, {10, 11, 12}}));
+}
+
+TEST(SegmentationModel, MistakesAreNamedWithFileLineAndRemedy) {
+  const auto expect =
+      [](const std::string& old_text, const std::string& new_text, const std::string& message) {
+        NIGHTMAP_EXPECT_ERROR(UsageError, Parse(Replaced(old_text, new_text)), message);
+      };
+  expect("input_width_px", "input_width", "m.toml:2: unknown key 'input_width'; known keys:");
+  expect("= 40", "= \"40\"", "m.toml:2: 'input_width_px' must be an integer");
+  expect("= 30", "= 0", "m.toml:3: input_height_px = 0 is out of range; give 8 .. 4096");
+  expect("[127.5, 127.5, 127.5]", "127.5", "m.toml:4: 'mean' must be a list of numbers");
+  expect("[127.5, 127.5, 127.5]", "[1, 2]", "m.toml:4: 'mean' has 2 numbers; give 3");
+  expect("scale = [127.5,", "scale = [0,", "m.toml:5: scale = ");
+  expect("\"rgb\"",
+         "\"rbg\"",
+         "m.toml:6: channel_order = \"rbg\" is out of range; give one of rgb, bgr");
+  expect("\"dog\"]", "2]", "m.toml:7: 'classes' must be a list of strings");
+  expect("\"dog\"]", "\"person\"]", "m.toml:7: 'classes' names \"person\" twice");
+  expect("\"dog\"]", "\"\"]", "m.toml:7: 'classes' has an empty name");
+  expect(", \"person\", \"dog\"]", "]", "m.toml:7: 'classes' has 1 names; give 2 .. 255");
+}
+
+TEST(SegmentationModel, AMovingClassMustBeAClass) {
+  NIGHTMAP_EXPECT_ERROR(UsageError,
+                        Parse(Replaced("moving = [\"person\"", "moving = [\"persons\"")),
+                        "m.toml:8: 'moving' names \"persons\", which is no class; there are: "
+                        "background, person, dog");
+}
+
+TEST(SegmentationModel, MissingKeysAndBrokenTomlAreNamed) {
+  for (const std::string key :
+       {"network", "input_width_px", "input_height_px", "classes", "moving"}) {
+    NIGHTMAP_EXPECT_ERROR(
+        UsageError, Parse(Replaced(key + " =", "# =")), "m.toml: '" + key + "' is missing: add");
+  }
+  NIGHTMAP_EXPECT_ERROR(UsageError, Parse(Replaced("= 40", "40")), "m.toml:2: not valid TOML");
+}
+
+TEST(SegmentationModel, ThePaletteMustHaveAColorPerClass) {
+  const auto with = [](const std::string& palette) {
+    return std::string(kTinyModel) + "palette = " + palette + "\n";
+  };
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError, Parse(with("[\"#000000\"]")), "m.toml:9: 'palette' has 1 colors for 3 classes");
+  for (const std::string color : {"000000", "#00000", "#0000000", "#00000g", "#-00001", "red"}) {
+    NIGHTMAP_EXPECT_ERROR(UsageError,
+                          Parse(with("[\"#000000\", \"" + color + "\", \"#000000\"]")),
+                          "m.toml:9: \"" + color + "\" is no color; write \"#rrggbb\"");
+  }
+}
+
+TEST(SegmentationModel, MissingFilesAreNamed) {
+  const TemporaryFolder folder;
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError, ReadSegmentationModel(folder / "no.toml"), "no.toml: no such model file");
+  const auto path = folder.Write("tiny.toml", kTinyModel);
+  NIGHTMAP_EXPECT_ERROR(UsageError,
+                        ReadSegmentationModel(path),
+                        path.string() + ": found no network " + (folder / "tiny.onnx").string());
+  EXPECT_EQ(ReadSegmentationModel(WriteTinyModel(folder)).network, folder / "tiny.onnx");
+}
+
+}  // namespace
+}  // namespace nightmap
