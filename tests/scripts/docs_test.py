@@ -151,12 +151,12 @@ class DocsTest(unittest.TestCase):
             self.assertFalse(list(search.lists_in("x.py", text)), text)
 
     def test_every_site_of_the_project_is_tested(self):
-        """tests/io/site_config_test.cc lists them, since a user may put others into the folder."""
+        """tests/recording/site_config_test.cc lists them, since a user may put others into the folder."""
         listed = subprocess.run(["git", "ls-files", "configs/sites/*.toml"], cwd=CHECKOUT, capture_output=True, text=True)
         sites = {Path(name).stem for name in listed.stdout.split() if name.count("/") == 2}
         if listed.returncode != 0 or not sites:
             self.skipTest("not a checkout of git")
-        test = text_of("tests/io/site_config_test.cc").split("TheSitesOfTheProjectAreValid")[1]
+        test = text_of("tests/recording/site_config_test.cc").split("TheSitesOfTheProjectAreValid")[1]
         self.assertEqual(set(re.findall(r'"(\w+)"', test.split("}) {")[0])), sites)
 
     def test_paths_that_are_named_exist(self):
