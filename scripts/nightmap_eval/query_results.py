@@ -5,14 +5,11 @@ import csv
 import io
 import math
 import os
-import re
 
 from nightmap_eval import unit_lists
 from nightmap_eval.checked_reading import REMEDY, read_text, read_toml, using
 from nightmap_eval.script_errors import DataError
 
-# The line that scripts/resolve_config.py writes before the first [[query]] that QUERY adds.
-MARK = re.compile(r"^# This was the text of .*; QUERY adds:$", re.MULTILINE)
 MAX_BELOW_FLOOR_M = 0.1  # heading as the plan stage defines it
 
 
@@ -24,18 +21,16 @@ def _rows(path, columns):
 
 
 def asked_pictures(site_dir):
-    """The color_path of each, as in the lists. Their [[query]] tables come last in the site config, so they have
-    the last sequence numbers."""
+    """The color_path of each, as in the lists. Their sequences are numbered after those of the site's config."""
     name = os.path.basename(os.path.realpath(site_dir))
     config = os.path.join(site_dir, "config", "queries", f"{name}.toml")
+    asked = os.path.join(site_dir, "config", "asked", f"{name}.toml")
     listed = os.path.join(site_dir, "queries", "queries.csv")
-    if not (os.path.exists(config) and os.path.exists(listed)):
+    if not all(map(os.path.exists, (config, asked, listed))) or not read_toml(asked):
         return set()
-    added = MARK.split(read_text(config), maxsplit=1)[1:]
-    num_asked = added[0].splitlines().count("[[query]]") if added else 0
     site = read_toml(config)
     with using(config):
-        first = len(site.get("sequence", [])) + len(site.get("query", [])) - num_asked
+        first = len(site.get("sequence", [])) + len(site.get("query", []))
     rows = _rows(listed, ("color_path", "sequence_idx"))
     with using(listed):
         return {row["color_path"] for row in rows if int(row["sequence_idx"]) >= first}

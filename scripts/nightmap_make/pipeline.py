@@ -11,13 +11,13 @@ KEYS = {"purpose", "program", "script", "unit", "goal", "when", "lists", "folder
         "kB_per_frame", "section"}  # fmt: skip
 REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this|all))?(?P<if_made> if made)?")
 CONDITION = re.compile(r"\w+(\.\w+)*")
-SOURCES = ("site", "queries", "data")
+SOURCES = ("site", "queries", "asked", "data")
 SECTIONS = ("report", "evaluation")
 STAMPS = ("recordings", "pictures")
 
 
 class Input:
-    """A port and its source: site, queries or data, or an output of a job. units: whose files a run reads (None: its own
+    """A port and its source: site, queries, asked or data, or an output of a job. units: whose files a run reads (None: its own
     unit's, "near", "previous and this", "all")."""
 
     def __init__(self, port, text, where):
