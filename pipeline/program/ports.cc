@@ -75,7 +75,32 @@ std::string PortHelp(const std::vector<PortSpec>& ports) {
   return text;
 }
 
+PortSpec CheckedPort(std::string name,
+                     std::string doc,
+                     std::function<void(const std::filesystem::path& file)> check) {
+  const auto check_alone = [check = std::move(check)](const std::filesystem::path& file,
+                                                      const PortPaths&) { check(file); };
+  return {std::move(name), std::move(doc), Arity::kOne, PortKind::kFile, check_alone};
+}
+
+PortSpec CheckedPort(std::string name, std::string doc, std::string base, CheckWithBase check) {
+  const auto check_with_base = [base = std::move(base), check = std::move(check)](
+                                   const std::filesystem::path& file, const PortPaths& given) {
+    const auto found = given.find(base);
+    if (found == given.end()) {
+      throw UsageError("--check-config: {} refers to --in {}: give that too", file.string(), base);
+    }
+    check(file, found->second.front());
+  };
+  return {std::move(name), std::move(doc), Arity::kOne, PortKind::kFile, check_with_base};
+}
+
 void CheckFilesOfUser(const std::vector<std::string>& texts, const std::vector<PortSpec>& ports) {
+  PortPaths given;
+  for (const std::string& text : texts) {
+    const auto [name, path] = SplitPort(text, "--in");
+    given[name].push_back(path);
+  }
   for (const std::string& text : texts) {
     const auto [name, path] = SplitPort(text, "--in");
     const auto port = std::ranges::find(ports, name, &PortSpec::name);
@@ -83,7 +108,7 @@ void CheckFilesOfUser(const std::vector<std::string>& texts, const std::vector<P
       throw UsageError("--check-config --in {}: this input has no check; see --help", text);
     }
     CheckInput(path, *port);
-    port->check(path);
+    port->check(path, given);
   }
 }
 

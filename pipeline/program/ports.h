@@ -14,6 +14,8 @@ namespace nightmap {
 enum class Arity { kOne, kOptional, kMany, kAnyNumber };
 enum class PortKind { kFile, kFolder };
 
+using PortPaths = std::map<std::string, std::vector<std::filesystem::path>>;
+
 struct PortSpec {
   std::string name;  // as in --in NAME=PATH
   std::string doc;
@@ -21,8 +23,9 @@ struct PortSpec {
   // be left out
   Arity arity = Arity::kOne;
   PortKind kind = PortKind::kFile;
-  // Reads a file that a user writes, and throws what is wrong with it; --check-config calls it.
-  std::function<void(const std::filesystem::path&)> check = {};
+  // Reads a file that a user writes, and throws what is wrong with it; --check-config calls it with
+  // all the files that it gets.
+  std::function<void(const std::filesystem::path& file, const PortPaths& given)> check = {};
 };
 
 // An input that is a folder.
@@ -31,13 +34,14 @@ inline PortSpec FolderPort(std::string name, std::string doc, Arity arity = Arit
 }
 
 // An input that a user writes.
-inline PortSpec CheckedPort(std::string name,
-                            std::string doc,
-                            std::function<void(const std::filesystem::path&)> check) {
-  return {std::move(name), std::move(doc), Arity::kOne, PortKind::kFile, std::move(check)};
-}
+PortSpec CheckedPort(std::string name,
+                     std::string doc,
+                     std::function<void(const std::filesystem::path& file)> check);
 
-using PortPaths = std::map<std::string, std::vector<std::filesystem::path>>;
+// An input that a user writes and that refers to what another input, `base`, holds.
+using CheckWithBase =
+    std::function<void(const std::filesystem::path& file, const std::filesystem::path& base)>;
+PortSpec CheckedPort(std::string name, std::string doc, std::string base, CheckWithBase check);
 
 // Lines for --help.
 std::string PortHelp(const std::vector<PortSpec>& ports);

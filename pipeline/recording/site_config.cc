@@ -17,7 +17,6 @@ namespace {
 const Range kFieldOfView_deg{1, 170};
 // make's copy of a config has the user's text, then this line, which names the user's file.
 constexpr std::string_view kTextEnd = "\n# This was the text of ";
-constexpr std::string_view kQueryStart = "; QUERY adds:\n";
 
 // A [[sequence]] or [[query]] table as written.
 struct SequenceTable {
@@ -232,16 +231,11 @@ SiteConfig ParseOwnText(std::string_view text, const std::string& source) {
 
 SiteConfig ParseSiteConfig(std::string_view text, const std::string& source) {
   const std::size_t end = text.rfind(kTextEnd);
-  const std::size_t start = text.find(kQueryStart, end);
-  if (end == std::string_view::npos || start == std::string_view::npos) {
-    return ParseOwnText(text, source);
-  }
-  const std::size_t name = end + kTextEnd.size();
-  SiteConfig site =
-      ParseOwnText(text.substr(0, end + 1), std::string(text.substr(name, start - name)));
-  toml::table added = ParseText(text.substr(start + kQueryStart.size()), kQuerySource);
-  AddQueries(added, kQuerySource, &site);
-  return site;
+  if (end == std::string_view::npos) return ParseOwnText(text, source);
+  std::string_view file = text.substr(end + kTextEnd.size());
+  if (file.find('\n') != file.size() - 1) return ParseOwnText(text, source);
+  file.remove_suffix(1);
+  return ParseOwnText(text.substr(0, end + 1), std::string(file));
 }
 
 SiteConfig ReadSiteConfig(const std::filesystem::path& path) {
@@ -249,5 +243,21 @@ SiteConfig ReadSiteConfig(const std::filesystem::path& path) {
 }
 
 void CheckSiteConfig(const std::filesystem::path& path) { ReadSiteConfig(path); }
+
+void ParseAskedQueries(std::string_view text, SiteConfig* site) {
+  toml::table root = ParseText(text, kQuerySource);
+  AddQueries(root, kQuerySource, site);
+  root.erase("query");
+  OptionList().ParseTable(root, kQuerySource);
+}
+
+void ReadAskedQueries(const std::filesystem::path& path, SiteConfig* site) {
+  ParseAskedQueries(ReadTextFile(path), site);
+}
+
+void CheckAskedQueries(const std::filesystem::path& path, const std::filesystem::path& site_path) {
+  SiteConfig site = ReadSiteConfig(site_path);
+  ReadAskedQueries(path, &site);
+}
 
 }  // namespace nightmap

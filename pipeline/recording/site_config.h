@@ -83,11 +83,17 @@ struct SiteConfig {
 // Strict: an unknown or missing key, a wrong type, a value out of range, an absolute path, an
 // unknown camera or a key that does not fit its layout is a UsageError naming `source`, line and
 // remedy. Make passes programs a copy of the user's config: the user's text line for line, then a
-// comment `# This was the text of FILE; QUERY adds:`, then the [[query]] of QUERY. Messages name
-// FILE, which the user can edit, or QUERY.
+// comment `# This was the text of FILE`. Messages name FILE, which the user can edit.
 SiteConfig ParseSiteConfig(std::string_view text, const std::string& source);
 SiteConfig ReadSiteConfig(const std::filesystem::path& path);
 // Throws what ReadSiteConfig throws.
 void CheckSiteConfig(const std::filesystem::path& path);
+
+// Appends the [[query]] tables that QUERY of make asks for; they may name cameras of the site. The
+// text holds nothing else, and is empty without QUERY. What is wrong is a UsageError naming QUERY.
+void ParseAskedQueries(std::string_view text, SiteConfig* site);
+void ReadAskedQueries(const std::filesystem::path& path, SiteConfig* site);
+// Throws what ReadAskedQueries, or ReadSiteConfig before it, throws.
+void CheckAskedQueries(const std::filesystem::path& path, const std::filesystem::path& site_path);
 
 }  // namespace nightmap

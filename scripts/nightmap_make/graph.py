@@ -24,11 +24,12 @@ class PathList:
 class Rule:
     """One run of a job. inputs: (port, path or PathList) on the command line; needs: further files that make it stale,
     beside the program and its config; outputs: (port, path). Raw inputs (the recordings, the files of [import]) make nothing
-    stale by their times: stamps and slots stand for them."""
+    stale by their times: stamps and slots stand for them; for inputs by hash lists do."""
 
     def __init__(self, job, unit, inputs, needs, outputs):
         self.job, self.unit, self.inputs, self.needs, self.outputs = job, unit, inputs, needs, outputs
-        self._raw = {reference.port for reference in job.inputs if reference.source == "data" or reference.job == "import"}
+        self.by_hash = {reference.port for reference in job.inputs if reference.by_hash}
+        self._raw = self.by_hash | {reference.port for reference in job.inputs if reference.source == "data" or reference.job == "import"}
 
     def watched(self):
         """(port, path or PathList) of the inputs whose times count."""

@@ -123,5 +123,6 @@ def input_files(request, sites):
         parts = [] if request.is_synthetic else tables(site, "sequence", request.site) + tables(site, "signal", request.site)
         yield named_by("recordings", site, parts)
     _, site = sites["queries"]
-    queries = [query for query in tables(site, "query", request.site) if "pictures" in query or not request.is_synthetic]
+    named = tables(site, "query", request.site) + sites["asked"][1]["query"]
+    queries = [query for query in named if "pictures" in query or not request.is_synthetic]
     yield named_by("pictures", site, queries)

@@ -116,7 +116,7 @@ class Asked:
         return closure(self.pipeline, goals, folders)
 
     def _site_texts(self, program):
-        """Port -> text of the site's config that a program reads there."""
+        """Port -> text that a program reads there of the site's config and QUERY."""
         sites = self.resolved.sites
         inputs = [reference for job in self.pipeline.jobs.values() if job.program == program for reference in job.inputs]
         return {reference.port: sites[reference.source][0] for reference in inputs if reference.source in sites}

@@ -45,8 +45,8 @@ class ConfigRequest:
 
 
 class ResolvedConfigs:
-    """configs: program -> options; sources: program -> key -> file or variable that set it; sites: part -> text and tables of the
-    site's config. Reads and checks them, and writes nothing before settle. Raises ConfigError."""
+    """configs: program -> options; sources: program -> key -> file or variable that set it; sites: part -> text and tables that
+    stages read of the site's config and QUERY. Reads and checks them, and writes nothing before settle. Raises ConfigError."""
 
     def __init__(self, request):
         _check_request(request)

@@ -123,7 +123,7 @@ class RulesFile:
         targets = " ".join(rule.output_paths())
         # Programs commit all or nothing: a failed one leaves the last good outputs, and make must not delete them.
         lines = [f"# {rule.name}: {rule.job.purpose}", f".PRECIOUS: {targets}", f"{targets} &: \\"]
-        lines.append(" \\\n".join(f"  {word}" for word in self.prerequisites(rule)))
+        lines.append(" \\\n".join(f"  {word}" for word in [*self.prerequisites(rule), *self._made_before(rule)]))
         lines.append("\t" + " \\\n\t  ".join(self._command(rule)))
         return "\n".join(lines) + "\n"
 
@@ -156,6 +156,11 @@ class RulesFile:
                 words.append(value)
         words += [f"$({need.name})" if isinstance(need, PathList) else need for need in rule.needs]
         return list(dict.fromkeys(words))
+
+    def _made_before(self, rule):
+        """Inputs by hash must be there, and their times do not count."""
+        words = [f"$({value.name})" if isinstance(value, PathList) else value for port, value in rule.inputs if port in rule.by_hash]
+        return ["|", *words] if words else []
 
     def names_path(self, job, port):
         """The list of names; a job that reads all units is stale when it changes."""

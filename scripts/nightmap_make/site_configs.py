@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The copies of a site's config: config/site/ for frames, config/queries/ for queries, which has the pictures of QUERY too.
+"""The copies of a site's config, config/site/ for frames and config/queries/ for queries, and config/asked/ with the [[query]]
+tables of QUERY.
 
-Each copy keeps its time while the tables that its stage reads do not change. It has the user's lines and names the user's file, so
+Each keeps its time while the tables that its stage reads do not change. A copy has the user's lines and names the user's file, so
 that pipeline/recording/site_config.cc can name both in messages.
 """
 
@@ -13,7 +14,7 @@ from nightmap_make.query_variable import asked_queries, tables_text
 
 OF_MAKE = ("profile", "synthetic", "import")  # keys that choose and fill jobs
 # Part -> the keys that only the other stage, or make, reads.
-NOT_READ = {"site": ("query", *OF_MAKE), "queries": ("sequence", "signal", "sensor", "hold_out_every", *OF_MAKE)}
+NOT_READ = {"site": ("query", *OF_MAKE), "queries": ("sequence", "signal", "sensor", "hold_out_every", *OF_MAKE), "asked": ()}
 TEXT_KEYS = ("folder", "pictures", "ground_truth", "label_folder", "file")
 
 
@@ -49,7 +50,7 @@ def _check_text(path, table, names, where):
 
 
 def site_parts(request):
-    """Part -> text and tables of the site's config; the part of the queries includes those of QUERY."""
+    """Part -> its text and tables."""
     path = request.site
     try:
         with open(path, encoding="utf-8") as file:
@@ -57,14 +58,13 @@ def site_parts(request):
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path}: not UTF-8 text ({error.reason}): store it as UTF-8")
     site = load(path)
-    text += f"\n# This was the text of {path}; QUERY adds:\n"
+    text += f"\n# This was the text of {path}\n"
     queries = asked_queries(request, site.get("root", "."))
-    with_asked = site | ({"query": tables(site, "query", path) + queries} if queries else {})
-    return {"site": (text, site), "queries": (text + tables_text(queries), with_asked)}
+    return {"site": (text, site), "queries": (text, site), "asked": (tables_text(queries), {"query": queries})}
 
 
 def settle_site(part, text, site, request):
-    """Writes the site config of a stage when its text changed."""
+    """Writes a part when its text changed."""
     name = os.path.join(part, os.path.basename(request.site))
     current, target = os.path.join(request.config_dir, name), os.path.join(request.work_dir, name)
     settle(current, target, text, means_same=lambda path: _is_same_part(path, site, part))

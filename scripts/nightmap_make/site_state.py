@@ -32,7 +32,7 @@ class SiteState:
         return self.tables.get("import", {})
 
     def source(self, name):
-        """Path of an input that no job makes: the recordings' folder, or a part of the site's config."""
+        """Path of an input that no job makes: the recordings' folder, a copy of the site's config, or what QUERY asks."""
         return self.data if name == "data" else f"{self.config}/{name}/{self.name}.toml"
 
     def has(self, condition):

@@ -5,35 +5,37 @@ import json
 import os
 import re
 
-from nightmap_site.needs import NEEDS
 from nightmap_site.declaration import Declaration, PipelineError, read_toml
+from nightmap_site.needs import NEEDS
 
 KEYS = {"purpose", "program", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads", "stamp",
         "kB_per_frame", "section", "needs"}  # fmt: skip
-REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this|all))?(?P<if_made> if made)?")
+REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this|all))?(?P<by_hash> by hash)?"
+                       r"(?P<if_made> if made)?")
 CONDITION = re.compile(r"\w+(\.\w+)*")
-SOURCES = ("site", "queries", "data")
+SOURCES = ("site", "queries", "asked", "data")
 SECTIONS = ("report", "evaluation")
 STAMPS = ("recordings", "pictures")
 
 
 class Input:
-    """A port and its source: site, queries or data, or an output of a job. units: whose files a run reads (None: its own
-    unit's, "near", "previous and this", "all"). declared: the whole text; text: what the jobs of the pipeline leave of it."""
+    """A port and its source: site, queries, asked or data, or an output of a job. units: whose files a run reads (None: its own
+    unit's, "near", "previous and this", "all"). by_hash: whether lists that the job reads have hashes of what it takes of the
+    files. declared: the whole text; text: what the jobs of the pipeline leave of it."""
 
     def __init__(self, port, declared, where, jobs):
         text = _chosen(declared, jobs, f"{where}: in.{port}")
         self.port, self.declared, self.text, self.where = port, declared, text, where
         self.source = text if text in SOURCES else None
         self.job = self.output = self.units = None
-        self.if_made = False
+        self.if_made = self.by_hash = False
         if self.source:
             return
         found = REFERENCE.fullmatch(text) if isinstance(text, str) else None
         if not found:
             raise PipelineError(f"{where}: in.{port} = {text!r} is no reference like \"features.features of previous and this\"")
         self.job, self.output, self.units = found["job"], found["output"], found["units"]
-        self.if_made = bool(found["if_made"])
+        self.if_made, self.by_hash = bool(found["if_made"]), bool(found["by_hash"])
 
 
 def _chosen(text, jobs, where):

@@ -4,14 +4,11 @@
 import csv
 import io
 import math
-import re
 
 from nightmap_site import unit_lists
 from nightmap_site.checked_reading import REMEDY, read_text, read_toml, using
 from nightmap_site.script_errors import DataError
 
-# The line that scripts/resolve_config.py writes before the first [[query]] that QUERY adds.
-MARK = re.compile(r"^# This was the text of .*; QUERY adds:$", re.MULTILINE)
 MAX_BELOW_FLOOR_M = 0.1  # heading as the plan stage defines it
 
 
@@ -23,16 +20,14 @@ def _rows(path, columns):
 
 
 def asked_pictures(site):
-    """The color_path of each, as in the lists. Their [[query]] tables come last in the site config, so they have
-    the last sequence numbers."""
-    config, listed = site.config / "queries" / f"{site.name}.toml", site.made("queries", "queries")
-    if not (config.exists() and listed):
+    """The color_path of each, as in the lists. Their sequences are numbered after those of the site's config."""
+    config, asked = site.config / "queries" / f"{site.name}.toml", site.config / "asked" / f"{site.name}.toml"
+    listed = site.made("queries", "queries")
+    if not (config.exists() and asked.exists() and listed and read_toml(asked)):
         return set()
-    added = MARK.split(read_text(config), maxsplit=1)[1:]
-    num_asked = added[0].splitlines().count("[[query]]") if added else 0
     tables = read_toml(config)
     with using(config):
-        first = len(tables.get("sequence", [])) + len(tables.get("query", [])) - num_asked
+        first = len(tables.get("sequence", [])) + len(tables.get("query", []))
     rows = _rows(listed, ("color_path", "sequence_idx"))
     with using(listed):
         return {row["color_path"] for row in rows if int(row["sequence_idx"]) >= first}

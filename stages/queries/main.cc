@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // queries: lists the pictures to locate. Reads the site config, the frames that the frames stage
-// held out, and the pictures of [[query]] tables, but no recording. Writes queries.txt and, next to
-// it, queries.csv, query_cameras.json and query_ground_truth.tum.
+// held out, and the pictures of [[query]] tables, also those that QUERY asks for, but no recording.
+// Writes queries.txt and, next to it, queries.csv, query_cameras.json and query_ground_truth.tum.
 #include "stages/queries/queries.h"
 
 #include "pipeline/io/trajectory_io.h"
@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
       "queries",
       "lists the pictures to locate in a site's map, with their cameras",
       {CheckedPort("site", "site config, configs/sites/<site>.toml", CheckSiteConfig),
+       CheckedPort("asked", "[[query]] tables of QUERY", "site", CheckAskedQueries),
        FolderPort("data", "folder of the recordings"),
        {"held_out", "held_out.csv of the frames stage"},
        {"held_out_truth", "held_out.tum of the frames stage"}},
@@ -24,7 +25,8 @@ int main(int argc, char** argv) {
   return StageMain(
       argc, argv, spec, QueriesOptions{}, [](const QueriesOptions& options, StageContext& context) {
         const auto& data_root = context.Input("data");
-        const SiteConfig site = ReadSiteConfig(context.Input("site"));
+        SiteConfig site = ReadSiteConfig(context.Input("site"));
+        ReadAskedQueries(context.Input("asked"), &site);
         context.BeginPart("list");
         const auto held_out = ReadFrames(context.Input("held_out"));
         for (const FrameRecord& frame : held_out)

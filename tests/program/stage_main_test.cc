@@ -155,6 +155,23 @@ TEST_F(StageMainTest, MistakesInTheCallAreUsageErrors) {
   }
 }
 
+TEST_F(StageMainTest, ACheckedInputMayReferToAnother) {
+  std::string read;
+  spec_.inputs = {
+      CheckedPort("base", "names", [&](const auto& file) { read += "base " + ReadFile(file); }),
+      CheckedPort("user", "uses them", "base", [&](const auto& file, const auto& base) {
+        read += "; " + ReadFile(file) + " of " + ReadFile(base);
+      })};
+  const std::string base = "base=" + folder_.Write("base.txt", "a").string();
+  const std::string user = "user=" + folder_.Write("user.txt", "b").string();
+  const auto config = folder_.Write("copy.toml", "size = 7\n").string();
+  EXPECT_EQ(Main({"--check-config", "--config", config, "--in", base, "--in", user}).code, 0);
+  EXPECT_EQ(read, "base a; b of a");
+  const Result alone = Main({"--check-config", "--config", config, "--in", user});
+  EXPECT_EQ(alone.code, 2);
+  EXPECT_THAT(alone.err, testing::HasSubstr("user.txt refers to --in base: give that too"));
+}
+
 TEST_F(StageMainTest, OutputsInTheWrongPlaceAreUsageErrorsBeforeTheStageRuns) {
   spec_.outputs.push_back({"more", "another", Arity::kOptional});
   const auto config = folder_.Write("copy.toml", "size = 7\n");

@@ -188,21 +188,40 @@ TEST(SiteConfig, LinksMayBeAllowedToLeadOutside) {
                         "s.toml:30: 'allow_outside' is for recordings");
 }
 
-TEST(SiteConfig, ACopyNamesTheFileToEditAndTheQueriesThatWereAdded) {
-  const std::string end = "\n# This was the text of configs/sites/s.toml; QUERY adds:\n";
-  const std::string query = "[[query]]\nlayout = \"pictures\"\npictures = \"../a.jpg\"\n";
-  const auto site = ParseSiteConfig(kSite + end + query + query, "maps/s/config/site/s.toml");
-  ASSERT_EQ(site.queries.size(), 3u);
+TEST(SiteConfig, ACopyNamesTheFileToEdit) {
+  const std::string end = "\n# This was the text of configs/sites/s.toml\n";
+  const auto site = ParseSiteConfig(kSite + end, "maps/s/config/site/s.toml");
+  ASSERT_EQ(site.queries.size(), 1u);
   EXPECT_EQ(site.queries[0].source, "configs/sites/s.toml:25");
-  EXPECT_EQ(site.queries[1].source, "QUERY of make");
-  EXPECT_EQ(site.queries[2].pictures, "../a.jpg");
   const auto expect = [&](const std::string& text, const std::string& why) {
     NIGHTMAP_EXPECT_ERROR(UsageError, ParseSiteConfig(text, "maps/s/config/site/s.toml"), why);
   };
   expect(Replaced("fx = 517.3", "fx = -1") + end, "configs/sites/s.toml:7: fx = -1.0");
   expect(Replaced("fx = 517.3", "fx = ") + end, "configs/sites/s.toml:7: not valid TOML");
-  expect(kSite + end + query + "camera = \"x\"\n", "QUERY of make: no [[camera]] has id \"x\"");
-  EXPECT_EQ(ParseSiteConfig(kSite + end, "copy.toml").queries.size(), 1u);
+  // Only the last line of the file is make's.
+  const auto own = ParseSiteConfig(kSite + end + "# a comment\n", "own.toml");
+  EXPECT_EQ(own.queries[0].source, "own.toml:25");
+}
+
+TEST(SiteConfig, AskedQueriesComeAfterThoseOfTheSite) {
+  const std::string query = "[[query]]\nlayout = \"pictures\"\npictures = \"../a.jpg\"\n";
+  SiteConfig site = ParseSiteConfig(kSite, "s.toml");
+  ParseAskedQueries("", &site);
+  EXPECT_EQ(site.queries.size(), 1u);
+  ParseAskedQueries(query + query + "camera = \"" + site.cameras[0].camera_id + "\"\n", &site);
+  ASSERT_EQ(site.queries.size(), 3u);
+  EXPECT_EQ(site.queries[0].source, "s.toml:25");
+  EXPECT_EQ(site.queries[1].source, "QUERY of make");
+  EXPECT_EQ(site.queries[1].camera_idx, kOwnCameras);
+  EXPECT_EQ(site.queries[2].pictures, "../a.jpg");
+  EXPECT_EQ(site.queries[2].camera_idx, 0);
+  const auto expect = [&](const std::string& text, const std::string& why) {
+    NIGHTMAP_EXPECT_ERROR(UsageError, ParseAskedQueries(text, &site), why);
+  };
+  expect(query + "camera = \"x\"\n", "QUERY of make: no [[camera]] has id \"x\"");
+  expect(query + "horizontal_fov_deg = 0\n", "QUERY of make: horizontal_fov_deg = 0");
+  expect("root = \"a\"\n", "QUERY of make");
+  expect("[query]\n", "QUERY of make: 'query' must be written as [[query]]");
 }
 
 constexpr const char* kLaserSite = R"(root = "lab"

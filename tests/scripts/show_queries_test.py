@@ -14,8 +14,7 @@ from nightmap_site.site import Site
 HEADER = ("query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,confidence,"
           "reprojection_error_px,position_sigma_m,rotation_sigma_deg,tx_m,ty_m,tz_m,qx,qy,qz,qw")
 SITE = 'root = "office"\n[[sequence]]\nfolder = "."\n[[query]]\npictures = "own"\n'
-ASKED = ("# This was the text of configs/sites/office.toml; QUERY adds:\n"
-         '[[query]]\npictures = "a.jpg"\n[[query]]\npictures = "b.jpg"\n')
+ASKED = '[[query]]\npictures = "a.jpg"\n[[query]]\npictures = "b.jpg"\n'
 # The optical axis along y: turned from looking along z by -90 degrees about x.
 LOOKING_ALONG_Y = "-0.70710678,0,0,0.70710678"
 
@@ -26,6 +25,7 @@ class ShowQueriesTest(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.site_dir = Path(folder.name) / "office"
         self.write("config/queries/office.toml", SITE)
+        self.write("config/asked/office.toml", "")
         self.write_queries(num_own=20, asked=())
 
     def write(self, name, text):
@@ -60,7 +60,7 @@ class ShowQueriesTest(unittest.TestCase):
         self.assertEqual(lines[-1], "...")
 
     def test_pictures_of_query_are_all_shown(self):
-        self.write("config/queries/office.toml", SITE + ASKED)
+        self.write("config/asked/office.toml", ASKED)
         self.write_queries(num_own=20, asked=["a.jpg", "b.jpg"])
         lines = self.show()
         self.assertEqual([line.split()[0] for line in lines], ["picture", "a.jpg", "b.jpg", "20"])
@@ -77,14 +77,16 @@ class ShowQueriesTest(unittest.TestCase):
     def test_damage_is_named(self):
         for name, text in (("localize/queries.csv", HEADER + "\n1,2,3\n"),
                            ("localize/queries.csv", f"{HEADER}\n" + "x," * 18 + "\n"),
-                           ("queries/queries.csv", "color_path\na\n"), ("config/queries/office.toml", "root = \n")):
+                           ("queries/queries.csv", "color_path\na\n"), ("config/queries/office.toml", "root = \n"),
+                           ("config/asked/office.toml", "query = \n")):
             with self.subTest(name):
                 self.setUp()
+                self.write("config/asked/office.toml", ASKED)
                 self.write(name, text)
                 self.assertRegex(self.show(code=1), f"^error: .*{name}.*delete the file and run make again\n$")
 
     def test_the_report_shows_pictures_of_query_first_and_marks_them(self):
-        self.write("config/queries/office.toml", SITE + ASKED)
+        self.write("config/asked/office.toml", ASKED)
         self.write_queries(num_own=20, asked=["a.jpg", "b.jpg"])
         self.assertEqual(asked_pictures(Site(self.site_dir)), {"a.jpg", "b.jpg"})
         page = str(query_section(Site(self.site_dir), {}, None))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The copies of a site's config that frames and queries read, with the pictures of QUERY."""
+"""The copies of a site's config that frames and queries read, and the pictures of QUERY."""
 
 import os
 import shlex
@@ -12,6 +12,7 @@ from pathlib import Path
 from config_folder import CONFIG, PREVIEW, SITE, ConfigFolder
 
 COPIES = ("site/office", "queries/office")
+ASKED = "asked/office"
 
 
 class SiteConfigsTest(ConfigFolder):
@@ -44,7 +45,7 @@ class SiteConfigsTest(ConfigFolder):
         self.resolve()
         for copy in COPIES:
             self.assertTrue(self.text(f"{copy}.toml").startswith(text))
-            self.assertIn("# This was the text of configs/sites/office.toml; QUERY adds:\n", self.text(f"{copy}.toml"))
+            self.assertTrue(self.text(f"{copy}.toml").endswith("\n# This was the text of configs/sites/office.toml\n"))
         self.assertEqual(self.time("site/office"), time_ns)
         self.write("configs/sites/office.toml", SITE.encode() + b"# B\xfcro\n")
         self.assertRegex(self.refused(), r"office\.toml: .*not UTF-8 text")
@@ -66,26 +67,34 @@ class SiteConfigsTest(ConfigFolder):
         self.resolve()
         self.assertEqual([self.time(copy) == old for copy, old in zip(COPIES, after)], [False, True])
 
-    def test_query_adds_pictures_to_the_site_for_one_run(self):
+    def test_query_asks_for_pictures_in_one_run(self):
         self.write("start.jpg", "pixels")
         self.write("data/office/extra/my goal.jpg", "pixels")
         self.resolve()
-        self.assertEqual(self.config("queries/office"), tomllib.loads(SITE))
-        before = [self.time(copy) for copy in COPIES]
+        self.assertEqual(self.text(f"{ASKED}.toml"), "")
+        before = [self.time(name) for name in (*COPIES, ASKED)]
         self.resolve(query="start.jpg 'data/office/extra/my goal.jpg'", fov_deg="60")
         expected = [{"layout": "pictures", "pictures": path, "horizontal_fov_deg": 60.0} for path in ("../../start.jpg", "extra/my goal.jpg")]
-        self.assertEqual(self.config("queries/office"), tomllib.loads(SITE) | {"query": expected})
-        self.assertNotIn("start.jpg", self.text("site/office.toml"))
-        self.assertEqual([self.time(copy) == old for copy, old in zip(COPIES, before)], [True, False])
+        self.assertEqual(self.config(ASKED), {"query": expected})
+        for copy in COPIES:
+            self.assertEqual(self.config(copy), tomllib.loads(SITE))
+        self.assertEqual([self.time(name) == old for name, old in zip((*COPIES, ASKED), before)], [True, True, False])
         self.resolve()
-        self.assertEqual(self.config("queries/office"), tomllib.loads(SITE))
+        self.assertEqual(self.config(ASKED), {})
         self.resolve(query="start.jpg", camera="phone", work_dir=PREVIEW)
-        self.assertEqual(self.config("queries/office", PREVIEW)["query"][0]["camera"], "phone")
-        self.assertEqual(self.config("queries/office"), tomllib.loads(SITE))
+        self.assertEqual(self.config(ASKED, PREVIEW)["query"][0]["camera"], "phone")
+        self.assertEqual(self.config(ASKED), {})
+
+    def test_the_same_question_keeps_its_time(self):
+        self.write("start.jpg", "pixels")
+        self.resolve(query="start.jpg")
+        time_ns = self.time(ASKED)
+        self.resolve(query="'start.jpg'")
+        self.assertEqual(self.time(ASKED), time_ns)
 
     def asked_path(self):
         """Of the picture of QUERY, from the data folder."""
-        return os.path.normpath(os.path.join("office", self.config("queries/office")["query"][0]["pictures"]))
+        return os.path.normpath(os.path.join("office", self.config(ASKED)["query"][0]["pictures"]))
 
     def test_query_is_found_through_a_data_folder_that_is_a_link(self):
         picture = self.write("photos/start.jpg", "pixels")
@@ -95,7 +104,7 @@ class SiteConfigsTest(ConfigFolder):
         self.resolve(query="photos/start.jpg")
         self.assertTrue((self.folder / "data" / self.asked_path()).samefile(picture))
         self.resolve(query=str(picture))
-        self.assertFalse(os.path.isabs(self.config("queries/office")["query"][0]["pictures"]))
+        self.assertFalse(os.path.isabs(self.config(ASKED)["query"][0]["pictures"]))
 
     def test_query_is_found_from_a_data_folder_beside_the_working_folder(self):
         picture = self.write("photos/start.jpg", "pixels")
