@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "pipeline/base/random.h"
+#include "tests/io/artifact_damage.h"
 #include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
@@ -103,6 +104,12 @@ TEST(ClosedGraphIo, ATruncatedFileIsNamed) {
   const TemporaryFolder folder;
   WriteClosedGraph(folder / "g.h5", SomeGraph(), "");
   ExpectTruncationIsNamed(folder, folder / "g.h5", kRead);
+}
+
+TEST(ClosedGraphIo, DamagedBytesAreSurvived) {
+  const TemporaryFolder folder;
+  WriteClosedGraph(folder / "g.h5", SomeGraph(), "size = 1\n");
+  ExpectDamageIsSurvived(folder, folder / "g.h5", kRead);
 }
 
 TEST(ClosedGraphIo, AnotherFormatAndANewerVersionAreRefused) {

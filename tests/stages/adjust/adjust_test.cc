@@ -26,9 +26,13 @@ AdjustInput After(const PoseGraphInput& closed) {
   return input;
 }
 
-// Every keyframe sees the same 50 points.
+// Every keyframe sees the same 50 points, without depth, so that adjustment adds nothing.
 void SeeTheSamePoints(AdjustInput* input) {
-  for (FrameFeatures& frame : input->features.frames) frame.keypoints_px.resize(50);
+  for (FrameFeatures& frame : input->features.frames) {
+    frame.keypoints_px = frame.raw_keypoints_px = std::vector<Eigen::Vector2f>(50, {1, 2});
+    frame.scales_px.assign(50, 5);
+    frame.depths_m.assign(50, 0);
+  }
   for (OdometryShard& shard : input->odometry) {
     shard.tracks.resize(50);
     for (const OdometryFrame& frame : shard.frames) {
