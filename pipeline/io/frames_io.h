@@ -25,6 +25,9 @@ struct ChannelFile {
   std::string hash;
 };
 
+// The channel of label pictures that a recording brings.
+constexpr const char* kLabelChannel = "label";
+
 // One frame: the pictures of one moment, one per channel.
 struct FrameRecord {
   int frame_idx = 0;         // contiguous over all sequences of the site; mapping frames only

@@ -48,8 +48,9 @@ class KeyLines {
   std::string Of(const char* key) const {
     return fmt::format("{}:{}", source_, table_.get(key)->source().begin.line);
   }
+  bool Has(const char* key) const { return table_.contains(key); }
   void Require(const char* key, const char* remedy) const {
-    if (!table_.contains(key)) throw UsageError("{}: '{}' is missing: {}", source_, key, remedy);
+    if (!Has(key)) throw UsageError("{}: '{}' is missing: {}", source_, key, remedy);
   }
 
  private:
@@ -58,9 +59,10 @@ class KeyLines {
 };
 
 void RequireKeys(const KeyLines& lines) {
-  lines.Require("network", "add network = \"FILE.onnx\", relative to this file");
-  lines.Require("input_width_px", "add the columns of the network's input");
-  lines.Require("input_height_px", "add the rows of the network's input");
+  if (lines.Has("network")) {
+    lines.Require("input_width_px", "add the columns of the network's input");
+    lines.Require("input_height_px", "add the rows of the network's input");
+  }
   lines.Require("classes", "add the names of the classes in the order of the network's outputs");
   lines.Require("moving", "add the names of the classes that move by themselves, [] for none");
 }
@@ -163,7 +165,7 @@ SegmentationModel ParseSegmentationModel(std::string_view text,
   RequireKeys(lines);
   CheckClasses(table.classes, lines);
   return {.source = source,
-          .network = folder / table.network,
+          .network = table.network.empty() ? std::filesystem::path() : folder / table.network,
           .input_width_px = table.input_width_px,
           .input_height_px = table.input_height_px,
           .mean = PerChannel(table.mean, "mean", lines),
@@ -180,7 +182,7 @@ SegmentationModel ReadSegmentationModel(const std::filesystem::path& path) {
   }
   const SegmentationModel model =
       ParseSegmentationModel(ReadTextFile(path), path.string(), path.parent_path());
-  if (!std::filesystem::is_regular_file(model.network)) {
+  if (model.HasNetwork() && !std::filesystem::is_regular_file(model.network)) {
     throw UsageError(
         "{}: found no network {}: correct 'network'", path.string(), model.network.string());
   }

@@ -13,7 +13,8 @@ namespace nightmap {
 
 struct SegmentationModel {
   std::string source;             // the model file, for messages
-  std::filesystem::path network;  // ONNX file: 1 x 3 x height x width in, logits per class out
+  // ONNX file: 1 x 3 x height x width in, logits per class out. Empty: labels are the recording's.
+  std::filesystem::path network;
   int input_width_px = 0;
   int input_height_px = 0;
   // The network's input is (value - mean) / scale per channel, in the network's channel order;
@@ -24,6 +25,8 @@ struct SegmentationModel {
   std::vector<std::string> classes;  // in the order of the network's outputs; at most 255
   std::vector<std::uint8_t> moving;  // per class, 1: such things move by themselves
   std::vector<std::array<std::uint8_t, 3>> palette;  // RGB per class, for pictures of labels
+
+  bool HasNetwork() const { return !network.empty(); }
 };
 
 // `folder` is what the network's path is relative to. Throws UsageError naming `source`, the line

@@ -12,7 +12,9 @@
 namespace nightmap {
 
 enum class Arity { kOne, kOptional, kMany, kAnyNumber };
-enum class PortKind { kFile, kFolder };
+// kByHash: a file of which the run takes only what other inputs have hashes of, so that its receipt
+// says nothing of the rest.
+enum class PortKind { kFile, kFolder, kByHash };
 
 using PortPaths = std::map<std::string, std::vector<std::filesystem::path>>;
 

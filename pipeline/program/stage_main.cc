@@ -135,6 +135,12 @@ class StageRun {
             line_.num_threads > 0 ? line_.num_threads : num_cores};
   }
 
+  bool IsByHash(const std::string& input) const {
+    return std::ranges::any_of(spec_.inputs, [&](const PortSpec& port) {
+      return port.name == input && port.kind == PortKind::kByHash;
+    });
+  }
+
   void WriteReport(StageContext& context) const {
     if (!context.HasOutput("report")) return;
     json report{{"format", "nightmap report"}, {"version", 1}, {"stage", spec_.name}};
@@ -156,7 +162,8 @@ class StageRun {
     receipt["inputs"] = json::array();
     for (const auto& [name, paths] : context.inputs_) {
       for (const fs::path& path : paths) {
-        receipt["inputs"].push_back(DescribeFile(name, path, path));
+        receipt["inputs"].push_back(IsByHash(name) ? json{{"name", name}, {"path", path.string()}}
+                                                   : DescribeFile(name, path, path));
       }
     }
     receipt["outputs"] = json::array();

@@ -96,7 +96,7 @@ void AddLabels(const SequenceFolder& folder, RawSequence* sequence) {
   for (RawFrame& frame : sequence->frames) {
     const fs::path name = labels / (fs::path(frame.color.path).stem().string() + ".png");
     if (!fs::exists(folder.Absolute() / name, ignored)) continue;
-    frame.others["label"].path = folder.Relative(name);
+    frame.others[kLabelChannel].path = folder.Relative(name);
   }
 }
 

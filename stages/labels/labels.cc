@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/io/frame_failure.h"
+#include "pipeline/io/frame_reader.h"
 
 namespace nightmap {
 namespace {
@@ -43,6 +45,21 @@ std::size_t StepOf(const LabelsOptions& options,
   return static_cast<std::size_t>(std::clamp(step, 1.0, static_cast<double>(frames.size())));
 }
 
+std::vector<std::size_t> FramesWithLabels(const SegmentationModel& model,
+                                          const std::vector<FrameRecord>& frames) {
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (frames[i].others.contains(kLabelChannel)) chosen.push_back(i);
+  }
+  if (chosen.empty() && !frames.empty()) {
+    throw UsageError(
+        "{} names no network, and the frames have no label pictures: name `network` there, or "
+        "`label_folder` in the [[sequence]] of the site config",
+        model.source);
+  }
+  return chosen;
+}
+
 std::vector<double> ClassShares(const LabelImage& labels, std::size_t num_classes) {
   std::vector<double> shares(num_classes);
   for (const std::uint8_t label : labels.pixels) ++shares.at(label);
@@ -53,7 +70,9 @@ std::vector<double> ClassShares(const LabelImage& labels, std::size_t num_classe
 }  // namespace
 
 std::vector<std::size_t> FramesToLabel(const LabelsOptions& options,
+                                       const SegmentationModel& model,
                                        const std::vector<FrameRecord>& frames) {
+  if (!model.HasNetwork()) return FramesWithLabels(model, frames);
   std::vector<std::size_t> chosen;
   for (const Stretch& stretch : Sequences(frames)) {
     const std::size_t step = StepOf(options, frames, stretch);
@@ -65,12 +84,13 @@ std::vector<std::size_t> FramesToLabel(const LabelsOptions& options,
 
 LabelsResult RunLabels(const LabelsOptions& options,
                        const std::vector<FrameRecord>& frames,
+                       const std::vector<std::size_t>& chosen,
                        const LabelClasses& classes,
                        const FrameLabeller& label,
                        int num_threads,
                        Progress& progress) {
-  const std::vector<std::size_t> chosen = FramesToLabel(options, frames);
   std::vector<PackedLabels> packed(chosen.size());
+  std::vector<PackedMask> masks(chosen.size());
   std::vector<std::vector<double>> shares(chosen.size());
   std::vector<std::string> failures(chosen.size());
   progress.Start(chosen.size());
@@ -79,20 +99,33 @@ LabelsResult RunLabels(const LabelsOptions& options,
     failures[i] = FrameFailure(frame.color.path, [&] {
       const Segmentation segmentation = label(frame);
       packed[i] = PackLabels(frame.frame_idx, frame.time_ns, segmentation);
+      masks[i] = PackMask(frame.time_ns, MovingMask(segmentation, classes, options.mask));
       shares[i] = ClassShares(segmentation.labels, classes.names.size());
     });
     progress.Advance();
   });
-  LabelsResult result{.num_to_label = chosen.size()};
+  LabelsResult result;
+  result.num_to_label = chosen.size();
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     if (!failures[i].empty()) {
       result.skipped.push_back(failures[i]);
       continue;
     }
     result.frames.push_back(std::move(packed[i]));
+    result.masks.push_back(std::move(masks[i]));
     result.class_shares.push_back(std::move(shares[i]));
   }
   return result;
+}
+
+void NameMasks(const std::vector<PackedMask>& masks,
+               const std::string& file,
+               std::vector<FrameRecord>* frames) {
+  std::size_t next = 0;
+  for (FrameRecord& frame : *frames) {
+    if (next == masks.size() || masks[next].time_ns != frame.time_ns) continue;
+    frame.others[kMaskChannel] = {file, HashOf(masks[next++])};
+  }
 }
 
 }  // namespace nightmap

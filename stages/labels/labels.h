@@ -10,12 +10,16 @@
 #include "pipeline/base/progress.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/labels_io.h"
+#include "pipeline/io/masks_io.h"
+#include "pipeline/labels/moving_mask.h"
+#include "pipeline/labels/segmentation_model.h"
 
 namespace nightmap {
 
 struct LabelsOptions {
   int every_n = 0;
   double labelled_rate_hz = 10;
+  MovingMaskOptions mask;
   double max_failed_ratio = 0.2;
 
   void Register(OptionList& list) {
@@ -27,6 +31,7 @@ struct LabelsOptions {
              &labelled_rate_hz,
              Range(0.01, 1000),
              "labelled frames per second of a recording that every_n = 0 aims at");
+    mask.Register(list);
     list.Add("max_failed_ratio",
              &max_failed_ratio,
              Range(0, 1),
@@ -36,8 +41,10 @@ struct LabelsOptions {
 
 // Indices in `frames` of those to label, ascending: every n-th frame of each sequence, from its
 // first in the list, and its last. With every_n = 0, n is the median frame rate of the sequence
-// over labelled_rate_hz, rounded, and at least 1.
+// over labelled_rate_hz, rounded, and at least 1. Of a model without a network all frames with a
+// label picture; throws UsageError naming the remedy when there is none.
 std::vector<std::size_t> FramesToLabel(const LabelsOptions& options,
+                                       const SegmentationModel& model,
                                        const std::vector<FrameRecord>& frames);
 
 // Labels a frame; called from several threads. Throws when the frame's pixels cannot be read. Any
@@ -46,18 +53,25 @@ using FrameLabeller = std::function<Segmentation(const FrameRecord&)>;
 
 struct LabelsResult {
   std::vector<PackedLabels> frames;  // those that were labelled, in order
+  std::vector<PackedMask> masks;     // of the same frames
   // Per labelled frame and class, share of the pixels.
   std::vector<std::vector<double>> class_shares;
   std::size_t num_to_label = 0;
   std::vector<std::string> skipped;  // reasons, in frame order
 };
 
-// Deterministic at any number of threads as far as `label` is.
+// Labels the frames `chosen`. Deterministic at any number of threads as far as `label` is.
 LabelsResult RunLabels(const LabelsOptions& options,
                        const std::vector<FrameRecord>& frames,
+                       const std::vector<std::size_t>& chosen,
                        const LabelClasses& classes,
                        const FrameLabeller& label,
                        int num_threads,
                        Progress& progress);
+
+// Adds the mask channel to the frames that have a mask in the file of that name.
+void NameMasks(const std::vector<PackedMask>& masks,
+               const std::string& file,
+               std::vector<FrameRecord>* frames);
 
 }  // namespace nightmap

@@ -11,11 +11,12 @@ namespace {
 
 void Run(const OctreeOptions& options, StageContext& context) {
   context.BeginPart("open");
-  const KeyframeSource source = OpenTile(context.Input("tile"),
-                                         context.Input("cameras"),
-                                         {context.Input("data"), context.Inputs("masks")},
-                                         options.keyframe_stride,
-                                         options.max_range_m);
+  const KeyframeSource source =
+      OpenTile(context.Input("tile"),
+               context.Input("cameras"),
+               FrameReader(context.Input("data"), context.Inputs("masks")),
+               options.keyframe_stride,
+               options.max_range_m);
   std::optional<std::vector<CloudPoint>> cloud;
   if (context.HasInput("cloud")) {
     cloud = ReadCloudAround(context.Inputs("cloud"), source.region.inside, options);
@@ -42,7 +43,10 @@ int main(int argc, char** argv) {
       {{"tile", "tile_X_Y.json of the tiles stage"},
        {"cameras", "cameras.json of the tiles stage"},
        FolderPort("data", "folder to which the frames' paths are relative"),
-       {"masks", "shard_NNNN.h5 of masks: what moves in the frames", Arity::kAnyNumber},
+       {"masks",
+        "shard_NNNN.h5 of masks: what moves in the frames",
+        Arity::kAnyNumber,
+        PortKind::kByHash},
        {"cloud", "tile_X_Y.ply of the tile and its neighbours", Arity::kAnyNumber}},
       {{"tile_ot", "tile_X_Y.ot: the part of the octree in one tile"}}};
   return StageMain(argc, argv, spec, OctreeOptions{}, Run);

@@ -74,12 +74,22 @@ TEST(SegmentationModel, AMovingClassMustBeAClass) {
 }
 
 TEST(SegmentationModel, MissingKeysAndBrokenTomlAreNamed) {
-  for (const std::string key :
-       {"network", "input_width_px", "input_height_px", "classes", "moving"}) {
+  for (const std::string key : {"input_width_px", "input_height_px", "classes", "moving"}) {
     NIGHTMAP_EXPECT_ERROR(
         UsageError, Parse(Replaced(key + " =", "# =")), "m.toml: '" + key + "' is missing: add");
   }
   NIGHTMAP_EXPECT_ERROR(UsageError, Parse(Replaced("= 40", "40")), "m.toml:2: not valid TOML");
+}
+
+// The labels are pictures of the recording.
+TEST(SegmentationModel, ANetworkMayBeMissing) {
+  const TemporaryFolder folder;
+  const auto path =
+      folder.Write("classes.toml", "classes = [\"floor\", \"person\"]\nmoving = [\"person\"]\n");
+  const SegmentationModel model = ReadSegmentationModel(path);
+  EXPECT_FALSE(model.HasNetwork());
+  EXPECT_EQ(model.moving, (std::vector<std::uint8_t>{0, 1}));
+  EXPECT_TRUE(Parse(kTinyModel).HasNetwork());
 }
 
 TEST(SegmentationModel, ThePaletteMustHaveAColorPerClass) {

@@ -191,6 +191,25 @@ TEST_F(StageMainTest, OutputsInTheWrongPlaceAreUsageErrorsBeforeTheStageRuns) {
   }
 }
 
+TEST_F(StageMainTest, AReceiptHasNoHashOfAnInputByHash) {
+  const std::string listed = folder_.Write("listed.h5", "masks").string();
+  spec_.inputs = {{"in", "a file"}, {"masks", "masks", Arity::kAnyNumber, PortKind::kByHash}};
+  const std::string receipt = (folder_ / "receipt.json").string();
+  ASSERT_EQ(Main({"--in",
+                  "in=" + input_.string(),
+                  "--in",
+                  "masks=" + listed,
+                  "--out",
+                  "out=" + (folder_ / "out").string(),
+                  "--out",
+                  "receipt=" + receipt})
+                .code,
+            0);
+  for (const auto& entry : nlohmann::json::parse(ReadBytes(receipt))["inputs"]) {
+    EXPECT_EQ(entry.contains("xxh3"), entry["name"] != "masks") << entry;
+  }
+}
+
 // The inputs would be waited for, if they were opened.
 TEST_F(StageMainTest, InputsOfTheWrongKindAreUsageErrors) {
   const std::string fifo = (folder_ / "fifo").string();

@@ -2,6 +2,8 @@
 #include "stages/labels/labels.h"
 
 #include "pipeline/base/error.h"
+#include "pipeline/io/frame_reader.h"
+#include "stages/labels/frame_labeller.h"
 #include "stages/labels/report_labels.h"
 #include "tests/test_data.h"
 
@@ -9,6 +11,8 @@ namespace nightmap {
 namespace {
 
 using Indices = std::vector<std::size_t>;
+
+const SegmentationModel kNetwork{.network = "network.onnx"};
 
 void AddSequence(int num_frames, double rate_hz, std::vector<FrameRecord>* frames) {
   const int sequence_idx = frames->empty() ? 0 : frames->back().sequence_idx + 1;
@@ -32,17 +36,17 @@ TEST(FramesToLabel, AreEveryNthAndTheLastOfEachSequence) {
   LabelsOptions options;
   options.every_n = 3;
   std::vector<FrameRecord> frames = Sequence(8, 30);
-  EXPECT_EQ(FramesToLabel(options, frames), (Indices{0, 3, 6, 7}));
+  EXPECT_EQ(FramesToLabel(options, kNetwork, frames), (Indices{0, 3, 6, 7}));
   AddSequence(4, 30, &frames);
-  EXPECT_EQ(FramesToLabel(options, frames), (Indices{0, 3, 6, 7, 8, 11}));
-  EXPECT_TRUE(FramesToLabel(options, {}).empty());
+  EXPECT_EQ(FramesToLabel(options, kNetwork, frames), (Indices{0, 3, 6, 7, 8, 11}));
+  EXPECT_TRUE(FramesToLabel(options, kNetwork, {}).empty());
   options.every_n = 1'000'000;
-  EXPECT_EQ(FramesToLabel(options, Sequence(1, 30)), (Indices{0}));
+  EXPECT_EQ(FramesToLabel(options, kNetwork, Sequence(1, 30)), (Indices{0}));
 }
 
 TEST(FramesToLabel, AreTenPerSecondByDefault) {
   const auto count = [](double rate_hz) {
-    return FramesToLabel(LabelsOptions{}, Sequence(61, rate_hz)).size();
+    return FramesToLabel(LabelsOptions{}, kNetwork, Sequence(61, rate_hz)).size();
   };
   EXPECT_EQ(count(60), 11U);
   EXPECT_EQ(count(30), 21U);
@@ -54,7 +58,7 @@ TEST(FramesToLabel, AreTenPerSecondByDefault) {
 TEST(FramesToLabel, GapsOfARecordingDoNotCount) {
   std::vector<FrameRecord> frames = Sequence(31, 30);
   for (std::size_t i = 10; i < frames.size(); ++i) frames[i].time_ns += 60'000'000'000;
-  EXPECT_EQ(FramesToLabel(LabelsOptions{}, frames).size(), 11U);
+  EXPECT_EQ(FramesToLabel(LabelsOptions{}, kNetwork, frames).size(), 11U);
 }
 
 // The top rows are people, one more per frame.
@@ -72,7 +76,9 @@ LabelsResult LabelTwelve(const FrameLabeller& label, int num_threads) {
   LabelsOptions options;
   options.every_n = 2;
   Progress progress("labels");
-  return RunLabels(options, Sequence(12, 30), kClasses, label, num_threads, progress);
+  const auto frames = Sequence(12, 30);
+  const auto chosen = FramesToLabel(options, kNetwork, frames);
+  return RunLabels(options, frames, chosen, kClasses, label, num_threads, progress);
 }
 
 TEST(RunLabels, GivesTheSameAtAnyNumberOfThreads) {
@@ -85,6 +91,7 @@ TEST(RunLabels, GivesTheSameAtAnyNumberOfThreads) {
     EXPECT_EQ(one.frames[i].frame_idx, four.frames[i].frame_idx);
     EXPECT_EQ(one.frames[i].labels, four.frames[i].labels);
     EXPECT_EQ(one.frames[i].confidences, four.frames[i].confidences);
+    EXPECT_EQ(one.masks[i].runs, four.masks[i].runs);
   }
 }
 
@@ -97,7 +104,58 @@ TEST(RunLabels, AFrameThatFailsIsLeftOutAndSaid) {
   EXPECT_EQ(result.num_to_label, 7U);
   ASSERT_EQ(result.frames.size(), 6U);
   EXPECT_EQ(result.frames[1].frame_idx, 105);
+  ASSERT_EQ(result.masks.size(), 6U);
+  EXPECT_EQ(result.masks[1].time_ns, result.frames[1].time_ns);
   EXPECT_THAT(result.skipped, testing::ElementsAre(testing::HasSubstr("103.png: truncated")));
+}
+
+// Confidence 200 of 255 counts as sure; the margin of 4 rows below is masked, too.
+TEST(RunLabels, MasksWhatMovesAndItsMargin) {
+  const LabelsResult result = LabelTwelve(LabelsOf, 1);
+  EXPECT_EQ(NumMasked(result.masks[1]), 70U);
+  std::vector<FrameRecord> frames = Sequence(12, 30);
+  NameMasks(result.masks, "shard_0007.h5", &frames);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const bool is_labelled = i % 2 == 0 || i == 11;
+    ASSERT_EQ(frames[i].others.contains("mask"), is_labelled) << i;
+    if (!is_labelled) continue;
+    EXPECT_EQ(frames[i].others["mask"].path, "shard_0007.h5");
+    EXPECT_EQ(frames[i].others["mask"].hash, HashOf(result.masks[i == 11 ? 6 : i / 2]));
+  }
+}
+
+TEST(FramesToLabel, AreThoseWithLabelPicturesWithoutANetwork) {
+  const SegmentationModel model{.source = "m.toml"};
+  std::vector<FrameRecord> frames = Sequence(8, 30);
+  NIGHTMAP_EXPECT_ERROR(UsageError, FramesToLabel({}, model, frames), "m.toml names no network");
+  for (const std::size_t i : {2U, 3U, 7U}) frames[i].others["label"] = {"label.png", "hash"};
+  EXPECT_EQ(FramesToLabel({}, model, frames), (Indices{2, 3, 7}));
+}
+
+// Label pictures of another program, and what is wrong with some.
+TEST(MakeLabeller, ReadsLabelPicturesOfTheRecording) {
+  const TemporaryFolder folder;
+  GrayImage labels{6, 4, 1, std::vector<std::uint8_t>(24, 1)};
+  WritePng(folder / "good.png", labels);
+  labels.pixels[5] = 2;
+  WritePng(folder / "class.png", labels);
+  WritePng(folder / "size.png", GrayImage{4, 6, 1, std::vector<std::uint8_t>(24, 1)});
+  RgbdCamera camera;
+  camera.color = Camera{6, 4, 5, 5, 2.5, 1.5};
+  const SegmentationModel model{.source = "m.toml", .classes = {"floor", "person"}};
+  const FrameLabeller label = MakeLabeller(model, {camera}, folder.Path());
+  FrameRecord frame;
+  const auto with = [&](const std::string& name) {
+    frame.others["label"] = {name, "hash"};
+    return label(frame);
+  };
+  EXPECT_EQ(with("good.png").labels.pixels, std::vector<std::uint8_t>(24, 1));
+  EXPECT_EQ(with("good.png").confidences.pixels, std::vector<std::uint8_t>(24, 255));
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, with("class.png"), "class.png: label 2 is none of the 2 classes in m.toml");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, with("size.png"), "size.png: 4 x 6 labels for a picture of 6 x 4");
+  NIGHTMAP_EXPECT_ERROR(DataError, with("none.png"), "none.png");
 }
 
 TEST(ReportLabels, HasSharesOfClassesAndOfWhatMoves) {

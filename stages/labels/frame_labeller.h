@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the labels of a frame come from: a network, or label pictures of the recording.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "pipeline/io/frames_io.h"
+#include "pipeline/labels/segmentation_model.h"
+#include "stages/labels/labels.h"
+
+namespace nightmap {
+
+// Throws UsageError naming the model file and the remedy when it is wrong or its network does not
+// load or fit.
+void CheckModel(const std::filesystem::path& model);
+
+// With a network: runs it on color, and on depth where there is depth. Without: reads the label
+// picture of the recording, surely right; throws DataError naming it when its size is not the
+// camera's, or when it has a label that is no class.
+FrameLabeller MakeLabeller(const SegmentationModel& model,
+                           const std::vector<RgbdCamera>& cameras,
+                           const std::filesystem::path& data_root);
+
+}  // namespace nightmap
