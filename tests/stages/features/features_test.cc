@@ -58,7 +58,7 @@ TEST_F(FeaturesTest, FramesWithoutDepthHaveTheSameFeatures) {
     return images;
   };
   Progress progress("features", false);
-  const auto without = RunFeatures({}, frames_, cameras_, load, 1, progress);
+  const auto without = RunFeatures({}, {frames_, cameras_, load, {}}, 1, progress);
   const auto with = Extract(1);
   EXPECT_EQ(without.skipped, with.skipped);
   for (std::size_t i = 0; i < 6; ++i) {
