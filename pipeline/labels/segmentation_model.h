@@ -12,7 +12,7 @@
 namespace nightmap {
 
 struct SegmentationModel {
-  std::string source;             // the model file, for messages
+  std::string source;  // the model file, for messages
   // ONNX file: 1 x 3 x height x width in, logits per class out. Empty: labels are the recording's.
   std::filesystem::path network;
   int input_width_px = 0;
