@@ -12,19 +12,19 @@
 namespace nightmap {
 
 struct SegmentationModel {
-  std::string source;  // the model file, for messages
+  std::string source = {};  // the model file, for messages
   // ONNX file: 1 x 3 x height x width in, logits per class out. Empty: labels are the recording's.
-  std::filesystem::path network;
+  std::filesystem::path network = {};
   int input_width_px = 0;
   int input_height_px = 0;
   // The network's input is (value - mean) / scale per channel, in the network's channel order;
   // value is 0 .. 255.
   std::array<double, 3> mean = {0, 0, 0};
   std::array<double, 3> scale = {1, 1, 1};
-  bool is_bgr = false;               // channel order; otherwise RGB
-  std::vector<std::string> classes;  // in the order of the network's outputs; at most 255
-  std::vector<std::uint8_t> moving;  // per class, 1: such things move by themselves
-  std::vector<std::array<std::uint8_t, 3>> palette;  // RGB per class, for pictures of labels
+  bool is_bgr = false;                    // channel order; otherwise RGB
+  std::vector<std::string> classes = {};  // in the order of the network's outputs; at most 255
+  std::vector<std::uint8_t> moving = {};  // per class, 1: such things move by themselves
+  std::vector<std::array<std::uint8_t, 3>> palette = {};  // RGB per class, for pictures of labels
 
   bool HasNetwork() const { return !network.empty(); }
 };

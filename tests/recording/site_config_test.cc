@@ -219,7 +219,7 @@ TEST(SiteConfig, AskedQueriesComeAfterThoseOfTheSite) {
     NIGHTMAP_EXPECT_ERROR(UsageError, ParseAskedQueries(text, &site), why);
   };
   expect(query + "camera = \"x\"\n", "QUERY of make: no [[camera]] has id \"x\"");
-  expect(query + "horizontal_fov_deg = 0\n", "QUERY of make: horizontal_fov_deg = 0");
+  expect(query + "horizontal_fov_deg = 0\n", "horizontal_fov_deg = 0.0 is out of range");
   expect("root = \"a\"\n", "QUERY of make");
   expect("[query]\n", "QUERY of make: 'query' must be written as [[query]]");
 }
