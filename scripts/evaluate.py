@@ -215,7 +215,7 @@ def evaluate_camera(site, arguments):
 
 
 def evaluate(arguments):
-    site = Site(arguments.site_dir)
+    site = Site(arguments.site_dir, arguments.data)
     metrics = {"format": "nightmap metrics", "version": 1, "site": site.name}
     metrics |= evaluate_camera(site, arguments) if site.has("map_frame") else {"has_ground_truth": False}
     for job, module in site.sections("evaluation"):

@@ -36,7 +36,7 @@ def make_report(site_dir, data):
     """Returns the page. After a failed run it begins with the failure, and it appears even if files are damaged."""
     if not site_dir.is_dir():
         raise DataError(f"{site_dir}: no such folder; run `make map` first")
-    site = Site(site_dir)
+    site = Site(site_dir, data)
     title = f"nightmap: {site.name}"
     failure = read_failure(site)
     if failure is None:

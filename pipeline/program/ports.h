@@ -54,8 +54,8 @@ PortPaths AssignPorts(const std::vector<std::string>& texts,
                       const std::vector<PortSpec>& ports,
                       const std::string& flag);
 
-// Checks the files that texts NAME=PATH give to checked ports. Throws UsageError for another name,
-// and what the checks throw.
+// Checks the files that texts NAME=PATH give to checked ports, and reads no others. Throws
+// UsageError for an unknown name, and what the checks throw.
 void CheckFilesOfUser(const std::vector<std::string>& texts, const std::vector<PortSpec>& ports);
 
 // The inputs that NAME=FILE after --in-list stands for.

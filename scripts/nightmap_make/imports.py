@@ -8,6 +8,12 @@ from nightmap_site.declaration import PipelineError
 
 # Neither Make nor a shell interprets these characters.
 PATH = re.compile(r"[\w.@+-]+(?:/[\w.@+-]+)*")
+# The file that such a file names: the image of a ROS map, the network of a model.
+NAMED = {
+    ".yaml": re.compile(r"""^\s*image\s*:\s*["']?(.*?)["']?\s*(?:\s#.*)?$""", re.MULTILINE),
+    ".toml": re.compile(r"""^\s*network\s*=\s*["'](.*?)["']""", re.MULTILINE),
+}
+NAMED[".yml"] = NAMED[".yaml"]
 
 
 def check_imports(site_config, data, imports):
@@ -21,3 +27,16 @@ def check_imports(site_config, data, imports):
                                 "or make a link to it")  # fmt: skip
         if not os.path.isfile(os.path.join(data, path)):
             raise PipelineError(f"{where}: {data}/{path} does not exist, or is no file: give its path relative to DATA")
+
+
+def files_of(path):
+    """The file, and the one that it names."""
+    pattern = NAMED.get(os.path.splitext(path)[1])
+    if not pattern:
+        return [path]
+    try:
+        with open(path, encoding="utf-8", errors="surrogateescape") as file:
+            found = pattern.search(file.read(1 << 16))
+    except OSError:
+        return [path]
+    return [path, os.path.join(os.path.dirname(path), found[1])] if found and "\0" not in found[1] else [path]

@@ -10,6 +10,8 @@ import re
 import shutil
 import tempfile
 
+from nightmap_make.imports import files_of
+from nightmap_make.input_files import file_state
 from nightmap_site.declaration import PipelineError
 from nightmap_site.script_errors import writing
 
@@ -23,10 +25,15 @@ OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mu
 
 class ConfigText:
     """The effective config of a program: its text, and sources: key -> file or make variable that set it. sites: port ->
-    text of the site's config that the program reads there."""
+    text of the site's config that the program reads there. imports: port -> path of a file that [import] names."""
 
-    def __init__(self, values, text, sources, sites):
-        self.values, self.text, self.sources, self.sites = values, text, sources, sites
+    def __init__(self, values, text, sources, sites, imports):
+        self.values, self.text, self.sources, self.sites, self.imports = values, text, sources, sites, imports
+
+    def state(self):
+        """A text that tells whether a check of the same program would say the same."""
+        files = [file_state(file) for path in self.imports.values() for file in files_of(path)]
+        return f"{self.text}\n{sorted(self.sites.items())}\n{sorted(self.imports)} {files}"
 
     def place_of(self, key):
         """FILE:LINE of a key, or the make variable."""
@@ -51,7 +58,7 @@ def check_configs(build, configs, is_preview):
     for program, config in configs.items():
         path = os.path.join(build, "run", program)
         status = os.stat(path)
-        state = f"{status.st_mtime_ns} {status.st_size}\n{config.text}\n{sorted(config.sites.items())}"
+        state = f"{status.st_mtime_ns} {status.st_size}\n{config.state()}"
         stamp = os.path.join(folder, f"{program}_{hashlib.sha256(state.encode('utf-8', 'surrogatepass')).hexdigest()[:24]}")
         if not os.path.exists(stamp):
             to_check[program] = stamp
@@ -88,6 +95,8 @@ def _start_check(build, scratch, program, config):
     command = [os.path.join(build, "run", program), "--check-config", "--config", _write(scratch, f"{program}.toml", config.text)]
     for port, text in config.sites.items():
         command += ["--in", f"{port}={_write(scratch, f'{program}_{port}.toml', text)}"]
+    for port, path in config.imports.items():
+        command += ["--in", f"{port}={path}"]
     actions = [(os.POSIX_SPAWN_OPEN, fd, log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644) for fd in (1, 2)]
     return os.posix_spawn(command[0], command, os.environ, file_actions=actions)
 

@@ -92,7 +92,7 @@ class Asked:
         if self.is_preview and not all(os.path.exists(f"{self.env['BUILD']}/run/{program}") for program in programs):
             return  # they are not built yet, and a preview builds nothing
         texts = {name: preflight.ConfigText(self.configs[name], canonical(self.configs[name]), self.resolved.sources[name],
-                                            self._site_texts(name)) for name in programs}  # fmt: skip
+                                            self._site_texts(name), self._imports(name)) for name in programs}  # fmt: skip
         preflight.check_configs(self.env["BUILD"], texts, self.is_preview)
         preflight.check_clashes(self.pipeline.clashes, texts)
         self._check_needs()
@@ -120,6 +120,13 @@ class Asked:
         sites = self.resolved.sites
         inputs = [reference for job in self.pipeline.jobs.values() if job.program == program for reference in job.inputs]
         return {reference.port: sites[reference.source][0] for reference in inputs if reference.source in sites}
+
+    def _imports(self, program):
+        """Port -> path of the file of [import] that a program reads there."""
+        inputs = [reference for job in self.pipeline.jobs.values() if job.program == program for reference in job.inputs]
+        imports = self.tables.get("import", {})
+        return {reference.port: os.path.join(self.env["DATA"], imports[reference.output]) for reference in inputs
+                if reference.job == "import" and reference.output in imports}
 
     def settle(self):
         """Writes the configs that changed. Returns files as old as the last change of `recordings` and `pictures`."""

@@ -12,11 +12,11 @@ import re
 from functools import partial
 
 from nightmap_make import changed_files
+from nightmap_make.imports import files_of
 from nightmap_make.input_files import file_state
 from nightmap_make.run_receipts import DAMAGED, read_receipt
 from nightmap_site.script_errors import DataError
 
-IMAGE = re.compile(r"""^\s*image\s*:\s*["']?(.*?)["']?\s*(?:\s#.*)?$""", re.MULTILINE)
 
 
 def slot_path(site, job):
@@ -66,25 +66,13 @@ def _text(graph, job):
         lines.append(f"in.{reference.port} {reference.text}")
         if reference.job == "import":
             path = graph.imported(job, reference.output)
-            lines += [f"  {state}" for state in map(file_state, [path, *_image_of(path)])]
+            lines += [f"  {state}" for state in map(file_state, files_of(path))]
     return "\n".join(lines) + "\n"
 
 
 def _references(graph, job):
     """The inputs that the site has."""
     return [reference for reference in job.inputs if not reference.if_made or reference.job in graph.jobs]
-
-
-def _image_of(path):
-    """The image that the YAML of a ROS map names."""
-    if not path.endswith((".yaml", ".yml")):
-        return []
-    try:
-        with open(path, encoding="utf-8", errors="surrogateescape") as file:
-            found = IMAGE.search(file.read(1 << 16))
-    except OSError:
-        return []
-    return [os.path.join(os.path.dirname(path), found[1])] if found and "\0" not in found[1] else []
 
 
 def _start_of_runs_ns(graph, job, hashes):

@@ -13,8 +13,10 @@ CONFIGS = CHECKOUT / "configs"
 
 
 class Site:
-    def __init__(self, folder):
-        self.folder = Path(folder)
+    """data: folder of the recordings, where the script was told of it."""
+
+    def __init__(self, folder, data=None):
+        self.folder, self.data = Path(folder), data
         self.name = self.folder.resolve().name
         self.pipeline = pipeline_of_site(CONFIGS, self.folder)
         # Folders and files of the site that no job declares as its output.

@@ -307,7 +307,7 @@ def track_of_mp4(header, num_samples):
 
 class PreflightTest(unittest.TestCase):
     def texts(self, **values):
-        return {name: preflight.ConfigText(config, "", dict.fromkeys(config, "SET"), {}) for name, config in values.items()}
+        return {name: preflight.ConfigText(config, "", dict.fromkeys(config, "SET"), {}, {}) for name, config in values.items()}
 
     def check(self, condition, **values):
         preflight.check_clashes([{"when": condition, "remedy": "raise it"}], self.texts(**values))
