@@ -9,8 +9,7 @@ import tomllib
 from nightmap_site.script_errors import os_error_text
 
 MAX_INTEGER = 2**63 - 1
-# Every mapped site holds this line: another one would write all its configs anew.
-HEADER = "# Written by scripts/resolve_config.py; edit configs/ or use SET instead.\n"
+HEADER = "# Written by make; edit configs/ or use SET instead.\n"
 
 
 class ConfigError(Exception):
