@@ -8,8 +8,8 @@
 namespace nightmap {
 
 struct MovingMaskOptions {
-  double min_confidence = 0.5;
-  int margin_px = 4;
+  double min_confidence = 0.3;
+  int margin_px = 6;
 
   void Register(OptionList& list);
 };

@@ -47,6 +47,8 @@ COLUMNS = (
     ("RPE (cm/m)", "trajectory.rpe_per_metre.translation_rmse_m_per_m", 100, "{:.2f}"),
     ("RPE (deg/m)", "trajectory.rpe_per_metre.rotation_rmse_deg_per_m", 1, "{:.2f}"),
     ("ATE RMSE, SE(3), worst seed (cm)", "trajectory.se3.ate_rmse_m", 100, "{:.2f}", max),
+    ("recall of masks (%)", "sections.labels.recall_percent", 1, "{:.1f}"),
+    ("precision of masks (%)", "sections.labels.precision_percent", 1, "{:.1f}"),
     ("false loops accepted, worst seed", "loops.num_false_accepted", 1, "{:.0f}", max),
     ("revisits closed, worst seed (%)", "loops.revisits_closed_percent", 1, "{:.0f}", min),
     ("queries", "queries.num_with_truth", 1, "{:.0f}"),

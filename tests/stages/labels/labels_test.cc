@@ -109,10 +109,10 @@ TEST(RunLabels, AFrameThatFailsIsLeftOutAndSaid) {
   EXPECT_THAT(result.skipped, testing::ElementsAre(testing::HasSubstr("103.png: truncated")));
 }
 
-// Confidence 200 of 255 counts as sure; the margin of 4 rows below is masked, too.
+// Confidence 200 of 255 counts as sure; the margin of 6 rows below is masked, too.
 TEST(RunLabels, MasksWhatMovesAndItsMargin) {
   const LabelsResult result = LabelTwelve(LabelsOf, 1);
-  EXPECT_EQ(NumMasked(result.masks[1]), 70U);
+  EXPECT_EQ(NumMasked(result.masks[1]), 90U);
   std::vector<FrameRecord> frames = Sequence(12, 30);
   NameMasks(result.masks, "shard_0007.h5", &frames);
   for (std::size_t i = 0; i < frames.size(); ++i) {
