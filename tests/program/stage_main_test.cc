@@ -205,7 +205,9 @@ TEST_F(StageMainTest, AReceiptHasNoHashOfAnInputByHash) {
                   "receipt=" + receipt})
                 .code,
             0);
-  for (const auto& entry : nlohmann::json::parse(ReadBytes(receipt))["inputs"]) {
+  const auto written = nlohmann::json::parse(ReadBytes(receipt));
+  ASSERT_EQ(written["inputs"].size(), 2U);
+  for (const auto& entry : written["inputs"]) {
     EXPECT_EQ(entry.contains("xxh3"), entry["name"] != "masks") << entry;
   }
 }
