@@ -45,7 +45,7 @@ std::optional<PoseEdge> AtKeyframes(const EdgeSigmaFloor& floor,
                                     const std::set<int>& keyframes,
                                     const PoseEdge& edge);
 
-// What is believed without a test: odometry of all sensors, chained from keyframe to keyframe
+// The edges believed without a test: odometry of all sensors, chained from keyframe to keyframe
 // (without what fills a bridge), then their priors.
 std::vector<PoseEdge> MeasuredBySensors(const EdgeSigmaFloor& floor,
                                         const OdometryChain& chain,

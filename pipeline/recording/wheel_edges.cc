@@ -72,7 +72,7 @@ std::optional<WheelMotion> MotionBetween(const std::vector<SignalSample>& sample
   return motion;
 }
 
-// Of the wheels' frame at the end, about its origin.
+// The covariance of `motion` in the wheels' frame at its end, about the origin of that frame.
 Matrix6d Covariance(const WheelNoise& noise, const WheelMotion& motion) {
   const double position_m = noise.position_sigma_floor_m +
                             noise.position_sigma_per_distance * motion.distance_m +

@@ -182,7 +182,7 @@ TEST_F(FeaturesTest, AFrameOfAnotherCameraIsDescribed) {
   EXPECT_EQ(frames[4].reference_frame_idx, 33);
 }
 
-// Of every third frame it is known what moves.
+// Every third frame has a mask of what moves.
 TEST_F(FeaturesTest, OnlyFramesWithAMaskAreDescribed) {
   for (int i = 6; i < 14; ++i) {
     frames_.push_back({i + 30, i, 0, 0, {std::to_string(i), "h"}, {"d", "h"}, {}});
