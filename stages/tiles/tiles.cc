@@ -11,6 +11,8 @@ namespace nightmap {
 namespace {
 
 constexpr int kMaxIndex = 100'000;
+constexpr double kMaxSlant =
+    20;  // distance to a seen point over its depth: 87 degrees off the axis
 
 // Neighbours compute their common border identically, to the last bit.
 MapRegion RegionOf(const TilesOptions& options, const TileIndex& index) {
@@ -39,11 +41,22 @@ void CheckPose(const TilesOptions& options, const Keyframe& keyframe) {
       distance_m);
 }
 
-// Number of tiles in each direction that a keyframe may see, counted from its own.
-int ReachInTiles(const TilesOptions& options, const ViewPyramid& pyramid) {
+// Farthest that the camera sees at `max_range_m`, m from its center.
+double Reach(const TilesOptions& options, const RgbdCamera& camera, const ViewPyramid& pyramid) {
   double reach_m = 0;
-  for (const Eigen::Vector3d& corner : pyramid) reach_m = std::max(reach_m, corner.norm());
-  return static_cast<int>(std::ceil((reach_m + options.overlap_m) / options.edge_m));
+  for (const Eigen::Vector3d& corner : pyramid) {
+    if (!(corner.norm() <= kMaxSlant * options.max_range_m)) {
+      throw InputError(
+          {{"cameras"}},
+          "camera '{}' sees a point {} m off to the side at a depth of {} m, as no camera does; "
+          "correct fx, fy, cx, cy in the site config",
+          camera.camera_id,
+          corner.head<2>().norm(),
+          options.max_range_m);
+    }
+    reach_m = std::max(reach_m, corner.norm());
+  }
+  return reach_m;
 }
 
 }  // namespace
@@ -69,17 +82,20 @@ std::map<TileIndex, Tile> RunTiles(const TilesOptions& options,
                                    const std::vector<RgbdCamera>& cameras,
                                    const std::vector<Keyframe>& keyframes) {
   std::vector<ViewPyramid> pyramids;
+  std::vector<int> reaches;  // in tiles in each direction, counted from the camera's own
   for (const RgbdCamera& camera : cameras) {
     pyramids.push_back(MakeViewPyramid(camera.color, options.max_range_m));
+    const double reach_m = Reach(options, camera, pyramids.back()) + options.overlap_m;
+    reaches.push_back(static_cast<int>(std::ceil(reach_m / options.edge_m)));
   }
   std::map<TileIndex, Tile> tiles;
   for (const Keyframe& keyframe : keyframes) {
     CheckPose(options, keyframe);
     const Rigid3& pose = keyframe.map_from_camera;
     const TileIndex own = TileOf(options, pose.translation.head<2>());
-    const ViewPyramid& pyramid = pyramids[static_cast<std::size_t>(keyframe.frame.camera_idx)];
-    const ViewFootprint footprint = ProjectToMap(pyramid, pose);
-    const int reach = ReachInTiles(options, pyramid);
+    const auto camera_idx = static_cast<std::size_t>(keyframe.frame.camera_idx);
+    const ViewFootprint footprint = ProjectToMap(pyramids[camera_idx], pose);
+    const int reach = reaches[camera_idx];
     const int width = 2 * reach + 1;
     for (int i = 0; i < width * width; ++i) {
       const TileIndex index{own.first + i / width - reach, own.second + i % width - reach};

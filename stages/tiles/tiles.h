@@ -26,8 +26,8 @@ using TileIndex = std::pair<int, int>;
 std::string TileName(const TileIndex& index);  // "0_0", "-1_2"
 
 // The tiles that a keyframe may see up to a depth of max_range_m, each with those keyframes in
-// their order. Every measured point lies in exactly one of the tiles. Throws DataError when a pose
-// is too far from the origin.
+// their order. Every measured point lies in exactly one of the tiles. Throws InputError when a
+// pose is too far from the origin, or a camera sees more than 87 degrees off its axis.
 std::map<TileIndex, Tile> RunTiles(const TilesOptions& options,
                                    const std::vector<RgbdCamera>& cameras,
                                    const std::vector<Keyframe>& keyframes);

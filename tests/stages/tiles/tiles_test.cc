@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <set>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/base/random.h"
 
 namespace nightmap {
@@ -130,6 +132,19 @@ TEST(Tiles, PosesFarOutAreRefused) {
   auto keyframes = Wander(3);
   keyframes[1].map_from_camera.translation.y() = 1e9;
   EXPECT_THROW(RunTiles({}, {WideCamera()}, keyframes), DataError);
+}
+
+TEST(Tiles, ACameraThatSeesTooFarToTheSideIsRefused) {
+  const auto keyframes = Wander(1);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double fx : {1e-300, 1e-3, 3.0, nan}) {
+    RgbdCamera camera = WideCamera();
+    camera.color = {160, 120, fx, 110, 79.5, 59.5, 0, 0, 0, 0, 0};
+    EXPECT_THROW(RunTiles({}, {camera}, keyframes), InputError) << fx;
+  }
+  RgbdCamera wide = WideCamera();
+  wide.color = {160, 120, 8, 8, 79.5, 59.5, 0, 0, 0, 0, 0};  // 84 degrees off the axis
+  EXPECT_FALSE(RunTiles({}, {wide}, keyframes).empty());
 }
 
 }  // namespace
