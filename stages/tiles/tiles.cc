@@ -11,8 +11,9 @@ namespace nightmap {
 namespace {
 
 constexpr int kMaxIndex = 100'000;
-constexpr double kMaxSlant =
-    20;  // distance to a seen point over its depth: 87 degrees off the axis
+// Distance to a seen point over its depth: 87 degrees off the axis, more than lenses of the camera
+// model have, and few enough tiles to try each.
+constexpr double kMaxSlant = 20;
 
 // Neighbours compute their common border identically, to the last bit.
 MapRegion RegionOf(const TilesOptions& options, const TileIndex& index) {
@@ -49,7 +50,7 @@ double Reach(const TilesOptions& options, const RgbdCamera& camera, const ViewPy
       throw InputError(
           {{"cameras"}},
           "camera '{}' sees a point {} m off to the side at a depth of {} m, as no camera does; "
-          "correct fx, fy, cx, cy in the site config",
+          "correct its focal length, center and distortion in the site config",
           camera.camera_id,
           corner.head<2>().norm(),
           options.max_range_m);
