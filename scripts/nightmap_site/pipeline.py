@@ -21,11 +21,11 @@ STAMPS = ("recordings", "pictures")
 class Input:
     """A port and its source: site, queries, asked or data, or an output of a job. units: whose files a run reads (None: its own
     unit's, "near", "previous and this", "all"). by_hash: whether lists that the job reads have hashes of what it takes of the
-    files. declared: the whole text; text: what the jobs of the pipeline leave of it."""
+    files. declared: the whole text; text: what the jobs of the pipeline leave of it. place: see Job.where."""
 
-    def __init__(self, port, declared, where, jobs):
-        text = _chosen(declared, jobs, f"{where}: in.{port}")
-        self.port, self.declared, self.text, self.where = port, declared, text, where
+    def __init__(self, port, declared, place, jobs):
+        self.port, self.declared, self._place = port, declared, place
+        self.text = text = self._chosen(jobs)
         self.source = text if text in SOURCES else None
         self.job = self.output = self.units = None
         self.if_made = self.by_hash = False
@@ -33,23 +33,28 @@ class Input:
             return
         found = REFERENCE.fullmatch(text) if isinstance(text, str) else None
         if not found:
-            raise PipelineError(f"{where}: in.{port} = {text!r} is no reference like \"features.features of previous and this\"")
+            raise PipelineError(f"{self.where}: in.{port} = {text!r} is no reference like \"features.features of previous and this\"")
         self.job, self.output, self.units = found["job"], found["output"], found["units"]
         self.if_made, self.by_hash = bool(found["if_made"]), bool(found["by_hash"])
 
+    @property
+    def where(self):
+        """The file and line that declare it, for an error: looking for them takes longer than reading the pipeline."""
+        return self._place(f"in.{self.port}")
 
-def _chosen(text, jobs, where):
-    """Of "A.x else B.y" the first whose job the pipeline has. jobs: name -> whether it is left out."""
-    if not isinstance(text, str) or " else " not in text:
-        return text
-    sources = text.split(" else ")
-    for source in sources:
-        found = REFERENCE.fullmatch(source)
-        if not found:
-            raise PipelineError(f"{where} = {text!r}: {source!r} is no reference like \"adjust.trajectory\"")
-        if found["job"] not in jobs:
-            raise PipelineError(f"{where}: no job '{found['job']}'")
-    return next((source for source in sources if not jobs[source.split(".")[0]]), sources[-1])
+    def _chosen(self, jobs):
+        """Of "A.x else B.y" the first whose job the pipeline has. jobs: name -> whether it is left out."""
+        text = self.declared
+        if not isinstance(text, str) or " else " not in text:
+            return text
+        sources = text.split(" else ")
+        for source in sources:
+            found = REFERENCE.fullmatch(source)
+            if not found:
+                raise PipelineError(f"{self.where}: in.{self.port} = {text!r}: {source!r} is no reference like \"adjust.trajectory\"")
+            if found["job"] not in jobs:
+                raise PipelineError(f"{self.where}: in.{self.port}: no job '{found['job']}'")
+        return next((source for source in sources if not jobs[source.split(".")[0]]), sources[-1])
 
 
 class Job:
@@ -67,7 +72,7 @@ class Job:
         self.when = table.get("when")
         self.goal = table.get("goal", "map")
         self.folder = table.get("folder", name)
-        self.inputs = [Input(port, text, where(f"in.{port}"), jobs) for port, text in table.get("in", {}).items()]
+        self.inputs = [Input(port, text, where, jobs) for port, text in table.get("in", {}).items()]
         self.outputs, self.beside = dict(table.get("out", {})), dict(table.get("beside", {}))
         self.finds = [tuple(text.split(".", 1)) for text in table.get("finds", [])]
         self.kB_per_frame = table.get("kB_per_frame", 0)
