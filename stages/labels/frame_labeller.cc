@@ -66,4 +66,11 @@ FrameLabeller MakeLabeller(const SegmentationModel& model,
   };
 }
 
+std::function<ColorImage(const FrameRecord&)> MakeColorReader(
+    const std::vector<RgbdCamera>& cameras, const std::filesystem::path& data_root) {
+  return [=](const FrameRecord& frame) {
+    return LoadColor(frame, cameras.at(static_cast<std::size_t>(frame.camera_idx)), data_root);
+  };
+}
+
 }  // namespace nightmap

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 #include "pipeline/io/frames_io.h"
@@ -21,5 +22,9 @@ void CheckModel(const std::filesystem::path& model);
 FrameLabeller MakeLabeller(const SegmentationModel& model,
                            const std::vector<RgbdCamera>& cameras,
                            const std::filesystem::path& data_root);
+
+// Reads the pictures that such a network sees.
+std::function<ColorImage(const FrameRecord&)> MakeColorReader(
+    const std::vector<RgbdCamera>& cameras, const std::filesystem::path& data_root);
 
 }  // namespace nightmap

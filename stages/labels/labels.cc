@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/io/frame_failure.h"
 #include "pipeline/io/frame_reader.h"
+#include "stages/labels/flow_follower.h"
 
 namespace nightmap {
 namespace {
@@ -67,6 +69,52 @@ std::vector<double> ClassShares(const LabelImage& labels, std::size_t num_classe
   return shares;
 }
 
+struct LabelledFrame {
+  PackedLabels labels = {};
+  PackedMask mask = {};
+  std::vector<double> class_shares = {};
+  std::string failure = {};  // the reason, and the rest is empty
+};
+
+LabelledFrame Label(const LabelsOptions& options,
+                    const LabelsInput& input,
+                    const FrameRecord& frame) {
+  LabelledFrame result;
+  result.failure = FrameFailure(frame.color.path, [&] {
+    const Segmentation segmentation = input.label(frame);
+    result.labels = PackLabels(frame.frame_idx, frame.time_ns, segmentation);
+    result.mask = PackMask(frame.time_ns, MovingMask(segmentation, input.classes, options.mask));
+    result.class_shares = ClassShares(segmentation.labels, input.classes.names.size());
+  });
+  return result;
+}
+
+// Labels the first frame of a stretch, and those after it to which no labelled one can be followed.
+std::vector<LabelledFrame> LabelStretch(const LabelsOptions& options,
+                                        const LabelsInput& input,
+                                        const Stretch& stretch) {
+  std::vector<LabelledFrame> labelled;
+  FlowFollower follower(input.cameras);
+  for (std::size_t i = stretch.begin; i < stretch.end; ++i) {
+    const FrameRecord& frame = input.frames[i];
+    ColorImage color;
+    std::string failure;
+    if (stretch.end > stretch.begin + 1) {
+      failure = FrameFailure(frame.color.path, [&] { color = input.color(frame); });
+    }
+    if (!failure.empty()) {
+      labelled.push_back({.failure = failure});
+      continue;
+    }
+    if (i > stretch.begin && follower.Follows(frame, color)) continue;
+    labelled.push_back(Label(options, input, frame));
+    if (labelled.back().failure.empty() && !color.pixels.empty()) {
+      follower.Start(frame, color, UnpackMask(labelled.back().mask));
+    }
+  }
+  return labelled;
+}
+
 }  // namespace
 
 std::vector<std::size_t> FramesToLabel(const LabelsOptions& options,
@@ -83,37 +131,28 @@ std::vector<std::size_t> FramesToLabel(const LabelsOptions& options,
 }
 
 LabelsResult RunLabels(const LabelsOptions& options,
-                       const std::vector<FrameRecord>& frames,
-                       const std::vector<std::size_t>& chosen,
-                       const LabelClasses& classes,
-                       const FrameLabeller& label,
+                       const LabelsInput& input,
                        int num_threads,
                        Progress& progress) {
-  std::vector<PackedLabels> packed(chosen.size());
-  std::vector<PackedMask> masks(chosen.size());
-  std::vector<std::vector<double>> shares(chosen.size());
-  std::vector<std::string> failures(chosen.size());
-  progress.Start(chosen.size());
-  ParallelFor(chosen.size(), num_threads, [&](std::size_t i) {
-    const FrameRecord& frame = frames[chosen[i]];
-    failures[i] = FrameFailure(frame.color.path, [&] {
-      const Segmentation segmentation = label(frame);
-      packed[i] = PackLabels(frame.frame_idx, frame.time_ns, segmentation);
-      masks[i] = PackMask(frame.time_ns, MovingMask(segmentation, classes, options.mask));
-      shares[i] = ClassShares(segmentation.labels, classes.names.size());
-    });
+  const std::size_t num_chosen = input.chosen.size();
+  std::vector<std::vector<LabelledFrame>> labelled(num_chosen);  // from each chosen one to the next
+  progress.Start(num_chosen);
+  ParallelFor(num_chosen, num_threads, [&](std::size_t i) {
+    const std::size_t first = input.chosen[i];
+    const bool is_last = i + 1 == num_chosen || !input.color;
+    labelled[i] = LabelStretch(options, input, {first, is_last ? first + 1 : input.chosen[i + 1]});
     progress.Advance();
   });
   LabelsResult result;
-  result.num_to_label = chosen.size();
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (!failures[i].empty()) {
-      result.skipped.push_back(failures[i]);
+  for (LabelledFrame& frame : labelled | std::views::join) {
+    ++result.num_to_label;
+    if (!frame.failure.empty()) {
+      result.skipped.push_back(std::move(frame.failure));
       continue;
     }
-    result.frames.push_back(std::move(packed[i]));
-    result.masks.push_back(std::move(masks[i]));
-    result.class_shares.push_back(std::move(shares[i]));
+    result.frames.push_back(std::move(frame.labels));
+    result.masks.push_back(std::move(frame.mask));
+    result.class_shares.push_back(std::move(frame.class_shares));
   }
   return result;
 }

@@ -23,10 +23,12 @@ struct LabelsOptions {
   double max_failed_ratio = 0.2;
 
   void Register(OptionList& list) {
-    list.Add("every_n",
-             &every_n,
-             Range(0, 1e6),
-             "labels every n-th frame, and the last; 0: n from the frame rate");
+    list.Add(
+        "every_n",
+        &every_n,
+        Range(0, 1e6),
+        "labels every n-th frame, the last, and those between where features would be lost; 0: n "
+        "from the frame rate");
     list.Add("labelled_rate_hz",
              &labelled_rate_hz,
              Range(0.01, 1000),
@@ -51,6 +53,17 @@ std::vector<std::size_t> FramesToLabel(const LabelsOptions& options,
 // exception that FrameFailure catches fails this frame only.
 using FrameLabeller = std::function<Segmentation(const FrameRecord&)>;
 
+struct LabelsInput {
+  std::vector<FrameRecord> frames;
+  std::vector<std::size_t> chosen;  // indices in frames of those to label in any case, ascending
+  std::vector<RgbdCamera> cameras;
+  LabelClasses classes;
+  FrameLabeller label = {};
+  // Reads the picture of a frame; may throw as `label`. With it, the frames between the chosen ones
+  // are looked at, too.
+  std::function<ColorImage(const FrameRecord&)> color = {};
+};
+
 struct LabelsResult {
   std::vector<PackedLabels> frames;  // those that were labelled, in order
   std::vector<PackedMask> masks;     // of the same frames
@@ -60,12 +73,10 @@ struct LabelsResult {
   std::vector<std::string> skipped;  // reasons, in frame order
 };
 
-// Labels the frames `chosen`. Deterministic at any number of threads as far as `label` is.
+// Labels the chosen frames, and those between them to which the features of the labelled frame
+// before cannot be followed. Deterministic at any number of threads as far as `label` is.
 LabelsResult RunLabels(const LabelsOptions& options,
-                       const std::vector<FrameRecord>& frames,
-                       const std::vector<std::size_t>& chosen,
-                       const LabelClasses& classes,
-                       const FrameLabeller& label,
+                       const LabelsInput& input,
                        int num_threads,
                        Progress& progress);
 

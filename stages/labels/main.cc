@@ -28,21 +28,21 @@ int main(int argc, char** argv) {
     const SegmentationModel model = ReadSegmentationModel(context.Input("model"));
     if (model.HasNetwork()) context.AddInput(model.network, context.Input("model"));
     auto frames = ReadFrames(context.Input("frames"));
-    const auto cameras = ReadCameras(context.Input("cameras"), frames);
-    const LabelClasses classes{model.classes, model.moving, model.palette};
-    const LabelsResult result = RunLabels(options,
-                                          frames,
-                                          FramesToLabel(options, model, frames),
-                                          classes,
-                                          MakeLabeller(model, cameras, context.Input("data")),
-                                          context.NumThreads(),
-                                          context.GetProgress());
+    LabelsInput input{.frames = frames,
+                      .chosen = FramesToLabel(options, model, frames),
+                      .cameras = ReadCameras(context.Input("cameras"), frames),
+                      .classes = {model.classes, model.moving, model.palette}};
+    const std::filesystem::path data_root = context.Input("data");
+    input.label = MakeLabeller(model, input.cameras, data_root);
+    if (model.HasNetwork()) input.color = MakeColorReader(input.cameras, data_root);
+    const LabelsResult result =
+        RunLabels(options, input, context.NumThreads(), context.GetProgress());
     for (const std::string& reason : result.skipped) context.Skip(reason);
     context.CheckSkipped(result.num_to_label, options.max_failed_ratio);
-    WriteLabels(context.Output("labels"), {classes, result.frames}, context.ConfigToml());
+    WriteLabels(context.Output("labels"), {input.classes, result.frames}, context.ConfigToml());
     WriteMasks(context.Output("masks"), result.masks, context.ConfigToml());
     NameMasks(result.masks, context.FinalPath("masks").filename().string(), &frames);
     WriteFile(context.Output("frames"), FramesToCsv(frames));
-    ReportLabels(result, classes, frames.size(), &context.Report());
+    ReportLabels(result, input.classes, frames.size(), &context.Report());
   });
 }

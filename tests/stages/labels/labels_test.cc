@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/labels/labels.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "pipeline/base/error.h"
+#include "pipeline/base/random.h"
 #include "pipeline/io/frame_reader.h"
 #include "stages/labels/frame_labeller.h"
 #include "stages/labels/report_labels.h"
@@ -77,8 +81,14 @@ LabelsResult LabelTwelve(const FrameLabeller& label, int num_threads) {
   options.every_n = 2;
   Progress progress("labels");
   const auto frames = Sequence(12, 30);
-  const auto chosen = FramesToLabel(options, kNetwork, frames);
-  return RunLabels(options, frames, chosen, kClasses, label, num_threads, progress);
+  return RunLabels(options,
+                   {.frames = frames,
+                    .chosen = FramesToLabel(options, kNetwork, frames),
+                    .cameras = {},
+                    .classes = kClasses,
+                    .label = label},
+                   num_threads,
+                   progress);
 }
 
 TEST(RunLabels, GivesTheSameAtAnyNumberOfThreads) {
@@ -107,6 +117,62 @@ TEST(RunLabels, AFrameThatFailsIsLeftOutAndSaid) {
   ASSERT_EQ(result.masks.size(), 6U);
   EXPECT_EQ(result.masks[1].time_ns, result.frames[1].time_ns);
   EXPECT_THAT(result.skipped, testing::ElementsAre(testing::HasSubstr("103.png: truncated")));
+}
+
+// A smooth pattern by chance; another from a shift of 500 px on.
+ColorImage Waves(int shift_px) {
+  Random random(shift_px < 500 ? 1 : 2);
+  std::vector<Eigen::Vector3d> waves;
+  for (int i = 0; i < 40; ++i) {
+    waves.push_back({random.Uniform(-0.5, 0.5), random.Uniform(-0.5, 0.5), random.Uniform(0, 6.3)});
+  }
+  ColorImage image{160, 120, 3, std::vector<std::uint8_t>(160UL * 120 * 3)};
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      double sum = 0;
+      for (const auto& wave : waves) sum += std::sin(wave.dot(Eigen::Vector3d(x + shift_px, y, 1)));
+      const auto gray = static_cast<std::uint8_t>(std::clamp(128 + 16 * sum, 0.0, 255.0));
+      for (int k = 0; k < 3; ++k) image.At(x, y, k) = gray;
+    }
+  }
+  return image;
+}
+
+// Labels the first and the last of 9 frames whose camera pans by 1 px, or jumps once, and those
+// that it must between.
+std::vector<int> LabelledOfPan(int jump_at, int failing, int num_threads) {
+  LabelsInput input{
+      .frames = Sequence(9, 30), .chosen = {0, 8}, .cameras = {}, .classes = kClasses};
+  input.cameras.resize(1);
+  input.cameras[0].color = Camera{160, 120, 150, 150, 79.5, 59.5};
+  input.label = [&](const FrameRecord& frame) {
+    if (frame.frame_idx == failing) throw DataError("truncated");
+    return Segmentation{{160, 120, 1, std::vector<std::uint8_t>(160UL * 120)},
+                        {160, 120, 1, std::vector<std::uint8_t>(160UL * 120, 200)}};
+  };
+  input.color = [&](const FrameRecord& frame) {
+    const int i = frame.frame_idx - 101;
+    return Waves(i + (i >= jump_at ? 500 : 0));
+  };
+  Progress progress("labels");
+  std::vector<int> labelled;
+  for (const auto& frame : RunLabels({}, input, num_threads, progress).frames) {
+    labelled.push_back(frame.frame_idx);
+  }
+  return labelled;
+}
+
+TEST(RunLabels, LabelsBetweenWhereTheFeaturesAreLost) {
+  using testing::ElementsAre;
+  EXPECT_THAT(LabelledOfPan(9, 0, 1), ElementsAre(101, 109));
+  EXPECT_THAT(LabelledOfPan(4, 0, 1), ElementsAre(101, 105, 109));
+  EXPECT_THAT(LabelledOfPan(4, 0, 2), ElementsAre(101, 105, 109));
+}
+
+TEST(RunLabels, TheFrameAfterOneThatFailsIsLabelled) {
+  using testing::ElementsAre;
+  EXPECT_THAT(LabelledOfPan(9, 101, 1), ElementsAre(102, 109));
+  EXPECT_THAT(LabelledOfPan(4, 105, 1), ElementsAre(101, 106, 109));
 }
 
 // Confidence 200 of 255 counts as sure; the margin of 6 rows below is masked, too.
