@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
@@ -115,6 +114,19 @@ std::vector<LabelledFrame> LabelStretch(const LabelsOptions& options,
   return labelled;
 }
 
+void Append(std::vector<LabelledFrame> labelled, LabelsResult* result) {
+  for (LabelledFrame& frame : labelled) {
+    ++result->num_to_label;
+    if (!frame.failure.empty()) {
+      result->skipped.push_back(std::move(frame.failure));
+      continue;
+    }
+    result->frames.push_back(std::move(frame.labels));
+    result->masks.push_back(std::move(frame.mask));
+    result->class_shares.push_back(std::move(frame.class_shares));
+  }
+}
+
 }  // namespace
 
 std::vector<std::size_t> FramesToLabel(const LabelsOptions& options,
@@ -144,16 +156,7 @@ LabelsResult RunLabels(const LabelsOptions& options,
     progress.Advance();
   });
   LabelsResult result;
-  for (LabelledFrame& frame : labelled | std::views::join) {
-    ++result.num_to_label;
-    if (!frame.failure.empty()) {
-      result.skipped.push_back(std::move(frame.failure));
-      continue;
-    }
-    result.frames.push_back(std::move(frame.labels));
-    result.masks.push_back(std::move(frame.mask));
-    result.class_shares.push_back(std::move(frame.class_shares));
-  }
+  for (std::vector<LabelledFrame>& stretch : labelled) Append(std::move(stretch), &result);
   return result;
 }
 
