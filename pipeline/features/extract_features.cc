@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/features2d.hpp>
 #include <tuple>
+#include <utility>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/masked_pixels.h"
@@ -17,6 +18,9 @@ namespace {
 constexpr int kOrbPatch_px = 31;
 constexpr int kBriskPatch_px = 12;
 constexpr int kMaskedExcess = 2;  // a mask takes some of the keypoints away, at its edges above all
+// What a mask leaves may be a bare wall. With fewer keypoints the pose of a frame hangs by a few.
+constexpr int kFew = 300;
+constexpr int kWeaker = 3;
 
 bool IsFast(const ExtractionOptions& options) { return options.detector.starts_with("fast_"); }
 
@@ -111,6 +115,30 @@ void AppendRootSift(const cv::Mat& descriptors, std::vector<std::uint8_t>* bytes
   }
 }
 
+// The strongest keypoints outside of the mask, and a row of descriptors for each.
+std::pair<std::vector<cv::KeyPoint>, cv::Mat> Detect(const cv::Mat& image,
+                                                     const ExtractionOptions& options,
+                                                     const GrayImage& moving) {
+  const int num_kept = (moving.pixels.empty() ? 1 : kMaskedExcess) * options.num_features;
+  const auto describer = MakeDescriber(options, num_kept);
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  if (IsFast(options)) keypoints = FastCorners(image, options);
+  // One call, because detect() and compute() would each build the image pyramid.
+  describer->detectAndCompute(image, cv::noArray(), keypoints, descriptors, IsFast(options));
+  CentreOnPixels(options.Kind(), &keypoints);
+  KeepStrongest(options.num_features, moving, &keypoints, &descriptors);
+  return {std::move(keypoints), descriptors};
+}
+
+// Finds keypoints of less contrast, up to the number that is enough.
+ExtractionOptions Weaker(ExtractionOptions options) {
+  options.sift_contrast_threshold /= kWeaker;
+  options.fast_threshold = std::max(1, options.fast_threshold / kWeaker);
+  options.num_features = std::min(options.num_features, kFew);
+  return options;
+}
+
 void AppendBinary(const cv::Mat& descriptors, std::vector<std::uint8_t>* bytes) {
   for (int row = 0; row < descriptors.rows; ++row) {
     const std::uint8_t* values = descriptors.ptr<std::uint8_t>(row);
@@ -203,15 +231,10 @@ FrameFeatures ExtractFeatures(const ColorImage& color,
                               const GrayImage& moving) {
   GrayImage gray = ToGray(color);
   const cv::Mat image(gray.height, gray.width, CV_8UC1, gray.pixels.data());
-  const int num_kept = (moving.pixels.empty() ? 1 : kMaskedExcess) * options.num_features;
-  const auto describer = MakeDescriber(options, num_kept);
-  std::vector<cv::KeyPoint> keypoints;
-  cv::Mat descriptors;
-  if (IsFast(options)) keypoints = FastCorners(image, options);
-  // One call, because detect() and compute() would each build the image pyramid.
-  describer->detectAndCompute(image, cv::noArray(), keypoints, descriptors, IsFast(options));
-  CentreOnPixels(options.Kind(), &keypoints);
-  KeepStrongest(options.num_features, moving, &keypoints, &descriptors);
+  auto [keypoints, descriptors] = Detect(image, options, moving);
+  if (!moving.pixels.empty() && static_cast<int>(keypoints.size()) < kFew) {
+    std::tie(keypoints, descriptors) = Detect(image, Weaker(options), moving);
+  }
 
   FrameFeatures features;
   for (const cv::KeyPoint& keypoint : keypoints) {

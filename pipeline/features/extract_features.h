@@ -29,7 +29,8 @@ struct ExtractionOptions {
 
 // Features of a color image without depth (depths_m all 0). Deterministic; one thread. Keypoints
 // are undistorted with `camera` and sorted by response (strongest first, ties by position). None
-// lies in `moving`, a mask of the picture's size; those elsewhere fill the number.
+// lies in `moving`, a mask of the picture's size; those elsewhere fill the number. Where a mask
+// leaves fewer than 300, keypoints of a third of the contrast are taken, too, up to that number.
 FrameFeatures ExtractFeatures(const ColorImage& color,
                               const Camera& camera,
                               const ExtractionOptions& options,

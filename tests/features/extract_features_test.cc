@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/features/extract_features.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
@@ -46,6 +47,23 @@ ColorImage Dots(int shift_px) {
     AddDot({x, y}, sigma_px, height, &image);
   }
   return image;
+}
+
+// A mask over the strong dots, which leaves the faint ones of a wall.
+TEST(ExtractFeatures, WeakOnesCountWhereAMaskLeavesFew) {
+  ColorImage image = Gray();
+  GrayImage moving{kWidth, kHeight, 1, std::vector<std::uint8_t>(kWidth * kHeight)};
+  for (int y = 40; y < 220; y += 30) {
+    for (int x = 30; x < 300; x += 30) AddDot({x, y}, 3, x < 160 ? 80 : 9, &image);
+    for (int v = y - 15; v < y + 15; ++v) std::fill_n(&moving.At(0, v), 160, 255);
+  }
+  const auto num_right = [&](const GrayImage& mask) {
+    const FrameFeatures features = ExtractFeatures(image, kCamera, {}, mask);
+    return std::ranges::count_if(features.raw_keypoints_px,
+                                 [](const auto& p) { return p.x() > 165; });
+  };
+  EXPECT_EQ(num_right({}), 0);
+  EXPECT_GE(num_right(moving), 20);
 }
 
 TEST(ExtractFeatures, ABlankImageHasNone) {
