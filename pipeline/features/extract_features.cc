@@ -22,6 +22,10 @@ constexpr int kMaskedExcess = 2;  // a mask takes some of the keypoints away, at
 constexpr int kFew = 300;
 constexpr int kWeaker = 3;
 
+bool IsAnyMasked(const GrayImage& moving) {
+  return std::ranges::any_of(moving.pixels, [](std::uint8_t value) { return value > 0; });
+}
+
 bool IsFast(const ExtractionOptions& options) { return options.detector.starts_with("fast_"); }
 
 // Makes the describer. Except for FAST corners it also detects the keypoints, of which SIFT and ORB
@@ -119,7 +123,7 @@ void AppendRootSift(const cv::Mat& descriptors, std::vector<std::uint8_t>* bytes
 std::pair<std::vector<cv::KeyPoint>, cv::Mat> Detect(const cv::Mat& image,
                                                      const ExtractionOptions& options,
                                                      const GrayImage& moving) {
-  const int num_kept = (moving.pixels.empty() ? 1 : kMaskedExcess) * options.num_features;
+  const int num_kept = (IsAnyMasked(moving) ? kMaskedExcess : 1) * options.num_features;
   const auto describer = MakeDescriber(options, num_kept);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
@@ -232,7 +236,7 @@ FrameFeatures ExtractFeatures(const ColorImage& color,
   GrayImage gray = ToGray(color);
   const cv::Mat image(gray.height, gray.width, CV_8UC1, gray.pixels.data());
   auto [keypoints, descriptors] = Detect(image, options, moving);
-  if (!moving.pixels.empty() && static_cast<int>(keypoints.size()) < kFew) {
+  if (IsAnyMasked(moving) && static_cast<int>(keypoints.size()) < kFew) {
     std::tie(keypoints, descriptors) = Detect(image, Weaker(options), moving);
   }
 

@@ -18,7 +18,7 @@ namespace nightmap {
 
 struct LabelsOptions {
   int every_n = 0;
-  double labelled_rate_hz = 10;
+  double labelled_rate_hz = 9;
   MovingMaskOptions mask;
   double max_failed_ratio = 0.2;
 

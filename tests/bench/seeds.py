@@ -64,7 +64,8 @@ COLUMNS = (
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("sites", nargs="+", help="names of configs/sites/<site>.toml")
+    parser.add_argument("sites", nargs="+", help="names of <site>.toml")
+    parser.add_argument("--site-configs", type=Path, default=CHECKOUT / "configs/sites", help="folder of the sites' configs")
     parser.add_argument("--seeds", type=int, default=5, help="number of seeds, counted from 0 (default 5)")
     parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
     parser.add_argument("--data", default=str(CHECKOUT / "data"), help="folder of the recordings; {seed} in it: one per seed")
@@ -77,10 +78,10 @@ def parse_arguments():
     return arguments
 
 
-def run_make(site, seed, maps, data, settings=(), goal="evaluate"):
+def run_make(site, seed, maps, data, settings=(), goal="evaluate", site_configs=CHECKOUT / "configs/sites"):
     """`settings`: values over the profile, as make's SET takes them."""
     command = ["make", "-C", str(CHECKOUT), goal, f"SITE={site}", f"SEED={seed}",
-               f"MAPS={maps.resolve()}", f"DATA={Path(data.format(seed=seed)).resolve()}"]  # fmt: skip
+               f"SITES={site_configs.resolve()}", f"MAPS={maps.resolve()}", f"DATA={Path(data.format(seed=seed)).resolve()}"]  # fmt: skip
     settings = [*settings, *([f"synthesize.seed={seed}"] if "{seed}" in data else [])]
     if settings:
         command.append("SET=" + " ".join(settings))
@@ -94,7 +95,7 @@ def collect(arguments, site):
     for seed in range(arguments.seeds):
         maps = arguments.maps / f"seed_{seed}"
         if not arguments.no_run:
-            run_make(site, seed, maps, arguments.data)
+            run_make(site, seed, maps, arguments.data, site_configs=arguments.site_configs)
         path = maps / site / "evaluate" / "metrics.json"
         metrics.append(read_json(path))
         for _, dotted, *_ in COLUMNS:

@@ -48,11 +48,11 @@ TEST(FramesToLabel, AreEveryNthAndTheLastOfEachSequence) {
   EXPECT_EQ(FramesToLabel(options, kNetwork, Sequence(1, 30)), (Indices{0}));
 }
 
-TEST(FramesToLabel, AreTenPerSecondByDefault) {
+TEST(FramesToLabel, AreNinePerSecondByDefault) {
   const auto count = [](double rate_hz) {
     return FramesToLabel(LabelsOptions{}, kNetwork, Sequence(61, rate_hz)).size();
   };
-  EXPECT_EQ(count(60), 11U);
+  EXPECT_EQ(count(60), 10U);  // every seventh, and the last
   EXPECT_EQ(count(30), 21U);
   EXPECT_EQ(count(16), 31U);
   EXPECT_EQ(count(10), 61U);
