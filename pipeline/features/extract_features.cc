@@ -22,10 +22,6 @@ constexpr int kMaskedExcess = 2;  // a mask takes some of the keypoints away, at
 constexpr int kFew = 300;
 constexpr int kWeaker = 3;
 
-bool IsAnyMasked(const GrayImage& moving) {
-  return std::ranges::any_of(moving.pixels, [](std::uint8_t value) { return value > 0; });
-}
-
 bool IsFast(const ExtractionOptions& options) { return options.detector.starts_with("fast_"); }
 
 // Makes the describer. Except for FAST corners it also detects the keypoints, of which SIFT and ORB

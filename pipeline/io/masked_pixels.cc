@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/masked_pixels.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -77,8 +78,13 @@ bool IsMasked(const GrayImage& mask, const Eigen::Vector2d& pixel) {
   return x >= 0 && y >= 0 && x < mask.width && y < mask.height && mask.At(x, y) != 0;
 }
 
+bool IsAnyMasked(const GrayImage& mask) {
+  return std::ranges::any_of(mask.pixels, [](std::uint8_t value) { return value > 0; });
+}
+
 void FadeOut(const GrayImage& mask, ColorImage* color) {
   CheckSize(mask, *color);
+  if (!IsAnyMasked(mask)) return;
   const cv::Mat filled = Filled(Unmasked(mask, *color));
   for (int y = 0; y < color->height; ++y) {
     for (int x = 0; x < color->width; ++x) {

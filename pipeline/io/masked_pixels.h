@@ -9,6 +9,7 @@ namespace nightmap {
 
 // Whether the mask holds a keypoint's nearest pixel. An empty mask holds nothing.
 bool IsMasked(const GrayImage& mask, const Eigen::Vector2d& pixel);
+bool IsAnyMasked(const GrayImage& mask);
 
 // Replaces the masked colors by a smooth continuation of those around them, without edges at which
 // features would be found: averages over ever larger squares of what is not masked (the push-pull
