@@ -314,7 +314,8 @@ TEST(SiteConfig, CamerasAndSequencesMustBeThere) {
 // Leaves out configs that a user put into the folder, because a mistake there is no failure of the
 // project.
 TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
-  for (const std::string site : {"freiburg_079",
+  for (const std::string site : {"bonn_crowd",
+                                 "freiburg_079",
                                  "intel",
                                  "building",
                                  "demo",
@@ -323,6 +324,8 @@ TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
                                  "mirror",
                                  "tum_fr1_xyz_15hz",
                                  "tum_fr1_xyz_15hz_queries",
+                                 "tum_fr3_sitting_xyz",
+                                 "tum_fr3_walking_xyz",
                                  "two_floors"}) {
     EXPECT_NO_THROW(ReadSiteConfig("configs/sites/" + site + ".toml")) << site;
   }
