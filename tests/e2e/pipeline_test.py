@@ -4,6 +4,7 @@
 time, what a failed run leaves."""
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -11,8 +12,8 @@ import time
 import unittest
 
 from browser import shown_text
-from stub_site import StubSite
-from workspace import PIPELINE, environment
+from stub_site import SITE, StubSite
+from workspace import PIPELINE, REPOSITORY, environment, read_pipeline
 
 OF_MAP = [job for job in PIPELINE.jobs.values() if job.goal == "map"]
 ASKED = ("map", "plan", "drive")
@@ -107,9 +108,40 @@ class RulesTest(StubTest):
                 self.make(*ASKED, f"SET={self.change_of(program)}", code=2, fails=program)
                 self.make("-q", *ASKED)
 
-    def change_of(self, program):
-        config = (self.site.folder / f"configs/default/{program}.toml").read_text().splitlines()
-        option = next(line for line in config if "=" in line and not line.startswith(("#", "seed")))
+    def test_a_value_of_a_profile_that_is_set_and_taken_back_reruns_nothing(self):
+        for profile in sorted(path.parent.name for path in (self.site.folder / "configs").glob("*/pipeline.toml")):
+            programs = self.use_profile(profile)
+            self.make(*ASKED)
+            for program in programs:
+                change = self.change_of(program, profile)
+                with self.subTest(f"{profile}: {program}"):
+                    self.assertEqual(change is None, program == "import_grid")  # it has no option
+                    if change:
+                        self.make(*ASKED, f"SET={change}", code=2, fails=program)
+                    self.make("-q", *ASKED)
+
+    def use_profile(self, profile):
+        """Gives the site the profile and the files that its jobs import; returns the programs that the profile adds."""
+        configs = self.site.folder / "configs"
+        imported = set(re.findall(r'"import\.(\w+)"', (configs / profile / "pipeline.toml").read_text()))
+        for key in imported:
+            (self.site.folder / "data" / key).write_text("as other systems write it")
+        site = configs / f"sites/{SITE}.toml"
+        text = (REPOSITORY / f"configs/sites/{SITE}.toml").read_text()
+        site.write_text(f'profile = "{profile}"\n{text}[import]\n' + "".join(f'{key} = "{key}"\n' for key in sorted(imported)))
+        programs = set(read_pipeline(str(configs), profile, imported).programs()) - set(PIPELINE.programs())
+        for program in programs:
+            self.site.add_program(program)
+        self.assertTrue(programs, profile)
+        return sorted(programs)
+
+    def change_of(self, program, profile="default"):
+        folders = (self.site.folder / "configs/default", self.site.folder / "configs" / profile / "default")
+        path = next(folder / f"{program}.toml" for folder in folders if (folder / f"{program}.toml").exists())
+        config = path.read_text().splitlines()
+        option = next((line for line in config if "=" in line and not line.startswith(("#", "seed"))), None)
+        if option is None:
+            return None
         key, value = (part.strip() for part in option.partition("#")[0].split("=", 1))
         other = {"true": "false", "false": "true"}.get(value, '"other"' if value.startswith('"') else None)
         return f"{program}.{key}={other or (value.replace('[', '[1, ') if value.startswith('[') else value + '1')}"
