@@ -11,6 +11,12 @@
 
 namespace nightmap {
 
+void MaskOut(GrayImage moving, RgbdImages* images) {
+  FadeOut(moving, &images->color);
+  if (!images->depth.pixels.empty()) RemoveDepth(moving, &images->depth);
+  images->moving = std::move(moving);
+}
+
 using MasksByTime = std::map<std::int64_t, PackedMask>;
 
 // Readers of HDF5 files take turns.
@@ -72,10 +78,8 @@ DepthImage FrameReader::Depth(const FrameRecord& frame, const RgbdCamera& camera
 
 RgbdImages FrameReader::Rgbd(const FrameRecord& frame, const RgbdCamera& camera) const {
   RgbdImages images = LoadRgbd(frame, camera, data_root_);
-  images.moving = Mask(frame);
-  if (images.moving.pixels.empty()) return images;
-  FadeOut(images.moving, &images.color);
-  if (!images.depth.pixels.empty()) RemoveDepth(images.moving, &images.depth);
+  GrayImage moving = Mask(frame);
+  if (!moving.pixels.empty()) MaskOut(std::move(moving), &images);
   return images;
 }
 

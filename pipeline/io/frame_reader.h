@@ -13,6 +13,10 @@ namespace nightmap {
 // The channel of a frame that names its mask: the file of masks that holds it, and its hash.
 constexpr const char* kMaskChannel = "mask";
 
+// Takes what moves out of the pixels of a frame (masked_pixels.h), and notes where it was. Throws
+// DataError when the sizes differ.
+void MaskOut(GrayImage moving, RgbdImages* images);
+
 // Several threads may read at once. Throws as LoadColor and LoadDepth do, and DataError naming file
 // and frame when a mask is missing or of another size.
 class FrameReader {

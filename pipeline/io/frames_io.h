@@ -66,7 +66,7 @@ struct RgbdImages {
   ColorImage color;
   DepthImage depth;  // metres at the color camera's pixels; no pixels when the frame has no depth
   // Where things are that move by themselves, already taken out of color and depth
-  // (masked_pixels.h); empty: nothing is known of them.
+  // (MaskOut in frame_reader.h); empty: nothing is known of them.
   GrayImage moving = {};
 };
 

@@ -5,14 +5,6 @@
 
 namespace nightmap {
 
-void MovingMaskOptions::Register(OptionList& list) {
-  list.Add("min_confidence",
-           &min_confidence,
-           Range(0, 1),
-           "a pixel counts as moving when its class can move and is at least so probable");
-  list.Add("margin_px", &margin_px, Range(0, 100), "widens what moves by so many pixels");
-}
-
 GrayImage MovingMask(const Segmentation& segmentation,
                      const LabelClasses& classes,
                      const MovingMaskOptions& options) {

@@ -2,16 +2,13 @@
 // Where a labelled picture shows what can move by itself, judged by class alone.
 #pragma once
 
-#include "pipeline/base/options.h"
 #include "pipeline/io/labels_io.h"
 
 namespace nightmap {
 
 struct MovingMaskOptions {
-  double min_confidence = 0.3;
+  double min_confidence = 0.3;  // 0 .. 1
   int margin_px = 6;
-
-  void Register(OptionList& list);
 };
 
 // 255 where the label is a class that moves by itself, with enough confidence, and up to margin_px

@@ -25,6 +25,8 @@ struct ModelTable {
   std::vector<double> scale = {1, 1, 1};
   std::string channel_order = "rgb";
   std::vector<std::string> classes, moving, palette;
+  MovingMaskOptions mask;
+  double labelled_rate_hz = 9;
 
   void Register(OptionList& list) {
     list.Add("network", &network, "ONNX file, relative to this file");
@@ -36,6 +38,15 @@ struct ModelTable {
     list.Add("classes", &classes, "names in the order of the network's outputs");
     list.Add("moving", &moving, "names of the classes of things that move by themselves");
     list.Add("palette", &palette, "color per class, \"#rrggbb\"; default: that of PASCAL VOC");
+    list.Add("min_confidence",
+             &mask.min_confidence,
+             {0, 1},
+             "a pixel counts as moving when its class can move and is at least so probable");
+    list.Add("margin_px", &mask.margin_px, {0, 100}, "widens what moves by so many pixels");
+    list.Add("labelled_rate_hz",
+             &labelled_rate_hz,
+             {0.01, 1000},
+             "frames that the network labels per second of a recording, at least");
   }
 };
 
@@ -171,9 +182,9 @@ SegmentationModel ParseSegmentationModel(std::string_view text,
           .mean = PerChannel(table.mean, "mean", lines),
           .scale = PerChannel(table.scale, "scale", lines),
           .is_bgr = table.channel_order == "bgr",
-          .classes = table.classes,
-          .moving = MovingClasses(table, lines),
-          .palette = Palette(table, lines)};
+          .classes = {table.classes, MovingClasses(table, lines), Palette(table, lines)},
+          .mask = table.mask,
+          .labelled_rate_hz = table.labelled_rate_hz};
 }
 
 SegmentationModel ReadSegmentationModel(const std::filesystem::path& path) {

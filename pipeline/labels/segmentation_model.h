@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Describes a segmentation network: the TOML file that a user writes beside an ONNX file.
+// What labels mean and where they come from: the TOML file that a user writes beside an ONNX file.
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <vector>
+
+#include "pipeline/labels/moving_mask.h"
 
 namespace nightmap {
 
@@ -21,10 +21,10 @@ struct SegmentationModel {
   // value is 0 .. 255.
   std::array<double, 3> mean = {0, 0, 0};
   std::array<double, 3> scale = {1, 1, 1};
-  bool is_bgr = false;                    // channel order; otherwise RGB
-  std::vector<std::string> classes = {};  // in the order of the network's outputs; at most 255
-  std::vector<std::uint8_t> moving = {};  // per class, 1: such things move by themselves
-  std::vector<std::array<std::uint8_t, 3>> palette = {};  // RGB per class, for pictures of labels
+  bool is_bgr = false;        // channel order; otherwise RGB
+  LabelClasses classes = {};  // in the order of the network's outputs
+  MovingMaskOptions mask = {};
+  double labelled_rate_hz = 9;  // of a recording, at least
 
   bool HasNetwork() const { return !network.empty(); }
 };

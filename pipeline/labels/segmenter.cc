@@ -86,12 +86,12 @@ void CheckTakesInput(cv::dnn::Net& network, const SegmentationModel& model) {
         model.source,
         model.network.string());
   }
-  if (output.size[1] != static_cast<int>(model.classes.size())) {
+  if (output.size[1] != static_cast<int>(model.classes.names.size())) {
     throw UsageError("{}: the network {} has {} classes, 'classes' names {}: correct 'classes'",
                      model.source,
                      model.network.string(),
                      output.size[1],
-                     model.classes.size());
+                     model.classes.names.size());
   }
 }
 

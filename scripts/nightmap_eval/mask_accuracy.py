@@ -18,7 +18,7 @@ def evaluate(site):
     for row, path, arrays, i in masked_frames(site):
         if not row.get("label_path") or site.data is None:
             continue
-        labels_path = path.with_name(path.name.replace("masks_", "shard_"))
+        labels_path = path.with_name(path.name.replace("masks_", "labels_"))
         moving = np.ravel(read_hdf5(labels_path, "moving")[0]).astype(bool)
         truth = _truth(site.data / row["label_path"])
         labels, _ = labels_at(labels_path, row["time_ns"], mask_of(path, arrays, i).shape)

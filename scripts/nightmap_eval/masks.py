@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Masks of what can move by itself, as the labels job writes them (pipeline/io/masks_io.h), and the labels they were made of."""
+"""Masks of what can move by itself, as the features job writes them (pipeline/io/masks_io.h), and the labels they were made of."""
 
 import zlib
 
@@ -14,11 +14,11 @@ from nightmap_site.script_errors import DataError
 def masked_frames(site):
     """(row of the list of frames, path of the file of masks, its arrays, index in them) of each labelled frame, in order."""
     for name in shard_names(site):
-        path = site.made("labels", "masks", name)
+        path = site.made("features", "masks", name)
         if path is None:
             continue
         arrays = [np.ravel(array) for array in read_hdf5(path, "time_ns", "size_px", "run_offset", "run")]
-        rows = {row["time_ns"]: row for row in read_csv(site.path("labels", "frames", name), ("time_ns", "color_path"))}
+        rows = {row["time_ns"]: row for row in read_csv(site.path("features", "frames", name), ("time_ns", "color_path"))}
         with using(path):
             for i, time_ns in enumerate(arrays[0]):
                 yield rows[str(time_ns)], path, arrays, i

@@ -68,7 +68,7 @@ def _picture(site, frame):
 
 
 def _accuracy(metrics):
-    found = metrics.get("sections", {}).get("labels", {})
+    found = metrics.get("sections", {}).get("features", {})
     if found.get("num_frames_with_truth", 0) == 0:
         return []
     return [html.table(("Masks against the label pictures of the recording", ""), [

@@ -5,58 +5,74 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/io/frame_failure.h"
+#include "pipeline/io/frame_reader.h"
 
 namespace nightmap {
 
 namespace {
 
+bool MayDescribe(const FeaturesInput& input, std::size_t i) {
+  return !input.labelled || input.labelled->CanLabel(i);
+}
+
 // Describes or tracks the frames of one segment in order. A frame that throws is skipped: the next
 // frame is tracked from the last described one, or described.
 class Segment {
  public:
-  Segment(const FeaturesOptions& options, const std::vector<RgbdCamera>& cameras)
-      : options_(options), cameras_(cameras), tracker_(options.tracking) {}
+  Segment(const FeaturesOptions& options, const FeaturesInput& input)
+      : options_(options), input_(input), tracker_(options.tracking) {}
 
-  FrameFeatures Next(const FrameRecord& frame, const RgbdImages& images, bool must_describe) {
-    std::optional<FrameFeatures> tracked;
-    if (!must_describe && frame.camera_idx == camera_idx_) {
-      tracked = tracker_.Track(images.color, CameraOf(frame), frame.frame_idx, images.moving);
-    }
-    FrameFeatures features =
-        tracked
-            ? std::move(*tracked)
-            : ExtractFeatures(images.color, CameraOf(frame), options_.extraction, images.moving);
-    features.frame_idx = frame.frame_idx;
-    LookUpDepth(images.depth, options_.extraction, &features);
-    if (!tracked) tracker_.Start(images.color, CameraOf(frame), features);
-    camera_idx_ = frame.camera_idx;
-    return features;
-  }
-
-  // For a frame that may not be described.
-  FrameFeatures Follow(const FrameRecord& frame, const RgbdImages& images) {
-    FrameFeatures features;
-    features.frame_idx = frame.frame_idx;
-    if (frame.camera_idx != camera_idx_) return features;
-    features = tracker_.TrackFew(images.color, CameraOf(frame), frame.frame_idx);
-    LookUpDepth(images.depth, options_.extraction, &features);
-    return features;
+  FrameFeatures Next(std::size_t i) {
+    const FrameRecord& frame = input_.frames[i];
+    RgbdImages images = input_.load(frame);
+    if (input_.labelled && input_.labelled->IsDue(i)) Label(i, &images);
+    std::optional<FrameFeatures> features = Track(i, images);
+    const bool is_tracked = features.has_value();
+    if (!is_tracked) features = Describe(i, &images);
+    features->frame_idx = frame.frame_idx;
+    LookUpDepth(images.depth, options_.extraction, &*features);
+    if (!is_tracked) Start(i, images.color, *features);
+    return std::move(*features);
   }
 
  private:
-  const Camera& CameraOf(const FrameRecord& frame) const {
-    return cameras_.at(static_cast<std::size_t>(frame.camera_idx)).color;
+  const Camera& CameraOf(std::size_t i) const {
+    return input_.cameras.at(static_cast<std::size_t>(input_.frames[i].camera_idx)).color;
+  }
+
+  // Nothing when the frame must be described.
+  std::optional<FrameFeatures> Track(std::size_t i, const RgbdImages& images) {
+    const FrameRecord& frame = input_.frames[i];
+    const bool is_same_camera = frame.camera_idx == camera_idx_;
+    if (MayDescribe(input_, i)) {
+      const bool is_last = i + 1 == input_.frames.size();
+      if (is_last || !is_same_camera) return std::nullopt;
+      return tracker_.Track(images.color, CameraOf(i), frame.frame_idx, images.moving);
+    }
+    if (!is_same_camera) return FrameFeatures{};
+    return tracker_.TrackFew(images.color, CameraOf(i), frame.frame_idx);
+  }
+
+  // Finds what moves, and takes it out.
+  void Label(std::size_t i, RgbdImages* images) {
+    MaskOut(input_.labelled->Label(i, *images), images);
+  }
+
+  FrameFeatures Describe(std::size_t i, RgbdImages* images) {
+    if (input_.labelled && images->moving.pixels.empty()) Label(i, images);
+    return ExtractFeatures(images->color, CameraOf(i), options_.extraction, images->moving);
+  }
+
+  void Start(std::size_t i, const ColorImage& color, const FrameFeatures& described) {
+    tracker_.Start(color, CameraOf(i), described);
+    camera_idx_ = input_.frames[i].camera_idx;
   }
 
   const FeaturesOptions& options_;
-  const std::vector<RgbdCamera>& cameras_;
+  const FeaturesInput& input_;
   FeatureTracker tracker_;
-  int camera_idx_ = -1;  // of the previous frame
+  int camera_idx_ = -1;  // of the described frame that the tracker follows
 };
-
-bool MayDescribe(const FeaturesInput& input, std::size_t i) {
-  return input.may_describe.empty() || input.may_describe[i];
-}
 
 // First frame of each segment, and the number of frames.
 std::vector<std::size_t> SegmentBounds(const FeaturesInput& input, std::size_t length) {
@@ -88,15 +104,11 @@ FeaturesResult RunFeatures(const FeaturesOptions& options,
   const auto bounds = SegmentBounds(input, static_cast<std::size_t>(options.segment_frames));
   progress.Start(frames.size());
   ParallelFor(bounds.size() - 1, num_threads, [&](std::size_t i) {
-    Segment segment(options, input.cameras);
+    Segment segment(options, input);
     for (std::size_t k = bounds[i]; k < bounds[i + 1]; ++k) {
       result.shard.frames[k].frame_idx = frames[k].frame_idx;
-      failures[k] = FrameFailure(frames[k].color.path, [&] {
-        const RgbdImages images = input.load(frames[k]);
-        const bool is_last = k + 1 == frames.size();
-        result.shard.frames[k] = MayDescribe(input, k) ? segment.Next(frames[k], images, is_last)
-                                                       : segment.Follow(frames[k], images);
-      });
+      failures[k] =
+          FrameFailure(frames[k].color.path, [&] { result.shard.frames[k] = segment.Next(k); });
       progress.Advance();
     }
   });

@@ -11,6 +11,7 @@
 #include "pipeline/base/progress.h"
 #include "pipeline/features/extract_features.h"
 #include "pipeline/features/track_features.h"
+#include "pipeline/labels/labelled_frames.h"
 
 namespace nightmap {
 
@@ -42,8 +43,10 @@ struct FeaturesInput {
   std::vector<FrameRecord> frames;
   std::vector<RgbdCamera> cameras;
   RgbdLoader load;
-  // By frame: whether it may be described, because what moves in it is known. Empty: all may.
-  std::vector<bool> may_describe;
+  // Labels what moves in the frames that are described, and in those that are due; it is left out
+  // of their pixels, and tracks that run into it end. Frames that it cannot label are not
+  // described. May be null: nothing moves.
+  LabelledFrames* labelled = nullptr;
 };
 
 struct FeaturesResult {

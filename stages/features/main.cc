@@ -1,40 +1,66 @@
 // SPDX-License-Identifier: Apache-2.0
 // features: reads the frames of one shard and their pixels; writes keypoints, descriptors, depths.
+// With a model it also writes what can move in the described frames.
+#include <memory>
 #include <opencv2/core/utility.hpp>
+#include <opencv2/core/utils/logger.hpp>
 
-#include "pipeline/io/frame_reader.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/features/features.h"
 #include "stages/features/features_report.h"
 
+namespace {
+
+using namespace nightmap;
+
+StageSpec Spec() {
+  PortSpec model = CheckedPort("model",
+                               "TOML file: classes, and a network in ONNX. What can move is left "
+                               "out of the frames that are described",
+                               CheckModel);
+  model.arity = Arity::kOptional;
+  return {"features",
+          "Describes keypoints in some frames of a shard, and tracks them through the others.",
+          {{"frames", "shard_NNNN.csv of the frames stage"},
+           {"cameras", "cameras.json of the frames stage"},
+           FolderPort("data", "folder to which the paths in the frames file are relative"),
+           model},
+          {{"features", "shard_NNNN.h5: keypoints, descriptors, depths"},
+           {"labels", "labels of the described frames", Arity::kOptional},
+           {"masks", "masks of what can move in them", Arity::kOptional},
+           {"frames", "the list of frames, with these masks", Arity::kOptional}}};
+}
+
+// Null without a model.
+std::unique_ptr<LabelledFrames> MakeLabelled(const std::vector<FrameRecord>& frames,
+                                             StageContext& context) {
+  if (!context.HasInput("model")) return nullptr;
+  const SegmentationModel model = ReadSegmentationModel(context.Input("model"));
+  if (model.HasNetwork()) context.AddInput(model.network, context.Input("model"));
+  return std::make_unique<LabelledFrames>(
+      model, MakeLabeller(model, context.Input("data")), frames);
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  using namespace nightmap;
   cv::setNumThreads(1);  // segments are the unit of parallelism
-  const StageSpec spec{
-      "features",
-      "Describes keypoints in some frames of a shard, and tracks them through the others.",
-      {{"frames", "shard_NNNN.csv of the frames stage"},
-       {"cameras", "cameras.json of the frames stage"},
-       FolderPort("data", "folder to which the paths in the frames file are relative"),
-       {"masks",
-        "shard_NNNN.h5 of masks; a frame without one is not described",
-        Arity::kAnyNumber}},
-      {{"features", "shard_NNNN.h5: keypoints, descriptors, depths"}}};
-  return StageMain(argc, argv, spec, FeaturesOptions{}, [](const auto& options, auto& context) {
-    const FrameReader reader(context.Input("data"), context.Inputs("masks"));
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // errors are ours
+  return StageMain(argc, argv, Spec(), FeaturesOptions{}, [](const auto& options, auto& context) {
     FeaturesInput input;
     input.frames = ReadFrames(context.Input("frames"));
     input.cameras = ReadCameras(context.Input("cameras"), input.frames);
-    for (const FrameRecord& frame : input.frames) {
-      input.may_describe.push_back(reader.MayUse(frame));
-    }
-    input.load = [&](const FrameRecord& frame) {
-      return reader.Rgbd(frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)));
+    input.load = [&, data_root = context.Input("data")](const FrameRecord& frame) {
+      return LoadRgbd(
+          frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)), data_root);
     };
+    const auto labelled = MakeLabelled(input.frames, context);
+    input.labelled = labelled.get();
     const auto result = RunFeatures(options, input, context.NumThreads(), context.GetProgress());
     for (const std::string& reason : result.skipped) context.Skip(reason);
     context.CheckSkipped(input.frames.size(), options.max_failed_ratio);
     WriteFeatures(context.Output("features"), result.shard, context.ConfigToml());
     context.Report().update(Summarize(result.shard));
+    if (labelled) labelled->Write(context);
   });
 }

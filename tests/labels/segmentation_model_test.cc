@@ -29,21 +29,38 @@ TEST(SegmentationModel, IsReadAsWritten) {
   EXPECT_EQ(model.mean, (std::array<double, 3>{127.5, 127.5, 127.5}));
   EXPECT_EQ(model.scale, (std::array<double, 3>{127.5, 127.5, 127.5}));
   EXPECT_FALSE(model.is_bgr);
-  EXPECT_EQ(model.classes, (std::vector<std::string>{"background", "person", "dog"}));
-  EXPECT_EQ(model.moving, (std::vector<std::uint8_t>{0, 1, 1}));
+  EXPECT_EQ(model.classes.names, (std::vector<std::string>{"background", "person", "dog"}));
+  EXPECT_EQ(model.classes.moving, (std::vector<std::uint8_t>{0, 1, 1}));
   EXPECT_TRUE(Parse(Replaced("\"rgb\"", "\"bgr\"")).is_bgr);
 }
 
 TEST(SegmentationModel, ThePaletteIsThatOfPascalVocUnlessGiven) {
   const SegmentationModel model = Parse(kTinyModel);
-  EXPECT_EQ(model.palette, (std::vector<Color>{{0, 0, 0}, {128, 0, 0}, {0, 128, 0}}));
+  EXPECT_EQ(model.classes.palette, (std::vector<Color>{{0, 0, 0}, {128, 0, 0}, {0, 128, 0}}));
   std::string names = "\"dog\"";
   for (int i = 3; i < 15; ++i) names += ", \"" + std::to_string(i) + "\"";
   const SegmentationModel voc = Parse(Replaced("\"dog\"]", names + ", \"fifteen\"]"));
-  EXPECT_EQ(voc.palette.at(15), (Color{192, 128, 128}));
+  EXPECT_EQ(voc.classes.palette.at(15), (Color{192, 128, 128}));
   const std::string given =
       std::string(kTinyModel) + "palette = [\"#000000\", \"#ff8001\", \"#0A0b0C\"]\n";
-  EXPECT_EQ(Parse(given).palette, (std::vector<Color>{{0, 0, 0}, {255, 128, 1}, {10, 11, 12}}));
+  EXPECT_EQ(Parse(given).classes.palette,
+            (std::vector<Color>{{0, 0, 0}, {255, 128, 1}, {10, 11, 12}}));
+}
+
+TEST(SegmentationModel, SaysHowSureAMaskIsAndHowWide) {
+  const MovingMaskOptions by_default = Parse(kTinyModel).mask;
+  EXPECT_EQ(by_default.min_confidence, 0.3);
+  EXPECT_EQ(by_default.margin_px, 6);
+  const std::string text = kTinyModel;
+  const MovingMaskOptions given = Parse(text + "min_confidence = 0.5\nmargin_px = 0\n").mask;
+  EXPECT_EQ(given.min_confidence, 0.5);
+  EXPECT_EQ(given.margin_px, 0);
+  NIGHTMAP_EXPECT_ERROR(UsageError,
+                        Parse(text + "min_confidence = 2.5\n"),
+                        "m.toml:9: min_confidence = 2.5 is out of range; give 0 .. 1");
+  NIGHTMAP_EXPECT_ERROR(UsageError, Parse(text + "margin_px = -1\n"), "m.toml:9: margin_px = -1");
+  EXPECT_EQ(Parse(text).labelled_rate_hz, 9);
+  EXPECT_EQ(Parse(text + "labelled_rate_hz = 2.5\n").labelled_rate_hz, 2.5);
 }
 
 TEST(SegmentationModel, MistakesAreNamedWithFileLineAndRemedy) {
@@ -88,7 +105,7 @@ TEST(SegmentationModel, ANetworkMayBeMissing) {
       folder.Write("classes.toml", "classes = [\"floor\", \"person\"]\nmoving = [\"person\"]\n");
   const SegmentationModel model = ReadSegmentationModel(path);
   EXPECT_FALSE(model.HasNetwork());
-  EXPECT_EQ(model.moving, (std::vector<std::uint8_t>{0, 1}));
+  EXPECT_EQ(model.classes.moving, (std::vector<std::uint8_t>{0, 1}));
   EXPECT_TRUE(Parse(kTinyModel).HasNetwork());
 }
 

@@ -32,7 +32,7 @@ class FeaturesTest : public testing::Test {
   }
   FeaturesResult Extract(int num_threads, const FeaturesOptions& options = {}) const {
     Progress progress("features", false);
-    return RunFeatures(options, {frames_, cameras_, Load, {}}, num_threads, progress);
+    return RunFeatures(options, {frames_, cameras_, Load}, num_threads, progress);
   }
 
   std::vector<RgbdCamera> cameras_{RgbdCamera{}};
@@ -58,7 +58,7 @@ TEST_F(FeaturesTest, FramesWithoutDepthHaveTheSameFeatures) {
     return images;
   };
   Progress progress("features", false);
-  const auto without = RunFeatures({}, {frames_, cameras_, load, {}}, 1, progress);
+  const auto without = RunFeatures({}, {frames_, cameras_, load}, 1, progress);
   const auto with = Extract(1);
   EXPECT_EQ(without.skipped, with.skipped);
   for (std::size_t i = 0; i < 6; ++i) {
@@ -91,7 +91,7 @@ TEST_F(FeaturesTest, AnExceptionIsOfItsFrameAloneAtAnyNumberOfThreads) {
   options.segment_frames = 3;
   const auto run = [&](int num_threads) {
     Progress progress("features", false);
-    return RunFeatures(options, {frames_, cameras_, load, {}}, num_threads, progress);
+    return RunFeatures(options, {frames_, cameras_, load}, num_threads, progress);
   };
   const FeaturesResult one = run(1), four = run(4);
   ASSERT_EQ(one.skipped.size(), 3U);
@@ -131,7 +131,7 @@ TEST_F(FeaturesTest, DescribesTheFirstOfASegmentAndTheLastAndTracksBetween) {
   options.segment_frames = 4;
   Progress progress("features", false);
   const auto run = [&](int num_threads) {
-    return RunFeatures(options, {frames_, cameras_, LoadMoving, {}}, num_threads, progress)
+    return RunFeatures(options, {frames_, cameras_, LoadMoving}, num_threads, progress)
         .shard.frames;
   };
   const auto frames = run(1), again = run(2);
@@ -161,7 +161,7 @@ TEST_F(FeaturesTest, TheFollowersOfAFailedFrameAreNotLost) {
     return images;
   };
   Progress progress("features", false);
-  const auto result = RunFeatures({}, {frames_, cameras_, load, {}}, 1, progress);
+  const auto result = RunFeatures({}, {frames_, cameras_, load}, 1, progress);
   EXPECT_EQ(result.skipped.size(), 2U);
   const std::vector<int> references = {-1, -1, 31, -1, 31, -1};
   for (std::size_t i = 0; i < 6; ++i) {
@@ -175,25 +175,50 @@ TEST_F(FeaturesTest, AFrameOfAnotherCameraIsDescribed) {
   cameras_.push_back(cameras_[0]);
   for (std::size_t i = 3; i < 6; ++i) frames_[i].camera_idx = 1;
   Progress progress("features", false);
-  const auto frames =
-      RunFeatures({}, {frames_, cameras_, LoadMoving, {}}, 1, progress).shard.frames;
+  const auto frames = RunFeatures({}, {frames_, cameras_, LoadMoving}, 1, progress).shard.frames;
   EXPECT_FALSE(frames[2].IsDescribed());
   EXPECT_TRUE(frames[3].IsDescribed());
   EXPECT_EQ(frames[4].reference_frame_idx, 33);
 }
 
-// Every third frame has a mask of what moves.
-TEST_F(FeaturesTest, OnlyFramesWithAMaskAreDescribed) {
+// A model whose labels are pictures: the frames of `has_label` have one.
+SegmentationModel WithPictures() {
+  return {.source = "m.toml", .classes = {{"wall", "person"}, {0, 1}, {}}};
+}
+
+// Frames are labelled at that rate even if they bring nothing new.
+SegmentationModel WithNetwork(double rate_hz) {
+  SegmentationModel model = WithPictures();
+  model.network = "network.onnx";
+  model.labelled_rate_hz = rate_hz;
+  return model;
+}
+
+// A person is left of a column; in none of the pictures where that is 0.
+FrameLabeller PersonLeftOf(int column) {
+  return [=](const FrameRecord&, const RgbdImages& images) {
+    Segmentation labels{{160, 120, 1, {}},
+                        {160, 120, 1, std::vector<std::uint8_t>(160 * 120, 255)}};
+    for (int i = 0; i < 160 * 120; ++i) labels.labels.pixels.push_back(i % 160 < column);
+    EXPECT_EQ(images.color.pixels.size(), 160U * 120 * 3);
+    EXPECT_TRUE(images.moving.pixels.empty());
+    return labels;
+  };
+}
+
+// Every third frame has a label picture.
+TEST_F(FeaturesTest, OnlyFramesThatCanBeLabelledAreDescribed) {
   for (int i = 6; i < 14; ++i) {
     frames_.push_back({i + 30, i, 0, 0, {std::to_string(i), "h"}, {"d", "h"}, {}});
   }
-  FeaturesInput input{frames_, cameras_, LoadMoving, {}};
-  for (std::size_t i = 0; i < frames_.size(); ++i) input.may_describe.push_back(i % 3 == 1);
+  for (std::size_t i = 1; i < frames_.size(); i += 3) frames_[i].others[kLabelChannel] = {"l", "h"};
+  LabelledFrames labelled(WithPictures(), PersonLeftOf(0), frames_);
   FeaturesOptions options;
   options.segment_frames = 4;
   options.tracking.max_gap_frames = 2;
   Progress progress("features", false);
-  const auto frames = RunFeatures(options, input, 2, progress).shard.frames;
+  const auto frames =
+      RunFeatures(options, {frames_, cameras_, LoadMoving, &labelled}, 2, progress).shard.frames;
   // 34 and 40 begin segments; 37 and 43 come after the longest gap.
   const std::vector<int> references = {-1, -1, 31, 31, -1, 34, 34, -1, 37, 37, -1, 40, 40, -1};
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -201,56 +226,103 @@ TEST_F(FeaturesTest, OnlyFramesWithAMaskAreDescribed) {
     EXPECT_EQ(frames[i].NumFeatures() > 0, i > 0) << i;
     EXPECT_EQ(frames[i].descriptors.empty(), i % 3 != 1) << i;
   }
+  EXPECT_EQ(labelled.Masks().size(), 5U);
 }
 
-// A frame between that shows something else is not described without a mask.
-TEST_F(FeaturesTest, AFrameWithoutAMaskKeepsTheFewThatAreFound) {
+// A frame between that shows something else is not described without a label picture.
+TEST_F(FeaturesTest, AFrameThatCannotBeLabelledKeepsTheFewThatAreFound) {
   const auto load = [](const FrameRecord& frame) {
     return frame.frame_idx == 32 ? Load({0, 0, 0, 0, {}, {}, {}}) : LoadMoving(frame);
   };
-  FeaturesInput input{frames_, cameras_, load, {true, true, false, true, true, true}};
+  for (const std::size_t i : {0U, 1U, 3U, 4U, 5U}) frames_[i].others[kLabelChannel] = {"l", "h"};
+  LabelledFrames labelled(WithPictures(), PersonLeftOf(0), frames_);
   Progress progress("features", false);
-  const auto frames = RunFeatures({}, input, 1, progress).shard.frames;
+  const auto frames =
+      RunFeatures({}, {frames_, cameras_, load, &labelled}, 1, progress).shard.frames;
   EXPECT_EQ(frames[2].reference_frame_idx, 30);
   EXPECT_LT(frames[2].NumFeatures(), frames[1].NumFeatures() / 2);
   EXPECT_TRUE(frames[3].IsDescribed());
 }
 
-TEST_F(FeaturesTest, WhatMovesHasNoFeaturesAndEndsTracks) {
-  GrayImage left{160, 120, 1, {}};
-  for (int i = 0; i < 160 * 120; ++i) left.pixels.push_back(i % 160 < 60 ? 255 : 0);
-  const auto load = [&](const FrameRecord& frame) {
-    RgbdImages images = LoadMoving(frame);
-    if (frame.frame_idx >= 33) images.moving = left;
-    return images;
-  };
+// Where nobody is, labels change nothing: the same frames are described, and only they are
+// labelled.
+TEST_F(FeaturesTest, LabelsTheFramesThatAreDescribed) {
+  const SegmentationModel model = WithNetwork(0.01);
+  LabelledFrames labelled(model, PersonLeftOf(0), frames_);
+  FeaturesOptions options;
+  options.segment_frames = 4;
   Progress progress("features", false);
-  const auto frames = RunFeatures({}, {frames_, cameras_, load, {}}, 1, progress).shard.frames;
-  EXPECT_FALSE(frames[3].IsDescribed());
-  EXPECT_TRUE(frames[5].IsDescribed());
-  const auto in_mask = [](const FrameFeatures& frame) {
+  const auto with =
+      RunFeatures(options, {frames_, cameras_, LoadMoving, &labelled}, 2, progress).shard.frames;
+  const auto without =
+      RunFeatures(options, {frames_, cameras_, LoadMoving}, 2, progress).shard.frames;
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    EXPECT_EQ(with[i].reference_frame_idx, without[i].reference_frame_idx);
+    EXPECT_EQ(with[i].raw_keypoints_px, without[i].raw_keypoints_px);
+    EXPECT_EQ(with[i].descriptors, without[i].descriptors);
+  }
+  std::vector<std::int32_t> idx;
+  for (const PackedLabels& frame : labelled.Labels().frames) idx.push_back(frame.frame_idx);
+  EXPECT_EQ(idx, (std::vector<std::int32_t>{30, 34, 35}));
+}
+
+// A person who comes in at frame 33, which is due and not described.
+TEST_F(FeaturesTest, TracksThatRunIntoWhatMovesEnd) {
+  const auto label = [](const FrameRecord& frame, const RgbdImages& images) {
+    return PersonLeftOf(frame.frame_idx < 33 ? 0 : 60)(frame, images);
+  };
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    frames_[i].time_ns = static_cast<std::int64_t>(i) * 100'000'000;
+  }
+  const SegmentationModel model = WithNetwork(3.3);
+  LabelledFrames labelled(model, label, frames_);
+  Progress progress("features", false);
+  const auto frames =
+      RunFeatures({}, {frames_, cameras_, LoadMoving, &labelled}, 1, progress).shard.frames;
+  const auto on_person = [](const FrameFeatures& frame) {
     return std::ranges::count_if(frame.raw_keypoints_px,
                                  [](const auto& pixel) { return pixel.x() < 59.5F; });
   };
-  EXPECT_GT(in_mask(frames[2]), 20);
-  EXPECT_EQ(in_mask(frames[3]), 0);
-  EXPECT_EQ(in_mask(frames[4]), 0);
-  EXPECT_EQ(in_mask(frames[5]), 0);
+  EXPECT_EQ(frames[3].reference_frame_idx, 30);
+  EXPECT_GT(on_person(frames[2]), 20);
+  EXPECT_EQ(on_person(frames[3]), 0);
+  EXPECT_EQ(on_person(frames[4]), 0);
+  EXPECT_EQ(on_person(frames[5]), 0);
   EXPECT_GT(frames[3].NumFeatures(), 50);
 }
 
-TEST_F(FeaturesTest, TheShardSaysHowItWasMade) {
-  const FeaturesResult result = Extract(1);
-  ExtractionOptions extraction;
-  extraction.num_features = 77;
-  RegisterOptions(extraction).ParseToml(result.shard.extraction, "features");
-  EXPECT_EQ(extraction.num_features, FeaturesOptions{}.extraction.num_features);
-  FeaturesOptions options;
-  options.extraction.detector = "orb";
-  const FeaturesShard orb = Extract(1, options).shard;
-  EXPECT_EQ(orb.kind, DescriptorKind::kOrb);
-  EXPECT_EQ(orb.descriptor_size, 32);
-  EXPECT_THAT(orb.extraction, testing::HasSubstr("detector = \"orb\""));
+TEST_F(FeaturesTest, WhatMovesHasNoFeatures) {
+  const SegmentationModel model = WithNetwork(0.01);
+  LabelledFrames labelled(model, PersonLeftOf(60), frames_);
+  Progress progress("features", false);
+  const auto masked =
+      RunFeatures({}, {frames_, cameras_, LoadMoving, &labelled}, 1, progress).shard.frames;
+  const auto all = RunFeatures({}, {frames_, cameras_, LoadMoving}, 1, progress).shard.frames;
+  const auto on_person = [](const FrameFeatures& frame) {
+    return std::ranges::count_if(frame.raw_keypoints_px,
+                                 [](const auto& pixel) { return pixel.x() < 59.5F; });
+  };
+  EXPECT_GT(on_person(all[0]), 20);
+  EXPECT_EQ(on_person(masked[0]), 0);
+  EXPECT_EQ(on_person(masked[5]), 0);
+  EXPECT_GT(masked[0].NumFeatures(), 50);
+  EXPECT_GT(masked[4].NumFeatures(), 50);
+}
+
+// Its labels cannot be read: the frame is left out, and the next is described in its place.
+TEST_F(FeaturesTest, AFrameWhoseLabelsFailIsSkipped) {
+  const auto label = [](const FrameRecord& frame, const RgbdImages& images) {
+    if (frame.frame_idx == 30) throw DataError("30.png: label 9 is none of the 2 classes");
+    return PersonLeftOf(0)(frame, images);
+  };
+  const SegmentationModel model = WithNetwork(0.01);
+  LabelledFrames labelled(model, label, frames_);
+  Progress progress("features", false);
+  const auto result = RunFeatures({}, {frames_, cameras_, LoadMoving, &labelled}, 1, progress);
+  EXPECT_EQ(result.skipped, std::vector<std::string>{"30.png: label 9 is none of the 2 classes"});
+  EXPECT_EQ(result.shard.frames[0].NumFeatures(), 0);
+  EXPECT_TRUE(result.shard.frames[1].IsDescribed());
+  EXPECT_EQ(result.shard.frames[2].reference_frame_idx, 31);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/labels/frame_labeller.h"
+#include "pipeline/labels/frame_labeller.h"
 
 #include <algorithm>
 #include <memory>
@@ -13,26 +13,26 @@ namespace {
 constexpr std::uint8_t kSure = 255;
 
 Segmentation ReadLabels(const FrameRecord& frame,
-                        const Camera& camera,
+                        const ColorImage& color,
                         const SegmentationModel& model,
                         const std::filesystem::path& data_root) {
   const std::string& path = frame.others.at(kLabelChannel).path;
   Segmentation result{ReadGrayImage(data_root / path), {}};
   const LabelImage& labels = result.labels;
-  if (labels.width != camera.width || labels.height != camera.height) {
+  if (labels.width != color.width || labels.height != color.height) {
     throw DataError("{}: {} x {} labels for a picture of {} x {}",
                     path,
                     labels.width,
                     labels.height,
-                    camera.width,
-                    camera.height);
+                    color.width,
+                    color.height);
   }
   const std::uint8_t largest = *std::ranges::max_element(labels.pixels);
-  if (largest >= model.classes.size()) {
+  if (largest >= model.classes.names.size()) {
     throw DataError("{}: label {} is none of the {} classes in {}",
                     path,
                     largest,
-                    model.classes.size(),
+                    model.classes.names.size(),
                     model.source);
   }
   result.confidences = {labels.width, labels.height, 1, {}};
@@ -47,29 +47,15 @@ void CheckModel(const std::filesystem::path& path) {
   if (model.HasNetwork()) Segmenter{model};
 }
 
-FrameLabeller MakeLabeller(const SegmentationModel& model,
-                           const std::vector<RgbdCamera>& cameras,
-                           const std::filesystem::path& data_root) {
-  const auto camera_of = [cameras](const FrameRecord& frame) {
-    return cameras.at(static_cast<std::size_t>(frame.camera_idx));
-  };
+FrameLabeller MakeLabeller(const SegmentationModel& model, const std::filesystem::path& data_root) {
   if (!model.HasNetwork()) {
-    return [=](const FrameRecord& frame) {
-      return ReadLabels(frame, camera_of(frame).color, model, data_root);
+    return [=](const FrameRecord& frame, const RgbdImages& images) {
+      return ReadLabels(frame, images.color, model, data_root);
     };
   }
   const auto segmenter = std::make_shared<const Segmenter>(model);
-  return [=](const FrameRecord& frame) {
-    const RgbdCamera camera = camera_of(frame);
-    const RgbdImages images = LoadRgbd(frame, camera, data_root);
+  return [=](const FrameRecord&, const RgbdImages& images) {
     return segmenter->Segment(images.color, images.depth);
-  };
-}
-
-std::function<ColorImage(const FrameRecord&)> MakeColorReader(
-    const std::vector<RgbdCamera>& cameras, const std::filesystem::path& data_root) {
-  return [=](const FrameRecord& frame) {
-    return LoadColor(frame, cameras.at(static_cast<std::size_t>(frame.camera_idx)), data_root);
   };
 }
 

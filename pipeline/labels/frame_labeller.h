@@ -4,11 +4,9 @@
 
 #include <filesystem>
 #include <functional>
-#include <vector>
 
 #include "pipeline/io/frames_io.h"
 #include "pipeline/labels/segmentation_model.h"
-#include "stages/labels/labels.h"
 
 namespace nightmap {
 
@@ -16,15 +14,13 @@ namespace nightmap {
 // load or fit.
 void CheckModel(const std::filesystem::path& model);
 
+// Labels a frame by its pixels, or by its label picture. Several threads may call it at once.
+// Throws DataError when this frame cannot be labelled.
+using FrameLabeller = std::function<Segmentation(const FrameRecord&, const RgbdImages&)>;
+
 // With a network: runs it on color, and on depth where there is depth. Without: reads the label
 // picture of the recording, surely right; throws DataError naming it when its size is not the
-// camera's, or when it has a label that is no class.
-FrameLabeller MakeLabeller(const SegmentationModel& model,
-                           const std::vector<RgbdCamera>& cameras,
-                           const std::filesystem::path& data_root);
-
-// Reads the pictures that such a network sees.
-std::function<ColorImage(const FrameRecord&)> MakeColorReader(
-    const std::vector<RgbdCamera>& cameras, const std::filesystem::path& data_root);
+// picture's, or when it has a label that is no class.
+FrameLabeller MakeLabeller(const SegmentationModel& model, const std::filesystem::path& data_root);
 
 }  // namespace nightmap

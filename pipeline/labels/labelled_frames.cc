@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/labels/labelled_frames.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "pipeline/base/error.h"
+#include "pipeline/io/frame_reader.h"
+#include "pipeline/labels/labelling_rate.h"
+
+namespace nightmap {
+namespace {
+
+std::vector<double> ClassShares(const LabelImage& labels, std::size_t num_classes) {
+  std::vector<double> shares(num_classes);
+  for (const std::uint8_t label : labels.pixels) ++shares.at(label);
+  for (double& share : shares) share /= static_cast<double>(labels.pixels.size());
+  return shares;
+}
+
+}  // namespace
+
+LabelledFrames::LabelledFrames(const SegmentationModel& model,
+                               FrameLabeller label,
+                               const std::vector<FrameRecord>& frames)
+    : model_(model),
+      label_(std::move(label)),
+      frames_(frames),
+      is_due_(FramesAtRate(frames, model.labelled_rate_hz)),
+      labelled_(frames.size()) {
+  const auto has_label = [](const FrameRecord& frame) {
+    return frame.others.contains(kLabelChannel);
+  };
+  if (model_.HasNetwork() || frames.empty() || std::ranges::any_of(frames, has_label)) return;
+  throw UsageError(
+      "{} names no network, and the frames have no label pictures: name `network` there, or "
+      "`label_folder` in the [[sequence]] of the site config",
+      model_.source);
+}
+
+bool LabelledFrames::CanLabel(std::size_t i) const {
+  return model_.HasNetwork() || frames_[i].others.contains(kLabelChannel);
+}
+
+bool LabelledFrames::IsDue(std::size_t i) const {
+  return CanLabel(i) && (!model_.HasNetwork() || is_due_[i]);
+}
+
+GrayImage LabelledFrames::Label(std::size_t i, const RgbdImages& images) {
+  const FrameRecord& frame = frames_[i];
+  const Segmentation segmentation = label_(frame, images);
+  GrayImage moving = MovingMask(segmentation, model_.classes, model_.mask);
+  labelled_[i] = Labelled{PackLabels(frame.frame_idx, frame.time_ns, segmentation),
+                          PackMask(frame.time_ns, moving),
+                          ClassShares(segmentation.labels, model_.classes.names.size())};
+  return moving;
+}
+
+LabelsShard LabelledFrames::Labels() const {
+  LabelsShard shard{model_.classes, {}};
+  for (const auto& frame : labelled_) {
+    if (frame) shard.frames.push_back(frame->labels);
+  }
+  return shard;
+}
+
+std::vector<PackedMask> LabelledFrames::Masks() const {
+  std::vector<PackedMask> masks;
+  for (const auto& frame : labelled_) {
+    if (frame) masks.push_back(frame->mask);
+  }
+  return masks;
+}
+
+std::vector<FrameRecord> LabelledFrames::FramesWithMasks(const std::string& file) const {
+  std::vector<FrameRecord> frames = frames_;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (labelled_[i]) frames[i].others[kMaskChannel] = {file, HashOf(labelled_[i]->mask)};
+  }
+  return frames;
+}
+
+nlohmann::json LabelledFrames::Summarize() const {
+  const LabelClasses& classes = model_.classes;
+  std::vector<double> sums(classes.names.size());
+  std::vector<int> frame_idx;
+  std::vector<double> moving_shares;
+  for (const auto& frame : labelled_) {
+    if (!frame) continue;
+    double moving = 0;
+    for (std::size_t c = 0; c < sums.size(); ++c) {
+      sums[c] += frame->class_shares[c];
+      if (classes.moving[c] != 0) moving += frame->class_shares[c];
+    }
+    frame_idx.push_back(frame->labels.frame_idx);
+    moving_shares.push_back(moving);
+  }
+  nlohmann::json mean_shares = nlohmann::json::object();
+  for (std::size_t c = 0; c < sums.size(); ++c) {
+    if (sums[c] > 0)
+      mean_shares[classes.names[c]] = sums[c] / static_cast<double>(frame_idx.size());
+  }
+  return {{"num_frames", frames_.size()},
+          {"num_labelled_frames", frame_idx.size()},
+          {"num_frames_mostly_moving",
+           std::ranges::count_if(moving_shares, [](double share) { return share > 0.5; })},
+          {"mean_class_shares", mean_shares},
+          {"labelled_frame_idx", frame_idx},
+          {"moving_shares", moving_shares}};
+}
+
+void LabelledFrames::Write(StageContext& context) const {
+  WriteLabels(context.Output("labels"), Labels(), context.ConfigToml());
+  WriteMasks(context.Output("masks"), Masks(), context.ConfigToml());
+  const std::string masks = context.FinalPath("masks").filename().string();
+  WriteFile(context.Output("frames"), FramesToCsv(FramesWithMasks(masks)));
+  context.Report().update(Summarize());
+}
+
+}  // namespace nightmap

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// The labels of those frames of a list that were asked for, and the masks of what can move in them.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/io/frames_io.h"
+#include "pipeline/io/labels_io.h"
+#include "pipeline/io/masks_io.h"
+#include "pipeline/labels/frame_labeller.h"
+#include "pipeline/program/stage_context.h"
+
+namespace nightmap {
+
+class LabelledFrames {
+ public:
+  // Throws UsageError naming the remedy when the model has no network and no frame a label picture.
+  LabelledFrames(const SegmentationModel& model,
+                 FrameLabeller label,
+                 const std::vector<FrameRecord>& frames);
+
+  // Whether labels of frame i can be had: by the network, or because it has a label picture.
+  bool CanLabel(std::size_t i) const;
+  // Whether frame i is labelled even if it brings nothing new, so that what moves is looked for
+  // often enough: at the model's rate by the network, always where there are label pictures.
+  bool IsDue(std::size_t i) const;
+  // Labels frame i of the list, whose pixels are `images`, and returns where something in it can
+  // move. Throws as the labeller. Several threads may call it at once, each for another frame.
+  GrayImage Label(std::size_t i, const RgbdImages& images);
+
+  // Of the labelled frames, in order. Deterministic as far as the labeller is.
+  LabelsShard Labels() const;
+  std::vector<PackedMask> Masks() const;
+  // All frames; the labelled ones have the channel of their mask in the file of that name.
+  std::vector<FrameRecord> FramesWithMasks(const std::string& file) const;
+  // For the report: counts of frames, mean share of the pixels of each class that occurs, and per
+  // labelled frame its frame_idx and the share of its pixels that can move.
+  nlohmann::json Summarize() const;
+  // Writes all of it to the outputs "labels", "masks" and "frames", and to the report.
+  void Write(StageContext& context) const;
+
+ private:
+  struct Labelled {
+    PackedLabels labels;
+    PackedMask mask;
+    std::vector<double> class_shares;  // of the pixels
+  };
+
+  SegmentationModel model_;
+  FrameLabeller label_;
+  const std::vector<FrameRecord>& frames_;
+  std::vector<bool> is_due_;                       // by frame
+  std::vector<std::optional<Labelled>> labelled_;  // by frame
+};
+
+}  // namespace nightmap
