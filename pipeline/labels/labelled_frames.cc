@@ -6,7 +6,6 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/frame_reader.h"
-#include "pipeline/labels/labelling_rate.h"
 
 namespace nightmap {
 namespace {
@@ -23,11 +22,7 @@ std::vector<double> ClassShares(const LabelImage& labels, std::size_t num_classe
 LabelledFrames::LabelledFrames(const SegmentationModel& model,
                                FrameLabeller label,
                                const std::vector<FrameRecord>& frames)
-    : model_(model),
-      label_(std::move(label)),
-      frames_(frames),
-      is_due_(FramesAtRate(frames, model.labelled_rate_hz)),
-      labelled_(frames.size()) {
+    : model_(model), label_(std::move(label)), frames_(frames), labelled_(frames.size()) {
   const auto has_label = [](const FrameRecord& frame) {
     return frame.others.contains(kLabelChannel);
   };
@@ -42,8 +37,11 @@ bool LabelledFrames::CanLabel(std::size_t i) const {
   return model_.HasNetwork() || frames_[i].others.contains(kLabelChannel);
 }
 
-bool LabelledFrames::IsDue(std::size_t i) const {
-  return CanLabel(i) && (!model_.HasNetwork() || is_due_[i]);
+bool LabelledFrames::IsDue(std::size_t i, std::size_t last) const {
+  if (!model_.HasNetwork()) return CanLabel(i);
+  const double gap_s = 1e-9 * static_cast<double>(frames_[i].time_ns - frames_[last].time_ns);
+  const bool moves = labelled_[last] && NumMasked(labelled_[last]->mask) > 0;
+  return gap_s >= (moves ? model_.moving_gap_s : model_.still_gap_s);
 }
 
 GrayImage LabelledFrames::Label(std::size_t i, const RgbdImages& images) {

@@ -26,8 +26,8 @@ class LabelledFrames {
   // Whether labels of frame i can be had: by the network, or because it has a label picture.
   bool CanLabel(std::size_t i) const;
   // Whether frame i is labelled even if it brings nothing new, so that what moves is looked for
-  // often enough: at the model's rate by the network, always where there are label pictures.
-  bool IsDue(std::size_t i) const;
+  // often enough; `last` is the frame that was labelled before it. Always with a label picture.
+  bool IsDue(std::size_t i, std::size_t last) const;
   // Labels frame i of the list, whose pixels are `images`, and returns where something in it can
   // move. Throws as the labeller. Several threads may call it at once, each for another frame.
   GrayImage Label(std::size_t i, const RgbdImages& images);
@@ -53,7 +53,6 @@ class LabelledFrames {
   SegmentationModel model_;
   FrameLabeller label_;
   const std::vector<FrameRecord>& frames_;
-  std::vector<bool> is_due_;                       // by frame
   std::vector<std::optional<Labelled>> labelled_;  // by frame
 };
 

@@ -26,7 +26,8 @@ struct ModelTable {
   std::string channel_order = "rgb";
   std::vector<std::string> classes, moving, palette;
   MovingMaskOptions mask;
-  double labelled_rate_hz = 9;
+  double moving_gap_s = 0.05;
+  double still_gap_s = 0.3;
 
   void Register(OptionList& list) {
     list.Add("network", &network, "ONNX file, relative to this file");
@@ -43,10 +44,12 @@ struct ModelTable {
              {0, 1},
              "a pixel counts as moving when its class can move and is at least so probable");
     list.Add("margin_px", &mask.margin_px, {0, 100}, "widens what moves by so many pixels");
-    list.Add("labelled_rate_hz",
-             &labelled_rate_hz,
-             {0.01, 1000},
-             "frames that the network labels per second of a recording, at least");
+    list.Add("moving_gap_s",
+             &moving_gap_s,
+             {0, 1e6},
+             "a frame that brings nothing new is labelled, too, so many seconds after one in which "
+             "something moves");
+    list.Add("still_gap_s", &still_gap_s, {0, 1e6}, "... and after one in which nothing moves");
   }
 };
 
@@ -184,7 +187,8 @@ SegmentationModel ParseSegmentationModel(std::string_view text,
           .is_bgr = table.channel_order == "bgr",
           .classes = {table.classes, MovingClasses(table, lines), Palette(table, lines)},
           .mask = table.mask,
-          .labelled_rate_hz = table.labelled_rate_hz};
+          .moving_gap_s = table.moving_gap_s,
+          .still_gap_s = table.still_gap_s};
 }
 
 SegmentationModel ReadSegmentationModel(const std::filesystem::path& path) {

@@ -24,7 +24,9 @@ struct SegmentationModel {
   bool is_bgr = false;        // channel order; otherwise RGB
   LabelClasses classes = {};  // in the order of the network's outputs
   MovingMaskOptions mask = {};
-  double labelled_rate_hz = 9;  // of a recording, at least
+  // Longest times without a labelled frame: after one in which something moves, and after another.
+  double moving_gap_s = 0.05;
+  double still_gap_s = 0.3;
 
   bool HasNetwork() const { return !network.empty(); }
 };

@@ -19,13 +19,13 @@ bool MayDescribe(const FeaturesInput& input, std::size_t i) {
 // frame is tracked from the last described one, or described.
 class Segment {
  public:
-  Segment(const FeaturesOptions& options, const FeaturesInput& input)
-      : options_(options), input_(input), tracker_(options.tracking) {}
+  Segment(const FeaturesOptions& options, const FeaturesInput& input, std::size_t first)
+      : options_(options), input_(input), tracker_(options.tracking), last_labelled_(first) {}
 
   FrameFeatures Next(std::size_t i) {
     const FrameRecord& frame = input_.frames[i];
     RgbdImages images = input_.load(frame);
-    if (input_.labelled && input_.labelled->IsDue(i)) Label(i, &images);
+    if (input_.labelled && input_.labelled->IsDue(i, last_labelled_)) Label(i, &images);
     std::optional<FrameFeatures> features = Track(i, images);
     const bool is_tracked = features.has_value();
     if (!is_tracked) features = Describe(i, &images);
@@ -56,6 +56,7 @@ class Segment {
   // Finds what moves, and takes it out.
   void Label(std::size_t i, RgbdImages* images) {
     MaskOut(input_.labelled->Label(i, *images), images);
+    last_labelled_ = i;
   }
 
   FrameFeatures Describe(std::size_t i, RgbdImages* images) {
@@ -71,7 +72,8 @@ class Segment {
   const FeaturesOptions& options_;
   const FeaturesInput& input_;
   FeatureTracker tracker_;
-  int camera_idx_ = -1;  // of the described frame that the tracker follows
+  std::size_t last_labelled_;  // a frame; at first the segment's, which is described in any case
+  int camera_idx_ = -1;        // of the described frame that the tracker follows
 };
 
 // First frame of each segment, and the number of frames.
@@ -104,7 +106,7 @@ FeaturesResult RunFeatures(const FeaturesOptions& options,
   const auto bounds = SegmentBounds(input, static_cast<std::size_t>(options.segment_frames));
   progress.Start(frames.size());
   ParallelFor(bounds.size() - 1, num_threads, [&](std::size_t i) {
-    Segment segment(options, input);
+    Segment segment(options, input, bounds[i]);
     for (std::size_t k = bounds[i]; k < bounds[i + 1]; ++k) {
       result.shard.frames[k].frame_idx = frames[k].frame_idx;
       failures[k] =

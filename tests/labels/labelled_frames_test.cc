@@ -63,8 +63,24 @@ TEST(LabelledFrames, WithoutANetworkOnlyThoseWithALabelPictureCanBe) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     EXPECT_EQ(labelled.CanLabel(i), i == 3);
     EXPECT_TRUE(by_network.CanLabel(i));
-    EXPECT_EQ(labelled.IsDue(i), i == 3);
-    EXPECT_EQ(by_network.IsDue(i), i % 3 == 0);
+    EXPECT_EQ(labelled.IsDue(i, 0), i == 3);
+  }
+}
+
+// 30 frames per second.
+TEST(LabelledFrames, AreDueSoonerWhereSomethingMoves) {
+  const auto label = [](const FrameRecord& frame, const RgbdImages& images) {
+    Segmentation labels = LabelsOf(frame, images);
+    if (frame.frame_idx != 102) std::ranges::fill(labels.labels.pixels, std::uint8_t{0});
+    return labels;
+  };
+  const std::vector<FrameRecord> frames = FramesToLabel(30);
+  LabelledFrames labelled(kModel, label, frames);
+  labelled.Label(0, {});
+  labelled.Label(1, {});
+  for (std::size_t i = 2; i < frames.size(); ++i) {
+    EXPECT_EQ(labelled.IsDue(i, 0), i >= 10) << i;
+    EXPECT_EQ(labelled.IsDue(i, 1), i >= 3) << i;
   }
 }
 

@@ -59,8 +59,9 @@ TEST(SegmentationModel, SaysHowSureAMaskIsAndHowWide) {
                         Parse(text + "min_confidence = 2.5\n"),
                         "m.toml:9: min_confidence = 2.5 is out of range; give 0 .. 1");
   NIGHTMAP_EXPECT_ERROR(UsageError, Parse(text + "margin_px = -1\n"), "m.toml:9: margin_px = -1");
-  EXPECT_EQ(Parse(text).labelled_rate_hz, 9);
-  EXPECT_EQ(Parse(text + "labelled_rate_hz = 2.5\n").labelled_rate_hz, 2.5);
+  EXPECT_EQ(Parse(text).moving_gap_s, 0.05);
+  EXPECT_EQ(Parse(text).still_gap_s, 0.3);
+  EXPECT_EQ(Parse(text + "still_gap_s = 2.5\n").still_gap_s, 2.5);
 }
 
 TEST(SegmentationModel, MistakesAreNamedWithFileLineAndRemedy) {

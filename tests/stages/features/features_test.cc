@@ -186,11 +186,11 @@ SegmentationModel WithPictures() {
   return {.source = "m.toml", .classes = {{"wall", "person"}, {0, 1}, {}}};
 }
 
-// Frames are labelled at that rate even if they bring nothing new.
-SegmentationModel WithNetwork(double rate_hz) {
+// Frames are labelled after so many seconds even if they bring nothing new.
+SegmentationModel WithNetwork(double still_gap_s) {
   SegmentationModel model = WithPictures();
   model.network = "network.onnx";
-  model.labelled_rate_hz = rate_hz;
+  model.still_gap_s = still_gap_s;
   return model;
 }
 
@@ -247,7 +247,7 @@ TEST_F(FeaturesTest, AFrameThatCannotBeLabelledKeepsTheFewThatAreFound) {
 // Where nobody is, labels change nothing: the same frames are described, and only they are
 // labelled.
 TEST_F(FeaturesTest, LabelsTheFramesThatAreDescribed) {
-  const SegmentationModel model = WithNetwork(0.01);
+  const SegmentationModel model = WithNetwork(1);
   LabelledFrames labelled(model, PersonLeftOf(0), frames_);
   FeaturesOptions options;
   options.segment_frames = 4;
@@ -274,7 +274,7 @@ TEST_F(FeaturesTest, TracksThatRunIntoWhatMovesEnd) {
   for (std::size_t i = 0; i < frames_.size(); ++i) {
     frames_[i].time_ns = static_cast<std::int64_t>(i) * 100'000'000;
   }
-  const SegmentationModel model = WithNetwork(3.3);
+  const SegmentationModel model = WithNetwork(0.25);
   LabelledFrames labelled(model, label, frames_);
   Progress progress("features", false);
   const auto frames =
@@ -292,7 +292,7 @@ TEST_F(FeaturesTest, TracksThatRunIntoWhatMovesEnd) {
 }
 
 TEST_F(FeaturesTest, WhatMovesHasNoFeatures) {
-  const SegmentationModel model = WithNetwork(0.01);
+  const SegmentationModel model = WithNetwork(1);
   LabelledFrames labelled(model, PersonLeftOf(60), frames_);
   Progress progress("features", false);
   const auto masked =
@@ -315,7 +315,7 @@ TEST_F(FeaturesTest, AFrameWhoseLabelsFailIsSkipped) {
     if (frame.frame_idx == 30) throw DataError("30.png: label 9 is none of the 2 classes");
     return PersonLeftOf(0)(frame, images);
   };
-  const SegmentationModel model = WithNetwork(0.01);
+  const SegmentationModel model = WithNetwork(1);
   LabelledFrames labelled(model, label, frames_);
   Progress progress("features", false);
   const auto result = RunFeatures({}, {frames_, cameras_, LoadMoving, &labelled}, 1, progress);
