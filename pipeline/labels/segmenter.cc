@@ -14,7 +14,7 @@ namespace nightmap {
 namespace {
 
 std::string OneLine(std::string text) {
-  std::ranges::replace(text, '\n', ' ');
+  std::replace(text.begin(), text.end(), '\n', ' ');
   return text.substr(0, text.find_last_not_of(' ') + 1);
 }
 
