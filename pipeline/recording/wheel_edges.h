@@ -7,7 +7,7 @@
 #include "pipeline/base/options.h"
 #include "pipeline/io/edges_io.h"
 #include "pipeline/io/frames_io.h"
-#include "pipeline/recording/signals_io.h"
+#include "pipeline/recording/wheel_motion.h"
 
 namespace nightmap {
 
@@ -27,6 +27,10 @@ struct WheelNoise {
   double max_gap_s = 0.5;  // an edge spans no longer gap between samples
 
   void Register(OptionList& list);
+
+  // Standard deviations after a motion.
+  double PositionSigma_m(const WheelMotion& motion) const;
+  double HeadingSigma_rad(const WheelMotion& motion) const;
 };
 
 // One odometry edge per two consecutive frames of a sequence:

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// How well points of a scan agree with points of earlier scans: a likelihood field (Thrun, Burgard,
+// Fox, Probabilistic Robotics, 2005, section 6.4), with a Gaussian around each point.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+namespace nightmap {
+
+struct LikelihoodFieldOptions {
+  double resolution_m = 0.05;
+  double half_extent_m = 40;
+  double sigma_m = 0.08;  // of the distance between two measurements of one wall
+};
+
+// A square of cells about the origin of its frame. Cell (i, j) has its centre at ((i, j) + 0.5) *
+// resolution - half extent. Deterministic: the order of points does not matter.
+class LikelihoodField {
+ public:
+  explicit LikelihoodField(const LikelihoodFieldOptions& options);
+
+  // Points in metres in the field's frame; those outside of the square have no effect.
+  void Add(const std::vector<Eigen::Vector2d>& points);
+
+  int Size() const { return size_; }  // cells along a side
+  double Resolution_m() const { return options_.resolution_m; }
+  // A point in units of cells: the centre of cell (i, j) is (i, j).
+  Eigen::Vector2d ToCells(const Eigen::Vector2d& point) const {
+    return (point.array() + options_.half_extent_m) / options_.resolution_m - 0.5;
+  }
+  // 1 on a point, falling to 0 away from all; 0 outside of the square.
+  float At(int column, int row) const {
+    return Contains(column, row) ? cells_[Index(column, row)] : 0.0F;
+  }
+  // At least the largest value of the block of kBlock x kBlock cells whose first is (column, row).
+  static constexpr int kBlock = 4;
+  float BoundOfBlock(int column, int row) const {
+    // Arithmetic shifts: cells before the first one are of blocks before the first one.
+    const int x = (column >> 2) + 1, y = (row >> 2) + 1;
+    const bool is_inside = x >= 0 && y >= 0 && x < num_blocks_ && y < num_blocks_;
+    return is_inside ? bounds_[BlockIndex(x, y)] : 0.0F;
+  }
+
+  // For ceres::BiCubicInterpolator: rows and columns of one value.
+  enum { DATA_DIMENSION = 1 };
+  void GetValue(int row, int column, double* value) const { *value = At(column, row); }
+
+ private:
+  bool Contains(int column, int row) const {
+    return column >= 0 && row >= 0 && column < size_ && row < size_;
+  }
+  std::size_t Index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(size_) +
+           static_cast<std::size_t>(column);
+  }
+  std::size_t BlockIndex(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(num_blocks_) +
+           static_cast<std::size_t>(x);
+  }
+  void Raise(int column, int row, float value);
+
+  LikelihoodFieldOptions options_;
+  int size_;
+  int num_blocks_;
+  std::vector<float> cells_;
+  // Largest values of blocks of cells and of the next blocks to the right, above, and both, from
+  // one block before the first cell on.
+  std::vector<float> bounds_;
+};
+
+}  // namespace nightmap

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far and where the wheels went, from samples of their odometry.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "pipeline/recording/signals_io.h"
+
+namespace nightmap {
+
+// The wheels' way from one moment to a later one.
+struct WheelMotion {
+  Rigid3 start_from_end;  // in the plane
+  double distance_m = 0;  // along the way
+  double turn_rad = 0;    // of all turns, left or right
+};
+
+// `samples` hold x, y (m), heading (rad). Between two of them the wheels drive an arc at constant
+// speed. None when not all of the way was sampled: before the first sample, after the last, or with
+// a longer gap between two. Pure.
+std::optional<WheelMotion> MotionBetween(const std::vector<SignalSample>& samples,
+                                         double max_gap_s,
+                                         std::int64_t start_ns,
+                                         std::int64_t end_ns);
+
+}  // namespace nightmap

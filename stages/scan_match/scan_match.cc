@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/scan_match/scan_match.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "pipeline/base/input_error.h"
+#include "pipeline/planar/match_scan.h"
+#include "pipeline/recording/scan_points.h"
+#include "pipeline/recording/wheel_motion.h"
+#include "stages/scan_match/submaps.h"
+
+namespace nightmap {
+namespace {
+
+const Signal& ChooseScans(const std::string& sensor, const std::vector<Signal>& scans) {
+  if (scans.empty()) {
+    throw InputError({{"scans"}},
+                     InputError::Remedy::kInText,
+                     "no sensor of the site scans; add a [[sensor]] of kind \"scan\" and its "
+                     "[[signal]] to the site config");
+  }
+  if (sensor.empty() && scans.size() == 1) return scans.front();
+  const auto found = std::ranges::find(scans, sensor, &Signal::sensor_id);
+  if (found != scans.end()) return *found;
+  std::vector<std::string> ids;
+  for (const Signal& signal : scans) ids.push_back(signal.sensor_id);
+  throw UsageError("scan_match.scan_sensor is '{}': choose one of the sensors that scan: {}",
+                   sensor,
+                   fmt::join(ids, ", "));
+}
+
+// Null: there is none.
+const Signal* ChooseOdometry(const std::string& sensor, const std::vector<Signal>& odometry) {
+  const auto found = std::ranges::find(odometry, sensor, &Signal::sensor_id);
+  return found == odometry.end() ? nullptr : &*found;
+}
+
+// Points near enough to be sure of, one per cell: many beams on a wall nearby say no more.
+std::vector<Eigen::Vector2d> PointsOf(const ScanMatchOptions& options,
+                                      const Signal& signal,
+                                      const SignalSample& scan) {
+  std::vector<Eigen::Vector2d> points;
+  Eigen::Vector2d last = Eigen::Vector2d::Constant(1e9);
+  for (const Eigen::Vector3d& point : PointsInRobot(scan, signal).points_in_robot) {
+    if (point.head<2>().norm() > options.max_range_m) continue;
+    if ((point.head<2>() - last).norm() < options.field.resolution_m) continue;
+    last = point.head<2>();
+    points.push_back(last);
+  }
+  return points;
+}
+
+// The robot stays on the floor.
+Matrix6d Covariance6(const Eigen::Matrix3d& planar, const WheelNoise& noise) {
+  constexpr int kRows[] = {3, 4, 2};  // of x, y and heading
+  Vector6d sigma;
+  sigma << noise.plane_sigma_rad, noise.plane_sigma_rad, 0, 0, 0, noise.plane_sigma_m;
+  Matrix6d covariance = sigma.cwiseAbs2().asDiagonal();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) covariance(kRows[i], kRows[j]) = planar(i, j);
+  }
+  return covariance;
+}
+
+class Matcher {
+ public:
+  Matcher(const ScanMatchOptions& options, const Signal& scans, const Signal* wheels)
+      : options_(options),
+        signal_(scans),
+        wheels_(wheels),
+        submaps_(options.field, options.submap_keyscans) {}
+
+  MatchedScan Next(const SignalSample& scan) {
+    const std::vector<Eigen::Vector2d> points = PointsOf(options_, signal_, scan);
+    const PosePrior prior = Predict(scan.time_ns);
+    MatchedScan matched{scan.time_ns, prior.field_from_robot, 0, false, false};
+    if (submaps_.IsEmpty()) {
+      matched.is_matched = true;
+    } else if (static_cast<int>(points.size()) >= options_.min_points) {
+      Match(points, prior, &matched);
+    }
+    if (matched.is_matched && NeedsKeyscan(matched.start_from_robot)) {
+      matched.is_keyscan = true;
+      submaps_.Add(matched.start_from_robot, points);
+      keyscan_ = matched;
+    }
+    before_last_ = std::exchange(last_, matched);
+    return matched;
+  }
+
+  const Eigen::Matrix3d& Covariance() const { return covariance_; }
+
+ private:
+  // start_from_robot at a time, by the wheels or by the last motion.
+  PosePrior Predict(std::int64_t time_ns) const {
+    if (!last_) return {};
+    const double passed_s = 1e-9 * static_cast<double>(time_ns - last_->time_ns);
+    if (const auto motion = WheelsSince(last_->time_ns, time_ns)) {
+      const WheelNoise& noise = options_.wheels;
+      const Eigen::Quaterniond& turn = motion->start_from_end.rotation;
+      const Rigid2 last_from_robot{2 * std::atan2(turn.z(), turn.w()),
+                                   motion->start_from_end.translation.head<2>()};
+      return {last_->start_from_robot * last_from_robot,
+              noise.PositionSigma_m(*motion),
+              noise.HeadingSigma_rad(*motion)};
+    }
+    return {last_->start_from_robot * LastMotion(passed_s),
+            options_.wheels.position_sigma_floor_m + options_.walking_sigma_m_per_s * passed_s,
+            options_.wheels.heading_sigma_floor_rad + options_.walking_sigma_rad_per_s * passed_s};
+  }
+
+  std::optional<WheelMotion> WheelsSince(std::int64_t start_ns, std::int64_t end_ns) const {
+    if (!wheels_) return std::nullopt;
+    return MotionBetween(wheels_->samples, options_.wheels.max_gap_s, start_ns, end_ns);
+  }
+
+  // The motion between the last two scans, over the time that has passed since.
+  Rigid2 LastMotion(double passed_s) const {
+    if (!before_last_) return {};
+    const double before_s = 1e-9 * static_cast<double>(last_->time_ns - before_last_->time_ns);
+    const Rigid2 motion = before_last_->start_from_robot.Inverse() * last_->start_from_robot;
+    const double ratio = std::min(passed_s / before_s, 1.0);
+    return {ratio * motion.heading_rad, ratio * motion.translation};
+  }
+
+  void Match(const std::vector<Eigen::Vector2d>& points, PosePrior prior, MatchedScan* matched) {
+    const Submap& submap = submaps_.Older();
+    prior.field_from_robot = submap.start_from_submap.Inverse() * prior.field_from_robot;
+    const ScanMatch match = MatchScan(submap.field, points, prior);
+    matched->score = match.score;
+    if (match.score < options_.min_score) return;
+    matched->is_matched = true;
+    matched->start_from_robot = submap.start_from_submap * match.field_from_robot;
+    covariance_ = match.covariance;
+  }
+
+  bool NeedsKeyscan(const Rigid2& start_from_robot) const {
+    if (!keyscan_) return true;
+    const Rigid2 motion = keyscan_->start_from_robot.Inverse() * start_from_robot;
+    return motion.translation.norm() > options_.keyscan_distance_m ||
+           std::abs(motion.heading_rad) > options_.keyscan_angle_rad;
+  }
+
+  const ScanMatchOptions& options_;
+  const Signal& signal_;
+  const Signal* wheels_;
+  Submaps submaps_;
+  std::optional<MatchedScan> last_, before_last_, keyscan_;
+  Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Identity();  // of the last match
+};
+
+// Of the motion from one keyscan to the next, with the covariance of the latter's pose.
+SensorEdge EdgeBetween(const MatchedScan& a, const MatchedScan& b, const Matrix6d& covariance) {
+  const Rigid2 b_from_a = b.start_from_robot.Inverse() * a.start_from_robot;
+  return {EdgeKind::kOdometry, a.time_ns, b.time_ns, b_from_a.ToRigid3(), covariance};
+}
+
+}  // namespace
+
+ScanMatchOptions::ScanMatchOptions() {
+  wheels.position_sigma_floor_m = 0.02;
+  wheels.position_sigma_per_distance = 0.1;
+  wheels.position_sigma_m_per_rad = 0.03;
+  wheels.heading_sigma_floor_rad = 0.01;
+  wheels.heading_sigma_rad_per_m = 0.03;
+  wheels.heading_sigma_per_turn = 0.1;
+  wheels.max_gap_s = 10;
+}
+
+ScanMatchResult RunScanMatch(const ScanMatchOptions& options,
+                             const ScanMatchInput& input,
+                             Progress& progress) {
+  const Signal& scans = ChooseScans(options.scan_sensor, input.scans);
+  const Signal* wheels = ChooseOdometry(options.odometry_sensor, input.odometry);
+  ScanMatchResult result;
+  result.scan_sensor = scans.sensor_id;
+  if (wheels) result.odometry_sensor = wheels->sensor_id;
+  result.edges.sensor = scans.sensor_id;
+  Matcher matcher(options, scans, wheels);
+  std::optional<MatchedScan> keyscan;
+  progress.Start(scans.samples.size());
+  for (const SignalSample& scan : scans.samples) {
+    const MatchedScan matched = matcher.Next(scan);
+    result.scans.push_back(matched);
+    if (matched.is_keyscan) {
+      if (keyscan) {
+        result.edges.edges.push_back(
+            EdgeBetween(*keyscan, matched, Covariance6(matcher.Covariance(), options.wheels)));
+      }
+      keyscan = matched;
+    }
+    progress.Advance();
+  }
+  return result;
+}
+
+}  // namespace nightmap

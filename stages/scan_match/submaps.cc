@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/scan_match/submaps.h"
+
+namespace nightmap {
+
+void Submaps::Add(const Rigid2& start_from_robot,
+                  const std::vector<Eigen::Vector2d>& points_in_robot) {
+  if (!IsEmpty() && submaps_.front().num_keyscans >= num_keyscans_) submaps_.pop_front();
+  if (IsEmpty() || (submaps_.size() == 1 && 2 * submaps_.front().num_keyscans >= num_keyscans_)) {
+    submaps_.push_back({start_from_robot, LikelihoodField(options_)});
+  }
+  for (Submap& submap : submaps_) {
+    const Rigid2 submap_from_robot = submap.start_from_submap.Inverse() * start_from_robot;
+    std::vector<Eigen::Vector2d> points;
+    points.reserve(points_in_robot.size());
+    for (const Eigen::Vector2d& point : points_in_robot) {
+      points.push_back(submap_from_robot * point);
+    }
+    submap.field.Add(points);
+    ++submap.num_keyscans;
+  }
+}
+
+}  // namespace nightmap

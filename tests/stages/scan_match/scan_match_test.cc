@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/scan_match/scan_match.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "pipeline/base/input_error.h"
+#include "pipeline/base/random.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+constexpr int kNumScans = 120;
+
+// A hall of 12 x 8 m with two pillars: range of a beam.
+float RangeOf(const Rigid2& start_from_robot, double angle_rad) {
+  const double heading_rad = start_from_robot.heading_rad + angle_rad;
+  const Eigen::Vector2d direction(std::cos(heading_rad), std::sin(heading_rad));
+  const Eigen::Vector2d& from = start_from_robot.translation;
+  double range_m = 1e9;
+  const auto hit_box = [&](const Eigen::Vector2d& low, const Eigen::Vector2d& high, bool inside) {
+    double enter = -1e9, leave = 1e9;
+    for (int i = 0; i < 2; ++i) {
+      const double a = (low[i] - from[i]) / direction[i], b = (high[i] - from[i]) / direction[i];
+      enter = std::max(enter, std::min(a, b));
+      leave = std::min(leave, std::max(a, b));
+    }
+    if (inside) range_m = std::min(range_m, leave);
+    if (!inside && enter < leave && enter > 0) range_m = std::min(range_m, enter);
+  };
+  hit_box({-6, -4}, {6, 4}, true);
+  hit_box({-1, 2.5}, {-0.4, 3.1}, false);
+  hit_box({2, -3.3}, {2.5, -2.6}, false);
+  return static_cast<float>(range_m);
+}
+
+// On an ellipse, counter-clockwise, once around at 10 scans per second.
+Rigid2 TruthAt(int scan) {
+  const double phase = 2 * std::numbers::pi * scan / kNumScans;
+  return {std::atan2(1.2 * std::cos(phase), -2.5 * std::sin(phase)),
+          {2.5 * std::cos(phase), 1.2 * std::sin(phase)}};
+}
+
+Signal Scans() {
+  Signal signal{SignalKind::kScan, "laser", {}, {}};
+  Random random(1);
+  for (int i = 0; i < kNumScans; ++i) {
+    SignalSample sample{100'000'000LL * i, {-std::numbers::pi / 2, std::numbers::pi / 180, 30}, {}};
+    for (int beam = 0; beam <= 180; ++beam) {
+      const double angle_rad = (beam - 90) * std::numbers::pi / 180;
+      sample.ranges_m.push_back(RangeOf(TruthAt(i), angle_rad) +
+                                static_cast<float>(random.Uniform(-0.02, 0.02)));
+    }
+    signal.samples.push_back(sample);
+  }
+  return signal;
+}
+
+// Wheels that turn 5 % too far and drive 5 % too far.
+Signal Wheels() {
+  Signal signal{SignalKind::kOdometry, "wheels", {}, {}};
+  Rigid2 pose;
+  for (int i = 0; i < kNumScans; ++i) {
+    if (i > 0) {
+      const Rigid2 motion = TruthAt(i - 1).Inverse() * TruthAt(i);
+      pose = pose * Rigid2{1.05 * motion.heading_rad, 1.05 * motion.translation};
+    }
+    signal.samples.push_back(
+        {100'000'000LL * i, {pose.translation.x(), pose.translation.y(), pose.heading_rad}, {}});
+  }
+  return signal;
+}
+
+ScanMatchResult Match(const ScanMatchInput& input, const ScanMatchOptions& options = {}) {
+  Progress progress("scan_match", false);
+  return RunScanMatch(options, input, progress);
+}
+
+double LargestError_m(const ScanMatchResult& result) {
+  double largest_m = 0;
+  for (int i = 0; i < kNumScans; ++i) {
+    const Rigid2 truth = TruthAt(0).Inverse() * TruthAt(i);
+    const Rigid2& found = result.scans[static_cast<std::size_t>(i)].start_from_robot;
+    largest_m = std::max(largest_m, (found.translation - truth.translation).norm());
+  }
+  return largest_m;
+}
+
+TEST(ScanMatch, FollowsTheRobotWithAndWithoutWheels) {
+  for (const bool has_wheels : {true, false}) {
+    ScanMatchInput input{{Scans()}, {}};
+    if (has_wheels) input.odometry = {Wheels()};
+    const ScanMatchResult result = Match(input);
+    ASSERT_EQ(result.scans.size(), static_cast<std::size_t>(kNumScans));
+    EXPECT_LT(LargestError_m(result), 0.04) << has_wheels;
+    EXPECT_EQ(result.odometry_sensor, has_wheels ? "wheels" : "");
+    EXPECT_TRUE(std::ranges::all_of(result.scans, &MatchedScan::is_matched));
+  }
+}
+
+TEST(ScanMatch, EdgesJoinTheKeyscans) {
+  const ScanMatchResult result = Match({{Scans()}, {Wheels()}});
+  std::vector<MatchedScan> keyscans;
+  for (const MatchedScan& scan : result.scans) {
+    if (scan.is_keyscan) keyscans.push_back(scan);
+  }
+  EXPECT_TRUE(result.scans[0].is_keyscan);
+  ASSERT_GT(keyscans.size(), 10U);
+  ASSERT_LT(keyscans.size(), 60U);
+  ASSERT_EQ(result.edges.edges.size(), keyscans.size() - 1);
+  EXPECT_EQ(result.edges.sensor, "laser");
+  for (std::size_t i = 0; i + 1 < keyscans.size(); ++i) {
+    const SensorEdge& edge = result.edges.edges[i];
+    EXPECT_EQ(edge.source_time_ns, keyscans[i].time_ns);
+    EXPECT_EQ(edge.target_time_ns, keyscans[i + 1].time_ns);
+    EXPECT_LT(std::sqrt(edge.covariance(3, 3)), 0.05);
+    const Rigid3 a = keyscans[i].start_from_robot.ToRigid3();
+    const Rigid3 b = keyscans[i + 1].start_from_robot.ToRigid3();
+    EXPECT_LT((a.translation - (b * edge.target_from_source).translation).norm(), 1e-9);
+  }
+}
+
+TEST(ScanMatch, AScanThatSeesNothingKeepsItsPrediction) {
+  ScanMatchInput input{{Scans()}, {Wheels()}};
+  for (float& range_m : input.scans[0].samples[60].ranges_m) range_m = 81.8F;
+  const ScanMatchResult result = Match(input);
+  EXPECT_FALSE(result.scans[60].is_matched);
+  EXPECT_FALSE(result.scans[60].is_keyscan);
+  EXPECT_TRUE(result.scans[61].is_matched);
+  EXPECT_LT(LargestError_m(result), 0.05);
+}
+
+TEST(ScanMatch, SensorsThatAreNotThereAreNamed) {
+  NIGHTMAP_EXPECT_ERROR(InputError, Match({}), "no sensor of the site scans");
+  ScanMatchInput two{{Scans(), Scans()}, {}};
+  two.scans[1].sensor_id = "rear";
+  NIGHTMAP_EXPECT_ERROR(UsageError, Match(two), "choose one of the sensors that scan: laser, rear");
+  ScanMatchOptions options;
+  options.scan_sensor = "rear";
+  EXPECT_EQ(Match(two, options).scan_sensor, "rear");
+}
+
+}  // namespace
+}  // namespace nightmap
