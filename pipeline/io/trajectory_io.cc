@@ -170,4 +170,20 @@ int FindPose(const std::vector<StampedPose>& poses, std::int64_t time_ns) {
   return static_cast<int>(found - poses.begin());
 }
 
+std::optional<Rigid3> PoseAt(const std::vector<StampedPose>& poses,
+                             std::int64_t time_ns,
+                             std::int64_t max_gap_ns) {
+  const auto next = std::ranges::lower_bound(poses, time_ns, {}, &StampedPose::time_ns);
+  if (next == poses.end()) return std::nullopt;
+  if (next->time_ns == time_ns) return next->pose;
+  if (next == poses.begin()) return std::nullopt;
+  const StampedPose& a = *std::prev(next);
+  const StampedPose& b = *next;
+  if (b.time_ns - a.time_ns > max_gap_ns) return std::nullopt;
+  const double ratio =
+      static_cast<double>(time_ns - a.time_ns) / static_cast<double>(b.time_ns - a.time_ns);
+  return Rigid3{a.pose.rotation.slerp(ratio, b.pose.rotation),
+                a.pose.translation + ratio * (b.pose.translation - a.pose.translation)};
+}
+
 }  // namespace nightmap

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,5 +31,10 @@ std::vector<StampedPose> ReadPoses(const std::filesystem::path& path);
 
 // Index of the pose with exactly this time, or -1. `poses` sorted by time.
 int FindPose(const std::vector<StampedPose>& poses, std::int64_t time_ns);
+// The pose at exactly that time, or interpolated between neighbours at most max_gap_ns apart
+// (rotation by slerp). `poses` sorted by time.
+std::optional<Rigid3> PoseAt(const std::vector<StampedPose>& poses,
+                             std::int64_t time_ns,
+                             std::int64_t max_gap_ns);
 
 }  // namespace nightmap

@@ -71,6 +71,17 @@ std::string FloorsToJson(const std::vector<FloorFiles>& floors) {
   return json.dump(2) + "\n";
 }
 
+void WriteOneFloor(const OccupancyGrid& grid, StageContext& context) {
+  const auto name = [&](const char* port) { return context.FinalPath(port).filename().string(); };
+  FloorFiles floor;
+  floor.yaml = name("yaml");
+  floor.png = name("png");
+  WriteFile(context.Output("pgm"), GridToPgm(grid));
+  WriteFile(context.Output("yaml"), GridToYaml(grid, name("pgm")));
+  WritePng(context.Output("png"), GridToImage(grid));
+  WriteFile(context.Output("floors"), FloorsToJson({floor}));
+}
+
 std::vector<FloorFiles> ReadFloors(const std::filesystem::path& path) {
   if (path.extension() == ".yaml" || path.extension() == ".yml") {
     return {{.yaml = path.filename().string(), .png = {}, .distances = {}}};

@@ -24,6 +24,10 @@ struct FloorFiles {
 // The same floors give the same bytes.
 std::string FloorsToJson(const std::vector<FloorFiles>& floors);
 
+// Writes a grid as the only floor, at z = 0: the stage's outputs `pgm`, `yaml`, `png` and `floors`,
+// which lie in one folder.
+void WriteOneFloor(const OccupancyGrid& grid, StageContext& context);
+
 // Floors in ascending order of height; number 0 is among them. Accepts a map's YAML (of another
 // system, say) as one floor at z = 0. Throws DataError naming the file when it is missing or of
 // another format, or a field is missing or of the wrong type.

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "pipeline/base/error.h"
+#include "pipeline/io/trajectory_io.h"
 
 namespace nightmap {
 namespace {
@@ -14,17 +15,7 @@ constexpr std::int64_t kMaxTruthGap_ns = 100'000'000;
 }  // namespace
 
 std::optional<Rigid3> TruthAt(const std::vector<StampedPose>& truth, std::int64_t time_ns) {
-  const auto next = std::ranges::lower_bound(truth, time_ns, {}, &StampedPose::time_ns);
-  if (next == truth.end()) return std::nullopt;
-  if (next->time_ns == time_ns) return next->pose;
-  if (next == truth.begin()) return std::nullopt;
-  const StampedPose& a = *std::prev(next);
-  const StampedPose& b = *next;
-  if (b.time_ns - a.time_ns > kMaxTruthGap_ns) return std::nullopt;
-  const double ratio =
-      static_cast<double>(time_ns - a.time_ns) / static_cast<double>(b.time_ns - a.time_ns);
-  return Rigid3{a.pose.rotation.slerp(ratio, b.pose.rotation),
-                a.pose.translation + ratio * (b.pose.translation - a.pose.translation)};
+  return PoseAt(truth, time_ns, kMaxTruthGap_ns);
 }
 
 void NumberFrames(std::vector<FrameWithTruth> all,

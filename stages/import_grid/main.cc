@@ -15,14 +15,7 @@ void Run(const ImportGridOptions&, StageContext& context) {
   const OccupancyGrid grid = ReadGrid(yaml);
   context.AddInput(GridImagePath(yaml), yaml);
   context.Report() = RunImportGrid(grid, ReadTum(context.Input("trajectory")), yaml.string());
-  const auto name = [&](const char* port) { return context.FinalPath(port).filename().string(); };
-  FloorFiles floor;
-  floor.yaml = name("yaml");
-  floor.png = name("png");
-  WriteFile(context.Output("pgm"), GridToPgm(grid));
-  WriteFile(context.Output("yaml"), GridToYaml(grid, name("pgm")));
-  WritePng(context.Output("png"), GridToImage(grid));
-  WriteFile(context.Output("floors"), FloorsToJson({floor}));
+  WriteOneFloor(grid, context);
 }
 
 }  // namespace

@@ -109,6 +109,23 @@ TEST(Tum, ATrajectoryOfAStageHoldsAPose) {
   }
 }
 
+TEST(PoseAt, InterpolatesBetweenNeighboursThatAreCloseEnough) {
+  const auto yaw = [](double yaw_rad) {
+    return Eigen::Quaterniond(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
+  };
+  const std::vector<StampedPose> poses = {{100, {yaw(0.2), {1, 0, 0}}},
+                                          {200, {yaw(0.6), {3, 4, 0}}}};
+  const auto pose = PoseAt(poses, 125, 100);
+  ASSERT_TRUE(pose);
+  EXPECT_TRUE(pose->translation.isApprox(Eigen::Vector3d(1.5, 1, 0)));
+  EXPECT_NEAR(pose->rotation.angularDistance(yaw(0.3)), 0, 1e-7);
+  EXPECT_FALSE(PoseAt(poses, 125, 99));
+  EXPECT_EQ(PoseAt(poses, 200, 0)->translation, poses[1].pose.translation);
+  EXPECT_FALSE(PoseAt(poses, 99, 1000));
+  EXPECT_FALSE(PoseAt(poses, 201, 1000));
+  EXPECT_FALSE(PoseAt({}, 1, 1000));
+}
+
 TEST(Tum, BadLinesAreNamed) {
   const TemporaryFolder folder;
   const auto expect = [&](const std::string& line, const std::string& reason) {
