@@ -32,7 +32,7 @@ class LabelledFrames {
   // move. Throws as the labeller. Several threads may call it at once, each for another frame.
   GrayImage Label(std::size_t i, const RgbdImages& images);
 
-  // Of the labelled frames, in order. Deterministic as far as the labeller is.
+  // These two hold the labelled frames in order, and are deterministic as far as the labeller is.
   LabelsShard Labels() const;
   std::vector<PackedMask> Masks() const;
   // All frames; the labelled ones have the channel of their mask in the file of that name.
@@ -55,5 +55,9 @@ class LabelledFrames {
   const std::vector<FrameRecord>& frames_;
   std::vector<std::optional<Labelled>> labelled_;  // by frame
 };
+
+// Makes what labels the frames by the inputs "model" and "data" of the run, and lists the network
+// among its inputs. `frames` must outlive it. Throws as ReadSegmentationModel and LabelledFrames.
+LabelledFrames MakeLabelledFrames(const std::vector<FrameRecord>& frames, StageContext& context);
 
 }  // namespace nightmap

@@ -35,10 +35,11 @@ class LikelihoodField {
     return Contains(column, row) ? cells_[Index(column, row)] : 0.0F;
   }
   // At least the largest value of the block of kBlock x kBlock cells whose first is (column, row).
-  static constexpr int kBlock = 4;
+  static constexpr int kBlockBits = 2;
+  static constexpr int kBlock = 1 << kBlockBits;
   float BoundOfBlock(int column, int row) const {
-    // Arithmetic shifts: cells before the first one are of blocks before the first one.
-    const int x = (column >> 2) + 1, y = (row >> 2) + 1;
+    // Shifts, not quotients: cells before the first one are of blocks before the first one.
+    const int x = (column >> kBlockBits) + 1, y = (row >> kBlockBits) + 1;
     const bool is_inside = x >= 0 && y >= 0 && x < num_blocks_ && y < num_blocks_;
     return is_inside ? bounds_[BlockIndex(x, y)] : 0.0F;
   }

@@ -12,7 +12,7 @@
 
 namespace nightmap {
 
-// What is known of a pose before the scan is looked at: its mean, and standard deviations.
+// A prior says what is known of a pose before the scan is looked at.
 struct PosePrior {
   Rigid2 field_from_robot;
   double sigma_m = 0.1;

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // features: reads the frames of one shard and their pixels; writes keypoints, descriptors, depths.
-// With a model it also writes what can move in the described frames.
-#include <malloc.h>
-
-#include <memory>
+// With a model it also writes what can move in the frames.
 #include <opencv2/core/utility.hpp>
 #include <opencv2/core/utils/logger.hpp>
+#include <optional>
 
 #include "pipeline/program/stage_main.h"
 #include "stages/features/features.h"
@@ -16,10 +14,8 @@ namespace {
 using namespace nightmap;
 
 StageSpec Spec() {
-  PortSpec model = CheckedPort("model",
-                               "TOML file: classes, and a network in ONNX. What can move is left "
-                               "out of the frames that are described",
-                               CheckModel);
+  PortSpec model = CheckedPort(
+      "model", "TOML file: classes, and a network in ONNX, of what can move", CheckModel);
   model.arity = Arity::kOptional;
   return {"features",
           "Describes keypoints in some frames of a shard, and tracks them through the others.",
@@ -28,28 +24,9 @@ StageSpec Spec() {
            FolderPort("data", "folder to which the paths in the frames file are relative"),
            model},
           {{"features", "shard_NNNN.h5: keypoints, descriptors, depths"},
-           {"labels", "labels of the described frames", Arity::kOptional},
+           {"labels", "labels of the frames that were labelled", Arity::kOptional},
            {"masks", "masks of what can move in them", Arity::kOptional},
            {"frames", "the list of frames, with these masks", Arity::kOptional}}};
-}
-
-// Handing the pages of freed pictures back and forth took a tenth of the time of labelling.
-void KeepFreedPages() {
-  mallopt(M_MMAP_THRESHOLD, 1 << 30);
-  mallopt(M_TRIM_THRESHOLD, 1 << 30);
-}
-
-// Null without a model.
-std::unique_ptr<LabelledFrames> MakeLabelled(const std::vector<FrameRecord>& frames,
-                                             StageContext& context) {
-  if (!context.HasInput("model")) return nullptr;
-  const SegmentationModel model = ReadSegmentationModel(context.Input("model"));
-  if (model.HasNetwork()) {
-    context.AddInput(model.network, context.Input("model"));
-    KeepFreedPages();
-  }
-  return std::make_unique<LabelledFrames>(
-      model, MakeLabeller(model, context.Input("data")), frames);
 }
 
 }  // namespace
@@ -65,8 +42,9 @@ int main(int argc, char** argv) {
       return LoadRgbd(
           frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)), data_root);
     };
-    const auto labelled = MakeLabelled(input.frames, context);
-    input.labelled = labelled.get();
+    std::optional<LabelledFrames> labelled;
+    if (context.HasInput("model")) labelled.emplace(MakeLabelledFrames(input.frames, context));
+    if (labelled) input.labelled = &*labelled;
     const auto result = RunFeatures(options, input, context.NumThreads(), context.GetProgress());
     for (const std::string& reason : result.skipped) context.Skip(reason);
     context.CheckSkipped(input.frames.size(), options.max_failed_ratio);

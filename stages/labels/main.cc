@@ -22,12 +22,10 @@ int main(int argc, char** argv) {
        {"masks", "masks of what can move by itself"},
        {"frames", "the list of frames, with the masks of those that were labelled"}}};
   return StageMain(argc, argv, spec, LabelsOptions{}, [](const auto& options, auto& context) {
-    const SegmentationModel model = ReadSegmentationModel(context.Input("model"));
-    if (model.HasNetwork()) context.AddInput(model.network, context.Input("model"));
     const auto frames = ReadFrames(context.Input("frames"));
     const auto cameras = ReadCameras(context.Input("cameras"), frames);
     const std::filesystem::path data_root = context.Input("data");
-    LabelledFrames labelled(model, MakeLabeller(model, data_root), frames);
+    LabelledFrames labelled = MakeLabelledFrames(frames, context);
     const auto load = [&](const FrameRecord& frame) {
       return LoadRgbd(frame, cameras.at(static_cast<std::size_t>(frame.camera_idx)), data_root);
     };

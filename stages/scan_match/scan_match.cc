@@ -154,7 +154,7 @@ class Matcher {
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Identity();  // of the last match
 };
 
-// Of the motion from one keyscan to the next, with the covariance of the latter's pose.
+// An edge is the motion from one keyscan to the next. It has the covariance of the latter's pose.
 SensorEdge EdgeBetween(const MatchedScan& a, const MatchedScan& b, const Matrix6d& covariance) {
   const Rigid2 b_from_a = b.start_from_robot.Inverse() * a.start_from_robot;
   return {EdgeKind::kOdometry, a.time_ns, b.time_ns, b_from_a.ToRigid3(), covariance};
