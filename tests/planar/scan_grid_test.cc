@@ -49,7 +49,7 @@ struct Recording {
   std::vector<std::vector<float>> ranges_m;
   std::vector<Pose2> poses;
 
-  void Add(const Pose2& pose, std::optional<Eigen::Vector2d> person = {}) {
+  void Add(Pose2 pose, std::optional<Eigen::Vector2d> person = {}) {
     poses.push_back(pose);
     std::vector<float>& scan_m = ranges_m.emplace_back();
     for (int i = 0; i < kNumBeams; ++i) {
