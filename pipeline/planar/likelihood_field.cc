@@ -14,22 +14,7 @@ constexpr double kReach = 3;  // in sigmas; beyond it the field is 0
 LikelihoodField::LikelihoodField(const LikelihoodFieldOptions& options)
     : options_(options),
       size_(static_cast<int>(std::lround(2 * options.half_extent_m / options.resolution_m))),
-      num_blocks_((size_ + kBlock - 1) / kBlock + 1),
-      cells_(static_cast<std::size_t>(size_) * static_cast<std::size_t>(size_)),
-      bounds_(static_cast<std::size_t>(num_blocks_) * static_cast<std::size_t>(num_blocks_)) {}
-
-void LikelihoodField::Raise(int column, int row, float value) {
-  float& cell = cells_[Index(column, row)];
-  if (value <= cell) return;
-  cell = value;
-  const int x = column / kBlock + 1, y = row / kBlock + 1;
-  for (const int block_y : {y - 1, y}) {
-    for (const int block_x : {x - 1, x}) {
-      float& bound = bounds_[BlockIndex(block_x, block_y)];
-      bound = std::max(bound, value);
-    }
-  }
-}
+      cells_(static_cast<std::size_t>(size_) * static_cast<std::size_t>(size_)) {}
 
 void LikelihoodField::Add(const std::vector<Eigen::Vector2d>& points) {
   const double sigma_cells = options_.sigma_m / options_.resolution_m;
@@ -43,7 +28,8 @@ void LikelihoodField::Add(const std::vector<Eigen::Vector2d>& points) {
       for (int column = first.x(); column <= last.x(); ++column) {
         if (!Contains(column, row)) continue;
         const double distance_cells = (Eigen::Vector2d(column, row) - center).norm() / sigma_cells;
-        Raise(column, row, static_cast<float>(std::exp(-0.5 * distance_cells * distance_cells)));
+        float& cell = cells_[Index(column, row)];
+        cell = std::max(cell, static_cast<float>(std::exp(-0.5 * distance_cells * distance_cells)));
       }
     }
   }

@@ -12,7 +12,7 @@ namespace nightmap {
 struct LikelihoodFieldOptions {
   double resolution_m = 0.05;
   double half_extent_m = 40;
-  double sigma_m = 0.08;  // of the distance between two measurements of one wall
+  double sigma_m = 0.06;  // of the distance between two measurements of one wall
 };
 
 // A square of cells about the origin of its frame. Cell (i, j) has its centre at ((i, j) + 0.5) *
@@ -34,15 +34,8 @@ class LikelihoodField {
   float At(int column, int row) const {
     return Contains(column, row) ? cells_[Index(column, row)] : 0.0F;
   }
-  // At least the largest value of the block of kBlock x kBlock cells whose first is (column, row).
-  static constexpr int kBlockBits = 2;
-  static constexpr int kBlock = 1 << kBlockBits;
-  float BoundOfBlock(int column, int row) const {
-    // Shifts, not quotients: cells before the first one are of blocks before the first one.
-    const int x = (column >> kBlockBits) + 1, y = (row >> kBlockBits) + 1;
-    const bool is_inside = x >= 0 && y >= 0 && x < num_blocks_ && y < num_blocks_;
-    return is_inside ? bounds_[BlockIndex(x, y)] : 0.0F;
-  }
+  // All cells, row by row.
+  const std::vector<float>& Cells() const { return cells_; }
 
   // For ceres::BiCubicInterpolator: rows and columns of one value.
   enum { DATA_DIMENSION = 1 };
@@ -56,19 +49,10 @@ class LikelihoodField {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(size_) +
            static_cast<std::size_t>(column);
   }
-  std::size_t BlockIndex(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(num_blocks_) +
-           static_cast<std::size_t>(x);
-  }
-  void Raise(int column, int row, float value);
 
   LikelihoodFieldOptions options_;
   int size_;
-  int num_blocks_;
   std::vector<float> cells_;
-  // Largest values of blocks of cells and of the next blocks to the right, above, and both, from
-  // one block before the first cell on.
-  std::vector<float> bounds_;
 };
 
 }  // namespace nightmap

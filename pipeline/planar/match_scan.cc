@@ -7,15 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <tuple>
 
 #include "pipeline/base/error.h"
+#include "pipeline/planar/search_pose.h"
 
 namespace nightmap {
 namespace {
 
 constexpr double kWindowSigmas = 3;
-constexpr double kHeadingStep_cells = 2;  // of the farthest point
 // Neighbouring points whose errors are one and the same (an edge of a chair, a shift of the clock).
 // The field is wider than the noise of a scanner, so that as many points count as if they erred
 // alone.
@@ -28,85 +27,6 @@ double FarthestDistance_m(const std::vector<Eigen::Vector2d>& points) {
   for (const Eigen::Vector2d& point : points) farthest_m = std::max(farthest_m, point.norm());
   return farthest_m;
 }
-
-// Cells of the points, turned and shifted.
-std::vector<Eigen::Vector2i> CellsOf(const LikelihoodField& field,
-                                     const std::vector<Eigen::Vector2d>& points,
-                                     const Rigid2& field_from_robot) {
-  const Eigen::Rotation2Dd turn(field_from_robot.heading_rad);
-  std::vector<Eigen::Vector2i> cells;
-  cells.reserve(points.size());
-  for (const Eigen::Vector2d& point : points) {
-    const Eigen::Vector2d cell = field.ToCells(turn * point + field_from_robot.translation);
-    cells.push_back(cell.array().round().cast<int>());
-  }
-  return cells;
-}
-
-// Mean over the cells of `value`(column, row).
-template <typename Value>
-double MeanOf(const std::vector<Eigen::Vector2i>& cells, const Value& value) {
-  float sum = 0;
-  for (const Eigen::Vector2i& cell : cells) sum += value(cell.x(), cell.y());
-  return cells.empty() ? 0 : static_cast<double>(sum) / static_cast<double>(cells.size());
-}
-
-// All shifts of a heading in blocks. A block of shifts is looked into only when the bound of its
-// scores is above the best so far: the best is exact.
-class ShiftSearch {
- public:
-  ShiftSearch(const LikelihoodField& field, const PosePrior& prior)
-      : field_(field),
-        prior_(prior),
-        num_cells_(
-            static_cast<int>(std::ceil(kWindowSigmas * prior.sigma_m / field.Resolution_m()))) {}
-
-  // Goes on with another heading.
-  void Search(const std::vector<Eigen::Vector2i>& cells, double heading_rad, double penalty) {
-    std::vector<std::tuple<double, int, int>> blocks;  // - bound, row, column
-    for (int row = -num_cells_; row <= num_cells_; row += LikelihoodField::kBlock) {
-      for (int column = -num_cells_; column <= num_cells_; column += LikelihoodField::kBlock) {
-        const double bound =
-            MeanOf(cells, [&](int x, int y) { return field_.BoundOfBlock(x + column, y + row); });
-        if (bound - penalty > best_value_) blocks.emplace_back(-bound, row, column);
-      }
-    }
-    std::ranges::sort(blocks);
-    for (const auto& [bound, row, column] : blocks) {
-      if (-bound - penalty <= best_value_) break;
-      SearchBlock(cells, heading_rad, penalty, row, column);
-    }
-  }
-
-  const Rigid2& Best() const { return best_; }
-
- private:
-  void SearchBlock(const std::vector<Eigen::Vector2i>& cells,
-                   double heading_rad,
-                   double penalty,
-                   int first_row,
-                   int first_column) {
-    const int end_row = std::min(first_row + LikelihoodField::kBlock, num_cells_ + 1);
-    const int end_column = std::min(first_column + LikelihoodField::kBlock, num_cells_ + 1);
-    for (int row = first_row; row < end_row; ++row) {
-      for (int column = first_column; column < end_column; ++column) {
-        const Eigen::Vector2d shift = field_.Resolution_m() * Eigen::Vector2d(column, row);
-        const double value =
-            MeanOf(cells, [&](int x, int y) { return field_.At(x + column, y + row); }) - penalty -
-            kPriorWeight * shift.squaredNorm() / (prior_.sigma_m * prior_.sigma_m);
-        if (value <= best_value_) continue;
-        best_value_ = value;
-        best_ = {heading_rad, prior_.field_from_robot.translation + shift};
-      }
-    }
-  }
-
-  const LikelihoodField& field_;
-  const PosePrior& prior_;
-  int num_cells_;
-  double best_value_ = -1e9;
-  Rigid2 best_;
-};
 
 // Residuals of all points, then of the prior. 1 - field is half the squared distance from a wall
 // over its variance.
@@ -210,28 +130,12 @@ Eigen::Matrix3d CovarianceAt(const LikelihoodField& field,
 double ScoreOf(const LikelihoodField& field,
                const std::vector<Eigen::Vector2d>& points_in_robot,
                const Rigid2& field_from_robot) {
-  return MeanOf(CellsOf(field, points_in_robot, field_from_robot),
-                [&](int x, int y) { return field.At(x, y); });
-}
-
-Rigid2 SearchPose(const LikelihoodField& field,
-                  const std::vector<Eigen::Vector2d>& points_in_robot,
-                  const PosePrior& prior) {
-  const double cell_m = field.Resolution_m();
-  const double step_rad =
-      kHeadingStep_cells * cell_m / std::max(cell_m, FarthestDistance_m(points_in_robot));
-  const int num_turns = static_cast<int>(std::ceil(kWindowSigmas * prior.sigma_rad / step_rad));
-  ShiftSearch search(field, prior);
-  for (int i = 0; i <= 2 * num_turns; ++i) {
-    const int turn = i % 2 == 0 ? i / 2 : -(i + 1) / 2;  // the likely ones first
-    const Rigid2 pose{prior.field_from_robot.heading_rad + turn * step_rad,
-                      prior.field_from_robot.translation};
-    const double turn_error = turn * step_rad / prior.sigma_rad;
-    search.Search(CellsOf(field, points_in_robot, pose),
-                  pose.heading_rad,
-                  kPriorWeight * turn_error * turn_error);
+  double sum = 0;
+  for (const Eigen::Vector2d& point : points_in_robot) {
+    const Eigen::Vector2d cell = field.ToCells(field_from_robot * point).array().round();
+    sum += field.At(static_cast<int>(cell.x()), static_cast<int>(cell.y()));
   }
-  return search.Best();
+  return points_in_robot.empty() ? 0 : sum / static_cast<double>(points_in_robot.size());
 }
 
 ScanMatch RefinePose(const LikelihoodField& field,
@@ -259,10 +163,19 @@ ScanMatch RefinePose(const LikelihoodField& field,
   return match;
 }
 
-ScanMatch MatchScan(const LikelihoodField& field,
+ScanMatch MatchScan(const FieldPyramid& pyramid,
                     const std::vector<Eigen::Vector2d>& points_in_robot,
                     const PosePrior& prior) {
-  return RefinePose(field, points_in_robot, prior, SearchPose(field, points_in_robot, prior));
+  SearchWindow window;
+  window.center = prior.field_from_robot;
+  window.half_extent_m = kWindowSigmas * prior.sigma_m;
+  window.half_angle_rad = kWindowSigmas * prior.sigma_rad;
+  window.penalty_per_m2 = kPriorWeight / (prior.sigma_m * prior.sigma_m);
+  window.penalty_per_rad2 = kPriorWeight / (prior.sigma_rad * prior.sigma_rad);
+  window.min_value = -1;
+  const auto found = SearchPose(pyramid, points_in_robot, window);
+  const Rigid2 start = found ? found->field_from_robot : prior.field_from_robot;
+  return RefinePose(pyramid.Field(), points_in_robot, prior, start);
 }
 
 }  // namespace nightmap

@@ -151,7 +151,7 @@ class RulesFile:
         for port, value in rule.watched():
             if isinstance(value, PathList):
                 words.append(f"$({value.name})")
-                words.append(self.names_path(rule.job, port))
+                words.append(self.names_path(value))
             else:
                 words.append(value)
         words += [f"$({need.name})" if isinstance(need, PathList) else need for need in rule.needs]
@@ -162,10 +162,10 @@ class RulesFile:
         words = [f"$({value.name})" if isinstance(value, PathList) else value for port, value in rule.inputs if port in rule.by_hash]
         return ["|", *words] if words else []
 
-    def names_path(self, job, port):
-        """The list of names; a job that reads all units is stale when it changes."""
-        reference = next(reference for reference in job.inputs if reference.port == port)
-        units = self.graph.jobs[reference.job].units_of(reference.output)
+    def names_path(self, paths):
+        """The list of the units of a PathList; a job that reads all units is stale when it changes."""
+        job, output = paths.name.split(".", 1)
+        units = self.graph.jobs[job].units_of(output)
         return f"{self.site.folder}/lists/{units}s.txt"
 
     def name_files(self):

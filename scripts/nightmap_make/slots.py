@@ -9,6 +9,7 @@ does a touch of an imported file.
 
 import os
 import re
+from collections import Counter
 from functools import partial
 
 from nightmap_make import changed_files
@@ -95,7 +96,9 @@ def _start_of_runs_ns(graph, job, hashes):
 def _difference(graph, job, receipt, hashes):
     if receipt["stage"] != job.program:
         return f"program {receipt['stage']} -> {job.program}"
-    references = {reference.port: reference for reference in _references(graph, job)}
+    references = {}  # of each port
+    for reference in _references(graph, job):
+        references.setdefault(reference.port, []).append(reference)
     # A file that an input names, as the image of a ROS map, stands in the receipt by its own name.
     named = [entry for entry in receipt["inputs"] if entry["name"] not in references and entry["name"] == os.path.basename(entry["path"])]
     for entry in receipt["inputs"]:
@@ -103,10 +106,10 @@ def _difference(graph, job, receipt, hashes):
             continue
         if entry["name"] not in references:
             return f"in.{entry['name']} is no longer given"
-        because = _other_source(graph, job, references[entry["name"]], entry, hashes)
-        if because:
-            return because
-    imports = any(reference.job == "import" for reference in references.values())
+        differences = [_other_source(graph, job, reference, entry, hashes) for reference in references[entry["name"]]]
+        if all(differences):
+            return differences[0]
+    imports = any(reference.job == "import" for port in references.values() for reference in port)
     other = next((entry["path"] for entry in named if imports and not hashes.is_same(entry)), None)
     return f"{other} changed" if other else _not_given(graph, references, receipt)
 
@@ -127,9 +130,8 @@ def _other_source(graph, job, reference, entry, hashes):
 
 
 def _not_given(graph, references, receipt):
-    had = {entry["name"] for entry in receipt["inputs"]}
-    for port, reference in references.items():
-        if reference.source or port in had:
-            continue
-        return f"in.{port} was not given"
+    had = Counter(entry["name"] for entry in receipt["inputs"])
+    for port, given in references.items():
+        if had[port] < sum(not reference.source for reference in given):
+            return f"in.{port} was not given"
     return None

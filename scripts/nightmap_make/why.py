@@ -54,7 +54,7 @@ class Staleness:
     def _inputs(self, rule):
         """Paths that may make the rule stale. A shared list gives only its stale and its newest paths."""
         values = [*self._file.tool(rule), *(value for port, value in rule.watched()), *rule.needs]
-        values += [self._file.names_path(rule.job, port) for port, value in rule.inputs if isinstance(value, PathList)]
+        values += [self._file.names_path(value) for _, value in rule.inputs if isinstance(value, PathList)]
         for value in values:
             if isinstance(value, PathList):
                 yield from self._worst_of(value)

@@ -72,7 +72,8 @@ class Job:
         self.when = table.get("when")
         self.goal = table.get("goal", "map")
         self.folder = table.get("folder", name)
-        self.inputs = [Input(port, text, where, jobs) for port, text in table.get("in", {}).items()]
+        self.inputs = [Input(port, text, where, jobs) for port, texts in table.get("in", {}).items()
+                       for text in (texts if isinstance(texts, list) else [texts])]  # fmt: skip
         self.outputs, self.beside = dict(table.get("out", {})), dict(table.get("beside", {}))
         self.finds = [tuple(text.split(".", 1)) for text in table.get("finds", [])]
         self.kB_per_frame = table.get("kB_per_frame", 0)

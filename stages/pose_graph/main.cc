@@ -4,6 +4,7 @@
 
 #include "pipeline/graph/frame_poses.h"
 #include "pipeline/program/stage_main.h"
+#include "stages/pose_graph/adopt_odometry.h"
 #include "stages/pose_graph/pose_graph_output.h"
 
 namespace nightmap {
@@ -13,8 +14,9 @@ PoseGraphInput ReadInput(const StageContext& context) {
   PoseGraphInput input;
   input.frames = ReadFrames(context.Inputs("frames"));
   for (const auto& path : context.Inputs("odometry")) input.odometry.push_back(ReadOdometry(path));
-  input.loops = ReadPairs(context.Input("loops"));
+  if (context.HasInput("loops")) input.loops = ReadPairs(context.Input("loops"));
   for (const auto& path : context.Inputs("edges")) input.edges.push_back(ReadEdges(path));
+  if (input.frames.empty()) AdoptOdometry(&input);
   return input;
 }
 
@@ -38,10 +40,13 @@ int main(int argc, char** argv) {
   const StageSpec spec{
       "pose_graph",
       "Computes one consistent trajectory of all shards with loops closed.",
-      {{"frames", "shard_NNNN.csv of all shards, in order", Arity::kMany},
-       {"odometry", "shard_NNNN.h5 of the odometry stage", Arity::kMany},
-       {"loops", "loops.h5 of the loops stage"},
-       {"edges", "edges.h5 of another sensor, its nodes being frames", Arity::kAnyNumber}},
+      {{"frames", "shard_NNNN.csv of all shards, in order; none: no camera", Arity::kAnyNumber},
+       {"odometry", "shard_NNNN.h5 of the odometry stage", Arity::kAnyNumber},
+       {"loops", "loops.h5 of the loops stage", Arity::kOptional},
+       {"edges",
+        "edges.h5 of another sensor, its nodes being frames; without a camera the odometry of the "
+        "first makes the nodes",
+        Arity::kAnyNumber}},
       {{"graph", "graph.h5: odometry, keyframes and edges, for the adjust stage"},
        {"trajectory", "trajectory.tum: graph_from_camera of every frame"},
        {"keyframes", "keyframes.tum: graph_from_camera of the keyframes"},

@@ -63,6 +63,7 @@ class Pipeline {
     for (std::size_t i = 0; i < input_.loops.size(); ++i) {
       RecordLoop(input_.loops[i], closer.Candidates()[i]);
     }
+    RecordSensorLoops(closer.Candidates());
     KeepAcceptedLoops(closer.Candidates());
     return closer.Edges();
   }
@@ -89,6 +90,21 @@ class Pipeline {
                              reason.empty(),
                              reason});
     graph_.is_loop_accepted.push_back(reason.empty());
+  }
+
+  void RecordSensorLoops(const std::vector<LoopCandidate>& candidates) {
+    std::size_t i = input_.loops.size();
+    for (const SensorGraph& sensor : sensors_) {
+      for (const PoseEdge& loop : sensor.loops) {
+        const LoopCandidate& candidate = candidates[i++];
+        result_.loops.push_back({.frame_a = loop.frame_a,
+                                 .frame_b = loop.frame_b,
+                                 .drift = candidate.drift,
+                                 .error = candidate.error,
+                                 .is_accepted = candidate.reason.empty(),
+                                 .reason = candidate.reason});
+      }
+    }
   }
 
   // With the map, where priors hold keyframes in it.

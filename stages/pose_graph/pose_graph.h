@@ -26,6 +26,7 @@ struct PoseGraphOptions {
   void Register(OptionList& list);
 };
 
+// Without a camera: AdoptOdometry makes frames and odometry of the edges of another sensor.
 struct PoseGraphInput {
   std::vector<FrameRecord> frames;  // all frames, contiguous from 0
   std::vector<OdometryShard> odometry;
@@ -69,7 +70,7 @@ struct PoseGraphResult {
   ClosedGraph graph;
   std::vector<PoseEdge> edges;            // believed ones between keyframes
   std::vector<Rigid3> graph_from_camera;  // by frame
-  std::vector<LoopRecord> loops;          // all candidates
+  std::vector<LoopRecord> loops;          // all candidates: the camera's, then those of sensors
   std::vector<SensorRecord> sensors;      // those of the edges
   std::vector<GraphPart> parts;           // most frames first
   bool returns_to_start = false;  // a loop joins the first tenth of the keyframes to the last

@@ -54,8 +54,8 @@ nlohmann::json OptimizationReport(const GraphSummary& summary) {
 
 nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& result) {
   const auto num_accepted = std::ranges::count_if(result.loops, &LoopRecord::is_accepted);
-  const auto num_verified = std::ranges::count_if(
-      input.loops, [](const FramePair& loop) { return loop.status == PairStatus::kAccepted; });
+  const auto num_rejected = std::ranges::count_if(
+      input.loops, [](const FramePair& loop) { return loop.status != PairStatus::kAccepted; });
   const auto num_bridges = std::ranges::count_if(result.edges, &PoseEdge::is_bridge);
   auto parts = nlohmann::json::array();
   for (const GraphPart& part : result.parts) {
@@ -70,8 +70,8 @@ nlohmann::json Summarize(const PoseGraphInput& input, const PoseGraphResult& res
       {"num_keyframes", result.graph.graph_from_keyframe.size()},
       {"num_edges", result.edges.size()},
       {"num_bridges", num_bridges},
-      {"num_loop_candidates", input.loops.size()},
-      {"num_loops_verified", num_verified},
+      {"num_loop_candidates", result.loops.size()},
+      {"num_loops_verified", std::ssize(result.loops) - num_rejected},
       {"num_loops_accepted", num_accepted},
       {"loops", num_accepted > 0 ? "closed" : "no loop found: the map is held by odometry alone"},
       {"graph_optimization", OptimizationReport(result.optimization)}};

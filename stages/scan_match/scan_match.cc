@@ -81,21 +81,38 @@ class Matcher {
     MatchedScan matched{scan.time_ns, prior.field_from_robot, 0, false, false};
     if (submaps_.IsEmpty()) {
       matched.is_matched = true;
-    } else if (static_cast<int>(points.size()) >= options_.min_points) {
+    } else if (HasEnough(points)) {
       Match(points, prior, &matched);
     }
-    if (matched.is_matched && NeedsKeyscan(matched.start_from_robot)) {
-      matched.is_keyscan = true;
-      submaps_.Add(matched.start_from_robot, points);
-      keyscan_ = matched;
-    }
+    if (!matched.is_matched) lost_ += CovarianceOf(prior);
+    if (HasEnough(points) && NeedsKeyscan(matched.start_from_robot)) AddKeyscan(points, &matched);
     before_last_ = std::exchange(last_, matched);
     return matched;
   }
 
-  const Eigen::Matrix3d& Covariance() const { return covariance_; }
+  // Of the motion to the last keyscan: of its match, and of the predictions before it.
+  const Eigen::Matrix3d& Covariance() const { return covariance_of_keyscan_; }
 
  private:
+  bool HasEnough(const std::vector<Eigen::Vector2d>& points) const {
+    return static_cast<int>(points.size()) >= options_.min_points;
+  }
+
+  static Eigen::Matrix3d CovarianceOf(const PosePrior& prior) {
+    return Eigen::Vector3d(prior.sigma_m, prior.sigma_m, prior.sigma_rad).cwiseAbs2().asDiagonal();
+  }
+
+  // Where the scan fits to nothing seen before, the robot is lost, and a new submap begins.
+  void AddKeyscan(const std::vector<Eigen::Vector2d>& points, MatchedScan* matched) {
+    matched->is_keyscan = true;
+    if (!matched->is_matched) submaps_.Clear();
+    submaps_.Add(matched->start_from_robot, points);
+    covariance_of_keyscan_ = lost_;
+    if (matched->is_matched) covariance_of_keyscan_ += covariance_;
+    lost_.setZero();
+    keyscan_ = *matched;
+  }
+
   // start_from_robot at a time, by the wheels or by the last motion.
   PosePrior Predict(std::int64_t time_ns) const {
     if (!last_) return {};
@@ -131,7 +148,7 @@ class Matcher {
   void Match(const std::vector<Eigen::Vector2d>& points, PosePrior prior, MatchedScan* matched) {
     const Submap& submap = submaps_.Older();
     prior.field_from_robot = submap.start_from_submap.Inverse() * prior.field_from_robot;
-    const ScanMatch match = MatchScan(submap.field, points, prior);
+    const ScanMatch match = MatchScan(submaps_.PyramidOfOlder(), points, prior);
     matched->score = match.score;
     if (match.score < options_.min_score) return;
     matched->is_matched = true;
@@ -152,6 +169,8 @@ class Matcher {
   Submaps submaps_;
   std::optional<MatchedScan> last_, before_last_, keyscan_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Identity();  // of the last match
+  Eigen::Matrix3d lost_ = Eigen::Matrix3d::Zero();  // of the motion of scans that fit nowhere
+  Eigen::Matrix3d covariance_of_keyscan_ = Eigen::Matrix3d::Identity();
 };
 
 // An edge is the motion from one keyscan to the next. It has the covariance of the latter's pose.
@@ -163,10 +182,10 @@ SensorEdge EdgeBetween(const MatchedScan& a, const MatchedScan& b, const Matrix6
 }  // namespace
 
 ScanMatchOptions::ScanMatchOptions() {
-  wheels.position_sigma_floor_m = 0.02;
+  wheels.position_sigma_floor_m = 0.1;
   wheels.position_sigma_per_distance = 0.1;
   wheels.position_sigma_m_per_rad = 0.03;
-  wheels.heading_sigma_floor_rad = 0.01;
+  wheels.heading_sigma_floor_rad = 0.03;
   wheels.heading_sigma_rad_per_m = 0.03;
   wheels.heading_sigma_per_turn = 0.1;
   wheels.max_gap_s = 10;

@@ -20,9 +20,9 @@ struct ScanMatchOptions {
   std::string odometry_sensor = "wheels";
   LikelihoodFieldOptions field;
   double max_range_m = 30;
-  double keyscan_distance_m = 0.3;
-  double keyscan_angle_rad = 0.3;
-  int submap_keyscans = 40;
+  double keyscan_distance_m = 0.15;
+  double keyscan_angle_rad = 0.1;
+  int submap_keyscans = 80;
   int min_points = 20;
   double min_score = 0.3;
   WheelNoise wheels;
@@ -58,8 +58,10 @@ struct ScanMatchResult {
 
 // Predicts each scan's pose by the wheels' odometry, or without one by the last motion, searches
 // around the prediction in the likelihood field of the submap, and refines what is found
-// (match_scan.h). A scan that fits nowhere keeps its prediction. Keyscans, chosen by motion, make
-// the submap: there are two that overlap by half, and matching uses the older one, as Cartographer
+// (match_scan.h). A scan that fits nowhere keeps its prediction; when the robot has moved on, new
+// submaps begin at such a scan, and the edge to it has the predictions' uncertainty. The floors of
+// the wheels' noise are per scan and large, because wheels slip, and so the search finds a robot
+// that goes elsewhere than its wheels say. Keyscans, chosen by motion, make the submap: there are two that overlap by half, and matching uses the older one, as Cartographer
 // does (Hess, Kohler, Rapp, Andor, Real-time loop closure in 2D LIDAR SLAM, ICRA 2016). So time per
 // scan and memory do not grow with the recording. Throws UsageError when a sensor is not named but
 // must be, InputError when there is no scan. Deterministic; one thread.

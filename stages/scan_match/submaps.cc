@@ -2,12 +2,23 @@
 #include "stages/scan_match/submaps.h"
 
 namespace nightmap {
+namespace {
+
+constexpr int kNumLevels = 4;  // of a window of a few tenths of a metre
+
+}  // namespace
+
+const FieldPyramid& Submaps::PyramidOfOlder() {
+  Submap& submap = submaps_.front();
+  if (!submap.pyramid) submap.pyramid.emplace(submap.field, kNumLevels);
+  return *submap.pyramid;
+}
 
 void Submaps::Add(const Rigid2& start_from_robot,
                   const std::vector<Eigen::Vector2d>& points_in_robot) {
   if (!IsEmpty() && submaps_.front().num_keyscans >= num_keyscans_) submaps_.pop_front();
   if (IsEmpty() || (submaps_.size() == 1 && 2 * submaps_.front().num_keyscans >= num_keyscans_)) {
-    submaps_.push_back({start_from_robot, LikelihoodField(options_)});
+    submaps_.push_back({start_from_robot, LikelihoodField(options_), 0, std::nullopt});
   }
   for (Submap& submap : submaps_) {
     const Rigid2 submap_from_robot = submap.start_from_submap.Inverse() * start_from_robot;
@@ -17,6 +28,7 @@ void Submaps::Add(const Rigid2& start_from_robot,
       points.push_back(submap_from_robot * point);
     }
     submap.field.Add(points);
+    submap.pyramid.reset();
     ++submap.num_keyscans;
   }
 }

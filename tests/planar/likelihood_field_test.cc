@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
@@ -36,24 +35,6 @@ TEST(LikelihoodField, PointsOutsideAndTheirOrderDoNotMatter) {
   }
   EXPECT_EQ(a.At(-1, 0), 0);
   EXPECT_EQ(a.At(0, a.Size()), 0);
-}
-
-TEST(LikelihoodField, TheBoundOfABlockIsNoSmallerThanAnyOfItsCells) {
-  LikelihoodField field(kSmall);
-  Random random(7);
-  std::vector<Eigen::Vector2d> points;
-  for (int i = 0; i < 12; ++i) points.push_back({random.Uniform(-2, 2), random.Uniform(-2, 2)});
-  field.Add(points);
-  for (int row = -9; row < field.Size() + 5; ++row) {
-    for (int column = -9; column < field.Size() + 5; ++column) {
-      const float bound = field.BoundOfBlock(column, row);
-      for (int i = 0; i < LikelihoodField::kBlock; ++i) {
-        for (int j = 0; j < LikelihoodField::kBlock; ++j) {
-          ASSERT_GE(bound, field.At(column + i, row + j)) << column << " " << row;
-        }
-      }
-    }
-  }
 }
 
 }  // namespace

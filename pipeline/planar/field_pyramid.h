@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bounds of a likelihood field over squares of cells, for branch and bound (Hess, Kohler, Rapp,
+// Andor, Real-time loop closure in 2D LIDAR SLAM, ICRA 2016, section V).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/planar/likelihood_field.h"
+
+namespace nightmap {
+
+// Level 0 is the field in steps of 1 / 255. Level h holds the largest value of each square of 2^h x
+// 2^h cells. Does not change with the field afterwards. Takes a byte per cell and level.
+class FieldPyramid {
+ public:
+  FieldPyramid(const LikelihoodField& field, int num_levels);
+
+  int NumLevels() const { return static_cast<int>(levels_.size()); }
+  const LikelihoodField& Field() const { return *field_; }
+  // The largest of the cells from (column, row) on; those outside of the field are 0.
+  int At(int level, int column, int row) const {
+    const Level& squares = levels_[static_cast<std::size_t>(level)];
+    const auto x = static_cast<std::size_t>(column + squares.margin);
+    const auto y = static_cast<std::size_t>(row + squares.margin);
+    return x < squares.size && y < squares.size ? squares.values[y * squares.size + x] : 0;
+  }
+
+ private:
+  struct Level {
+    int margin = 0;  // squares that begin before the first cell
+    std::size_t size = 0;
+    std::vector<std::uint8_t> values;
+  };
+  static Level FirstLevel(const LikelihoodField& field);
+  static Level NextLevel(const Level& below);
+
+  const LikelihoodField* field_;
+  std::vector<Level> levels_;
+};
+
+}  // namespace nightmap

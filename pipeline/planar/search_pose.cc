@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/planar/search_pose.h"
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+#include <tuple>
+
+namespace nightmap {
+namespace {
+
+// Shifts of one heading: a square of 2^level x 2^level cells from (column, row) on.
+struct Square {
+  double bound = 0;  // of the value of its shifts; of a single shift its value
+  int level = 0;
+  int turn = 0;
+  int column = 0;
+  int row = 0;
+
+  // The largest bound comes first; of equal ones single shifts, then by place.
+  bool operator<(const Square& other) const {
+    return std::tie(bound, other.level, other.turn, other.row, other.column) <
+           std::tie(other.bound, level, turn, row, column);
+  }
+};
+
+// Distance of the nearest of the cells [first, last] from 0.
+double Nearest(int first, int last) { return std::max({0, first, -last}); }
+
+class PoseSearch {
+ public:
+  PoseSearch(const FieldPyramid& pyramid,
+             const std::vector<Eigen::Vector2d>& points,
+             const SearchWindow& window)
+      : pyramid_(pyramid),
+        window_(window),
+        points_(points),
+        cell_m_(pyramid.Field().Resolution_m()),
+        headings_(HeadingStepsOf(window, cell_m_, points)),
+        num_shifts_(static_cast<int>(std::ceil(window.half_extent_m / cell_m_))) {}
+
+  std::optional<FoundPose> Run() {
+    if (points_.empty()) return std::nullopt;
+    for (int turn = -headings_.num_turns; turn <= headings_.num_turns; ++turn) {
+      cells_.push_back(CellsOf(Pose(turn, 0, 0)));
+      AddSquares(turn);
+    }
+    while (!open_.empty()) {
+      const Square best = open_.top();
+      open_.pop();
+      if (best.level == 0) return Found(best);
+      Split(best);
+    }
+    return std::nullopt;
+  }
+
+ private:
+  Rigid2 Pose(int turn, int column, int row) const {
+    return {window_.center.heading_rad + turn * headings_.step_rad,
+            window_.center.translation + cell_m_ * Eigen::Vector2d(column, row)};
+  }
+
+  std::vector<Eigen::Vector2i> CellsOf(const Rigid2& pose) const {
+    const Eigen::Matrix2d turn = Eigen::Rotation2Dd(pose.heading_rad).toRotationMatrix();
+    std::vector<Eigen::Vector2i> cells;
+    cells.reserve(points_.size());
+    for (const Eigen::Vector2d& point : points_) {
+      const Eigen::Vector2d cell = pyramid_.Field().ToCells(turn * point + pose.translation);
+      cells.push_back(cell.array().round().cast<int>());
+    }
+    return cells;
+  }
+
+  // The whole window of a heading, in squares of the highest level that is not larger.
+  void AddSquares(int turn) {
+    int level = pyramid_.NumLevels() - 1;
+    while (level > 0 && (1 << level) > 2 * num_shifts_ + 1) --level;
+    const int side = 1 << level;
+    for (int row = -num_shifts_; row <= num_shifts_; row += side) {
+      for (int column = -num_shifts_; column <= num_shifts_; column += side) {
+        Add({0, level, turn, column, row});
+      }
+    }
+  }
+
+  void Split(const Square& square) {
+    const int half = 1 << (square.level - 1);
+    for (const int row : {square.row, square.row + half}) {
+      for (const int column : {square.column, square.column + half}) {
+        if (row > num_shifts_ || column > num_shifts_) continue;
+        Add({0, square.level - 1, square.turn, column, row});
+      }
+    }
+  }
+
+  void Add(Square square) {
+    const int last_column = std::min(square.column + (1 << square.level) - 1, num_shifts_);
+    const int last_row = std::min(square.row + (1 << square.level) - 1, num_shifts_);
+    if (IsLeftOut(square, last_column, last_row)) return;
+    const double shift_m =
+        cell_m_ * std::hypot(Nearest(square.column, last_column), Nearest(square.row, last_row));
+    const double turn_rad = square.turn * headings_.step_rad;
+    square.bound = Score(square) - window_.penalty_per_m2 * shift_m * shift_m -
+                   window_.penalty_per_rad2 * turn_rad * turn_rad;
+    if (square.bound > window_.min_value) open_.push(square);
+  }
+
+  double Score(const Square& square) const {
+    int sum = 0;
+    for (const Eigen::Vector2i& cell :
+         cells_[static_cast<std::size_t>(square.turn + headings_.num_turns)]) {
+      sum += pyramid_.At(square.level, cell.x() + square.column, cell.y() + square.row);
+    }
+    return sum / (255.0 * static_cast<double>(points_.size()));
+  }
+
+  bool IsLeftOut(const Square& square, int last_column, int last_row) const {
+    if (!window_.not_near) return false;
+    const Rigid2 pose = Pose(square.turn, 0, 0);
+    if (std::abs(WrapAngle_rad(pose.heading_rad - window_.not_near->heading_rad)) >
+        window_.near_rad) {
+      return false;
+    }
+    const Eigen::Vector2d first =
+        (window_.not_near->translation - window_.center.translation) / cell_m_;
+    const Eigen::Vector2d far(
+        std::max(std::abs(square.column - first.x()), std::abs(last_column - first.x())),
+        std::max(std::abs(square.row - first.y()), std::abs(last_row - first.y())));
+    return cell_m_ * far.norm() <= window_.near_m;
+  }
+
+  FoundPose Found(const Square& square) const {
+    return {Pose(square.turn, square.column, square.row), Score(square), square.bound};
+  }
+
+  const FieldPyramid& pyramid_;
+  const SearchWindow& window_;
+  const std::vector<Eigen::Vector2d>& points_;
+  double cell_m_;
+  HeadingSteps headings_;
+  int num_shifts_;
+  std::vector<std::vector<Eigen::Vector2i>> cells_;  // of the points, by turn
+  std::priority_queue<Square> open_;
+};
+
+}  // namespace
+
+HeadingSteps HeadingStepsOf(const SearchWindow& window,
+                            double resolution_m,
+                            const std::vector<Eigen::Vector2d>& points_in_robot) {
+  double sum_m2 = 0;
+  for (const Eigen::Vector2d& point : points_in_robot) sum_m2 += point.squaredNorm();
+  const double count = static_cast<double>(std::max<std::size_t>(1, points_in_robot.size()));
+  const double distance_m = std::max(resolution_m, std::sqrt(sum_m2 / count));
+  const double step_rad = kHeadingStep_cells * resolution_m / distance_m;
+  return {static_cast<int>(std::ceil(window.half_angle_rad / step_rad)), step_rad};
+}
+
+std::optional<FoundPose> SearchPose(const FieldPyramid& pyramid,
+                                    const std::vector<Eigen::Vector2d>& points_in_robot,
+                                    const SearchWindow& window) {
+  return PoseSearch(pyramid, points_in_robot, window).Run();
+}
+
+}  // namespace nightmap
