@@ -26,9 +26,9 @@ from nightmap_eval.artifacts import (
 )
 from nightmap_eval.cloud_accuracy import cloud_metrics
 from nightmap_eval.floor_accuracy import evaluate_floors, truth_folder
-from nightmap_eval.laser_accuracy import laser_figures
 from nightmap_eval.located_queries import VERDICTS, read_located
 from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops, read_relative_poses
+from nightmap_eval.metrics_json import laser_figures
 from nightmap_eval.ply import read_ply
 from nightmap_eval.query_errors import PROTOCOLS, query_summary
 from nightmap_eval.trajectory import associate, path_length_m, read_truth, read_tum
