@@ -64,6 +64,8 @@ def wall_cells(grid):
     """The WallCells of a grid, in the order of rows."""
     occupied = grid.cells == OCCUPIED
     cells = np.argwhere(occupied)
+    if len(cells) == 0:
+        return WallCells(cells, np.zeros((0, 2)))
     radius = max(2, round(RADIUS_M / grid.resolution_m))
     found = [_straight(occupied, part, radius, grid.resolution_m) for part in np.array_split(cells, 1 + len(cells) // CHUNK)]
     is_wall, along = (np.concatenate(parts) for parts in zip(*found))
@@ -124,6 +126,13 @@ def _steps(directions):
     return directions * lengths[:, None], lengths
 
 
+def _nearest_axes(directions):
+    """One cell along the axis that is nearest to each direction: a diagonal step would pass between the cells of a diagonal."""
+    cells = np.zeros(directions.shape, dtype=int)
+    cells[np.arange(len(cells)), np.argmax(np.abs(directions), axis=1)] = 1
+    return cells
+
+
 def _lines(cells, directions, ks):
     """Cells (n, k, 2) on the lines through each cell: step k along its direction."""
     return cells[:, None] + np.rint(ks[None, :, None] * directions[:, None]).astype(int)
@@ -145,7 +154,7 @@ def thickness_cells(grid, walls):
 def _is_long(grid, walls):
     """Whether the wall goes on for MIN_LENGTH_M at each wall cell, straight within a cell, with holes of MAX_HOLE_M at most."""
     steps, lengths = _steps(walls.along)
-    across = np.rint(_steps(walls.normals())[0]).astype(int)
+    across = _nearest_axes(walls.normals())
     max_steps = max(1, round(MIN_LENGTH_M / grid.resolution_m))
     max_hole = max(1, round(MAX_HOLE_M / grid.resolution_m))
     reach = np.zeros(len(walls.cells), dtype=int)
@@ -195,7 +204,5 @@ def _doubled_on_side(grid, walls, is_long, index, steps, lengths):
 def _others(index, line, along):
     """Number of the wall cell at each cell of the lines (n, k, 2), or beside it along the wall: a diagonal line of cells slips
     through a diagonal wall. -1: none."""
-    beside = np.zeros(along.shape, dtype=int)
-    beside[np.arange(len(along)), np.argmax(np.abs(along), axis=1)] = 1
     here = _at(index, line, -1)
-    return np.where(here >= 0, here, _at(index, line + beside[:, None], -1))
+    return np.where(here >= 0, here, _at(index, line + _nearest_axes(along)[:, None], -1))

@@ -12,7 +12,7 @@ from fake_site import moved, rotation_about, write_tum
 from nightmap_eval.trajectory import Trajectory, quaternion
 from nightmap_site.pipeline import read_pipeline
 
-KEPT = ("frames", "pose_graph", "map_frame", "grid", "plan", "drive", "evaluate", "report")
+KEPT = ("frames", "pose_graph", "map_frame", "grid", "plan")  # and the scripts
 TRUTH_FROM_MAP_YAW_RAD, TRUTH_FROM_MAP_M = 0.5, np.array([1.0, -2.0, 0.0])
 
 
@@ -20,11 +20,13 @@ def write_configs(folder):
     """Configs whose profile `scans` has the kept jobs alone; its grid brings the figures and the section of a laser."""
     shutil.copytree(fake_site.CHECKOUT / "configs", folder, ignore=shutil.ignore_patterns("sites", "default"))
     text = ""
-    for name, job in read_pipeline(str(folder)).jobs.items():
-        if name not in KEPT:
+    jobs = read_pipeline(str(folder)).jobs
+    kept = {name for name, job in jobs.items() if name in KEPT or job.script}
+    for name, job in jobs.items():
+        if name not in kept:
             text += f"[{name}]\nleave_out = true\n"
             continue
-        cut = [reference.port for reference in job.inputs if reference.job and reference.job not in KEPT]
+        cut = [reference.port for reference in job.inputs if reference.job and reference.job not in kept]
         text += f"[{name}]\n" + "".join(f"in.{port} = false\n" for port in dict.fromkeys(cut))
         if name == "grid":
             text += ('section.report = "scripts/nightmap_eval/report_laser.py"\n'
