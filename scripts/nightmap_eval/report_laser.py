@@ -63,15 +63,20 @@ def map_section(site):
     if yaml:
         axes.set_aspect("equal", adjustable="box")
         drawing.draw_grid(axes, read_grid(site.folder_of("grid") / read_floors(site)[0]["yaml"]))
-    for i, ends in enumerate(rejected):
-        label = f"rejected loops ({len(rejected)})" if i == 0 else None
-        axes.plot(ends[:, 0], ends[:, 1], color=drawing.RED, lw=0.6, ls=":", alpha=0.7, label=label)
-    drawing.draw_trajectory(axes, estimate.positions_m, None, accepted)
+    drawing.draw_trajectory(axes, estimate.positions_m)
     if keyscans:
         shown = read_tum(keyscans).positions_m
         axes.plot(shown[:, 0], shown[:, 1], ".", color=drawing.ORANGE, ms=2.5, label=f"keyscans ({len(shown)})")
+    draw_loops(axes, rejected, "rejected loops", color=drawing.RED, ls=":", lw=1)
+    draw_loops(axes, accepted, "accepted loops", color=drawing.GREEN, lw=1)
     axes.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1))
     return html.section("Laser map", html.image(drawing.to_png(figure), "grid with the robot's way and its loops"))
+
+
+def draw_loops(axes, loops, name, **style):
+    """Above the way, since most loops join places that are near."""
+    for i, ends in enumerate(loops):
+        axes.plot(ends[:, 0], ends[:, 1], zorder=3, alpha=0.8, label=f"{name} ({len(loops)})" if i == 0 else None, **style)
 
 
 def figures_section(figures):

@@ -13,8 +13,10 @@ import numpy as np
 import fake_site
 import laser_site
 from fake_site import rotation_about, write_tum
+from nightmap_eval.report_laser import loop_ends
 from nightmap_eval.trajectory import Trajectory, interpolated, planar_umeyama, quaternion
 from nightmap_site.script_errors import DataError
+from nightmap_site.site import Site
 
 
 class LaserSiteTest(unittest.TestCase):
@@ -182,11 +184,11 @@ class LaserSiteTest(unittest.TestCase):
 
     def test_loops_are_drawn_at_the_poses_that_they_number(self):
         estimate = laser_site.write_site(self.site_dir)
-        with mock.patch("nightmap_eval.drawing.draw_trajectory") as draw:
-            self.report()
-        [call] = draw.call_args_list
-        [loop] = call.args[3]
-        np.testing.assert_allclose(loop, estimate.positions_m[[0, 133]], atol=1e-6)
+        [accepted], [rejected] = loop_ends(Site(self.site_dir), estimate)
+        np.testing.assert_allclose(accepted, estimate.positions_m[[0, 133]], atol=1e-6)
+        np.testing.assert_allclose(rejected, estimate.positions_m[[5, 300]], atol=1e-6)
+        kept = estimate.select([i for i in range(401) if i != 300])  # a loop of a pose that the map has not is not drawn
+        self.assertEqual(list(map(len, loop_ends(Site(self.site_dir), kept))), [1, 0])
         (self.site_dir / "pose_graph" / "loops.csv").write_text("frame_a,frame_b,status,reason\n0,401,accepted,\n")
         out = self.site_dir / "report" / "index.html"
         result = fake_site.run("report.py", "--site-dir", self.site_dir, "--out", out)
