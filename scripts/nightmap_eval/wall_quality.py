@@ -173,7 +173,7 @@ def _is_long(grid, walls):
 
 def doubled(grid, walls):
     """Whether a second drawing of the same wall lies beside each wall cell."""
-    index = np.full(grid.cells.shape, -1)
+    index = np.full(grid.cells.shape, -1, dtype=np.int32)
     index[tuple(walls.cells.T)] = np.arange(len(walls.cells))
     is_long = _is_long(grid, walls)
     steps, lengths = _steps(walls.normals())
