@@ -6,7 +6,8 @@ Trajectory: ATE after SE(3) and Sim(3) alignment, RPE per frame and per metre. Q
 map aligned by its own mapping frames, as a whole (global) and around each query (local), recall with
 missing poses counted as failures. Synthetic sites: distance of the cloud to the exact surfaces, and each
 floor's grid, walls and doors against the exact plan. A site without truth gets counts only; metrics.json
-says so. A job's own figures (section.evaluation) stand in `sections`; a site without a camera has only these.
+says so. A job's own figures (section.evaluation) stand in `sections`; a site without a camera has only these: those
+of a laser are in nightmap_eval/laser_accuracy.py.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
@@ -24,14 +25,14 @@ from nightmap_eval.artifacts import (
     write_atomic,
 )
 from nightmap_eval.cloud_accuracy import cloud_metrics
-from nightmap_eval.floor_accuracy import evaluate_floors
+from nightmap_eval.floor_accuracy import evaluate_floors, truth_folder
 from nightmap_eval.located_queries import VERDICTS, read_located
 from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops, read_relative_poses
+from nightmap_eval.metrics_json import laser_figures
 from nightmap_eval.ply import read_ply
 from nightmap_eval.query_errors import PROTOCOLS, query_summary
 from nightmap_eval.trajectory import associate, path_length_m, read_truth, read_tum
 from nightmap_eval.trajectory_errors import trajectory_metrics
-from nightmap_site.checked_reading import check, read_toml
 from nightmap_site.script_errors import DataError, run_main
 from nightmap_site.site import Site
 
@@ -163,18 +164,6 @@ def evaluate_loops(site, frames, max_gap_ns):
     return figures
 
 
-def truth_folder(site, arguments):
-    """DATA/<root>/truth of the site config; it exists for synthetic sites."""
-    config = arguments.site_config or site.config / "site" / f"{site.name}.toml"
-    if not config.exists():
-        if arguments.site_config:
-            raise DataError(f"{config}: no such site config")
-        return None
-    tables = read_toml(config)
-    check(tables, {"?root": str}, str(config))
-    return arguments.data / tables.get("root", ".") / "truth"
-
-
 def evaluate_map(site, truth_dir, alignment):
     """Cloud and grid against the exact building (truth frame = building frame)."""
     figures = {}
@@ -208,7 +197,7 @@ def evaluate_camera(site, arguments):
         figures["queries"] = evaluate_queries(queries, site.query_ground_truth, map_pair, max_gap_ns)
     if site.made("pose_graph", "loops_csv"):
         figures["loops"] = evaluate_loops(site, frames, max_gap_ns)
-    truth_dir = truth_folder(site, arguments)
+    truth_dir = truth_folder(site, arguments.site_config)
     if alignment is not None and truth_dir is not None and truth_dir.exists():
         figures["map"] = evaluate_map(site, truth_dir, alignment)
     return figures
@@ -217,18 +206,25 @@ def evaluate_camera(site, arguments):
 def evaluate(arguments):
     site = Site(arguments.site_dir, arguments.data)
     metrics = {"format": "nightmap metrics", "version": 1, "site": site.name}
-    metrics |= evaluate_camera(site, arguments) if site.has("map_frame") else {"has_ground_truth": False}
+    if site.has_camera() and site.has("map_frame"):
+        metrics |= evaluate_camera(site, arguments)
+    else:
+        metrics["has_ground_truth"] = site.robot_truth.exists()
     for job, module in site.sections("evaluation"):
         metrics.setdefault("sections", {})[job.name] = module.evaluate(site)
     return metrics
 
 
 def print_summary(metrics):
-    if "trajectory" not in metrics:
+    trajectory = metrics.get("trajectory") or laser_figures(metrics).get("trajectory")
+    if trajectory is None:
         print(f"{metrics['site']}: no ground truth: counts only, no accuracy")
         return
-    se3 = metrics["trajectory"]["se3"]
-    print(f"{metrics['site']}: ATE RMSE {100 * se3['ate_rmse_m']:.2f} cm (SE(3) alignment)")
+    text = f"{metrics['site']}: ATE RMSE {100 * trajectory['se3']['ate_rmse_m']:.2f} cm (SE(3) alignment)"
+    far = trajectory.get("relative_10m", {})
+    if far.get("num_pairs"):
+        text += f"; over 10 m {100 * far['translation_mean_m']:.2f} cm, {far['rotation_mean_deg']:.3f} deg"
+    print(text)
 
 
 def main():

@@ -64,6 +64,17 @@ def error_png(frame_idxs, errors_m):
     return to_png(figure)
 
 
+def error_over_time_png(times_ns, errors_m):
+    """Error of each pose after the alignment, over the time since the first."""
+    figure, axes = plt.subplots(figsize=(7.5, 2.4))
+    axes.plot((times_ns - times_ns[:1]) / 1e9, 100 * np.asarray(errors_m), color=BLUE, lw=1)
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel("error (cm)")
+    axes.grid(alpha=0.3)
+    return to_png(figure)
+
+
 def draw_grid(axes, grid):
     """Free cells white, occupied black, others gray; cropped to the seen cells."""
     colors = ListedColormap(["#c8c8c8", "#ffffff", "#202020"])
@@ -88,13 +99,13 @@ def draw_path(axes, path_m):
     axes.plot(*path_m[-1, :2], "*", color=RED, ms=13, label="goal")
 
 
-def grid_png(grid, path_m=None, trajectory_m=None, located_m=None):
-    """The occupancy grid with camera, path and drive. Arguments may be None."""
+def grid_png(grid, path_m=None, trajectory_m=None, located_m=None, mover="camera"):
+    """The occupancy grid with the way of the camera or of another mover, path and queries. Arguments may be None."""
     figure, axes = map_axes("Floor plan: free white, occupied black, not seen gray")
     axes.set_aspect("equal", adjustable="box")
     draw_grid(axes, grid)
     if trajectory_m is not None:
-        axes.plot(trajectory_m[:, 0], trajectory_m[:, 1], color=BLUE, lw=0.8, label="camera")
+        axes.plot(trajectory_m[:, 0], trajectory_m[:, 1], color=BLUE, lw=0.8, label=mover)
     if located_m is not None and len(located_m):
         axes.plot(located_m[:, 0], located_m[:, 1], "^", color=ORANGE, ms=5, label="queries")
     if path_m is not None and len(path_m):

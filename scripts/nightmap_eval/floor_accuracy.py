@@ -6,7 +6,7 @@ import numpy as np
 from nightmap_eval.grid import compare_with_plan, read_grid
 from nightmap_eval.walls_and_doors import Sampler, door_figures, wall_figures
 from nightmap_site import unit_lists
-from nightmap_site.checked_reading import NUMBER, read_object, read_toml, using
+from nightmap_site.checked_reading import NUMBER, check, read_object, read_toml, using
 from nightmap_site.script_errors import DataError
 
 MAX_HEIGHT_ERROR_M = 0.5
@@ -24,6 +24,20 @@ def read_floors(site):
     if not site.made("grid", "floors"):
         return [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"}]
     return unit_lists.whole(unit_lists.read_floors, site.folder_of("grid"))
+
+
+def truth_folder(site, site_config=None):
+    """DATA/<root>/truth of the site config; None without one. It exists for synthetic sites.
+
+    site_config: another file than the copy in the site's folder."""
+    config = site_config or site.config / "site" / f"{site.name}.toml"
+    if not config.exists():
+        if site_config:
+            raise DataError(f"{config}: no such site config")
+        return None
+    tables = read_toml(config)
+    check(tables, {"?root": str}, str(config))
+    return None if site.data is None else site.data / tables.get("root", ".") / "truth"
 
 
 def read_true_floors(truth_dir):

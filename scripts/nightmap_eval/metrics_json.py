@@ -24,12 +24,30 @@ QUERIES = {
     "?num_with_truth": int, "?recall_5cm_5deg_percent": UNKNOWN_OR_NUMBER,
 }  # fmt: skip
 FLOOR = {"?height_m": NUMBER, "?found": bool}
+GRID = FLOOR | {"?floors": [FLOOR | {"height_m": NUMBER}]}
 METRICS = {
     "?coverage": COVERAGE, "?trajectory": TRAJECTORY, "?queries": QUERIES,
     "?loops": {"num_accepted": int, "num_rejected": int},
     "?map": {"?cloud": {"?surface_distance_median_m": NUMBER, "?surface_distance_p90_m": NUMBER},
-             "?grid": FLOOR | {"?floors": [FLOOR | {"height_m": NUMBER}]}},
+             "?grid": GRID},
+    "?sections": dict,
 }  # fmt: skip
+LASER_STATISTICS = ("mean", "median", "p90")
+STRETCH = {f"{name}_{kind}_{unit}": NUMBER for name, unit in (("translation", "m"), ("rotation", "deg")) for kind in LASER_STATISTICS}
+WALL_KEYS = ("thickness_mean_cells", "thickness_median_cells", "thickness_p90_cells", "doubled_percent")
+LASER_TRAJECTORY = {
+    "num_scans_with_truth": int, "missing_percent": NUMBER, "truth_from_map_m_q": [NUMBER], "se3": ATE, "sim3": ATE,
+    "relative_1m": {"num_pairs": int, "num_missing": int}, "relative_10m": {"num_pairs": int, "num_missing": int},
+}  # fmt: skip
+LASER = {
+    "num_scans": int, "num_scans_with_pose": int, "path_length_m": NUMBER, "?num_keyscans": int,
+    "?trajectory": LASER_TRAJECTORY,
+    "?relations": {"num_relations": int, "num_missing": int},
+    "?walls": {f"?{key}": UNKNOWN_OR_NUMBER for key in WALL_KEYS},
+    "?map": {"?grid": GRID},
+}  # fmt: skip
+RELATIONS = {f"{name}_{kind}_{unit}": UNKNOWN_OR_NUMBER if kind == "std" else NUMBER for kind in ("mean", "std") for name, unit in (
+    ("translation", "m"), ("translation_squared", "m2"), ("rotation", "deg"), ("rotation_squared", "deg2"))}  # fmt: skip
 MEDIANS = [f"{statistic}_{kind}" for statistic in ("median", "p90")
            for kind in ("translation_error_cm", "rotation_error_deg")]  # fmt: skip
 RECALLS = [f"recall_{max_cm}cm_{max_deg}deg_percent" for max_cm, max_deg in RECALL_THRESHOLDS]
@@ -53,6 +71,28 @@ def read_metrics(path):
     queries = metrics.get("queries", {})
     if "num_with_truth" in queries:
         check(queries, dict.fromkeys(PROTOCOLS, PROTOCOL), f"{path}: queries")
-    if len(metrics.get("trajectory", {}).get("truth_from_map_m_q", range(7))) != 7:
-        raise DataError(f"{path}: truth_from_map_m_q is not a pose; {REMEDY}")
+    check_laser(laser_figures(metrics), path)
+    for trajectory in (metrics.get("trajectory", {}), laser_figures(metrics).get("trajectory", {})):
+        if len(trajectory.get("truth_from_map_m_q", range(7))) != 7:
+            raise DataError(f"{path}: truth_from_map_m_q is not a pose; {REMEDY}")
     return metrics
+
+
+def laser_figures(metrics):
+    """The figures of laser_accuracy.py, whichever job they are of; {} without any."""
+    sections = metrics.get("sections", {}).values()
+    return next((figures for figures in sections if isinstance(figures, dict) and "num_scans" in figures), {})
+
+
+def check_laser(figures, path):
+    """Raises DataError unless the figures that the report shows of a laser's map are there."""
+    if not figures:
+        return
+    check(figures, LASER, f"{path}: sections")
+    for name in ("relative_1m", "relative_10m"):
+        stretch = figures.get("trajectory", {}).get(name, {})
+        if stretch.get("num_pairs"):
+            check(stretch, STRETCH, f"{path}: sections: {name}")
+    relations = figures.get("relations", {})
+    if relations.get("num_relations", 0) > relations.get("num_missing", 0):
+        check(relations, RELATIONS, f"{path}: sections: relations")

@@ -33,14 +33,14 @@ GRID_ROWS = (
 
 
 def map_sections(site, metrics):
-    """Sections of the jobs that the site has."""
-    made = (section() for job, section in (
-        ("map_frame", lambda: trajectory_section(site, metrics)),
-        ("map_frame", lambda: accuracy_section(metrics)),
-        ("point_cloud", lambda: cloud_section(site)),
-        ("grid", lambda: plan_section(site)),
-        ("drive", lambda: drive_section(site)),
-    ) if site.has(job))  # fmt: skip
+    """Sections of the jobs that the site has. Trajectory and accuracy are those of a camera; a laser's are in report_laser.py."""
+    made = (section() for is_there, section in (
+        (site.has("map_frame") and site.has_camera(), lambda: trajectory_section(site, metrics)),
+        (site.has("map_frame") and site.has_camera(), lambda: accuracy_section(metrics)),
+        (site.has("point_cloud"), lambda: cloud_section(site)),
+        (site.has("grid"), lambda: plan_section(site)),
+        (site.has("drive"), lambda: drive_section(site)),
+    ) if is_there)  # fmt: skip
     return [section for section in made if section is not None]
 
 
@@ -129,7 +129,7 @@ def _relative_rows(trajectory):
             yield [title, *shown, *turned, values["num_pairs"]]
 
 
-def _building_rows(building):
+def building_rows(building):
     cloud, grid = building.get("cloud", {}), building.get("grid", {})
     for key, title in (("surface_distance_median_m", "Cloud to surface, median (cm)"),
                        ("surface_distance_p90_m", "Cloud to surface, 90 % (cm)")):  # fmt: skip
@@ -157,7 +157,7 @@ def accuracy_section(metrics):
     head = ("Motion", "RMSE (cm)", "median (cm)", "rotation RMSE (deg)", "median (deg)", "pairs")
     parts.append(html.table(head, _relative_rows(trajectory)))
     if metrics.get("map"):
-        parts.append(html.table(("Against the exact building", ""), _building_rows(metrics["map"])))
+        parts.append(html.table(("Against the exact building", ""), building_rows(metrics["map"])))
     return html.section("Accuracy", *parts)
 
 
@@ -180,12 +180,12 @@ def path_floor(site):
     return read_object(path, {"?floor": int}, "run make plan again").get("floor", 0) if path else 0
 
 
-def floor_picture(grid_dir, floor, path_m, estimate, located):
-    """One floor's grid, with the path if it is on this floor; the floor of map.yaml also shows the camera's trajectory."""
+def floor_picture(grid_dir, floor, path_m, estimate, located, *mover):
+    """One floor's grid, with the path if it is on this floor; the floor of map.yaml also shows the trajectory, named after who moved."""
     ways = (None, None)
     if floor["number"] == 0:
         ways = [None if way is None else way.positions_m for way in (estimate, located)]
-    return drawing.grid_png(read_grid(grid_dir / floor["yaml"]), path_m, *ways)
+    return drawing.grid_png(read_grid(grid_dir / floor["yaml"]), path_m, *ways, *mover)
 
 
 def plan_section(site):
@@ -194,15 +194,16 @@ def plan_section(site):
     estimate = _optional(site.made("map_frame", "trajectory"), read_tum)
     located = _optional(site.made("localize", "trajectory"), read_tum)
     path_m, number = read_path(site), path_floor(site)
+    mover = () if site.has_camera() else ("robot",)
     floors, parts = read_floors(site), []
     for floor in sorted(floors, key=lambda floor: abs(floor["number"])):
         has_path = path_m is not None and floor["number"] == number
         name = f"Floor {floor['number']} at {floor['height_m']:.1f} m" + (", with the path" if has_path else "")
         if len(floors) > 1:
             parts.append(html.paragraph(name))
-        picture = floor_picture(site.folder_of("grid"), floor, path_m if has_path else None, estimate, located)
+        picture = floor_picture(site.folder_of("grid"), floor, path_m if has_path else None, estimate, located, *mover)
         parts.append(html.image(picture, name))
-    if path_m is None:
+    if path_m is None and site.has("plan"):
         parts.append(html.paragraph("No path: the plan stage did not run.", "note"))
     parts += [html.paragraph(note, "failed") for note in notes(site, "plan", "path")]
     return html.section("Floor plan", *parts)

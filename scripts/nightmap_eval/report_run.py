@@ -2,6 +2,7 @@
 """Sections of the report on the run: summary line, stages, skipped items, configs."""
 
 from nightmap_eval import html
+from nightmap_eval.metrics_json import laser_figures
 from nightmap_eval.report_loops import loop_section
 from nightmap_site.checked_reading import read_text
 
@@ -42,10 +43,14 @@ def summary(metrics, stages):
             f"{coverage['num_frames_with_pose']} of {coverage['num_frames']} frames mapped over "
             f"{coverage['path_length_m']:.1f} m"
         )
+    laser = laser_figures(metrics)
+    if laser:
+        parts.append(f"{laser['num_scans_with_pose']} of {laser['num_scans']} scans mapped over {laser['path_length_m']:.1f} m")
     if stages:
         parts.append(f"{_time(_total_s(stages))} of stage time")
-    if "trajectory" in metrics:
-        rmse_cm = 100 * metrics["trajectory"]["se3"]["ate_rmse_m"]
+    trajectory = metrics.get("trajectory") or laser.get("trajectory")
+    if trajectory:
+        rmse_cm = 100 * trajectory["se3"]["ate_rmse_m"]
         parts.append(f"trajectory error {rmse_cm:.1f} cm RMSE")
     elif metrics:
         parts.append("no ground truth, accuracy unknown")

@@ -167,6 +167,44 @@ def associate(times_ns, reference_times_ns, max_gap_ns):
     return np.array(sorted((i, j) for j, (_, i) in best.items()), dtype=int).reshape(-1, 2)
 
 
+def interpolated(trajectory, times_ns, max_gap_ns, same_ns=1_000_000):
+    """Rows of `times_ns` that have a pose, and these poses, at those times.
+
+    A pose at most same_ns away stands for the time itself: two clocks round alike times differently. Else the pose is
+    interpolated between its neighbours, on a straight line and a great circle of quaternions, if these are at
+    most max_gap_ns apart. There is no pose before the first and after the last."""
+    times_ns, known_ns = np.asarray(times_ns, dtype=np.int64), trajectory.times_ns
+    if len(known_ns) == 0 or len(times_ns) == 0:
+        return np.zeros(0, dtype=int), trajectory.select([])
+    after = np.clip(np.searchsorted(known_ns, times_ns), 0, len(known_ns) - 1)
+    before = np.clip(np.searchsorted(known_ns, times_ns, side="right") - 1, 0, None)
+    to_before, to_after = times_ns - known_ns[before], known_ns[after] - times_ns  # negative outside
+    nearest = np.where(np.abs(to_before) <= np.abs(to_after), before, after)
+    is_same = np.abs(times_ns - known_ns[nearest]) <= same_ns
+    is_between = (to_before >= 0) & (to_after >= 0) & (to_before + to_after <= max_gap_ns)
+    rows = np.flatnonzero(is_same | is_between)
+    first = np.where(is_same, nearest, before)[rows]
+    second = np.where(is_same, nearest, after)[rows]
+    gap_ns = known_ns[second] - known_ns[first]
+    share = ((times_ns[rows] - known_ns[first]) / np.where(gap_ns > 0, gap_ns, 1) * (gap_ns > 0))[:, None]
+    positions_m = trajectory.positions_m[first] * (1 - share) + trajectory.positions_m[second] * share
+    return rows, Trajectory(times_ns[rows], positions_m, _slerp(trajectory.quaternions[first], trajectory.quaternions[second], share))
+
+
+def _slerp(first, second, share):
+    """Quaternions between two (Shoemake, SIGGRAPH 1985); share (n, 1): 0 gives the first, 1 the second."""
+    cosine = np.sum(first * second, axis=1, keepdims=True)
+    second, cosine = np.where(cosine < 0, -second, second), np.minimum(np.abs(cosine), 1)
+    angle = np.arccos(cosine)
+    sine = np.sin(angle)
+    is_small = sine < 1e-9
+    safe = np.where(is_small, 1, sine)
+    a = np.where(is_small, 1 - share, np.sin((1 - share) * angle) / safe)
+    b = np.where(is_small, share, np.sin(share * angle) / safe)
+    mixed = a * first + b * second
+    return mixed / np.linalg.norm(mixed, axis=1, keepdims=True)
+
+
 def umeyama(source_m, target_m, with_scale):
     """target_from_source that minimises the squared distances (Umeyama, PAMI 1991).
 
@@ -188,6 +226,25 @@ def umeyama(source_m, target_m, with_scale):
     scale = float(d @ signs / variance) if with_scale else 1.0
     translation = target_mean - scale * rotation @ source_mean
     return Similarity(scale, rotation, translation, bool(d[1] > 1e-9 * d[0]))
+
+
+def planar_umeyama(source_m, target_m, with_scale):
+    """Like umeyama for a robot on a floor: turns about z alone, so that two places are enough and no mirrored path fits."""
+    source, target = np.asarray(source_m, dtype=float), np.asarray(target_m, dtype=float)
+    if len(source) < 2:
+        raise DataError(f"alignment needs at least 2 matched poses, there are {len(source)}")
+    if not (np.all(np.isfinite(source)) and np.all(np.isfinite(target))):
+        raise DataError("cannot align positions that are NaN or infinite")
+    source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
+    (x, y), (u, v) = (source - source_mean).T[:2], (target - target_mean).T[:2]
+    if np.mean(x * x + y * y) < 1e-18:
+        raise DataError("cannot align positions that are all the same: the robot did not move")
+    along, across = np.sum(x * u + y * v), np.sum(x * v - y * u)
+    size = np.hypot(along, across)
+    cos, sin = (along / size, across / size) if size > 0 else (1.0, 0.0)
+    rotation = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+    scale = float(size / np.sum(x * x + y * y)) if with_scale else 1.0
+    return Similarity(scale, rotation, target_mean - scale * rotation @ source_mean, bool(size > 0))
 
 
 def path_length_m(positions_m):

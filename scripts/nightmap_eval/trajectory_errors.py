@@ -23,9 +23,9 @@ def absolute_errors(estimate, truth, alignment):
     return translation_m, rotation_deg
 
 
-def ate(estimate, truth, with_scale):
+def ate(estimate, truth, with_scale, align=umeyama):
     """Absolute trajectory error of matched poses, and the alignment used (truth_from_map)."""
-    alignment = umeyama(estimate.positions_m, truth.positions_m, with_scale)
+    alignment = align(estimate.positions_m, truth.positions_m, with_scale)
     translation_m, rotation_deg = absolute_errors(estimate, truth, alignment)
     figures = {
         "ate_rmse_m": _rmse(translation_m),

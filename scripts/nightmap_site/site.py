@@ -24,10 +24,16 @@ class Site:
         self.evaluate_colmap = self.folder / "evaluate_colmap"
         self.ground_truth = self.folder / "frames" / "ground_truth.tum"
         self.query_ground_truth = self.folder / "queries" / "query_ground_truth.tum"
+        self.robot_truth = self.folder / "frames" / "robot_truth.tum"
+        self.relations = self.folder / "frames" / "relations.txt"
 
     def has(self, job):
         """Whether the pipeline of the site has a job; whether it ran is another question."""
         return job in self.pipeline.jobs
+
+    def has_camera(self):
+        """Whether the map is made of a camera's frames; else of laser scans alone, or of what a profile says."""
+        return self.has("features")
 
     def folder_of(self, job):
         """The folder of a job's results, which several jobs may share. Only of jobs that the pipeline of the site has."""

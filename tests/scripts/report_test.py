@@ -15,7 +15,7 @@ from PIL import Image
 import fake_site
 from nightmap_eval import html
 from nightmap_eval.report_cloud import cloud_section
-from nightmap_eval.report_map import _building_rows, plan_section, truth_in_map
+from nightmap_eval.report_map import building_rows, plan_section, truth_in_map
 from nightmap_eval.report_queries import choose
 from nightmap_eval.report_stale import notes
 from nightmap_site.receipts import Hashes
@@ -291,11 +291,11 @@ class BuildingRowsTest(unittest.TestCase):
             {"height_m": 0.0, "found": True, "seen_right_percent": 99.0, "walls_closed_percent": 100.0},
             {"height_m": 2.9, "found": False},
         ]
-        rows = dict(_building_rows({"grid": floors[0] | {"floors": floors}}))
+        rows = dict(building_rows({"grid": floors[0] | {"floors": floors}}))
         self.assertEqual(rows["Floor at 0.0 m: Seen cells right within one cell (%)"], 99.0)
         self.assertEqual(rows["Floor at 0.0 m: Walls in the grid that no free cells lead through (%)"], 100.0)
         self.assertEqual(rows["Floor at 2.9 m: in the map"], "no")
-        [row] = _building_rows({"grid": {"height_m": 0.0, "seen_right_percent": 98.0}})
+        [row] = building_rows({"grid": {"height_m": 0.0, "seen_right_percent": 98.0}})
         self.assertEqual(row, ["Seen cells right within one cell (%)", 98.0])
 
 

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Measures the map that a site made of laser scans: a section.evaluation of the job that makes its grid.
+
+Counts always; thickness and doubling of the grid's walls, which need no truth (wall_quality.py). Where frames wrote the
+robot's truth: absolute errors after a planar alignment, and relative errors over stretches of path. Where it copied
+relations: the errors of relations.py. Where the exact building is known: the grid against its plan (floor_accuracy.py).
+"""
+
+import numpy as np
+
+from nightmap_eval.artifacts import read_hdf5
+from nightmap_eval.floor_accuracy import evaluate_floors, read_floors, truth_folder
+from nightmap_eval.grid import read_grid
+from nightmap_eval.relations import read_relations, relation_metrics
+from nightmap_eval.trajectory import (
+    associate,
+    interpolated,
+    path_length_m,
+    planar_umeyama,
+    quaternion,
+    read_tum,
+)
+from nightmap_eval.trajectory_errors import ate, distance_pairs, relative_errors
+from nightmap_eval.wall_quality import wall_metrics
+from nightmap_site.checked_reading import using
+from nightmap_site.script_errors import DataError
+
+MAX_TRUTH_GAP_NS = 500_000_000  # between the true poses around a scan
+SAME_NS = 1_000_000  # stamps of one scan in two files
+STRETCHES_M = (1, 10)
+TRUTH_REMEDY = "correct [robot_truth] of the site config, from which it is made, and run make again"
+
+
+def evaluate(site):
+    estimate = read_tum(site.needed("map_frame", "trajectory"))
+    scans_ns = scan_times_ns(site, estimate)
+    figures = scan_counts(scans_ns, estimate)
+    keyscans = site.made("map_frame", "keyframes")
+    figures |= {"num_keyscans": len(read_tum(keyscans))} if keyscans else {}
+    alignment = None
+    if site.robot_truth.exists():
+        figures["trajectory"], alignment = trajectory_metrics(scans_ns, estimate, read_tum(site.robot_truth, TRUTH_REMEDY))
+    if site.relations.exists():
+        figures["relations"] = relation_metrics(read_relations(site.relations), estimate)
+    if site.made("grid", "yaml"):
+        figures["walls"] = floors_walls(site)
+        figures |= building_metrics(site, alignment)
+    return figures
+
+
+def scan_times_ns(site, estimate):
+    """Times of all scans of the scanner that the trajectory is of: the one with most scans at its poses."""
+    path = site.made("frames", "scans")
+    if not path:
+        return estimate.times_ns
+    times_ns, offsets = read_hdf5(path, "time_ns", "sample_offset")
+    with using(path):
+        parts = [np.sort(part) for part in np.split(np.ravel(times_ns), np.ravel(offsets)[1:-1])]
+        return max(parts, key=lambda part: len(np.intersect1d(part, estimate.times_ns)))
+
+
+def has_pose(scans_ns, estimate):
+    """Mask of the scans that the trajectory has a pose of."""
+    mask = np.zeros(len(scans_ns), dtype=bool)
+    mask[associate(scans_ns, estimate.times_ns, SAME_NS)[:, 0]] = True
+    return mask
+
+
+def scan_counts(scans_ns, estimate):
+    num_with = int(np.count_nonzero(has_pose(scans_ns, estimate)))
+    return {
+        "num_scans": len(scans_ns),
+        "num_scans_with_pose": num_with,
+        "num_scans_without_pose": len(scans_ns) - num_with,
+        "path_length_m": path_length_m(estimate.positions_m),
+    }
+
+
+def trajectory_metrics(scans_ns, estimate, truth):
+    """Figures of the scans with a true pose, and the planar truth_from_map. A scan with a true pose and no
+    estimate has no error; it is counted as missing, as is each stretch that begins or ends at one."""
+    rows, truth = interpolated(truth, scans_ns, MAX_TRUTH_GAP_NS)
+    pairs = associate(truth.times_ns, estimate.times_ns, SAME_NS)
+    if len(pairs) < 3:
+        raise DataError(f"{len(pairs)} scans have an estimated and a true pose, of {len(scans_ns)} scans and {len(rows)} with a true one; "
+                        "check [robot_truth] and the clocks of the site config")  # fmt: skip
+    matched, matched_truth = estimate.select(pairs[:, 1]), truth.select(pairs[:, 0])
+    se3, alignment = ate(matched, matched_truth, False, planar_umeyama)
+    sim3, _ = ate(matched, matched_truth, True, planar_umeyama)
+    num_missing = len(truth) - len(pairs)
+    figures = {
+        "num_scans_with_truth": len(truth),
+        "num_missing": num_missing,
+        "missing_percent": 100 * num_missing / len(truth),
+        "truth_path_length_m": path_length_m(truth.positions_m),
+        "alignment_is_unique": alignment.is_unique,
+        "truth_from_map_m_q": [*alignment.translation_m, *quaternion(alignment.rotation)],
+        "se3": se3,
+        "sim3": sim3,
+    }
+    for metres in STRETCHES_M:
+        figures[f"relative_{metres}m"] = stretch_metrics(matched, truth, pairs[:, 0], metres)
+    return figures, alignment
+
+
+def stretch_metrics(matched, truth, rows, distance_m):
+    """Errors of the motion over stretches of true path: each scan with the first later one at least so far ahead.
+
+    matched[i] belongs to truth[rows[i]]. The errors are those at the end of the stretch, not divided by its length."""
+    stretches, lengths_m = distance_pairs(truth, np.zeros(len(truth), dtype=int), distance_m)
+    estimated = np.full(len(truth), -1)
+    estimated[rows] = np.arange(len(rows))
+    measured = np.all(estimated[stretches] >= 0, axis=1)
+    figures = {"num_pairs": int(np.count_nonzero(measured)), "num_missing": int(np.count_nonzero(~measured))}
+    if figures["num_pairs"] == 0:
+        return figures
+    errors = relative_errors(matched, truth.select(rows), estimated[stretches[measured]])
+    for name, unit, values in zip(("translation", "rotation"), ("m", "deg"), errors):
+        figures[f"{name}_mean_{unit}"] = float(np.mean(values))
+        figures[f"{name}_median_{unit}"] = float(np.median(values))
+        figures[f"{name}_p90_{unit}"] = float(np.percentile(values, 90))
+        figures[f"{name}_max_{unit}"] = float(np.max(values))
+    return figures | {"length_mean_m": float(np.mean(lengths_m[measured]))}
+
+
+def floors_walls(site):
+    """Quality of the walls of the lowest floor: a 2-D scanner maps one."""
+    return wall_metrics(read_grid(site.folder_of("grid") / read_floors(site)[0]["yaml"]))
+
+
+def building_metrics(site, alignment):
+    """The grid against the exact plan, whose frame is that of the truth; {} where there is no plan."""
+    truth_dir = truth_folder(site)
+    if alignment is None or truth_dir is None or not (truth_dir / "floor_plan.yaml").exists():
+        return {}
+    return {"map": {"grid": evaluate_floors(site, truth_dir, alignment)}}
