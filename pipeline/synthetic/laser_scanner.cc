@@ -48,8 +48,7 @@ LaserScanner::LaserScanner(const SyntheticWorld& world,
 bool LaserScanner::IsGlass(const RayHit& hit) const {
   const Surface& surface = world_.scene.surfaces[static_cast<std::size_t>(hit.surface_idx)];
   if (surface.label != SurfaceLabel::kWall && surface.label != SurfaceLabel::kDoor) return false;
-  const auto stretch =
-      static_cast<std::uint64_t>(hit.a * surface.edge_u.norm() / kGlassStretch_m);
+  const auto stretch = static_cast<std::uint64_t>(hit.a * surface.edge_u.norm() / kGlassStretch_m);
   const auto surface_idx = static_cast<std::uint64_t>(hit.surface_idx);
   return Random(building_seed_, kGlassStream, (surface_idx << 20) + stretch).Uniform() <
          options_.glass_ratio;

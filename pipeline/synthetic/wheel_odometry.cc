@@ -49,8 +49,8 @@ WheelOdometry::WheelOdometry(const RobotDrive& drive,
   RoutePoint before = drive.At(0);
   for (std::size_t i = 1; TimeOf_s(i) <= drive.Duration_s() + kTimeTolerance_s; ++i) {
     const RoutePoint now = drive.At(TimeOf_s(i));
-    const Eigen::Vector3d motion = MeasureMotion(
-        TrueMotion(before, now), options, Random(noise_seed, kWheelNoiseStream, i));
+    const Eigen::Vector3d motion =
+        MeasureMotion(TrueMotion(before, now), options, Random(noise_seed, kWheelNoiseStream, i));
     Eigen::Vector3d pose = samples_.back();
     pose.head<2>() += Turned(motion.head<2>(), pose[2]);
     pose[2] += motion[2];

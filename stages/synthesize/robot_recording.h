@@ -17,8 +17,8 @@ inline constexpr const char* kRobotLog = "robot.log";
 inline constexpr const char* kRobotTruth = "robot_groundtruth.txt";
 
 struct RobotScan {
-  std::int64_t time_ns = 0;  // of the first beam
-  RoutePoint robot;          // true pose at that time
+  std::int64_t time_ns = 0;                            // of the first beam
+  RoutePoint robot;                                    // true pose at that time
   Eigen::Vector3d odometry = Eigen::Vector3d::Zero();  // x m, y m, heading rad at that time
   std::vector<float> ranges_m;
 };

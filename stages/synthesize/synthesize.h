@@ -53,7 +53,8 @@ SynthesizePlan PlanSynthesize(const SynthesizeOptions& options, int num_threads)
 // apart.
 using FrameSink = std::function<void(bool is_query, std::size_t idx, const RenderedFrame& frame)>;
 
-// Renders all frames, then all queries; none without `render`. The pictures do not depend on num_threads.
+// Renders all frames, then all queries; none without `render`. The pictures do not depend on
+// num_threads.
 void RunSynthesize(const SynthesizeOptions& options,
                    const SynthesizePlan& plan,
                    const FrameSink& sink,

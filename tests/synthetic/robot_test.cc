@@ -41,8 +41,8 @@ SyntheticWorld SquareRoom(float tint = 1) {
 double RangeToSquareRoom_m(const Eigen::Vector2d& from, double angle_rad) {
   const double c = std::cos(angle_rad);
   const double s = std::sin(angle_rad);
-  const double to_x = c > 0 ? (kRoom_m - from.x()) / c : (-kRoom_m - from.x()) / c;
-  const double to_y = s > 0 ? (kRoom_m - from.y()) / s : (-kRoom_m - from.y()) / s;
+  const double to_x = (kRoom_m - std::copysign(1.0, c) * from.x()) / std::abs(c);
+  const double to_y = (kRoom_m - std::copysign(1.0, s) * from.y()) / std::abs(s);
   return std::min(to_x, to_y);
 }
 
@@ -187,8 +187,8 @@ TEST(LaserScanner, GlassReturnsNothingFromAnywhere) {
       if (x < kRoom_m - 1e-6 || std::abs(place_m - std::round(place_m)) < 1e-6) continue;
       int& state = is_glass.at(static_cast<std::size_t>(place_m));
       const int is_missed = ranges_m[i] == 30.0F ? 1 : 0;
-      if (!is_missed) EXPECT_NEAR(ranges_m[i], range_m, 1e-4);
-      if (state >= 0) EXPECT_EQ(state, is_missed) << "at y = " << y;
+      EXPECT_NEAR(ranges_m[i], is_missed == 1 ? 30 : range_m, 1e-4);
+      EXPECT_TRUE(state < 0 || state == is_missed) << "at y = " << y;
       state = is_missed;
     }
   }
@@ -407,7 +407,8 @@ TEST(WheelOdometry, NoiseHasTheStatedDeviationAtAnyRate) {
 TEST(WheelOdometry, IsLinearBetweenSamples) {
   const WheelOdometry odometry(Winding(), WheelOptions{}, 1);
   for (std::size_t i = 0; i + 1 < odometry.Samples().size(); i += 13) {
-    const Eigen::Vector3d middle = odometry.At((odometry.TimeOf_s(i) + odometry.TimeOf_s(i + 1)) / 2);
+    const Eigen::Vector3d middle =
+        odometry.At((odometry.TimeOf_s(i) + odometry.TimeOf_s(i + 1)) / 2);
     const Eigen::Vector3d mean = (odometry.Samples()[i] + odometry.Samples()[i + 1]) / 2;
     EXPECT_LT((middle - mean).norm(), 1e-9);
   }
