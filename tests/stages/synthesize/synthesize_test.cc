@@ -65,10 +65,14 @@ SynthesizeOptions LaserSite() {
   return options;
 }
 
-// The recording of LaserSite(), made once for all tests.
+// The building and the recording of LaserSite(), made once for all tests.
+const SynthesizePlan& Planned() {
+  static const SynthesizePlan plan = PlanSynthesize(LaserSite(), 2);
+  return plan;
+}
+
 const RobotRecording& Recorded() {
-  static const RobotRecording recording =
-      RecordRobot(LaserSite(), PlanSynthesize(LaserSite(), 2).world, 2);
+  static const RobotRecording recording = RecordRobot(LaserSite(), Planned().world, 2);
   return recording;
 }
 
@@ -165,7 +169,7 @@ TEST(Synthesize, WithoutPicturesOnlyTheTruthIsListed) {
                                    "truth/floor_plan.pgm",
                                    "truth/floor_plan.yaml",
                                    "truth/surfaces.ply"}));
-  const SynthesizePlan plan = PlanSynthesize(LaserSite(), 2);
+  const SynthesizePlan& plan = Planned();
   EXPECT_TRUE(plan.queries.empty());
   Progress progress("test", false);
   const auto sink = [](bool, std::size_t, const RenderedFrame&) { FAIL() << "a picture"; };
@@ -175,7 +179,7 @@ TEST(Synthesize, WithoutPicturesOnlyTheTruthIsListed) {
 
 TEST(Synthesize, TheTruthDoesNotDependOnPictures) {
   SynthesizeOptions options = LaserSite();
-  const SynthesizePlan unlit = PlanSynthesize(options, 2);
+  const SynthesizePlan& unlit = Planned();
   options.render = true;
   const SynthesizePlan lit = PlanSynthesize(options, 2);
   EXPECT_EQ(TruthJson(unlit.world), TruthJson(lit.world));
@@ -190,9 +194,8 @@ TEST(Synthesize, RefusesToRecordNothing) {
 }
 
 TEST(RobotRecording, DoesNotDependOnThreads) {
-  const SynthesizePlan plan = PlanSynthesize(LaserSite(), 4);
   for (const int num_threads : {1, 4}) {
-    const RobotRecording again = RecordRobot(LaserSite(), plan.world, num_threads);
+    const RobotRecording again = RecordRobot(LaserSite(), Planned().world, num_threads);
     EXPECT_EQ(CarmenLog(again), CarmenLog(Recorded()));
     EXPECT_EQ(RobotTruth(again), RobotTruth(Recorded()));
   }
@@ -201,7 +204,7 @@ TEST(RobotRecording, DoesNotDependOnThreads) {
 TEST(RobotRecording, AnotherRecordingOfTheBuildingHasOtherNoise) {
   SynthesizeOptions options = LaserSite();
   options.recording = 1;
-  const RobotRecording other = RecordRobot(options, PlanSynthesize(options, 2).world, 2);
+  const RobotRecording other = RecordRobot(options, Planned().world, 2);
   ASSERT_EQ(other.scans.size(), Recorded().scans.size());
   EXPECT_EQ(RobotTruth(other), RobotTruth(Recorded()));
   EXPECT_NE(other.scans[5].ranges_m, Recorded().scans[5].ranges_m);
@@ -253,7 +256,7 @@ TEST(RobotRecording, LogIsReadAsItWasRecorded) {
 TEST(RobotRecording, TruthIsBelowTheCamera) {
   SynthesizeOptions options = LaserSite();
   options.scanner.rate_hz = options.frame_rate_hz;
-  const SynthesizePlan plan = PlanSynthesize(options, 2);
+  const SynthesizePlan& plan = Planned();
   const RobotRecording recording = RecordRobot(options, plan.world, 2);
   ASSERT_EQ(recording.scans.size(), plan.frames.size() - 1);  // the last would end too late
   for (std::size_t i = 0; i < recording.scans.size(); ++i) {
@@ -271,7 +274,7 @@ TEST(RobotRecording, TruthIsBelowTheCamera) {
 TEST(RobotRecording, RefusesScansThatOverlap) {
   SynthesizeOptions options = LaserSite();
   options.scanner.duration_s = 0.2;
-  EXPECT_THROW(RecordRobot(options, PlanSynthesize(options, 2).world, 1), UsageError);
+  EXPECT_THROW(RecordRobot(options, Planned().world, 1), UsageError);
 }
 
 TEST(ClearRecording, RemovesWhatTheOptionsDoNotMake) {
