@@ -16,12 +16,11 @@
 
 namespace nightmap {
 
-// Measures the nearest surface or leg. A beam that returns nothing has the range max_range_m. No
-// beam returns
+// Measures the nearest surface or leg. A beam has the range max_range_m, because nothing returns,
 // - from beyond max_range_m
 // - from glass: the share glass_ratio of the stretches, 1 m long, of walls and doors
 // - from black beyond black_range_m: surfaces of a dark tint, and the share black_ratio of others
-// - at random, in the share miss_ratio of all beams.
+// - by chance: the share miss_ratio of all beams.
 // The robot is level on a ramp too, where its beams may hit the ramp. Thread safe.
 class LaserScanner {
  public:
