@@ -136,4 +136,68 @@ void FloorPlanOptions::Register(OptionList& list) {
       "floor_plan_max_height_m", &max_height_m, Range(0, 5), "height below which obstacles count");
 }
 
+void ScannerOptions::Register(OptionList& list) {
+  list.Add("scan_rate_hz",
+           &rate_hz,
+           Range(0, 1000),
+           "scans per second of the robot's laser; 0: the robot has neither laser nor odometry");
+  list.Add("scan_field_of_view_deg",
+           &field_of_view_deg,
+           Range(1, 360),
+           "angle that the beams of a scan share out, half of it to each side of the robot's x");
+  list.Add("scan_num_beams", &num_beams, Range(1, 100000), "beams per scan");
+  list.Add("scan_max_range_m",
+           &max_range_m,
+           Range(0.5, 1000),
+           "farthest range measured, and the range of a beam that returns nothing");
+  list.Add("scan_height_m", &height_m, Range(0.02, 2), "laser above the floor");
+  list.Add("scan_duration_s",
+           &duration_s,
+           Range(0, 1),
+           "time over which the beams of a scan are spread; the robot moves meanwhile");
+  list.Add("scan_noise_constant_m", &noise_constant_m, Range(0, 1), "range noise at 0 m");
+  list.Add("scan_noise_per_m",
+           &noise_per_m,
+           Range(0, 0.1),
+           "sigma = scan_noise_constant_m + scan_noise_per_m * range");
+  list.Add("scan_miss_ratio", &miss_ratio, Range(0, 1), "share of beams lost at random");
+  list.Add("scan_glass_ratio",
+           &glass_ratio,
+           Range(0, 1),
+           "share of the stretches, 1 m long, of walls and doors that return nothing");
+  list.Add("scan_black_ratio",
+           &black_ratio,
+           Range(0, 1),
+           "share of surfaces that are as black as those of a dark tint");
+  list.Add("scan_black_range_m",
+           &black_range_m,
+           Range(0, 1000),
+           "range beyond which black surfaces return nothing");
+  list.Add("num_walkers",
+           &num_walkers,
+           Range(0, 1000),
+           "people who walk back and forth near the robot's route; the laser sees their legs, "
+           "pictures do not show them");
+}
+
+void WheelOptions::Register(OptionList& list) {
+  list.Add("wheel_rate_hz", &rate_hz, Range(0.1, 10000), "samples of the odometry per second");
+  list.Add("wheel_scale_bias",
+           &scale_bias,
+           Range(-0.5, 0.5),
+           "share by which the odometry's distances are too long");
+  list.Add("wheel_heading_bias_rad_per_m",
+           &heading_bias_rad_per_m,
+           Range(-1, 1),
+           "turn to the left that the odometry makes up per metre driven");
+  list.Add("wheel_distance_noise_m",
+           &distance_noise_m,
+           Range(0, 1),
+           "noise of the odometry's distance after 1 m driven; grows with the distance's root");
+  list.Add("wheel_heading_noise_rad",
+           &heading_noise_rad,
+           Range(0, 1),
+           "noise of the odometry's heading after a turn of 1 rad; grows with the turn's root");
+}
+
 }  // namespace nightmap

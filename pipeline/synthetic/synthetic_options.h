@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of the synthetic building, its camera, its route and its queries.
+// Options of the synthetic building, its camera, its route, its queries, and the robot's laser and
+// wheels.
 #pragma once
 
 #include "pipeline/base/options.h"
@@ -79,6 +80,32 @@ struct FloorPlanOptions {
   double cell_m = 0.05;
   double min_height_m = 0.1;
   double max_height_m = 1.5;
+  void Register(OptionList& list);
+};
+
+struct ScannerOptions {
+  double rate_hz = 0;
+  double field_of_view_deg = 180;
+  int num_beams = 180;
+  double max_range_m = 30;
+  double height_m = 0.3;
+  double duration_s = 0.0133;
+  double noise_constant_m = 0.01;
+  double noise_per_m = 0.002;
+  double miss_ratio = 0.005;
+  double glass_ratio = 0.03;
+  double black_ratio = 0.03;
+  double black_range_m = 3;
+  int num_walkers = 0;
+  void Register(OptionList& list);
+};
+
+struct WheelOptions {
+  double rate_hz = 20;
+  double scale_bias = 0.01;
+  double heading_bias_rad_per_m = 0.002;
+  double distance_noise_m = 0.01;
+  double heading_noise_rad = 0.01;
   void Register(OptionList& list);
 };
 

@@ -167,7 +167,8 @@ class Asked:
     def _num_recorded(self):
         if not self.request.reads_recordings:
             return 0
-        recorded = (self.configs["synthesize"].get("num_frames", 0) if self.request.is_synthetic
+        made_up = self.configs.get("synthesize", {})
+        recorded = (made_up.get("num_frames", 0) * made_up.get("render", True) if self.request.is_synthetic
                     else num_recorded_frames(self.tables, self.env["DATA"]))
         most = self.configs["frames"].get("max_frames", 0)
         return min(recorded, most) if most > 0 else recorded

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
 #include "pipeline/synthetic/floor_plan.h"
@@ -14,7 +15,6 @@ namespace nightmap {
 
 namespace {
 
-constexpr std::int64_t kFirstFrame_ns = 1'000'000'000'000;
 constexpr std::int64_t kFirstQuery_ns = 2'000'000'000'000;
 
 std::int64_t Time_ns(std::int64_t first_ns, std::size_t idx, double frame_rate_hz) {
@@ -31,6 +31,13 @@ double Median(std::vector<double> values) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
+}
+
+// No picture shows the light.
+BuildingOptions Unlit(BuildingOptions options) {
+  options.light_map_cell_m = 1;
+  options.num_light_samples = 1;
+  return options;
 }
 
 double SmallestClearance_m(const SynthesizeOptions& options, const SynthesizePlan& plan) {
@@ -57,27 +64,37 @@ void SynthesizeOptions::Register(OptionList& list) {
       &recording,
       Range(0, 1000),
       "number of the recording; recordings of one building with different numbers differ in noise");
+  list.Add("render", &render, "renders pictures; false: only the laser and the wheels record");
   route.Register(list);
   queries.Register(list);
   floor_plan.Register(list);
+  scanner.Register(list);
+  wheels.Register(list);
 }
 
 SynthesizePlan PlanSynthesize(const SynthesizeOptions& options, int num_threads) {
+  if (!options.render && options.scanner.rate_hz <= 0) {
+    throw UsageError(
+        "render = false and scan_rate_hz = 0 record nothing: set render = true, or a rate");
+  }
   SynthesizePlan plan;
   // The route comes first, because it is quick and refuses contradictory options.
   const std::vector<Rigid3> route =
       PlanRoute(PlanLayout(options.building), options.route, options.camera);
-  plan.world = BuildWorld(options.building, options.route, num_threads);
+  plan.world = BuildWorld(
+      options.render ? options.building : Unlit(options.building), options.route, num_threads);
   for (std::size_t i = 0; i < route.size(); ++i) {
     plan.frames.push_back({Time_ns(kFirstFrame_ns, i, options.frame_rate_hz), route[i]});
   }
-  plan.query_details = PlanQueries(plan.world,
-                                   route,
-                                   options.camera,
-                                   options.sensor,
-                                   options.queries,
-                                   options.building.seed,
-                                   num_threads);
+  if (options.render) {
+    plan.query_details = PlanQueries(plan.world,
+                                     route,
+                                     options.camera,
+                                     options.sensor,
+                                     options.queries,
+                                     options.building.seed,
+                                     num_threads);
+  }
   for (std::size_t i = 0; i < plan.query_details.size(); ++i) {
     plan.queries.push_back({Time_ns(kFirstQuery_ns, i, options.frame_rate_hz),
                             plan.query_details[i].building_from_camera});
@@ -93,6 +110,7 @@ void RunSynthesize(const SynthesizeOptions& options,
                    const FrameSink& sink,
                    Progress& progress,
                    int num_threads) {
+  if (!options.render) return;
   const Camera camera = options.camera.Pinhole();
   const std::size_t num_frames = plan.frames.size();
   progress.Start(num_frames + plan.queries.size());
@@ -139,7 +157,7 @@ nlohmann::json DescribePlan(const SynthesizeOptions& options, const SynthesizePl
   report["num_surfaces"] = plan.world.scene.surfaces.size();
   report["num_textures"] = plan.world.scene.textures.size();
   report["indoor_area_m2"] = plan.world.layout.IndoorArea_m2();
-  report["num_frames"] = plan.frames.size();
+  report["num_frames"] = options.render ? plan.frames.size() : 0;
   report["route_length_m"] = length_m;
   report["route_clearance_m"] = SmallestClearance_m(options, plan);
   report["median_step_m"] = Median(steps_m);

@@ -17,21 +17,27 @@
 
 namespace nightmap {
 
+// The time of the first frame; the robot's laser and wheels begin at it too.
+inline constexpr std::int64_t kFirstFrame_ns = 1'000'000'000'000;
+
 struct SynthesizeOptions {
   double frame_rate_hz = 10;
   int recording = 0;
+  bool render = true;
   BuildingOptions building;
   SyntheticCameraOptions camera;
   DepthSensorOptions sensor;
   RouteOptions route;
   QueryOptions queries;
   FloorPlanOptions floor_plan;
+  ScannerOptions scanner;
+  WheelOptions wheels;
 
   void Register(OptionList& list);
 };
 
 // Everything that is fixed before any picture is rendered. Times are unique over frames and
-// queries.
+// queries. Without `render` there are no queries, and no picture shows the frames.
 struct SynthesizePlan {
   SyntheticWorld world;
   std::vector<StampedPose> frames;   // building_from_camera
@@ -40,13 +46,15 @@ struct SynthesizePlan {
   std::vector<OccupancyGrid> floor_plans;  // the lowest floor first
 };
 
+// Throws UsageError when the options contradict each other.
 SynthesizePlan PlanSynthesize(const SynthesizeOptions& options, int num_threads);
 
 // Receives each picture once, from any thread and in any order; `is_query` tells the two lists
 // apart.
 using FrameSink = std::function<void(bool is_query, std::size_t idx, const RenderedFrame& frame)>;
 
-// Renders all frames, then all queries. The pictures do not depend on num_threads.
+// Renders all frames, then all queries; none without `render`. The pictures do not depend on
+// num_threads.
 void RunSynthesize(const SynthesizeOptions& options,
                    const SynthesizePlan& plan,
                    const FrameSink& sink,

@@ -10,8 +10,10 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/io/grid_io.h"
 #include "pipeline/io/image_io.h"
 #include "pipeline/io/trajectory_io.h"
+#include "stages/synthesize/robot_recording.h"
 
 namespace nightmap {
 
@@ -66,10 +68,34 @@ void AppendBytes(std::string& bytes, const T& value) {
 
 }  // namespace
 
-void ClearRecording(const fs::path& summary) {
+std::vector<RecordingFile> ListsAndTruth(const SynthesizeOptions& options,
+                                         const SynthesizePlan& plan) {
+  std::vector<RecordingFile> files;
+  if (options.render) {
+    const std::string comment = "building_from_camera; time_s tx ty tz qx qy qz qw";
+    files = {{"rgb.txt", FileList(plan.frames, "rgb", "jpg")},
+             {"depth.txt", FileList(plan.frames, "depth", "png")},
+             {"groundtruth.txt", TrajectoryToTum(plan.frames, comment)},
+             {"camera.json", CameraJson(options)},
+             {"queries/rgb.txt", FileList(plan.queries, "rgb", "jpg")},
+             {"queries/depth.txt", FileList(plan.queries, "depth", "png")},
+             {"queries/groundtruth.txt", TrajectoryToTum(plan.queries, comment)}};
+  }
+  for (std::size_t i = 0; i < plan.floor_plans.size(); ++i) {
+    const std::string name = FloorPlanName(i);
+    files.push_back({"truth/" + name + ".pgm", GridToPgm(plan.floor_plans[i])});
+    files.push_back({"truth/" + name + ".yaml", GridToYaml(plan.floor_plans[i], name + ".pgm")});
+  }
+  files.push_back({"truth/boxes.json", TruthJson(plan.world)});
+  files.push_back({"truth/surfaces.ply", TruthMesh(plan.world)});
+  return files;
+}
+
+void ClearRecording(const fs::path& summary, const SynthesizeOptions& options) {
   const fs::path folder = summary.parent_path();
   const fs::path marker = folder / ".made_by_synthesize";
-  if (fs::exists(folder / "rgb") && !fs::exists(marker) && !fs::exists(summary)) {
+  const bool holds_recording = fs::exists(folder / "rgb") || fs::exists(folder / kRobotLog);
+  if (holds_recording && !fs::exists(marker) && !fs::exists(summary)) {
     throw DataError("{}: holds a recording that synthesize did not make; give another folder",
                     folder.string());
   }
@@ -78,8 +104,17 @@ void ClearRecording(const fs::path& summary) {
   for (const fs::path& part : {folder, folder / "queries"}) {
     for (const char* name : {"rgb", "depth", "labels"}) {
       fs::remove_all(part / name);
-      fs::create_directories(part / name);
+      if (options.render) fs::create_directories(part / name);
     }
+  }
+  if (!options.render) {
+    fs::remove_all(folder / "queries");
+    for (const char* name : {"rgb.txt", "depth.txt", "groundtruth.txt", "camera.json"}) {
+      fs::remove(folder / name);
+    }
+  }
+  if (options.scanner.rate_hz <= 0) {
+    for (const char* name : {kRobotLog, kRobotTruth}) fs::remove(folder / name);
   }
 }
 
@@ -97,6 +132,20 @@ void WriteFrame(const fs::path& folder,
   WriteAtomically(folder / "labels" / (name + ".png"), writing, [&](const fs::path& path) {
     WritePng(path, frame.labels);
   });
+}
+
+void RenderInto(const fs::path& folder,
+                const SynthesizeOptions& options,
+                const SynthesizePlan& plan,
+                Progress& progress,
+                int num_threads) {
+  if (!options.render) return;
+  const fs::path queries = folder / "queries";
+  const WritingFolder writing(folder), writing_queries(queries);
+  const auto sink = [&](bool is_query, std::size_t idx, const RenderedFrame& frame) {
+    WriteFrame(is_query ? queries : folder, is_query ? writing_queries : writing, idx, frame);
+  };
+  RunSynthesize(options, plan, sink, progress, num_threads);
 }
 
 std::string FileList(const std::vector<StampedPose>& poses,

@@ -4,16 +4,29 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "pipeline/base/writing_folder.h"
 #include "stages/synthesize/synthesize.h"
 
 namespace nightmap {
 
-// Empties the folders of pictures next to `summary` and removes `summary`, so that a killed run
-// leaves no recording that looks whole. Throws DataError when the recording there was not made by
+// A file of the recording, by its path in the folder.
+struct RecordingFile {
+  std::string name;
+  std::string bytes;
+};
+
+// The lists of pictures, camera and true poses, if the options want pictures; then the truth about
+// the building.
+std::vector<RecordingFile> ListsAndTruth(const SynthesizeOptions& options,
+                                         const SynthesizePlan& plan);
+
+// Empties the folders of pictures next to `summary`, and removes them when the options want no
+// pictures. Removes `summary`, so that a killed run leaves no recording that looks whole, and what
+// earlier options made and these do not. Throws DataError when the recording there was not made by
 // synthesize.
-void ClearRecording(const std::filesystem::path& summary);
+void ClearRecording(const std::filesystem::path& summary, const SynthesizeOptions& options);
 
 // Writes rgb/NNNNNN.jpg, depth/NNNNNN.png (5000 units per metre) and labels/NNNNNN.png under
 // `folder`, which exists. Each file appears complete or not at all, because it is written in
@@ -22,6 +35,13 @@ void WriteFrame(const std::filesystem::path& folder,
                 const WritingFolder& writing,
                 std::size_t idx,
                 const RenderedFrame& frame);
+
+// Renders all pictures into `folder`, as RunSynthesize, after ClearRecording made their folders.
+void RenderInto(const std::filesystem::path& folder,
+                const SynthesizeOptions& options,
+                const SynthesizePlan& plan,
+                Progress& progress,
+                int num_threads);
 
 // TUM list of time and file: `rgb` with extension jpg, `depth` with png.
 std::string FileList(const std::vector<StampedPose>& poses,

@@ -319,6 +319,7 @@ TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
                                  "intel",
                                  "building",
                                  "demo",
+                                 "demo_laser",
                                  "hololens_office",
                                  "hololens_office_queries",
                                  "mirror",

@@ -362,6 +362,13 @@ class PreflightTest(unittest.TestCase):
             asked.request.reads_recordings = False
             self.assertEqual(asked._num_recorded(), 0)
 
+    def test_room_counts_the_frames_that_synthesize_renders(self):
+        asked = Asked.__new__(Asked)
+        asked.request = SimpleNamespace(reads_recordings=True, is_synthetic=True)
+        for made_up, count in (({"num_frames": 700}, 700), ({"num_frames": 700, "render": True}, 700), ({"num_frames": 700, "render": False}, 0)):
+            asked.configs = {"frames": {}, "synthesize": made_up}
+            self.assertEqual(asked._num_recorded(), count, made_up)
+
     def test_room_on_the_disk(self):
         preflight.check_disk("/nowhere/maps", 1, "the map")
         with self.assertRaisesRegex(PipelineError, "are free, and the map needs about 1000000000000.00 GB"):

@@ -8,8 +8,15 @@
 #include <mutex>
 #include <set>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/io/csv.h"
 #include "pipeline/io/image_io.h"
+#include "pipeline/io/text_file.h"
+#include "pipeline/io/trajectory_io.h"
+#include "pipeline/recording/read_signals.h"
+#include "pipeline/synthetic/robot_drive.h"
+#include "stages/synthesize/robot_recording.h"
 #include "stages/synthesize/write_site.h"
 
 namespace nightmap {
@@ -46,6 +53,36 @@ std::map<std::pair<bool, std::size_t>, std::string> Hashes(const SynthesizeOptio
   };
   RunSynthesize(options, plan, sink, progress, num_threads);
   return hashes;
+}
+
+SynthesizeOptions LaserSite() {
+  SynthesizeOptions options = SmallSite();
+  options.render = false;
+  options.scanner.rate_hz = 7;
+  options.scanner.field_of_view_deg = 360;
+  options.scanner.num_beams = 90;
+  options.scanner.num_walkers = 2;
+  return options;
+}
+
+// The building and the recording of LaserSite(), made once for all tests.
+const SynthesizePlan& Planned() {
+  static const SynthesizePlan plan = PlanSynthesize(LaserSite(), 2);
+  return plan;
+}
+
+const RobotRecording& Recorded() {
+  static const RobotRecording recording = RecordRobot(LaserSite(), Planned().world, 2);
+  return recording;
+}
+
+std::set<std::string> NamesOfFiles(const SynthesizeOptions& options) {
+  std::set<std::string> names;
+  for (const auto& [name, bytes] : ListsAndTruth(options, PlanSynthesize(options, 2))) {
+    EXPECT_TRUE(names.insert(name).second);
+    EXPECT_FALSE(bytes.empty());
+  }
+  return names;
 }
 
 TEST(Synthesize, PicturesDoNotDependOnThreads) {
@@ -106,6 +143,165 @@ TEST(Synthesize, TruthJsonListsEveryBox) {
   const auto json = nlohmann::json::parse(TruthJson(plan.world));
   EXPECT_EQ(json["boxes"].size(), plan.world.scene.boxes.size());
   EXPECT_GT(json["rectangles"].size(), 6U);
+}
+
+// The laser changes nothing of the pictures, lists and truth.
+TEST(Synthesize, RecordingWithLaserHasTheSameFramesAndFiles) {
+  SynthesizeOptions options = SmallSite();
+  const SynthesizePlan before = PlanSynthesize(options, 2);
+  const auto files_before = ListsAndTruth(options, before);
+  const nlohmann::json report_before = DescribePlan(options, before);
+  options.scanner.rate_hz = 10;
+  options.scanner.num_walkers = 2;
+  const SynthesizePlan after = PlanSynthesize(options, 2);
+  const auto files_after = ListsAndTruth(options, after);
+  ASSERT_EQ(files_after.size(), files_before.size());
+  for (std::size_t i = 0; i < files_before.size(); ++i) {
+    EXPECT_EQ(files_after[i].name, files_before[i].name);
+    EXPECT_EQ(files_after[i].bytes, files_before[i].bytes) << files_before[i].name;
+  }
+  EXPECT_EQ(DescribePlan(options, after), report_before);
+}
+
+TEST(Synthesize, WithoutPicturesOnlyTheTruthIsListed) {
+  EXPECT_EQ(NamesOfFiles(LaserSite()),
+            (std::set<std::string>{"truth/boxes.json",
+                                   "truth/floor_plan.pgm",
+                                   "truth/floor_plan.yaml",
+                                   "truth/surfaces.ply"}));
+  const SynthesizePlan& plan = Planned();
+  EXPECT_TRUE(plan.queries.empty());
+  Progress progress("test", false);
+  const auto sink = [](bool, std::size_t, const RenderedFrame&) { FAIL() << "a picture"; };
+  RunSynthesize(LaserSite(), plan, sink, progress, 2);
+  EXPECT_EQ(DescribePlan(LaserSite(), plan)["num_frames"], 0);
+}
+
+TEST(Synthesize, TheTruthDoesNotDependOnPictures) {
+  SynthesizeOptions options = LaserSite();
+  const SynthesizePlan& unlit = Planned();
+  options.render = true;
+  const SynthesizePlan lit = PlanSynthesize(options, 2);
+  EXPECT_EQ(TruthJson(unlit.world), TruthJson(lit.world));
+  EXPECT_EQ(TruthMesh(unlit.world), TruthMesh(lit.world));
+  EXPECT_EQ(CarmenLog(RecordRobot(options, lit.world, 2)), CarmenLog(Recorded()));
+}
+
+TEST(Synthesize, RefusesToRecordNothing) {
+  SynthesizeOptions options = SmallSite();
+  options.render = false;
+  EXPECT_THROW(PlanSynthesize(options, 1), UsageError);
+}
+
+TEST(RobotRecording, DoesNotDependOnThreads) {
+  for (const int num_threads : {1, 4}) {
+    const RobotRecording again = RecordRobot(LaserSite(), Planned().world, num_threads);
+    EXPECT_EQ(CarmenLog(again), CarmenLog(Recorded()));
+    EXPECT_EQ(RobotTruth(again), RobotTruth(Recorded()));
+  }
+}
+
+TEST(RobotRecording, AnotherRecordingOfTheBuildingHasOtherNoise) {
+  SynthesizeOptions options = LaserSite();
+  options.recording = 1;
+  const RobotRecording other = RecordRobot(options, Planned().world, 2);
+  ASSERT_EQ(other.scans.size(), Recorded().scans.size());
+  EXPECT_EQ(RobotTruth(other), RobotTruth(Recorded()));
+  EXPECT_NE(other.scans[5].ranges_m, Recorded().scans[5].ranges_m);
+  EXPECT_NE(other.scans[5].odometry, Recorded().scans[5].odometry);
+}
+
+// nightmap's own reader gets from the log what was recorded.
+TEST(RobotRecording, LogIsReadAsItWasRecorded) {
+  SensorConfig laser, wheels;
+  laser.kind = SignalKind::kScan;
+  laser.start_angle_deg = -180;
+  laser.angle_step_deg = 4;
+  laser.max_range_m = 30;
+  wheels.kind = SignalKind::kOdometry;
+  wheels.measures = "pose";
+  std::vector<SignalSample> scans, samples;
+  std::int64_t last_ns = 0;
+  std::istringstream log(CarmenLog(Recorded()));
+  for (std::string line; std::getline(log, line);) {
+    if (line.starts_with('#')) continue;
+    const auto words = SplitWords(line);
+    const bool is_scan = words[0] == "FLASER";
+    SignalSample sample = ParseCarmenLine(is_scan ? laser : wheels, words);
+    EXPECT_LE(last_ns, sample.time_ns);
+    last_ns = sample.time_ns;
+    if (is_scan) {
+      const Eigen::Vector3d odometry = ParseCarmenLine(wheels, words).value;
+      EXPECT_LT((odometry - Recorded().scans[scans.size()].odometry).norm(), 2e-6);
+    }
+    (is_scan ? scans : samples).push_back(std::move(sample));
+  }
+  ASSERT_EQ(scans.size(), Recorded().scans.size());
+  ASSERT_EQ(samples.size(), Recorded().wheels.size());
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    const RobotScan& scan = Recorded().scans[i];
+    EXPECT_EQ(scans[i].time_ns, scan.time_ns);
+    ASSERT_EQ(scans[i].ranges_m.size(), 90U);
+    for (std::size_t k = 0; k < 90; ++k) {
+      EXPECT_NEAR(scans[i].ranges_m[k], scan.ranges_m[k], 0.00051);
+    }
+  }
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    EXPECT_EQ(samples[i].time_ns, Recorded().wheels[i].time_ns);
+    EXPECT_LT((samples[i].value - Recorded().wheels[i].odometry).norm(), 2e-6);
+  }
+}
+
+// The robot stands below the camera, on the floor, at the frames' times.
+TEST(RobotRecording, TruthIsBelowTheCamera) {
+  SynthesizeOptions options = LaserSite();
+  options.scanner.rate_hz = options.frame_rate_hz;
+  const SynthesizePlan& plan = Planned();
+  const RobotRecording recording = RecordRobot(options, plan.world, 2);
+  ASSERT_EQ(recording.scans.size(), plan.frames.size() - 1);  // the last would end too late
+  for (std::size_t i = 0; i < recording.scans.size(); ++i) {
+    const Rigid3 robot = RobotPose(recording.scans[i].robot);
+    const Rigid3& camera = plan.frames[i].pose;
+    EXPECT_EQ(recording.scans[i].time_ns, plan.frames[i].time_ns);
+    EXPECT_LT((robot.translation - camera.translation).head<2>().norm(), 1e-9);
+    EXPECT_EQ(robot.translation.z(), 0);
+    const Eigen::Vector3d view = camera.rotation * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d forward = robot.rotation * Eigen::Vector3d::UnitX();
+    EXPECT_GT(view.head<2>().normalized().dot(forward.head<2>()), 1 - 1e-6);
+  }
+}
+
+TEST(RobotRecording, RefusesScansThatOverlap) {
+  SynthesizeOptions options = LaserSite();
+  options.scanner.duration_s = 0.2;
+  EXPECT_THROW(RecordRobot(options, Planned().world, 1), UsageError);
+}
+
+TEST(ClearRecording, RemovesWhatTheOptionsDoNotMake) {
+  const fs::path folder = fs::path(testing::TempDir()) / "nightmap_clear_recording_test";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  const fs::path summary = folder / "synthesize.json";
+  ClearRecording(summary, SmallSite());
+  EXPECT_TRUE(fs::is_directory(folder / "queries/rgb"));
+  for (const char* name : {"rgb.txt", "robot.log", "robot_groundtruth.txt", "rgb/1.jpg"}) {
+    WriteFile(folder / name, "of earlier options");
+  }
+  ClearRecording(summary, SmallSite());
+  EXPECT_TRUE(fs::exists(folder / "rgb.txt"));
+  EXPECT_FALSE(fs::exists(folder / "rgb/1.jpg"));
+  EXPECT_FALSE(fs::exists(folder / "robot.log"));
+  EXPECT_FALSE(fs::exists(folder / "robot_groundtruth.txt"));
+  WriteFile(folder / "robot.log", "of these options");
+  ClearRecording(summary, LaserSite());
+  EXPECT_TRUE(fs::exists(folder / "robot.log"));
+  for (const char* name : {"rgb.txt", "rgb", "depth", "labels", "queries"}) {
+    EXPECT_FALSE(fs::exists(folder / name)) << name;
+  }
+  fs::remove(folder / ".made_by_synthesize");
+  EXPECT_THROW(ClearRecording(summary, LaserSite()), DataError);
+  EXPECT_TRUE(fs::exists(folder / "robot.log"));
+  fs::remove_all(folder);
 }
 
 }  // namespace
