@@ -70,6 +70,15 @@ struct SignalConfig {
   std::string source;           // file:line of its table, for messages
 };
 
+// Where the robot truly was: [robot_truth]. One of `odometry` and `trajectory`, or none with
+// relations; all empty: the site has no truth of the robot.
+struct RobotTruthConfig {
+  std::string odometry;    // id of the [[sensor]] of kind odometry whose poses are the truth
+  std::string trajectory;  // TUM, truth_from_robot; relative to root
+  std::string relations;   // lines `time1 time2 x y z roll pitch yaw`; relative to root
+  std::string source;      // file:line of its table, for messages
+};
+
 struct SiteConfig {
   std::string root = ".";  // relative to the data folder
   int hold_out_every = 0;  // every Nth frame becomes a query; 0: none
@@ -78,6 +87,7 @@ struct SiteConfig {
   std::vector<SequenceConfig> queries;
   std::vector<SensorConfig> sensors;
   std::vector<SignalConfig> signals;
+  RobotTruthConfig robot_truth;
 };
 
 // Strict: an unknown or missing key, a wrong type, a value out of range, an absolute path, an

@@ -6,6 +6,7 @@
 
 #include "pipeline/io/frames_io.h"
 #include "pipeline/program/stage_main.h"
+#include "pipeline/recording/robot_truth.h"
 #include "pipeline/recording/signals_io.h"
 #include "stages/frames/frames.h"
 
@@ -21,6 +22,7 @@ void WriteFrames(const FramesOptions& options,
                  const std::vector<RgbdCamera>& cameras,
                  FrameLists lists,
                  const std::vector<Signal>& signals,
+                 const RobotTruth& robot_truth,
                  StageContext& context);
 
 }  // namespace nightmap

@@ -34,10 +34,18 @@ const Signal& ChooseScans(const std::string& sensor, const std::vector<Signal>& 
                    fmt::join(ids, ", "));
 }
 
-// Null: there is none.
+// Null: without.
 const Signal* ChooseOdometry(const std::string& sensor, const std::vector<Signal>& odometry) {
+  if (sensor == "none" || (sensor.empty() && odometry.empty())) return nullptr;
+  if (sensor.empty() && odometry.size() == 1) return &odometry.front();
   const auto found = std::ranges::find(odometry, sensor, &Signal::sensor_id);
-  return found == odometry.end() ? nullptr : &*found;
+  if (found != odometry.end()) return &*found;
+  std::vector<std::string> ids;
+  for (const Signal& signal : odometry) ids.push_back(signal.sensor_id);
+  throw UsageError(
+      "scan_match.odometry_sensor is '{}': choose \"none\" or one of the sensors of odometry: {}",
+      sensor,
+      fmt::join(ids, ", "));
 }
 
 // Points near enough to be sure of, one per cell: many beams on a wall nearby say no more.

@@ -142,5 +142,24 @@ TEST(ScanMatch, SensorsThatAreNotThereAreNamed) {
   EXPECT_EQ(Match(two, options).scan_sensor, "rear");
 }
 
+TEST(ScanMatch, OdometryIsTheOnlyOneOrTheNamedOneOrNone) {
+  ScanMatchInput input{{Scans()}, {Wheels()}};
+  ScanMatchOptions options;
+  options.odometry_sensor = "none";
+  EXPECT_EQ(Match(input, options).odometry_sensor, "");
+  options.odometry_sensor = "wheel";
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError, Match(input, options), "one of the sensors of odometry: wheels");
+  input.odometry.push_back(Wheels());
+  input.odometry[1].sensor_id = "gyro";
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError,
+      Match(input),
+      "scan_match.odometry_sensor is '': choose \"none\" or one of the sensors of "
+      "odometry: wheels, gyro");
+  options.odometry_sensor = "gyro";
+  EXPECT_EQ(Match(input, options).odometry_sensor, "gyro");
+}
+
 }  // namespace
 }  // namespace nightmap
