@@ -67,6 +67,7 @@ struct SignalConfig {
   std::string message;          // carmen: FLASER, RLASER, ROBOTLASER1, RAWLASER1 or ODOM
   double time_offset_s = 0;     // added to all times
   bool sort = false;            // by time, for a log whose lines are out of order
+  double rate_hz = 0;           // carmen: line i is at i / rate_hz; 0: lines state their times
   std::string source;           // file:line of its table, for messages
 };
 

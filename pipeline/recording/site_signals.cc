@@ -54,6 +54,7 @@ struct SignalTable {
              {"", "FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1", "ODOM"},
              "carmen: word that begins the lines to read");
     list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
+    list.Add("rate_hz", &s.rate_hz, {0, 1e4}, "carmen: of lines without times; 0: they have them");
     list.Add("sort", &s.sort, "sorts the samples by time");
   }
 };
@@ -137,7 +138,7 @@ SignalConfig ParseSignal(const toml::table& table,
     Require(table, {"message"}, where);
     CheckMessage(signal, kind, where);
   } else {
-    Refuse(table, {"message"}, where, "needs format = \"carmen\"");
+    Refuse(table, {"message", "rate_hz"}, where, "needs format = \"carmen\"");
   }
   if (signal.format == "csv") {
     Require(table, {"columns"}, where);

@@ -36,7 +36,9 @@ int main(int argc, char** argv) {
                        num_left_out);
         }
         context.BeginPart("signals");
-        auto [signals, problems] = ReadSensorSignals(site, data_root, options.max_failed_ratio);
+        auto [signals, problems, num_in_line_order] =
+            ReadSensorSignals(site, data_root, options.max_failed_ratio);
+        ReportTimesInLineOrder(site, num_in_line_order, context.Report());
         const RobotTruth robot_truth = TakeRobotTruth(site, data_root, &signals);
         context.BeginPart("inspect");
         HashCache files(context.FinalPath("shards").replace_filename("hashes.csv"), data_root);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/frames/write_frames.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <iterator>
 #include <map>
@@ -95,6 +97,21 @@ void Report(const FrameLists& lists, const std::vector<Signal>& signals, nlohman
 }
 
 }  // namespace
+
+void ReportTimesInLineOrder(const SiteConfig& site,
+                            const std::vector<std::size_t>& num_in_line_order,
+                            nlohmann::json& report) {
+  for (std::size_t i = 0; i < num_in_line_order.size(); ++i) {
+    if (num_in_line_order[i] == 0) continue;
+    const std::string& id = site.sensors[i].id;
+    report["num_times_in_line_order"][id] = num_in_line_order[i];
+    spdlog::warn(
+        "{} samples of {} have times before those of the lines before: they keep the order"
+        " of lines",
+        num_in_line_order[i],
+        id);
+  }
+}
 
 void WriteFrames(const FramesOptions& options,
                  const std::vector<RgbdCamera>& cameras,

@@ -12,6 +12,11 @@
 
 namespace nightmap {
 
+// Reports, and warns of, the samples of each sensor whose clock went back (read_signals.h).
+void ReportTimesInLineOrder(const SiteConfig& site,
+                            const std::vector<std::size_t>& num_in_line_order,
+                            nlohmann::json& report);
+
 // Writes next to the output `shards`: the shards, held-out frames, cameras, truth, and the signals
 // of each kind. A file whose bytes did not change is left untouched. Writes shards.txt last and
 // fills the report. Removes files of an earlier run that this run does not have (shards beyond the

@@ -290,6 +290,7 @@ TEST(SiteConfig, MistakesInSignalsAreNamedWithTheirLine) {
   expect("FLASER", "ODOM", "message = \"ODOM\" holds no scan");
   expect("columns = \"t,l,r\"\n", "", "s.toml:18: 'columns' is missing");
   expect("\"carmen\"", "\"text\"", "'message' needs format = \"carmen\"");
+  expect("time_offset_s", "rate_hz", "s.toml:18: 'rate_hz' needs format = \"carmen\"");
   expect("\"a.log.gz\"", "\"../a.log\"", "file = \"../a.log\" must lie inside the data folder");
   expect("time_offset_s", "time_ofset_s", "s.toml:23: unknown key 'time_ofset_s'");
 }

@@ -134,6 +134,10 @@ TEST(ScanMatch, AScanThatSeesNothingKeepsItsPrediction) {
 
 TEST(ScanMatch, SensorsThatAreNotThereAreNamed) {
   NIGHTMAP_EXPECT_ERROR(InputError, Match({}), "no sensor of the site scans");
+  ScanMatchInput without{{Scans()}, {}};
+  without.scans[0].samples.clear();
+  NIGHTMAP_EXPECT_ERROR(
+      InputError, Match(without), "sensor 'laser' has no scan; add its [[signal]]");
   ScanMatchInput two{{Scans(), Scans()}, {}};
   two.scans[1].sensor_id = "rear";
   NIGHTMAP_EXPECT_ERROR(UsageError, Match(two), "choose one of the sensors that scan: laser, rear");
