@@ -4,7 +4,7 @@
 
 Repeats the log of a mapped laser site, lap after lap, as a robot that drives the same round again and again: the
 same scans at later times, and the wheels' odometry goes on where it ended. Then runs scan_match, scan_loops, pose_graph,
-carry_scans and laser_grid, one after the other, with their default configs.
+scan_adjust, carry_scans and laser_grid, one after the other, with their default configs.
 Prints a Markdown table of CPU milliseconds per scan and peak memory; with --page it goes between
 `<!-- bench_laser:begin -->` and `<!-- bench_laser:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
@@ -32,7 +32,9 @@ PROGRAMS = {
                    {"edges": "loop_edges.h5"}),
     "pose_graph": ({"edges": ["odometry_edges.h5", "loop_edges.h5"]},
                    {"graph": "graph.h5", "trajectory": "graph.tum", "keyframes": "keyframes.tum"}),
-    "carry_scans": ({"scans": "matched.tum", "keyframes": "keyframes.tum"},
+    "scan_adjust": ({"scans": "scans.h5", "keyframes": "keyframes.tum", "odometry": "odometry_edges.h5"},
+                    {"keyframes": "adjusted.tum"}),
+    "carry_scans": ({"scans": "matched.tum", "keyframes": "adjusted.tum"},
                     {"trajectory": "trajectory.tum", "keyframes": "map_keyframes.tum"}),
     "laser_grid": ({"scans": "scans.h5", "trajectory": "trajectory.tum"},
                    {"floors": "floors.json", "pgm": "map.pgm", "yaml": "map.yaml", "png": "map.png"}),
@@ -68,8 +70,8 @@ class Log:
         with using(path), h5py.File(path) as file:
             self.attributes = {name: file[name][()] for name in file if name not in ("time_ns", "value", "range_offset",
                                                                                      "range_m", "sample_offset")}  # fmt: skip
-            self.time_ns, self.value = file["time_ns"][:], file["value"][:]
-            self.range_offset, self.range_m = file["range_offset"][:], file["range_m"][:]
+            self.time_ns, self.value = file["time_ns"][:].ravel(), file["value"][:]
+            self.range_offset, self.range_m = file["range_offset"][:].ravel(), file["range_m"][:].ravel()
             if len(file["sample_offset"]) != 2:
                 raise DataError(f"{path}: the log of one sensor is repeated, this file has {len(file['sample_offset']) - 1}")
 
@@ -80,10 +82,10 @@ class Log:
         with h5py.File(path, "w") as file:
             for name, data in self.attributes.items():
                 file[name] = data
-            file["sample_offset"] = np.array([0, len(time_ns)], dtype=np.int64)
-            file["time_ns"], file["value"] = time_ns, value
-            file["range_offset"] = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
-            file["range_m"] = np.concatenate([*ranges, np.zeros(0)]).astype(np.float32)
+            file["sample_offset"] = np.array([[0], [len(time_ns)]], dtype=np.int64)
+            file["time_ns"], file["value"] = time_ns[:, None], value
+            file["range_offset"] = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)[:, None]
+            file["range_m"] = np.concatenate([*ranges, np.zeros(0)]).astype(np.float32)[:, None]
 
 
 def repeat(frames, num_scans, folder):
