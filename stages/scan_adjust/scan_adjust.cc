@@ -154,7 +154,7 @@ class Adjuster {
         covariance(row, column) = odometry_[i].covariance(kRows[row], kRows[column]);
       }
     }
-    const Eigen::Matrix3d information = covariance.inverse() / (kOdometrySlack * kOdometrySlack);
+    const Eigen::Matrix3d information = covariance.inverse();
     system->Add(i,
                 i + 1,
                 derivatives.transpose() * information * derivatives,
