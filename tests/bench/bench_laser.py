@@ -68,7 +68,8 @@ class Log:
 
     def __init__(self, path):
         with using(path), h5py.File(path) as file:
-            self.attributes = {name: file[name][()] for name in file if name not in ("time_ns", "value", "range_offset",
+            self.attributes = dict(file.attrs)
+            self.others = {name: file[name][()] for name in file if name not in ("time_ns", "value", "range_offset",
                                                                                      "range_m", "sample_offset")}  # fmt: skip
             self.time_ns, self.value = file["time_ns"][:].ravel(), file["value"][:]
             self.range_offset, self.range_m = file["range_offset"][:].ravel(), file["range_m"][:].ravel()
@@ -80,7 +81,8 @@ class Log:
         lengths = np.diff(self.range_offset)[sample]
         ranges = [self.range_m[self.range_offset[i] : self.range_offset[i + 1]] for i in sample]
         with h5py.File(path, "w") as file:
-            for name, data in self.attributes.items():
+            file.attrs.update(self.attributes)
+            for name, data in self.others.items():
                 file[name] = data
             file["sample_offset"] = np.array([[0], [len(time_ns)]], dtype=np.int64)
             file["time_ns"], file["value"] = time_ns[:, None], value
