@@ -11,6 +11,7 @@ import numpy as np
 from nightmap_eval.artifacts import read_hdf5
 from nightmap_eval.floor_accuracy import evaluate_floors, read_floors, truth_folder
 from nightmap_eval.grid import read_grid
+from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops
 from nightmap_eval.relations import read_relations, relation_metrics
 from nightmap_eval.trajectory import (
     associate,
@@ -19,6 +20,7 @@ from nightmap_eval.trajectory import (
     planar_umeyama,
     quaternion,
     read_tum,
+    rotation_matrices,
 )
 from nightmap_eval.trajectory_errors import ate, distance_pairs, relative_errors
 from nightmap_eval.wall_quality import wall_metrics
@@ -28,6 +30,9 @@ from nightmap_site.script_errors import DataError
 MAX_TRUTH_GAP_NS = 500_000_000  # between the true poses around a scan
 SAME_NS = 1_000_000  # stamps of one scan in two files
 STRETCHES_M = (1, 10)
+# A loop that is farther off is false. Both ends see the same walls from up to 10 m apart, and the published poses of laser logs
+# err by a degree.
+MAX_LOOP_ERROR_M = 0.5
 TRUTH_REMEDY = "correct [robot_truth] of the site config, from which it is made, and run make again"
 
 
@@ -40,12 +45,34 @@ def evaluate(site):
     alignment = None
     if site.robot_truth.exists():
         figures["trajectory"], alignment = trajectory_metrics(scans_ns, estimate, read_tum(site.robot_truth, TRUTH_REMEDY))
+    if site.made("pose_graph", "loops_csv") and site.made("loops", "edges"):
+        figures["loops"] = loops_of_keyscans(site)
     if site.relations.exists():
         figures["relations"] = relation_metrics(read_relations(site.relations), estimate)
     if site.made("grid", "yaml"):
         figures["walls"] = floors_walls(site)
         figures |= building_metrics(site, alignment)
     return figures
+
+
+def loops_of_keyscans(site):
+    """Counts of the loops and, where the truth is known, of the false ones. Their frames are rows of pose_graph's trajectory."""
+    rows = read_loops(site.path("pose_graph", "loops_csv"))
+    figures = loop_counts(rows)
+    if not site.robot_truth.exists():
+        return figures
+    nodes_ns = read_tum(site.needed("pose_graph", "trajectory")).times_ns
+    known, truth = interpolated(read_tum(site.robot_truth, TRUTH_REMEDY), nodes_ns, MAX_TRUTH_GAP_NS)
+    return figures | loop_metrics(rows, measured_loops(site.path("loops", "edges"), nodes_ns), known, truth, MAX_LOOP_ERROR_M)
+
+
+def measured_loops(path, nodes_ns):
+    """(node a, node b) -> measured (rotation, translation) of b_from_a, of edges.h5."""
+    times_ns, poses = read_hdf5(path, "time_ns", "target_from_source")
+    with using(path):
+        nodes = np.searchsorted(nodes_ns, times_ns)
+        rotations = rotation_matrices(poses[:, 3:])
+        return {(a, b): (r, t) for (a, b), r, t in zip(nodes.tolist(), rotations, poses[:, :3], strict=True)}
 
 
 def scan_times_ns(site, estimate):

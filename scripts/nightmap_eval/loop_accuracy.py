@@ -44,17 +44,17 @@ def loop_counts(rows):
     return figures
 
 
-def is_true_loop(row, relative, rotation_of, position_of):
+def is_true_loop(row, relative, rotation_of, position_of, max_error_m):
     """Whether the measured relative pose agrees with the truth."""
     a, b = row["frame_a"], row["frame_b"]
     if (a, b) not in relative:
-        raise DataError(f"loops.csv of pose_graph names frames {a} and {b}, of which loops.h5 of matches has no "
+        raise DataError(f"loops.csv of pose_graph names frames {a} and {b}, of which the job loops found no "
                         "loop; delete both files and run make again")
     rotation, translation = relative[a, b]
     true_rotation = rotation_of[b].T @ rotation_of[a]
     true_translation = rotation_of[b].T @ (position_of[a] - position_of[b])
     error_deg = angles_deg((rotation @ true_rotation.T)[None])[0]
-    return np.linalg.norm(translation - true_translation) < MAX_ERROR_M and error_deg < MAX_ERROR_DEG
+    return np.linalg.norm(translation - true_translation) < max_error_m and error_deg < MAX_ERROR_DEG
 
 
 def revisiting_frames(frame_idxs, truth):
@@ -71,13 +71,13 @@ def revisiting_frames(frame_idxs, truth):
     return revisits
 
 
-def loop_metrics(rows, relative, frame_idxs, truth):
+def loop_metrics(rows, relative, frame_idxs, truth, max_error_m=MAX_ERROR_M):
     """`truth` are the true poses of the frames `frame_idxs` (ascending)."""
     rotation_of = dict(zip(frame_idxs.tolist(), truth.rotations()))
     position_of = dict(zip(frame_idxs.tolist(), truth.positions_m))
     accepted = [row for row in rows if row["status"] == "accepted"
                 and row["frame_a"] in rotation_of and row["frame_b"] in rotation_of]  # fmt: skip
-    is_true = [is_true_loop(row, relative, rotation_of, position_of) for row in accepted]
+    is_true = [is_true_loop(row, relative, rotation_of, position_of, max_error_m) for row in accepted]
     closing = np.array(sorted(row["frame_b"] for row, good in zip(accepted, is_true) if good))
     revisits = revisiting_frames(frame_idxs, truth)
     closed = [idx for idx in revisits if len(closing)
