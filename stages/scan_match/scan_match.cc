@@ -56,12 +56,10 @@ const Signal* ChooseOdometry(const std::string& sensor, const std::vector<Signal
 }
 
 // Points near enough to be sure of, one per cell: many beams on a wall nearby say no more.
-std::vector<Eigen::Vector2d> PointsOf(const ScanMatchOptions& options,
-                                      const Signal& signal,
-                                      const SignalSample& scan) {
+std::vector<Eigen::Vector2d> Thinned(const ScanMatchOptions& options, const ScanPoints& scan) {
   std::vector<Eigen::Vector2d> points;
   Eigen::Vector2d last = Eigen::Vector2d::Constant(1e9);
-  for (const Eigen::Vector3d& point : PointsInRobot(scan, signal).points_in_robot) {
+  for (const Eigen::Vector3d& point : scan.points_in_robot) {
     if (point.head<2>().norm() > options.max_range_m) continue;
     if ((point.head<2>() - last).norm() < options.field.resolution_m) continue;
     last = point.head<2>();
@@ -91,7 +89,7 @@ class Matcher {
         submaps_(options.field, options.submap_keyscans) {}
 
   MatchedScan Next(const SignalSample& scan) {
-    const std::vector<Eigen::Vector2d> points = PointsOf(options_, signal_, scan);
+    const std::vector<Eigen::Vector2d> points = Thinned(options_, PointsOf(scan));
     const PosePrior prior = Predict(scan.time_ns);
     MatchedScan matched{scan.time_ns, prior.field_from_robot, 0, false, false};
     if (submaps_.IsEmpty()) {
@@ -111,6 +109,17 @@ class Matcher {
  private:
   bool HasEnough(const std::vector<Eigen::Vector2d>& points) const {
     return static_cast<int>(points.size()) >= options_.min_points;
+  }
+
+  // The points from where the robot is at the scan's time.
+  ScanPoints PointsOf(const SignalSample& scan) const {
+    if (signal_.scan_duration_s <= 0) return PointsInRobot(scan, signal_);
+    const std::int64_t end_ns = scan.time_ns + std::llround(1e9 * signal_.scan_duration_s);
+    const auto wheels = WheelsSince(scan.time_ns, end_ns);
+    return PointsInRobot(
+        scan,
+        signal_,
+        wheels ? wheels->start_from_end : LastMotion(signal_.scan_duration_s).ToRigid3());
   }
 
   static Eigen::Matrix3d CovarianceOf(const PosePrior& prior) {
