@@ -37,4 +37,25 @@ struct Rigid2 {
   }
 };
 
+// Covariance of a left perturbation (three rotations, then three translations) of a robot that
+// drives in the plane z = 0, from that of x, y and heading. The floor holds it within these sigmas.
+inline Matrix6d OnFloor(const Eigen::Matrix3d& planar,
+                        double plane_sigma_m = 0.005,
+                        double plane_sigma_rad = 0.01) {
+  constexpr int kRows[] = {3, 4, 2};
+  Vector6d sigma;
+  sigma << plane_sigma_rad, plane_sigma_rad, 0, 0, 0, plane_sigma_m;
+  Matrix6d covariance = sigma.cwiseAbs2().asDiagonal();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) covariance(kRows[i], kRows[j]) = planar(i, j);
+  }
+  return covariance;
+}
+
+// Of a pose in the plane z = 0: its part about and across z.
+inline Rigid2 ToRigid2(const Rigid3& pose) {
+  return {WrapAngle_rad(2 * std::atan2(pose.rotation.z(), pose.rotation.w())),
+          pose.translation.head<2>()};
+}
+
 }  // namespace nightmap

@@ -15,37 +15,45 @@ void MaxOf(const std::uint8_t* a, const std::uint8_t* b, std::size_t count, std:
 
 FieldPyramid::FieldPyramid(const LikelihoodField& field, int num_levels) : field_(&field) {
   levels_.push_back(FirstLevel(field));
-  while (NumLevels() < num_levels) levels_.push_back(NextLevel(levels_.back()));
+  for (std::size_t step = 1; NumLevels() < num_levels; step *= 2) {
+    levels_.push_back(NextLevel(levels_.back(), step));
+  }
 }
 
 FieldPyramid::Level FieldPyramid::FirstLevel(const LikelihoodField& field) {
-  Level level{0, static_cast<std::size_t>(field.Size()), {}};
-  level.values.resize(level.size * level.size);
-  std::ranges::transform(field.Cells(), level.values.begin(), [](float value) {
-    return static_cast<std::uint8_t>(255 * value + 0.5F);
-  });
+  const CellBox& box = field.Box();
+  const Eigen::Array2i size = (box.end - box.first).array().max(0);
+  Level level{
+      box.first, static_cast<std::size_t>(size.x()), static_cast<std::size_t>(size.y()), {}};
+  level.values.reserve(level.columns * level.rows);
+  for (int row = box.first.y(); row < box.end.y(); ++row) {
+    for (int column = box.first.x(); column < box.end.x(); ++column) {
+      level.values.push_back(static_cast<std::uint8_t>(255 * field.At(column, row) + 0.5F));
+    }
+  }
   return level;
 }
 
-// A square is four squares of half its side. Those that begin `step` cells before the first square
-// of the level below are the new ones at the margin, where the level below has nothing.
-FieldPyramid::Level FieldPyramid::NextLevel(const Level& below) {
-  const std::size_t step = static_cast<std::size_t>(below.margin) + 1;
-  Level level{static_cast<int>(2 * step - 1), below.size + step, {}};
-  level.values.resize(level.size * level.size);
+// A square is four squares of half its side. The first ones begin `step` cells before those of the
+// level below.
+FieldPyramid::Level FieldPyramid::NextLevel(const Level& below, std::size_t step) {
+  const int before = static_cast<int>(step);
+  Level level{
+      below.first - Eigen::Vector2i(before, before), below.columns + step, below.rows + step, {}};
+  level.values.resize(level.columns * level.rows);
   // Of each row the largest of two squares side by side, with empty rows before and after.
-  std::vector<std::uint8_t> pairs((below.size + 2 * step) * level.size);
-  for (std::size_t row = 0; row < below.size; ++row) {
-    const std::uint8_t* from = &below.values[row * below.size];
-    std::uint8_t* to = &pairs[(row + step) * level.size];
-    std::copy(from, from + below.size, to + step);
-    MaxOf(to, from, below.size, to);
+  std::vector<std::uint8_t> pairs((below.rows + 2 * step) * level.columns);
+  for (std::size_t row = 0; row < below.rows; ++row) {
+    const std::uint8_t* from = &below.values[row * below.columns];
+    std::uint8_t* to = &pairs[(row + step) * level.columns];
+    std::copy(from, from + below.columns, to + step);
+    MaxOf(to, from, below.columns, to);
   }
-  for (std::size_t row = 0; row < level.size; ++row) {
-    MaxOf(&pairs[row * level.size],
-          &pairs[(row + step) * level.size],
-          level.size,
-          &level.values[row * level.size]);
+  for (std::size_t row = 0; row < level.rows; ++row) {
+    MaxOf(&pairs[row * level.columns],
+          &pairs[(row + step) * level.columns],
+          level.columns,
+          &level.values[row * level.columns]);
   }
   return level;
 }

@@ -15,6 +15,12 @@ struct LikelihoodFieldOptions {
   double sigma_m = 0.06;  // of the distance between two measurements of one wall
 };
 
+// Cells [first, end) of columns and rows.
+struct CellBox {
+  Eigen::Vector2i first = Eigen::Vector2i::Zero();
+  Eigen::Vector2i end = Eigen::Vector2i::Zero();
+};
+
 // A square of cells about the origin of its frame. Cell (i, j) has its centre at ((i, j) + 0.5) *
 // resolution - half extent. Deterministic: the order of points does not matter.
 class LikelihoodField {
@@ -34,8 +40,8 @@ class LikelihoodField {
   float At(int column, int row) const {
     return Contains(column, row) ? cells_[Index(column, row)] : 0.0F;
   }
-  // All cells, row by row.
-  const std::vector<float>& Cells() const { return cells_; }
+  // All cells that are not 0 are in it.
+  const CellBox& Box() const { return box_; }
 
   // For ceres::BiCubicInterpolator: rows and columns of one value.
   enum { DATA_DIMENSION = 1 };
@@ -53,6 +59,7 @@ class LikelihoodField {
   LikelihoodFieldOptions options_;
   int size_;
   std::vector<float> cells_;
+  CellBox box_;
 };
 
 }  // namespace nightmap

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <queue>
+#include <numbers>
 #include <tuple>
 
 namespace nightmap {
@@ -16,13 +16,14 @@ struct Square {
   int turn = 0;
   int column = 0;
   int row = 0;
-
-  // The largest bound comes first; of equal ones single shifts, then by place.
-  bool operator<(const Square& other) const {
-    return std::tie(bound, other.level, other.turn, other.row, other.column) <
-           std::tie(other.bound, level, turn, row, column);
-  }
 };
+
+// The largest bound first; of equal ones by place, so that the order does not matter.
+void SortByBound(std::vector<Square>* squares) {
+  std::ranges::sort(*squares, [](const Square& a, const Square& b) {
+    return std::tie(b.bound, a.turn, a.row, a.column) < std::tie(a.bound, b.turn, b.row, b.column);
+  });
+}
 
 // Distance of the nearest of the cells [first, last] from 0.
 double Nearest(int first, int last) { return std::max({0, first, -last}); }
@@ -41,17 +42,13 @@ class PoseSearch {
 
   std::optional<FoundPose> Run() {
     if (points_.empty()) return std::nullopt;
+    std::vector<Square> squares;
     for (int turn = -headings_.num_turns; turn <= headings_.num_turns; ++turn) {
       cells_.push_back(CellsOf(Pose(turn, 0, 0)));
-      AddSquares(turn);
+      AddSquares(turn, &squares);
     }
-    while (!open_.empty()) {
-      const Square best = open_.top();
-      open_.pop();
-      if (best.level == 0) return Found(best);
-      Split(best);
-    }
-    return std::nullopt;
+    Explore(&squares);
+    return best_;
   }
 
  private:
@@ -72,28 +69,46 @@ class PoseSearch {
   }
 
   // The whole window of a heading, in squares of the highest level that is not larger.
-  void AddSquares(int turn) {
+  void AddSquares(int turn, std::vector<Square>* squares) const {
     int level = pyramid_.NumLevels() - 1;
     while (level > 0 && (1 << level) > 2 * num_shifts_ + 1) --level;
     const int side = 1 << level;
     for (int row = -num_shifts_; row <= num_shifts_; row += side) {
       for (int column = -num_shifts_; column <= num_shifts_; column += side) {
-        Add({0, level, turn, column, row});
+        Add({0, level, turn, column, row}, squares);
       }
     }
   }
 
-  void Split(const Square& square) {
+  std::vector<Square> Parts(const Square& square) const {
     const int half = 1 << (square.level - 1);
+    std::vector<Square> parts;
     for (const int row : {square.row, square.row + half}) {
       for (const int column : {square.column, square.column + half}) {
         if (row > num_shifts_ || column > num_shifts_) continue;
-        Add({0, square.level - 1, square.turn, column, row});
+        Add({0, square.level - 1, square.turn, column, row}, &parts);
+      }
+    }
+    return parts;
+  }
+
+  // The likely ones first, so that what is found there spares the others.
+  void Explore(std::vector<Square>* squares) {
+    SortByBound(squares);
+    for (const Square& square : *squares) {
+      if (square.bound <= BestValue()) return;
+      if (square.level == 0) {
+        best_ = Found(square);
+      } else {
+        std::vector<Square> parts = Parts(square);
+        Explore(&parts);
       }
     }
   }
 
-  void Add(Square square) {
+  double BestValue() const { return best_ ? best_->value : window_.min_value; }
+
+  void Add(Square square, std::vector<Square>* squares) const {
     const int last_column = std::min(square.column + (1 << square.level) - 1, num_shifts_);
     const int last_row = std::min(square.row + (1 << square.level) - 1, num_shifts_);
     if (IsLeftOut(square, last_column, last_row)) return;
@@ -102,7 +117,7 @@ class PoseSearch {
     const double turn_rad = square.turn * headings_.step_rad;
     square.bound = Score(square) - window_.penalty_per_m2 * shift_m * shift_m -
                    window_.penalty_per_rad2 * turn_rad * turn_rad;
-    if (square.bound > window_.min_value) open_.push(square);
+    if (square.bound > BestValue()) squares->push_back(square);
   }
 
   double Score(const Square& square) const {
@@ -140,7 +155,7 @@ class PoseSearch {
   HeadingSteps headings_;
   int num_shifts_;
   std::vector<std::vector<Eigen::Vector2i>> cells_;  // of the points, by turn
-  std::priority_queue<Square> open_;
+  std::optional<FoundPose> best_;
 };
 
 }  // namespace
@@ -153,7 +168,8 @@ HeadingSteps HeadingStepsOf(const SearchWindow& window,
   const double count = static_cast<double>(std::max<std::size_t>(1, points_in_robot.size()));
   const double distance_m = std::max(resolution_m, std::sqrt(sum_m2 / count));
   const double step_rad = kHeadingStep_cells * resolution_m / distance_m;
-  return {static_cast<int>(std::ceil(window.half_angle_rad / step_rad)), step_rad};
+  const double half_angle_rad = std::min(window.half_angle_rad, std::numbers::pi);
+  return {static_cast<int>(std::ceil(half_angle_rad / step_rad)), step_rad};
 }
 
 std::optional<FoundPose> SearchPose(const FieldPyramid& pyramid,

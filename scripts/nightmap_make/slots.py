@@ -9,7 +9,6 @@ does a touch of an imported file.
 
 import os
 import re
-from collections import Counter
 from functools import partial
 
 from nightmap_make import changed_files
@@ -17,7 +16,6 @@ from nightmap_make.imports import files_of
 from nightmap_make.input_files import file_state
 from nightmap_make.run_receipts import DAMAGED, read_receipt
 from nightmap_site.script_errors import DataError
-
 
 
 def slot_path(site, job):
@@ -96,22 +94,29 @@ def _start_of_runs_ns(graph, job, hashes):
 def _difference(graph, job, receipt, hashes):
     if receipt["stage"] != job.program:
         return f"program {receipt['stage']} -> {job.program}"
-    references = {}  # of each port
-    for reference in _references(graph, job):
-        references.setdefault(reference.port, []).append(reference)
+    references = _references(graph, job)
+    to_come = {}  # of each port, in the order of its list
+    for reference in references:
+        to_come.setdefault(reference.port, []).append(reference)
     # A file that an input names, as the image of a ROS map, stands in the receipt by its own name.
-    named = [entry for entry in receipt["inputs"] if entry["name"] not in references and entry["name"] == os.path.basename(entry["path"])]
+    named = [entry for entry in receipt["inputs"] if entry["name"] not in to_come and entry["name"] == os.path.basename(entry["path"])]
+    come = {}  # of each port the reference whose files have come last
     for entry in receipt["inputs"]:
+        port = entry["name"]
         if entry in named:
             continue
-        if entry["name"] not in references:
-            return f"in.{entry['name']} is no longer given"
-        differences = [_other_source(graph, job, reference, entry, hashes) for reference in references[entry["name"]]]
-        if all(differences):
-            return differences[0]
-    imports = any(reference.job == "import" for port in references.values() for reference in port)
+        if port not in to_come:
+            return f"in.{port} is no longer given"
+        because = _other_source(graph, job, come[port], entry, hashes) if port in come else "the first file"
+        if because and to_come[port]:
+            come[port] = to_come[port].pop(0)
+            because = _other_source(graph, job, come[port], entry, hashes)
+        if because:
+            return because
+    imports = any(reference.job == "import" for reference in references)
     other = next((entry["path"] for entry in named if imports and not hashes.is_same(entry)), None)
-    return f"{other} changed" if other else _not_given(graph, references, receipt)
+    missing = next((port for port, left in to_come.items() if not all(reference.source for reference in left)), None)
+    return f"{other} changed" if other else missing and f"in.{missing} was not given"
 
 
 def _other_source(graph, job, reference, entry, hashes):
@@ -127,11 +132,3 @@ def _other_source(graph, job, reference, entry, hashes):
     name = re.escape(source.file_of(reference.output)).replace(re.escape("{unit}"), "[^/]+")
     fits = re.search(rf"(?:^|/){re.escape(source.folder)}/{name}$", entry["path"])
     return None if fits else f"in.{reference.port}: {entry['path']} -> {reference.text}"
-
-
-def _not_given(graph, references, receipt):
-    had = Counter(entry["name"] for entry in receipt["inputs"])
-    for port, given in references.items():
-        if had[port] < sum(not reference.source for reference in given):
-            return f"in.{port} was not given"
-    return None

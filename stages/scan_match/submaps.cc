@@ -4,7 +4,7 @@
 namespace nightmap {
 namespace {
 
-constexpr int kNumLevels = 4;  // of a window of a few tenths of a metre
+constexpr int kNumLevels = 6;  // squares of up to 32 cells
 
 }  // namespace
 

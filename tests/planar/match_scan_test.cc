@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/planar/match_scan.h"
 
-#include <algorithm>
+#include <ceres/cubic_interpolation.h>
+#include <ceres/jet.h>
+
 #include <cmath>
 
 #include "pipeline/base/random.h"
@@ -11,6 +13,7 @@ namespace nightmap {
 namespace {
 
 const LikelihoodFieldOptions kField{.resolution_m = 0.05, .half_extent_m = 8, .sigma_m = 0.08};
+constexpr int kNumLevels = 4;
 
 // The walls of a room with a niche, 5 cm apart.
 std::vector<Eigen::Vector2d> Room() {
@@ -36,52 +39,6 @@ Rigid2 RandomPose(Random& random, double shift_m, double turn_rad) {
           {random.Uniform(-shift_m, shift_m), random.Uniform(-shift_m, shift_m)}};
 }
 
-// The largest value of the search, by trying all of its poses.
-double BestOfAll(const LikelihoodField& field,
-                 const std::vector<Eigen::Vector2d>& points,
-                 const PosePrior& prior) {
-  double farthest_m = 0;
-  for (const Eigen::Vector2d& point : points) farthest_m = std::max(farthest_m, point.norm());
-  const double step_rad = 2 * 0.05 / farthest_m;
-  const int num_turns = static_cast<int>(std::ceil(3 * prior.sigma_rad / step_rad));
-  const int num_cells = static_cast<int>(std::ceil(3 * prior.sigma_m / 0.05));
-  double best = -1e9;
-  for (int turn = -num_turns; turn <= num_turns; ++turn) {
-    for (int row = -num_cells; row <= num_cells; ++row) {
-      for (int column = -num_cells; column <= num_cells; ++column) {
-        Rigid2 pose = prior.field_from_robot;
-        pose.heading_rad += turn * step_rad;
-        pose.translation += 0.05 * Eigen::Vector2d(column, row);
-        const double errors =
-            std::pow(turn * step_rad / prior.sigma_rad, 2) +
-            (std::pow(row, 2) + std::pow(column, 2)) * std::pow(0.05 / prior.sigma_m, 2);
-        best = std::max(best, ScoreOf(field, points, pose) - kPriorWeight * errors);
-      }
-    }
-  }
-  return best;
-}
-
-TEST(SearchPose, FindsWhatTryingAllPosesFinds) {
-  Random random(3);
-  for (int round = 0; round < 200; ++round) {
-    LikelihoodField field(kField);
-    std::vector<Eigen::Vector2d> walls, scan;
-    for (int i = 0; i < 60; ++i) walls.push_back({random.Uniform(-4, 4), random.Uniform(-4, 4)});
-    field.Add(walls);
-    const Rigid2 truth = RandomPose(random, 0.3, 0.2);
-    for (int i = 0; i < 25; ++i) scan.push_back(walls[random.Index(walls.size())]);
-    const auto points = SeenFrom(truth, scan);
-    const PosePrior prior{RandomPose(random, 0.1, 0.1), 0.12, 0.05};
-    const Rigid2 found = SearchPose(field, points, prior);
-    const double shift = (found.translation - prior.field_from_robot.translation).norm() / 0.12;
-    const double turn = (found.heading_rad - prior.field_from_robot.heading_rad) / 0.05;
-    const double value =
-        ScoreOf(field, points, found) - kPriorWeight * (shift * shift + turn * turn);
-    ASSERT_NEAR(value, BestOfAll(field, points, prior), 1e-5) << round;
-  }
-}
-
 TEST(MatchScan, FindsThePoseInARoomToAFractionOfACell) {
   LikelihoodField field(kField);
   field.Add(Room());
@@ -92,7 +49,7 @@ TEST(MatchScan, FindsThePoseInARoomToAFractionOfACell) {
     PosePrior prior{truth, 0.1, 0.05};
     prior.field_from_robot.translation += Eigen::Vector2d(0.15, -0.1);
     prior.field_from_robot.heading_rad += 0.08;
-    const ScanMatch match = MatchScan(field, points, prior);
+    const ScanMatch match = MatchScan(FieldPyramid(field, kNumLevels), points, prior);
     EXPECT_LT((match.field_from_robot.translation - truth.translation).norm(), 0.01);
     EXPECT_NEAR(match.field_from_robot.heading_rad, truth.heading_rad, 0.004);
     EXPECT_GT(match.score, 0.9);
@@ -113,7 +70,8 @@ TEST(MatchScan, TheCovarianceOfACorridorIsThatOfThePriorAlongIt) {
   for (const Eigen::Vector2d& point : corridor) {
     if (std::abs(point.x()) < 4) points.push_back(point);
   }
-  const ScanMatch match = MatchScan(field, points, {{0, {0.02, 0.03}}, 0.1, 0.05});
+  const ScanMatch match =
+      MatchScan(FieldPyramid(field, kNumLevels), points, {{0, {0.02, 0.03}}, 0.1, 0.05});
   EXPECT_NEAR(std::sqrt(match.covariance(0, 0)), 0.1, 0.02);
   EXPECT_LT(std::sqrt(match.covariance(1, 1)), 0.03);
   EXPECT_NEAR(match.field_from_robot.translation.x(), 0.02, 0.02);
@@ -122,11 +80,92 @@ TEST(MatchScan, TheCovarianceOfACorridorIsThatOfThePriorAlongIt) {
 
 TEST(MatchScan, WithoutPointsThePriorStays) {
   const LikelihoodField field(kField);
-  const ScanMatch match = MatchScan(field, {}, {{0.2, {1, 2}}, 0.1, 0.05});
+  const ScanMatch match =
+      MatchScan(FieldPyramid(field, kNumLevels), {}, {{0.2, {1, 2}}, 0.1, 0.05});
   EXPECT_NEAR(match.field_from_robot.translation.x(), 1, 1e-9);
   EXPECT_NEAR(match.field_from_robot.heading_rad, 0.2, 1e-9);
   EXPECT_EQ(match.score, 0);
   EXPECT_NEAR(match.covariance(0, 0), 0.01, 1e-9);
+}
+
+// What RefinePose makes small: 1 - field over all points, and half the squares of the prior's
+// errors; by the interpolation of the field.
+template <typename T>
+T SurpriseAt(const LikelihoodField& field,
+             const std::vector<Eigen::Vector2d>& points,
+             const PosePrior& prior,
+             const Eigen::Matrix<T, 3, 1>& pose) {
+  const ceres::BiCubicInterpolator<LikelihoodField> interpolator(field);
+  const Eigen::Rotation2D<T> turn(pose[2]);
+  const Eigen::Matrix<T, 2, 1> shift = pose.template head<2>();
+  const Eigen::Vector2d origin = field.ToCells({0, 0});
+  T sum(0);
+  for (const Eigen::Vector2d& point : points) {
+    const Eigen::Matrix<T, 2, 1> cell =
+        (turn * point.cast<T>() + shift) / T(field.Resolution_m()) + origin.cast<T>();
+    T value;
+    interpolator.Evaluate(cell.y(), cell.x(), &value);
+    if (value < 1.0) sum += 1.0 - value;  // the interpolation overshoots
+  }
+  const Eigen::Matrix<T, 2, 1> off = (shift - prior.field_from_robot.translation) / prior.sigma_m;
+  const T turned = (pose[2] - prior.field_from_robot.heading_rad) / prior.sigma_rad;
+  return sum + 0.5 * (off.squaredNorm() + turned * turned);
+}
+
+Eigen::Vector3d VectorOf(const Rigid2& pose) {
+  return {pose.translation.x(), pose.translation.y(), pose.heading_rad};
+}
+
+// By Ceres' derivatives of the interpolation.
+Eigen::Vector3d GradientAt(const LikelihoodField& field,
+                           const std::vector<Eigen::Vector2d>& points,
+                           const PosePrior& prior,
+                           const Eigen::Vector3d& pose) {
+  using Jet = ceres::Jet<double, 3>;
+  const Eigen::Matrix<Jet, 3, 1> jets(Jet(pose[0], 0), Jet(pose[1], 1), Jet(pose[2], 2));
+  return SurpriseAt<Jet>(field, points, prior, jets).v;
+}
+
+TEST(MatchScan, DerivativesOfTheScoreAreThoseOfSmallSteps) {
+  LikelihoodField field(kField);
+  field.Add(Room());
+  Random random(6);
+  constexpr double kStep = 1e-6;
+  for (int round = 0; round < 50; ++round) {
+    const PosePrior prior{RandomPose(random, 0.2, 0.1), 0.1, 0.05};
+    std::vector<Eigen::Vector2d> points;
+    for (int i = 0; i < 40; ++i) points.push_back({random.Uniform(-9, 9), random.Uniform(-9, 9)});
+    const Eigen::Vector3d pose = VectorOf(RandomPose(random, 0.3, 0.2));
+    const Eigen::Vector3d gradient = GradientAt(field, points, prior, pose);
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(i);
+      const double difference = SurpriseAt<double>(field, points, prior, pose + step) -
+                                SurpriseAt<double>(field, points, prior, pose - step);
+      EXPECT_NEAR(gradient[i], difference / (2 * kStep), 1e-3) << round << " " << i;
+    }
+  }
+}
+
+// Few points do not lie on the cells' centres, where the interpolation has its kinks.
+TEST(RefinePose, EndsWhereTheScoreAndThePriorDoNotChange) {
+  LikelihoodField field(kField);
+  field.Add(Room());
+  Random random(7);
+  for (int round = 0; round < 20; ++round) {
+    const Rigid2 truth = RandomPose(random, 0.5, 0.4);
+    std::vector<Eigen::Vector2d> points = SeenFrom(truth, Room());
+    for (Eigen::Vector2d& point : points) {
+      point += 0.03 * Eigen::Vector2d(random.Gaussian(), random.Gaussian());
+    }
+    const PosePrior prior{truth * RandomPose(random, 0.05, 0.02), 0.1, 0.05};
+    const Rigid2 found = RefinePose(field, points, prior, prior.field_from_robot).field_from_robot;
+    const Eigen::Vector3d start = VectorOf(prior.field_from_robot), end = VectorOf(found);
+    EXPECT_LT(SurpriseAt<double>(field, points, prior, end),
+              SurpriseAt<double>(field, points, prior, start));
+    EXPECT_LT(GradientAt(field, points, prior, end).norm(),
+              0.01 * GradientAt(field, points, prior, start).norm())
+        << round;
+  }
 }
 
 TEST(Rigid2, ComposesLikeRigid3) {

@@ -10,7 +10,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import fake_site  # noqa: F401  (finds the scripts)
-from nightmap_make import preflight, why
+import describe_pipeline
+from nightmap_make import preflight, slots, why
 from nightmap_make.graph import Graph
 from nightmap_make.request import Asked
 from nightmap_make.rules_file import RulesFile, Times
@@ -213,6 +214,108 @@ in.labels = "labels.labels if made"
         names = [os.path.basename(path) for _, path in rules["odometry_0001"].inputs]
         self.assertEqual(names, ["shard_0000.csv", "shard_0001.csv"])
         self.assertEqual(len(rules["odometry_0000"].inputs), 1)
+
+
+class ListedPortTest(Declared):
+    """A port that takes a list: files of several jobs, in their order."""
+
+    PROFILE = """
+[loops]
+purpose = "finds places again"
+in.frames = "frames.shards"
+out.edges = "edges.h5"
+[grid]
+in.odometry = false
+in.edges = ["odometry.odometry", "loops.edges"]
+"""
+
+    def setUp(self):
+        super().setUp()
+        self.write("laser/pipeline.toml", self.PROFILE)
+
+    def changed(self, old, new):
+        self.assertIn(old, self.PROFILE)
+        self.write("laser/pipeline.toml", self.PROFILE.replace(old, new))
+
+    def grid(self):
+        graph = self.graph("laser")
+        return graph, next(rule for rule in graph.rules if rule.name == "grid")
+
+    def test_rules_name_the_files_of_both_jobs(self):
+        graph, grid = self.grid()
+        self.assertEqual([job.name for job in graph.jobs.values()], ["frames", "odometry", "loops", "grid"])
+        (first, shards), (second, loops) = grid.inputs
+        self.assertEqual((first, second), ("edges", "edges"))
+        self.assertEqual([Path(path).name for path in shards.paths], ["shard_0000.h5", "shard_0001.h5"])
+        self.assertEqual(loops, f"{graph.site.folder}/loops/edges.h5")
+        text = RulesFile(graph, Times()).text()
+        command = text[text.index("# grid: "):].split("--out")[0]
+        self.assertLess(command.index("--in-list edges="), command.index(f"--in edges={loops}"))
+        before = RulesFile(graph, Times()).prerequisites(grid)
+        self.assertLessEqual({loops, "$(odometry.odometry)", f"{graph.site.folder}/lists/shards.txt"}, set(before))
+
+    def test_a_profile_replaces_the_list_and_takes_it_away(self):
+        self.changed('["odometry.odometry", "loops.edges"]', '"loops.edges"')
+        self.assertEqual([port for port, _ in self.grid()[1].inputs], ["edges"])
+        self.changed('["odometry.odometry", "loops.edges"]', "false")
+        self.assertEqual(self.grid()[1].inputs, [])
+
+    def test_a_mistake_in_the_second_names_its_line(self):
+        for new, said in (("loops.edgs", r"\[grid\]: in.edges: job 'loops' has no output 'edgs'"),
+                          ("lops.edges", r"\[grid\]: in.edges: no job 'lops'"),
+                          ("loops", r"\[grid\]: in.edges = 'loops' is no reference")):
+            with self.subTest(new):
+                self.changed('"loops.edges"', f'"{new}"')
+                with self.assertRaisesRegex(PipelineError, f"laser/pipeline.toml:8: {said}"):
+                    self.graph("laser")
+        self.changed('"loops.edges"', "5")
+        with self.assertRaisesRegex(PipelineError, r"laser/pipeline.toml:8: \[grid\]: in.edges = 5 is no reference"):
+            self.graph("laser")
+
+    def test_a_job_reads_nothing_of_a_later_one_in_its_list(self):
+        self.changed('in.frames = "frames.shards"', 'in.frames = ["frames.shards", "grid.pgm"]')
+        with self.assertRaisesRegex(PipelineError, "each of these jobs reads the one before it"):
+            self.graph("laser")
+
+    def test_the_table_and_the_drawing_show_both(self):
+        pipeline = read_pipeline(str(self.folder), "laser")
+        self.assertIn("| odometry.odometry, loops.edges |", describe_pipeline.row(pipeline.jobs["grid"]))
+        drawing = describe_pipeline.drawing(pipeline)
+        self.assertIn("odometry --> grid", drawing)
+        self.assertIn("loops --> grid", drawing)
+
+    def difference(self, *names):
+        """What the slot says of a run whose edges were these files."""
+        graph, grid = self.grid()
+        paths = dict(grid.outputs)
+        for path in paths.values():
+            self.write(path, "")
+        self.write(paths["receipt"], json.dumps({
+            "stage": "grid", "start_time": "2026-01-01T00:00:00Z", "config": "",
+            "inputs": [{"name": "edges", "path": f"maps/office/{name}", "xxh3": "0"} for name in names],
+            "outputs": [{"path": path} for path in paths.values()]}))  # fmt: skip
+        return slots.change(graph, grid)
+
+    def test_a_receipt_fits_the_slot_with_both_files_in_their_order(self):
+        shards, loops = ("odometry/shard_0000.h5", "odometry/shard_0001.h5"), "loops/edges.h5"
+        self.assertIsNone(self.difference(*shards, loops))
+        self.assertEqual(self.difference(*shards), "in.edges was not given")
+        self.assertEqual(self.difference(), "in.edges was not given")
+        self.assertEqual(self.difference(loops), "in.edges: maps/office/loops/edges.h5 -> odometry.odometry")
+        self.assertEqual(self.difference(loops, *shards), "in.edges: maps/office/loops/edges.h5 -> odometry.odometry")
+        self.assertEqual(self.difference(*shards, "wheels/edges.h5"), "in.edges: maps/office/wheels/edges.h5 -> loops.edges")
+        self.assertEqual(self.difference(*shards, loops, "wheels/edges.h5"), "in.edges: maps/office/wheels/edges.h5 -> loops.edges")
+
+    def test_the_slot_changes_with_the_list(self):
+        def text():
+            graph, _ = self.grid()
+            slots.settle(graph)
+            return Path(slots.slot_path(graph.site, graph.jobs["grid"])).read_text()
+
+        both = text()
+        self.assertEqual(both, "program grid\nin.edges odometry.odometry\nin.edges loops.edges\n")
+        self.changed('"odometry.odometry", "loops.edges"', '"loops.edges", "odometry.odometry"')
+        self.assertNotEqual(text(), both)
 
 
 class InterruptedTest(Declared):

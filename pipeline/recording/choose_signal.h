@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one sensor of several that a job reads.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pipeline/recording/signals_io.h"
+
+namespace nightmap {
+
+// The scanner of this id; with an empty id the only one. `option` is the one that names it, for
+// messages. Throws UsageError when the id names none, or is empty where there are several, and
+// InputError of the port `scans` when nothing scans.
+const Signal& ChooseScanner(const std::vector<Signal>& scans,
+                            const std::string& sensor_id,
+                            const std::string& option);
+
+}  // namespace nightmap

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/scan_loops/scan_loops.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/base/input_error.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/io/trajectory_io.h"
+#include "pipeline/planar/match_scan.h"
+#include "pipeline/planar/search_pose.h"
+#include "pipeline/planar/thin_points.h"
+#include "pipeline/recording/choose_signal.h"
+#include "pipeline/recording/scan_points.h"
+#include "stages/scan_loops/keyscans.h"
+#include "stages/scan_loops/scan_stretches.h"
+
+namespace nightmap {
+namespace {
+
+constexpr int kNumLevels = 7;        // squares of up to 64 cells
+constexpr double kMaxExtent_m = 60;  // of a submap, on each side of its middle
+constexpr double kWindowSigmas = 3;
+// What a window has beside the drift, and how near to the best place no other one is looked for.
+constexpr double kMargin_m = 0.3;
+constexpr double kMargin_rad = 0.05;
+constexpr double kSamePlace_m = 0.5;
+constexpr double kSamePlace_rad = 0.3;
+
+std::vector<Keyscan> MakeKeyscans(const ScanLoopsOptions& options,
+                                  const Signal& scans,
+                                  const std::vector<StampedPose>& poses) {
+  std::vector<Keyscan> keyscans;
+  auto scan = scans.samples.begin();
+  for (const StampedPose& pose : poses) {
+    scan = std::ranges::lower_bound(
+        scan, scans.samples.end(), pose.time_ns, {}, &SignalSample::time_ns);
+    if (scan == scans.samples.end() || scan->time_ns != pose.time_ns) {
+      throw InputError({{"keyframes"}, {"scans"}},
+                       "there is a keyscan and no scan at {} s",
+                       TimeToString(pose.time_ns));
+    }
+    Keyscan keyscan{pose.time_ns, ToRigid2(pose.pose), 0, {}};
+    std::vector<Eigen::Vector2d> points;
+    for (const Eigen::Vector3d& point : PointsInRobot(*scan, scans).points_in_robot) {
+      if (point.head<2>().norm() <= options.max_range_m) points.push_back(point.head<2>());
+    }
+    keyscan.points_in_robot = ThinPoints(points, options.resolution_m);
+    if (!keyscans.empty()) {
+      const Keyscan& last = keyscans.back();
+      keyscan.path_m =
+          last.path_m +
+          (keyscan.start_from_robot.translation - last.start_from_robot.translation).norm();
+    }
+    keyscans.push_back(std::move(keyscan));
+  }
+  return keyscans;
+}
+
+void CheckOdometry(const std::vector<Keyscan>& keyscans, const std::vector<SensorEdge>& edges) {
+  bool fits = edges.size() + 1 == keyscans.size();
+  for (std::size_t i = 0; fits && i < edges.size(); ++i) {
+    fits = edges[i].source_time_ns == keyscans[i].time_ns &&
+           edges[i].target_time_ns == keyscans[i + 1].time_ns;
+  }
+  if (!fits) throw InputError({{"odometry"}, {"keyframes"}}, "their keyscans differ");
+}
+
+class LoopFinder {
+ public:
+  LoopFinder(const ScanLoopsOptions& options, std::vector<Keyscan> keyscans)
+      : options_(options),
+        keyscans_(std::move(keyscans)),
+        submaps_(CutSubmaps(options, keyscans_)),
+        queries_(CutQueries(options, keyscans_)) {}
+
+  std::vector<LoopPair> Pairs(const DriftSums& drifts) const {
+    return PairsToTry(options_, keyscans_, drifts, submaps_, queries_);
+  }
+  std::size_t NumSubmaps() const { return submaps_.size(); }
+  std::size_t NumQueries() const { return queries_.size(); }
+  const Keyscan& KeyscanAt(std::size_t idx) const { return keyscans_[idx]; }
+
+  // Candidates of all pairs with this submap.
+  std::vector<ScanLoopCandidate> Try(std::size_t submap, const std::vector<LoopPair>& pairs) const {
+    if (pairs.empty()) return {};
+    const LikelihoodField field = MakeField(submaps_[submap]);
+    const FieldPyramid pyramid(field, kNumLevels);
+    std::vector<ScanLoopCandidate> candidates;
+    for (const LoopPair& pair : pairs) candidates.push_back(TryPair(pyramid, pair));
+    return candidates;
+  }
+
+ private:
+  LikelihoodField MakeField(const ScanStretch& stretch) const {
+    const std::vector<Eigen::Vector2d> points = PointsOf(keyscans_, stretch);
+    double extent_m = 1;
+    for (const Eigen::Vector2d& point : points) {
+      extent_m = std::max(extent_m, point.cwiseAbs().maxCoeff());
+    }
+    LikelihoodField field({.resolution_m = options_.resolution_m,
+                           .half_extent_m = std::min(extent_m + 3 * options_.sigma_m, kMaxExtent_m),
+                           .sigma_m = options_.sigma_m});
+    field.Add(ThinPoints(points, options_.resolution_m / 2));
+    return field;
+  }
+
+  SearchWindow WindowOf(const LoopPair& pair) const {
+    SearchWindow window;
+    window.center = keyscans_[submaps_[pair.submap].middle].start_from_robot.Inverse() *
+                    keyscans_[queries_[pair.query].middle].start_from_robot;
+    window.half_extent_m =
+        std::min(kWindowSigmas * pair.drift.Sigma_m() + kMargin_m, options_.max_shift_m);
+    window.half_angle_rad =
+        std::min(kWindowSigmas * pair.drift.Sigma_rad() + kMargin_rad, options_.max_turn_rad);
+    window.min_value = options_.min_score;
+    return window;
+  }
+
+  ScanLoopCandidate TryPair(const FieldPyramid& pyramid, const LoopPair& pair) const {
+    ScanLoopCandidate candidate;
+    candidate.submap_keyscan = submaps_[pair.submap].middle;
+    candidate.query_keyscan = queries_[pair.query].middle;
+    const std::vector<Eigen::Vector2d> points = SpreadPoints(
+        ThinPoints(PointsOf(keyscans_, queries_[pair.query]), 2 * options_.resolution_m),
+        static_cast<std::size_t>(options_.max_query_points));
+    SearchWindow window = WindowOf(pair);
+    const auto best = SearchPose(pyramid, points, window);
+    if (!best) return candidate;
+    candidate.score = best->score;
+    window.not_near = best->field_from_robot;
+    window.near_m = kSamePlace_m;
+    window.near_rad = kSamePlace_rad;
+    window.min_value = options_.max_second_ratio * best->score;
+    const auto second = SearchPose(pyramid, points, window);
+    if (second) candidate.second_score = second->score;
+    if (second) return candidate;
+    Refine(pyramid.Field(), points, window, best->field_from_robot, &candidate);
+    return candidate;
+  }
+
+  void Refine(const LikelihoodField& field,
+              const std::vector<Eigen::Vector2d>& points,
+              const SearchWindow& window,
+              const Rigid2& start,
+              ScanLoopCandidate* candidate) const {
+    const PosePrior prior{start, window.half_extent_m, window.half_angle_rad};
+    const ScanMatch match = RefinePose(field, points, prior, start);
+    candidate->is_loop = true;
+    candidate->score = match.score;
+    candidate->query_from_submap = match.field_from_robot.Inverse().ToRigid3();
+    candidate->covariance = CovarianceInTarget(match);
+  }
+
+  // Of a pose in the submap's axes to a perturbation along the axes of the query. The robot stays
+  // on the floor.
+  static Matrix6d CovarianceInTarget(const ScanMatch& match) {
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    turn.topLeftCorner<2, 2>() =
+        Eigen::Rotation2Dd(-match.field_from_robot.heading_rad).toRotationMatrix();
+    const Eigen::Matrix3d planar = turn * match.covariance * turn.transpose();
+    return OnFloor(planar);
+  }
+
+  const ScanLoopsOptions& options_;
+  std::vector<Keyscan> keyscans_;
+  std::vector<ScanStretch> submaps_, queries_;
+};
+
+}  // namespace
+
+ScanLoopsResult RunScanLoops(const ScanLoopsOptions& options,
+                             const ScanLoopsInput& input,
+                             Progress& progress,
+                             int num_threads) {
+  const Signal& scans = ChooseScanner(input.scans, options.scan_sensor, "scan_loops.scan_sensor");
+  std::vector<Keyscan> keyscans = MakeKeyscans(options, scans, input.keyscans);
+  CheckOdometry(keyscans, input.odometry.edges);
+  const DriftSums drifts(keyscans, input.odometry.edges);
+  const LoopFinder finder(options, std::move(keyscans));
+  std::vector<std::vector<LoopPair>> pairs(finder.NumSubmaps());
+  for (const LoopPair& pair : finder.Pairs(drifts)) pairs[pair.submap].push_back(pair);
+  std::vector<std::vector<ScanLoopCandidate>> candidates(pairs.size());
+  progress.Start(pairs.size());
+  ParallelFor(pairs.size(), num_threads, [&](std::size_t i) {
+    candidates[i] = finder.Try(i, pairs[i]);
+    progress.Advance();
+  });
+  ScanLoopsResult result;
+  result.num_submaps = finder.NumSubmaps();
+  result.num_queries = finder.NumQueries();
+  result.edges.sensor = scans.sensor_id;
+  for (const auto& of_submap : candidates) {
+    for (const ScanLoopCandidate& candidate : of_submap) {
+      result.candidates.push_back(candidate);
+      if (!candidate.is_loop) continue;
+      result.edges.edges.push_back({EdgeKind::kLoop,
+                                    finder.KeyscanAt(candidate.submap_keyscan).time_ns,
+                                    finder.KeyscanAt(candidate.query_keyscan).time_ns,
+                                    candidate.query_from_submap,
+                                    candidate.covariance});
+    }
+  }
+  return result;
+}
+
+}  // namespace nightmap
