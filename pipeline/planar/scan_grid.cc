@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
 #include "pipeline/base/error.h"
 #include "pipeline/planar/cell_walk.h"
@@ -15,6 +16,8 @@ namespace {
 
 constexpr double kMaxIndex = 1e9;  // cells to the map's origin, where a double resolves 1e-7 cells
 constexpr double kMaxCells = 4e8;  // a square kilometre at 5 cm
+constexpr double kRadPerDegree = std::numbers::pi / 180;
+constexpr double kMaxBeamsOfGroup = 1000;
 
 float LogOdds(double probability) {
   return static_cast<float>(std::log(probability / (1 - probability)));
@@ -22,6 +25,7 @@ float LogOdds(double probability) {
 
 // A beam that ends in a hit, or clears the cells up to its end.
 struct Beam {
+  Eigen::Vector2d start_in_map;
   Eigen::Vector2d end_in_map;
   bool is_hit = false;
 };
@@ -32,19 +36,48 @@ double Length_m(const ScanGridOptions& options, const PlacedScan& scan, double r
   return range_m < scan.limit_m ? std::min(range_m, options.max_range_m) : options.clear_range_m;
 }
 
+struct PlanarPose {
+  Eigen::Vector2d sensor_in_map;
+  Eigen::Matrix2d rotation;
+};
+
+PlanarPose InPlane(const Rigid3& map_from_sensor) {
+  return {map_from_sensor.translation.head<2>(),
+          map_from_sensor.rotation.toRotationMatrix().topLeftCorner<2, 2>()};
+}
+
+// Beams that lie within a degree, at least one.
+std::size_t BeamsPerGroup(const PlacedScan& scan) {
+  const double per_degree = kRadPerDegree / std::abs(scan.step_angle_rad);
+  return per_degree < 2 ? 1 : static_cast<std::size_t>(std::min(per_degree, kMaxBeamsOfGroup));
+}
+
+// Of the beams from `first` on, of a scanner that moves: the pose in the middle of them.
+Rigid3 PoseOfGroup(const PlacedScan& scan, std::size_t first, std::size_t num_of_group) {
+  const std::size_t last = std::min(first + num_of_group, scan.ranges_m.size()) - 1;
+  const double share =
+      0.5 * static_cast<double>(first + last) / static_cast<double>(scan.ranges_m.size());
+  const Rigid3 &start = scan.map_from_sensor, &end = *scan.map_from_sensor_at_end;
+  return {start.rotation.slerp(share, end.rotation),
+          start.translation + share * (end.translation - start.translation)};
+}
+
 // Calls visit(beam) for each beam of the scan that says something, in their order.
 template <typename Visit>
 void ForEachBeam(const ScanGridOptions& options, const PlacedScan& scan, const Visit& visit) {
-  const Eigen::Vector2d sensor_in_map = scan.map_from_sensor.translation.head<2>();
-  const Eigen::Matrix2d rotation =
-      scan.map_from_sensor.rotation.toRotationMatrix().topLeftCorner<2, 2>();
+  PlanarPose pose = InPlane(scan.map_from_sensor);
+  const std::size_t num_of_group = BeamsPerGroup(scan);
   for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
+    if (scan.map_from_sensor_at_end && i % num_of_group == 0) {
+      pose = InPlane(PoseOfGroup(scan, i, num_of_group));
+    }
     const double range_m = scan.ranges_m[i];
     const double length_m = Length_m(options, scan, range_m);
     if (length_m <= 0) continue;
     const double angle_rad = scan.first_angle_rad + static_cast<double>(i) * scan.step_angle_rad;
     const Eigen::Vector2d direction(std::cos(angle_rad), std::sin(angle_rad));
-    visit(Beam{sensor_in_map + length_m * (rotation * direction),
+    visit(Beam{pose.sensor_in_map,
+               pose.sensor_in_map + length_m * (pose.rotation * direction),
                range_m < scan.limit_m && range_m < options.max_range_m});
   }
 }
@@ -68,11 +101,10 @@ class Filler {
     ForEachBeam(options_, scan, [&](const Beam& beam) {
       if (beam.is_hit) AddHit(grid_.CellOf(beam.end_in_map));
     });
-    const Eigen::Vector2d sensor = grid_.ToCells(scan.map_from_sensor.translation.head<2>());
     ForEachBeam(options_, scan, [&](const Beam& beam) {
-      WalkCells(sensor, grid_.ToCells(beam.end_in_map), [&](const Eigen::Vector2i& cell) {
-        Update(cell, miss_, hit_mark_ + 1);
-      });
+      WalkCells(grid_.ToCells(beam.start_in_map),
+                grid_.ToCells(beam.end_in_map),
+                [&](const Eigen::Vector2i& cell) { Update(cell, miss_, hit_mark_ + 1); });
     });
   }
 
@@ -171,6 +203,7 @@ ScanGrid GridOfScans(const ScanGridOptions& options, std::span<const PlacedScan>
     box.extend(Eigen::Vector2d(scan.map_from_sensor.translation.head<2>()));
     result.num_beams += scan.ranges_m.size();
     ForEachBeam(options, scan, [&](const Beam& beam) {
+      box.extend(beam.start_in_map);
       box.extend(beam.end_in_map);
       result.num_hits += beam.is_hit ? 1 : 0;
     });

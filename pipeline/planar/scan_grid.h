@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -40,6 +41,9 @@ struct PlacedScan {
   double step_angle_rad = 0;
   double limit_m = 0;               // the scanner reports this or more where it hit nothing
   std::span<const float> ranges_m;  // one for each beam
+  // Of a scanner that moves while it scans: the pose when the scan is over. Beam i of n is taken at
+  // the pose i/n of the way there; beams within a degree share one.
+  std::optional<Rigid3> map_from_sensor_at_end = {};
 };
 
 struct ScanGrid {

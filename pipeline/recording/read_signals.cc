@@ -247,7 +247,8 @@ SensorSignals ReadSensorSignals(const SiteConfig& site,
   SensorSignals result;
   result.num_in_line_order.resize(site.sensors.size());
   for (const SensorConfig& sensor : site.sensors) {
-    result.signals.push_back({sensor.kind, sensor.id, sensor.robot_from_sensor, {}});
+    result.signals.push_back(
+        {sensor.kind, sensor.id, sensor.robot_from_sensor, {}, sensor.scan_duration_s});
   }
   for (const SignalConfig& config : site.signals) {
     const auto idx = static_cast<std::size_t>(config.sensor_idx);

@@ -23,4 +23,10 @@ struct ScanPoints {
 // counter-clockwise from the sensor's x in its plane z = 0. Pure.
 ScanPoints PointsInRobot(const SignalSample& scan, const Signal& signal);
 
+// Likewise, seen from where the robot is at the scan's time. Meanwhile it moves: start_from_end is
+// its motion over signal.scan_duration_s, at constant speed along a straight line while it turns.
+ScanPoints PointsInRobot(const SignalSample& scan,
+                         const Signal& signal,
+                         const Rigid3& start_from_end);
+
 }  // namespace nightmap

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "pipeline/base/error.h"
 #include "pipeline/io/hdf5_file.h"
 #include "pipeline/io/pose_arrays.h"
@@ -53,6 +55,18 @@ std::vector<SignalSample> ReadSamples(const Hdf5Reader& file, SignalKind kind) {
   return samples;
 }
 
+// One for each sensor. Files without it are of scans that are taken at once.
+std::vector<double> ReadDurations_s(const Hdf5Reader& file, std::size_t count) {
+  const std::string name = "scan_duration_s";
+  if (!file.Has(name)) return std::vector<double>(count);
+  const auto durations_s = file.ReadList<double>(name);
+  file.Demand(durations_s.size() == count, name);
+  for (const double duration_s : durations_s) {
+    file.Demand(duration_s >= 0 && duration_s <= kMaxScanDuration_s, name);
+  }
+  return durations_s;
+}
+
 }  // namespace
 
 const char* NameOf(SignalKind kind) { return kKindNames[static_cast<int>(kind)]; }
@@ -70,6 +84,7 @@ void WriteSignals(const std::filesystem::path& path,
   Array<double> pose{0, 7, {}}, value{0, 3, {}};
   std::vector<std::int64_t> sample_offset = {0}, time_ns, range_offset = {0};
   std::vector<float> range_m;
+  std::vector<double> duration_s;
   Hdf5Writer file(path,
                   kSignalsFormat,
                   kSignalsVersion,
@@ -79,6 +94,7 @@ void WriteSignals(const std::filesystem::path& path,
   for (std::size_t i = 0; i < signals.size(); ++i) {
     file.WriteText(SensorName(i), signals[i].sensor_id);
     AppendPose(signals[i].robot_from_sensor, &pose);
+    duration_s.push_back(signals[i].scan_duration_s);
     for (const SignalSample& sample : signals[i].samples) {
       time_ns.push_back(sample.time_ns);
       value.values.insert(value.values.end(), sample.value.begin(), sample.value.end());
@@ -94,6 +110,9 @@ void WriteSignals(const std::filesystem::path& path,
   file.Write("value", value);
   file.WriteList("range_offset", range_offset);
   file.WriteList("range_m", range_m);
+  if (std::ranges::any_of(duration_s, [](double duration) { return duration != 0; })) {
+    file.WriteList("scan_duration_s", duration_s);
+  }
   file.Close();
 }
 
@@ -103,12 +122,14 @@ std::vector<Signal> ReadSignals(const std::filesystem::path& path, SignalKind ki
   const auto pose = file.Read<double>("robot_from_sensor", 7);
   auto samples = ReadSamples(file, kind);
   const auto offsets = ReadOffsets(file, "sample_offset", pose.rows, samples.size());
+  const auto durations_s = ReadDurations_s(file, pose.rows);
   std::vector<Signal> signals;
   for (std::size_t i = 0; i < pose.rows; ++i) {
     Signal& signal = signals.emplace_back();
     signal.kind = kind;
     signal.sensor_id = file.ReadText(SensorName(i));
     signal.robot_from_sensor = PoseAt(pose, i, path);
+    signal.scan_duration_s = durations_s[i];
     for (std::size_t k = offsets[i]; k < offsets[i + 1]; ++k) {
       file.Demand(k == offsets[i] || samples[k - 1].time_ns < samples[k].time_ns,
                   "time_ns",

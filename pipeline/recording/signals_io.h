@@ -10,6 +10,7 @@
 //   value              double[N x 3]         see SignalKind
 //   range_offset       int64[N + 1]          where each sample's ranges start
 //   range_m            float[R]              of scans
+//   scan_duration_s    double[S]             of scans; missing where all are 0
 #pragma once
 
 #include <Eigen/Core>
@@ -50,7 +51,11 @@ struct Signal {
   std::string sensor_id;
   Rigid3 robot_from_sensor;
   std::vector<SignalSample> samples;  // times increase
+  // A scan's time is that of its first beam; beam i of n is taken i/n of this later. 0: at once.
+  double scan_duration_s = 0;
 };
+
+inline constexpr double kMaxScanDuration_s = 10;
 
 // `signals` are of one kind. Equal signals give equal bytes. Throws DataError.
 void WriteSignals(const std::filesystem::path& path,

@@ -52,6 +52,8 @@ struct SensorConfig {
   double start_angle_deg = -90;
   double angle_step_deg = 0;
   double max_range_m = 80;
+  double scan_duration_s =
+      0;  // a scan's time is that of its first beam, beam i is i/n of this later
   // Odometry: the quantity that a sample measures and, for ticks, the length of one.
   std::string measures = "pose";  // pose | motion | ticks
   double m_per_tick = 0;

@@ -26,6 +26,10 @@ struct SensorTable {
     list.Add("angle_step_deg", &s.angle_step_deg, {-90, 90}, "scan: 0: 180 deg over all beams");
     list.Add(
         "max_range_m", &s.max_range_m, {0.01, 1e4}, "scan: range from which on nothing was hit");
+    list.Add("scan_duration_s",
+             &s.scan_duration_s,
+             {0, kMaxScanDuration_s},
+             "scan: from its first beam, whose time it states, to its end; 0: at once");
     list.Add("measures",
              &s.measures,
              {"pose", "motion", "ticks"},
@@ -104,7 +108,10 @@ SensorConfig ParseSensor(const toml::table& table, const std::string& source) {
   sensor.kind = *KindOf(parsed.kind);
   if (sensor.id.empty()) throw UsageError("{}: id is empty: name the sensor", where);
   if (sensor.kind != SignalKind::kScan) {
-    Refuse(table, {"start_angle_deg", "angle_step_deg", "max_range_m"}, where, "is of a scan");
+    Refuse(table,
+           {"start_angle_deg", "angle_step_deg", "max_range_m", "scan_duration_s"},
+           where,
+           "is of a scan");
   }
   if (sensor.kind != SignalKind::kOdometry) {
     Refuse(table, {"measures"}, where, "is of odometry");

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/io/trajectory_io.h"
@@ -38,6 +39,18 @@ const char* Cause(const std::vector<StampedPose>& trajectory, std::int64_t time_
   return "the poses around it are more than max_gap_s apart";
 }
 
+// Of a scan that takes a while. None at the end of the trajectory.
+std::optional<Rigid3> PoseAtEnd(const Signal& signal,
+                                const SignalSample& scan,
+                                const std::vector<StampedPose>& trajectory,
+                                std::int64_t max_gap_ns) {
+  if (signal.scan_duration_s <= 0) return std::nullopt;
+  const std::int64_t end_ns = scan.time_ns + std::llround(1e9 * signal.scan_duration_s);
+  const auto map_from_robot = PoseAt(trajectory, end_ns, max_gap_ns);
+  if (!map_from_robot) return std::nullopt;
+  return *map_from_robot * signal.robot_from_sensor;
+}
+
 std::vector<PlacedScan> PlaceScans(const LaserGridOptions& options,
                                    const Signal& signal,
                                    const std::vector<StampedPose>& trajectory,
@@ -55,7 +68,8 @@ std::vector<PlacedScan> PlaceScans(const LaserGridOptions& options,
                       scan.value[0],
                       scan.value[1],
                       scan.value[2],
-                      scan.ranges_m});
+                      scan.ranges_m,
+                      PoseAtEnd(signal, scan, trajectory, max_gap_ns)});
   }
   return placed;
 }

@@ -35,6 +35,8 @@ struct LaserGridResult {
 
 // Places each scan at the robot's pose at its time and fills the grid as GridOfScans does. Between
 // two poses at most max_gap_s apart the pose is interpolated; a scan with no such poses is skipped.
+// Each beam of a scan that takes a while (scan_duration_s) is placed at its own time; where the
+// trajectory ends before the scan does, all are at the scan's.
 // Throws UsageError when `sensor` names none, or none while there are several; InputError naming
 // the remedy when no sensor scans, no scan has a pose, or no beam hit anything. Deterministic.
 LaserGridResult RunLaserGrid(const LaserGridOptions& options, const LaserGridInput& input);

@@ -18,14 +18,27 @@
 namespace nightmap {
 namespace {
 
-constexpr int kNumLevels = 7;        // squares of up to 64 cells
-constexpr double kMaxExtent_m = 60;  // of a submap, on each side of its middle
+constexpr int kNumLevels = 7;                       // squares of up to 64 cells
+constexpr std::int64_t kMaxGap_ns = 1'000'000'000;  // between keyscans of a robot that moves
+constexpr double kMaxExtent_m = 60;                 // of a submap, on each side of its middle
 constexpr double kWindowSigmas = 3;
 // What a window has beside the drift, and how near to the best place no other one is looked for.
 constexpr double kMargin_m = 0.3;
 constexpr double kMargin_rad = 0.05;
 constexpr double kSamePlace_m = 0.5;
 constexpr double kSamePlace_rad = 0.3;
+
+// Of a scan that takes a while, by the motion towards the next keyscan.
+ScanPoints PointsOf(const SignalSample& scan,
+                    const Signal& signal,
+                    const StampedPose& pose,
+                    const std::vector<StampedPose>& poses) {
+  if (signal.scan_duration_s <= 0) return PointsInRobot(scan, signal);
+  const std::int64_t end_ns = pose.time_ns + std::llround(1e9 * signal.scan_duration_s);
+  const auto start_from_end = PoseAt(poses, end_ns, kMaxGap_ns);
+  if (!start_from_end) return PointsInRobot(scan, signal);
+  return PointsInRobot(scan, signal, pose.pose.Inverse() * *start_from_end);
+}
 
 std::vector<Keyscan> MakeKeyscans(const ScanLoopsOptions& options,
                                   const Signal& scans,
@@ -42,7 +55,7 @@ std::vector<Keyscan> MakeKeyscans(const ScanLoopsOptions& options,
     }
     Keyscan keyscan{pose.time_ns, ToRigid2(pose.pose), 0, {}};
     std::vector<Eigen::Vector2d> points;
-    for (const Eigen::Vector3d& point : PointsInRobot(*scan, scans).points_in_robot) {
+    for (const Eigen::Vector3d& point : PointsOf(*scan, scans, pose, poses).points_in_robot) {
       if (point.head<2>().norm() <= options.max_range_m) points.push_back(point.head<2>());
     }
     keyscan.points_in_robot = ThinPoints(points, options.resolution_m);

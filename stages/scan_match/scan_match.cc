@@ -56,12 +56,10 @@ const Signal* ChooseOdometry(const std::string& sensor, const std::vector<Signal
 }
 
 // Points near enough to be sure of, one per cell: many beams on a wall nearby say no more.
-std::vector<Eigen::Vector2d> PointsOf(const ScanMatchOptions& options,
-                                      const Signal& signal,
-                                      const SignalSample& scan) {
+std::vector<Eigen::Vector2d> Thinned(const ScanMatchOptions& options, const ScanPoints& scan) {
   std::vector<Eigen::Vector2d> points;
   Eigen::Vector2d last = Eigen::Vector2d::Constant(1e9);
-  for (const Eigen::Vector3d& point : PointsInRobot(scan, signal).points_in_robot) {
+  for (const Eigen::Vector3d& point : scan.points_in_robot) {
     if (point.head<2>().norm() > options.max_range_m) continue;
     if ((point.head<2>() - last).norm() < options.field.resolution_m) continue;
     last = point.head<2>();
@@ -91,13 +89,18 @@ class Matcher {
         submaps_(options.field, options.submap_keyscans) {}
 
   MatchedScan Next(const SignalSample& scan) {
-    const std::vector<Eigen::Vector2d> points = PointsOf(options_, signal_, scan);
+    std::vector<Eigen::Vector2d> points = Thinned(options_, PointsOf(scan));
     const PosePrior prior = Predict(scan.time_ns);
     MatchedScan matched{scan.time_ns, prior.field_from_robot, 0, false, false};
     if (submaps_.IsEmpty()) {
       matched.is_matched = true;
     } else if (HasEnough(points)) {
       Match(points, prior, &matched);
+      if (matched.is_matched && IsMotionKnownBetterNow(scan)) {
+        const Rigid2 motion = MotionOver(*last_, matched, signal_.scan_duration_s);
+        points = Thinned(options_, PointsInRobot(scan, signal_, motion.ToRigid3()));
+        if (HasEnough(points)) Match(points, prior, &matched);
+      }
     }
     if (!matched.is_matched) lost_ += CovarianceOf(prior);
     if (HasEnough(points) && NeedsKeyscan(matched.start_from_robot)) AddKeyscan(points, &matched);
@@ -111,6 +114,26 @@ class Matcher {
  private:
   bool HasEnough(const std::vector<Eigen::Vector2d>& points) const {
     return static_cast<int>(points.size()) >= options_.min_points;
+  }
+
+  std::int64_t EndOf_ns(const SignalSample& scan) const {
+    return scan.time_ns + std::llround(1e9 * signal_.scan_duration_s);
+  }
+
+  // Without wheels the motion to a scan that is matched tells more of the motion over it than the
+  // one before.
+  bool IsMotionKnownBetterNow(const SignalSample& scan) const {
+    return signal_.scan_duration_s > 0 && last_ && !WheelsSince(scan.time_ns, EndOf_ns(scan));
+  }
+
+  // The points from where the robot is at the scan's time.
+  ScanPoints PointsOf(const SignalSample& scan) const {
+    if (signal_.scan_duration_s <= 0) return PointsInRobot(scan, signal_);
+    const auto wheels = WheelsSince(scan.time_ns, EndOf_ns(scan));
+    return PointsInRobot(
+        scan,
+        signal_,
+        wheels ? wheels->start_from_end : LastMotion(signal_.scan_duration_s).ToRigid3());
   }
 
   static Eigen::Matrix3d CovarianceOf(const PosePrior& prior) {
@@ -153,10 +176,14 @@ class Matcher {
 
   // The motion between the last two scans, over the time that has passed since.
   Rigid2 LastMotion(double passed_s) const {
-    if (!before_last_) return {};
-    const double before_s = 1e-9 * static_cast<double>(last_->time_ns - before_last_->time_ns);
-    const Rigid2 motion = before_last_->start_from_robot.Inverse() * last_->start_from_robot;
-    const double ratio = std::min(passed_s / before_s, 1.0);
+    return before_last_ ? MotionOver(*before_last_, *last_, passed_s) : Rigid2{};
+  }
+
+  // As much of the motion from a to b as goes into a time.
+  static Rigid2 MotionOver(const MatchedScan& a, const MatchedScan& b, double passed_s) {
+    const double between_s = 1e-9 * static_cast<double>(b.time_ns - a.time_ns);
+    const Rigid2 motion = a.start_from_robot.Inverse() * b.start_from_robot;
+    const double ratio = std::min(passed_s / between_s, 1.0);
     return {ratio * motion.heading_rad, ratio * motion.translation};
   }
 

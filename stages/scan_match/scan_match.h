@@ -61,11 +61,13 @@ struct ScanMatchResult {
 // (match_scan.h). A scan that fits nowhere keeps its prediction; when the robot has moved on, new
 // submaps begin at such a scan, and the edge to it has the predictions' uncertainty. The floors of
 // the wheels' noise are per scan and large, because wheels slip, and so the search finds a robot
-// that goes elsewhere than its wheels say. Keyscans, chosen by motion, make the submap: there are
-// two that overlap by half, and matching uses the older one, as Cartographer does (Hess, Kohler,
-// Rapp, Andor, Real-time loop closure in 2D LIDAR SLAM, ICRA 2016). So time per scan and memory do
-// not grow with the recording. Throws UsageError when a sensor is named that the site has not, or
-// none among several, InputError when there is no scan. Deterministic; one thread.
+// that goes elsewhere than its wheels say. The points of a scan that takes a while
+// (scan_duration_s) are moved to where the robot is at the scan's time, by the wheels or by the
+// last motion. Keyscans, chosen by motion, make the submap: there are two that overlap by half, and
+// matching uses the older one, as Cartographer does (Hess, Kohler, Rapp, Andor, Real-time loop
+// closure in 2D LIDAR SLAM, ICRA 2016). So time per scan and memory do not grow with the recording.
+// Throws UsageError when a sensor is named that the site has not, or none among several, InputError
+// when there is no scan. Deterministic; one thread.
 ScanMatchResult RunScanMatch(const ScanMatchOptions& options,
                              const ScanMatchInput& input,
                              Progress& progress);

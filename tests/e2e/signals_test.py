@@ -80,7 +80,7 @@ class SignalsTest(unittest.TestCase):
         site.write_text(LASER_SITE + corrected + '[robot_truth]\nodometry = "corrected"\nrelations = "a.relations"\n')
         self.make("maps/lab/frames/shards.txt")
         self.assertEqual((frames / "relations.txt").read_text(), "1 2 0.1 0 0 0 0 0\n")
-        self.assertEqual(len((frames / "robot_truth.tum").read_text().splitlines()), 21)
+        self.assertEqual(len((frames / "robot_truth.tum").read_text().splitlines()), 22)
         with h5py.File(frames / "odometry.h5") as file:
             self.assertEqual(file["robot_from_sensor"].shape[0], 1)  # the wheels alone
         relations.write_text("1 3 0.2 0 0 0 0 0\n")

@@ -69,9 +69,9 @@ class Workspace:
             raise AssertionError(f"the chain failed:\n{result.stdout}")
         return work
 
-    def as_recorded(self):
+    def as_recorded(self, name=SITE):
         """From now on the recording is one that synthesize does not make."""
-        site = self.folder / f"configs/sites/{SITE}.toml"
+        site = self.folder / f"configs/sites/{name}.toml"
         site.write_text(site.read_text().replace("synthetic = true", "synthetic = false"))
 
     def copy(self):
@@ -135,6 +135,29 @@ def write_small_site(folder):
     # So few frames leave unseen strips between what they see of the floor.
     (sites / SITE / "plan.toml").write_text("unknown = \"allowed\"\n", encoding="utf-8")
     (sites / SITE / "frames.toml").write_text("shard_size = 25\nmax_frames = 60\n", encoding="utf-8")
+
+
+LASER_SITE = "lab"
+LASER_SYNTHESIZE = """\
+num_rooms = 1
+num_identical_rooms = 0
+num_frames = 300
+render = false
+scan_rate_hz = 4
+scan_field_of_view_deg = 360
+scan_num_beams = 90
+"""
+
+
+def write_laser_site(folder):
+    """The config of the small building as a robot with a laser and wheels records it, from demo_laser's."""
+    sites = folder / "configs/sites"
+    text = (sites / "demo_laser.toml").read_text(encoding="utf-8")
+    text = re.sub(r'(?m)^root *=.*', f'root = "{LASER_SITE}"', text)
+    text = re.sub(r"(?m)^angle_step_deg *=.*", "angle_step_deg = 4", text)
+    (sites / f"{LASER_SITE}.toml").write_text(text, encoding="utf-8")
+    (sites / LASER_SITE).mkdir()
+    (sites / LASER_SITE / "synthesize.toml").write_text(LASER_SYNTHESIZE, encoding="utf-8")
 
 
 def environment():

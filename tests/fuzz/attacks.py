@@ -10,7 +10,8 @@ import pathlib
 import re
 import shlex
 
-from mutations import WORDS, append_garbage, damage, make_special, nest_deeply, replace, replace_word
+from mutations import WORDS, append_garbage, damage, damage_log, make_special, nest_deeply, replace, replace_word
+from workspace import LASER_SITE
 
 CANARY = "../outside/canary.txt"  # a file beside the tree that no command has any business with
 
@@ -154,6 +155,16 @@ def damaged_list(draw, root, commands):
     return Attack(f"{path.name}: {damage(draw, path)}", _command_of(commands, "frames").words())
 
 
+def damaged_log(draw, root, commands):
+    """A robot's log, under what reads it."""
+    command = next(command.copy() for command in commands if command.name() == "frames" and f"/{LASER_SITE}/" in command.config)
+    path = root / "data" / LASER_SITE / "robot.log"
+    what = draw.choice((damage, damage_log, damage_log))(draw, path)
+    if draw.random() < 0.2:
+        return Attack(f"{path.name}: {what}", ["make", f"SITE={LASER_SITE}", "inspect"])
+    return Attack(f"{path.name}: {what}", command.words())
+
+
 def picture_outside(draw, root, commands):
     """A list, or a link in the recording, that leads out of it."""
     name = draw.choice(("rgb.txt", "depth.txt"))
@@ -212,7 +223,7 @@ def damaged_evaluation(draw, root, commands):
     files = [path for path in sorted((root / "maps").glob("*/*/*.*")) + sorted((root / "data").glob("*/*.*"))
              if path.suffix in (".json", ".csv", ".tum", ".txt", ".ply", ".h5", ".yaml")]
     path = draw.choice(files)
-    site = next((root / "maps").iterdir())
+    site = root / "maps" / path.relative_to(root).parts[1]
     return Attack(f"{path.relative_to(root)}: {damage(draw, path)}",
                   ["/usr/bin/python3", "scripts/evaluate.py", "--site-dir", str(site.relative_to(root)), "--data", "data",
                    "--out", f"{site.relative_to(root)}/evaluate/metrics.json"])
@@ -288,7 +299,7 @@ def hostile_query(draw, root, commands):
 
 def damaged_lists(draw, root, commands):
     """A list that make reads, of shards, tiles or floors: it is made again, or is an error."""
-    lists = [path for folder in ("frames", "queries", "tiles", "grid") for path in sorted((root / "maps").glob(f"*/{folder}/*"))
+    lists = [path for folder in ("frames", "queries", "tiles", "grid") for path in sorted((root / "maps/small").glob(f"{folder}/*"))
              if path.suffix in (".mk", ".txt", ".json", ".csv") and not path.name.startswith(("receipt", "report"))]
     path = draw.choice(lists)
     return Attack(f"{path.relative_to(root)}: {damage(draw, path)}", ["make", draw.choice(("map", "-n")), "map"])
@@ -312,16 +323,17 @@ def hostile_path(draw, root, commands):
 
 ON_A_STAGE = (special_output, output_over_input, output_twice, special_input, wrong_ports, damaged_input, damaged_input,
               damaged_input, damaged_config)
-ON_A_SITE = (damaged_list, picture_outside, special_picture, damaged_picture, damaged_site, damaged_results,
+ON_A_SITE = (damaged_log, damaged_list, picture_outside, special_picture, damaged_picture, damaged_site, damaged_results,
              damaged_evaluation, damaged_lists, hostile_recording, hostile_query, hostile_variable, hostile_value,
              hostile_path)
 
 
-def draw_attack(draw, root, commands):
-    """One attack, drawn and carried out in the tree at `root` up to its command."""
+def draw_attack(draw, root, commands, only=""):
+    """One attack, drawn and carried out in the tree at `root` up to its command; `only`: of the kind of this name."""
+    kinds = [kind for kind in ON_A_STAGE + ON_A_SITE if only in ("", kind.__name__)]
     attack = None
     while attack is None:
-        kind = draw.choice(ON_A_STAGE + ON_A_SITE)
+        kind = draw.choice(kinds)
         if kind in ON_A_STAGE:
             command = draw.choice(commands).copy()
             attack = kind(draw, root, command)

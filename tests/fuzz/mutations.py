@@ -12,7 +12,7 @@ import numpy as np
 
 WORDS = ("nan", "inf", "-1", "0", "1e308", "-1e308", "99999999999999999999", "2147483648", "4294967296", "",
          "../../outside/canary.txt", "/dev/zero", "$(shell touch owned)", "'; touch owned; '", "a\tb", "é", "\x00")
-TEXT_SUFFIXES = (".csv", ".tum", ".json", ".toml", ".txt", ".yaml", ".g2o", ".mk")
+TEXT_SUFFIXES = (".csv", ".tum", ".json", ".toml", ".txt", ".yaml", ".g2o", ".mk", ".log")
 
 
 def replace(path, content):
@@ -86,6 +86,38 @@ def hostile_line(draw, path):
     lines = ("$(shell touch owned)", "include ../../outside/canary.txt", "all: ; touch owned", "SHARDS := 0000 ../x",
              "../../../outside/canary.txt", "1.0 rgb/../../../../outside/canary.txt", "tile=$(touch owned)")
     replace(path, path.read_bytes() + draw.choice(lines).encode() + b"\n")
+
+
+LOG_LINES = ("FLASER 999999999 1 2 3", "FLASER 99999999999999999999 1", "FLASER -1 1 2 3 4 5 6 7 h 7", "FLASER 100000 1 2 3", "FLASER",
+             "FLASER 0 1 2 3 4 5 6 1e9 h 1", "FLASER 2 1 2 1 2 3 4 5 6 1e300 h 1", "FLASER 2 nan inf 1 2 3 nan 5 6 3 h 3", "ODOM", "ODOM 1 2",
+             "ODOM nan 0 0 0 0 0 1 h 1", "ODOM 1e9 0 0 0 0 0 1 h 1", "ODOM 0 0 0 0 0 0 -1e18 h 1", "ROBOTLASER1 0 0 0 0 0 0 0 4294967297 1",
+             "FLASER " + "9" * 5000, "PARAM " + "x" * 100000, "\x00" * 1000)  # fmt: skip
+
+
+def damage_log(draw, path):
+    """Lines of a log of CARMEN that are none, that lie, or that say too much; -> what it did."""
+    lines = path.read_bytes().split(b"\n")
+    kind = draw.choice(("lines", "times", "counts", "words", "gzip"))
+    if kind == "lines":
+        for _ in range(draw.choice((1, 20, 2000))):
+            lines.insert(draw.randrange(len(lines)), draw.choice(LOG_LINES).encode())
+    elif kind == "gzip":
+        packed = zlib.compressobj(wbits=31)
+        content = packed.compress(path.read_bytes()) + packed.flush()
+        replace(path, content[:draw.choice((10, len(content) // 2, len(content) - 1, len(content)))])
+        return kind
+    else:
+        column, values = {"times": (-1, (b"0", b"-5", b"1e9", b"nan", b"1e300")), "counts": (1, (b"0", b"89", b"91", b"999999999")),
+                          "words": (draw.choice((2, 5, -4)), (b"nan", b"inf", b"-1", b"1e308", b"x", b""))}[kind]  # fmt: skip
+        for at in draw.sample(range(len(lines)), draw.choice((1, 5, len(lines)))):
+            words = lines[at].split(b" ")
+            places = (column - 2, column) if kind == "times" else (column,)
+            for place in places:
+                if -len(words) <= place < len(words):
+                    words[place] = draw.choice(values)
+            lines[at] = b" ".join(words)
+    replace(path, b"\n".join(lines))
+    return kind
 
 
 def _is_text(path):

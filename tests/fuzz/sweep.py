@@ -25,9 +25,9 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
 
-from attacks import draw_attack, parse_commands  # noqa: E402
+from attacks import ON_A_SITE, ON_A_STAGE, draw_attack, parse_commands  # noqa: E402
 from mutations import write_bomb  # noqa: E402
-from workspace import SITE, Workspace, environment  # noqa: E402
+from workspace import LASER_SITE, SITE, Workspace, environment, write_laser_site  # noqa: E402
 
 MAX_CPU_TIME_S = 20  # of one process
 MAX_TIME_S = 180  # a run that waits for ever ends here, one of a busy machine does not
@@ -108,14 +108,17 @@ def find_violations(attack, code, output, time_s, touched):
 
 
 class Sweep:
-    def __init__(self, seed):
-        self.seed = seed
+    def __init__(self, seed, kind=""):
+        self.seed, self.kind = seed, kind
         self.base = Workspace()
-        result = self.base.make("V=1", *GOALS)
-        if result.returncode != 0:
-            raise SystemExit(f"sweep: the chain fails without any attack:\n{result.stdout[-4000:]}")
-        self.commands = parse_commands(result.stdout, self.base.folder)
-        self.base.as_recorded()
+        write_laser_site(self.base.folder)
+        self.commands = []
+        for site, goals in ((SITE, GOALS), (LASER_SITE, ("map",))):
+            result = self.base.make("V=1", f"SITE={site}", *goals)
+            if result.returncode != 0:
+                raise SystemExit(f"sweep: the chain fails without any attack:\n{result.stdout[-4000:]}")
+            self.commands += parse_commands(result.stdout, self.base.folder)
+            self.base.as_recorded(site)
         self.bomb = self.base.folder / "bomb.png"
         write_bomb(self.bomb)
         self.before = state(self.base.folder, "")
@@ -130,10 +133,11 @@ class Sweep:
             root = folder / "tree"
             copy_tree(self.base.folder, root)
             make_outside(folder / "outside", self.bomb)
-            attack = draw_attack(random.Random(f"{self.seed}:{index}"), root, self.commands)
+            attack = draw_attack(random.Random(f"{self.seed}:{index}"), root, self.commands, self.kind)
             if "make" in attack.command:
                 at = attack.command.index("make") + 1
-                attack.command[at:at] = ["--no-print-directory", *(() if attack.what.startswith("hostile_variable: SITE=") else (f"SITE={SITE}",))]
+                names_site = any(word.startswith("SITE=") for word in attack.command)
+                attack.command[at:at] = ["--no-print-directory", *(() if names_site else (f"SITE={SITE}",))]
             before = state(folder, root / "maps")
             code, output, time_s = run_command(attack.command, root)
             touched = {os.path.relpath(item[0], folder) for item in before ^ state(folder, root / "maps")}
@@ -146,9 +150,9 @@ class Sweep:
         return sorted(item[0] for item in self.before ^ state(self.base.folder, ""))
 
 
-def run_sweep(seed, num_runs, num_parallel, report=print):
+def run_sweep(seed, num_runs, num_parallel, report=print, kind=""):
     """(number of runs by exit code, list of violations)"""
-    sweep = Sweep(seed)
+    sweep = Sweep(seed, kind)
     codes, violations, lock = collections.Counter(), [], threading.Lock()
 
     def run(index):
@@ -172,8 +176,8 @@ def run_sweep(seed, num_runs, num_parallel, report=print):
     return codes, violations
 
 
-def show_one(seed, index):
-    sweep = Sweep(seed)
+def show_one(seed, index, kind):
+    sweep = Sweep(seed, kind)
     try:
         attack, code, found, output = sweep.attack(index)
     finally:
@@ -188,11 +192,12 @@ def main():
     parser.add_argument("--seed", type=int, default=0, help="of the attacks (default 0)")
     parser.add_argument("--parallel", type=int, default=os.cpu_count(), help="attacks at a time (default: one per core)")
     parser.add_argument("--only", type=int, metavar="INDEX", help="repeat one attack and show what it printed")
+    parser.add_argument("--kind", default="", choices=[kind.__name__ for kind in ON_A_STAGE + ON_A_SITE], help="attacks of one kind only")
     arguments = parser.parse_args()
     if arguments.only is not None:
-        return show_one(arguments.seed, arguments.only)
+        return show_one(arguments.seed, arguments.only, arguments.kind)
     start = time.monotonic()
-    codes, violations = run_sweep(arguments.seed, arguments.runs, arguments.parallel)
+    codes, violations = run_sweep(arguments.seed, arguments.runs, arguments.parallel, kind=arguments.kind)
     counts = ", ".join(f"{count} with exit code {code}" for code, count in sorted(codes.items(), key=str))
     print(f"{sum(codes.values())} runs in {time.monotonic() - start:.0f} s ({counts}): {len(violations)} violations")
     return 1 if violations else 0

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -52,6 +53,61 @@ TEST(ScanPoints, BeamsThatHitNothingGiveNoPointAndTurnTheOthersNot) {
     EXPECT_TRUE(points.points_in_robot[0].isApprox(Eigen::Vector3d(0, 9.5, 0)));
   }
   EXPECT_TRUE(PointsInRobot(Scan({}), Laser({})).points_in_robot.empty());
+}
+
+// A scan of 720 beams, taken in 0.075 s by a robot that turns at 1 rad/s in the middle of a square
+// room of 10 m; its laser is 0.3 m ahead of its centre and looks to the left.
+struct TurningRobot {
+  static constexpr double kSpeed_rad_per_s = 1, kHalf_m = 5;
+  static constexpr int kNumBeams = 720;
+  Signal laser =
+      Laser({Eigen::Quaterniond(Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitZ())), {0.3, 0, 0.2}});
+  SignalSample scan{7, {-3, 2 * std::numbers::pi / kNumBeams, 30}, {}};
+
+  TurningRobot() {
+    laser.scan_duration_s = 0.075;
+    for (int i = 0; i < kNumBeams; ++i) {
+      const double turn_rad = kSpeed_rad_per_s * laser.scan_duration_s * i / kNumBeams;
+      const double angle_rad = turn_rad + 1.2 + scan.value[0] + i * scan.value[1];
+      const Eigen::Vector2d from(0.3 * std::cos(turn_rad), 0.3 * std::sin(turn_rad));
+      const Eigen::Vector2d direction(std::cos(angle_rad), std::sin(angle_rad));
+      double range_m = 1e9;
+      for (int k = 0; k < 2; ++k) {
+        const double wall_m = direction[k] > 0 ? kHalf_m : -kHalf_m;
+        if (direction[k] != 0) range_m = std::min(range_m, (wall_m - from[k]) / direction[k]);
+      }
+      scan.ranges_m.push_back(static_cast<float>(range_m));
+    }
+  }
+
+  Rigid3 StartFromEnd() const {
+    const Eigen::AngleAxisd turn(kSpeed_rad_per_s * laser.scan_duration_s,
+                                 Eigen::Vector3d::UnitZ());
+    return {Eigen::Quaterniond(turn), {0, 0, 0}};
+  }
+
+  static double LargestDistanceToAWall_m(const ScanPoints& points) {
+    double largest_m = 0;
+    for (const Eigen::Vector3d& point : points.points_in_robot) {
+      largest_m = std::max(largest_m, std::abs(point.head<2>().cwiseAbs().maxCoeff() - kHalf_m));
+    }
+    return largest_m;
+  }
+};
+
+TEST(ScanPoints, TheMotionOverAScanIsTakenBack) {
+  const TurningRobot robot;
+  const ScanPoints moved = PointsInRobot(robot.scan, robot.laser, robot.StartFromEnd());
+  ASSERT_EQ(moved.points_in_robot.size(), 720U);
+  EXPECT_EQ(moved.time_ns, 7);
+  EXPECT_LT(TurningRobot::LargestDistanceToAWall_m(moved), 0.001);
+  EXPECT_GT(TurningRobot::LargestDistanceToAWall_m(PointsInRobot(robot.scan, robot.laser)), 0.1);
+}
+
+TEST(ScanPoints, ARobotThatStandsStillNeedsNoMotion) {
+  const TurningRobot robot;
+  const auto still = PointsInRobot(robot.scan, robot.laser, {}).points_in_robot;
+  EXPECT_EQ(still, PointsInRobot(robot.scan, robot.laser).points_in_robot);
 }
 
 }  // namespace

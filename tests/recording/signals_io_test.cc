@@ -25,6 +25,7 @@ void ExpectSame(const std::vector<Signal>& a, const std::vector<Signal>& b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
     EXPECT_EQ(a[i].sensor_id, b[i].sensor_id);
+    EXPECT_EQ(a[i].scan_duration_s, b[i].scan_duration_s);
     EXPECT_EQ(a[i].robot_from_sensor.translation, b[i].robot_from_sensor.translation);
     ASSERT_EQ(a[i].samples.size(), b[i].samples.size());
     for (std::size_t k = 0; k < a[i].samples.size(); ++k) {
@@ -42,6 +43,11 @@ TEST(SignalsIo, WhatIsWrittenIsReadAndEqualSignalsGiveEqualBytes) {
   ExpectSame(ReadSignals(path, SignalKind::kScan), Scans());
   WriteSignals(folder / "again.h5", SignalKind::kScan, Scans());
   EXPECT_EQ(ReadBytes(path), ReadBytes(folder / "again.h5"));
+  EXPECT_FALSE(Hdf5Reader(path, "nightmap signals", 1).Has("scan_duration_s"));
+  auto turning = Scans();
+  turning[1].scan_duration_s = 0.075;
+  WriteSignals(path, SignalKind::kScan, turning);
+  ExpectSame(ReadSignals(path, SignalKind::kScan), turning);
   WriteSignals(path, SignalKind::kOdometry, {});
   EXPECT_TRUE(ReadSignals(path, SignalKind::kOdometry).empty());
 }

@@ -229,6 +229,7 @@ constexpr const char* kLaserSite = R"(root = "lab"
 id = "laser"
 kind = "scan"
 max_range_m = 30
+scan_duration_s = 0.075
 robot_from_sensor = [0.1, 0, 0.2, 0, 0, 0, 1]
 [[sensor]]
 id = "wheels"
@@ -255,12 +256,13 @@ TEST(SiteConfig, ASiteMayHaveSignalsWithoutFrames) {
   ASSERT_EQ(site.sensors.size(), 2u);
   EXPECT_EQ(site.sensors[0].kind, SignalKind::kScan);
   EXPECT_EQ(site.sensors[0].max_range_m, 30);
+  EXPECT_EQ(site.sensors[0].scan_duration_s, 0.075);
   EXPECT_EQ(site.sensors[0].robot_from_sensor.translation, Eigen::Vector3d(0.1, 0, 0.2));
   EXPECT_EQ(site.sensors[1].measures, "ticks");
   ASSERT_EQ(site.signals.size(), 2u);
   EXPECT_EQ(site.signals[1].sensor_idx, 1);
   EXPECT_EQ(site.signals[1].columns, "t,l,r");
-  EXPECT_EQ(site.signals[1].source, "s.toml:18");
+  EXPECT_EQ(site.signals[1].source, "s.toml:19");
   const auto both = ParseSiteConfig(std::string(kSite) +
                                         "[[sensor]]\nid = \"imu\"\nkind = "
                                         "\"acceleration\"\n",
@@ -277,22 +279,24 @@ TEST(SiteConfig, MistakesInSignalsAreNamedWithTheirLine) {
   };
   expect("kind = \"scan\"\n", "", "s.toml:2: 'kind' is missing");
   expect("kind = \"scan\"", "kind = \"sonar\"", "s.toml:4: kind");
-  expect("id = \"wheels\"", "id = \"laser\"", "s.toml:7: a second sensor \"laser\": rename it");
-  expect("measures = \"ticks\"\n", "", "s.toml:7: 'm_per_tick' needs measures = \"ticks\"");
-  expect("wheel_base_m = 0.4\n", "", "s.toml:7: ticks need m_per_tick and wheel_base_m");
+  expect("id = \"wheels\"", "id = \"laser\"", "s.toml:8: a second sensor \"laser\": rename it");
+  expect("measures = \"ticks\"\n", "", "s.toml:8: 'm_per_tick' needs measures = \"ticks\"");
+  expect("wheel_base_m = 0.4\n", "", "s.toml:8: ticks need m_per_tick and wheel_base_m");
   expect("measures", "max_range_m = 3\nmeasures", "'max_range_m' is of a scan");
+  expect("measures", "scan_duration_s = 0\nmeasures", "'scan_duration_s' is of a scan");
+  expect("0.075", "-0.1", "s.toml:6: scan_duration_s");
   expect("0.2, 0, 0, 0, 1]", "0.2, 0, 0, 0]", "robot_from_sensor has 6 numbers");
   expect("0.2, 0, 0, 0, 1]", "0.2, 0, 0, 0, 2]", "quaternion in robot_from_sensor has length 2");
   expect("sensor = \"laser\"",
          "sensor = \"sonar\"",
          "no [[sensor]] has id \"sonar\"; there are: laser");
-  expect("message = \"FLASER\"\n", "", "s.toml:13: 'message' is missing");
+  expect("message = \"FLASER\"\n", "", "s.toml:14: 'message' is missing");
   expect("FLASER", "ODOM", "message = \"ODOM\" holds no scan");
-  expect("columns = \"t,l,r\"\n", "", "s.toml:18: 'columns' is missing");
+  expect("columns = \"t,l,r\"\n", "", "s.toml:19: 'columns' is missing");
   expect("\"carmen\"", "\"text\"", "'message' needs format = \"carmen\"");
-  expect("time_offset_s", "rate_hz", "s.toml:18: 'rate_hz' needs format = \"carmen\"");
+  expect("time_offset_s", "rate_hz", "s.toml:19: 'rate_hz' needs format = \"carmen\"");
   expect("\"a.log.gz\"", "\"../a.log\"", "file = \"../a.log\" must lie inside the data folder");
-  expect("time_offset_s", "time_ofset_s", "s.toml:23: unknown key 'time_ofset_s'");
+  expect("time_offset_s", "time_ofset_s", "s.toml:24: unknown key 'time_ofset_s'");
 }
 
 TEST(SiteConfig, TheTruthOfTheRobotIsOfASensorOrAFile) {
@@ -304,20 +308,20 @@ TEST(SiteConfig, TheTruthOfTheRobotIsOfASensorOrAFile) {
   EXPECT_EQ(read("odometry = \"wheels\"\nrelations = \"a.relations\"").odometry, "wheels");
   EXPECT_EQ(read("trajectory = \"a.tum\"").trajectory, "a.tum");
   EXPECT_EQ(read("relations = \"a.relations\"").relations, "a.relations");
-  EXPECT_EQ(read("relations = \"a.relations\"").source, "s.toml:24");
+  EXPECT_EQ(read("relations = \"a.relations\"").source, "s.toml:25");
   EXPECT_TRUE(ParseSiteConfig(kLaserSite, "s.toml").robot_truth.source.empty());
   const auto expect = [&](const std::string& table, const std::string& why) {
     NIGHTMAP_EXPECT_ERROR(UsageError, read(table), why);
   };
-  expect("", "s.toml:24: no truth: add `odometry`, `trajectory` or `relations`");
+  expect("", "s.toml:25: no truth: add `odometry`, `trajectory` or `relations`");
   expect("odometry = \"wheels\"\ntrajectory = \"a.tum\"",
-         "s.toml:24: the robot has one truth: remove");
+         "s.toml:25: the robot has one truth: remove");
   expect("odometry = \"wheel\"",
-         "s.toml:24: no [[sensor]] has id \"wheel\"; there are: laser, wheels");
+         "s.toml:25: no [[sensor]] has id \"wheel\"; there are: laser, wheels");
   expect("odometry = \"laser\"",
-         "s.toml:24: odometry = \"laser\" is a sensor of kind scan: name one");
-  expect("odometry = 3", "s.toml:25: 'odometry' must be");
-  expect("relation = \"a\"", "s.toml:25: unknown key 'relation'");
+         "s.toml:25: odometry = \"laser\" is a sensor of kind scan: name one");
+  expect("odometry = 3", "s.toml:26: 'odometry' must be");
+  expect("relation = \"a\"", "s.toml:26: unknown key 'relation'");
   expect("trajectory = \"/a\"", "trajectory = \"/a\" must lie inside the data folder");
   expect("relations = \"../a\"", "relations = \"../a\" must lie inside the data folder");
   NIGHTMAP_EXPECT_ERROR(UsageError,

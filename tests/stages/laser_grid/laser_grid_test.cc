@@ -102,6 +102,47 @@ TEST(LaserGrid, SkipsScansOutsideTheTrajectory) {
   EXPECT_THAT(result.skipped[2], testing::EndsWith(": is after the trajectory"));
 }
 
+// A robot that turns in the middle of a room of 8.1 m, 1 rad/s, 360 beams in 0.075 s. (Walls run
+// through the middle of cells.)
+LaserGridInput TurningInARoom(double claimed_duration_s) {
+  constexpr double kDuration_s = 0.075, kHalf_m = 4.025;
+  LaserGridInput input;
+  Signal laser{SignalKind::kScan, "laser", {}, {}, claimed_duration_s};
+  for (int scan = 0; scan <= 40; ++scan) {
+    input.trajectory.push_back({Scene::TimeOf_ns(scan), {Yaw(0.1 * scan), {0, 0, 0}}});
+    SignalSample sample{Scene::TimeOf_ns(scan), {0, std::numbers::pi / 180, 30}, {}};
+    for (int i = 0; i < 360; ++i) {
+      const double angle_rad = 0.1 * scan + kDuration_s * i / 360 + i * std::numbers::pi / 180;
+      const double side = std::max(std::abs(std::cos(angle_rad)), std::abs(std::sin(angle_rad)));
+      sample.ranges_m.push_back(static_cast<float>(kHalf_m / side));
+    }
+    if (scan < 40) laser.samples.push_back(sample);
+  }
+  input.scans.push_back(laser);
+  return input;
+}
+
+// Occupied cells whose middle is farther than a cell from a wall.
+int NumBesideWalls(const OccupancyGrid& grid) {
+  int count = 0;
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      if (grid.At({x, y}) != kOccupiedCell) continue;
+      const double side_m = grid.CenterInMap({x, y}).cwiseAbs().maxCoeff();
+      count += std::abs(side_m - 4.025) > grid.resolution_m ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+TEST(LaserGrid, EachBeamIsPlacedAtItsOwnTime) {
+  const LaserGridOptions options;
+  const ScanGrid moved = RunLaserGrid(options, TurningInARoom(0.075)).map;
+  EXPECT_EQ(moved.num_hits, 40U * 360U);
+  EXPECT_EQ(NumBesideWalls(moved.grid), 0);
+  EXPECT_GT(NumBesideWalls(RunLaserGrid(options, TurningInARoom(0)).map.grid), 20);
+}
+
 TEST(LaserGrid, ASensorMustBeChosenAmongSeveral) {
   Scene scene;
   Signal rear = scene.input.scans[0];

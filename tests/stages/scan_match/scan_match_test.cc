@@ -58,28 +58,41 @@ SignalSample ScanAt(std::int64_t time_ns,
 }
 
 // On an ellipse, counter-clockwise, once around at 10 scans per second.
-Rigid2 TruthAt(int scan) {
+Rigid2 TruthAt(double scan) {
   const double phase = 2 * std::numbers::pi * scan / kNumScans;
   return {std::atan2(1.2 * std::cos(phase), -2.5 * std::sin(phase)),
           {2.5 * std::cos(phase), 1.2 * std::sin(phase)}};
 }
 
-Signal Scans() {
-  Signal signal{SignalKind::kScan, "laser", {}, {}};
+// Likewise, but from rest: at full speed after 20 scans.
+Rigid2 TruthFromRestAt(double scan) { return TruthAt(scan < 20 ? scan * scan / 40 : scan - 10); }
+
+using Truth = Rigid2 (*)(double scan);
+
+// The beams of a scan are spread over duration_s.
+Signal Scans(double duration_s = 0, Truth truth = TruthAt) {
+  Signal signal{SignalKind::kScan, "laser", {}, {}, duration_s};
   Random random(1);
   for (int i = 0; i < kNumScans; ++i) {
-    signal.samples.push_back(ScanAt(100'000'000LL * i, kHall, TruthAt(i), random));
+    SignalSample& scan =
+        signal.samples.emplace_back(ScanAt(100'000'000LL * i, kHall, truth(i), random));
+    if (duration_s == 0) continue;
+    for (int beam = 0; beam <= 180; ++beam) {
+      const double angle_rad = (beam - 90) * std::numbers::pi / 180;
+      scan.ranges_m[static_cast<std::size_t>(beam)] =
+          RangeOf(kHall, truth(i + 10 * duration_s * beam / 181), angle_rad);
+    }
   }
   return signal;
 }
 
 // Wheels that turn 5 % too far and drive 5 % too far.
-Signal Wheels() {
+Signal Wheels(Truth truth = TruthAt) {
   Signal signal{SignalKind::kOdometry, "wheels", {}, {}};
   Rigid2 pose;
   for (int i = 0; i < kNumScans; ++i) {
     if (i > 0) {
-      const Rigid2 motion = TruthAt(i - 1).Inverse() * TruthAt(i);
+      const Rigid2 motion = truth(i - 1).Inverse() * truth(i);
       pose = pose * Rigid2{1.05 * motion.heading_rad, 1.05 * motion.translation};
     }
     signal.samples.push_back(
@@ -93,12 +106,12 @@ ScanMatchResult Match(const ScanMatchInput& input, const ScanMatchOptions& optio
   return RunScanMatch(options, input, progress);
 }
 
-double LargestError_m(const ScanMatchResult& result) {
+double LargestError_m(const ScanMatchResult& result, Truth truth = TruthAt) {
   double largest_m = 0;
   for (int i = 0; i < kNumScans; ++i) {
-    const Rigid2 truth = TruthAt(0).Inverse() * TruthAt(i);
+    const Rigid2 start_from_robot = truth(0).Inverse() * truth(i);
     const Rigid2& found = result.scans[static_cast<std::size_t>(i)].start_from_robot;
-    largest_m = std::max(largest_m, (found.translation - truth.translation).norm());
+    largest_m = std::max(largest_m, (found.translation - start_from_robot.translation).norm());
   }
   return largest_m;
 }
@@ -112,6 +125,19 @@ TEST(ScanMatch, FollowsTheRobotWithAndWithoutWheels) {
     EXPECT_LT(LargestError_m(result), 0.04) << has_wheels;
     EXPECT_EQ(result.odometry_sensor, has_wheels ? "wheels" : "");
     EXPECT_TRUE(std::ranges::all_of(result.scans, &MatchedScan::is_matched));
+  }
+}
+
+// The robot turns and drives while it scans.
+TEST(ScanMatch, TakesTheMotionOverAScanBack) {
+  for (const bool has_wheels : {true, false}) {
+    ScanMatchInput input{{Scans(0.075, TruthFromRestAt)}, {}};
+    if (has_wheels) input.odometry = {Wheels(TruthFromRestAt)};
+    const double moved_m = LargestError_m(Match(input), TruthFromRestAt);
+    input.scans[0].scan_duration_s = 0;
+    const double still_m = LargestError_m(Match(input), TruthFromRestAt);
+    EXPECT_LT(moved_m, 0.05) << has_wheels;
+    EXPECT_GT(still_m, 3 * moved_m) << has_wheels;
   }
 }
 
