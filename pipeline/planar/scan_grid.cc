@@ -8,6 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/planar/cell_walk.h"
+#include "pipeline/planar/thin_walls.h"
 
 namespace nightmap {
 namespace {
@@ -58,13 +59,14 @@ class Filler {
         miss_(LogOdds(options.miss_probability)),
         max_(static_cast<float>(options.max_log_odds)),
         log_odds_(grid.cells.size()),
+        num_hits_(grid.cells.size()),
         marks_(grid.cells.size()) {}
 
   void Add(const PlacedScan& scan) {
     hit_mark_ += 2;
     // Hits come first: beams that graze a wall pass through cells that their neighbours hit.
     ForEachBeam(options_, scan, [&](const Beam& beam) {
-      if (beam.is_hit) Update(grid_.CellOf(beam.end_in_map), hit_, hit_mark_);
+      if (beam.is_hit) AddHit(grid_.CellOf(beam.end_in_map));
     });
     const Eigen::Vector2d sensor = grid_.ToCells(scan.map_from_sensor.translation.head<2>());
     ForEachBeam(options_, scan, [&](const Beam& beam) {
@@ -80,9 +82,15 @@ class Filler {
       if (marks_[i] == 0) continue;
       grid_.cells[i] = log_odds_[i] > 0 ? kOccupiedCell : kFreeCell;
     }
+    if (options_.thin_walls) ThinWalls(num_hits_, &grid_);
   }
 
  private:
+  void AddHit(const Eigen::Vector2i& cell) {
+    ++num_hits_[grid_.Index(cell.x(), cell.y())];
+    Update(cell, hit_, hit_mark_);
+  }
+
   // Changes a cell that this scan did not change yet.
   void Update(const Eigen::Vector2i& cell, float change, std::uint32_t mark) {
     const std::size_t i = grid_.Index(cell.x(), cell.y());
@@ -95,6 +103,7 @@ class Filler {
   OccupancyGrid& grid_;
   float hit_, miss_, max_;
   std::vector<float> log_odds_;
+  std::vector<std::uint32_t> num_hits_;
   std::vector<std::uint32_t> marks_;  // of the last scan that changed the cell; 0: none did
   std::uint32_t hit_mark_ = 0;  // of this scan: this for cells that it hits, one more for others
 };
@@ -150,6 +159,8 @@ void ScanGridOptions::Register(OptionList& list) {
            &clear_range_m,
            Range(0, 1000),
            "a beam that hit nothing clears the cells up to this range");
+  list.Add(
+      "thin_walls", &thin_walls, "draws straight walls one cell wide, where most beams hit them");
   list.Add("margin_m", &margin_m, Range(0, 100), "unknown space around the map");
 }
 

@@ -26,6 +26,7 @@ struct ScanGridOptions {
   double min_range_m = 0.1;
   double max_range_m = 30;
   double clear_range_m = 0;
+  bool thin_walls = true;
   double margin_m = 0.25;
 
   void Register(OptionList& list);
@@ -57,12 +58,13 @@ struct ScanGrid {
 // A scan raises the log-odds of each cell in which a beam ends, and lowers those of each other cell
 // that a beam passes (WalkCells), once per scan: beams of one scan share its pose error, so
 // they are no independent evidence. Cells that no scan changed are unknown. Range noise (1 to 3 cm)
-// is not spread over cells, since it is less than a cell.
+// is not spread over cells, since it is less than a cell; with `thin_walls`, of the cells across a
+// wall that it makes occupied one stays (thin_walls.h).
 //
 // max_log_odds bounds what a cell remembers: 14 is 35 scans in a row that pass an occupied cell, or
 // 17 that hit a free one. So a robot or a person that stands still for minutes outvotes nobody.
 //
-// Takes 9 bytes per cell of the box around all hits, whatever the number of scans; cells end at
+// Takes 14 bytes per cell of the box around all hits, whatever the number of scans; cells end at
 // multiples of resolution_m. Pure: equal scans in equal order give equal cells. Throws DataError
 // naming the remedy when there is no hit, or the box has more than 4e8 cells.
 ScanGrid GridOfScans(const ScanGridOptions& options, std::span<const PlacedScan> scans);

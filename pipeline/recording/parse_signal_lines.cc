@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parses one line of a log into one sample, for read_signals.h.
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <numbers>
 
@@ -55,12 +56,23 @@ Eigen::Vector3d ParseOdometry(const SensorConfig& sensor, const Words& values) {
   return {Within(values[0], kMaxTicks, "left"), Within(values[1], kMaxTicks, "right"), 0};
 }
 
+// Where nothing was hit, drivers write NaN, or infinity beyond their reach: a range that is never a
+// hit, and one that is never below a limit.
+double ParseRange_m(std::string_view word) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error == std::errc() && end == word.data() + word.size() && !std::isfinite(value)) {
+    return value > 0 && std::isinf(value) ? kMaxRange_m : 0;
+  }
+  const double range_m = Within(word, kMaxRange_m, "a range");
+  if (range_m < 0) throw DataError("a range is {}, below 0", range_m);
+  return range_m;
+}
+
 std::vector<float> ParseRanges(const Words& words, std::size_t first, std::size_t count) {
   std::vector<float> ranges_m;
   for (std::size_t i = 0; i < count; ++i) {
-    const double range_m = Within(words[first + i], kMaxRange_m, "a range");
-    if (range_m < 0) throw DataError("a range is {}, below 0", range_m);
-    ranges_m.push_back(static_cast<float>(range_m));
+    ranges_m.push_back(static_cast<float>(ParseRange_m(words[first + i])));
   }
   return ranges_m;
 }
@@ -89,37 +101,49 @@ std::size_t CountAt(const Words& words, std::size_t at, std::size_t after) {
   return static_cast<std::size_t>(*count);
 }
 
-void DemandNoMore(const Words& words, std::size_t count) {
-  if (words.size() > count) throw DataError("{} words, expected {}", words.size(), count);
+constexpr std::size_t kStampWords = 3;  // time host logger_time, the end of a line
+
+// Reads the time that follows `rest` words. It may be missing where it is ignored.
+std::int64_t TimeAfter(const Words& words, std::size_t rest, LineTime line_time) {
+  const bool lacks_time = line_time == LineTime::kIgnored && words.size() == rest;
+  if (!lacks_time && words.size() != rest + kStampWords) {
+    throw DataError("{} words, expected {}", words.size(), rest + kStampWords);
+  }
+  return line_time == LineTime::kIgnored ? 0 : ParseTime_ns(words[rest]);
+}
+
+std::size_t StampWords(LineTime line_time) {
+  return line_time == LineTime::kIgnored ? 0 : kStampWords;
 }
 
 // FLASER n ranges x y theta odom_x odom_y odom_theta time host logger_time
-SignalSample ParseOldLaser(const SensorConfig& sensor, const Words& words) {
-  constexpr std::size_t kAfter = 9;
-  const std::size_t count = CountAt(words, 1, kAfter);
+SignalSample ParseOldLaser(const SensorConfig& sensor, LineTime line_time, const Words& words) {
+  constexpr std::size_t kPoseWords = 6;
+  const std::size_t count = CountAt(words, 1, kPoseWords + StampWords(line_time));
   const std::size_t pose = 2 + count;
-  DemandNoMore(words, pose + kAfter);
   SignalSample sample;
+  const std::int64_t time_ns = TimeAfter(words, pose + kPoseWords, line_time);
   if (sensor.kind == SignalKind::kScan) {
     if (count == 0) throw DataError("no beams");
     sample = ScanOf(sensor, ParseRanges(words, 2, count));
   } else {
     sample.value = ParsePose(words[pose + 3], words[pose + 4], words[pose + 5]);
   }
-  sample.time_ns = ParseTime_ns(words[pose + 6]);
+  sample.time_ns = time_ns;
   return sample;
 }
 
 // MESSAGE type start_angle field_of_view angle_step max_range accuracy remission_mode n ranges
 // m remissions [laser x y theta, robot x y theta, tv rv forward_safety side_safety turn_axis] time
 // host logger_time
-SignalSample ParseLaser(const SensorConfig& sensor, const Words& words, bool has_poses) {
-  const std::size_t after = has_poses ? 14 : 3;
+SignalSample ParseLaser(const SensorConfig& sensor, LineTime line_time, const Words& words) {
+  const std::size_t pose_words = words[0] == "ROBOTLASER1" ? 11 : 0;
+  const std::size_t after = pose_words + StampWords(line_time);
   const std::size_t count = CountAt(words, 8, 1 + after);
   const std::size_t num_remissions = CountAt(words, 9 + count, after);
   const std::size_t rest = 10 + count + num_remissions;
-  DemandNoMore(words, rest + after);
   SignalSample sample;
+  const std::int64_t time_ns = TimeAfter(words, rest + pose_words, line_time);
   if (sensor.kind == SignalKind::kScan) {
     if (count == 0) throw DataError("no beams");
     sample.ranges_m = ParseRanges(words, 9, count);
@@ -129,21 +153,22 @@ SignalSample ParseLaser(const SensorConfig& sensor, const Words& words, bool has
   } else {
     sample.value = ParsePose(words[rest + 3], words[rest + 4], words[rest + 5]);
   }
-  sample.time_ns = ParseTime_ns(words[rest + after - 3]);
+  sample.time_ns = time_ns;
   return sample;
 }
 
 }  // namespace
 
-SignalSample ParseCarmenLine(const SensorConfig& sensor, const Words& words) {
+SignalSample ParseCarmenLine(const SensorConfig& sensor, LineTime line_time, const Words& words) {
   if (words[0] == "ODOM") {  // x y theta tv rv acceleration time host logger_time
-    DemandCount(words, 10, "ODOM x y theta tv rv acceleration time host logger_time");
-    return {ParseTime_ns(words[7]), ParsePose(words[1], words[2], words[3]), {}};
+    constexpr std::size_t kRest = 7;
+    const std::int64_t time_ns = TimeAfter(words, kRest, line_time);
+    return {time_ns, ParsePose(words[1], words[2], words[3]), {}};
   }
   if (words[0] == "ROBOTLASER1" || words[0] == "RAWLASER1") {
-    return ParseLaser(sensor, words, words[0] == "ROBOTLASER1");
+    return ParseLaser(sensor, line_time, words);
   }
-  return ParseOldLaser(sensor, words);
+  return ParseOldLaser(sensor, line_time, words);
 }
 
 SignalSample ParseValues(const SensorConfig& sensor, std::int64_t time_ns, const Words& values) {

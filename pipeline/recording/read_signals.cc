@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
@@ -56,18 +57,26 @@ class SignalFile {
     }
   }
 
-  // Appends the samples that are later than the existing ones.
+  // Appends the samples that are later than the existing ones, or keep their place.
   void AppendTo(std::vector<SignalSample>* samples) {
+    std::optional<std::int64_t> stated_ns;  // by the line before, of this file
     for (LoggedSample& logged : samples_) {
       const std::int64_t time_ns = logged.sample.time_ns;
-      if (samples->empty() || samples->back().time_ns < time_ns) {
-        samples->push_back(std::move(logged.sample));
-        continue;
+      if (!samples->empty() && samples->back().time_ns >= time_ns) {
+        const std::int64_t last_ns = samples->back().time_ns;
+        if (!KeepsPlace(time_ns, last_ns, stated_ns)) {
+          Skip(logged.line,
+               fmt::format("time {} s is not after {} s of the sample before",
+                           TimeToString(time_ns),
+                           TimeToString(last_ns)));
+          continue;
+        }
+        logged.sample.time_ns = last_ns + kLineStep_ns;
       }
-      Skip(logged.line,
-           fmt::format("time {} s is not after {} s of the sample before",
-                       TimeToString(time_ns),
-                       TimeToString(samples->back().time_ns)));
+      if (!HasSameBeams(logged, *samples)) continue;
+      num_in_line_order_ += logged.sample.time_ns == time_ns ? 0 : 1;
+      stated_ns = time_ns;
+      samples->push_back(std::move(logged.sample));
     }
   }
 
@@ -84,26 +93,52 @@ class SignalFile {
     if (static_cast<double>(problems_.size()) <= max_failed_ratio * num_lines) return;
     throw DataError(
         "{}: {} of {} lines are no sample in order (the first: {}), more than max_failed_ratio = "
-        "{}: repair the file or correct {}{}",
+        "{}: repair the file or correct {}{}{}",
         file,
         problems_.size(),
         num_lines_,
         problems_.front(),
         max_failed_ratio,
         config_.source,
-        config_.sort ? "" : ", or set sort = true where lines are out of order");
+        config_.sort ? "" : ", or set sort = true where lines are out of order",
+        config_.format == "carmen" && config_.rate_hz == 0 ? ", or rate_hz where they have no times"
+                                                           : "");
   }
 
   const std::vector<std::string>& Problems() const { return problems_; }
+  std::size_t NumInLineOrder() const { return num_in_line_order_; }
 
  private:
   void Skip(int line, const std::string& why) {
     problems_.push_back(fmt::format("{}:{}: {}", name_, line, why));
   }
 
-  std::int64_t Time_ns(std::int64_t time_ns) const {
-    return CheckedTime_ns(CheckedTime_ns(time_ns) + std::llround(config_.time_offset_s * 1e9));
+  // Whether a sample whose time is not after the last one is of that place in the log all the same.
+  // A line that states the time of the line before says the same again; time 0 is none.
+  bool KeepsPlace(std::int64_t time_ns,
+                  std::int64_t last_ns,
+                  const std::optional<std::int64_t>& stated_ns) const {
+    return sensor_.kind != SignalKind::kAcceleration && !config_.sort && stated_ns &&
+           *stated_ns != time_ns && time_ns != Offset_ns() && last_ns - time_ns < kMaxStepBack_ns;
   }
+
+  // Leaves out a scan of another number of beams than the sensor's first.
+  bool HasSameBeams(const LoggedSample& logged, const std::vector<SignalSample>& samples) {
+    const std::size_t num_beams = logged.sample.ranges_m.size();
+    if (samples.empty() || samples.front().ranges_m.size() == num_beams) return true;
+    Skip(logged.line,
+         fmt::format("{} beams, the sensor's first scan has {}: give each of two scanners a "
+                     "[[sensor]] of its own",
+                     num_beams,
+                     samples.front().ranges_m.size()));
+    return false;
+  }
+
+  std::int64_t Time_ns(std::int64_t time_ns) const {
+    return CheckedTime_ns(CheckedTime_ns(time_ns) + Offset_ns());
+  }
+
+  std::int64_t Offset_ns() const { return std::llround(config_.time_offset_s * 1e9); }
 
   void ReadLine(int number, std::string_view line) {
     if (config_.format == "csv") return ReadCsvLine(number, line);
@@ -113,11 +148,19 @@ class SignalFile {
     ++num_lines_;
     SignalSample sample;
     if (config_.format == "carmen") {
-      sample = ParseCarmenLine(sensor_, words);
+      sample = CarmenSample(words);
     } else {
       sample = ParseValues(sensor_, ParseTime_ns(words[0]), {words.begin() + 1, words.end()});
     }
     Add(number, std::move(sample));
+  }
+
+  // With a rate_hz the lines follow each other at it, whatever times they state.
+  SignalSample CarmenSample(const Words& words) const {
+    if (config_.rate_hz == 0) return ParseCarmenLine(sensor_, LineTime::kNeeded, words);
+    SignalSample sample = ParseCarmenLine(sensor_, LineTime::kIgnored, words);
+    sample.time_ns = std::llround(1e9 * static_cast<double>(num_lines_ - 1) / config_.rate_hz);
+    return sample;
   }
 
   void ReadCsvLine(int number, std::string_view line) {
@@ -167,6 +210,7 @@ class SignalFile {
   std::filesystem::path path_;
   std::string name_;  // relative to the data folder, for the report
   std::size_t num_lines_ = 0;
+  std::size_t num_in_line_order_ = 0;
   std::vector<std::size_t> columns_;
   std::size_t num_columns_ = 0;
   bool is_in_ns_ = false;
@@ -201,6 +245,7 @@ SensorSignals ReadSensorSignals(const SiteConfig& site,
                                 const std::filesystem::path& data_root,
                                 double max_failed_ratio) {
   SensorSignals result;
+  result.num_in_line_order.resize(site.sensors.size());
   for (const SensorConfig& sensor : site.sensors) {
     result.signals.push_back({sensor.kind, sensor.id, sensor.robot_from_sensor, {}});
   }
@@ -212,6 +257,7 @@ SensorSignals ReadSensorSignals(const SiteConfig& site,
     log.Read();
     log.AppendTo(&result.signals[idx].samples);
     log.Check(max_failed_ratio);
+    result.num_in_line_order[idx] += log.NumInLineOrder();
     result.problems.insert(result.problems.end(), log.Problems().begin(), log.Problems().end());
   }
   for (std::size_t i = 0; i < site.sensors.size(); ++i) {

@@ -8,7 +8,12 @@
 // The values are: for acceleration ax ay az (m/s2); for odometry x y heading (m, rad), or distance
 // and heading change since the previous sample, or the counts of the left and the right wheel; for
 // a scan the ranges (m). In CARMEN's laser messages odometry is the last pose: for FLASER and
-// RLASER `odom_x odom_y odom_theta`, for ROBOTLASER1 the robot's.
+// RLASER `odom_x odom_y odom_theta`, for ROBOTLASER1 the robot's. A range that is NaN or infinite
+// is one that hit nothing.
+//
+// Clocks of old logs jump. A scan or an odometry whose time is a little before that of the line
+// before keeps its place: it gets the time of that line and kLineStep_ns. The rule sees times only,
+// so two files with the same stamps, as a log and a table made of it, get the same times.
 #pragma once
 
 #include <filesystem>
@@ -21,20 +26,31 @@
 
 namespace nightmap {
 
+// From so far back on, a time is of another recording.
+inline constexpr std::int64_t kMaxStepBack_ns = 3'000'000'000;
+inline constexpr std::int64_t kLineStep_ns = 1'000'000;
+
 struct SensorSignals {
-  std::vector<Signal> signals;        // one per [[sensor]], in their order
-  std::vector<std::string> problems;  // one per line that was left out: file:line: reason
+  std::vector<Signal> signals;                 // one per [[sensor]], in their order
+  std::vector<std::string> problems;           // one per line that was left out: file:line: reason
+  std::vector<std::size_t> num_in_line_order;  // per [[sensor]]: samples whose clock went back
 };
 
-// Leaves out, with their reason, lines that are no sample and samples whose time is not after the
-// previous one. Throws DataError when a file cannot be read or holds no sample, and when more than
-// max_failed_ratio of its lines are left out. Deterministic.
+// Leaves out, with their reason, lines that are no sample, samples whose time is not after the
+// previous one and that do not keep their place, and scans that have not as many beams as the
+// sensor's first. Throws DataError when a file cannot be read or holds no sample, and when more
+// than max_failed_ratio of its lines are left out. Deterministic.
 SensorSignals ReadSensorSignals(const SiteConfig& site,
                                 const std::filesystem::path& data_root,
                                 double max_failed_ratio);
 
-// One sample of a line; odometry is not yet accumulated. Throws DataError with the reason.
+// Whether a line of CARMEN must end with its time, or may lack it and is not asked for it.
+enum class LineTime { kNeeded, kIgnored };
+
+// One sample of a line; odometry is not yet accumulated. Without its time, if that is ignored.
+// Throws DataError with the reason.
 SignalSample ParseCarmenLine(const SensorConfig& sensor,
+                             LineTime line_time,
                              const std::vector<std::string_view>& words);
 // One sample from `values`, which do not include the time.
 SignalSample ParseValues(const SensorConfig& sensor,

@@ -175,6 +175,15 @@ toml::table ParseText(std::string_view text, const std::string& source) {
   }
 }
 
+void AddRobotTruth(const toml::table& root, const std::string& source, SiteConfig* site) {
+  const toml::node* node = root.get("robot_truth");
+  if (!node) return;
+  if (!node->is_table()) {
+    throw UsageError("{}: 'robot_truth' must be written as [robot_truth]", Where(*node, source));
+  }
+  site->robot_truth = ParseRobotTruth(*node->as_table(), source, site->sensors);
+}
+
 // Keys for the scripts, which choose and configure the jobs of a site.
 constexpr const char* kOfMake[] = {"profile", "synthetic", "import"};
 
@@ -217,7 +226,10 @@ SiteConfig ParseOwnText(std::string_view text, const std::string& source) {
   }
   AddQueries(root, source, &site);
   AddSignals(root, source, &site);
-  for (const char* name : {"camera", "sequence", "query", "sensor", "signal"}) root.erase(name);
+  AddRobotTruth(root, source, &site);
+  for (const char* name : {"camera", "sequence", "query", "sensor", "signal", "robot_truth"}) {
+    root.erase(name);
+  }
   for (const char* name : kOfMake) root.erase(name);
   OptionList list;
   list.Add("root", &site.root, "folder of the site, relative to the data folder");

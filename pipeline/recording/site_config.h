@@ -67,7 +67,17 @@ struct SignalConfig {
   std::string message;          // carmen: FLASER, RLASER, ROBOTLASER1, RAWLASER1 or ODOM
   double time_offset_s = 0;     // added to all times
   bool sort = false;            // by time, for a log whose lines are out of order
+  double rate_hz = 0;           // carmen: line i is at i / rate_hz; 0: lines state their times
   std::string source;           // file:line of its table, for messages
+};
+
+// Where the robot truly was: [robot_truth]. One of `odometry` and `trajectory`, or none with
+// relations; all empty: the site has no truth of the robot.
+struct RobotTruthConfig {
+  std::string odometry;    // id of the [[sensor]] of kind odometry whose poses are the truth
+  std::string trajectory;  // TUM, truth_from_robot; relative to root
+  std::string relations;   // lines `time1 time2 x y z roll pitch yaw`; relative to root
+  std::string source;      // file:line of its table, for messages
 };
 
 struct SiteConfig {
@@ -78,6 +88,7 @@ struct SiteConfig {
   std::vector<SequenceConfig> queries;
   std::vector<SensorConfig> sensors;
   std::vector<SignalConfig> signals;
+  RobotTruthConfig robot_truth;
 };
 
 // Strict: an unknown or missing key, a wrong type, a value out of range, an absolute path, an

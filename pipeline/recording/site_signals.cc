@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// [[sensor]] and [[signal]] of a site config, for site_tables.h.
+// [[sensor]], [[signal]] and [robot_truth] of a site config, for site_tables.h.
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -54,7 +54,20 @@ struct SignalTable {
              {"", "FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1", "ODOM"},
              "carmen: word that begins the lines to read");
     list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
+    list.Add("rate_hz", &s.rate_hz, {0, 1e4}, "carmen: of lines without times; 0: they have them");
     list.Add("sort", &s.sort, "sorts the samples by time");
+  }
+};
+
+struct RobotTruthTable {
+  RobotTruthConfig truth;
+
+  void Register(OptionList& list) {
+    RobotTruthConfig& t = truth;
+    list.Add("odometry", &t.odometry, "id of the [[sensor]] of kind odometry that is the truth");
+    list.Add("trajectory", &t.trajectory, "TUM file of truth_from_robot, relative to root");
+    list.Add(
+        "relations", &t.relations, "lines `time1 time2 x y z roll pitch yaw`, relative to root");
   }
 };
 
@@ -125,7 +138,7 @@ SignalConfig ParseSignal(const toml::table& table,
     Require(table, {"message"}, where);
     CheckMessage(signal, kind, where);
   } else {
-    Refuse(table, {"message"}, where, "needs format = \"carmen\"");
+    Refuse(table, {"message", "rate_hz"}, where, "needs format = \"carmen\"");
   }
   if (signal.format == "csv") {
     Require(table, {"columns"}, where);
@@ -136,6 +149,33 @@ SignalConfig ParseSignal(const toml::table& table,
     throw UsageError("{}: scans are read of format \"carmen\" or \"text\"", where);
   }
   return signal;
+}
+
+RobotTruthConfig ParseRobotTruth(const toml::table& table,
+                                 const std::string& source,
+                                 const std::vector<SensorConfig>& sensors) {
+  const std::string where = Where(table, source);
+  RobotTruthTable parsed;
+  RegisterOptions(parsed).ParseTable(table, source);
+  RobotTruthConfig& truth = parsed.truth;
+  truth.source = where;
+  if (!truth.odometry.empty() && !truth.trajectory.empty()) {
+    throw UsageError("{}: the robot has one truth: remove `odometry` or `trajectory`", where);
+  }
+  if (truth.odometry.empty() && truth.trajectory.empty() && truth.relations.empty()) {
+    throw UsageError("{}: no truth: add `odometry`, `trajectory` or `relations`", where);
+  }
+  CheckPath(truth.trajectory, "trajectory", where);
+  CheckPath(truth.relations, "relations", where);
+  if (truth.odometry.empty()) return truth;
+  const auto idx = static_cast<std::size_t>(FindSensor(sensors, truth.odometry, where));
+  if (sensors[idx].kind != SignalKind::kOdometry) {
+    throw UsageError("{}: odometry = \"{}\" is a sensor of kind {}: name one of kind \"odometry\"",
+                     where,
+                     truth.odometry,
+                     NameOf(sensors[idx].kind));
+  }
+  return truth;
 }
 
 }  // namespace nightmap

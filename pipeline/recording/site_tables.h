@@ -36,6 +36,11 @@ SignalConfig ParseSignal(const toml::table& table,
                          const std::string& source,
                          const std::vector<SensorConfig>& sensors);
 
+// Parses [robot_truth], which may name one of the sensors.
+RobotTruthConfig ParseRobotTruth(const toml::table& table,
+                                 const std::string& source,
+                                 const std::vector<SensorConfig>& sensors);
+
 // Pose from the key's seven numbers tx ty tz qx qy qz qw. Throws UsageError when they are not a
 // pose.
 Rigid3 ToPose(const std::vector<double>& values, const char* key, const std::string& where);

@@ -13,6 +13,10 @@ from nightmap_make.config_values import ConfigError
 from nightmap_make.site_configs import tables
 
 
+FILE_KEYS = ("ground_truth", "file", "trajectory", "relations")
+OF_TRUTH = ("odometry", "trajectory", "relations")  # keys of [robot_truth]
+
+
 def file_state(path):
     """(path, size, modification time, change time) of a file, or the kind of error when it is not readable (a broken
     link, say). The frames stage decides whether that matters. The change time tells of a file replaced by one of the
@@ -84,8 +88,8 @@ class InputFiles:
 
         self.name, self._data = name, data
         self._pictures = {in_data(part["pictures"]) for part in parts if "pictures" in part}
-        self._folders = {in_data(part.get("folder", ".")) for part in parts if not {"pictures", "file"} & set(part)}
-        self._extra = {in_data(part[key]) for part in parts for key in ("ground_truth", "file") if part.get(key)}
+        self._folders = {in_data(part.get("folder", ".")) for part in parts if not {"pictures", "file", *OF_TRUTH} & set(part)}
+        self._extra = {in_data(part[key]) for part in parts for key in FILE_KEYS if part.get(key)}
 
     def check(self, site_name):
         for path in sorted(self._folders | self._extra | self._pictures):
@@ -120,7 +124,8 @@ def input_files(request, sites):
 
     _, site = sites["site"]
     if request.reads_recordings:
-        parts = [] if request.is_synthetic else tables(site, "sequence", request.site) + tables(site, "signal", request.site)
+        parts = tables(site, "sequence", request.site) + tables(site, "signal", request.site) + ([site["robot_truth"]] if "robot_truth" in site else [])
+        parts = [] if request.is_synthetic else parts
         yield named_by("recordings", site, parts)
     _, site = sites["queries"]
     named = tables(site, "query", request.site) + sites["asked"][1]["query"]

@@ -14,7 +14,7 @@ from nightmap_make.query_variable import asked_queries, tables_text
 
 OF_MAKE = ("profile", "synthetic", "import")  # keys that choose and fill jobs
 # Part -> the keys that only the other stage, or make, reads.
-NOT_READ = {"site": ("query", *OF_MAKE), "queries": ("sequence", "signal", "sensor", "hold_out_every", *OF_MAKE), "asked": ()}
+NOT_READ = {"site": ("query", *OF_MAKE), "queries": ("sequence", "signal", "sensor", "robot_truth", "hold_out_every", *OF_MAKE), "asked": ()}
 TEXT_KEYS = ("folder", "pictures", "ground_truth", "label_folder", "file")
 
 
@@ -36,6 +36,10 @@ def check_site(path):
     if not isinstance(imports, dict):
         raise ConfigError(f"{path}: 'import' must be written as [import]")
     _check_text(path, imports, imports, " of [import]")
+    truth = site.get("robot_truth", {})
+    if not isinstance(truth, dict):
+        raise ConfigError(f"{path}: 'robot_truth' must be written as [robot_truth]")
+    _check_text(path, truth, truth, " of [robot_truth]")
     for kind in ("sequence", "query", "signal"):
         for table in tables(site, kind, path):
             if not isinstance(table, dict):

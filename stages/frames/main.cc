@@ -8,6 +8,7 @@
 #include "pipeline/recording/inspect_frames.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/read_signals.h"
+#include "pipeline/recording/robot_truth.h"
 #include "pipeline/recording/site_config.h"
 #include "stages/frames/frames.h"
 #include "stages/frames/write_frames.h"
@@ -35,8 +36,10 @@ int main(int argc, char** argv) {
                        num_left_out);
         }
         context.BeginPart("signals");
-        const auto [signals, problems] =
+        auto [signals, problems, num_in_line_order] =
             ReadSensorSignals(site, data_root, options.max_failed_ratio);
+        ReportTimesInLineOrder(site, num_in_line_order, context.Report());
+        const RobotTruth robot_truth = TakeRobotTruth(site, data_root, &signals);
         context.BeginPart("inspect");
         HashCache files(context.FinalPath("shards").replace_filename("hashes.csv"), data_root);
         InspectFrames(site.cameras,
@@ -55,6 +58,6 @@ int main(int argc, char** argv) {
                           data_root.string());
         }
         context.BeginPart("write");
-        WriteFrames(options, site.cameras, lists, signals, context);
+        WriteFrames(options, site.cameras, lists, signals, robot_truth, context);
       });
 }

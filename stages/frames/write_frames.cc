@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/frames/write_frames.h"
 
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <iterator>
 #include <map>
 #include <set>
 #include <string>
@@ -19,6 +23,9 @@ constexpr const char* kPort = "shards";
 
 // File name for each kind of signal.
 constexpr const char* kSignalFiles[] = {"acceleration.h5", "odometry.h5", "scans.h5"};
+
+// Files of truth, which a site may have or not.
+constexpr const char* kFilesOfTruth[] = {"ground_truth.tum", "robot_truth.tum", "relations.txt"};
 
 // Writes files next to shards.txt and remembers their names.
 class Writer {
@@ -42,8 +49,8 @@ class Writer {
     const fs::path folder = fs::absolute(context_.FinalPath(kPort)).parent_path();
     for (const auto& entry : fs::directory_iterator(folder)) {
       const std::string name = entry.path().filename().string();
-      const bool ours =
-          (name.starts_with("shard_") && name.ends_with(".csv")) || name == "ground_truth.tum";
+      const bool ours = (name.starts_with("shard_") && name.ends_with(".csv")) ||
+                        std::ranges::find(kFilesOfTruth, name) != std::end(kFilesOfTruth);
       if (ours && !names_.contains(name)) fs::remove(entry.path());
     }
   }
@@ -52,6 +59,18 @@ class Writer {
   StageContext& context_;
   std::set<std::string> names_;
 };
+
+void WriteTruth(const RobotTruth& truth, Writer& writer, nlohmann::json& report) {
+  if (!truth.truth_from_robot.empty()) {
+    writer.Write("robot_truth.tum",
+                 TrajectoryToTum(truth.truth_from_robot, "truth of the site, truth_from_robot"));
+    report["num_robot_truth_poses"] = truth.truth_from_robot.size();
+  }
+  if (!truth.relations.empty()) {
+    writer.Write("relations.txt", truth.relations);
+    report["num_relations"] = truth.num_relations;
+  }
+}
 
 void Report(const FrameLists& lists, const std::vector<Signal>& signals, nlohmann::json& report) {
   std::set<int> sequences;
@@ -79,10 +98,26 @@ void Report(const FrameLists& lists, const std::vector<Signal>& signals, nlohman
 
 }  // namespace
 
+void ReportTimesInLineOrder(const SiteConfig& site,
+                            const std::vector<std::size_t>& num_in_line_order,
+                            nlohmann::json& report) {
+  for (std::size_t i = 0; i < num_in_line_order.size(); ++i) {
+    if (num_in_line_order[i] == 0) continue;
+    const std::string& id = site.sensors[i].id;
+    report["num_times_in_line_order"][id] = num_in_line_order[i];
+    spdlog::warn(
+        "{} samples of {} have times before those of the lines before: they keep the order"
+        " of lines",
+        num_in_line_order[i],
+        id);
+  }
+}
+
 void WriteFrames(const FramesOptions& options,
                  const std::vector<RgbdCamera>& cameras,
                  FrameLists lists,
                  const std::vector<Signal>& signals,
+                 const RobotTruth& robot_truth,
                  StageContext& context) {
   Writer writer(context);
   const auto map_cameras = KeepUsedCameras(cameras, &lists.frames);
@@ -101,6 +136,7 @@ void WriteFrames(const FramesOptions& options,
   writer.Write("held_out.tum",
                TrajectoryToTum(lists.held_out_ground_truth, comment + "held-out frames"));
   for (const SignalKind kind : kSignalKinds) writer.Write(kind, signals);
+  WriteTruth(robot_truth, writer, context.Report());
   WriteFile(context.Output(kPort), NameListToText("shards", names));
   Report(lists, signals, context.Report());
   context.Report()["num_cameras"] = map_cameras.size();

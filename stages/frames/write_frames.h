@@ -6,10 +6,16 @@
 
 #include "pipeline/io/frames_io.h"
 #include "pipeline/program/stage_main.h"
+#include "pipeline/recording/robot_truth.h"
 #include "pipeline/recording/signals_io.h"
 #include "stages/frames/frames.h"
 
 namespace nightmap {
+
+// Reports, and warns of, the samples of each sensor whose clock went back (read_signals.h).
+void ReportTimesInLineOrder(const SiteConfig& site,
+                            const std::vector<std::size_t>& num_in_line_order,
+                            nlohmann::json& report);
 
 // Writes next to the output `shards`: the shards, held-out frames, cameras, truth, and the signals
 // of each kind. A file whose bytes did not change is left untouched. Writes shards.txt last and
@@ -21,6 +27,7 @@ void WriteFrames(const FramesOptions& options,
                  const std::vector<RgbdCamera>& cameras,
                  FrameLists lists,
                  const std::vector<Signal>& signals,
+                 const RobotTruth& robot_truth,
                  StageContext& context);
 
 }  // namespace nightmap

@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
         const auto& data_root = context.Input("data");
         const SiteConfig site = ReadSiteConfig(context.Input("site"));
         const auto sequences = ReadSequences(site, data_root);
-        const auto [signals, problems] =
+        const auto [signals, problems, num_in_line_order] =
             ReadSensorSignals(site, data_root, options.max_failed_ratio);
         for (const std::string& problem : problems) context.Skip(problem);
         std::cout << InspectionText(RunInspect(options, site, sequences, signals, data_root));

@@ -24,9 +24,16 @@ const Signal& ChooseScans(const std::string& sensor, const std::vector<Signal>& 
                      "no sensor of the site scans; add a [[sensor]] of kind \"scan\" and its "
                      "[[signal]] to the site config");
   }
-  if (sensor.empty() && scans.size() == 1) return scans.front();
-  const auto found = std::ranges::find(scans, sensor, &Signal::sensor_id);
-  if (found != scans.end()) return *found;
+  const auto found = sensor.empty() && scans.size() == 1
+                         ? scans.begin()
+                         : std::ranges::find(scans, sensor, &Signal::sensor_id);
+  if (found != scans.end()) {
+    if (!found->samples.empty()) return *found;
+    throw InputError({{"scans"}},
+                     InputError::Remedy::kInText,
+                     "sensor '{}' has no scan; add its [[signal]] to the site config",
+                     found->sensor_id);
+  }
   std::vector<std::string> ids;
   for (const Signal& signal : scans) ids.push_back(signal.sensor_id);
   throw UsageError("scan_match.scan_sensor is '{}': choose one of the sensors that scan: {}",
@@ -34,10 +41,18 @@ const Signal& ChooseScans(const std::string& sensor, const std::vector<Signal>& 
                    fmt::join(ids, ", "));
 }
 
-// Null: there is none.
+// Null: without.
 const Signal* ChooseOdometry(const std::string& sensor, const std::vector<Signal>& odometry) {
+  if (sensor == "none" || (sensor.empty() && odometry.empty())) return nullptr;
+  if (sensor.empty() && odometry.size() == 1) return &odometry.front();
   const auto found = std::ranges::find(odometry, sensor, &Signal::sensor_id);
-  return found == odometry.end() ? nullptr : &*found;
+  if (found != odometry.end()) return &*found;
+  std::vector<std::string> ids;
+  for (const Signal& signal : odometry) ids.push_back(signal.sensor_id);
+  throw UsageError(
+      "scan_match.odometry_sensor is '{}': choose \"none\" or one of the sensors of odometry: {}",
+      sensor,
+      fmt::join(ids, ", "));
 }
 
 // Points near enough to be sure of, one per cell: many beams on a wall nearby say no more.

@@ -17,7 +17,7 @@ namespace nightmap {
 
 struct ScanMatchOptions {
   std::string scan_sensor;
-  std::string odometry_sensor = "wheels";
+  std::string odometry_sensor;
   LikelihoodFieldOptions field;
   double max_range_m = 30;
   double keyscan_distance_m = 0.15;
@@ -61,10 +61,11 @@ struct ScanMatchResult {
 // (match_scan.h). A scan that fits nowhere keeps its prediction; when the robot has moved on, new
 // submaps begin at such a scan, and the edge to it has the predictions' uncertainty. The floors of
 // the wheels' noise are per scan and large, because wheels slip, and so the search finds a robot
-// that goes elsewhere than its wheels say. Keyscans, chosen by motion, make the submap: there are two that overlap by half, and matching uses the older one, as Cartographer
-// does (Hess, Kohler, Rapp, Andor, Real-time loop closure in 2D LIDAR SLAM, ICRA 2016). So time per
-// scan and memory do not grow with the recording. Throws UsageError when a sensor is not named but
-// must be, InputError when there is no scan. Deterministic; one thread.
+// that goes elsewhere than its wheels say. Keyscans, chosen by motion, make the submap: there are
+// two that overlap by half, and matching uses the older one, as Cartographer does (Hess, Kohler,
+// Rapp, Andor, Real-time loop closure in 2D LIDAR SLAM, ICRA 2016). So time per scan and memory do
+// not grow with the recording. Throws UsageError when a sensor is named that the site has not, or
+// none among several, InputError when there is no scan. Deterministic; one thread.
 ScanMatchResult RunScanMatch(const ScanMatchOptions& options,
                              const ScanMatchInput& input,
                              Progress& progress);

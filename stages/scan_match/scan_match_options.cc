@@ -5,10 +5,9 @@ namespace nightmap {
 
 void ScanMatchOptions::Register(OptionList& list) {
   list.Add("scan_sensor", &scan_sensor, "id of the sensor; empty: the only one that scans");
-  list.Add(
-      "odometry_sensor",
-      &odometry_sensor,
-      "id of the wheels' odometry; matching goes without where the site has none of this name");
+  list.Add("odometry_sensor",
+           &odometry_sensor,
+           "id of the wheels' odometry; empty: the only one of the site; none: without");
   list.Add("resolution_m", &field.resolution_m, Range(0.01, 1), "cells of the likelihood field");
   list.Add("half_extent_m",
            &field.half_extent_m,

@@ -71,6 +71,28 @@ class SignalsTest(unittest.TestCase):
         self.assertEqual(len((frames / "held_out.csv").read_text().splitlines()), 1)
         self.assertIn("a site without frames has none", self.make("map", code=2))
 
+    def test_the_truth_of_the_robot_is_beside_the_frames_while_the_site_has_one(self):
+        site, frames = self.work.folder / "configs/sites/lab.toml", self.work.folder / "maps/lab/frames"
+        relations = self.work.folder / "data/lab/a.relations"
+        relations.write_text("1 2 0.1 0 0 0 0 0\n")
+        corrected = '[[sensor]]\nid = "corrected"\nkind = "odometry"\n[[signal]]\nsensor = "corrected"\nformat = "carmen"\n' \
+                    'file = "log.txt"\nmessage = "FLASER"\n'
+        site.write_text(LASER_SITE + corrected + '[robot_truth]\nodometry = "corrected"\nrelations = "a.relations"\n')
+        self.make("maps/lab/frames/shards.txt")
+        self.assertEqual((frames / "relations.txt").read_text(), "1 2 0.1 0 0 0 0 0\n")
+        self.assertEqual(len((frames / "robot_truth.tum").read_text().splitlines()), 21)
+        with h5py.File(frames / "odometry.h5") as file:
+            self.assertEqual(file["robot_from_sensor"].shape[0], 1)  # the wheels alone
+        relations.write_text("1 3 0.2 0 0 0 0 0\n")
+        self.make("maps/lab/frames/shards.txt")
+        self.assertEqual((frames / "relations.txt").read_text(), "1 3 0.2 0 0 0 0 0\n")
+        relations.unlink()
+        self.assertIn("a.relations does not exist", self.make("maps/lab/frames/shards.txt", code=2))
+        site.write_text(LASER_SITE)
+        self.make("maps/lab/frames/shards.txt")
+        self.assertEqual([path.name for path in frames.iterdir() if path.suffix == ".tum"], ["held_out.tum"])
+        self.assertFalse((frames / "relations.txt").exists())
+
     def test_a_log_that_is_damaged_stops_frames(self):
         self.log.write_text(self.log.read_text().replace("FLASER 4", "FLASER 5"))
         text = self.make("maps/lab/frames/shards.txt", code=2)

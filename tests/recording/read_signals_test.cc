@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "pipeline/base/error.h"
@@ -186,7 +187,8 @@ TEST_F(ReadSignalsTest, CarmenLinesThatLieAreLeftOut) {
   expect("FLASER 99999999999 1 2", "'99999999999' is no count of beams");
   expect("FLASER -3 1 2", "'-3' is no count of beams");
   expect("FLASER 0 1 2 3 4 5 6 10.4 host 1", "no beams");
-  expect("FLASER 3 1 nan 3 1 2 3 4 5 6 10.4 h 1", "'nan' is not a finite number");
+  expect("FLASER 3 1 far 3 1 2 3 4 5 6 10.4 h 1", "'far' is not a finite number");
+  expect("FLASER 3 1 1e999 3 1 2 3 4 5 6 10.4 h 1", "'1e999' is not a finite number");
   expect("FLASER 3 1 -2 3 1 2 3 4 5 6 10.4 h 1", "a range is -2, below 0");
   expect("FLASER 3 1 1e30 3 1 2 3 4 5 6 10.4 h 1", "a range is 1e30, beyond 10000");
   expect("FLASER 3 1 2 3 1 2 3 4 5 6 soon h 1", "'soon' is not a time");
@@ -194,6 +196,109 @@ TEST_F(ReadSignalsTest, CarmenLinesThatLieAreLeftOut) {
   NIGHTMAP_EXPECT_ERROR(DataError,
                         Read("ROBOTLASER1 0 -1.57 3.14 0.5 30 0.01 0 3 1 2 3 4000000000 1\n", 1),
                         "a.log:1: 14 words for 3 beams, expected 27");
+}
+
+std::string Flaser(const std::string& ranges, const std::string& time) {
+  const auto count = std::ranges::count(ranges, ' ') + 1;
+  return fmt::format("FLASER {} {} 1 2 3 4 5 6 {} host {}\n", count, ranges, time, time);
+}
+
+TEST_F(ReadSignalsTest, AClockThatWentBackALittleKeepsTheOrderOfLines) {
+  const std::vector<std::string> stated = {
+      "1", "2", "1.2", "2.0005", "1.9", "1.9", "0", "5", "1.5"};
+  const std::vector<std::int64_t> expected_ms = {1000, 2000, 2001, 2002, 2003, 5000};
+  std::string log, table = "t,x,y,a\n";
+  for (const std::string& time : stated) {
+    log += Flaser("1 2 3", time);
+    table += time + ",1,2,3\n";
+  }
+  for (const char* kind : {"scan", "log", "table"}) {
+    Sensor().kind = kind == std::string("scan") ? SignalKind::kScan : SignalKind::kOdometry;
+    if (kind == std::string("table")) {
+      Signal("a.csv", "csv").columns = "t,x,y,a";
+    } else {
+      Signal("a.log", "carmen").message = "FLASER";
+    }
+    const auto read = Read(kind == std::string("table") ? table : log);
+    std::vector<std::int64_t> times_ms;
+    for (const auto& sample : read.signals[0].samples) {
+      times_ms.push_back(sample.time_ns / 1'000'000);
+      EXPECT_EQ(sample.time_ns % 1'000'000, 0);
+    }
+    EXPECT_EQ(times_ms, expected_ms) << kind;
+    EXPECT_EQ(read.num_in_line_order, std::vector<std::size_t>{3}) << kind;
+    ASSERT_EQ(read.problems.size(), 3u) << kind;
+    EXPECT_THAT(read.problems[0], testing::HasSubstr("time 1.900000 s is not after 2.003000 s"));
+    EXPECT_THAT(read.problems[1], testing::HasSubstr("time 0.000000 s is not after"));
+    EXPECT_THAT(read.problems[2], testing::HasSubstr("time 1.500000 s is not after 5.000000 s"));
+  }
+  site_.signals[0].sort = true;
+  EXPECT_EQ(Read(table).num_in_line_order, std::vector<std::size_t>{0});
+}
+
+TEST_F(ReadSignalsTest, LinesWithoutTimesFollowEachOtherAtTheirRate) {
+  const std::string log =
+      "FLASER 2 1 2 1 2 3 4 5 6\nODOM 1 2 3 0 0 0\nFLASER 2 1 2 1 2 3 4 5 7 0 host 0\n"
+      "FLASER 2 1 2 1 2 3\nFLASER 2 1 2 1 2 3 4 5 8 0 host 0\nODOM 2 2 3 0 0 0 0 host 0\n";
+  Sensor().kind = SignalKind::kOdometry;
+  Signal("a.log", "carmen").message = "FLASER";
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(log, 0.2), "or rate_hz where they have no times");
+  site_.signals[0].rate_hz = 4;
+  site_.signals[0].time_offset_s = 100;
+  const auto read = Read(log);
+  ASSERT_EQ(read.signals[0].samples.size(), 3u);
+  EXPECT_EQ(read.signals[0].samples[0].time_ns, 100'000'000'000);
+  EXPECT_EQ(read.signals[0].samples[1].time_ns, 100'250'000'000);
+  EXPECT_EQ(read.signals[0].samples[2].time_ns, 100'750'000'000);  // a line that is cut off counts
+  EXPECT_EQ(read.signals[0].samples[2].value.z(), 8);
+  EXPECT_THAT(read.problems.at(0), testing::HasSubstr("a.log:4: 7 words for 2 beams"));
+  site_.signals[0].message = "ODOM";
+  EXPECT_EQ(Samples(log).size(), 2u);
+  site_.signals[0].message = "ROBOTLASER1";
+  EXPECT_EQ(
+      Samples("ROBOTLASER1 0 -1.57 3.14 0.5 30 0.01 0 1 1 0 1 2 3 4 5 6 0 0 0.1 0.1 0\n")[0].value,
+      Eigen::Vector3d(4, 5, 6));
+}
+
+// A log as a robot writes it is enough: scans and odometry are lines of one file.
+TEST_F(ReadSignalsTest, TwoSensorsOfOneLog) {
+  Sensor().kind = SignalKind::kScan;
+  site_.sensors.push_back({});
+  site_.sensors[1].id = "wheels";
+  site_.sensors[1].kind = SignalKind::kOdometry;
+  Signal("a.clf", "carmen").message = "RLASER";
+  site_.signals.push_back(site_.signals[0]);
+  site_.signals[1].message = "ODOM";
+  site_.signals[1].sensor_idx = 1;
+  const auto read = Read(
+      "ODOM 1 2 3 0 0 0 7 h 7\nRLASER 2 5 6 1 2 3 4 5 6 7.5 h 7.5\nODOM 2 2 3 0 0 0 8 h 8\n", 0);
+  ASSERT_EQ(read.signals[0].samples.size(), 1u);
+  EXPECT_EQ(read.signals[0].samples[0].ranges_m, (std::vector<float>{5, 6}));
+  EXPECT_EQ(read.signals[0].samples[0].time_ns, 7'500'000'000);
+  ASSERT_EQ(read.signals[1].samples.size(), 2u);
+  EXPECT_EQ(read.signals[1].samples[1].value, Eigen::Vector3d(2, 2, 3));
+}
+
+TEST_F(ReadSignalsTest, RangesThatAreNoNumberHitNothing) {
+  Sensor().kind = SignalKind::kScan;
+  Sensor().max_range_m = 1e4;
+  Signal("a.log", "carmen").message = "FLASER";
+  const auto scan = Samples(Flaser("1.5 nan -nan inf -inf NaN Infinity 9999", "1")).at(0);
+  EXPECT_EQ(scan.ranges_m, (std::vector<float>{1.5, 0, 0, 1e4, 0, 0, 1e4, 9999}));
+}
+
+TEST_F(ReadSignalsTest, ASensorHasOneNumberOfBeams) {
+  Sensor().kind = SignalKind::kScan;
+  Signal("a.log", "carmen").message = "FLASER";
+  const std::string log =
+      Flaser("1 2 3", "1") + Flaser("1 2", "2") + Flaser("3 2 1", "3") + Flaser("1 2 3 4", "4");
+  const auto read = Read(log);
+  EXPECT_EQ(read.signals[0].samples.size(), 2u);
+  ASSERT_EQ(read.problems.size(), 2u);
+  EXPECT_THAT(read.problems[0],
+              testing::HasSubstr("a.log:2: 2 beams, the sensor's first scan has 3: give each"));
+  EXPECT_THAT(read.problems[1], testing::HasSubstr("a.log:4: 4 beams"));
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(log, 0.2), "a.log:2: 2 beams");
 }
 
 TEST_F(ReadSignalsTest, GzippedLogsAreReadAndCutOnesRefused) {
@@ -251,14 +356,18 @@ TEST_F(ReadSignalsTest, DamageNeverCrashes) {
 
 TEST(RealLogs, LaserLogsAreWhatTheyAreDocumentedToBe) {
   for (const auto& [name, num_scans, num_beams] :
-       {std::tuple{"freiburg_079", 4791u, 360u}, std::tuple{"intel", 906u, 180u}}) {
+       {std::tuple{"freiburg_079", 4791u, 360u}, std::tuple{"intel", 910u, 180u}}) {
     const SiteConfig site = ReadSiteConfig(std::string("configs/sites/") + name + ".toml");
     NIGHTMAP_REQUIRE_DATA(site.root);
     const auto read = ReadSensorSignals(site, TestDataPath(""), 0.01);
     ASSERT_EQ(read.signals.size(), 3u);
     for (const auto& signal : read.signals) EXPECT_EQ(signal.samples.size(), num_scans);
     EXPECT_EQ(read.signals[0].samples[0].ranges_m.size(), num_beams);
-    EXPECT_EQ(read.signals[0].samples[0].time_ns, read.signals[1].samples[0].time_ns);
+    EXPECT_EQ(read.num_in_line_order, std::vector<std::size_t>(3, num_beams == 180 ? 4 : 0));
+    for (std::size_t i = 0; i < num_scans; ++i) {  // the table states the log's times
+      EXPECT_EQ(read.signals[0].samples[i].time_ns, read.signals[1].samples[i].time_ns);
+      EXPECT_EQ(read.signals[0].samples[i].time_ns, read.signals[2].samples[i].time_ns);
+    }
   }
 }
 

@@ -290,8 +290,39 @@ TEST(SiteConfig, MistakesInSignalsAreNamedWithTheirLine) {
   expect("FLASER", "ODOM", "message = \"ODOM\" holds no scan");
   expect("columns = \"t,l,r\"\n", "", "s.toml:18: 'columns' is missing");
   expect("\"carmen\"", "\"text\"", "'message' needs format = \"carmen\"");
+  expect("time_offset_s", "rate_hz", "s.toml:18: 'rate_hz' needs format = \"carmen\"");
   expect("\"a.log.gz\"", "\"../a.log\"", "file = \"../a.log\" must lie inside the data folder");
   expect("time_offset_s", "time_ofset_s", "s.toml:23: unknown key 'time_ofset_s'");
+}
+
+TEST(SiteConfig, TheTruthOfTheRobotIsOfASensorOrAFile) {
+  const auto read = [](const std::string& table, const std::string& kind = "ticks") {
+    std::string text = kLaserSite;
+    text.replace(text.find("ticks"), 5, kind);
+    return ParseSiteConfig(text + "[robot_truth]\n" + table, "s.toml").robot_truth;
+  };
+  EXPECT_EQ(read("odometry = \"wheels\"\nrelations = \"a.relations\"").odometry, "wheels");
+  EXPECT_EQ(read("trajectory = \"a.tum\"").trajectory, "a.tum");
+  EXPECT_EQ(read("relations = \"a.relations\"").relations, "a.relations");
+  EXPECT_EQ(read("relations = \"a.relations\"").source, "s.toml:24");
+  EXPECT_TRUE(ParseSiteConfig(kLaserSite, "s.toml").robot_truth.source.empty());
+  const auto expect = [&](const std::string& table, const std::string& why) {
+    NIGHTMAP_EXPECT_ERROR(UsageError, read(table), why);
+  };
+  expect("", "s.toml:24: no truth: add `odometry`, `trajectory` or `relations`");
+  expect("odometry = \"wheels\"\ntrajectory = \"a.tum\"",
+         "s.toml:24: the robot has one truth: remove");
+  expect("odometry = \"wheel\"",
+         "s.toml:24: no [[sensor]] has id \"wheel\"; there are: laser, wheels");
+  expect("odometry = \"laser\"",
+         "s.toml:24: odometry = \"laser\" is a sensor of kind scan: name one");
+  expect("odometry = 3", "s.toml:25: 'odometry' must be");
+  expect("relation = \"a\"", "s.toml:25: unknown key 'relation'");
+  expect("trajectory = \"/a\"", "trajectory = \"/a\" must lie inside the data folder");
+  expect("relations = \"../a\"", "relations = \"../a\" must lie inside the data folder");
+  NIGHTMAP_EXPECT_ERROR(UsageError,
+                        ParseSiteConfig("robot_truth = 1\n" + std::string(kLaserSite), "s.toml"),
+                        "s.toml:1: 'robot_truth' must be written as [robot_truth]");
 }
 
 TEST(SiteConfig, CamerasAndSequencesMustBeThere) {

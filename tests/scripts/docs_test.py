@@ -16,7 +16,7 @@ from nightmap_site.pipeline import read_pipeline
 DOCS = sorted(str(page.relative_to(CHECKOUT)) for page in (CHECKOUT / "docs").rglob("*.md"))
 PAGES = ["README.md", "ARCHITECTURE.md", "datasets.md", *DOCS]
 FOLDERS = r"\.ci|cmake|configs|docs|pipeline|scripts|stages|tests"
-SITE_KEYS = {"root", "hold_out_every", "camera", "sequence", "query", "sensor", "signal", "profile", "synthetic", "import"}
+SITE_KEYS = {"root", "hold_out_every", "camera", "sequence", "query", "sensor", "signal", "robot_truth", "profile", "synthetic", "import"}
 
 
 def text_of(name):

@@ -230,12 +230,35 @@ TEST(ScanMatch, ARobotThatIsCarriedElsewhereGoesOnInANewSubmap) {
 
 TEST(ScanMatch, SensorsThatAreNotThereAreNamed) {
   NIGHTMAP_EXPECT_ERROR(InputError, Match({}), "no sensor of the site scans");
+  ScanMatchInput without{{Scans()}, {}};
+  without.scans[0].samples.clear();
+  NIGHTMAP_EXPECT_ERROR(
+      InputError, Match(without), "sensor 'laser' has no scan; add its [[signal]]");
   ScanMatchInput two{{Scans(), Scans()}, {}};
   two.scans[1].sensor_id = "rear";
   NIGHTMAP_EXPECT_ERROR(UsageError, Match(two), "choose one of the sensors that scan: laser, rear");
   ScanMatchOptions options;
   options.scan_sensor = "rear";
   EXPECT_EQ(Match(two, options).scan_sensor, "rear");
+}
+
+TEST(ScanMatch, OdometryIsTheOnlyOneOrTheNamedOneOrNone) {
+  ScanMatchInput input{{Scans()}, {Wheels()}};
+  ScanMatchOptions options;
+  options.odometry_sensor = "none";
+  EXPECT_EQ(Match(input, options).odometry_sensor, "");
+  options.odometry_sensor = "wheel";
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError, Match(input, options), "one of the sensors of odometry: wheels");
+  input.odometry.push_back(Wheels());
+  input.odometry[1].sensor_id = "gyro";
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError,
+      Match(input),
+      "scan_match.odometry_sensor is '': choose \"none\" or one of the sensors of "
+      "odometry: wheels, gyro");
+  options.odometry_sensor = "gyro";
+  EXPECT_EQ(Match(input, options).odometry_sensor, "gyro");
 }
 
 }  // namespace
