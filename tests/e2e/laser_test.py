@@ -11,6 +11,7 @@ import subprocess
 import unittest
 
 from workspace import BUILD, REPOSITORY, Workspace, environment
+from nightmap_site.pipeline import read_pipeline  # workspace finds the scripts
 
 DEMO = "demo_laser"
 DATA = pathlib.Path(os.environ.get("NIGHTMAP_DATA", REPOSITORY / "../shared/data")).resolve()
@@ -23,6 +24,7 @@ BOUNDS = {
 MAX_ATE_M = 0.04
 MIN_RIGHT_PERCENT = 97
 GOALS = ("map", "evaluate", "report", "plan")
+JOBS = read_pipeline(str(REPOSITORY / "configs"), "laser").jobs
 SECTIONS_OF_A_CAMERA = ("Accuracy", "Trajectory", "Cloud, without truth", "Queries", "What moves")
 
 
@@ -32,6 +34,15 @@ def numbers_named(figures, name):
         own = [figures[name]] if name in figures else []
         return own + [value for inner in figures.values() for value in numbers_named(inner, name)]
     return [value for inner in figures for value in numbers_named(inner, name)] if isinstance(figures, list) else []
+
+
+def with_those_after(name):
+    """A job of the map, and the jobs that read what it makes."""
+    reached = {name}
+    for job in JOBS.values():  # each after those that it reads
+        if job.goal == "map" and reached & set(job.jobs_before()):
+            reached.add(job.name)
+    return reached
 
 
 class LaserSite:
@@ -110,18 +121,18 @@ class DemoTest(unittest.TestCase):
         def woken(option):
             return {line.partition(":")[0] for line in self.site.make("why", f"SET={option}").splitlines() if ": " in line}
 
-        scripts = {"evaluate", "report"}
-        self.assertEqual(woken("laser_grid.hit_probability=0.8"), {"grid"} | scripts)
-        self.assertEqual(woken("pose_graph.max_drift=9"), {"pose_graph", "map_frame", "grid"} | scripts)
-        after_odometry = {"odometry", "loops", "pose_graph", "map_frame", "grid"}
-        self.assertEqual(woken("scan_match.min_score=0.4"), after_odometry | scripts)
-        self.assertEqual(woken("scan_loops.min_score=0.6"), after_odometry - {"odometry"} | scripts)
+        scripts = {job.name for job in JOBS.values() if job.script}
+        for name, option in (("odometry", "min_score=0.4"), ("loops", "min_score=0.6"), ("pose_graph", "max_drift=9"),
+                             ("grid", "hit_probability=0.8")):  # fmt: skip
+            self.assertEqual(woken(f"{JOBS[name].program}.{option}"), with_those_after(name) | scripts)
+        self.assertLess(with_those_after("grid"), with_those_after("loops"))
+        self.assertNotIn("odometry", with_those_after("loops"))
 
     def test_a_changed_option_runs_the_jobs_that_why_names(self):
         other = self.copy()
         other.make("map")
         other.make("map", "SET=scan_loops.min_score=0.99")
-        self.assertEqual(other.jobs_that_ran(), {"loops", "pose_graph", "map_frame", "grid"})
+        self.assertEqual(other.jobs_that_ran(), with_those_after("loops"))
         self.assertEqual(json.loads((other.maps / "pose_graph/report.json").read_text())["sensors"][0]["num_edges"], 0)
 
     def test_the_same_bytes_at_any_number_of_threads(self):

@@ -11,10 +11,15 @@ namespace {
 
 constexpr int kNumLevels = 6;
 
+// Some have points in a part only, at the border, or none.
 LikelihoodField RandomField(Random& random) {
   LikelihoodField field({.resolution_m = 0.1, .half_extent_m = random.Uniform(0.3, 2.5)});
+  const Eigen::Vector2d center(random.Uniform(-2, 2), random.Uniform(-2, 2));
+  const double spread_m = random.Uniform(0, 2);
   std::vector<Eigen::Vector2d> points;
-  for (int i = 0; i < 12; ++i) points.push_back({random.Uniform(-3, 3), random.Uniform(-3, 3)});
+  for (int i = 0; i < 12; ++i) {
+    points.push_back(center + spread_m * Eigen::Vector2d(random.Gaussian(), random.Gaussian()));
+  }
   field.Add(points);
   return field;
 }
@@ -33,7 +38,7 @@ int LargestOf(const LikelihoodField& field, int column, int row, int side) {
 // Squares within the field, over its border, and outside.
 TEST(FieldPyramid, ASquareHasTheLargestValueOfItsCells) {
   Random random(7);
-  for (int round = 0; round < 20; ++round) {
+  for (int round = 0; round < 40; ++round) {
     const LikelihoodField field = RandomField(random);
     const FieldPyramid pyramid(field, kNumLevels);
     ASSERT_EQ(pyramid.NumLevels(), kNumLevels);
@@ -59,6 +64,14 @@ TEST(FieldPyramid, IsZeroFarOutside) {
       EXPECT_EQ(pyramid.At(level, 0, away), 0);
       EXPECT_EQ(pyramid.At(level, away, away), 0);
     }
+  }
+}
+
+TEST(FieldPyramid, IsZeroWithoutPoints) {
+  const LikelihoodField field({.resolution_m = 0.1, .half_extent_m = 1});
+  const FieldPyramid pyramid(field, kNumLevels);
+  for (int level = 0; level < kNumLevels; ++level) {
+    for (int column = -70; column < 30; ++column) EXPECT_EQ(pyramid.At(level, column, 5), 0);
   }
 }
 

@@ -206,6 +206,32 @@ TEST(SearchPose, WindowsMayReachBeyondTheField) {
   EXPECT_EQ(found.field_from_robot.translation, Eigen::Vector2d(100, -100));
 }
 
+// A robot that was turned round, by any angle.
+TEST(SearchPose, FindsAPoseWhateverItsHeading) {
+  Random random(10);
+  for (int round = 0; round < 20; ++round) {
+    SCOPED_TRACE(round);
+    Scene scene(random);
+    const Rigid2 turned{random.Uniform(-3.1, 3.1), {0, 0}};
+    for (Eigen::Vector2d& point : scene.points) point = turned * point;
+    scene.window.half_angle_rad = std::numbers::pi;
+    scene.window.half_extent_m = 0.4;
+    ExpectTheBestOfAll(scene);
+    const FieldPyramid pyramid(scene.field, kNumLevels);
+    EXPECT_GT(SearchPose(pyramid, scene.points, scene.window).value().score, 0.5);
+  }
+}
+
+TEST(SearchPose, WithoutAFieldNoPoseScores) {
+  Random random(11);
+  Scene scene(random);
+  scene.field = LikelihoodField(kField);
+  const FieldPyramid pyramid(scene.field, kNumLevels);
+  EXPECT_EQ(SearchPose(pyramid, scene.points, scene.window).value().score, 0);
+  scene.window.min_value = 0;
+  EXPECT_FALSE(SearchPose(pyramid, scene.points, scene.window));
+}
+
 TEST(SearchPose, WithoutPointsThereIsNone) {
   const LikelihoodField field(kField);
   SearchWindow window;
@@ -223,6 +249,15 @@ TEST(HeadingSteps, AreSoDenseThatPointsMoveByFewCells) {
   EXPECT_GE(steps.num_turns * steps.step_rad, 0.3);
   EXPECT_LT((steps.num_turns - 1) * steps.step_rad, 0.3);
   EXPECT_EQ(HeadingStepsOf({}, kCell_m, {}).num_turns, 0);
+}
+
+// Once around is enough, whatever the window.
+TEST(HeadingSteps, GoAroundOnce) {
+  SearchWindow window;
+  window.half_angle_rad = 100;
+  const HeadingSteps steps = HeadingStepsOf(window, kCell_m, {{2, 0}, {0, -2}});
+  EXPECT_GE(steps.num_turns * steps.step_rad, std::numbers::pi);
+  EXPECT_LT((steps.num_turns - 1) * steps.step_rad, std::numbers::pi);
 }
 
 }  // namespace
