@@ -18,9 +18,16 @@ const Signal& ChooseScanner(const std::vector<Signal>& scans,
                      "no sensor of the site scans; add a [[sensor]] of kind \"scan\" and its "
                      "[[signal]] to the site config, or map without the profile");
   }
-  if (sensor_id.empty() && scans.size() == 1) return scans.front();
-  const auto found = std::ranges::find(scans, sensor_id, &Signal::sensor_id);
-  if (found != scans.end()) return *found;
+  const auto found = sensor_id.empty() && scans.size() == 1
+                         ? scans.begin()
+                         : std::ranges::find(scans, sensor_id, &Signal::sensor_id);
+  if (found != scans.end()) {
+    if (!found->samples.empty()) return *found;
+    throw InputError({{"scans"}},
+                     InputError::Remedy::kInText,
+                     "sensor '{}' has no scan; add its [[signal]] to the site config",
+                     found->sensor_id);
+  }
   std::vector<std::string> ids;
   for (const Signal& signal : scans) ids.push_back(signal.sensor_id);
   throw UsageError("{} is '{}': choose one of the sensors that scan: {}",

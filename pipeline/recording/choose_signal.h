@@ -11,7 +11,7 @@ namespace nightmap {
 
 // The scanner of this id; with an empty id the only one. `option` is the one that names it, for
 // messages. Throws UsageError when the id names none, or is empty where there are several, and
-// InputError of the port `scans` when nothing scans.
+// InputError of the port `scans` when nothing scans, or the sensor never did.
 const Signal& ChooseScanner(const std::vector<Signal>& scans,
                             const std::string& sensor_id,
                             const std::string& option);

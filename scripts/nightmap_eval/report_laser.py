@@ -14,6 +14,7 @@ from nightmap_eval.trajectory import Similarity, interpolated, read_tum, rotatio
 from nightmap_site.checked_reading import REMEDY
 from nightmap_site.script_errors import DataError
 
+LOOP_ROWS = (("num_accepted", "Loops accepted"), ("num_rejected", "Loops rejected"), ("num_false_accepted", "False loops accepted"))
 WALL_ROWS = tuple(zip(WALL_KEYS, (
     "Thickness of walls, mean (cells)",
     "Thickness of walls, median (cells)",
@@ -109,6 +110,9 @@ def _count_rows(figures):
     if "trajectory" in figures:
         yield ["Scans with a true pose", figures["trajectory"]["num_scans_with_truth"]]
         yield ["Share of them that has no estimate (%)", float(figures["trajectory"]["missing_percent"])]
+    for key, title in LOOP_ROWS:
+        if key in figures.get("loops", {}):
+            yield [title, figures["loops"][key]]
     for key, title in WALL_ROWS:
         if figures.get("walls", {}).get(key) is not None:
             yield [title, float(figures["walls"][key])]

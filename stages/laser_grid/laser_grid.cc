@@ -1,34 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/laser_grid/laser_grid.h"
 
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/recording/choose_signal.h"
 
 namespace nightmap {
 namespace {
-
-const Signal& ChooseSensor(const std::string& sensor, const std::vector<Signal>& scans) {
-  if (scans.empty()) {
-    throw InputError({{"scans"}},
-                     InputError::Remedy::kInText,
-                     "no sensor of the site scans; add a [[sensor]] of kind \"scan\" and its "
-                     "[[signal]] to the site config, or map without the profile");
-  }
-  if (sensor.empty() && scans.size() == 1) return scans.front();
-  const auto found = std::ranges::find(scans, sensor, &Signal::sensor_id);
-  if (found != scans.end()) return *found;
-  std::vector<std::string> ids;
-  for (const Signal& signal : scans) ids.push_back(signal.sensor_id);
-  throw UsageError("laser_grid.sensor is '{}': choose one of the sensors that scan: {}",
-                   sensor,
-                   fmt::join(ids, ", "));
-}
 
 // Why a scan at this time has no pose.
 const char* Cause(const std::vector<StampedPose>& trajectory, std::int64_t time_ns) {
@@ -117,7 +99,7 @@ void LaserGridOptions::Register(OptionList& list) {
 }
 
 LaserGridResult RunLaserGrid(const LaserGridOptions& options, const LaserGridInput& input) {
-  const Signal& signal = ChooseSensor(options.sensor, input.scans);
+  const Signal& signal = ChooseScanner(input.scans, options.sensor, "laser_grid.sensor");
   LaserGridResult result;
   result.sensor_id = signal.sensor_id;
   result.num_scans = signal.samples.size();

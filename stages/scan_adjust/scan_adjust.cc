@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/base/input_error.h"
+#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
-#include "pipeline/io/trajectory_io.h"
 #include "pipeline/recording/choose_signal.h"
-#include "pipeline/recording/scan_points.h"
+#include "pipeline/recording/keyscans.h"
 #include "stages/scan_adjust/compare_scans.h"
 #include "stages/scan_adjust/scan_pairs.h"
 
@@ -22,19 +21,7 @@ std::vector<std::vector<WallPoint>> WallsOf(const ScanAdjustOptions& options,
                                             const Signal& scans,
                                             const std::vector<StampedPose>& keyscans) {
   std::vector<std::vector<WallPoint>> walls;
-  auto scan = scans.samples.begin();
-  for (const StampedPose& keyscan : keyscans) {
-    scan = std::ranges::lower_bound(
-        scan, scans.samples.end(), keyscan.time_ns, {}, &SignalSample::time_ns);
-    if (scan == scans.samples.end() || scan->time_ns != keyscan.time_ns) {
-      throw InputError({{"keyframes"}, {"scans"}},
-                       "there is a keyscan and no scan at {} s",
-                       TimeToString(keyscan.time_ns));
-    }
-    std::vector<Eigen::Vector2d> points;
-    for (const Eigen::Vector3d& point : PointsInRobot(*scan, scans).points_in_robot) {
-      if (point.head<2>().norm() <= options.max_range_m) points.push_back(point.head<2>());
-    }
+  for (const auto& points : PointsOfKeyscans(scans, keyscans, options.max_range_m)) {
     walls.push_back(FindWallPoints(points, options.spacing_m));
   }
   return walls;
@@ -179,15 +166,6 @@ class Adjuster {
   std::vector<ScanPair> pairs_;
 };
 
-void CheckOdometry(const ScanAdjustInput& input) {
-  bool fits = input.odometry.edges.size() + 1 == input.keyscans.size();
-  for (std::size_t i = 0; fits && i < input.odometry.edges.size(); ++i) {
-    fits = input.odometry.edges[i].source_time_ns == input.keyscans[i].time_ns &&
-           input.odometry.edges[i].target_time_ns == input.keyscans[i + 1].time_ns;
-  }
-  if (!fits) throw InputError({{"odometry"}, {"keyframes"}}, "their keyscans differ");
-}
-
 }  // namespace
 
 void ScanAdjustOptions::Register(OptionList& list) {
@@ -222,7 +200,7 @@ ScanAdjustResult RunScanAdjust(const ScanAdjustOptions& options,
                                Progress& progress,
                                int num_threads) {
   const Signal& scans = ChooseScanner(input.scans, options.scan_sensor, "scan_adjust.scan_sensor");
-  CheckOdometry(input);
+  CheckEdgesOfKeyscans(input.keyscans, input.odometry.edges);
   std::vector<Rigid2> poses;
   for (const StampedPose& keyscan : input.keyscans) poses.push_back(ToRigid2(keyscan.pose));
   Adjuster adjuster(

@@ -4,23 +4,20 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/base/input_error.h"
 #include "pipeline/base/parallel.h"
-#include "pipeline/io/trajectory_io.h"
 #include "pipeline/planar/match_scan.h"
 #include "pipeline/planar/search_pose.h"
 #include "pipeline/planar/thin_points.h"
 #include "pipeline/recording/choose_signal.h"
-#include "pipeline/recording/scan_points.h"
-#include "stages/scan_loops/keyscans.h"
+#include "pipeline/recording/keyscans.h"
+#include "stages/scan_loops/drive.h"
 #include "stages/scan_loops/scan_stretches.h"
 
 namespace nightmap {
 namespace {
 
-constexpr int kNumLevels = 7;                       // squares of up to 64 cells
-constexpr std::int64_t kMaxGap_ns = 1'000'000'000;  // between keyscans of a robot that moves
-constexpr double kMaxExtent_m = 60;                 // of a submap, on each side of its middle
+constexpr int kNumLevels = 7;        // squares of up to 64 cells
+constexpr double kMaxExtent_m = 60;  // of a submap, on each side of its middle
 constexpr double kWindowSigmas = 3;
 // What a window has beside the drift, and how near to the best place no other one is looked for.
 constexpr double kMargin_m = 0.3;
@@ -28,37 +25,14 @@ constexpr double kMargin_rad = 0.05;
 constexpr double kSamePlace_m = 0.5;
 constexpr double kSamePlace_rad = 0.3;
 
-// Of a scan that takes a while, by the motion towards the next keyscan.
-ScanPoints PointsOf(const SignalSample& scan,
-                    const Signal& signal,
-                    const StampedPose& pose,
-                    const std::vector<StampedPose>& poses) {
-  if (signal.scan_duration_s <= 0) return PointsInRobot(scan, signal);
-  const std::int64_t end_ns = pose.time_ns + std::llround(1e9 * signal.scan_duration_s);
-  const auto start_from_end = PoseAt(poses, end_ns, kMaxGap_ns);
-  if (!start_from_end) return PointsInRobot(scan, signal);
-  return PointsInRobot(scan, signal, pose.pose.Inverse() * *start_from_end);
-}
-
 std::vector<Keyscan> MakeKeyscans(const ScanLoopsOptions& options,
                                   const Signal& scans,
                                   const std::vector<StampedPose>& poses) {
+  const auto points = PointsOfKeyscans(scans, poses, options.max_range_m);
   std::vector<Keyscan> keyscans;
-  auto scan = scans.samples.begin();
-  for (const StampedPose& pose : poses) {
-    scan = std::ranges::lower_bound(
-        scan, scans.samples.end(), pose.time_ns, {}, &SignalSample::time_ns);
-    if (scan == scans.samples.end() || scan->time_ns != pose.time_ns) {
-      throw InputError({{"keyframes"}, {"scans"}},
-                       "there is a keyscan and no scan at {} s",
-                       TimeToString(pose.time_ns));
-    }
-    Keyscan keyscan{pose.time_ns, ToRigid2(pose.pose), 0, {}};
-    std::vector<Eigen::Vector2d> points;
-    for (const Eigen::Vector3d& point : PointsOf(*scan, scans, pose, poses).points_in_robot) {
-      if (point.head<2>().norm() <= options.max_range_m) points.push_back(point.head<2>());
-    }
-    keyscan.points_in_robot = ThinPoints(points, options.resolution_m);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    Keyscan keyscan{poses[i].time_ns, ToRigid2(poses[i].pose), 0, {}};
+    keyscan.points_in_robot = ThinPoints(points[i], options.resolution_m);
     if (!keyscans.empty()) {
       const Keyscan& last = keyscans.back();
       keyscan.path_m =
@@ -68,15 +42,6 @@ std::vector<Keyscan> MakeKeyscans(const ScanLoopsOptions& options,
     keyscans.push_back(std::move(keyscan));
   }
   return keyscans;
-}
-
-void CheckOdometry(const std::vector<Keyscan>& keyscans, const std::vector<SensorEdge>& edges) {
-  bool fits = edges.size() + 1 == keyscans.size();
-  for (std::size_t i = 0; fits && i < edges.size(); ++i) {
-    fits = edges[i].source_time_ns == keyscans[i].time_ns &&
-           edges[i].target_time_ns == keyscans[i + 1].time_ns;
-  }
-  if (!fits) throw InputError({{"odometry"}, {"keyframes"}}, "their keyscans differ");
 }
 
 class LoopFinder {
@@ -187,8 +152,8 @@ ScanLoopsResult RunScanLoops(const ScanLoopsOptions& options,
                              Progress& progress,
                              int num_threads) {
   const Signal& scans = ChooseScanner(input.scans, options.scan_sensor, "scan_loops.scan_sensor");
+  CheckEdgesOfKeyscans(input.keyscans, input.odometry.edges);
   std::vector<Keyscan> keyscans = MakeKeyscans(options, scans, input.keyscans);
-  CheckOdometry(keyscans, input.odometry.edges);
   const DriftSums drifts(keyscans, input.odometry.edges);
   const LoopFinder finder(options, std::move(keyscans));
   std::vector<std::vector<LoopPair>> pairs(finder.NumSubmaps());

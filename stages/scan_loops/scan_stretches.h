@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "pipeline/planar/likelihood_field.h"
-#include "stages/scan_loops/keyscans.h"
+#include "stages/scan_loops/drive.h"
 #include "stages/scan_loops/scan_loops.h"
 
 namespace nightmap {

@@ -10,36 +10,13 @@
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/planar/match_scan.h"
+#include "pipeline/recording/choose_signal.h"
 #include "pipeline/recording/scan_points.h"
 #include "pipeline/recording/wheel_motion.h"
 #include "stages/scan_match/submaps.h"
 
 namespace nightmap {
 namespace {
-
-const Signal& ChooseScans(const std::string& sensor, const std::vector<Signal>& scans) {
-  if (scans.empty()) {
-    throw InputError({{"scans"}},
-                     InputError::Remedy::kInText,
-                     "no sensor of the site scans; add a [[sensor]] of kind \"scan\" and its "
-                     "[[signal]] to the site config");
-  }
-  const auto found = sensor.empty() && scans.size() == 1
-                         ? scans.begin()
-                         : std::ranges::find(scans, sensor, &Signal::sensor_id);
-  if (found != scans.end()) {
-    if (!found->samples.empty()) return *found;
-    throw InputError({{"scans"}},
-                     InputError::Remedy::kInText,
-                     "sensor '{}' has no scan; add its [[signal]] to the site config",
-                     found->sensor_id);
-  }
-  std::vector<std::string> ids;
-  for (const Signal& signal : scans) ids.push_back(signal.sensor_id);
-  throw UsageError("scan_match.scan_sensor is '{}': choose one of the sensors that scan: {}",
-                   sensor,
-                   fmt::join(ids, ", "));
-}
 
 // Null: without.
 const Signal* ChooseOdometry(const std::string& sensor, const std::vector<Signal>& odometry) {
@@ -66,18 +43,6 @@ std::vector<Eigen::Vector2d> Thinned(const ScanMatchOptions& options, const Scan
     points.push_back(last);
   }
   return points;
-}
-
-// The robot stays on the floor.
-Matrix6d Covariance6(const Eigen::Matrix3d& planar, const WheelNoise& noise) {
-  constexpr int kRows[] = {3, 4, 2};  // of x, y and heading
-  Vector6d sigma;
-  sigma << noise.plane_sigma_rad, noise.plane_sigma_rad, 0, 0, 0, noise.plane_sigma_m;
-  Matrix6d covariance = sigma.cwiseAbs2().asDiagonal();
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) covariance(kRows[i], kRows[j]) = planar(i, j);
-  }
-  return covariance;
 }
 
 class Matcher {
@@ -236,7 +201,7 @@ ScanMatchOptions::ScanMatchOptions() {
 ScanMatchResult RunScanMatch(const ScanMatchOptions& options,
                              const ScanMatchInput& input,
                              Progress& progress) {
-  const Signal& scans = ChooseScans(options.scan_sensor, input.scans);
+  const Signal& scans = ChooseScanner(input.scans, options.scan_sensor, "scan_match.scan_sensor");
   const Signal* wheels = ChooseOdometry(options.odometry_sensor, input.odometry);
   ScanMatchResult result;
   result.scan_sensor = scans.sensor_id;
@@ -250,8 +215,11 @@ ScanMatchResult RunScanMatch(const ScanMatchOptions& options,
     result.scans.push_back(matched);
     if (matched.is_keyscan) {
       if (keyscan) {
-        result.edges.edges.push_back(
-            EdgeBetween(*keyscan, matched, Covariance6(matcher.Covariance(), options.wheels)));
+        result.edges.edges.push_back(EdgeBetween(*keyscan,
+                                                 matched,
+                                                 OnFloor(matcher.Covariance(),
+                                                         options.wheels.plane_sigma_m,
+                                                         options.wheels.plane_sigma_rad)));
       }
       keyscan = matched;
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/scan_loops/keyscans.h"
+#include "stages/scan_loops/drive.h"
 
 namespace nightmap {
 
