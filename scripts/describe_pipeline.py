@@ -52,13 +52,23 @@ def profiles(configs, default):
     rows, left_out = [], []
     for overlay in sorted(configs.glob("*/pipeline.toml")):
         profile = overlay.parent.name
-        given = {table["given"] for table in read_toml(overlay).values() if isinstance(table, dict) and "given" in table}
-        pipeline = read_pipeline(str(configs), profile, given)
-        rows += [f"| `{profile}` {row(job)}" for job in pipeline.jobs.values() if row(job) not in known]
-        out = ", ".join(f"`{name}`" for name in default.jobs if name not in pipeline.jobs)
-        left_out += [f"; `{profile}` leaves out {out}"] if out else []
+        for given in variants(overlay):
+            pipeline = read_pipeline(str(configs), profile, given)
+            rows += [f"| `{profile}` {row(job)}" for job in pipeline.jobs.values() if row(job) not in known]
+            out = ", ".join(f"`{name}`" for name in default.jobs if name not in pipeline.jobs)
+            of = f"`{profile}`" + "".join(f" with `import.{key}`" for key in given if len(variants(overlay)) > 1)
+            left_out += [f"; {of} leaves out {out}"] if out else []
+    rows = list(dict.fromkeys(rows))
     head = (f"| profile {HEAD[0]}", f"|---{HEAD[1]}")
     return f"\nJobs that a profile adds or changes{''.join(left_out)}:\n\n" + "\n".join([*head, *rows]) + "\n"
+
+
+def variants(overlay):
+    """The keys of [import] that change a profile: all of them, and none before that where it is a profile without them, too."""
+    tables = [table for tables in read_toml(overlay).values() for table in (tables if isinstance(tables, list) else [tables])]
+    given = sorted({table["given"] for table in tables if isinstance(table, dict) and "given" in table})
+    has_own = any("given" not in table for table in tables)
+    return [[], given] if given and has_own else [given]
 
 
 def feeds(pipeline):

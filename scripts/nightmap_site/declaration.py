@@ -33,20 +33,24 @@ class Declaration:
             self.jobs[name] = self._as_table(name, table, path)
 
     def change(self, path, imports):
-        """Applies the tables of a profile: ports and other keys replace or add those of a job, false takes a port away."""
+        """Applies the tables of a profile: ports and other keys replace or add those of a job, false takes a port away. Several
+        tables of one job, [[job]], are applied one after the other."""
         self._paths.insert(0, path)
         tables = read_toml(path)
         self.goals |= tables.pop("goals", {})
         self.clashes = self.clashes + tables.pop("clash", [])
-        for name, table in tables.items():
-            table = dict(self._as_table(name, table, path))
-            if table.pop("given", None) not in (None, *imports):
-                continue
-            if table.pop("leave_out", False):
-                self.jobs.pop(name, None)
-                self._left_out.add(name)
-            else:
-                self.jobs[name] = _merged(self.jobs.get(name, {}), table)
+        for name, changes in tables.items():
+            for table in changes if isinstance(changes, list) else [changes]:
+                self._change_job(name, dict(self._as_table(name, table, path)), imports)
+
+    def _change_job(self, name, table, imports):
+        if table.pop("given", None) not in (None, *imports):
+            return
+        if table.pop("leave_out", False):
+            self.jobs.pop(name, None)
+            self._left_out.add(name)
+        else:
+            self.jobs[name] = _merged(self.jobs.get(name, {}), table)
 
     def known(self):
         """name -> whether the profile leaves the job out, of all jobs that are declared."""
@@ -81,7 +85,7 @@ def _line_of(path, job, key):
     inside = False
     with open(path, encoding="utf-8") as file:
         for number, line in enumerate(file, 1):
-            header = re.match(r"\s*\[\s*([\w.-]+)\s*\]", line)
+            header = re.match(r"\s*\[\[?\s*([\w.-]+)\s*\]", line)
             if header:
                 inside = header[1] == job
                 if inside and key is None:
