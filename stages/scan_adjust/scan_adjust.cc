@@ -15,7 +15,8 @@
 namespace nightmap {
 namespace {
 
-constexpr double kFixed = 1e12;  // holds the first keyscan
+constexpr double kFixed = 1e12;      // holds the first keyscan
+constexpr double kSmallStep = 2e-4;  // metres and radians that end the rounds
 
 std::vector<std::vector<WallPoint>> WallsOf(const ScanAdjustOptions& options,
                                             const Signal& scans,
@@ -41,8 +42,9 @@ class Adjuster {
     result->num_pairs = pairs_.size();
     progress.Start(static_cast<std::size_t>(options_.num_rounds) + 1);
     for (int round = 0; round < options_.num_rounds; ++round) {
-      Solve(Compare(Gate_m(round), num_threads));
+      const double moved = Solve(Compare(Gate_m(round), num_threads));
       progress.Advance();
+      if (moved < kSmallStep && Gate_m(round) <= options_.last_gate_m) break;
     }
     Judge(num_threads, result);
     progress.Advance();
@@ -88,12 +90,15 @@ class Adjuster {
       }
     }
 
-    Eigen::VectorXd Step() const {
+    // All rounds have the same pairs, so that one analysis is enough.
+    using Solver = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>;
+    Eigen::VectorXd Step(bool is_analyzed, Solver* solver) const {
       Eigen::SparseMatrix<double> hessian(gradient_.size(), gradient_.size());
       hessian.setFromTriplets(entries_.begin(), entries_.end());
-      const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(hessian);
-      const Eigen::VectorXd step = -solver.solve(gradient_);
-      if (solver.info() != Eigen::Success || !step.allFinite()) {
+      if (!is_analyzed) solver->analyzePattern(hessian);
+      solver->factorize(hessian);
+      const Eigen::VectorXd step = -solver->solve(gradient_);
+      if (solver->info() != Eigen::Success || !step.allFinite()) {
         throw DataError("the equations of {} keyscans have no solution; raise scan_adjust.sigma_m",
                         gradient_.size() / 3);
       }
@@ -105,18 +110,21 @@ class Adjuster {
     std::vector<Eigen::Triplet<double>> entries_;
   };
 
-  void Solve(const std::vector<PairEquations>& equations) {
+  // The largest change of a pose.
+  double Solve(const std::vector<PairEquations>& equations) {
     System system(poses_.size());
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       system.Add(pairs_[i].scan, pairs_[i].target, equations[i].hessian, equations[i].gradient);
     }
     for (std::size_t i = 0; i < odometry_.size(); ++i) AddOdometry(i, &system);
-    const Eigen::VectorXd step = system.Step();
+    const Eigen::VectorXd step = system.Step(is_analyzed_, &solver_);
+    is_analyzed_ = true;
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       const auto first = 3 * static_cast<Eigen::Index>(i);
       poses_[i].translation += step.segment<2>(first);
       poses_[i].heading_rad = WrapAngle_rad(poses_[i].heading_rad + step[first + 2]);
     }
+    return step.cwiseAbs().maxCoeff();
   }
 
   // The motion from keyscan i to the next one.
@@ -164,6 +172,8 @@ class Adjuster {
   std::vector<Rigid2> poses_;  // graph_from_robot
   const std::vector<SensorEdge>& odometry_;
   std::vector<ScanPair> pairs_;
+  System::Solver solver_;
+  bool is_analyzed_ = false;
 };
 
 }  // namespace
