@@ -23,6 +23,16 @@ FIGURES = {
     "accuracy": (f"seeds.py {OFFICE} {OFFICE_QUERIES} {FR1} {FR1_QUERIES} --data {{data}} --maps {{maps}} --page {{page}}",),
     "accuracy_made_up": ("seeds.py demo two_floors --data {data} --maps {maps} --page {page} --name accuracy_made_up",),
     "mirror": ("seeds.py mirror --seeds 10 --data '{data}/{{seed}}' --maps {maps} --page {page} --name mirror",),
+    "laser": ("seeds.py intel freiburg_079 --seeds 1 --data {data} --maps {maps} --page {page} --name laser",),
+    "laser_no_wheels": ("seeds.py freiburg_079_no_wheels --site-configs tests/bench/laser --seeds 1 --data {data} --maps {maps} "
+                        "--page {page} --name laser_no_wheels",),
+    "laser_made_up": ("seeds.py demo_laser --data '{data}/{{seed}}' --maps {maps} --page {page} --name laser_made_up",),
+    "laser_and_camera": ("make evaluate SITE=demo_laser DATA={data} MAPS={maps}",
+                         "make evaluate SITE=demo DATA={data} MAPS={maps}/laser_height "
+                         "SET='grid.robot_height_m=0.35 grid.max_step_height_m=0.25'",
+                         "compare_grids.py {maps}/laser_height/demo {maps}/demo_laser > laser_and_camera"),
+    "bench_laser": ("make map SITE=freiburg_079 DATA={data} MAPS={maps}",
+                    "bench_laser.py {maps}/freiburg_079 --build {build} --threads {threads} --page {page}"),
     "detectors": (f"detectors.py {OFFICE_QUERIES} {FR1} --data {{data}} --maps {{maps}} --page {{page}}",),
     "ablation": (f"make localize SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
                  "make localize SITE=demo DATA={data} MAPS={maps}",

@@ -36,6 +36,29 @@ def _query_columns(protocol):
     return rows
 
 
+def _laser_columns():
+    """Rows of a map of laser scans."""
+    trajectory = "sections.grid.trajectory"
+    rows = [("scans with a pose", "sections.grid.num_scans_with_pose", 1, "{:.0f}"), ("of", "sections.grid.num_scans", 1, "{:.0f}"),
+            ("path (m)", "sections.grid.path_length_m", 1, "{:.0f}"),
+            ("ATE RMSE, SE(3) (cm)", f"{trajectory}.se3.ate_rmse_m", 100, "{:.2f}"),
+            ("ATE RMSE, Sim(3) (cm)", f"{trajectory}.sim3.ate_rmse_m", 100, "{:.2f}"),
+            ("ATE RMSE, SE(3), worst seed (cm)", f"{trajectory}.se3.ate_rmse_m", 100, "{:.2f}", max)]  # fmt: skip
+    for metres in (1, 10):
+        rows += [(f"motion over {metres} m, mean (cm)", f"{trajectory}.relative_{metres}m.translation_mean_m", 100, "{:.2f}"),
+                 (f"motion over {metres} m, mean (deg)", f"{trajectory}.relative_{metres}m.rotation_mean_deg", 1, "{:.2f}")]  # fmt: skip
+    return [*rows,
+            ("loops accepted", "sections.grid.loops.num_accepted", 1, "{:.0f}"),
+            ("false loops accepted, worst seed", "sections.grid.loops.num_false_accepted", 1, "{:.0f}", max),
+            ("revisits closed, worst seed (%)", "sections.grid.loops.revisits_closed_percent", 1, "{:.0f}", min),
+            ("wall thickness, median (cells)", "sections.grid.walls.thickness_median_cells", 1, "{:.2f}"),
+            ("wall thickness, 90 % (cells)", "sections.grid.walls.thickness_p90_cells", 1, "{:.2f}"),
+            ("wall drawn twice (%)", "sections.grid.walls.doubled_percent", 1, "{:.1f}"),
+            ("seen cells right (%)", "sections.grid.map.grid.seen_right_percent", 1, "{:.1f}"),
+            ("free cells right (%)", "sections.grid.map.grid.free_right_percent", 1, "{:.1f}"),
+            ("occupied cells right (%)", "sections.grid.map.grid.occupied_right_percent", 1, "{:.1f}")]  # fmt: skip
+
+
 # Title, place in metrics.json, factor, format; the statistic over seeds is the median unless named.
 COLUMNS = (
     ("frames mapped", "coverage.num_frames_with_pose", 1, "{:.0f}"),
@@ -59,6 +82,7 @@ COLUMNS = (
     ("seen cells right (%)", "map.grid.seen_right_percent", 1, "{:.1f}"),
     ("free cells right (%)", "map.grid.free_right_percent", 1, "{:.1f}"),
     ("occupied cells right (%)", "map.grid.occupied_right_percent", 1, "{:.1f}"),
+    *_laser_columns(),
 )
 
 
