@@ -12,7 +12,7 @@
 namespace nightmap {
 namespace {
 
-constexpr double kMaxDistance_m = 1e7;  // or rad
+constexpr double kMaxTruthDistance_m = 1e7;  // or rad
 
 std::filesystem::path PathOf(const SiteConfig& site,
                              const std::filesystem::path& data_root,
@@ -57,7 +57,8 @@ void CheckRelation(const std::vector<std::string_view>& words) {
   }
   for (std::size_t i = 0; i < 2; ++i) CheckedTime_ns(ParseTime_ns(words[i]));
   for (std::size_t i = 2; i < words.size(); ++i) {
-    if (std::abs(RealWord(words[i])) > kMaxDistance_m) throw DataError("{} is too far", words[i]);
+    if (std::abs(RealWord(words[i])) > kMaxTruthDistance_m)
+      throw DataError("{} is too far", words[i]);
   }
 }
 

@@ -21,10 +21,12 @@ Matrix6d BridgeCovariance() {
 
 // The odometry of a file, taken out of it.
 std::vector<SensorEdge> TakeOdometry(SensorEdges* file) {
-  const auto rest = std::ranges::stable_partition(
-      file->edges, [](const SensorEdge& edge) { return edge.kind != EdgeKind::kOdometry; });
-  std::vector<SensorEdge> odometry(rest.begin(), rest.end());
-  file->edges.erase(rest.begin(), rest.end());
+  const auto first =
+      std::stable_partition(file->edges.begin(), file->edges.end(), [](const SensorEdge& edge) {
+        return edge.kind != EdgeKind::kOdometry;
+      });
+  std::vector<SensorEdge> odometry(first, file->edges.end());
+  file->edges.erase(first, file->edges.end());
   return odometry;
 }
 
