@@ -29,7 +29,7 @@ std::optional<Eigen::Vector2d> NormalAt(const std::vector<Eigen::Vector2d>& poin
   covariance /= 2 * kNumEachSide + 1;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance);
   if (axes.eigenvalues()[0] > kMaxRms_m * kMaxRms_m ||
-      axes.eigenvalues()[0] > 0.1 * axes.eigenvalues()[1]) {
+      axes.eigenvalues()[0] >= 0.1 * axes.eigenvalues()[1]) {
     return std::nullopt;
   }
   const Eigen::Vector2d normal = axes.eigenvectors().col(0);

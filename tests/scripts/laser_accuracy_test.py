@@ -6,13 +6,16 @@ import re
 import tempfile
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
 from unittest import mock
 
+import h5py
 import numpy as np
 
 import fake_site
 import laser_site
 from fake_site import rotation_about, write_tum
+from nightmap_eval import laser_accuracy
 from nightmap_eval.report_laser import loop_ends
 from nightmap_eval.trajectory import Trajectory, interpolated, planar_umeyama, quaternion
 from nightmap_site.script_errors import DataError
@@ -207,6 +210,81 @@ class LaserSiteTest(unittest.TestCase):
             result = fake_site.run("report.py", "--site-dir", self.site_dir, "--out", self.site_dir / "x.html")
             self.assertEqual(result.returncode, 1)
             self.assertRegex(result.stderr, f"metrics.json: sections.*{name}")
+
+
+class LoopsOfKeyscansTest(unittest.TestCase):
+    """Three rounds: a scan of the second and third round sees what the one 133 1/3 scans before saw."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.truth = laser_site.drive()
+        self.nodes = self.truth.select(range(0, 401, 10))  # keyscans
+        write_tum(self.folder / "pose_graph_trajectory", self.nodes)
+        write_tum(self.folder / "truth.tum", self.truth)
+        self.site = SimpleNamespace(path=self.file_of, needed=self.file_of, robot_truth=self.folder / "truth.tum")
+
+    def file_of(self, job, output):
+        return self.folder / f"{job}_{output}"
+
+    def relative(self, a, b, error_m=0.0, error_deg=0.0):
+        """The pose of node a seen from node b, with an error."""
+        rotations, positions_m = self.nodes.rotations(), self.nodes.positions_m
+        turn = rotation_about([0, 0, 1], np.radians(error_deg))
+        return turn @ rotations[b].T @ rotations[a], rotations[b].T @ (positions_m[a] - positions_m[b]) + [error_m, 0, 0]
+
+    def write_loops(self, *loops):
+        """(node a, node b, status, error_m, error_deg)"""
+        poses = [self.relative(a, b, *errors) for a, b, _, *errors in loops]
+        with h5py.File(self.folder / "loops_edges", "w") as file:
+            file["time_ns"] = np.array([self.nodes.times_ns[[a, b]] for a, b, *_ in loops])
+            file["target_from_source"] = np.array([[*t, *quaternion(r)] for r, t in poses])
+        rows = "".join(f"{a},{b},{status},{'' if status == 'accepted' else 'inconsistent'}\n" for a, b, status, *_ in loops)
+        (self.folder / "pose_graph_loops_csv").write_text("frame_a,frame_b,status,reason\n" + rows)
+
+    def figures(self, *loops):
+        self.write_loops(*loops)
+        return laser_accuracy.loops_of_keyscans(self.site)
+
+    def test_edges_are_between_nodes_of_their_times(self):
+        self.write_loops((0, 27, "accepted"), (40, 13, "accepted"))
+        measured = laser_accuracy.measured_loops(self.folder / "loops_edges", self.nodes.times_ns)
+        self.assertEqual(set(measured), {(0, 27), (40, 13)})
+        for (a, b), (rotation, translation) in measured.items():
+            expected = self.relative(a, b)
+            np.testing.assert_allclose(rotation, expected[0], atol=1e-9)
+            np.testing.assert_allclose(translation, expected[1], atol=1e-9)
+
+    def test_a_false_loop_is_counted(self):
+        good = [(0, 27, "accepted"), (1, 27, "accepted", 0.4), (3, 30, "accepted", 0, 9)]
+        figures = self.figures(*good)
+        self.assertEqual((figures["num_accepted"], figures["num_false_accepted"]), (3, 0))
+        figures = self.figures(*good, (5, 32, "accepted", 0.6), (6, 33, "accepted", 0, 11), (7, 34, "rejected", 3))
+        self.assertEqual((figures["num_accepted"], figures["num_rejected"], figures["num_false_accepted"]), (5, 1, 2))
+        self.assertEqual(figures["rejected_by_reason"], {"inconsistent": 1})
+
+    def test_revisits_are_those_of_the_later_rounds(self):
+        closed = self.figures(*[(a, a + 13, "accepted") for a in range(0, 28, 3)])
+        self.assertGreater(closed["num_revisiting_frames"], 20)
+        self.assertEqual(closed["revisits_closed_percent"], 100)
+        self.assertEqual(self.figures((0, 13, "accepted", 2))["revisits_closed_percent"], 0)
+
+    def test_without_truth_loops_are_counted_alone(self):
+        (self.folder / "truth.tum").unlink()
+        figures = self.figures((0, 27, "accepted", 5), (7, 34, "rejected"))
+        self.assertEqual(figures, {"num_accepted": 1, "num_rejected": 1, "rejected_by_reason": {"inconsistent": 1}})
+
+    def test_a_loop_of_a_node_without_truth_is_not_judged(self):
+        write_tum(self.folder / "truth.tum", self.truth.select(range(100, 401)))
+        figures = self.figures((0, 27, "accepted", 5), (12, 26, "accepted"))
+        self.assertEqual((figures["num_accepted"], figures["num_false_accepted"]), (2, 0))
+
+    def test_a_loop_that_no_job_found_is_named(self):
+        self.write_loops((0, 27, "accepted"))
+        (self.folder / "pose_graph_loops_csv").write_text("frame_a,frame_b,status,reason\n1,27,accepted,\n")
+        with self.assertRaisesRegex(DataError, "names frames 1 and 27"):
+            laser_accuracy.loops_of_keyscans(self.site)
 
 
 class InterpolatedTest(unittest.TestCase):
