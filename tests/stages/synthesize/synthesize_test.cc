@@ -227,11 +227,11 @@ TEST(RobotRecording, LogIsReadAsItWasRecorded) {
     if (line.starts_with('#')) continue;
     const auto words = SplitWords(line);
     const bool is_scan = words[0] == "FLASER";
-    SignalSample sample = ParseCarmenLine(is_scan ? laser : wheels, words);
+    SignalSample sample = ParseCarmenLine(is_scan ? laser : wheels, LineTime::kNeeded, words);
     EXPECT_LE(last_ns, sample.time_ns);
     last_ns = sample.time_ns;
     if (is_scan) {
-      const Eigen::Vector3d odometry = ParseCarmenLine(wheels, words).value;
+      const Eigen::Vector3d odometry = ParseCarmenLine(wheels, LineTime::kNeeded, words).value;
       EXPECT_LT((odometry - Recorded().scans[scans.size()].odometry).norm(), 2e-6);
     }
     (is_scan ? scans : samples).push_back(std::move(sample));
