@@ -24,6 +24,9 @@ void Run(const ScanLoopsOptions& options, StageContext& context) {
   report["num_pairs_tried"] = result.candidates.size();
   report["num_found_nowhere"] = count([](const auto& tried) { return tried.score == 0; });
   report["num_ambiguous"] = count([](const auto& tried) { return tried.second_score > 0; });
+  report["num_doubtful"] = count([](const auto& tried) {
+    return tried.score > 0 && tried.second_score == 0 && !tried.is_loop;
+  });
   report["num_loops"] = result.edges.edges.size();
 }
 

@@ -10,6 +10,7 @@
 #include "pipeline/planar/thin_points.h"
 #include "pipeline/recording/choose_signal.h"
 #include "pipeline/recording/keyscans.h"
+#include "stages/scan_loops/doubtful_loops.h"
 #include "stages/scan_loops/drive.h"
 #include "stages/scan_loops/scan_stretches.h"
 
@@ -57,7 +58,7 @@ class LoopFinder {
   }
   std::size_t NumSubmaps() const { return submaps_.size(); }
   std::size_t NumQueries() const { return queries_.size(); }
-  const Keyscan& KeyscanAt(std::size_t idx) const { return keyscans_[idx]; }
+  const std::vector<Keyscan>& Keyscans() const { return keyscans_; }
 
   // Candidates of all pairs with this submap.
   std::vector<ScanLoopCandidate> Try(std::size_t submap, const std::vector<LoopPair>& pairs) const {
@@ -145,6 +146,21 @@ class LoopFinder {
   std::vector<ScanStretch> submaps_, queries_;
 };
 
+SensorEdges EdgesOf(const std::vector<ScanLoopCandidate>& candidates,
+                    const std::vector<Keyscan>& keyscans,
+                    const std::string& sensor_id) {
+  SensorEdges edges{sensor_id, {}};
+  for (const ScanLoopCandidate& candidate : candidates) {
+    if (!candidate.is_loop) continue;
+    edges.edges.push_back({EdgeKind::kLoop,
+                           keyscans[candidate.submap_keyscan].time_ns,
+                           keyscans[candidate.query_keyscan].time_ns,
+                           candidate.query_from_submap,
+                           candidate.covariance});
+  }
+  return edges;
+}
+
 }  // namespace
 
 ScanLoopsResult RunScanLoops(const ScanLoopsOptions& options,
@@ -167,18 +183,11 @@ ScanLoopsResult RunScanLoops(const ScanLoopsOptions& options,
   ScanLoopsResult result;
   result.num_submaps = finder.NumSubmaps();
   result.num_queries = finder.NumQueries();
-  result.edges.sensor = scans.sensor_id;
   for (const auto& of_submap : candidates) {
-    for (const ScanLoopCandidate& candidate : of_submap) {
-      result.candidates.push_back(candidate);
-      if (!candidate.is_loop) continue;
-      result.edges.edges.push_back({EdgeKind::kLoop,
-                                    finder.KeyscanAt(candidate.submap_keyscan).time_ns,
-                                    finder.KeyscanAt(candidate.query_keyscan).time_ns,
-                                    candidate.query_from_submap,
-                                    candidate.covariance});
-    }
+    result.candidates.insert(result.candidates.end(), of_submap.begin(), of_submap.end());
   }
+  DropDoubtfulLoops(options, finder.Keyscans(), drifts, &result.candidates);
+  result.edges = EdgesOf(result.candidates, finder.Keyscans(), scans.sensor_id);
   return result;
 }
 

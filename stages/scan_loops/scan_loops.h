@@ -62,10 +62,11 @@ struct ScanLoopsResult {
 // short stretch in the older submaps in which the drift since then lets it be: the best pose of the
 // window by branch and bound (search_pose.h; Hess, Kohler, Rapp, Andor, Real-time loop closure in
 // 2D LIDAR SLAM, ICRA 2016), refined (match_scan.h). It is a loop when it scores enough, and no
-// other place of the window scores nearly as much: two rooms that look alike are none. pose_graph
-// decides which loops to believe. Throws UsageError when a sensor is not named but must be, and
-// InputError when keyscans and edges do not fit together. Deterministic at any number of threads;
-// memory grows with the keyscans' points and one submap per thread.
+// other place of the window scores nearly as much: two rooms that look alike are none. Neither is
+// one that another submap casts doubt on (doubtful_loops.h). pose_graph decides which loops to
+// believe. Throws UsageError when a sensor is not named but must be, and InputError when keyscans
+// and edges do not fit together. Deterministic at any number of threads; memory grows with the
+// keyscans' points and one submap per thread.
 ScanLoopsResult RunScanLoops(const ScanLoopsOptions& options,
                              const ScanLoopsInput& input,
                              Progress& progress,
