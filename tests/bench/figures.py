@@ -27,6 +27,8 @@ FIGURES = {
     "laser_no_wheels": ("seeds.py freiburg_079_no_wheels --site-configs tests/bench/laser --seeds 1 --data {data} --maps {maps} "
                         "--page {page} --name laser_no_wheels",),
     "laser_made_up": ("seeds.py demo_laser --data '{data}/{{seed}}' --maps {maps} --page {page} --name laser_made_up",),
+    "laser_truth": ("make evaluate SITE=intel DATA={data} MAPS={maps}", "make evaluate SITE=freiburg_079 DATA={data} MAPS={maps}",
+                    "truth_noise.py {maps}/intel {maps}/freiburg_079 > laser_truth"),
     "laser_and_camera": ("make evaluate SITE=demo_laser DATA={data} MAPS={maps}",
                          "make evaluate SITE=demo DATA={data} MAPS={maps}/laser_height "
                          "SET='grid.robot_height_m=0.35 grid.max_step_height_m=0.25'",
