@@ -29,7 +29,8 @@ FieldPyramid::Level FieldPyramid::FirstLevel(const LikelihoodField& field) {
   level.values.reserve(level.columns * level.rows);
   for (int row = box.first.y(); row < box.end.y(); ++row) {
     for (int column = box.first.x(); column < box.end.x(); ++column) {
-      level.values.push_back(static_cast<std::uint8_t>(std::nearbyint(255 * field.At(column, row))));
+      level.values.push_back(
+          static_cast<std::uint8_t>(std::nearbyint(255 * field.At(column, row))));
     }
   }
   return level;
