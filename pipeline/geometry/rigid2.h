@@ -52,7 +52,7 @@ inline Matrix6d OnFloor(const Eigen::Matrix3d& planar,
   return covariance;
 }
 
-// Of a pose in the plane z = 0: its part about and across z.
+// Keeps of a pose what moves in the plane z = 0: the turn about z, and x and y.
 inline Rigid2 ToRigid2(const Rigid3& pose) {
   return {WrapAngle_rad(2 * std::atan2(pose.rotation.z(), pose.rotation.w())),
           pose.translation.head<2>()};

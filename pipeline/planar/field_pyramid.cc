@@ -43,7 +43,7 @@ FieldPyramid::Level FieldPyramid::NextLevel(const Level& below, std::size_t step
   Level level{
       below.first - Eigen::Vector2i(before, before), below.columns + step, below.rows + step, {}};
   level.values.resize(level.columns * level.rows);
-  // Of each row the largest of two squares side by side, with empty rows before and after.
+  // A pair is the larger of two squares side by side. Empty rows stand before and after.
   std::vector<std::uint8_t> pairs((below.rows + 2 * step) * level.columns);
   for (std::size_t row = 0; row < below.rows; ++row) {
     const std::uint8_t* from = &below.values[row * below.columns];

@@ -52,7 +52,7 @@ std::size_t BeamsPerGroup(const PlacedScan& scan) {
   return per_degree < 2 ? 1 : static_cast<std::size_t>(std::min(per_degree, kMaxBeamsOfGroup));
 }
 
-// Of the beams from `first` on, of a scanner that moves: the pose in the middle of them.
+// The pose in the middle of the beams from `first` on, while the scanner moves.
 Rigid3 PoseOfGroup(const PlacedScan& scan, std::size_t first, std::size_t num_of_group) {
   const std::size_t last = std::min(first + num_of_group, scan.ranges_m.size()) - 1;
   const double share =

@@ -41,7 +41,7 @@ struct PlacedScan {
   double step_angle_rad = 0;
   double limit_m = 0;               // the scanner reports this or more where it hit nothing
   std::span<const float> ranges_m;  // one for each beam
-  // Of a scanner that moves while it scans: the pose when the scan is over. Beam i of n is taken at
+  // The pose when the scan is over, of a scanner that moves while it scans. Beam i of n is taken at
   // the pose i/n of the way there; beams within a degree share one.
   std::optional<Rigid3> map_from_sensor_at_end = {};
 };
@@ -62,8 +62,8 @@ struct ScanGrid {
 // A scan raises the log-odds of each cell in which a beam ends, and lowers those of each other cell
 // that a beam passes (WalkCells), once per scan: beams of one scan share its pose error, so
 // they are no independent evidence. Cells that no scan changed are unknown. Range noise (1 to 3 cm)
-// is not spread over cells, since it is less than a cell; with `thin_walls`, of the cells across a
-// wall that it makes occupied one stays (thin_walls.h).
+// is not spread over cells, since it is less than a cell; with `thin_walls`, one of the cells
+// across a wall stays occupied (thin_walls.h).
 //
 // max_log_odds bounds what a cell remembers: 14 is 35 scans in a row that pass an occupied cell, or
 // 17 that hit a free one. So a robot or a person that stands still for minutes outvotes nobody.

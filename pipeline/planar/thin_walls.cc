@@ -40,7 +40,7 @@ class WallThinner {
   std::uint8_t ValueOf(const Eigen::Vector2i& cell) const {
     return Contains(cell) ? grid_.At(cell) : static_cast<std::uint8_t>(kUnknownCell);
   }
-  // Of an occupied cell; others are no part of a wall.
+  // Only occupied cells are part of a wall: others have none.
   std::uint32_t HitsOf(const Eigen::Vector2i& cell) const {
     return ValueOf(cell) == kOccupiedCell ? hits_[grid_.Index(cell.x(), cell.y())] : 0;
   }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::int64_t kMaxGap_ns = 1'000'000'000;  // between keyscans of a robot that moves
 
-// Of a scan that takes a while, by the motion towards the next keyscan.
+// The points of a scan. One that takes a while is corrected by the motion towards the next keyscan.
 ScanPoints PointsOf(const SignalSample& scan,
                     const Signal& scans,
                     const StampedPose& pose,

@@ -21,7 +21,7 @@ const char* Cause(const std::vector<StampedPose>& trajectory, std::int64_t time_
   return "the poses around it are more than max_gap_s apart";
 }
 
-// Of a scan that takes a while. None at the end of the trajectory.
+// The sensor's pose when a scan that takes a while is over; none at the end of the trajectory.
 std::optional<Rigid3> PoseAtEnd(const Signal& signal,
                                 const SignalSample& scan,
                                 const std::vector<StampedPose>& trajectory,

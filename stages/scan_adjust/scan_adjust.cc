@@ -53,7 +53,7 @@ class Adjuster {
   const std::vector<Rigid2>& Poses() const { return poses_; }
 
  private:
-  // From the first gate to the last in equal ratios over the first half of the rounds.
+  // The gate narrows from the first to the last in equal ratios, over the first half of the rounds.
   double Gate_m(int round) const {
     const double part = std::min(1.0, round / std::max(1.0, options_.num_rounds / 2.0));
     return options_.first_gate_m * std::pow(options_.last_gate_m / options_.first_gate_m, part);

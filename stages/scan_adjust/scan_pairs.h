@@ -15,7 +15,7 @@ struct ScanPair {
   std::size_t target = 0;  // lie on this one's walls
 };
 
-// For each keyscan some of those shortly before it, at growing distances in time, and the nearest
+// Chooses for each keyscan some of those shortly before it, at growing distances, and the nearest
 // ones of other times, which are at least kOtherTime_m of path away. Nearest by place and heading.
 inline constexpr double kOtherTime_m = 5;
 std::vector<ScanPair> ChoosePairs(const ScanAdjustOptions& options,

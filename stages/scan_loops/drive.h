@@ -17,7 +17,7 @@ struct Keyscan {
   std::vector<Eigen::Vector2d> points_in_robot;  // hits, thinned
 };
 
-// Of the pose of one keyscan as another one sees it: x, y along the axes of the start, heading.
+// The uncertainty of a keyscan's pose as another one sees it: x, y along the start's axes, heading.
 struct Drift {
   Eigen::Matrix2d covariance_m2 = Eigen::Matrix2d::Zero();
   double variance_rad2 = 0;
@@ -33,7 +33,7 @@ class DriftSums {
   // edges[i] leads from keyscan i to i + 1.
   DriftSums(const std::vector<Keyscan>& keyscans, const std::vector<SensorEdge>& edges);
 
-  // Of the position of keyscan b, and of its heading, seen from keyscan a < b.
+  // The uncertainty of the position and heading of keyscan b, seen from keyscan a < b.
   Drift Between(std::size_t a, std::size_t b) const;
 
  private:

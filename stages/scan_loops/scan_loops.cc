@@ -131,7 +131,7 @@ class LoopFinder {
     candidate->covariance = CovarianceInTarget(match);
   }
 
-  // Of a pose in the submap's axes to a perturbation along the axes of the query. The robot stays
+  // Turns a covariance from the submap's axes to those of the query. The robot stays
   // on the floor.
   static Matrix6d CovarianceInTarget(const ScanMatch& match) {
     Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();

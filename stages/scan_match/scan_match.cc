@@ -73,7 +73,7 @@ class Matcher {
     return matched;
   }
 
-  // Of the motion to the last keyscan: of its match, and of the predictions before it.
+  // The covariance of the motion to the last keyscan: of its match, and of predictions before it.
   const Eigen::Matrix3d& Covariance() const { return covariance_of_keyscan_; }
 
  private:
@@ -144,7 +144,7 @@ class Matcher {
     return before_last_ ? MotionOver(*before_last_, *last_, passed_s) : Rigid2{};
   }
 
-  // As much of the motion from a to b as goes into a time.
+  // The part of the motion from a to b that goes into a time.
   static Rigid2 MotionOver(const MatchedScan& a, const MatchedScan& b, double passed_s) {
     const double between_s = 1e-9 * static_cast<double>(b.time_ns - a.time_ns);
     const Rigid2 motion = a.start_from_robot.Inverse() * b.start_from_robot;

@@ -24,7 +24,7 @@ LikelihoodField RandomField(Random& random) {
   return field;
 }
 
-// Of the cells of the field, one by one.
+// The largest of the cells of the field, one by one.
 int LargestOf(const LikelihoodField& field, int column, int row, int side) {
   int largest = 0;
   for (int y = row; y < row + side; ++y) {
