@@ -70,7 +70,9 @@ def measured_loops(path, nodes_ns):
     """(node a, node b) -> measured (rotation, translation) of b_from_a, of edges.h5."""
     times_ns, poses = read_hdf5(path, "time_ns", "target_from_source")
     with using(path):
-        nodes = np.searchsorted(nodes_ns, times_ns)
+        nodes = np.minimum(np.searchsorted(nodes_ns, times_ns), len(nodes_ns) - 1)
+        if (nodes_ns[nodes] != times_ns).any():
+            raise DataError(f"{path}: a loop ends where pose_graph's trajectory has no pose; delete both folders and run make again")
         rotations = rotation_matrices(poses[:, 3:])
         return {(a, b): (r, t) for (a, b), r, t in zip(nodes.tolist(), rotations, poses[:, :3], strict=True)}
 

@@ -123,6 +123,35 @@ in = {odometry = false, map = "import.map"}
         with self.assertRaisesRegex(PipelineError, r"\[grid\] needs a file of your own: .*office.toml(.|\n)*map = "):
             self.graph("imported", ("poses",))
 
+    def test_several_tables_of_a_job_are_applied_one_after_the_other(self):
+        tables = """
+[[odometry]]
+program = "scan_match"
+unit = "site"
+in.frames = "frames.shards"
+
+[[odometry]]
+given = "poses"
+leave_out = true
+
+[[grid]]
+program = "laser_grid"
+
+[[grid]]
+given = "poses"
+in = {odometry = false, map = "import.poses"}
+"""
+        path = self.write("laser/pipeline.toml", tables)
+        graph = self.graph("laser")
+        self.assertEqual([job.program for job in graph.jobs.values()], ["frames", "scan_match", "laser_grid"])
+        self.assertEqual([port for port, _ in graph.rules[-1].inputs], ["odometry"])
+        graph = self.graph("laser", ("poses",))
+        self.assertEqual([job.program for job in graph.jobs.values()], ["frames", "laser_grid"])
+        self.assertEqual(graph.rules[-1].inputs, [("map", "data/some/file")])
+        path.write_text(tables.replace('map = "import.poses"', 'map = "grids.map"'))
+        with self.assertRaisesRegex(PipelineError, r"laser/pipeline.toml:16: \[grid\]: in.map: no job 'grids'"):
+            self.graph("laser", ("poses",))
+
     def test_else_reads_the_first_job_that_the_profile_leaves(self):
         self.declared(lambda text: text.replace('"odometry.odometry"', '"odometry.odometry else frames.shard"'))
         self.write("posed/pipeline.toml", "[odometry]\nleave_out = true\n")
