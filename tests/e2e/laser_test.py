@@ -23,7 +23,7 @@ BOUNDS = {
 # Of the made-up building, whose truth is exact.
 MAX_ATE_M = 0.01
 MIN_RIGHT_PERCENT = 97
-GOALS = ("map", "evaluate", "report", "plan")
+GOALS = ("map", "evaluate", "report", "plan", "drive")
 JOBS = read_pipeline(str(REPOSITORY / "configs"), "laser").jobs
 SECTIONS_OF_A_CAMERA = ("Accuracy", "Trajectory", "Cloud, without truth", "Queries", "What moves")
 
@@ -112,6 +112,8 @@ class DemoTest(unittest.TestCase):
         path = json.loads((self.site.maps / "plan/path.json").read_text())
         self.assertGreater(len((self.site.maps / "plan/path.csv").read_text().splitlines()), 2)
         self.assertGreater(min(numbers_named(path, "length_m")), 0.5)
+        drive = json.loads((self.site.maps / "drive/drive.json").read_text())
+        self.assertGreater(min(numbers_named(drive, "length_m")), 0.5)
 
     def test_nothing_is_left_to_do_and_all_is_as_written(self):
         self.assertEqual(self.site.make("-q", *GOALS), "")
@@ -138,12 +140,26 @@ class DemoTest(unittest.TestCase):
     def test_the_same_bytes_at_any_number_of_threads(self):
         other = LaserSite()
         self.addCleanup(other.work.remove)
-        other.make("map", "plan", "THREADS=1")
+        other.make("map", "plan", "drive", "THREADS=1")
         first, second = (site.work.hashes(DEMO) for site in (self.site, other))
         self.assertLess({"grid/map.pgm", "map_frame/trajectory.tum", "loops/edges.h5", "plan/path.csv"}, set(first))
         self.assertEqual(first, second)
         logs = [(site.data / "robot.log").read_bytes() for site in (self.site, other)]
         self.assertEqual(*logs)
+
+    def test_poses_of_another_system_make_the_grid_alone(self):
+        other = self.copy()
+        config = other.config()
+        config.write_text(config.read_text() + '\n[import]\ntrajectory = "demo_laser/robot_groundtruth.txt"\n')
+        other.make("map", "evaluate", "report")
+        self.assertEqual(other.jobs_that_ran() & {"odometry", "loops", "pose_graph", "adjust"}, set())
+        figures = other.metrics()["sections"]["grid"]
+        self.assertLess(figures["trajectory"]["se3"]["ate_max_m"], 1e-6)
+        self.assertGreaterEqual(min(numbers_named(figures["map"], "seen_right_percent")), MIN_RIGHT_PERCENT)
+        self.assertFalse((other.maps / "odometry").exists())  # results of jobs that the site no longer has
+        given = other.data / "robot_groundtruth.txt"
+        given.write_text(given.read_text()[:-20])
+        self.assertIn("demo_laser/robot_groundtruth.txt:", other.make("map", code=2))
 
     def test_a_packed_log_that_ends_in_the_middle_is_refused(self):
         other = self.copy()
@@ -182,7 +198,9 @@ class RealLogsTest(unittest.TestCase):
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
         self.assertEqual(result.returncode, 0, result.stdout[-4000:])
         metrics = json.loads((BUILD / f"laser/maps/{name}/evaluate/metrics.json").read_text())
-        trajectory = metrics["sections"]["grid"]["trajectory"]
+        loops, trajectory = (metrics["sections"]["grid"][name] for name in ("loops", "trajectory"))
+        self.assertGreater(loops["num_accepted"], 100)
+        self.assertEqual(loops["num_false_accepted"], 0)
         self.assertEqual(trajectory["num_missing"], 0)
         self.assertGreater(trajectory["truth_path_length_m"], 300)
         for key, bound in BOUNDS[name].items():

@@ -256,6 +256,12 @@ class LoopsOfKeyscansTest(unittest.TestCase):
             np.testing.assert_allclose(rotation, expected[0], atol=1e-9)
             np.testing.assert_allclose(translation, expected[1], atol=1e-9)
 
+    def test_a_loop_that_ends_at_no_node_is_an_error(self):
+        self.write_loops((0, 27, "accepted"))
+        for times_ns in (self.nodes.times_ns + 1, self.nodes.times_ns[:20]):
+            with self.assertRaisesRegex(DataError, "loops_edges: a loop ends where"):
+                laser_accuracy.measured_loops(self.folder / "loops_edges", times_ns)
+
     def test_a_false_loop_is_counted(self):
         good = [(0, 27, "accepted"), (1, 27, "accepted", 0.4), (3, 30, "accepted", 0, 9)]
         figures = self.figures(*good)
