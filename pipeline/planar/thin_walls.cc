@@ -28,7 +28,7 @@ class WallThinner {
       // Of two equal ones the first stays.
       const bool exceeds = side > 0 ? HitsOf(next) > HitsOf(cell) : HitsOf(next) >= HitsOf(cell);
       if (!exceeds) continue;
-      return ValueOf(cell - side * *across) == kFreeCell ? kFreeCell : kUnknownCell;
+      return ValueBeside(cell, -side * *across);
     }
     return kOccupiedCell;
   }
@@ -43,6 +43,12 @@ class WallThinner {
   // Only occupied cells are part of a wall: others have none.
   std::uint32_t HitsOf(const Eigen::Vector2i& cell) const {
     return ValueOf(cell) == kOccupiedCell ? hits_[grid_.Index(cell.x(), cell.y())] : 0;
+  }
+
+  // What lies beside the wall in the direction of a step: free, or unknown.
+  std::uint8_t ValueBeside(Eigen::Vector2i cell, const Eigen::Vector2i& step) const {
+    while (ValueOf(cell) == kOccupiedCell) cell += step;
+    return ValueOf(cell) == kFreeCell ? kFreeCell : kUnknownCell;
   }
 
   // The step to the neighbour across the wall; none: the cell is on no straight piece of wall.

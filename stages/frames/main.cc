@@ -2,8 +2,6 @@
 // frames: lists a site's frames and the measurements of its other sensors. Reads a site config and
 // the raw recordings; writes shards.txt and, next to it, shard_NNNN.csv, cameras.json,
 // held_out.csv, the truth, and acceleration.h5, odometry.h5, scans.h5.
-#include <spdlog/spdlog.h>
-
 #include "pipeline/program/stage_main.h"
 #include "pipeline/recording/inspect_frames.h"
 #include "pipeline/recording/read_sequence.h"
@@ -28,13 +26,7 @@ int main(int argc, char** argv) {
         context.BeginPart("list");
         auto sequences = ReadSequences(site, data_root);
         CheckAreas(site.cameras, options.max_picture_mpx);
-        const std::size_t num_left_out = SelectFrames(options, &sequences);
-        context.Report()["num_left_out_by_max_frames"] = num_left_out;
-        if (num_left_out > 0) {
-          spdlog::warn("max_frames = {} leaves out the last {} frames; raise it to map them",
-                       options.max_frames,
-                       num_left_out);
-        }
+        ReportLeftOut(options, SelectFrames(options, &sequences), context.Report());
         context.BeginPart("signals");
         auto [signals, problems, num_in_line_order] =
             ReadSensorSignals(site, data_root, options.max_failed_ratio);

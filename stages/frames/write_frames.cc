@@ -98,6 +98,14 @@ void Report(const FrameLists& lists, const std::vector<Signal>& signals, nlohman
 
 }  // namespace
 
+void ReportLeftOut(const FramesOptions& options, std::size_t num_left_out, nlohmann::json& report) {
+  report["num_left_out_by_max_frames"] = num_left_out;
+  if (num_left_out == 0) return;
+  spdlog::warn("max_frames = {} leaves out the last {} frames; raise it to map them",
+               options.max_frames,
+               num_left_out);
+}
+
 void ReportTimesInLineOrder(const SiteConfig& site,
                             const std::vector<std::size_t>& num_in_line_order,
                             nlohmann::json& report) {

@@ -12,6 +12,9 @@
 
 namespace nightmap {
 
+// Reports, and warns of, frames that max_frames leaves out.
+void ReportLeftOut(const FramesOptions& options, std::size_t num_left_out, nlohmann::json& report);
+
 // Reports, and warns of, the samples of each sensor whose clock went back (read_signals.h).
 void ReportTimesInLineOrder(const SiteConfig& site,
                             const std::vector<std::size_t>& num_in_line_order,

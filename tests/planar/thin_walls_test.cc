@@ -174,6 +174,22 @@ TEST(ThinWalls, WhatGoesIsFreeInFrontOfTheWallAndUnknownBehind) {
   }
 }
 
+TEST(ThinWalls, AllThatGoesInFrontOfAWallIsFree) {
+  const auto hits_in_front = [](double distance_cells) -> std::uint32_t {
+    if (distance_cells < -2.5 || distance_cells > 0.5) return 0;
+    return distance_cells < -1.5 ? 5 : distance_cells < -0.5 ? 30 : 100;
+  };
+  for (const double angle_deg : {0, 90, 180, 270}) {
+    SCOPED_TRACE(angle_deg);
+    const Wall wall(angle_deg * kDegree_rad, 0, hits_in_front);
+    const OccupancyGrid thinned = wall.drawing.Thinned();
+    for (const Eigen::Vector2i& cell : OccupiedInside(wall.drawing.grid)) {
+      const bool is_wall = std::abs(wall.Distance_cells(cell)) < 0.5;
+      EXPECT_EQ(thinned.At(cell), is_wall ? kOccupiedCell : kFreeCell) << cell.transpose();
+    }
+  }
+}
+
 TEST(ThinWalls, NoWallGetsAHole) {
   for (int angle_deg = 0; angle_deg < 180; angle_deg += 3) {
     for (const double sigma_cells : {0.6, 0.8, 1.0}) {
