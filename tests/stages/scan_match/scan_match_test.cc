@@ -8,6 +8,7 @@
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/base/random.h"
+#include "tests/laser_building.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
@@ -15,37 +16,16 @@ namespace {
 
 constexpr int kNumScans = 120;
 
-struct Box {
-  Eigen::Vector2d low, high;
-};
-
 // A hall of 12 x 8 m with two pillars.
-const std::vector<Box> kHall{
-    {{-6, -4}, {6, 4}}, {{-1, 2.5}, {-0.4, 3.1}}, {{2, -3.3}, {2.5, -2.6}}};
+const Building kHall{{{-6, -4}, {6, 4}}, {{-1, 2.5}, {-0.4, 3.1}}, {{2, -3.3}, {2.5, -2.6}}};
 
-// Range of a beam: the first box is seen from inside, the others from outside.
-float RangeOf(const std::vector<Box>& boxes, const Rigid2& start_from_robot, double angle_rad) {
-  const double heading_rad = start_from_robot.heading_rad + angle_rad;
-  const Eigen::Vector2d direction(std::cos(heading_rad), std::sin(heading_rad));
-  const Eigen::Vector2d& from = start_from_robot.translation;
-  double range_m = 1e9;
-  for (const Box& box : boxes) {
-    double enter = -1e9, leave = 1e9;
-    for (int i = 0; i < 2; ++i) {
-      const double a = (box.low[i] - from[i]) / direction[i];
-      const double b = (box.high[i] - from[i]) / direction[i];
-      enter = std::max(enter, std::min(a, b));
-      leave = std::min(leave, std::max(a, b));
-    }
-    const bool is_inside = &box == &boxes.front();
-    if (is_inside) range_m = std::min(range_m, leave);
-    if (!is_inside && enter < leave && enter > 0) range_m = std::min(range_m, enter);
-  }
-  return static_cast<float>(range_m);
+float RangeOf(const Building& building, const Rigid2& start_from_robot, double angle_rad) {
+  return static_cast<float>(RangeToWall_m(
+      building, start_from_robot.translation, start_from_robot.heading_rad + angle_rad));
 }
 
 SignalSample ScanAt(std::int64_t time_ns,
-                    const std::vector<Box>& boxes,
+                    const Building& boxes,
                     const Rigid2& start_from_robot,
                     Random& random) {
   SignalSample sample{time_ns, {-std::numbers::pi / 2, std::numbers::pi / 180, 30}, {}};
@@ -198,7 +178,7 @@ struct CarriedAway {
   static Rigid2 TruthInChamber(int scan) { return {0, {-1.1 + kStep_m * (scan - kFree), -0.2}}; }
 
   CarriedAway() : input{{Scans()}, {Wheels()}} {
-    const std::vector<Box> chamber{{{-1.5, -0.9}, {1.1, 1.1}}, {{0.2, 0.5}, {0.5, 0.8}}};
+    const Building chamber{{{-1.5, -0.9}, {1.1, 1.1}}, {{0.2, 0.5}, {0.5, 0.8}}};
     std::vector<SignalSample>& scans = input.scans[0].samples;
     std::vector<SignalSample>& wheels = input.odometry[0].samples;
     Random random(2);
