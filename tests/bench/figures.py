@@ -24,6 +24,8 @@ FIGURES = {
     "accuracy_made_up": ("seeds.py demo two_floors --data {data} --maps {maps} --page {page} --name accuracy_made_up",),
     "mirror": ("seeds.py mirror --seeds 10 --data '{data}/{{seed}}' --maps {maps} --page {page} --name mirror",),
     "laser": ("seeds.py intel freiburg_079 --seeds 1 --data {data} --maps {maps} --page {page} --name laser",),
+    "laser_not_thinned": ("seeds.py intel freiburg_079 --seeds 1 --data {data} --maps {maps}/not_thinned --page {page} "
+                          "--name laser_not_thinned --set laser_grid.thin_walls=false",),
     "laser_no_wheels": ("seeds.py freiburg_079_no_wheels --site-configs tests/bench/laser --seeds 1 --data {data} --maps {maps} "
                         "--page {page} --name laser_no_wheels",),
     "laser_made_up": ("seeds.py demo_laser --data '{data}/{{seed}}' --maps {maps} --page {page} --name laser_made_up",),

@@ -93,6 +93,7 @@ def parse_arguments():
     parser.add_argument("--seeds", type=int, default=5, help="number of seeds, counted from 0 (default 5)")
     parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
     parser.add_argument("--data", default=str(CHECKOUT / "data"), help="folder of the recordings; {seed} in it: one per seed")
+    parser.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="values over the profile, as make's SET takes them")
     parser.add_argument("--name", default="accuracy", help="name of the table in that page")
     parser.add_argument("--page", type=Path, help="page that receives the table")
     parser.add_argument("--no-run", action="store_true", help="only collect existing results")
@@ -119,7 +120,7 @@ def collect(arguments, site):
     for seed in range(arguments.seeds):
         maps = arguments.maps / f"seed_{seed}"
         if not arguments.no_run:
-            run_make(site, seed, maps, arguments.data, site_configs=arguments.site_configs)
+            run_make(site, seed, maps, arguments.data, arguments.set, site_configs=arguments.site_configs)
         path = maps / site / "evaluate" / "metrics.json"
         metrics.append(read_json(path))
         for _, dotted, *_ in COLUMNS:

@@ -60,6 +60,12 @@ class RunTest(unittest.TestCase):
         self.assertIn("DATA=/data", same)
         self.assertFalse([word for word in same if word.startswith("SET=")])
 
+    def test_values_over_the_profile_reach_make(self):
+        with mock.patch("seeds.subprocess.run") as run:
+            run.return_value.returncode = 0
+            seeds.run_make("demo", 3, Path("/maps/seed_3"), "/data/{seed}", ["grid.a=1"])
+        self.assertIn("SET=grid.a=1 synthesize.seed=3", run.call_args.args[0])
+
 
 class CollectTest(unittest.TestCase):
     def test_collects_and_writes(self):
