@@ -45,10 +45,11 @@ class WallThinner {
     return ValueOf(cell) == kOccupiedCell ? hits_[grid_.Index(cell.x(), cell.y())] : 0;
   }
 
-  // What lies beside the wall in the direction of a step: free, or unknown.
+  // What lies beside the wall in the direction of a step: free, or unknown. Where the hits rise
+  // again, another wall begins, as the other face of a partition, whose inside was not seen.
   std::uint8_t ValueBeside(Eigen::Vector2i cell, const Eigen::Vector2i& step) const {
-    while (ValueOf(cell) == kOccupiedCell) cell += step;
-    return ValueOf(cell) == kFreeCell ? kFreeCell : kUnknownCell;
+    while (HitsOf(cell + step) > 0 && HitsOf(cell + step) <= HitsOf(cell)) cell += step;
+    return ValueOf(cell + step) == kFreeCell ? kFreeCell : kUnknownCell;
   }
 
   // The step to the neighbour across the wall; none: the cell is on no straight piece of wall.

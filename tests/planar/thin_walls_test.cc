@@ -190,6 +190,28 @@ TEST(ThinWalls, AllThatGoesInFrontOfAWallIsFree) {
   }
 }
 
+TEST(ThinWalls, TheInsideOfAPartitionIsUnknown) {
+  const auto two_faces = [](double distance_cells) -> std::uint32_t {
+    const double from_face = std::abs(std::abs(distance_cells) - 1);
+    if (std::abs(distance_cells) > 1.5) return 0;
+    return from_face < 0.5 ? 100 : 20;
+  };
+  for (const double angle_deg : {0, 90}) {
+    SCOPED_TRACE(angle_deg);
+    Wall wall(angle_deg * kDegree_rad, 0, two_faces);
+    for (int y = 0; y < kSize; ++y) {
+      for (int x = 0; x < kSize; ++x) {
+        if (wall.Distance_cells({x, y}) > 1.5) wall.drawing.PutValue(x, y, kFreeCell);
+      }
+    }
+    const OccupancyGrid thinned = wall.drawing.Thinned();
+    for (const Eigen::Vector2i& cell : OccupiedInside(wall.drawing.grid)) {
+      const bool is_face = std::abs(wall.Distance_cells(cell)) > 0.5;
+      EXPECT_EQ(thinned.At(cell), is_face ? kOccupiedCell : kUnknownCell) << cell.transpose();
+    }
+  }
+}
+
 TEST(ThinWalls, NoWallGetsAHole) {
   for (int angle_deg = 0; angle_deg < 180; angle_deg += 3) {
     for (const double sigma_cells : {0.6, 0.8, 1.0}) {
