@@ -127,6 +127,13 @@ Eigen::Matrix3d CovarianceAt(const LikelihoodField& field,
 
 }  // namespace
 
+Eigen::Matrix3d CovarianceInRobot(const ScanMatch& match) {
+  Eigen::Matrix3d robot_from_field = Eigen::Matrix3d::Identity();
+  robot_from_field.topLeftCorner<2, 2>() =
+      Eigen::Rotation2Dd(-match.field_from_robot.heading_rad).toRotationMatrix();
+  return robot_from_field * match.covariance * robot_from_field.transpose();
+}
+
 double ScoreOf(const LikelihoodField& field,
                const std::vector<Eigen::Vector2d>& points_in_robot,
                const Rigid2& field_from_robot) {

@@ -27,6 +27,9 @@ struct ScanMatch {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
+// The covariance of a match with x and y along the axes of the robot, as that of an edge to it is.
+Eigen::Matrix3d CovarianceInRobot(const ScanMatch& match);
+
 // Mean of the field at the nearest cells to the points, 0 .. 1. Without points 0.
 double ScoreOf(const LikelihoodField& field,
                const std::vector<Eigen::Vector2d>& points_in_robot,

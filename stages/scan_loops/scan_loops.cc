@@ -128,17 +128,7 @@ class LoopFinder {
     candidate->is_loop = true;
     candidate->score = match.score;
     candidate->query_from_submap = match.field_from_robot.Inverse().ToRigid3();
-    candidate->covariance = CovarianceInTarget(match);
-  }
-
-  // Turns a covariance from the submap's axes to those of the query. The robot stays
-  // on the floor.
-  static Matrix6d CovarianceInTarget(const ScanMatch& match) {
-    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-    turn.topLeftCorner<2, 2>() =
-        Eigen::Rotation2Dd(-match.field_from_robot.heading_rad).toRotationMatrix();
-    const Eigen::Matrix3d planar = turn * match.covariance * turn.transpose();
-    return OnFloor(planar);
+    candidate->covariance = OnFloor(CovarianceInRobot(match));
   }
 
   const ScanLoopsOptions& options_;

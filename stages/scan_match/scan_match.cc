@@ -160,7 +160,7 @@ class Matcher {
     if (match.score < options_.min_score) return;
     matched->is_matched = true;
     matched->start_from_robot = submap.start_from_submap * match.field_from_robot;
-    covariance_ = match.covariance;
+    covariance_ = CovarianceInRobot(match);
   }
 
   bool NeedsKeyscan(const Rigid2& start_from_robot) const {

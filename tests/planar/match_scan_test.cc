@@ -5,6 +5,7 @@
 #include <ceres/jet.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
@@ -76,6 +77,17 @@ TEST(MatchScan, TheCovarianceOfACorridorIsThatOfThePriorAlongIt) {
   EXPECT_LT(std::sqrt(match.covariance(1, 1)), 0.03);
   EXPECT_NEAR(match.field_from_robot.translation.x(), 0.02, 0.02);
   EXPECT_NEAR(match.field_from_robot.translation.y(), 0, 0.01);
+}
+
+// The robot looks across the corridor: what is not known is to its left and right.
+TEST(MatchScan, TheCovarianceInTheRobotTurnsWithIt) {
+  ScanMatch match{{std::numbers::pi / 2, {3, 4}}, 1, {}};
+  match.covariance.diagonal() << 0.04, 0.0001, 0.0009;
+  match.covariance(0, 2) = match.covariance(2, 0) = 0.002;
+  Eigen::Matrix3d expected = Eigen::Matrix3d::Zero();
+  expected.diagonal() << 0.0001, 0.04, 0.0009;
+  expected(1, 2) = expected(2, 1) = -0.002;
+  EXPECT_LT((CovarianceInRobot(match) - expected).cwiseAbs().maxCoeff(), 1e-12);
 }
 
 TEST(MatchScan, WithoutPointsThePriorStays) {

@@ -142,6 +142,27 @@ TEST(ScanMatch, EdgesJoinTheKeyscans) {
   }
 }
 
+// In a bare corridor the robot turns from looking across it to looking along it, and drives on.
+// What the scans do not tell is ahead then, and to the side of its first pose, which is the frame
+// of the submap.
+TEST(ScanMatch, AnEdgeStatesItsCovarianceAlongTheAxesOfItsTarget) {
+  const Building corridor{{{-200, -1}, {200, 1}}};
+  Signal scans{SignalKind::kScan, "laser", {}, {}};
+  Random random(2);
+  for (int i = 0; i <= 60; ++i) {
+    const double heading_rad = std::numbers::pi / 2 * std::max(0, 20 - i) / 20;
+    const Rigid2 truth{heading_rad, {0.05 * std::max(0, i - 20), 0}};
+    scans.samples.push_back(ScanAt(100'000'000LL * i, corridor, truth, random));
+  }
+  ScanMatchOptions options;
+  options.max_range_m = 6;
+  Progress progress("scan_match", false);
+  const ScanMatchResult result = RunScanMatch(options, {{scans}, {}}, progress);
+  ASSERT_GT(result.edges.edges.size(), 10U);
+  const Matrix6d& covariance = result.edges.edges.back().covariance;
+  EXPECT_GT(covariance(3, 3), 4 * covariance(4, 4));
+}
+
 TEST(ScanMatch, AKeyscanIsOneThatTheRobotMovedTo) {
   for (const double distance_m : {0.15, 0.5}) {
     ScanMatchOptions options;
