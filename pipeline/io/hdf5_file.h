@@ -75,6 +75,11 @@ class Hdf5Reader {
   std::vector<T> ReadList(const std::string& name) const {
     return Read<T>(name, 1).values;
   }
+  // Where each of `count` lists starts in a flat one of `end` elements, and `end`. Throws DataError
+  // naming file and field unless they start at 0, never decrease, and end with `end`.
+  std::vector<std::size_t> ReadOffsets(const std::string& name,
+                                       std::size_t count,
+                                       std::size_t end) const;
   // Reads a text of WriteText, or "config". Throws DataError naming file and field when it is
   // missing, not one text of fixed length, or not UTF-8.
   std::string ReadText(const std::string& name) const;

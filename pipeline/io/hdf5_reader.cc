@@ -93,6 +93,20 @@ Hdf5Reader::~Hdf5Reader() {
   if (file_ >= 0) H5Fclose(file_);
 }
 
+std::vector<std::size_t> Hdf5Reader::ReadOffsets(const std::string& name,
+                                                 std::size_t count,
+                                                 std::size_t end) const {
+  const auto values = ReadList<std::int64_t>(name);
+  Demand(values.size() == count + 1, name);
+  std::vector<std::size_t> offsets;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    Demand(values[i] >= (i == 0 ? 0 : values[i - 1]), name, "decreases");
+    offsets.push_back(static_cast<std::size_t>(values[i]));
+  }
+  Demand(offsets.front() == 0 && offsets.back() == end, name);
+  return offsets;
+}
+
 std::string Hdf5Reader::ReadText(const std::string& name) const {
   if (H5Aexists(file_, name.c_str()) <= 0) Fail(name, "is missing");
   const Hdf5Handle attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);

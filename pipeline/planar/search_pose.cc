@@ -32,23 +32,27 @@ class PoseSearch {
  public:
   PoseSearch(const FieldPyramid& pyramid,
              const std::vector<Eigen::Vector2d>& points,
-             const SearchWindow& window)
+             const SearchWindow& window,
+             double share)
       : pyramid_(pyramid),
         window_(window),
         points_(points),
         cell_m_(pyramid.Field().Resolution_m()),
         headings_(HeadingStepsOf(window, cell_m_, points)),
-        num_shifts_(static_cast<int>(std::ceil(window.half_extent_m / cell_m_))) {}
+        num_shifts_(static_cast<int>(std::ceil(window.half_extent_m / cell_m_))),
+        share_(share),
+        least_(window.min_value) {}
 
-  std::optional<FoundPose> Run() {
-    if (points_.empty()) return std::nullopt;
+  // Poses that were the best, or at least `share_` of the best, when they were found.
+  std::vector<FoundPose> Run() {
+    if (points_.empty()) return {};
     std::vector<Square> squares;
     for (int turn = -headings_.num_turns; turn <= headings_.num_turns; ++turn) {
       cells_.push_back(CellsOf(Pose(turn, 0, 0)));
       AddSquares(turn, &squares);
     }
     Explore(&squares);
-    return best_;
+    return found_;
   }
 
  private:
@@ -96,17 +100,16 @@ class PoseSearch {
   void Explore(std::vector<Square>* squares) {
     SortByBound(squares);
     for (const Square& square : *squares) {
-      if (square.bound <= BestValue()) return;
+      if (square.bound <= least_) return;
       if (square.level == 0) {
-        best_ = Found(square);
+        found_.push_back(Found(square));
+        least_ = std::max(least_, share_ * square.bound);
       } else {
         std::vector<Square> parts = Parts(square);
         Explore(&parts);
       }
     }
   }
-
-  double BestValue() const { return best_ ? best_->value : window_.min_value; }
 
   void Add(Square square, std::vector<Square>* squares) const {
     const int last_column = std::min(square.column + (1 << square.level) - 1, num_shifts_);
@@ -117,7 +120,7 @@ class PoseSearch {
     const double turn_rad = square.turn * headings_.step_rad;
     square.bound = Score(square) - window_.penalty_per_m2 * shift_m * shift_m -
                    window_.penalty_per_rad2 * turn_rad * turn_rad;
-    if (square.bound > BestValue()) squares->push_back(square);
+    if (square.bound > least_) squares->push_back(square);
   }
 
   double Score(const Square& square) const {
@@ -155,7 +158,9 @@ class PoseSearch {
   HeadingSteps headings_;
   int num_shifts_;
   std::vector<std::vector<Eigen::Vector2i>> cells_;  // of the points, by turn
-  std::optional<FoundPose> best_;
+  double share_;
+  double least_;  // what is not above it is not looked for
+  std::vector<FoundPose> found_;
 };
 
 }  // namespace
@@ -175,7 +180,22 @@ HeadingSteps HeadingStepsOf(const SearchWindow& window,
 std::optional<FoundPose> SearchPose(const FieldPyramid& pyramid,
                                     const std::vector<Eigen::Vector2d>& points_in_robot,
                                     const SearchWindow& window) {
-  return PoseSearch(pyramid, points_in_robot, window).Run();
+  const auto found = PoseSearch(pyramid, points_in_robot, window, 1).Run();
+  if (found.empty()) return std::nullopt;
+  return found.back();
+}
+
+std::vector<FoundPose> SearchPoses(const FieldPyramid& pyramid,
+                                   const std::vector<Eigen::Vector2d>& points_in_robot,
+                                   const SearchWindow& window,
+                                   double share_of_best) {
+  auto found = PoseSearch(pyramid, points_in_robot, window, share_of_best).Run();
+  std::ranges::stable_sort(found, std::greater(), &FoundPose::value);
+  const auto is_less = [&](const FoundPose& pose) {
+    return pose.value < share_of_best * found.front().value;
+  };
+  found.erase(std::ranges::find_if(found, is_less), found.end());
+  return found;
 }
 
 }  // namespace nightmap

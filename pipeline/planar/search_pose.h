@@ -43,6 +43,13 @@ std::optional<FoundPose> SearchPose(const FieldPyramid& pyramid,
                                     const std::vector<Eigen::Vector2d>& points_in_robot,
                                     const SearchWindow& window);
 
+// All poses of the window whose value is above min_value and at least this share of the largest
+// (which is positive); the best first. Exact; the order is always the same.
+std::vector<FoundPose> SearchPoses(const FieldPyramid& pyramid,
+                                   const std::vector<Eigen::Vector2d>& points_in_robot,
+                                   const SearchWindow& window,
+                                   double share_of_best);
+
 // Headings that a window has on each side of its center, and the step between them.
 struct HeadingSteps {
   int num_turns = 0;

@@ -21,22 +21,6 @@ constexpr const char* kSignalUnits[] = {"value: ax ay az (m/s2)",
 
 std::string SensorName(std::size_t i) { return fmt::format("sensor_{}", i); }
 
-// Reads offsets that start at 0, never decrease, and end with `end`.
-std::vector<std::size_t> ReadOffsets(const Hdf5Reader& file,
-                                     const std::string& name,
-                                     std::size_t count,
-                                     std::size_t end) {
-  const auto values = file.ReadList<std::int64_t>(name);
-  file.Demand(values.size() == count + 1, name);
-  std::vector<std::size_t> offsets;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    file.Demand(values[i] >= (i == 0 ? 0 : values[i - 1]), name, "decreases");
-    offsets.push_back(static_cast<std::size_t>(values[i]));
-  }
-  file.Demand(offsets.front() == 0 && offsets.back() == end, name);
-  return offsets;
-}
-
 // All samples of the file, sensor after sensor.
 std::vector<SignalSample> ReadSamples(const Hdf5Reader& file, SignalKind kind) {
   const auto time_ns = file.ReadList<std::int64_t>("time_ns");
@@ -44,7 +28,7 @@ std::vector<SignalSample> ReadSamples(const Hdf5Reader& file, SignalKind kind) {
   const auto range_m = file.ReadList<float>("range_m");
   file.Demand(value.rows == time_ns.size(), "value");
   file.Demand(range_m.empty() || kind == SignalKind::kScan, "range_m", "is of scans only");
-  const auto offsets = ReadOffsets(file, "range_offset", time_ns.size(), range_m.size());
+  const auto offsets = file.ReadOffsets("range_offset", time_ns.size(), range_m.size());
   std::vector<SignalSample> samples(time_ns.size());
   for (std::size_t i = 0; i < samples.size(); ++i) {
     samples[i].time_ns = time_ns[i];
@@ -121,7 +105,7 @@ std::vector<Signal> ReadSignals(const std::filesystem::path& path, SignalKind ki
   file.Demand(file.ReadText("kind") == NameOf(kind), "kind", "is another kind of signal");
   const auto pose = file.Read<double>("robot_from_sensor", 7);
   auto samples = ReadSamples(file, kind);
-  const auto offsets = ReadOffsets(file, "sample_offset", pose.rows, samples.size());
+  const auto offsets = file.ReadOffsets("sample_offset", pose.rows, samples.size());
   const auto durations_s = ReadDurations_s(file, pose.rows);
   std::vector<Signal> signals;
   for (std::size_t i = 0; i < pose.rows; ++i) {

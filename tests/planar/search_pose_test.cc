@@ -63,32 +63,32 @@ double ValueAt(const FieldPyramid& pyramid, const Scene& scene, const Rigid2& po
          window.penalty_per_rad2 * std::pow(pose.heading_rad - window.center.heading_rad, 2);
 }
 
-// The largest value, by trying all poses; none: all are left out.
-std::optional<double> BestOfAll(const FieldPyramid& pyramid, const Scene& scene) {
+// Values of all poses of the window, the largest first.
+std::vector<double> AllValues(const FieldPyramid& pyramid, const Scene& scene) {
   const SearchWindow& window = scene.window;
   const HeadingSteps headings = HeadingStepsOf(window, kCell_m, scene.points);
   const int num_cells = static_cast<int>(std::ceil(window.half_extent_m / kCell_m));
-  std::optional<double> best;
+  std::vector<double> values;
   for (int turn = -headings.num_turns; turn <= headings.num_turns; ++turn) {
     for (int row = -num_cells; row <= num_cells; ++row) {
       for (int column = -num_cells; column <= num_cells; ++column) {
         const Rigid2 pose{window.center.heading_rad + turn * headings.step_rad,
                           window.center.translation + kCell_m * Eigen::Vector2d(column, row)};
-        if (IsLeftOut(window, pose)) continue;
-        best = std::max(best.value_or(-1e9), ValueAt(pyramid, scene, pose));
+        if (!IsLeftOut(window, pose)) values.push_back(ValueAt(pyramid, scene, pose));
       }
     }
   }
-  return best;
+  std::ranges::sort(values, std::greater());
+  return values;
 }
 
 void ExpectTheBestOfAll(const Scene& scene, int num_levels = kNumLevels) {
   const FieldPyramid pyramid(scene.field, num_levels);
   const auto found = SearchPose(pyramid, scene.points, scene.window);
-  const auto best = BestOfAll(pyramid, scene);
-  ASSERT_EQ(found.has_value(), best.has_value());
+  const auto values = AllValues(pyramid, scene);
+  ASSERT_EQ(found.has_value(), !values.empty());
   if (!found) return;
-  EXPECT_NEAR(found->value, *best, 1e-12);
+  EXPECT_NEAR(found->value, values.front(), 1e-12);
   EXPECT_NEAR(found->value, ValueAt(pyramid, scene, found->field_from_robot), 1e-12);
   EXPECT_FALSE(IsLeftOut(scene.window, found->field_from_robot));
 }
@@ -100,6 +100,30 @@ TEST(SearchPose, FindsWhatTryingAllPosesFinds) {
     Scene scene(random);
     ExpectTheBestOfAll(scene, 1 + round % 6);
   }
+}
+
+TEST(SearchPoses, FindsAllPosesThatComeNearTheBest) {
+  Random random(31);
+  std::size_t num_found = 0;
+  for (int round = 0; round < 100; ++round) {
+    SCOPED_TRACE(round);
+    Scene scene(random);
+    scene.window.min_value = random.Uniform(0, 0.2);
+    const double share = random.Uniform(0.6, 1);
+    const FieldPyramid pyramid(scene.field, kNumLevels);
+    const auto found = SearchPoses(pyramid, scene.points, scene.window, share);
+    std::vector<double> expected = AllValues(pyramid, scene);
+    const double least = std::max(scene.window.min_value, share * expected.front());
+    std::erase_if(expected, [&](double value) { return value <= least; });
+    // Of the poses at the limit itself, as the best where the share is 1, some may be left out.
+    ASSERT_GE(found.size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_NEAR(found[i].value, expected[i], 1e-12);
+      EXPECT_NEAR(found[i].value, ValueAt(pyramid, scene, found[i].field_from_robot), 1e-12);
+    }
+    num_found += found.size();
+  }
+  EXPECT_GT(num_found, 500U);
 }
 
 TEST(SearchPose, PenaltiesComeOffTheScore) {
@@ -129,7 +153,7 @@ TEST(SearchPose, FindsTheBestOnlyAboveTheSmallestValue) {
     Scene scene(random);
     scene.window.penalty_per_m2 = random.Uniform(0, 5);
     const FieldPyramid pyramid(scene.field, kNumLevels);
-    const double best = BestOfAll(pyramid, scene).value();
+    const double best = AllValues(pyramid, scene).front();
     scene.window.min_value = best - 1e-9;
     const auto found = SearchPose(pyramid, scene.points, scene.window);
     ASSERT_TRUE(found);
