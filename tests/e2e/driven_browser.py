@@ -17,7 +17,7 @@ from browser import program_of
 ANSWER_S = 60
 FREE_DESCRIPTOR = 10  # none from here on is one of Chromium's two
 BUTTONS = {"left": 1, "right": 2, "middle": 4}
-CONTROL = 2
+CONTROL, SHIFT = 2, 8  # what a key is held with
 
 
 class DrivenPage:
