@@ -18,7 +18,10 @@ class ObjectsEditor {
     this.isSaved = true;
     this.map = new ObjectMap(this.part("svg"), data.grid);
     this.list = new ObjectList(this.part(".list"), {
-      selected: (index) => this.select(index), edited: (...change) => this.edit(...change), deleted: (index) => this.remove(index) });
+      selected: (index) => this.select(index),
+      edited: (...change) => this.edit(...change),
+      deleted: (index) => this.remove(index),
+    });
     this.bindButtons(data.files);
     this.bindMouse();
     this.bindFiles();
@@ -192,7 +195,7 @@ class ObjectsEditor {
   openFile(file) {
     if (!file) return;
     if (file.size > MAX_FILE_BYTES) {
-      this.say(`${file.name} has ${(file.size / 1e6).toFixed(0)} MB and is no file of objects. The objects here are as before.`, true);
+      this.say(`${file.name} is larger than ${MAX_FILE_BYTES / 1e6} MB: no file of objects. The objects here are as before.`, true);
       return;
     }
     file.text().then((text) => this.open(text, file.name),
@@ -213,8 +216,9 @@ class ObjectsEditor {
       for (const key of ["size_x_m", "size_y_m"]) object[key] = Math.min(object[key], this.maxSizeM);
     }
     const names = cut.map((object) => `"${object.name}"`).join(", ");
-    this.say(`Opened ${name}: ${this.objects.length} objects.` + (before.length ? " Ctrl+Z brings back those before." : "") +
-             (cut.length ? ` A side is ${this.maxSizeM} m long at most: made smaller: ${names}.` : ""), cut.length > 0);
+    const back = before.length ? " Ctrl+Z brings back those before." : "";
+    const smaller = cut.length ? ` A side is ${this.maxSizeM} m long at most: made smaller: ${names}.` : "";
+    this.say(`Opened ${name}: ${this.objects.length} objects.${back}${smaller}`, cut.length > 0);
     this.commit(before);
   }
 

@@ -99,7 +99,9 @@ function checkHead(head, items) {
     if (head[key] === undefined) throw new Error(`no key "${key}"`);
   }
   if (head.format !== FORMAT) throw new Error(`format is "${head.format.slice(0, 40)}", not "${FORMAT}"`);
-  if (head.version !== String(VERSION)) throw new Error(`version is "${head.version.slice(0, 40)}"; this page reads version ${VERSION}`);
+  if (head.version !== String(VERSION)) {
+    throw new Error(`version is "${head.version.slice(0, 40)}"; this page reads version ${VERSION}`);
+  }
   if (head.objects !== "" && (head.objects !== EMPTY_LIST || items.length)) {
     throw new Error('the objects are a list below "objects:", an item per object');
   }
@@ -119,8 +121,12 @@ function objectOf({ where, table }) {
     }
     if (Math.abs(value) > MAX_VALUE) throw new Error(`${where}: ${key} of ${called} is ${value}, beyond ${MAX_VALUE}`);
     object[key] = key === "angle_deg" ? normalizedDeg(value) : rounded(value);
-    if (key.startsWith("size") && object[key] <= 0) throw new Error(`${where}: ${key} of ${called} is ${value}; a size is 0.001 at least`);
-    if (key === "distinctiveness" && !(value >= 0 && value <= 1)) throw new Error(`${where}: ${key} of ${called} is ${value}, not within 0 and 1`);
+    if (key.startsWith("size") && object[key] <= 0) {
+      throw new Error(`${where}: ${key} of ${called} is ${value}; a size is 0.001 at least`);
+    }
+    if (key === "distinctiveness" && !(value >= 0 && value <= 1)) {
+      throw new Error(`${where}: ${key} of ${called} is ${value}, not within 0 and 1`);
+    }
   }
   return object;
 }
@@ -129,6 +135,8 @@ function checkNames(objects, items) {
   objects.forEach(({ name }, index) => {
     const { where } = items[index];
     if (!name) throw new Error(`${where}: the object's name is empty`);
-    if (objects.findIndex((other) => other.name === name) < index) throw new Error(`${where}: a second object "${name}"; each name stands once`);
+    if (objects.findIndex((other) => other.name === name) < index) {
+      throw new Error(`${where}: a second object "${name}"; each name stands once`);
+    }
   });
 }

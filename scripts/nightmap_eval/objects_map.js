@@ -32,8 +32,8 @@ class ObjectMap {
 
   imageToMap() {
     const { origin_x_m, origin_y_m, origin_yaw_rad, resolution_m, rows } = this.grid;
-    return `translate(${origin_x_m} ${origin_y_m}) rotate(${origin_yaw_rad * 180 / Math.PI}) scale(${resolution_m} ${-resolution_m}) ` +
-           `translate(0 ${-rows})`;
+    return `translate(${origin_x_m} ${origin_y_m}) rotate(${origin_yaw_rad * 180 / Math.PI}) ` +
+           `scale(${resolution_m} ${-resolution_m}) translate(0 ${-rows})`;
   }
 
   showAll() {
@@ -69,7 +69,8 @@ class ObjectMap {
   zoom(factor, [x, y]) {
     const width = this.view.width * factor;
     if (width < 4 * this.grid.resolution_m || width > 1e4) return;
-    this.setView({ left: x + (this.view.left - x) * factor, top: -y + (this.view.top + y) * factor, width, height: this.view.height * factor });
+    const left = x + (this.view.left - x) * factor, top = -y + (this.view.top + y) * factor;
+    this.setView({ left, top, width, height: this.view.height * factor });
   }
 
   pan(x, y) {

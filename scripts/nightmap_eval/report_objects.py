@@ -35,14 +35,14 @@ def objects_section(site):
             problems.append(html.paragraph(str(error), "failed"))
     grid = read_grid(site.folder_of("grid") / read_floors(site)[0]["yaml"])
     said = ("Objects are rectangles on places that never change, by which a robot finds where it is. Drag on the map to draw one; "
-            "drag it, its corners or the handle beside it to change it. The wheel zooms, the right button moves the map. "
-            f"Put objects.yaml below DATA, and name it in configs/sites/{site.name}.toml below [import]: objects = \"objects.yaml\".")  # fmt: skip
+            "drag it, its corners or the handle beside it to change it. The wheel zooms, the right button moves the map. Put "
+            f"objects.yaml below DATA, and name it in configs/sites/{site.name}.toml below [import]: objects = \"objects.yaml\".")  # fmt: skip
     editor = html.folded("Draw objects on the map", html.Raw(editor_html(grid, files)))
     return html.section("Objects", html.paragraph(said), *problems, editor)
 
 
 def sources(site):
-    """(title, file) of the objects that the site has: those in use, then those that the job `objects` proposes. The page opens the first."""
+    """(title, file) of the site's objects: those in use, then those that the job `objects` proposes. The page opens the first."""
     named = (("Open the objects in use", file_in_use(site)), ("Open the proposed objects", site.made("objects", "objects")))
     return [(title, path) for title, path in named if path is not None]
 

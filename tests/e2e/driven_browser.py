@@ -31,7 +31,7 @@ class DrivenPage:
         self.downloads = os.path.join(folder, "downloads")
         os.mkdir(self.downloads)
         (commands, self._commands), (self._answers, answers) = os.pipe(), os.pipe()
-        ends = [fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, FREE_DESCRIPTOR) for end in (commands, answers)]  # they are to become 3 and 4
+        ends = [fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, FREE_DESCRIPTOR) for end in (commands, answers)]
         command = [program, "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe",
                    f"--user-data-dir={folder}/profile", f"--window-size={size_px[0]},{size_px[1]}", "about:blank"]  # fmt: skip
         moved = ["bash", "-c", 'exec "${@:3}" 3<&"$1" 4>&"$2"', "bash", *map(str, ends), *command]

@@ -67,7 +67,8 @@ class ObjectsFileTest(ObjectsPageCase):
 
     def test_comments_quotes_and_line_ends_of_a_hand_written_file_are_read(self):
         self.open()
-        text = COLUMN.replace("    x_m: 1\n", "    x_m: 1.0   # centre\n\n  # a line of its own\n").replace('"column"', "the 'old' column # 3")
+        text = COLUMN.replace('"column"', "the 'old' column # 3")
+        text = text.replace("    x_m: 1\n", "    x_m: 1.0   # centre\n\n  # a line of its own\n")
         self.open_file("\ufeff" + text.replace("\n", "\r\n"), "hand.yaml")
         [found] = self.objects()
         self.assertEqual((found["name"], found["x_m"]), ("the 'old' column", 1))
@@ -76,7 +77,8 @@ class ObjectsFileTest(ObjectsPageCase):
 
     def test_objects_in_use_and_proposals_can_both_be_opened(self):
         configs = self.root / "configs" / "scans" / "pipeline.toml"
-        configs.write_text(configs.read_text() + '[objects]\npurpose = "proposes"\nin.grid = "grid.yaml"\nout.objects = "objects.yaml"\n')
+        configs.write_text(configs.read_text() +
+                           '[objects]\npurpose = "proposes"\nin.grid = "grid.yaml"\nout.objects = "objects.yaml"\n')
         (self.site_dir / "objects").mkdir()
         (self.site_dir / "objects" / "objects.yaml").write_text(COLUMN.replace('"column"', '"proposed </script>"'))
         self.use(COLUMN)

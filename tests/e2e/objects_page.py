@@ -103,11 +103,11 @@ class ObjectsPageCase(unittest.TestCase):
 
     def text(self):
         """The same without a file."""
-        self.page.value("[URL.made, HTMLAnchorElement.prototype.clicked] = [URL.createObjectURL, HTMLAnchorElement.prototype.click];"
-                        "URL.createObjectURL = (blob) => { URL.blob = blob; return ''; }; HTMLAnchorElement.prototype.click = () => {};")  # fmt: skip
+        self.page.value("""window.kept = [URL.createObjectURL, HTMLAnchorElement.prototype.click];
+                           URL.createObjectURL = (blob) => { window.blob = blob; return ""; };
+                           HTMLAnchorElement.prototype.click = () => {};""")
         self.page.click("#objects .download")
-        return self.page.value("[URL.createObjectURL, HTMLAnchorElement.prototype.click] = [URL.made, HTMLAnchorElement.prototype.clicked];"
-                               "URL.blob.text()")  # fmt: skip
+        return self.page.value("[URL.createObjectURL, HTMLAnchorElement.prototype.click] = window.kept; window.blob.text()")
 
     def objects(self):
         return objects_in(self.text())

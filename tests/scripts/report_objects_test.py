@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The section of the report in which objects are drawn: what it hands to its script, and what it says of files that cannot be read."""
+"""The section of the report in which objects are drawn: what it hands to its script, and files that cannot be read."""
 
 import base64
 import io
