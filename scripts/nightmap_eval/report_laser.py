@@ -10,6 +10,7 @@ from nightmap_eval.laser_accuracy import MAX_TRUTH_GAP_NS, STRETCHES_M, TRUTH_RE
 from nightmap_eval.loop_accuracy import read_loops
 from nightmap_eval.metrics_json import LASER_STATISTICS, WALL_KEYS, laser_figures
 from nightmap_eval.report_map import building_rows
+from nightmap_eval.report_objects import objects_section
 from nightmap_eval.trajectory import Similarity, interpolated, read_tum, rotation_matrices
 from nightmap_site.checked_reading import REMEDY
 from nightmap_site.script_errors import DataError
@@ -31,7 +32,8 @@ RELATION_ROWS = (
 
 def sections(site, metrics):
     figures = laser_figures(metrics)
-    return [section for section in (map_section(site), figures_section(figures), error_section(site, figures)) if section]
+    made = (map_section(site), figures_section(figures), error_section(site, figures), objects_section(site))
+    return [section for section in made if section]
 
 
 def loop_ends(site, estimate):

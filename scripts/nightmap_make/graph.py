@@ -11,7 +11,7 @@ from nightmap_site.unit_lists import near
 
 SITES = "configs/sites"
 # What evaluate and report import; a changed module makes their results stale.
-MODULES = ("scripts/nightmap_eval/*.py", "scripts/nightmap_site/*.py")
+MODULES = ("scripts/nightmap_eval/*.py", "scripts/nightmap_eval/*.js", "scripts/nightmap_eval/*.html", "scripts/nightmap_site/*.py")
 
 
 class PathList:

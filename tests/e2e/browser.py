@@ -26,13 +26,19 @@ class _Shown(HTMLParser):
             self.parts.append(data)
 
 
-def shown_text(test, page):
-    """Text of the rendered page. The test fails when the page has an error, and is skipped where there is no browser."""
+def program_of(test):
+    """Path of the browser. The test is skipped where there is none, and fails in CI."""
     program = shutil.which("chromium")
     if program is None:
         if os.environ.get("CI") == "true":
             test.fail("no chromium: run scripts/install_deps.sh")
         test.skipTest("no chromium: run scripts/install_deps.sh")
+    return program
+
+
+def shown_text(test, page):
+    """Text of the rendered page. The test fails when the page has an error, and is skipped where there is no browser."""
+    program = program_of(test)
     with tempfile.TemporaryDirectory(prefix="nightmap-e2e-") as profile:
         command = [program, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr",
                    f"--user-data-dir={profile}", "--dump-dom", page.resolve().as_uri()]  # fmt: skip

@@ -170,7 +170,7 @@ class LaserSiteTest(unittest.TestCase):
         self.metrics()
         page = self.report()
         titles = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
-        self.assertEqual(titles, ["Floor plan", "Laser map", "Accuracy of the laser map", "Position error", "Stages",
+        self.assertEqual(titles, ["Floor plan", "Laser map", "Accuracy of the laser map", "Position error", "Objects", "Stages",
                                   "Loop closures", "Skipped items", "Configs"])  # fmt: skip
         self.assertIn("401 of 401 scans mapped over 37.7 m", page)
         self.assertIn("Squared rotation (deg2)", page)
