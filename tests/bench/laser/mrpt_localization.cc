@@ -9,7 +9,7 @@
 //   query SCANS X_M Y_M RADIUS_M      where the robot may be; radius 0: anywhere
 //   scan HEADING_RAD X_M Y_M FIRST_ANGLE_RAD STEP_RAD LIMIT_M BEAMS RANGE_M...     SCANS times
 // Each query and seed gives a line: query, seed, x (m), y (m), heading (rad), variances of the
-// three, particles at the end, seconds. The particles of a run depend on its seed only.
+// three, particles at the end, CPU seconds. The particles of a run depend on its seed only.
 #include <mrpt/bayes/CParticleFilter.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 #include <mrpt/obs/CActionCollection.h>
@@ -20,15 +20,13 @@
 #include <mrpt/slam/CMonteCarloLocalization2D.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
+#include <cstdint>
+#include <ctime>
 #include <iostream>
 #include <map>
-#include <memory>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 namespace {
 
@@ -212,7 +210,7 @@ void Print(int query_idx,
            const COccupancyGridMap2D::Ptr& grid) {
   mrpt::random::getRandomGenerator().randomize(seed);
   mrpt::slam::CMonteCarloLocalization2D pdf;
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();
   try {
     Locate(settings, query, grid, pdf);
   } catch (const std::exception& error) {
@@ -220,19 +218,10 @@ void Print(int query_idx,
     return;
   }
   const auto [covariance, mean] = pdf.getCovarianceAndMean();
-  const std::chrono::duration<double> elapsed_s = std::chrono::steady_clock::now() - start;
-  std::printf("%d %u %.9g %.9g %.9g %.9g %.9g %.9g %zu %.6f\n",
-              query_idx,
-              seed,
-              mean.x(),
-              mean.y(),
-              mean.phi(),
-              covariance(0, 0),
-              covariance(1, 1),
-              covariance(2, 2),
-              pdf.size(),
-              elapsed_s.count());
-  std::fflush(stdout);
+  const double cpu_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  std::cout << query_idx << ' ' << seed << ' ' << mean.x() << ' ' << mean.y() << ' ' << mean.phi();
+  for (int i = 0; i < 3; ++i) std::cout << ' ' << covariance(i, i);
+  std::cout << ' ' << pdf.size() << ' ' << cpu_s << std::endl;
 }
 
 }  // namespace
@@ -240,6 +229,7 @@ void Print(int query_idx,
 int main(int argc, char** argv) {
   try {
     std::ios::sync_with_stdio(false);
+    std::cout.precision(9);
     const Settings settings = ReadSettings(argc, argv);
     const auto grid = ReadGrid(settings);
     int query_idx = 0;
