@@ -36,6 +36,7 @@ packages=(
   libsqlite3-dev       # COLMAP database
   colmap               # tests: opens the exported model; make evaluate-colmap runs it
   libtomlplusplus-dev  # configs
+  libyaml-cpp-dev      # object features, which people edit by hand
   libcli11-dev         # command lines
   libspdlog-dev        # log
   libfmt-dev           # text
