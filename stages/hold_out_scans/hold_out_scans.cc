@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipeline/base/input_error.h"
 #include "pipeline/base/random.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/recording/choose_signal.h"
@@ -121,16 +120,6 @@ HeldOutScans RunHoldOutScans(const HoldOutScansOptions& options, const HoldOutSc
     next_m = sample.path_m + options.query_distance_m;
     result.queries.push_back(MakeQuery(options, signal, sample, result.queries.size()));
     result.truth.push_back(sample.pose);
-  }
-  if (result.queries.empty()) {
-    throw InputError({{"trajectory"}},
-                     InputError::Remedy::kInText,
-                     "the way leads nowhere twice, so that no scan is left to ask for: {} scans of "
-                     "the blocks are farther than {} m from the others. Lower "
-                     "hold_out_scans.block_m ({} m) or raise near_m",
-                     result.num_far,
-                     options.near_m,
-                     options.block_m);
   }
   return result;
 }

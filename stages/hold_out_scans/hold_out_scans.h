@@ -42,8 +42,9 @@ struct HeldOutScans {
 // elsewhere nobody can ask the map. A scan without a pose stays. Scans are taken at once: the
 // motion within one (scan_duration_s) is left out of account in queries. With a rough_radius_m each
 // query comes with a position drawn evenly from the disc of that radius around the true one.
-// Deterministic. Throws UsageError when `sensor` names none, or none among several; InputError
-// naming the remedy when nothing scans or no query is left.
+// A way that is short, or leads nowhere twice, leaves no query. Deterministic. Throws UsageError
+// when `sensor` names none, or none among several, InputError of the port `scans` when nothing
+// scans.
 HeldOutScans RunHoldOutScans(const HoldOutScansOptions& options, const HoldOutScansInput& input);
 
 }  // namespace nightmap

@@ -3,6 +3,8 @@
 // the others as queries with their true poses.
 #include "stages/hold_out_scans/hold_out_scans.h"
 
+#include <spdlog/spdlog.h>
+
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
 
@@ -17,6 +19,13 @@ void Run(const HoldOutScansOptions& options, StageContext& context) {
   WriteScanQueries(context.Output("queries"), result.queries);
   WriteFile(context.Output("truth"),
             TrajectoryToTum(result.truth, "map_from_robot at the times of the queries"));
+  if (result.queries.empty()) {
+    spdlog::warn(
+        "no scan is left to ask for: the way is shorter than {} blocks of {} m, or leads nowhere "
+        "twice; lower hold_out_scans.block_m or raise near_m",
+        options.every,
+        options.block_m);
+  }
   auto& report = context.Report();
   report["num_scans"] = result.mapped[0].samples.size();
   report["num_held_out"] = result.num_held_out;

@@ -91,13 +91,23 @@ TEST(HoldOutScans, RoughPositionsAreWithinTheirRadiusAndFollowTheSeed) {
             result.queries[3].rough_position->point_in_map);
 }
 
-TEST(HoldOutScans, AWayThatComesNowhereTwiceIsAnErrorWithItsRemedy) {
-  const auto poses = DriveAround({9, 5}, 1, 0.2, 0.9);
+TEST(HoldOutScans, AShortWayLeavesNoQueryAndIsMappedWhole) {
+  const auto poses = DriveAround({9, 5}, 1, 0.2, 0.3);
+  const HeldOutScans result = RunHoldOutScans({}, {{ScansAt(kHall, poses, 0)}, KeyscansAt(poses)});
+  EXPECT_TRUE(result.queries.empty());
+  EXPECT_EQ(result.mapped[0].samples.size(), poses.size());
+}
+
+TEST(HoldOutScans, ScansFarFromTheMapAreCountedAndNoQueries) {
+  const auto poses =
+      DriveAround({9, 5}, 1, 0.2, 0.9);  // once around: blocks end where others begin
   HoldOutScansOptions options;
   options.near_m = 0.05;
-  NIGHTMAP_EXPECT_ERROR(DataError,
-                        RunHoldOutScans(options, {{ScansAt(kHall, poses, 0)}, KeyscansAt(poses)}),
-                        "Lower hold_out_scans.block_m");
+  const HeldOutScans result =
+      RunHoldOutScans(options, {{ScansAt(kHall, poses, 0)}, KeyscansAt(poses)});
+  EXPECT_GT(result.num_held_out, 0U);
+  EXPECT_EQ(result.num_far, result.num_held_out);
+  EXPECT_TRUE(result.queries.empty());
 }
 
 TEST(HoldOutScans, TheScannerIsTheOneThatIsNamed) {

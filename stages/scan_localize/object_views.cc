@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/scan_localize/object_views.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace nightmap {
+namespace {
+
+// Walls of the map are a cell thick, and a beam that meets one at a flat angle ends early or late.
+constexpr double kSameWall_m = 0.15;
+
+// The beam that points at a bearing in the frame of the laser; -1: none.
+int BeamAt(const QueryScan& scan, double bearing_rad) {
+  const double middle_rad =
+      scan.Angle_rad(0) + 0.5 * scan.step_angle_rad * static_cast<double>(scan.ranges_m.size() - 1);
+  const double from_first_rad =
+      middle_rad + WrapAngle_rad(bearing_rad - middle_rad) - scan.first_angle_rad;
+  const double beam = std::round(from_first_rad / scan.step_angle_rad);
+  const bool is_seen = beam >= 0 && beam < static_cast<double>(scan.ranges_m.size());
+  return is_seen ? static_cast<int>(beam) : -1;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector2d> WallsOfObjects(const OccupancyGrid& grid,
+                                            const std::vector<MapObject>& objects) {
+  std::vector<Eigen::Vector2d> walls;
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      if (grid.At({x, y}) != kOccupiedCell) continue;
+      const Eigen::Vector2d center = grid.CenterInMap({x, y});
+      const auto holds = [&](const MapObject& object) { return Contains(object, center); };
+      if (std::ranges::any_of(objects, holds)) walls.push_back(center);
+    }
+  }
+  return walls;
+}
+
+ObjectView ViewObjects(const std::vector<Eigen::Vector2d>& walls_in_map,
+                       const ScanQuery& query,
+                       const Rigid2& map_from_query,
+                       double max_range_m) {
+  ObjectView view;
+  for (const QueryScan& scan : query.scans) {
+    if (scan.ranges_m.empty()) continue;
+    const Rigid2 laser_from_map = (map_from_query * scan.query_from_laser).Inverse();
+    for (const Eigen::Vector2d& wall_in_map : walls_in_map) {
+      const Eigen::Vector2d wall = laser_from_map * wall_in_map;
+      const double distance_m = wall.norm();
+      if (distance_m > max_range_m || distance_m < kSameWall_m) continue;
+      const int beam = BeamAt(scan, std::atan2(wall.y(), wall.x()));
+      if (beam < 0 || !scan.IsHit(static_cast<std::size_t>(beam))) continue;
+      const double beyond_m = scan.ranges_m[static_cast<std::size_t>(beam)] - distance_m;
+      view.num_confirmed += std::abs(beyond_m) <= kSameWall_m;
+      view.num_contradicted += beyond_m > kSameWall_m;
+    }
+  }
+  return view;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a scan says of the objects of the map: places that are known not to change.
+#pragma once
+
+#include <vector>
+
+#include "pipeline/geometry/rigid2.h"
+#include "pipeline/io/grid_io.h"
+#include "pipeline/planar/objects_io.h"
+#include "pipeline/planar/scan_queries_io.h"
+
+namespace nightmap {
+
+// The centres of the occupied cells within the rectangles.
+std::vector<Eigen::Vector2d> WallsOfObjects(const OccupancyGrid& grid,
+                                            const std::vector<MapObject>& objects);
+
+// Of the walls of objects, seen from a pose: those that a beam ends on, and those that a beam
+// passes through, which cannot be. Walls behind what a beam hit, and where no beam points or comes
+// back from, say nothing.
+struct ObjectView {
+  int num_confirmed = 0;
+  int num_contradicted = 0;
+};
+ObjectView ViewObjects(const std::vector<Eigen::Vector2d>& walls_in_map,
+                       const ScanQuery& query,
+                       const Rigid2& map_from_query,
+                       double max_range_m);
+
+}  // namespace nightmap

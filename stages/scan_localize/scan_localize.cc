@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/scan_localize/scan_localize.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/planar/thin_points.h"
+
+namespace nightmap {
+namespace {
+
+constexpr double kInlier_m = 0.1;
+
+// For each point whether it lies on a wall of the map, seen from a pose.
+std::vector<bool> OnWall(const ScanMap& map,
+                         const std::vector<Eigen::Vector2d>& points,
+                         const Rigid2& map_from_query) {
+  std::vector<bool> is_on_wall;
+  for (const Eigen::Vector2d& point : points) {
+    const Eigen::Vector2i cell = map.Grid().CellOf(map_from_query * point);
+    is_on_wall.push_back(map.Grid().Contains(cell) && map.WallDistance_m(cell) <= kInlier_m);
+  }
+  return is_on_wall;
+}
+
+// Of the points that one of two places explains, the lead of the first, 0 .. 1.
+double Lead(const std::vector<bool>& of_first, const std::vector<bool>& of_second) {
+  int votes = 0, lead = 0;
+  for (std::size_t i = 0; i < of_first.size(); ++i) {
+    votes += of_first[i] != of_second[i];
+    lead += of_first[i] - of_second[i];
+  }
+  return votes == 0 ? 0 : std::max(0.0, static_cast<double>(lead) / votes);
+}
+
+void DescribePlace(const ScanMap& map,
+                   const std::vector<Eigen::Vector2d>& points,
+                   const std::vector<ScanCandidate>& candidates,
+                   QueryResult* result) {
+  const ScanCandidate& best = candidates.front();
+  const std::vector<bool> of_best = OnWall(map, points, best.map_from_query);
+  result->num_matches = static_cast<int>(points.size());
+  result->num_inliers = static_cast<int>(std::ranges::count(of_best, true));
+  result->confidence = static_cast<double>(result->num_inliers) / result->num_matches;
+  if (candidates.size() > 1) {
+    const std::vector<bool> of_rival = OnWall(map, points, candidates[1].map_from_query);
+    result->num_rival_inliers = static_cast<int>(std::ranges::count(of_rival, true));
+    result->confidence = Lead(of_best, of_rival);
+  }
+  result->map_from_camera = best.map_from_query.ToRigid3();
+  result->position_sigma_m = std::sqrt(best.covariance(0, 0) + best.covariance(1, 1));
+  result->rotation_sigma_deg = std::sqrt(best.covariance(2, 2)) * 180 / std::numbers::pi;
+}
+
+LocatedScan Locate(const ScanLocalizeOptions& options,
+                   const ScanMap& map,
+                   const std::vector<Eigen::Vector2d>& walls_of_objects,
+                   const ScanQuery& query) {
+  const auto points =
+      ThinPoints(PointsInQuery(query, options.candidates.max_range_m), map.Grid().resolution_m);
+  LocatedScan located;
+  located.result.time_ns = query.time_ns;
+  located.result.color_path = query.name;
+  if (points.size() >= static_cast<std::size_t>(options.verdict.min_points)) {
+    located.candidates = FindCandidates(options.candidates, map, walls_of_objects, query);
+  }
+  const ScanVerdict verdict = Judge(options.verdict, query, points.size(), located.candidates);
+  located.result.verdict = verdict.verdict;
+  located.result.reason = verdict.reason;
+  if (!located.candidates.empty()) {
+    DescribePlace(map, points, located.candidates, &located.result);
+  }
+  return located;
+}
+
+}  // namespace
+
+void ScanLocalizeOptions::Register(OptionList& list) {
+  list.Add("max_object_size_m",
+           &max_object_size_m,
+           Range(0.1, 100),
+           "longer sides of objects are cut to this, with a notice");
+  map.Register(list);
+  candidates.Register(list);
+  verdict.Register(list);
+}
+
+std::vector<LocatedScan> RunScanLocalize(const ScanLocalizeOptions& options,
+                                         const ScanLocalizeInput& input,
+                                         Progress& progress,
+                                         int num_threads) {
+  const ScanMap map(options.map, input.grid, num_threads);
+  const auto walls_of_objects = WallsOfObjects(input.grid, input.objects);
+  std::vector<LocatedScan> located(input.queries.size());
+  progress.Start(located.size());
+  ParallelFor(located.size(), num_threads, [&](std::size_t i) {
+    located[i] = Locate(options, map, walls_of_objects, input.queries[i]);
+    located[i].result.query_idx = static_cast<int>(i);
+    progress.Advance();
+  });
+  progress.Finish();
+  return located;
+}
+
+}  // namespace nightmap

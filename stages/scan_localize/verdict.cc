@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/scan_localize/verdict.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace nightmap {
+namespace {
+
+// So many walls of objects, of which so many are confirmed, are no chance.
+constexpr int kMinObjectWalls = 20;
+constexpr double kMinConfirmed = 0.7;
+
+// The largest of the others over the best; 0: there is no other.
+double RivalRatio(const std::vector<ScanCandidate>& candidates, double ScanCandidate::*fit) {
+  double second = 0;
+  for (std::size_t i = 1; i < candidates.size(); ++i) second = std::max(second, candidates[i].*fit);
+  return second / candidates.front().*fit;
+}
+
+bool AreConfirmed(const ObjectView& objects) {
+  const int num_seen = objects.num_confirmed + objects.num_contradicted;
+  return num_seen >= kMinObjectWalls && objects.num_confirmed >= kMinConfirmed * num_seen;
+}
+
+bool IsInMap(const VerdictOptions& options,
+             const ScanQuery& query,
+             const std::vector<ScanCandidate>& candidates) {
+  const ScanCandidate& best = candidates.front();
+  if (best.score - best.through_share >= options.min_agreement) return true;
+  if (RivalRatio(candidates, &ScanCandidate::walls_fit) <= options.max_unique_ratio) return true;
+  if (!query.rough_position) return false;
+  return AreConfirmed(best.objects) ||
+         RivalRatio(candidates, &ScanCandidate::fit) <= options.max_unique_ratio;
+}
+
+double PositionSigma_m(const ScanCandidate& candidate) {
+  return std::sqrt(candidate.covariance(0, 0) + candidate.covariance(1, 1));
+}
+
+}  // namespace
+
+void VerdictOptions::Register(OptionList& list) {
+  list.Add("min_points", &min_points, Range(3, 10000), "fewer points show nothing recognizable");
+  list.Add("min_fit", &min_fit, Range(0, 1), "a place explains a scan from this fit on");
+  list.Add("min_agreement",
+           &min_agreement,
+           Range(-1, 1),
+           "surely in the map: fine score less the share of the beams that pass walls");
+  list.Add("max_unique_ratio",
+           &max_unique_ratio,
+           Range(0, 1),
+           "in the map, if changed: no other place fits better than this times the best");
+  list.Add("max_rival_ratio",
+           &max_rival_ratio,
+           Range(0, 1),
+           "ambiguous: another place fits better than this times the best");
+  list.Add("max_position_sigma_m",
+           &max_position_sigma_m,
+           Range(0.001, 100),
+           "ambiguous: the place leaves the position more uncertain than this");
+}
+
+ScanVerdict Judge(const VerdictOptions& options,
+                  const ScanQuery& query,
+                  std::size_t num_points,
+                  const std::vector<ScanCandidate>& candidates) {
+  if (num_points < static_cast<std::size_t>(options.min_points)) {
+    return {QueryVerdict::kNoFeatures, "too_few_points"};
+  }
+  if (candidates.empty() || candidates.front().fit < options.min_fit) {
+    return {QueryVerdict::kNotInMap, "poor_fit"};
+  }
+  if (!IsInMap(options, query, candidates)) return {QueryVerdict::kNotInMap, "not_alike"};
+  if (RivalRatio(candidates, &ScanCandidate::fit) > options.max_rival_ratio) {
+    return {QueryVerdict::kAmbiguous, "rival_place"};
+  }
+  if (PositionSigma_m(candidates.front()) > options.max_position_sigma_m) {
+    return {QueryVerdict::kAmbiguous, "uncertain_pose"};
+  }
+  return {QueryVerdict::kLocated, ""};
+}
+
+}  // namespace nightmap
