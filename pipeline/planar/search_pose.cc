@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <tuple>
 
@@ -25,6 +26,21 @@ void SortByBound(std::vector<Square>* squares) {
   });
 }
 
+constexpr std::size_t kBatch = 16;   // points that are looked up before the next check
+constexpr std::size_t kStride = 16;  // so that a batch has points of all sides
+
+constexpr double kTooSmall = -std::numeric_limits<double>::infinity();
+
+// The same points in another order: each kStride-th, from the first on, then from the second on.
+std::vector<Eigen::Vector2d> Interleaved(const std::vector<Eigen::Vector2d>& points) {
+  std::vector<Eigen::Vector2d> result;
+  result.reserve(points.size());
+  for (std::size_t first = 0; first < kStride; ++first) {
+    for (std::size_t i = first; i < points.size(); i += kStride) result.push_back(points[i]);
+  }
+  return result;
+}
+
 // Distance of the nearest of the cells [first, last] from 0.
 double Nearest(int first, int last) { return std::max({0, first, -last}); }
 
@@ -36,10 +52,12 @@ class PoseSearch {
              double share)
       : pyramid_(pyramid),
         window_(window),
-        points_(points),
+        points_(Interleaved(points)),
         cell_m_(pyramid.Field().Resolution_m()),
         headings_(HeadingStepsOf(window, cell_m_, points)),
         num_shifts_(static_cast<int>(std::ceil(window.half_extent_m / cell_m_))),
+        center_cell_(
+            pyramid.Field().ToCells(window.center.translation).array().round().cast<int>()),
         share_(share),
         least_(window.min_value) {}
 
@@ -114,22 +132,39 @@ class PoseSearch {
   void Add(Square square, std::vector<Square>* squares) const {
     const int last_column = std::min(square.column + (1 << square.level) - 1, num_shifts_);
     const int last_row = std::min(square.row + (1 << square.level) - 1, num_shifts_);
-    if (IsLeftOut(square, last_column, last_row)) return;
+    if (!IsPlace(square) || IsLeftOut(square, last_column, last_row)) return;
     const double shift_m =
         cell_m_ * std::hypot(Nearest(square.column, last_column), Nearest(square.row, last_row));
     const double turn_rad = square.turn * headings_.step_rad;
-    square.bound = Score(square) - window_.penalty_per_m2 * shift_m * shift_m -
-                   window_.penalty_per_rad2 * turn_rad * turn_rad;
+    const double penalty =
+        window_.penalty_per_m2 * shift_m * shift_m + window_.penalty_per_rad2 * turn_rad * turn_rad;
+    square.bound = Score(square, least_ + penalty) - penalty;
     if (square.bound > least_) squares->push_back(square);
   }
 
-  double Score(const Square& square) const {
+  // The mean of the square's cells at the points; kTooSmall as soon as it must be at most `least`.
+  double Score(const Square& square, double least) const {
+    const auto& cells = cells_[static_cast<std::size_t>(square.turn + headings_.num_turns)];
+    const double scale = 255.0 * static_cast<double>(cells.size());
+    // Points that are still to come may all be 1.
+    const double least_sum = least * scale;
     int sum = 0;
-    for (const Eigen::Vector2i& cell :
-         cells_[static_cast<std::size_t>(square.turn + headings_.num_turns)]) {
-      sum += pyramid_.At(square.level, cell.x() + square.column, cell.y() + square.row);
+    double rest = scale;
+    for (std::size_t first = 0; first < cells.size(); first += kBatch) {
+      const std::size_t end = std::min(first + kBatch, cells.size());
+      for (std::size_t i = first; i < end; ++i) {
+        sum += pyramid_.At(square.level, cells[i].x() + square.column, cells[i].y() + square.row);
+      }
+      rest -= 255.0 * static_cast<double>(end - first);
+      if (sum + rest <= least_sum) return kTooSmall;
     }
-    return sum / (255.0 * static_cast<double>(points_.size()));
+    return sum / scale;
+  }
+
+  bool IsPlace(const Square& square) const {
+    return window_.places == nullptr ||
+           window_.places->At(
+               square.level, center_cell_.x() + square.column, center_cell_.y() + square.row) > 0;
   }
 
   bool IsLeftOut(const Square& square, int last_column, int last_row) const {
@@ -148,15 +183,16 @@ class PoseSearch {
   }
 
   FoundPose Found(const Square& square) const {
-    return {Pose(square.turn, square.column, square.row), Score(square), square.bound};
+    return {Pose(square.turn, square.column, square.row), Score(square, kTooSmall), square.bound};
   }
 
   const FieldPyramid& pyramid_;
   const SearchWindow& window_;
-  const std::vector<Eigen::Vector2d>& points_;
+  std::vector<Eigen::Vector2d> points_;
   double cell_m_;
   HeadingSteps headings_;
   int num_shifts_;
+  Eigen::Vector2i center_cell_;
   std::vector<std::vector<Eigen::Vector2i>> cells_;  // of the points, by turn
   double share_;
   double least_;  // what is not above it is not looked for

@@ -29,6 +29,9 @@ struct SearchWindow {
   std::optional<Rigid2> not_near;
   double near_m = 0;
   double near_rad = 0;
+  // Where the robot can be: in cells that are not 0 in this pyramid, which has the levels and cells
+  // of the field's; null: anywhere.
+  const FieldPyramid* places = nullptr;
 };
 
 struct FoundPose {

@@ -76,10 +76,11 @@ class Graph:
         return self.lists[name]
 
     def listed_files(self, job):
-        """The files that a job writes beside its list of units."""
-        if not job.lists or not os.path.exists(self.path_of(job, next(iter(job.outputs)))):
+        """The files that a job writes beside its list of units; before there is a list, those that no unit names."""
+        if not job.lists:
             return []
-        return [path for output in job.beside for path in self._paths(job, output)]
+        is_listed = os.path.exists(self.path_of(job, next(iter(job.outputs))))
+        return [path for output in job.beside if is_listed or job.units_of(output) == "site" for path in self._paths(job, output)]
 
     def _paths(self, job, output):
         if job.units_of(output) == "site":

@@ -111,6 +111,10 @@ void ObjectsOptions::Register(OptionList& list) {
            &min_wall_m,
            Range(0.05, 10),
            "a place has so much wall across the direction in which a scan slides best");
+  list.Add("min_straightness",
+           &min_straightness,
+           Range(0, 1),
+           "a place's walls run so much along one heading or across it; clutter runs anywhere");
   list.Add("min_seen_share",
            &min_seen_share,
            Range(0, 1),
@@ -138,8 +142,10 @@ ObjectsResult RunObjects(const ObjectsOptions& options,
   const double radius = options.size_m / 2 / grid.resolution_m;
   std::vector<Place> places =
       FindPlaces(grid, radius, options.min_wall_m / grid.resolution_m, num_threads);
-  std::erase_if(places,
-                [&](const Place& place) { return place.seen_share < options.min_seen_share; });
+  std::erase_if(places, [&](const Place& place) {
+    return place.straightness < options.min_straightness ||
+           place.seen_share < options.min_seen_share;
+  });
   places = KeepApart(std::move(places), kSamePlace * 2 * radius, places.size());
   ObjectsResult result;
   result.num_places = places.size();

@@ -16,10 +16,11 @@
 namespace nightmap {
 
 struct ObjectsOptions {
-  double size_m = 1.6;
+  double size_m = 2.4;
   double min_wall_m = 0.4;
+  double min_straightness = 0.2;
   double min_seen_share = 0.7;
-  double sigma_m = 0.1;
+  double sigma_m = 0.06;
   double min_distinctiveness = 0.25;
   double min_distance_m = 2;
   int max_objects = 20;

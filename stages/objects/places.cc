@@ -123,6 +123,7 @@ Place PlaceAt(const OccupancyGrid& grid,
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(tensor, Eigen::EigenvaluesOnly);
   place.wall = solver.eigenvalues()[0] / Gradients::OfAWall();
   place.heading_rad = std::arg(direction) / 4;
+  place.straightness = std::abs(direction) / std::max(1e-9, tensor.trace());
   place.seen_share = num_seen / std::max<double>(1, static_cast<double>(place.cells.size()));
   return place;
 }

@@ -17,7 +17,9 @@ struct Place {
   // About the length of wall that hinders the place from sliding over another in the direction in
   // which it slides best: 0 on a straight wall.
   double wall = 0;
-  double heading_rad = 0;      // of the walls, from the rows of the grid on, -pi/4 .. pi/4
+  double heading_rad = 0;  // of the walls, from the rows of the grid on, -pi/4 .. pi/4
+  // How much of the walls runs along that heading or across it: 0 if all headings are as frequent.
+  double straightness = 0;
   double seen_share = 0;       // of the occupied cells, those beside free ones
   double distinctiveness = 0;  // of the map's places; not by FindPlaces
 };

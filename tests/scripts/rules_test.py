@@ -158,6 +158,14 @@ in = {odometry = false, map = "import.poses"}
         names = [[Path(path).name for path in self.graph(profile).rules[-1].inputs[0][1].paths] for profile in ("default", "posed")]
         self.assertEqual(names, [["shard_0000.h5", "shard_0001.h5"], ["shard_0000.csv", "shard_0001.csv"]])
 
+    def test_a_file_beside_a_list_is_made_with_it_before_there_is_a_list(self):
+        self.declared(lambda text: text.replace('"odometry.odometry"', '"frames.scans"').replace(
+            '[odometry]', 'beside.scans = "scans.h5"\n[odometry]'))  # fmt: skip
+        graph = self.graph()
+        scans, shards = (f"{self.folder}/office/frames/{name}" for name in ("scans.h5", "shards.txt"))
+        self.assertEqual(graph.listed_files(graph.jobs["frames"]), [scans])
+        self.assertIn(f"\n{scans}: | {shards} ;\n", RulesFile(graph, Times()).text())
+
     def test_a_profile_adds_a_port_and_keeps_the_others(self):
         self.write("more/pipeline.toml", '[odometry]\nin.wheels = "frames.shards"\nkB_per_frame = 3\n')
         odometry = self.graph("more").jobs["odometry"]
