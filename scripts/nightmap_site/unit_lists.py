@@ -79,6 +79,11 @@ def read_units(path, kind):
     return names
 
 
+def read_queries(path):
+    """Names of the queries, which may be any text. Raises DataError when the list is damaged."""
+    return _read_names(path, "queries")
+
+
 def _place(tile):
     return tuple(map(int, tile.split("_")))
 

@@ -157,9 +157,9 @@ class LeftoversTest(SiteFolder):
         stay = ["localize/notes.txt", "localize/queries.csv.mine", "localize/mine/queries.csv", "plan/path.csv", "drive/receipt.json",
                 "landmarks/colmap/cameras.txt", "logs/plan.log", "evaluate/metrics.json", "logs/report.log", "octree/tile_0_0.ot"]  # fmt: skip
         self.removed(self.graph(), stay + go, [])  # no list of queries: who knows
-        self.write("queries/queries.csv", "query_idx\n0\n")
+        self.write("queries/queries.txt", "nightmap queries, version 1, 1 names\na.jpg\n")
         self.removed(self.graph(), stay + go, [])
-        self.write("queries/queries.csv", "query_idx\n")
+        self.write("queries/queries.txt", "nightmap queries, version 1, 0 names\n")
         self.removed(self.graph(), stay, go)
 
     def test_results_of_jobs_that_another_profile_had_are_removed(self):
