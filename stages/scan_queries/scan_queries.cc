@@ -24,7 +24,7 @@ std::vector<QueryScan> TurnedScans(const ScanQueriesOptions& options, const Scan
     if (way_m > options.max_turn_m) {
       throw DataError(
           "{}: at scan {} the robot is {:.2f} m from where the log begins, more than max_turn_m = "
-          "{}: cut the log to a turn on the spot, or set turn = false in {}",
+          "{}: cut the log to a turn on the spot, or correct `turn` in {}",
           log.name,
           i + 1,
           way_m,

@@ -86,8 +86,8 @@ TEST(ScanQueries, ARobotThatDroveDidNotTurnOnTheSpot) {
   NIGHTMAP_EXPECT_ERROR(DataError,
                         RunScanQueries({}, {log}),
                         "drive.log: at scan 2 the robot is 3.00 m from where the log begins, more "
-                        "than max_turn_m = 1: cut the log to a turn on the spot, or set turn = "
-                        "false in s.toml:9");
+                        "than max_turn_m = 1: cut the log to a turn on the spot, or correct "
+                        "`turn` in s.toml:9");
   ScanQueriesOptions options;
   options.max_turn_m = 3;
   EXPECT_EQ(RunScanQueries(options, {log}).at(0).scans.size(), 2U);
