@@ -19,15 +19,21 @@ PROFILE ?=
 SET ?=
 ## SEED        seed of every stage that draws random numbers (a synthetic recording has its own)
 SEED ?= 0
-## START GOAL  ends of plan and drive: two places or queries on one floor, see configs/default/plan.toml
+## START GOAL  ends of plan and drive: two places, queries or objects on one floor, see configs/default/plan.toml
 START ?=
 GOAL ?=
-## QUERY       more pictures to localize, as in QUERY="start.jpg goal.jpg": files, folders or .txt lists, anywhere
+## QUERY       more to localize, as in QUERY="start.jpg goal.jpg": pictures, folders or .txt lists, anywhere; of a laser map, logs of scans
 QUERY ?=
 ## CAMERA      camera of the pictures of QUERY: id of a [[camera]] of the site; empty: cameras.csv or EXIF (datasets.md)
 CAMERA ?=
 ## FOV_DEG     horizontal field of view of those pictures of QUERY that have neither
 FOV_DEG ?=
+## NEAR        place near which the scans of QUERY were taken, as in NEAR="3.5,-2": x,y in the map, m
+NEAR ?=
+## NEAR_RADIUS how far from NEAR at most, m; empty: 5
+NEAR_RADIUS ?=
+## TURN        1 takes the scans of each log of QUERY together: those of a robot that turned on the spot
+TURN ?=
 ## DATA        folder of the recordings (datasets.md lists their sources)
 DATA ?= data
 ## MAPS        folder of the results: MAPS/<site>/<job>/

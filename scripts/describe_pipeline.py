@@ -30,8 +30,9 @@ def filled_by(reference):
     return f"{reference.job}.{reference.output}{about.get(reference.units, '')}"
 
 
-def row(job):
-    given = ", ".join(dict.fromkeys(filled_by(reference) for reference in job.inputs)) or "-"
+def row(job, also=()):
+    """also: other variants of the job, which differ only in what they read."""
+    given = ", ".join(dict.fromkeys(filled_by(reference) for variant in (job, *also) for reference in variant.inputs)) or "-"
     files = ", ".join(f"`{name.replace('{unit}', 'U')}`" for name in [*job.outputs.values(), *job.beside.values()])
     by = f", by `{job.program}`" if job.program not in (None, job.name) else ""
     return f"| `{job.name}`{by} | {job.purpose} | {job.unit} | {given if job.program else 'all results'} | {files} |"
@@ -49,16 +50,18 @@ def describe(configs):
 def profiles(configs, default):
     """The jobs of all profiles that differ from the default ones."""
     known = {row(job) for job in default.jobs.values()}
-    rows, left_out = [], []
+    variants_of, left_out = {}, []  # the first: profile, job, program and purpose -> the jobs
     for overlay in sorted(configs.glob("*/pipeline.toml")):
         profile = overlay.parent.name
         for given in variants(overlay):
             pipeline = read_pipeline(str(configs), profile, given)
-            rows += [f"| `{profile}` {row(job)}" for job in pipeline.jobs.values() if row(job) not in known]
+            for job in pipeline.jobs.values():
+                if row(job) not in known:
+                    variants_of.setdefault((profile, job.name, job.program, job.purpose), []).append(job)
             out = ", ".join(f"`{name}`" for name in default.jobs if name not in pipeline.jobs)
             of = f"`{profile}`" + "".join(f" with `import.{key}`" for key in given if len(variants(overlay)) > 1)
             left_out += [f"; {of} leaves out {out}"] if out else []
-    rows = list(dict.fromkeys(rows))
+    rows = [f"| `{profile}` {row(same[0], same[1:])}" for (profile, *_), same in variants_of.items()]
     head = (f"| profile {HEAD[0]}", f"|---{HEAD[1]}")
     return f"\nJobs that a profile adds or changes{''.join(left_out)}:\n\n" + "\n".join([*head, *rows]) + "\n"
 

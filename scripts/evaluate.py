@@ -210,6 +210,9 @@ def evaluate(arguments):
         metrics |= evaluate_camera(site, arguments)
     else:
         metrics["has_ground_truth"] = site.robot_truth.exists()
+        queries = site.made("localize", "queries")
+        if queries:
+            metrics["queries"] = evaluate_queries(queries, site.query_ground_truth, None, round(arguments.max_gap_s * 1e9))
     for job, module in site.sections("evaluation"):
         metrics.setdefault("sections", {})[job.name] = module.evaluate(site)
     return metrics

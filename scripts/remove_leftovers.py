@@ -65,7 +65,7 @@ def remove_gone(site_dir, graph, configs="configs"):
 
 def _is_here(site_dir, graph, job):
     """Jobs that run when asked for keep their results. Without a list of queries nobody knows whether there are some."""
-    return job.name in graph.jobs or job.when == "asked" or job.when == "queries" and not os.path.isfile(f"{site_dir}/queries/queries.csv")
+    return job.name in graph.jobs or job.when == "asked" or job.when == "queries" and not os.path.isfile(f"{site_dir}/queries/queries.txt")
 
 
 def _files_of(jobs):

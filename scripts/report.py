@@ -53,12 +53,17 @@ def lead_and_sections(site, data):
     stages = read_stages(site)
     sections = [
         *map_sections(site, metrics),
-        *([query_section(site, metrics, data)] if site.has("localize") else []),
+        *([query_section(site, metrics, data)] if has_queries(site) else []),
         *filter(None, [comparison_section(site)]),
         *(section for _, module in site.sections("report") for section in module.sections(site, metrics)),
         *run_sections(site, metrics, stages),
     ]
     return summary(metrics, stages), sections
+
+
+def has_queries(site):
+    """A camera's map is made to locate pictures; a laser's map may have nothing to locate."""
+    return site.has("localize") and (site.has_camera() or site.made("localize", "queries") is not None)
 
 
 def main():

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Prints where the pictures of a site were taken: a table of those in QUERY, a count of the site's own and the
+"""Prints where the pictures, or the laser scans, of a site were taken: a table of those in QUERY, a count of the site's own and the
 first dozen of them.
 
-Place and heading are those of the camera in the map frame; heading is its viewing direction, counter-clockwise from x.
+Place and heading are those of the camera in the map frame, or of the robot that scanned; heading is the viewing direction, or where the
+robot points, counter-clockwise from x.
 Exit codes: 0 printed; 1 missing or damaged data.
 """
 
@@ -13,20 +14,20 @@ from collections import Counter
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from nightmap_site.query_results import Floors, asked_pictures, read_queries  # noqa: E402
+from nightmap_site.query_results import Floors, asked_names, read_queries  # noqa: E402
 from nightmap_site.script_errors import printable, run_main  # noqa: E402
 from nightmap_site.site import Site  # noqa: E402
 
 NUM_OWN = 12
 
 
-def table(queries, floors):
+def table(queries, floors, asks):
     """Lines with aligned columns."""
-    titles = ["picture", "verdict", "x (m)", "y (m)", "z (m)", "heading (deg)",
+    titles = [asks.removesuffix("s"), "verdict", "x (m)", "y (m)", "z (m)", "heading (deg)",
               *(["floor"] if floors.are_several else []), "sigma (cm)", "sigma (deg)", "reason"]  # fmt: skip
     rows = [titles, *(_cells(query, floors) for query in queries)]
     widths = [max(map(len, column)) for column in zip(*rows)]
-    is_text = [title in ("picture", "verdict", "reason") for title in titles]
+    is_text = [i < 2 or title == "reason" for i, title in enumerate(titles)]
     return ["  ".join(cell.ljust(width) if text else cell.rjust(width)
                       for cell, width, text in zip(row, widths, is_text)).rstrip() for row in rows]  # fmt: skip
 
@@ -37,7 +38,7 @@ def _cells(query, floors):
         numbers = [f"{value:.2f}" for value in query.place_m] + [f"{query.heading_deg:.0f}"]
         numbers += [str(floors.number_at(query.place_m[2]))] if floors.are_several else []
         numbers += [f"{100 * query.sigma_m:.1f}", f"{query.sigma_deg:.2f}"]
-    return [printable(query.picture), query.verdict, *numbers, query.reason]
+    return [printable(query.name), query.verdict, *numbers, query.reason]
 
 
 def counted(queries):
@@ -47,14 +48,14 @@ def counted(queries):
 
 def lines(site_dir):
     site = Site(site_dir)
-    queries, asked, floors = read_queries(site), asked_pictures(site), Floors(site)
-    of_query = [query for query in queries if query.picture in asked]
-    own = [query for query in queries if query.picture not in asked]
-    result = table(of_query, floors) if of_query else []
+    queries, asked, floors, asks = read_queries(site), asked_names(site), Floors(site), site.pipeline.asks
+    of_query = [query for query in queries if query.name in asked]
+    own = [query for query in queries if query.name not in asked]
+    result = table(of_query, floors, asks) if of_query else []
     if own:
         result.append(counted(own))
     if own and not of_query:
-        result += table(own[:NUM_OWN], floors)
+        result += table(own[:NUM_OWN], floors, asks)
         result += ["..."] if len(own) > NUM_OWN else []
     return result
 

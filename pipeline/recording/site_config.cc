@@ -189,6 +189,10 @@ constexpr const char* kOfMake[] = {"profile", "synthetic", "import"};
 
 void AddQueries(toml::table& root, const std::string& source, SiteConfig* site) {
   for (toml::table* table : Tables(root, "query", source)) {
+    if (table->contains("scans")) {
+      site->scan_queries.push_back(ParseScanQuery(*table, source, *site));
+      continue;
+    }
     Refuse(*table, {"rig"}, Where(*table, source), "is for a [[sequence]]");
     site->queries.push_back(ParseSequence(*table, source, site->cameras));
   }
@@ -224,8 +228,8 @@ SiteConfig ParseOwnText(std::string_view text, const std::string& source) {
     throw UsageError("{}: layout = \"pictures\" has no depth to map: make it a [[query]]",
                      site.sequences.back().source);
   }
-  AddQueries(root, source, &site);
   AddSignals(root, source, &site);
+  AddQueries(root, source, &site);
   AddRobotTruth(root, source, &site);
   for (const char* name : {"camera", "sequence", "query", "sensor", "signal", "robot_truth"}) {
     root.erase(name);

@@ -13,7 +13,7 @@
 
 namespace nightmap {
 
-// One recording: a [[sequence]] to map, or a [[query]] folder of pictures to localize.
+// One recording: a [[sequence]] to map, or a [[query]] of pictures to localize.
 struct SequenceConfig {
   std::string layout = "tum";  // tum | seven_scenes | video | pictures
   std::string folder;          // relative to SiteConfig::root
@@ -73,6 +73,20 @@ struct SignalConfig {
   std::string source;           // file:line of its table, for messages
 };
 
+// A log of laser scans to locate: a [[query]] with `scans`. Each scan is a query, or with `turn`
+// the whole log is one.
+struct ScanQueryConfig {
+  std::string scans;   // relative to root; may be gzipped, and lie outside of the data folder
+  int sensor_idx = 0;  // index in SiteConfig::sensors; of kind scan
+  std::string format = "carmen";   // carmen | text
+  std::string message = "FLASER";  // carmen: word that begins the lines to read
+  double rate_hz = 0;              // as in a SignalConfig
+  bool turn = false;               // the robot turned on the spot; the log has its odometry
+  std::vector<double> near_m;      // about x, y in the map; empty: nobody knows
+  double near_radius_m = 5;        // of near_m, the robot is within
+  std::string source;              // file:line of its table, for messages
+};
+
 // Where the robot truly was: [robot_truth]. One of `odometry` and `trajectory`, or none with
 // relations; all empty: the site has no truth of the robot.
 struct RobotTruthConfig {
@@ -87,7 +101,8 @@ struct SiteConfig {
   int hold_out_every = 0;  // every Nth frame becomes a query; 0: none
   std::vector<RgbdCamera> cameras;
   std::vector<SequenceConfig> sequences;
-  std::vector<SequenceConfig> queries;
+  std::vector<SequenceConfig> queries;        // of pictures
+  std::vector<ScanQueryConfig> scan_queries;  // of laser scans
   std::vector<SensorConfig> sensors;
   std::vector<SignalConfig> signals;
   RobotTruthConfig robot_truth;
@@ -102,8 +117,9 @@ SiteConfig ReadSiteConfig(const std::filesystem::path& path);
 // Throws what ReadSiteConfig throws.
 void CheckSiteConfig(const std::filesystem::path& path);
 
-// Appends the [[query]] tables that QUERY of make asks for; they may name cameras of the site. The
-// text holds nothing else, and is empty without QUERY. What is wrong is a UsageError naming QUERY.
+// Appends the [[query]] tables that QUERY of make asks for; they may name cameras and scanners of
+// the site. The text holds nothing else, and is empty without QUERY. What is wrong is a UsageError
+// naming QUERY.
 void ParseAskedQueries(std::string_view text, SiteConfig* site);
 void ReadAskedQueries(const std::filesystem::path& path, SiteConfig* site);
 // Throws what ReadAskedQueries, or ReadSiteConfig before it, throws.

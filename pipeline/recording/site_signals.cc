@@ -75,17 +75,6 @@ struct RobotTruthTable {
   }
 };
 
-int FindSensor(const std::vector<SensorConfig>& sensors,
-               const std::string& id,
-               const std::string& where) {
-  const auto found = std::ranges::find(sensors, id, &SensorConfig::id);
-  if (found != sensors.end()) return static_cast<int>(found - sensors.begin());
-  std::vector<std::string> ids;
-  for (const SensorConfig& sensor : sensors) ids.push_back(sensor.id);
-  throw UsageError(
-      "{}: no [[sensor]] has id \"{}\"; there are: {}", where, id, fmt::join(ids, ", "));
-}
-
 // The message must hold the quantity that the sensor measures.
 void CheckMessage(const SignalConfig& signal, SignalKind kind, const std::string& where) {
   const bool has_scan = signal.message != "ODOM";
@@ -98,6 +87,17 @@ void CheckMessage(const SignalConfig& signal, SignalKind kind, const std::string
 }
 
 }  // namespace
+
+int FindSensor(const std::vector<SensorConfig>& sensors,
+               const std::string& id,
+               const std::string& where) {
+  const auto found = std::ranges::find(sensors, id, &SensorConfig::id);
+  if (found != sensors.end()) return static_cast<int>(found - sensors.begin());
+  std::vector<std::string> ids;
+  for (const SensorConfig& sensor : sensors) ids.push_back(sensor.id);
+  throw UsageError(
+      "{}: no [[sensor]] has id \"{}\"; there are: {}", where, id, fmt::join(ids, ", "));
+}
 
 SensorConfig ParseSensor(const toml::table& table, const std::string& source) {
   const std::string where = Where(table, source);

@@ -36,6 +36,17 @@ SignalConfig ParseSignal(const toml::table& table,
                          const std::string& source,
                          const std::vector<SensorConfig>& sensors);
 
+// Index of the sensor. Throws UsageError naming the ones there are.
+int FindSensor(const std::vector<SensorConfig>& sensors,
+               const std::string& id,
+               const std::string& where);
+
+// Parses a [[query]] with `scans`, which no other one of the site may name. Where it says nothing
+// of its format, that is the format of the sensor's first [[signal]], else FLASER lines of CARMEN.
+ScanQueryConfig ParseScanQuery(const toml::table& table,
+                               const std::string& source,
+                               const SiteConfig& site);
+
 // Parses [robot_truth], which may name one of the sensors.
 RobotTruthConfig ParseRobotTruth(const toml::table& table,
                                  const std::string& source,

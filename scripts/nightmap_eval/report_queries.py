@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Section of the report on located query pictures."""
+"""Section of the report on located queries, pictures or laser scans."""
 
 import io
 
@@ -8,7 +8,7 @@ from PIL import Image
 from nightmap_eval import html
 from nightmap_eval.artifacts import read_csv, to_ints
 from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM
-from nightmap_site.query_results import asked_pictures
+from nightmap_site.query_results import asked_names
 
 MAX_PICTURES = 12
 THUMBNAIL_PX = (300, 200)
@@ -74,14 +74,14 @@ def _error_table(queries):
     return html.table(("", "map aligned as a whole", "map aligned around each query"), rows)
 
 
-def _picture_row(row, data, is_asked):
+def _query_row(row, is_asked):
     status = row["status"]
     name = f"{row['color_path']} (of QUERY)" if is_asked else row["color_path"]
     if status != "located":
         status = html.Raw(f'<span class="failed">{html.escape(status)}</span>')
     errors = [row.get(name) for name in ("translation_error_cm", "rotation_error_deg")]
     shown = [html.number(value) if value is not None else "" for value in errors]
-    return [thumbnail(data, row["color_path"]), name, status, *shown, row["reason"]]
+    return [name, status, *shown, row["reason"]]
 
 
 def query_section(site, metrics, data):
@@ -89,11 +89,13 @@ def query_section(site, metrics, data):
     if rows is None:
         return html.section("Queries", html.paragraph("The localize stage did not run.", "note"))
     parts = _figures(metrics["queries"]) if "queries" in metrics else []
-    head = ("", "picture", "status", "error (cm)", "error (deg)", "reason")
-    asked = asked_pictures(site)
+    asked, asks = asked_names(site), site.pipeline.asks
+    head = (asks.removesuffix("s"), "status", "error (cm)", "error (deg)", "reason")
     of_query, own = ([row for row in rows if (row["color_path"] in asked) == which] for which in (True, False))
-    shown = [_picture_row(row, data, True) for row in of_query]
-    shown += [_picture_row(row, data, False) for row in choose(own, MAX_PICTURES)]
+    chosen = [*of_query, *choose(own, MAX_PICTURES)]
+    shown = [_query_row(row, row["color_path"] in asked) for row in chosen]
+    if asks == "pictures":
+        head, shown = ("", *head), [[thumbnail(data, row["color_path"]), *cells] for row, cells in zip(chosen, shown)]
     parts.append(html.table(head, shown))
     if len(own) > MAX_PICTURES:
         chosen = f"{MAX_PICTURES} of the site's {len(own)} queries: failures, the worst, and an even sample."

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files of the recordings and of the query pictures: whether they are there, and when one of them last changed.
+"""The files of the recordings and of the queries, pictures or scans: whether they are there, and when one of them last changed.
 
 A folder's time does not show that a file was replaced in place, so the sizes and both times of all files count: config/recordings
 and config/pictures hold their number and hash. (The stages then compare contents: a touch reruns nothing after them.)
@@ -13,7 +13,7 @@ from nightmap_make.config_values import ConfigError
 from nightmap_make.site_configs import tables
 
 
-FILE_KEYS = ("ground_truth", "file", "trajectory", "relations")
+FILE_KEYS = ("ground_truth", "file", "scans", "trajectory", "relations")
 OF_TRUTH = ("odometry", "trajectory", "relations")  # keys of [robot_truth]
 
 
@@ -88,7 +88,7 @@ class InputFiles:
 
         self.name, self._data = name, data
         self._pictures = {in_data(part["pictures"]) for part in parts if "pictures" in part}
-        self._folders = {in_data(part.get("folder", ".")) for part in parts if not {"pictures", "file", *OF_TRUTH} & set(part)}
+        self._folders = {in_data(part.get("folder", ".")) for part in parts if not {"pictures", "scans", "file", *OF_TRUTH} & set(part)}
         self._extra = {in_data(part[key]) for part in parts for key in FILE_KEYS if part.get(key)}
 
     def check(self, site_name):
@@ -117,8 +117,8 @@ class InputFiles:
 
 
 def input_files(request, sites):
-    """Recordings and pictures. Make itself handles a recording that synthesize makes, including its queries; synthesize
-    never makes plain pictures."""
+    """Recordings and queries. Make itself handles a recording that synthesize makes, including its queries; synthesize
+    makes neither plain pictures nor what QUERY names."""
     def named_by(name, site, parts):
         return InputFiles(name, request.data, site.get("root", "."), parts)
 
@@ -128,6 +128,5 @@ def input_files(request, sites):
         parts = [] if request.is_synthetic else parts
         yield named_by("recordings", site, parts)
     _, site = sites["queries"]
-    named = tables(site, "query", request.site) + sites["asked"][1]["query"]
-    queries = [query for query in named if "pictures" in query or not request.is_synthetic]
-    yield named_by("pictures", site, queries)
+    own = [query for query in tables(site, "query", request.site) if "pictures" in query or not request.is_synthetic]
+    yield named_by("pictures", site, own + sites["asked"][1]["query"])

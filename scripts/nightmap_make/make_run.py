@@ -109,6 +109,9 @@ class MakeRun:
 
     def _refuse_without_jobs(self):
         for goal, job in self._goals_without_jobs():
+            if job.when == "queries" and self.asked.pipeline.asks == "scans":
+                raise Refused(f"site {self.asked.name} has no scans to locate: name a log of them in QUERY, or give "
+                              f"{self.asked.request.site} a [[query]]")
             if job.when == "queries":
                 raise Refused(f"site {self.asked.name} has no query pictures: name some in QUERY, or give {self.asked.request.site} a "
                               "[[query]] or hold_out_every > 0")  # fmt: skip

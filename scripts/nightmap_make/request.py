@@ -62,30 +62,31 @@ class Asked:
         self.request = ConfigRequest(
             configs="configs", site=f"{env['SITES']}/{self.name}.toml", data=env["DATA"], config_dir=f"{self.folder}/config",
             work_dir=self.config, seed=env["SEED"], set=env["SET"], ends=ends, query=env.get("QUERY", ""), camera=env.get("CAMERA", ""),
-            fov_deg=env.get("FOV_DEG", ""), reads_recordings=not self._asks_pictures_only())  # fmt: skip
+            fov_deg=env.get("FOV_DEG", ""), near=env.get("NEAR", ""), near_radius=env.get("NEAR_RADIUS", ""), turn=env.get("TURN", ""),
+            reads_recordings=not self._locates_only())  # fmt: skip
         self._read_site()
         self.resolved = ResolvedConfigs(self.request)
         self.configs, self.tables = self.resolved.configs, self.resolved.sites["site"][1]
         imports = self.tables.get("import", {})
-        self.pipeline = read_pipeline("configs", self.request.profile, imports)
         check_imports(self.request.site, env["DATA"], imports)
         if "status" not in self.goals:
             self._preflight()
 
-    def _asks_pictures_only(self):
-        """Whether to skip the recordings: locating a picture in the existing map does not need them."""
+    def _locates_only(self):
+        """Whether to skip the recordings: locating a picture or a scan in the existing map does not need them."""
         return bool(self.goals == ["localize"] and self.env.get("QUERY") and os.path.exists(f"{self.folder}/frames/shards.txt"))
 
     def _read_site(self):
-        """The profile that the site's config names; the other checks depend on it."""
+        """The profile that the site's config names, and its pipeline; the other checks depend on them."""
         request = self.request
         request.profile = self.env.get("PROFILE") or "default"
-        if not os.path.exists(request.site):
-            return
-        site = load(request.site)
+        site = load(request.site) if os.path.exists(request.site) else {}
         if not self.env.get("PROFILE") and "profile" in site:
             request.profile, request.profile_from = site["profile"], request.site
         request.is_synthetic = site.get("synthetic", False) is True
+        imports = site.get("import", {})  # of the right type if ResolvedConfigs finds no mistake
+        self.pipeline = read_pipeline("configs", str(request.profile), imports if isinstance(imports, dict) else {})
+        request.asks = self.pipeline.asks
 
     def _preflight(self):
         programs = [program for program in self.pipeline.programs() if program in self.configs]

@@ -36,6 +36,10 @@ class ConfigRequest:
     query: str = ""
     camera: str = ""
     fov_deg: str = ""
+    near: str = ""
+    near_radius: str = ""
+    turn: str = ""
+    asks: str = "pictures"  # of which QUERY names files, or "scans"
     is_synthetic: bool = False  # synthesize makes the recording
     reads_recordings: bool = True  # False: only the queries are looked at
 

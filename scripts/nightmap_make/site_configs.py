@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The copies of a site's config, config/site/ for frames and config/queries/ for queries, and config/asked/ with the [[query]]
-tables of QUERY.
+"""The copies of a site's config, config/site/ for frames and config/queries/ for the program that lists the queries, and
+config/asked/ with the [[query]] tables of QUERY.
 
 Each keeps its time while the tables that its stage reads do not change. A copy has the user's lines and names the user's file, so
 that pipeline/recording/site_config.cc can name both in messages.
@@ -13,9 +13,10 @@ from nightmap_make.config_values import ConfigError, load
 from nightmap_make.query_variable import asked_queries, tables_text
 
 OF_MAKE = ("profile", "synthetic", "import")  # keys that choose and fill jobs
+OF_SCANS = ("signal", "sensor")
 # Part -> the keys that only the other stage, or make, reads.
-NOT_READ = {"site": ("query", *OF_MAKE), "queries": ("sequence", "signal", "sensor", "robot_truth", "hold_out_every", *OF_MAKE), "asked": ()}
-TEXT_KEYS = ("folder", "pictures", "ground_truth", "label_folder", "file")
+NOT_READ = {"site": ("query", *OF_MAKE), "queries": ("sequence", *OF_SCANS, "robot_truth", "hold_out_every", *OF_MAKE), "asked": ()}
+TEXT_KEYS = ("folder", "pictures", "scans", "ground_truth", "label_folder", "file")
 
 
 def tables(site, name, path):
@@ -71,20 +72,21 @@ def settle_site(part, text, site, request):
     """Writes a part when its text changed."""
     name = os.path.join(part, os.path.basename(request.site))
     current, target = os.path.join(request.config_dir, name), os.path.join(request.work_dir, name)
-    settle(current, target, text, means_same=lambda path: _is_same_part(path, site, part))
+    settle(current, target, text, means_same=lambda path: _is_same_part(path, site, part, request.asks))
 
 
-def _is_same_part(path, site, part):
+def _is_same_part(path, site, part, asks):
     """Whether an earlier call wrote the same for this stage; a damaged file is not the same."""
     if not os.path.exists(path):
         return False
     try:
-        return _of_part(load(path), part) == _of_part(site, part)
+        return _of_part(load(path), part, asks) == _of_part(site, part, asks)
     except (ConfigError, TypeError):
         return False
 
 
-def _of_part(site, part):
+def _of_part(site, part, asks):
     """The keys of the site that the stage of a part reads. (Queries are numbered after the recordings.)"""
-    taken = {key: value for key, value in site.items() if key not in NOT_READ[part]}
+    read = OF_SCANS if (part, asks) == ("queries", "scans") else ()
+    taken = {key: value for key, value in site.items() if key in read or key not in NOT_READ[part]}
     return taken | ({"num_sequences": len(site.get("sequence", []))} if part == "queries" else {})

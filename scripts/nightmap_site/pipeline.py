@@ -9,13 +9,14 @@ from nightmap_site.declaration import Declaration, PipelineError, read_toml
 from nightmap_site.needs import NEEDS
 
 KEYS = {"purpose", "program", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads", "stamp",
-        "kB_per_frame", "section", "needs"}  # fmt: skip
+        "kB_per_frame", "section", "needs", "asks"}  # fmt: skip
 REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this|all))?(?P<by_hash> by hash)?"
                        r"(?P<if_made> if made)?")
 CONDITION = re.compile(r"\w+(\.\w+)*")
 SOURCES = ("site", "queries", "asked", "data")
 SECTIONS = ("report", "evaluation")
 STAMPS = ("recordings", "pictures")
+ASKS = ("pictures", "scans")
 
 
 class Input:
@@ -78,7 +79,7 @@ class Job:
         self.finds = [tuple(text.split(".", 1)) for text in table.get("finds", [])]
         self.kB_per_frame = table.get("kB_per_frame", 0)
         self.needs = table.get("needs", [])
-        self.stamp = table.get("stamp")
+        self.stamp, self.asks = table.get("stamp"), table.get("asks")
         self.reads = list(table.get("reads", []))
         self.sections = dict(table.get("section", {}))
         if not set(self.sections) <= set(SECTIONS):
@@ -89,6 +90,8 @@ class Job:
             raise PipelineError(f"{where('needs')}: needs = {self.needs!r} is no list of {', '.join(NEEDS)}")
         if self.stamp not in (None, *STAMPS):
             raise PipelineError(f"{where('stamp')}: stamp = \"{self.stamp}\" is none of {', '.join(STAMPS)}")
+        if self.asks not in (None, *ASKS):
+            raise PipelineError(f"{where('asks')}: asks = \"{self.asks}\" is none of {', '.join(ASKS)}")
         if self.when is not None and not CONDITION.fullmatch(self.when):
             raise PipelineError(f"{where('when')}: when = \"{self.when}\" is no key of a site's config, like \"import.map\"")
 
@@ -150,6 +153,11 @@ class Pipeline:
             self.listed_by |= {job.lists: job} if job.lists else {}
         for job in jobs.values():
             self._check(job)
+
+    @property
+    def asks(self):
+        """What QUERY and [[query]] of the site name: pictures or scans."""
+        return next((job.asks for job in self.jobs.values() if job.asks), ASKS[0])
 
     def _check(self, job):
         units = ("site", *self.listed_by)

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The query pictures of a site: what localize found of each, and which of them QUERY named. Imports little."""
+"""The queries of a site, pictures or laser scans: what localize found of each, and which of them QUERY named. Imports little."""
 
 import csv
 import io
 import math
+import re
 
 from nightmap_site import unit_lists
 from nightmap_site.checked_reading import REMEDY, read_text, read_toml, using
 from nightmap_site.script_errors import DataError
 
+SCAN_NUMBER = re.compile(r"#[1-9]\d*$", re.ASCII)
 MAX_BELOW_FLOOR_M = 0.1  # heading as the plan stage defines it
 
 
@@ -19,12 +21,26 @@ def _rows(path, columns):
     return rows
 
 
-def asked_pictures(site):
-    """The color_path of each, as in the lists. Their sequences are numbered after those of the site's config."""
+def asked_names(site):
+    """The names of the queries of QUERY, as in the lists."""
     config, asked = site.config / "queries" / f"{site.name}.toml", site.config / "asked" / f"{site.name}.toml"
-    listed = site.made("queries", "queries")
+    of_scans = site.pipeline.asks == "scans"
+    listed = site.made("queries", "list" if of_scans else "queries")
     if not (config.exists() and asked.exists() and listed and read_toml(asked)):
         return set()
+    return _asked_scans(listed, asked) if of_scans else _asked_pictures(listed, config)
+
+
+def _asked_scans(listed, asked):
+    """Scans are named after their log, with #1, #2 ... for several of one."""
+    with using(asked):
+        logs = {table["scans"] for table in read_toml(asked)["query"]}
+    names = unit_lists.whole(unit_lists.read_queries, listed)
+    return {name for name in names if name in logs or SCAN_NUMBER.sub("", name) in logs}
+
+
+def _asked_pictures(listed, config):
+    """Their sequences are numbered after those of the site's config."""
     tables = read_toml(config)
     with using(config):
         first = len(tables.get("sequence", [])) + len(tables.get("query", []))
@@ -34,16 +50,18 @@ def asked_pictures(site):
 
 
 class Query:
-    """A row of localize/queries.csv: place and heading of the camera in the map frame; heading is the viewing
-    direction, counter-clockwise from x. Both are None without a pose."""
+    """A row of localize/queries.csv: place and heading in the map frame, counter-clockwise from x. They are those of the camera and
+    its viewing direction, its z, or of a robot that scanned and its x. Both are None without a pose."""
 
-    def __init__(self, row):
-        self.picture, self.verdict, self.reason = row["color_path"], row["status"], row["reason"]
+    def __init__(self, row, asks):
+        self.name, self.verdict, self.reason = row["color_path"], row["status"], row["reason"]
         self.place_m = self.heading_deg = self.sigma_m = self.sigma_deg = None
         if row["tx_m"]:
             self.place_m = [float(row[name]) for name in ("tx_m", "ty_m", "tz_m")]
             x, y, z, w = (float(row[name]) for name in ("qx", "qy", "qz", "qw"))
-            self.heading_deg = math.degrees(math.atan2(2 * (y * z - x * w), 2 * (x * z + y * w)))
+            ahead = ((1 - 2 * (y * y + z * z), 2 * (x * y + z * w)) if asks == "scans"
+                     else (2 * (x * z + y * w), 2 * (y * z - x * w)))  # fmt: skip
+            self.heading_deg = math.degrees(math.atan2(ahead[1], ahead[0]))
             self.sigma_m, self.sigma_deg = (float(row[name]) for name in ("position_sigma_m", "rotation_sigma_deg"))
 
 
@@ -52,7 +70,7 @@ def read_queries(site):
     pose = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw", "position_sigma_m", "rotation_sigma_deg")
     rows = _rows(path, ("color_path", "status", "reason", *pose))
     with using(path):
-        return [Query(row) for row in rows]
+        return [Query(row, site.pipeline.asks) for row in rows]
 
 
 class Floors:

@@ -79,6 +79,11 @@ def read_units(path, kind):
     return names
 
 
+def read_queries(path):
+    """Names of the queries, which may be any text. Raises DataError when the list is damaged."""
+    return _read_names(path, "queries")
+
+
 def _place(tile):
     return tuple(map(int, tile.split("_")))
 
@@ -108,13 +113,13 @@ def read_floors(grid_dir):
 
 
 def has_queries(site_dir):
-    """Whether queries/queries.csv lists a picture below its header."""
-    path = os.path.join(site_dir, "queries", "queries.csv")
+    """Whether queries/queries.txt announces a query, of a picture or of scans."""
+    path = os.path.join(site_dir, "queries", "queries.txt")
     if not os.path.isfile(path):
         return False
     with open(path, "rb") as file:
-        file.readline(1 << 16)
-        return bool(file.readline(1 << 16).strip())
+        found = HEADER.fullmatch(file.readline(1 << 10).decode(errors="replace").rstrip("\n"))
+    return bool(found) and found[1] == "queries" and found[2] != "0"
 
 
 def whole(reader, folder):

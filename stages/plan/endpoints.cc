@@ -104,6 +104,11 @@ std::string WhyNotFree(const OccupancyGrid& grid, const CostMap& map, const Eige
       map.robot_radius_m);
 }
 
+// An object in the outer wall may have its centre outside of the map.
+bool MayMove(const OccupancyGrid& grid, const EndpointRequest& request) {
+  return request.half_extent_m > 0 || grid.Contains(grid.CellOf(request.point_in_map));
+}
+
 [[noreturn]] void FailNotFree(const OccupancyGrid& grid,
                               const CostMap& map,
                               const EndpointRequest& request,
@@ -115,9 +120,14 @@ std::string WhyNotFree(const OccupancyGrid& grid, const CostMap& map, const Eige
                                                nearest->distance_m,
                                                ToText(grid.CenterInMap(nearest->cell)))
                                  : "the map has no cell that is free for this robot";
-  const std::string limit = nearest && grid.Contains(own)
-                                ? fmt::format(", more than snap_radius_m {}", snap_radius_m)
-                                : "";
+  const std::string beside =
+      request.half_extent_m > 0
+          ? fmt::format(" and half the diagonal of the object, {:.2f} m", request.half_extent_m)
+          : "";
+  const std::string limit =
+      nearest && MayMove(grid, request)
+          ? fmt::format(", more than snap_radius_m {}{}", snap_radius_m, beside)
+          : "";
   throw DataError("{} '{}' at {} {}; {}{}",
                   request.role,
                   request.text,
@@ -132,8 +142,7 @@ Candidates CandidatesFor(const OccupancyGrid& grid,
                          const std::vector<std::int32_t>& labels,
                          const EndpointRequest& request,
                          double snap_radius_m) {
-  const bool is_on_map = grid.Contains(grid.CellOf(request.point_in_map));
-  const double radius_m = is_on_map ? snap_radius_m : 0;
+  const double radius_m = MayMove(grid, request) ? snap_radius_m + request.half_extent_m : 0;
   Candidates candidates = CellsWithin(grid, map, labels, request.point_in_map, radius_m);
   if (candidates.empty()) FailNotFree(grid, map, request, snap_radius_m);
   return candidates;

@@ -20,11 +20,12 @@ struct Endpoint {
 };
 
 // Ends that are standable and connected stay as requested. Otherwise an end moves to the centre of
-// a free cell within `snap_radius_m`. Parts of the map that every end can move into are compared by
-// the sum of the moves to each end's nearest cell there; the least wins, but parts larger than the
-// robot come first. (Without such a part each end moves to its nearest cell.) Deterministic. Throws
-// DataError when there is no free cell within the radius, an end is outside the map, or two
-// successive ends are, or become, the same place; the message says why and names the remedy.
+// a free cell within `snap_radius_m`, of an object within that and half its diagonal. Parts of the
+// map that every end can move into are compared by the sum of the moves to each end's nearest cell
+// there; the least wins, but parts larger than the robot come first. (Without such a part each end
+// moves to its nearest cell.) Deterministic. Throws DataError when there is no free cell within the
+// radius, an end is outside the map, or two successive ends are, or become, the same place; the
+// message says why and names the remedy.
 std::vector<Endpoint> PlaceEndpoints(const OccupancyGrid& grid,
                                      const CostMap& map,
                                      const std::vector<EndpointRequest>& requests,

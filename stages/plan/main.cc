@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// plan: finds a path on a floor's grid from one point or picture to others. Reads floors.json, that
-// grid and, where given, queries.csv and trajectory.tum; writes path.csv, .json, .yaml and .png.
+// plan: finds a path on a floor's grid between points, located queries and objects; draws it.
 #include <spdlog/spdlog.h>
 
 #include "pipeline/io/trajectory_io.h"
@@ -17,6 +16,7 @@ PlanInputs ReadInputs(const PlanOptions& options, StageContext& context) {
   inputs.floors = ReadFloors(context.Input("grid"));
   if (context.HasInput("queries")) inputs.queries = ReadQueries(context.Input("queries"));
   if (context.HasInput("trajectory")) inputs.trajectory = ReadTum(context.Input("trajectory"));
+  if (context.HasInput("objects")) inputs.objects = ReadObjects(context.Input("objects"));
   inputs.floor_idx = PlanFloor(options, inputs);
   inputs.grid = ReadFloorGrid(context, "grid", inputs.floors[inputs.floor_idx]);
   return inputs;
@@ -47,9 +47,10 @@ void Run(const PlanOptions& options, StageContext& context) {
 int main(int argc, char** argv) {
   const StageSpec spec{
       "plan",
-      "finds a path on the grid between points or pictures",
+      "finds a path on the grid between points, located queries or objects",
       {{"grid", "floors.json of the grid stage, or an imported map.yaml"},
-       {"queries", "queries.csv of the localize stage", Arity::kOptional},
+       {"queries", "queries.csv of the job localize", Arity::kOptional},
+       {"objects", "objects.yaml, which may name the ends", Arity::kOptional},
        {"trajectory", "trajectory to draw on path.png", Arity::kOptional}},
       {{"csv", "path: x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m,z_m,floor"},
        {"json", "ends, legs and figures of the path"},

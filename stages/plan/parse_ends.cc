@@ -14,6 +14,8 @@ namespace nightmap {
 namespace {
 
 constexpr std::string_view kPicturePrefix = "picture:";
+constexpr std::string_view kScanPrefix = "scan:";
+constexpr std::string_view kObjectPrefix = "object:";
 constexpr double kMaxBelowFloor_m = 0.1;  // tolerance for rounded heights of floors
 constexpr double kMaxAboveFloor_m = 2.5;  // the grid stage's limit for cameras
 
@@ -40,6 +42,20 @@ EndpointRequest AtCamera(const std::string& role,
   return {role, text, camera_in_map.head<2>(), camera_in_map.z(), true};
 }
 
+// What follows the prefix; empty when the text does not begin with it.
+std::string NameAfter(std::string_view prefix, const std::string& text) {
+  return text.starts_with(prefix) ? text.substr(prefix.size()) : "";
+}
+
+// Nobody stands in a column, so the end moves to a place around it.
+EndpointRequest AtObject(const std::string& role,
+                         const std::string& text,
+                         const MapObject& object) {
+  EndpointRequest request{role, text, object.map_from_object.translation, {}};
+  request.half_extent_m = object.size_m.norm() / 2;
+  return request;
+}
+
 // Parses two or three numbers; otherwise returns none.
 std::vector<double> ParseNumbers(const std::string& text) {
   std::vector<double> numbers;
@@ -56,16 +72,23 @@ std::vector<double> ParseNumbers(const std::string& text) {
 EndpointRequest Parse(const std::string& role,
                       const std::string& option,
                       const std::string& text,
-                      const std::vector<QueryResult>& queries) {
-  if (text.starts_with(kPicturePrefix) && text.size() > kPicturePrefix.size()) {
-    const auto& picture = FindPicture(queries, text.substr(kPicturePrefix.size()));
-    return AtCamera(role, text, picture.map_from_camera.translation);
+                      const std::vector<QueryResult>& queries,
+                      const std::vector<MapObject>& objects) {
+  if (const auto name = NameAfter(kPicturePrefix, text); !name.empty()) {
+    return AtCamera(role, text, FindQuery(queries, "picture", name).map_from_camera.translation);
+  }
+  if (const auto name = NameAfter(kScanPrefix, text); !name.empty()) {
+    const auto& robot_in_map = FindQuery(queries, "scan", name).map_from_camera.translation;
+    return {role, text, robot_in_map.head<2>(), robot_in_map.z()};
+  }
+  if (const auto name = NameAfter(kObjectPrefix, text); !name.empty()) {
+    return AtObject(role, text, FindObject(objects, name));
   }
   const auto numbers = ParseNumbers(text);
   if (numbers.empty()) {
     throw UsageError(
-        "option {} is '{}': give \"x_m,y_m\" or \"x_m,y_m,z_m\" in the map frame or "
-        "\"picture:NAME\"",
+        "option {} is '{}': give \"x_m,y_m\" or \"x_m,y_m,z_m\" in the map frame, "
+        "\"picture:NAME\", \"scan:NAME\" or \"object:NAME\"",
         option,
         text);
   }
@@ -124,10 +147,11 @@ std::size_t FloorOf(const EndpointRequest& request,
 std::vector<EndpointRequest> MakeRequests(const std::string& start,
                                           const std::string& goals,
                                           const std::vector<QueryResult>& queries,
-                                          const std::vector<StampedPose>& trajectory) {
+                                          const std::vector<StampedPose>& trajectory,
+                                          const std::vector<MapObject>& objects) {
   std::vector<EndpointRequest> requests;
   requests.push_back(start.empty() ? DefaultRequest("start", queries, trajectory)
-                                   : Parse("start", "start", Trim(start), queries));
+                                   : Parse("start", "start", Trim(start), queries, objects));
   if (goals.empty()) {
     requests.push_back(DefaultRequest("goal", queries, trajectory));
     return requests;
@@ -135,7 +159,7 @@ std::vector<EndpointRequest> MakeRequests(const std::string& start,
   const auto texts = SplitGoals(goals);
   for (std::size_t i = 0; i < texts.size(); ++i) {
     const std::string role = texts.size() == 1 ? "goal" : fmt::format("goal {}", i + 1);
-    requests.push_back(Parse(role, "goal", texts[i], queries));
+    requests.push_back(Parse(role, "goal", texts[i], queries, objects));
   }
   return requests;
 }

@@ -15,12 +15,18 @@ using Path = std::filesystem::path;
 
 constexpr std::size_t kMaxNames = 5;
 
-std::string FewNames(const std::vector<const QueryResult*>& queries) {
-  std::string names;
-  for (std::size_t i = 0; i < std::min(queries.size(), kMaxNames); ++i) {
-    names += (i == 0 ? "" : ", ") + queries[i]->color_path;
+std::string FewNames(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kMaxNames); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
   }
-  return names + (queries.size() > kMaxNames ? ", ..." : "");
+  return text + (names.size() > kMaxNames ? ", ..." : "");
+}
+
+std::string FewNames(const std::vector<const QueryResult*>& queries) {
+  std::vector<std::string> names;
+  for (const QueryResult* query : queries) names.push_back(query->color_path);
+  return FewNames(names);
 }
 
 std::vector<const QueryResult*> Select(const std::vector<QueryResult>& queries,
@@ -57,28 +63,48 @@ std::vector<const QueryResult*> Matching(const std::vector<QueryResult>& queries
 
 }  // namespace
 
-const QueryResult& FindPicture(const std::vector<QueryResult>& queries, const std::string& name) {
+const QueryResult& FindQuery(const std::vector<QueryResult>& queries,
+                             const std::string& kind,
+                             const std::string& name) {
   const auto matching = Matching(queries, name);
   if (matching.empty()) {
     const auto all = Select(queries, [](const std::string&) { return true; });
-    throw DataError("picture '{}' is not among the {} localized queries ({})",
+    throw DataError("{} '{}' is not among the {} localized queries ({})",
+                    kind,
                     name,
                     queries.size(),
                     FewNames(all));
   }
   if (matching.size() > 1) {
-    throw DataError("picture '{}' fits {} queries ({}): give the whole path",
+    throw DataError("{} '{}' fits {} queries ({}): give the whole path",
+                    kind,
                     name,
                     matching.size(),
                     FewNames(matching));
   }
   if (!matching[0]->IsLocated()) {
-    throw DataError("picture '{}' was not located: {} ({})",
+    throw DataError("{} '{}' was not located: {} ({})",
+                    kind,
                     name,
                     QueryVerdictText(matching[0]->verdict),
                     matching[0]->reason);
   }
   return *matching[0];
+}
+
+const MapObject& FindObject(const std::vector<MapObject>& objects, const std::string& name) {
+  const auto found = std::ranges::find(objects, name, &MapObject::name);
+  if (found != objects.end()) return *found;
+  if (objects.empty()) {
+    throw DataError(
+        "object '{}': the map has no objects: name a file of them as `objects` of [import] in the "
+        "site config, or let make report propose some",
+        name);
+  }
+  std::vector<std::string> names;
+  for (const MapObject& object : objects) names.push_back(object.name);
+  throw DataError(
+      "object '{}' is not among the {} of the map ({})", name, names.size(), FewNames(names));
 }
 
 }  // namespace nightmap

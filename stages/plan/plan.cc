@@ -145,10 +145,11 @@ void PlanLegs(const PlanOptions& options,
 }  // namespace
 
 void PlanOptions::Register(OptionList& list) {
-  list.Add(
-      "start",
-      &start,
-      "\"x_m,y_m\" or \"x_m,y_m,z_m\" in the map, \"picture:NAME\", or \"\": first located query");
+  list.Add("start",
+           &start,
+           "\"x_m,y_m\" or \"x_m,y_m,z_m\" in the map, \"picture:NAME\", \"scan:NAME\", "
+           "\"object:NAME\", or "
+           "\"\": first located query");
   list.Add("goal",
            &goal,
            "likewise; several goals, separated by \";\", are visited in order; \"\": last located "
@@ -175,7 +176,7 @@ void PlanOptions::Register(OptionList& list) {
 
 std::size_t PlanFloor(const PlanOptions& options, const PlanInputs& inputs) {
   const auto requests =
-      MakeRequests(options.start, options.goal, inputs.queries, inputs.trajectory);
+      MakeRequests(options.start, options.goal, inputs.queries, inputs.trajectory, inputs.objects);
   return ChooseFloor(requests, inputs.floors, options.floor);
 }
 
@@ -185,7 +186,7 @@ PlanResult RunPlan(const PlanOptions& options,
                    int num_threads) {
   progress.Start(3);
   const auto requests =
-      MakeRequests(options.start, options.goal, inputs.queries, inputs.trajectory);
+      MakeRequests(options.start, options.goal, inputs.queries, inputs.trajectory, inputs.objects);
   const CostMap map =
       MakeCostMap(inputs.grid, options.cost, CircumscribedRadius_m(options.footprint), num_threads);
   progress.Advance();

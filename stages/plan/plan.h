@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plans a robot's path over the occupancy grid, from a point or picture to one or more others.
+// Plans a robot's path over the occupancy grid, from a point, a located query or an object to one
+// or more others.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,6 +14,7 @@
 #include "pipeline/io/grid_io.h"
 #include "pipeline/io/queries_io.h"
 #include "pipeline/planar/floors_io.h"
+#include "pipeline/planar/objects_io.h"
 #include "stages/plan/cost_map.h"
 #include "stages/plan/endpoints.h"
 #include "stages/plan/footprint.h"
@@ -20,7 +22,8 @@
 namespace nightmap {
 
 struct PlanOptions {
-  // "x_m,y_m", "x_m,y_m,z_m", "picture:NAME", or empty: the first located query
+  // "x_m,y_m", "x_m,y_m,z_m", "picture:NAME", "scan:NAME", "object:NAME", or empty: the first
+  // located query
   std::string start;
   std::string goal;  // likewise, several separated by ";"; empty: the last located query
   int floor = 0;     // for ends without a z
@@ -36,10 +39,11 @@ struct PlanOptions {
 struct PlanInputs {
   OccupancyGrid grid;
   std::vector<QueryResult> queries;
-  // map_from_camera; gives default ends when nothing is located.
+  // map_from_camera, or of a robot that scans; gives default ends when nothing is located.
   std::vector<StampedPose> trajectory;
   std::vector<FloorFiles> floors = {FloorFiles{}};
   std::size_t floor_idx = 0;  // index of the grid's floor, from PlanFloor
+  std::vector<MapObject> objects = {};
 };
 
 struct PathPoint {

@@ -4,6 +4,8 @@
 // Writes queries.txt and, next to it, queries.csv, query_cameras.json and query_ground_truth.tum.
 #include "stages/queries/queries.h"
 
+#include <spdlog/spdlog.h>
+
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
 #include "pipeline/recording/inspect_frames.h"
@@ -27,6 +29,9 @@ int main(int argc, char** argv) {
         const auto& data_root = context.Input("data");
         SiteConfig site = ReadSiteConfig(context.Input("site"));
         ReadAskedQueries(context.Input("asked"), &site);
+        for (const ScanQueryConfig& scans : site.scan_queries) {
+          spdlog::warn("{}: laser scans are located by profile laser alone", scans.source);
+        }
         context.BeginPart("list");
         const auto held_out = ReadFrames(context.Input("held_out"));
         for (const FrameRecord& frame : held_out)

@@ -172,7 +172,7 @@ class HostileFilesTest(unittest.TestCase):
                        "{variable} := {touch}", "nightmap {kind}, version 1, 1 names\n{name} {touch}\n"):
             for name, (kind, good) in names.items():
                 self.write(name, header.format(touch=touch, kind=kind, name=good, variable=kind.upper()) + "\n")
-            self.write("queries/queries.csv", f"a {touch}\n{touch}\n")
+            self.write("queries/queries.txt", f"a {touch}\n{touch}\n")
             self.write("grid/floors.json", json.dumps(floors, indent=1))
             self.write("plan/receipt_$(touch pwned).json", "{}")
             self.write("features/receipt_0000$(shell touch pwned).json", "{}")

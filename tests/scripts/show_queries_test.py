@@ -8,7 +8,7 @@ from pathlib import Path
 
 import fake_site
 from nightmap_eval.report_queries import query_section
-from nightmap_site.query_results import asked_pictures
+from nightmap_site.query_results import asked_names
 from nightmap_site.site import Site
 
 HEADER = ("query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,confidence,"
@@ -88,7 +88,7 @@ class ShowQueriesTest(unittest.TestCase):
     def test_the_report_shows_pictures_of_query_first_and_marks_them(self):
         self.write("config/asked/office.toml", ASKED)
         self.write_queries(num_own=20, asked=["a.jpg", "b.jpg"])
-        self.assertEqual(asked_pictures(Site(self.site_dir)), {"a.jpg", "b.jpg"})
+        self.assertEqual(asked_names(Site(self.site_dir)), {"a.jpg", "b.jpg"})
         page = str(query_section(Site(self.site_dir), {}, None))
         places = [page.index(f"<td>{name}") for name in ("a.jpg (of QUERY)", "b.jpg (of QUERY)", "own/0.jpg")]
         self.assertEqual(places, sorted(places))

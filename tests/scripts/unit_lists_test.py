@@ -36,7 +36,7 @@ class SiteFolder(unittest.TestCase):
         self.write("frames/shards.txt", SHARDS)
         self.write("tiles/tiles.txt", TILES)
         self.write("grid/floors.json", floors_json("map.yaml", "floor_1.yaml"))
-        self.write("queries/queries.csv", "frame_idx,time_ns\n0,1\n")
+        self.write("queries/queries.txt", "nightmap queries, version 1, 1 names\na.jpg\n")
 
     def write(self, name, content):
         path = self.site_dir / name
@@ -62,9 +62,9 @@ class ListsTest(SiteFolder):
     def test_lists_that_are_not_there_are_empty(self):
         for path in list(self.site_dir.rglob("*.*")):
             path.unlink()
-        for queries, tiles in ((None, None), ("frame_idx,time_ns\n\n", "nightmap tiles, version 1, 0 names\n")):
+        for queries, tiles in ((None, None), ("nightmap queries, version 1, 0 names\n", "nightmap tiles, version 1, 0 names\n")):
             if queries:
-                self.write("queries/queries.csv", queries)
+                self.write("queries/queries.txt", queries)
                 self.write("tiles/tiles.txt", tiles)
             state, said = self.state()
             self.assertEqual((said, state.damaged, state.has_queries), ([], set(), False))
@@ -157,9 +157,9 @@ class LeftoversTest(SiteFolder):
         stay = ["localize/notes.txt", "localize/queries.csv.mine", "localize/mine/queries.csv", "plan/path.csv", "drive/receipt.json",
                 "landmarks/colmap/cameras.txt", "logs/plan.log", "evaluate/metrics.json", "logs/report.log", "octree/tile_0_0.ot"]  # fmt: skip
         self.removed(self.graph(), stay + go, [])  # no list of queries: who knows
-        self.write("queries/queries.csv", "query_idx\n0\n")
+        self.write("queries/queries.txt", "nightmap queries, version 1, 1 names\na.jpg\n")
         self.removed(self.graph(), stay + go, [])
-        self.write("queries/queries.csv", "query_idx\n")
+        self.write("queries/queries.txt", "nightmap queries, version 1, 0 names\n")
         self.removed(self.graph(), stay, go)
 
     def test_results_of_jobs_that_another_profile_had_are_removed(self):
