@@ -10,6 +10,8 @@ namespace {
 // So many walls of objects, of which so many are confirmed, are no chance.
 constexpr int kMinObjectWalls = 20;
 constexpr double kMinConfirmed = 0.7;
+// A building that changed hides less of the best place than it shows.
+constexpr double kMinChangedAgreement = 0;
 
 // The largest of the others over the best; 0: there is no other.
 double RivalRatio(const std::vector<ScanCandidate>& candidates, double ScanCandidate::*fit) {
@@ -27,7 +29,9 @@ bool IsInMap(const VerdictOptions& options,
              const ScanQuery& query,
              const std::vector<ScanCandidate>& candidates) {
   const ScanCandidate& best = candidates.front();
-  if (best.score - best.through_share >= options.min_agreement) return true;
+  const double agreement = best.score - best.through_share;
+  if (agreement >= options.min_agreement) return true;
+  if (agreement < kMinChangedAgreement) return false;
   if (RivalRatio(candidates, &ScanCandidate::walls_fit) <= options.max_unique_ratio) return true;
   if (!query.rough_position) return false;
   return AreConfirmed(best.objects) ||

@@ -13,7 +13,7 @@ namespace nightmap {
 struct VerdictOptions {
   int min_points = 20;
   double min_fit = 0.4;
-  double min_agreement = 0.46;
+  double min_agreement = 0.55;
   double max_unique_ratio = 0.88;
   double max_rival_ratio = 0.95;
   double max_position_sigma_m = 0.5;
