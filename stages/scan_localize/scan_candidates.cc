@@ -98,6 +98,14 @@ double FitWithObjects(double walls_fit, const ObjectView& objects) {
   return (1 - weight) * walls_fit + weight * objects.num_confirmed / num_seen;
 }
 
+// The heading (rad^2) errs by what the grid does to walls: each stands at the centre of its cell.
+double GridTurnVariance(double cell_m, const std::vector<Eigen::Vector2d>& points) {
+  double sum_m2 = cell_m * cell_m;
+  for (const Eigen::Vector2d& point : points) sum_m2 += point.squaredNorm();
+  const double mean_m2 = sum_m2 / static_cast<double>(points.size() + 1);
+  return cell_m * cell_m / 12 / mean_m2;
+}
+
 }  // namespace
 
 void CandidateOptions::Register(OptionList& list) {
@@ -136,6 +144,7 @@ std::vector<ScanCandidate> FindCandidates(const CandidateOptions& options,
     candidate.search_score = place.score;
     candidate.score = match.score;
     candidate.covariance = match.covariance;
+    candidate.covariance(2, 2) += GridTurnVariance(map.Grid().resolution_m, fine_points);
     candidate.through_share = ThroughShare(options, map.Grid(), query, candidate.map_from_query);
     candidate.objects =
         ViewObjects(walls_of_objects, query, candidate.map_from_query, options.max_range_m);
