@@ -10,8 +10,8 @@ namespace {
 // So many walls of objects, of which so many are confirmed, are no chance.
 constexpr int kMinObjectWalls = 20;
 constexpr double kMinConfirmed = 0.7;
-// A building that changed hides less of the best place than it shows.
-constexpr double kMinChangedAgreement = 0;
+// Where most beams pass walls and few end on them, only a rough position speaks for a place.
+constexpr double kMinChangedAgreement = -0.2;
 
 // The largest of the others over the best; 0: there is no other.
 double RivalRatio(const std::vector<ScanCandidate>& candidates, double ScanCandidate::*fit) {
@@ -31,11 +31,12 @@ bool IsInMap(const VerdictOptions& options,
   const ScanCandidate& best = candidates.front();
   const double agreement = best.score - best.through_share;
   if (agreement >= options.min_agreement) return true;
-  if (agreement < kMinChangedAgreement) return false;
-  if (RivalRatio(candidates, &ScanCandidate::walls_fit) <= options.max_unique_ratio) return true;
-  if (!query.rough_position) return false;
-  return AreConfirmed(best.objects) ||
-         RivalRatio(candidates, &ScanCandidate::fit) <= options.max_unique_ratio;
+  if (query.rough_position) {
+    return AreConfirmed(best.objects) ||
+           RivalRatio(candidates, &ScanCandidate::fit) <= options.max_unique_ratio_nearby;
+  }
+  return agreement >= kMinChangedAgreement &&
+         RivalRatio(candidates, &ScanCandidate::walls_fit) <= options.max_unique_ratio;
 }
 
 double PositionSigma_m(const ScanCandidate& candidate) {
@@ -55,6 +56,10 @@ void VerdictOptions::Register(OptionList& list) {
            &max_unique_ratio,
            Range(0, 1),
            "in the map, if changed: no other place fits better than this times the best");
+  list.Add("max_unique_ratio_nearby",
+           &max_unique_ratio_nearby,
+           Range(0, 1),
+           "the same within a rough position, with the objects");
   list.Add("max_rival_ratio",
            &max_rival_ratio,
            Range(0, 1),

@@ -15,6 +15,7 @@ struct VerdictOptions {
   double min_fit = 0.4;
   double min_agreement = 0.55;
   double max_unique_ratio = 0.88;
+  double max_unique_ratio_nearby = 0.88;
   double max_rival_ratio = 0.95;
   double max_position_sigma_m = 0.5;
 
