@@ -3,7 +3,6 @@
 include(GoogleTest)
 set(NIGHTMAP_DATA "${CMAKE_SOURCE_DIR}/../shared/data" CACHE PATH "real recordings for the tests")
 find_library(SUITESPARSE_CONFIG_LIBRARY suitesparseconfig REQUIRED)  # tests take CHOLMOD's memory
-find_package(PCL REQUIRED COMPONENTS common kdtree features filters)  # what tests and benchmarks of the cloud compare with
 add_custom_target(unit_tests)  # every test program, without the stage programs
 set(CMAKE_UNITY_BUILD OFF)  # tests of a folder may each have a helper of the same name
 # Tests compile in a third of the time: -O1 is enough for what calls the libraries, and the headers

@@ -23,7 +23,7 @@ packages=(
   libopencv-dev        # descriptors, optical flow, P3P, videos, drawing
   libceres-dev         # pose graph
   libsuitesparse-dev   # bundle adjustment: sparse Cholesky factorization
-  libpcl-dev           # tests: the neighbours that those of the cloud are compared with
+  libpcl-dev           # scan_localize: iterative closest points, voxel filter
   libnanoflann-dev     # localize: nearest landmarks in space
   liboctomap-dev       # octree
   octomap-tools        # tests: convert_octree reads our octrees

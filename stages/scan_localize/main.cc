@@ -3,6 +3,8 @@
 // queries.csv (every query with its verdict), candidates.csv and the poses of the located scans.
 #include <spdlog/spdlog.h>
 
+#include <opencv2/core.hpp>
+
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/planar/floors_io.h"
 #include "pipeline/program/stage_main.h"
@@ -53,5 +55,6 @@ int main(int argc, char** argv) {
                        {{"queries", "queries.csv: every query with the verdict and its reason"},
                         {"trajectory", "queries.tum: map_from_robot of the located scans"},
                         {"candidates", "candidates.csv: every place that was considered"}}};
+  cv::setNumThreads(1);  // queries are the unit of parallelism
   return StageMain(argc, argv, spec, ScanLocalizeOptions{}, Run);
 }

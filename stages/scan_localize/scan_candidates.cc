@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipeline/planar/cell_walk.h"
 #include "pipeline/planar/match_scan.h"
 #include "pipeline/planar/search_pose.h"
 #include "pipeline/planar/thin_points.h"
+#include "stages/scan_localize/candidate_scores.h"
 
 namespace nightmap {
 namespace {
@@ -18,13 +18,7 @@ constexpr double kSamePlace_rad = 0.2;
 // What the search may leave to the refinement.
 constexpr double kRefineSigma_m = 0.3;
 constexpr double kRefineSigma_rad = 0.1;
-constexpr double kBeforeEnd_m = 0.4;  // a wall so near to the end of a beam is what it hit
 constexpr double kMinSearchScore = 0.1;
-// The coarse field forgives what the fine one does not; together they tell places apart best.
-constexpr double kFineWeight = 0.6;
-// Objects say more than other walls, since they cannot have changed.
-constexpr double kObjectWeight = 0.3;
-constexpr double kObjectWalls = 20;  // as many walls of objects weigh half of that
 
 SearchWindow WindowOf(const ScanMap& map, const ScanQuery& query) {
   SearchWindow window;
@@ -56,46 +50,6 @@ std::vector<FoundPose> SearchPlaces(const CandidateOptions& options,
     if (places.size() == static_cast<std::size_t>(options.max_candidates)) break;
   }
   return places;
-}
-
-// Whether a wall stands on the way from `from` to `to`, points in the map.
-bool IsBlocked(const OccupancyGrid& grid, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-  bool is_blocked = false;
-  WalkCells(grid.ToCells(from), grid.ToCells(to), [&](const Eigen::Vector2i& cell) {
-    is_blocked = is_blocked || (grid.Contains(cell) && grid.At(cell) == kOccupiedCell);
-  });
-  return is_blocked;
-}
-
-// The share of the beams, at most max_points of them, that pass a wall.
-double ThroughShare(const CandidateOptions& options,
-                    const OccupancyGrid& grid,
-                    const ScanQuery& query,
-                    const Rigid2& map_from_query) {
-  std::size_t num_beams = 0;
-  for (const QueryScan& scan : query.scans) num_beams += scan.ranges_m.size();
-  const std::size_t step = 1 + num_beams / static_cast<std::size_t>(options.max_points + 1);
-  int num_through = 0, num_hits = 0;
-  for (const QueryScan& scan : query.scans) {
-    const Rigid2 map_from_laser = map_from_query * scan.query_from_laser;
-    for (std::size_t i = 0; i < scan.ranges_m.size(); i += step) {
-      if (!scan.IsHit(i) || scan.ranges_m[i] > options.max_range_m) continue;
-      const Eigen::Vector2d beam(std::cos(scan.Angle_rad(i)), std::sin(scan.Angle_rad(i)));
-      const double before_m = std::max(0.0, scan.ranges_m[i] - kBeforeEnd_m);
-      num_through +=
-          IsBlocked(grid, map_from_laser.translation, map_from_laser * (before_m * beam));
-      ++num_hits;
-    }
-  }
-  return static_cast<double>(num_through) / std::max(1, num_hits);
-}
-
-// The fit of the walls and what the scan says of the objects.
-double FitWithObjects(double walls_fit, const ObjectView& objects) {
-  const double num_seen = objects.num_confirmed + objects.num_contradicted;
-  if (num_seen == 0) return walls_fit;
-  const double weight = kObjectWeight * num_seen / (num_seen + kObjectWalls);
-  return (1 - weight) * walls_fit + weight * objects.num_confirmed / num_seen;
 }
 
 // The heading (rad^2) errs by what the grid does to walls: each stands at the centre of its cell.
@@ -133,8 +87,7 @@ std::vector<ScanCandidate> FindCandidates(const CandidateOptions& options,
                                           const std::vector<Eigen::Vector2d>& walls_of_objects,
                                           const ScanQuery& query) {
   const auto points = PointsInQuery(query, options.max_range_m);
-  const auto fine_points = SpreadPoints(ThinPoints(points, map.Grid().resolution_m),
-                                        static_cast<std::size_t>(options.max_points));
+  const auto fine_points = FinePoints(options, map, points);
   std::vector<ScanCandidate> candidates;
   for (const FoundPose& place : SearchPlaces(options, map, query, points)) {
     const PosePrior prior{place.field_from_robot, kRefineSigma_m, kRefineSigma_rad};
@@ -145,22 +98,10 @@ std::vector<ScanCandidate> FindCandidates(const CandidateOptions& options,
     candidate.score = match.score;
     candidate.covariance = match.covariance;
     candidate.covariance(2, 2) += GridTurnVariance(map.Grid().resolution_m, fine_points);
-    candidate.through_share = ThroughShare(options, map.Grid(), query, candidate.map_from_query);
-    candidate.objects =
-        ViewObjects(walls_of_objects, query, candidate.map_from_query, options.max_range_m);
-    candidate.walls_fit = kFineWeight * match.score + (1 - kFineWeight) * place.score;
-    candidate.fit = FitWithObjects(candidate.walls_fit, candidate.objects);
+    ScoreCandidate(options, map, walls_of_objects, query, &candidate);
     candidates.push_back(candidate);
   }
-  std::ranges::stable_sort(candidates, std::greater(), &ScanCandidate::fit);
-  std::vector<ScanCandidate> apart;
-  for (const ScanCandidate& candidate : candidates) {
-    const auto is_same = [&](const ScanCandidate& other) {
-      return IsSamePlace(candidate.map_from_query, other.map_from_query);
-    };
-    if (std::ranges::none_of(apart, is_same)) apart.push_back(candidate);
-  }
-  return apart;
+  return BestOfPlaces(std::move(candidates));
 }
 
 }  // namespace nightmap

@@ -56,6 +56,7 @@ void DescribePlace(const ScanMap& map,
 
 LocatedScan Locate(const ScanLocalizeOptions& options,
                    const ScanMap& map,
+                   const std::vector<MapObject>& objects,
                    const std::vector<Eigen::Vector2d>& walls_of_objects,
                    const ScanQuery& query) {
   const auto points =
@@ -64,7 +65,10 @@ LocatedScan Locate(const ScanLocalizeOptions& options,
   located.result.time_ns = query.time_ns;
   located.result.color_path = query.name;
   if (points.size() >= static_cast<std::size_t>(options.verdict.min_points)) {
-    located.candidates = FindCandidates(options.candidates, map, walls_of_objects, query);
+    located.candidates =
+        options.method == "published"
+            ? FindCandidatesAsPublished(options.published, options.candidates, map, objects, query)
+            : FindCandidates(options.candidates, map, walls_of_objects, query);
   }
   const ScanVerdict verdict = Judge(options.verdict, query, points.size(), located.candidates);
   located.result.verdict = verdict.verdict;
@@ -78,12 +82,17 @@ LocatedScan Locate(const ScanLocalizeOptions& options,
 }  // namespace
 
 void ScanLocalizeOptions::Register(OptionList& list) {
+  list.Add("method",
+           &method,
+           {"branch_and_bound", "published"},
+           "how places are found: all of them, or as in the publication CN110307838A");
   list.Add("max_object_size_m",
            &max_object_size_m,
            Range(0.1, 100),
            "longer sides of objects are cut to this, with a notice");
   map.Register(list);
   candidates.Register(list);
+  published.Register(list);
   verdict.Register(list);
 }
 
@@ -96,7 +105,7 @@ std::vector<LocatedScan> RunScanLocalize(const ScanLocalizeOptions& options,
   std::vector<LocatedScan> located(input.queries.size());
   progress.Start(located.size());
   ParallelFor(located.size(), num_threads, [&](std::size_t i) {
-    located[i] = Locate(options, map, walls_of_objects, input.queries[i]);
+    located[i] = Locate(options, map, input.objects, walls_of_objects, input.queries[i]);
     located[i].result.query_idx = static_cast<int>(i);
     progress.Advance();
   });

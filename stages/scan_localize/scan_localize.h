@@ -11,6 +11,7 @@
 #include "pipeline/io/queries_io.h"
 #include "pipeline/planar/objects_io.h"
 #include "pipeline/planar/scan_queries_io.h"
+#include "stages/scan_localize/published.h"
 #include "stages/scan_localize/scan_candidates.h"
 #include "stages/scan_localize/scan_map.h"
 #include "stages/scan_localize/verdict.h"
@@ -18,9 +19,11 @@
 namespace nightmap {
 
 struct ScanLocalizeOptions {
+  std::string method = "branch_and_bound";
   double max_object_size_m = 4;
   ScanMapOptions map;
   CandidateOptions candidates;
+  PublishedOptions published;
   VerdictOptions verdict;
 
   void Register(OptionList& list);
@@ -43,7 +46,8 @@ struct LocatedScan {
 // One for each query, in their order. Looks for each scan in the whole map, or within its rough
 // position, by branch and bound (Hess, Kohler, Rapp, Andor, Real-time loop closure in 2D LIDAR
 // SLAM, ICRA 2016), refines all places that come near the best, and judges (Judge). With objects
-// (publication CN110307838A), whose places do not change, candidates that contradict them lose.
+// (publication CN110307838A), whose places do not change, candidates that contradict them lose. The
+// method `published` finds the candidates as that publication does (published.h).
 // Deterministic at any number of threads. Throws InputError of the port `grid` when the map has no
 // wall.
 std::vector<LocatedScan> RunScanLocalize(const ScanLocalizeOptions& options,

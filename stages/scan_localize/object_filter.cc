@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/scan_localize/object_filter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "pipeline/planar/match_scan.h"
+#include "pipeline/planar/thin_points.h"
+#include "stages/scan_localize/object_icp.h"
+#include "stages/scan_localize/object_views.h"
+#include "stages/scan_localize/scan_candidates.h"
+
+namespace nightmap {
+namespace {
+
+using Points = std::vector<Eigen::Vector2d>;
+
+constexpr std::size_t kMaxStartPoints = 40;
+constexpr double kStartResolution_m = 0.1;
+constexpr double kStartSigma_m = 0.2;
+constexpr std::size_t kMinObjectWalls = 8;  // fewer have no shape
+
+LikelihoodField FieldOf(const Points& points_in_query) {
+  double farthest_m = 1;
+  for (const Eigen::Vector2d& point : points_in_query) {
+    farthest_m = std::max(farthest_m, point.cwiseAbs().maxCoeff());
+  }
+  LikelihoodField field({kStartResolution_m, farthest_m + 1, kStartSigma_m});
+  field.Add(points_in_query);
+  return field;
+}
+
+// The poses of a lattice within the rough position at which the cloud comes nearest to the walls.
+std::vector<Rigid2> StartsFor(const ObjectFilterOptions& options,
+                              const LikelihoodField& cloud_field,
+                              const Points& walls_in_map,
+                              const RoughPosition& rough) {
+  const Points few = SpreadPoints(walls_in_map, kMaxStartPoints);
+  const int num_steps = static_cast<int>(rough.radius_m / options.start_step_m);
+  std::vector<TemplateMatch> scored;
+  for (int y = -num_steps; y <= num_steps; ++y) {
+    for (int x = -num_steps; x <= num_steps; ++x) {
+      const Eigen::Vector2d offset = options.start_step_m * Eigen::Vector2d(x, y);
+      if (offset.norm() > rough.radius_m) continue;
+      for (int turn = 0; turn < options.num_headings; ++turn) {
+        const Rigid2 pose{WrapAngle_rad(2 * std::numbers::pi * turn / options.num_headings),
+                          rough.point_in_map + offset};
+        scored.push_back({pose, ScoreOf(cloud_field, few, pose.Inverse())});
+      }
+    }
+  }
+  std::ranges::stable_sort(scored, std::greater(), &TemplateMatch::score);
+  std::vector<Rigid2> starts;
+  for (const TemplateMatch& start : scored) {
+    const auto is_same = [&](const Rigid2& other) {
+      return IsSamePlace(start.map_from_query, other);
+    };
+    if (std::ranges::none_of(starts, is_same)) starts.push_back(start.map_from_query);
+    if (starts.size() == static_cast<std::size_t>(options.num_starts)) break;
+  }
+  return starts;
+}
+
+}  // namespace
+
+void ObjectFilterOptions::Register(OptionList& list) {
+  list.Add("published_object_distance_m",
+           &object_distance_m,
+           Range(0, 1000),
+           "objects as near as this to the rough position are looked for in the submap");
+  list.Add("published_object_margin_m",
+           &object_margin_m,
+           Range(0, 5),
+           "walls so far outside of an object's rectangle belong to it");
+  list.Add("published_voxel_m", &voxel_m, Range(0.01, 1), "of the filter of the submap's cloud");
+  list.Add("published_start_step_m",
+           &start_step_m,
+           Range(0.05, 5),
+           "between the places that the matching of objects may start at");
+  list.Add("published_num_headings", &num_headings, Range(1, 720), "that it may start with");
+  list.Add("published_num_starts", &num_starts, Range(1, 1000), "per object: the nearest");
+  list.Add("published_max_pair_distance_m",
+           &max_pair_distance_m,
+           Range(0.01, 10),
+           "points farther apart are no pair");
+  list.Add("published_tolerance_m",
+           &tolerance_m,
+           Range(0.01, 1),
+           "a wall is covered by a point as near as this");
+  list.Add("published_min_overlap",
+           &min_overlap,
+           Range(0, 1),
+           "share of an object's walls that the submap covers where it is seen");
+  list.Add("published_filter_distance_m",
+           &filter_distance_m,
+           Range(0.01, 100),
+           "candidates farther from all poses by objects are dropped");
+  list.Add("published_filter_angle_deg",
+           &filter_angle_deg,
+           Range(0.1, 180),
+           "candidates turned more from all poses by objects are dropped");
+}
+
+std::vector<Rigid2> PosesByObjects(const ObjectFilterOptions& options,
+                                   const OccupancyGrid& grid,
+                                   const std::vector<MapObject>& objects,
+                                   const ScanQuery& query,
+                                   const std::vector<Eigen::Vector2d>& points_in_query) {
+  if (!query.rough_position || points_in_query.empty()) return {};
+  const RoughPosition& rough = *query.rough_position;
+  const Points points = FilterByVoxels(points_in_query, options.voxel_m);
+  const LikelihoodField field = FieldOf(points);
+  std::vector<Rigid2> poses;
+  for (MapObject object : objects) {
+    const Eigen::Vector2d center = object.map_from_object.translation;
+    if ((center - rough.point_in_map).norm() >= options.object_distance_m) continue;
+    object.size_m.array() += 2 * options.object_margin_m;
+    const Points walls = WallsOfObjects(grid, {object});
+    if (walls.size() < kMinObjectWalls) continue;
+    const auto starts = StartsFor(options, field, walls, rough);
+    for (const Rigid2& pose : MatchToObject(options, walls, points, starts)) {
+      if ((pose.translation - rough.point_in_map).norm() <= rough.radius_m) poses.push_back(pose);
+    }
+  }
+  return poses;
+}
+
+std::vector<TemplateMatch> FilterByPoses(const ObjectFilterOptions& options,
+                                         const std::vector<Rigid2>& poses,
+                                         std::vector<TemplateMatch> matches) {
+  if (poses.empty()) return matches;
+  const double max_turn_rad = options.filter_angle_deg * std::numbers::pi / 180;
+  std::erase_if(matches, [&](const TemplateMatch& match) {
+    const Rigid2& place = match.map_from_query;
+    return std::ranges::none_of(poses, [&](const Rigid2& pose) {
+      return (pose.translation - place.translation).norm() <= options.filter_distance_m &&
+             std::abs(WrapAngle_rad(pose.heading_rad - place.heading_rad)) <= max_turn_rad;
+    });
+  });
+  return matches;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/scan_localize/published.h"
+
+#include "pipeline/planar/match_scan.h"
+#include "stages/scan_localize/boundary_refine.h"
+#include "stages/scan_localize/candidate_scores.h"
+
+namespace nightmap {
+
+void PublishedOptions::Register(OptionList& list) {
+  search.Register(list);
+  filter.Register(list);
+  list.Add("published_refine_gate_m",
+           &refine_gate_m,
+           Range(0.01, 10),
+           "points as near as this to a wall take part in the refinement");
+}
+
+std::vector<ScanCandidate> FindCandidatesAsPublished(const PublishedOptions& options,
+                                                     const CandidateOptions& candidate_options,
+                                                     const ScanMap& map,
+                                                     const std::vector<MapObject>& objects,
+                                                     const ScanQuery& query) {
+  const auto points = PointsInQuery(query, candidate_options.max_range_m);
+  const auto fine_points = FinePoints(candidate_options, map, points);
+  const auto poses = PosesByObjects(options.filter, map.Grid(), objects, query, points);
+  const auto matches =
+      FilterByPoses(options.filter, poses, SearchTemplate(options.search, map, query));
+  const auto walls_of_objects = WallsOfObjects(map.Grid(), objects);
+  std::vector<ScanCandidate> candidates;
+  for (const TemplateMatch& match : matches) {
+    const RefinedPose refined =
+        RefineOnBoundary(map, fine_points, match.map_from_query, options.refine_gate_m);
+    ScanCandidate candidate;
+    candidate.map_from_query = refined.map_from_query;
+    candidate.covariance = refined.covariance;
+    candidate.search_score = match.score;
+    candidate.score = ScoreOf(map.FineField(), fine_points, map.FieldFrom(refined.map_from_query));
+    ScoreCandidate(candidate_options, map, walls_of_objects, query, &candidate);
+    candidates.push_back(candidate);
+  }
+  return BestOfPlaces(std::move(candidates));
+}
+
+}  // namespace nightmap

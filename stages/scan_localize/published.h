@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Laser relocalization as published (CN110307838A): objects filter what template matching finds.
+#pragma once
+
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/planar/objects_io.h"
+#include "pipeline/planar/scan_queries_io.h"
+#include "stages/scan_localize/object_filter.h"
+#include "stages/scan_localize/scan_candidates.h"
+#include "stages/scan_localize/scan_map.h"
+#include "stages/scan_localize/template_search.h"
+
+namespace nightmap {
+
+struct PublishedOptions {
+  TemplateOptions search;
+  ObjectFilterOptions filter;
+  double refine_gate_m = 0.5;
+
+  void Register(OptionList& list);
+};
+
+// The places of the template search (template_search.h) that agree with the objects near the rough
+// position (object_filter.h), refined on the boundary (boundary_refine.h). The best fit first, no
+// two at the same place. Scores are those of FindCandidates, but search_score is the similarity of
+// the pictures. Empty also when the objects contradict all places. Deterministic if OpenCV runs on
+// one thread.
+std::vector<ScanCandidate> FindCandidatesAsPublished(const PublishedOptions& options,
+                                                     const CandidateOptions& candidate_options,
+                                                     const ScanMap& map,
+                                                     const std::vector<MapObject>& objects,
+                                                     const ScanQuery& query);
+
+}  // namespace nightmap

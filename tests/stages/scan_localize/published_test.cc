@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/scan_localize/published.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "pipeline/planar/scan_grid.h"
+#include "stages/scan_localize/scan_localize.h"
+#include "tests/laser_building.h"
+
+namespace nightmap {
+namespace {
+
+constexpr double kDegree_rad = std::numbers::pi / 180;
+
+// A room that looks the same when turned by half a circle about the origin, but for one pillar.
+const Building kRoom{{{-5, -3}, {5, 3}}, {{2.5, 2.6}, {3.5, 3}}};
+const MapObject kPillar{"pillar", {0, {3, 2.7}}, {2, 0.8}, {}};
+const Rigid2 kTruth{0.7, {2, -1}};
+const Rigid2 kTurned{0.7 - std::numbers::pi, {-2, 1}};
+
+OccupancyGrid GridOf(const Building& building) {
+  const std::vector<Rigid2> poses{
+      {0, {0, 0}}, {1, {2, 1}}, {2, {3.9, 1}}, {3, {-3, 1}}, {0.5, {2, -1}}};
+  const Signal scans = ScansAt(building, poses, 0);
+  std::vector<PlacedScan> placed;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    placed.push_back(
+        {poses[i].ToRigid3(), -std::numbers::pi, kDegree_rad, 80, scans.samples[i].ranges_m, {}});
+  }
+  return GridOfScans({}, placed).grid;
+}
+
+ScanQuery QueryAt(const Rigid2& pose) {
+  const Signal scans = ScansAt(kRoom, {pose}, 0.01);
+  ScanQuery query{"query", 1, {}, RoughPosition{{0.5, 0}, 4}};
+  query.scans.push_back({{}, -std::numbers::pi, kDegree_rad, 80, scans.samples[0].ranges_m});
+  return query;
+}
+
+class Published : public testing::Test {
+ protected:
+  Published() : map_({}, GridOf(kRoom), 1) {}
+
+  std::vector<Rigid2> Poses(const ScanQuery& query) const {
+    return PosesByObjects(options_.filter, map_.Grid(), {kPillar}, query, PointsInQuery(query, 30));
+  }
+  std::vector<ScanCandidate> Find(const ScanQuery& query,
+                                  const std::vector<MapObject>& objects) const {
+    return FindCandidatesAsPublished(options_, {}, map_, objects, query);
+  }
+
+  PublishedOptions options_;
+  ScanMap map_;
+};
+
+bool HasPlace(const std::vector<TemplateMatch>& matches, const Rigid2& place) {
+  return std::ranges::any_of(matches, [&](const TemplateMatch& match) {
+    return IsSamePlace(match.map_from_query, place);
+  });
+}
+
+void ExpectNear(const Rigid2& found, const Rigid2& truth) {
+  EXPECT_LT((found.translation - truth.translation).norm(), 0.05);
+  EXPECT_LT(std::abs(WrapAngle_rad(found.heading_rad - truth.heading_rad)), kDegree_rad);
+}
+
+TEST_F(Published, FindsThePoseWithARoughPosition) {
+  const auto candidates = Find(QueryAt(kTruth), {kPillar});
+  ASSERT_FALSE(candidates.empty());
+  ExpectNear(candidates.front().map_from_query, kTruth);
+  EXPECT_GT(candidates.front().search_score, 0.5);
+  EXPECT_GT(candidates.front().score, 0.7);
+  EXPECT_LT(candidates.front().through_share, 0.05);
+  EXPECT_GT(candidates.front().covariance.determinant(), 0);
+}
+
+TEST_F(Published, FindsThePoseInTheWholeMap) {
+  ScanQuery query = QueryAt(kTruth);
+  query.rough_position.reset();
+  const auto candidates = Find(query, {});
+  ASSERT_FALSE(candidates.empty());
+  ExpectNear(candidates.front().map_from_query, kTruth);
+}
+
+TEST_F(Published, PosesByObjectsHoldTheTrueOne) {
+  const std::vector<Rigid2> poses = Poses(QueryAt(kTruth));
+  EXPECT_TRUE(std::ranges::any_of(poses, [](const Rigid2& pose) {
+    return (pose.translation - kTruth.translation).norm() < 0.15 &&
+           std::abs(WrapAngle_rad(pose.heading_rad - kTruth.heading_rad)) < 4 * kDegree_rad;
+  })) << poses.size();
+}
+
+TEST_F(Published, ObjectsRemoveTheAlikePlace) {
+  const ScanQuery query = QueryAt(kTruth);
+  const auto matches = SearchTemplate(options_.search, map_, query);
+  ASSERT_TRUE(HasPlace(matches, kTruth));
+  ASSERT_TRUE(HasPlace(matches, kTurned));  // by the picture alone it is one of the best
+  EXPECT_GT(matches[1].score, 0.7 * matches[0].score);
+  const auto filtered = FilterByPoses(options_.filter, Poses(query), matches);
+  EXPECT_TRUE(HasPlace(filtered, kTruth));
+  EXPECT_FALSE(HasPlace(filtered, kTurned));
+}
+
+TEST_F(Published, ObjectsFarAwayDoNotFilter) {
+  options_.filter.object_distance_m = 1;
+  const ScanQuery query = QueryAt(kTruth);
+  EXPECT_TRUE(Poses(query).empty());
+  const auto matches = SearchTemplate(options_.search, map_, query);
+  EXPECT_EQ(FilterByPoses(options_.filter, {}, matches).size(), matches.size());
+  EXPECT_EQ(Find(query, {kPillar}).size(), Find(query, {}).size());
+}
+
+TEST_F(Published, NoObjectsAreSoughtWithoutARoughPosition) {
+  ScanQuery query = QueryAt(kTruth);
+  query.rough_position.reset();
+  EXPECT_TRUE(Poses(query).empty());
+}
+
+TEST_F(Published, CandidatesLieWithinTheRoughPosition) {
+  ScanQuery query = QueryAt(kTruth);
+  query.rough_position = RoughPosition{{-2, 1}, 1};
+  for (const TemplateMatch& match : SearchTemplate(options_.search, map_, query)) {
+    EXPECT_LE((match.map_from_query.translation - Eigen::Vector2d(-2, 1)).norm(), 1.3);
+  }
+}
+
+TEST(ScanLocalize, PublishedIsTheSameAtAnyNumberOfThreads) {
+  ScanLocalizeOptions options;
+  options.method = "published";
+  ScanLocalizeInput input{GridOf(kRoom), {}, {kPillar}};
+  for (const double x_m : {1.0, 1.5, 2.0, 2.5}) {
+    input.queries.push_back(QueryAt({x_m, {x_m, -1}}));
+    input.queries.back().time_ns = static_cast<std::int64_t>(input.queries.size());
+  }
+  Progress silent("scan_localize", false);
+  const auto once = RunScanLocalize(options, input, silent, 1);
+  for (const int num_threads : {1, 4}) {
+    const auto again = RunScanLocalize(options, input, silent, num_threads);
+    ASSERT_EQ(again.size(), once.size());
+    for (std::size_t i = 0; i < once.size(); ++i) {
+      ASSERT_FALSE(once[i].candidates.empty());
+      ASSERT_EQ(again[i].candidates.size(), once[i].candidates.size());
+      for (std::size_t j = 0; j < once[i].candidates.size(); ++j) {
+        const ScanCandidate &a = once[i].candidates[j], &b = again[i].candidates[j];
+        EXPECT_EQ(a.map_from_query.translation, b.map_from_query.translation);
+        EXPECT_EQ(a.map_from_query.heading_rad, b.map_from_query.heading_rad);
+        EXPECT_EQ(a.fit, b.fit);
+        EXPECT_EQ(a.covariance, b.covariance);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace nightmap
