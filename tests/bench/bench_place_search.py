@@ -23,7 +23,8 @@ from nightmap_eval.scan_relocalization import figures, read_scans
 from nightmap_site.script_errors import run_main
 from stage_run import Programs
 
-MAP_YAML = "image: map.pgm\nmode: trinary\nresolution: {}\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+MAP_YAML = ("image: map.pgm\nmode: trinary\nresolution: {}\norigin: [0, 0, 0]\nnegate: 0\n"
+            "occupied_thresh: 0.65\nfree_thresh: 0.196\n")  # fmt: skip
 LOCALIZED = {"queries": "queries.csv", "trajectory": "queries.tum", "candidates": "candidates.csv"}
 COLUMNS = ("area (m2)", "cells", "occupied cells", "queries", "within 10 cm, 1 deg (%)", "ambiguous (%)", "wrong place (%)",
            "CPU s per query", "s per query", "memory (MiB)")  # fmt: skip
