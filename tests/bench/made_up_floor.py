@@ -75,15 +75,14 @@ def draw_rooms(cells, random, door_row):
 
 
 def strips(random, total):
-    """(first row, rows) of strips of rooms from bottom to top, two and two with a corridor between them."""
-    least, most = (cells_of(length_m) for length_m in ROOM_M)
-    corridor, result, begin = cells_of(CORRIDOR_M), [], 0
-    while (left := total - begin - corridor) >= 2 * least:
-        below = int(random.integers(least, min(most, left - least) + 1))
-        above = int(random.integers(least, min(most, left - below) + 1))
-        result += [(begin, below), (begin + below + corridor, above)]
-        begin += below + corridor + above
-    return result
+    """(first row, rows) of strips of rooms from bottom to top, two and two with a corridor between them; they fill `total`."""
+    corridor, middle = cells_of(CORRIDOR_M), cells_of(sum(ROOM_M) / 2)
+    num_pairs = max(1, round(total / (2 * middle + corridor)))
+    weights = random.uniform(0.85, 1.15, 2 * num_pairs)
+    ends = np.round(np.cumsum(weights) / weights.sum() * (total - num_pairs * corridor)).astype(int)
+    gaps = corridor * ((np.arange(2 * num_pairs) + 1) // 2)
+    begins = np.concatenate([[0], ends[:-1]])
+    return [(int(begin + gap), int(end - begin)) for begin, end, gap in zip(begins, ends, gaps)]
 
 
 def make_floor(area_m2, seed):

@@ -59,14 +59,15 @@ class FloorTest(unittest.TestCase):
             self.assertEqual(sum(sizes), total)
             self.assertTrue(all(floor.cells_of(4) <= size <= floor.cells_of(12) for size in sizes), sizes)
 
-    def test_strips_leave_corridors_between(self):
+    def test_strips_fill_the_floor_with_corridors_between(self):
         random = np.random.default_rng(0)
-        for total in range(400, 2000, 97):
+        for total in range(447, 2900, 97):
             strips = floor.strips(random, total)
             self.assertTrue(strips and len(strips) % 2 == 0)
             gaps = [after[0] - sum(before) for before, after in zip(strips, strips[1:])]
             self.assertEqual(gaps, [floor.cells_of(2), 0] * (len(gaps) // 2) + [floor.cells_of(2)])
-            self.assertLessEqual(sum(strips[-1]), total)
+            self.assertEqual((strips[0][0], sum(strips[-1])), (0, total))
+            self.assertTrue(all(floor.cells_of(3) < rows < floor.cells_of(10) for _, rows in strips), strips)
 
 
 class ScanTest(unittest.TestCase):
