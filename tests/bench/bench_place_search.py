@@ -106,17 +106,22 @@ def growth_exponent(areas_m2, seconds):
     return float(np.polyfit(np.log(areas_m2), np.log(seconds), 1)[0])
 
 
+def table_text(lines, points):
+    """`points`: (area in m2, CPU seconds per query) of each line."""
+    lines = [f"| {' | '.join(COLUMNS)} |", "|" + "---:|" * len(COLUMNS), *lines]
+    if len(points) > 1:
+        lines += ["", f"CPU time per query grows as the area to the power of {growth_exponent(*zip(*points)):.2f}."]
+    return "\n".join(lines) + "\n"
+
+
 def table(arguments, folder):
-    lines = [f"| {' | '.join(COLUMNS)} |", "|" + "---:|" * len(COLUMNS)]
-    programs, points = Programs(arguments.build, arguments.threads), []
+    programs, lines, points = Programs(arguments.build, arguments.threads), [], []
     for i, asked_m2 in enumerate(arguments.areas):
         area_m2, cpu_s, row = measure(arguments, programs, asked_m2, folder / str(i))
         points.append((area_m2, cpu_s))
         lines.append(f"| {' | '.join(row)} |")
         print(lines[-1], flush=True)
-    if len(points) > 1:
-        lines += ["", f"The CPU time per query grows with the {growth_exponent(*zip(*points)):.2f}th power of the area."]
-    return "\n".join(lines) + "\n"
+    return table_text(lines, points)
 
 
 def main():

@@ -161,12 +161,16 @@ def cases(sites, arguments):
             yield site.dir.name, f"scans of {other.dir.name}", [site.locate(Questions(other.held_out.queries, None))]
 
 
+def table_text(lines):
+    return "\n".join([f"| map | case | {' | '.join(COLUMNS)} |", "|---|---|" + "---:|" * len(COLUMNS), *lines]) + "\n"
+
+
 def table(sites, arguments):
-    lines = [f"| map | case | {' | '.join(COLUMNS)} |", "|---|---|" + "---:|" * len(COLUMNS)]
+    lines = []
     for row in cases(sites, arguments):
         lines.append(line(*row))
         print(lines[-1], flush=True)
-    return "".join(f"{text}\n" for text in lines)
+    return table_text(lines)
 
 
 def main():

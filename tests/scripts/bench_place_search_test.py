@@ -114,6 +114,11 @@ class QuestionTest(unittest.TestCase):
         areas = np.array([500, 2000, 5000])
         self.assertAlmostEqual(bench.growth_exponent(areas, 0.1 * areas**0.7), 0.7)
 
+    def test_the_exponent_stands_below_the_rows(self):
+        text = bench.table_text(["| a |", "| b |"], [(100, 1.0), (400, 4.0)])
+        self.assertIn("| a |\n| b |\n\nCPU time per query grows as the area to the power of 1.00.", text)
+        self.assertNotIn("power", bench.table_text(["| a |"], [(100, 1.0)]))
+
 
 def headings_rad(truth):
     rotations = truth.rotations()
