@@ -37,6 +37,11 @@ FIGURES = {
                          "compare_grids.py {maps}/laser_height/demo {maps}/demo_laser > laser_and_camera"),
     "bench_laser": ("make map SITE=freiburg_079 DATA={data} MAPS={maps}",
                     "bench_laser.py {maps}/freiburg_079 --build {build} --threads {threads} --page {page}"),
+    "relocalization": ("make evaluate SITE=freiburg_079 DATA={data} MAPS={maps}",
+                       "make evaluate SITE=intel DATA={data} MAPS={maps}",
+                       "bench_relocalization.py {maps}/freiburg_079 {maps}/intel --build {build} --threads {threads} "
+                       "--page {page}"),
+    "place_search": ("make build", "bench_place_search.py --build {build} --threads {threads} --page {page}"),
     "detectors": (f"detectors.py {OFFICE_QUERIES} {FR1} --data {{data}} --maps {{maps}} --page {{page}}",),
     "ablation": (f"make localize SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
                  "make localize SITE=demo DATA={data} MAPS={maps}",

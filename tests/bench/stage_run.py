@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs one program on files of any folder, as the benchmarks of single programs do."""
+
+import subprocess
+
+import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from nightmap_site.checked_reading import read_text
+from nightmap_site.job_results import StageResult
+from nightmap_site.script_errors import DataError
+
+
+def changed_config(text, options):
+    """A config of one `key = value` per line with other values of these options; those it lacks are appended."""
+    lines = [line for line in text.splitlines() if line.partition("=")[0].strip() not in options]
+    return "".join(f"{line}\n" for line in [*lines, *(f"{key} = {value}" for key, value in options.items())])
+
+
+class Programs:
+    """The programs of a build."""
+
+    def __init__(self, build, threads):
+        self.folder, self.threads = build / "run", threads
+
+    def run(self, program, inputs, outputs, folder, config=None, **options):
+        """Returns the run's StageResult. `outputs`: port -> name of a file in `folder`, which is made. `config`: file
+        whose values `options` replace; without it the program's own hold. Raises DataError when the program fails."""
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "config.toml").write_text(changed_config(read_text(config) if config else "", options))
+        command = [self.folder / program, "--config", folder / "config.toml", "--threads", self.threads, "--log-level", "err"]
+        for port, path in inputs.items():
+            command += ["--in", f"{port}={path}"]
+        for port, name in (outputs | {kind: f"{kind}.json" for kind in ("report", "receipt")}).items():
+            command += ["--out", f"{port}={folder / name}"]
+        if subprocess.run([str(word) for word in command], check=False).returncode:
+            raise DataError(f"{program} failed on {folder}")
+        return StageResult(folder)
