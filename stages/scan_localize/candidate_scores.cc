@@ -16,6 +16,7 @@ constexpr double kFineWeight = 0.6;
 // Objects say more than other walls, since they cannot have changed.
 constexpr double kObjectWeight = 0.3;
 constexpr double kObjectWalls = 20;  // as many walls of objects weigh half of that
+constexpr double kOnWall_m = 0.1;
 
 // Whether a wall stands on the way from `from` to `to`, points in the map.
 bool IsBlocked(const OccupancyGrid& grid, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
@@ -57,6 +58,17 @@ double FitWithObjects(double walls_fit, const ObjectView& objects) {
   return (1 - weight) * walls_fit + weight * objects.num_confirmed / num_seen;
 }
 
+std::vector<bool> OnWall(const ScanMap& map,
+                         const std::vector<Eigen::Vector2d>& points,
+                         const Rigid2& map_from_query) {
+  std::vector<bool> on_wall;
+  for (const Eigen::Vector2d& point : points) {
+    const Eigen::Vector2i cell = map.Grid().CellOf(map_from_query * point);
+    on_wall.push_back(map.Grid().Contains(cell) && map.WallDistance_m(cell) <= kOnWall_m);
+  }
+  return on_wall;
+}
+
 }  // namespace
 
 std::vector<Eigen::Vector2d> FinePoints(const CandidateOptions& options,
@@ -74,6 +86,8 @@ void ScoreCandidate(const CandidateOptions& options,
   const Rigid2& pose = candidate->map_from_query;
   candidate->through_share = ThroughShare(options, map.Grid(), query, pose);
   candidate->objects = ViewObjects(walls_of_objects, query, pose, options.max_range_m);
+  const auto points = FinePoints(options, map, PointsInQuery(query, options.max_range_m));
+  candidate->on_wall = OnWall(map, points, pose);
   candidate->walls_fit =
       kFineWeight * candidate->score + (1 - kFineWeight) * candidate->search_score;
   candidate->fit = FitWithObjects(candidate->walls_fit, candidate->objects);

@@ -14,7 +14,7 @@ std::vector<Eigen::Vector2d> FinePoints(const CandidateOptions& options,
                                         const ScanMap& map,
                                         const std::vector<Eigen::Vector2d>& points);
 
-// Fills through_share, objects, walls_fit and fit from the pose and both scores. Pure.
+// Fills through_share, objects, on_wall, walls_fit and fit from the pose and both scores. Pure.
 void ScoreCandidate(const CandidateOptions& options,
                     const ScanMap& map,
                     const std::vector<Eigen::Vector2d>& walls_of_objects,

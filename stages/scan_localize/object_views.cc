@@ -21,6 +21,26 @@ int BeamAt(const QueryScan& scan, double bearing_rad) {
   return is_seen ? static_cast<int>(beam) : -1;
 }
 
+// Beams around one, so that none that passes close by a corner refuses it.
+constexpr int kNumAround = 3;
+struct Hits {
+  int num_on_it = 0;
+  int num_beyond = 0;
+};
+Hits HitsAround(const QueryScan& scan, int beam, double distance_m) {
+  Hits hits;
+  if (beam < 0) return hits;
+  const int end = static_cast<int>(scan.ranges_m.size());
+  for (int i = std::max(0, beam - 1); i < std::min(end, beam + 2); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (!scan.IsHit(at)) continue;
+    const double beyond_m = scan.ranges_m[at] - distance_m;
+    hits.num_on_it += std::abs(beyond_m) <= kSameWall_m;
+    hits.num_beyond += beyond_m > kSameWall_m;
+  }
+  return hits;
+}
+
 }  // namespace
 
 std::vector<Eigen::Vector2d> WallsOfObjects(const OccupancyGrid& grid,
@@ -50,10 +70,9 @@ ObjectView ViewObjects(const std::vector<Eigen::Vector2d>& walls_in_map,
       const double distance_m = wall.norm();
       if (distance_m > max_range_m || distance_m < kSameWall_m) continue;
       const int beam = BeamAt(scan, std::atan2(wall.y(), wall.x()));
-      if (beam < 0 || !scan.IsHit(static_cast<std::size_t>(beam))) continue;
-      const double beyond_m = scan.ranges_m[static_cast<std::size_t>(beam)] - distance_m;
-      view.num_confirmed += std::abs(beyond_m) <= kSameWall_m;
-      view.num_contradicted += beyond_m > kSameWall_m;
+      const Hits hits = HitsAround(scan, beam, distance_m);
+      view.num_confirmed += hits.num_on_it > 0;
+      view.num_contradicted += hits.num_on_it == 0 && hits.num_beyond == kNumAround;
     }
   }
   return view;

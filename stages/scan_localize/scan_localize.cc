@@ -11,20 +11,6 @@
 namespace nightmap {
 namespace {
 
-constexpr double kInlier_m = 0.1;
-
-// For each point whether it lies on a wall of the map, seen from a pose.
-std::vector<bool> OnWall(const ScanMap& map,
-                         const std::vector<Eigen::Vector2d>& points,
-                         const Rigid2& map_from_query) {
-  std::vector<bool> is_on_wall;
-  for (const Eigen::Vector2d& point : points) {
-    const Eigen::Vector2i cell = map.Grid().CellOf(map_from_query * point);
-    is_on_wall.push_back(map.Grid().Contains(cell) && map.WallDistance_m(cell) <= kInlier_m);
-  }
-  return is_on_wall;
-}
-
 // Of the points that one of two places explains, the lead of the first, 0 .. 1.
 double Lead(const std::vector<bool>& of_first, const std::vector<bool>& of_second) {
   int votes = 0, lead = 0;
@@ -35,19 +21,17 @@ double Lead(const std::vector<bool>& of_first, const std::vector<bool>& of_secon
   return votes == 0 ? 0 : std::max(0.0, static_cast<double>(lead) / votes);
 }
 
-void DescribePlace(const ScanMap& map,
-                   const std::vector<Eigen::Vector2d>& points,
-                   const std::vector<ScanCandidate>& candidates,
-                   QueryResult* result) {
+void DescribePlace(const std::vector<ScanCandidate>& candidates, QueryResult* result) {
   const ScanCandidate& best = candidates.front();
-  const std::vector<bool> of_best = OnWall(map, points, best.map_from_query);
-  result->num_matches = static_cast<int>(points.size());
-  result->num_inliers = static_cast<int>(std::ranges::count(of_best, true));
+  const auto count = [](const std::vector<bool>& is) {
+    return static_cast<int>(std::ranges::count(is, true));
+  };
+  result->num_matches = static_cast<int>(best.on_wall.size());
+  result->num_inliers = count(best.on_wall);
   result->confidence = static_cast<double>(result->num_inliers) / result->num_matches;
   if (candidates.size() > 1) {
-    const std::vector<bool> of_rival = OnWall(map, points, candidates[1].map_from_query);
-    result->num_rival_inliers = static_cast<int>(std::ranges::count(of_rival, true));
-    result->confidence = Lead(of_best, of_rival);
+    result->num_rival_inliers = count(candidates[1].on_wall);
+    result->confidence = Lead(best.on_wall, candidates[1].on_wall);
   }
   result->map_from_camera = best.map_from_query.ToRigid3();
   result->position_sigma_m = std::sqrt(best.covariance(0, 0) + best.covariance(1, 1));
@@ -73,9 +57,7 @@ LocatedScan Locate(const ScanLocalizeOptions& options,
   const ScanVerdict verdict = Judge(options.verdict, query, points.size(), located.candidates);
   located.result.verdict = verdict.verdict;
   located.result.reason = verdict.reason;
-  if (!located.candidates.empty()) {
-    DescribePlace(map, points, located.candidates, &located.result);
-  }
+  if (!located.candidates.empty()) DescribePlace(located.candidates, &located.result);
   return located;
 }
 

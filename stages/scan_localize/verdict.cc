@@ -20,6 +20,24 @@ double RivalRatio(const std::vector<ScanCandidate>& candidates, double ScanCandi
   return second / candidates.front().*fit;
 }
 
+// Of the points, those that only the best place explains less those that only the other does.
+double LeadShare(const ScanCandidate& best, const ScanCandidate& other) {
+  int lead = 0;
+  for (std::size_t i = 0; i < best.on_wall.size(); ++i) lead += best.on_wall[i] - other.on_wall[i];
+  return lead / std::max(1.0, static_cast<double>(best.on_wall.size()));
+}
+
+// Whether another place fits almost as well, or as well but for where walls lie in their cells,
+// which changes the fit and not the points that are explained.
+bool HasRival(const VerdictOptions& options, const std::vector<ScanCandidate>& candidates) {
+  const ScanCandidate& best = candidates.front();
+  return std::any_of(candidates.begin() + 1, candidates.end(), [&](const ScanCandidate& other) {
+    const double ratio = other.fit / best.fit;
+    return ratio > options.max_rival_ratio ||
+           (ratio > options.max_unique_ratio && LeadShare(best, other) < options.min_lead_share);
+  });
+}
+
 bool AreConfirmed(const ObjectView& objects) {
   const int num_seen = objects.num_confirmed + objects.num_contradicted;
   return num_seen >= kMinObjectWalls && objects.num_confirmed >= kMinConfirmed * num_seen;
@@ -64,6 +82,10 @@ void VerdictOptions::Register(OptionList& list) {
            &max_rival_ratio,
            Range(0, 1),
            "ambiguous: another place fits better than this times the best");
+  list.Add("min_lead_share",
+           &min_lead_share,
+           Range(0, 1),
+           "ambiguous: a place that is not unique explains less than this of the points more");
   list.Add("max_position_sigma_m",
            &max_position_sigma_m,
            Range(0.001, 100),
@@ -81,7 +103,7 @@ ScanVerdict Judge(const VerdictOptions& options,
     return {QueryVerdict::kNotInMap, "poor_fit"};
   }
   if (!IsInMap(options, query, candidates)) return {QueryVerdict::kNotInMap, "not_alike"};
-  if (RivalRatio(candidates, &ScanCandidate::fit) > options.max_rival_ratio) {
+  if (HasRival(options, candidates)) {
     return {QueryVerdict::kAmbiguous, "rival_place"};
   }
   if (PositionSigma_m(candidates.front()) > options.max_position_sigma_m) {

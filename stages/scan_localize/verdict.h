@@ -17,6 +17,7 @@ struct VerdictOptions {
   double max_unique_ratio = 0.88;
   double max_unique_ratio_nearby = 0.88;
   double max_rival_ratio = 0.95;
+  double min_lead_share = 0.05;
   double max_position_sigma_m = 0.5;
 
   void Register(OptionList& list);
@@ -34,7 +35,7 @@ struct ScanVerdict {
 // building that changed much, no place does; then the best one counts if no other comes near it,
 // because in another building many places fit about as badly. Where the robot is known to be
 // nearby, the objects take part in this: a place that they confirm is in the map. A place is
-// ambiguous when another one fits about as well.
+// ambiguous when another one fits about as well, or explains about the same points.
 ScanVerdict Judge(const VerdictOptions& options,
                   const ScanQuery& query,
                   std::size_t num_points,
