@@ -20,7 +20,7 @@ struct ObjectFilterOptions {
   double voxel_m = 0.05;
   double start_step_m = 0.5;
   int num_headings = 36;
-  int num_starts = 20;
+  int num_starts = 5;
   double max_pair_distance_m = 0.5;
   double tolerance_m = 0.1;
   double min_overlap = 0.8;

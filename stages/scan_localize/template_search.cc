@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "stages/scan_localize/scan_candidates.h"
+#include "stages/scan_localize/search_box.h"
 #include "stages/scan_localize/submap_image.h"
 
 namespace nightmap {
@@ -15,41 +16,11 @@ namespace {
 
 constexpr int kFollow_px = 2;  // how far a maximum may lie from that of the level above
 
-// Where the robot may be, in m in the map.
-struct SearchBox {
-  Eigen::Vector2d low, high;
-};
-
 cv::Mat ToMat(const SubmapImage& submap) {
   return {submap.image.height,
           submap.image.width,
           CV_8U,
           const_cast<std::uint8_t*>(submap.image.pixels.data())};
-}
-
-SearchBox BoxOf(const ScanMap& map, const ScanQuery& query) {
-  if (query.rough_position) {
-    const Eigen::Vector2d radius = Eigen::Vector2d::Constant(query.rough_position->radius_m);
-    const Eigen::Vector2d& middle = query.rough_position->point_in_map;
-    return {middle - radius, middle + radius};
-  }
-  const OccupancyGrid& grid = map.Grid();
-  SearchBox box{grid.origin_in_map, grid.origin_in_map};
-  for (const Eigen::Vector2d& corner : {Eigen::Vector2d(grid.width, 0),
-                                        Eigen::Vector2d(0, grid.height),
-                                        Eigen::Vector2d(grid.width, grid.height)}) {
-    box.low = box.low.cwiseMin(grid.FromCells(corner));
-    box.high = box.high.cwiseMax(grid.FromCells(corner));
-  }
-  return box;
-}
-
-bool CanBeAt(const ScanMap& map, const ScanQuery& query, const Eigen::Vector2d& point_in_map) {
-  const auto& rough = query.rough_position;
-  if (rough && (point_in_map - rough->point_in_map).norm() > rough->radius_m) return false;
-  const LikelihoodField& places = map.Places().Field();
-  const Eigen::Vector2d cell = places.ToCells(map.ToField(point_in_map)).array().round();
-  return places.At(static_cast<int>(cell.x()), static_cast<int>(cell.y())) > 0;
 }
 
 // The similarity at each pixel of the map that the robot may be at, 0 .. 1.
