@@ -40,9 +40,11 @@ std::vector<FoundPose> SearchPlaces(const CandidateOptions& options,
   const double cell_m = map.SearchPyramid().Field().Resolution_m();
   const auto few =
       SpreadPoints(ThinPoints(points, cell_m), static_cast<std::size_t>(options.max_search_points));
+  const double min_share =
+      query.rough_position ? options.min_share_nearby : options.min_share_of_best;
   std::vector<FoundPose> places;
   for (const FoundPose& pose :
-       SearchPoses(map.SearchPyramid(), few, WindowOf(map, query), options.min_share_of_best)) {
+       SearchPoses(map.SearchPyramid(), few, WindowOf(map, query), min_share)) {
     const auto is_same = [&](const FoundPose& other) {
       return IsSamePlace(pose.field_from_robot, other.field_from_robot);
     };
@@ -73,6 +75,10 @@ void CandidateOptions::Register(OptionList& list) {
            &min_share_of_best,
            Range(0.1, 1),
            "places with a smaller share of the best score are no candidates");
+  list.Add("min_share_nearby",
+           &min_share_nearby,
+           Range(0.1, 1),
+           "the same within a rough position, where candidates cost little");
   list.Add(
       "max_candidates", &max_candidates, Range(2, 1000), "of a query; the best by search score");
 }

@@ -10,6 +10,7 @@ namespace {
 // So many walls of objects, of which so many are confirmed, are no chance.
 constexpr int kMinObjectWalls = 20;
 constexpr double kMinConfirmed = 0.7;
+constexpr int kMinObjectLead = 10;
 // Where most beams pass walls and few end on them, only a rough position speaks for a place.
 constexpr double kMinChangedAgreement = -0.2;
 
@@ -27,14 +28,21 @@ double LeadShare(const ScanCandidate& best, const ScanCandidate& other) {
   return lead / std::max(1.0, static_cast<double>(best.on_wall.size()));
 }
 
+// Whether the objects, which cannot have changed, speak for one place and not for another.
+bool DoObjectsDecide(const ObjectView& best, const ObjectView& other) {
+  const int lead = best.num_confirmed - best.num_contradicted;
+  return lead - (other.num_confirmed - other.num_contradicted) >= kMinObjectLead;
+}
+
 // Whether another place fits almost as well, or as well but for where walls lie in their cells,
 // which changes the fit and not the points that are explained.
 bool HasRival(const VerdictOptions& options, const std::vector<ScanCandidate>& candidates) {
   const ScanCandidate& best = candidates.front();
   return std::any_of(candidates.begin() + 1, candidates.end(), [&](const ScanCandidate& other) {
     const double ratio = other.fit / best.fit;
-    return ratio > options.max_rival_ratio ||
-           (ratio > options.max_unique_ratio && LeadShare(best, other) < options.min_lead_share);
+    if (ratio > options.max_rival_ratio) return true;
+    return ratio > options.max_unique_ratio && LeadShare(best, other) < options.min_lead_share &&
+           !DoObjectsDecide(best.objects, other.objects);
   });
 }
 
