@@ -12,6 +12,8 @@ namespace {
 
 constexpr char kScanQueriesFormat[] = "nightmap scan queries";
 constexpr int kScanQueriesVersion = 1;
+constexpr double kMaxOffset_m = 1000;   // of a scan from its query
+constexpr double kMaxPosition_m = 1e6;  // in the map
 constexpr char kScanQueriesUnits[] =
     "query_from_laser: heading (rad) x y (m); beams: first angle, step (rad), limit (m); "
     "rough_position: x y radius (m) in the map";
@@ -40,6 +42,8 @@ std::vector<QueryScan> ReadScans(const Hdf5Reader& file) {
     const double* p = &pose.values[3 * i];
     const double* b = &beams.values[3 * i];
     file.Demand(b[1] != 0, "beams", "has an angle step of 0");
+    const bool is_on_spot = std::abs(p[1]) <= kMaxOffset_m && std::abs(p[2]) <= kMaxOffset_m;
+    file.Demand(is_on_spot, "query_from_laser", "is too far from the robot");
     scans.push_back({{p[0], {p[1], p[2]}}, b[0], b[1], b[2], {}});
     const auto begin = range_m.begin();
     scans.back().ranges_m.assign(begin + static_cast<std::ptrdiff_t>(offsets[i]),
@@ -132,6 +136,8 @@ std::vector<ScanQuery> ReadScanQueries(const std::filesystem::path& path) {
     }
     const double* values = &rough.values[3 * i];
     file.Demand(values[2] >= 0, "rough_position", "has a negative radius");
+    for (int k = 0; k < 3; ++k)
+      file.Demand(std::abs(values[k]) <= kMaxPosition_m, "rough_position");
     if (values[2] > 0) query.rough_position = RoughPosition{{values[0], values[1]}, values[2]};
   }
   return queries;

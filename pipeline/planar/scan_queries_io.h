@@ -59,7 +59,8 @@ std::vector<Eigen::Vector2d> PointsInQuery(const ScanQuery& query, double max_ra
 void WriteScanQueries(const std::filesystem::path& path, const std::vector<ScanQuery>& queries);
 
 // Throws DataError naming file and field on sizes that do not add up, NaN, an empty name or one of
-// several lines, times that do not increase, a negative radius, or an angle step of 0.
+// several lines, times that do not increase, a negative radius, an angle step of 0, a scan more
+// than 1 km from its query, or a rough position or radius beyond 1000 km.
 std::vector<ScanQuery> ReadScanQueries(const std::filesystem::path& path);
 
 }  // namespace nightmap

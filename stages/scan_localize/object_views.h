@@ -15,9 +15,9 @@ namespace nightmap {
 std::vector<Eigen::Vector2d> WallsOfObjects(const OccupancyGrid& grid,
                                             const std::vector<MapObject>& objects);
 
-// Of the walls of objects, seen from a pose: those that a beam ends on, and those that a beam
-// passes through, which cannot be. Walls behind what a beam hit, and where no beam points or comes
-// back from, say nothing.
+// Walls of objects, seen from a pose: a beam ends on those that are confirmed, and passes through
+// those that are contradicted, which cannot be. Walls behind what a beam hit, and where no beam
+// points or comes back from, say nothing.
 struct ObjectView {
   int num_confirmed = 0;
   int num_contradicted = 0;

@@ -11,7 +11,7 @@
 namespace nightmap {
 namespace {
 
-// Of the points that one of two places explains, the lead of the first, 0 .. 1.
+// The lead of the first of two places, 0 .. 1, among the points that only one of them explains.
 double Lead(const std::vector<bool>& of_first, const std::vector<bool>& of_second) {
   int votes = 0, lead = 0;
   for (std::size_t i = 0; i < of_first.size(); ++i) {

@@ -21,7 +21,7 @@ double RivalRatio(const std::vector<ScanCandidate>& candidates, double ScanCandi
   return second / candidates.front().*fit;
 }
 
-// Of the points, those that only the best place explains less those that only the other does.
+// The share of the points that only the best place explains, less that of the other's own.
 double LeadShare(const ScanCandidate& best, const ScanCandidate& other) {
   int lead = 0;
   for (std::size_t i = 0; i < best.on_wall.size(); ++i) lead += best.on_wall[i] - other.on_wall[i];

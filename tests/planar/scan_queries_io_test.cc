@@ -125,6 +125,15 @@ TEST_F(ScanQueriesDamageTest, ANegativeRadiusOrOneTooFew) {
   rough_ = {};
   ExpectRefused("rough_position");
 }
+TEST_F(ScanQueriesDamageTest, PlacesBeyondAnyBuilding) {
+  pose_[1] = 1e4;
+  ExpectRefused("'query_from_laser' is too far from the robot");
+  pose_[1] = 0;
+  rough_[0] = -1e9;
+  ExpectRefused("rough_position");
+  rough_ = {0, 0, 1e9};
+  ExpectRefused("rough_position");
+}
 TEST_F(ScanQueriesDamageTest, OffsetsThatDoNotFit) {
   for (const auto& offsets : std::vector<std::vector<std::int64_t>>{{0, 2}, {1, 1}, {0}, {0, -1}}) {
     scan_offset_ = offsets;

@@ -115,7 +115,7 @@ TEST(SearchPoses, FindsAllPosesThatComeNearTheBest) {
     std::vector<double> expected = AllValues(pyramid, scene);
     const double least = std::max(scene.window.min_value, share * expected.front());
     std::erase_if(expected, [&](double value) { return value <= least; });
-    // Of the poses at the limit itself, as the best where the share is 1, some may be left out.
+    // Some poses at the limit itself may be left out, as the best where the share is 1.
     ASSERT_GE(found.size(), expected.size());
     for (std::size_t i = 0; i < expected.size(); ++i) {
       EXPECT_NEAR(found[i].value, expected[i], 1e-12);

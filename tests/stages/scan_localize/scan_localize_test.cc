@@ -117,6 +117,17 @@ TEST(ScanLocalize, ARoughPositionDecidesBetweenPlacesThatLookAlike) {
   EXPECT_GE(num_inside, 6);
 }
 
+TEST(ScanLocalize, ARadiusBeyondTheMapSearchesTheMapAndNoMore) {
+  AskedScans asked = AskAt(kRooms, 5, 9);
+  for (ScanQuery& query : asked.queries) query.rough_position = RoughPosition{{5, 0}, 1e6};
+  const auto located = LocateAll({RoomsMap(), asked.queries, {}});
+  for (std::size_t i = 0; i < located.size(); ++i) {
+    ASSERT_FALSE(located[i].candidates.empty());
+    const Rigid2& best = located[i].candidates.front().map_from_query;
+    EXPECT_LT((best.translation - asked.poses[i].translation).norm(), 0.1) << i;
+  }
+}
+
 TEST(ScanLocalize, MovedFurnitureDoesNotDragThePose) {
   Building changed = kRooms;
   changed[3] = {{3.4, -6}, {5.4, -4.5}};  // 0.4 m along the wall
