@@ -28,10 +28,7 @@ SearchWindow WindowOf(const ScanMap& map, const ScanQuery& query) {
   window.places = &map.Places();
   if (query.rough_position) {
     window.center.translation = map.ToField(query.rough_position->point_in_map);
-    // A radius that reaches beyond the map adds no place.
-    const double to_far_side_m =
-        map.HalfExtent_m() + window.center.translation.cwiseAbs().maxCoeff();
-    window.half_extent_m = std::min(query.rough_position->radius_m, to_far_side_m);
+    window.half_extent_m = query.rough_position->radius_m;
   }
   return window;
 }

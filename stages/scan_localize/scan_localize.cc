@@ -38,11 +38,21 @@ void DescribePlace(const std::vector<ScanCandidate>& candidates, QueryResult* re
   result->rotation_sigma_deg = std::sqrt(best.covariance(2, 2)) * 180 / std::numbers::pi;
 }
 
+// A rough position whose radius is as large as the map says nothing: the map is searched.
+ScanQuery WithUsefulPosition(const ScanMap& map, ScanQuery query) {
+  const double diagonal_m = 2 * std::numbers::sqrt2 * map.HalfExtent_m();
+  if (query.rough_position && query.rough_position->radius_m >= diagonal_m) {
+    query.rough_position.reset();
+  }
+  return query;
+}
+
 LocatedScan Locate(const ScanLocalizeOptions& options,
                    const ScanMap& map,
                    const std::vector<MapObject>& objects,
                    const std::vector<Eigen::Vector2d>& walls_of_objects,
-                   const ScanQuery& query) {
+                   const ScanQuery& asked) {
+  const ScanQuery query = WithUsefulPosition(map, asked);
   const auto points =
       ThinPoints(PointsInQuery(query, options.candidates.max_range_m), map.Grid().resolution_m);
   LocatedScan located;

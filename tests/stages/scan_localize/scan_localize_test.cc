@@ -120,6 +120,11 @@ TEST(ScanLocalize, ARoughPositionDecidesBetweenPlacesThatLookAlike) {
 TEST(ScanLocalize, ARadiusBeyondTheMapSearchesTheMapAndNoMore) {
   AskedScans asked = AskAt(kRooms, 5, 9);
   for (ScanQuery& query : asked.queries) query.rough_position = RoughPosition{{5, 0}, 1e6};
+  ScanLocalizeOptions published;
+  published.method = "published";
+  for (const LocatedScan& scan : LocateAll({RoomsMap(), asked.queries, {}}, published)) {
+    EXPECT_FALSE(scan.candidates.empty());
+  }
   const auto located = LocateAll({RoomsMap(), asked.queries, {}});
   for (std::size_t i = 0; i < located.size(); ++i) {
     ASSERT_FALSE(located[i].candidates.empty());
