@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 
 #include "pipeline/io/hdf5_file.h"
 
@@ -97,8 +96,10 @@ void WriteScanQueries(const std::filesystem::path& path, const std::vector<ScanQ
       const Rigid2& at = scan.query_from_laser;
       AppendRow({at.heading_rad, at.translation.x(), at.translation.y()}, &pose);
       AppendRow({scan.first_angle_rad, scan.step_angle_rad, scan.limit_m}, &beams);
-      const auto finite = [](float value) { return std::isfinite(value) ? value : 0; };
-      Append(scan.ranges_m | std::views::transform(finite), &range_m, &range_offset);
+      std::vector<float> finite = scan.ranges_m;
+      std::ranges::replace_if(
+          finite, [](float value) { return !std::isfinite(value); }, 0.0F);
+      Append(finite, &range_m, &range_offset);
     }
     scan_offset.push_back(static_cast<std::int64_t>(pose.rows));
   }
