@@ -12,7 +12,7 @@
 namespace nightmap {
 namespace {
 
-constexpr double kMaxPosition_m = 1e6;
+constexpr double kFarthest_m = 1e6;
 
 struct ScanQueryTable {
   ScanQueryConfig query;
@@ -28,8 +28,8 @@ struct ScanQueryTable {
              {"FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1"},
              "carmen: word that begins the lines to read");
     list.Add("turn", &q.turn, "the scans of the log are one query, of a robot that turned");
-    list.Add("near_m", &q.near_m, {-kMaxPosition_m, kMaxPosition_m}, "about x, y in the map");
-    list.Add("near_radius_m", &q.near_radius_m, {0, kMaxPosition_m}, "the robot is within");
+    list.Add("near_m", &q.near_m, {-kFarthest_m, kFarthest_m}, "about x, y in the map");
+    list.Add("near_radius_m", &q.near_radius_m, {0, kFarthest_m}, "the robot is within");
   }
 };
 

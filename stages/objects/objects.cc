@@ -146,7 +146,8 @@ ObjectsResult RunObjects(const ObjectsOptions& options,
     return place.straightness < options.min_straightness ||
            place.seen_share < options.min_seen_share;
   });
-  places = KeepApart(std::move(places), kSamePlace * 2 * radius, places.size());
+  const std::size_t num_found = places.size();
+  places = KeepApart(std::move(places), kSamePlace * 2 * radius, num_found);
   ObjectsResult result;
   result.num_places = places.size();
   const WholeMap map(grid, options.sigma_m);

@@ -57,7 +57,7 @@ NearWall WallAt(const OccupancyGrid& grid, const Eigen::Vector2i& cell) {
   const Eigen::Vector2d mean = sum / count;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(squares / count -
                                                               mean * mean.transpose());
-  const Eigen::Vector2d variances = solver.eigenvalues();  // the smaller first
+  const Eigen::Vector2d& variances = solver.eigenvalues();  // the smaller first
   if (count < 3 || variances[0] > kMaxFlatness * variances[1]) {
     return {center, Eigen::Matrix2d::Identity()};
   }

@@ -19,7 +19,7 @@ using Points = std::vector<Eigen::Vector2d>;
 constexpr std::size_t kMaxStartPoints = 40;
 constexpr double kStartResolution_m = 0.1;
 constexpr double kStartSigma_m = 0.2;
-constexpr std::size_t kMinObjectWalls = 8;  // fewer have no shape
+constexpr std::size_t kMinShapeWalls = 8;  // fewer have no shape
 
 LikelihoodField FieldOf(const Points& points_in_query) {
   double farthest_m = 1;
@@ -117,7 +117,7 @@ std::vector<Rigid2> PosesByObjects(const ObjectFilterOptions& options,
     if ((center - rough.point_in_map).norm() >= options.object_distance_m) continue;
     object.size_m.array() += 2 * options.object_margin_m;
     const Points walls = WallsOfObjects(grid, {object});
-    if (walls.size() < kMinObjectWalls) continue;
+    if (walls.size() < kMinShapeWalls) continue;
     const auto starts = StartsFor(options, field, walls, rough);
     for (const Rigid2& pose : MatchToObject(options, walls, points, starts)) {
       if ((pose.translation - rough.point_in_map).norm() <= rough.radius_m) poses.push_back(pose);
