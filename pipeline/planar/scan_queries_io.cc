@@ -11,8 +11,8 @@ namespace {
 
 constexpr char kScanQueriesFormat[] = "nightmap scan queries";
 constexpr int kScanQueriesVersion = 1;
-constexpr double kMaxOffset_m = 1000;   // of a scan from its query
-constexpr double kMaxPosition_m = 1e6;  // in the map
+constexpr double kMaxOffset_m = 1000;  // of a scan from its query
+constexpr double kMaxRough_m = 1e6;    // of a rough position
 constexpr char kScanQueriesUnits[] =
     "query_from_laser: heading (rad) x y (m); beams: first angle, step (rad), limit (m); "
     "rough_position: x y radius (m) in the map";
@@ -137,8 +137,7 @@ std::vector<ScanQuery> ReadScanQueries(const std::filesystem::path& path) {
     }
     const double* values = &rough.values[3 * i];
     file.Demand(values[2] >= 0, "rough_position", "has a negative radius");
-    for (int k = 0; k < 3; ++k)
-      file.Demand(std::abs(values[k]) <= kMaxPosition_m, "rough_position");
+    for (int k = 0; k < 3; ++k) file.Demand(std::abs(values[k]) <= kMaxRough_m, "rough_position");
     if (values[2] > 0) query.rough_position = RoughPosition{{values[0], values[1]}, values[2]};
   }
   return queries;
