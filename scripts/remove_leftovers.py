@@ -7,6 +7,7 @@ Touches only files below the site's folder whose names a job declares.
 """
 
 import contextlib
+import functools
 import os
 import re
 
@@ -79,20 +80,26 @@ def _files_of(jobs):
     return files
 
 
+@functools.cache  # most jobs of the profiles are the same
 def _pattern(name, unit):
     return re.escape(name).replace(re.escape("{unit}"), _any(unit))
 
 
 def _jobs_of_profiles(configs):
-    """The jobs of each profile, with whatever a site may give to it."""
+    """The jobs of each profile, with nothing that a site may give to it and with all of it."""
     for profile in sorted(os.listdir(configs)):
         overlay = f"{configs}/{profile}/pipeline.toml"
         with contextlib.suppress(PipelineError):  # a mistake in a profile matters to its sites
             if profile == "default":
                 yield from read_pipeline(configs).jobs.values()
             elif os.path.exists(overlay):
-                given = {table.get("given") for table in read_toml(overlay).values() if isinstance(table, dict)}
-                yield from read_pipeline(configs, profile, given).jobs.values()
+                for imports in {(), _imports_of(overlay)}:
+                    yield from read_pipeline(configs, profile, imports).jobs.values()
+
+
+def _imports_of(overlay):
+    changes = [table for tables in read_toml(overlay).values() for table in (tables if isinstance(tables, list) else [tables])]
+    return tuple(table["given"] for table in changes if isinstance(table, dict) and "given" in table)
 
 
 def _matching(folder, patterns):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tables of configs/pipeline.toml, changed by those of a profile, and the file and line of each."""
 
+import functools
 import re
 import tomllib
 
@@ -12,13 +13,19 @@ class PipelineError(Exception):
 
 
 def read_toml(path):
+    """The tables of a file, to be left as they are; the dictionary of them is the caller's own."""
     try:
         with open(path, "rb") as file:
-            return tomllib.load(file)
+            return dict(_parsed(file.read()))
     except FileNotFoundError:
         raise PipelineError(f"{path}: there is no such file") from None
     except (ValueError, RecursionError) as error:
         raise PipelineError(f"{path}: not valid TOML: {error}") from None
+
+
+@functools.cache  # the pipeline is read once per profile
+def _parsed(data):
+    return tomllib.loads(data.decode())
 
 
 class Declaration:

@@ -110,18 +110,19 @@ class RulesTest(StubTest):
 
     def test_a_value_of_a_profile_that_is_set_and_taken_back_reruns_nothing(self):
         for profile in sorted(path.parent.name for path in (self.site.folder / "configs").glob("*/pipeline.toml")):
-            programs = self.use_profile(profile)
-            self.make(*ASKED)
+            programs, files = self.use_profile(profile)
+            self.make(*ASKED, *files)
             for program in programs:
                 change = self.change_of(program, profile)
                 with self.subTest(f"{profile}: {program}"):
                     self.assertEqual(change is None, program == "import_grid")  # it has no option
                     if change:
-                        self.make(*ASKED, f"SET={change}", code=2, fails=program)
-                    self.make("-q", *ASKED)
+                        self.make(*ASKED, *files, f"SET={change}", code=2, fails=program)
+                    self.make("-q", *ASKED, *files)
 
     def use_profile(self, profile):
-        """Gives the site the profile and the files that its jobs import; returns the programs that the profile adds."""
+        """Gives the site the profile and the files that its jobs import; returns the programs that the profile adds, and
+        a file of each job that other goals than ASKED run."""
         configs = self.site.folder / "configs"
         imported = set(re.findall(r'"import\.(\w+)"', (configs / profile / "pipeline.toml").read_text()))
         for key in imported:
@@ -129,11 +130,13 @@ class RulesTest(StubTest):
         site = configs / f"sites/{SITE}.toml"
         text = (REPOSITORY / f"configs/sites/{SITE}.toml").read_text()
         site.write_text(f'profile = "{profile}"\n{text}[import]\n' + "".join(f'{key} = "{key}"\n' for key in sorted(imported)))
-        programs = set(read_pipeline(str(configs), profile, imported).programs()) - set(PIPELINE.programs())
+        pipeline = read_pipeline(str(configs), profile, imported)
+        programs = set(pipeline.programs()) - set(PIPELINE.programs())
         for program in programs:
             self.site.add_program(program)
         self.assertTrue(programs, profile)
-        return sorted(programs)
+        others = [job for job in pipeline.jobs.values() if job.program in programs and job.goal not in (*ASKED, "localize")]
+        return sorted(programs), [f"maps/{SITE}/{job.folder}/{next(iter(job.outputs.values()))}" for job in others]
 
     def change_of(self, program, profile="default"):
         folders = (self.site.folder / "configs/default", self.site.folder / "configs" / profile / "default")

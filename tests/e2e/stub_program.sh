@@ -37,9 +37,11 @@ for path in $outputs; do
       ;;
     */queries.txt)
       echo 'nightmap queries, version 1, 1 names' >"$path"
-      keep "$folder/queries.csv" 'query_idx
-0'
-      keep "$folder/query_cameras.json" '{}'
+      case "$program" in
+        scan_queries) keep "$folder/queries.h5" queries ;;
+        *) keep "$folder/queries.csv" 'query_idx
+0' && keep "$folder/query_cameras.json" '{}' ;;
+      esac
       ;;
     */tiles.txt)
       names=$(seq -f '%g_0' 0 $((${STUB_TILES:-2} - 1)))
