@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "pipeline/features/match_descriptors.h"
+#include "pipeline/features/static_motion.h"
 
 namespace nightmap {
 namespace {
@@ -100,6 +101,11 @@ void VerifyOptions::Register(OptionList& list, const std::string& pair) {
            &pose.max_iterations,
            Range(10, 100000),
            "RANSAC iterations per pair");
+  list.Add("max_motions",
+           &max_motions,
+           Range(1, 20),
+           "largest number of rigid motions searched in a " + pair +
+               "; the one of the largest surface is what stands still");
   list.Add("seed", &seed, Range(0, 1e6), "seed of RANSAC");
 }
 
@@ -147,7 +153,8 @@ void VerifyMatches(const VerifyOptions& options,
   AbsolutePoseOptions pose_options = options.pose;
   pose_options.noise = target.camera->noise;
   pose_options.seed = PairSeed(options.seed, *pair);
-  const auto pose = EstimateAbsolutePose(target.camera->color, lifted.points, pose_options);
+  const auto pose =
+      EstimateStaticMotion(target.camera->color, lifted.points, pose_options, options.max_motions);
   pair->status = PairStatus::kTooFewInliers;
   if (!pose) return;
 

@@ -19,7 +19,8 @@ struct VerifyOptions {
   double max_sigma_m =
       std::numeric_limits<double>::infinity();  // of b_from_a, in the worst direction
   AbsolutePoseOptions pose;                     // its seed is not used
-  int seed = 0;                                 // each pair draws from a random stream of its own
+  int max_motions = 5;
+  int seed = 0;  // each pair draws from a random stream of its own
 
   // Registers those that users set. `pair` names a pair in the help. max_sigma_m is not among them:
   // not every stage limits it.
@@ -28,7 +29,8 @@ struct VerifyOptions {
 
 // Matches descriptors (ratio, mutual), or takes the tracker's matches if b was tracked from a. Then
 // estimates the pose from the 3-D points of the frame that has more depth and the pixels of the
-// other. Fills all of `pair` except frame_a, frame_b and score.
+// other, against what stands still (static_motion.h). Fills all of `pair` except frame_a, frame_b
+// and score.
 void VerifyPair(const VerifyOptions& options,
                 const FrameFeatures& a,
                 const RgbdCamera& camera_a,
