@@ -5,8 +5,6 @@ ifeq ($(filter grouped-target,$(.FEATURES)),)
 $(error nightmap needs GNU Make 4.3 or newer, this is $(MAKE_VERSION))
 endif
 MAKEFLAGS += --no-builtin-rules --no-builtin-variables --warn-undefined-variables
-SHELL := bash
-.SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
 .SUFFIXES:
 .DEFAULT_GOAL := help
@@ -69,13 +67,18 @@ endif
 # scripts/make_site.py writes the rules of the site to maps/<site>/graph.mk and runs make on them, once for all goals.
 # [goals] of the declared pipeline and of the profiles.
 GOALS := $(shell sed -snE '/^\[goals\]/,/^$$/s/^([a-z][a-z-]*) = .*/\1/p' configs/pipeline.toml $(wildcard configs/*/pipeline.toml))
+# The recipes' shell; the calls of programs above are quicker without it.
+SHELL := bash
+.SHELLFLAGS := -euo pipefail -c
 OF_SITE := $(GOALS) why status
 ASKED := $(filter $(OF_SITE) $(M)/% $(DATA)/%,$(MAKECMDGOALS))
 .PHONY: help deps build demo inspect $(OF_SITE) the_site verify clean distclean $(filter $(M)/% $(DATA)/%,$(MAKECMDGOALS))
 the_site: $(if $(filter why status,$(MAKECMDGOALS)),,$(BUILD)/programs.mk)
 	+@$(PYTHON) -I -S scripts/make_site.py $(ASKED)
-# Under -q there is no recipe: make would report it as work to do.
-$(OF_SITE) $(filter $(M)/% $(DATA)/%,$(MAKECMDGOALS)): the_site
+# Under -q there is no recipe: make would report it as work to do. With plain flags make runs `:` without a shell.
+OF_THE_SITE := $(OF_SITE) $(filter $(M)/% $(DATA)/%,$(MAKECMDGOALS))
+$(OF_THE_SITE): private .SHELLFLAGS := -c
+$(OF_THE_SITE): the_site
 	$(if $(findstring q,$(firstword -$(MAKEFLAGS))),,@:)
 
 why: ## the jobs that `make report` would rerun now, with reasons; with SET: the jobs that this change would rerun

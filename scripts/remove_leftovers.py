@@ -11,9 +11,11 @@ import functools
 import os
 import re
 
+from nightmap_make.changed_files import has_text, write_if_changed
 from nightmap_site.declaration import PipelineError, read_toml
 from nightmap_site.pipeline import read_pipeline
 
+JOBS_FILE = "config/jobs.txt"  # the jobs of the site and their files, when it was last looked for others'
 ANY_UNIT = {"shard": r"\d{4,9}", "tile": r"-?\d{1,9}_-?\d{1,9}", "floor": r"(?:map|floor_-?\d{1,9})"}
 
 
@@ -50,8 +52,12 @@ def remove(site_dir, graph, kind):
 
 
 def remove_gone(site_dir, graph, configs="configs"):
-    """Removes the results and logs of jobs that the site no longer has; returns the names of their folders."""
+    """Removes the results and logs of jobs that the site no longer has; returns the names of their folders. Looks for them
+    when the jobs are others than the last time."""
     here = [job for job in graph.pipeline.jobs.values() if _is_here(site_dir, graph, job)]
+    jobs = "".join(f"{job.folder}/{name} of {job.name}\n" for job in here for name in [*job.outputs.values(), *job.beside.values()])
+    if has_text(f"{site_dir}/{JOBS_FILE}", jobs):
+        return []
     known = _files_of([*graph.pipeline.jobs.values(), *_jobs_of_profiles(configs)])
     folders = []
     for folder, gone in ((folder, names - _files_of(here).get(folder, set())) for folder, names in known.items()):
@@ -61,6 +67,7 @@ def remove_gone(site_dir, graph, configs="configs"):
             with contextlib.suppress(OSError):  # unless something else is in it
                 os.removedirs(os.path.dirname(path))
         folders += [folder] if paths and folder != "logs" else []
+    write_if_changed(f"{site_dir}/{JOBS_FILE}", jobs)
     return folders
 
 

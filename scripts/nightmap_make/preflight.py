@@ -7,8 +7,6 @@ import hashlib
 import operator
 import os
 import re
-import shutil
-import tempfile
 
 from nightmap_make.imports import files_of
 from nightmap_make.input_files import file_state
@@ -64,6 +62,8 @@ def check_configs(build, configs, is_preview):
             to_check[program] = stamp
     if not to_check:
         return
+    import tempfile  # with all that it imports a hundredth of a second, which a make that does nothing saves
+
     if not is_preview:
         os.makedirs(folder, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=None if is_preview else build) as scratch:
@@ -169,7 +169,8 @@ def check_disk(folder, needed_bytes, what):
     """Raises PipelineError when the disk lacks the room that a run needs."""
     while not os.path.isdir(folder):
         folder = os.path.dirname(folder) or "."
-    free_bytes = shutil.disk_usage(folder).free
+    disk = os.statvfs(folder)
+    free_bytes = disk.f_bavail * disk.f_frsize
     if needed_bytes > free_bytes:
         raise PipelineError(f"{folder}: {free_bytes / 1e9:.2f} GB are free, and {what} needs about {needed_bytes / 1e9:.2f} GB: "
                             "make room, or set MAPS to a folder of another disk")  # fmt: skip

@@ -9,7 +9,6 @@ so that `make -n`, `-q` and `why` can answer for any SET without touching the re
 """
 
 import os
-from dataclasses import dataclass, field
 
 from nightmap_make.changed_files import settle
 from nightmap_make.config_layers import effective_configs
@@ -19,29 +18,26 @@ from nightmap_make.run_receipts import made_with, receipts_in
 from nightmap_make.site_configs import check_site, settle_site, site_parts
 
 
-@dataclass
 class ConfigRequest:
     """What configs follow from. The values of make's variables are text as the user gave it."""
 
-    configs: str  # folder
-    site: str  # file of the site's config
-    data: str
-    config_dir: str  # of the last run that was no preview
-    work_dir: str  # where to write: config_dir, or the folder of a preview
-    profile: str = "default"
-    profile_from: str = "PROFILE"  # the variable or the file that names the profile
-    seed: str = "0"
-    set: str = ""
-    ends: list = field(default_factory=list)  # STAGE.KEY=VALUE of START and GOAL; they may contain spaces
-    query: str = ""
-    camera: str = ""
-    fov_deg: str = ""
-    near: str = ""
-    near_radius: str = ""
-    turn: str = ""
-    asks: str = "pictures"  # of which QUERY names files, or "scans"
-    is_synthetic: bool = False  # synthesize makes the recording
-    reads_recordings: bool = True  # False: only the queries are looked at
+    profile = "default"
+    profile_from = "PROFILE"  # the variable or the file that names the profile
+    seed = "0"
+    set = query = camera = fov_deg = near = near_radius = turn = ""
+    ends = []  # STAGE.KEY=VALUE of START and GOAL; they may contain spaces
+    asks = "pictures"  # of which QUERY names files, or "scans"
+    is_synthetic = False  # synthesize makes the recording
+    reads_recordings = True  # False: only the queries are looked at
+
+    def __init__(self, configs, site, data, config_dir, work_dir, **more):
+        """configs: a folder; site: the file of the site's config; config_dir: of the last run that was no preview; work_dir:
+        where to write, config_dir or the folder of a preview. more: any of the above."""
+        self.configs, self.site, self.data, self.config_dir, self.work_dir = configs, site, data, config_dir, work_dir
+        for name, value in more.items():
+            if not hasattr(self, name):
+                raise TypeError(f"a request of configs has no {name}")
+            setattr(self, name, value)
 
     @property
     def site_name(self):

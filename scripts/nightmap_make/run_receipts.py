@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Receipts of the last runs: whether the results were made with a config, and since when."""
 
-import calendar
+import datetime
 import glob
 import json
 import os
@@ -27,7 +27,7 @@ def read_receipt(path):
     then = next(os.path.dirname(output) for output in outputs if os.path.basename(output) == report)
     now = os.path.dirname(path)
     times_ns = [os.stat(os.path.join(now, os.path.relpath(output, then))).st_mtime_ns for output in outputs]
-    start_ns = calendar.timegm(time.strptime(receipt["start_time"], "%Y-%m-%dT%H:%M:%SZ")) * 10**9
+    start_ns = int(datetime.datetime.fromisoformat(receipt["start_time"]).timestamp()) * 10**9
     return receipt, max(times_ns) <= os.stat(path).st_mtime_ns, min(start_ns, *times_ns)
 
 
