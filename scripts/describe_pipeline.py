@@ -61,9 +61,32 @@ def profiles(configs, default):
             out = ", ".join(f"`{name}`" for name in default.jobs if name not in pipeline.jobs)
             of = f"`{profile}`" + "".join(f" with `import.{key}`" for key in given if len(variants(overlay)) > 1)
             left_out += [f"; {of} leaves out {out}"] if out else []
-    rows = [f"| `{profile}` {row(same[0], same[1:])}" for (profile, *_), same in variants_of.items()]
+    rows, fed = [], {}  # fed: profile -> jobs that only read something else
+    for (profile, *_), same in variants_of.items():
+        if is_fed_otherwise(same, default):
+            fed.setdefault(profile, []).extend(same)
+        else:
+            rows.append(f"| `{profile}` {row(same[0], same[1:])}")
+    rows += [row_of_fed(profile, jobs, default) for profile, jobs in fed.items()]
+    rows.sort(key=lambda text: text.split("`")[1])
     head = (f"| profile {HEAD[0]}", f"|---{HEAD[1]}")
     return f"\nJobs that a profile adds or changes{''.join(left_out)}:\n\n" + "\n".join([*head, *rows]) + "\n"
+
+
+def is_fed_otherwise(variants_of_job, default):
+    """Whether these variants of a job differ from the default one in nothing but what they read."""
+    known = default.jobs.get(variants_of_job[0].name)
+    return known is not None and all((job.purpose, job.program, job.unit, job.outputs, job.beside) ==
+                                     (known.purpose, known.program, known.unit, known.outputs, known.beside) for job in variants_of_job)  # fmt: skip
+
+
+def row_of_fed(profile, jobs, default):
+    """One row for the jobs of a profile that only read something else, with what they read instead or besides."""
+    def given(job):
+        return [filled_by(reference) for reference in job.inputs]
+    names = ", ".join(dict.fromkeys(f"`{job.name}`" for job in jobs))
+    new = dict.fromkeys(text for job in jobs for text in given(job) if text not in given(default.jobs[job.name]))
+    return f"| `{profile}` | {names} | as without the profile, from other files | | {', '.join(new)} | |"
 
 
 def variants(overlay):

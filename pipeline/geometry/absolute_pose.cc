@@ -21,8 +21,16 @@ class Estimator {
  public:
   Estimator(const Camera& camera,
             const std::vector<PointMatch>& matches,
-            const AbsolutePoseOptions& options)
-      : camera_(camera), matches_(matches), options_(options), random_(options.seed) {}
+            const AbsolutePoseOptions& options,
+            const std::vector<double>& weights)
+      : camera_(camera),
+        matches_(matches),
+        options_(options),
+        weights_(weights),
+        sums_(weights.size()),
+        random_(options.seed) {
+    std::partial_sum(weights.begin(), weights.end(), sums_.begin());
+  }
 
   std::optional<AbsolutePose> Estimate();
   std::optional<AbsolutePose> FinishFrom(const Rigid3& camera_from_world) const;
@@ -30,10 +38,11 @@ class Estimator {
                                const std::vector<int>& inliers) const;
 
  private:
-  // Sum of truncated squared reprojection errors (MSAC); lower is better.
+  // Weighted sum of truncated squared reprojection errors (MSAC); lower is better.
   struct Score {
     double cost = std::numeric_limits<double>::max();
     int num_inliers = 0;
+    double weight = 0;  // of the inliers
   };
 
   std::vector<Rigid3> SolveMinimal() {
@@ -41,6 +50,9 @@ class Estimator {
   }
   std::vector<Rigid3> SampleP3p();
   std::vector<Rigid3> SampleDlt();
+  // Draws a match, as often as its weight says.
+  std::size_t Draw();
+  double Weight(std::size_t i) const { return weights_.empty() ? 1 : weights_[i]; }
   int SampleSize() const { return options_.solver == MinimalSolver::kDlt6 ? kDltSampleSize : 3; }
   // Not inlined: in the loop over all matches GCC 12 would store the point in halves and wait to
   // load it whole, which makes the stage `matches` 15 % slower.
@@ -52,14 +64,23 @@ class Estimator {
                 const std::vector<int>& inliers,
                 int num_steps) const;
   void OptimizeLocally(Rigid3* camera_from_world, Score* score) const;
-  int RequiredIterations(int num_inliers) const;
+  int RequiredIterations(double inlier_ratio) const;
+  double InlierRatio(const Score& score) const;
   AbsolutePose Finish(const Rigid3& camera_from_world, int num_iterations) const;
 
   const Camera& camera_;
   const std::vector<PointMatch>& matches_;
   const AbsolutePoseOptions& options_;
+  const std::vector<double>& weights_;
+  std::vector<double> sums_;  // of the weights so far
   Random random_;
 };
+
+std::size_t Estimator::Draw() {
+  if (sums_.empty()) return random_.Index(matches_.size());
+  const auto found = std::ranges::upper_bound(sums_, random_.Uniform(0, sums_.back()));
+  return std::min(static_cast<std::size_t>(found - sums_.begin()), sums_.size() - 1);
+}
 
 // Draws distinct matches, because five determine nothing.
 std::vector<Rigid3> Estimator::SampleDlt() {
@@ -83,7 +104,7 @@ std::vector<Rigid3> Estimator::SampleP3p() {
   cv::Matx<double, 3, 3> points;
   cv::Matx<double, 3, 2> rays;
   for (int i = 0; i < 3; ++i) {
-    const PointMatch& match = matches_[random_.Index(matches_.size())];
+    const PointMatch& match = matches_[Draw()];
     for (int k = 0; k < 3; ++k) points(i, k) = match.point_in_world[k];
     rays(i, 0) = (match.pixel.x() - camera_.cx) / camera_.fx;
     rays(i, 1) = (match.pixel.y() - camera_.cy) / camera_.fy;
@@ -126,11 +147,12 @@ std::optional<double> Estimator::SquaredError_px(const Rigid3& camera_from_world
 }
 
 Estimator::Score Estimator::Evaluate(const Rigid3& camera_from_world) const {
-  Score score{0, 0};
-  for (const PointMatch& match : matches_) {
-    const auto error = SquaredError_px(camera_from_world, match);
+  Score score{0, 0, 0};
+  for (std::size_t i = 0; i < matches_.size(); ++i) {
+    const auto error = SquaredError_px(camera_from_world, matches_[i]);
     score.num_inliers += error.has_value();
-    score.cost += error.value_or(options_.max_error_px * options_.max_error_px);
+    score.weight += error ? Weight(i) : 0;
+    score.cost += Weight(i) * error.value_or(options_.max_error_px * options_.max_error_px);
   }
   return score;
 }
@@ -169,9 +191,14 @@ Rigid3 Estimator::Refine(const Rigid3& pose, const std::vector<int>& inliers, in
       PerturbLeft);
 }
 
-int Estimator::RequiredIterations(int num_inliers) const {
-  const double ratio = static_cast<double>(num_inliers) / static_cast<double>(matches_.size());
-  const double miss = std::max(1e-12, 1 - std::pow(ratio, SampleSize()));
+double Estimator::InlierRatio(const Score& score) const {
+  return weights_.empty()
+             ? static_cast<double>(score.num_inliers) / static_cast<double>(matches_.size())
+             : score.weight / sums_.back();
+}
+
+int Estimator::RequiredIterations(double inlier_ratio) const {
+  const double miss = std::max(1e-12, 1 - std::pow(inlier_ratio, SampleSize()));
   if (miss >= 1) return options_.max_iterations;
   const double required = std::log(1 - options_.confidence) / std::log(miss);
   return static_cast<int>(
@@ -212,7 +239,8 @@ std::optional<AbsolutePose> Estimator::Estimate() {
   Score best;
   Rigid3 best_pose;
   // Enough iterations to find any pose with min_inliers; a pose with fewer is refused anyway.
-  int num_required = RequiredIterations(options_.min_inliers);
+  int num_required = RequiredIterations(static_cast<double>(options_.min_inliers) /
+                                        static_cast<double>(matches_.size()));
   int iteration = 0;
   for (; iteration < num_required; ++iteration) {
     for (const Rigid3& pose : SolveMinimal()) {
@@ -221,7 +249,7 @@ std::optional<AbsolutePose> Estimator::Estimate() {
       best = score;
       best_pose = pose;
       if (options_.local_optimization) OptimizeLocally(&best_pose, &best);
-      num_required = RequiredIterations(best.num_inliers);
+      num_required = RequiredIterations(InlierRatio(best));
     }
   }
   if (best.num_inliers < options_.min_inliers) return std::nullopt;
@@ -244,12 +272,13 @@ std::optional<AbsolutePose> Estimator::FinishFrom(const Rigid3& camera_from_worl
 
 std::optional<AbsolutePose> EstimateAbsolutePose(const Camera& camera,
                                                  const std::vector<PointMatch>& matches,
-                                                 const AbsolutePoseOptions& options) {
+                                                 const AbsolutePoseOptions& options,
+                                                 const std::vector<double>& weights) {
   const int sample_size = options.solver == MinimalSolver::kDlt6 ? kDltSampleSize : 3;
   if (static_cast<int>(matches.size()) < std::max(sample_size + 1, options.min_inliers)) {
     return std::nullopt;
   }
-  return Estimator(camera, matches, options).Estimate();
+  return Estimator(camera, matches, options, weights).Estimate();
 }
 
 std::optional<AbsolutePose> RefineAbsolutePose(const Camera& camera,
@@ -257,7 +286,7 @@ std::optional<AbsolutePose> RefineAbsolutePose(const Camera& camera,
                                                const Rigid3& camera_from_world,
                                                const AbsolutePoseOptions& options) {
   if (static_cast<int>(matches.size()) < std::max(4, options.min_inliers)) return std::nullopt;
-  return Estimator(camera, matches, options).FinishFrom(camera_from_world);
+  return Estimator(camera, matches, options, {}).FinishFrom(camera_from_world);
 }
 
 std::optional<Matrix6d> PoseCovariance(const Camera& camera,
@@ -266,7 +295,7 @@ std::optional<Matrix6d> PoseCovariance(const Camera& camera,
                                        const AbsolutePoseOptions& options) {
   std::vector<int> all(matches.size());
   std::iota(all.begin(), all.end(), 0);
-  return Estimator(camera, matches, options).Equations(camera_from_world, all).Covariance();
+  return Estimator(camera, matches, options, {}).Equations(camera_from_world, all).Covariance();
 }
 
 }  // namespace nightmap

@@ -53,12 +53,14 @@ struct AbsolutePose {
   int num_iterations = 0;
 };
 
+// `weights`: how much each match counts and how often it is drawn, positive; empty: all the same.
 // Returns nothing when fewer than min_inliers agree. Deterministic in the seed. Does not apply the
 // camera's distortion: pixels are undistorted.
 [[nodiscard]] std::optional<AbsolutePose> EstimateAbsolutePose(
     const Camera& camera,
     const std::vector<PointMatch>& matches,
-    const AbsolutePoseOptions& options);
+    const AbsolutePoseOptions& options,
+    const std::vector<double>& weights = {});
 
 // Runs only the robust refinement, from a pose near the solution, without sampling. Returns nothing
 // when fewer than min_inliers agree with the refined pose.

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -27,6 +28,8 @@ struct ChannelFile {
 
 // The channel of label pictures that a recording brings.
 constexpr const char* kLabelChannel = "label";
+// The channel of the truth of what moves: not 0 where it does. Only evaluation reads it.
+constexpr const char* kMovingChannel = "moving";
 
 // One frame: the pictures of one moment, one per channel.
 struct FrameRecord {
@@ -69,6 +72,10 @@ struct RgbdImages {
   // (MaskOut in frame_reader.h); empty: nothing is known of them.
   GrayImage moving = {};
 };
+
+// Gives a stage the pixels of a frame. Throws when they cannot be read; any exception that
+// FrameFailure catches (frame_failure.h) fails this frame only.
+using RgbdLoader = std::function<RgbdImages(const FrameRecord&)>;
 
 // CSV with header frame_idx,time_ns,camera_idx,sequence_idx,color_path,color_hash,depth_path,
 // depth_hash and, for each further channel of any frame in the list, NAME_path,NAME_hash. So a new

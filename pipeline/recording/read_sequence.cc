@@ -83,20 +83,25 @@ void CheckFiles(const SequenceFolder& folder, RawSequence* sequence) {
   }
 }
 
-// Adds label pictures of another program: PNGs with the color pictures' stems, where they exist.
-void AddLabels(const SequenceFolder& folder, RawSequence* sequence) {
-  const fs::path labels = folder.config.label_folder;
-  if (labels.empty()) return;
+// Adds the pictures of a folder that `key` names: PNGs with the color pictures' stems, where they
+// exist.
+void AddChannel(const SequenceFolder& folder,
+                const fs::path& pictures,
+                const std::string& key,
+                const std::string& channel,
+                RawSequence* sequence) {
+  if (pictures.empty()) return;
   std::error_code ignored;
-  if (!fs::is_directory(folder.Absolute() / labels, ignored)) {
-    throw DataError("{}: no such folder: correct `label_folder` in {}",
-                    (folder.Absolute() / labels).string(),
+  if (!fs::is_directory(folder.Absolute() / pictures, ignored)) {
+    throw DataError("{}: no such folder: correct `{}` in {}",
+                    (folder.Absolute() / pictures).string(),
+                    key,
                     folder.config.source);
   }
   for (RawFrame& frame : sequence->frames) {
-    const fs::path name = labels / (fs::path(frame.color.path).stem().string() + ".png");
+    const fs::path name = pictures / (fs::path(frame.color.path).stem().string() + ".png");
     if (!fs::exists(folder.Absolute() / name, ignored)) continue;
-    frame.others[kLabelChannel].path = folder.Relative(name);
+    frame.others[channel].path = folder.Relative(name);
   }
 }
 
@@ -147,7 +152,8 @@ RawSequence ReadSequence(const SiteConfig& site,
   sequence.is_query = is_query;
   sequence.needs_depth = folder.NeedsDepth();
   sequence.rig = config.rig;
-  AddLabels(folder, &sequence);
+  AddChannel(folder, config.label_folder, "label_folder", kLabelChannel, &sequence);
+  AddChannel(folder, config.moving_folder, "moving_folder", kMovingChannel, &sequence);
   if (!config.ground_truth.empty()) {
     sequence.ground_truth = ReadTum(SitePath(site, config.ground_truth, data_root));
   }

@@ -38,6 +38,7 @@ struct SequenceTable {
     list.Add("ground_truth", &s.ground_truth, "TUM trajectory, relative to root");
     list.Add("depth", &s.depth, {"required", "optional", "none"}, "whether frames have depth");
     list.Add("label_folder", &s.label_folder, "label PNGs named like the color pictures");
+    list.Add("moving_folder", &s.moving_folder, "likewise, with the truth of what moves: not 0");
     list.Add("max_association_gap_s", &s.max_association_gap_s, {0, 10}, "color to depth image");
     list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
     list.Add(
@@ -70,7 +71,8 @@ void CheckKeys(const toml::table& table, const std::string& layout, const std::s
             "max_association_gap_s",
             "time_offset_s",
             "depth",
-            "label_folder"},
+            "label_folder",
+            "moving_folder"},
            where,
            "does not go with layout = \"pictures\"");
     if (table.contains("camera")) {
@@ -82,7 +84,7 @@ void CheckKeys(const toml::table& table, const std::string& layout, const std::s
   }
   if (layout == "video") {
     Require(table, {"video"}, where);
-    Refuse(table, {"label_folder"}, where, "does not go with layout = \"video\"");
+    Refuse(table, {"label_folder", "moving_folder"}, where, "does not go with layout = \"video\"");
   } else {
     Refuse(table, {"video", "depth_folder"}, where, "needs layout = \"video\"");
   }
@@ -134,6 +136,7 @@ SequenceConfig ParseSequence(toml::table& table,
   CheckPath(sequence.depth_folder, "depth_folder", where);
   CheckPath(sequence.ground_truth, "ground_truth", where);
   CheckPath(sequence.label_folder, "label_folder", where);
+  CheckPath(sequence.moving_folder, "moving_folder", where);
   if (sequence.pictures.starts_with('/')) {
     throw UsageError("{}: pictures = \"{}\" must be relative to root", where, sequence.pictures);
   }

@@ -29,6 +29,7 @@ struct SequenceConfig {
   std::string ground_truth;       // TUM trajectory relative to root, world_from_camera; empty: none
   std::string depth = "required";  // required | optional | none: whether frames have depth
   std::string label_folder;        // PNGs named like the color pictures, relative to folder
+  std::string moving_folder;       // likewise: the truth of what moves
   // Layout tum: largest gap between a color image and its depth image.
   double max_association_gap_s = 0.02;
   double time_offset_s = 0;  // added to all times of the recording

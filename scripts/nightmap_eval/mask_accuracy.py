@@ -20,7 +20,7 @@ def evaluate(site):
             continue
         labels_path = path.with_name(path.name.replace("masks_", "labels_"))
         moving = np.ravel(read_hdf5(labels_path, "moving")[0]).astype(bool)
-        truth = _truth(site.data / row["label_path"])
+        truth = read_truth(site.data / row["label_path"])
         labels, _ = labels_at(labels_path, row["time_ns"], mask_of(path, arrays, i).shape)
         if truth.shape != labels.shape or max(labels.max(), truth[truth != IGNORED].max(initial=0)) >= len(moving):
             raise DataError(f"{site.data / row['label_path']}: does not fit the labels of the frame; its classes must be those of the model")
@@ -28,14 +28,18 @@ def evaluate(site):
         true, labelled = moving[np.where(known, truth, 0)] & known, moving[labels] & known
         counts += [np.sum(true & labelled), np.sum(labelled), np.sum(true)]
         num_frames += 1
-    both, labelled, true = counts
-    return {"num_frames_with_truth": num_frames,
-            "recall_percent": 100 * both / true if true else None,
-            "precision_percent": 100 * both / labelled if labelled else None,
-            "iou": both / (labelled + true - both) if labelled + true else None}  # fmt: skip
+    return {"num_frames_with_truth": num_frames, **overlap(*counts)}
 
 
-def _truth(path):
+def overlap(both, found, true):
+    """Figures of these numbers of pixels."""
+    return {"recall_percent": 100 * both / true if true else None,
+            "precision_percent": 100 * both / found if found else None,
+            "iou": both / (found + true - both) if found + true else None}  # fmt: skip
+
+
+def read_truth(path):
+    """The pixels of a picture of one channel."""
     try:
         with Image.open(path) as picture:
             return np.asarray(picture)

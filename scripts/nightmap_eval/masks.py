@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Masks of what can move by itself, as the features job writes them (pipeline/io/masks_io.h), and the labels they were made of."""
+"""Masks of what moves or can move, as a job writes them (pipeline/io/masks_io.h), and the labels that some were made of."""
 
 import zlib
 
@@ -11,21 +11,27 @@ from nightmap_site.checked_reading import REMEDY, using
 from nightmap_site.script_errors import DataError
 
 
+def masking_job(site):
+    """The job that masks the frames: moving, which finds what moves, or features, which labels what can."""
+    return "moving" if site.has("moving") else "features"
+
+
 def masked_frames(site):
-    """(row of the list of frames, path of the file of masks, its arrays, index in them) of each labelled frame, in order."""
+    """(row of the list of frames, path of the file of masks, its arrays, index in them) of each frame with a mask, in order."""
+    job = masking_job(site)
     for name in shard_names(site):
-        path = site.made("features", "masks", name)
+        path = site.made(job, "masks", name)
         if path is None:
             continue
         arrays = [np.ravel(array) for array in read_hdf5(path, "time_ns", "size_px", "run_offset", "run")]
-        rows = {row["time_ns"]: row for row in read_csv(site.path("features", "frames", name), ("time_ns", "color_path"))}
+        rows = {row["time_ns"]: row for row in read_csv(site.path(job, "frames", name), ("time_ns", "color_path"))}
         with using(path):
             for i, time_ns in enumerate(arrays[0]):
                 yield rows[str(time_ns)], path, arrays, i
 
 
 def mask_of(path, arrays, i):
-    """Boolean image: where frame i shows what can move."""
+    """Boolean image: where frame i shows what moves."""
     _, size_px, offset, run = arrays
     with using(path):
         width, height = size_px[2 * i:2 * i + 2]

@@ -3,7 +3,6 @@
 // something new.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -34,10 +33,6 @@ struct FeaturesOptions {
              "fails when a larger share of the frames failed");
   }
 };
-
-// Throws when the frame's pixels cannot be read. Any exception that FrameFailure catches fails this
-// frame only.
-using RgbdLoader = std::function<RgbdImages(const FrameRecord&)>;
 
 struct FeaturesInput {
   std::vector<FrameRecord> frames;

@@ -5,6 +5,7 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <optional>
 
+#include "pipeline/io/frame_reader.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/features/features.h"
 #include "stages/features/features_report.h"
@@ -22,7 +23,8 @@ StageSpec Spec() {
           {{"frames", "shard_NNNN.csv of the frames stage"},
            {"cameras", "cameras.json of the frames stage"},
            FolderPort("data", "folder to which the paths in the frames file are relative"),
-           model},
+           model,
+           {"masks", "masks of what moves in these frames", Arity::kOptional}},
           {{"features", "shard_NNNN.h5: keypoints, descriptors, depths"},
            {"labels", "labels of the frames that were labelled", Arity::kOptional},
            {"masks", "masks of what can move in them", Arity::kOptional},
@@ -38,9 +40,9 @@ int main(int argc, char** argv) {
     FeaturesInput input;
     input.frames = ReadFrames(context.Input("frames"));
     input.cameras = ReadCameras(context.Input("cameras"), input.frames);
-    input.load = [&, data_root = context.Input("data")](const FrameRecord& frame) {
-      return LoadRgbd(
-          frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)), data_root);
+    const FrameReader reader(context.Input("data"), context.Inputs("masks"));
+    input.load = [&](const FrameRecord& frame) {
+      return reader.Rgbd(frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)));
     };
     std::optional<LabelledFrames> labelled;
     if (context.HasInput("model")) labelled.emplace(MakeLabelledFrames(input.frames, context));

@@ -47,6 +47,26 @@ TEST(AbsolutePose, RecoversPosesAmongOutliers) {
   }
 }
 
+// Two motions share the matches; the one of fewer matches, and of more weight, is found.
+TEST(AbsolutePose, WeightsSayWhichMatchesCount) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Random random(seed);
+    const Rigid3 heavy = RandomPose(random);
+    const Rigid3 light = RandomPose(random);
+    auto matches = MakeMatches(heavy, 40, 0, random);
+    const auto others = MakeMatches(light, 120, 0, random);
+    matches.insert(matches.end(), others.begin(), others.end());
+    std::vector<double> weights(matches.size(), 1);
+    std::fill_n(weights.begin(), 40, 5);
+    const auto pose = EstimateAbsolutePose(kCamera, matches, {.seed = seed}, weights);
+    ASSERT_TRUE(pose.has_value());
+    EXPECT_LT(AngleBetween_rad(pose->camera_from_world, heavy), 1e-3) << seed;
+    const auto most = EstimateAbsolutePose(kCamera, matches, {.seed = seed});
+    ASSERT_TRUE(most.has_value());
+    EXPECT_LT(AngleBetween_rad(most->camera_from_world, light), 1e-3) << seed;
+  }
+}
+
 TEST(AbsolutePose, RefusesMatchesWithoutAPose) {
   Random random(7);
   const auto matches = MakeMatches(RandomPose(random), 60, 60, random);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Section of the report on what the labels leave out: pictures with their masks, and shares over time."""
+"""Section of the report on what masks leave out: pictures with their masks, and shares over time."""
 
 import io
 
@@ -7,7 +7,7 @@ import numpy as np
 from PIL import Image
 
 from nightmap_eval import drawing, html
-from nightmap_eval.masks import mask_of, masked_frames
+from nightmap_eval.masks import mask_of, masked_frames, masking_job
 
 NUM_PICTURES = 6
 WIDTH_PX = 320
@@ -19,14 +19,14 @@ TINT, OPACITY = np.array([178, 24, 43]), 0.6
 def sections(site, metrics):
     frames = list(masked_frames(site))
     if not frames:
-        return [html.section("What moves", html.paragraph("No frame was labelled.", "note"))]
+        return [html.section("What moves", html.paragraph("No frame has a mask.", "note"))]
     shares = np.array([100 * mask_of(*frame[1:]).mean() for frame in frames])
-    parts = [html.paragraph(f"{len(frames)} frames are labelled; what can move takes {shares.mean():.1f} % of their pixels, and "
+    parts = [html.paragraph(f"{len(frames)} frames have masks; what moves takes {shares.mean():.1f} % of their pixels, and "
                             f"{shares.max():.0f} % at most. It is left out of poses and map.")]  # fmt: skip
     often = 100 * np.mean(shares > MUCH_PERCENT)
     if often > OFTEN_PERCENT:
-        parts.append(html.paragraph(f"{often:.0f} % of the labelled frames are masked by more than half: their poses hang on little.", "failed"))
-    parts += [html.image(_shares_png(frames, shares), "share of what can move over time"), *_pictures(site, frames, shares), *_accuracy(metrics)]
+        parts.append(html.paragraph(f"{often:.0f} % of these frames are masked by more than half: their poses hang on little.", "failed"))
+    parts += [html.image(_shares_png(frames, shares), "share of what moves over time"), *_pictures(site, frames, shares), *_accuracy(site, metrics)]
     return [html.section("What moves", *parts)]
 
 
@@ -67,11 +67,11 @@ def _picture(site, frame):
     return html.image(buffer.getvalue(), frame[0]["color_path"], "", "image/jpeg")
 
 
-def _accuracy(metrics):
-    found = metrics.get("sections", {}).get("features", {})
+def _accuracy(site, metrics):
+    found = metrics.get("sections", {}).get(masking_job(site), {})
     if found.get("num_frames_with_truth", 0) == 0:
         return []
-    return [html.table(("Masks against the label pictures of the recording", ""), [
+    return [html.table(("Masks against the true pictures of the recording", ""), [
         ("Frames", found["num_frames_with_truth"]),
         ("Recall: masked pixels of what moves (%)", found["recall_percent"]),
         ("Precision: masked pixels that move (%)", found["precision_percent"]),

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/moving/follow.h"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+#include <utility>
+
+namespace nightmap {
+namespace {
+
+constexpr int kNumPyramidLevels = 4;  // above the reduced size
+// Smallest eigenvalue of the gradients, of gray levels in 0 .. 1: less is noise on a bare wall.
+constexpr float kMinCorner = 1e-5F;
+
+cv::Mat View(const GrayImage& image) {
+  // OpenCV takes no const pixels; nothing here writes them.
+  return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
+}
+
+}  // namespace
+
+std::vector<cv::Point2f> Corners(const GrayImage& gray, int cell_px) {
+  cv::Mat strength;
+  cv::cornerMinEigenVal(View(gray), strength, 3);
+  std::vector<cv::Point2f> corners;
+  for (int top = 0; top < gray.height; top += cell_px) {
+    for (int left = 0; left < gray.width; left += cell_px) {
+      const cv::Rect cell =
+          cv::Rect(left, top, cell_px, cell_px) & cv::Rect(0, 0, gray.width, gray.height);
+      double best = 0;
+      cv::Point at;
+      cv::minMaxLoc(strength(cell), nullptr, &best, nullptr, &at);
+      if (best > kMinCorner) corners.emplace_back(at + cell.tl());
+    }
+  }
+  return corners;
+}
+
+std::vector<cv::Mat> FlowPyramid(const GrayImage& gray, int window_px) {
+  std::vector<cv::Mat> pyramid;
+  cv::buildOpticalFlowPyramid(
+      View(gray), pyramid, {window_px, window_px}, kNumPyramidLevels, /*withDerivatives=*/false);
+  return pyramid;
+}
+
+Followed Follow(const std::vector<cv::Mat>& from,
+                const std::vector<cv::Mat>& to,
+                const std::vector<cv::Point2f>& points,
+                int window_px,
+                std::vector<cv::Point2f> guess) {
+  Followed followed{std::move(guess), {}, {}};
+  const bool has_guess = !followed.points.empty();
+  cv::calcOpticalFlowPyrLK(
+      from,
+      to,
+      points,
+      followed.points,
+      followed.is_found,
+      followed.differences,
+      {window_px, window_px},
+      has_guess ? 2 : kNumPyramidLevels,
+      cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.01),
+      has_guess ? cv::OPTFLOW_USE_INITIAL_FLOW : 0);
+  return followed;
+}
+
+float DepthAt(const SmallFrame& frame, const cv::Point2f& gray_px) {
+  const int x = std::clamp(static_cast<int>(gray_px.x / 2), 0, frame.depth.width - 1);
+  const int y = std::clamp(static_cast<int>(gray_px.y / 2), 0, frame.depth.height - 1);
+  return frame.depth.At(x, y);
+}
+
+bool MayMove(const SmallFrame& frame, const cv::Point2f& gray_px) {
+  if (frame.may_move.pixels.empty()) return false;
+  const int x = std::clamp(static_cast<int>(gray_px.x / 2), 0, frame.may_move.width - 1);
+  const int y = std::clamp(static_cast<int>(gray_px.y / 2), 0, frame.may_move.height - 1);
+  return frame.may_move.At(x, y) > 0;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// Corners of a reduced frame, and where another frame shows them.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "stages/moving/small_frame.h"
+
+namespace nightmap {
+
+// The strongest corner of each cell of a gray picture that has one, row by row. Bare walls have
+// none. Source: Shi and Tomasi, Good features to track, 1994.
+std::vector<cv::Point2f> Corners(const GrayImage& gray, int cell_px);
+
+// The pictures that optical flow compares: the frame's own and coarser ones.
+std::vector<cv::Mat> FlowPyramid(const GrayImage& gray, int window_px);
+
+struct Followed {
+  std::vector<cv::Point2f> points;
+  std::vector<unsigned char> is_found;
+  std::vector<float> differences;  // mean absolute difference of the patches, gray levels
+};
+
+// Pyramidal Lucas-Kanade (Bouguet, 2001). `guess`: where the points may be; empty: where they were.
+Followed Follow(const std::vector<cv::Mat>& from,
+                const std::vector<cv::Mat>& to,
+                const std::vector<cv::Point2f>& points,
+                int window_px,
+                std::vector<cv::Point2f> guess = {});
+
+// The depth under a pixel of the gray picture; 0 where none is measured.
+float DepthAt(const SmallFrame& frame, const cv::Point2f& gray_px);
+
+// Whether labels say that what a pixel of the gray picture shows may move.
+bool MayMove(const SmallFrame& frame, const cv::Point2f& gray_px);
+
+}  // namespace nightmap

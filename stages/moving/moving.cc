@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/moving/moving.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/io/frame_failure.h"
+#include "stages/moving/flow_evidence.h"
+#include "stages/moving/follow.h"
+
+namespace nightmap {
+namespace {
+
+// One shard's frames of one camera and sequence, in order of time, with the motion between them.
+struct Chain {
+  std::vector<std::size_t> frames;                        // indices of the input
+  std::vector<std::optional<Rigid3>> next_from_previous;  // to the frame from the one before
+};
+
+class Search {
+ public:
+  Search(const MovingOptions& options, const MovingInput& input)
+      : options_(options),
+        input_(input),
+        offsets_s_(options.offsets_s),
+        small_(input.frames.size()) {
+    for (const RgbdCamera& camera : input.cameras) cameras_.push_back(Shrink(camera));
+    std::ranges::sort(offsets_s_);
+    std::map<std::pair<int, int>, Chain> chains;
+    for (std::size_t i = 0; i < input.frames.size(); ++i) {
+      chains[{input.frames[i].camera_idx, input.frames[i].sequence_idx}].frames.push_back(i);
+    }
+    for (auto& [key, chain] : chains) chains_.push_back(std::move(chain));
+  }
+
+  void Load(std::size_t i) {
+    SmallFrame frame = Shrink(input_.load(input_.frames[i]), CameraOf(i));
+    frame.corners = Corners(frame.gray, options_.camera_motion.cell_px);
+    frame.pyramid = FlowPyramid(frame.gray, options_.camera_motion.window_px);
+    small_[i] = std::move(frame);
+  }
+
+  void FindMotions(int num_threads) {
+    for (Chain& chain : chains_) {
+      chain.next_from_previous.resize(chain.frames.size());
+      ParallelFor(chain.frames.size(), num_threads, [&](std::size_t k) {
+        if (k > 0) chain.next_from_previous[k] = Motion(chain.frames[k - 1], chain.frames[k]);
+      });
+    }
+  }
+
+  const std::vector<Chain>& Chains() const { return chains_; }
+
+  // The mask of frame k of a chain; none if it failed.
+  std::optional<PackedMask> Mask(const Chain& chain, std::size_t k) const {
+    const std::size_t i = chain.frames[k];
+    if (!small_[i]) return std::nullopt;
+    Evidence evidence(small_[i]->depth);
+    for (const bool forward : {false, true}) Look(chain, k, forward, &evidence);
+    const auto spread = SpreadEvidence(options_.spread, evidence, *small_[i]);
+    return PackMask(input_.frames[i].time_ns, Enlarge(spread, i));
+  }
+
+ private:
+  const SmallCamera& CameraOf(std::size_t i) const {
+    return cameras_[static_cast<std::size_t>(input_.frames[i].camera_idx)];
+  }
+
+  std::optional<Rigid3> Motion(std::size_t a, std::size_t b) const {
+    if (!small_[a] || !small_[b]) return std::nullopt;
+    const auto seed = (static_cast<std::uint64_t>(options_.seed) << 32) ^
+                      static_cast<std::uint64_t>(input_.frames[b].frame_idx);
+    return CameraMotion(options_.camera_motion, CameraOf(b), *small_[a], *small_[b], seed);
+  }
+
+  // Adds what the frames after (or before) frame k say, the first at each of the offsets.
+  void Look(const Chain& chain, std::size_t k, bool forward, Evidence* evidence) const {
+    const std::size_t i = chain.frames[k];
+    Rigid3 other_from_frame;
+    auto offset_s = offsets_s_.begin();
+    for (std::size_t m = k; offset_s != offsets_s_.end();) {
+      if (forward ? m + 1 == chain.frames.size() : m == 0) return;
+      const auto& motion = chain.next_from_previous[forward ? m + 1 : m];
+      if (!motion) return;
+      other_from_frame = (forward ? *motion : motion->Inverse()) * other_from_frame;
+      m = forward ? m + 1 : m - 1;
+      const std::size_t other = chain.frames[m];
+      const double gap_s =
+          1e-9 *
+          std::abs(static_cast<double>(input_.frames[other].time_ns - input_.frames[i].time_ns));
+      if (gap_s < *offset_s) continue;
+      const SmallCamera& camera = CameraOf(i);
+      const SmallFrame& frame = *small_[i];
+      AddDepthEvidence(
+          options_.evidence, camera, frame, *small_[other], other_from_frame, evidence);
+      AddFlowEvidence(options_.evidence,
+                      options_.camera_motion.window_px,
+                      camera,
+                      frame,
+                      *small_[other],
+                      other_from_frame,
+                      evidence);
+      while (offset_s != offsets_s_.end() && gap_s >= *offset_s) ++offset_s;
+    }
+  }
+
+  // The mask at the size of the picture; what labels say may move has its margin already.
+  GrayImage Enlarge(const Image<float>& spread, std::size_t i) const {
+    GrayImage mask = AtSizeOfPicture(i, [&](int x, int y) { return spread.At(x, y) > 0; });
+    cv::Mat view(mask.height, mask.width, CV_8UC1, mask.pixels.data());
+    const int edge_px = 2 * options_.margin_px + 1;
+    cv::dilate(view, view, cv::getStructuringElement(cv::MORPH_RECT, {edge_px, edge_px}));
+    const GrayImage& may_move = small_[i]->may_move;
+    if (may_move.pixels.empty()) return mask;
+    const GrayImage labelled =
+        AtSizeOfPicture(i, [&](int x, int y) { return may_move.At(x, y) > 0; });
+    std::ranges::transform(
+        mask.pixels, labelled.pixels, mask.pixels.begin(), std::bit_or<std::uint8_t>());
+    return mask;
+  }
+
+  // 255 where the pixel of reduced depth is masked.
+  template <typename IsMasked>
+  GrayImage AtSizeOfPicture(std::size_t i, const IsMasked& is_masked) const {
+    const Camera& whole =
+        input_.cameras[static_cast<std::size_t>(input_.frames[i].camera_idx)].color;
+    const SmallCamera& small = CameraOf(i);
+    GrayImage mask{whole.width, whole.height, 1, {}};
+    mask.pixels.resize(static_cast<std::size_t>(whole.width) *
+                       static_cast<std::size_t>(whole.height));
+    for (int y = 0; y < whole.height; ++y) {
+      for (int x = 0; x < whole.width; ++x) {
+        const bool masked = is_masked(std::min(x / small.depth_step, small.depth.width - 1),
+                                      std::min(y / small.depth_step, small.depth.height - 1));
+        mask.At(x, y) = masked ? 255 : 0;
+      }
+    }
+    return mask;
+  }
+
+  const MovingOptions& options_;
+  const MovingInput& input_;
+  std::vector<double> offsets_s_;  // ascending
+  std::vector<SmallCamera> cameras_;
+  std::vector<std::optional<SmallFrame>> small_;  // none: the frame failed
+  std::vector<Chain> chains_;
+};
+
+double Share(const std::optional<PackedMask>& mask) {
+  if (!mask) return 0;
+  return static_cast<double>(NumMasked(*mask)) / (static_cast<double>(mask->width) * mask->height);
+}
+
+}  // namespace
+
+MovingResult RunMoving(const MovingOptions& options,
+                       const MovingInput& input,
+                       int num_threads,
+                       Progress& progress) {
+  MovingResult result;
+  Search search(options, input);
+  std::vector<std::string> failures(input.frames.size());
+  progress.Start(input.frames.size());
+  ParallelFor(input.frames.size(), num_threads, [&](std::size_t i) {
+    failures[i] = FrameFailure(input.frames[i].color.path, [&] { search.Load(i); });
+    progress.Advance();
+  });
+  for (const std::string& failure : failures) {
+    if (!failure.empty()) result.skipped.push_back(failure);
+  }
+  search.FindMotions(num_threads);
+  result.masks.resize(input.frames.size());
+  for (const Chain& chain : search.Chains()) {
+    ParallelFor(chain.frames.size(), num_threads, [&](std::size_t k) {
+      result.masks[chain.frames[k]] = search.Mask(chain, k);
+    });
+    for (std::size_t k = 1; k < chain.frames.size(); ++k) {
+      ++result.num_pairs;
+      result.num_pairs_without_motion += !chain.next_from_previous[k];
+    }
+  }
+  for (const auto& mask : result.masks) result.moving_shares.push_back(Share(mask));
+  return result;
+}
+
+}  // namespace nightmap
