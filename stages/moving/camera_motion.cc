@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/moving/camera_motion.h"
 
-#include <vector>
-
 #include <numeric>
+#include <vector>
 
 #include "pipeline/features/static_motion.h"
 #include "stages/moving/follow.h"

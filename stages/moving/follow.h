@@ -22,7 +22,7 @@ struct Followed {
   std::vector<float> differences;  // mean absolute difference of the patches, gray levels
 };
 
-// Pyramidal Lucas-Kanade (Bouguet, 2001). `guess`: where the points may be; empty: where they were.
+// Pyramidal Lucas-Kanade (Bouguet, 2000). `guess`: where the points may be; empty: where they were.
 Followed Follow(const std::vector<cv::Mat>& from,
                 const std::vector<cv::Mat>& to,
                 const std::vector<cv::Point2f>& points,

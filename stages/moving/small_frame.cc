@@ -5,6 +5,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/base/error.h"
+
 namespace nightmap {
 namespace {
 
@@ -67,6 +69,11 @@ DepthImage ReduceDepth(const DepthImage& depth, const Camera& reduced, int step)
 
 GrayImage ReduceMask(const GrayImage& mask, const Camera& reduced, int step) {
   if (mask.pixels.empty()) return {};
+  if (mask.width / step != reduced.width || mask.height / step != reduced.height) {
+    throw DataError("a mask of {} x {} pixels does not fit the pictures of its camera",
+                    mask.width,
+                    mask.height);
+  }
   GrayImage small{reduced.width, reduced.height, 1, {}};
   for (int y = 0; y < small.height; ++y) {
     for (int x = 0; x < small.width; ++x) {

@@ -33,8 +33,8 @@ SmallCamera Shrink(const RgbdCamera& camera);
 // A value of 0 for each pixel of reduced depth.
 Image<float> ZerosLike(const DepthImage& depth);
 
-// `images` have the size of the camera. A frame without
-// depth gets a depth picture in which nothing is measured. Deterministic.
+// `images` have the size of the camera. A frame without depth gets a depth picture in which nothing
+// is measured. Throws DataError when the mask of what may move has another size. Deterministic.
 SmallFrame Shrink(const RgbdImages& images, const SmallCamera& camera);
 
 }  // namespace nightmap

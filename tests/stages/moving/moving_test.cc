@@ -165,6 +165,7 @@ TEST_F(MovingTest, FramesWithoutDepthHaveEmptyMasks) {
 
 // All that labels say may move is in the mask, also where depth and motion would not find it.
 TEST_F(MovingTest, WhatLabelsSayMayMoveIsMasked) {
+  See({.camera_m_per_frame = 0, .board_m_per_frame = 0});  // of which nothing is found by motion
   input_.load = [scene = scene_](const FrameRecord& frame) {
     RgbdImages images = scene.See(frame);
     images.moving = {kWidth, kHeight, 1, std::vector<std::uint8_t>(kWidth * kHeight)};
@@ -185,6 +186,18 @@ TEST_F(MovingTest, WhatLabelsSayMayMoveIsMasked) {
       }
     }
   }
+}
+
+TEST_F(MovingTest, LabelsOfAnotherSizeFailTheFrame) {
+  input_.load = [scene = scene_](const FrameRecord& frame) {
+    RgbdImages images = scene.See(frame);
+    if (frame.frame_idx == 3) images.moving = {64, 48, 1, std::vector<std::uint8_t>(64 * 48)};
+    return images;
+  };
+  const MovingResult result = Run();
+  ASSERT_EQ(result.skipped.size(), 1U);
+  EXPECT_NE(result.skipped[0].find("64 x 48"), std::string::npos) << result.skipped[0];
+  EXPECT_FALSE(result.masks[3]);
 }
 
 TEST_F(MovingTest, SequencesAreNotCompared) {
