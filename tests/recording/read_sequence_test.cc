@@ -261,6 +261,19 @@ TEST_F(ReadSequenceTest, DepthIsOptionalWhereTheSiteSaysSo) {
   EXPECT_EQ(Read().frames.size(), 3u);
 }
 
+TEST_F(ReadSequenceTest, PicturesOfWhatMovesAreAChannelOfTheirOwn) {
+  WriteTum(4);
+  config_.moving_folder = "moves";
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "correct `moving_folder` in site.toml:7");
+  std::filesystem::create_directories(folder_ / "site/moves");
+  WritePng(folder_ / "site/moves/1.png",
+           LabelImage{kWidth, kHeight, 1, std::vector<std::uint8_t>(kWidth * kHeight, 255)});
+  const auto frames = Inspect().frames;
+  EXPECT_TRUE(frames[0].others.empty());
+  EXPECT_EQ(frames[1].others.at("moving").path, "site/moves/1.png");
+  EXPECT_FALSE(frames[1].others.contains("label"));
+}
+
 TEST_F(ReadSequenceTest, LabelPicturesHaveTheStemOfTheColorPicture) {
   WriteTum(4);
   config_.label_folder = "labels";
