@@ -10,7 +10,7 @@ from unittest import mock
 import numpy as np
 from PIL import Image
 
-import config_folder  # noqa: F401  (the path of the scripts)
+import fake_site  # noqa: F401  (it makes scripts/ importable)
 from nightmap_eval import moving_accuracy
 from nightmap_site.script_errors import DataError
 
