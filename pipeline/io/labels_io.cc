@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Arrays of labels/shard_NNNN.h5 (F labelled frames, C classes):
-//   text classes (a name per line); moving C; palette C x 3;
+//   text classes (a name per line); moving C;
 //   frame_idx F; time_ns F; size_px F x 2 (width, height);
 //   labels/T, confidences/T: the images of the frame with time_ns T, row by row, as zlib streams.
 #include "pipeline/io/labels_io.h"
@@ -11,12 +11,13 @@
 #include <algorithm>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
 
 namespace nightmap {
 namespace {
 
 constexpr char kLabelsFormat[] = "nightmap labels";
-constexpr int kLabelsVersion = 1;
+constexpr int kLabelsVersion = 2;
 constexpr std::size_t kMaxClasses = 255;
 constexpr std::int32_t kMaxLabelsSize_px = 1 << 15;
 constexpr int kCompression = 4;
@@ -67,30 +68,13 @@ std::vector<std::string> NamesOf(const std::string& text) {
 
 LabelClasses ReadClasses(const Hdf5Reader& file) {
   LabelClasses classes;
-  classes.names = NamesOf(file.ReadText("classes"));
-  const auto is_empty = [](const std::string& name) { return name.empty(); };
-  file.Demand(classes.names.size() <= kMaxClasses && std::ranges::none_of(classes.names, is_empty),
-              "classes");
+  classes.names = ReadClassNames(file);
   classes.moving = file.ReadList<std::uint8_t>("moving");
   const auto is_flag = [](std::uint8_t value) { return value <= 1; };
   file.Demand(
       classes.moving.size() == classes.names.size() && std::ranges::all_of(classes.moving, is_flag),
       "moving");
-  const auto palette = file.Read<std::uint8_t>("palette", 3);
-  file.Demand(palette.rows == classes.names.size(), "palette");
-  for (std::size_t i = 0; i < palette.rows; ++i) {
-    const std::uint8_t* color = &palette.values[3 * i];
-    classes.palette.push_back({color[0], color[1], color[2]});
-  }
   return classes;
-}
-
-Array<std::uint8_t> PaletteArray(const std::vector<std::array<std::uint8_t, 3>>& palette) {
-  Array<std::uint8_t> array{palette.size(), 3, {}};
-  for (const auto& color : palette) {
-    array.values.insert(array.values.end(), color.begin(), color.end());
-  }
-  return array;
 }
 
 template <typename T>
@@ -100,6 +84,17 @@ bool Ascends(const std::vector<T>& values) {
 
 }  // namespace
 
+void WriteClassNames(const std::vector<std::string>& names, Hdf5Writer* file) {
+  file->WriteText("classes", fmt::format("{}", fmt::join(names, "\n")));
+}
+
+std::vector<std::string> ReadClassNames(const Hdf5Reader& file) {
+  std::vector<std::string> names = NamesOf(file.ReadText("classes"));
+  const auto is_empty = [](const std::string& name) { return name.empty(); };
+  file.Demand(names.size() <= kMaxClasses && std::ranges::none_of(names, is_empty), "classes");
+  return names;
+}
+
 PackedLabels PackLabels(int frame_idx, std::int64_t time_ns, const Segmentation& segmentation) {
   return {frame_idx,
           time_ns,
@@ -107,6 +102,13 @@ PackedLabels PackLabels(int frame_idx, std::int64_t time_ns, const Segmentation&
           segmentation.labels.height,
           PackImage(segmentation.labels),
           PackImage(segmentation.confidences)};
+}
+
+std::string HashOf(const PackedLabels& packed) {
+  std::string bytes = fmt::format("{} {} {} ", packed.width, packed.height, packed.labels.size());
+  bytes.append(packed.labels.begin(), packed.labels.end());
+  bytes.append(packed.confidences.begin(), packed.confidences.end());
+  return HashBytes(bytes);
 }
 
 void WriteLabels(const std::filesystem::path& path,
@@ -125,9 +127,8 @@ void WriteLabels(const std::filesystem::path& path,
                   kLabelsVersion,
                   config,
                   "pixels of the color image; confidences 255 times the probability");
-  file.WriteText("classes", fmt::format("{}", fmt::join(shard.classes.names, "\n")));
+  WriteClassNames(shard.classes.names, &file);
   file.WriteList("moving", shard.classes.moving);
-  file.Write("palette", PaletteArray(shard.classes.palette));
   file.WriteList("frame_idx", frame_idx);
   file.WriteList("time_ns", times_ns);
   file.Write("size_px", sizes_px);

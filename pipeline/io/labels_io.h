@@ -2,7 +2,6 @@
 // Label pictures of the labelled frames of a shard, each with the confidence of its labels.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -17,10 +16,14 @@ namespace nightmap {
 struct LabelClasses {
   std::vector<std::string> names;    // by label; at most 255, none empty, of one line
   std::vector<std::uint8_t> moving;  // per class, 1: such things move by themselves
-  std::vector<std::array<std::uint8_t, 3>> palette;  // RGB per class, for pictures of labels
 
   bool operator==(const LabelClasses&) const = default;
 };
+
+// The text `classes` of a file. Throws DataError naming file and field on an empty name or too
+// many.
+void WriteClassNames(const std::vector<std::string>& names, Hdf5Writer* file);
+std::vector<std::string> ReadClassNames(const Hdf5Reader& file);
 
 // Labels of a picture's pixels. Both images have the picture's size.
 struct Segmentation {
@@ -40,6 +43,8 @@ struct PackedLabels {
 
 // Compresses the images of a frame, without loss. Equal images give equal bytes.
 PackedLabels PackLabels(int frame_idx, std::int64_t time_ns, const Segmentation& segmentation);
+// Hash of what they hold, for the lists of frames.
+std::string HashOf(const PackedLabels& packed);
 
 struct LabelsShard {
   LabelClasses classes;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/io/frame_labels.h"
 #include "pipeline/io/frame_reader.h"
 
 namespace nightmap {
@@ -78,10 +79,13 @@ std::vector<PackedMask> LabelledFrames::Masks() const {
   return masks;
 }
 
-std::vector<FrameRecord> LabelledFrames::FramesWithMasks(const std::string& file) const {
+std::vector<FrameRecord> LabelledFrames::FramesWithLabels(const std::string& labels,
+                                                          const std::string& masks) const {
   std::vector<FrameRecord> frames = frames_;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (labelled_[i]) frames[i].others[kMaskChannel] = {file, HashOf(labelled_[i]->mask)};
+    if (!labelled_[i]) continue;
+    frames[i].others[kLabelsChannel] = {labels, HashOf(labelled_[i]->labels)};
+    frames[i].others[kMaskChannel] = {masks, HashOf(labelled_[i]->mask)};
   }
   return frames;
 }
@@ -118,8 +122,11 @@ nlohmann::json LabelledFrames::Summarize() const {
 void LabelledFrames::Write(StageContext& context) const {
   WriteLabels(context.Output("labels"), Labels(), context.ConfigToml());
   WriteMasks(context.Output("masks"), Masks(), context.ConfigToml());
-  const std::string masks = context.FinalPath("masks").filename().string();
-  WriteFile(context.Output("frames"), FramesToCsv(FramesWithMasks(masks)));
+  const auto name_of = [&](const char* output) {
+    return context.FinalPath(output).filename().string();
+  };
+  WriteFile(context.Output("frames"),
+            FramesToCsv(FramesWithLabels(name_of("labels"), name_of("masks"))));
   context.Report().update(Summarize());
 }
 

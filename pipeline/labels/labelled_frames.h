@@ -35,8 +35,9 @@ class LabelledFrames {
   // These two hold the labelled frames in order, and are deterministic as far as the labeller is.
   LabelsShard Labels() const;
   std::vector<PackedMask> Masks() const;
-  // All frames; the labelled ones have the channel of their mask in the file of that name.
-  std::vector<FrameRecord> FramesWithMasks(const std::string& file) const;
+  // All frames; the labelled ones have channels of their labels and mask in the files of that name.
+  std::vector<FrameRecord> FramesWithLabels(const std::string& labels,
+                                            const std::string& masks) const;
   // For the report: counts of frames, mean share of the pixels of each class that occurs, and per
   // labelled frame its frame_idx and the share of its pixels that can move.
   nlohmann::json Summarize() const;

@@ -5,7 +5,6 @@
 
 #include <toml++/toml.h>
 #include <algorithm>
-#include <charconv>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/options.h"
@@ -24,7 +23,7 @@ struct ModelTable {
   std::vector<double> mean = {0, 0, 0};
   std::vector<double> scale = {1, 1, 1};
   std::string channel_order = "rgb";
-  std::vector<std::string> classes, moving, palette;
+  std::vector<std::string> classes, moving;
   MovingMaskOptions mask;
   double moving_gap_s = 0.05;
   double still_gap_s = 0.3;
@@ -38,7 +37,6 @@ struct ModelTable {
     list.Add("channel_order", &channel_order, {"rgb", "bgr"}, "of the network's input");
     list.Add("classes", &classes, "names in the order of the network's outputs");
     list.Add("moving", &moving, "names of the classes of things that move by themselves");
-    list.Add("palette", &palette, "color per class, \"#rrggbb\"; default: that of PASCAL VOC");
     list.Add("min_confidence",
              &mask.min_confidence,
              {0, 1},
@@ -125,49 +123,6 @@ std::vector<std::uint8_t> MovingClasses(const ModelTable& table, const KeyLines&
   return moving;
 }
 
-// Spreads the bits of the index over the channels, as PASCAL VOC's development kit does.
-std::array<std::uint8_t, 3> VocColor(std::size_t index) {
-  std::array<std::uint8_t, 3> color = {0, 0, 0};
-  for (int bit = 7; index > 0; --bit, index >>= 3) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      color[c] = static_cast<std::uint8_t>(color[c] | ((index >> c & 1) << bit));
-    }
-  }
-  return color;
-}
-
-std::array<std::uint8_t, 3> ParseColor(const std::string& text, const std::string& where) {
-  std::uint32_t value = 0;
-  const char* end = text.data() + text.size();
-  const bool has_form = text.size() == 7 && text[0] == '#';
-  const auto parsed = std::from_chars(text.data() + (has_form ? 1 : 0), end, value, 16);
-  if (!has_form || parsed.ec != std::errc() || parsed.ptr != end) {
-    throw UsageError("{}: \"{}\" is no color; write \"#rrggbb\"", where, text);
-  }
-  return {static_cast<std::uint8_t>(value >> 16),
-          static_cast<std::uint8_t>(value >> 8),
-          static_cast<std::uint8_t>(value)};
-}
-
-std::vector<std::array<std::uint8_t, 3>> Palette(const ModelTable& table, const KeyLines& lines) {
-  std::vector<std::array<std::uint8_t, 3>> palette;
-  if (table.palette.empty()) {
-    for (std::size_t i = 0; i < table.classes.size(); ++i) palette.push_back(VocColor(i));
-    return palette;
-  }
-  if (table.palette.size() != table.classes.size()) {
-    throw UsageError(
-        "{}: 'palette' has {} colors for {} classes; give one per class or leave it out",
-        lines.Of("palette"),
-        table.palette.size(),
-        table.classes.size());
-  }
-  for (const std::string& text : table.palette) {
-    palette.push_back(ParseColor(text, lines.Of("palette")));
-  }
-  return palette;
-}
-
 }  // namespace
 
 SegmentationModel ParseSegmentationModel(std::string_view text,
@@ -185,7 +140,7 @@ SegmentationModel ParseSegmentationModel(std::string_view text,
           .mean = PerChannel(table.mean, "mean", lines),
           .scale = PerChannel(table.scale, "scale", lines),
           .is_bgr = table.channel_order == "bgr",
-          .classes = {table.classes, MovingClasses(table, lines), Palette(table, lines)},
+          .classes = {table.classes, MovingClasses(table, lines)},
           .mask = table.mask,
           .moving_gap_s = table.moving_gap_s,
           .still_gap_s = table.still_gap_s};

@@ -33,7 +33,7 @@ struct SegmentationModel {
 
 // `folder` is what the network's path is relative to. Throws UsageError naming `source`, the line
 // where there is one, and the remedy, on an unknown or missing key, a wrong type, a value out of
-// range, a class named twice, an unknown class in `moving`, or a palette of another length.
+// range, a class named twice, or an unknown class in `moving`.
 SegmentationModel ParseSegmentationModel(std::string_view text,
                                          const std::string& source,
                                          const std::filesystem::path& folder);

@@ -104,7 +104,6 @@ TEST(LabelsIo, SizesOrdersAndLabelsThatDoNotFitAreNamed) {
   expect([](auto& shard) { shard.classes.names[1] = ""; }, "classes");
   expect([](auto& shard) { shard.classes.names.resize(256, "x"); }, "classes");
   expect([](auto& shard) { shard.classes.moving[1] = 2; }, "moving");
-  expect([](auto& shard) { shard.classes.palette.pop_back(); }, "palette");
   expect([](auto& shard) { shard.frames[1].frame_idx = 4; }, "frame_idx");
   expect([](auto& shard) { shard.frames[0].frame_idx = -1; }, "frame_idx");
   expect([](auto& shard) { std::swap(shard.frames[0].time_ns, shard.frames[1].time_ns); },
@@ -132,7 +131,6 @@ TEST(LabelsIo, MissingArraysAreNamed) {
   for (const std::string missing : {"",
                                     "classes",
                                     "moving",
-                                    "palette",
                                     "frame_idx",
                                     "time_ns",
                                     "size_px",
@@ -144,7 +142,6 @@ TEST(LabelsIo, MissingArraysAreNamed) {
     };
     if (missing != "classes") file.WriteText("classes", "a\nb\nc");
     write("moving", Array<std::uint8_t>{3, 1, {0, 1, 0}});
-    write("palette", Array<std::uint8_t>{3, 3, std::vector<std::uint8_t>(9)});
     write("frame_idx", Array<std::int32_t>{1, 1, {0}});
     write("time_ns", Array<std::int64_t>{1, 1, {9}});
     write("size_px", Array<std::int32_t>{1, 2, {4, 3}});

@@ -39,7 +39,7 @@ TEST(LabelledFrames, MaskWhatMovesAndItsMargin) {
 TEST(LabelledFrames, TheListNamesTheirMasks) {
   LabelledFrames labelled(kModel, LabelsOf, kFrames);
   for (const std::size_t i : {0U, 11U}) labelled.Label(i, {});
-  const auto frames = labelled.FramesWithMasks("masks_0007.h5");
+  const auto frames = labelled.FramesWithLabels("labels_0007.h5", "masks_0007.h5");
   ASSERT_EQ(frames.size(), kFrames.size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     EXPECT_EQ(frames[i].frame_idx, kFrames[i].frame_idx);
@@ -93,7 +93,7 @@ TEST(LabelledFrames, AFrameThatFailsIsNotAmongThem) {
   labelled.Label(1, {});
   NIGHTMAP_EXPECT_ERROR(DataError, labelled.Label(2, {}), "103.png: truncated");
   ASSERT_EQ(labelled.Labels().frames.size(), 1U);
-  EXPECT_FALSE(labelled.FramesWithMasks("m.h5")[2].others.contains(kMaskChannel));
+  EXPECT_FALSE(labelled.FramesWithLabels("l.h5", "m.h5")[2].others.contains(kMaskChannel));
 }
 
 TEST(LabelledFrames, TheReportHasSharesOfClassesAndOfWhatMoves) {

@@ -34,19 +34,6 @@ TEST(SegmentationModel, IsReadAsWritten) {
   EXPECT_TRUE(Parse(Replaced("\"rgb\"", "\"bgr\"")).is_bgr);
 }
 
-TEST(SegmentationModel, ThePaletteIsThatOfPascalVocUnlessGiven) {
-  const SegmentationModel model = Parse(kTinyModel);
-  EXPECT_EQ(model.classes.palette, (std::vector<Color>{{0, 0, 0}, {128, 0, 0}, {0, 128, 0}}));
-  std::string names = "\"dog\"";
-  for (int i = 3; i < 15; ++i) names += ", \"" + std::to_string(i) + "\"";
-  const SegmentationModel voc = Parse(Replaced("\"dog\"]", names + ", \"fifteen\"]"));
-  EXPECT_EQ(voc.classes.palette.at(15), (Color{192, 128, 128}));
-  const std::string given =
-      std::string(kTinyModel) + "palette = [\"#000000\", \"#ff8001\", \"#0A0b0C\"]\n";
-  EXPECT_EQ(Parse(given).classes.palette,
-            (std::vector<Color>{{0, 0, 0}, {255, 128, 1}, {10, 11, 12}}));
-}
-
 TEST(SegmentationModel, SaysHowSureAMaskIsAndHowWide) {
   const MovingMaskOptions by_default = Parse(kTinyModel).mask;
   EXPECT_EQ(by_default.min_confidence, 0.3);
@@ -108,19 +95,6 @@ TEST(SegmentationModel, ANetworkMayBeMissing) {
   EXPECT_FALSE(model.HasNetwork());
   EXPECT_EQ(model.classes.moving, (std::vector<std::uint8_t>{0, 1}));
   EXPECT_TRUE(Parse(kTinyModel).HasNetwork());
-}
-
-TEST(SegmentationModel, ThePaletteMustHaveAColorPerClass) {
-  const auto with = [](const std::string& palette) {
-    return std::string(kTinyModel) + "palette = " + palette + "\n";
-  };
-  NIGHTMAP_EXPECT_ERROR(
-      UsageError, Parse(with("[\"#000000\"]")), "m.toml:9: 'palette' has 1 colors for 3 classes");
-  for (const std::string color : {"000000", "#00000", "#0000000", "#00000g", "#-00001", "red"}) {
-    NIGHTMAP_EXPECT_ERROR(UsageError,
-                          Parse(with("[\"#000000\", \"" + color + "\", \"#000000\"]")),
-                          "m.toml:9: \"" + color + "\" is no color; write \"#rrggbb\"");
-  }
 }
 
 TEST(SegmentationModel, MissingFilesAreNamed) {

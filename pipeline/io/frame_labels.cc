@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/io/frame_labels.h"
+
+#include <map>
+#include <mutex>
+
+#include "pipeline/base/error.h"
+
+namespace nightmap {
+
+// Keeps few files open, since a night has many and a process may have few.
+struct FrameLabels::Files {
+  static constexpr std::size_t kMaxOpen = 8;
+
+  std::map<std::string, std::filesystem::path> paths;  // by file name
+  std::map<std::string, LabelsReader> open;
+  LabelClasses classes;
+  std::mutex mutex;
+
+  const LabelsReader& Of(const std::string& name, const FrameRecord& frame) {
+    const auto known = open.find(name);
+    if (known != open.end()) return known->second;
+    const auto path = paths.find(name);
+    if (path == paths.end()) {
+      throw DataError("{}: its labels are in {}, which is not among the files of labels given",
+                      frame.color.path,
+                      name);
+    }
+    if (open.size() >= kMaxOpen) open.clear();
+    const LabelsReader& reader = open.try_emplace(name, path->second).first->second;
+    if (reader.Classes() != classes) {
+      throw DataError("{}: has other classes than the first file of labels; make the labels again",
+                      path->second.string());
+    }
+    return reader;
+  }
+};
+
+FrameLabels::FrameLabels(const std::vector<std::filesystem::path>& files)
+    : files_(std::make_shared<Files>()) {
+  for (const auto& path : files) files_->paths[path.filename().string()] = path;
+  files_->classes = LabelsReader(files.front()).Classes();
+}
+
+const LabelClasses& FrameLabels::Classes() const { return files_->classes; }
+
+Segmentation FrameLabels::Of(const FrameRecord& frame) const {
+  const auto channel = frame.others.find(kLabelsChannel);
+  if (channel == frame.others.end()) throw DataError("{}: has no labels", frame.color.path);
+  const std::lock_guard lock(files_->mutex);
+  const LabelsReader& reader = files_->Of(channel->second.path, frame);
+  if (!reader.Has(frame.time_ns)) {
+    throw DataError("{}: {} has no labels of this frame", frame.color.path, channel->second.path);
+  }
+  return reader.Read(frame.time_ns);
+}
+
+}  // namespace nightmap

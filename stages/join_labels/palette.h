@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Colors of the classes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace nightmap {
+
+using Rgb = std::array<std::uint8_t, 3>;
+
+// Colors of `num_classes` classes. `texts` has a "#rrggbb" for each, or none: then the colors are
+// those of PASCAL VOC (index 0 black). White, which OctoMap reads as no color, becomes #fffffe.
+// Throws UsageError on another number of colors, or a text that is no color.
+std::vector<Rgb> MakePalette(const std::vector<std::string>& texts, std::size_t num_classes);
+
+}  // namespace nightmap

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/voxel_labels/voxel_labels.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "pipeline/base/random.h"
+#include "pipeline/dense/octree_io.h"
+#include "stages/octree/octree.h"
+#include "tests/stages/point_cloud/box_room.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+const std::vector<std::string> kClasses = {"none", "low", "high"};
+
+// A room whose walls have class 1 below z = 0 and class 2 above; keyframes look around in it.
+class VoxelLabelsTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    source_ = LookAround(room_, 8);
+    OctreeOptions octree;
+    octree.max_range_m = options_.max_range_m;
+    const OctreeResult result = RunOctree(octree, source_, nullptr, progress_, 2, std::nullopt);
+    WriteOctree(folder_ / "map.ot", result.tree);
+    occupied_ = ReadOccupiedVoxels(folder_ / "map.ot");
+  }
+
+  // The class that a pixel truly shows; 0 where `wrong` says so.
+  Segmentation Label(const Keyframe& keyframe, double wrong_ratio) const {
+    const RgbdCamera& camera = source_.cameras[0];
+    const DepthImage depth = source_.load_depth(keyframe);
+    Segmentation result{{depth.width, depth.height, 1, {}}, {depth.width, depth.height, 1, {}}};
+    Random random(11, static_cast<std::uint64_t>(keyframe.frame.frame_idx));
+    const bool is_wrong = random.Uniform() < wrong_ratio;
+    for (int y = 0; y < depth.height; ++y) {
+      for (int x = 0; x < depth.width; ++x) {
+        const auto depth_m = static_cast<double>(depth.pixels[result.labels.pixels.size()]);
+        const Eigen::Vector3d point =
+            keyframe.map_from_camera * camera.color.BackProject(Eigen::Vector2d(x, y), depth_m);
+        const int label = point.z() < 0 ? 1 : 2;
+        result.labels.pixels.push_back(static_cast<std::uint8_t>(is_wrong ? 3 - label : label));
+        result.confidences.pixels.push_back(200);
+      }
+    }
+    return result;
+  }
+
+  VoxelLabels Run(double wrong_ratio, int num_threads, const OccupiedVoxels& occupied) {
+    return RunVoxelLabels(
+               options_,
+               source_,
+               [&](const Keyframe& keyframe) { return Label(keyframe, wrong_ratio); },
+               kClasses,
+               occupied,
+               progress_,
+               num_threads)
+        .voxels;
+  }
+
+  // Share of the voxels off the border of the classes whose label is the true one.
+  double ShareRight(const VoxelLabels& voxels) const {
+    int num_right = 0, num_all = 0;
+    for (std::size_t i = 0; i < voxels.Size(); ++i) {
+      const double z = VoxelCentre(voxels.keys[i], voxels.resolution_m).z();
+      if (std::abs(z) < voxels.resolution_m) continue;
+      ++num_all;
+      if (LabelOf(voxels, i).label == (z < 0 ? 1 : 2)) ++num_right;
+    }
+    return static_cast<double>(num_right) / num_all;
+  }
+
+  TemporaryFolder folder_;
+  BoxRoom room_;
+  VoxelLabelsOptions options_;
+  KeyframeSource source_;
+  OccupiedVoxels occupied_;
+  Progress progress_{"test", false};
+};
+
+TEST_F(VoxelLabelsTest, EachVoxelGetsTheClassThatWasSeenThere) {
+  const VoxelLabels voxels = Run(0, 2, occupied_);
+  EXPECT_GT(voxels.Size(), occupied_.codes.size() * 9 / 10);
+  EXPECT_EQ(voxels.classes, kClasses);
+  EXPECT_EQ(ShareRight(voxels), 1);
+  for (std::size_t i = 0; i < voxels.Size(); ++i) {
+    ASSERT_LE(voxels.num_views[i], 8);
+    double sum = 0;
+    for (std::size_t v = voxels.vote_offsets[i]; v < voxels.vote_offsets[i + 1]; ++v) {
+      sum += voxels.vote_weights[v];
+    }
+    ASSERT_NEAR(sum, voxels.num_views[i] * 200.0 / 255, 1e-4);  // a keyframe counts once
+  }
+}
+
+TEST_F(VoxelLabelsTest, MostViewsDecide) {
+  source_ = LookAround(room_, 40);
+  const VoxelLabels voxels = Run(0.2, 2, occupied_);
+  EXPECT_GT(ShareRight(voxels), 0.9);
+  int num_unsure = 0;
+  for (std::size_t i = 0; i < voxels.Size(); ++i) {
+    if (LabelOf(voxels, i).share < 1) ++num_unsure;
+  }
+  EXPECT_GT(num_unsure, 100);
+}
+
+TEST_F(VoxelLabelsTest, IsTheSameAtAnyNumberOfThreads) {
+  const VoxelLabels one = Run(0.2, 1, occupied_);
+  const VoxelLabels four = Run(0.2, 4, occupied_);
+  EXPECT_EQ(one.keys, four.keys);
+  EXPECT_EQ(one.num_views, four.num_views);
+  EXPECT_EQ(one.vote_offsets, four.vote_offsets);
+  EXPECT_EQ(one.vote_labels, four.vote_labels);
+  EXPECT_EQ(one.vote_weights, four.vote_weights);
+}
+
+TEST_F(VoxelLabelsTest, PartsOfTheTreeGetTheVotesOfTheWhole) {
+  const VoxelLabels whole = Run(0.2, 2, occupied_);
+  std::map<std::uint64_t, std::vector<float>> weights;
+  for (const int side : {0, 1}) {
+    OccupiedVoxels part{occupied_.resolution_m, {}};
+    for (const std::uint64_t code : occupied_.codes) {
+      if ((KeyOfMortonCode(code).x() < 3) == (side == 0)) part.codes.push_back(code);
+    }
+    const VoxelLabels voxels = Run(0.2, 2, part);
+    for (std::size_t i = 0; i < voxels.Size(); ++i) {
+      auto& of_voxel = weights[MortonCode(voxels.keys[i])];
+      ASSERT_TRUE(of_voxel.empty());
+      for (std::size_t v = voxels.vote_offsets[i]; v < voxels.vote_offsets[i + 1]; ++v) {
+        of_voxel.push_back(voxels.vote_weights[v]);
+      }
+    }
+  }
+  ASSERT_EQ(weights.size(), whole.Size());
+  std::size_t i = 0;
+  for (const auto& [code, of_voxel] : weights) {
+    ASSERT_EQ(code, MortonCode(whole.keys[i]));
+    for (std::size_t v = 0; v < of_voxel.size(); ++v) {
+      ASSERT_EQ(of_voxel[v], whole.vote_weights[whole.vote_offsets[i] + v]);
+    }
+    ++i;
+  }
+}
+
+TEST_F(VoxelLabelsTest, PixelsBeyondTheRangeAndInFreeSpaceDoNotVote) {
+  options_.max_range_m = 2.2;  // the far walls are 2.5 m away
+  const VoxelLabels voxels = Run(0, 2, occupied_);
+  ASSERT_GT(voxels.Size(), 100U);
+  for (const VoxelKey& key : voxels.keys) {
+    EXPECT_LT(VoxelCentre(key, voxels.resolution_m).norm(), 2.5);
+  }
+  EXPECT_EQ(Run(0, 2, OccupiedVoxels{0.05, {MortonCode({0, 0, 0})}}).Size(), 0U);
+}
+
+TEST_F(VoxelLabelsTest, AFrameWithoutLabelsIsSkippedByName) {
+  source_.keyframes[3].frame.color.path = "third.png";
+  const auto result = RunVoxelLabels(
+      options_,
+      source_,
+      [&](const Keyframe& keyframe) {
+        if (keyframe.keyframe_idx == 3) throw DataError("no labels");
+        return Label(keyframe, 0);
+      },
+      kClasses,
+      occupied_,
+      progress_,
+      2);
+  ASSERT_EQ(result.skipped.size(), 1U);
+  EXPECT_THAT(result.skipped[0], testing::HasSubstr("no labels"));
+  EXPECT_GT(result.voxels.Size(), 1000U);
+}
+
+TEST(OccupiedVoxels, AreTheSmallestOnesOfLargeLeaves) {
+  const TemporaryFolder folder;
+  OccupancyTree tree;
+  tree.resolution_m = 0.1;
+  OccupancyVoxel leaf;
+  leaf.size_m = 0.2;
+  leaf.log_odds = 1;
+  leaf.centre_in_map = {0.1, 0.1, 0.1};
+  tree.leaves.push_back(leaf);
+  leaf.log_odds = -1;
+  leaf.centre_in_map = {0.5, 0.1, 0.1};
+  tree.leaves.push_back(leaf);
+  WriteOctree(folder / "map.ot", tree);
+  const OccupiedVoxels occupied = ReadOccupiedVoxels(folder / "map.ot");
+  EXPECT_EQ(occupied.resolution_m, 0.1);
+  ASSERT_EQ(occupied.codes.size(), 8U);
+  EXPECT_TRUE(std::ranges::is_sorted(occupied.codes));
+  EXPECT_EQ(KeyOfMortonCode(occupied.codes.front()), VoxelKey(0, 0, 0));
+  EXPECT_EQ(KeyOfMortonCode(occupied.codes.back()), VoxelKey(1, 1, 1));
+}
+
+}  // namespace
+}  // namespace nightmap
