@@ -110,6 +110,11 @@ TEST(SegmentationModel, ANetworkMayBeMissing) {
   EXPECT_TRUE(Parse(kTinyModel).HasNetwork());
 }
 
+TEST(SegmentationModel, NothingNeedsToMove) {
+  const SegmentationModel model = Parse("classes = [\"floor\", \"table\"]\nmoving = []\n");
+  EXPECT_EQ(model.classes.moving, (std::vector<std::uint8_t>{0, 0}));
+}
+
 TEST(SegmentationModel, ThePaletteMustHaveAColorPerClass) {
   const auto with = [](const std::string& palette) {
     return std::string(kTinyModel) + "palette = " + palette + "\n";
