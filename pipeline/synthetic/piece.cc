@@ -78,7 +78,9 @@ bool Piece::Overlaps(const std::vector<Box>& boxes) const {
 }
 
 void Piece::Commit() {
-  for (const Part& part : parts_) {
+  const int piece_idx = builder_->AddPiece();
+  for (Part& part : parts_) {
+    part.box.piece_idx = piece_idx;
     builder_->AddBox(part.box, part.material, part.has_picture ? &part.picture : nullptr);
   }
 }

@@ -170,8 +170,8 @@ RenderedFrame Render(const SyntheticWorld& world,
   RenderedFrame frame{MakeImage<std::uint8_t>(camera, 3),
                       {},
                       MakeImage<float>(camera),
-                      MakeImage<std::uint8_t>(camera)};
-  auto surface_idx = MakeImage<std::int32_t>(camera);
+                      MakeImage<std::uint8_t>(camera),
+                      MakeImage<std::int32_t>(camera)};
   auto incidence_cosine = MakeImage<float>(camera);
   std::vector<RayHit> hits(frame.labels.pixels.size());
   std::size_t i = 0;
@@ -179,7 +179,7 @@ RenderedFrame Render(const SyntheticWorld& world,
     for (int x = 0; x < camera.width; ++x, ++i) {
       const Eigen::Vector3d direction = shader.Direction(x, y);
       hits[i] = shader.Cast(direction);
-      surface_idx.pixels[i] = hits[i].surface_idx;
+      frame.surface_idx.pixels[i] = hits[i].surface_idx;
       if (hits[i].surface_idx < 0) continue;
       const Surface& surface = world.scene.surfaces[static_cast<std::size_t>(hits[i].surface_idx)];
       frame.exact_depth.pixels[i] = static_cast<float>(hits[i].distance);
@@ -192,14 +192,14 @@ RenderedFrame Render(const SyntheticWorld& world,
   i = 0;
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x, ++i) {
-      const Eigen::Vector3f color = IsEdge(surface_idx, x, y)
+      const Eigen::Vector3f color = IsEdge(frame.surface_idx, x, y)
                                         ? SupersampledColor(shader, x, y)
                                         : shader.Color(hits[i], shader.Direction(x, y), 1.0F);
       StoreColor(color, color_noise_levels, random, &frame.color.pixels[3 * i]);
     }
   }
-  frame.depth =
-      MeasureDepth(frame.exact_depth, surface_idx, incidence_cosine, camera, sensor, noise_seed);
+  frame.depth = MeasureDepth(
+      frame.exact_depth, frame.surface_idx, incidence_cosine, camera, sensor, noise_seed);
   return frame;
 }
 

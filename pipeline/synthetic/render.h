@@ -17,6 +17,7 @@ struct RenderedFrame {
   DepthImage depth;        // metres along z with noise, quantization and holes; 0 = no measurement
   DepthImage exact_depth;  // metres along z at the pixel's centre; 0 where nothing is hit
   LabelImage labels;       // SurfaceLabel at the pixel's centre
+  Image<std::int32_t> surface_idx;  // surface of the scene at the pixel's centre; -1: none
 };
 
 // `camera` must have no distortion (else UsageError). Noise depends on `noise_seed` alone, so give

@@ -45,6 +45,7 @@ Surface BoxFace(const Box& box,
   face.edge_u = RotateAboutZ(2 * half_u, box.yaw_rad);
   face.edge_v = RotateAboutZ(2 * half_v, box.yaw_rad);
   face.label = box.label;
+  face.piece_idx = box.piece_idx;
   face.material = material;
   return face;
 }
@@ -56,10 +57,17 @@ const char* LabelName(SurfaceLabel label) { return kLabelNames[static_cast<std::
 void AddScene(Scene part, double height_m, Scene& whole) {
   const Eigen::Vector3d raise(0, 0, height_m);
   const int num_textures = static_cast<int>(whole.textures.size());
-  for (Box& box : part.boxes) box.center += raise;
+  const auto count_on = [&](int& piece_idx) {
+    if (piece_idx >= 0) piece_idx += whole.num_pieces;
+  };
+  for (Box& box : part.boxes) {
+    box.center += raise;
+    count_on(box.piece_idx);
+  }
   for (Lamp& lamp : part.lamps) lamp.center += raise;
   for (Surface& surface : part.surfaces) {
     surface.origin += raise;
+    count_on(surface.piece_idx);
     surface.material.texture_idx += num_textures;
     if (surface.material.overlay_idx >= 0) surface.material.overlay_idx += num_textures;
   }
@@ -70,6 +78,7 @@ void AddScene(Scene part, double height_m, Scene& whole) {
   append(part.boxes, whole.boxes);
   append(part.surfaces, whole.surfaces);
   append(part.lamps, whole.lamps);
+  whole.num_pieces += part.num_pieces;
 }
 
 std::array<Surface, 6> BoxFaces(const Box& box, const Material& material) {

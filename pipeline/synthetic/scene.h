@@ -45,6 +45,7 @@ struct Box {
   Eigen::Vector3d half_size = Eigen::Vector3d::Zero();
   double yaw_rad = 0;  // about z
   SurfaceLabel label = SurfaceLabel::kNone;
+  int piece_idx = -1;  // of the furniture, door or poster that it is part of; -1: of none
 };
 
 // Color of a surface: color = texture(uv / period + offset) * tint * overlay / 128.
@@ -67,6 +68,7 @@ struct Surface {
   Eigen::Vector3d edge_v = Eigen::Vector3d::UnitY();
   SurfaceLabel label = SurfaceLabel::kNone;
   Material material;
+  int piece_idx = -1;  // of its box
   // Unit normal, towards the side it is seen from.
   Eigen::Vector3d Normal() const { return edge_v.cross(edge_u).normalized(); }
 };
@@ -83,9 +85,10 @@ struct Scene {
   std::vector<Box> boxes;
   std::vector<Surface> surfaces;
   std::vector<Lamp> lamps;
+  int num_pieces = 0;  // piece_idx counts them
 };
 
-// Adds the part to the whole, raised by `height_m`.
+// Adds the part to the whole, raised by `height_m`. Its pieces count on from those of the whole.
 void AddScene(Scene part, double height_m, Scene& whole);
 
 // The faces of a box as surfaces: front (-y in the box frame), right (+x), back, left, top, bottom.

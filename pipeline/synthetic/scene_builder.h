@@ -32,6 +32,7 @@ class SceneBuilder {
     scene_.boxes.push_back(box);
   }  // its surfaces are added separately
   void AddLamp(const Lamp& lamp);
+  int AddPiece() { return scene_.num_pieces++; }  // returns the piece_idx of its boxes
   const std::vector<Box>& Boxes() const { return scene_.boxes; }
 
   // Paints all textures and returns the scene.

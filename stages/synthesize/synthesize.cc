@@ -9,6 +9,7 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
 #include "pipeline/synthetic/floor_plan.h"
+#include "pipeline/synthetic/mislabel_things.h"
 #include "pipeline/synthetic/route.h"
 
 namespace nightmap {
@@ -65,6 +66,11 @@ void SynthesizeOptions::Register(OptionList& list) {
       Range(0, 1000),
       "number of the recording; recordings of one building with different numbers differ in noise");
   list.Add("render", &render, "renders pictures; false: only the laser and the wheels record");
+  list.Add("mislabelled_ratio",
+           &mislabelled_ratio,
+           Range(0, 1),
+           "share of the tables, chairs, shelves, cabinets, beds and sofas in a picture that its "
+           "labels take for another of these");
   route.Register(list);
   queries.Register(list);
   floor_plan.Register(list);
@@ -118,14 +124,15 @@ void RunSynthesize(const SynthesizeOptions& options,
     const bool is_query = i >= num_frames;
     const std::size_t idx = is_query ? i - num_frames : i;
     const StampedPose& stamped = is_query ? plan.queries[idx] : plan.frames[idx];
-    sink(is_query,
-         idx,
-         Render(plan.world,
-                camera,
-                stamped.pose,
-                options.sensor,
-                options.camera.color_noise_levels,
-                NoiseSeed(options, is_query, idx)));
+    const std::uint64_t noise_seed = NoiseSeed(options, is_query, idx);
+    RenderedFrame frame = Render(plan.world,
+                                 camera,
+                                 stamped.pose,
+                                 options.sensor,
+                                 options.camera.color_noise_levels,
+                                 noise_seed);
+    MislabelThings(plan.world.scene, options.mislabelled_ratio, noise_seed, frame);
+    sink(is_query, idx, frame);
     progress.Advance();
   });
   progress.Finish();

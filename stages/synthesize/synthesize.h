@@ -24,6 +24,7 @@ struct SynthesizeOptions {
   double frame_rate_hz = 10;
   int recording = 0;
   bool render = true;
+  double mislabelled_ratio = 0;
   BuildingOptions building;
   SyntheticCameraOptions camera;
   DepthSensorOptions sensor;

@@ -13,6 +13,7 @@
 #include "pipeline/io/grid_io.h"
 #include "pipeline/io/image_io.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/synthetic/true_things.h"
 #include "stages/synthesize/robot_recording.h"
 
 namespace nightmap {
@@ -57,6 +58,14 @@ RawDepthImage ToRawDepth(const DepthImage& depth) {
 }
 
 std::vector<double> ToList(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+nlohmann::ordered_json ToJson(const Box& box) {
+  return {{"center_m", ToList(box.center)},
+          {"half_size_m", ToList(box.half_size)},
+          {"yaw_rad", box.yaw_rad},
+          {"label", static_cast<int>(box.label)},
+          {"piece", box.piece_idx}};
+}
 
 template <typename T>
 void AppendBytes(std::string& bytes, const T& value) {
@@ -195,11 +204,11 @@ std::string TruthJson(const SyntheticWorld& world) {
                               {"doorways_m", list}});
   }
   json["boxes"] = nlohmann::ordered_json::array();
-  for (const Box& box : world.scene.boxes) {
-    json["boxes"].push_back({{"center_m", ToList(box.center)},
-                             {"half_size_m", ToList(box.half_size)},
-                             {"yaw_rad", box.yaw_rad},
-                             {"label", static_cast<int>(box.label)}});
+  for (const Box& box : world.scene.boxes) json["boxes"].push_back(ToJson(box));
+  json["things"] = nlohmann::ordered_json::array();
+  for (const Box& thing : TrueThings(world.scene.boxes)) {
+    json["things"].push_back(ToJson(thing));
+    json["things"].back()["class"] = LabelName(thing.label);
   }
   json["rectangles"] = nlohmann::ordered_json::array();
   for (const Surface& surface : world.scene.surfaces) {

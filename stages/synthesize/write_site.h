@@ -56,7 +56,8 @@ std::string FloorPlanName(std::size_t floor);
 
 // Boxes and floor and ceiling rectangles as JSON, from which distances to the true surfaces are
 // measured. Also each floor's height, plan and doorways (two opposite corners of the gap in the
-// wall; the passage runs along the shorter side).
+// wall; the passage runs along the shorter side), and the things (true_things.h), each as one box
+// with the name of its class; `piece` says which boxes and things are one piece, -1: of none.
 std::string TruthJson(const SyntheticWorld& world);
 
 // All surfaces as a binary PLY mesh of triangles, with the label of each.

@@ -97,6 +97,11 @@ TEST(SegmentationModel, ANetworkMayBeMissing) {
   EXPECT_TRUE(Parse(kTinyModel).HasNetwork());
 }
 
+TEST(SegmentationModel, NothingNeedsToMove) {
+  const SegmentationModel model = Parse("classes = [\"floor\", \"table\"]\nmoving = []\n");
+  EXPECT_EQ(model.classes.moving, (std::vector<std::uint8_t>{0, 0}));
+}
+
 TEST(SegmentationModel, MissingFilesAreNamed) {
   const TemporaryFolder folder;
   NIGHTMAP_EXPECT_ERROR(

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
 #include "pipeline/base/error.h"
+#include "pipeline/io/text_file.h"
 #include "pipeline/synthetic/paint.h"
 #include "pipeline/synthetic/route.h"
 
@@ -62,6 +64,18 @@ TEST(Render, DepthOfWallIsAnalytic) {
       EXPECT_EQ(frame.labels.At(x, y), static_cast<int>(SurfaceLabel::kWall));
     }
   }
+}
+
+// By this file, the profile labels reads the label pictures.
+TEST(Render, TheModelFileOfTheLabelPicturesHasTheirClasses) {
+  std::string line;
+  for (int i = 0; i < kNumSurfaceLabels; ++i) {
+    line += std::string(i == 0 ? "classes = [" : ", ") + '"' +
+            LabelName(static_cast<SurfaceLabel>(i)) + '"';
+  }
+  EXPECT_NE(ReadTextFile("configs/labels/models/made_up_building.toml").find(line + "]\n"),
+            std::string::npos)
+      << line;
 }
 
 TEST(Render, WallNormalFacesTheCamera) {

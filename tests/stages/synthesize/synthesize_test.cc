@@ -145,6 +145,53 @@ TEST(Synthesize, TruthJsonListsEveryBox) {
   EXPECT_GT(json["rectangles"].size(), 6U);
 }
 
+TEST(Synthesize, TruthJsonListsEveryThing) {
+  const auto json = nlohmann::json::parse(TruthJson(Planned().world));
+  const std::set<std::string> classes = {"table", "chair", "shelf", "cabinet", "bed", "sofa"};
+  std::set<std::pair<int, int>> of_boxes, of_things;  // piece and label
+  for (const auto& box : json["boxes"]) {
+    const std::string name = json["labels"].at(box["label"].get<std::size_t>());
+    if (classes.contains(name)) of_boxes.emplace(box["piece"], box["label"]);
+    EXPECT_EQ(box["piece"] == -1, name == "wall");
+  }
+  for (const auto& thing : json["things"]) {
+    EXPECT_TRUE(of_things.emplace(thing["piece"], thing["label"]).second);
+    EXPECT_EQ(thing["class"], json["labels"].at(thing["label"].get<std::size_t>()));
+    EXPECT_EQ(thing["center_m"].size(), 3U);
+    EXPECT_EQ(thing["half_size_m"].size(), 3U);
+    EXPECT_TRUE(thing["yaw_rad"].is_number());
+  }
+  EXPECT_EQ(of_things, of_boxes);
+  EXPECT_GT(of_things.size(), 5U);
+}
+
+// Wrong labels change the labels alone, whatever the number of threads.
+TEST(Synthesize, MislabelsOnlyTheLabels) {
+  SynthesizeOptions options = SmallSite();
+  const SynthesizePlan plan = PlanSynthesize(options, 2);
+  const auto render = [&](double mislabelled_ratio, int num_threads) {
+    options.mislabelled_ratio = mislabelled_ratio;
+    std::vector<RenderedFrame> frames(plan.frames.size() + plan.queries.size());
+    Progress progress("test", false);
+    const auto sink = [&](bool is_query, std::size_t idx, const RenderedFrame& frame) {
+      frames[is_query ? plan.frames.size() + idx : idx] = frame;
+    };
+    RunSynthesize(options, plan, sink, progress, num_threads);
+    return frames;
+  };
+  const std::vector<RenderedFrame> right = render(0, 2);
+  const std::vector<RenderedFrame> wrong = render(0.3, 2);
+  const std::vector<RenderedFrame> again = render(0.3, 1);
+  std::size_t num_mislabelled = 0;
+  for (std::size_t i = 0; i < right.size(); ++i) {
+    EXPECT_EQ(wrong[i].color.pixels, right[i].color.pixels);
+    EXPECT_EQ(wrong[i].depth.pixels, right[i].depth.pixels);
+    EXPECT_EQ(wrong[i].labels.pixels, again[i].labels.pixels);
+    num_mislabelled += wrong[i].labels.pixels != right[i].labels.pixels ? 1 : 0;
+  }
+  EXPECT_GT(num_mislabelled, right.size() / 4);
+}
+
 // The laser changes nothing of the pictures, lists and truth.
 TEST(Synthesize, RecordingWithLaserHasTheSameFramesAndFiles) {
   SynthesizeOptions options = SmallSite();
