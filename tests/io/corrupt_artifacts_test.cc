@@ -14,6 +14,7 @@
 #include "pipeline/io/matches_io.h"
 #include "pipeline/io/odometry_io.h"
 #include "pipeline/io/queries_io.h"
+#include "pipeline/io/things_io.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/planar/floors_io.h"
 #include "pipeline/planar/path_io.h"
@@ -244,6 +245,14 @@ TEST_F(CorruptArtifactsTest, Cameras) {
   ExpectText("a.json", CamerasToJson(SomeCameras()), [](const Path& path) { ReadCameras(path); });
 }
 
+TEST_F(CorruptArtifactsTest, Things) {
+  Thing thing{"sofa_1", "sofa", {0.5, {1, 2}}, 0, {0.9, 2, 0.8}, 3, 0.75};
+  thing.best_view = {1'000'000'000, "a.png", {1, 2, 30, 40}};
+  Thing other = thing;
+  other.name = "sofa_2";
+  ExpectText("a.json", ThingsToJson({thing, other}), [](const Path& path) { ReadThings(path); });
+}
+
 TEST_F(CorruptArtifactsTest, Queries) {
   ExpectText("a.csv", SomeQueries(), [](const Path& path) { ReadQueries(path); });
 }
@@ -276,13 +285,14 @@ TEST_F(CorruptArtifactsTest, DeeplyNestedJson) {
   const auto tile = folder_.Write("tile_0_0.json", SomeTile());
   const auto csv = folder_.Write("a.csv", "x_m,y_m,heading_rad,distance_m,leg_idx\n0,0,0,0,0\n");
   for (const std::string field :
-       {"format", "version", "cameras", "floors", "keyframes", "config", "skipped"}) {
+       {"format", "version", "cameras", "floors", "keyframes", "things", "config", "skipped"}) {
     const std::string config = field == "config" ? "" : R"("config": "keyframe_stride = 1", )";
     const std::string text =
         R"({"format": "nightmap floors", )" + config + "\"" + field + "\": " + deep + "}";
     const auto path = folder_.Write("deep.json", text);
     EXPECT_THROW(ReadFloors(path), DataError);
     EXPECT_THROW(ReadTile(path), DataError);
+    EXPECT_THROW(ReadThings(path), DataError);
     EXPECT_THROW(ReadCameras(path), DataError);
     EXPECT_THROW(ReadPlannedPath(csv, path), DataError);
     EXPECT_THROW(SumOfReports({path}, field), DataError);

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/things/upright_box.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+namespace nightmap {
+namespace {
+
+constexpr double kStrayShare = 0.01;  // of the points that may lie beyond a side
+constexpr double kRadPerDeg = std::numbers::pi / 180;
+constexpr double kCoarse_deg = 2;
+constexpr double kFine_deg = 0.25;
+
+// A place of the footprint, and how many points are above it.
+struct FootprintCell {
+  Eigen::Vector2d place;
+  double weight = 0;
+};
+
+// Places are relative to the first, so that angles turn about the thing and not about the map.
+std::vector<FootprintCell> FootprintOf(const std::vector<Eigen::Vector3d>& points) {
+  std::map<std::pair<double, double>, double> weights;
+  for (const Eigen::Vector3d& point : points) ++weights[{point.x(), point.y()}];
+  std::vector<FootprintCell> cells;
+  for (const auto& [place, weight] : weights) {
+    cells.push_back(
+        {Eigen::Vector2d(place.first, place.second) - points.front().head<2>(), weight});
+  }
+  return cells;
+}
+
+struct Span {
+  double min = 0;
+  double max = 0;
+};
+
+// What is left of weighted values without strays at both ends.
+Span SpanOf(std::vector<std::pair<double, double>> values_and_weights) {
+  std::ranges::sort(values_and_weights);
+  double sum = 0;
+  for (const auto& [value, weight] : values_and_weights) sum += weight;
+  const auto end = [&](auto begin, auto stop) {
+    double passed = 0;
+    for (auto at = begin; at != stop; ++at) {
+      passed += at->second;
+      if (passed > kStrayShare * sum) return at->first;
+    }
+    return begin->first;
+  };
+  return {end(values_and_weights.begin(), values_and_weights.end()),
+          end(values_and_weights.rbegin(), values_and_weights.rend())};
+}
+
+Span SpanAlong(const std::vector<FootprintCell>& cells, const Eigen::Vector2d& axis) {
+  std::vector<std::pair<double, double>> values;
+  values.reserve(cells.size());
+  for (const FootprintCell& cell : cells) values.emplace_back(axis.dot(cell.place), cell.weight);
+  return SpanOf(std::move(values));
+}
+
+double Closeness(const std::vector<FootprintCell>& cells, double heading_rad, double near_m) {
+  const Eigen::Vector2d x(std::cos(heading_rad), std::sin(heading_rad));
+  const Eigen::Vector2d y(-x.y(), x.x());
+  const Span along_x = SpanAlong(cells, x), along_y = SpanAlong(cells, y);
+  const auto to_end_m = [](const Span& span, double value) {
+    return std::min(std::abs(value - span.min), std::abs(value - span.max));
+  };
+  double sum = 0;
+  for (const FootprintCell& cell : cells) {
+    const double distance_m =
+        std::min(to_end_m(along_x, x.dot(cell.place)), to_end_m(along_y, y.dot(cell.place)));
+    sum += cell.weight / std::max(distance_m, near_m);
+  }
+  return sum;
+}
+
+double HeadingOf(const std::vector<FootprintCell>& cells, double resolution_m) {
+  double best_deg = 0, best_closeness = -1;
+  const auto search = [&](double from_deg, double to_deg, double step_deg) {
+    for (double deg = from_deg; deg < to_deg; deg += step_deg) {
+      const double closeness = Closeness(cells, deg * kRadPerDeg, resolution_m / 2);
+      if (closeness <= best_closeness) continue;
+      best_closeness = closeness;
+      best_deg = deg;
+    }
+  };
+  search(0, 90, kCoarse_deg);
+  const double coarse_deg = best_deg;
+  search(coarse_deg - kCoarse_deg, coarse_deg + kCoarse_deg, kFine_deg);
+  return (best_deg < 0 ? best_deg + 90 : best_deg) * kRadPerDeg;
+}
+
+}  // namespace
+
+UprightBox FitBox(const std::vector<Eigen::Vector3d>& points_in_map, double resolution_m) {
+  const std::vector<FootprintCell> cells = FootprintOf(points_in_map);
+  UprightBox box;
+  box.map_from_box = {HeadingOf(cells, resolution_m), points_in_map.front().head<2>()};
+  const double heading_rad = box.map_from_box.heading_rad;
+  const Eigen::Vector2d x(std::cos(heading_rad), std::sin(heading_rad));
+  std::vector<std::pair<double, double>> heights;
+  for (const Eigen::Vector3d& point : points_in_map) heights.emplace_back(point.z(), 1);
+  const Span spans[] = {SpanAlong(cells, x),
+                        SpanAlong(cells, Eigen::Vector2d(-x.y(), x.x())),
+                        SpanOf(std::move(heights))};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double centre = (spans[axis].min + spans[axis].max) / 2;
+    const double half = std::max(spans[axis].max - spans[axis].min, resolution_m) / 2;
+    box.extent.min()[axis] = centre - half;
+    box.extent.max()[axis] = centre + half;
+  }
+  return box;
+}
+
+}  // namespace nightmap
