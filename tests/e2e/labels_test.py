@@ -112,6 +112,42 @@ class LabelsTest(unittest.TestCase):
         self.assertTrue(all(path.stat().st_mtime_ns != time for path, time in zip(receipts, before)))
         self.make(work, "verify")
 
+    def voxels(self, work):
+        """Heights of the centres and classes of the labelled voxels."""
+        with h5py.File(work.path("voxel_labels/voxels.h5")) as file:
+            weights, labels, first = (np.ravel(file[name]) for name in ("vote_weight", "vote_label", "vote_offset"))
+            best = [labels[a + np.argmax(weights[a:b])] for a, b in zip(first, first[1:])]
+            return (file["key"][:, 2] + 0.5) * file["resolution_m"][0], np.array(best)
+
+    def test_voxels_have_the_classes_of_the_label_pictures(self):
+        height_m, label = self.voxels(self.work)
+        report = json.loads(self.work.path("voxel_labels/report.json").read_text())
+        self.assertEqual(report["num_labelled_voxels"], len(label))
+        floor, wall = (label == CLASSES.index(name) for name in ("floor", "wall"))
+        self.assertGreater(floor.sum(), 1000)
+        self.assertGreater(wall.sum(), 1000)
+        self.assertGreater((np.abs(height_m[floor]) < 0.1).mean(), 0.98)
+        self.assertGreater((height_m[wall] > 0.1).mean(), 0.9)
+        self.assertFalse(np.isin(label, [CLASSES.index(name) for name in MOVING]).any())
+        legend = json.loads(self.work.path("voxel_labels/legend.json").read_text())
+        self.assertEqual([entry["num_voxels"] for entry in legend["classes"]], list(np.bincount(label, minlength=len(CLASSES))))
+
+    def test_another_palette_colors_again_and_runs_nothing_else(self):
+        work = self.work.copy()
+        self.addCleanup(work.remove)
+        before, tree = work.runs(), work.path("voxel_labels/map.ot").read_bytes()
+        colors = [f'"#0000{label:02x}"' for label in range(len(CLASSES))]
+        self.make(work, "map", f"SET=join_labels.palette=[{','.join(colors)}]")
+        after = work.runs()
+        self.assertEqual({job for job in after if after[job] != before[job]}, {"join_labels"})
+        changed = work.path("voxel_labels/map.ot").read_bytes()
+        self.assertEqual(len(changed), len(tree))
+        nodes = np.frombuffer(changed.split(b"data\n", 1)[1], np.uint8).reshape(-1, 8)
+        colored = nodes[(nodes[:, 4:7] != 255).any(axis=1)]
+        self.assertTrue((colored[:, 4:6] == 0).all() and (colored[:, 6] < len(CLASSES)).all())
+        self.assertEqual(self.voxels(work)[1].tolist(), self.voxels(self.work)[1].tolist())
+        self.assertIn("palette has 1 colors for 14 classes", self.make(work, "map", 'SET=join_labels.palette=["#000000"]', code=2))
+
     def test_queries_are_masked_too(self):
         work = self.work.copy()
         self.addCleanup(work.remove)
