@@ -13,6 +13,10 @@
 #include "pipeline/base/parallel.h"
 #include "stages/things/clusters.h"
 #include "stages/things/complete_box.h"
+<<<<<<< HEAD
+=======
+#include "stages/things/join_parts.h"
+>>>>>>> h_things
 #include "stages/things/views.h"
 
 namespace nightmap {
@@ -66,6 +70,7 @@ void SetFrame(const UprightBox& box, const Eigen::Vector2d& direction_in_map, Th
   thing->bottom_m = Rounded(box.extent.min().z(), 1000);
 }
 
+<<<<<<< HEAD
 Thing MakeThing(const ThingsOptions& options,
                 const CompletionOptions& completion,
                 const ThingsInputs& inputs,
@@ -87,6 +92,54 @@ Thing MakeThing(const ThingsOptions& options,
   thing.confidence = Rounded(cluster.mean_share, 1e4);
   return thing;
 }
+=======
+// What all things of a run need.
+class ThingMaker {
+ public:
+  ThingMaker(const ThingsOptions& options,
+             const ThingsInputs& inputs,
+             const std::vector<std::uint8_t>& labels)
+      : options_(options), inputs_(inputs), space_(inputs.leaves, inputs.voxels) {
+    completion_.max_hidden_m = options.max_hidden_m;
+    for (const std::uint8_t label : labels) completion_.is_thing_class[label] = true;
+  }
+
+  UprightBox BoxOf(const Cluster& cluster) const {
+    const Points points = PointsOf(cluster);
+    UprightBox box = FitBox(points, inputs_.voxels.resolution_m);
+    CompletionOptions of_class = completion_;
+    of_class.label = cluster.label;
+    CompleteBox(of_class, space_, points, &box);
+    return box;
+  }
+
+  Thing Make(const Cluster& cluster) const {
+    const ThingViews views = FindViews(
+        space_, PointsOf(cluster), inputs_.keyframes, inputs_.cameras, options_.max_range_m);
+    Thing thing;
+    thing.class_name = inputs_.voxels.classes[cluster.label];
+    SetFrame(BoxOf(cluster), views.direction_in_map, &thing);
+    thing.num_views = views.num_views;
+    thing.best_view = views.best;
+    thing.confidence = Rounded(cluster.mean_share, 1e4);
+    return thing;
+  }
+
+ private:
+  Points PointsOf(const Cluster& cluster) const {
+    Points points;
+    for (const std::size_t i : cluster.voxels) {
+      points.push_back(VoxelCentre(inputs_.voxels.keys[i], inputs_.voxels.resolution_m));
+    }
+    return points;
+  }
+
+  const ThingsOptions& options_;
+  const ThingsInputs& inputs_;
+  LabelledSpace space_;
+  CompletionOptions completion_;
+};
+>>>>>>> h_things
 
 // By the text of the name, so that classes "arm chair" and "arm_chair" have no thing of one name.
 void NumberThings(std::vector<Thing>* things) {
@@ -130,6 +183,7 @@ std::vector<Thing> RunThings(const ThingsOptions& options,
                      inputs.voxels.resolution_m);
   }
   const auto labels = ListedLabels(options, inputs.voxels.classes);
+<<<<<<< HEAD
   const auto clusters =
       FindClusters({labels, options.min_share, options.tolerance_voxels, options.min_voxels},
                    inputs.voxels,
@@ -143,6 +197,21 @@ std::vector<Thing> RunThings(const ThingsOptions& options,
     CompletionOptions of_class = completion;
     of_class.label = clusters[i].label;
     things[i] = MakeThing(options, of_class, inputs, space, clusters[i]);
+=======
+  auto clusters =
+      FindClusters({labels, options.min_share, options.tolerance_voxels, options.min_voxels},
+                   inputs.voxels,
+                   num_threads);
+  const ThingMaker maker(options, inputs, labels);
+  std::vector<UprightBox> boxes(clusters.size());
+  ParallelFor(
+      boxes.size(), num_threads, [&](std::size_t i) { boxes[i] = maker.BoxOf(clusters[i]); });
+  clusters = JoinParts(inputs.voxels, clusters, boxes);
+  std::vector<Thing> things(clusters.size());
+  progress.Start(clusters.size());
+  ParallelFor(clusters.size(), num_threads, [&](std::size_t i) {
+    things[i] = maker.Make(clusters[i]);
+>>>>>>> h_things
     progress.Advance();
   });
   progress.Finish();

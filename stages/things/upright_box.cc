@@ -12,6 +12,10 @@ namespace {
 
 constexpr double kStrayShare = 0.01;  // of the points that may lie beyond a side
 constexpr double kRadPerDeg = std::numbers::pi / 180;
+<<<<<<< HEAD
+=======
+constexpr double kLayer = 0.95;  // voxels; less than one, so that a layer of the grid is alone
+>>>>>>> h_things
 constexpr double kCoarse_deg = 2;
 constexpr double kFine_deg = 0.25;
 
@@ -38,6 +42,7 @@ struct Span {
   double max = 0;
 };
 
+<<<<<<< HEAD
 // What is left of weighted values without strays at both ends.
 Span SpanOf(std::vector<std::pair<double, double>> values_and_weights) {
   std::ranges::sort(values_and_weights);
@@ -66,6 +71,51 @@ double Closeness(const std::vector<FootprintCell>& cells, double heading_rad, do
   const Eigen::Vector2d x(std::cos(heading_rad), std::sin(heading_rad));
   const Eigen::Vector2d y(-x.y(), x.x());
   const Span along_x = SpanAlong(cells, x), along_y = SpanAlong(cells, y);
+=======
+using Values = std::vector<std::pair<double, double>>;  // and their weights
+
+// The mean of the values behind the strays, up to `layer_m` from the first of them.
+template <typename Iterator>
+double EndOf(Iterator at, Iterator stop, double stray_weight, double layer_m) {
+  while (at->second <= stray_weight) stray_weight -= (at++)->second;
+  const double first = at->first;
+  double sum = 0, weight = 0;
+  for (; at != stop && std::abs(at->first - first) <= layer_m; ++at) {
+    sum += at->second * (at->first - first);
+    weight += at->second;
+  }
+  return first + sum / weight;
+}
+
+// Where the outer layers of the values are in the mean.
+Span SpanOf(Values values, double layer_m) {
+  std::ranges::sort(values);
+  double sum = 0;
+  for (const auto& [value, weight] : values) sum += weight;
+  return {EndOf(values.begin(), values.end(), kStrayShare * sum, layer_m),
+          EndOf(values.rbegin(), values.rend(), kStrayShare * sum, layer_m)};
+}
+
+// A surface across the axis goes through voxels whose centres are so far apart along it.
+double LayerAlong(const Eigen::Vector2d& axis, double resolution_m) {
+  return kLayer * resolution_m * axis.cwiseAbs().sum();
+}
+
+Span SpanAlong(const std::vector<FootprintCell>& cells,
+               const Eigen::Vector2d& axis,
+               double resolution_m) {
+  Values values;
+  values.reserve(cells.size());
+  for (const FootprintCell& cell : cells) values.emplace_back(axis.dot(cell.place), cell.weight);
+  return SpanOf(std::move(values), LayerAlong(axis, resolution_m));
+}
+
+double Closeness(const std::vector<FootprintCell>& cells, double heading_rad, double resolution_m) {
+  const Eigen::Vector2d x(std::cos(heading_rad), std::sin(heading_rad));
+  const Eigen::Vector2d y(-x.y(), x.x());
+  const Span along_x = SpanAlong(cells, x, resolution_m);
+  const Span along_y = SpanAlong(cells, y, resolution_m);
+>>>>>>> h_things
   const auto to_end_m = [](const Span& span, double value) {
     return std::min(std::abs(value - span.min), std::abs(value - span.max));
   };
@@ -73,7 +123,11 @@ double Closeness(const std::vector<FootprintCell>& cells, double heading_rad, do
   for (const FootprintCell& cell : cells) {
     const double distance_m =
         std::min(to_end_m(along_x, x.dot(cell.place)), to_end_m(along_y, y.dot(cell.place)));
+<<<<<<< HEAD
     sum += cell.weight / std::max(distance_m, near_m);
+=======
+    sum += cell.weight / std::max(distance_m, resolution_m / 2);
+>>>>>>> h_things
   }
   return sum;
 }
@@ -82,7 +136,11 @@ double HeadingOf(const std::vector<FootprintCell>& cells, double resolution_m) {
   double best_deg = 0, best_closeness = -1;
   const auto search = [&](double from_deg, double to_deg, double step_deg) {
     for (double deg = from_deg; deg < to_deg; deg += step_deg) {
+<<<<<<< HEAD
       const double closeness = Closeness(cells, deg * kRadPerDeg, resolution_m / 2);
+=======
+      const double closeness = Closeness(cells, deg * kRadPerDeg, resolution_m);
+>>>>>>> h_things
       if (closeness <= best_closeness) continue;
       best_closeness = closeness;
       best_deg = deg;
@@ -102,11 +160,19 @@ UprightBox FitBox(const std::vector<Eigen::Vector3d>& points_in_map, double reso
   box.map_from_box = {HeadingOf(cells, resolution_m), points_in_map.front().head<2>()};
   const double heading_rad = box.map_from_box.heading_rad;
   const Eigen::Vector2d x(std::cos(heading_rad), std::sin(heading_rad));
+<<<<<<< HEAD
   std::vector<std::pair<double, double>> heights;
   for (const Eigen::Vector3d& point : points_in_map) heights.emplace_back(point.z(), 1);
   const Span spans[] = {SpanAlong(cells, x),
                         SpanAlong(cells, Eigen::Vector2d(-x.y(), x.x())),
                         SpanOf(std::move(heights))};
+=======
+  Values heights;
+  for (const Eigen::Vector3d& point : points_in_map) heights.emplace_back(point.z(), 1);
+  const Span spans[] = {SpanAlong(cells, x, resolution_m),
+                        SpanAlong(cells, Eigen::Vector2d(-x.y(), x.x()), resolution_m),
+                        SpanOf(std::move(heights), kLayer * resolution_m)};
+>>>>>>> h_things
   for (int axis = 0; axis < 3; ++axis) {
     const double centre = (spans[axis].min + spans[axis].max) / 2;
     const double half = std::max(spans[axis].max - spans[axis].min, resolution_m) / 2;

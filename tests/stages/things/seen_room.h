@@ -103,12 +103,25 @@ class SeenRoom {
           end_m = *at_m;
           hit = &solid;
         }
+<<<<<<< HEAD
         const auto voxel = [&](double at_m) -> Voxel& {
           return (*voxels)[PackVoxel(
               VoxelOf(map_from_camera.translation + at_m * direction, resolution_m_))];
         };
         for (double at_m = 0; at_m < end_m; at_m += resolution_m_ / 2) voxel(at_m);
         if (hit) ++voxel(end_m + 1e-6).hits[hit->label];
+=======
+        const auto key_at = [&](double at_m) {
+          return PackVoxel(VoxelOf(map_from_camera.translation + at_m * direction, resolution_m_));
+        };
+        std::uint64_t last = 0;
+        for (double at_m = 0; at_m < end_m; at_m += resolution_m_ / 2) {
+          const std::uint64_t key = key_at(at_m);
+          if (key != last) voxels->try_emplace(key);
+          last = key;
+        }
+        if (hit) ++(*voxels)[key_at(end_m + 1e-6)].hits[hit->label];
+>>>>>>> h_things
       }
     }
   }
