@@ -17,7 +17,7 @@ PROFILE ?=
 SET ?=
 ## SEED        seed of every stage that draws random numbers (a synthetic recording has its own)
 SEED ?= 0
-## START GOAL  ends of plan and drive: two places, queries or objects on one floor, see configs/default/plan.toml
+## START GOAL  ends of plan and drive: places, queries, objects or things on one floor, see configs/default/plan.toml
 START ?=
 GOAL ?=
 ## QUERY       more to localize, as in QUERY="start.jpg goal.jpg": pictures, folders or .txt lists, anywhere; of a laser map, logs of scans

@@ -78,6 +78,19 @@ void GridCanvas::Line(const Eigen::Vector2d& from_in_map,
   cv::line(ToMat(image_), from, to, ToScalar(color), thickness_px, line_type_, kShift);
 }
 
+void GridCanvas::Rectangle(const Rigid2& map_from_rectangle,
+                           const Eigen::Vector2d& size_m,
+                           const Rgb& color,
+                           int thickness_px) {
+  const auto corner = [&](double x, double y) {
+    return map_from_rectangle * Eigen::Vector2d(x * size_m.x() / 2, y * size_m.y() / 2);
+  };
+  Line(corner(-1, -1), corner(1, -1), color, thickness_px);
+  Line(corner(1, -1), corner(1, 1), color, thickness_px);
+  Line(corner(1, 1), corner(-1, 1), color, thickness_px);
+  Line(corner(-1, 1), corner(-1, -1), color, thickness_px);
+}
+
 void GridCanvas::Disc(const Eigen::Vector2d& center_in_map, double radius_px, const Rgb& color) {
   const cv::Point center = Fixed(ToPixel(center_in_map));
   const cv::Scalar ink = ToScalar(color);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/geometry/rigid2.h"
 #include "pipeline/io/grid_io.h"
 
 namespace nightmap {
@@ -27,6 +28,11 @@ class GridCanvas {
             const Eigen::Vector2d& to_in_map,
             const Rgb& color,
             int thickness_px = 1);
+  // The outline of a rectangle about the origin of its own frame.
+  void Rectangle(const Rigid2& map_from_rectangle,
+                 const Eigen::Vector2d& size_m,
+                 const Rgb& color,
+                 int thickness_px = 1);
   void Disc(const Eigen::Vector2d& center_in_map, double radius_px, const Rgb& color);
   void Ring(const Eigen::Vector2d& center_in_map, double radius_px, const Rgb& color);
   // Draws discs around all points, but only on white pixels, so that they hide nothing.

@@ -52,6 +52,8 @@ void DrawEnd(GridCanvas& canvas,
              const std::string& label,
              const Rgb& color) {
   const int radius = std::max(4, 2 * Thickness(canvas.Picture()));
+  const auto& box = endpoint.request.box;
+  if (box) canvas.Rectangle(box->map_from_box, box->size_m, color, Thickness(canvas.Picture()));
   if (endpoint.moved_by_m > 0) {
     canvas.Line(endpoint.request.point_in_map, endpoint.point_in_map, color);
     canvas.Ring(endpoint.request.point_in_map, radius, color);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// plan: finds a path on a floor's grid between points, located queries and objects; draws it.
+// plan: finds and draws a path on a floor's grid between points, queries, objects and things.
 #include <spdlog/spdlog.h>
 
+#include "pipeline/io/things_io.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/plan/path_output.h"
@@ -17,6 +18,7 @@ PlanInputs ReadInputs(const PlanOptions& options, StageContext& context) {
   if (context.HasInput("queries")) inputs.queries = ReadQueries(context.Input("queries"));
   if (context.HasInput("trajectory")) inputs.trajectory = ReadTum(context.Input("trajectory"));
   if (context.HasInput("objects")) inputs.objects = ReadObjects(context.Input("objects"));
+  if (context.HasInput("things")) inputs.things = ReadThings(context.Input("things"));
   inputs.floor_idx = PlanFloor(options, inputs);
   inputs.grid = ReadFloorGrid(context, "grid", inputs.floors[inputs.floor_idx]);
   return inputs;
@@ -29,8 +31,7 @@ void Run(const PlanOptions& options, StageContext& context) {
   const auto result = RunPlan(options, inputs, context.GetProgress(), context.NumThreads());
   spdlog::info("on {}, {}", FloorText(result.floor), result.floor.yaml);
   for (const Endpoint& end : result.ends) {
-    spdlog::info(
-        "{} is '{}', moved by {:.3f} m", end.request.role, end.request.text, end.moved_by_m);
+    spdlog::info("{} moved by {:.3f} m", EndText(end.request), end.moved_by_m);
   }
   context.BeginPart("write");
   WriteFile(context.Output("csv"), PathToCsv(result));
@@ -47,10 +48,11 @@ void Run(const PlanOptions& options, StageContext& context) {
 int main(int argc, char** argv) {
   const StageSpec spec{
       "plan",
-      "finds a path on the grid between points, located queries or objects",
+      "finds a path on the grid between points, located queries, objects or things",
       {{"grid", "floors.json of the grid stage, or an imported map.yaml"},
        {"queries", "queries.csv of the job localize", Arity::kOptional},
        {"objects", "objects.yaml, which may name the ends", Arity::kOptional},
+       {"things", "objects.json, which may name them and their classes too", Arity::kOptional},
        {"trajectory", "trajectory to draw on path.png", Arity::kOptional}},
       {{"csv", "path: x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m,z_m,floor"},
        {"json", "ends, legs and figures of the path"},

@@ -10,16 +10,34 @@
 namespace nightmap {
 namespace {
 
+std::string SideText(const EndBox& box, ThingSide side) {
+  if (!box.has_front) return "any";
+  return side == ThingSide::kFront ? "front" : side == ThingSide::kOther ? "other" : "hidden";
+}
+
+nlohmann::ordered_json BoxToJson(const EndBox& box, const Endpoint& endpoint) {
+  return {{"name", box.name},
+          {"x_m", box.map_from_box.translation.x()},
+          {"y_m", box.map_from_box.translation.y()},
+          {"heading_rad", box.map_from_box.heading_rad},
+          {"size_x_m", box.size_m.x()},
+          {"size_y_m", box.size_m.y()},
+          {"distance_m", box.Distance_m(endpoint.point_in_map)},
+          {"side", SideText(box, endpoint.side)}};
+}
+
 nlohmann::ordered_json EndToJson(const PlanResult& result, const Endpoint& endpoint) {
   const EndpointRequest& request = endpoint.request;
-  return {{"request", request.text},
-          {"is_picture", request.is_picture},
-          {"requested_x_m", request.point_in_map.x()},
-          {"requested_y_m", request.point_in_map.y()},
-          {"x_m", endpoint.point_in_map.x()},
-          {"y_m", endpoint.point_in_map.y()},
-          {"z_m", result.floor.height_m},
-          {"moved_by_m", endpoint.moved_by_m}};
+  nlohmann::ordered_json json = {{"request", request.text},
+                                 {"is_picture", request.is_picture},
+                                 {"requested_x_m", request.point_in_map.x()},
+                                 {"requested_y_m", request.point_in_map.y()},
+                                 {"x_m", endpoint.point_in_map.x()},
+                                 {"y_m", endpoint.point_in_map.y()},
+                                 {"z_m", result.floor.height_m},
+                                 {"moved_by_m", endpoint.moved_by_m}};
+  if (request.box) json["box"] = BoxToJson(*request.box, endpoint);
+  return json;
 }
 
 nlohmann::ordered_json LegToJson(const PlanResult& result, std::size_t index) {

@@ -21,14 +21,14 @@ std::string PathToNavYaml(const PlanResult& result);
 // The path's figures, its ends and legs, for report.json.
 nlohmann::ordered_json PathFigures(const PlanResult& result);
 
-// Format nightmap_path, version 3: the floor, the figures, ends as requested and as used, legs, the
-// config.
+// Format nightmap_path, version 3: the floor, the figures, ends as requested and as used (with the
+// rectangle of an object or a thing), legs, the config.
 nlohmann::ordered_json PathToJson(const PlanResult& result, const std::string& config_toml);
 
 // Draws the grid (white free, black occupied, grey unknown), this floor's trajectory in a faint
 // color, the swath of the robot's circle, the path, every end (with the robot's outline if it is a
-// polygon) and a scale bar; y up. Names the floor if there are several. Enlarged by an integer
-// factor.
+// polygon, and the rectangle of an object or a thing) and a scale bar; y up. Names the floor if
+// there are several. Enlarged by an integer factor.
 ColorImage DrawPath(const PlanInputs& inputs,
                     const PlanResult& result,
                     const FootprintOptions& footprint);

@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <utility>
 
 #include "pipeline/base/error.h"
 
@@ -15,15 +16,7 @@ using Path = std::filesystem::path;
 
 constexpr std::size_t kMaxNames = 5;
 
-std::string FewNames(const std::vector<std::string>& names) {
-  std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), kMaxNames); ++i) {
-    text += (i == 0 ? "" : ", ") + names[i];
-  }
-  return text + (names.size() > kMaxNames ? ", ..." : "");
-}
-
-std::string FewNames(const std::vector<const QueryResult*>& queries) {
+std::string FewPaths(const std::vector<const QueryResult*>& queries) {
   std::vector<std::string> names;
   for (const QueryResult* query : queries) names.push_back(query->color_path);
   return FewNames(names);
@@ -61,7 +54,27 @@ std::vector<const QueryResult*> Matching(const std::vector<QueryResult>& queries
   return {};
 }
 
+// How many first letters two names share.
+std::ptrdiff_t NumShared(const std::string& a, const std::string& b) {
+  return std::ranges::mismatch(a, b).in1 - a.begin();
+}
+
+// The names, those that begin most like `name` first.
+std::vector<std::string> MostAlike(const std::string& name, std::vector<std::string> names) {
+  std::ranges::stable_sort(
+      names, std::greater(), [&](const std::string& other) { return NumShared(name, other); });
+  return names;
+}
+
 }  // namespace
+
+std::string FewNames(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kMaxNames); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
+  }
+  return text + (names.size() > kMaxNames ? ", ..." : "");
+}
 
 const QueryResult& FindQuery(const std::vector<QueryResult>& queries,
                              const std::string& kind,
@@ -73,14 +86,14 @@ const QueryResult& FindQuery(const std::vector<QueryResult>& queries,
                     kind,
                     name,
                     queries.size(),
-                    FewNames(all));
+                    FewPaths(all));
   }
   if (matching.size() > 1) {
     throw DataError("{} '{}' fits {} queries ({}): give the whole path",
                     kind,
                     name,
                     matching.size(),
-                    FewNames(matching));
+                    FewPaths(matching));
   }
   if (!matching[0]->IsLocated()) {
     throw DataError("{} '{}' was not located: {} ({})",
@@ -92,19 +105,47 @@ const QueryResult& FindQuery(const std::vector<QueryResult>& queries,
   return *matching[0];
 }
 
-const MapObject& FindObject(const std::vector<MapObject>& objects, const std::string& name) {
+const MapObject* FindObject(const std::vector<MapObject>& objects, const std::string& name) {
   const auto found = std::ranges::find(objects, name, &MapObject::name);
-  if (found != objects.end()) return *found;
-  if (objects.empty()) {
+  return found == objects.end() ? nullptr : &*found;
+}
+
+std::vector<const Thing*> FindThings(const std::vector<Thing>& things, const std::string& name) {
+  const auto found = std::ranges::find(things, name, &Thing::name);
+  if (found != things.end()) return {&*found};
+  std::vector<const Thing*> of_class;
+  for (const Thing& thing : things) {
+    if (thing.class_name == name) of_class.push_back(&thing);
+  }
+  return of_class;
+}
+
+void FailUnknownName(const std::vector<MapObject>& objects,
+                     const std::vector<Thing>& things,
+                     const std::string& name) {
+  if (objects.empty() && things.empty()) {
     throw DataError(
         "object '{}': the map has no objects: name a file of them as `objects` of [import] in the "
-        "site config, or let make report propose some",
+        "site config, let make report propose some in a laser map, or take a profile that finds "
+        "things",
         name);
   }
   std::vector<std::string> names;
+  std::vector<std::string> classes;
   for (const MapObject& object : objects) names.push_back(object.name);
-  throw DataError(
-      "object '{}' is not among the {} of the map ({})", name, names.size(), FewNames(names));
+  for (const Thing& thing : things) {
+    names.push_back(thing.name);
+    if (std::ranges::find(classes, thing.class_name) == classes.end()) {
+      classes.push_back(thing.class_name);
+    }
+  }
+  const std::string known =
+      fmt::format("the {} of the map ({})", names.size(), FewNames(MostAlike(name, names)));
+  if (classes.empty()) throw DataError("object '{}' is not among {}", name, known);
+  throw DataError("object '{}' is not among {}, nor a class of things ({})",
+                  name,
+                  known,
+                  FewNames(MostAlike(name, classes)));
 }
 
 }  // namespace nightmap

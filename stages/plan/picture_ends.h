@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Takes the start and the goal of a path from pictures or laser scans that were located on the map,
-// and from its objects.
+// and from its objects and things.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "pipeline/io/queries_io.h"
+#include "pipeline/io/things_io.h"
 #include "pipeline/planar/objects_io.h"
 
 namespace nightmap {
@@ -19,7 +20,18 @@ const QueryResult& FindQuery(const std::vector<QueryResult>& queries,
                              const std::string& kind,
                              const std::string& name);
 
-// The object of this name. Throws DataError naming a few that exist.
-const MapObject& FindObject(const std::vector<MapObject>& objects, const std::string& name);
+// The object of this name; null when there is none.
+const MapObject* FindObject(const std::vector<MapObject>& objects, const std::string& name);
+
+// The thing of this name, or else all things of the class of this name; there may be none.
+std::vector<const Thing*> FindThings(const std::vector<Thing>& things, const std::string& name);
+
+// Throws DataError naming those objects, things and classes that are spelt most alike.
+[[noreturn]] void FailUnknownName(const std::vector<MapObject>& objects,
+                                  const std::vector<Thing>& things,
+                                  const std::string& name);
+
+// The first few, separated by commas.
+std::string FewNames(const std::vector<std::string>& names);
 
 }  // namespace nightmap

@@ -18,6 +18,11 @@ namespace {
                                   const CostMap& map,
                                   const Endpoint& start,
                                   const Endpoint& goal) {
+  const auto distance_m = [&](const Eigen::Vector2i& cell) {
+    const Eigen::Vector2d point = grid.CenterInMap(cell);
+    return goal.request.box ? goal.request.box->Distance_m(point)
+                            : (point - goal.point_in_map).norm();
+  };
   const auto labels = LabelReachable(map);
   const std::int32_t label = labels[map.Index(start.cell)];
   std::size_t num_reached = 0;
@@ -28,23 +33,21 @@ namespace {
     if (labels[i] != label) continue;
     ++num_reached;
     const Eigen::Vector2i cell = map.Cell(i);
-    if ((cell - goal.cell).squaredNorm() < (nearest - goal.cell).squaredNorm()) nearest = cell;
+    if (distance_m(cell) < distance_m(nearest)) nearest = cell;
   }
   const Eigen::Vector2d point = grid.CenterInMap(nearest);
   const double cell_m2 = grid.resolution_m * grid.resolution_m;
   throw DataError(
-      "no path from {} '{}' to {} '{}': the first reaches {:.2f} m2, at its nearest {:.3f},{:.3f}, "
+      "no path from {} to {}: the first reaches {:.2f} m2, at its nearest {:.3f},{:.3f}, "
       "{:.2f} m from the other, which reaches {:.2f} m2, and no part of the map is within "
       "snap_radius_m of all ends; try a smaller robot, a larger snap_radius_m or unknown = "
       "\"costed\"",
-      start.request.role,
-      start.request.text,
-      goal.request.role,
-      goal.request.text,
+      EndText(start.request),
+      EndText(goal.request),
       cell_m2 * static_cast<double>(num_reached),
       point.x(),
       point.y(),
-      (point - goal.point_in_map).norm(),
+      distance_m(nearest),
       cell_m2 * static_cast<double>(num_around_goal));
 }
 
@@ -142,18 +145,30 @@ void PlanLegs(const PlanOptions& options,
   }
 }
 
+// The robot turns in place to face the thing that it came for.
+void FaceThing(PlanResult& result) {
+  const auto& box = result.ends.back().request.box;
+  PathPoint& last = result.path.back();
+  if (box && box->has_front) last.heading_rad = box->HeadingFrom_rad(last.point_in_map);
+}
+
+std::vector<EndChoices> Requests(const PlanOptions& options, const PlanInputs& inputs) {
+  return MakeRequests(options.start,
+                      options.goal,
+                      {inputs.queries, inputs.trajectory, inputs.objects, inputs.things});
+}
+
 }  // namespace
 
 void PlanOptions::Register(OptionList& list) {
   list.Add("start",
            &start,
            "\"x_m,y_m\" or \"x_m,y_m,z_m\" in the map, \"picture:NAME\", \"scan:NAME\", "
-           "\"object:NAME\", or "
-           "\"\": first located query");
+           "\"object:NAME\" of an object or a thing of the map, or \"\": first located query");
   list.Add("goal",
            &goal,
-           "likewise; several goals, separated by \";\", are visited in order; \"\": last located "
-           "query");
+           "likewise, or \"object:CLASS\": the thing of a class with the shortest way; several "
+           "goals, separated by \";\", are visited in order; \"\": last located query");
   list.Add("floor",
            &floor,
            Range(-1000, 1000),
@@ -167,7 +182,8 @@ void PlanOptions::Register(OptionList& list) {
   list.Add("snap_radius_m",
            &snap_radius_m,
            Range(0.0, 10.0),
-           "how far an end may be moved to a place where the robot can stand; 0: not at all");
+           "how far an end may be moved to a place where the robot can stand, from an object or "
+           "a thing as measured from its rectangle; 0: not at all");
   list.Add("shorten",
            &shorten,
            "pulls the path tight: moves it to the cheapest places nearby and straightens it where "
@@ -175,9 +191,7 @@ void PlanOptions::Register(OptionList& list) {
 }
 
 std::size_t PlanFloor(const PlanOptions& options, const PlanInputs& inputs) {
-  const auto requests =
-      MakeRequests(options.start, options.goal, inputs.queries, inputs.trajectory, inputs.objects);
-  return ChooseFloor(requests, inputs.floors, options.floor);
+  return ChooseFloor(Requests(options, inputs), inputs.floors, options.floor);
 }
 
 PlanResult RunPlan(const PlanOptions& options,
@@ -185,14 +199,14 @@ PlanResult RunPlan(const PlanOptions& options,
                    Progress& progress,
                    int num_threads) {
   progress.Start(3);
-  const auto requests =
-      MakeRequests(options.start, options.goal, inputs.queries, inputs.trajectory, inputs.objects);
+  const auto requests = KeepOnFloor(Requests(options, inputs), inputs.floors, inputs.floor_idx);
   const CostMap map =
       MakeCostMap(inputs.grid, options.cost, CircumscribedRadius_m(options.footprint), num_threads);
   progress.Advance();
   PlanResult result{.floor = inputs.floors[inputs.floor_idx], .ends = {}, .legs = {}, .path = {}};
   result.ends = PlaceEndpoints(inputs.grid, map, requests, options.snap_radius_m);
   PlanLegs(options, inputs.grid, map, result);
+  FaceThing(result);
   progress.Advance();
   CheckFootprint(options, inputs.grid, result);
   progress.Finish();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plans a robot's path over the occupancy grid, from a point, a located query or an object to one
-// or more others.
+// Plans a robot's path over the occupancy grid, from a point, a located query, an object or a thing
+// to one or more others.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,6 +13,7 @@
 #include "pipeline/geometry/rigid3.h"
 #include "pipeline/io/grid_io.h"
 #include "pipeline/io/queries_io.h"
+#include "pipeline/io/things_io.h"
 #include "pipeline/planar/floors_io.h"
 #include "pipeline/planar/objects_io.h"
 #include "stages/plan/cost_map.h"
@@ -22,11 +23,13 @@
 namespace nightmap {
 
 struct PlanOptions {
-  // "x_m,y_m", "x_m,y_m,z_m", "picture:NAME", "scan:NAME", "object:NAME", or empty: the first
-  // located query
+  // "x_m,y_m", "x_m,y_m,z_m", "picture:NAME", "scan:NAME", "object:NAME" of an object or a thing,
+  // or empty: the first located query
   std::string start;
-  std::string goal;  // likewise, several separated by ";"; empty: the last located query
-  int floor = 0;     // for ends without a z
+  // Likewise, or "object:CLASS" of the nearest thing; several separated by ";"; empty: the last
+  // located query
+  std::string goal;
+  int floor = 0;  // for ends without a z
   std::string planner = "any_angle";
   FootprintOptions footprint;
   CostOptions cost;
@@ -44,11 +47,14 @@ struct PlanInputs {
   std::vector<FloorFiles> floors = {FloorFiles{}};
   std::size_t floor_idx = 0;  // index of the grid's floor, from PlanFloor
   std::vector<MapObject> objects = {};
+  std::vector<Thing> things = {};
 };
 
 struct PathPoint {
   Eigen::Vector2d point_in_map = Eigen::Vector2d::Zero();
-  double heading_rad = 0;  // counter-clockwise from x; onward direction, the last point's as before
+  // Counter-clockwise from x; onward direction. The last point's faces the thing that the path ends
+  // at, else it is as before.
+  double heading_rad = 0;
   double distance_m = 0;   // along the path
   int leg_idx = 0;         // leg that the point lies on or ends
   double clearance_m = 0;  // of the point's cell, see CostMap

@@ -90,7 +90,7 @@ TEST(NamedEnds, AScanThatIsUnknownOrWasNotLocatedIsNoEnd) {
   ExpectError("scan:wake.log#1", twice, "scan 'wake.log#1' fits 2 queries");
 }
 
-// The nearest free cells of the column are nearer than its corner, farther than snap_radius_m.
+// The nearest free cells are farther from the column's centre than snap_radius_m.
 TEST(NamedEnds, APathToAnObjectEndsBesideIt) {
   const PlanResult result = Plan(Between("scan:wake.log#1", "object:column"), Hall());
   const Endpoint& goal = result.ends[1];
@@ -110,7 +110,7 @@ TEST(NamedEnds, AnObjectWithoutPlaceAroundItIsRefused) {
   options.snap_radius_m = 0;
   NIGHTMAP_EXPECT_ERROR(DataError,
                         Plan(options, Hall()),
-                        "more than snap_radius_m 0 and half the diagonal of the object, 0.28 m");
+                        "0.25 m from its rectangle at \"1.550,2.350\", more than snap_radius_m 0");
   options.snap_radius_m = 0.3;
   EXPECT_GT(Plan(options, Hall()).ends[1].moved_by_m, 0.28);
 }
