@@ -136,8 +136,10 @@ class LabelsTest(unittest.TestCase):
         work = self.work.copy()
         self.addCleanup(work.remove)
         before, tree = work.runs(), work.path("voxel_labels/map.ot").read_bytes()
-        colors = [f'"#0000{label:02x}"' for label in range(len(CLASSES))]
-        self.make(work, "map", f"SET=join_labels.palette=[{','.join(colors)}]")
+        config = work.folder / f"configs/sites/{SITE}/join_labels.toml"
+        config.parent.mkdir(exist_ok=True)
+        config.write_text(f"palette = {json.dumps([f'#0000{label:02x}' for label in range(len(CLASSES))])}\n")
+        self.make(work, "map")
         after = work.runs()
         self.assertEqual({job for job in after if after[job] != before[job]}, {"join_labels"})
         changed = work.path("voxel_labels/map.ot").read_bytes()
@@ -146,7 +148,8 @@ class LabelsTest(unittest.TestCase):
         colored = nodes[(nodes[:, 4:7] != 255).any(axis=1)]
         self.assertTrue((colored[:, 4:6] == 0).all() and (colored[:, 6] < len(CLASSES)).all())
         self.assertEqual(self.voxels(work)[1].tolist(), self.voxels(self.work)[1].tolist())
-        self.assertIn("palette has 1 colors for 14 classes", self.make(work, "map", 'SET=join_labels.palette=["#000000"]', code=2))
+        config.write_text('palette = ["#000000"]\n')
+        self.assertIn("palette has 1 colors for 14 classes", self.make(work, "map", code=2))
 
     def test_queries_are_masked_too(self):
         work = self.work.copy()
