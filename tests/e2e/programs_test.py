@@ -8,6 +8,7 @@ import tempfile
 import tomllib
 import unittest
 
+from nightly import nightly
 from out_of_range import NO_CHOICE, options, said_of
 from workspace import BUILD, PIPELINE, REPOSITORY
 
@@ -85,6 +86,7 @@ class ProgramsTest(unittest.TestCase):
         for text in (f"{config}:{row + 1}: {name}", *said_of(wrong)):
             self.assertIn(text, result.stderr)
 
+    @nightly  # half a thousand starts of programs; preflight_test asks one value of each
     def test_every_option_out_of_range(self):
         num_checked = 0
         for stage in PIPELINE.programs():
