@@ -42,11 +42,12 @@ foreach(folder ${folders})
   cmake_path(GET folder FILENAME name)
   nightmap_tests(${folder} stage_${name})
 endforeach()
-# End-to-end tests on the stage programs, and the tests of the Python scripts. Those that measure time run alone, as does the
-# one that would keep both cores busy by itself for minutes.
-set(alone accuracy_test chain_test crash_test preflight_test shards_test)
-# These share the sites of tests/e2e/rendered_sites.py.
-set(rendered append_test relocalization_test slam_test)
+# End-to-end tests on the stage programs, and the tests of the Python scripts. They begin before the unit tests (COST), which are
+# short and fill what is left of the cores at the end. Those that measure time run alone.
+set(alone costs_test preflight_test shards_test)
+# Those of a list share sites: those of tests/e2e/rendered_sites.py; the demo building.
+set(rendered_sites relocalization_test slam_test)
+set(demo demo_test two_sensors_test)
 file(GLOB scripts CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/e2e/*_test.py
      ${CMAKE_SOURCE_DIR}/tests/scripts/*_test.py)
 foreach(script ${scripts})
@@ -56,12 +57,15 @@ foreach(script ${scripts})
   add_test(NAME ${group}/${name} COMMAND /usr/bin/python3 -m unittest -v ${name}
            WORKING_DIRECTORY ${folder})
   set_tests_properties(${group}/${name} PROPERTIES
-                       TIMEOUT 1500 ENVIRONMENT NIGHTMAP_BUILD=${CMAKE_BINARY_DIR})
+                       TIMEOUT 1500 COST 100 ENVIRONMENT NIGHTMAP_BUILD=${CMAKE_BINARY_DIR})
   if(name IN_LIST alone)
     set_tests_properties(${group}/${name} PROPERTIES RUN_SERIAL TRUE)
-  elseif(name IN_LIST rendered)
-    set_tests_properties(${group}/${name} PROPERTIES RESOURCE_LOCK rendered_sites)
   endif()
+  foreach(sites rendered_sites demo)
+    if(name IN_LIST ${sites})
+      set_tests_properties(${group}/${name} PROPERTIES RESOURCE_LOCK ${sites})
+    endif()
+  endforeach()
 endforeach()
 # Benchmarks: run by hand; the first lines of each say how.
 file(GLOB benchmarks CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/bench/bench_*.cc)

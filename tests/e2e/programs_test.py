@@ -1,12 +1,16 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """What every program answers without inputs, and that configs/default is what the programs say."""
+import os
+import pathlib
 import subprocess
 import tempfile
 import tomllib
 import unittest
 
-from workspace import BUILD, REPOSITORY
+from nightly import nightly
+from out_of_range import NO_CHOICE, options, said_of
+from workspace import BUILD, PIPELINE, REPOSITORY
 
 # Program -> its default config, those of profiles included.
 DEFAULTS = {path.stem: path for path in [*REPOSITORY.glob("configs/default/*.toml"), *REPOSITORY.glob("configs/*/default/*.toml")]}
@@ -66,6 +70,32 @@ class ProgramsTest(unittest.TestCase):
             self.assertEqual(self.check_config(stage, "not toml").returncode, 2)
 
         self.check_each(check)
+
+    def check_value(self, stage, printed, name, wrong):
+        """Shows the program its own config with another value of one option; it says so and writes nothing."""
+        lines = printed.splitlines()
+        [row] = [row for row, line in enumerate(lines) if line.startswith(f"{name} = ")]
+        lines[row] = f"{name} = " + (f'"{wrong}"' if wrong == NO_CHOICE else wrong)
+        with tempfile.TemporaryDirectory() as folder:
+            config = pathlib.Path(folder) / "wrong.toml"
+            config.write_text("\n".join(lines))
+            result = subprocess.run([BUILD / "run" / stage, "--check-config", "--config", config], cwd=folder,
+                                    capture_output=True, text=True)  # fmt: skip
+            self.assertEqual(os.listdir(folder), [config.name])
+        self.assertEqual(result.returncode, 2, result.stderr)
+        for text in (f"{config}:{row + 1}: {name}", *said_of(wrong)):
+            self.assertIn(text, result.stderr)
+
+    @nightly  # half a thousand starts of programs; preflight_test asks one value of each
+    def test_every_option_out_of_range(self):
+        num_checked = 0
+        for stage in PIPELINE.programs():
+            printed = run(stage, "--print-config").stdout
+            for name, wrong in options(stage):
+                with self.subTest(f"{stage}.{name}={wrong}"):
+                    self.check_value(stage, printed, name, wrong)
+                    num_checked += 1
+        self.assertGreater(num_checked, 240)
 
     def test_command_line_mistakes_exit_with_2(self):
         def check(stage):

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """One building, two sensors: the places of the demo's query pictures, asked for again by laser scans in the map of demo_laser.
-A picture and a scan that are located at one place must agree. Maps are those of accuracy_test, in <build>/accuracy: after it,
-this test takes seconds.
+A picture and a scan that are located at one place must agree. Maps are kept in <build>/accuracy: after demo_test, this test takes
+seconds.
 
 The scans are cast here, in the true boxes of the building, and share no code with the scanner of synthesize.
 """
@@ -13,14 +13,14 @@ import unittest
 
 import numpy as np
 
-import accuracy_test
+import accuracy
 from workspace import REPOSITORY
 
 sys.path.append(str(REPOSITORY / "scripts"))
 from nightmap_eval.trajectory import associate, planar_umeyama, read_tum, umeyama  # noqa: E402
 
-DATA = accuracy_test.FOLDER / "data"
-QUERIES = accuracy_test.FOLDER / "two_sensors.log"
+DATA = accuracy.FOLDER / "data"
+QUERIES = accuracy.FOLDER / "two_sensors.log"
 # The laser as configs/sites/demo_laser has it; it stands still.
 LASER_HEIGHT_M, NUM_BEAMS, MAX_RANGE_M = 0.3, 360, 30.0
 NOISE_M, NOISE_PER_M, MISS_RATIO = 0.01, 0.002, 0.005
@@ -100,14 +100,14 @@ class Located:
 class TwoSensorsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        pictures_dir = accuracy_test.make("demo", DATA, "map", "localize")
-        accuracy_test.make("demo_laser", DATA, "map")
+        pictures_dir = accuracy.make("demo", DATA, "map", "localize")
+        accuracy.make("demo_laser", DATA, "map")
         cls.truth = read_tum(DATA / "demo/queries/groundtruth.txt")
         cls.true_heading_rad = headings_rad(cls.truth.rotations(), 2)
         boxes = boxes_at_height(DATA / "demo_laser/truth/boxes.json", LASER_HEIGHT_M)
         places = zip(cls.truth.positions_m[:, :2], cls.true_heading_rad)
         QUERIES.write_text("".join(scan_line(boxes, i, *place) for i, place in enumerate(places)))
-        scans_dir = accuracy_test.make("demo_laser", DATA, "localize", f"QUERY={QUERIES}")
+        scans_dir = accuracy.make("demo_laser", DATA, "localize", f"QUERY={QUERIES}")
         cls.pictures = Located(pictures_dir, read_tum(DATA / "demo/groundtruth.txt"), umeyama, 2)
         cls.scans = Located(scans_dir, read_tum(DATA / "demo_laser/robot_groundtruth.txt"), planar_umeyama, 0)
 
