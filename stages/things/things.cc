@@ -13,10 +13,7 @@
 #include "pipeline/base/parallel.h"
 #include "stages/things/clusters.h"
 #include "stages/things/complete_box.h"
-<<<<<<< HEAD
-=======
 #include "stages/things/join_parts.h"
->>>>>>> h_things
 #include "stages/things/views.h"
 
 namespace nightmap {
@@ -70,29 +67,6 @@ void SetFrame(const UprightBox& box, const Eigen::Vector2d& direction_in_map, Th
   thing->bottom_m = Rounded(box.extent.min().z(), 1000);
 }
 
-<<<<<<< HEAD
-Thing MakeThing(const ThingsOptions& options,
-                const CompletionOptions& completion,
-                const ThingsInputs& inputs,
-                const LabelledSpace& space,
-                const Cluster& cluster) {
-  Points points;
-  for (const std::size_t i : cluster.voxels) {
-    points.push_back(VoxelCentre(inputs.voxels.keys[i], inputs.voxels.resolution_m));
-  }
-  UprightBox box = FitBox(points, inputs.voxels.resolution_m);
-  CompleteBox(completion, space, points, &box);
-  const ThingViews views =
-      FindViews(space, points, inputs.keyframes, inputs.cameras, options.max_range_m);
-  Thing thing;
-  thing.class_name = inputs.voxels.classes[cluster.label];
-  SetFrame(box, views.direction_in_map, &thing);
-  thing.num_views = views.num_views;
-  thing.best_view = views.best;
-  thing.confidence = Rounded(cluster.mean_share, 1e4);
-  return thing;
-}
-=======
 // What all things of a run need.
 class ThingMaker {
  public:
@@ -139,7 +113,6 @@ class ThingMaker {
   LabelledSpace space_;
   CompletionOptions completion_;
 };
->>>>>>> h_things
 
 // By the text of the name, so that classes "arm chair" and "arm_chair" have no thing of one name.
 void NumberThings(std::vector<Thing>* things) {
@@ -183,21 +156,6 @@ std::vector<Thing> RunThings(const ThingsOptions& options,
                      inputs.voxels.resolution_m);
   }
   const auto labels = ListedLabels(options, inputs.voxels.classes);
-<<<<<<< HEAD
-  const auto clusters =
-      FindClusters({labels, options.min_share, options.tolerance_voxels, options.min_voxels},
-                   inputs.voxels,
-                   num_threads);
-  CompletionOptions completion{.max_hidden_m = options.max_hidden_m};
-  for (const std::uint8_t label : labels) completion.is_thing_class[label] = true;
-  const LabelledSpace space(inputs.leaves, inputs.voxels);
-  std::vector<Thing> things(clusters.size());
-  progress.Start(clusters.size());
-  ParallelFor(clusters.size(), num_threads, [&](std::size_t i) {
-    CompletionOptions of_class = completion;
-    of_class.label = clusters[i].label;
-    things[i] = MakeThing(options, of_class, inputs, space, clusters[i]);
-=======
   auto clusters =
       FindClusters({labels, options.min_share, options.tolerance_voxels, options.min_voxels},
                    inputs.voxels,
@@ -211,7 +169,6 @@ std::vector<Thing> RunThings(const ThingsOptions& options,
   progress.Start(clusters.size());
   ParallelFor(clusters.size(), num_threads, [&](std::size_t i) {
     things[i] = maker.Make(clusters[i]);
->>>>>>> h_things
     progress.Advance();
   });
   progress.Finish();

@@ -50,15 +50,6 @@ struct ThingsInputs {
   std::vector<RgbdCamera> cameras;
 };
 
-<<<<<<< HEAD
-// Groups voxels of one class that touch (at most tolerance_voxels apart) to things, and describes
-// each by an upright box (FitBox), which is completed where nobody saw its end (CompleteBox). The
-// front is the side from which the keyframes see it. Things are in order of their class in the
-// model, those of a class in order of their first voxel by Morton code, and are numbered so from 1.
-// Metres are rounded to millimetres. Same result at any number of threads.
-// Throws UsageError when the model has none of `classes`, InputError when voxels and octree have
-// different resolutions, DataError when a keyframe has no camera.
-=======
 // Groups voxels of one class that touch (at most tolerance_voxels apart) to things, joins what was
 // seen of one in parts (JoinParts), and describes each by an upright box (FitBox), which is
 // completed where nobody saw its end (CompleteBox). The front is the side from which the keyframes
@@ -66,7 +57,6 @@ struct ThingsInputs {
 // voxel by Morton code, and are numbered so from 1. Metres are rounded to millimetres. Same result
 // at any number of threads. Throws UsageError when the model has none of `classes`, InputError when
 // voxels and octree have different resolutions, DataError when a keyframe has no camera.
->>>>>>> h_things
 std::vector<Thing> RunThings(const ThingsOptions& options,
                              const ThingsInputs& inputs,
                              Progress& progress,

@@ -12,10 +12,7 @@ namespace {
 
 constexpr double kStrayShare = 0.01;  // of the points that may lie beyond a side
 constexpr double kRadPerDeg = std::numbers::pi / 180;
-<<<<<<< HEAD
-=======
 constexpr double kLayer = 0.95;  // voxels; less than one, so that a layer of the grid is alone
->>>>>>> h_things
 constexpr double kCoarse_deg = 2;
 constexpr double kFine_deg = 0.25;
 
@@ -42,36 +39,6 @@ struct Span {
   double max = 0;
 };
 
-<<<<<<< HEAD
-// What is left of weighted values without strays at both ends.
-Span SpanOf(std::vector<std::pair<double, double>> values_and_weights) {
-  std::ranges::sort(values_and_weights);
-  double sum = 0;
-  for (const auto& [value, weight] : values_and_weights) sum += weight;
-  const auto end = [&](auto begin, auto stop) {
-    double passed = 0;
-    for (auto at = begin; at != stop; ++at) {
-      passed += at->second;
-      if (passed > kStrayShare * sum) return at->first;
-    }
-    return begin->first;
-  };
-  return {end(values_and_weights.begin(), values_and_weights.end()),
-          end(values_and_weights.rbegin(), values_and_weights.rend())};
-}
-
-Span SpanAlong(const std::vector<FootprintCell>& cells, const Eigen::Vector2d& axis) {
-  std::vector<std::pair<double, double>> values;
-  values.reserve(cells.size());
-  for (const FootprintCell& cell : cells) values.emplace_back(axis.dot(cell.place), cell.weight);
-  return SpanOf(std::move(values));
-}
-
-double Closeness(const std::vector<FootprintCell>& cells, double heading_rad, double near_m) {
-  const Eigen::Vector2d x(std::cos(heading_rad), std::sin(heading_rad));
-  const Eigen::Vector2d y(-x.y(), x.x());
-  const Span along_x = SpanAlong(cells, x), along_y = SpanAlong(cells, y);
-=======
 using Values = std::vector<std::pair<double, double>>;  // and their weights
 
 // The mean of the values behind the strays, up to `layer_m` from the first of them.
@@ -115,7 +82,6 @@ double Closeness(const std::vector<FootprintCell>& cells, double heading_rad, do
   const Eigen::Vector2d y(-x.y(), x.x());
   const Span along_x = SpanAlong(cells, x, resolution_m);
   const Span along_y = SpanAlong(cells, y, resolution_m);
->>>>>>> h_things
   const auto to_end_m = [](const Span& span, double value) {
     return std::min(std::abs(value - span.min), std::abs(value - span.max));
   };
@@ -123,11 +89,7 @@ double Closeness(const std::vector<FootprintCell>& cells, double heading_rad, do
   for (const FootprintCell& cell : cells) {
     const double distance_m =
         std::min(to_end_m(along_x, x.dot(cell.place)), to_end_m(along_y, y.dot(cell.place)));
-<<<<<<< HEAD
-    sum += cell.weight / std::max(distance_m, near_m);
-=======
     sum += cell.weight / std::max(distance_m, resolution_m / 2);
->>>>>>> h_things
   }
   return sum;
 }
@@ -136,11 +98,7 @@ double HeadingOf(const std::vector<FootprintCell>& cells, double resolution_m) {
   double best_deg = 0, best_closeness = -1;
   const auto search = [&](double from_deg, double to_deg, double step_deg) {
     for (double deg = from_deg; deg < to_deg; deg += step_deg) {
-<<<<<<< HEAD
-      const double closeness = Closeness(cells, deg * kRadPerDeg, resolution_m / 2);
-=======
       const double closeness = Closeness(cells, deg * kRadPerDeg, resolution_m);
->>>>>>> h_things
       if (closeness <= best_closeness) continue;
       best_closeness = closeness;
       best_deg = deg;
@@ -160,19 +118,11 @@ UprightBox FitBox(const std::vector<Eigen::Vector3d>& points_in_map, double reso
   box.map_from_box = {HeadingOf(cells, resolution_m), points_in_map.front().head<2>()};
   const double heading_rad = box.map_from_box.heading_rad;
   const Eigen::Vector2d x(std::cos(heading_rad), std::sin(heading_rad));
-<<<<<<< HEAD
-  std::vector<std::pair<double, double>> heights;
-  for (const Eigen::Vector3d& point : points_in_map) heights.emplace_back(point.z(), 1);
-  const Span spans[] = {SpanAlong(cells, x),
-                        SpanAlong(cells, Eigen::Vector2d(-x.y(), x.x())),
-                        SpanOf(std::move(heights))};
-=======
   Values heights;
   for (const Eigen::Vector3d& point : points_in_map) heights.emplace_back(point.z(), 1);
   const Span spans[] = {SpanAlong(cells, x, resolution_m),
                         SpanAlong(cells, Eigen::Vector2d(-x.y(), x.x()), resolution_m),
                         SpanOf(std::move(heights), kLayer * resolution_m)};
->>>>>>> h_things
   for (int axis = 0; axis < 3; ++axis) {
     const double centre = (spans[axis].min + spans[axis].max) / 2;
     const double half = std::max(spans[axis].max - spans[axis].min, resolution_m) / 2;

@@ -27,15 +27,9 @@ struct UprightBox {
 // Points are centres of voxels in the map frame, at least one. The heading is in [0, pi/2): that of
 // the rectangle whose sides most points are near to, each by 1 / distance (the closeness criterion
 // of Zhang, Xu, Dong, Dolan, "Efficient L-Shape Fitting for Vehicle Detection Using Laser
-<<<<<<< HEAD
-// Scanners", IV 2017). So it follows two faces alone as well as a top. The sides go through the
-// centres of the outermost voxels, because a surface goes through the middle of its voxels in the
-// mean; 1 % of the points may lie beyond each, and each size is a voxel at least.
-=======
 // Scanners", IV 2017). So it follows two faces alone as well as a top. Each side goes through the
 // mean of the outermost layer of voxels, because a surface goes through the middle of its voxels in
 // the mean; 1 % of the points may lie beyond it as strays. Each size is a voxel at least.
->>>>>>> h_things
 UprightBox FitBox(const std::vector<Eigen::Vector3d>& points_in_map, double resolution_m);
 
 }  // namespace nightmap

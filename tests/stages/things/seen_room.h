@@ -103,14 +103,6 @@ class SeenRoom {
           end_m = *at_m;
           hit = &solid;
         }
-<<<<<<< HEAD
-        const auto voxel = [&](double at_m) -> Voxel& {
-          return (*voxels)[PackVoxel(
-              VoxelOf(map_from_camera.translation + at_m * direction, resolution_m_))];
-        };
-        for (double at_m = 0; at_m < end_m; at_m += resolution_m_ / 2) voxel(at_m);
-        if (hit) ++voxel(end_m + 1e-6).hits[hit->label];
-=======
         const auto key_at = [&](double at_m) {
           return PackVoxel(VoxelOf(map_from_camera.translation + at_m * direction, resolution_m_));
         };
@@ -121,7 +113,6 @@ class SeenRoom {
           last = key;
         }
         if (hit) ++(*voxels)[key_at(end_m + 1e-6)].hits[hit->label];
->>>>>>> h_things
       }
     }
   }
