@@ -13,11 +13,11 @@ struct FrameLabels::Files {
   static constexpr std::size_t kMaxOpen = 8;
 
   std::map<std::string, std::filesystem::path> paths;  // by file name
-  std::map<std::string, LabelsReader> open;
+  std::map<std::string, std::shared_ptr<const LabelsReader>> open;
   LabelClasses classes;
   std::mutex mutex;
 
-  const LabelsReader& Of(const std::string& name, const FrameRecord& frame) {
+  std::shared_ptr<const LabelsReader> Of(const std::string& name, const FrameRecord& frame) {
     const auto known = open.find(name);
     if (known != open.end()) return known->second;
     const auto path = paths.find(name);
@@ -27,12 +27,12 @@ struct FrameLabels::Files {
                       name);
     }
     if (open.size() >= kMaxOpen) open.clear();
-    const LabelsReader& reader = open.try_emplace(name, path->second).first->second;
-    if (reader.Classes() != classes) {
+    const auto reader = std::make_shared<const LabelsReader>(path->second);
+    if (reader->Classes() != classes) {
       throw DataError("{}: has other classes than the first file of labels; make the labels again",
                       path->second.string());
     }
-    return reader;
+    return open[name] = reader;
   }
 };
 
@@ -47,12 +47,17 @@ const LabelClasses& FrameLabels::Classes() const { return files_->classes; }
 Segmentation FrameLabels::Of(const FrameRecord& frame) const {
   const auto channel = frame.others.find(kLabelsChannel);
   if (channel == frame.others.end()) throw DataError("{}: has no labels", frame.color.path);
-  const std::lock_guard lock(files_->mutex);
-  const LabelsReader& reader = files_->Of(channel->second.path, frame);
-  if (!reader.Has(frame.time_ns)) {
-    throw DataError("{}: {} has no labels of this frame", frame.color.path, channel->second.path);
+  std::shared_ptr<const LabelsReader> reader;
+  PackedLabels packed;
+  {
+    const std::lock_guard lock(files_->mutex);
+    reader = files_->Of(channel->second.path, frame);
+    if (!reader->Has(frame.time_ns)) {
+      throw DataError("{}: {} has no labels of this frame", frame.color.path, channel->second.path);
+    }
+    packed = reader->ReadPacked(frame.time_ns);
   }
-  return reader.Read(frame.time_ns);
+  return reader->Unpack(packed);
 }
 
 }  // namespace nightmap

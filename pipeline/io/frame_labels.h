@@ -14,7 +14,7 @@ namespace nightmap {
 // The channel of a frame that names the file with its labels, and their hash.
 constexpr const char* kLabelsChannel = "labels";
 
-// Several threads may read at once; they take turns.
+// Several threads may read at once.
 class FrameLabels {
  public:
   // `files`: those that the frames' labels channel may name, in any order, at least one. A file is

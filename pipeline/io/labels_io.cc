@@ -9,6 +9,8 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
@@ -41,18 +43,17 @@ std::vector<std::uint8_t> PackImage(const GrayImage& image) {
   return packed;
 }
 
-GrayImage UnpackImage(const std::vector<std::uint8_t>& packed,
-                      int width,
-                      int height,
-                      const std::string& field,
-                      const Hdf5Reader& file) {
+// None when the bytes are damaged.
+std::optional<GrayImage> UnpackImage(const std::vector<std::uint8_t>& packed,
+                                     int width,
+                                     int height) {
   GrayImage image{width, height, 1, {}};
   const std::size_t num_pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  file.Demand(num_pixels / kMaxRatio <= packed.size(), field, "holds fewer pixels than size_px");
+  if (num_pixels / kMaxRatio > packed.size()) return std::nullopt;
   image.pixels.resize(num_pixels);
   uLongf size = num_pixels;
   const int status = uncompress(image.pixels.data(), &size, packed.data(), packed.size());
-  file.Demand(status == Z_OK && size == num_pixels, field, "is damaged");
+  if (status != Z_OK || size != num_pixels) return std::nullopt;
   return image;
 }
 
@@ -172,16 +173,19 @@ PackedLabels LabelsReader::ReadPacked(std::int64_t time_ns) const {
           file_.ReadList<std::uint8_t>(ConfidencesField(time_ns))};
 }
 
-Segmentation LabelsReader::Read(std::int64_t time_ns) const {
-  const PackedLabels packed = ReadPacked(time_ns);
-  const std::string field = LabelsField(time_ns);
-  Segmentation result{
-      UnpackImage(packed.labels, packed.width, packed.height, field, file_),
-      UnpackImage(
-          packed.confidences, packed.width, packed.height, ConfidencesField(time_ns), file_)};
-  const std::uint8_t largest = std::ranges::max(result.labels.pixels);
-  file_.Demand(largest < classes_.names.size(), field, "has a label of no class");
-  return result;
+Segmentation LabelsReader::Read(std::int64_t time_ns) const { return Unpack(ReadPacked(time_ns)); }
+
+Segmentation LabelsReader::Unpack(const PackedLabels& packed) const {
+  const std::string field = LabelsField(packed.time_ns);
+  auto labels = UnpackImage(packed.labels, packed.width, packed.height);
+  auto confidences = UnpackImage(packed.confidences, packed.width, packed.height);
+  file_.Demand(labels.has_value(), field, "is damaged or has fewer pixels than size_px");
+  file_.Demand(confidences.has_value(),
+               ConfidencesField(packed.time_ns),
+               "is damaged or has fewer pixels than size_px");
+  file_.Demand(
+      std::ranges::max(labels->pixels) < classes_.names.size(), field, "has a label of no class");
+  return {*std::move(labels), *std::move(confidences)};
 }
 
 }  // namespace nightmap

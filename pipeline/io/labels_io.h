@@ -72,6 +72,8 @@ class LabelsReader {
   // damaged or have a label of no class.
   PackedLabels ReadPacked(std::int64_t time_ns) const;
   Segmentation Read(std::int64_t time_ns) const;
+  // The second half of Read, for several threads at once.
+  Segmentation Unpack(const PackedLabels& packed) const;
 
  private:
   Hdf5Reader file_;

@@ -59,10 +59,10 @@ class VoxelFinder {
 ColorImage AsColors(const Segmentation& segmentation) {
   const LabelImage& labels = segmentation.labels;
   ColorImage colors{labels.width, labels.height, 3, {}};
-  colors.pixels.reserve(3 * labels.pixels.size());
+  colors.pixels.resize(3 * labels.pixels.size());
   for (std::size_t i = 0; i < labels.pixels.size(); ++i) {
-    colors.pixels.insert(colors.pixels.end(),
-                         {labels.pixels[i], segmentation.confidences.pixels[i], std::uint8_t{0}});
+    colors.pixels[3 * i] = labels.pixels[i];
+    colors.pixels[3 * i + 1] = segmentation.confidences.pixels[i];
   }
   return colors;
 }
@@ -150,6 +150,8 @@ class VoteSums {
 };
 
 }  // namespace
+
+VoxelLabelsOptions::VoxelLabelsOptions() { depth_filter.pixel_stride = 4; }
 
 void VoxelLabelsOptions::Register(OptionList& list) {
   list.Add("keyframe_stride", &keyframe_stride, Range(1, 1000), "uses every Nth keyframe");

@@ -18,6 +18,10 @@
 namespace nightmap {
 
 struct VoxelLabelsOptions {
+  // Every fourth pixel of every fourth row: no voxel of 5 cm within 4 m falls between the rays of a
+  // usual camera.
+  VoxelLabelsOptions();
+
   int keyframe_stride = 1;
   double max_range_m = 4.0;
   DepthFilterOptions depth_filter;
