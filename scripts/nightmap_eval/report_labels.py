@@ -26,32 +26,37 @@ def sections(site, metrics):
         return [html.section(TITLE, html.paragraph("No voxel has a class: no keyframe with labels sees one.", "note"))]
     size_cm = 100 * voxels.resolution_m
     said = (f"{len(voxels.keys)} voxels of {size_cm:.3g} cm have a class: the one that the labels of the keyframes speak for most. "
-            f"The picture shows the highest voxel of each place, up to {HEADROOM_M} m above the floor.")  # fmt: skip
-    images, parts = {}, []
+            f"The picture shows the highest voxel of each place, up to {HEADROOM_M} m above the floor; the cuts show layers of "
+            f"{CUT_THICKNESS_M} m.")  # fmt: skip
+    images, parts = [], []
     for floor in sorted(read_floors(site), key=lambda floor: abs(floor["number"])):
-        images[floor["number"]], picture = _from_above(voxels, floor)
-        parts += [html.image(picture, f"classes of floor {floor['number']} from above"), html.image(_cuts_png(voxels, floor), "cuts")]
-    return [html.section(TITLE, html.paragraph(said), *parts, _sizes(voxels, images.values()), *_accuracy(metrics))]
+        image, extent_m = label_drawing.from_above(voxels, floor["height_m"] - BELOW_FLOOR_M, floor["height_m"] + HEADROOM_M)
+        images.append(image)
+        parts.append(html.image(_above_png(voxels, floor, image, extent_m), f"classes of floor {floor['number']} from above"))
+        parts.append(html.image(_cuts_png(voxels, floor, extent_m), f"cuts through floor {floor['number']}"))
+    return [html.section(TITLE, html.paragraph(said), *parts, _sizes(voxels, images), *_accuracy(metrics))]
 
 
-def _from_above(voxels, floor):
-    image, extent_m = label_drawing.from_above(voxels, floor["height_m"] - BELOW_FLOOR_M, floor["height_m"] + HEADROOM_M)
+def _above_png(voxels, floor, image, extent_m):
     figure, axes = drawing.map_axes(f"Floor {floor['number']} from above")
     axes.set_aspect("equal", adjustable="box")
     label_drawing.draw(axes, voxels, image, extent_m)
     shown = label_drawing.legend_of(voxels, image)
     if shown:
         axes.legend(handles=shown, fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1))
-    return image, drawing.to_png(figure)
+    return drawing.to_png(figure)
 
 
-def _cuts_png(voxels, floor):
-    """Thin layers of the map at two heights."""
+def _cuts_png(voxels, floor, extent_m):
+    """Thin layers of the map at two heights, each over the same part of it."""
     figure, panels = drawing.plt.subplots(1, len(CUTS_M), figsize=(9.5, 4.2))
     for axes, height_m in zip(panels, CUTS_M):
         middle_m = floor["height_m"] + height_m
         layer = label_drawing.from_above(voxels, middle_m - CUT_THICKNESS_M / 2, middle_m + CUT_THICKNESS_M / 2)
         label_drawing.draw(axes, voxels, *layer)
+        axes.set_facecolor(np.array(label_drawing.BACKGROUND) / 255)
+        axes.set_xlim(extent_m[:2])
+        axes.set_ylim(extent_m[2:])
         axes.set_title(f"Floor {floor['number']}, cut at {height_m} m above it", fontsize=10)
         axes.set_xlabel("x (m)")
     panels[0].set_ylabel("y (m)")
@@ -84,7 +89,6 @@ def _accuracy(metrics):
         ("All voxels with the right class (%)", found.get("right_percent")),
         ("Voxels where the building has no surface (%)", found.get("nowhere_percent")),
     ]
-    check(found.get("classes", {}), {}, "evaluate/metrics.json: sections: join_labels")
     for name, of_class in found.get("classes", {}).items():
         check(of_class, {"num_voxels": int, "right_percent": PERCENT}, f"evaluate/metrics.json: sections: join_labels: {name}")
         rows.append((f"{of_class['num_voxels']} voxels of class {name}: right (%)", of_class["right_percent"]))

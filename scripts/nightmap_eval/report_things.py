@@ -8,6 +8,7 @@ from matplotlib.patheffects import withStroke
 from nightmap_eval import drawing, html, label_drawing
 from nightmap_eval.floor_accuracy import read_floors
 from nightmap_eval.grid import read_grid
+from nightmap_eval.thing_accuracy import MIN_IOU
 from nightmap_eval.thing_pictures import thumbnail
 from nightmap_eval.things import read_things
 from nightmap_eval.voxel_labels import read_voxel_labels
@@ -29,7 +30,8 @@ def sections(site, metrics):
         return [html.section(TITLE, html.paragraph("The objects stage did not run.", "note"))]
     if not things:
         return [html.section(TITLE, html.paragraph("No thing was found.", "note"))]
-    said = [html.paragraph(f"{len(things)} things stand in the map. Each box has a name; its front is the side with the thick line and the arrow.")]
+    said = [html.paragraph(f"Things that stand in the map: {len(things)}. Each box has a name; its front is the side with the thick "
+                           "line and the arrow.")]  # fmt: skip
     floors, voxels = read_floors(site), read_voxel_labels(site)
     for floor in sorted(floors, key=lambda floor: abs(floor["number"])):
         standing = [thing for thing in things if floor_of(thing, floors) is floor]
@@ -45,7 +47,7 @@ def floor_of(thing, floors):
 
 
 def _floor_png(site, floor, voxels, things):
-    figure, axes = drawing.map_axes(f"Floor {floor['number']}: {len(things)} things", (9.5, 7.5))
+    figure, axes = drawing.map_axes(f"Things on floor {floor['number']} ({len(things)})", (9.5, 7.5))
     axes.set_aspect("equal", adjustable="box")
     if voxels is not None:
         seen = label_drawing.from_above(voxels, floor["height_m"] - BELOW_FLOOR_M, floor["height_m"] + HEADROOM_M)
@@ -97,7 +99,7 @@ def _accuracy(metrics):
         return []
     rows = [
         ("True things that the map has voxels of", found.get("num_true")),
-        ("Those that the map found, with an intersection over union of 0.5 or more (%)", found.get("found_percent")),
+        (f"Those that the map found, with an intersection over union of {MIN_IOU} or more (%)", found.get("found_percent")),
         ("Median intersection over union, 0 where nothing was found", found.get("iou_median")),
         ("Things of the map that are no such true thing (%)", found.get("false_percent")),
         ("Things of the map that touch no true thing of their class (%)", found.get("nowhere_percent")),

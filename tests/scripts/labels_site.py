@@ -20,8 +20,9 @@ JOB = '\n[objects]\npurpose = "finds things"\nin.voxels = "join_labels.voxels"\n
 RESOLUTION_M = 0.05
 MAP_YAW_RAD, MAP_M = 0.5, np.array([1.0, -2.0, 0.0])  # fake_site.write_site turns and moves the building so
 
-# Far enough apart that no voxel is near two of them; the wall stands beside the poster that hangs on it.
-TABLE, CHAIR = UprightBox(np.array([2.0, 0, 0.7]), np.array([0.6, 0.4, 0.3]), 0.3), UprightBox(np.array([-1.0, 1, 0.7]), np.array([0.25, 0.25, 0.4]), 0)
+# Far enough apart that no voxel is near two of them; nobody saw the far chair.
+TABLE = UprightBox(np.array([2.0, 0, 0.7]), np.array([0.6, 0.4, 0.3]), 0.3)
+CHAIR = UprightBox(np.array([-1.0, 1, 0.7]), np.array([0.25, 0.25, 0.4]), 0)
 FAR_CHAIR = UprightBox(np.array([40.0, 0, 0.7]), np.array([0.25, 0.25, 0.4]), 0)
 WALL = UprightBox(np.array([0, -3.0, 1.0]), np.array([2.0, 0.1, 0.6]), 0)
 BOXES = (("table", TABLE), ("chair", CHAIR), ("wall", WALL))

@@ -18,6 +18,7 @@ from labels_site import CHAIR, TABLE, thing_box, thing_entry
 from nightmap_eval import label_accuracy, label_drawing, report_labels, report_things, thing_accuracy, thing_pictures
 from nightmap_eval.artifacts import to_json
 from nightmap_eval.voxel_labels import VoxelLabels
+from nightmap_site.script_errors import DataError
 
 
 class SectionsTest(unittest.TestCase):
@@ -166,6 +167,14 @@ class WholePageTest(SectionsTest):
         page = self.whole_page()
         self.assertIn("The join_labels stage did not run.", page)
         self.assertIn("The objects stage did not run.", page)
+
+    def test_damaged_figures_are_named(self):
+        labels_site.write_voxels(self.site_dir, labels_site.perfect_parts())
+        labels_site.write_things(self.site_dir, thing_entry("table_1", "table", thing_box(TABLE)))
+        for module, job in ((report_labels, "join_labels"), (report_things, "objects")):
+            for figures in (5, {"has_truth": "yes"}, {"has_truth": True, "nowhere_percent": "much"}):
+                with self.subTest(job, figures=figures), self.assertRaisesRegex(DataError, f"metrics.json: sections: {job}"):
+                    module.sections(self.site(), {"sections": {job: figures}})
 
     def test_figures_are_json(self):
         labels_site.write_voxels(self.site_dir, labels_site.perfect_parts())
