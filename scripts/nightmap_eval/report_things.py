@@ -2,13 +2,12 @@
 """Section of the report on things with names: their boxes on the map, and a table with the picture that shows each best."""
 
 import numpy as np
-from matplotlib.patches import Polygon
-from matplotlib.patheffects import withStroke
 
 from nightmap_eval import drawing, html, label_drawing
 from nightmap_eval.floor_accuracy import read_floors
 from nightmap_eval.grid import read_grid
 from nightmap_eval.thing_accuracy import MIN_IOU
+from nightmap_eval.thing_drawing import draw_things
 from nightmap_eval.thing_pictures import thumbnail
 from nightmap_eval.things import read_things
 from nightmap_eval.voxel_labels import read_voxel_labels
@@ -56,8 +55,7 @@ def _floor_png(site, floor, voxels, things):
         drawing.draw_grid(axes, read_grid(site.folder_of("grid") / floor["yaml"]))
     else:
         _show_all(axes, things)
-    for thing in things:
-        _draw_thing(axes, thing)
+    draw_things(axes, things)
     return drawing.to_png(figure)
 
 
@@ -66,17 +64,6 @@ def _show_all(axes, things):
     corners_m = np.concatenate([np.zeros((1, 2)), *(thing.box.corners_m() for thing in things)])
     axes.set_xlim(corners_m[:, 0].min() - 1, corners_m[:, 0].max() + 1)
     axes.set_ylim(corners_m[:, 1].min() - 1, corners_m[:, 1].max() + 1)
-
-
-def _draw_thing(axes, thing):
-    """The footprint, its front with an arrow out of it, and the name."""
-    corners_m, centre_m, forward = thing.box.corners_m(), thing.box.centre_m[:2], thing.box.axes()[0]
-    front_m = centre_m + thing.box.half_size_m[0] * forward
-    axes.add_patch(Polygon(corners_m, fill=False, edgecolor="black", lw=0.8))
-    axes.plot(*corners_m[1:3].T, color=drawing.RED, lw=2, solid_capstyle="butt")
-    axes.annotate("", front_m + 0.25 * forward, front_m, arrowprops={"arrowstyle": "->", "color": drawing.RED, "lw": 1, "shrinkA": 0, "shrinkB": 0})
-    axes.text(*centre_m, thing.name, fontsize=6, ha="center", va="center", clip_on=True, parse_math=False,
-              path_effects=[withStroke(linewidth=1.5, foreground="white")])  # fmt: skip
 
 
 def _table(site, things):

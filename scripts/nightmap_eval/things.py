@@ -27,7 +27,7 @@ class Thing:
 
 def read_things(site):
     """The things that the job `objects` found; None where it did not run."""
-    path = site.made("objects", "objects")
+    path = site.made("objects", "things")
     if path is None:
         return None
     content = read_object(path, {"format": str, "version": int, "things": [THING]})

@@ -17,6 +17,7 @@ import labels_site
 from labels_site import CHAIR, TABLE, thing_box, thing_entry
 from nightmap_eval import label_accuracy, label_drawing, report_labels, report_things, thing_accuracy, thing_pictures
 from nightmap_eval.artifacts import to_json
+from nightmap_eval.thing_drawing import name_places_m
 from nightmap_eval.voxel_labels import VoxelLabels
 from nightmap_site.script_errors import DataError
 
@@ -147,6 +148,15 @@ class ReportThingsTest(SectionsTest):
         labels_site.write_things(self.site_dir, thing_entry("table_1", "table", thing_box(TABLE)))
         figures = thing_accuracy.evaluate(self.site())
         self.assertRegex(self.section({"sections": {"objects": figures}}), r"0\.5 or more \(%\)</td><td class=.number.>50<")
+
+    def test_names_of_things_at_one_place_stand_below_each_other(self):
+        def thing(x_m):
+            return mock.Mock(box=labels_site.UprightBox(np.array([x_m, 1.0, 0]), np.ones(3), 0))
+        things = [thing(0), thing(0), thing(0.01), thing(9)]
+        for one in things:
+            one.name = "table_1"
+        places = name_places_m(things, 0.01)
+        np.testing.assert_allclose(places, [[0, 1], [0, 0.93], [0.01, 0.86], [9, 1]])
 
     def test_a_thing_is_on_the_highest_floor_below_it(self):
         floors = [{"number": 0, "height_m": 0.0}, {"number": 1, "height_m": 3.0}]
