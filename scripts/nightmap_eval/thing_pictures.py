@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Cuts things out of the pictures of the recording."""
+
+import io
+
+from PIL import Image, ImageDraw
+
+from nightmap_eval import html
+
+WIDTH_PX = 220
+MARGIN = 0.25  # around the thing, of its longer side
+COLOR = (178, 24, 43)
+
+
+def thumbnail(site, thing):
+    """The part of its best view with the thing, framed; a missing picture must not prevent the report."""
+    try:
+        if site.data is None or not thing.color_path or not (site.data / thing.color_path).is_file():
+            raise OSError("no file")
+        with Image.open(site.data / thing.color_path) as picture:
+            cut = cut_out(picture.convert("RGB"), thing.rectangle_px)
+        buffer = io.BytesIO()
+        cut.save(buffer, "JPEG", quality=80)
+    except Exception:  # on a damaged picture Pillow may raise any exception
+        return html.Raw('<span class="note">no picture</span>')
+    return html.image(buffer.getvalue(), thing.color_path, "thumbnail", "image/jpeg")
+
+
+def cut_out(picture, rectangle_px):
+    """The rectangle with a margin and a frame around it, as far as the picture reaches, and no wider or higher than WIDTH_PX."""
+    left, top, right, bottom = rectangle_px
+    margin = round(MARGIN * max(right - left, bottom - top))
+    outer = (max(0, left - margin), max(0, top - margin), min(picture.width, right + margin), min(picture.height, bottom + margin))
+    if outer[0] >= outer[2] or outer[1] >= outer[3]:
+        raise ValueError("the rectangle lies outside of the picture")
+    picture = picture.copy()
+    ImageDraw.Draw(picture).rectangle((left, top, right - 1, bottom - 1), outline=COLOR, width=max(1, (outer[2] - outer[0]) // 100))
+    cut = picture.crop(outer)
+    cut.thumbnail((WIDTH_PX, WIDTH_PX))
+    return cut
