@@ -103,7 +103,7 @@ void WriteSomeLandmarks(const Path& path) {
 void WriteSomeLabels(const Path& path) {
   const GrayImage image{8, 6, 1, std::vector<std::uint8_t>(48, 1)};
   WriteLabels(path,
-              {{{"background", "person"}, {0, 1}, {{{0, 0, 0}}, {{192, 128, 128}}}},
+              {{{"background", "person"}, {0, 1}},
                {PackLabels(3, 1'000, {image, image}), PackLabels(4, 2'000, {image, image})}},
               "size = 1\n");
 }

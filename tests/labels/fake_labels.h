@@ -30,9 +30,7 @@ inline Segmentation LabelsOf(const FrameRecord& frame, const RgbdImages&) {
 }
 
 inline const SegmentationModel kModel{
-    .source = "m.toml",
-    .network = "network.onnx",
-    .classes = {{"background", "person"}, {0, 1}, {{{0, 0, 0}}, {{192, 128, 128}}}}};
+    .source = "m.toml", .network = "network.onnx", .classes = {{"background", "person"}, {0, 1}}};
 
 inline RgbdImages NoPixels(const FrameRecord&) { return {}; }
 

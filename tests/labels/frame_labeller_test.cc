@@ -15,7 +15,7 @@ TEST(MakeLabeller, ReadsLabelPicturesOfTheRecording) {
   labels.pixels[5] = 2;
   WritePng(folder / "class.png", labels);
   WritePng(folder / "size.png", GrayImage{4, 6, 1, std::vector<std::uint8_t>(24, 1)});
-  const SegmentationModel model{.source = "m.toml", .classes = {{"floor", "person"}, {}, {}}};
+  const SegmentationModel model{.source = "m.toml", .classes = {{"floor", "person"}, {}}};
   const FrameLabeller label = MakeLabeller(model, folder.Path());
   const RgbdImages images{{6, 4, 3, std::vector<std::uint8_t>(72)}, {}};
   FrameRecord frame;

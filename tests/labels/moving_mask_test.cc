@@ -9,7 +9,7 @@ namespace nightmap {
 namespace {
 
 constexpr int kWidth = 30, kHeight = 20;
-const LabelClasses kClasses{{"floor", "person", "chair"}, {0, 1, 0}, {}};
+const LabelClasses kClasses{{"floor", "person", "chair"}, {0, 1, 0}};
 
 // A person of one pixel at (10, 8), and a chair beside it.
 Segmentation OnePerson(std::uint8_t confidence) {

@@ -183,7 +183,7 @@ TEST_F(FeaturesTest, AFrameOfAnotherCameraIsDescribed) {
 
 // A model whose labels are pictures: the frames of `has_label` have one.
 SegmentationModel WithPictures() {
-  return {.source = "m.toml", .classes = {{"wall", "person"}, {0, 1}, {}}};
+  return {.source = "m.toml", .classes = {{"wall", "person"}, {0, 1}}};
 }
 
 // Frames are labelled after so many seconds even if they bring nothing new.
