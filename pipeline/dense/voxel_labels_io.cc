@@ -101,7 +101,7 @@ VoxelLabels ReadVoxelLabels(const std::filesystem::path& path) {
   ReadKeys(file, &voxels);
   voxels.num_views = file.ReadList<std::int32_t>("num_views");
   file.Demand(voxels.num_views.size() == voxels.Size() &&
-                  std::ranges::all_of(voxels.num_views, [](std::int32_t n) { return n > 0; }),
+                  std::ranges::all_of(voxels.num_views, [](std::int32_t n) { return n >= 0; }),
               "num_views");
   ReadVotes(file, &voxels);
   return voxels;

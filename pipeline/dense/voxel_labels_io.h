@@ -5,10 +5,10 @@
 // HDF5, for N voxels with V votes:
 //   resolution_m  double[1]     edge of a voxel
 //   key           int32[N x 3]  cube [key, key + 1) * resolution_m in the map frame, in Morton
-//   order num_views     int32[N]      keyframes that labelled the voxel vote_offset   int64[N+1]
-//   first vote of each voxel vote_label    uint8[V]      class; ascending in a voxel vote_weight
-//   float[V]      sum over keyframes of their mean confidence that it is this class text classes
-//   names of the classes by label, one per line
+//   order num_views     int32[N]      keyframes that labelled the voxel; 0: only voxels around it
+//   were vote_offset   int64[N+1] first vote of each voxel vote_label    uint8[V]      class;
+//   ascending in a voxel vote_weight float[V]      sum over keyframes of their mean confidence that
+//   it is this class text classes names of the classes by label, one per line
 #pragma once
 
 #include <cstddef>

@@ -17,7 +17,10 @@ void Run(const VoxelLabelsOptions& options, StageContext& context) {
                options.keyframe_stride,
                options.max_range_m);
   const FrameLabels labels(context.Inputs("labels"));
-  const OccupiedVoxels occupied = ReadOccupiedVoxels(context.Input("tile_ot"));
+  const OccupiedVoxels occupied =
+      ReadOccupiedVoxels(context.Input("tile_ot"),
+                         context.Inputs("near_ot"),
+                         source.region.inside.Grown(source.region.overlap_m));
   context.BeginPart("vote");
   const VoxelLabelsResult result = RunVoxelLabels(
       options,
@@ -32,7 +35,7 @@ void Run(const VoxelLabelsOptions& options, StageContext& context) {
   WriteVoxelLabels(context.Output("tile_labels"), result.voxels, context.ConfigToml());
   context.Report()["num_keyframes_listed"] = source.keyframes.size();
   context.Report()["num_points"] = result.num_points;
-  context.Report()["num_occupied_voxels"] = occupied.codes.size();
+  context.Report()["num_occupied_voxels"] = occupied.own.size();
   context.Report()["num_labelled_voxels"] = result.voxels.Size();
 }
 
@@ -52,7 +55,8 @@ int main(int argc, char** argv) {
         Arity::kAnyNumber,
         PortKind::kByHash},
        {"labels", "labels_NNNN.h5: labels of the frames", Arity::kMany, PortKind::kByHash},
-       {"tile_ot", "tile_X_Y.ot of the octree stage"}},
+       {"tile_ot", "tile_X_Y.ot of the octree stage"},
+       {"near_ot", "tile_X_Y.ot of the tile and its neighbours", Arity::kAnyNumber}},
       {{"tile_labels", "tile_X_Y.h5: votes for each class in each occupied voxel"}}};
   return StageMain(argc, argv, spec, VoxelLabelsOptions{}, Run);
 }

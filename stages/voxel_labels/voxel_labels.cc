@@ -109,43 +109,47 @@ KeyframeVotes VotesOf(const VoxelLabelsOptions& options,
 // Votes of all keyframes.
 class VoteSums {
  public:
-  explicit VoteSums(std::size_t num_voxels) : sums_(num_voxels), num_views_(num_voxels) {}
+  VoteSums(const std::vector<std::uint64_t>& codes, std::size_t num_classes)
+      : table_{codes, num_classes, std::vector<float>(codes.size() * num_classes)},
+        num_views_(codes.size()) {}
 
   void Add(const std::vector<Vote>& votes) {
     for (std::size_t v = 0; v < votes.size(); ++v) {
       if (v == 0 || votes[v].voxel != votes[v - 1].voxel) ++num_views_[votes[v].voxel];
-      auto& sums = sums_[votes[v].voxel];
-      const auto place = std::ranges::lower_bound(sums, votes[v].label, {}, &LabelSum::label);
-      if (place != sums.end() && place->label == votes[v].label) {
-        place->weight += votes[v].weight;
-      } else {
-        sums.insert(place, {votes[v].label, votes[v].weight});
-      }
+      table_.weights[votes[v].voxel * table_.num_classes + votes[v].label] += votes[v].weight;
     }
   }
 
-  VoxelLabels Voxels(const OccupiedVoxels& occupied) const {
+  VoteTable& Table() { return table_; }
+
+  // Those of `own`, which are ascending codes of voxels of the table.
+  VoxelLabels Voxels(const std::vector<std::uint64_t>& own) const {
     VoxelLabels voxels;
-    voxels.resolution_m = occupied.resolution_m;
-    for (std::size_t i = 0; i < sums_.size(); ++i) {
-      if (sums_[i].empty()) continue;
-      voxels.keys.push_back(KeyOfMortonCode(occupied.codes[i]));
-      voxels.num_views.push_back(num_views_[i]);
-      for (const LabelSum& sum : sums_[i]) {
-        voxels.vote_labels.push_back(sum.label);
-        voxels.vote_weights.push_back(sum.weight);
-      }
-      voxels.vote_offsets.push_back(voxels.vote_labels.size());
+    std::size_t i = 0;
+    for (const std::uint64_t code : own) {
+      while (table_.codes[i] < code) ++i;
+      Append(i, &voxels);
     }
     return voxels;
   }
 
  private:
-  struct LabelSum {
-    std::uint8_t label = 0;
-    float weight = 0;
-  };
-  std::vector<std::vector<LabelSum>> sums_;  // by voxel; labels ascend
+  void Append(std::size_t i, VoxelLabels* voxels) const {
+    constexpr float kLeastShare = 0.01F;  // less is left out, which says next to nothing
+    const float* const weights = table_.weights.data() + i * table_.num_classes;
+    const float largest = *std::max_element(weights, weights + table_.num_classes);
+    if (largest <= 0) return;
+    voxels->keys.push_back(KeyOfMortonCode(table_.codes[i]));
+    voxels->num_views.push_back(num_views_[i]);
+    for (std::size_t c = 0; c < table_.num_classes; ++c) {
+      if (weights[c] < kLeastShare * largest) continue;
+      voxels->vote_labels.push_back(static_cast<std::uint8_t>(c));
+      voxels->vote_weights.push_back(weights[c]);
+    }
+    voxels->vote_offsets.push_back(voxels->vote_labels.size());
+  }
+
+  VoteTable table_;
   std::vector<std::int32_t> num_views_;
 };
 
@@ -160,16 +164,32 @@ void VoxelLabelsOptions::Register(OptionList& list) {
            Range(0.1, 100.0),
            "pixels beyond this range do not vote for a label");
   depth_filter.Register(list);
+  spread.Register(list);
 }
 
-OccupiedVoxels ReadOccupiedVoxels(const std::filesystem::path& octree) {
-  OctreeReader reader(octree);
-  OccupiedVoxels occupied{reader.Resolution_m(), {}};
-  while (const auto leaf = reader.Next()) {
-    if (leaf->log_odds < 0) continue;
-    const std::uint64_t num_voxels = std::uint64_t{1} << 3 * leaf->height;
-    for (std::uint64_t i = 0; i < num_voxels; ++i) occupied.codes.push_back(leaf->code + i);
+OccupiedVoxels ReadOccupiedVoxels(const std::filesystem::path& own,
+                                  const std::vector<std::filesystem::path>& near,
+                                  const Rectangle& around) {
+  OccupiedVoxels occupied{OctreeReader(own).Resolution_m(), {}, {}};
+  const auto read = [&](const std::filesystem::path& path, const auto& take) {
+    OctreeReader reader(path);
+    while (const auto leaf = reader.Next()) {
+      if (leaf->log_odds < 0) continue;
+      const std::uint64_t num_voxels = std::uint64_t{1} << 3 * leaf->height;
+      for (std::uint64_t i = 0; i < num_voxels; ++i) take(leaf->code + i);
+    }
+  };
+  read(own, [&](std::uint64_t code) { occupied.own.push_back(code); });
+  occupied.codes = occupied.own;
+  for (const auto& path : near) {
+    read(path, [&](std::uint64_t code) {
+      const auto centre = VoxelCentre(KeyOfMortonCode(code), occupied.resolution_m);
+      if (around.Contains(centre.head<2>())) occupied.codes.push_back(code);
+    });
   }
+  std::ranges::sort(occupied.codes);
+  const auto rest = std::ranges::unique(occupied.codes);  // `own` may be near, too
+  occupied.codes.erase(rest.begin(), rest.end());
   return occupied;
 }
 
@@ -185,7 +205,7 @@ VoxelLabelsResult RunVoxelLabels(const VoxelLabelsOptions& options,
     return RgbdImages{AsColors(labels(keyframe)), source.load_depth(keyframe)};
   };
   const auto ray_tables = MakeRayTables(source.cameras, num_threads);
-  VoteSums sums(occupied.codes.size());
+  VoteSums sums(occupied.codes, classes.size());
   VoxelLabelsResult result;
   result.skipped = FuseKeyframes<KeyframeVotes>(
       labelled,
@@ -205,7 +225,9 @@ VoxelLabelsResult RunVoxelLabels(const VoxelLabelsOptions& options,
         result.num_points += votes.num_points;
         sums.Add(votes.votes);
       });
-  result.voxels = sums.Voxels(occupied);
+  SpreadVotes(options.spread, num_threads, &sums.Table());
+  result.voxels = sums.Voxels(occupied.own);
+  result.voxels.resolution_m = occupied.resolution_m;
   result.voxels.classes = classes;
   return result;
 }

@@ -14,6 +14,7 @@
 #include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/dense/voxel_labels_io.h"
 #include "pipeline/io/labels_io.h"
+#include "stages/voxel_labels/spread_votes.h"
 
 namespace nightmap {
 
@@ -25,20 +26,25 @@ struct VoxelLabelsOptions {
   int keyframe_stride = 1;
   double max_range_m = 4.0;
   DepthFilterOptions depth_filter;
+  SpreadOptions spread;
 
   void Register(OptionList& list);
 };
 
-// The occupied voxels of a tree.
+// Occupied voxels of the smallest size, by their MortonCode, ascending.
 struct OccupiedVoxels {
   double resolution_m = 0;
-  std::vector<std::uint64_t> codes;  // MortonCode of each smallest voxel, ascending
+  std::vector<std::uint64_t> own;    // of the tile, which get labels
+  std::vector<std::uint64_t> codes;  // these, and those beside the tile, whose votes spread to them
 };
-// Throws DataError as OctreeReader.
-OccupiedVoxels ReadOccupiedVoxels(const std::filesystem::path& octree);
+// The tile's octree, and those of it and its neighbours, of which it takes what lies within
+// `around`. Throws DataError as OctreeReader.
+OccupiedVoxels ReadOccupiedVoxels(const std::filesystem::path& own,
+                                  const std::vector<std::filesystem::path>& near,
+                                  const Rectangle& around);
 
 struct VoxelLabelsResult {
-  VoxelLabels voxels;                // only those with a vote
+  VoxelLabels voxels;                // those of `own` for which anything speaks
   std::vector<std::string> skipped;  // one reason for each keyframe left out
   std::size_t num_points = 0;        // depth pixels that voted
 };
@@ -49,9 +55,10 @@ using LabelLoader = std::function<Segmentation(const Keyframe&)>;
 // Every depth pixel votes for its label in the voxel that it falls into, with the confidence of the
 // label as weight. A keyframe's votes for a voxel are divided by its pixels there, so each keyframe
 // counts once, near or far. Pixels in voxels that are not occupied, or beyond max_range_m, do not
-// vote. Keyframes are added in order: same result at any number of threads. Voxels of disjoint
-// parts of a tree get the votes that they get in the whole tree, provided that `source` lacks only
-// keyframes that do not see the part.
+// vote. The votes then spread over what looks like one thing (SpreadVotes). Keyframes are added in
+// order: same result at any number of threads. Before the votes spread, voxels of parts of a tree
+// have the votes that they have in the whole tree, provided that `source` lacks only keyframes that
+// do not see the part.
 VoxelLabelsResult RunVoxelLabels(const VoxelLabelsOptions& options,
                                  const KeyframeSource& source,
                                  const LabelLoader& labels,

@@ -75,7 +75,7 @@ TEST(VoxelLabelsIo, RefusesWhatDoesNotFit) {
   expect([](auto& v) { std::swap(v.keys[0], v.keys[1]); }, "key");
   expect([](auto& v) { v.keys[1] = v.keys[0]; }, "key");
   expect([](auto& v) { v.keys[0].x() = 1 << 15; }, "key");
-  expect([](auto& v) { v.num_views[0] = 0; }, "num_views");
+  expect([](auto& v) { v.num_views[0] = -1; }, "num_views");
   expect([](auto& v) { v.num_views.pop_back(); }, "num_views");
   expect([](auto& v) { v.vote_offsets[1] = 0; }, "vote_offset");
   expect([](auto& v) { v.vote_offsets.pop_back(); }, "vote_offset");
