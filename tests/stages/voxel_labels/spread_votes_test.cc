@@ -85,8 +85,8 @@ TEST(SpreadVotes, WithoutWeightOrIterationsNothingChanges) {
   }
 }
 
-// A table of class 1 on a floor of class 0. Its left part was in few pictures, most of which took it
-// for class 2: the rest of the table corrects them.
+// A table of class 1 on a floor of class 0. Its left part was in few pictures, most of which took
+// it for class 2: the rest of the table corrects them.
 TEST(SpreadVotes, APartThatFewPicturesMistookFollowsTheThing) {
   VoteTable table = Floor([](int x, int) -> Votes {
     if (x >= 12) return {8, 0, 0};
