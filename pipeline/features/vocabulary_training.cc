@@ -15,7 +15,6 @@ namespace nightmap {
 namespace {
 
 using Items = std::vector<int>;  // indices of training descriptors
-constexpr std::size_t kChunk = 2048;
 
 struct Training {
   const std::vector<std::uint8_t>& descriptors;
@@ -34,17 +33,6 @@ struct Clusters {
 
   std::size_t Count(std::size_t size) const { return centres.size() / size; }
 };
-
-std::size_t NumChunks(std::size_t count) { return (count + kChunk - 1) / kChunk; }
-
-// Calls body(position) for all positions; chunks are independent.
-template <typename Body>
-void ForPositions(std::size_t count, int num_threads, const Body& body) {
-  ParallelFor(NumChunks(count), num_threads, [&](std::size_t chunk) {
-    const std::size_t end = std::min(count, (chunk + 1) * kChunk);
-    for (std::size_t i = chunk * kChunk; i < end; ++i) body(i);
-  });
-}
 
 void AppendCentre(const Training& training, int item, std::vector<std::uint8_t>* centres) {
   const std::uint8_t* descriptor = training.Descriptor(item);
@@ -73,7 +61,7 @@ std::vector<std::uint8_t> SeedCentres(const Training& training,
   std::vector<std::int64_t> weights(items.size(), std::numeric_limits<std::int32_t>::max());
   for (int k = 1; k < training.options.branching; ++k) {
     const std::uint8_t* last = &centres[centres.size() - training.size];
-    ForPositions(items.size(), num_threads, [&](std::size_t i) {
+    ParallelForShort(items.size(), num_threads, [&](std::size_t i) {
       const int distance = DescriptorDistance(training.kind, training.Descriptor(items[i]), last);
       weights[i] = std::min<std::int64_t>(weights[i], distance);
     });
@@ -102,7 +90,7 @@ int NearestCentre(const Training& training,
 
 void Assign(const Training& training, const Items& items, int num_threads, Clusters* clusters) {
   std::vector<int> nearest(items.size());
-  ForPositions(items.size(), num_threads, [&](std::size_t i) {
+  ParallelForShort(items.size(), num_threads, [&](std::size_t i) {
     nearest[i] = NearestCentre(training, training.Descriptor(items[i]), *clusters);
   });
   clusters->items.assign(clusters->Count(training.size), {});

@@ -17,7 +17,6 @@ namespace {
 constexpr std::size_t kNumNeighbours = 18;  // that share a face or an edge
 constexpr float kUnseenBond = 0.05F;        // of a voxel that nobody saw
 constexpr float kUnseenWeight = 0.1F;       // of all its votes
-constexpr std::size_t kChunk = 4096;        // voxels that a thread takes at once
 
 struct Bond {
   std::uint32_t neighbour = 0;
@@ -38,15 +37,6 @@ std::vector<VoxelKey> NeighbourOffsets() {
   return offsets;
 }
 
-// Calls visit(voxel) for all, on several threads.
-template <typename Visit>
-void ForVoxels(std::size_t num_voxels, int num_threads, const Visit& visit) {
-  ParallelFor((num_voxels + kChunk - 1) / kChunk, num_threads, [&](std::size_t chunk) {
-    const std::size_t end = std::min(num_voxels, (chunk + 1) * kChunk);
-    for (std::size_t i = chunk * kChunk; i < end; ++i) visit(i);
-  });
-}
-
 class Spreading {
  public:
   Spreading(const SpreadOptions& options, int num_threads, VoteTable* votes)
@@ -55,18 +45,18 @@ class Spreading {
       sums_[i] = std::accumulate(VotesOf(i), VotesOf(i + 1), 0.0F);
     }
     bonds_.resize(sums_.size());
-    ForVoxels(sums_.size(), num_threads_, [&](std::size_t i) { FindBonds(i); });
+    ParallelForShort(sums_.size(), num_threads_, [&](std::size_t i) { FindBonds(i); });
   }
 
   void Run() {
     shares_ = votes_.weights;
-    ForVoxels(sums_.size(), num_threads_, [&](std::size_t i) { Scale(i, 1, &shares_); });
+    ParallelForShort(sums_.size(), num_threads_, [&](std::size_t i) { Scale(i, 1, &shares_); });
     std::vector<float> next(shares_.size());
     for (int iteration = 0; iteration < options_.spread_iterations; ++iteration) {
-      ForVoxels(sums_.size(), num_threads_, [&](std::size_t i) { Step(i, &next); });
+      ParallelForShort(sums_.size(), num_threads_, [&](std::size_t i) { Step(i, &next); });
       std::swap(shares_, next);
     }
-    ForVoxels(sums_.size(), num_threads_, [&](std::size_t i) {
+    ParallelForShort(sums_.size(), num_threads_, [&](std::size_t i) {
       Scale(i, sums_[i] > 0 ? sums_[i] : kUnseenWeight, &shares_);
     });
     votes_.weights = std::move(shares_);

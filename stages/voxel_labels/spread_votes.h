@@ -10,7 +10,7 @@
 namespace nightmap {
 
 struct SpreadOptions {
-  double spread_weight = 16;
+  double spread_weight = 64;
   int spread_iterations = 20;
 
   void Register(OptionList& list);

@@ -155,7 +155,11 @@ class VoteSums {
 
 }  // namespace
 
-VoxelLabelsOptions::VoxelLabelsOptions() { depth_filter.pixel_stride = 4; }
+VoxelLabelsOptions::VoxelLabelsOptions() {
+  depth_filter.pixel_stride = 3;
+  depth_filter.edge_radius_px = 1;
+  depth_filter.max_incidence_rad = 1.5;
+}
 
 void VoxelLabelsOptions::Register(OptionList& list) {
   list.Add("keyframe_stride", &keyframe_stride, Range(1, 1000), "uses every Nth keyframe");
@@ -188,8 +192,8 @@ OccupiedVoxels ReadOccupiedVoxels(const std::filesystem::path& own,
     });
   }
   std::ranges::sort(occupied.codes);
-  const auto rest = std::ranges::unique(occupied.codes);  // `own` may be near, too
-  occupied.codes.erase(rest.begin(), rest.end());
+  const auto rest = std::unique(occupied.codes.begin(), occupied.codes.end());  // `own` may be near
+  occupied.codes.erase(rest, occupied.codes.end());
   return occupied;
 }
 

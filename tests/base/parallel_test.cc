@@ -30,6 +30,14 @@ TEST(ParallelFor, VisitsEveryItemOnce) {
   ParallelFor(0, 4, [](std::size_t) { ADD_FAILURE() << "there is no item"; });
 }
 
+TEST(ParallelForShort, VisitsEveryItemOnce) {
+  for (const std::size_t count : {0, 1, 2048, 5000}) {
+    std::vector<int> visits(count);
+    ParallelForShort(count, 3, [&](std::size_t i) { ++visits[i]; });
+    EXPECT_EQ(visits, std::vector<int>(count, 1));
+  }
+}
+
 TEST(ParallelFor, CarriesTheExceptionOfTheLowestItem) {
   for (const int num_threads : {1, 4}) {
     try {
