@@ -48,6 +48,7 @@ class FrameBackProjector {
 
   // A pixel without the neighbours that a normal needs is kept.
   bool Grazing(int x, int y) const {
+    if (min_cos_incidence_ < 1e-6) return false;
     const int radius = SlopeRadius_px(depth_.At(x, y));
     const auto along_x = Tangent(x, y, radius, 0);
     const auto along_y = Tangent(x, y, 0, radius);

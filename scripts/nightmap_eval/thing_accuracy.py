@@ -29,7 +29,7 @@ def evaluate(site):
     truth = None if voxels is None else true_classes(site, voxels)
     if truth is None:
         return counts
-    is_seen = seen(building.things, alignment.apply(voxels.centres_m()), truth[0], voxels.names)
+    is_seen = seen(building.things, alignment.apply(voxels.centres_m()), truth.nearest, voxels.names)
     found = [(thing.class_name, thing.box.moved(alignment)) for thing in things]
     return counts | {"has_truth": True} | figures(building.things, is_seen, found)
 

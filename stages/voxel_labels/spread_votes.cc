@@ -45,15 +45,23 @@ class Spreading {
       sums_[i] = std::accumulate(VotesOf(i), VotesOf(i + 1), 0.0F);
     }
     bonds_.resize(sums_.size());
-    ParallelForShort(sums_.size(), num_threads_, [&](std::size_t i) { FindBonds(i); });
+    std::vector<std::uint8_t> is_settled(sums_.size());
+    ParallelForShort(sums_.size(), num_threads_, [&](std::size_t i) {
+      FindBonds(i);
+      is_settled[i] = IsSettled(i) ? 1 : 0;
+    });
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      if (is_settled[i] == 0) unsettled_.push_back(i);
+    }
   }
 
   void Run() {
     shares_ = votes_.weights;
     ParallelForShort(sums_.size(), num_threads_, [&](std::size_t i) { Scale(i, 1, &shares_); });
-    std::vector<float> next(shares_.size());
+    std::vector<float> next = shares_;
     for (int iteration = 0; iteration < options_.spread_iterations; ++iteration) {
-      ParallelForShort(sums_.size(), num_threads_, [&](std::size_t i) { Step(i, &next); });
+      ParallelForShort(
+          unsettled_.size(), num_threads_, [&](std::size_t u) { Step(unsettled_[u], &next); });
       std::swap(shares_, next);
     }
     ParallelForShort(sums_.size(), num_threads_, [&](std::size_t i) {
@@ -91,10 +99,10 @@ class Spreading {
   }
 
   void FindBonds(std::size_t i) {
-    static const std::vector<VoxelKey> kOffsets = NeighbourOffsets();
+    static const std::vector<VoxelKey> offsets = NeighbourOffsets();
     const VoxelKey key = KeyOfMortonCode(votes_.codes[i]);
     for (std::size_t k = 0; k < kNumNeighbours; ++k) {
-      const VoxelKey neighbour = key + kOffsets[k];
+      const VoxelKey neighbour = key + offsets[k];
       constexpr int kReach = 1 << 15;
       if (neighbour.minCoeff() < -kReach || neighbour.maxCoeff() >= kReach) continue;
       const auto found = std::ranges::lower_bound(votes_.codes, MortonCode(neighbour));
@@ -102,6 +110,17 @@ class Spreading {
       const auto j = static_cast<std::size_t>(found - votes_.codes.begin());
       bonds_[i][k] = {static_cast<std::uint32_t>(j), Strength(i, j)};
     }
+  }
+
+  // Whether all votes on voxel i and its neighbours are for one class.
+  bool IsSettled(std::size_t i) const {
+    if (sums_[i] <= 0) return false;
+    const float* const votes = VotesOf(i);
+    const auto c = std::max_element(votes, VotesOf(i + 1)) - votes;
+    const auto is_only = [&](std::size_t j) { return VotesOf(j)[c] == sums_[j]; };
+    return is_only(i) && std::ranges::all_of(bonds_[i], [&](const Bond& bond) {
+             return bond.strength == 0 || is_only(bond.neighbour);
+           });
   }
 
   // The shares of voxel i that fit its votes and its neighbours' shares best.
@@ -125,6 +144,7 @@ class Spreading {
   VoteTable& votes_;
   std::vector<float> sums_;  // of the votes of a voxel
   std::vector<Bonds> bonds_;
+  std::vector<std::size_t> unsettled_;  // the voxels that may change
   std::vector<float> shares_;
 };
 

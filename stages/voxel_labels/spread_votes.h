@@ -29,8 +29,9 @@ struct VoteTable {
 // over voxels i and their 18 neighbours j, by spread_iterations steps of Jacobi's method. The bond
 // b_ij is the fourth power of the cosine of v_i and v_j: a picture mistakes a thing as a whole, so
 // the votes on two of its voxels have the same classes, right or wrong, and those beyond its border
-// others. The sum of a voxel's weights stays; one that nobody saw gets a small one if a neighbour
-// has any. Same result at any number of threads.
+// others. A voxel stays as it is where all votes on it and its neighbours are for one class. The
+// sum of a voxel's weights stays; one that nobody saw gets a small one if a neighbour has any. Same
+// result at any number of threads.
 void SpreadVotes(const SpreadOptions& options, int num_threads, VoteTable* votes);
 
 }  // namespace nightmap

@@ -11,16 +11,28 @@
 namespace nightmap {
 namespace {
 
-// How much one keyframe, or all of them, speak for a class in a voxel.
+// How much a keyframe speaks for a class in a voxel.
 struct Vote {
   std::uint32_t voxel = 0;  // index among the occupied ones
   std::uint8_t label = 0;
   float weight = 0;
+  int num_points = 0;
 
+  bool IsOfSame(const Vote& other) const { return voxel == other.voxel && label == other.label; }
   bool Before(const Vote& other) const {
     return voxel != other.voxel ? voxel < other.voxel : label < other.label;
   }
 };
+
+// Adds a vote, to the last one if that is of the same voxel and class.
+void Append(const Vote& vote, std::vector<Vote>* votes) {
+  if (votes->empty() || !votes->back().IsOfSame(vote)) {
+    votes->push_back(vote);
+  } else {
+    votes->back().weight += vote.weight;
+    votes->back().num_points += vote.num_points;
+  }
+}
 
 struct KeyframeVotes {
   std::vector<Vote> votes;  // by voxel, then by label; one of each
@@ -54,36 +66,34 @@ class VoxelFinder {
   std::optional<std::uint32_t> found_;
 };
 
-// Label, confidence and nothing as the channels of a picture: back projection carries the colors of
-// the pixels along to their points.
-ColorImage AsColors(const Segmentation& segmentation) {
+// Label, confidence and nothing as the channels of a picture, of every `stride`th pixel of every
+// `stride`th row: back projection carries the colors of the pixels along to their points.
+ColorImage AsColors(const Segmentation& segmentation, int stride) {
   const LabelImage& labels = segmentation.labels;
   ColorImage colors{labels.width, labels.height, 3, {}};
   colors.pixels.resize(3 * labels.pixels.size());
-  for (std::size_t i = 0; i < labels.pixels.size(); ++i) {
-    colors.pixels[3 * i] = labels.pixels[i];
-    colors.pixels[3 * i + 1] = segmentation.confidences.pixels[i];
+  for (int y = 0; y < labels.height; y += stride) {
+    for (int x = 0; x < labels.width; x += stride) {
+      const auto i = static_cast<std::size_t>(y * labels.width + x);
+      colors.pixels[3 * i] = labels.pixels[i];
+      colors.pixels[3 * i + 1] = segmentation.confidences.pixels[i];
+    }
   }
   return colors;
 }
 
 // Sums equal votes, and divides those of a voxel by the number of its points.
-std::vector<Vote> SumVotes(std::vector<Vote>& points) {
-  std::ranges::stable_sort(points, [](const Vote& a, const Vote& b) { return a.Before(b); });
+std::vector<Vote> SumVotes(std::vector<Vote> runs) {
+  std::ranges::stable_sort(runs, [](const Vote& a, const Vote& b) { return a.Before(b); });
   std::vector<Vote> votes;
-  for (std::size_t begin = 0; begin < points.size();) {
+  for (const Vote& run : runs) Append(run, &votes);
+  for (std::size_t begin = 0; begin < votes.size();) {
     std::size_t end = begin;
-    const std::size_t first = votes.size();
-    for (; end < points.size() && points[end].voxel == points[begin].voxel; ++end) {
-      if (votes.size() == first || votes.back().label != points[end].label) {
-        votes.push_back({points[end].voxel, points[end].label, 0});
-      }
-      votes.back().weight += points[end].weight;
+    int num_points = 0;
+    for (; end < votes.size() && votes[end].voxel == votes[begin].voxel; ++end) {
+      num_points += votes[end].num_points;
     }
-    for (std::size_t v = first; v < votes.size(); ++v) {
-      votes[v].weight /= static_cast<float>(end - begin);
-    }
-    begin = end;
+    for (; begin < end; ++begin) votes[begin].weight /= static_cast<float>(num_points);
   }
   return votes;
 }
@@ -93,17 +103,19 @@ KeyframeVotes VotesOf(const VoxelLabelsOptions& options,
                       const Rigid3& map_from_camera,
                       const OccupiedVoxels& occupied) {
   VoxelFinder finder(occupied.codes);
-  std::vector<Vote> votes;
+  std::vector<Vote> runs;
+  std::size_t num_points = 0;
   for (const DepthPoint& point : points) {
     const Eigen::Vector3d point_in_camera = point.point_in_camera.cast<double>();
     const auto [label, confidence, unused] = point.rgb;
     if (confidence == 0 || point_in_camera.norm() > options.max_range_m) continue;
     const auto voxel =
         finder.Find(VoxelOf(map_from_camera * point_in_camera, occupied.resolution_m));
-    if (voxel) votes.push_back({*voxel, label, static_cast<float>(confidence) / 255});
+    if (!voxel) continue;
+    Append({*voxel, label, static_cast<float>(confidence) / 255, 1}, &runs);
+    ++num_points;
   }
-  const std::size_t num_points = votes.size();
-  return {SumVotes(votes), num_points};
+  return {SumVotes(std::move(runs)), num_points};
 }
 
 // Votes of all keyframes.
@@ -157,8 +169,8 @@ class VoteSums {
 
 VoxelLabelsOptions::VoxelLabelsOptions() {
   depth_filter.pixel_stride = 3;
-  depth_filter.edge_radius_px = 1;
-  depth_filter.max_incidence_rad = 1.5;
+  depth_filter.edge_radius_px = 0;
+  depth_filter.max_incidence_rad = 1.5707963;
 }
 
 void VoxelLabelsOptions::Register(OptionList& list) {
@@ -206,7 +218,8 @@ VoxelLabelsResult RunVoxelLabels(const VoxelLabelsOptions& options,
                                  int num_threads) {
   KeyframeSource labelled = source;
   labelled.load = [&](const Keyframe& keyframe) {
-    return RgbdImages{AsColors(labels(keyframe)), source.load_depth(keyframe)};
+    return RgbdImages{AsColors(labels(keyframe), options.depth_filter.pixel_stride),
+                      source.load_depth(keyframe)};
   };
   const auto ray_tables = MakeRayTables(source.cameras, num_threads);
   VoteSums sums(occupied.codes, classes.size());

@@ -20,8 +20,8 @@ namespace nightmap {
 
 struct VoxelLabelsOptions {
   // Every third pixel of every third row: no voxel of 5 cm within 4 m falls between the rays of a
-  // usual camera. More pixels near edges and at a slant than for the octree: what they say of places
-  // is not used.
+  // usual camera. Pixels on edges and at a slant vote, too: one that flies free is in no occupied
+  // voxel.
   VoxelLabelsOptions();
 
   int keyframe_stride = 1;

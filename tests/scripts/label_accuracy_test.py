@@ -63,6 +63,7 @@ class LabelAccuracyTest(LabelsTest):
         labels_site.write_truth(self.root / "made_up" / "truth", [*labels_site.BOXES, ("poster", plate)], [])
         found = self.evaluate([(points, "poster" if name == "table" else name) for points, name in labels_site.perfect_parts()])
         self.assertLess(found["num_furniture_voxels_off_borders"], found["num_furniture_voxels"])
+        self.assertLess(found["furniture_right_percent"], found["furniture_right_percent_with_borders"])
         self.assertIn("poster", found["confusion"]["poster"])
         found = self.evaluate([*labels_site.perfect_parts(), (face_points(plate), "poster")])
         self.assertEqual(found["furniture_right_percent_off_borders"], 100)
