@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of labelled voxels against a made-up building."""
 
+import dataclasses
 import tempfile
 import unittest
 from pathlib import Path
@@ -13,7 +14,7 @@ from nightmap_eval import label_accuracy
 from nightmap_eval.box_overlap import UprightBox
 from nightmap_eval.class_distances import box_distances_m, class_distances_m, rectangle_distances_m
 from nightmap_eval.true_building import Rectangle, TrueBuilding
-from nightmap_eval.voxel_labels import read_voxel_labels
+from nightmap_eval.voxel_labels import VoxelLabels, read_voxel_labels
 from nightmap_site.script_errors import DataError
 
 
@@ -63,10 +64,26 @@ class LabelAccuracyTest(LabelsTest):
         labels_site.write_truth(self.root / "made_up" / "truth", [*labels_site.BOXES, ("poster", plate)], [])
         found = self.evaluate([(points, "poster" if name == "table" else name) for points, name in labels_site.perfect_parts()])
         self.assertLess(found["num_furniture_voxels_off_borders"], found["num_furniture_voxels"])
-        self.assertLess(found["furniture_right_percent"], found["furniture_right_percent_with_borders"])
         self.assertIn("poster", found["confusion"]["poster"])
         found = self.evaluate([*labels_site.perfect_parts(), (face_points(plate), "poster")])
         self.assertEqual(found["furniture_right_percent_off_borders"], 100)
+
+    def test_a_class_whose_surface_is_in_the_voxel_is_right_with_borders(self):
+        table, wall = labels_site.NAMES.index("table"), labels_site.NAMES.index("wall")
+        voxels = VoxelLabels(0.05, np.zeros((4, 3), int), np.array([wall, wall, table, wall]), labels_site.NAMES, [])
+        true = label_accuracy.TrueClasses(np.array([table, table, table, wall]), np.ones(4, bool), np.array([True, False, False, True]))
+        found = label_accuracy.figures(voxels, true)
+        self.assertAlmostEqual(found["furniture_right_percent"], 100 / 3)
+        self.assertAlmostEqual(found["furniture_right_percent_with_borders"], 200 / 3)
+
+    def test_a_surface_is_in_a_voxel_within_half_an_edge(self):
+        labels_site.write_voxels(self.site_dir, labels_site.perfect_parts())
+        site = labels_site.opened(self.root)
+        voxels = read_voxel_labels(site)
+        true = label_accuracy.true_classes(site, voxels)
+        self.assertTrue(0.5 < np.count_nonzero(true.is_inside) / len(true.is_inside) < 1)
+        other = label_accuracy.true_classes(site, dataclasses.replace(voxels, labels=np.full_like(voxels.labels, voxels.names.index("chair"))))
+        self.assertTrue(np.all(other.is_inside <= ((true.nearest == voxels.names.index("chair")) | true.is_border)))
 
     def test_the_order_of_the_model_is_its_own(self):
         found = self.evaluate(labels_site.perfect_parts(), names=labels_site.NAMES[::-1])
