@@ -60,6 +60,15 @@ std::vector<Cluster> ClustersOfClass(const ClusterOptions& options,
 
 }  // namespace
 
+void AddPart(const Cluster& part, Cluster* whole) {
+  const auto num_whole = static_cast<double>(whole->voxels.size());
+  const auto num_part = static_cast<double>(part.voxels.size());
+  whole->mean_share =
+      (num_whole * whole->mean_share + num_part * part.mean_share) / (num_whole + num_part);
+  whole->voxels.insert(whole->voxels.end(), part.voxels.begin(), part.voxels.end());
+  std::ranges::sort(whole->voxels);
+}
+
 std::vector<Cluster> FindClusters(const ClusterOptions& options,
                                   const VoxelLabels& voxels,
                                   int num_threads) {

@@ -16,6 +16,9 @@ struct Cluster {
   double mean_share = 0;            // of the class in the votes of these voxels
 };
 
+// Takes the voxels of another cluster of the same class.
+void AddPart(const Cluster& part, Cluster* whole);
+
 struct ClusterOptions {
   std::vector<std::uint8_t> labels;  // the classes to group, ascending
   double min_share = 0;              // of a voxel's class in its votes; others do not count

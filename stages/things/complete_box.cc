@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kMaxStrayShare = 0.1;   // of a layer that may be seen free, or be another's
 constexpr double kBeside_m = 0.5;        // how far beside and above a thing its wall is looked for
+constexpr double kMaxTop_m = 1.2;        // height of a top above its ground
 constexpr double kGroundAround_m = 0.3;  // how far around a thing its ground is looked for
 constexpr double kMinGroundShare = 0.1;  // of the places around that show the same ground
 constexpr int kMinWallVoxels = 3;        // above each other; a floor or a ceiling has fewer
@@ -34,11 +35,12 @@ class BoxCompletion {
   BoxCompletion(const CompletionOptions& options, const LabelledSpace& space, UprightBox* box)
       : options_(options), space_(space), resolution_m_(space.Resolution_m()), box_(*box) {
     num_layers_ = static_cast<int>(options.max_hidden_m / resolution_m_ + 1e-9);
+    num_layers_ = options.top_layer ? static_cast<int>(kMaxTop_m / resolution_m_) : num_layers_;
   }
 
   void LowerToGround(const std::vector<Eigen::Vector3d>& points_in_map) {
-    const int layer = GroundLayer();
-    if (layer < 1 || IsSeenFreeBelow(points_in_map, layer)) return;
+    const int layer = options_.top_layer ? GroundLayerOfTop() : GroundLayer();
+    if (layer < 1 || (!options_.top_layer && IsSeenFreeBelow(points_in_map, layer))) return;
     box_.extent.min().z() -= layer * resolution_m_;
   }
 
@@ -88,6 +90,26 @@ class BoxCompletion {
     return *most < kMinGroundShare * num_places ? 0 : static_cast<int>(most - counts.begin());
   }
 
+  // The lowest layer at which floors and walls around show: they hide it under a table, and other
+  // furniture hides it around.
+  int GroundLayerOfTop() const {
+    const auto& [min, max] = std::pair(box_.extent.min(), box_.extent.max());
+    const auto xs = Steps(min.x() - kGroundAround_m, max.x() + kGroundAround_m, resolution_m_);
+    const auto ys = Steps(min.y() - kGroundAround_m, max.y() + kGroundAround_m, resolution_m_);
+    for (int layer = static_cast<int>(kMaxTop_m / resolution_m_); layer > 0; --layer) {
+      std::size_t num_ground = 0;
+      for (const double x : xs) {
+        for (const double y : ys) {
+          num_ground += At({x, y, min.z() - layer * resolution_m_}) == Content::kStructure;
+        }
+      }
+      if (static_cast<double>(num_ground) >=
+          kMinGroundShare * static_cast<double>(xs.size() * ys.size()))
+        return layer;
+    }
+    return 0;
+  }
+
   // Whether free space was seen between the thing's lowest voxels and the ground.
   bool IsSeenFreeBelow(const std::vector<Eigen::Vector3d>& points_in_map, int ground_layer) const {
     const double bottom_m = box_.extent.min().z();
@@ -124,7 +146,8 @@ class BoxCompletion {
       for (const double z_m : heights) {
         const Content content = At(PointIn(axis, at_m, across_m, z_m));
         num_free += content == Content::kFree;
-        num_others += content == Content::kThing || content == Content::kStructure;
+        num_others +=
+            content == Content::kStructure || (content == Content::kThing && !options_.top_layer);
         ++num_samples;
       }
     }
@@ -132,8 +155,9 @@ class BoxCompletion {
     return num_free > kMaxStrayShare * num_samples ? Layer::kSeen : Layer::kHidden;
   }
 
-  // Above the ground's voxels.
+  // Above the ground's voxels; of a top on legs, that of the top.
   std::vector<double> HeightsOfSide() const {
+    if (options_.top_layer) return {(*options_.top_layer + 0.5) * resolution_m_};
     const double top_m = box_.extent.max().z();
     const double low_m = box_.extent.min().z() + 2 * resolution_m_;
     return Steps(std::min(low_m, top_m - resolution_m_ / 2), top_m, resolution_m_);

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "stages/things/labelled_space.h"
@@ -16,6 +17,7 @@ struct CompletionOptions {
   std::array<bool, 256> is_thing_class{};  // what is occupied of another class, or of none, is
                                            // wall, floor and the like
   double max_hidden_m = 0;                 // by which a side may move
+  std::optional<int> top_layer;            // of a thing that is a top on legs
 };
 
 // Moves the lower side down to the ground around the thing when that is within max_hidden_m and the
@@ -28,6 +30,10 @@ struct CompletionOptions {
 // moves up to that: furniture stands against walls. Where seen space or max_hidden_m ends it, the
 // thing may end anywhere before, and the side moves half as far. A side that faces free space
 // stays.
+//
+// A top on legs has free space below it, and things stand on it and before it. So it is lowered to
+// the ground whatever was seen there, and of its sides only the layer of the top is asked, in which
+// other things hide it rather than end it.
 void CompleteBox(const CompletionOptions& options,
                  const LabelledSpace& space,
                  const std::vector<Eigen::Vector3d>& points_in_map,

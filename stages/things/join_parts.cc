@@ -23,15 +23,6 @@ bool IsPartOf(const VoxelLabels& voxels, const Cluster& part, const UprightBox& 
          static_cast<std::ptrdiff_t>(part.voxels.size());
 }
 
-void Add(const Cluster& part, Cluster* whole) {
-  const auto num_whole = static_cast<double>(whole->voxels.size());
-  const auto num_part = static_cast<double>(part.voxels.size());
-  whole->mean_share =
-      (num_whole * whole->mean_share + num_part * part.mean_share) / (num_whole + num_part);
-  whole->voxels.insert(whole->voxels.end(), part.voxels.begin(), part.voxels.end());
-  std::ranges::sort(whole->voxels);
-}
-
 }  // namespace
 
 std::vector<Cluster> JoinParts(const VoxelLabels& voxels,
@@ -52,7 +43,7 @@ std::vector<Cluster> JoinParts(const VoxelLabels& voxels,
       wholes.push_back(i);
       joined.push_back(clusters[i]);
     } else {
-      Add(clusters[i], &joined[static_cast<std::size_t>(whole - wholes.begin())]);
+      AddPart(clusters[i], &joined[static_cast<std::size_t>(whole - wholes.begin())]);
     }
   }
   std::ranges::sort(joined, {}, [](const Cluster& cluster) {

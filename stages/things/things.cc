@@ -14,6 +14,7 @@
 #include "stages/things/clusters.h"
 #include "stages/things/complete_box.h"
 #include "stages/things/join_parts.h"
+#include "stages/things/tops.h"
 #include "stages/things/views.h"
 
 namespace nightmap {
@@ -83,9 +84,12 @@ class ThingMaker {
     UprightBox box = FitBox(points, inputs_.voxels.resolution_m);
     CompletionOptions of_class = completion_;
     of_class.label = cluster.label;
+    of_class.top_layer = TopLayer(inputs_.voxels, cluster, kTopShare);
     CompleteBox(of_class, space_, points, &box);
     return box;
   }
+
+  const LabelledSpace& Space() const { return space_; }
 
   Thing Make(const Cluster& cluster) const {
     const ThingViews views = FindViews(
@@ -161,6 +165,7 @@ std::vector<Thing> RunThings(const ThingsOptions& options,
                    inputs.voxels,
                    num_threads);
   const ThingMaker maker(options, inputs, labels);
+  clusters = JoinTops(inputs.voxels, maker.Space(), options.max_hidden_m, std::move(clusters));
   std::vector<UprightBox> boxes(clusters.size());
   ParallelFor(
       boxes.size(), num_threads, [&](std::size_t i) { boxes[i] = maker.BoxOf(clusters[i]); });

@@ -35,7 +35,7 @@ class CompleteBoxTest : public testing::Test {
     }
   }
 
-  UprightBox Complete(double max_hidden_m = 0.6) const {
+  UprightBox Complete(double max_hidden_m = 0.6, std::optional<int> top_layer = {}) const {
     OccupancyTree tree{kVoxel_m, {}};
     VoxelLabels labels;
     labels.resolution_m = kVoxel_m;
@@ -51,7 +51,7 @@ class CompleteBoxTest : public testing::Test {
       labels.vote_offsets.push_back(labels.vote_labels.size());
       if (*label == kSofa) points.push_back(centre);
     }
-    CompletionOptions options{.label = kSofa, .max_hidden_m = max_hidden_m};
+    CompletionOptions options{.label = kSofa, .max_hidden_m = max_hidden_m, .top_layer = top_layer};
     options.is_thing_class[kSofa] = options.is_thing_class[kTable] = true;
     UprightBox box{{}, {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(kVoxel_m, 1, 1)}};
     CompleteBox(options, LabelledSpace(LeavesOfTree(tree), labels), points, &box);
@@ -99,6 +99,19 @@ TEST_F(CompleteBoxTest, EndsAtAnotherThing) {
 TEST_F(CompleteBoxTest, AWallAcrossEndsNothing) {
   Fill({0, -3, 0}, {20, -2, 40}, kWall);
   EXPECT_NEAR(Complete().extent.max().x(), kVoxel_m + 0.3, 1e-9);
+}
+
+// The front edge of a table's top, with a chair before it and the floor around.
+TEST_F(CompleteBoxTest, ATopOnLegsIsLoweredAndOtherThingsHideIt) {
+  voxels_.clear();
+  Fill({-20, -20, 0}, {30, 40, 1}, kWall);
+  Fill({-10, -10, 1}, {12, 30, 19}, std::nullopt);  // seen free, under the table too
+  Fill({0, 0, 19}, {1, kSize, 20}, kSofa);
+  Fill({1, 4, 10}, {3, 8, 24}, kTable);
+  Fill({9, -20, 1}, {10, 40, 30}, kWall);
+  const Eigen::AlignedBox3d extent = Complete(0.6, 19).extent;
+  EXPECT_NEAR(extent.min().z(), 0, 2 * kVoxel_m);
+  EXPECT_NEAR(extent.max().x(), 9 * kVoxel_m, kVoxel_m);
 }
 
 }  // namespace
