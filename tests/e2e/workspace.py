@@ -5,6 +5,7 @@ Sources, scripts and programs are links to the repository's, configs are a copy,
 are its own; so every path is relative and two workspaces must give the same bytes. The programs are
 those of NIGHTMAP_BUILD (default: build/), which must be up to date: run `make build` first.
 """
+import fcntl
 import hashlib
 import os
 import pathlib
@@ -62,12 +63,25 @@ class Workspace:
 
     @classmethod
     def made(cls, *goals):
-        """A workspace in which `goals` have been made."""
-        work = cls()
-        result = work.make(*goals)
-        if result.returncode != 0:
-            raise AssertionError(f"the chain failed:\n{result.stdout}")
-        return work
+        """A workspace in which `goals` have been made: a copy of the one in <build>/small that all tests share."""
+        folder = BUILD / "small" / "_".join(goal.replace("/", "-") for goal in goals)
+        folder.mkdir(parents=True, exist_ok=True)
+        with open(folder / "lock", "w", encoding="utf-8") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            made_of, shared = folder / "made_of", folder / "workspace"
+            now = sources()
+            if not made_of.exists() or made_of.read_text() != now:
+                made_of.unlink(missing_ok=True)
+                shutil.rmtree(shared, ignore_errors=True)
+                if goals[0] == "map" and len(goals) > 1:  # what follows the map takes little time
+                    shutil.move(cls.made("map").folder, shared)
+                else:
+                    shared.mkdir()
+                result = cls(shared).make(*goals)
+                if result.returncode != 0:
+                    raise AssertionError(f"the chain failed:\n{result.stdout}")
+                made_of.write_text(now)
+            return cls(shared).copy()
 
     def as_recorded(self, name=SITE):
         """From now on the recording is one that synthesize does not make."""
@@ -117,6 +131,14 @@ class Workspace:
         return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in names.items()
                 if "/" in name and not name.startswith(NO_ARTIFACTS) and "receipt" not in name
                 and not name.endswith("/hashes.csv")}
+
+
+def sources():
+    """Changes with what the small building's results depend on: programs, scripts, configs and this file."""
+    folders = (BUILD / "run", REPOSITORY / "scripts", REPOSITORY / "configs")
+    files = [REPOSITORY / "Makefile", pathlib.Path(__file__), *(path for folder in folders for path in folder.rglob("*"))]
+    kept = sorted(path for path in files if path.is_file() and path.suffix != ".pyc")
+    return "".join(f"{path} {path.stat().st_size} {path.stat().st_mtime_ns}\n" for path in kept)
 
 
 def write_small_site(folder):
