@@ -14,6 +14,7 @@
 #include "stages/things/clusters.h"
 #include "stages/things/complete_box.h"
 #include "stages/things/join_parts.h"
+#include "stages/things/stains.h"
 #include "stages/things/tops.h"
 #include "stages/things/views.h"
 
@@ -91,6 +92,10 @@ class ThingMaker {
 
   const LabelledSpace& Space() const { return space_; }
 
+  bool IsThing(const Cluster& cluster) const {
+    return !IsStain(inputs_.voxels, space_, completion_.is_thing_class, cluster);
+  }
+
   Thing Make(const Cluster& cluster) const {
     const ThingViews views = FindViews(
         space_, PointsOf(cluster), inputs_.keyframes, inputs_.cameras, options_.max_range_m);
@@ -165,6 +170,7 @@ std::vector<Thing> RunThings(const ThingsOptions& options,
                    inputs.voxels,
                    num_threads);
   const ThingMaker maker(options, inputs, labels);
+  std::erase_if(clusters, [&](const Cluster& cluster) { return !maker.IsThing(cluster); });
   clusters = JoinTops(inputs.voxels, maker.Space(), options.max_hidden_m, std::move(clusters));
   std::vector<UprightBox> boxes(clusters.size());
   ParallelFor(
