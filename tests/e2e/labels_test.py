@@ -4,6 +4,7 @@
 cloud and octree; what reruns after a change; mistakes in the model file and in label pictures."""
 import csv
 import json
+import re
 import shutil
 import unittest
 
@@ -151,6 +152,27 @@ class LabelsTest(unittest.TestCase):
         self.assertEqual(self.voxels(work)[1].tolist(), self.voxels(self.work)[1].tolist())
         config.write_text('palette = ["#000000"]\n')
         self.assertIn("palette has 1 colors for 14 classes", self.make(work, "map", code=2))
+
+    def test_a_plan_to_a_thing_ends_before_it_and_faces_it(self):
+        things = json.loads(self.work.path("objects/objects.json").read_text())["things"]
+        self.assertTrue(things)
+        grid = np.flipud(matplotlib.image.imread(self.work.path("grid/map.pgm")))
+        spec = self.work.path("grid/map.yaml").read_text()
+        resolution_m = float(re.search(r"resolution: (\S+)", spec)[1])
+        origin_m = np.array(json.loads(re.search(r"origin: (.*)", spec)[1]))[:2]
+        for name in (things[0]["name"], things[0]["class"]):
+            self.make(self.work, "plan", f"GOAL=object:{name}")
+            goal = json.loads(self.work.path("plan/path.json").read_text())["goal"]
+            thing = next(thing for thing in things if thing["name"] == goal["box"]["name"])
+            self.assertEqual(thing["class"], things[0]["class"])
+            self.assertLessEqual(goal["box"]["distance_m"], 1)
+            column, row = np.floor((np.array([goal["x_m"], goal["y_m"]]) - origin_m) / resolution_m).astype(int)
+            self.assertGreater(grid[row, column], 250)
+            with open(self.work.path("plan/path.csv"), encoding="utf-8") as file:
+                last = list(csv.DictReader(file))[-1]
+            ahead_rad = np.arctan2(thing["y_m"] - goal["y_m"], thing["x_m"] - goal["x_m"])
+            self.assertGreater(np.cos(float(last["heading_rad"]) - ahead_rad), np.cos(np.pi / 4))
+        self.assertIn("nor a class of things", self.make(self.work, "plan", "GOAL=object:piano", code=2))
 
     def test_queries_are_masked_too(self):
         work = self.work.copy()
