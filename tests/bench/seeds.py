@@ -82,6 +82,13 @@ COLUMNS = (
     ("seen cells right (%)", "map.grid.seen_right_percent", 1, "{:.1f}"),
     ("free cells right (%)", "map.grid.free_right_percent", 1, "{:.1f}"),
     ("occupied cells right (%)", "map.grid.occupied_right_percent", 1, "{:.1f}"),
+    ("furniture voxels of the nearest class (%)", "sections.join_labels.furniture_right_percent", 1, "{:.1f}"),
+    ("furniture voxels of a class in them (%)", "sections.join_labels.furniture_right_percent_with_borders", 1, "{:.1f}"),
+    ("furniture voxels off borders right (%)", "sections.join_labels.furniture_right_percent_off_borders", 1, "{:.1f}"),
+    ("things", "sections.objects.num_true", 1, "{:.0f}"),
+    ("things found (%)", "sections.objects.found_percent", 1, "{:.1f}"),
+    ("false things (%)", "sections.objects.false_percent", 1, "{:.1f}"),
+    ("overlap of things, median", "sections.objects.iou_median", 1, "{:.2f}"),
     *_laser_columns(),
 )
 
