@@ -32,8 +32,15 @@ std::vector<double> Steps(double min, double max, double resolution_m) {
 
 class BoxCompletion {
  public:
-  BoxCompletion(const CompletionOptions& options, const LabelledSpace& space, UprightBox* box)
+  BoxCompletion(const CompletionOptions& options,
+                const LabelledSpace& space,
+                const std::vector<Eigen::Vector3d>& points_in_map,
+                UprightBox* box)
       : options_(options), space_(space), resolution_m_(space.Resolution_m()), box_(*box) {
+    for (const Eigen::Vector3d& point : points_in_map) {
+      codes_.push_back(MortonCode(VoxelOf(point, resolution_m_)));
+    }
+    std::ranges::sort(codes_);
     num_layers_ = static_cast<int>(options.max_hidden_m / resolution_m_ + 1e-9);
     num_layers_ = options.top_layer ? static_cast<int>(kMaxTop_m / resolution_m_) : num_layers_;
   }
@@ -64,8 +71,12 @@ class BoxCompletion {
     if (state == VoxelState::kUnknown) return Content::kUnknown;
     if (state == VoxelState::kFree) return Content::kFree;
     const auto label = space_.LabelAt(key);
-    if (label == options_.label) return Content::kOwn;
+    if (label == options_.label && IsOwn(key)) return Content::kOwn;
     return label && options_.is_thing_class[*label] ? Content::kThing : Content::kStructure;
+  }
+
+  bool IsOwn(const VoxelKey& key) const {
+    return !options_.is_whole || std::ranges::binary_search(codes_, MortonCode(key));
   }
 
   // Layers below the box at which most places around show something occupied; 0: none is lower.
@@ -207,6 +218,7 @@ class BoxCompletion {
   double resolution_m_;
   int num_layers_;
   UprightBox& box_;
+  std::vector<std::uint64_t> codes_;  // of the thing's voxels, ascending
 };
 
 }  // namespace
@@ -215,7 +227,7 @@ void CompleteBox(const CompletionOptions& options,
                  const LabelledSpace& space,
                  const std::vector<Eigen::Vector3d>& points_in_map,
                  UprightBox* box) {
-  BoxCompletion completion(options, space, box);
+  BoxCompletion completion(options, space, points_in_map, box);
   completion.LowerToGround(points_in_map);
   completion.MoveSides();
 }

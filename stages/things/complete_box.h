@@ -18,6 +18,7 @@ struct CompletionOptions {
                                            // wall, floor and the like
   double max_hidden_m = 0;                 // by which a side may move
   std::optional<int> top_layer;            // of a thing that is a top on legs
+  bool is_whole = false;                   // other voxels of the class are of another thing
 };
 
 // Moves the lower side down to the ground around the thing when that is within max_hidden_m and the

@@ -14,7 +14,8 @@
 #include "stages/things/clusters.h"
 #include "stages/things/complete_box.h"
 #include "stages/things/join_parts.h"
-#include "stages/things/stains.h"
+#include "stages/things/scraps.h"
+#include "stages/things/split_steps.h"
 #include "stages/things/tops.h"
 #include "stages/things/views.h"
 
@@ -80,11 +81,13 @@ class ThingMaker {
     for (const std::uint8_t label : labels) completion_.is_thing_class[label] = true;
   }
 
-  UprightBox BoxOf(const Cluster& cluster) const {
+  // is_whole: no other cluster is a part of the same thing.
+  UprightBox BoxOf(const Cluster& cluster, bool is_whole) const {
     const Points points = PointsOf(cluster);
     UprightBox box = FitBox(points, inputs_.voxels.resolution_m);
     CompletionOptions of_class = completion_;
     of_class.label = cluster.label;
+    of_class.is_whole = is_whole;
     of_class.top_layer = TopLayer(inputs_.voxels, cluster, kTopShare);
     CompleteBox(of_class, space_, points, &box);
     return box;
@@ -93,7 +96,8 @@ class ThingMaker {
   const LabelledSpace& Space() const { return space_; }
 
   bool IsThing(const Cluster& cluster) const {
-    return !IsStain(inputs_.voxels, space_, completion_.is_thing_class, cluster);
+    return !IsStain(inputs_.voxels, space_, completion_.is_thing_class, cluster) &&
+           !IsLeg(inputs_.voxels, cluster);
   }
 
   Thing Make(const Cluster& cluster) const {
@@ -101,7 +105,7 @@ class ThingMaker {
         space_, PointsOf(cluster), inputs_.keyframes, inputs_.cameras, options_.max_range_m);
     Thing thing;
     thing.class_name = inputs_.voxels.classes[cluster.label];
-    SetFrame(BoxOf(cluster), views.direction_in_map, &thing);
+    SetFrame(BoxOf(cluster, true), views.direction_in_map, &thing);
     thing.num_views = views.num_views;
     thing.best_view = views.best;
     thing.confidence = Rounded(cluster.mean_share, 1e4);
@@ -122,6 +126,16 @@ class ThingMaker {
   LabelledSpace space_;
   CompletionOptions completion_;
 };
+
+std::vector<Cluster> SplitAll(const VoxelLabels& voxels,
+                              const LabelledSpace& space,
+                              const std::vector<Cluster>& clusters) {
+  std::vector<Cluster> parts;
+  for (const Cluster& cluster : clusters) {
+    for (Cluster& part : SplitSteps(voxels, space, cluster)) parts.push_back(std::move(part));
+  }
+  return parts;
+}
 
 // By the text of the name, so that classes "arm chair" and "arm_chair" have no thing of one name.
 void NumberThings(std::vector<Thing>* things) {
@@ -170,12 +184,13 @@ std::vector<Thing> RunThings(const ThingsOptions& options,
                    inputs.voxels,
                    num_threads);
   const ThingMaker maker(options, inputs, labels);
-  std::erase_if(clusters, [&](const Cluster& cluster) { return !maker.IsThing(cluster); });
   clusters = JoinTops(inputs.voxels, maker.Space(), options.max_hidden_m, std::move(clusters));
   std::vector<UprightBox> boxes(clusters.size());
-  ParallelFor(
-      boxes.size(), num_threads, [&](std::size_t i) { boxes[i] = maker.BoxOf(clusters[i]); });
-  clusters = JoinParts(inputs.voxels, clusters, boxes);
+  ParallelFor(boxes.size(), num_threads, [&](std::size_t i) {
+    boxes[i] = maker.BoxOf(clusters[i], false);
+  });
+  clusters = SplitAll(inputs.voxels, maker.Space(), JoinParts(inputs.voxels, clusters, boxes));
+  std::erase_if(clusters, [&](const Cluster& cluster) { return !maker.IsThing(cluster); });
   std::vector<Thing> things(clusters.size());
   progress.Start(clusters.size());
   ParallelFor(clusters.size(), num_threads, [&](std::size_t i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/things/stains.h"
+#include "stages/things/scraps.h"
 
 #include <gtest/gtest.h>
 
@@ -69,6 +69,29 @@ TEST_F(StainsTest, WhatLiesOnATableIsNone) {
   Fill({-20, -20, 14}, {20, 20, 15}, kTable);
   Fill({0, 0, 14}, {8, 8, 16}, kSofa);
   EXPECT_FALSE(IsStainOfSofa());
+}
+
+VoxelLabels Column(int width, int height) {
+  VoxelLabels voxels;
+  voxels.resolution_m = kVoxel_m;
+  for (int x = 0; x < width; ++x) {
+    for (int z = 0; z < height; ++z) voxels.keys.push_back({x, 0, z});
+  }
+  return voxels;
+}
+
+bool IsLegOf(int width, int height) {
+  const VoxelLabels voxels = Column(width, height);
+  Cluster cluster{kTable, {}, 1};
+  for (std::size_t i = 0; i < voxels.keys.size(); ++i) cluster.voxels.push_back(i);
+  return IsLeg(voxels, cluster);
+}
+
+TEST(IsLeg, IsThinAndHigh) {
+  EXPECT_TRUE(IsLegOf(1, 12));
+  EXPECT_TRUE(IsLegOf(2, 12));
+  EXPECT_FALSE(IsLegOf(2, 6));  // a bottle
+  EXPECT_FALSE(IsLegOf(4, 20));
 }
 
 }  // namespace

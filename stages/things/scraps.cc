@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/things/stains.h"
+#include "stages/things/scraps.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -12,6 +12,8 @@ namespace {
 
 constexpr int kMaxLayers = 3;  // of a stain; a floor with the noise of depth has two
 constexpr double kMinRimShare = 0.5;
+constexpr int kMaxLegWidth = 2;
+constexpr int kMinLegSlenderness = 4;
 
 // Whether the floor goes on at a place beside a voxel.
 bool IsFloor(const LabelledSpace& space,
@@ -52,6 +54,18 @@ bool IsStain(const VoxelLabels& voxels,
     }
   }
   return num_floor > kMinRimShare * num_rim;
+}
+
+bool IsLeg(const VoxelLabels& voxels, const Cluster& cluster) {
+  VoxelKey min = voxels.keys[cluster.voxels.front()];
+  VoxelKey max = min;
+  for (const std::size_t i : cluster.voxels) {
+    min = min.cwiseMin(voxels.keys[i]);
+    max = max.cwiseMax(voxels.keys[i]);
+  }
+  const VoxelKey size = max - min + VoxelKey::Ones();
+  const int width = std::max(size.x(), size.y());
+  return width <= kMaxLegWidth && size.z() >= kMinLegSlenderness * width;
 }
 
 }  // namespace nightmap

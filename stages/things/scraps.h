@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of a floor that pictures took for things.
+// Clusters that are no things.
 #pragma once
 
 #include <array>
@@ -18,5 +18,9 @@ bool IsStain(const VoxelLabels& voxels,
              const LabelledSpace& space,
              const std::array<bool, 256>& is_thing_class,
              const Cluster& cluster);
+
+// Whether a cluster is a leg alone: two voxels wide at most, and four times as high. The thing that
+// it belongs to was not seen, or has another class.
+bool IsLeg(const VoxelLabels& voxels, const Cluster& cluster);
 
 }  // namespace nightmap
