@@ -9,7 +9,6 @@
 #include "stages/plan/plan.h"
 
 namespace {
-
 using namespace nightmap;
 
 PlanInputs ReadInputs(const PlanOptions& options, StageContext& context) {
@@ -30,16 +29,14 @@ void Run(const PlanOptions& options, StageContext& context) {
   context.BeginPart("plan");
   const auto result = RunPlan(options, inputs, context.GetProgress(), context.NumThreads());
   spdlog::info("on {}, {}", FloorText(result.floor), result.floor.yaml);
-  for (const Endpoint& end : result.ends) {
+  for (const Endpoint& end : result.ends)
     spdlog::info("{} moved by {:.3f} m", EndText(end.request), end.moved_by_m);
-  }
   context.BeginPart("write");
   WriteFile(context.Output("csv"), PathToCsv(result));
   WriteFile(context.Output("json"), PathToJson(result, context.ConfigToml()).dump(2) + "\n");
   context.WriteIfWanted("nav", [&] { return PathToNavYaml(result); });
-  if (context.HasOutput("png")) {
+  if (context.HasOutput("png"))
     WritePng(context.Output("png"), DrawPath(inputs, result, options.footprint));
-  }
   context.Report().update(PathFigures(result));
 }
 
