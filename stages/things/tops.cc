@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/things/tops.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -20,20 +21,25 @@ using Points = std::vector<Eigen::Vector3d>;
 struct Top {
   int layer = 0;
   Points points;  // centres of the voxels of this layer and those beside it
+  Eigen::AlignedBox2d around;
 };
 
-Top TopOf(const VoxelLabels& voxels, const Cluster& cluster, int layer) {
-  Top top{layer, {}};
+std::optional<Top> TopOf(const VoxelLabels& voxels, const Cluster& cluster) {
+  const auto layer = TopLayer(voxels, cluster, kTopPartShare);
+  if (!layer) return std::nullopt;
+  Top top{*layer, {}, {}};
   for (const std::size_t i : cluster.voxels) {
-    if (std::abs(voxels.keys[i].z() - layer) > 1) continue;
+    if (std::abs(voxels.keys[i].z() - *layer) > 1) continue;
     top.points.push_back(VoxelCentre(voxels.keys[i], voxels.resolution_m));
+    top.around.extend(Eigen::Vector2d(top.points.back().head<2>()));
   }
   return top;
 }
 
-bool AreNear(const Points& points, const Points& others, double distance_m) {
-  return std::ranges::any_of(points, [&](const Eigen::Vector3d& point) {
-    return std::ranges::any_of(others, [&](const Eigen::Vector3d& other) {
+bool AreNear(const Top& a, const Top& b, double distance_m) {
+  if (a.around.exteriorDistance(b.around) > distance_m) return false;
+  return std::ranges::any_of(a.points, [&](const Eigen::Vector3d& point) {
+    return std::ranges::any_of(b.points, [&](const Eigen::Vector3d& other) {
       return (point - other).head<2>().squaredNorm() <= distance_m * distance_m;
     });
   });
@@ -57,7 +63,7 @@ double FreeShare(const LabelledSpace& space, const Points& points, int layer) {
 }
 
 bool AreOne(const LabelledSpace& space, double max_hidden_m, const Top& a, const Top& b) {
-  if (std::abs(a.layer - b.layer) > 1 || !AreNear(a.points, b.points, max_hidden_m)) return false;
+  if (std::abs(a.layer - b.layer) > 1 || !AreNear(a, b, max_hidden_m)) return false;
   Points both = a.points;
   both.insert(both.end(), b.points.begin(), b.points.end());
   const int layer = a.points.size() >= b.points.size() ? a.layer : b.layer;
@@ -85,20 +91,16 @@ std::vector<Cluster> JoinTops(const VoxelLabels& voxels,
                               const LabelledSpace& space,
                               double max_hidden_m,
                               std::vector<Cluster> clusters) {
+  std::vector<std::optional<Top>> tops;
+  for (const Cluster& cluster : clusters) tops.push_back(TopOf(voxels, cluster));
   for (std::size_t i = 0; i < clusters.size(); ++i) {
-    for (std::size_t j = i + 1; j < clusters.size(); ++j) {
+    for (std::size_t j = i + 1; j < clusters.size() && tops[i]; ++j) {
       if (clusters[j].label != clusters[i].label) break;
-      const auto layer = TopLayer(voxels, clusters[i], kTopPartShare);
-      const auto other_layer = TopLayer(voxels, clusters[j], kTopPartShare);
-      if (!layer) break;
-      if (!other_layer || !AreOne(space,
-                                  max_hidden_m,
-                                  TopOf(voxels, clusters[i], *layer),
-                                  TopOf(voxels, clusters[j], *other_layer))) {
-        continue;
-      }
+      if (!tops[j] || !AreOne(space, max_hidden_m, *tops[i], *tops[j])) continue;
       AddPart(clusters[j], &clusters[i]);
       clusters.erase(clusters.begin() + static_cast<std::ptrdiff_t>(j));
+      tops.erase(tops.begin() + static_cast<std::ptrdiff_t>(j));
+      tops[i] = TopOf(voxels, clusters[i]);
       j = i;  // the larger top may reach others
     }
   }
