@@ -16,4 +16,9 @@ const Signal& ChooseScanner(const std::vector<Signal>& scans,
                             const std::string& sensor_id,
                             const std::string& option);
 
+// Likewise for odometry; InputErrors are of the port `odometry`.
+const Signal& ChooseOdometry(const std::vector<Signal>& odometry,
+                             const std::string& sensor_id,
+                             const std::string& option);
+
 }  // namespace nightmap

@@ -1,34 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/wheel_edges/wheel_edges.h"
 
-#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 
 #include "pipeline/base/input_error.h"
+#include "pipeline/recording/choose_signal.h"
 
 namespace nightmap {
 namespace {
-
-const Signal& ChooseSensor(const std::string& sensor, const std::vector<Signal>& odometry) {
-  if (odometry.empty()) {
-    throw InputError({{"odometry"}},
-                     InputError::Remedy::kInText,
-                     "no sensor of the site measures odometry; add a [[sensor]] of kind "
-                     "\"odometry\" and its [[signal]] to the site config, or map without the "
-                     "profile");
-  }
-  if (sensor.empty() && odometry.size() == 1) return odometry.front();
-  const auto found = std::ranges::find(odometry, sensor, &Signal::sensor_id);
-  if (found != odometry.end()) return *found;
-  std::vector<std::string> ids;
-  for (const Signal& signal : odometry) ids.push_back(signal.sensor_id);
-  throw UsageError(
-      "wheel_edges.sensor is '{}': choose one of the sensors that measure odometry: {}",
-      sensor,
-      fmt::join(ids, ", "));
-}
 
 void WarnOfAxes(const std::vector<RgbdCamera>& cameras, const Signal& wheels) {
   constexpr double kSame_rad = 1e-6;
@@ -51,7 +32,7 @@ void WheelEdgesOptions::Register(OptionList& list) {
 }
 
 WheelEdgesResult RunWheelEdges(const WheelEdgesOptions& options, const WheelEdgesInput& input) {
-  const Signal& wheels = ChooseSensor(options.sensor, input.odometry);
+  const Signal& wheels = ChooseOdometry(input.odometry, options.sensor, "wheel_edges.sensor");
   WarnOfAxes(input.cameras, wheels);
   WheelEdgesResult result{WheelEdges(options.noise, input.frames, input.cameras, wheels)};
   if (result.edges.edges.empty()) {

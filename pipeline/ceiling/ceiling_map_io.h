@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// <job>/ceiling_map.h5: the landmarks of a ceiling, and what the filter said at each frame.
+//
+// HDF5, for F frames, A anchors, L landmarks, C loops; the map's frame is the robot's at its start
+// (x forward, y left, z up, floor at z = 0):
+//   frame_time_ns           int64[F]
+//   frame_pose              double[F x 3]   x, y (m), heading (rad) by what was known at that frame
+//   frame_covariance        double[F x 9]   of these
+//   frame_nis               double[F]       normalized innovation squared of its sightings
+//   frame_num_residuals     int32[F]        degrees of freedom of it
+//   frame_num_misfits       int32[F]        sightings that did not fit
+//   frame_flags             uint8[F]        1: without odometry; 2: wheels slipped
+//   anchor_pose             double[A x 3]   x, y (m), heading (rad), by all that is known
+//   anchor_covariance       double[A x 9]
+//   landmark_track_id       int64[L]
+//   landmark_anchor         int32[L]
+//   landmark_position_m     double[L x 3]   in the map
+//   landmark_covariance_m2  double[L x 9]
+//   landmark_num_sightings  int32[L]
+//   landmark_last_time_ns   int64[L]        frame that saw it last, and where
+//   landmark_last_raw_px    float[L x 2]
+//   loop_anchors            int32[C x 2]    now, then
+//   loop_num_landmarks      int32[C]
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pipeline/geometry/rigid2.h"
+
+namespace nightmap {
+
+struct CeilingFrame {
+  std::int64_t time_ns = 0;
+  Rigid2 map_from_robot;        // by all that is known; the trajectory
+  Rigid2 map_from_robot_then;   // by what was known at this frame
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of the latter
+  double nis = 0;
+  int num_residuals = 0;
+  int num_misfits = 0;
+  bool has_odometry = true;
+  bool has_slipped = false;
+};
+
+struct CeilingLandmark {
+  std::int64_t track_id = 0;
+  int anchor = 0;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // in the map
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
+  int num_sightings = 0;
+  std::int64_t last_time_ns = 0;
+  Eigen::Vector2f last_raw_px = Eigen::Vector2f::Zero();
+};
+
+struct CeilingAnchor {
+  Rigid2 map_from_anchor;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of x, y, heading
+};
+
+struct CeilingLoop {
+  int now = 0;  // anchors
+  int then = 0;
+  int num_landmarks = 0;
+};
+
+struct CeilingMap {
+  std::vector<CeilingFrame> frames;  // times ascend
+  std::vector<CeilingAnchor> anchors;
+  std::vector<CeilingLandmark> landmarks;
+  std::vector<CeilingLoop> loops;
+};
+
+// Equal maps give equal bytes. Throws DataError. The trajectory is not in it.
+void WriteCeilingMap(const std::filesystem::path& path,
+                     const CeilingMap& map,
+                     const std::string& config);
+
+// A PLY of points with the color of their height and the property sigma_m, of the worst direction.
+std::string LandmarksToPly(const std::vector<CeilingLandmark>& landmarks);
+
+}  // namespace nightmap

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// An extended Kalman filter whose time per step does not grow with what it keeps: the compressed
+// filter of Guivant and Nebot, Optimization of the simultaneous localization and map-building
+// algorithm for real-time implementation, IEEE Trans. Robotics and Automation 17(3), 2001.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+
+namespace nightmap {
+
+// A measurement of the state: residual = measured - predicted, with independent noise. `active` is
+// the derivative of the prediction by the active states, one row per residual.
+struct Measurement {
+  Eigen::SparseMatrix<double, Eigen::RowMajor> active;
+  Eigen::VectorXd residual;
+  Eigen::VectorXd variance;  // > 0
+};
+
+// How well a measurement agreed with the prediction: normalized innovation squared, which has the
+// chi-square distribution of as many degrees of freedom if all is modelled.
+struct Innovation {
+  double squared = 0;
+  int degrees_of_freedom = 0;
+};
+
+// Mean and covariance of a state in two parts: the active one, which changes and is measured, and
+// the kept one, which stands still and changes only by its correlation with the active one. What
+// the steps of the active part mean for the kept part is gathered (Phi, Psi, theta of the paper)
+// and applied when somebody asks for it, so a step costs O(n^2 m) for n active states and m
+// residuals however much is kept. The result is that of the plain filter, to rounding. In the
+// linear-Gaussian case it is the Kalman filter. Deterministic; one thread.
+class CompressedEkf {
+ public:
+  // Nothing is kept.
+  CompressedEkf(Eigen::VectorXd mean, Eigen::MatrixXd covariance);
+
+  Eigen::Index NumActive() const { return active_.size(); }
+  Eigen::Index NumKept() const { return kept_.size(); }
+  const Eigen::VectorXd& Active() const { return active_; }
+  const Eigen::MatrixXd& ActiveCovariance() const { return covariance_; }
+
+  // The new active state is f(old) with the derivative `jacobian`; `noise` is the covariance that
+  // is added (its size that of the new state). Prediction, a state that is copied, appended or
+  // removed, and another frame of reference are all of this kind.
+  void Transform(Eigen::VectorXd mean,
+                 const Eigen::SparseMatrix<double, Eigen::RowMajor>& jacobian,
+                 const Eigen::SparseMatrix<double, Eigen::RowMajor>& noise);
+
+  // The innovation that Update would have; changes nothing.
+  Innovation Test(const Measurement& measurement) const;
+  // Joint update by all residuals. Throws DataError when the covariance of the innovation is not
+  // positive definite, or anything is not finite.
+  Innovation Update(const Measurement& measurement);
+  // Likewise of a measurement that involves the kept states too: `kept` is the derivative by them.
+  Innovation Update(const Measurement& measurement,
+                    const Eigen::SparseMatrix<double, Eigen::RowMajor>& kept);
+
+  // Moves active states first .. first + count - 1 to the end of the kept ones.
+  void Keep(Eigen::Index first, Eigen::Index count);
+
+  // With all steps so far.
+  const Eigen::VectorXd& Kept();
+  const Eigen::MatrixXd& KeptCovariance();
+  // Rows: active states, columns: kept states.
+  const Eigen::MatrixXd& CrossCovariance();
+
+ private:
+  struct Gain;
+  Gain Solve(const Measurement& measurement) const;
+  void Flush();
+
+  Eigen::VectorXd active_;
+  Eigen::MatrixXd covariance_;
+  Eigen::VectorXd kept_;
+  Eigen::MatrixXd kept_covariance_;
+  Eigen::MatrixXd cross_;  // active x kept, as of the last Flush
+  // Gathered since then: the active covariance with anything else is phi_ times what it was.
+  Eigen::MatrixXd phi_;
+  Eigen::MatrixXd psi_;
+  Eigen::VectorXd theta_;
+};
+
+}  // namespace nightmap

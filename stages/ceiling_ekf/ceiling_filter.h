@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// The state of EKF-SLAM under a ceiling, and the operations on it: where the robot is, what is wrong
+// with its wheels and its camera, and the landmarks in view.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/ceiling/compressed_ekf.h"
+#include "pipeline/geometry/rigid2.h"
+#include "stages/ceiling_ekf/upward_camera.h"
+
+namespace nightmap {
+
+// Standard deviations of what the filter does not know.
+struct CeilingNoise {
+  double pixel_sigma_px = 0.4;
+  // The wheels' distance and heading after 1 m, and heading after a turn of 1 rad; they grow with
+  // the root of the way, as the sum of independent errors does.
+  double distance_sigma_m = 0.03;
+  double heading_sigma_rad = 0.02;
+  double turn_sigma_rad = 0.05;
+  // What is wrong all the time.
+  double scale_sigma = 0.01;
+  double heading_bias_sigma_rad_per_m = 0.005;
+  double mounting_tilt_sigma_rad = 0.02;
+  // Vibration: from frame to frame.
+  double vibration_sigma_rad = 0.003;
+  // Motion that nothing measured: of a robot without odometry.
+  double unknown_speed_m_per_s = 0.5;
+  double unknown_turn_rad_per_s = 0.5;
+
+  void Register(OptionList& list);
+};
+
+// The robot's motion from one frame to the next.
+struct ControlInput {
+  Rigid2 before_from_after;
+  double distance_m = 0;     // along the way
+  double turn_rad = 0;       // of all turns, left or right
+  double unknown_time_s = 0;  // for which nothing measured it
+};
+
+// One landmark of the active state, in the frame of the anchor.
+struct ActiveLandmark {
+  std::int64_t track_id = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+// A pixel at which a landmark was seen.
+struct LandmarkSighting {
+  std::int64_t track_id = 0;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+};
+
+// Everything near is in the frame of an anchor, the place of the robot some metres ago, and only
+// the anchor's pose is in the map (robocentric mapping: Castellanos, Martinez-Cantin, Tardos, Neira,
+// Robocentric map joining, Robotics and Autonomous Systems 55(1), 2007). So what is seen says
+// nothing of the map's heading, linearization is about small angles, and the filter stays
+// consistent. Anchors that were left are kept states of the compressed filter; their landmarks are
+// no states any more.
+//
+// Active state: the anchor in the map (x, y m, heading rad), the robot in the anchor's frame, tilt
+// by vibration (2, rad), the wheels' scale error (true distance = (1 + error) measured) and heading
+// error (rad per m), tilt of the mounting (2, rad), then clones of robot and vibration (5 each) and
+// landmarks (3 each, m). The map's frame is the robot's at the start. Deterministic; one thread.
+class CeilingFilter {
+ public:
+  CeilingFilter(const UpwardCamera& camera, const CeilingNoise& noise);
+
+  // Differential drive: an arc, with the errors of the state and of CeilingNoise.
+  void Predict(const ControlInput& input);
+  // The last motion is not what the wheels say: adds this uncertainty to the robot's pose, in its
+  // own axes (m, m, rad).
+  void Loosen(const Eigen::Vector3d& sigma);
+
+  // Which sightings fit: chi-square of each alone, two degrees of freedom. Infinite for a landmark
+  // that cannot be seen there, or is none.
+  std::vector<double> Gates(const std::vector<LandmarkSighting>& sightings) const;
+  // Joint update. Sightings of tracks that are no landmarks are not used.
+  Innovation Observe(const std::vector<LandmarkSighting>& sightings);
+  // Those whose pixel lies within so many sigmas of what the state says now, on both axes.
+  std::vector<LandmarkSighting> Agreeing(const std::vector<LandmarkSighting>& sightings,
+                                         double max_sigmas) const;
+  // Chi-square, three degrees of freedom, of the robot's pose in `after` by what this filter, before
+  // an update, expected of it.
+  double Surprise(const CeilingFilter& after) const;
+
+  // Remembers the robot's pose and vibration of now: a view from which corners are seen. Returns its
+  // id, which grows.
+  int AddClone();
+  void RemoveClone(int clone_id);
+  // Adds the landmark that was seen at `from` in a clone and is seen at `now`; false when the two
+  // rays meet at less than `min_parallax_rad`. The depth enters by the second ray alone.
+  bool AddLandmark(std::int64_t track_id,
+                   int clone_id,
+                   const Eigen::Vector2d& from,
+                   const Eigen::Vector2d& now,
+                   double min_parallax_rad);
+  void RemoveLandmark(std::int64_t track_id);
+  bool HasLandmark(std::int64_t track_id) const { return FindLandmark(track_id) != nullptr; }
+  std::vector<ActiveLandmark> Landmarks() const;
+
+  // The robot's place becomes the anchor; the old one is kept.
+  void MoveAnchor();
+  int NumAnchors() const { return static_cast<int>(filter_.NumKept()) / 3 + 1; }
+  // Anchors count from 0; the last is the active one.
+  Rigid2 MapFromAnchor(int anchor);
+  // Of anchors in the map, and of one seen from the last: x, y, heading.
+  Eigen::Matrix3d AnchorCovariance(int anchor);
+  Eigen::Matrix3d RelativeCovariance(int anchor);
+  // Measured: last_from_anchor, with the covariance of x, y, heading.
+  Innovation CloseLoop(int anchor, const Rigid2& last_from_anchor, const Eigen::Matrix3d& covariance);
+
+  Rigid2 AnchorFromRobot() const;
+  Rigid2 MapFromRobot() const;
+  Eigen::Matrix3d RobotCovariance() const;  // in the map
+  Eigen::Vector2d MountingTilt_rad() const { return filter_.Active().segment<2>(10); }
+  double WheelScaleError() const { return filter_.Active()[8]; }
+  double HeadingError_rad_per_m() const { return filter_.Active()[9]; }
+  const CompressedEkf& Filter() const { return filter_; }
+
+ private:
+  struct Part {
+    std::int64_t id = 0;
+    Eigen::Index first = 0;
+  };
+  const Part* FindLandmark(std::int64_t track_id) const;
+  const Part& FindClone(int clone_id) const;
+  void RemoveStates(Eigen::Index first, Eigen::Index count);
+  std::optional<UpwardCamera::Projection> Expect(const Part& landmark) const;
+  Measurement Measure(const std::vector<LandmarkSighting>& sightings) const;
+
+  UpwardCamera camera_;
+  CeilingNoise noise_;
+  CompressedEkf filter_;
+  std::vector<Part> clones_;
+  std::vector<Part> landmarks_;  // ascending id
+  int next_clone_id_ = 0;
+};
+
+}  // namespace nightmap

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/ceiling_ekf/landmark_keeper.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "stages/ceiling_ekf/planar_pose.h"
+
+namespace nightmap {
+namespace {
+
+constexpr int kMinForSlip = 4;       // landmarks that can tell of it
+constexpr double kMaxResidual = 4;   // after the update, in sigmas
+constexpr int kMaxRounds = 3;
+constexpr double kPixelSigmaOfCells_px = 64;  // side of the cells that landmarks are spread over
+
+StoredLandmark Stored(const ActiveLandmark& landmark) {
+  StoredLandmark stored;
+  stored.track_id = landmark.track_id;
+  stored.position = landmark.position;
+  stored.covariance = landmark.covariance;
+  return stored;
+}
+
+std::pair<int, int> CellOf(const Eigen::Vector2f& pixel) {
+  const Eigen::Vector2d cell = pixel.cast<double>() / kPixelSigmaOfCells_px;
+  return {static_cast<int>(std::floor(cell.x())), static_cast<int>(std::floor(cell.y()))};
+}
+
+}  // namespace
+
+void KeeperOptions::Register(OptionList& list) {
+  list.Add("max_landmarks",
+           &max_landmarks,
+           Range(4, 1000),
+           "landmarks in view at most; the time per frame grows with their cube");
+  list.Add("min_parallax_rad",
+           &min_parallax_rad,
+           Range(0.001, 1),
+           "angle between two views from which the depth of a corner is known");
+  list.Add("clone_distance_m",
+           &clone_distance_m,
+           Range(0.001, 10),
+           "way between the views from which new corners are followed");
+  list.Add("max_clones", &max_clones, Range(1, 100), "such views that are remembered at most");
+  list.Add("gate",
+           &gate,
+           Range(1, 1000),
+           "chi-square, two degrees of freedom, up to which a sighting fits its landmark");
+  list.Add("slip_gate",
+           &slip_gate,
+           Range(1, 1e9),
+           "chi-square, three degrees of freedom, from which the wheels slipped");
+  list.Add("max_misfits",
+           &max_misfits,
+           Range(1, 1000),
+           "sightings in a row that do not fit, from which a landmark is deleted");
+  list.Add("min_sightings",
+           &min_sightings,
+           Range(2, 1000),
+           "sightings that a landmark of the map has at least");
+  list.Add("max_sigma_m",
+           &max_sigma_m,
+           Range(0.001, 10),
+           "deviation of a landmark of the map at most, on each axis of its anchor");
+}
+
+LandmarkKeeper::LandmarkKeeper(const KeeperOptions& options, CeilingFilter* filter)
+    : options_(options), filter_(filter) {}
+
+std::vector<LandmarkSighting> LandmarkKeeper::Fitting(
+    const std::vector<LandmarkSighting>& sightings) const {
+  const std::vector<double> gates = filter_->Gates(sightings);
+  std::vector<LandmarkSighting> fitting;
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    if (gates[i] < options_.gate) fitting.push_back(sightings[i]);
+  }
+  return fitting;
+}
+
+ObservedFrame LandmarkKeeper::Update(const std::vector<LandmarkSighting>& sightings,
+                                     const ControlInput& motion) {
+  const double distance_m = motion.distance_m;
+  const Eigen::Vector3d sigma(distance_m + 0.01, 0.3 * distance_m + 0.003, motion.turn_rad + 0.02);
+  ObservedFrame observed;
+  CeilingFilter before = *filter_;
+  std::vector<LandmarkSighting> fitting = Fitting(sightings);
+  const bool can_tell = static_cast<int>(sightings.size()) >= kMinForSlip;
+  const auto loosen = [&] {
+    observed.has_slipped = true;
+    *filter_ = before;
+    filter_->Loosen(sigma);
+    before = *filter_;
+    fitting = Fitting(sightings);
+  };
+  if (can_tell && 2 * fitting.size() < sightings.size()) loosen();
+  for (int round = 0; round < kMaxRounds; ++round) {
+    observed.innovation = filter_->Observe(fitting);
+    if (can_tell && !observed.has_slipped && fitting.size() >= kMinForSlip &&
+        before.Surprise(*filter_) > options_.slip_gate) {
+      loosen();
+      continue;
+    }
+    const std::vector<LandmarkSighting> agreeing = filter_->Agreeing(fitting, kMaxResidual);
+    if (agreeing.size() == fitting.size() || round + 1 == kMaxRounds) break;
+    fitting = agreeing;
+    *filter_ = before;
+  }
+  used_ = fitting;
+  observed.num_used = static_cast<int>(fitting.size());
+  observed.num_misfits = static_cast<int>(sightings.size() - fitting.size());
+  return observed;
+}
+
+void LandmarkKeeper::CountMisfits(const std::vector<LandmarkSighting>& seen,
+                                  const std::vector<LandmarkSighting>& used) {
+  for (const LandmarkSighting& sighting : used) {
+    Followed& followed = followed_.at(sighting.track_id);
+    followed.num_misfits = -1;
+    ++followed.num_sightings;
+    ++counts_.num_modified;
+  }
+  for (const LandmarkSighting& sighting : seen) {
+    Followed& followed = followed_.at(sighting.track_id);
+    if (++followed.num_misfits < options_.max_misfits) continue;
+    filter_->RemoveLandmark(sighting.track_id);
+    followed_.erase(sighting.track_id);
+    ++counts_.num_inconsistent;
+  }
+}
+
+void LandmarkKeeper::RemoveEnded(const TrackedFrame& frame) {
+  std::set<std::int64_t> ended;
+  for (const auto& [track_id, followed] : followed_) {
+    if (!std::ranges::binary_search(frame.sightings, track_id, {}, &CornerSighting::track_id)) {
+      ended.insert(track_id);
+    }
+  }
+  for (const ActiveLandmark& landmark : filter_->Landmarks()) {
+    if (!ended.contains(landmark.track_id)) continue;
+    const Followed& followed = followed_.at(landmark.track_id);
+    if (IsWorthKeeping(landmark, followed)) {
+      StoredLandmark& stored = stored_.emplace_back(Stored(landmark));
+      stored.num_sightings = followed.num_sightings;
+      stored.last_time_ns = followed.last_time_ns;
+      stored.last_raw_px = followed.last_raw_px;
+    } else {
+      ++counts_.num_weak;
+    }
+    filter_->RemoveLandmark(landmark.track_id);
+  }
+  for (const std::int64_t track_id : ended) followed_.erase(track_id);
+}
+
+bool LandmarkKeeper::IsWorthKeeping(const ActiveLandmark& landmark,
+                                    const Followed& followed) const {
+  return followed.num_sightings >= options_.min_sightings &&
+         landmark.covariance.diagonal().maxCoeff() < options_.max_sigma_m * options_.max_sigma_m;
+}
+
+void LandmarkKeeper::AddLandmarks(const TrackedFrame& frame) {
+  std::map<std::pair<int, int>, int> num_in_cell;
+  int num_landmarks = 0;
+  for (const CornerSighting& sighting : frame.sightings) {
+    const auto found = followed_.find(sighting.track_id);
+    if (found == followed_.end() || !found->second.is_landmark) continue;
+    ++num_in_cell[CellOf(sighting.px)];
+    ++num_landmarks;
+  }
+  for (const CornerSighting& sighting : frame.sightings) {
+    if (num_landmarks >= options_.max_landmarks) return;
+    const auto found = followed_.find(sighting.track_id);
+    if (found == followed_.end() || found->second.is_landmark) continue;
+    int& num_here = num_in_cell[CellOf(sighting.px)];
+    if (num_here >= 2) continue;
+    Followed& followed = found->second;
+    if (!filter_->AddLandmark(sighting.track_id,
+                              followed.clone_id,
+                              followed.clone_px,
+                              sighting.px.cast<double>(),
+                              options_.min_parallax_rad)) {
+      continue;
+    }
+    followed.is_landmark = true;
+    followed.num_sightings = 2;
+    ++counts_.num_added;
+    ++num_here;
+    ++num_landmarks;
+  }
+}
+
+void LandmarkKeeper::AddCandidates(const TrackedFrame& frame) {
+  if (!clones_.empty() && path_m_ - clones_.back().path_m < options_.clone_distance_m) return;
+  std::vector<const CornerSighting*> candidates;
+  for (const CornerSighting& sighting : frame.sightings) {
+    if (!followed_.contains(sighting.track_id)) candidates.push_back(&sighting);
+  }
+  if (candidates.empty()) return;
+  const int clone_id = filter_->AddClone();
+  clones_.push_back({clone_id, path_m_});
+  for (const CornerSighting* sighting : candidates) {
+    Followed& followed = followed_[sighting->track_id];
+    followed.clone_id = clone_id;
+    followed.clone_px = sighting->px.cast<double>();
+  }
+}
+
+void LandmarkKeeper::RemoveClones() {
+  std::set<int> needed;
+  if (static_cast<int>(clones_.size()) > options_.max_clones) {
+    std::erase_if(followed_, [&](const auto& entry) {
+      return !entry.second.is_landmark && entry.second.clone_id == clones_.front().id;
+    });
+  }
+  for (const auto& [track_id, followed] : followed_) {
+    if (!followed.is_landmark) needed.insert(followed.clone_id);
+  }
+  std::erase_if(clones_, [&](const Clone& clone) {
+    if (needed.contains(clone.id)) return false;
+    filter_->RemoveClone(clone.id);
+    return true;
+  });
+}
+
+ObservedFrame LandmarkKeeper::Observe(const TrackedFrame& frame, const ControlInput& motion) {
+  path_m_ += motion.distance_m;
+  RemoveEnded(frame);
+  std::vector<LandmarkSighting> seen;
+  for (const CornerSighting& sighting : frame.sightings) {
+    const auto found = followed_.find(sighting.track_id);
+    if (found == followed_.end()) continue;
+    found->second.last_time_ns = frame.time_ns;
+    found->second.last_raw_px = sighting.raw_px;
+    if (found->second.is_landmark) {
+      seen.push_back({sighting.track_id, sighting.px.cast<double>()});
+    }
+  }
+  const ObservedFrame observed = Update(seen, motion);
+  CountMisfits(seen, used_);
+  AddLandmarks(frame);
+  AddCandidates(frame);
+  RemoveClones();
+  return observed;
+}
+
+std::vector<StoredLandmark> LandmarkKeeper::TakeStored() {
+  std::vector<StoredLandmark> stored;
+  stored.swap(stored_);
+  return stored;
+}
+
+std::vector<StoredLandmark> LandmarkKeeper::Active() const {
+  std::vector<StoredLandmark> active;
+  for (const ActiveLandmark& landmark : filter_->Landmarks()) {
+    if (IsWorthKeeping(landmark, followed_.at(landmark.track_id))) {
+      active.push_back(Stored(landmark));
+    }
+  }
+  return active;
+}
+
+void LandmarkKeeper::Finish() {
+  RemoveEnded(TrackedFrame{});
+  RemoveClones();
+}
+
+}  // namespace nightmap

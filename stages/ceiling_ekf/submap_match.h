@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the landmarks that the robot saw just now lie among those of a place that it left long ago.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/geometry/rigid2.h"
+
+namespace nightmap {
+
+struct SubmapMatchOptions {
+  int max_descriptor_bits = 70;  // of 256
+  double max_distance_m = 0.06;
+  double max_height_difference_m = 0.12;
+  int min_pairs = 8;
+  double max_rival_ratio = 0.7;
+
+  void Register(OptionList& list);
+};
+
+struct SubmapLandmark {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // metres; z up
+  std::array<std::uint8_t, 32> descriptor{};
+};
+
+struct SubmapMatch {
+  Rigid2 now_from_then;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of x, y (m), heading (rad)
+  std::vector<std::pair<int, int>> pairs;                // indices in `now` and `then`
+  int num_rival_pairs = 0;
+};
+
+// The pose under which most landmarks of one submap lie on landmarks of the other that look and are
+// as high alike. `expected` is now_from_then by the filter, with its covariance; pairs farther than
+// that allows (99.9 %) are not tried. Two pairs make a hypothesis, as in RANSAC, but all of the best
+// looking are tried, so nothing is random. None when fewer than `min_pairs` agree, or when another
+// pose, as between tiles that look alike, has `max_rival_ratio` of the pairs of the best: then the
+// place is ambiguous. Deterministic.
+std::optional<SubmapMatch> MatchSubmaps(const SubmapMatchOptions& options,
+                                        const std::vector<SubmapLandmark>& now,
+                                        const std::vector<SubmapLandmark>& then,
+                                        const Rigid2& expected,
+                                        const Eigen::Matrix3d& covariance);
+
+}  // namespace nightmap

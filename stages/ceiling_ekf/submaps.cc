@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/ceiling_ekf/submaps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "stages/ceiling_ekf/planar_pose.h"
+
+namespace nightmap {
+namespace {
+
+constexpr double kView_m = 6;  // two places farther apart have no ceiling in common
+
+Eigen::Vector3d MovedBy(const Rigid2& pose, const Eigen::Vector3d& point) {
+  Eigen::Vector3d moved;
+  moved << pose * point.head<2>(), point.z();
+  return moved;
+}
+
+}  // namespace
+
+Submaps::Submaps(const SubmapMatchOptions& options,
+                 double min_loop_path_m,
+                 const std::vector<TrackDescriptor>& descriptors)
+    : options_(options), min_loop_path_m_(min_loop_path_m), descriptors_(descriptors) {}
+
+std::vector<SubmapLandmark> Submaps::Look(const std::vector<StoredLandmark>& landmarks) const {
+  std::vector<SubmapLandmark> look;
+  for (const StoredLandmark& landmark : landmarks) {
+    const auto descriptor =
+        std::ranges::lower_bound(descriptors_, landmark.track_id, {}, &TrackDescriptor::track_id);
+    look.push_back({landmark.position, descriptor->orb});
+  }
+  return look;
+}
+
+std::vector<SubmapLandmark> Submaps::Around(int anchor,
+                                            CeilingFilter* filter,
+                                            std::vector<Place>* places) const {
+  std::vector<StoredLandmark> around;
+  const Rigid2 anchor_from_map = filter->MapFromAnchor(anchor).Inverse();
+  for (int i = std::max(0, anchor - 1); i <= anchor + 1; ++i) {
+    const Rigid2 anchor_from_other = anchor_from_map * filter->MapFromAnchor(i);
+    const std::vector<Hanging>& landmarks = submaps_[static_cast<std::size_t>(i)].landmarks;
+    for (std::size_t j = 0; j < landmarks.size(); ++j) {
+      StoredLandmark moved = landmarks[j].landmark;
+      moved.position = MovedBy(anchor_from_other, moved.position);
+      around.push_back(moved);
+      places->emplace_back(i, static_cast<int>(j));
+    }
+  }
+  return Look(around);
+}
+
+void Submaps::Merge(const StoredLandmark& again, const Place& place) {
+  met_again_[again.track_id] = place;
+  auto& first = submaps_[static_cast<std::size_t>(place.first)]
+                    .landmarks[static_cast<std::size_t>(place.second)];
+  first.landmark.num_sightings += again.num_sightings;
+  first.num_missed = 0;
+}
+
+void Submaps::Leave(std::vector<StoredLandmark> stored,
+                    const std::vector<StoredLandmark>& active,
+                    double path_m,
+                    CeilingFilter* filter) {
+  std::vector<StoredLandmark> seen = stored;
+  seen.insert(seen.end(), active.begin(), active.end());
+  const std::vector<SubmapLandmark> now = Look(seen);
+  const int last = static_cast<int>(submaps_.size());
+  std::optional<SubmapMatch> best;
+  int best_anchor = -1;
+  std::vector<Place> best_places;
+  bool was_looked_for = false;
+  for (int anchor = 0; anchor + 1 < last; ++anchor) {
+    if (path_m - submaps_[static_cast<std::size_t>(anchor) + 1].path_m < min_loop_path_m_) break;
+    const Rigid2 expected =
+        filter->MapFromAnchor(last).Inverse() * filter->MapFromAnchor(anchor);
+    const Eigen::Matrix3d covariance = filter->RelativeCovariance(anchor);
+    const double sigma_m = std::sqrt(covariance(0, 0) + covariance(1, 1));
+    if (expected.translation.norm() > kView_m + 3 * sigma_m) continue;
+    std::vector<Place> places;
+    const std::vector<SubmapLandmark> then = Around(anchor, filter, &places);
+    was_looked_for = true;
+    auto match = MatchSubmaps(options_, now, then, expected, covariance);
+    if (!match || (best && best->pairs.size() >= match->pairs.size())) continue;
+    best = std::move(match);
+    best_anchor = anchor;
+    best_places = std::move(places);
+  }
+  num_ambiguous_ += was_looked_for && !best;
+  if (best) {
+    filter->CloseLoop(best_anchor, best->now_from_then, best->covariance);
+    loops_.push_back({last, best_anchor, static_cast<int>(best->pairs.size())});
+    for (const auto& [i, j] : best->pairs) {
+      Merge(seen[static_cast<std::size_t>(i)], best_places[static_cast<std::size_t>(j)]);
+    }
+  }
+  Submap& submap = submaps_.emplace_back();
+  submap.path_m = path_m;
+  for (StoredLandmark& landmark : stored) {
+    if (!met_again_.contains(landmark.track_id)) submap.landmarks.push_back({landmark, 0});
+  }
+}
+
+void Submaps::Describe(CeilingFilter* filter, CeilingMap* map) const {
+  for (int anchor = 0; anchor < static_cast<int>(submaps_.size()); ++anchor) {
+    const Rigid2 map_from_anchor = filter->MapFromAnchor(anchor);
+    const Eigen::Matrix3d covariance = filter->AnchorCovariance(anchor);
+    map->anchors.push_back({map_from_anchor, covariance});
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    turn.topLeftCorner<2, 2>() =
+        Eigen::Rotation2Dd(map_from_anchor.heading_rad).toRotationMatrix();
+    for (const Hanging& hanging : submaps_[static_cast<std::size_t>(anchor)].landmarks) {
+      const StoredLandmark& stored = hanging.landmark;
+      CeilingLandmark landmark;
+      landmark.track_id = stored.track_id;
+      landmark.anchor = anchor;
+      landmark.position_m = MovedBy(map_from_anchor, stored.position);
+      const Eigen::Vector3d arm = turn * stored.position;
+      Eigen::Matrix3d by_anchor = Eigen::Matrix3d::Zero();
+      by_anchor << 1, 0, -arm.y(), 0, 1, arm.x(), 0, 0, 0;
+      landmark.covariance_m2 = by_anchor * covariance * by_anchor.transpose() +
+                               turn * stored.covariance * turn.transpose();
+      landmark.num_sightings = stored.num_sightings;
+      landmark.last_time_ns = stored.last_time_ns;
+      landmark.last_raw_px = stored.last_raw_px;
+      map->landmarks.push_back(landmark);
+    }
+  }
+  map->loops = loops_;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// The landmarks that left the filter, by the anchor that they hang on, and the loops between them.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "pipeline/ceiling/ceiling_map_io.h"
+#include "pipeline/ceiling/corner_tracks_io.h"
+#include "stages/ceiling_ekf/ceiling_filter.h"
+#include "stages/ceiling_ekf/landmark_keeper.h"
+#include "stages/ceiling_ekf/submap_match.h"
+
+namespace nightmap {
+
+// Deterministic; one thread.
+class Submaps {
+ public:
+  // `descriptors` must outlive it; ascending track_id.
+  Submaps(const SubmapMatchOptions& options,
+          double min_loop_path_m,
+          const std::vector<TrackDescriptor>& descriptors);
+
+  // The filter is about to leave its last anchor, on which `stored` hang, with `active` in view.
+  // Looks for places within reach that were left `min_loop_path_m` ago, and closes the loop to the
+  // one with most landmarks met again. A landmark that is met again is one landmark; one of that
+  // place that should be in view and is not, twice, is deleted.
+  void Leave(std::vector<StoredLandmark> stored,
+             const std::vector<StoredLandmark>& active,
+             double path_m,
+             CeilingFilter* filter);
+
+  // Anchors, landmarks in the map's frame, and loops, by all that the filter knows.
+  void Describe(CeilingFilter* filter, CeilingMap* map) const;
+  int NumAmbiguous() const { return num_ambiguous_; }
+
+ private:
+  struct Hanging {
+    StoredLandmark landmark;
+    int num_missed = 0;  // visits of its place without it
+  };
+  struct Submap {
+    std::vector<Hanging> landmarks;
+    double path_m = 0;
+  };
+  using Place = std::pair<int, int>;  // submap, landmark
+
+  std::vector<SubmapLandmark> Look(const std::vector<StoredLandmark>& landmarks) const;
+  // Landmarks of a submap and its neighbours, in the frame of its anchor.
+  std::vector<SubmapLandmark> Around(int anchor, CeilingFilter* filter, std::vector<Place>* places) const;
+  void Merge(const StoredLandmark& again, const Place& place);
+
+  SubmapMatchOptions options_;
+  double min_loop_path_m_;
+  const std::vector<TrackDescriptor>& descriptors_;
+  std::vector<Submap> submaps_;
+  std::map<std::int64_t, Place> met_again_;  // by track
+  std::vector<CeilingLoop> loops_;
+  int num_ambiguous_ = 0;
+};
+
+}  // namespace nightmap
