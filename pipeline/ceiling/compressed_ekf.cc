@@ -36,8 +36,11 @@ struct CompressedEkf::Gain {
   }
 };
 
-CompressedEkf::CompressedEkf(Eigen::VectorXd mean, Eigen::MatrixXd covariance)
-    : active_(std::move(mean)),
+CompressedEkf::CompressedEkf(Eigen::VectorXd mean,
+                             Eigen::MatrixXd covariance,
+                             Eigen::Index considered)
+    : considered_(considered),
+      active_(std::move(mean)),
       covariance_(std::move(covariance)),
       kept_covariance_(0, 0),
       cross_(active_.size(), 0) {}
@@ -52,6 +55,16 @@ void CompressedEkf::Transform(Eigen::VectorXd mean,
   covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
   if (NumKept() > 0) phi_ = (jacobian * phi_).eval();
   else cross_.resize(active_.size(), 0);
+}
+
+void CompressedEkf::Correct(const Eigen::MatrixXd& root, const Eigen::VectorXd& residual) {
+  const double mean = considered_ < 0 ? 0 : active_[considered_];
+  const double variance = considered_ < 0 ? 0 : covariance_(considered_, considered_);
+  active_.noalias() += root.transpose() * residual;
+  SubtractSquare(root, &covariance_);
+  if (considered_ < 0) return;
+  active_[considered_] = mean;
+  covariance_(considered_, considered_) = variance;
 }
 
 CompressedEkf::Gain CompressedEkf::Solve(const Measurement& measurement) const {
@@ -75,8 +88,7 @@ Innovation CompressedEkf::Test(const Measurement& measurement) const {
 
 Innovation CompressedEkf::Update(const Measurement& measurement) {
   const Gain gain = Solve(measurement);
-  active_.noalias() += gain.root.transpose() * gain.residual;
-  SubtractSquare(gain.root, &covariance_);
+  Correct(gain.root, gain.residual);
   if (NumKept() > 0) {
     Eigen::MatrixXd seen = measurement.active * phi_;
     gain.factor.matrixL().solveInPlace(seen);
@@ -99,9 +111,8 @@ Innovation CompressedEkf::Update(const Measurement& measurement, const SparseRow
   factor.matrixL().solveInPlace(by_active);
   factor.matrixL().solveInPlace(by_kept);
   const Eigen::VectorXd residual = factor.matrixL().solve(measurement.residual);
-  active_.noalias() += by_active.transpose() * residual;
+  Correct(by_active, residual);
   kept_.noalias() += by_kept.transpose() * residual;
-  SubtractSquare(by_active, &covariance_);
   SubtractSquare(by_kept, &kept_covariance_);
   cross_.noalias() -= by_active.transpose() * by_kept;
   if (!active_.allFinite() || !kept_.allFinite()) {

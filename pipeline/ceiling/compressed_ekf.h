@@ -32,8 +32,10 @@ struct Innovation {
 // linear-Gaussian case it is the Kalman filter. Deterministic; one thread.
 class CompressedEkf {
  public:
-  // Nothing is kept.
-  CompressedEkf(Eigen::VectorXd mean, Eigen::MatrixXd covariance);
+  // Nothing is kept. Active state `considered`, if not negative, is one that no measurement can tell
+  // (Schmidt, Application of state-space methods to navigation problems, 1966): its mean and
+  // variance change by Transform only, and what it does to the others stays in their covariance.
+  CompressedEkf(Eigen::VectorXd mean, Eigen::MatrixXd covariance, Eigen::Index considered = -1);
 
   Eigen::Index NumActive() const { return active_.size(); }
   Eigen::Index NumKept() const { return kept_.size(); }
@@ -68,8 +70,11 @@ class CompressedEkf {
  private:
   struct Gain;
   Gain Solve(const Measurement& measurement) const;
+  // Moves the active states by `root`^T residual, and takes root^T root from their covariance.
+  void Correct(const Eigen::MatrixXd& root, const Eigen::VectorXd& residual);
   void Flush();
 
+  Eigen::Index considered_;
   Eigen::VectorXd active_;
   Eigen::MatrixXd covariance_;
   Eigen::VectorXd kept_;

@@ -34,7 +34,7 @@ CompressedEkf StartOf(const CeilingNoise& noise) {
   variance[kHeadingError] = std::pow(noise.heading_bias_sigma_rad_per_m, 2);
   variance.segment<2>(kMounting).setConstant(std::pow(noise.mounting_tilt_sigma_rad, 2));
   variance = variance.cwiseMax(kExactVariance);
-  return {Eigen::VectorXd::Zero(kNumFixed), variance.asDiagonal()};
+  return {Eigen::VectorXd::Zero(kNumFixed), variance.asDiagonal(), kScale};
 }
 
 }  // namespace
@@ -155,10 +155,15 @@ Measurement CeilingFilter::Measure(const std::vector<LandmarkSighting>& sighting
     const Part* landmark = FindLandmark(sighting.track_id);
     const auto expected = landmark ? Expect(*landmark) : std::nullopt;
     if (!expected) continue;
-    rows.Add(row, kRobot, expected->by_pose);
-    rows.Add(row, kVibration, expected->by_tilt);
-    rows.Add(row, kMounting, expected->by_tilt);
-    rows.Add(row, landmark->first, expected->by_point);
+    const auto linear = camera_.Project(
+        filter_.Active().segment<3>(kRobot),
+        filter_.Active().segment<2>(kVibration) + filter_.Active().segment<2>(kMounting),
+        landmark->linearized_at);
+    if (!linear) continue;
+    rows.Add(row, kRobot, linear->by_pose);
+    rows.Add(row, kVibration, linear->by_tilt);
+    rows.Add(row, kMounting, linear->by_tilt);
+    rows.Add(row, landmark->first, linear->by_point);
     measurement.residual.segment<2>(row) = sighting.pixel - expected->pixel;
     row += 2;
   }
@@ -247,7 +252,7 @@ bool CeilingFilter::AddLandmark(std::int64_t track_id,
   noise.Add(n, n, by_pixel * by_pixel.transpose() + by_depth * by_depth.transpose());
   filter_.Transform(std::move(mean), jacobian.Build(), noise.Build());
   const auto place = std::ranges::lower_bound(landmarks_, track_id, {}, &Part::id);
-  landmarks_.insert(place, {track_id, n});
+  landmarks_.insert(place, {track_id, n, ray.point});
   Observe({{track_id, now}});
   return true;
 }
@@ -313,7 +318,8 @@ void CeilingFilter::MoveAnchor() {
     jacobian.Add(clone.first, clone.first, seen.by_second);
     jacobian.Identity(clone.first + 3, 2);
   }
-  for (const Part& landmark : landmarks_) {
+  for (Part& landmark : landmarks_) {
+    landmark.linearized_at = PointFrom(robot, landmark.linearized_at).point;
     const SeenPoint seen = PointFrom(robot, state.segment<3>(landmark.first));
     mean.segment<3>(landmark.first) = seen.point;
     jacobian.Add(landmark.first, kRobot, seen.by_pose);

@@ -128,6 +128,8 @@ class CeilingFilter {
   struct Part {
     std::int64_t id = 0;
     Eigen::Index first = 0;
+    // Of a landmark: where it was when it was added. All derivatives are taken there.
+    Eigen::Vector3d linearized_at = Eigen::Vector3d::Zero();
   };
   const Part* FindLandmark(std::int64_t track_id) const;
   const Part& FindClone(int clone_id) const;
