@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
-constexpr std::array kDetectors = {"sift", "orb", "brisk", "fast_orb", "fast_brisk"};
+constexpr std::array kDetectors = {"sift", "orb", "brisk", "fast_orb", "fast_brisk", "harris"};
 const Camera kCamera{kWidth, kHeight, 260, 260, 159.5, 119.5};
 
 ColorImage Gray() {
