@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/ceiling_tracks/corner_flow.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
+
+#include "pipeline/features/refine_corner.h"
 
 namespace nightmap {
 
@@ -81,7 +84,7 @@ void FlowOptions::Register(OptionList& list) {
            "a track ends when the flow back misses its corner by more");
   list.Add("refine_radius_px",
            &refine_radius_px,
-           Range(2, 20),
+           Range(2, kMaxRefineRadius_px),
            "half size of the window whose gradients put a track back onto its corner");
   list.Add("max_refinement_px",
            &max_refinement_px,
@@ -134,22 +137,22 @@ std::vector<FollowedCorner> FollowCorners(const FlowPicture& from,
   }
   if (found.empty()) return followed;
   const Flow back = FlowFrom(to, from, found, start_back, options);
-  Pixels refined = found;
-  cv::cornerSubPix(image,
-                   refined,
-                   {options.refine_radius_px, options.refine_radius_px},
-                   {-1, -1},
-                   {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.01});
+  const GrayView view{image.ptr(), image.cols, image.rows, static_cast<std::ptrdiff_t>(image.step)};
   for (std::size_t k = 0; k < found.size(); ++k) {
     FollowedCorner& corner = followed[of_found[k]];
-    corner.pixel = {refined[k].x, refined[k].y};
     const float error_px = Distance_px(back.pixels[k], origins[of_found[k]]);
     if (!back.is_found[k] || !(error_px <= options.max_backward_error_px)) {
       corner.end = TrackEnd::kBackward;
-    } else if (!(Distance_px(refined[k], found[k]) <= options.max_refinement_px)) {
+      continue;
+    }
+    const auto refined = RefineCorner(
+        view, {found[k].x, found[k].y}, options.refine_radius_px, options.max_refinement_px);
+    if (!refined) {
       corner.end = TrackEnd::kOffCorner;
-    } else if (!IsInside(refined[k], image, options.border_px)) {
+    } else if (!IsInside({refined->x(), refined->y()}, image, options.border_px)) {
       corner.end = TrackEnd::kBorder;
+    } else {
+      corner.pixel = *refined;
     }
   }
   return followed;

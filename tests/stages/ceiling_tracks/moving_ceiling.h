@@ -17,6 +17,7 @@ namespace nightmap {
 struct MovingCeiling {
   static constexpr int kWidth = 320, kHeight = 240;
   Camera camera{kWidth, kHeight, 250, 250, 159.5, 119.5};
+  double angle_rad = 0.3;              // of frame 0: its tiles lie at all phases to the pixels
   double turn_rad = 0.01;              // per frame
   Eigen::Vector2d step_px{2.3, -1.1};  // per frame
 
