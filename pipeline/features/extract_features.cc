@@ -23,9 +23,10 @@ constexpr int kFew = 300;
 constexpr int kWeaker = 3;
 
 bool IsFast(const ExtractionOptions& options) { return options.detector.starts_with("fast_"); }
+bool IsHarris(const ExtractionOptions& options) { return options.detector == "harris"; }
 
-// Makes the describer. Except for FAST corners it also detects the keypoints, of which SIFT and ORB
-// keep the strongest ones.
+// Makes the describer. Except for FAST and Harris corners it also detects the keypoints, of which
+// SIFT and ORB keep the strongest ones.
 cv::Ptr<cv::Feature2D> MakeDescriber(const ExtractionOptions& options, int num_kept) {
   switch (options.Kind()) {
     case DescriptorKind::kRootSift:
@@ -39,7 +40,7 @@ cv::Ptr<cv::Feature2D> MakeDescriber(const ExtractionOptions& options, int num_k
       return cv::ORB::create(2 * num_kept,
                              1.2f,
                              8,
-                             kOrbPatch_px,
+                             IsHarris(options) ? kHarrisBorder_px : kOrbPatch_px,
                              0,
                              2,
                              cv::ORB::HARRIS_SCORE,
@@ -62,6 +63,20 @@ std::vector<cv::KeyPoint> FastCorners(const cv::Mat& image, const ExtractionOpti
     corner.octave = 0;
   }
   return corners;
+}
+
+// Corners at one scale, with orientation, so that the describer turns its pattern with the picture.
+std::vector<cv::KeyPoint> HarrisKeypoints(const GrayImage& gray, const ExtractionOptions& options) {
+  std::vector<cv::KeyPoint> keypoints;
+  for (const HarrisCorner& corner : FindHarrisCorners(gray, options.harris)) {
+    keypoints.emplace_back(corner.pixel.x(),
+                           corner.pixel.y(),
+                           static_cast<float>(kOrbPatch_px),
+                           corner.angle_deg,
+                           corner.response,
+                           0);
+  }
+  return keypoints;
 }
 
 // OpenCV's SIFT doubles the image about its edges but halves keypoints about the first pixel's
@@ -116,16 +131,20 @@ void AppendRootSift(const cv::Mat& descriptors, std::vector<std::uint8_t>* bytes
 }
 
 // The strongest keypoints outside of the mask, and a row of descriptors for each.
-std::pair<std::vector<cv::KeyPoint>, cv::Mat> Detect(const cv::Mat& image,
+std::pair<std::vector<cv::KeyPoint>, cv::Mat> Detect(const GrayImage& gray,
                                                      const ExtractionOptions& options,
                                                      const GrayImage& moving) {
+  const cv::Mat image(
+      gray.height, gray.width, CV_8UC1, const_cast<std::uint8_t*>(gray.pixels.data()));
   const int num_kept = (IsAnyMasked(moving) ? kMaskedExcess : 1) * options.num_features;
   const auto describer = MakeDescriber(options, num_kept);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
   if (IsFast(options)) keypoints = FastCorners(image, options);
+  if (IsHarris(options)) keypoints = HarrisKeypoints(gray, options);
+  const bool are_given = IsFast(options) || IsHarris(options);
   // One call, because detect() and compute() would each build the image pyramid.
-  describer->detectAndCompute(image, cv::noArray(), keypoints, descriptors, IsFast(options));
+  describer->detectAndCompute(image, cv::noArray(), keypoints, descriptors, are_given);
   CentreOnPixels(options.Kind(), &keypoints);
   KeepStrongest(options.num_features, moving, &keypoints, &descriptors);
   return {std::move(keypoints), descriptors};
@@ -135,6 +154,7 @@ std::pair<std::vector<cv::KeyPoint>, cv::Mat> Detect(const cv::Mat& image,
 ExtractionOptions Weaker(ExtractionOptions options) {
   options.sift_contrast_threshold /= kWeaker;
   options.fast_threshold = std::max(1, options.fast_threshold / kWeaker);
+  options.harris.min_gradient /= kWeaker;
   options.num_features = std::min(options.num_features, kFew);
   return options;
 }
@@ -190,9 +210,10 @@ float SurfaceDepth_m(std::vector<DepthSample> samples, double max_step) {
 void ExtractionOptions::Register(OptionList& list) {
   list.Add("detector",
            &detector,
-           {"sift", "orb", "brisk", "fast_orb", "fast_brisk"},
-           "keypoints and descriptors; fast_: FAST corners of one scale, described upright. SURF "
-           "is missing because it is patented and Debian's OpenCV is built without it");
+           {"sift", "orb", "brisk", "fast_orb", "fast_brisk", "harris"},
+           "keypoints and descriptors; fast_: FAST corners of one scale, described upright; "
+           "harris: Harris corners of one scale, described as by ORB at any angle. SURF is missing "
+           "because it is patented and Debian's OpenCV is built without it");
   list.Add("num_features",
            &num_features,
            Range(50, 20000),
@@ -210,6 +231,14 @@ void ExtractionOptions::Register(OptionList& list) {
            &fast_threshold,
            Range(1, 100),
            "threshold of ORB, BRISK and FAST, in gray levels");
+  list.Add("harris_min_gradient",
+           &harris.min_gradient,
+           Range(0.1, 100),
+           "weakest Harris corner, by its gradient in every direction, in gray levels per pixel");
+  list.Add("harris_max_per_cell",
+           &harris.max_per_cell,
+           Range(1, 1000),
+           "Harris corners kept in each of 8 x 6 cells of the picture, strongest first");
   list.Add("depth_window_px",
            &depth_window_px,
            Range(0, 10),
@@ -222,18 +251,18 @@ void ExtractionOptions::Register(OptionList& list) {
 
 DescriptorKind ExtractionOptions::Kind() const {
   if (detector == "sift") return DescriptorKind::kRootSift;
-  return detector.ends_with("orb") ? DescriptorKind::kOrb : DescriptorKind::kBrisk;
+  return detector.ends_with("orb") || detector == "harris" ? DescriptorKind::kOrb
+                                                           : DescriptorKind::kBrisk;
 }
 
 FrameFeatures ExtractFeatures(const ColorImage& color,
                               const Camera& camera,
                               const ExtractionOptions& options,
                               const GrayImage& moving) {
-  GrayImage gray = ToGray(color);
-  const cv::Mat image(gray.height, gray.width, CV_8UC1, gray.pixels.data());
-  auto [keypoints, descriptors] = Detect(image, options, moving);
+  const GrayImage gray = ToGray(color);
+  auto [keypoints, descriptors] = Detect(gray, options, moving);
   if (IsAnyMasked(moving) && static_cast<int>(keypoints.size()) < kFew) {
-    std::tie(keypoints, descriptors) = Detect(image, Weaker(options), moving);
+    std::tie(keypoints, descriptors) = Detect(gray, Weaker(options), moving);
   }
 
   FrameFeatures features;

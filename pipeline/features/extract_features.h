@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Keypoints and descriptors of one image: RootSIFT (Arandjelovic and Zisserman, CVPR 2012), ORB
-// (Rublee et al., ICCV 2011), BRISK (Leutenegger et al., ICCV 2011), and FAST corners (Rosten and
-// Drummond, ECCV 2006) with the descriptors of ORB or BRISK. SURF is not available, because it is
-// patented and Debian's OpenCV is built without it.
+// (Rublee et al., ICCV 2011), BRISK (Leutenegger et al., ICCV 2011), FAST corners (Rosten and
+// Drummond, ECCV 2006) with the descriptors of ORB or BRISK, and Harris corners (harris_corners.h)
+// with those of ORB. SURF is not available, because it is patented and Debian's OpenCV is built
+// without it.
 #pragma once
 
 #include <string>
 
 #include "pipeline/base/options.h"
+#include "pipeline/features/harris_corners.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
 
@@ -19,7 +21,8 @@ struct ExtractionOptions {
   double sift_contrast_threshold = 0.02;
   double sift_edge_threshold = 10.0;
   int sift_num_octave_layers = 3;
-  int fast_threshold = 10;       // ORB, BRISK and FAST
+  int fast_threshold = 10;  // ORB, BRISK and FAST
+  HarrisOptions harris;
   int depth_window_px = 2;       // half size of the window for depth lookup
   double max_depth_step = 0.05;  // relative depth difference that counts as an edge
 
