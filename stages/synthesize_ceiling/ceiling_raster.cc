@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 
 #include "pipeline/base/random.h"
 
@@ -32,8 +33,24 @@ void Blend(float& value, float brightness, float opacity) {
 
 }  // namespace
 
+// `x`, `y` count cells from the middle of the first.
+inline float CeilingRaster::Level::Bilinear(float x, float y) const {
+  x = std::min(std::max(x, 0.0F), static_cast<float>(width - 1));
+  y = std::min(std::max(y, 0.0F), static_cast<float>(height - 1));
+  const int x0 = static_cast<int>(x);
+  const int y0 = static_cast<int>(y);
+  const float fx = x - static_cast<float>(x0);
+  const float fy = y - static_cast<float>(y0);
+  const std::ptrdiff_t right = x0 + 1 < width ? 1 : 0;
+  const std::ptrdiff_t below = y0 + 1 < height ? width : 0;
+  const float* at = values.data() + static_cast<std::ptrdiff_t>(y0) * width + x0;
+  const float top = at[0] + fx * (at[right] - at[0]);
+  const float bottom = at[below] + fx * (at[below + right] - at[below]);
+  return top + fy * (bottom - top);
+}
+
 CeilingRaster::CeilingRaster(double width_m, double height_m, double cell_m, float brightness)
-    : cell_m_(cell_m) {
+    : cell_m_(cell_m), cells_per_m_(1 / cell_m) {
   Level level{static_cast<int>(std::ceil(width_m / cell_m - 1e-9)),
               static_cast<int>(std::ceil(height_m / cell_m - 1e-9)),
               {}};
@@ -114,26 +131,12 @@ CeilingRaster::Level CeilingRaster::Halve(const Level& fine) {
   return coarse;
 }
 
-// `x`, `y` count cells from the middle of the first.
-float CeilingRaster::Level::Bilinear(float x, float y) const {
-  x = std::clamp(x, 0.0F, static_cast<float>(width - 1));
-  y = std::clamp(y, 0.0F, static_cast<float>(height - 1));
-  const int x0 = static_cast<int>(x);
-  const int y0 = static_cast<int>(y);
-  const int x1 = std::min(x0 + 1, width - 1);
-  const int y1 = std::min(y0 + 1, height - 1);
-  const float fx = x - static_cast<float>(x0);
-  const float fy = y - static_cast<float>(y0);
-  const float top = At(x0, y0) + fx * (At(x1, y0) - At(x0, y0));
-  const float bottom = At(x0, y1) + fx * (At(x1, y1) - At(x0, y1));
-  return top + fy * (bottom - top);
-}
-
 float CeilingRaster::Sample(double x_m, double y_m, double footprint_m) const {
-  const auto x = static_cast<float>(x_m / cell_m_);
-  const auto y = static_cast<float>(y_m / cell_m_);
+  const auto x = static_cast<float>(x_m * cells_per_m_);
+  const auto y = static_cast<float>(y_m * cells_per_m_);
   const auto last = static_cast<float>(levels_.size() - 1);
-  const float level = std::clamp(FastLog2(static_cast<float>(footprint_m / cell_m_)), 0.0F, last);
+  const float level =
+      std::clamp(FastLog2(static_cast<float>(footprint_m * cells_per_m_)), 0.0F, last);
   const auto fine_idx = static_cast<std::size_t>(level);
   const float blend = level - static_cast<float>(fine_idx);
   const float scale = std::bit_cast<float>(static_cast<std::uint32_t>(127 - fine_idx) << 23);

@@ -45,6 +45,7 @@ class CeilingRaster {
   static Level Halve(const Level& fine);
 
   double cell_m_ = 1;
+  double cells_per_m_ = 1;
   std::vector<Level> levels_;
 };
 

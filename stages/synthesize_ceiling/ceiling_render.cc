@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "pipeline/base/error.h"
 
@@ -58,15 +59,11 @@ int Reversed(int value, int count) {
   return reversed;
 }
 
+// Whether a neighbour of pixel (x, y) shows another face.
 bool IsAtBorder(const std::vector<int>& faces, int width, int height, int x, int y) {
-  const auto face_at = [&](int u, int v) {
-    return faces[static_cast<std::size_t>(std::clamp(v, 0, height - 1)) *
-                     static_cast<std::size_t>(width) +
-                 static_cast<std::size_t>(std::clamp(u, 0, width - 1))];
-  };
-  const int face = face_at(x, y);
-  return face_at(x - 1, y) != face || face_at(x + 1, y) != face || face_at(x, y - 1) != face ||
-         face_at(x, y + 1) != face;
+  const int* face = faces.data() + static_cast<std::ptrdiff_t>(y) * width + x;
+  return (x > 0 && face[-1] != *face) || (x + 1 < width && face[1] != *face) ||
+         (y > 0 && face[-width] != *face) || (y + 1 < height && face[width] != *face);
 }
 
 // Mean over the samples that time `slot` of `num_slots` has in a pixel, so that all times together

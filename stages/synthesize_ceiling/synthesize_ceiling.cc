@@ -18,19 +18,14 @@ constexpr std::uint64_t kFrameStream = 712;
 
 std::int64_t TimeOf_ns(double time_s) { return kFirstCeilingFrame_ns + std::llround(time_s * 1e9); }
 
-// How far a corner of the picture moves between two poses, px, with all at the depth of a low
-// ceiling.
+// About how far a picture of a low ceiling moves between two poses, px.
 double Motion_px(const Camera& camera, const Rigid3& a, const Rigid3& b) {
   constexpr double kNearest_m = 1.75;
-  const double radius_px = std::hypot(camera.cx, camera.cy);
   const double shift_px = (b.translation - a.translation).norm() / kNearest_m * camera.fx;
-  // A turn about the optical axis moves corners by the angle times their radius; a tilt moves them
-  // by up to (1 + tan^2) f times the angle, which is more.
   const Eigen::AngleAxisd turn((a.rotation.conjugate() * b.rotation).normalized());
   const Eigen::Vector3d turn_rad = turn.angle() * turn.axis();
-  const double spread = 1 + radius_px * radius_px / (camera.fx * camera.fx);
-  return shift_px + std::abs(turn_rad.z()) * radius_px +
-         turn_rad.head<2>().norm() * camera.fx * spread;
+  return shift_px + std::abs(turn_rad.z()) * std::hypot(camera.cx, camera.cy) +
+         turn_rad.head<2>().norm() * camera.fx;
 }
 
 }  // namespace
@@ -86,7 +81,7 @@ ColorImage RenderCeilingFrame(const SynthesizeCeilingOptions& options,
   const double motion_px = Motion_px(camera,
                                      recording.motion.CameraAt(time_s - half_s),
                                      recording.motion.CameraAt(time_s + half_s));
-  const int num_times = motion_px <= 0.5 ? 1 : motion_px <= 1 ? 2 : 4;
+  const int num_times = motion_px <= 0.5 ? 1 : motion_px <= 2 ? 2 : 4;
   std::vector<Rigid3> poses;
   for (int i = 0; i < num_times; ++i) {
     const double share = (i + 0.5) / num_times - 0.5;

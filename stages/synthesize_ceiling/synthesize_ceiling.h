@@ -79,7 +79,7 @@ std::vector<double> CeilingGains(const CeilingWorld& world,
                                  int num_threads);
 
 // Picture `idx` of the recording. Motion blurs it: 2 or 4 times within the exposure are averaged
-// where the picture moves by more than 0.5 or 1 px meanwhile.
+// where the picture moves by more than 0.5 or 2 px meanwhile.
 ColorImage RenderCeilingFrame(const SynthesizeCeilingOptions& options,
                               const CeilingRecording& recording,
                               std::size_t idx);
