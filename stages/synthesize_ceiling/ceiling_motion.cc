@@ -13,9 +13,11 @@ namespace {
 
 constexpr std::uint64_t kTiltStream = 708;
 constexpr std::uint64_t kVibrationStream = 709;
-constexpr double kVibrationStep_s = 0.005;
+constexpr double kVibrationStep_s = 0.02;
 constexpr double kCorrelation_s = 0.05;
-constexpr double kVibrationLead_s = 1;  // before the drive, where an exposure may begin
+// Before the drive, where an exposure may begin. Half a step more, so that at 10 frames per second
+// no step ends within an exposure, and its mean is the pose at its middle.
+constexpr double kVibrationLead_s = 1.01;
 
 Eigen::Vector2d GaussianPair(Random& random) {
   const double first = random.Gaussian();
@@ -44,8 +46,10 @@ CeilingMotion::CeilingMotion(RobotDrive drive,
   mount_tilt_rad_ = options.mount_tilt_rad * GaussianPair(tilt);
   Random random(seed, kVibrationStream);
   const double keep = std::exp(-kVibrationStep_s / kCorrelation_s);
-  const double renew = std::sqrt(1 - keep * keep) * options.vibration_rad;
-  vibration_rad_ = {options.vibration_rad * GaussianPair(random)};
+  // Between steps the variance is less, (2 + keep) / 3 of theirs on average.
+  const double sigma_rad = options.vibration_rad / std::sqrt((2 + keep) / 3);
+  const double renew = std::sqrt(1 - keep * keep) * sigma_rad;
+  vibration_rad_ = {sigma_rad * GaussianPair(random)};
   const double duration_s = drive_.Duration_s() + 2 * kVibrationLead_s;
   for (double time_s = 0; time_s < duration_s; time_s += kVibrationStep_s) {
     vibration_rad_.push_back(keep * vibration_rad_.back() + renew * GaussianPair(random));

@@ -20,7 +20,7 @@ struct CeilingMountOptions {
 
 // Roll and pitch are the sum of a constant, drawn with sigma mount_tilt_rad, and of a vibration: an
 // autoregressive process of first order with sigma vibration_rad and correlation time 0.05 s,
-// linear between its steps of 5 ms. The camera turns about its centre, which stays above the
+// linear between its steps of 20 ms. The camera turns about its centre, which stays above the
 // robot's origin. `seed` alone decides both. Immutable and safe to share between threads.
 class CeilingMotion {
  public:

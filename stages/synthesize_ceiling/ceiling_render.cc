@@ -27,12 +27,13 @@ class CeilingView {
     first_ = rotation.col(2) - camera.cx * per_x_ - camera.cy * per_y_;
   }
 
-  // Brightness at a place in the picture; sets the face that it shows, -1 for none.
-  Eigen::Vector3f At(double x, double y, double num_pixels, int* face) const {
+  // Brightness before the face's tint at a place in the picture; sets the face that it shows, -1
+  // for none.
+  float At(double x, double y, double num_pixels, int* face) const {
     const Eigen::Vector3d direction = first_ + x * per_x_ + y * per_y_;
     const CeilingHit hit = world_.walk.Cast(rect_, origin_, direction);
     *face = hit.rect < 0 ? -1 : hit.FaceIdx();
-    if (hit.rect < 0) return Eigen::Vector3f::Zero();
+    if (hit.rect < 0) return 0;
     // t is the depth, since z of the ray is 1 in the camera. A face at a slant is filtered as its
     // longer extent needs.
     double footprint_m = num_pixels * hit.t * pixel_m_;
@@ -41,7 +42,11 @@ class CeilingView {
       footprint_m /= std::clamp(slant, 0.05, 1.0);
     }
     const CeilingFaceLook& look = world_.faces[static_cast<std::size_t>(*face)];
-    return look.raster.Sample(hit.at.x(), hit.at.y(), footprint_m) * look.tint;
+    return look.raster.Sample(hit.at.x(), hit.at.y(), footprint_m);
+  }
+  Eigen::Vector3f Tint(int face) const {
+    if (face < 0) return Eigen::Vector3f::Zero();
+    return world_.faces[static_cast<std::size_t>(face)].tint;
   }
 
  private:
@@ -77,7 +82,8 @@ Eigen::Vector3f EdgePixel(const CeilingView& view, int x, int y, int slot, int n
     const double u = x - 0.5 + (i + shift_x) / count;
     const double v = y - 0.5 + (Reversed(i, count) + shift_y) / count;
     int face = 0;
-    sum += view.At(u, v, 1, &face);
+    const float brightness = view.At(u, v, 1, &face);
+    sum += brightness * view.Tint(face);
   }
   return sum / static_cast<float>(count);
 }
@@ -85,19 +91,20 @@ Eigen::Vector3f EdgePixel(const CeilingView& view, int x, int y, int slot, int n
 void AddView(const CeilingView& view, int slot, int num_slots, Image<float>& image) {
   std::vector<int> faces(static_cast<std::size_t>(image.width) *
                          static_cast<std::size_t>(image.height));
-  std::vector<Eigen::Vector3f> colors(faces.size());
-  std::size_t pixel = 0;
+  std::vector<float> brightness(faces.size());
+  std::size_t i = 0;
   for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x, ++pixel) colors[pixel] = view.At(x, y, 1, &faces[pixel]);
+    for (int x = 0; x < image.width; ++x, ++i) brightness[i] = view.At(x, y, 1, &faces[i]);
   }
-  pixel = 0;
   const float weight = 1.0F / static_cast<float>(num_slots);
+  float* sum = image.pixels.data();
+  i = 0;
   for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x, ++pixel) {
+    for (int x = 0; x < image.width; ++x, ++i, sum += 3) {
       const bool is_edge = IsAtBorder(faces, image.width, image.height, x, y);
-      const Eigen::Vector3f color =
-          is_edge ? EdgePixel(view, x, y, slot, num_slots) : colors[pixel];
-      for (int c = 0; c < 3; ++c) image.At(x, y, c) += weight * color[c];
+      const Eigen::Vector3f color = is_edge ? EdgePixel(view, x, y, slot, num_slots)
+                                            : Eigen::Vector3f(brightness[i] * view.Tint(faces[i]));
+      for (int c = 0; c < 3; ++c) sum[c] += weight * color[c];
     }
   }
 }
@@ -132,7 +139,8 @@ double MeterCeiling(const CeilingWorld& world, const Camera& camera, const Rigid
     int face = 0;
     const double x = (i % kColumns + 0.5) * step_x - 0.5;
     const double y = (i / kColumns + 0.5) * step_y - 0.5;
-    sum += std::min(kBrightest, view.At(x, y, step_x, &face).mean());
+    const float brightness = view.At(x, y, step_x, &face);
+    sum += std::min(kBrightest, brightness * view.Tint(face).mean());
   }
   return sum / (kColumns * kRows);
 }

@@ -91,8 +91,8 @@ TEST(CeilingRoute, IsDrivenByTwoWheels) {
       ASSERT_LT(std::abs(ahead.x() * way.y() - ahead.y() * way.x()), 1e-5) << time_s;
       ASSERT_GE(speed_now, -1e-9);
       ASSERT_LT(speed_now, options.speed_m_per_s * 1.001);
-      // From rest, the mean speed over the first 5 mm.
-      ASSERT_LT(std::abs(speed_now - speed_m_per_s), 0.04) << time_s;
+      // At rest it is the mean over the first or last 5 mm.
+      ASSERT_LT(std::abs(speed_now - speed_m_per_s), 0.05) << time_s;
       const double turn_rad_per_s = (b.heading_rad - a.heading_rad) / kStep_s;
       ASSERT_LT(std::abs(turn_rad_per_s), options.turn_rate_rad_per_s * 1.05) << time_s;
       speed_m_per_s = speed_now;
