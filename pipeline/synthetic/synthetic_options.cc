@@ -198,6 +198,20 @@ void WheelOptions::Register(OptionList& list) {
            &heading_noise_rad,
            Range(0, 1),
            "noise of the odometry's heading after a turn of 1 rad; grows with the turn's root");
+  list.Add("wheel_heading_noise_rad_per_root_m",
+           &heading_noise_rad_per_root_m,
+           Range(0, 1),
+           "noise of the odometry's heading after 1 m driven; grows with the distance's root");
+}
+
+void WheelSlipOptions::Register(OptionList& list) {
+  list.Add(
+      "slip_at_s", &at_s, Range(0, 1e5), "time of the drive at which the wheels begin to slip");
+  list.Add("slip_duration_s", &duration_s, Range(0, 1e5), "time for which the wheels slip");
+  list.Add("slip_ratio",
+           &ratio,
+           Range(-1, 10),
+           "share by which slipping wheels report more distance than the robot drives");
 }
 
 }  // namespace nightmap

@@ -106,6 +106,15 @@ struct WheelOptions {
   double heading_bias_rad_per_m = 0.002;
   double distance_noise_m = 0.01;
   double heading_noise_rad = 0.01;
+  double heading_noise_rad_per_root_m = 0;
+  void Register(OptionList& list);
+};
+
+// A stretch of the drive on which the wheels slip.
+struct WheelSlipOptions {
+  double at_s = 0;
+  double duration_s = 2;
+  double ratio = 0;
   void Register(OptionList& list);
 };
 

@@ -34,23 +34,35 @@ Eigen::Vector3d MeasureMotion(const Eigen::Vector3d& motion,
       options.distance_noise_m * std::sqrt(distance_m) * random.Gaussian();
   const double turn_noise_rad =
       options.heading_noise_rad * std::sqrt(std::abs(turn_rad)) * random.Gaussian();
+  const double drift_rad =
+      options.heading_noise_rad_per_root_m * std::sqrt(distance_m) * random.Gaussian();
   Eigen::Vector3d measured = motion;
   if (distance_m > 0) measured.head<2>() *= 1 + options.scale_bias + distance_noise_m / distance_m;
-  measured[2] += options.heading_bias_rad_per_m * distance_m + turn_noise_rad;
+  measured[2] += options.heading_bias_rad_per_m * distance_m + turn_noise_rad + drift_rad;
   return measured;
+}
+
+// Share of the time between two samples in which the wheels slip.
+double SlippingShare(const WheelSlipOptions& slip, double from_s, double to_s) {
+  const double begin_s = std::max(from_s, slip.at_s);
+  const double end_s = std::min(to_s, slip.at_s + slip.duration_s);
+  return std::max(0.0, end_s - begin_s) / (to_s - from_s);
 }
 
 }  // namespace
 
 WheelOdometry::WheelOdometry(const RobotDrive& drive,
                              const WheelOptions& options,
-                             std::uint64_t noise_seed)
+                             std::uint64_t noise_seed,
+                             const WheelSlipOptions& slip)
     : rate_hz_(options.rate_hz), samples_{Eigen::Vector3d::Zero()} {
   RoutePoint before = drive.At(0);
   for (std::size_t i = 1; TimeOf_s(i) <= drive.Duration_s() + kTimeTolerance_s; ++i) {
     const RoutePoint now = drive.At(TimeOf_s(i));
+    Eigen::Vector3d turned = TrueMotion(before, now);
+    turned.head<2>() *= 1 + slip.ratio * SlippingShare(slip, TimeOf_s(i - 1), TimeOf_s(i));
     const Eigen::Vector3d motion =
-        MeasureMotion(TrueMotion(before, now), options, Random(noise_seed, kWheelNoiseStream, i));
+        MeasureMotion(turned, options, Random(noise_seed, kWheelNoiseStream, i));
     Eigen::Vector3d pose = samples_.back();
     pose.head<2>() += Turned(motion.head<2>(), pose[2]);
     pose[2] += motion[2];

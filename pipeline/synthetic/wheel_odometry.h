@@ -16,11 +16,16 @@ namespace nightmap {
 // previous sample, is measured as
 //   distance  (1 + scale_bias) d + distance_noise_m sqrt(d) gaussian    in the true direction
 //   turn      r + heading_bias_rad_per_m d + heading_noise_rad sqrt(|r|) gaussian
-// so that the deviations do not depend on the sample rate. `noise_seed` alone decides the noise.
+//               + heading_noise_rad_per_root_m sqrt(d) gaussian
+// so that the deviations do not depend on the sample rate. Wheels that slip take the robot's
+// distance d for (1 + slip.ratio) d. `noise_seed` alone decides the noise.
 class WheelOdometry {
  public:
   // Samples at i / options.rate_hz from 0 to the end of the drive.
-  WheelOdometry(const RobotDrive& drive, const WheelOptions& options, std::uint64_t noise_seed);
+  WheelOdometry(const RobotDrive& drive,
+                const WheelOptions& options,
+                std::uint64_t noise_seed,
+                const WheelSlipOptions& slip = {});
 
   const std::vector<Eigen::Vector3d>& Samples() const { return samples_; }
   double TimeOf_s(std::size_t sample) const { return static_cast<double>(sample) / rate_hz_; }

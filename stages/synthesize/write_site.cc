@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/synthesize/write_site.h"
 
-#include <OpenImageIO/imageio.h>
-
 #include <array>
 #include <bit>
 #include <cmath>
@@ -23,30 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kDepthUnitsPerM = 5000;
-constexpr const char* kJpegQuality = "jpeg:95";
-
-void WriteJpeg(const fs::path& path, const ColorImage& image) {
-  const auto output = OIIO::ImageOutput::create(path.string());
-  if (!output) throw DataError("{}: this build of OpenImageIO writes no JPEG", path.string());
-  OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
-  spec.attribute("Compression", kJpegQuality);
-  const bool is_written = output->open(path.string(), spec) &&
-                          output->write_image(OIIO::TypeDesc::UINT8, image.pixels.data()) &&
-                          output->close();
-  if (!is_written) throw DataError("{}: {}; is the disk full?", path.string(), output->geterror());
-}
-
-// Calls write(temporary path in `writing`) and renames the file. Keeps the extension, because
-// writers choose the format by it.
-template <typename Write>
-void WriteAtomically(const fs::path& path, const WritingFolder& writing, const Write& write) {
-  const std::string kind = path.parent_path().filename().string();
-  const fs::path temporary = writing.Path() / (kind + "_" + path.filename().string());
-  write(temporary);
-  std::error_code error;
-  fs::rename(temporary, path, error);
-  if (error) throw DataError("{}: cannot be written: {}", path.string(), error.message());
-}
 
 RawDepthImage ToRawDepth(const DepthImage& depth) {
   RawDepthImage raw{depth.width, depth.height, 1, {}};
@@ -102,14 +76,7 @@ std::vector<RecordingFile> ListsAndTruth(const SynthesizeOptions& options,
 
 void ClearRecording(const fs::path& summary, const SynthesizeOptions& options) {
   const fs::path folder = summary.parent_path();
-  const fs::path marker = folder / ".made_by_synthesize";
-  const bool holds_recording = fs::exists(folder / "rgb") || fs::exists(folder / kRobotLog);
-  if (holds_recording && !fs::exists(marker) && !fs::exists(summary)) {
-    throw DataError("{}: holds a recording that synthesize did not make; give another folder",
-                    folder.string());
-  }
-  WriteFile(marker, "");
-  fs::remove(summary);
+  TakeRecordingFolder(summary, fs::exists(folder / "rgb") || fs::exists(folder / kRobotLog));
   for (const fs::path& part : {folder, folder / "queries"}) {
     for (const char* name : {"rgb", "depth", "labels"}) {
       fs::remove_all(part / name);
@@ -155,16 +122,6 @@ void RenderInto(const fs::path& folder,
     WriteFrame(is_query ? queries : folder, is_query ? writing_queries : writing, idx, frame);
   };
   RunSynthesize(options, plan, sink, progress, num_threads);
-}
-
-std::string FileList(const std::vector<StampedPose>& poses,
-                     const std::string& folder,
-                     const std::string& extension) {
-  std::string text = "# time_s file\n";
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    text += fmt::format("{} {}/{:06}.{}\n", TimeToString(poses[i].time_ns), folder, i, extension);
-  }
-  return text;
 }
 
 std::string CameraJson(const SynthesizeOptions& options) {

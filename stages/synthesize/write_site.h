@@ -7,15 +7,10 @@
 #include <vector>
 
 #include "pipeline/base/writing_folder.h"
+#include "pipeline/synthetic/recording_files.h"
 #include "stages/synthesize/synthesize.h"
 
 namespace nightmap {
-
-// A file of the recording, by its path in the folder.
-struct RecordingFile {
-  std::string name;
-  std::string bytes;
-};
 
 // The lists of pictures, camera and true poses, if the options want pictures; then the truth about
 // the building.
@@ -42,11 +37,6 @@ void RenderInto(const std::filesystem::path& folder,
                 const SynthesizePlan& plan,
                 Progress& progress,
                 int num_threads);
-
-// TUM list of time and file: `rgb` with extension jpg, `depth` with png.
-std::string FileList(const std::vector<StampedPose>& poses,
-                     const std::string& folder,
-                     const std::string& extension);
 
 // Intrinsics and depth scale as JSON.
 std::string CameraJson(const SynthesizeOptions& options);
