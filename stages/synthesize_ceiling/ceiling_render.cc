@@ -135,12 +135,14 @@ double MeterCeiling(const CeilingWorld& world, const Camera& camera, const Rigid
   const double step_x = static_cast<double>(camera.width) / kColumns;
   const double step_y = static_cast<double>(camera.height) / kRows;
   double sum = 0;
-  for (int i = 0; i < kColumns * kRows; ++i) {
-    int face = 0;
-    const double x = (i % kColumns + 0.5) * step_x - 0.5;
-    const double y = (i / kColumns + 0.5) * step_y - 0.5;
-    const float brightness = view.At(x, y, step_x, &face);
-    sum += std::min(kBrightest, brightness * view.Tint(face).mean());
+  for (int row = 0; row < kRows; ++row) {
+    for (int column = 0; column < kColumns; ++column) {
+      int face = 0;
+      const double x = (column + 0.5) * step_x - 0.5;
+      const double y = (row + 0.5) * step_y - 0.5;
+      const float brightness = view.At(x, y, step_x, &face);
+      sum += std::min(kBrightest, brightness * view.Tint(face).mean());
+    }
   }
   return sum / (kColumns * kRows);
 }

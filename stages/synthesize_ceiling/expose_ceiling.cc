@@ -24,7 +24,7 @@ const std::vector<float>& GaussianTable() {
 }
 
 std::uint8_t ToLevel(float value) {
-  return static_cast<std::uint8_t>(std::clamp(value, 0.0F, 255.0F) + 0.5F);
+  return static_cast<std::uint8_t>(std::floor(std::clamp(value, 0.0F, 255.0F) + 0.5F));
 }
 
 }  // namespace
