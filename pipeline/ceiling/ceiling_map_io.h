@@ -35,8 +35,8 @@ namespace nightmap {
 
 struct CeilingFrame {
   std::int64_t time_ns = 0;
-  Rigid2 map_from_robot;        // by all that is known; the trajectory
-  Rigid2 map_from_robot_then;   // by what was known at this frame
+  Rigid2 map_from_robot;                                 // by all that is known; the trajectory
+  Rigid2 map_from_robot_then;                            // by what was known at this frame
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of the latter
   double nis = 0;
   int num_residuals = 0;

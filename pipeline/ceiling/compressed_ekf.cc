@@ -31,9 +31,7 @@ struct CompressedEkf::Gain {
   Eigen::MatrixXd root;
   Eigen::VectorXd residual;
 
-  Innovation Result() const {
-    return {residual.squaredNorm(), static_cast<int>(residual.size())};
-  }
+  Innovation Result() const { return {residual.squaredNorm(), static_cast<int>(residual.size())}; }
 };
 
 CompressedEkf::CompressedEkf(Eigen::VectorXd mean,
@@ -53,8 +51,10 @@ void CompressedEkf::Transform(Eigen::VectorXd mean,
   covariance_.noalias() = (jacobian * half.transpose()).transpose();
   covariance_ += noise;
   covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
-  if (NumKept() > 0) phi_ = (jacobian * phi_).eval();
-  else cross_.resize(active_.size(), 0);
+  if (NumKept() > 0)
+    phi_ = (jacobian * phi_).eval();
+  else
+    cross_.resize(active_.size(), 0);
 }
 
 void CompressedEkf::Correct(const Eigen::MatrixXd& root, const Eigen::VectorXd& residual) {
@@ -79,8 +79,7 @@ CompressedEkf::Gain CompressedEkf::Solve(const Measurement& measurement) const {
 }
 
 Innovation CompressedEkf::Test(const Measurement& measurement) const {
-  Eigen::MatrixXd innovation =
-      measurement.active * (measurement.active * covariance_).transpose();
+  Eigen::MatrixXd innovation = measurement.active * (measurement.active * covariance_).transpose();
   innovation.diagonal() += measurement.variance;
   const Eigen::VectorXd residual = Factor(innovation).matrixL().solve(measurement.residual);
   return {residual.squaredNorm(), static_cast<int>(residual.size())};
@@ -129,8 +128,7 @@ void CompressedEkf::Keep(Eigen::Index first, Eigen::Index count) {
   kept_covariance.topLeftCorner(num_kept, num_kept) = kept_covariance_;
   kept_covariance.bottomLeftCorner(count, num_kept) = cross_.middleRows(first, count);
   kept_covariance.topRightCorner(num_kept, count) = cross_.middleRows(first, count).transpose();
-  kept_covariance.bottomRightCorner(count, count) =
-      covariance_.block(first, first, count, count);
+  kept_covariance.bottomRightCorner(count, count) = covariance_.block(first, first, count, count);
   kept_.conservativeResize(num_kept + count);
   kept_.tail(count) = active_.segment(first, count);
   kept_covariance_ = std::move(kept_covariance);

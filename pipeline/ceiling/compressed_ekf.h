@@ -32,8 +32,8 @@ struct Innovation {
 // linear-Gaussian case it is the Kalman filter. Deterministic; one thread.
 class CompressedEkf {
  public:
-  // Nothing is kept. Active state `considered`, if not negative, is one that no measurement can tell
-  // (Schmidt, Application of state-space methods to navigation problems, 1966): its mean and
+  // Nothing is kept. Active state `considered`, if not negative, is one that no measurement can
+  // tell (Schmidt, Application of state-space methods to navigation problems, 1966): its mean and
   // variance change by Transform only, and what it does to the others stays in their covariance.
   CompressedEkf(Eigen::VectorXd mean, Eigen::MatrixXd covariance, Eigen::Index considered = -1);
 

@@ -47,12 +47,17 @@ def _default_files(request):
     return found
 
 
+def makes_recordings(program):
+    """Whether the program makes up what other sites bring along: "synthesize", and those of profiles by their names."""
+    return program.startswith("synthesize")
+
+
 def _layers(request, defaults):
     """(stage, config, source) of profile, site and seed."""
     layers = [] if request.profile == "default" else list(_folder(os.path.join(request.configs, request.profile), defaults))
     layers += _folder(request.site.removesuffix(".toml"), defaults)
     for stage, default in defaults.items():
-        if "seed" in default and stage != "synthesize":  # a recording is input, not a draw
+        if "seed" in default and not makes_recordings(stage):  # a recording is input, not a draw
             layers.append((stage, {"seed": int(request.seed)}, "SEED"))
     return layers
 

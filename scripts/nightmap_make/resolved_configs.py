@@ -11,7 +11,7 @@ so that `make -n`, `-q` and `why` can answer for any SET without touching the re
 import os
 
 from nightmap_make.changed_files import settle
-from nightmap_make.config_layers import effective_configs
+from nightmap_make.config_layers import effective_configs, makes_recordings
 from nightmap_make.config_values import ConfigError, canonical
 from nightmap_make.input_files import input_files
 from nightmap_make.run_receipts import made_with, receipts_in
@@ -72,9 +72,9 @@ class ResolvedConfigs:
                changed_ns=lambda: made_with(self._receipts(program, folders), program, config))  # fmt: skip
 
     def _receipts(self, program, folders):
-        """Those of synthesize lie with the recording, not with the map."""
+        """Those of a made-up recording lie with it, not with the map."""
         request = self._request
-        if program == "synthesize":
+        if makes_recordings(program):
             path = os.path.join(request.data, request.site_name, "synthesize_receipt.json")
             return [path] if os.path.lexists(path) else []
         return receipts_in([os.path.join(os.path.dirname(request.config_dir), folder) for folder in folders])

@@ -90,17 +90,19 @@ void CheckOdometry(const CeilingEkfOptions& options, const CeilingEkfResult& res
                      result.map.frames.size());
   }
   if (result.num_without_odometry > 0) {
-    spdlog::warn("{} of {} frames have no odometry of '{}'; the robot's speed was taken for that "
-                 "of the frame before",
-                 result.num_without_odometry,
-                 result.map.frames.size(),
-                 result.odometry_sensor);
+    spdlog::warn(
+        "{} of {} frames have no odometry of '{}'; the robot's speed was taken for that "
+        "of the frame before",
+        result.num_without_odometry,
+        result.map.frames.size(),
+        result.odometry_sensor);
   }
   if (result.num_slipped > 0) {
-    spdlog::warn("the wheels of '{}' say otherwise than the pictures at {} frames; there the "
-                 "pictures are believed",
-                 result.odometry_sensor,
-                 result.num_slipped);
+    spdlog::warn(
+        "the wheels of '{}' say otherwise than the pictures at {} frames; there the "
+        "pictures are believed",
+        result.odometry_sensor,
+        result.num_slipped);
   }
 }
 
@@ -134,8 +136,8 @@ void CeilingEkfOptions::Register(OptionList& list) {
 CeilingEkfResult RunCeilingEkf(const CeilingEkfOptions& options,
                                const CeilingEkfInput& input,
                                Progress& progress) {
-  const Signal& wheels = ChooseOdometry(
-      input.odometry, options.odometry_sensor, "ceiling_ekf.odometry_sensor");
+  const Signal& wheels =
+      ChooseOdometry(input.odometry, options.odometry_sensor, "ceiling_ekf.odometry_sensor");
   CeilingFilter filter(UpwardCamera(input.camera.color, input.camera.robot_from_camera),
                        options.noise);
   LandmarkKeeper keeper(options.keeper, &filter);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ceiling_ekf: the way of a robot with an upward camera and wheel odometry, and the landmarks of the
-// ceiling, by EKF-SLAM.
+// ceiling_ekf: the way of a robot with an upward camera and wheel odometry, and the landmarks of
+// the ceiling, by EKF-SLAM.
 #pragma once
 
 #include <cstdint>
@@ -34,8 +34,8 @@ struct CeilingEkfOptions {
 };
 
 struct CeilingEkfInput {
-  CornerTracks tracks;    // of the whole site
-  RgbdCamera camera;      // the one that made them; its depth is not used
+  CornerTracks tracks;           // of the whole site
+  RgbdCamera camera;             // the one that made them; its depth is not used
   std::vector<Signal> odometry;  // of all sensors that measure it
 };
 
@@ -45,7 +45,7 @@ struct CeilingEkfResult {
   std::string odometry_sensor;
   int num_without_odometry = 0;  // frames
   int num_slipped = 0;
-  int num_blind = 0;             // frames without a landmark in view
+  int num_blind = 0;      // frames without a landmark in view
   int num_ambiguous = 0;  // loops that were looked for and not closed
   double wheel_scale_error = 0;
   double heading_error_rad_per_m = 0;

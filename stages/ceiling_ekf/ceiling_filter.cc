@@ -86,22 +86,23 @@ CeilingFilter::CeilingFilter(const UpwardCamera& camera, const CeilingNoise& noi
 void CeilingFilter::Predict(const ControlInput& input) {
   const Eigen::Index n = filter_.NumActive();
   Eigen::VectorXd mean = filter_.Active();
-  const double heading_rad =
-      mean[kRobot + 2] + 0.5 * mean[kHeadingError] * input.distance_m;
+  const double heading_rad = mean[kRobot + 2] + 0.5 * mean[kHeadingError] * input.distance_m;
   const Eigen::Vector2d measured =
       Eigen::Rotation2Dd(heading_rad) * input.before_from_after.translation;
   const Eigen::Vector2d moved = (1 + mean[kScale]) * measured;
   mean.segment<2>(kRobot) += moved;
-  mean[kRobot + 2] +=
-      input.before_from_after.heading_rad + mean[kHeadingError] * input.distance_m;
+  mean[kRobot + 2] += input.before_from_after.heading_rad + mean[kHeadingError] * input.distance_m;
   mean.segment<2>(kVibration).setZero();
 
   SparseRowsBuilder jacobian(n, n);
   jacobian.Identity(0, kVibration);
   jacobian.Identity(kScale, n - kScale);
-  const Eigen::Vector2d across(-moved.y(), moved.x());
+  // From prediction to prediction, what the last update changed included.
+  const Eigen::Vector2d way = (mean.segment<3>(kRobot) - robot_linearized_at_).head<2>();
+  robot_linearized_at_ = mean.segment<3>(kRobot);
+  const Eigen::Vector2d across(-way.y(), way.x());
   jacobian.Add(kRobot, kRobot + 2, across);
-  jacobian.Add(kRobot, kScale, measured);
+  jacobian.Add(kRobot, kScale, way);
   jacobian.Add(kRobot, kHeadingError, 0.5 * input.distance_m * across);
   jacobian.Add(kRobot + 2, kHeadingError, Eigen::Matrix<double, 1, 1>(input.distance_m));
 
@@ -111,8 +112,8 @@ void CeilingFilter::Predict(const ControlInput& input) {
                         std::hypot(noise_.heading_sigma_rad * std::sqrt(distance_m),
                                    noise_.turn_sigma_rad * std::sqrt(input.turn_rad)));
   const double unknown_m = noise_.unknown_speed_m_per_s * input.unknown_time_s;
-  sigma += Eigen::Vector3d(
-      unknown_m, unknown_m, noise_.unknown_turn_rad_per_s * input.unknown_time_s);
+  sigma +=
+      Eigen::Vector3d(unknown_m, unknown_m, noise_.unknown_turn_rad_per_s * input.unknown_time_s);
   SparseRowsBuilder noise(n, n);
   noise.Add(kRobot, kRobot, TurnedVariance(mean[kRobot + 2], sigma));
   const double vibration = std::max(std::pow(noise_.vibration_sigma_rad, 2), kExactVariance);
@@ -156,7 +157,7 @@ Measurement CeilingFilter::Measure(const std::vector<LandmarkSighting>& sighting
     const auto expected = landmark ? Expect(*landmark) : std::nullopt;
     if (!expected) continue;
     const auto linear = camera_.Project(
-        filter_.Active().segment<3>(kRobot),
+        robot_linearized_at_,
         filter_.Active().segment<2>(kVibration) + filter_.Active().segment<2>(kMounting),
         landmark->linearized_at);
     if (!linear) continue;
@@ -218,7 +219,7 @@ int CeilingFilter::AddClone() {
   jacobian.Add(n, kRobot, Eigen::Matrix<double, kCloneSize, kCloneSize>::Identity());
   noise.Add(n, n, kExactVariance * Eigen::Matrix<double, kCloneSize, kCloneSize>::Identity());
   filter_.Transform(std::move(mean), jacobian.Build(), noise.Build());
-  clones_.push_back({next_clone_id_, n});
+  clones_.push_back({next_clone_id_, n, robot_linearized_at_});
   return next_clone_id_++;
 }
 
@@ -229,7 +230,8 @@ bool CeilingFilter::AddLandmark(std::int64_t track_id,
                                 double min_parallax_rad) {
   const Eigen::VectorXd& state = filter_.Active();
   const Eigen::Index n = filter_.NumActive();
-  const Eigen::Index clone = FindClone(clone_id).first;
+  const Part& then = FindClone(clone_id);
+  const Eigen::Index clone = then.first;
   const Eigen::Vector2d mounting = state.segment<2>(kMounting);
   const UpwardCamera::View then_view{
       state.segment<3>(clone), state.segment<2>(clone + 3) + mounting, from};
@@ -252,7 +254,9 @@ bool CeilingFilter::AddLandmark(std::int64_t track_id,
   noise.Add(n, n, by_pixel * by_pixel.transpose() + by_depth * by_depth.transpose());
   filter_.Transform(std::move(mean), jacobian.Build(), noise.Build());
   const auto place = std::ranges::lower_bound(landmarks_, track_id, {}, &Part::id);
-  landmarks_.insert(place, {track_id, n, ray.point});
+  const Eigen::Vector3d linearized_at =
+      camera_.PointAt(then.linearized_at, then_view.tilt_rad, from, *depth_m).point;
+  landmarks_.insert(place, {track_id, n, linearized_at});
   Observe({{track_id, now}});
   return true;
 }
@@ -304,27 +308,29 @@ void CeilingFilter::MoveAnchor() {
   SparseRowsBuilder jacobian(n + 3, n), noise(n + 3, n + 3);
   // The old anchor goes to the end, to be kept.
   jacobian.Identity(n, 3, kAnchor);
-  const ComposedPose moved = Compose(state.segment<3>(kAnchor), robot);
-  mean.segment<3>(kAnchor) = moved.pose;
+  mean.segment<3>(kAnchor) = Compose(state.segment<3>(kAnchor), robot).pose;
+  const ComposedPose moved = Compose(state.segment<3>(kAnchor), robot_linearized_at_);
   jacobian.Add(kAnchor, kAnchor, moved.by_first);
   jacobian.Add(kAnchor, kRobot, moved.by_second);
   mean.segment<3>(kRobot).setZero();
   noise.Add(kRobot, kRobot, kExactVariance * Eigen::Matrix3d::Identity());
   jacobian.Identity(kVibration, kNumFixed - kVibration);
-  for (const Part& clone : clones_) {
-    const ComposedPose seen = Between(robot, state.segment<3>(clone.first));
-    mean.segment<3>(clone.first) = seen.pose;
+  for (Part& clone : clones_) {
+    mean.segment<3>(clone.first) = Between(robot, state.segment<3>(clone.first)).pose;
+    const ComposedPose seen = Between(robot_linearized_at_, clone.linearized_at);
+    clone.linearized_at = seen.pose;
     jacobian.Add(clone.first, kRobot, seen.by_first);
     jacobian.Add(clone.first, clone.first, seen.by_second);
     jacobian.Identity(clone.first + 3, 2);
   }
   for (Part& landmark : landmarks_) {
-    landmark.linearized_at = PointFrom(robot, landmark.linearized_at).point;
-    const SeenPoint seen = PointFrom(robot, state.segment<3>(landmark.first));
-    mean.segment<3>(landmark.first) = seen.point;
+    mean.segment<3>(landmark.first) = PointFrom(robot, state.segment<3>(landmark.first)).point;
+    const SeenPoint seen = PointFrom(robot_linearized_at_, landmark.linearized_at);
+    landmark.linearized_at = seen.point;
     jacobian.Add(landmark.first, kRobot, seen.by_pose);
     jacobian.Add(landmark.first, landmark.first, seen.by_point);
   }
+  robot_linearized_at_.setZero();
   filter_.Transform(std::move(mean), jacobian.Build(), noise.Build());
   filter_.Keep(n, 3);
 }
@@ -364,8 +370,11 @@ Innovation CeilingFilter::CloseLoop(int anchor,
   SparseRowsBuilder active(3, filter_.NumActive()), kept(3, filter_.NumKept());
   active.Add(0, kAnchor, whiten * seen.by_first);
   kept.Add(0, 3 * anchor, whiten * seen.by_second);
-  return filter_.Update({active.Build(), whiten * residual, Eigen::Vector3d::Ones()},
-                        kept.Build());
+  return filter_.Update({active.Build(), whiten * residual, Eigen::Vector3d::Ones()}, kept.Build());
+}
+
+double CeilingFilter::WheelSigma_m(double distance_m) const {
+  return noise_.distance_sigma_m * std::sqrt(distance_m) + noise_.scale_sigma * distance_m;
 }
 
 Rigid2 CeilingFilter::AnchorFromRobot() const {

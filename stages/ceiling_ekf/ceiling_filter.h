@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of EKF-SLAM under a ceiling, and the operations on it: where the robot is, what is wrong
-// with its wheels and its camera, and the landmarks in view.
+// The state of EKF-SLAM under a ceiling, and the operations on it: where the robot is, what is
+// wrong with its wheels and its camera, and the landmarks in view.
 #pragma once
 
 #include <Eigen/Core>
@@ -39,8 +39,8 @@ struct CeilingNoise {
 // The robot's motion from one frame to the next.
 struct ControlInput {
   Rigid2 before_from_after;
-  double distance_m = 0;     // along the way
-  double turn_rad = 0;       // of all turns, left or right
+  double distance_m = 0;      // along the way
+  double turn_rad = 0;        // of all turns, left or right
   double unknown_time_s = 0;  // for which nothing measured it
 };
 
@@ -58,9 +58,9 @@ struct LandmarkSighting {
 };
 
 // Everything near is in the frame of an anchor, the place of the robot some metres ago, and only
-// the anchor's pose is in the map (robocentric mapping: Castellanos, Martinez-Cantin, Tardos, Neira,
-// Robocentric map joining, Robotics and Autonomous Systems 55(1), 2007). So what is seen says
-// nothing of the map's heading, linearization is about small angles, and the filter stays
+// the anchor's pose is in the map (robocentric mapping: Castellanos, Martinez-Cantin, Tardos,
+// Neira, Robocentric map joining, Robotics and Autonomous Systems 55(1), 2007). So what is seen
+// says nothing of the map's heading, linearization is about small angles, and the filter stays
 // consistent. Anchors that were left are kept states of the compressed filter; their landmarks are
 // no states any more.
 //
@@ -86,12 +86,12 @@ class CeilingFilter {
   // Those whose pixel lies within so many sigmas of what the state says now, on both axes.
   std::vector<LandmarkSighting> Agreeing(const std::vector<LandmarkSighting>& sightings,
                                          double max_sigmas) const;
-  // Chi-square, three degrees of freedom, of the robot's pose in `after` by what this filter, before
-  // an update, expected of it.
+  // Chi-square, three degrees of freedom, of the robot's pose in `after` by what this filter,
+  // before an update, expected of it.
   double Surprise(const CeilingFilter& after) const;
 
-  // Remembers the robot's pose and vibration of now: a view from which corners are seen. Returns its
-  // id, which grows.
+  // Remembers the robot's pose and vibration of now: a view from which corners are seen. Returns
+  // its id, which grows.
   int AddClone();
   void RemoveClone(int clone_id);
   // Adds the landmark that was seen at `from` in a clone and is seen at `now`; false when the two
@@ -114,7 +114,12 @@ class CeilingFilter {
   Eigen::Matrix3d AnchorCovariance(int anchor);
   Eigen::Matrix3d RelativeCovariance(int anchor);
   // Measured: last_from_anchor, with the covariance of x, y, heading.
-  Innovation CloseLoop(int anchor, const Rigid2& last_from_anchor, const Eigen::Matrix3d& covariance);
+  Innovation CloseLoop(int anchor,
+                       const Rigid2& last_from_anchor,
+                       const Eigen::Matrix3d& covariance);
+
+  // Of the wheels' distance after a way.
+  double WheelSigma_m(double distance_m) const;
 
   Rigid2 AnchorFromRobot() const;
   Rigid2 MapFromRobot() const;
@@ -128,7 +133,8 @@ class CeilingFilter {
   struct Part {
     std::int64_t id = 0;
     Eigen::Index first = 0;
-    // Of a landmark: where it was when it was added. All derivatives are taken there.
+    // A landmark's place, or a clone's pose, as it was first estimated. Derivatives are taken
+    // there.
     Eigen::Vector3d linearized_at = Eigen::Vector3d::Zero();
   };
   const Part* FindLandmark(std::int64_t track_id) const;
@@ -140,6 +146,7 @@ class CeilingFilter {
   UpwardCamera camera_;
   CeilingNoise noise_;
   CompressedEkf filter_;
+  Eigen::Vector3d robot_linearized_at_ = Eigen::Vector3d::Zero();  // the prediction of its pose
   std::vector<Part> clones_;
   std::vector<Part> landmarks_;  // ascending id
   int next_clone_id_ = 0;

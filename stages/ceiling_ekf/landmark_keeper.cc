@@ -11,9 +11,11 @@
 namespace nightmap {
 namespace {
 
-constexpr int kMinForSlip = 4;       // landmarks that can tell of it
-constexpr double kMaxResidual = 4;   // after the update, in sigmas
+constexpr int kMinForSlip = 4;      // landmarks that can tell of it
+constexpr double kMaxResidual = 4;  // after the update, in sigmas
 constexpr int kMaxRounds = 3;
+constexpr int kSlipFrames = 10;
+constexpr double kSeenSigma_m = 0.002;        // of a way that pictures measure
 constexpr double kPixelSigmaOfCells_px = 64;  // side of the cells that landmarks are spread over
 
 StoredLandmark Stored(const ActiveLandmark& landmark) {
@@ -22,6 +24,11 @@ StoredLandmark Stored(const ActiveLandmark& landmark) {
   stored.position = landmark.position;
   stored.covariance = landmark.covariance;
   return stored;
+}
+
+// How much farther the robot is in `after` than in `before`, ahead.
+double MoreAlong(const CeilingFilter& before, const CeilingFilter& after) {
+  return (before.AnchorFromRobot().Inverse() * after.AnchorFromRobot()).translation.x();
 }
 
 std::pair<int, int> CellOf(const Eigen::Vector2f& pixel) {
@@ -49,10 +56,15 @@ void KeeperOptions::Register(OptionList& list) {
            &gate,
            Range(1, 1000),
            "chi-square, two degrees of freedom, up to which a sighting fits its landmark");
+  list.Add("max_slip_sigmas",
+           &max_slip_sigmas,
+           Range(1, 1e9),
+           "deviation of the wheels' way over the last frames from the pictures', from which they "
+           "slip");
   list.Add("slip_gate",
            &slip_gate,
            Range(1, 1e9),
-           "chi-square, three degrees of freedom, from which the wheels slipped");
+           "chi-square, three degrees of freedom, from which they slip in one frame");
   list.Add("max_misfits",
            &max_misfits,
            Range(1, 1000),
@@ -99,7 +111,7 @@ ObservedFrame LandmarkKeeper::Update(const std::vector<LandmarkSighting>& sighti
   for (int round = 0; round < kMaxRounds; ++round) {
     observed.innovation = filter_->Observe(fitting);
     if (can_tell && !observed.has_slipped && fitting.size() >= kMinForSlip &&
-        before.Surprise(*filter_) > options_.slip_gate) {
+        (before.Surprise(*filter_) > options_.slip_gate || IsSlipping(before, motion))) {
       loosen();
       continue;
     }
@@ -108,10 +120,28 @@ ObservedFrame LandmarkKeeper::Update(const std::vector<LandmarkSighting>& sighti
     fitting = agreeing;
     *filter_ = before;
   }
+  if (can_tell) {
+    advances_.push_back({MoreAlong(before, *filter_), distance_m});
+    if (static_cast<int>(advances_.size()) > kSlipFrames) advances_.pop_front();
+  } else {
+    advances_.clear();
+  }
   used_ = fitting;
   observed.num_used = static_cast<int>(fitting.size());
   observed.num_misfits = static_cast<int>(sightings.size() - fitting.size());
   return observed;
+}
+
+// Independent errors of the wheels add up like the root of the way, slipping like the way.
+bool LandmarkKeeper::IsSlipping(const CeilingFilter& before, const ControlInput& motion) const {
+  double more_m = MoreAlong(before, *filter_);
+  double distance_m = motion.distance_m;
+  for (const Advance& advance : advances_) {
+    more_m += advance.more_m;
+    distance_m += advance.distance_m;
+  }
+  const double sigma_m = filter_->WheelSigma_m(distance_m) + kSeenSigma_m;
+  return std::abs(more_m) > options_.max_slip_sigmas * sigma_m;
 }
 
 void LandmarkKeeper::CountMisfits(const std::vector<LandmarkSighting>& seen,

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <vector>
 
@@ -15,10 +16,11 @@ namespace nightmap {
 
 struct KeeperOptions {
   int max_landmarks = 48;
-  double min_parallax_rad = 0.06;
+  double min_parallax_rad = 0.2;
   double clone_distance_m = 0.1;
   int max_clones = 12;
   double gate = 18.4;  // chi-square of 2 degrees of freedom, 99.99 %
+  double max_slip_sigmas = 4;
   double slip_gate = 12.8;  // of 3 degrees of freedom, 99.5 %
   int max_misfits = 3;
   int min_sightings = 5;
@@ -41,7 +43,7 @@ struct StoredLandmark {
 struct ObservedFrame {
   Innovation innovation;
   int num_used = 0;
-  int num_misfits = 0;     // sightings of landmarks that did not fit
+  int num_misfits = 0;       // sightings of landmarks that did not fit
   bool has_slipped = false;  // the picture contradicts the wheels
 };
 
@@ -58,11 +60,11 @@ class LandmarkKeeper {
   // `filter` must outlive it.
   LandmarkKeeper(const KeeperOptions& options, CeilingFilter* filter);
 
-  // After the filter's prediction for the frame. A sighting that does not fit alone, or not with the
-  // others, is left out; a landmark with `max_misfits` of them in a row is deleted. A robot that
-  // moved otherwise than its wheels say is believed by the picture. Tracks become landmarks when
-  // the robot has moved on so far that their depth is known (CeilingFilter::AddLandmark): not in a
-  // turn on the spot, and never in less than `min_parallax_rad`.
+  // After the filter's prediction for the frame. A sighting that does not fit alone, or not with
+  // the others, is left out; a landmark with `max_misfits` of them in a row is deleted. A robot
+  // that moved otherwise than its wheels say is believed by the picture. Tracks become landmarks
+  // when the robot has moved on so far that their depth is known (CeilingFilter::AddLandmark): not
+  // in a turn on the spot, and never in less than `min_parallax_rad`.
   ObservedFrame Observe(const TrackedFrame& frame, const ControlInput& motion);
   // Those that left the view since the last call, and are worth keeping.
   std::vector<StoredLandmark> TakeStored();
@@ -84,6 +86,7 @@ class LandmarkKeeper {
   };
   std::vector<LandmarkSighting> Fitting(const std::vector<LandmarkSighting>& sightings) const;
   ObservedFrame Update(const std::vector<LandmarkSighting>& sightings, const ControlInput& motion);
+  bool IsSlipping(const CeilingFilter& before, const ControlInput& motion) const;
   void CountMisfits(const std::vector<LandmarkSighting>& seen,
                     const std::vector<LandmarkSighting>& used);
   void RemoveEnded(const TrackedFrame& frame);
@@ -100,6 +103,11 @@ class LandmarkKeeper {
     double path_m = 0;
   };
   std::vector<Clone> clones_;
+  struct Advance {
+    double more_m = 0;  // than the wheels say, by the picture, along the robot's heading
+    double distance_m = 0;
+  };
+  std::deque<Advance> advances_;  // of the last frames
   double path_m_ = 0;
   std::vector<LandmarkSighting> used_;
   std::vector<StoredLandmark> stored_;

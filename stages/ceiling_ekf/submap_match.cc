@@ -10,7 +10,7 @@
 namespace nightmap {
 namespace {
 
-constexpr double kGate = 16.3;  // chi-square of three degrees of freedom, 99.9 %
+constexpr double kGate = 16.3;          // chi-square of three degrees of freedom, 99.9 %
 constexpr std::size_t kMaxSeeds = 250;  // pairs that hypotheses are made of
 constexpr double kMinBase_m = 0.4;      // between the two pairs of a hypothesis
 // Poses farther apart are another place.
@@ -42,11 +42,7 @@ class Matcher {
           const std::vector<SubmapLandmark>& then,
           const Rigid2& expected,
           const Eigen::Matrix3d& covariance)
-      : options_(options),
-        now_(now),
-        then_(then),
-        expected_(expected),
-        factor_(covariance) {
+      : options_(options), now_(now), then_(then), expected_(expected), factor_(covariance) {
     FindPairs(covariance);
   }
 
@@ -121,8 +117,8 @@ class Matcher {
     pose.heading_rad = WrapAngle_rad(std::atan2(base_now.y(), base_now.x()) -
                                      std::atan2(base_then.y(), base_then.x()));
     const Eigen::Vector2d middle_then = (Then(a.then) + Then(b.then)) / 2;
-    pose.translation = (Now(a.now) + Now(b.now)) / 2 -
-                       Eigen::Rotation2Dd(pose.heading_rad) * middle_then;
+    pose.translation =
+        (Now(a.now) + Now(b.now)) / 2 - Eigen::Rotation2Dd(pose.heading_rad) * middle_then;
     return pose;
   }
 

@@ -38,10 +38,10 @@ struct SubmapMatch {
 
 // The pose under which most landmarks of one submap lie on landmarks of the other that look and are
 // as high alike. `expected` is now_from_then by the filter, with its covariance; pairs farther than
-// that allows (99.9 %) are not tried. Two pairs make a hypothesis, as in RANSAC, but all of the best
-// looking are tried, so nothing is random. None when fewer than `min_pairs` agree, or when another
-// pose, as between tiles that look alike, has `max_rival_ratio` of the pairs of the best: then the
-// place is ambiguous. Deterministic.
+// that allows (99.9 %) are not tried. Two pairs make a hypothesis, as in RANSAC, but all of the
+// best looking are tried, so nothing is random. None when fewer than `min_pairs` agree, or when
+// another pose, as between tiles that look alike, has `max_rival_ratio` of the pairs of the best:
+// then the place is ambiguous. Deterministic.
 std::optional<SubmapMatch> MatchSubmaps(const SubmapMatchOptions& options,
                                         const std::vector<SubmapLandmark>& now,
                                         const std::vector<SubmapLandmark>& then,

@@ -75,8 +75,7 @@ void Submaps::Leave(std::vector<StoredLandmark> stored,
   bool was_looked_for = false;
   for (int anchor = 0; anchor + 1 < last; ++anchor) {
     if (path_m - submaps_[static_cast<std::size_t>(anchor) + 1].path_m < min_loop_path_m_) break;
-    const Rigid2 expected =
-        filter->MapFromAnchor(last).Inverse() * filter->MapFromAnchor(anchor);
+    const Rigid2 expected = filter->MapFromAnchor(last).Inverse() * filter->MapFromAnchor(anchor);
     const Eigen::Matrix3d covariance = filter->RelativeCovariance(anchor);
     const double sigma_m = std::sqrt(covariance(0, 0) + covariance(1, 1));
     if (expected.translation.norm() > kView_m + 3 * sigma_m) continue;
@@ -110,8 +109,7 @@ void Submaps::Describe(CeilingFilter* filter, CeilingMap* map) const {
     const Eigen::Matrix3d covariance = filter->AnchorCovariance(anchor);
     map->anchors.push_back({map_from_anchor, covariance});
     Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-    turn.topLeftCorner<2, 2>() =
-        Eigen::Rotation2Dd(map_from_anchor.heading_rad).toRotationMatrix();
+    turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(map_from_anchor.heading_rad).toRotationMatrix();
     for (const Hanging& hanging : submaps_[static_cast<std::size_t>(anchor)].landmarks) {
       const StoredLandmark& stored = hanging.landmark;
       CeilingLandmark landmark;

@@ -49,7 +49,9 @@ class Submaps {
 
   std::vector<SubmapLandmark> Look(const std::vector<StoredLandmark>& landmarks) const;
   // Landmarks of a submap and its neighbours, in the frame of its anchor.
-  std::vector<SubmapLandmark> Around(int anchor, CeilingFilter* filter, std::vector<Place>* places) const;
+  std::vector<SubmapLandmark> Around(int anchor,
+                                     CeilingFilter* filter,
+                                     std::vector<Place>* places) const;
   void Merge(const StoredLandmark& again, const Place& place);
 
   SubmapMatchOptions options_;

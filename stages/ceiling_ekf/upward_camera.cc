@@ -40,8 +40,7 @@ std::optional<UpwardCamera::Projection> UpwardCamera::Project(const Eigen::Vecto
   const Eigen::Vector3d in_robot = map_from_robot.transpose() * from_robot;
   const Eigen::Matrix3d mounting = robot_from_camera_.rotation.toRotationMatrix();
   const Eigen::Matrix3d camera_from_robot = (mounting * TiltRotation(tilt_rad)).transpose();
-  const Eigen::Vector3d in_camera =
-      camera_from_robot * (in_robot - robot_from_camera_.translation);
+  const Eigen::Vector3d in_camera = camera_from_robot * (in_robot - robot_from_camera_.translation);
   if (in_camera.z() < kMinDepth_m) return std::nullopt;
 
   Projection projection;
@@ -65,9 +64,8 @@ UpwardCamera::RayPoint UpwardCamera::PointAt(const Eigen::Vector3d& pose,
                                              const Eigen::Vector2d& pixel,
                                              double depth_m) const {
   const Eigen::Matrix3d map_from_robot = TurnAboutUp(pose.z());
-  const Eigen::Matrix3d map_from_camera = map_from_robot *
-                                          robot_from_camera_.rotation.toRotationMatrix() *
-                                          TiltRotation(tilt_rad);
+  const Eigen::Matrix3d map_from_camera =
+      map_from_robot * robot_from_camera_.rotation.toRotationMatrix() * TiltRotation(tilt_rad);
   const Eigen::Vector3d bearing = camera_.BackProjectUndistorted(pixel, 1);
   const Eigen::Vector3d from_robot =
       map_from_robot * robot_from_camera_.translation + map_from_camera * bearing * depth_m;

@@ -101,8 +101,7 @@ TEST(CompressedEkf, GivesWhatTheWholeFilterGives) {
       whole_noise.topLeftCorner(n + 1, n + 1) = noise;
       plain.Transform(whole, whole_noise);
       ++n;
-      filter.Transform(
-          plain.mean.head(n), Sparse(motion.sparseView()), Sparse(noise.sparseView()));
+      filter.Transform(plain.mean.head(n), Sparse(motion.sparseView()), Sparse(noise.sparseView()));
       const Eigen::MatrixXd rows = RandomMatrix(2, n, &random);
       Eigen::MatrixXd whole_rows = Eigen::MatrixXd::Zero(2, n + kept);
       whole_rows.leftCols(n) = rows;
@@ -172,9 +171,8 @@ TEST(CompressedEkf, RefusesWhatIsNoMeasurement) {
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(2);
   EXPECT_THROW(filter.Update({rows, zero, Eigen::VectorXd::Constant(2, -2)}), DataError);
   EXPECT_THROW(filter.Update({rows, zero, Eigen::VectorXd::Constant(2, NAN)}), DataError);
-  EXPECT_THROW(
-      filter.Update({rows, Eigen::VectorXd::Constant(2, NAN), Eigen::VectorXd::Ones(2)}),
-      DataError);
+  EXPECT_THROW(filter.Update({rows, Eigen::VectorXd::Constant(2, NAN), Eigen::VectorXd::Ones(2)}),
+               DataError);
 }
 
 }  // namespace

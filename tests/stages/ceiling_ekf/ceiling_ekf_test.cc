@@ -2,6 +2,9 @@
 #include "stages/ceiling_ekf/ceiling_ekf.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "pipeline/base/input_error.h"
 
 #include "stages/ceiling_ekf/planar_pose.h"
 #include "tests/stages/ceiling_ekf/simulated_drive.h"
@@ -34,8 +37,8 @@ Errors Compare(const CeilingEkfResult& result, const SimulatedDrive& drive) {
   for (std::size_t i = 0; i < result.map.frames.size(); ++i) {
     const CeilingFrame& frame = result.map.frames[i];
     poses.push_back(frame.map_from_robot);
-    heading += std::pow(
-        WrapAngle_rad(frame.map_from_robot.heading_rad - drive.truth[i].heading_rad), 2);
+    heading +=
+        std::pow(WrapAngle_rad(frame.map_from_robot.heading_rad - drive.truth[i].heading_rad), 2);
     Eigen::Vector3d off = ToVector(frame.map_from_robot_then) - ToVector(drive.truth[i]);
     off.z() = WrapAngle_rad(off.z());
     const double nees = off.dot(frame.covariance.llt().solve(off));
@@ -62,21 +65,165 @@ CeilingEkfResult Map(const SimulatedDrive& drive, const CeilingEkfOptions& optio
   return RunCeilingEkf(options, drive.input, progress);
 }
 
-TEST(CeilingEkf, DrivesALoop) {
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+double SmallestEigenvalue(const Eigen::Matrix3d& matrix) {
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix).eigenvalues().minCoeff();
+}
+
+TEST(CeilingEkf, DrivesALoopAndKnowsHowWell) {
+  std::vector<double> consistent;
+  for (const std::uint64_t seed : {1, 2, 3}) {
     DriveOptions options;
     options.seed = seed;
     const SimulatedDrive drive = Simulate(options);
     const CeilingEkfResult result = Map(drive);
     const Errors errors = Compare(result, drive);
-    std::cout << seed << " rmse " << errors.position_rmse_m << " heading " << errors.heading_rmse_rad
-              << " wheels " << errors.wheels_rmse_m << " nees " << errors.consistent_ratio
-              << " landmarks " << errors.landmark_median_m << " n " << result.map.landmarks.size()
-              << " loops " << result.map.loops.size() << " ambiguous " << result.num_ambiguous
-              << " slipped " << result.num_slipped << " scale " << result.wheel_scale_error << " bias "
-              << result.heading_error_rad_per_m << " tilt " << result.mounting_tilt_rad.transpose()
-              << " inconsistent " << result.counts.num_inconsistent << " weak " << result.counts.num_weak << "\n";
+    ASSERT_EQ(result.map.frames.size(), drive.truth.size());
+    EXPECT_LT(errors.position_rmse_m, 0.15) << seed;
+    EXPECT_LT(errors.heading_rmse_rad, 0.005) << seed;
+    EXPECT_LT(errors.landmark_median_m, 0.15) << seed;
+    EXPECT_GE(result.map.loops.size(), 1U) << seed;
+    EXPECT_NEAR(result.heading_error_rad_per_m, 0.002, 0.004) << seed;
+    EXPECT_LT((result.mounting_tilt_rad - options.tilt_rad).norm(), 0.001) << seed;
+    consistent.push_back(errors.consistent_ratio);
+    for (const CeilingFrame& frame : result.map.frames) {
+      ASSERT_GT(SmallestEigenvalue(frame.covariance), 0);
+    }
+    for (const CeilingLandmark& landmark : result.map.landmarks) {
+      ASSERT_GT(SmallestEigenvalue(landmark.covariance_m2), 0);
+    }
   }
+  std::ranges::sort(consistent);
+  EXPECT_GT(consistent[1], 0.85);
+}
+
+TEST(CeilingEkf, WithoutNoiseItIsExact) {
+  DriveOptions options;
+  options.pixel_noise_px = options.distance_noise_m = options.heading_noise_rad = 0;
+  options.scale_error = options.heading_error_rad_per_m = options.vibration_rad = 0;
+  options.tilt_rad.setZero();
+  options.path_m = 10;
+  const SimulatedDrive drive = Simulate(options);
+  const Errors errors = Compare(Map(drive), drive);
+  EXPECT_LT(errors.position_rmse_m, 1e-3);
+  EXPECT_LT(errors.heading_rmse_rad, 1e-4);
+  EXPECT_LT(errors.landmark_median_m, 2e-3);
+}
+
+TEST(CeilingEkf, BridgesABlankCeiling) {
+  DriveOptions options;
+  options.blank_from_m = 2;
+  options.blank_to_m = 10;
+  const SimulatedDrive drive = Simulate(options);
+  const CeilingEkfResult result = Map(drive);
+  const Errors errors = Compare(result, drive);
+  EXPECT_GT(result.num_blind, 30);
+  EXPECT_GE(result.map.loops.size(), 1U);
+  EXPECT_LT(errors.position_rmse_m, 0.2);
+  EXPECT_LT(errors.position_rmse_m, errors.wheels_rmse_m / 3);
+}
+
+TEST(CeilingEkf, TilesThatLookAlikeCloseNoWrongLoop) {
+  for (const std::uint64_t seed : {1, 2}) {
+    DriveOptions options;
+    options.seed = seed;
+    options.tiles = true;
+    const SimulatedDrive drive = Simulate(options);
+    const CeilingEkfResult result = Map(drive);
+    const Errors errors = Compare(result, drive);
+    EXPECT_LT(errors.position_rmse_m, 0.2) << seed;
+    for (const CeilingFrame& frame : result.map.frames) {
+      const double variance_m2 = frame.covariance(0, 0) + frame.covariance(1, 1);
+      ASSERT_LT(variance_m2, 0.3 * 0.3) << seed;
+    }
+  }
+}
+
+TEST(CeilingEkf, BelievesThePictureWhereWheelsSlip) {
+  DriveOptions options;
+  options.path_m = 20;
+  const Errors without = Compare(Map(Simulate(options)), Simulate(options));
+  options.slip_from_s = 15;
+  options.slip_to_s = 17;
+  const SimulatedDrive drive = Simulate(options);
+  const CeilingEkfResult result = Map(drive);
+  const Errors errors = Compare(result, drive);
+  EXPECT_GT(errors.wheels_rmse_m, 0.2);
+  EXPECT_LT(errors.position_rmse_m, without.position_rmse_m + 0.05);
+  EXPECT_GT(result.num_slipped, 5);
+}
+
+TEST(CeilingEkf, GoesOnWhereTheOdometryHasAGap) {
+  DriveOptions options;
+  options.path_m = 20;
+  SimulatedDrive drive = Simulate(options);
+  std::vector<SignalSample>& samples = drive.input.odometry[0].samples;
+  samples.erase(samples.begin() + 150, samples.begin() + 180);
+  const CeilingEkfResult result = Map(drive);
+  EXPECT_EQ(result.num_without_odometry, 31);
+  EXPECT_LT(Compare(result, drive).position_rmse_m, 0.15);
+  CeilingEkfOptions strict;
+  strict.max_missing_ratio = 0.05;
+  try {
+    Map(drive, strict);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("odometry: sensor 'wheels' says nothing of 31"));
+  }
+}
+
+TEST(CeilingEkf, PicturesMayBeMissing) {
+  DriveOptions options;
+  options.path_m = 20;
+  SimulatedDrive drive = Simulate(options);
+  for (std::size_t i = 150; i < 160; ++i) drive.input.tracks.frames[i].sightings.clear();
+  const CeilingEkfResult result = Map(drive);
+  EXPECT_LT(Compare(result, drive).position_rmse_m, 0.15);
+  EXPECT_GT(result.num_blind, 9);
+}
+
+TEST(CeilingEkf, ARobotThatStandsStaysThere) {
+  DriveOptions options;
+  options.path_m = 6;
+  SimulatedDrive drive = Simulate(options);
+  // The last frame again and again.
+  const TrackedFrame last = drive.input.tracks.frames.back();
+  const SignalSample sample = drive.input.odometry[0].samples.back();
+  for (int i = 1; i <= 300; ++i) {
+    drive.input.tracks.frames.push_back(last);
+    drive.input.tracks.frames.back().time_ns += 100'000'000LL * i;
+    drive.input.odometry[0].samples.push_back(
+        {sample.time_ns + 100'000'000LL * i, sample.value, {}});
+    drive.truth.push_back(drive.truth.back());
+    drive.wheels.push_back(drive.wheels.back());
+  }
+  const CeilingEkfResult result = Map(drive);
+  const CeilingFrame& before = result.map.frames[result.map.frames.size() - 301];
+  const CeilingFrame& after = result.map.frames.back();
+  EXPECT_LT((before.map_from_robot_then.translation - after.map_from_robot_then.translation).norm(),
+            0.02);
+  EXPECT_GT(SmallestEigenvalue(after.covariance), 0);
+}
+
+TEST(CeilingEkf, OneRunIsLikeAnother) {
+  DriveOptions options;
+  options.path_m = 8;
+  const SimulatedDrive drive = Simulate(options);
+  const CeilingEkfResult a = Map(drive), b = Map(drive);
+  ASSERT_EQ(a.map.landmarks.size(), b.map.landmarks.size());
+  for (std::size_t i = 0; i < a.map.landmarks.size(); ++i) {
+    EXPECT_EQ(a.map.landmarks[i].position_m, b.map.landmarks[i].position_m);
+  }
+}
+
+TEST(CeilingEkf, RefusesASiteWithoutWheels) {
+  DriveOptions options;
+  options.path_m = 1;
+  SimulatedDrive drive = Simulate(options);
+  CeilingEkfOptions named;
+  named.odometry_sensor = "gyro";
+  EXPECT_THROW(Map(drive, named), UsageError);
+  drive.input.odometry.clear();
+  EXPECT_THROW(Map(drive), InputError);
 }
 
 }  // namespace

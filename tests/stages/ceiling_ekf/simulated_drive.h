@@ -19,13 +19,13 @@ namespace nightmap {
 
 struct DriveOptions {
   std::uint64_t seed = 1;
-  double side_m = 12;           // of the square loop
-  double path_m = 54;           // a loop and a little
+  double side_m = 12;  // of the square loop
+  double path_m = 54;  // a loop and a little
   double speed_m_per_s = 0.6;
   double rate_hz = 10;
   double points_per_m2 = 6;
   double pixel_noise_px = 0.3;
-  double distance_noise_m = 0.02;   // after 1 m
+  double distance_noise_m = 0.02;  // after 1 m
   double heading_noise_rad = 0.0175;
   double scale_error = 0.005;
   double heading_error_rad_per_m = 0.002;
@@ -54,8 +54,8 @@ inline Rigid2 OnSquare(double way_m, double side_m) {
     pose = pose * Rigid2{0, {ahead_m, 0}};
     way_m -= ahead_m;
     const double turn_rad = std::min(way_m, arc_m) / kRadius_m;
-    pose = pose * Rigid2{turn_rad, {kRadius_m * std::sin(turn_rad),
-                                    kRadius_m * (1 - std::cos(turn_rad))}};
+    pose = pose *
+           Rigid2{turn_rad, {kRadius_m * std::sin(turn_rad), kRadius_m * (1 - std::cos(turn_rad))}};
     way_m -= std::min(way_m, arc_m);
   }
   return pose;
@@ -92,7 +92,8 @@ inline SimulatedDrive Simulate(const DriveOptions& options) {
   } else {
     const auto num = static_cast<int>(options.points_per_m2 * (high - low) * (high - low));
     for (int i = 0; i < num; ++i) {
-      points.emplace_back(low + (high - low) * random.Uniform(), low + (high - low) * random.Uniform(),
+      points.emplace_back(low + (high - low) * random.Uniform(),
+                          low + (high - low) * random.Uniform(),
                           random.Uniform() < 0.8 ? 2.6 : 3.0);
     }
   }
@@ -115,8 +116,9 @@ inline SimulatedDrive Simulate(const DriveOptions& options) {
       const bool slips = time_s > options.slip_from_s && time_s < options.slip_to_s;
       const double factor = 1 - options.scale_error + (slips ? 0.3 : 0) +
                             options.distance_noise_m * random.Gaussian() / std::sqrt(distance_m);
-      const double heading_rad = moved.heading_rad - options.heading_error_rad_per_m * distance_m +
-                                 options.heading_noise_rad * std::sqrt(distance_m) * random.Gaussian();
+      const double heading_rad =
+          moved.heading_rad - options.heading_error_rad_per_m * distance_m +
+          options.heading_noise_rad * std::sqrt(distance_m) * random.Gaussian();
       counted = counted * Rigid2{heading_rad, factor * moved.translation};
     }
     drive.truth.push_back(robot);
@@ -127,7 +129,8 @@ inline SimulatedDrive Simulate(const DriveOptions& options) {
     frame.time_ns = time_ns;
     frame.frame_idx = i;
     const Eigen::Vector2d tilt_rad =
-        options.tilt_rad + options.vibration_rad * Eigen::Vector2d(random.Gaussian(), random.Gaussian());
+        options.tilt_rad +
+        options.vibration_rad * Eigen::Vector2d(random.Gaussian(), random.Gaussian());
     for (std::size_t j = 0; j < points.size(); ++j) {
       const double away_m = (points[j].head<2>() - robot.translation).norm();
       if (away_m > 4) continue;
@@ -135,7 +138,8 @@ inline SimulatedDrive Simulate(const DriveOptions& options) {
       if (!seen || !camera.Contains(seen->pixel)) continue;
       const auto before = tracked.find(j);
       std::int64_t track_id = MakeTrackId(i, static_cast<int>(j));
-      if (before != tracked.end() && before->second.first == i - 1) track_id = before->second.second;
+      if (before != tracked.end() && before->second.first == i - 1)
+        track_id = before->second.second;
       if (FirstFrameOf(track_id) == i) {
         drive.points[track_id] = points[j];
         drive.input.tracks.descriptors.push_back(

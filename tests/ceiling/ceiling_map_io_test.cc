@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/ceiling/ceiling_map_io.h"
+
+#include "pipeline/io/hdf5_file.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace {
+
+CeilingMap MakeMap() {
+  CeilingMap map;
+  CeilingFrame frame;
+  frame.time_ns = 17;
+  frame.map_from_robot_then = {0.5, {1, 2}};
+  frame.covariance = 0.25 * Eigen::Matrix3d::Identity();
+  frame.nis = 3.5;
+  frame.num_residuals = 4;
+  frame.has_slipped = true;
+  map.frames = {frame};
+  map.anchors = {{{0.1, {3, 4}}, Eigen::Matrix3d::Identity()}};
+  CeilingLandmark landmark;
+  landmark.track_id = 9;
+  landmark.position_m = {1, 2, 2.5};
+  landmark.covariance_m2 = Eigen::Vector3d(0.04, 0.01, 0.01).asDiagonal();
+  landmark.num_sightings = 6;
+  map.landmarks = {landmark};
+  map.loops = {{3, 1, 12}};
+  return map;
+}
+
+TEST(CeilingMapIo, WritesWhatItWasGiven) {
+  const TemporaryFolder folder;
+  const auto path = folder / "ceiling_map.h5";
+  WriteCeilingMap(path, MakeMap(), "a = 1");
+  const Hdf5Reader file(path, "nightmap ceiling map", 1);
+  EXPECT_EQ(file.ReadList<std::int64_t>("frame_time_ns"), std::vector<std::int64_t>{17});
+  EXPECT_EQ(file.Read<double>("frame_pose", 3).values, (std::vector<double>{1, 2, 0.5}));
+  EXPECT_EQ(file.Read<double>("frame_covariance", 9).values[4], 0.25);
+  EXPECT_EQ(file.ReadList<std::uint8_t>("frame_flags"), std::vector<std::uint8_t>{2});
+  EXPECT_EQ(file.Read<double>("landmark_position_m", 3).values, (std::vector<double>{1, 2, 2.5}));
+  EXPECT_EQ(file.Read<std::int32_t>("loop_anchors", 2).values, (std::vector<std::int32_t>{3, 1}));
+  EXPECT_EQ(file.ReadText("config"), "a = 1");
+}
+
+TEST(CeilingMapIo, EqualMapsGiveEqualBytes) {
+  const TemporaryFolder folder;
+  const auto a = folder / "a.h5", b = folder / "b.h5";
+  WriteCeilingMap(a, MakeMap(), "");
+  WriteCeilingMap(b, MakeMap(), "");
+  EXPECT_EQ(ReadBytes(a), ReadBytes(b));
+}
+
+TEST(CeilingMapIo, AnEmptyMapIsAFile) {
+  const TemporaryFolder folder;
+  WriteCeilingMap(folder / "empty.h5", {}, "");
+  const Hdf5Reader file(folder / "empty.h5", "nightmap ceiling map", 1);
+  EXPECT_TRUE(file.ReadList<std::int64_t>("landmark_track_id").empty());
+  EXPECT_THAT(LandmarksToPly({}), testing::HasSubstr("element vertex 0"));
+}
+
+TEST(CeilingMapIo, PlyHasTheLargestDeviation) {
+  EXPECT_THAT(LandmarksToPly(MakeMap().landmarks),
+              testing::HasSubstr("1.0000 2.0000 2.5000 0 96 255 0.2000\n"));
+}
+
+}  // namespace
+}  // namespace nightmap
