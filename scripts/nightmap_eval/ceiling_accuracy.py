@@ -93,6 +93,7 @@ def pose_figures(estimate, truth):
     matched, matched_truth = estimate.select(pairs[:, 1]), truth.select(pairs[:, 0])
     start = first_pose_alignment(matched, matched_truth)
     se3, alignment = ate(matched, matched_truth, False, planar_umeyama)
+    sim3, scaling = ate(matched, matched_truth, True, planar_umeyama)
     num_missing = len(truth) - len(pairs)
     figures = {
         "num_frames_with_truth": len(truth),
@@ -103,9 +104,9 @@ def pose_figures(estimate, truth):
         "truth_from_map_m_q": [*alignment.translation_m, *quaternion(alignment.rotation)],
         "start": absolute_figures(matched, matched_truth, start),
         "se3": se3,
-        "sim3": ate(matched, matched_truth, True, planar_umeyama)[0],
+        "sim3": sim3,
     }
-    return figures, {"start": start, "se3": alignment}
+    return figures, {"start": start, "se3": alignment, "sim3": scaling}
 
 
 def wheel_figures(wheels, truth, ours):

@@ -49,5 +49,5 @@ def landmark_figures(site, ceiling_map, ceiling, alignments):
 
 
 def inverse_apply(alignment, points_m):
-    """Points of the target frame in the source frame of a rigid alignment."""
-    return (np.asarray(points_m) - alignment.translation_m) @ alignment.rotation
+    """Points of the target frame in the source frame of an alignment."""
+    return (np.asarray(points_m) - alignment.translation_m) @ alignment.rotation / alignment.scale
