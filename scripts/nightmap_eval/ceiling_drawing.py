@@ -37,10 +37,10 @@ def draw_landmarks(figure, axes, ceiling_map):
     full_axes_m = 2 * np.sqrt(np.maximum(values, 0) * quantile(ELLIPSE_PROBABILITY, 2))
     angles_deg = np.degrees(np.arctan2(vectors[:, 1, 1], vectors[:, 0, 1]))  # of the longer axis
     ellipses = EllipseCollection(full_axes_m[:, 1], full_axes_m[:, 0], angles_deg, units="xy", offsets=points_m[:, :2],
-                                 offset_transform=axes.transData, facecolors="none", edgecolors=GRAY, lw=0.4, alpha=0.6)  # fmt: skip
+                                 offset_transform=axes.transData, facecolors="none", edgecolors="black", lw=0.5, alpha=0.7)  # fmt: skip
     axes.add_collection(ellipses)
     low_m, high_m = np.percentile(points_m[:, 2], [1, 99])  # a few wild heights must not use up the colors
-    shown = axes.scatter(*points_m[:, :2].T, c=points_m[:, 2], s=5, lw=0, cmap="viridis", vmin=low_m, vmax=max(high_m, low_m + 0.01))
+    shown = axes.scatter(*points_m[:, :2].T, c=points_m[:, 2], s=4, lw=0, cmap="viridis", vmin=low_m, vmax=max(high_m, low_m + 0.01))
     figure.colorbar(shown, ax=axes, label="height (m)", shrink=0.8, extend="both")
 
 
@@ -70,6 +70,9 @@ def errors_png(frame_errors, travelled_m, errors):
     below.fill_between(way_m, *np.degrees([-2 * sigma_rad, 2 * sigma_rad]), color=BLUE, alpha=0.15, lw=0)
     below.plot(way_m, np.degrees(frame_errors.errors[:, 2]), color=BLUE, lw=1)
     below.plot(travelled_m, np.degrees(errors[:, 2]), color=ORANGE, lw=1)
+    # The start, whose heading is hardly known, must not flatten all that follows.
+    high_rad = max(2 * np.percentile(sigma_rad, 95), *(np.abs(part[:, 2]).max() for part in (frame_errors.errors, errors)), 1e-6)
+    below.set_ylim(*np.degrees([-1.2 * high_rad, 1.2 * high_rad]))
     below.set_ylabel("heading error (deg)")
     below.set_xlabel("way (m)")
     for axes in (above, below):
