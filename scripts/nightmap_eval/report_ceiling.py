@@ -24,11 +24,11 @@ COUNT_ROWS = (
 )
 ALIGNMENTS = (("start", "from the first pose on"), ("se3", "after SE(3) alignment"), ("sim3", "after Sim(3) alignment"))
 SHARES = dict.fromkeys(("within_percent", "below_percent", "above_percent"), NUMBER)
-LANDMARK_ERRORS = dict.fromkeys(("error_median_m", "error_p90_m", "error_max_m", "inside_percent"), NUMBER)
+LANDMARK_ERRORS = dict.fromkeys(("error_median_m", "error_p90_m", "error_max_m", "error_max_off_edges_m", "inside_percent"), NUMBER)
 POSES = dict.fromkeys(("start", "se3", "sim3"), ATE | {"rotation_max_deg": NUMBER}) | {"num_missing": int}
 FIGURES = dict.fromkeys((key for key, _ in COUNT_ROWS), int) | {
     "coverage": dict, "nis": {"num_frames": int}, "?nees": {"num_frames": int}, "?trajectory": POSES | {"num_frames_with_truth": int},
-    "?wheels": {"path_length_m": NUMBER}, "?landmarks": {"num_judged": int},
+    "?wheels": {"path_length_m": NUMBER}, "?landmarks": {"num_judged": int, "num_at_edge": int},
 }  # fmt: skip
 
 
@@ -85,15 +85,19 @@ def figure_parts(metrics):
     check(figures, FIGURES, "evaluate/metrics.json: sections: odometry")
     parts = [html.table(("Map", ""), count_rows(figures))]
     if "trajectory" in figures:
-        head = ("Way of the robot", "RMSE (cm)", "median (cm)", "largest (cm)", "heading RMSE (deg)", "largest (deg)", "missing frames")
+        head = ("Way of the robot", "RMSE (cm)", "median (cm)", "largest (cm)", "heading RMSE (deg)", "largest (deg)", "missing")
         parts.append(html.table(head, pose_rows(figures)))
     else:
         parts.append(html.paragraph("The robot's true way is not known: the accuracy of the poses is unknown.", "note"))
     head = ("Honesty of the covariances", "within 95 % bounds (%)", "below (%)", "above (%)", "mean, 1 is ideal", "frames")
     parts.append(html.table(head, consistency_rows(figures)))
     if figures.get("landmarks", {}).get("num_judged"):
-        head = ("Landmarks against the exact ceiling", "median (cm)", "90 % (cm)", "largest (cm)", "inside 95 % ellipsoid (%)", "landmarks")
-        parts.append(html.table(head, landmark_rows(figures["landmarks"])))
+        landmarks = figures["landmarks"]
+        head = ("Landmarks against the exact ceiling", "median (cm)", "90 % (cm)", "largest (cm)", "largest off edges (cm)",
+                "inside 95 % ellipsoid (%)", "landmarks")  # fmt: skip
+        parts.append(html.table(head, landmark_rows(landmarks)))
+        parts.append(html.paragraph(f"{landmarks['num_at_edge']} landmarks lie at the edge of a lintel or doorway, where few pixels decide "
+                                    "which surface is the true one.", "note"))  # fmt: skip
     return parts
 
 
@@ -137,5 +141,5 @@ def landmark_rows(landmarks):
         if alignment in landmarks:
             values = landmarks[alignment]
             check(values, LANDMARK_ERRORS, f"evaluate/metrics.json: sections: odometry: landmarks: {alignment}")
-            shown_cm = [100 * values[f"error_{kind}_m"] for kind in ("median", "p90", "max")]
+            shown_cm = [100 * values[f"error_{kind}_m"] for kind in ("median", "p90", "max", "max_off_edges")]
             yield [text, *shown_cm, float(values["inside_percent"]), landmarks["num_judged"]]

@@ -115,6 +115,18 @@ class CeilingSiteTest(unittest.TestCase):
             for name in ("landmark_covariance_m2", "landmark_last_time_ns", "landmark_last_raw_px")})  # fmt: skip
         self.assertAlmostEqual(self.figures()["landmarks"]["start"]["error_max_m"], 0.02, places=5)
 
+    def test_a_landmark_at_the_edge_of_a_lintel_is_counted(self):
+        arrays = ceiling_site.map_arrays()
+        row = int(np.argmin(np.abs(ceiling_site.drive()[::5, 0] - 3.6)[6:])) + 6  # in the first room, on the way to the doorway
+        depth_m, way_m = 2.1 - ceiling_site.CAMERA_HEIGHT_M, 4.2 - ceiling_site.drive()[5 * row, 0]
+        pixels = arrays["landmark_last_raw_px"].copy()
+        pixels[row] = [ceiling_site.CAMERA["cx"] + ceiling_site.CAMERA["fx"] * way_m / depth_m + 0.5, ceiling_site.CAMERA["cy"]]
+        self.write_map(landmark_last_raw_px=pixels)
+        landmarks = self.figures()["landmarks"]
+        self.assertEqual((landmarks["num_judged"], landmarks["num_at_edge"]), (12, 1))
+        self.assertGreater(landmarks["start"]["error_max_m"], 0.2)
+        self.assertLess(landmarks["start"]["error_max_off_edges_m"], 1e-5)
+
     def test_covariances_that_are_too_small_are_above_the_bounds(self):
         poses = ceiling_site.map_arrays()["frame_pose"]
         poses[1:31, 1] += 0.05  # 5 sigma: NEES 25
@@ -163,7 +175,8 @@ class CeilingSiteTest(unittest.TestCase):
 
     def test_a_damaged_map_is_named(self):
         nan = np.full((60, 3), np.nan)
-        for changes in ({"loop_anchors": np.array([[3, 0]])}, {"frame_pose": nan}, {"frame_nis": np.zeros(7)}, {"anchor_pose": np.zeros(6)}):
+        loop = np.array([[3, 0]])
+        for changes in ({"loop_anchors": loop}, {"frame_pose": nan}, {"frame_nis": np.zeros(7)}, {"anchor_pose": np.zeros(6)}):
             self.write_map(**changes)
             result = self.run_script("evaluate.py", "x.json")
             self.assertEqual(result.returncode, 1)
