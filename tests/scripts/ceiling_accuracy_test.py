@@ -102,6 +102,17 @@ class CeilingSiteTest(unittest.TestCase):
         ceiling_site.write_wheels(self.site_dir, worse[:40])
         self.assertEqual(self.figures()["wheels"]["num_missing"], 20)
 
+    def test_the_wheels_are_those_of_the_sensor_that_was_used(self):
+        wrong, right = ceiling_site.drive(), ceiling_site.drive()
+        wrong[1:, 0] += 1
+        ceiling_site.write_wheels(self.site_dir, wrong, right)
+        self.assertAlmostEqual(self.figures()["wheels"]["start"]["ate_max_m"], 1, places=6)
+        report = self.site_dir / "odometry" / "report.json"
+        report.write_text('{"odometry_sensor": "wheels_1"}')
+        self.assertLess(self.figures()["wheels"]["start"]["ate_max_m"], 1e-6)
+        report.write_text('{"odometry_sensor": "legs"}')
+        self.assertIn("odometry.h5: damaged", self.run_script("evaluate.py", "x.json").stderr)
+
     def test_a_landmark_2_cm_off_is_2_cm_off(self):
         points_m = ceiling_site.map_arrays()["landmark_position_m"]
         points_m[4] += [0, 0, 0.02]

@@ -79,12 +79,15 @@ def write_ceiling_map(site_dir, arrays):
             file[name] = array
 
 
-def write_wheels(site_dir, rows):
-    """odometry.h5 of wheels at the robot's origin, with a sample at each frame."""
+def write_wheels(site_dir, *sensors):
+    """odometry.h5 of wheels at the robot's origin: rows of each sensor, with a sample at each frame."""
     with h5py.File(site_dir / "frames" / "odometry.h5", "w") as file:
-        file["robot_from_sensor"] = np.array([[0.0, 0, 0, 0, 0, 0, 1]])
-        file["sample_offset"] = np.array([0, len(rows)])[:, None]
-        file["time_ns"], file["value"] = times_ns()[: len(rows), None], rows
+        for i in range(len(sensors)):
+            file.attrs[f"sensor_{i}"] = f"wheels_{i}"
+        file["robot_from_sensor"] = np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(sensors), 1))
+        file["sample_offset"] = np.cumsum([0, *map(len, sensors)])[:, None]
+        file["time_ns"] = np.concatenate([times_ns()[: len(rows), None] for rows in sensors])
+        file["value"] = np.concatenate(sensors)
 
 
 def write_estimate(site_dir, rows, kept=slice(None)):
