@@ -14,7 +14,11 @@ LEAST_NEES = 1e-3  # of the logarithmic axis
 
 def map_png(ceiling_map, estimate_m, truth_m=None, wheels_m=None):
     """The map's frame from above. truth_m, wheels_m: positions in the map, or None."""
-    figure, axes = drawing.map_axes("Landmarks with 95 % ellipses, and the robot's way (the dot is the start)", (9.5, 6.5))
+    shown = [ceiling_map.landmark_position_m, estimate_m, *(way_m for way_m in (truth_m, wheels_m) if way_m is not None)]
+    width_m, height_m = np.ptp(np.concatenate([points_m[:, :2] for points_m in shown]), axis=0) + 1
+    size = (9.5, np.clip(7 * height_m / width_m, 2.5, 8) + 1)
+    figure, axes = drawing.map_axes("Landmarks with 95 % ellipses, and the robot's way (the dot is the start)", size)
+    axes.set_aspect("equal", adjustable="box")
     draw_landmarks(figure, axes, ceiling_map)
     if wheels_m is not None:
         axes.plot(*wheels_m[:, :2].T, "--", color=GRAY, lw=1, label="wheels alone")
@@ -49,7 +53,7 @@ def draw_loops(axes, ceiling_map):
     axes.plot(*ceiling_map.anchor_pose[:, :2].T, "s", color=RED, ms=3, label=f"anchors ({len(ceiling_map.anchor_pose)})")
     loops = ceiling_map.loop_anchors
     if len(loops):
-        lines = LineCollection(ceiling_map.anchor_pose[loops][:, :, :2], color=GREEN, lw=1.6, zorder=3, label=f"loops ({len(loops)})")
+        lines = LineCollection(ceiling_map.anchor_pose[loops][:, :, :2], color=GREEN, lw=2, zorder=4, label=f"loops ({len(loops)})")
         axes.add_collection(lines)
 
 
@@ -64,20 +68,26 @@ def errors_png(frame_errors, travelled_m, errors):
     above.fill_between(way_m, 0, 200 * sigma_m, color=BLUE, alpha=0.15, lw=0, label="2 sigma of the filter, worst direction")
     above.plot(way_m, 100 * np.linalg.norm(frame_errors.errors[:, :2], axis=1), color=BLUE, lw=1, label="at that frame")
     above.plot(travelled_m, 100 * np.linalg.norm(errors[:, :2], axis=1), color=ORANGE, lw=1, label="by all that is known")
-    above.set_ylim(bottom=0)
+    distances_m = np.linalg.norm(np.concatenate([frame_errors.errors, errors])[:, :2], axis=1)
+    above.set_ylim(0, 100 * height_of_axis(distances_m, sigma_m))
     above.set_ylabel("position error (cm)")
     above.legend(fontsize=8, loc="upper left")
     below.fill_between(way_m, *np.degrees([-2 * sigma_rad, 2 * sigma_rad]), color=BLUE, alpha=0.15, lw=0)
     below.plot(way_m, np.degrees(frame_errors.errors[:, 2]), color=BLUE, lw=1)
     below.plot(travelled_m, np.degrees(errors[:, 2]), color=ORANGE, lw=1)
-    # The start, whose heading is hardly known, must not flatten all that follows.
-    high_rad = max(2 * np.percentile(sigma_rad, 95), *(np.abs(part[:, 2]).max() for part in (frame_errors.errors, errors)), 1e-6)
-    below.set_ylim(*np.degrees([-1.2 * high_rad, 1.2 * high_rad]))
+    limit_deg = np.degrees(height_of_axis(np.abs(np.concatenate([frame_errors.errors[:, 2], errors[:, 2]])), sigma_rad))
+    below.set_ylim(-limit_deg, limit_deg)
     below.set_ylabel("heading error (deg)")
     below.set_xlabel("way (m)")
     for axes in (above, below):
         axes.grid(alpha=0.3)
     return drawing.to_png(figure)
+
+
+def height_of_axis(errors, sigmas):
+    """Shows all errors, and as much of the 2-sigma band as does not flatten them."""
+    largest = max(np.max(errors, initial=0), 1e-9)
+    return 1.2 * max(largest, min(2 * np.max(sigmas, initial=0), 3 * largest))
 
 
 def nees_png(times_s, nees, degrees):

@@ -68,8 +68,8 @@ def error_parts(estimate, ceiling_map, truth, truth_in_map):
     errors[:, 2] = wrapped_rad(errors[:, 2])
     steps_m = np.linalg.norm(np.diff(truth_in_map[:, :2], axis=0), axis=1)
     travelled_m = np.concatenate([[0.0], np.cumsum(steps_m)])[pairs[:, 0]]
-    yield html.paragraph("Errors from the first pose on, without alignment. The trajectory is by all that is known at the end; the filter's "
-                         "word at each frame is by what was known then.", "note")  # fmt: skip
+    yield html.paragraph("Errors from the first pose on, without alignment: those of what the filter said at each frame, and those of the "
+                         "trajectory, which is by all that is known at the end.", "note")  # fmt: skip
     then = errors_then(ceiling_map, truth)
     yield html.image(ceiling_drawing.errors_png(then, travelled_m, errors), "position and heading error over the route")
     is_judged, nees = then.nees()
