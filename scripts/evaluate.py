@@ -6,8 +6,8 @@ Trajectory: ATE after SE(3) and Sim(3) alignment, RPE per frame and per metre. Q
 map aligned by its own mapping frames, as a whole (global) and around each query (local), recall with
 missing poses counted as failures. Synthetic sites: distance of the cloud to the exact surfaces, and each
 floor's grid, walls and doors against the exact plan. A site without truth gets counts only; metrics.json
-says so. A job's own figures (section.evaluation) stand in `sections`; a site without a camera has only these: those
-of a laser are in nightmap_eval/laser_accuracy.py.
+says so. A job's own figures (section.evaluation) stand in `sections`; a site without map_frame or without a camera has
+only these: those of a laser are in nightmap_eval/laser_accuracy.py, those of a ceiling in ceiling_accuracy.py.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
@@ -28,7 +28,7 @@ from nightmap_eval.cloud_accuracy import cloud_metrics
 from nightmap_eval.floor_accuracy import evaluate_floors, truth_folder
 from nightmap_eval.located_queries import VERDICTS, read_located
 from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops, read_relative_poses
-from nightmap_eval.metrics_json import laser_figures
+from nightmap_eval.metrics_json import lead_figures
 from nightmap_eval.ply import read_ply
 from nightmap_eval.query_errors import PROTOCOLS, query_summary
 from nightmap_eval.trajectory import associate, path_length_m, read_truth, read_tum
@@ -219,8 +219,8 @@ def evaluate(arguments):
 
 
 def print_summary(metrics):
-    trajectory = metrics.get("trajectory") or laser_figures(metrics).get("trajectory")
-    if trajectory is None:
+    trajectory = lead_figures(metrics, "trajectory")
+    if not trajectory:
         print(f"{metrics['site']}: no ground truth: counts only, no accuracy")
         return
     text = f"{metrics['site']}: ATE RMSE {100 * trajectory['se3']['ate_rmse_m']:.2f} cm (SE(3) alignment)"

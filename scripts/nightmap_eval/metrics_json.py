@@ -25,6 +25,7 @@ QUERIES = {
 }  # fmt: skip
 FLOOR = {"?height_m": NUMBER, "?found": bool}
 GRID = FLOOR | {"?floors": [FLOOR | {"height_m": NUMBER}]}
+SECTION_TRAJECTORY = {"truth_from_map_m_q": [NUMBER], "se3": ATE}
 METRICS = {
     "?coverage": COVERAGE, "?trajectory": TRAJECTORY, "?queries": QUERIES,
     "?loops": {"num_accepted": int, "num_rejected": int},
@@ -72,16 +73,27 @@ def read_metrics(path):
     if "num_with_truth" in queries:
         check(queries, dict.fromkeys(PROTOCOLS, PROTOCOL), f"{path}: queries")
     check_laser(laser_figures(metrics), path)
-    for trajectory in (metrics.get("trajectory", {}), laser_figures(metrics).get("trajectory", {})):
-        if len(trajectory.get("truth_from_map_m_q", range(7))) != 7:
+    for figures in section_figures(metrics):
+        check(figures, {"?coverage": COVERAGE, "?trajectory": SECTION_TRAJECTORY}, f"{path}: sections")
+    for figures in (metrics, *section_figures(metrics)):
+        if len(figures.get("trajectory", {}).get("truth_from_map_m_q", range(7))) != 7:
             raise DataError(f"{path}: truth_from_map_m_q is not a pose; {REMEDY}")
     return metrics
 
 
+def section_figures(metrics):
+    """The figures of each job with an evaluation of its own."""
+    return [figures for figures in metrics.get("sections", {}).values() if isinstance(figures, dict)]
+
+
+def lead_figures(metrics, name):
+    """The `coverage` or `trajectory` of the map: that of evaluate.py, else that of a job's own evaluation; {} without any."""
+    return next((figures[name] for figures in (metrics, *section_figures(metrics)) if name in figures), {})
+
+
 def laser_figures(metrics):
     """The figures of laser_accuracy.py, whichever job they are of; {} without any."""
-    sections = metrics.get("sections", {}).values()
-    return next((figures for figures in sections if isinstance(figures, dict) and "num_scans" in figures), {})
+    return next((figures for figures in section_figures(metrics) if "num_scans" in figures), {})
 
 
 def check_laser(figures, path):

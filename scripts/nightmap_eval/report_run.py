@@ -2,7 +2,7 @@
 """Sections of the report on the run: summary line, stages, skipped items, configs."""
 
 from nightmap_eval import html
-from nightmap_eval.metrics_json import laser_figures
+from nightmap_eval.metrics_json import laser_figures, lead_figures
 from nightmap_eval.report_loops import loop_section
 from nightmap_site.checked_reading import read_text
 
@@ -37,7 +37,7 @@ def _query_summary(queries):
 def summary(metrics, stages):
     """One line: the result of the run and the accuracy of the map."""
     parts = []
-    coverage = metrics.get("coverage")
+    coverage = lead_figures(metrics, "coverage")
     if coverage:
         parts.append(
             f"{coverage['num_frames_with_pose']} of {coverage['num_frames']} frames mapped over "
@@ -48,7 +48,7 @@ def summary(metrics, stages):
         parts.append(f"{laser['num_scans_with_pose']} of {laser['num_scans']} scans mapped over {laser['path_length_m']:.1f} m")
     if stages:
         parts.append(f"{_time(_total_s(stages))} of stage time")
-    trajectory = metrics.get("trajectory") or laser.get("trajectory")
+    trajectory = lead_figures(metrics, "trajectory")
     if trajectory:
         rmse_cm = 100 * trajectory["se3"]["ate_rmse_m"]
         parts.append(f"trajectory error {rmse_cm:.1f} cm RMSE")
@@ -102,13 +102,13 @@ def skipped_section(metrics, stages):
     rows = [(stage.name, reason) for stage in stages for reason in stage.skipped()]
     table = html.table(("stage", "skipped"), rows[:MAX_ROWS])
     parts = [table if rows else html.paragraph("None.", "note")]
-    missing = metrics.get("coverage", {}).get("frames_without_pose", [])
+    missing = lead_figures(metrics, "coverage").get("frames_without_pose", [])
     if missing:
         parts.append(html.paragraph(f"{_frame_list(missing)} have no pose."))
-    bridged = metrics.get("coverage", {}).get("frames_bridged", [])
+    bridged = lead_figures(metrics, "coverage").get("frames_bridged", [])
     if bridged:
         parts.append(html.paragraph(f"{_frame_list(bridged)} matched no other frame: their poses are guesses."))
-    apart = metrics.get("coverage", {}).get("frames_apart", [])
+    apart = lead_figures(metrics, "coverage").get("frames_apart", [])
     if apart:
         guessed = "lie apart from the rest of the map: only guessed motion connects them."
         parts.append(html.paragraph(f"{_frame_list(apart)} {guessed}"))

@@ -23,11 +23,10 @@ def absolute_errors(estimate, truth, alignment):
     return translation_m, rotation_deg
 
 
-def ate(estimate, truth, with_scale, align=umeyama):
-    """Absolute trajectory error of matched poses, and the alignment used (truth_from_map)."""
-    alignment = align(estimate.positions_m, truth.positions_m, with_scale)
+def absolute_figures(estimate, truth, alignment):
+    """Figures of the absolute errors after an alignment (truth_from_map)."""
     translation_m, rotation_deg = absolute_errors(estimate, truth, alignment)
-    figures = {
+    return {
         "ate_rmse_m": _rmse(translation_m),
         "ate_mean_m": float(np.mean(translation_m)),
         "ate_median_m": float(np.median(translation_m)),
@@ -36,6 +35,12 @@ def ate(estimate, truth, with_scale, align=umeyama):
         "rotation_median_deg": float(np.median(rotation_deg)),
         "rotation_max_deg": float(np.max(rotation_deg)),
     }
+
+
+def ate(estimate, truth, with_scale, align=umeyama):
+    """Absolute trajectory error of matched poses, and the alignment used (truth_from_map)."""
+    alignment = align(estimate.positions_m, truth.positions_m, with_scale)
+    figures = absolute_figures(estimate, truth, alignment)
     if with_scale:
         figures["scale"] = alignment.scale
     return figures, alignment
