@@ -354,6 +354,8 @@ TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
                                  "intel",
                                  "building",
                                  "demo",
+                                 "ceiling_corridor",
+                                 "ceiling_office",
                                  "demo_laser",
                                  "hololens_office",
                                  "hololens_office_queries",
