@@ -2,6 +2,7 @@
 #include "pipeline/program/stage_main.h"
 
 #include <fmt/ranges.h>
+#include <malloc.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -221,6 +222,14 @@ bool HandleQueries(const StageSpec& spec, const CommandLine& line, const OptionL
   return line.version || line.print_config || line.check_config;
 }
 
+// A stage needs the same large buffers for each picture. By default the C library gives them back
+// to the system each time and gets them anew, page by page: a third of the time that `features`
+// takes of small pictures, a quarter of that of a whole map.
+void KeepFreedMemory() {
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the most that it accepts
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+}
+
 }  // namespace
 
 int RunStage(int argc,
@@ -236,6 +245,7 @@ int RunStage(int argc,
   DefineCommandLine(app, &line);
   app.footer(Footer(spec, options));
   SetUpLog(spec, "info");
+  KeepFreedMemory();
   try {
     app.parse(argc, argv);
     SetUpLog(spec, line.log_level);

@@ -79,6 +79,8 @@ LONG = {
         "--out {maps}/every_third/demo/evaluate_colmap/results.json --page {page}"),
     "things": ("seeds.py things things_true --name things --site-configs tests/bench/labels --data '{data}/{{seed}}' --maps {maps} "
                "--page {page}",),
+    "ceiling": ("seeds.py ceiling_corridor ceiling_office --name ceiling --seeds 10 --vary synthesize_ceiling.noise_seed "
+                "--data '{data}/ceiling_{{seed}}' --maps {maps} --page {page}",),
     # Recordings with people pasted into them, which are no part of any data set (docs/figures.md).
     "people_xyz": ("seeds.py xyz_empty xyz_people xyz_people_true xyz_people_7 xyz_people_7_true --name people_xyz "
         "--site-configs tests/bench/people --data {data} --maps {maps} --page {page}",),

@@ -6,7 +6,8 @@ For each site and seed it runs `make evaluate SITE=<site> SEED=<n> MAPS=<maps>/s
 keeps the results that are up to date. Figures where one bad seed matters show the worst seed.
 With --page it puts the table between the markers `<!-- NAME:begin -->` and
 `<!-- NAME:end -->` of that page. A seed does not change a recording. To render another synthetic
-building per seed, give each its own folder, as in --data 'data/{seed}'.
+building per seed, give each its own folder, as in --data 'data/{seed}'. Another option of a made-up recording than
+synthesize.seed takes the number of the seed, counted from 1, with --vary.
 Exit codes: 0 done; 1 a run failed or a result is missing; 2 wrong command line.
 """
 
@@ -59,6 +60,31 @@ def _laser_columns():
             ("occupied cells right (%)", "sections.grid.map.grid.occupied_right_percent", 1, "{:.1f}")]  # fmt: skip
 
 
+def _ceiling_columns():
+    """Rows of a robot with an upward camera; the pose at the start is that of the truth."""
+    odometry = "sections.odometry"
+    ours, wheels = f"{odometry}.trajectory.start", f"{odometry}.wheels"
+    return [("pictures", f"{odometry}.coverage.num_frames", 1, "{:.0f}"),
+            ("without a pose, worst seed", f"{odometry}.coverage.num_frames_without_pose", 1, "{:.0f}", max),
+            ("position RMSE (cm)", f"{ours}.ate_rmse_m", 100, "{:.2f}"),
+            ("position RMSE, worst seed (cm)", f"{ours}.ate_rmse_m", 100, "{:.2f}", max),
+            ("heading RMSE (deg)", f"{ours}.rotation_rmse_deg", 1, "{:.2f}"),
+            ("heading RMSE, worst seed (deg)", f"{ours}.rotation_rmse_deg", 1, "{:.2f}", max),
+            ("position RMSE, SE(2) (cm)", f"{odometry}.trajectory.se3.ate_rmse_m", 100, "{:.2f}"),
+            ("position RMSE, Sim(2) (cm)", f"{odometry}.trajectory.sim3.ate_rmse_m", 100, "{:.2f}"),
+            ("position RMSE of wheels alone (cm)", f"{wheels}.start.ate_rmse_m", 100, "{:.0f}"),
+            ("heading RMSE of wheels alone (deg)", f"{wheels}.start.rotation_rmse_deg", 1, "{:.1f}"),
+            ("times better than wheels alone", f"{wheels}.position_ratio_start", 1, "{:.0f}"),
+            ("likewise, worst seed", f"{wheels}.position_ratio_start", 1, "{:.0f}", min),
+            ("NEES within its 95 % bounds (%)", f"{odometry}.nees.within_percent", 1, "{:.0f}"),
+            ("NEES, mean (3 is right)", f"{odometry}.nees.mean", 1, "{:.1f}"),
+            ("NIS per degree of freedom (1 is right)", f"{odometry}.nis.mean_per_degree_of_freedom", 1, "{:.2f}"),
+            ("landmarks", f"{odometry}.num_landmarks", 1, "{:.0f}"),
+            ("landmark error, median (cm)", f"{odometry}.landmarks.start.error_median_m", 100, "{:.2f}"),
+            ("landmark error, 90 % (cm)", f"{odometry}.landmarks.start.error_p90_m", 100, "{:.2f}"),
+            ("loops", f"{odometry}.num_loops", 1, "{:.0f}")]  # fmt: skip
+
+
 # Title, place in metrics.json, factor, format; the statistic over seeds is the median unless named.
 COLUMNS = (
     ("frames mapped", "coverage.num_frames_with_pose", 1, "{:.0f}"),
@@ -90,6 +116,7 @@ COLUMNS = (
     ("false things (%)", "sections.objects.false_percent", 1, "{:.1f}"),
     ("overlap of things, median", "sections.objects.iou_median", 1, "{:.2f}"),
     *_laser_columns(),
+    *_ceiling_columns(),
 )
 
 
@@ -101,6 +128,7 @@ def parse_arguments():
     parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
     parser.add_argument("--data", default=str(CHECKOUT / "data"), help="folder of the recordings; {seed} in it: one per seed")
     parser.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="values over the profile, as make's SET takes them")
+    parser.add_argument("--vary", metavar="KEY", help="option of the recording that takes the number of the seed, from 1")
     parser.add_argument("--name", default="accuracy", help="name of the table in that page")
     parser.add_argument("--page", type=Path, help="page that receives the table")
     parser.add_argument("--no-run", action="store_true", help="only collect existing results")
@@ -110,11 +138,12 @@ def parse_arguments():
     return arguments
 
 
-def run_make(site, seed, maps, data, settings=(), goal="evaluate", site_configs=CHECKOUT / "configs/sites"):
+def run_make(site, seed, maps, data, settings=(), goal="evaluate", site_configs=CHECKOUT / "configs/sites", vary=None):
     """`settings`: values over the profile, as make's SET takes them."""
     command = ["make", "-C", str(CHECKOUT), goal, f"SITE={site}", f"SEED={seed}",
                f"SITES={site_configs.resolve()}", f"MAPS={maps.resolve()}", f"DATA={Path(data.format(seed=seed)).resolve()}"]  # fmt: skip
-    settings = [*settings, *([f"synthesize.seed={seed}"] if "{seed}" in data else [])]
+    if "{seed}" in data:
+        settings = [*settings, f"{vary}={seed + 1}" if vary else f"synthesize.seed={seed}"]
     if settings:
         command.append("SET=" + " ".join(settings))
     if subprocess.run(command, check=False).returncode != 0:
@@ -127,7 +156,7 @@ def collect(arguments, site):
     for seed in range(arguments.seeds):
         maps = arguments.maps / f"seed_{seed}"
         if not arguments.no_run:
-            run_make(site, seed, maps, arguments.data, arguments.set, site_configs=arguments.site_configs)
+            run_make(site, seed, maps, arguments.data, arguments.set, site_configs=arguments.site_configs, vary=arguments.vary)
         path = maps / site / "evaluate" / "metrics.json"
         metrics.append(read_json(path))
         for _, dotted, *_ in COLUMNS:
