@@ -11,168 +11,197 @@ namespace {
 
 using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
-void SubtractSquare(const Eigen::MatrixXd& root, Eigen::MatrixXd* covariance) {
-  covariance->selfadjointView<Eigen::Lower>().rankUpdate(root.transpose(), -1);
-  covariance->triangularView<Eigen::StrictlyUpper>() = covariance->transpose();
+void MakeSymmetric(Eigen::MatrixXd* matrix) {
+  matrix->triangularView<Eigen::StrictlyUpper>() = matrix->transpose();
 }
 
-Eigen::LLT<Eigen::MatrixXd> Factor(const Eigen::MatrixXd& innovation_covariance) {
-  Eigen::LLT<Eigen::MatrixXd> factor(innovation_covariance);
-  if (factor.info() == Eigen::Success && innovation_covariance.allFinite()) return factor;
+void SubtractSquare(const Eigen::MatrixXd& root, Eigen::MatrixXd* covariance) {
+  covariance->selfadjointView<Eigen::Lower>().rankUpdate(root.transpose(), -1);
+  MakeSymmetric(covariance);
+}
+
+Eigen::MatrixXd Factor(const Eigen::MatrixXd& innovation_covariance) {
+  const Eigen::LLT<Eigen::MatrixXd> factor(innovation_covariance);
+  if (factor.info() == Eigen::Success && innovation_covariance.allFinite()) {
+    return factor.matrixL();
+  }
   throw DataError("the covariance of a measurement is not positive definite");
+}
+
+void CheckFinite(const Eigen::VectorXd& state) {
+  if (!state.allFinite()) throw DataError("the filter's state is not finite");
 }
 
 }  // namespace
 
-// With S = L L^T, the covariance of the innovation: `root` = L^-1 H P and `residual` = L^-1 r, so
-// that the correction is root^T residual and the covariance loses root^T root.
-struct CompressedEkf::Gain {
-  Eigen::LLT<Eigen::MatrixXd> factor;
-  Eigen::MatrixXd root;
-  Eigen::VectorXd residual;
-
-  Innovation Result() const { return {residual.squaredNorm(), static_cast<int>(residual.size())}; }
-};
-
 CompressedEkf::CompressedEkf(Eigen::VectorXd mean,
                              Eigen::MatrixXd covariance,
                              Eigen::Index considered)
-    : considered_(considered),
-      active_(std::move(mean)),
-      covariance_(std::move(covariance)),
-      kept_covariance_(0, 0),
-      cross_(active_.size(), 0) {}
+    : considered_(considered), active_(std::move(mean)), covariance_(std::move(covariance)) {
+  kept_ = std::make_shared<KeptPart>(KeptPart{{}, {}, Eigen::MatrixXd(active_.size(), 0)});
+}
 
 void CompressedEkf::Transform(Eigen::VectorXd mean,
                               const SparseRows& jacobian,
                               const SparseRows& noise) {
   active_ = std::move(mean);
-  const Eigen::MatrixXd half = jacobian * covariance_;
-  covariance_.noalias() = (jacobian * half.transpose()).transpose();
+  const Eigen::MatrixXd half = (jacobian * covariance_).transpose();
+  covariance_.noalias() = jacobian * half;
   covariance_ += noise;
-  covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
-  if (NumKept() > 0)
+  MakeSymmetric(&covariance_);
+  if (IsDeferred()) {
     phi_ = (jacobian * phi_).eval();
-  else
-    cross_.resize(active_.size(), 0);
+  } else {
+    kept_ = std::make_shared<KeptPart>(
+        KeptPart{kept_->mean, kept_->covariance, jacobian * kept_->cross});
+  }
 }
 
-void CompressedEkf::Correct(const Eigen::MatrixXd& root, const Eigen::VectorXd& residual) {
-  const double mean = considered_ < 0 ? 0 : active_[considered_];
-  const double variance = considered_ < 0 ? 0 : covariance_(considered_, considered_);
-  active_.noalias() += root.transpose() * residual;
-  SubtractSquare(root, &covariance_);
-  if (considered_ < 0) return;
-  active_[considered_] = mean;
-  covariance_(considered_, considered_) = variance;
+void CompressedEkf::Select(const std::vector<Eigen::Index>& rest) {
+  active_ = active_(rest).eval();
+  covariance_ = covariance_(rest, rest).eval();
+  if (IsDeferred()) {
+    phi_ = phi_(rest, Eigen::all).eval();
+  } else {
+    kept_ = std::make_shared<KeptPart>(
+        KeptPart{kept_->mean, kept_->covariance, kept_->cross(rest, Eigen::all)});
+  }
 }
 
 CompressedEkf::Gain CompressedEkf::Solve(const Measurement& measurement) const {
   Gain gain;
   gain.root = measurement.active * covariance_;
-  Eigen::MatrixXd innovation = (measurement.active * gain.root.transpose());
+  Eigen::MatrixXd innovation = measurement.active * gain.root.transpose();
   innovation.diagonal() += measurement.variance;
   gain.factor = Factor(innovation);
-  gain.factor.matrixL().solveInPlace(gain.root);
-  gain.residual = gain.factor.matrixL().solve(measurement.residual);
+  const auto lower = gain.factor.triangularView<Eigen::Lower>();
+  lower.solveInPlace(gain.root);
+  gain.residual = lower.solve(measurement.residual);
   return gain;
 }
 
-Innovation CompressedEkf::Test(const Measurement& measurement) const {
-  Eigen::MatrixXd innovation = measurement.active * (measurement.active * covariance_).transpose();
-  innovation.diagonal() += measurement.variance;
-  const Eigen::VectorXd residual = Factor(innovation).matrixL().solve(measurement.residual);
-  return {residual.squaredNorm(), static_cast<int>(residual.size())};
+Innovation CompressedEkf::Correct(const Gain& gain) {
+  const double mean = considered_ < 0 ? 0 : active_[considered_];
+  const double variance = considered_ < 0 ? 0 : covariance_(considered_, considered_);
+  active_.noalias() += gain.root.transpose() * gain.residual;
+  SubtractSquare(gain.root, &covariance_);
+  if (considered_ >= 0) {
+    active_[considered_] = mean;
+    covariance_(considered_, considered_) = variance;
+  }
+  CheckFinite(active_);
+  return {gain.residual.squaredNorm(), static_cast<int>(gain.residual.size())};
+}
+
+std::vector<double> CompressedEkf::Test(const Measurement& measurement, Eigen::Index size) const {
+  const Eigen::MatrixXd by_state = measurement.active * covariance_;
+  std::vector<double> squared;
+  for (Eigen::Index first = 0; first < measurement.residual.size(); first += size) {
+    Eigen::MatrixXd innovation =
+        measurement.active.middleRows(first, size) * by_state.middleRows(first, size).transpose();
+    innovation.diagonal() += measurement.variance.segment(first, size);
+    const Eigen::VectorXd residual = Factor(innovation)
+                                         .triangularView<Eigen::Lower>()
+                                         .solve(measurement.residual.segment(first, size));
+    squared.push_back(residual.squaredNorm());
+  }
+  return squared;
 }
 
 Innovation CompressedEkf::Update(const Measurement& measurement) {
-  const Gain gain = Solve(measurement);
-  Correct(gain.root, gain.residual);
-  if (NumKept() > 0) {
-    Eigen::MatrixXd seen = measurement.active * phi_;
-    gain.factor.matrixL().solveInPlace(seen);
-    phi_.noalias() -= gain.root.transpose() * seen;
-    psi_.selfadjointView<Eigen::Lower>().rankUpdate(seen.transpose());
-    theta_.noalias() += seen.transpose() * gain.residual;
+  if (!IsDeferred()) {
+    return Update(measurement, SparseRows(measurement.residual.size(), NumKept()));
   }
-  if (!active_.allFinite()) throw DataError("the filter's state is not finite");
-  return gain.Result();
+  const Gain gain = Solve(measurement);
+  Eigen::MatrixXd seen = measurement.active * phi_;
+  gain.factor.triangularView<Eigen::Lower>().solveInPlace(seen);
+  phi_.noalias() -= gain.root.transpose() * seen;
+  psi_.selfadjointView<Eigen::Lower>().rankUpdate(seen.transpose());
+  theta_.noalias() += seen.transpose() * gain.residual;
+  return Correct(gain);
 }
 
 Innovation CompressedEkf::Update(const Measurement& measurement, const SparseRows& kept) {
   Flush();
-  Eigen::MatrixXd by_active = measurement.active * covariance_ + kept * cross_.transpose();
-  Eigen::MatrixXd by_kept = measurement.active * cross_ + kept * kept_covariance_;
+  Gain gain;
+  gain.root = measurement.active * covariance_ + kept * kept_->cross.transpose();
+  Eigen::MatrixXd by_kept = measurement.active * kept_->cross + kept * kept_->covariance;
   Eigen::MatrixXd innovation =
-      measurement.active * by_active.transpose() + kept * by_kept.transpose();
+      measurement.active * gain.root.transpose() + kept * by_kept.transpose();
   innovation.diagonal() += measurement.variance;
-  const auto factor = Factor(innovation);
-  factor.matrixL().solveInPlace(by_active);
-  factor.matrixL().solveInPlace(by_kept);
-  const Eigen::VectorXd residual = factor.matrixL().solve(measurement.residual);
-  Correct(by_active, residual);
-  kept_.noalias() += by_kept.transpose() * residual;
-  SubtractSquare(by_kept, &kept_covariance_);
-  cross_.noalias() -= by_active.transpose() * by_kept;
-  if (!active_.allFinite() || !kept_.allFinite()) {
-    throw DataError("the filter's state is not finite");
+  gain.factor = Factor(innovation);
+  const auto lower = gain.factor.triangularView<Eigen::Lower>();
+  lower.solveInPlace(gain.root);
+  lower.solveInPlace(by_kept);
+  gain.residual = lower.solve(measurement.residual);
+  if (NumKept() > 0) {
+    KeptPart part = *kept_;
+    part.mean.noalias() += by_kept.transpose() * gain.residual;
+    SubtractSquare(by_kept, &part.covariance);
+    part.cross.noalias() -= gain.root.transpose() * by_kept;
+    CheckFinite(part.mean);
+    kept_ = std::make_shared<KeptPart>(std::move(part));
   }
-  return {residual.squaredNorm(), static_cast<int>(residual.size())};
+  const Innovation innovation_squared = Correct(gain);
+  Defer();
+  return innovation_squared;
 }
 
 void CompressedEkf::Keep(Eigen::Index first, Eigen::Index count) {
   Flush();
   const Eigen::Index num_kept = NumKept();
-  const Eigen::Index num_rest = NumActive() - count;
-  Eigen::MatrixXd kept_covariance(num_kept + count, num_kept + count);
-  kept_covariance.topLeftCorner(num_kept, num_kept) = kept_covariance_;
-  kept_covariance.bottomLeftCorner(count, num_kept) = cross_.middleRows(first, count);
-  kept_covariance.topRightCorner(num_kept, count) = cross_.middleRows(first, count).transpose();
-  kept_covariance.bottomRightCorner(count, count) = covariance_.block(first, first, count, count);
-  kept_.conservativeResize(num_kept + count);
-  kept_.tail(count) = active_.segment(first, count);
-  kept_covariance_ = std::move(kept_covariance);
-
-  Eigen::VectorXi rest(num_rest);
-  for (Eigen::Index i = 0; i < num_rest; ++i) {
-    rest[i] = static_cast<int>(i < first ? i : i + count);
+  std::vector<Eigen::Index> rest;
+  for (Eigen::Index i = 0; i < NumActive(); ++i) {
+    if (i < first || i >= first + count) rest.push_back(i);
   }
-  Eigen::MatrixXd cross(num_rest, num_kept + count);
-  cross.leftCols(num_kept) = cross_(rest, Eigen::all);
-  cross.rightCols(count) = covariance_(rest, Eigen::seqN(first, count));
-  cross_ = std::move(cross);
+  KeptPart part;
+  part.mean.resize(num_kept + count);
+  part.mean << kept_->mean, active_.segment(first, count);
+  part.covariance.resize(num_kept + count, num_kept + count);
+  part.covariance << kept_->covariance, kept_->cross.middleRows(first, count).transpose(),
+      kept_->cross.middleRows(first, count), covariance_.block(first, first, count, count);
+  part.cross.resize(static_cast<Eigen::Index>(rest.size()), num_kept + count);
+  part.cross << kept_->cross(rest, Eigen::all), covariance_(rest, Eigen::seqN(first, count));
+  kept_ = std::make_shared<KeptPart>(std::move(part));
   active_ = active_(rest).eval();
   covariance_ = covariance_(rest, rest).eval();
-  phi_.setIdentity(num_rest, num_rest);
-  psi_.setZero(num_rest, num_rest);
-  theta_.setZero(num_rest);
+  Defer();
 }
 
-void CompressedEkf::Flush() {
-  if (NumKept() == 0) return;
-  kept_.noalias() += cross_.transpose() * theta_;
-  const Eigen::MatrixXd lost = psi_.selfadjointView<Eigen::Lower>() * cross_;
-  kept_covariance_.noalias() -= cross_.transpose() * lost;
-  kept_covariance_ = 0.5 * (kept_covariance_ + kept_covariance_.transpose()).eval();
-  cross_ = (phi_ * cross_).eval();
+void CompressedEkf::Defer() {
+  if (NumKept() <= NumActive()) return;
   phi_.setIdentity(NumActive(), NumActive());
   psi_.setZero(NumActive(), NumActive());
   theta_.setZero(NumActive());
 }
 
+void CompressedEkf::Flush() {
+  if (!IsDeferred()) return;
+  KeptPart part = *kept_;
+  part.mean.noalias() += part.cross.transpose() * theta_;
+  const Eigen::MatrixXd lost = psi_.selfadjointView<Eigen::Lower>() * part.cross;
+  part.covariance.noalias() -= part.cross.transpose() * lost;
+  MakeSymmetric(&part.covariance);
+  part.cross = (phi_ * part.cross).eval();
+  kept_ = std::make_shared<KeptPart>(std::move(part));
+  phi_.resize(0, 0);
+  psi_.resize(0, 0);
+  theta_.resize(0);
+}
+
 const Eigen::VectorXd& CompressedEkf::Kept() {
   Flush();
-  return kept_;
+  return kept_->mean;
 }
 
 const Eigen::MatrixXd& CompressedEkf::KeptCovariance() {
   Flush();
-  return kept_covariance_;
+  return kept_->covariance;
 }
 
 const Eigen::MatrixXd& CompressedEkf::CrossCovariance() {
   Flush();
-  return cross_;
+  return kept_->cross;
 }
 
 }  // namespace nightmap

@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <memory>
+#include <vector>
 
 namespace nightmap {
 
@@ -25,11 +27,12 @@ struct Innovation {
 };
 
 // Mean and covariance of a state in two parts: the active one, which changes and is measured, and
-// the kept one, which stands still and changes only by its correlation with the active one. What
-// the steps of the active part mean for the kept part is gathered (Phi, Psi, theta of the paper)
-// and applied when somebody asks for it, so a step costs O(n^2 m) for n active states and m
-// residuals however much is kept. The result is that of the plain filter, to rounding. In the
-// linear-Gaussian case it is the Kalman filter. Deterministic; one thread.
+// the kept one, which stands still and changes only by its correlation with the active one. When
+// more is kept than is active, what the steps of the active part mean for the kept part is gathered
+// (Phi, Psi, theta of the paper) and applied when somebody asks for it, so a step costs O(n^2 m)
+// for n active states and m residuals however much is kept. The result is that of the plain filter,
+// to rounding. In the linear-Gaussian case it is the Kalman filter. Copies share what is kept.
+// Deterministic; one thread.
 class CompressedEkf {
  public:
   // Nothing is kept. Active state `considered`, if not negative, is one that no measurement can
@@ -38,7 +41,7 @@ class CompressedEkf {
   CompressedEkf(Eigen::VectorXd mean, Eigen::MatrixXd covariance, Eigen::Index considered = -1);
 
   Eigen::Index NumActive() const { return active_.size(); }
-  Eigen::Index NumKept() const { return kept_.size(); }
+  Eigen::Index NumKept() const { return kept_->mean.size(); }
   const Eigen::VectorXd& Active() const { return active_; }
   const Eigen::MatrixXd& ActiveCovariance() const { return covariance_; }
 
@@ -48,9 +51,12 @@ class CompressedEkf {
   void Transform(Eigen::VectorXd mean,
                  const Eigen::SparseMatrix<double, Eigen::RowMajor>& jacobian,
                  const Eigen::SparseMatrix<double, Eigen::RowMajor>& noise);
+  // The same for states that are only taken away: those of `rest` stay, in this order.
+  void Select(const std::vector<Eigen::Index>& rest);
 
-  // The innovation that Update would have; changes nothing.
-  Innovation Test(const Measurement& measurement) const;
+  // The innovation squared that Update would have by each `size` residuals in a row, alone; changes
+  // nothing.
+  std::vector<double> Test(const Measurement& measurement, Eigen::Index size) const;
   // Joint update by all residuals. Throws DataError when the covariance of the innovation is not
   // positive definite, or anything is not finite.
   Innovation Update(const Measurement& measurement);
@@ -68,19 +74,32 @@ class CompressedEkf {
   const Eigen::MatrixXd& CrossCovariance();
 
  private:
-  struct Gain;
+  struct KeptPart {
+    Eigen::VectorXd mean;
+    Eigen::MatrixXd covariance;
+    Eigen::MatrixXd cross;  // active x kept
+  };
+  // Of one update. With S = L L^T, the covariance of the innovation: L^-1 H P and L^-1 r, so that
+  // the correction is root^T residual, and the covariance loses root^T root.
+  struct Gain {
+    Eigen::MatrixXd factor;  // L
+    Eigen::MatrixXd root;
+    Eigen::VectorXd residual;
+  };
   Gain Solve(const Measurement& measurement) const;
-  // Moves the active states by `root`^T residual, and takes root^T root from their covariance.
-  void Correct(const Eigen::MatrixXd& root, const Eigen::VectorXd& residual);
+  // Moves the active states by root^T residual, and takes root^T root from their covariance.
+  Innovation Correct(const Gain& gain);
+  bool IsDeferred() const { return phi_.size() > 0; }
+  // Begins to gather, where that pays.
+  void Defer();
   void Flush();
 
   Eigen::Index considered_;
   Eigen::VectorXd active_;
   Eigen::MatrixXd covariance_;
-  Eigen::VectorXd kept_;
-  Eigen::MatrixXd kept_covariance_;
-  Eigen::MatrixXd cross_;  // active x kept, as of the last Flush
-  // Gathered since then: the active covariance with anything else is phi_ times what it was.
+  std::shared_ptr<const KeptPart> kept_;  // as of the last Flush, if steps are deferred
+  // Gathered since then: the active covariance with anything else is phi_ times what it was. Empty
+  // when steps are not deferred.
   Eigen::MatrixXd phi_;
   Eigen::MatrixXd psi_;
   Eigen::VectorXd theta_;

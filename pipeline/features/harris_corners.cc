@@ -115,12 +115,12 @@ std::array<int, kPatchRadius_px + 1> HalfWidths() {
 }
 
 float CentroidAngle_deg(const cv::Mat& image, const Eigen::Vector2f& pixel) {
-  static const auto kHalfWidths = HalfWidths();
+  static const auto half_widths = HalfWidths();
   const int x = cvRound(pixel.x()), y = cvRound(pixel.y());
   int moment_x = 0, moment_y = 0;
   for (int v = -kPatchRadius_px; v <= kPatchRadius_px; ++v) {
     const std::uint8_t* row = image.ptr<std::uint8_t>(y + v) + x;
-    const int half_width = kHalfWidths[static_cast<std::size_t>(std::abs(v))];
+    const int half_width = half_widths[static_cast<std::size_t>(std::abs(v))];
     int sum = 0;
     for (int u = -half_width; u <= half_width; ++u) {
       moment_x += u * row[u];

@@ -134,7 +134,7 @@ const CeilingFilter::Part* CeilingFilter::FindLandmark(std::int64_t track_id) co
   return found != landmarks_.end() && found->id == track_id ? &*found : nullptr;
 }
 
-const CeilingFilter::Part& CeilingFilter::FindClone(int clone_id) const {
+const CeilingFilter::Part& CeilingFilter::FindClone(std::int64_t clone_id) const {
   return *std::ranges::find(clones_, clone_id, &Part::id);
 }
 
@@ -145,14 +145,16 @@ std::optional<UpwardCamera::Projection> CeilingFilter::Expect(const Part& landma
                          state.segment<3>(landmark.first));
 }
 
-Measurement CeilingFilter::Measure(const std::vector<LandmarkSighting>& sightings) const {
+Measurement CeilingFilter::Measure(const std::vector<LandmarkSighting>& sightings,
+                                   std::vector<std::size_t>* measured) const {
   const auto num = static_cast<Eigen::Index>(2 * sightings.size());
   SparseRowsBuilder rows(num, filter_.NumActive());
   Measurement measurement;
   measurement.residual.setZero(num);
   measurement.variance.setConstant(num, std::pow(noise_.pixel_sigma_px, 2));
   Eigen::Index row = 0;
-  for (const LandmarkSighting& sighting : sightings) {
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    const LandmarkSighting& sighting = sightings[i];
     const Part* landmark = FindLandmark(sighting.track_id);
     const auto expected = landmark ? Expect(*landmark) : std::nullopt;
     if (!expected) continue;
@@ -167,6 +169,7 @@ Measurement CeilingFilter::Measure(const std::vector<LandmarkSighting>& sighting
     rows.Add(row, landmark->first, linear->by_point);
     measurement.residual.segment<2>(row) = sighting.pixel - expected->pixel;
     row += 2;
+    if (measured) measured->push_back(i);
   }
   measurement.active = rows.Build().topRows(row);
   measurement.residual.conservativeResize(row);
@@ -175,12 +178,11 @@ Measurement CeilingFilter::Measure(const std::vector<LandmarkSighting>& sighting
 }
 
 std::vector<double> CeilingFilter::Gates(const std::vector<LandmarkSighting>& sightings) const {
-  std::vector<double> gates;
-  for (const LandmarkSighting& sighting : sightings) {
-    const Measurement one = Measure({sighting});
-    gates.push_back(one.residual.size() == 0 ? std::numeric_limits<double>::infinity()
-                                             : filter_.Test(one).squared);
-  }
+  std::vector<double> gates(sightings.size(), std::numeric_limits<double>::infinity());
+  std::vector<std::size_t> measured;
+  const Measurement measurement = Measure(sightings, &measured);
+  const std::vector<double> squared = filter_.Test(measurement, 2);
+  for (std::size_t i = 0; i < measured.size(); ++i) gates[measured[i]] = squared[i];
   return gates;
 }
 
@@ -210,7 +212,7 @@ double CeilingFilter::Surprise(const CeilingFilter& after) const {
   return change.dot(expected.llt().solve(change));
 }
 
-int CeilingFilter::AddClone() {
+std::int64_t CeilingFilter::AddClone() {
   const Eigen::Index n = filter_.NumActive();
   Eigen::VectorXd mean(n + kCloneSize);
   mean << filter_.Active(), filter_.Active().segment<kCloneSize>(kRobot);
@@ -224,7 +226,7 @@ int CeilingFilter::AddClone() {
 }
 
 bool CeilingFilter::AddLandmark(std::int64_t track_id,
-                                int clone_id,
+                                std::int64_t clone_id,
                                 const Eigen::Vector2d& from,
                                 const Eigen::Vector2d& now,
                                 double min_parallax_rad) {
@@ -261,32 +263,33 @@ bool CeilingFilter::AddLandmark(std::int64_t track_id,
   return true;
 }
 
-void CeilingFilter::RemoveStates(Eigen::Index first, Eigen::Index count) {
-  const Eigen::Index n = filter_.NumActive();
-  const Eigen::Index num_after = n - first - count;
-  Eigen::VectorXd mean(n - count);
-  mean << filter_.Active().head(first), filter_.Active().tail(num_after);
-  SparseRowsBuilder jacobian(n - count, n), noise(n - count, n - count);
-  jacobian.Identity(0, first);
-  jacobian.Identity(first, num_after, first + count);
-  filter_.Transform(std::move(mean), jacobian.Build(), noise.Build());
-  for (auto* parts : {&clones_, &landmarks_}) {
-    for (Part& part : *parts) part.first -= part.first > first ? count : 0;
+void CeilingFilter::Remove(const std::vector<std::int64_t>& ids,
+                           Eigen::Index size,
+                           std::vector<Part>* parts) {
+  if (ids.empty()) return;
+  std::vector<char> goes(static_cast<std::size_t>(filter_.NumActive()));
+  std::erase_if(*parts, [&](const Part& part) {
+    if (!std::ranges::count(ids, part.id)) return false;
+    std::fill_n(goes.begin() + part.first, size, 1);
+    return true;
+  });
+  std::vector<Eigen::Index> rest, now_at(goes.size());
+  for (std::size_t i = 0; i < goes.size(); ++i) {
+    now_at[i] = static_cast<Eigen::Index>(rest.size());
+    if (!goes[i]) rest.push_back(static_cast<Eigen::Index>(i));
+  }
+  filter_.Select(rest);
+  for (auto* list : {&clones_, &landmarks_}) {
+    for (Part& part : *list) part.first = now_at[static_cast<std::size_t>(part.first)];
   }
 }
 
-void CeilingFilter::RemoveClone(int clone_id) {
-  const auto found = std::ranges::find(clones_, clone_id, &Part::id);
-  const Eigen::Index first = found->first;
-  clones_.erase(found);
-  RemoveStates(first, kCloneSize);
+void CeilingFilter::RemoveClones(const std::vector<std::int64_t>& clone_ids) {
+  Remove(clone_ids, kCloneSize, &clones_);
 }
 
-void CeilingFilter::RemoveLandmark(std::int64_t track_id) {
-  const auto found = std::ranges::lower_bound(landmarks_, track_id, {}, &Part::id);
-  const Eigen::Index first = found->first;
-  landmarks_.erase(found);
-  RemoveStates(first, kLandmarkSize);
+void CeilingFilter::RemoveLandmarks(const std::vector<std::int64_t>& track_ids) {
+  Remove(track_ids, kLandmarkSize, &landmarks_);
 }
 
 std::vector<ActiveLandmark> CeilingFilter::Landmarks() const {

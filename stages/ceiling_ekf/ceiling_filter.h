@@ -92,16 +92,16 @@ class CeilingFilter {
 
   // Remembers the robot's pose and vibration of now: a view from which corners are seen. Returns
   // its id, which grows.
-  int AddClone();
-  void RemoveClone(int clone_id);
+  std::int64_t AddClone();
+  void RemoveClones(const std::vector<std::int64_t>& clone_ids);
   // Adds the landmark that was seen at `from` in a clone and is seen at `now`; false when the two
   // rays meet at less than `min_parallax_rad`. The depth enters by the second ray alone.
   bool AddLandmark(std::int64_t track_id,
-                   int clone_id,
+                   std::int64_t clone_id,
                    const Eigen::Vector2d& from,
                    const Eigen::Vector2d& now,
                    double min_parallax_rad);
-  void RemoveLandmark(std::int64_t track_id);
+  void RemoveLandmarks(const std::vector<std::int64_t>& track_ids);
   bool HasLandmark(std::int64_t track_id) const { return FindLandmark(track_id) != nullptr; }
   std::vector<ActiveLandmark> Landmarks() const;
 
@@ -138,10 +138,13 @@ class CeilingFilter {
     Eigen::Vector3d linearized_at = Eigen::Vector3d::Zero();
   };
   const Part* FindLandmark(std::int64_t track_id) const;
-  const Part& FindClone(int clone_id) const;
-  void RemoveStates(Eigen::Index first, Eigen::Index count);
+  const Part& FindClone(std::int64_t clone_id) const;
+  // Takes the parts with these ids away, and their states of this size.
+  void Remove(const std::vector<std::int64_t>& ids, Eigen::Index size, std::vector<Part>* parts);
   std::optional<UpwardCamera::Projection> Expect(const Part& landmark) const;
-  Measurement Measure(const std::vector<LandmarkSighting>& sightings) const;
+  // Of the sightings of landmarks that can be seen there; `measured` receives their indices.
+  Measurement Measure(const std::vector<LandmarkSighting>& sightings,
+                      std::vector<std::size_t>* measured = nullptr) const;
 
   UpwardCamera camera_;
   CeilingNoise noise_;
@@ -149,7 +152,7 @@ class CeilingFilter {
   Eigen::Vector3d robot_linearized_at_ = Eigen::Vector3d::Zero();  // the prediction of its pose
   std::vector<Part> clones_;
   std::vector<Part> landmarks_;  // ascending id
-  int next_clone_id_ = 0;
+  std::int64_t next_clone_id_ = 0;
 };
 
 }  // namespace nightmap

@@ -152,13 +152,15 @@ void LandmarkKeeper::CountMisfits(const std::vector<LandmarkSighting>& seen,
     ++followed.num_sightings;
     ++counts_.num_modified;
   }
+  std::vector<std::int64_t> inconsistent;
   for (const LandmarkSighting& sighting : seen) {
     Followed& followed = followed_.at(sighting.track_id);
     if (++followed.num_misfits < options_.max_misfits) continue;
-    filter_->RemoveLandmark(sighting.track_id);
+    inconsistent.push_back(sighting.track_id);
     followed_.erase(sighting.track_id);
     ++counts_.num_inconsistent;
   }
+  filter_->RemoveLandmarks(inconsistent);
 }
 
 void LandmarkKeeper::RemoveEnded(const TrackedFrame& frame) {
@@ -168,6 +170,7 @@ void LandmarkKeeper::RemoveEnded(const TrackedFrame& frame) {
       ended.insert(track_id);
     }
   }
+  std::vector<std::int64_t> left;
   for (const ActiveLandmark& landmark : filter_->Landmarks()) {
     if (!ended.contains(landmark.track_id)) continue;
     const Followed& followed = followed_.at(landmark.track_id);
@@ -179,8 +182,9 @@ void LandmarkKeeper::RemoveEnded(const TrackedFrame& frame) {
     } else {
       ++counts_.num_weak;
     }
-    filter_->RemoveLandmark(landmark.track_id);
+    left.push_back(landmark.track_id);
   }
+  filter_->RemoveLandmarks(left);
   for (const std::int64_t track_id : ended) followed_.erase(track_id);
 }
 
@@ -228,7 +232,7 @@ void LandmarkKeeper::AddCandidates(const TrackedFrame& frame) {
     if (!followed_.contains(sighting.track_id)) candidates.push_back(&sighting);
   }
   if (candidates.empty()) return;
-  const int clone_id = filter_->AddClone();
+  const std::int64_t clone_id = filter_->AddClone();
   clones_.push_back({clone_id, path_m_});
   for (const CornerSighting* sighting : candidates) {
     Followed& followed = followed_[sighting->track_id];
@@ -238,7 +242,7 @@ void LandmarkKeeper::AddCandidates(const TrackedFrame& frame) {
 }
 
 void LandmarkKeeper::RemoveClones() {
-  std::set<int> needed;
+  std::set<std::int64_t> needed;
   if (static_cast<int>(clones_.size()) > options_.max_clones) {
     std::erase_if(followed_, [&](const auto& entry) {
       return !entry.second.is_landmark && entry.second.clone_id == clones_.front().id;
@@ -247,11 +251,12 @@ void LandmarkKeeper::RemoveClones() {
   for (const auto& [track_id, followed] : followed_) {
     if (!followed.is_landmark) needed.insert(followed.clone_id);
   }
-  std::erase_if(clones_, [&](const Clone& clone) {
-    if (needed.contains(clone.id)) return false;
-    filter_->RemoveClone(clone.id);
-    return true;
-  });
+  std::vector<std::int64_t> useless;
+  for (const Clone& clone : clones_) {
+    if (!needed.contains(clone.id)) useless.push_back(clone.id);
+  }
+  std::erase_if(clones_, [&](const Clone& clone) { return !needed.contains(clone.id); });
+  filter_->RemoveClones(useless);
 }
 
 ObservedFrame LandmarkKeeper::Observe(const TrackedFrame& frame, const ControlInput& motion) {

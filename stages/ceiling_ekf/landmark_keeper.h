@@ -17,7 +17,7 @@ namespace nightmap {
 struct KeeperOptions {
   int max_landmarks = 48;
   double min_parallax_rad = 0.2;
-  double clone_distance_m = 0.1;
+  double clone_distance_m = 0.15;
   int max_clones = 12;
   double gate = 18.4;  // chi-square of 2 degrees of freedom, 99.99 %
   double max_slip_sigmas = 4;
@@ -77,7 +77,7 @@ class LandmarkKeeper {
  private:
   struct Followed {
     bool is_landmark = false;
-    int clone_id = -1;  // of a candidate, with its pixel there
+    std::int64_t clone_id = -1;  // of a candidate, with its pixel there
     Eigen::Vector2d clone_px = Eigen::Vector2d::Zero();
     int num_sightings = 0;
     int num_misfits = 0;  // in a row
@@ -99,7 +99,7 @@ class LandmarkKeeper {
   CeilingFilter* filter_;
   std::map<std::int64_t, Followed> followed_;  // by track
   struct Clone {
-    int id = 0;
+    std::int64_t id = 0;
     double path_m = 0;
   };
   std::vector<Clone> clones_;

@@ -61,7 +61,7 @@ void Submaps::Merge(const StoredLandmark& again, const Place& place) {
   first.num_missed = 0;
 }
 
-void Submaps::Leave(std::vector<StoredLandmark> stored,
+void Submaps::Leave(const std::vector<StoredLandmark>& stored,
                     const std::vector<StoredLandmark>& active,
                     double path_m,
                     CeilingFilter* filter) {
@@ -98,7 +98,7 @@ void Submaps::Leave(std::vector<StoredLandmark> stored,
   }
   Submap& submap = submaps_.emplace_back();
   submap.path_m = path_m;
-  for (StoredLandmark& landmark : stored) {
+  for (const StoredLandmark& landmark : stored) {
     if (!met_again_.contains(landmark.track_id)) submap.landmarks.push_back({landmark, 0});
   }
 }

@@ -27,7 +27,7 @@ class Submaps {
   // Looks for places within reach that were left `min_loop_path_m` ago, and closes the loop to the
   // one with most landmarks met again. A landmark that is met again is one landmark; one of that
   // place that should be in view and is not, twice, is deleted.
-  void Leave(std::vector<StoredLandmark> stored,
+  void Leave(const std::vector<StoredLandmark>& stored,
              const std::vector<StoredLandmark>& active,
              double path_m,
              CeilingFilter* filter);

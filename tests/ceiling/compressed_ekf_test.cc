@@ -67,7 +67,7 @@ TEST(CompressedEkf, IsTheKalmanFilterInTheLinearGaussianCase) {
     const Eigen::VectorXd variance = Eigen::VectorXd::Constant(3, 0.5);
     const Eigen::VectorXd residual = measured - rows * plain.mean;
     const Measurement measurement{Sparse(rows.sparseView()), residual, variance};
-    const double tested = filter.Test(measurement).squared;
+    const double tested = filter.Test(measurement, 3)[0];
     const double squared = plain.Update(rows, residual, variance);
     const Innovation innovation = filter.Update(measurement);
     EXPECT_NEAR(innovation.squared, squared, 1e-8 * (1 + squared));
