@@ -96,7 +96,17 @@ class Asked:
                                             self._site_texts(name), self._imports(name)) for name in programs}  # fmt: skip
         preflight.check_configs(self.env["BUILD"], texts, self.is_preview)
         preflight.check_clashes(self.pipeline.clashes, texts)
+        self._check_goals()
         self._check_needs()
+
+    def _check_goals(self):
+        """A profile may leave out all jobs of a command."""
+        made = {job.goal for job in self.pipeline.jobs.values()}
+        for goal, of_jobs in zip(self.goals, self.goals_of_jobs(), strict=True):
+            if of_jobs in self.pipeline.goals and of_jobs not in made:
+                known = ", ".join(name for name in self.pipeline.goals if name in made)
+                raise PipelineError(f"{self.request.profile_from}: the profile {self.request.profile!r} has no job of `make {goal}`; "
+                                    f"it has those of: {known}")
 
     def _check_needs(self):
         state = SiteState(self.name, self.folder, self.env["DATA"])

@@ -1,0 +1,134 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""A robot with an upward camera, mapped from what a user has: a video and a CSV of the odometry. The video is of a made-up office, whose
+truth is compared afterwards and is no input."""
+import shutil
+import sys
+import unittest
+
+import numpy as np
+from workspace import REPOSITORY, Workspace
+
+sys.path.append(str(REPOSITORY / "scripts"))
+from nightmap_eval.artifacts import read_hdf5  # noqa: E402
+from nightmap_eval.trajectory import read_tum  # noqa: E402
+
+RATE_HZ = 10
+FIRST_S = 1000  # of the made-up recording; a video begins at 0
+OPTIONS = """
+layout = "office"
+image_width_px = 320
+image_height_px = 240
+focal_length_px = 160.0
+duration_s = 30.0
+"""
+SITE = f"""
+root = "lab"
+profile = "ceiling"
+
+[[camera]]
+id = "up"
+width = 320
+height = 240
+fx = 160.0
+fy = 160.0
+cx = 159.5
+cy = 119.5
+depth_units_per_m = 1000
+robot_from_camera = [0.0, 0.0, 0.35, 0.0, 0.0, 0.0, 1.0]
+
+[[sequence]]
+layout = "video"
+folder = "."
+video = "up.mjpeg"
+frame_rate_hz = {RATE_HZ}
+depth = "none"
+camera = "up"
+
+[[sensor]]
+id = "wheels"
+kind = "odometry"
+
+[[signal]]
+sensor = "wheels"
+format = "csv"
+file = "odometry.csv"
+columns = "time_s,x_m,y_m,heading_rad"
+time_offset_s = -{FIRST_S}
+"""
+
+
+def heading_rad(trajectory):
+    rotations = trajectory.rotations()
+    return np.unwrap(np.arctan2(rotations[:, 1, 0], rotations[:, 0, 0]))
+
+
+def from_start(trajectory):
+    """(n, 2) positions in the frame of the first pose, and headings."""
+    heading = heading_rad(trajectory)
+    cos, sin = np.cos(heading[0]), np.sin(heading[0])
+    away = trajectory.positions_m[:, :2] - trajectory.positions_m[0, :2]
+    return away @ np.array([[cos, -sin], [sin, cos]]), heading - heading[0]
+
+
+class CeilingTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.work = Workspace()
+        cls.addClassCleanup(shutil.rmtree, cls.work.folder)
+        lab, made_up = cls.work.folder / "data/lab", cls.work.folder / "made_up"
+        lab.mkdir(parents=True)
+        made_up.mkdir()
+        (made_up / "options.toml").write_text(OPTIONS)
+        cls.work.run("synthesize_ceiling", "--config", made_up / "options.toml", "--out", f"site={made_up}/synthesize.json")
+        pictures = sorted((made_up / "rgb").glob("*.jpg"))
+        (lab / "up.mjpeg").write_bytes(b"".join(path.read_bytes() for path in pictures))
+        shutil.copy(made_up / "odometry.csv", lab)
+        cls.num_pictures = len(pictures)
+        cls.truth = read_tum(made_up / "robot_groundtruth.txt")
+        (cls.work.folder / "configs/sites/lab.toml").write_text(SITE)
+
+    def make(self, *arguments, code=0):
+        result = self.work.make(*arguments)
+        self.assertEqual(result.returncode, code, result.stdout)
+        return result.stdout
+
+    def test_1_maps_from_a_video_and_a_csv(self):
+        self.make("report", "SITE=lab")
+        maps = self.work.folder / "maps/lab"
+        estimate = read_tum(maps / "odometry/trajectory.tum")
+        self.assertEqual(len(estimate), self.num_pictures)
+        positions_m, heading = from_start(estimate)
+        true_positions_m, true_heading = from_start(self.truth)
+        self.assertGreater(np.linalg.norm(np.diff(true_positions_m, axis=0), axis=1).sum(), 8)  # it drove, and turned
+        self.assertGreater(np.ptp(true_heading), 3)
+        self.assertLess(np.sqrt(np.mean(np.sum((positions_m - true_positions_m) ** 2, axis=1))), 0.15)
+        self.assertLess(np.degrees(np.sqrt(np.mean((heading - true_heading) ** 2))), 1)
+        heights_m = read_hdf5(maps / "odometry/ceiling_map.h5", "landmark_position_m")[0][:, 2]
+        self.assertGreater(len(heights_m), 50)
+        self.assertGreater(np.mean((heights_m > 2) & (heights_m < 3.3)), 0.9)
+        self.assertIn("true way is not known", (maps / "report/index.html").read_text())
+
+    def test_2_a_second_run_makes_nothing(self):
+        self.assertEqual(self.work.make("-q", "map", "SITE=lab").returncode, 0)
+
+    def test_3_without_odometry_the_remedy_is_named(self):
+        site = self.work.folder / "configs/sites/lab.toml"
+        (self.work.folder / "configs/sites/alone.toml").write_text(site.read_text().split("[[sensor]]")[0])
+        output = self.make("map", "SITE=alone", code=2)
+        self.assertIn("no sensor of the site measures odometry", output)
+
+    def test_4_clocks_that_do_not_agree_are_an_error(self):
+        site = self.work.folder / "configs/sites/lab.toml"
+        (self.work.folder / "configs/sites/late.toml").write_text(site.read_text().replace(f"= -{FIRST_S}", "= 0"))
+        output = self.make("map", "SITE=late", code=2)
+        self.assertIn("time_offset_s", output)
+
+    def test_5_a_goal_that_the_profile_lacks_says_so(self):
+        output = self.make("plan", "SITE=lab", "START=0,0", "GOAL=1,1", code=2)
+        self.assertIn("the profile 'ceiling' has no job of `make plan`; it has those of: map, evaluate, report", output)
+        self.assertIn("has no job of `make evaluate-colmap`", self.make("evaluate-colmap", "SITE=lab", code=2))
+
+
+if __name__ == "__main__":
+    unittest.main()
