@@ -38,6 +38,8 @@ class CompressedEkf {
   // Nothing is kept. Active state `considered`, if not negative, is one that no measurement can
   // tell (Schmidt, Application of state-space methods to navigation problems, 1966): its mean and
   // variance change by Transform only, and what it does to the others stays in their covariance.
+  // Then this is no Kalman filter any more, but one that knows less. Its index stays: Transform,
+  // Select and Keep must leave it and the states before it where they are.
   CompressedEkf(Eigen::VectorXd mean, Eigen::MatrixXd covariance, Eigen::Index considered = -1);
 
   Eigen::Index NumActive() const { return active_.size(); }

@@ -2,8 +2,8 @@
 // Puts a corner where the gradients around it aim: the point q to which every edge near it leads,
 // sum w g g^T (p - q) = 0 over the pixels p with gradients g (Foerstner and Guelch, A fast operator
 // for detection and precise location of distinct points, 1987). cv::cornerSubPix solves the same
-// but interpolates the window anew in each iteration. Here only the weights move, which takes a
-// fifth of the time, and says where there is no corner.
+// but interpolates the window anew in each iteration, and puts a corner that it loses back where it
+// was. Here only the weights move, and nothing is returned where there is no corner.
 #pragma once
 
 #include <Eigen/Core>

@@ -46,6 +46,9 @@ class Motions {
   double turn_rad_per_s_ = 0;
 };
 
+// An anchor is left after so many times its distance, by a robot that goes in circles.
+constexpr double kMaxWay = 4;
+
 // A frame as seen from the anchor that was active.
 struct Step {
   CeilingFrame frame;
@@ -91,8 +94,8 @@ void CheckOdometry(const CeilingEkfOptions& options, const CeilingEkfResult& res
   }
   if (result.num_without_odometry > 0) {
     spdlog::warn(
-        "{} of {} frames have no odometry of '{}'; the robot's speed was taken for that "
-        "of the frame before",
+        "{} of {} frames have no odometry of '{}'; the robot was taken to go on at the "
+        "speed that it had",
         result.num_without_odometry,
         result.map.frames.size(),
         result.odometry_sensor);
@@ -119,7 +122,7 @@ void CeilingEkfOptions::Register(OptionList& list) {
   list.Add("anchor_distance_m",
            &anchor_distance_m,
            Range(0.1, 100),
-           "way after which the robot's place becomes an anchor of the map");
+           "distance from the anchor at which the robot's place becomes the next one");
   list.Add("min_loop_path_m",
            &min_loop_path_m,
            Range(0, 1000),
@@ -146,7 +149,7 @@ CeilingEkfResult RunCeilingEkf(const CeilingEkfOptions& options,
   std::vector<Step> steps;
   const std::vector<TrackedFrame>& frames = input.tracks.frames;
   progress.Start(frames.size());
-  double path_m = 0;
+  double path_m = 0, anchor_path_m = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     ControlInput motion;
     if (i > 0) {
@@ -158,7 +161,9 @@ CeilingEkfResult RunCeilingEkf(const CeilingEkfOptions& options,
     steps.push_back({Describe(frames[i], observed, motion, filter),
                      filter.NumAnchors() - 1,
                      filter.AnchorFromRobot()});
-    if (filter.AnchorFromRobot().translation.norm() > options.anchor_distance_m) {
+    const bool is_far = filter.AnchorFromRobot().translation.norm() > options.anchor_distance_m;
+    if (is_far || path_m - anchor_path_m > kMaxWay * options.anchor_distance_m) {
+      anchor_path_m = path_m;
       submaps.Leave(keeper.TakeStored(), keeper.Active(), path_m, &filter);
       filter.MoveAnchor();
     }
@@ -175,9 +180,8 @@ CeilingEkfResult RunCeilingEkf(const CeilingEkfOptions& options,
     frame.map_from_robot = filter.MapFromAnchor(step.anchor) * step.anchor_from_robot;
   }
   submaps.Describe(&filter, &result.map);
-  result.num_ambiguous = submaps.NumAmbiguous();
+  result.num_searches_without_loop = submaps.NumSearchesWithoutLoop();
   result.counts = keeper.Counts();
-  result.wheel_scale_error = filter.WheelScaleError();
   result.heading_error_rad_per_m = filter.HeadingError_rad_per_m();
   result.mounting_tilt_rad = filter.MountingTilt_rad();
   Count(result.map.frames, &result);

@@ -45,8 +45,7 @@ nlohmann::json Summarize(const CeilingEkfResult& result) {
           {"num_landmarks_deleted_as_inconsistent", result.counts.num_inconsistent},
           {"num_landmarks_deleted_as_weak", result.counts.num_weak},
           {"num_loops", map.loops.size()},
-          {"num_places_met_without_loop", result.num_ambiguous},
-          {"wheel_scale_error", result.wheel_scale_error},
+          {"num_searches_without_loop", result.num_searches_without_loop},
           {"wheel_heading_error_rad_per_m", result.heading_error_rad_per_m},
           {"mounting_tilt_rad", {result.mounting_tilt_rad.x(), result.mounting_tilt_rad.y()}}};
 }

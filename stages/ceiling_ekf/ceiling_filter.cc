@@ -25,7 +25,7 @@ constexpr Eigen::Index kLandmarkSize = 3;
 // Of what is exact by definition, so that the covariance stays positive definite: 10 um, 10 urad.
 constexpr double kExactVariance = 1e-10;
 // Of a depth that is not known yet, relative to it.
-constexpr double kDepthSigma = 1;
+constexpr double kDepthSigma = 10;
 
 CompressedEkf StartOf(const CeilingNoise& noise) {
   Eigen::VectorXd variance = Eigen::VectorXd::Constant(kNumFixed, kExactVariance);
@@ -111,9 +111,16 @@ void CeilingFilter::Predict(const ControlInput& input) {
                         0.2 * noise_.distance_sigma_m * std::sqrt(distance_m),
                         std::hypot(noise_.heading_sigma_rad * std::sqrt(distance_m),
                                    noise_.turn_sigma_rad * std::sqrt(input.turn_rad)));
-  const double unknown_m = noise_.unknown_speed_m_per_s * input.unknown_time_s;
-  sigma +=
-      Eigen::Vector3d(unknown_m, unknown_m, noise_.unknown_turn_rad_per_s * input.unknown_time_s);
+  if (input.unknown_time_s > 0) {
+    // Of a difference of speed that stays: its variances add up to the square of the whole time.
+    const double until_s = unknown_since_s_ + input.unknown_time_s;
+    const double share_s = std::sqrt(until_s * until_s - unknown_since_s_ * unknown_since_s_);
+    const double unknown_m = noise_.unknown_speed_m_per_s * share_s;
+    sigma += Eigen::Vector3d(unknown_m, unknown_m, noise_.unknown_turn_rad_per_s * share_s);
+    unknown_since_s_ = until_s;
+  } else {
+    unknown_since_s_ = 0;
+  }
   SparseRowsBuilder noise(n, n);
   noise.Add(kRobot, kRobot, TurnedVariance(mean[kRobot + 2], sigma));
   const double vibration = std::max(std::pow(noise_.vibration_sigma_rad, 2), kExactVariance);
@@ -229,7 +236,8 @@ bool CeilingFilter::AddLandmark(std::int64_t track_id,
                                 std::int64_t clone_id,
                                 const Eigen::Vector2d& from,
                                 const Eigen::Vector2d& now,
-                                double min_parallax_rad) {
+                                double min_parallax_rad,
+                                double gate) {
   const Eigen::VectorXd& state = filter_.Active();
   const Eigen::Index n = filter_.NumActive();
   const Part& then = FindClone(clone_id);
@@ -259,6 +267,10 @@ bool CeilingFilter::AddLandmark(std::int64_t track_id,
   const Eigen::Vector3d linearized_at =
       camera_.PointAt(then.linearized_at, then_view.tilt_rad, from, *depth_m).point;
   landmarks_.insert(place, {track_id, n, linearized_at});
+  if (Gates({{track_id, now}})[0] > gate) {
+    RemoveLandmarks({track_id});
+    return false;
+  }
   Observe({{track_id, now}});
   return true;
 }
@@ -393,7 +405,9 @@ Eigen::Matrix3d CeilingFilter::RobotCovariance() const {
       Compose(filter_.Active().segment<3>(kAnchor), filter_.Active().segment<3>(kRobot));
   Eigen::Matrix<double, 3, 6> jacobian;
   jacobian << composed.by_first, composed.by_second;
-  return jacobian * filter_.ActiveCovariance().topLeftCorner<6, 6>() * jacobian.transpose();
+  const Eigen::Matrix3d covariance =
+      jacobian * filter_.ActiveCovariance().topLeftCorner<6, 6>() * jacobian.transpose();
+  return 0.5 * (covariance + covariance.transpose());
 }
 
 }  // namespace nightmap

@@ -29,7 +29,8 @@ struct CeilingNoise {
   double mounting_tilt_sigma_rad = 0.02;
   // Vibration: from frame to frame.
   double vibration_sigma_rad = 0.003;
-  // Motion that nothing measured: of a robot without odometry.
+  // Motion that nothing measured, of a robot without odometry: it may go on at another speed and
+  // turn than before, all the time.
   double unknown_speed_m_per_s = 0.5;
   double unknown_turn_rad_per_s = 0.5;
 
@@ -94,15 +95,17 @@ class CeilingFilter {
   // its id, which grows.
   std::int64_t AddClone();
   void RemoveClones(const std::vector<std::int64_t>& clone_ids);
-  // Adds the landmark that was seen at `from` in a clone and is seen at `now`; false when the two
-  // rays meet at less than `min_parallax_rad`. The depth enters by the second ray alone.
+  // Adds the landmark that was seen at `from` in a clone and is seen at `now`. The depth enters by
+  // the second ray alone. False, and nothing is added, when the two rays meet at less than
+  // `min_parallax_rad`, or pass each other so far that the chi-square of the second pixel, two
+  // degrees of freedom, is `gate`.
   bool AddLandmark(std::int64_t track_id,
                    std::int64_t clone_id,
                    const Eigen::Vector2d& from,
                    const Eigen::Vector2d& now,
-                   double min_parallax_rad);
+                   double min_parallax_rad,
+                   double gate);
   void RemoveLandmarks(const std::vector<std::int64_t>& track_ids);
-  bool HasLandmark(std::int64_t track_id) const { return FindLandmark(track_id) != nullptr; }
   std::vector<ActiveLandmark> Landmarks() const;
 
   // The robot's place becomes the anchor; the old one is kept.
@@ -125,7 +128,6 @@ class CeilingFilter {
   Rigid2 MapFromRobot() const;
   Eigen::Matrix3d RobotCovariance() const;  // in the map
   Eigen::Vector2d MountingTilt_rad() const { return filter_.Active().segment<2>(10); }
-  double WheelScaleError() const { return filter_.Active()[8]; }
   double HeadingError_rad_per_m() const { return filter_.Active()[9]; }
   const CompressedEkf& Filter() const { return filter_; }
 
@@ -153,6 +155,7 @@ class CeilingFilter {
   std::vector<Part> clones_;
   std::vector<Part> landmarks_;  // ascending id
   std::int64_t next_clone_id_ = 0;
+  double unknown_since_s_ = 0;  // time without odometry until now
 };
 
 }  // namespace nightmap

@@ -11,19 +11,17 @@
 namespace nightmap {
 namespace {
 
-constexpr int kMinForSlip = 4;      // landmarks that can tell of it
-constexpr double kMaxResidual = 4;  // after the update, in sigmas
+constexpr std::size_t kMinForSlip = 4;     // landmarks that can tell of it
+constexpr double kMaxResidual_sigmas = 4;  // after the update
 constexpr int kMaxRounds = 3;
-constexpr int kSlipFrames = 10;
-constexpr double kSeenSigma_m = 0.002;        // of a way that pictures measure
-constexpr double kPixelSigmaOfCells_px = 64;  // side of the cells that landmarks are spread over
+constexpr int kMaxPerCell = 2;  // landmarks
+constexpr std::size_t kSlipFrames = 10;
+constexpr double kSeenSigma_m = 0.002;  // of a way that pictures measure
+constexpr double kCellSize_px = 64;     // side of the cells that landmarks are spread over
 
-StoredLandmark Stored(const ActiveLandmark& landmark) {
-  StoredLandmark stored;
-  stored.track_id = landmark.track_id;
-  stored.position = landmark.position;
-  stored.covariance = landmark.covariance;
-  return stored;
+// Of a robot that went anywhere near: its wheels say too much, or too little.
+Eigen::Vector3d SlipSigma(const ControlInput& motion) {
+  return {motion.distance_m + 0.03, 0.3 * motion.distance_m + 0.01, motion.turn_rad + 0.03};
 }
 
 // How much farther the robot is in `after` than in `before`, ahead.
@@ -32,7 +30,7 @@ double MoreAlong(const CeilingFilter& before, const CeilingFilter& after) {
 }
 
 std::pair<int, int> CellOf(const Eigen::Vector2f& pixel) {
-  const Eigen::Vector2d cell = pixel.cast<double>() / kPixelSigmaOfCells_px;
+  const Eigen::Vector2d cell = pixel.cast<double>() / kCellSize_px;
   return {static_cast<int>(std::floor(cell.x())), static_cast<int>(std::floor(cell.y()))};
 }
 
@@ -94,46 +92,38 @@ std::vector<LandmarkSighting> LandmarkKeeper::Fitting(
 
 ObservedFrame LandmarkKeeper::Update(const std::vector<LandmarkSighting>& sightings,
                                      const ControlInput& motion) {
-  const double distance_m = motion.distance_m;
-  const Eigen::Vector3d sigma(distance_m + 0.01, 0.3 * distance_m + 0.003, motion.turn_rad + 0.02);
   ObservedFrame observed;
   CeilingFilter before = *filter_;
-  std::vector<LandmarkSighting> fitting = Fitting(sightings);
-  const bool can_tell = static_cast<int>(sightings.size()) >= kMinForSlip;
-  const auto loosen = [&] {
-    observed.has_slipped = true;
-    *filter_ = before;
-    filter_->Loosen(sigma);
-    before = *filter_;
-    fitting = Fitting(sightings);
-  };
-  if (can_tell && 2 * fitting.size() < sightings.size()) loosen();
-  for (int round = 0; round < kMaxRounds; ++round) {
-    observed.innovation = filter_->Observe(fitting);
-    if (can_tell && !observed.has_slipped && fitting.size() >= kMinForSlip &&
-        (before.Surprise(*filter_) > options_.slip_gate || IsSlipping(before, motion))) {
-      loosen();
-      continue;
-    }
-    const std::vector<LandmarkSighting> agreeing = filter_->Agreeing(fitting, kMaxResidual);
-    if (agreeing.size() == fitting.size() || round + 1 == kMaxRounds) break;
-    fitting = agreeing;
-    *filter_ = before;
-  }
-  if (can_tell) {
-    advances_.push_back({MoreAlong(before, *filter_), distance_m});
-    if (static_cast<int>(advances_.size()) > kSlipFrames) advances_.pop_front();
-  } else {
+  used_ = Fitting(sightings);
+  observed.innovation = filter_->Observe(used_);
+  if (sightings.size() < kMinForSlip || motion.unknown_time_s > 0) {
     advances_.clear();
+  } else if (2 * used_.size() < sightings.size() || IsSlipping(before, motion)) {
+    observed.has_slipped = true;
+    advances_.clear();
+    before.Loosen(SlipSigma(motion));
+    *filter_ = before;
+    used_ = Fitting(sightings);
+    observed.innovation = filter_->Observe(used_);
+  } else {
+    advances_.push_back({MoreAlong(before, *filter_), motion.distance_m});
+    if (advances_.size() > kSlipFrames) advances_.pop_front();
   }
-  used_ = fitting;
-  observed.num_used = static_cast<int>(fitting.size());
-  observed.num_misfits = static_cast<int>(sightings.size() - fitting.size());
+  // Sightings that do not fit the others are left out, and what they did is undone.
+  for (int round = 0; round < kMaxRounds; ++round) {
+    std::vector<LandmarkSighting> agreeing = filter_->Agreeing(used_, kMaxResidual_sigmas);
+    if (agreeing.size() == used_.size()) break;
+    used_ = std::move(agreeing);
+    *filter_ = before;
+    observed.innovation = filter_->Observe(used_);
+  }
+  observed.num_misfits = static_cast<int>(sightings.size() - used_.size());
   return observed;
 }
 
 // Independent errors of the wheels add up like the root of the way, slipping like the way.
 bool LandmarkKeeper::IsSlipping(const CeilingFilter& before, const ControlInput& motion) const {
+  if (before.Surprise(*filter_) > options_.slip_gate) return true;
   double more_m = MoreAlong(before, *filter_);
   double distance_m = motion.distance_m;
   for (const Advance& advance : advances_) {
@@ -144,21 +134,25 @@ bool LandmarkKeeper::IsSlipping(const CeilingFilter& before, const ControlInput&
   return std::abs(more_m) > options_.max_slip_sigmas * sigma_m;
 }
 
-void LandmarkKeeper::CountMisfits(const std::vector<LandmarkSighting>& seen,
-                                  const std::vector<LandmarkSighting>& used) {
-  for (const LandmarkSighting& sighting : used) {
-    Followed& followed = followed_.at(sighting.track_id);
-    followed.num_misfits = -1;
-    ++followed.num_sightings;
-    ++counts_.num_modified;
-  }
+void LandmarkKeeper::CountMisfits(const TrackedFrame& frame,
+                                  const std::vector<LandmarkSighting>& seen) {
   std::vector<std::int64_t> inconsistent;
   for (const LandmarkSighting& sighting : seen) {
     Followed& followed = followed_.at(sighting.track_id);
-    if (++followed.num_misfits < options_.max_misfits) continue;
-    inconsistent.push_back(sighting.track_id);
-    followed_.erase(sighting.track_id);
-    ++counts_.num_inconsistent;
+    const bool is_used =
+        std::ranges::binary_search(used_, sighting.track_id, {}, &LandmarkSighting::track_id);
+    if (is_used) {
+      followed.num_misfits = 0;
+      ++followed.num_sightings;
+      followed.last_time_ns = frame.time_ns;
+      followed.last_raw_px = std::ranges::lower_bound(
+                                 frame.sightings, sighting.track_id, {}, &CornerSighting::track_id)
+                                 ->raw_px;
+    } else if (++followed.num_misfits >= options_.max_misfits) {
+      inconsistent.push_back(sighting.track_id);
+      followed.state = State::kRefused;
+      ++counts_.num_inconsistent;
+    }
   }
   filter_->RemoveLandmarks(inconsistent);
 }
@@ -175,10 +169,7 @@ void LandmarkKeeper::RemoveEnded(const TrackedFrame& frame) {
     if (!ended.contains(landmark.track_id)) continue;
     const Followed& followed = followed_.at(landmark.track_id);
     if (IsWorthKeeping(landmark, followed)) {
-      StoredLandmark& stored = stored_.emplace_back(Stored(landmark));
-      stored.num_sightings = followed.num_sightings;
-      stored.last_time_ns = followed.last_time_ns;
-      stored.last_raw_px = followed.last_raw_px;
+      stored_.push_back(Stored(landmark));
     } else {
       ++counts_.num_weak;
     }
@@ -199,26 +190,29 @@ void LandmarkKeeper::AddLandmarks(const TrackedFrame& frame) {
   int num_landmarks = 0;
   for (const CornerSighting& sighting : frame.sightings) {
     const auto found = followed_.find(sighting.track_id);
-    if (found == followed_.end() || !found->second.is_landmark) continue;
+    if (found == followed_.end() || found->second.state != State::kLandmark) continue;
     ++num_in_cell[CellOf(sighting.px)];
     ++num_landmarks;
   }
   for (const CornerSighting& sighting : frame.sightings) {
     if (num_landmarks >= options_.max_landmarks) return;
     const auto found = followed_.find(sighting.track_id);
-    if (found == followed_.end() || found->second.is_landmark) continue;
+    if (found == followed_.end() || found->second.state != State::kCandidate) continue;
     int& num_here = num_in_cell[CellOf(sighting.px)];
-    if (num_here >= 2) continue;
+    if (num_here >= kMaxPerCell) continue;
     Followed& followed = found->second;
     if (!filter_->AddLandmark(sighting.track_id,
                               followed.clone_id,
                               followed.clone_px,
                               sighting.px.cast<double>(),
-                              options_.min_parallax_rad)) {
+                              options_.min_parallax_rad,
+                              options_.gate)) {
       continue;
     }
-    followed.is_landmark = true;
+    followed.state = State::kLandmark;
     followed.num_sightings = 2;
+    followed.last_time_ns = frame.time_ns;
+    followed.last_raw_px = sighting.raw_px;
     ++counts_.num_added;
     ++num_here;
     ++num_landmarks;
@@ -245,11 +239,11 @@ void LandmarkKeeper::RemoveClones() {
   std::set<std::int64_t> needed;
   if (static_cast<int>(clones_.size()) > options_.max_clones) {
     std::erase_if(followed_, [&](const auto& entry) {
-      return !entry.second.is_landmark && entry.second.clone_id == clones_.front().id;
+      return entry.second.state == State::kCandidate && entry.second.clone_id == clones_.front().id;
     });
   }
   for (const auto& [track_id, followed] : followed_) {
-    if (!followed.is_landmark) needed.insert(followed.clone_id);
+    if (followed.state == State::kCandidate) needed.insert(followed.clone_id);
   }
   std::vector<std::int64_t> useless;
   for (const Clone& clone : clones_) {
@@ -260,24 +254,32 @@ void LandmarkKeeper::RemoveClones() {
 }
 
 ObservedFrame LandmarkKeeper::Observe(const TrackedFrame& frame, const ControlInput& motion) {
-  path_m_ += motion.distance_m;
+  path_m_ += motion.before_from_after.translation.norm();
   RemoveEnded(frame);
   std::vector<LandmarkSighting> seen;
   for (const CornerSighting& sighting : frame.sightings) {
     const auto found = followed_.find(sighting.track_id);
     if (found == followed_.end()) continue;
-    found->second.last_time_ns = frame.time_ns;
-    found->second.last_raw_px = sighting.raw_px;
-    if (found->second.is_landmark) {
+    if (found->second.state == State::kLandmark) {
       seen.push_back({sighting.track_id, sighting.px.cast<double>()});
     }
   }
   const ObservedFrame observed = Update(seen, motion);
-  CountMisfits(seen, used_);
+  CountMisfits(frame, seen);
   AddLandmarks(frame);
   AddCandidates(frame);
   RemoveClones();
   return observed;
+}
+
+StoredLandmark LandmarkKeeper::Stored(const ActiveLandmark& landmark) const {
+  const Followed& followed = followed_.at(landmark.track_id);
+  return {landmark.track_id,
+          landmark.position,
+          landmark.covariance,
+          followed.num_sightings,
+          followed.last_time_ns,
+          followed.last_raw_px};
 }
 
 std::vector<StoredLandmark> LandmarkKeeper::TakeStored() {

@@ -21,7 +21,7 @@ struct KeeperOptions {
   int max_clones = 12;
   double gate = 18.4;  // chi-square of 2 degrees of freedom, 99.99 %
   double max_slip_sigmas = 4;
-  double slip_gate = 12.8;  // of 3 degrees of freedom, 99.5 %
+  double slip_gate = 12.8;  // of 3 degrees of freedom, 99.5 % where pictures tell all of the pose
   int max_misfits = 3;
   int min_sightings = 5;
   double max_sigma_m = 0.05;
@@ -42,7 +42,6 @@ struct StoredLandmark {
 
 struct ObservedFrame {
   Innovation innovation;
-  int num_used = 0;
   int num_misfits = 0;       // sightings of landmarks that did not fit
   bool has_slipped = false;  // the picture contradicts the wheels
 };
@@ -51,10 +50,9 @@ struct KeeperCounts {
   int num_added = 0;         // landmarks
   int num_inconsistent = 0;  // deleted, because they did not fit again and again
   int num_weak = 0;          // deleted, because they left the view too early
-  int num_modified = 0;      // sightings that changed a landmark
 };
 
-// Deterministic; one thread. Tracks that end are landmarks that left.
+// Deterministic; one thread. A landmark whose track ends left the view.
 class LandmarkKeeper {
  public:
   // `filter` must outlive it.
@@ -75,8 +73,10 @@ class LandmarkKeeper {
   const KeeperCounts& Counts() const { return counts_; }
 
  private:
+  // A refused track is one whose landmark did not fit; it stays refused until it ends.
+  enum class State { kCandidate, kLandmark, kRefused };
   struct Followed {
-    bool is_landmark = false;
+    State state = State::kCandidate;
     std::int64_t clone_id = -1;  // of a candidate, with its pixel there
     Eigen::Vector2d clone_px = Eigen::Vector2d::Zero();
     int num_sightings = 0;
@@ -87,8 +87,8 @@ class LandmarkKeeper {
   std::vector<LandmarkSighting> Fitting(const std::vector<LandmarkSighting>& sightings) const;
   ObservedFrame Update(const std::vector<LandmarkSighting>& sightings, const ControlInput& motion);
   bool IsSlipping(const CeilingFilter& before, const ControlInput& motion) const;
-  void CountMisfits(const std::vector<LandmarkSighting>& seen,
-                    const std::vector<LandmarkSighting>& used);
+  void CountMisfits(const TrackedFrame& frame, const std::vector<LandmarkSighting>& seen);
+  StoredLandmark Stored(const ActiveLandmark& landmark) const;
   void RemoveEnded(const TrackedFrame& frame);
   void AddLandmarks(const TrackedFrame& frame);
   void AddCandidates(const TrackedFrame& frame);

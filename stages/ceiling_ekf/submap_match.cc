@@ -10,7 +10,8 @@
 namespace nightmap {
 namespace {
 
-constexpr double kGate = 16.3;          // chi-square of three degrees of freedom, 99.9 %
+constexpr double kGate = 16;            // squared sigmas, of a pair
+constexpr double kPoseGate = 32;        // squared sigmas, of a pose
 constexpr std::size_t kMaxSeeds = 250;  // pairs that hypotheses are made of
 constexpr double kMinBase_m = 0.4;      // between the two pairs of a hypothesis
 // Poses farther apart are another place.
@@ -66,15 +67,16 @@ class Matcher {
     if (num_best < options_.min_pairs / 2) return std::nullopt;
     SubmapMatch match = Refine(best);
     if (static_cast<int>(match.pairs.size()) < options_.min_pairs) return std::nullopt;
+    int num_rival = 0;
     for (const auto& [pose, num] : hypotheses) {
       const Rigid2 off = match.now_from_then.Inverse() * pose;
       // About the landmarks, not about the anchor, which may be far from them.
       const double off_m = (pose * Middle(match) - match.now_from_then * Middle(match)).norm();
       if (off_m < kRival_m && std::abs(off.heading_rad) < kRival_rad) continue;
-      match.num_rival_pairs = std::max(match.num_rival_pairs, num);
+      num_rival = std::max(num_rival, num);
     }
     const auto limit = options_.max_rival_ratio * static_cast<double>(match.pairs.size());
-    if (match.num_rival_pairs >= limit || !IsExpected(match.now_from_then)) return std::nullopt;
+    if (num_rival >= limit || !IsExpected(match.now_from_then)) return std::nullopt;
     return match;
   }
 
@@ -126,7 +128,7 @@ class Matcher {
     Eigen::Vector3d off;
     off << pose.translation - expected_.translation,
         WrapAngle_rad(pose.heading_rad - expected_.heading_rad);
-    return off.dot(factor_.solve(off)) < 2 * kGate;
+    return off.dot(factor_.solve(off)) < kPoseGate;
   }
 
   // One pair for each landmark at most, best looking first.

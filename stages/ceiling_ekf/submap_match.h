@@ -33,15 +33,14 @@ struct SubmapMatch {
   Rigid2 now_from_then;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of x, y (m), heading (rad)
   std::vector<std::pair<int, int>> pairs;                // indices in `now` and `then`
-  int num_rival_pairs = 0;
 };
 
 // The pose under which most landmarks of one submap lie on landmarks of the other that look and are
-// as high alike. `expected` is now_from_then by the filter, with its covariance; pairs farther than
-// that allows (99.9 %) are not tried. Two pairs make a hypothesis, as in RANSAC, but all of the
-// best looking are tried, so nothing is random. None when fewer than `min_pairs` agree, or when
-// another pose, as between tiles that look alike, has `max_rival_ratio` of the pairs of the best:
-// then the place is ambiguous. Deterministic.
+// as high alike. `expected` is now_from_then by the filter, with its covariance: pairs are tried
+// within 4 sigmas of it. Any two of the 250 best looking pairs make a hypothesis,
+// as in RANSAC, but nothing is random. None when fewer than `min_pairs` agree, or when another
+// pose, as between tiles that look alike, has `max_rival_ratio` of the pairs of the best: then the
+// place is ambiguous. Deterministic.
 std::optional<SubmapMatch> MatchSubmaps(const SubmapMatchOptions& options,
                                         const std::vector<SubmapLandmark>& now,
                                         const std::vector<SubmapLandmark>& then,

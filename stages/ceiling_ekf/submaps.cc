@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <iterator>
 
 #include "stages/ceiling_ekf/planar_pose.h"
 
@@ -11,6 +11,9 @@ namespace nightmap {
 namespace {
 
 constexpr double kView_m = 6;  // two places farther apart have no ceiling in common
+// Two loops that put the robot so far apart contradict each other.
+constexpr double kElsewhere_m = 0.3;
+constexpr double kElsewhere_rad = 0.15;
 
 Eigen::Vector3d MovedBy(const Rigid2& pose, const Eigen::Vector3d& point) {
   Eigen::Vector3d moved;
@@ -42,9 +45,9 @@ std::vector<SubmapLandmark> Submaps::Around(int anchor,
   const Rigid2 anchor_from_map = filter->MapFromAnchor(anchor).Inverse();
   for (int i = std::max(0, anchor - 1); i <= anchor + 1; ++i) {
     const Rigid2 anchor_from_other = anchor_from_map * filter->MapFromAnchor(i);
-    const std::vector<Hanging>& landmarks = submaps_[static_cast<std::size_t>(i)].landmarks;
+    const std::vector<StoredLandmark>& landmarks = submaps_[static_cast<std::size_t>(i)].landmarks;
     for (std::size_t j = 0; j < landmarks.size(); ++j) {
-      StoredLandmark moved = landmarks[j].landmark;
+      StoredLandmark moved = landmarks[j];
       moved.position = MovedBy(anchor_from_other, moved.position);
       around.push_back(moved);
       places->emplace_back(i, static_cast<int>(j));
@@ -54,53 +57,79 @@ std::vector<SubmapLandmark> Submaps::Around(int anchor,
 }
 
 void Submaps::Merge(const StoredLandmark& again, const Place& place) {
-  met_again_[again.track_id] = place;
-  auto& first = submaps_[static_cast<std::size_t>(place.first)]
-                    .landmarks[static_cast<std::size_t>(place.second)];
-  first.landmark.num_sightings += again.num_sightings;
-  first.num_missed = 0;
+  met_again_.insert(again.track_id);
+  StoredLandmark& first = submaps_[static_cast<std::size_t>(place.first)]
+                              .landmarks[static_cast<std::size_t>(place.second)];
+  first.num_sightings += again.num_sightings;
+  first.last_time_ns = again.last_time_ns;
+  first.last_raw_px = again.last_raw_px;
+}
+
+std::vector<Submaps::Candidate> Submaps::Candidates(const std::vector<SubmapLandmark>& now,
+                                                    double path_m,
+                                                    CeilingFilter* filter) {
+  std::vector<Candidate> candidates;
+  bool was_looked_for = false;
+  const int last = static_cast<int>(submaps_.size());
+  for (int anchor = 0; anchor + 1 < last; ++anchor) {
+    if (path_m - submaps_[static_cast<std::size_t>(anchor) + 1].path_m < min_loop_path_m_) break;
+    const Rigid2 map_from_anchor = filter->MapFromAnchor(anchor);
+    const Rigid2 expected = filter->MapFromAnchor(last).Inverse() * map_from_anchor;
+    const Eigen::Matrix3d covariance = filter->RelativeCovariance(anchor);
+    const double sigma_m = std::sqrt(covariance(0, 0) + covariance(1, 1));
+    if (expected.translation.norm() > kView_m + 3 * sigma_m) continue;
+    was_looked_for = true;
+    std::vector<Place> places;
+    const std::vector<SubmapLandmark> then = Around(anchor, filter, &places);
+    auto match = MatchSubmaps(options_, now, then, expected, covariance);
+    if (!match) continue;
+    const Rigid2 map_from_last = map_from_anchor * match->now_from_then.Inverse();
+    candidates.push_back({anchor, std::move(*match), std::move(places), map_from_last});
+  }
+  num_searches_without_loop_ += was_looked_for && candidates.empty();
+  return candidates;
+}
+
+const Submaps::Candidate* Submaps::Best(const std::vector<Candidate>& candidates) const {
+  if (candidates.empty()) return nullptr;
+  const auto num_pairs = [](const Candidate& candidate) { return candidate.match.pairs.size(); };
+  const Candidate& best = *std::ranges::max_element(candidates, {}, num_pairs);
+  const auto limit = options_.max_rival_ratio * static_cast<double>(num_pairs(best));
+  for (const Candidate& other : candidates) {
+    const Rigid2 off = best.map_from_last.Inverse() * other.map_from_last;
+    const bool is_elsewhere =
+        off.translation.norm() > kElsewhere_m || std::abs(off.heading_rad) > kElsewhere_rad;
+    if (is_elsewhere && static_cast<double>(num_pairs(other)) >= limit) return nullptr;
+  }
+  return &best;
 }
 
 void Submaps::Leave(const std::vector<StoredLandmark>& stored,
                     const std::vector<StoredLandmark>& active,
                     double path_m,
                     CeilingFilter* filter) {
-  std::vector<StoredLandmark> seen = stored;
-  seen.insert(seen.end(), active.begin(), active.end());
-  const std::vector<SubmapLandmark> now = Look(seen);
-  const int last = static_cast<int>(submaps_.size());
-  std::optional<SubmapMatch> best;
-  int best_anchor = -1;
-  std::vector<Place> best_places;
-  bool was_looked_for = false;
-  for (int anchor = 0; anchor + 1 < last; ++anchor) {
-    if (path_m - submaps_[static_cast<std::size_t>(anchor) + 1].path_m < min_loop_path_m_) break;
-    const Rigid2 expected = filter->MapFromAnchor(last).Inverse() * filter->MapFromAnchor(anchor);
-    const Eigen::Matrix3d covariance = filter->RelativeCovariance(anchor);
-    const double sigma_m = std::sqrt(covariance(0, 0) + covariance(1, 1));
-    if (expected.translation.norm() > kView_m + 3 * sigma_m) continue;
-    std::vector<Place> places;
-    const std::vector<SubmapLandmark> then = Around(anchor, filter, &places);
-    was_looked_for = true;
-    auto match = MatchSubmaps(options_, now, then, expected, covariance);
-    if (!match || (best && best->pairs.size() >= match->pairs.size())) continue;
-    best = std::move(match);
-    best_anchor = anchor;
-    best_places = std::move(places);
+  std::vector<StoredLandmark> seen;
+  for (const auto* landmarks : {&stored, &active}) {
+    std::ranges::copy_if(*landmarks, std::back_inserter(seen), [&](const StoredLandmark& landmark) {
+      return !met_again_.contains(landmark.track_id);
+    });
   }
-  num_ambiguous_ += was_looked_for && !best;
-  if (best) {
-    filter->CloseLoop(best_anchor, best->now_from_then, best->covariance);
-    loops_.push_back({last, best_anchor, static_cast<int>(best->pairs.size())});
-    for (const auto& [i, j] : best->pairs) {
-      Merge(seen[static_cast<std::size_t>(i)], best_places[static_cast<std::size_t>(j)]);
+  const std::vector<Candidate> candidates = Candidates(Look(seen), path_m, filter);
+  if (const Candidate* best = Best(candidates)) {
+    filter->CloseLoop(best->anchor, best->match.now_from_then, best->match.covariance);
+    loops_.push_back({static_cast<int>(submaps_.size()),
+                      best->anchor,
+                      static_cast<int>(best->match.pairs.size())});
+    for (const auto& [i, j] : best->match.pairs) {
+      Merge(seen[static_cast<std::size_t>(i)], best->places[static_cast<std::size_t>(j)]);
     }
   }
   Submap& submap = submaps_.emplace_back();
   submap.path_m = path_m;
-  for (const StoredLandmark& landmark : stored) {
-    if (!met_again_.contains(landmark.track_id)) submap.landmarks.push_back({landmark, 0});
-  }
+  std::ranges::copy_if(
+      stored, std::back_inserter(submap.landmarks), [&](const StoredLandmark& landmark) {
+        return !met_again_.contains(landmark.track_id);
+      });
 }
 
 void Submaps::Describe(CeilingFilter* filter, CeilingMap* map) const {
@@ -110,8 +139,7 @@ void Submaps::Describe(CeilingFilter* filter, CeilingMap* map) const {
     map->anchors.push_back({map_from_anchor, covariance});
     Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
     turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(map_from_anchor.heading_rad).toRotationMatrix();
-    for (const Hanging& hanging : submaps_[static_cast<std::size_t>(anchor)].landmarks) {
-      const StoredLandmark& stored = hanging.landmark;
+    for (const StoredLandmark& stored : submaps_[static_cast<std::size_t>(anchor)].landmarks) {
       CeilingLandmark landmark;
       landmark.track_id = stored.track_id;
       landmark.anchor = anchor;

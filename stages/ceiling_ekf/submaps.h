@@ -3,7 +3,7 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -25,8 +25,9 @@ class Submaps {
 
   // The filter is about to leave its last anchor, on which `stored` hang, with `active` in view.
   // Looks for places within reach that were left `min_loop_path_m` ago, and closes the loop to the
-  // one with most landmarks met again. A landmark that is met again is one landmark; one of that
-  // place that should be in view and is not, twice, is deleted.
+  // one with most landmarks met again. None is closed when two places say that the robot is in
+  // different ones, and the lesser has `max_rival_ratio` of the landmarks of the other. A landmark
+  // that is met again is one landmark, and closes no other loop.
   void Leave(const std::vector<StoredLandmark>& stored,
              const std::vector<StoredLandmark>& active,
              double path_m,
@@ -34,15 +35,11 @@ class Submaps {
 
   // Anchors, landmarks in the map's frame, and loops, by all that the filter knows.
   void Describe(CeilingFilter* filter, CeilingMap* map) const;
-  int NumAmbiguous() const { return num_ambiguous_; }
+  int NumSearchesWithoutLoop() const { return num_searches_without_loop_; }
 
  private:
-  struct Hanging {
-    StoredLandmark landmark;
-    int num_missed = 0;  // visits of its place without it
-  };
   struct Submap {
-    std::vector<Hanging> landmarks;
+    std::vector<StoredLandmark> landmarks;
     double path_m = 0;
   };
   using Place = std::pair<int, int>;  // submap, landmark
@@ -52,15 +49,26 @@ class Submaps {
   std::vector<SubmapLandmark> Around(int anchor,
                                      CeilingFilter* filter,
                                      std::vector<Place>* places) const;
+  struct Candidate {
+    int anchor = 0;
+    SubmapMatch match;
+    std::vector<Place> places;  // of the landmarks of `then`
+    Rigid2 map_from_last;       // by the match
+  };
+  std::vector<Candidate> Candidates(const std::vector<SubmapLandmark>& now,
+                                    double path_m,
+                                    CeilingFilter* filter);
+  // The candidate with most pairs; none when another contradicts it.
+  const Candidate* Best(const std::vector<Candidate>& candidates) const;
   void Merge(const StoredLandmark& again, const Place& place);
 
   SubmapMatchOptions options_;
   double min_loop_path_m_;
   const std::vector<TrackDescriptor>& descriptors_;
   std::vector<Submap> submaps_;
-  std::map<std::int64_t, Place> met_again_;  // by track
+  std::set<std::int64_t> met_again_;  // tracks
   std::vector<CeilingLoop> loops_;
-  int num_ambiguous_ = 0;
+  int num_searches_without_loop_ = 0;
 };
 
 }  // namespace nightmap

@@ -146,6 +146,33 @@ TEST(CompressedEkf, GivesWhatTheWholeFilterGives) {
             1e-8 * scale);
 }
 
+// The considered state keeps mean and variance; the others are worse known than if it were told.
+TEST(CompressedEkf, AConsideredStateIsNotEstimated) {
+  Random random(7, 0, 0);
+  const Eigen::Index n = 4;
+  const Eigen::MatrixXd covariance = RandomCovariance(n, &random);
+  const Eigen::VectorXd mean = RandomMatrix(n, 1, &random);
+  CompressedEkf considering(mean, covariance, 1), estimating(mean, covariance);
+  const Eigen::MatrixXd rows = RandomMatrix(2, n, &random);
+  const Measurement measurement{
+      Sparse(rows.sparseView()), RandomMatrix(2, 1, &random), Eigen::VectorXd::Constant(2, 0.3)};
+  considering.Update(measurement);
+  estimating.Update(measurement);
+  EXPECT_EQ(considering.Active()[1], mean[1]);
+  EXPECT_EQ(considering.ActiveCovariance()(1, 1), covariance(1, 1));
+  EXPECT_NE(estimating.Active()[1], mean[1]);
+  EXPECT_EQ(considering.Active()[0], estimating.Active()[0]);
+  EXPECT_GT(SmallestEigenvalue(considering.ActiveCovariance()), 0);
+  // Again: what it does to the others is not forgotten, so they do not get as sure.
+  for (int i = 0; i < 50; ++i) {
+    considering.Update(measurement);
+    estimating.Update(measurement);
+  }
+  const Eigen::MatrixXd more = considering.ActiveCovariance() - estimating.ActiveCovariance();
+  EXPECT_GT(more.trace(), 0.1);
+  EXPECT_GT(SmallestEigenvalue(considering.ActiveCovariance()), 0);
+}
+
 TEST(CompressedEkf, CovarianceStaysSymmetricAndPositiveDefinite) {
   Random random(3, 0, 0);
   const Eigen::Index n = 8;

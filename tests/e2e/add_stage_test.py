@@ -35,6 +35,8 @@ def add_census(folder):
     entry = (CENSUS / "pipeline_entry.toml").read_text(encoding="utf-8")
     text = pipeline.read_text(encoding="utf-8").replace(EVALUATE, entry + EVALUATE)
     pipeline.write_text(text, encoding="utf-8")
+    with open(folder / "configs/ceiling/pipeline.toml", "a", encoding="utf-8") as profile:
+        profile.write("\n[census]\nleave_out = true\n")  # the profile has no map_frame, which census reads
 
 
 class AddStageTest(unittest.TestCase):

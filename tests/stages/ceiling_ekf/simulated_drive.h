@@ -31,7 +31,7 @@ struct DriveOptions {
   double heading_error_rad_per_m = 0.002;
   Eigen::Vector2d tilt_rad{0.01, -0.008};
   double vibration_rad = 0.002;
-  double blank_from_m = 0, blank_to_m = 0;  // of the path's first lap: no points there
+  double blank_from_m = 0, blank_to_m = 0;  // of x, on the first side: no points there
   double slip_from_s = 0, slip_to_s = 0;    // wheels report 30 % too much
   bool tiles = false;                       // points are the corners of tiles that look alike
 };
