@@ -2,6 +2,7 @@
 #include "pipeline/ceiling/compressed_ekf.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <utility>
 
 #include "pipeline/base/error.h"
@@ -10,6 +11,8 @@ namespace nightmap {
 namespace {
 
 using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+constexpr double kRankTolerance = 1e-10;
 
 void MakeSymmetric(Eigen::MatrixXd* matrix) {
   matrix->triangularView<Eigen::StrictlyUpper>() = matrix->transpose();
@@ -169,10 +172,18 @@ void CompressedEkf::Keep(Eigen::Index first, Eigen::Index count) {
 }
 
 void CompressedEkf::Defer() {
-  if (NumKept() <= NumActive()) return;
-  phi_.setIdentity(NumActive(), NumActive());
-  psi_.setZero(NumActive(), NumActive());
-  theta_.setZero(NumActive());
+  if (NumKept() == 0) return;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors(kept_->cross);
+  factors.setThreshold(kRankTolerance);
+  const Eigen::Index rank = factors.rank();
+  if (rank == 0 || 2 * rank > NumKept()) return;
+  KeptPart part{kept_->mean, kept_->covariance, {}};
+  part.cross = Eigen::MatrixXd(factors.matrixR().topRows(rank).triangularView<Eigen::Upper>()) *
+               factors.colsPermutation().transpose();
+  kept_ = std::make_shared<KeptPart>(std::move(part));
+  phi_ = factors.householderQ() * Eigen::MatrixXd::Identity(NumActive(), rank);
+  psi_.setZero(rank, rank);
+  theta_.setZero(rank);
 }
 
 void CompressedEkf::Flush() {

@@ -27,12 +27,14 @@ struct Innovation {
 };
 
 // Mean and covariance of a state in two parts: the active one, which changes and is measured, and
-// the kept one, which stands still and changes only by its correlation with the active one. When
-// more is kept than is active, what the steps of the active part mean for the kept part is gathered
-// (Phi, Psi, theta of the paper) and applied when somebody asks for it, so a step costs O(n^2 m)
-// for n active states and m residuals however much is kept. The result is that of the plain filter,
-// to rounding. In the linear-Gaussian case it is the Kalman filter. Copies share what is kept.
-// Deterministic; one thread.
+// the kept one, which stands still and changes only by its correlation with the active one. What
+// the steps of the active part mean for the kept part is gathered (Phi, Psi, theta of the paper)
+// and applied when somebody asks for it, so a step costs O(n^2 m) for n active states and m
+// residuals however much is kept. Beyond the paper, the covariance of both parts is factored first:
+// it has a small rank, because what is near knows little of what is far, and a step costs O(n m
+// rank) for it. The result is that of the plain filter, to 1e-10 of that covariance. In the
+// linear-Gaussian case it is the Kalman filter. Copies share what is kept. Deterministic; one
+// thread.
 class CompressedEkf {
  public:
   // Nothing is kept. Active state `considered`, if not negative, is one that no measurement can
@@ -79,7 +81,8 @@ class CompressedEkf {
   struct KeptPart {
     Eigen::VectorXd mean;
     Eigen::MatrixXd covariance;
-    Eigen::MatrixXd cross;  // active x kept
+    // Active x kept; when steps are deferred, the factor of it that stays: rank x kept.
+    Eigen::MatrixXd cross;
   };
   // Of one update. With S = L L^T, the covariance of the innovation: L^-1 H P and L^-1 r, so that
   // the correction is root^T residual, and the covariance loses root^T root.
@@ -100,8 +103,8 @@ class CompressedEkf {
   Eigen::VectorXd active_;
   Eigen::MatrixXd covariance_;
   std::shared_ptr<const KeptPart> kept_;  // as of the last Flush, if steps are deferred
-  // Gathered since then: the active covariance with anything else is phi_ times what it was. Empty
-  // when steps are not deferred.
+  // Gathered since then: the covariance of active and kept states is phi_ * cross. Empty when steps
+  // are not deferred.
   Eigen::MatrixXd phi_;
   Eigen::MatrixXd psi_;
   Eigen::VectorXd theta_;

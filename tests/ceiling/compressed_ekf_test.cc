@@ -85,10 +85,10 @@ TEST(CompressedEkf, GivesWhatTheWholeFilterGives) {
   Eigen::Index n = 5;
   PlainFilter plain{RandomMatrix(n, 1, &random), RandomCovariance(n, &random)};
   CompressedEkf filter(plain.mean, plain.covariance);
-  for (int round = 0; round < 6; ++round) {
+  for (int round = 0; round < 20; ++round) {
     const Eigen::Index kept = filter.NumKept();
     // The plain filter's state is the active one, then the kept one.
-    for (int step = 0; step < 7; ++step) {
+    for (int step = 0; step < 2; ++step) {
       // One state more, a function of the others; another moves.
       Eigen::MatrixXd motion = Eigen::MatrixXd::Identity(n + 1, n);
       motion.row(n) = RandomMatrix(1, n, &random);
@@ -134,7 +134,7 @@ TEST(CompressedEkf, GivesWhatTheWholeFilterGives) {
     n -= 2;
   }
   const Eigen::Index kept = filter.NumKept();
-  ASSERT_EQ(kept, 12);
+  ASSERT_EQ(kept, 40);  // so much more than is active that steps are deferred
   const double scale = plain.covariance.norm();
   EXPECT_LT((filter.Active() - plain.mean.head(n)).norm(), 1e-8 * plain.mean.norm());
   EXPECT_LT((filter.Kept() - plain.mean.tail(kept)).norm(), 1e-8 * plain.mean.norm());
