@@ -68,6 +68,7 @@ def _ceiling_columns():
             ("without a pose, worst seed", f"{odometry}.coverage.num_frames_without_pose", 1, "{:.0f}", max),
             ("position RMSE (cm)", f"{ours}.ate_rmse_m", 100, "{:.2f}"),
             ("position RMSE, worst seed (cm)", f"{ours}.ate_rmse_m", 100, "{:.2f}", max),
+            ("largest position error, worst seed (cm)", f"{ours}.ate_max_m", 100, "{:.1f}", max),
             ("heading RMSE (deg)", f"{ours}.rotation_rmse_deg", 1, "{:.2f}"),
             ("heading RMSE, worst seed (deg)", f"{ours}.rotation_rmse_deg", 1, "{:.2f}", max),
             ("position RMSE, SE(2) (cm)", f"{odometry}.trajectory.se3.ate_rmse_m", 100, "{:.2f}"),
