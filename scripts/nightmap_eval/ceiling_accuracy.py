@@ -11,15 +11,12 @@ from nightmap_eval.ceiling_consistency import errors_then, nees_figures, nis_fig
 from nightmap_eval.ceiling_landmarks import landmark_figures
 from nightmap_eval.ceiling_map import SLIPPED, WITHOUT_ODOMETRY, read_ceiling_map
 from nightmap_eval.planar_poses import first_pose_alignment, planar
-from nightmap_eval.trajectory import associate, interpolated, path_length_m, planar_umeyama, quaternion, read_tum
-from nightmap_eval.trajectory_errors import absolute_figures, ate
+from nightmap_eval.robot_accuracy import MAX_TRUTH_GAP_NS, TRUTH_REMEDY, robot_figures
+from nightmap_eval.trajectory import interpolated, path_length_m, read_tum
+from nightmap_eval.trajectory_errors import absolute_figures
 from nightmap_eval.true_ceiling import read_true_ceiling
 from nightmap_eval.wheel_poses import read_wheels
-from nightmap_site.script_errors import DataError
 
-MAX_TRUTH_GAP_NS = 500_000_000  # between the true poses around a frame
-SAME_NS = 1_000_000  # stamps of one frame in two files
-TRUTH_REMEDY = "correct [robot_truth] of the site config, from which it is made, and run make again"
 RATIOS = (("position", "ate_rmse_m"), ("heading", "rotation_rmse_deg"))
 
 
@@ -34,9 +31,9 @@ def evaluate(site):
     truth = true_frames(site, frames.times_ns)
     if truth is None:
         return figures
-    figures["trajectory"], alignments = pose_figures(estimate, truth)
+    figures["trajectory"], alignments = pose_figures(estimate, truth, len(frames.times_ns))
     if wheels is not None:
-        figures["wheels"] |= wheel_figures(wheels, truth, figures["trajectory"])
+        figures["wheels"] |= wheel_figures(wheels, truth, figures["trajectory"], len(frames.times_ns))
     figures["nees"] = nees_figures(errors_then(ceiling_map, truth))
     ceiling = read_true_ceiling(site)
     if ceiling is not None:
@@ -81,37 +78,19 @@ def counts(ceiling_map):
     }
 
 
-def pose_figures(estimate, truth):
+def pose_figures(estimate, truth, num_frames):
     """Figures of the frames with a true pose, and the alignments (truth_from_map) by name.
 
-    start: the first common pose is the true one. se3, sim3: the alignment with the least error. A frame with a true pose and
-    no estimate has no error; it is counted as missing."""
-    pairs = associate(truth.times_ns, estimate.times_ns, SAME_NS)
-    if len(pairs) < 3:
-        raise DataError(f"{len(pairs)} frames have an estimated and a true pose, of {len(truth)} frames with a true one; "
-                        "check [robot_truth] and the clocks of the site config")  # fmt: skip
+    start: the first common pose is the true one. se3, sim3: the alignment with the least error."""
+    figures, pairs, alignments = robot_figures(estimate, truth, num_frames, "frames")
     matched, matched_truth = estimate.select(pairs[:, 1]), truth.select(pairs[:, 0])
     start = first_pose_alignment(matched, matched_truth)
-    se3, alignment = ate(matched, matched_truth, False, planar_umeyama)
-    sim3, scaling = ate(matched, matched_truth, True, planar_umeyama)
-    num_missing = len(truth) - len(pairs)
-    figures = {
-        "num_frames_with_truth": len(truth),
-        "num_missing": num_missing,
-        "missing_percent": 100 * num_missing / len(truth),
-        "truth_path_length_m": path_length_m(truth.positions_m),
-        "alignment_is_unique": alignment.is_unique,
-        "truth_from_map_m_q": [*alignment.translation_m, *quaternion(alignment.rotation)],
-        "start": absolute_figures(matched, matched_truth, start),
-        "se3": se3,
-        "sim3": sim3,
-    }
-    return figures, {"start": start, "se3": alignment, "sim3": scaling}
+    return figures | {"start": absolute_figures(matched, matched_truth, start)}, alignments | {"start": start}
 
 
-def wheel_figures(wheels, truth, ours):
+def wheel_figures(wheels, truth, ours, num_frames):
     """The same figures of the wheels alone, and how many times larger their errors are than ours."""
-    figures, _ = pose_figures(wheels, truth)
+    figures, _ = pose_figures(wheels, truth, num_frames)
     for alignment in ("start", "se3"):
         for name, key in RATIOS:
             if ours[alignment][key] > 0:

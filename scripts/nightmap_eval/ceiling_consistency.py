@@ -11,9 +11,9 @@ import numpy as np
 
 from nightmap_eval.chi_square import shares
 from nightmap_eval.planar_poses import compose, inverse, to_rows, wrapped_rad
+from nightmap_eval.robot_accuracy import SAME_NS
 from nightmap_eval.trajectory import associate
 
-SAME_NS = 1_000_000
 POSE_DEGREES = 3
 LEAST_SIGMA = 5e-5  # m or rad: the start is exact by definition, and the filter holds it within 1e-5
 

@@ -13,27 +13,23 @@ from nightmap_eval.floor_accuracy import evaluate_floors, read_floors, truth_fol
 from nightmap_eval.grid import read_grid
 from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops
 from nightmap_eval.relations import read_relations, relation_metrics
+from nightmap_eval.robot_accuracy import MAX_TRUTH_GAP_NS, SAME_NS, TRUTH_REMEDY, robot_figures
 from nightmap_eval.trajectory import (
     associate,
     interpolated,
     path_length_m,
-    planar_umeyama,
-    quaternion,
     read_tum,
     rotation_matrices,
 )
-from nightmap_eval.trajectory_errors import ate, distance_pairs, relative_errors
+from nightmap_eval.trajectory_errors import distance_pairs, relative_errors
 from nightmap_eval.wall_quality import wall_metrics
 from nightmap_site.checked_reading import using
 from nightmap_site.script_errors import DataError
 
-MAX_TRUTH_GAP_NS = 500_000_000  # between the true poses around a scan
-SAME_NS = 1_000_000  # stamps of one scan in two files
 STRETCHES_M = (1, 10)
 # A loop that is farther off is false. Both ends see the same walls from up to 10 m apart, and the published poses of laser logs
 # err by a degree.
 MAX_LOOP_ERROR_M = 0.5
-TRUTH_REMEDY = "correct [robot_truth] of the site config, from which it is made, and run make again"
 
 
 def evaluate(site):
@@ -108,28 +104,12 @@ def scan_counts(scans_ns, estimate):
 def trajectory_metrics(scans_ns, estimate, truth):
     """Figures of the scans with a true pose, and the planar truth_from_map. A scan with a true pose and no
     estimate has no error; it is counted as missing, as is each stretch that begins or ends at one."""
-    rows, truth = interpolated(truth, scans_ns, MAX_TRUTH_GAP_NS)
-    pairs = associate(truth.times_ns, estimate.times_ns, SAME_NS)
-    if len(pairs) < 3:
-        raise DataError(f"{len(pairs)} scans have an estimated and a true pose, of {len(scans_ns)} scans and {len(rows)} with a true one; "
-                        "check [robot_truth] and the clocks of the site config")  # fmt: skip
-    matched, matched_truth = estimate.select(pairs[:, 1]), truth.select(pairs[:, 0])
-    se3, alignment = ate(matched, matched_truth, False, planar_umeyama)
-    sim3, _ = ate(matched, matched_truth, True, planar_umeyama)
-    num_missing = len(truth) - len(pairs)
-    figures = {
-        "num_scans_with_truth": len(truth),
-        "num_missing": num_missing,
-        "missing_percent": 100 * num_missing / len(truth),
-        "truth_path_length_m": path_length_m(truth.positions_m),
-        "alignment_is_unique": alignment.is_unique,
-        "truth_from_map_m_q": [*alignment.translation_m, *quaternion(alignment.rotation)],
-        "se3": se3,
-        "sim3": sim3,
-    }
+    _, truth = interpolated(truth, scans_ns, MAX_TRUTH_GAP_NS)
+    figures, pairs, alignments = robot_figures(estimate, truth, len(scans_ns), "scans")
+    matched = estimate.select(pairs[:, 1])
     for metres in STRETCHES_M:
         figures[f"relative_{metres}m"] = stretch_metrics(matched, truth, pairs[:, 0], metres)
-    return figures, alignment
+    return figures, alignments["se3"]
 
 
 def stretch_metrics(matched, truth, rows, distance_m):

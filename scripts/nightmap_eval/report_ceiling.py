@@ -5,10 +5,11 @@ import numpy as np
 
 from nightmap_eval import ceiling_drawing, html
 from nightmap_eval.artifacts import Frames
-from nightmap_eval.ceiling_accuracy import SAME_NS, read_results, true_frames
+from nightmap_eval.ceiling_accuracy import read_results, true_frames
 from nightmap_eval.ceiling_consistency import POSE_DEGREES, errors_then
 from nightmap_eval.metrics_json import ATE
 from nightmap_eval.planar_poses import compose, inverse, to_rows, wrapped_rad
+from nightmap_eval.robot_accuracy import SAME_NS
 from nightmap_eval.trajectory import associate
 from nightmap_eval.wheel_poses import read_wheels
 from nightmap_site.checked_reading import NUMBER, check

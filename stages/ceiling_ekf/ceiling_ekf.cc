@@ -24,7 +24,7 @@ class Motions {
     const auto motion = MotionBetween(wheels_.samples, max_gap_s_, start_ns, end_ns);
     ControlInput input;
     if (motion) {
-      // Of the wheels' frame; the robot's moves with it.
+      // The motion is that of the wheels' frame, and the robot's frame moves with it.
       const Rigid3 robot_from_wheels = wheels_.robot_from_sensor;
       input.before_from_after =
           ToRigid2(robot_from_wheels * motion->start_from_end * robot_from_wheels.Inverse());

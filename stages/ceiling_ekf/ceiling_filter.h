@@ -8,34 +8,13 @@
 #include <optional>
 #include <vector>
 
-#include "pipeline/base/options.h"
 #include "pipeline/ceiling/compressed_ekf.h"
 #include "pipeline/geometry/rigid2.h"
+#include "stages/ceiling_ekf/ceiling_noise.h"
+#include "stages/ceiling_ekf/ceiling_state.h"
 #include "stages/ceiling_ekf/upward_camera.h"
 
 namespace nightmap {
-
-// Standard deviations of what the filter does not know.
-struct CeilingNoise {
-  double pixel_sigma_px = 0.4;
-  // The wheels' distance and heading after 1 m, and heading after a turn of 1 rad; they grow with
-  // the root of the way, as the sum of independent errors does.
-  double distance_sigma_m = 0.03;
-  double heading_sigma_rad = 0.02;
-  double turn_sigma_rad = 0.05;
-  // What is wrong all the time.
-  double scale_sigma = 0.01;
-  double heading_bias_sigma_rad_per_m = 0.005;
-  double mounting_tilt_sigma_rad = 0.02;
-  // Vibration: from frame to frame.
-  double vibration_sigma_rad = 0.003;
-  // Motion that nothing measured, of a robot without odometry: it may go on at another speed and
-  // turn than before, all the time.
-  double unknown_speed_m_per_s = 0.5;
-  double unknown_turn_rad_per_s = 0.5;
-
-  void Register(OptionList& list);
-};
 
 // The robot's motion from one frame to the next.
 struct ControlInput {
@@ -65,10 +44,8 @@ struct LandmarkSighting {
 // consistent. Anchors that were left are kept states of the compressed filter; their landmarks are
 // no states any more.
 //
-// Active state: the anchor in the map (x, y m, heading rad), the robot in the anchor's frame, tilt
-// by vibration (2, rad), the wheels' scale error (true distance = (1 + error) measured) and heading
-// error (rad per m), tilt of the mounting (2, rad), then clones of robot and vibration (5 each) and
-// landmarks (3 each, m). The map's frame is the robot's at the start. Deterministic; one thread.
+// ceiling_state.h has the layout of the active state. The map's frame is the robot's at the start.
+// Deterministic; one thread.
 class CeilingFilter {
  public:
   CeilingFilter(const UpwardCamera& camera, const CeilingNoise& noise);
@@ -121,15 +98,14 @@ class CeilingFilter {
                        const Rigid2& last_from_anchor,
                        const Eigen::Matrix3d& covariance);
 
-  // Of the wheels' distance after a way.
+  // The standard deviation of the wheels' distance after a way.
   double WheelSigma_m(double distance_m) const;
 
   Rigid2 AnchorFromRobot() const;
   Rigid2 MapFromRobot() const;
   Eigen::Matrix3d RobotCovariance() const;  // in the map
-  Eigen::Vector2d MountingTilt_rad() const { return filter_.Active().segment<2>(10); }
-  double HeadingError_rad_per_m() const { return filter_.Active()[9]; }
-  const CompressedEkf& Filter() const { return filter_; }
+  Eigen::Vector2d MountingTilt_rad() const { return filter_.Active().segment<2>(kMounting); }
+  double HeadingError_rad_per_m() const { return filter_.Active()[kHeadingError]; }
 
  private:
   struct Part {

@@ -19,7 +19,7 @@ constexpr std::size_t kSlipFrames = 10;
 constexpr double kSeenSigma_m = 0.002;  // of a way that pictures measure
 constexpr double kCellSize_px = 64;     // side of the cells that landmarks are spread over
 
-// Of a robot that went anywhere near: its wheels say too much, or too little.
+// The robot went anywhere near: its wheels say too much, or too little.
 Eigen::Vector3d SlipSigma(const ControlInput& motion) {
   return {motion.distance_m + 0.03, 0.3 * motion.distance_m + 0.01, motion.turn_rad + 0.03};
 }
@@ -98,16 +98,14 @@ ObservedFrame LandmarkKeeper::Update(const std::vector<LandmarkSighting>& sighti
   observed.innovation = filter_->Observe(used_);
   if (sightings.size() < kMinForSlip || motion.unknown_time_s > 0) {
     advances_.clear();
-  } else if (2 * used_.size() < sightings.size() || IsSlipping(before, motion)) {
-    observed.has_slipped = true;
-    advances_.clear();
+  } else {
+    observed.has_slipped = HasSlipped(before, sightings.size(), motion);
+  }
+  if (observed.has_slipped) {
     before.Loosen(SlipSigma(motion));
     *filter_ = before;
     used_ = Fitting(sightings);
     observed.innovation = filter_->Observe(used_);
-  } else {
-    advances_.push_back({MoreAlong(before, *filter_), motion.distance_m});
-    if (advances_.size() > kSlipFrames) advances_.pop_front();
   }
   // Sightings that do not fit the others are left out, and what they did is undone.
   for (int round = 0; round < kMaxRounds; ++round) {
@@ -121,15 +119,20 @@ ObservedFrame LandmarkKeeper::Update(const std::vector<LandmarkSighting>& sighti
   return observed;
 }
 
-// Independent errors of the wheels add up like the root of the way, slipping like the way.
-bool LandmarkKeeper::IsSlipping(const CeilingFilter& before, const ControlInput& motion) const {
+bool LandmarkKeeper::HasSlipped(const CeilingFilter& before,
+                                std::size_t num_sightings,
+                                const ControlInput& motion) {
+  // A leap counts for this frame alone; slipping that lasts shows in the sum over some frames.
+  if (2 * used_.size() < num_sightings) return true;
   if (before.Surprise(*filter_) > options_.slip_gate) return true;
-  double more_m = MoreAlong(before, *filter_);
-  double distance_m = motion.distance_m;
+  advances_.push_back({MoreAlong(before, *filter_), motion.distance_m});
+  if (advances_.size() > kSlipFrames) advances_.pop_front();
+  double more_m = 0, distance_m = 0;
   for (const Advance& advance : advances_) {
     more_m += advance.more_m;
     distance_m += advance.distance_m;
   }
+  // Independent errors of the wheels add up like the root of the way, slipping like the way.
   const double sigma_m = filter_->WheelSigma_m(distance_m) + kSeenSigma_m;
   return std::abs(more_m) > options_.max_slip_sigmas * sigma_m;
 }

@@ -86,7 +86,10 @@ class LandmarkKeeper {
   };
   std::vector<LandmarkSighting> Fitting(const std::vector<LandmarkSighting>& sightings) const;
   ObservedFrame Update(const std::vector<LandmarkSighting>& sightings, const ControlInput& motion);
-  bool IsSlipping(const CeilingFilter& before, const ControlInput& motion) const;
+  // Whether the picture contradicts the wheels; `used_` has been observed since `before`.
+  bool HasSlipped(const CeilingFilter& before,
+                  std::size_t num_sightings,
+                  const ControlInput& motion);
   void CountMisfits(const TrackedFrame& frame, const std::vector<LandmarkSighting>& seen);
   StoredLandmark Stored(const ActiveLandmark& landmark) const;
   void RemoveEnded(const TrackedFrame& frame);
