@@ -73,6 +73,7 @@ def _ceiling_columns():
             ("heading RMSE, worst seed (deg)", f"{ours}.rotation_rmse_deg", 1, "{:.2f}", max),
             ("position RMSE, SE(2) (cm)", f"{odometry}.trajectory.se3.ate_rmse_m", 100, "{:.2f}"),
             ("position RMSE, Sim(2) (cm)", f"{odometry}.trajectory.sim3.ate_rmse_m", 100, "{:.2f}"),
+            ("largest position error, Sim(2), worst seed (cm)", f"{odometry}.trajectory.sim3.ate_max_m", 100, "{:.1f}", max),
             ("position RMSE of wheels alone (cm)", f"{wheels}.start.ate_rmse_m", 100, "{:.0f}"),
             ("heading RMSE of wheels alone (deg)", f"{wheels}.start.rotation_rmse_deg", 1, "{:.1f}"),
             ("times better than wheels alone", f"{wheels}.position_ratio_start", 1, "{:.0f}"),
