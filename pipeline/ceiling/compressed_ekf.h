@@ -64,14 +64,14 @@ class CompressedEkf {
   // Joint update by all residuals. Throws DataError when the covariance of the innovation is not
   // positive definite, or anything is not finite.
   Innovation Update(const Measurement& measurement);
-  // Likewise of a measurement that involves the kept states too: `kept` is the derivative by them.
+  // Updates by a measurement that involves the kept states too: `kept` is the derivative by them.
   Innovation Update(const Measurement& measurement,
                     const Eigen::SparseMatrix<double, Eigen::RowMajor>& kept);
 
   // Moves active states first .. first + count - 1 to the end of the kept ones.
   void Keep(Eigen::Index first, Eigen::Index count);
 
-  // With all steps so far.
+  // These have all steps so far in them.
   const Eigen::VectorXd& Kept();
   const Eigen::MatrixXd& KeptCovariance();
   // Rows: active states, columns: kept states.
@@ -84,8 +84,8 @@ class CompressedEkf {
     // Active x kept; when steps are deferred, the factor of it that stays: rank x kept.
     Eigen::MatrixXd cross;
   };
-  // Of one update. With S = L L^T, the covariance of the innovation: L^-1 H P and L^-1 r, so that
-  // the correction is root^T residual, and the covariance loses root^T root.
+  // What one update needs. With S = L L^T, the covariance of the innovation: L^-1 H P and L^-1 r,
+  // so that the correction is root^T residual, and the covariance loses root^T root.
   struct Gain {
     Eigen::MatrixXd factor;  // L
     Eigen::MatrixXd root;

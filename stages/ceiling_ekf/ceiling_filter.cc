@@ -41,7 +41,7 @@ void CeilingFilter::Predict(const ControlInput& input) {
   SparseRowsBuilder jacobian(n, n);
   jacobian.Identity(0, kVibration);
   jacobian.Identity(kScale, n - kScale);
-  // From prediction to prediction, what the last update changed included.
+  // The way leads from prediction to prediction, so that what the last update changed is in it.
   const Eigen::Vector2d way = (mean.segment<3>(kRobot) - robot_linearized_at_).head<2>();
   robot_linearized_at_ = mean.segment<3>(kRobot);
   const Eigen::Vector2d across(-way.y(), way.x());

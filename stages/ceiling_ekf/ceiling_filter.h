@@ -90,7 +90,7 @@ class CeilingFilter {
   int NumAnchors() const { return static_cast<int>(filter_.NumKept()) / 3 + 1; }
   // Anchors count from 0; the last is the active one.
   Rigid2 MapFromAnchor(int anchor);
-  // Of anchors in the map, and of one seen from the last: x, y, heading.
+  // Covariances of x, y, heading: of an anchor in the map, and of one seen from the last.
   Eigen::Matrix3d AnchorCovariance(int anchor);
   Eigen::Matrix3d RelativeCovariance(int anchor);
   // Measured: last_from_anchor, with the covariance of x, y, heading.
@@ -120,7 +120,8 @@ class CeilingFilter {
   // Takes the parts with these ids away, and their states of this size.
   void Remove(const std::vector<std::int64_t>& ids, Eigen::Index size, std::vector<Part>* parts);
   std::optional<UpwardCamera::Projection> Expect(const Part& landmark) const;
-  // Of the sightings of landmarks that can be seen there; `measured` receives their indices.
+  // Leaves out sightings of what is no landmark or cannot be seen there; `measured` receives the
+  // indices of the others.
   Measurement Measure(const std::vector<LandmarkSighting>& sightings,
                       std::vector<std::size_t>* measured = nullptr) const;
 

@@ -23,7 +23,7 @@ double CpuTime_s() {
   return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) * 1e-9;
 }
 
-// Of the best of three runs over the first pictures of a drive.
+// The cost is that of the best of three runs over the first pictures of a drive.
 Cost CostOf(const SimulatedDrive& drive, std::size_t num_frames) {
   CeilingEkfInput input = drive.input;
   input.tracks.frames.resize(num_frames);
