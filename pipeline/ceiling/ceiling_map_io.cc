@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "pipeline/io/hdf5_file.h"
 
@@ -13,7 +14,7 @@ namespace nightmap {
 namespace {
 
 constexpr char kCeilingMapFormat[] = "nightmap ceiling map";
-constexpr int kCeilingMapVersion = 1;
+constexpr int kCeilingMapVersion = 2;
 constexpr char kCeilingMapUnits[] =
     "poses: x y (m) heading (rad) in the map; landmark_position_m, landmark_covariance_m2: m in "
     "the map; landmark_last_raw_px: px in the image file";
@@ -80,6 +81,103 @@ void WriteLandmarks(const std::vector<CeilingLandmark>& landmarks, Hdf5Writer* f
   file->Write("landmark_last_raw_px", last_raw_px);
 }
 
+Rigid2 PoseAt(const Array<double>& array, std::size_t row) {
+  return {array.values[3 * row + 2], {array.values[3 * row], array.values[3 * row + 1]}};
+}
+
+Eigen::Matrix3d MatrixAt(const Array<double>& array, std::size_t row) {
+  return Eigen::Map<const Eigen::Matrix3d>(&array.values[9 * row]);
+}
+
+std::vector<CeilingFrame> ReadMapFrames(const Hdf5Reader& file) {
+  const auto time_ns = file.ReadList<std::int64_t>("frame_time_ns");
+  const auto pose = file.Read<double>("frame_pose", 3);
+  const auto covariance = file.Read<double>("frame_covariance", 9);
+  const auto nis = file.ReadList<double>("frame_nis");
+  const auto num_residuals = file.ReadList<std::int32_t>("frame_num_residuals");
+  const auto num_misfits = file.ReadList<std::int32_t>("frame_num_misfits");
+  const auto flags = file.ReadList<std::uint8_t>("frame_flags");
+  const std::size_t num = time_ns.size();
+  file.Demand(pose.rows == num, "frame_pose");
+  file.Demand(covariance.rows == num, "frame_covariance");
+  file.Demand(nis.size() == num, "frame_nis");
+  file.Demand(num_residuals.size() == num, "frame_num_residuals");
+  file.Demand(num_misfits.size() == num, "frame_num_misfits");
+  file.Demand(flags.size() == num, "frame_flags");
+  std::vector<CeilingFrame> frames;
+  for (std::size_t i = 0; i < num; ++i) {
+    file.Demand(i == 0 || time_ns[i] > time_ns[i - 1], "frame_time_ns", "does not ascend");
+    CeilingFrame& frame = frames.emplace_back();
+    frame.time_ns = time_ns[i];
+    frame.map_from_robot = frame.map_from_robot_then = PoseAt(pose, i);
+    frame.covariance = MatrixAt(covariance, i);
+    frame.nis = nis[i];
+    frame.num_residuals = num_residuals[i];
+    frame.num_misfits = num_misfits[i];
+    frame.has_odometry = (flags[i] & kWithoutOdometry) == 0;
+    frame.has_slipped = (flags[i] & kSlipped) != 0;
+  }
+  return frames;
+}
+
+std::vector<CeilingLandmark> ReadMapLandmarks(const Hdf5Reader& file, std::size_t num_anchors) {
+  const auto track_id = file.ReadList<std::int64_t>("landmark_track_id");
+  const auto anchor = file.ReadList<std::int32_t>("landmark_anchor");
+  const auto position = file.Read<double>("landmark_position_m", 3);
+  const auto covariance = file.Read<double>("landmark_covariance_m2", 9);
+  const auto num_sightings = file.ReadList<std::int32_t>("landmark_num_sightings");
+  const auto last_time_ns = file.ReadList<std::int64_t>("landmark_last_time_ns");
+  const auto last_raw_px = file.Read<float>("landmark_last_raw_px", 2);
+  const std::size_t num = track_id.size();
+  file.Demand(anchor.size() == num, "landmark_anchor");
+  file.Demand(position.rows == num, "landmark_position_m");
+  file.Demand(covariance.rows == num, "landmark_covariance_m2");
+  file.Demand(num_sightings.size() == num, "landmark_num_sightings");
+  file.Demand(last_time_ns.size() == num, "landmark_last_time_ns");
+  file.Demand(last_raw_px.rows == num, "landmark_last_raw_px");
+  std::vector<CeilingLandmark> landmarks;
+  for (std::size_t i = 0; i < num; ++i) {
+    file.Demand(anchor[i] >= 0 && static_cast<std::size_t>(anchor[i]) < num_anchors,
+                "landmark_anchor");
+    landmarks.push_back({track_id[i],
+                         anchor[i],
+                         Eigen::Map<const Eigen::Vector3d>(&position.values[3 * i]),
+                         MatrixAt(covariance, i),
+                         num_sightings[i],
+                         last_time_ns[i],
+                         Eigen::Map<const Eigen::Vector2f>(&last_raw_px.values[2 * i])});
+  }
+  return landmarks;
+}
+
+void ReadLoops(const Hdf5Reader& file, CeilingMap* map) {
+  const auto ends = file.Read<std::int32_t>("loop_anchors", 2);
+  const auto num_landmarks = file.ReadList<std::int32_t>("loop_num_landmarks");
+  file.Demand(num_landmarks.size() == ends.rows, "loop_num_landmarks");
+  const auto is_anchor = [&](int anchor) {
+    return anchor >= 0 && static_cast<std::size_t>(anchor) < map->anchors.size();
+  };
+  file.Demand(std::ranges::all_of(ends.values, is_anchor), "loop_anchors");
+  for (std::size_t i = 0; i < ends.rows; ++i) {
+    map->loops.push_back({ends.values[2 * i], ends.values[2 * i + 1], num_landmarks[i]});
+  }
+}
+
+void ReadMetAgain(const Hdf5Reader& file, CeilingMap* map) {
+  std::set<std::int64_t> track_ids;
+  for (const CeilingLandmark& landmark : map->landmarks) {
+    file.Demand(
+        track_ids.insert(landmark.track_id).second, "landmark_track_id", "has a landmark twice");
+  }
+  const auto pairs = file.Read<std::int64_t>("met_again_track_id", 2);
+  for (std::size_t i = 0; i < pairs.rows; ++i) {
+    map->met_again.push_back({pairs.values[2 * i], pairs.values[2 * i + 1]});
+    file.Demand(track_ids.contains(map->met_again.back().landmark_track_id),
+                "met_again_track_id",
+                "names a landmark that is not there");
+  }
+}
+
 }  // namespace
 
 void WriteCeilingMap(const std::filesystem::path& path,
@@ -104,7 +202,29 @@ void WriteCeilingMap(const std::filesystem::path& path,
   }
   file.Write("loop_anchors", ends);
   file.WriteList("loop_num_landmarks", num_landmarks);
+  Array<std::int64_t> met_again{0, 2, {}};
+  for (const MetAgain& met : map.met_again) {
+    met_again.values.insert(met_again.values.end(), {met.track_id, met.landmark_track_id});
+    ++met_again.rows;
+  }
+  file.Write("met_again_track_id", met_again);
   file.Close();
+}
+
+CeilingMap ReadCeilingMap(const std::filesystem::path& path) {
+  const Hdf5Reader file(path, kCeilingMapFormat, kCeilingMapVersion);
+  CeilingMap map;
+  map.frames = ReadMapFrames(file);
+  const auto pose = file.Read<double>("anchor_pose", 3);
+  const auto covariance = file.Read<double>("anchor_covariance", 9);
+  file.Demand(covariance.rows == pose.rows, "anchor_covariance");
+  for (std::size_t i = 0; i < pose.rows; ++i) {
+    map.anchors.push_back({PoseAt(pose, i), MatrixAt(covariance, i)});
+  }
+  map.landmarks = ReadMapLandmarks(file, map.anchors.size());
+  ReadLoops(file, &map);
+  ReadMetAgain(file, &map);
+  return map;
 }
 
 std::string LandmarksToPly(const std::vector<CeilingLandmark>& landmarks) {

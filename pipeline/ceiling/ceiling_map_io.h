@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // <job>/ceiling_map.h5: the landmarks of a ceiling, and what the filter said at each frame.
 //
-// HDF5, for F frames, A anchors, L landmarks, C loops; the map's frame is the robot's at its start
-// (x forward, y left, z up, floor at z = 0):
+// HDF5, for F frames, A anchors, L landmarks, C loops, M tracks; the map's frame is the robot's at
+// its start (x forward, y left, z up, floor at z = 0):
 //   frame_time_ns           int64[F]
 //   frame_pose              double[F x 3]   x, y (m), heading (rad) by what was known at that frame
 //   frame_covariance        double[F x 9]   of these
@@ -21,6 +21,7 @@
 //   landmark_last_raw_px    float[L x 2]
 //   loop_anchors            int32[C x 2]    now, then
 //   loop_num_landmarks      int32[C]
+//   met_again_track_id      int64[M x 2]    a track that saw a landmark again, the landmark's
 #pragma once
 
 #include <Eigen/Core>
@@ -66,17 +67,29 @@ struct CeilingLoop {
   int num_landmarks = 0;
 };
 
+// A landmark has the id of the track that saw it first.
+struct MetAgain {
+  std::int64_t track_id = 0;
+  std::int64_t landmark_track_id = 0;
+};
+
 struct CeilingMap {
   std::vector<CeilingFrame> frames;  // times ascend
   std::vector<CeilingAnchor> anchors;
   std::vector<CeilingLandmark> landmarks;
   std::vector<CeilingLoop> loops;
+  std::vector<MetAgain> met_again;
 };
 
 // Equal maps give equal bytes. Throws DataError. The trajectory is not in it.
 void WriteCeilingMap(const std::filesystem::path& path,
                      const CeilingMap& map,
                      const std::string& config);
+
+// Frames have `map_from_robot_then` for `map_from_robot`. Throws DataError naming file and field on
+// sizes that do not add up, NaN, frames that do not ascend, an index of no anchor, and a landmark
+// that is there twice or was met again and is not there.
+CeilingMap ReadCeilingMap(const std::filesystem::path& path);
 
 // A PLY of points with the color of their height and the property sigma_m, of the worst direction.
 std::string LandmarksToPly(const std::vector<CeilingLandmark>& landmarks);

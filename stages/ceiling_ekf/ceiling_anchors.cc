@@ -2,8 +2,8 @@
 // The anchors of CeilingFilter: places that the robot left, and loops between them.
 #include <Eigen/Cholesky>
 
+#include "pipeline/ceiling/planar_pose.h"
 #include "stages/ceiling_ekf/ceiling_filter.h"
-#include "stages/ceiling_ekf/planar_pose.h"
 #include "stages/ceiling_ekf/sparse_rows.h"
 
 namespace nightmap {

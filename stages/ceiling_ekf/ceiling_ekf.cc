@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "pipeline/base/input_error.h"
+#include "pipeline/ceiling/planar_pose.h"
 #include "pipeline/recording/choose_signal.h"
 #include "pipeline/recording/wheel_motion.h"
-#include "stages/ceiling_ekf/planar_pose.h"
 #include "stages/ceiling_ekf/submaps.h"
 
 namespace nightmap {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "stages/ceiling_ekf/planar_pose.h"
+#include "pipeline/ceiling/planar_pose.h"
 #include "stages/ceiling_ekf/sparse_rows.h"
 
 namespace nightmap {

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "pipeline/ceiling/compressed_ekf.h"
+#include "pipeline/ceiling/upward_camera.h"
 #include "pipeline/geometry/rigid2.h"
 #include "stages/ceiling_ekf/ceiling_noise.h"
 #include "stages/ceiling_ekf/ceiling_state.h"
-#include "stages/ceiling_ekf/upward_camera.h"
 
 namespace nightmap {
 

@@ -2,8 +2,8 @@
 // The landmarks of CeilingFilter, and the clones that they are first seen from.
 #include <algorithm>
 
+#include "pipeline/ceiling/planar_pose.h"
 #include "stages/ceiling_ekf/ceiling_filter.h"
-#include "stages/ceiling_ekf/planar_pose.h"
 #include "stages/ceiling_ekf/sparse_rows.h"
 
 namespace nightmap {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "stages/ceiling_ekf/planar_pose.h"
+#include "pipeline/ceiling/planar_pose.h"
 
 namespace nightmap {
 namespace {

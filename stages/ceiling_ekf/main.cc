@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // ceiling_ekf: reads tracks of corners and odometry; writes the robot's trajectory and the map of
 // the ceiling.
+#include "pipeline/ceiling/join_tracks.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/ceiling_ekf/ceiling_ekf.h"
 #include "stages/ceiling_ekf/ceiling_ekf_report.h"
-#include "stages/ceiling_ekf/join_tracks.h"
 
 namespace nightmap {
 namespace {

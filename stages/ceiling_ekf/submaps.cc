@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "stages/ceiling_ekf/planar_pose.h"
+#include "pipeline/ceiling/planar_pose.h"
 
 namespace nightmap {
 namespace {
@@ -60,6 +60,7 @@ void Submaps::Merge(const StoredLandmark& again, const Place& place) {
   met_again_.insert(again.track_id);
   StoredLandmark& first = submaps_[static_cast<std::size_t>(place.first)]
                               .landmarks[static_cast<std::size_t>(place.second)];
+  met_pairs_.push_back({again.track_id, first.track_id});
   first.num_sightings += again.num_sightings;
   first.last_time_ns = again.last_time_ns;
   first.last_raw_px = again.last_raw_px;
@@ -156,6 +157,7 @@ void Submaps::Describe(CeilingFilter* filter, CeilingMap* map) const {
     }
   }
   map->loops = loops_;
+  map->met_again = met_pairs_;
 }
 
 }  // namespace nightmap

@@ -67,6 +67,7 @@ class Submaps {
   const std::vector<TrackDescriptor>& descriptors_;
   std::vector<Submap> submaps_;
   std::set<std::int64_t> met_again_;  // tracks
+  std::vector<MetAgain> met_pairs_;
   std::vector<CeilingLoop> loops_;
   int num_searches_without_loop_ = 0;
 };

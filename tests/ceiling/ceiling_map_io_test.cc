@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/ceiling/ceiling_map_io.h"
 
+#include "pipeline/base/error.h"
 #include "pipeline/io/hdf5_file.h"
+#include "tests/io/hdf5_damage.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
@@ -24,7 +26,9 @@ CeilingMap MakeMap() {
   landmark.covariance_m2 = Eigen::Vector3d(0.04, 0.01, 0.01).asDiagonal();
   landmark.num_sightings = 6;
   map.landmarks = {landmark};
-  map.loops = {{3, 1, 12}};
+  map.anchors.push_back({{-0.2, {5, 4}}, 2 * Eigen::Matrix3d::Identity()});
+  map.loops = {{1, 0, 12}};
+  map.met_again = {{21, 9}};
   return map;
 }
 
@@ -32,14 +36,60 @@ TEST(CeilingMapIo, WritesWhatItWasGiven) {
   const TemporaryFolder folder;
   const auto path = folder / "ceiling_map.h5";
   WriteCeilingMap(path, MakeMap(), "a = 1");
-  const Hdf5Reader file(path, "nightmap ceiling map", 1);
+  const Hdf5Reader file(path, "nightmap ceiling map", 2);
   EXPECT_EQ(file.ReadList<std::int64_t>("frame_time_ns"), std::vector<std::int64_t>{17});
   EXPECT_EQ(file.Read<double>("frame_pose", 3).values, (std::vector<double>{1, 2, 0.5}));
   EXPECT_EQ(file.Read<double>("frame_covariance", 9).values[4], 0.25);
   EXPECT_EQ(file.ReadList<std::uint8_t>("frame_flags"), std::vector<std::uint8_t>{2});
   EXPECT_EQ(file.Read<double>("landmark_position_m", 3).values, (std::vector<double>{1, 2, 2.5}));
-  EXPECT_EQ(file.Read<std::int32_t>("loop_anchors", 2).values, (std::vector<std::int32_t>{3, 1}));
+  EXPECT_EQ(file.Read<std::int32_t>("loop_anchors", 2).values, (std::vector<std::int32_t>{1, 0}));
   EXPECT_EQ(file.ReadText("config"), "a = 1");
+}
+
+TEST(CeilingMapIo, ReadsBackWhatItWrote) {
+  const TemporaryFolder folder;
+  const auto path = folder / "ceiling_map.h5", again = folder / "again.h5";
+  WriteCeilingMap(path, MakeMap(), "a = 1");
+  const CeilingMap map = ReadCeilingMap(path);
+  EXPECT_TRUE(map.frames.at(0).has_slipped);
+  EXPECT_EQ(map.landmarks.at(0).position_m, Eigen::Vector3d(1, 2, 2.5));
+  EXPECT_EQ(map.met_again.at(0).landmark_track_id, 9);
+  WriteCeilingMap(again, map, "a = 1");
+  EXPECT_EQ(ReadBytes(path), ReadBytes(again));
+}
+
+TEST(CeilingMapIo, RefusesWhatDoesNotFit) {
+  const TemporaryFolder folder;
+  const auto refused = [&](const CeilingMap& map, const char* field) {
+    const auto path = folder / "bad.h5";
+    WriteCeilingMap(path, map, "");
+    EXPECT_THAT([&] { ReadCeilingMap(path); },
+                testing::ThrowsMessage<DataError>(
+                    testing::AllOf(testing::HasSubstr("bad.h5"), testing::HasSubstr(field))));
+  };
+  CeilingMap map = MakeMap();
+  map.met_again = {{21, 8}};
+  refused(map, "met_again_track_id");
+  map = MakeMap();
+  map.loops[0].now = 2;
+  refused(map, "loop_anchors");
+  map = MakeMap();
+  map.landmarks[0].anchor = -1;
+  refused(map, "landmark_anchor");
+  map = MakeMap();
+  map.landmarks.push_back(map.landmarks[0]);
+  refused(map, "landmark_track_id");
+  map = MakeMap();
+  map.frames.push_back(map.frames[0]);
+  refused(map, "frame_time_ns");
+}
+
+TEST(CeilingMapIo, RefusesADamagedFile) {
+  const TemporaryFolder folder;
+  const auto path = folder / "ceiling_map.h5";
+  WriteCeilingMap(path, MakeMap(), "");
+  ExpectTruncationIsNamed(
+      folder, path, [](const std::filesystem::path& at) { ReadCeilingMap(at); });
 }
 
 TEST(CeilingMapIo, EqualMapsGiveEqualBytes) {
@@ -53,7 +103,7 @@ TEST(CeilingMapIo, EqualMapsGiveEqualBytes) {
 TEST(CeilingMapIo, AnEmptyMapIsAFile) {
   const TemporaryFolder folder;
   WriteCeilingMap(folder / "empty.h5", {}, "");
-  const Hdf5Reader file(folder / "empty.h5", "nightmap ceiling map", 1);
+  const Hdf5Reader file(folder / "empty.h5", "nightmap ceiling map", 2);
   EXPECT_TRUE(file.ReadList<std::int64_t>("landmark_track_id").empty());
   EXPECT_THAT(LandmarksToPly({}), testing::HasSubstr("element vertex 0"));
 }

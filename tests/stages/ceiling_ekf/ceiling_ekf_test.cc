@@ -6,7 +6,7 @@
 
 #include "pipeline/base/input_error.h"
 
-#include "stages/ceiling_ekf/planar_pose.h"
+#include "pipeline/ceiling/planar_pose.h"
 #include "tests/stages/ceiling_ekf/simulated_drive.h"
 #include "tests/test_data.h"
 

@@ -4,8 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <limits>
 
-#include "stages/ceiling_ekf/planar_pose.h"
-#include "tests/stages/ceiling_ekf/numeric_derivative.h"
+#include "pipeline/ceiling/planar_pose.h"
+#include "tests/ceiling/numeric_derivative.h"
 #include "tests/test_data.h"
 
 namespace nightmap {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "pipeline/base/random.h"
+#include "pipeline/ceiling/planar_pose.h"
 #include "stages/ceiling_ekf/ceiling_ekf.h"
-#include "stages/ceiling_ekf/planar_pose.h"
 
 namespace nightmap {
 

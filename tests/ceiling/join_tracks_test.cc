@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/ceiling_ekf/join_tracks.h"
+#include "pipeline/ceiling/join_tracks.h"
 
 #include "pipeline/base/input_error.h"
 #include "tests/test_data.h"

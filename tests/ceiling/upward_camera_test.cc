@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/ceiling_ekf/upward_camera.h"
+#include "pipeline/ceiling/upward_camera.h"
 
 #include "pipeline/base/random.h"
-#include "stages/ceiling_ekf/planar_pose.h"
-#include "tests/stages/ceiling_ekf/numeric_derivative.h"
+#include "pipeline/ceiling/planar_pose.h"
+#include "tests/ceiling/numeric_derivative.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
