@@ -94,6 +94,7 @@ Material SceneBuilder::Uniform(const Eigen::Vector3f& tint) {
   Material material = Plain(tint);
   material.period_m = kWithinATexel_m;
   material.offset_m.setConstant(kWithinATexel_m / 2);
+  material.glow = 1;
   return material;
 }
 

@@ -24,7 +24,7 @@ class SceneBuilder {
   // A picture stretched over its surface; equal seeds share the texture.
   Material Picture(Paint paint, std::uint64_t picture_seed);
   Material Plain(const Eigen::Vector3f& tint);
-  // One color, without any texture.
+  // One color, without any texture, as if lit evenly: baked light has blotches.
   Material Uniform(const Eigen::Vector3f& tint);
 
   // Adds a box with one material and, optionally, another one on its front (-y) face.

@@ -17,7 +17,8 @@ namespace {
 constexpr std::uint64_t kWallStream = 101;
 constexpr std::uint64_t kFloorStream = 102;
 constexpr std::uint64_t kFittingStream = 104;
-const Eigen::Vector3f kBlankTint(0.85F, 0.84F, 0.8F);
+const Eigen::Vector3f kBlankWallTint(0.75F, 0.74F, 0.7F);
+const Eigen::Vector3f kBlankFloorTint(0.55F, 0.55F, 0.54F);
 
 // Offset that makes a tiled texture continue from one surface to the next in the same plane.
 void AnchorTexture(const Eigen::Vector3d& anchor, Surface& surface) {
@@ -43,7 +44,7 @@ class WallMaterials {
       return AnchorTexture({anchor.x(), anchor.y(), 0}, face);
     }
     if (layout_->blank.Contains(front.x(), front.y())) {
-      face.material = builder_->Uniform(kBlankTint);
+      face.material = builder_->Uniform(kBlankWallTint);
       return;
     }
     face.material = MaterialOf(0, SideOf(normal.head<2>()));
@@ -238,7 +239,7 @@ void AddFloorsAndCeilings(const FloorLayout& layout,
   for (const Rect2& rect : corridor) {
     for (const Rect2& part : CutAtBlank(rect, layout.blank)) {
       const bool is_blank = layout.blank.Contains((part.x0 + part.x1) / 2, (part.y0 + part.y1) / 2);
-      AddSlab(part, 0, true, is_blank ? builder.Uniform(kBlankTint) : corridor_floor, builder);
+      AddSlab(part, 0, true, is_blank ? builder.Uniform(kBlankFloorTint) : corridor_floor, builder);
     }
     AddSlab(rect, height, false, ceiling, builder);
     AddLamps(rect, height, builder);
