@@ -9,6 +9,8 @@ namespace nightmap {
 
 namespace {
 
+constexpr std::uint64_t kFittingStream = 104;
+
 enum class Fitting { kVent, kHatch, kTile, kSmokeDetector, kSprinkler };
 
 constexpr std::array<double, 5> kWidth_m = {0.45, 0.5, 0.6, 0.13, 0.07};
@@ -105,6 +107,19 @@ void FitCeiling(
       fitter.Add(static_cast<Fitting>(kind), Square(center, half_m), random);
       break;
     }
+  }
+}
+
+void FitCeilings(const FloorLayout& layout, const BuildingOptions& options, SceneBuilder& builder) {
+  std::vector<Rect2> ceilings = {layout.corridor[0], layout.corridor[2]};
+  for (const Rect2& side : {layout.corridor[1], layout.corridor[3]}) {
+    ceilings.push_back({side.x0, layout.corridor[0].y1, side.x1, layout.corridor[2].y0});
+  }
+  for (const Room& room : layout.rooms) ceilings.push_back(room.area);
+  for (std::size_t i = 0; i < ceilings.size(); ++i) {
+    const Random random(static_cast<std::uint64_t>(options.seed), kFittingStream, i);
+    FitCeiling(
+        ceilings[i], options.ceiling_height_m, options.ceiling_fittings_per_m2, random, builder);
   }
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "pipeline/base/random.h"
+#include "pipeline/synthetic/floor_layout.h"
 #include "pipeline/synthetic/scene_builder.h"
 
 namespace nightmap {
@@ -13,5 +14,8 @@ namespace nightmap {
 // `random` alone decides kinds and places.
 void FitCeiling(
     const Rect2& rect, double ceiling_m, double per_m2, Random random, SceneBuilder& builder);
+
+// Fits the ceilings of the corridor and all rooms. Call it when the lamps are there.
+void FitCeilings(const FloorLayout& layout, const BuildingOptions& options, SceneBuilder& builder);
 
 }  // namespace nightmap

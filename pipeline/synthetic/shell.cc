@@ -16,9 +16,6 @@ namespace {
 
 constexpr std::uint64_t kWallStream = 101;
 constexpr std::uint64_t kFloorStream = 102;
-constexpr std::uint64_t kFittingStream = 104;
-const Eigen::Vector3f kBlankWallTint(0.75F, 0.74F, 0.7F);
-const Eigen::Vector3f kBlankFloorTint(0.55F, 0.55F, 0.54F);
 
 // Offset that makes a tiled texture continue from one surface to the next in the same plane.
 void AnchorTexture(const Eigen::Vector3d& anchor, Surface& surface) {
@@ -44,7 +41,7 @@ class WallMaterials {
       return AnchorTexture({anchor.x(), anchor.y(), 0}, face);
     }
     if (layout_->blank.Contains(front.x(), front.y())) {
-      face.material = builder_->Uniform(kBlankWallTint);
+      face.material = builder_->Uniform({0.75F, 0.74F, 0.7F});
       return;
     }
     face.material = MaterialOf(0, SideOf(normal.head<2>()));
@@ -239,7 +236,11 @@ void AddFloorsAndCeilings(const FloorLayout& layout,
   for (const Rect2& rect : corridor) {
     for (const Rect2& part : CutAtBlank(rect, layout.blank)) {
       const bool is_blank = layout.blank.Contains((part.x0 + part.x1) / 2, (part.y0 + part.y1) / 2);
-      AddSlab(part, 0, true, is_blank ? builder.Uniform(kBlankFloorTint) : corridor_floor, builder);
+      AddSlab(part,
+              0,
+              true,
+              is_blank ? builder.Uniform({0.55F, 0.55F, 0.54F}) : corridor_floor,
+              builder);
     }
     AddSlab(rect, height, false, ceiling, builder);
     AddLamps(rect, height, builder);
@@ -252,19 +253,6 @@ void AddFloorsAndCeilings(const FloorLayout& layout,
     AddSlab(layout.rooms[i].area, 0, true, floor, builder);
     AddSlab(layout.rooms[i].area, height, false, ceiling, builder);
     AddLamps(layout.rooms[i].area, height, builder);
-  }
-}
-
-void FitCeilings(const FloorLayout& layout, const BuildingOptions& options, SceneBuilder& builder) {
-  std::vector<Rect2> ceilings = {layout.corridor[0], layout.corridor[2]};
-  for (const Rect2& side : {layout.corridor[1], layout.corridor[3]}) {
-    ceilings.push_back({side.x0, layout.corridor[0].y1, side.x1, layout.corridor[2].y0});
-  }
-  for (const Room& room : layout.rooms) ceilings.push_back(room.area);
-  for (std::size_t i = 0; i < ceilings.size(); ++i) {
-    const Random random(static_cast<std::uint64_t>(options.seed), kFittingStream, i);
-    FitCeiling(
-        ceilings[i], options.ceiling_height_m, options.ceiling_fittings_per_m2, random, builder);
   }
 }
 
