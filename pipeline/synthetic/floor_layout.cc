@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "pipeline/base/error.h"
+
 namespace nightmap {
 
 namespace {
@@ -59,6 +61,19 @@ Rect2 Doorway(const BuildingOptions& options, const Room& room) {
           std::max(a.y(), b.y())};
 }
 
+// In the middle of the east corridor, between its corners.
+Rect2 BlankStretch(const BuildingOptions& options, const Rect2& east) {
+  const double length_m = options.blank_walls_length_m;
+  if (length_m <= 0) return {};
+  if (length_m > options.room_depth_m) {
+    throw UsageError("blank_walls_length_m = {} is longer than room_depth_m = {}: raise that",
+                     length_m,
+                     options.room_depth_m);
+  }
+  const double middle_y = (east.y0 + east.y1) / 2;
+  return {east.x0, middle_y - length_m / 2, east.x1, middle_y + length_m / 2};
+}
+
 }  // namespace
 
 Eigen::Vector2d Room::ToBuilding(const Eigen::Vector2d& point_in_room) const {
@@ -104,6 +119,7 @@ FloorLayout PlanLayout(const BuildingOptions& options) {
                      {x1 - width, y0, x1, y1},
                      {0, y1 - width, x1, y1},
                      {0, y0, width, y1}};
+  layout.blank = BlankStretch(options, layout.corridor[1]);
   layout.center_line = {width / 2, y0 + width / 2, x1 - width / 2, y1 - width / 2};
   layout.extent = {-wall, -wall, x1 + wall, y.north + options.room_depth_m + wall};
   layout.num_floors = options.num_floors;

@@ -31,6 +31,7 @@ struct FloorLayout {
   std::vector<Room> rooms;      // in the order of columns; within a column south, inner, north
   std::vector<Rect2> corridor;  // south, east, north, west; they overlap at the corners
   std::vector<Rect2> doorways;  // one per room: the gap in the wall
+  Rect2 blank;                  // stretch of the east corridor of one color; empty: none
   Rect2 center_line;            // rectangle through the middle of the corridor
   Rect2 extent;                 // of everything but the ramp; includes outer walls
   int num_columns = 0;
@@ -44,6 +45,7 @@ struct FloorLayout {
   double IndoorArea_m2() const;
 };
 
+// Throws UsageError when the blank stretch is longer than its corridor.
 FloorLayout PlanLayout(const BuildingOptions& options);
 
 }  // namespace nightmap

@@ -176,6 +176,13 @@ std::vector<CorridorWall> CorridorWalls(const FloorLayout& layout) {
       const Rect2& passage = layout.ramp_hall->passage;
       gaps.emplace_back(n.y1 - passage.y1 - kDoorMargin_m, n.y1 - passage.y0 + kDoorMargin_m);
     }
+    const double wall_x = wall.placement.origin.x();
+    const bool is_beside_blank = layout.blank.Area() > 0 && std::abs(wall_x - s.x1) < 1.01 * width;
+    if (is_beside_blank && std::abs(std::cos(wall.placement.yaw_rad)) < 0.5) {
+      const double a = std::abs(layout.blank.y0 - wall.placement.origin.y());
+      const double b = std::abs(layout.blank.y1 - wall.placement.origin.y());
+      gaps.emplace_back(std::min(a, b), std::max(a, b));
+    }
     gaps.emplace_back(wall.length_m, wall.length_m);
     std::sort(gaps.begin(), gaps.end());
     double start = 0;

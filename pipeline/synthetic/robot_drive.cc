@@ -25,6 +25,12 @@ RoutePoint RobotDrive::At(double time_s) const {
           a.floor_m + t * (b.floor_m - a.floor_m)};
 }
 
+RobotDrive PlanDrive(const FloorLayout& layout, const RouteOptions& options, double frame_rate_hz) {
+  const int points_per_frame = options.differential_drive ? 5 : 1;
+  return {SampleFrames(PlanPath(layout, options), options, points_per_frame),
+          frame_rate_hz * points_per_frame};
+}
+
 Rigid3 RobotPose(const RoutePoint& point) {
   const Eigen::AngleAxisd turn(point.heading_rad, Eigen::Vector3d::UnitZ());
   return {Eigen::Quaterniond(turn), {point.position.x(), point.position.y(), point.floor_m}};

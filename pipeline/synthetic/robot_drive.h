@@ -9,9 +9,10 @@
 
 namespace nightmap {
 
-// The motion between two frames is linear in position and heading, and this is the exact truth:
-// laser and wheels measure this motion. The robot may move to the side, because the camera's
-// heading leads its path in corners. Immutable and safe to share between threads.
+// The motion between two points is linear in position and heading, and this is the exact truth:
+// all sensors measure this motion. Without differential_drive the robot may move to the side,
+// because the camera's heading leads its path in corners. Immutable and safe to share between
+// threads.
 class RobotDrive {
  public:
   // The robot is at frames[i] at i / frame_rate_hz seconds. `frames` is not empty.
@@ -26,6 +27,10 @@ class RobotDrive {
   std::vector<RoutePoint> frames_;
   double frame_rate_hz_;
 };
+
+// The drive of a recording: it passes every frame of SampleFrames. With differential_drive it has
+// five points per frame, so that the robot slides to the side by less than a millimetre each.
+RobotDrive PlanDrive(const FloorLayout& layout, const RouteOptions& options, double frame_rate_hz);
 
 // building_from_robot: x forward, y left, z up, origin on the floor.
 Rigid3 RobotPose(const RoutePoint& point);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "pipeline/base/error.h"
 #include "pipeline/synthetic/route_keys.h"
@@ -90,16 +91,31 @@ std::vector<RoutePoint> Unroll(const std::vector<RoutePoint>& path, const RouteO
   return unrolled;
 }
 
+// Turns each point of the closed path to where the path leads.
+void HeadAlong(std::vector<RoutePoint>& path) {
+  double heading_rad = path.front().heading_rad;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const RoutePoint& before = path[(i + path.size() - 1) % path.size()];
+    const RoutePoint& after = path[(i + 1) % path.size()];
+    const Eigen::Vector2d way = after.position - before.position;
+    heading_rad += std::remainder(std::atan2(way.y(), way.x()) - heading_rad, 2 * std::numbers::pi);
+    path[i].heading_rad = heading_rad;
+  }
+}
+
 }  // namespace
 
 std::vector<RoutePoint> PlanPath(const FloorLayout& layout, const RouteOptions& options) {
   const std::vector<RoutePoint> keys = RouteKeys(layout, options);
   const double lap_turn_rad = keys.back().heading_rad - keys.front().heading_rad;
-  return Smooth(Resample(keys), options.corner_radius_m, lap_turn_rad);
+  std::vector<RoutePoint> path = Smooth(Resample(keys), options.corner_radius_m, lap_turn_rad);
+  if (options.differential_drive) HeadAlong(path);
+  return path;
 }
 
 std::vector<RoutePoint> SampleFrames(const std::vector<RoutePoint>& path,
-                                     const RouteOptions& options) {
+                                     const RouteOptions& options,
+                                     int points_per_frame) {
   const std::vector<RoutePoint> route = Unroll(path, options);
   std::vector<double> cost(route.size(), 0.0);
   for (std::size_t i = 1; i < route.size(); ++i) {
@@ -113,19 +129,21 @@ std::vector<RoutePoint> SampleFrames(const std::vector<RoutePoint>& path,
         options.num_frames,
         static_cast<int>(std::ceil(cost.back())) + 1);
   }
-  std::vector<RoutePoint> frames;
+  const double point_cost = frame_cost / points_per_frame;
+  const int num_points = (options.num_frames - 1) * points_per_frame + 1;
+  std::vector<RoutePoint> points;
   std::size_t next = 1;
-  for (int frame_idx = 0; frame_idx < options.num_frames; ++frame_idx) {
-    const double target = std::min(frame_idx * frame_cost, cost.back());
+  for (int i = 0; i < num_points; ++i) {
+    const double target = std::min(i * point_cost, cost.back());
     while (next + 1 < route.size() && cost[next] < target) ++next;
     const double t = (target - cost[next - 1]) / (cost[next] - cost[next - 1]);
     const RoutePoint& a = route[next - 1];
     const RoutePoint& b = route[next];
-    frames.push_back({a.position + t * (b.position - a.position),
+    points.push_back({a.position + t * (b.position - a.position),
                       a.heading_rad + t * (b.heading_rad - a.heading_rad),
                       a.floor_m + t * (b.floor_m - a.floor_m)});
   }
-  return frames;
+  return points;
 }
 
 Rigid3 CameraPose(const RoutePoint& point, double height_m, double pitch_rad, double roll_rad) {
@@ -145,15 +163,17 @@ std::vector<Rigid3> PlanRoute(const FloorLayout& layout,
                               const RouteOptions& options,
                               const SyntheticCameraOptions& camera) {
   std::vector<Rigid3> poses;
+  const double sway = options.differential_drive ? 0 : 1;
   double driven_m = 0;
   Eigen::Vector2d previous = Eigen::Vector2d::Zero();
   for (const RoutePoint& point : SampleFrames(PlanPath(layout, options), options)) {
     if (!poses.empty()) driven_m += (point.position - previous).norm();
     previous = point.position;
-    const double sway_m = 0.006 * std::sin(2.1 * driven_m);
+    const double sway_m = sway * 0.006 * std::sin(2.1 * driven_m);
     const double height_m = point.floor_m + camera.camera_height_m + sway_m;
-    const double pitch_rad = camera.pitch_rad + 0.02 * std::sin(1.3 * driven_m);
-    poses.push_back(CameraPose(point, height_m, pitch_rad, 0.006 * std::sin(1.7 * driven_m)));
+    const double pitch_rad = camera.pitch_rad + sway * 0.02 * std::sin(1.3 * driven_m);
+    const double roll_rad = sway * 0.006 * std::sin(1.7 * driven_m);
+    poses.push_back(CameraPose(point, height_m, pitch_rad, roll_rad));
   }
   return poses;
 }

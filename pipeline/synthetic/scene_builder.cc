@@ -89,6 +89,15 @@ Material SceneBuilder::Plain(const Eigen::Vector3f& tint) {
   return material;
 }
 
+Material SceneBuilder::Uniform(const Eigen::Vector3f& tint) {
+  constexpr double kWithinATexel_m = 1e7;
+  Material material = Plain(tint);
+  material.period_m = kWithinATexel_m;
+  material.offset_m.setConstant(kWithinATexel_m / 2);
+  material.glow = 1;
+  return material;
+}
+
 void SceneBuilder::AddBox(const Box& box, const Material& material, const Material* front) {
   scene_.boxes.push_back(box);
   const std::array<Surface, 6> faces = BoxFaces(box, material);

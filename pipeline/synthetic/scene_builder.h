@@ -24,6 +24,8 @@ class SceneBuilder {
   // A picture stretched over its surface; equal seeds share the texture.
   Material Picture(Paint paint, std::uint64_t picture_seed);
   Material Plain(const Eigen::Vector3f& tint);
+  // One color, without any texture, as if lit evenly: baked light has blotches.
+  Material Uniform(const Eigen::Vector3f& tint);
 
   // Adds a box with one material and, optionally, another one on its front (-y) face.
   void AddBox(const Box& box, const Material& material, const Material* front = nullptr);
@@ -34,6 +36,7 @@ class SceneBuilder {
   void AddLamp(const Lamp& lamp);
   int AddPiece() { return scene_.num_pieces++; }  // returns the piece_idx of its boxes
   const std::vector<Box>& Boxes() const { return scene_.boxes; }
+  const std::vector<Lamp>& Lamps() const { return scene_.lamps; }
 
   // Paints all textures and returns the scene.
   Scene Finish(int num_threads);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "pipeline/base/random.h"
+#include "pipeline/synthetic/fit_ceiling.h"
 #include "pipeline/synthetic/furniture.h"
 
 namespace nightmap {
@@ -38,6 +39,10 @@ class WallMaterials {
       face.material = MaterialOf(room.style + 1, side);
       const Eigen::Vector2d anchor = room.ToBuilding({0, 0});
       return AnchorTexture({anchor.x(), anchor.y(), 0}, face);
+    }
+    if (layout_->blank.Contains(front.x(), front.y())) {
+      face.material = builder_->Uniform({0.75F, 0.74F, 0.7F});
+      return;
     }
     face.material = MaterialOf(0, SideOf(normal.head<2>()));
     AnchorTexture(Eigen::Vector3d::Zero(), face);
@@ -119,6 +124,31 @@ void AddWallAlongX(const Rect2& rect,
   }
 }
 
+// Cuts a rectangle where the blank stretch beside or in it begins and ends.
+std::vector<Rect2> CutAtBlank(const Rect2& rect, const Rect2& blank) {
+  constexpr double kBeside_m = 1e-6;
+  const bool is_beside = rect.x0 < blank.x1 + kBeside_m && rect.x1 > blank.x0 - kBeside_m;
+  if (blank.Area() <= 0 || !is_beside) return {rect};
+  std::vector<Rect2> parts;
+  double y0 = rect.y0;
+  for (const double end : {blank.y0, blank.y1, rect.y1}) {
+    const double y1 = std::clamp(end, rect.y0, rect.y1);
+    if (y1 > y0) parts.push_back({rect.x0, y0, rect.x1, y1});
+    y0 = y1;
+  }
+  return parts;
+}
+
+void AddWallAlongY(const Rect2& rect,
+                   const FloorLayout& layout,
+                   double height_m,
+                   WallMaterials& materials,
+                   SceneBuilder& builder) {
+  for (const Rect2& part : CutAtBlank(rect, layout.blank)) {
+    AddWallBox(part, 0, height_m, materials, builder);
+  }
+}
+
 // Adds the corridor's outer wall, with the passage to the ramp if there is one.
 void AddWestWall(const Rect2& rect,
                  const FloorLayout& layout,
@@ -148,11 +178,13 @@ void AddWalls(const FloorLayout& layout, const BuildingOptions& options, SceneBu
                                       {x0, layout.extent.y1 - t, x1, layout.extent.y1}};
   for (const Rect2& wall : along_x) AddWallAlongX(wall, layout, height, materials, builder);
   AddWestWall({layout.extent.x0, south.y0, south.x0, north.y1}, layout, height, materials, builder);
-  AddWallBox({south.x1, south.y0, layout.extent.x1, north.y1}, 0, height, materials, builder);
+  const Rect2 east{south.x1, south.y0, layout.extent.x1, north.y1};
+  AddWallAlongY(east, layout, height, materials, builder);
   for (int column = 0; column <= layout.num_columns; ++column) {
     const double x = x0 + column * (options.room_width_m + t);
     for (const double y : {layout.extent.y0 + t, south.y1 + t, north.y1 + t}) {
-      AddWallBox({x, y, x + t, y + options.room_depth_m}, 0, height, materials, builder);
+      const Rect2 wall{x, y, x + t, y + options.room_depth_m};
+      AddWallAlongY(wall, layout, height, materials, builder);
     }
   }
 }
@@ -202,7 +234,14 @@ void AddFloorsAndCeilings(const FloorLayout& layout,
                                        north,
                                        {south.x0, south.y1, south.x0 + width, north.y0}};
   for (const Rect2& rect : corridor) {
-    AddSlab(rect, 0, true, corridor_floor, builder);
+    for (const Rect2& part : CutAtBlank(rect, layout.blank)) {
+      const bool is_blank = layout.blank.Contains((part.x0 + part.x1) / 2, (part.y0 + part.y1) / 2);
+      AddSlab(part,
+              0,
+              true,
+              is_blank ? builder.Uniform({0.55F, 0.55F, 0.54F}) : corridor_floor,
+              builder);
+    }
     AddSlab(rect, height, false, ceiling, builder);
     AddLamps(rect, height, builder);
   }
@@ -222,6 +261,7 @@ void AddFloorsAndCeilings(const FloorLayout& layout,
 void BuildShell(const FloorLayout& layout, const BuildingOptions& options, SceneBuilder& builder) {
   AddWalls(layout, options, builder);
   AddFloorsAndCeilings(layout, options, builder);
+  FitCeilings(layout, options, builder);
   for (const Room& room : layout.rooms) BuildDoor(room, options, builder);
 }
 

@@ -3,6 +3,20 @@
 
 namespace nightmap {
 
+namespace {
+
+Camera CenteredPinhole(int width_px, int height_px, double focal_length_px) {
+  Camera camera;
+  camera.width = width_px;
+  camera.height = height_px;
+  camera.fx = camera.fy = focal_length_px;
+  camera.cx = 0.5 * (width_px - 1);
+  camera.cy = 0.5 * (height_px - 1);
+  return camera;
+}
+
+}  // namespace
+
 void BuildingOptions::Register(OptionList& list) {
   list.Add(
       "seed", &seed, Range(0, 2e9), "seed of everything random in the building and its recording");
@@ -26,6 +40,16 @@ void BuildingOptions::Register(OptionList& list) {
       "mirrored_corridors",
       &mirrored_corridors,
       "furnishes opposite corridors alike, so that the building looks the same after a half turn");
+  list.Add(
+      "blank_walls_length_m",
+      &blank_walls_length_m,
+      Range(0, 12),
+      "length of the stretch in the middle of the east corridor where walls and floor are of one "
+      "color; at most room_depth_m");
+  list.Add("ceiling_fittings_per_m2",
+           &ceiling_fittings_per_m2,
+           Range(0, 4),
+           "vents, hatches, smoke detectors, sprinklers and tiles of another tone in the ceilings");
   list.Add("num_floors",
            &num_floors,
            Range(1, 2),
@@ -53,13 +77,35 @@ void SyntheticCameraOptions::Register(OptionList& list) {
 }
 
 Camera SyntheticCameraOptions::Pinhole() const {
-  Camera camera;
-  camera.width = image_width_px;
-  camera.height = image_height_px;
-  camera.fx = camera.fy = focal_length_px;
-  camera.cx = 0.5 * (image_width_px - 1);
-  camera.cy = 0.5 * (image_height_px - 1);
-  return camera;
+  return CenteredPinhole(image_width_px, image_height_px, focal_length_px);
+}
+
+void UpwardMountOptions::Register(OptionList& list, const std::string& prefix) {
+  list.Add(
+      prefix + "camera_height_m", &camera_height_m, Range(0.05, 1.9), "camera above the floor");
+  list.Add(prefix + "mount_tilt_rad",
+           &mount_tilt_rad,
+           Range(0, 0.2),
+           "sigma of the roll and pitch by which the camera is mounted");
+  list.Add(prefix + "vibration_rad",
+           &vibration_rad,
+           Range(0, 0.05),
+           "sigma of the roll and pitch by which the camera shakes; correlated over 0.05 s");
+}
+
+void UpwardCameraOptions::Register(OptionList& list) {
+  list.Add("upward_rate_hz",
+           &rate_hz,
+           Range(0, 1000),
+           "pictures per second of the robot's camera that looks straight up; 0: it has none");
+  list.Add("upward_image_width_px", &image_width_px, Range(16, 8192), "columns of its pictures");
+  list.Add("upward_image_height_px", &image_height_px, Range(16, 8192), "rows of its pictures");
+  list.Add("upward_focal_length_px", &focal_length_px, Range(4, 1e5), "its focal length, fx = fy");
+  mount.Register(list, "upward_");
+}
+
+Camera UpwardCameraOptions::Pinhole() const {
+  return CenteredPinhole(image_width_px, image_height_px, focal_length_px);
 }
 
 void DepthSensorOptions::Register(OptionList& list) {
@@ -101,6 +147,11 @@ void RouteOptions::Register(OptionList& list) {
   list.Add("corner_radius_m", &corner_radius_m, Range(0.05, 1), "smoothing radius of the corners");
   list.Add("max_step_m", &max_step_m, Range(0.001, 1), "largest motion between two frames");
   list.Add("max_turn_rad", &max_turn_rad, Range(0.001, 1), "largest rotation between two frames");
+  list.Add(
+      "differential_drive",
+      &differential_drive,
+      "the robot heads where it drives and its forward camera does not sway; false: the camera "
+      "looks into corners and rooms, as one in a hand");
 }
 
 void QueryOptions::Register(OptionList& list) {
@@ -141,6 +192,7 @@ void ScannerOptions::Register(OptionList& list) {
            &rate_hz,
            Range(0, 1000),
            "scans per second of the robot's laser; 0: the robot has neither laser nor odometry");
+  list.Add("scan_start_s", &start_s, Range(0, 10), "time of the first scan after the first frame");
   list.Add("scan_field_of_view_deg",
            &field_of_view_deg,
            Range(1, 360),

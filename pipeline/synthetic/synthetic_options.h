@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of the synthetic building, its camera, its route, its queries, and the robot's laser and
-// wheels.
+// Options of the synthetic building, its camera, its route, its queries, and the robot's upward
+// camera, laser and wheels.
 #pragma once
+
+#include <string>
 
 #include "pipeline/base/options.h"
 #include "pipeline/geometry/camera.h"
@@ -20,6 +22,8 @@ struct BuildingOptions {
   double door_width_m = 0.95;
   double repeated_panel_ratio = 0.25;
   bool mirrored_corridors = false;
+  double blank_walls_length_m = 0;
+  double ceiling_fittings_per_m2 = 0;
   int num_floors = 1;
   double slab_thickness_m = 0.3;
   double ramp_slope = 0.3;
@@ -35,6 +39,25 @@ struct SyntheticCameraOptions {
   double camera_height_m = 1.0;
   double pitch_rad = 0.16;
   double color_noise_levels = 2.0;
+  void Register(OptionList& list);
+  Camera Pinhole() const;  // principal point at the centre, no distortion
+};
+
+// How a camera that looks straight up is mounted on the robot.
+struct UpwardMountOptions {
+  double camera_height_m = 0.35;
+  double mount_tilt_rad = 0.01;
+  double vibration_rad = 0.002;
+  void Register(OptionList& list, const std::string& prefix = "");  // of the options' names
+};
+
+// The camera on the robot that looks at the ceiling.
+struct UpwardCameraOptions {
+  double rate_hz = 0;
+  int image_width_px = 640;
+  int image_height_px = 480;
+  double focal_length_px = 320;
+  UpwardMountOptions mount;
   void Register(OptionList& list);
   Camera Pinhole() const;  // principal point at the centre, no distortion
 };
@@ -62,6 +85,7 @@ struct RouteOptions {
   double corner_radius_m = 0.2;
   double max_step_m = 0.105;
   double max_turn_rad = 0.11;
+  bool differential_drive = false;
   void Register(OptionList& list);
 };
 
@@ -85,6 +109,7 @@ struct FloorPlanOptions {
 
 struct ScannerOptions {
   double rate_hz = 0;
+  double start_s = 0;
   double field_of_view_deg = 180;
   int num_beams = 180;
   double max_range_m = 30;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
@@ -71,10 +72,27 @@ std::string WheelLine(const WheelSample& sample) {
                      TimeText(sample.time_ns));
 }
 
+// The robot's poses at the times of the scans and, with an upward camera, of all pictures.
+std::vector<StampedPose> TruePoses(const std::vector<RobotScan>& scans,
+                                   const SynthesizePlan& plan,
+                                   const RobotDrive& drive) {
+  std::map<std::int64_t, Rigid3> poses;
+  for (const RobotScan& scan : scans) poses.emplace(scan.time_ns, RobotPose(scan.robot));
+  const auto add = [&](const StampedPose& picture) {
+    const double time_s = static_cast<double>(picture.time_ns - kFirstFrame_ns) * 1e-9;
+    poses.emplace(picture.time_ns, RobotPose(drive.At(time_s)));
+  };
+  if (!plan.upward.empty()) std::for_each(plan.frames.begin(), plan.frames.end(), add);
+  std::for_each(plan.upward.begin(), plan.upward.end(), add);
+  std::vector<StampedPose> list;
+  for (const auto& [time_ns, pose] : poses) list.push_back({time_ns, pose});
+  return list;
+}
+
 }  // namespace
 
 RobotRecording RecordRobot(const SynthesizeOptions& options,
-                           const SyntheticWorld& world,
+                           const SynthesizePlan& plan,
                            int num_threads) {
   const ScannerOptions& scanner_options = options.scanner;
   if (scanner_options.duration_s * scanner_options.rate_hz > 1) {
@@ -84,8 +102,8 @@ RobotRecording RecordRobot(const SynthesizeOptions& options,
         scanner_options.duration_s,
         scanner_options.rate_hz);
   }
-  const RobotDrive drive(SampleFrames(PlanPath(world.layout, options.route), options.route),
-                         options.frame_rate_hz);
+  const SyntheticWorld& world = plan.world;
+  const RobotDrive drive = PlanDrive(world.layout, options.route, options.frame_rate_hz);
   const WheelOdometry odometry(drive, options.wheels, SeedOf(options, kWheelSeedStream));
   const auto seed = static_cast<std::uint64_t>(options.building.seed);
   const LaserScanner scanner(
@@ -96,16 +114,21 @@ RobotRecording RecordRobot(const SynthesizeOptions& options,
   RobotRecording recording;
   recording.max_range_m = static_cast<float>(scanner_options.max_range_m);
   recording.wheels = WheelSamples(odometry);
-  const double last_s = odometry.Duration_s() - scanner_options.duration_s;
-  if (last_s < 0) throw UsageError("the drive is shorter than scan_duration_s: raise num_frames");
+  const double last_s =
+      odometry.Duration_s() - scanner_options.duration_s - scanner_options.start_s;
+  if (last_s < 0) {
+    throw UsageError("the drive is shorter than scan_start_s + scan_duration_s: raise num_frames");
+  }
   recording.scans.resize(static_cast<std::size_t>(last_s * scanner_options.rate_hz) + 1);
   ParallelFor(recording.scans.size(), num_threads, [&](std::size_t i) {
-    const double time_s = static_cast<double>(i) / scanner_options.rate_hz;
+    const double time_s =
+        scanner_options.start_s + static_cast<double>(i) / scanner_options.rate_hz;
     recording.scans[i] = {TimeOf_ns(time_s),
                           drive.At(time_s),
                           odometry.At(time_s),
                           scanner.Scan(drive, time_s, SeedOf(options, kScanSeedStream, i))};
   });
+  recording.truth = TruePoses(recording.scans, plan, drive);
   return recording;
 }
 
@@ -145,11 +168,7 @@ std::string CarmenLog(const RobotRecording& recording) {
 }
 
 std::string RobotTruth(const RobotRecording& recording) {
-  std::vector<StampedPose> poses;
-  for (const RobotScan& scan : recording.scans) {
-    poses.push_back({scan.time_ns, RobotPose(scan.robot)});
-  }
-  return TrajectoryToTum(poses, "building_from_robot; time_s tx ty tz qx qy qz qw");
+  return TrajectoryToTum(recording.truth, "building_from_robot; time_s tx ty tz qx qy qz qw");
 }
 
 }  // namespace nightmap

@@ -34,12 +34,14 @@ struct RobotRecording {
   float max_range_m = 0;  // range of a beam that returned nothing
   std::vector<RobotScan> scans;
   std::vector<WheelSample> wheels;
+  std::vector<StampedPose> truth;  // building_from_robot, in the order of time
 };
 
-// Records from the time of the first frame until that of the last. Throws UsageError when the
-// options contradict each other. Does not depend on num_threads.
+// Records from the time of the first frame until that of the last. The truth is known at the time
+// of each scan; with an upward camera also at that of each frame and upward picture. Throws
+// UsageError when the options contradict each other. Does not depend on num_threads.
 RobotRecording RecordRobot(const SynthesizeOptions& options,
-                           const SyntheticWorld& world,
+                           const SynthesizePlan& plan,
                            int num_threads);
 
 // Counts and figures for report.json, among them the drift of the odometry: the distance at the
@@ -53,7 +55,7 @@ nlohmann::json DescribeRobot(const RobotRecording& recording);
 // rad, seconds; ranges in mm steps.
 std::string CarmenLog(const RobotRecording& recording);
 
-// building_from_robot at the time of each scan, in the TUM format.
+// The truth in the TUM format.
 std::string RobotTruth(const RobotRecording& recording);
 
 }  // namespace nightmap

@@ -11,6 +11,7 @@
 #include "pipeline/synthetic/floor_plan.h"
 #include "pipeline/synthetic/mislabel_things.h"
 #include "pipeline/synthetic/route.h"
+#include "pipeline/synthetic/upward_motion.h"
 
 namespace nightmap {
 
@@ -22,8 +23,12 @@ std::int64_t Time_ns(std::int64_t first_ns, std::size_t idx, double frame_rate_h
   return first_ns + std::llround(static_cast<double>(idx) * 1e9 / frame_rate_hz);
 }
 
-std::uint64_t NoiseSeed(const SynthesizeOptions& options, bool is_query, std::size_t idx) {
-  const auto stream = static_cast<std::uint64_t>(is_query ? 602 : 601);
+constexpr std::uint64_t kPictureStream = 601;
+constexpr std::uint64_t kQueryPictureStream = 602;
+constexpr std::uint64_t kUpwardPictureStream = 606;
+constexpr std::uint64_t kUpwardMountStream = 607;
+
+std::uint64_t NoiseSeed(const SynthesizeOptions& options, std::uint64_t stream, std::size_t idx) {
   const auto first_idx = static_cast<std::uint64_t>(options.recording) << 32;
   return Random(static_cast<std::uint64_t>(options.building.seed), stream, first_idx + idx).Next();
 }
@@ -52,11 +57,27 @@ double SmallestClearance_m(const SynthesizeOptions& options, const SynthesizePla
   return smallest;
 }
 
+// building_from_camera of every upward picture.
+std::vector<StampedPose> UpwardPoses(const SynthesizeOptions& options, const FloorLayout& layout) {
+  const double rate_hz = options.upward.rate_hz;
+  if (rate_hz <= 0 || !options.render) return {};
+  const UpwardMotion motion(PlanDrive(layout, options.route, options.frame_rate_hz),
+                            options.upward.mount,
+                            NoiseSeed(options, kUpwardMountStream, 0));
+  std::vector<StampedPose> poses;
+  for (int i = 0; (i + 0.5) / rate_hz <= motion.Drive().Duration_s(); ++i) {
+    const double time_s = (i + 0.5) / rate_hz;
+    poses.push_back({kFirstFrame_ns + std::llround(time_s * 1e9), motion.CameraAt(time_s)});
+  }
+  return poses;
+}
+
 }  // namespace
 
 void SynthesizeOptions::Register(OptionList& list) {
   building.Register(list);
   camera.Register(list);
+  upward.Register(list);
   sensor.Register(list);
   list.Add(
       "frame_rate_hz", &frame_rate_hz, Range(0.1, 1000), "frames per second in the timestamps");
@@ -92,6 +113,7 @@ SynthesizePlan PlanSynthesize(const SynthesizeOptions& options, int num_threads)
   for (std::size_t i = 0; i < route.size(); ++i) {
     plan.frames.push_back({Time_ns(kFirstFrame_ns, i, options.frame_rate_hz), route[i]});
   }
+  plan.upward = UpwardPoses(options, plan.world.layout);
   if (options.render) {
     plan.query_details = PlanQueries(plan.world,
                                      route,
@@ -124,7 +146,8 @@ void RunSynthesize(const SynthesizeOptions& options,
     const bool is_query = i >= num_frames;
     const std::size_t idx = is_query ? i - num_frames : i;
     const StampedPose& stamped = is_query ? plan.queries[idx] : plan.frames[idx];
-    const std::uint64_t noise_seed = NoiseSeed(options, is_query, idx);
+    const std::uint64_t noise_seed =
+        NoiseSeed(options, is_query ? kQueryPictureStream : kPictureStream, idx);
     RenderedFrame frame = Render(plan.world,
                                  camera,
                                  stamped.pose,
@@ -133,6 +156,26 @@ void RunSynthesize(const SynthesizeOptions& options,
                                  noise_seed);
     MislabelThings(plan.world.scene, options.mislabelled_ratio, noise_seed, frame);
     sink(is_query, idx, frame);
+    progress.Advance();
+  });
+  progress.Finish();
+}
+
+void RunUpward(const SynthesizeOptions& options,
+               const SynthesizePlan& plan,
+               const UpwardSink& sink,
+               Progress& progress,
+               int num_threads) {
+  const Camera camera = options.upward.Pinhole();
+  progress.Start(plan.upward.size());
+  ParallelFor(plan.upward.size(), num_threads, [&](std::size_t i) {
+    const RenderedFrame frame = Render(plan.world,
+                                       camera,
+                                       plan.upward[i].pose,
+                                       options.sensor,
+                                       options.camera.color_noise_levels,
+                                       NoiseSeed(options, kUpwardPictureStream, i));
+    sink(i, frame.color);
     progress.Advance();
   });
   progress.Finish();
@@ -165,6 +208,7 @@ nlohmann::json DescribePlan(const SynthesizeOptions& options, const SynthesizePl
   report["num_textures"] = plan.world.scene.textures.size();
   report["indoor_area_m2"] = plan.world.layout.IndoorArea_m2();
   report["num_frames"] = options.render ? plan.frames.size() : 0;
+  if (options.upward.rate_hz > 0) report["num_upward_pictures"] = plan.upward.size();
   report["route_length_m"] = length_m;
   report["route_clearance_m"] = SmallestClearance_m(options, plan);
   report["median_step_m"] = Median(steps_m);

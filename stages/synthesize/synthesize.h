@@ -27,6 +27,7 @@ struct SynthesizeOptions {
   double mislabelled_ratio = 0;
   BuildingOptions building;
   SyntheticCameraOptions camera;
+  UpwardCameraOptions upward;
   DepthSensorOptions sensor;
   RouteOptions route;
   QueryOptions queries;
@@ -38,11 +39,13 @@ struct SynthesizeOptions {
 };
 
 // Everything that is fixed before any picture is rendered. Times are unique over frames and
-// queries. Without `render` there are no queries, and no picture shows the frames.
+// queries. Upward pictures begin half their period after the first frame. Without `render` there
+// are no queries, and no picture shows the frames.
 struct SynthesizePlan {
   SyntheticWorld world;
   std::vector<StampedPose> frames;   // building_from_camera
   std::vector<StampedPose> queries;  // building_from_camera
+  std::vector<StampedPose> upward;   // building_from_camera of the upward camera
   std::vector<SyntheticQuery> query_details;
   std::vector<OccupancyGrid> floor_plans;  // the lowest floor first
 };
@@ -61,6 +64,16 @@ void RunSynthesize(const SynthesizeOptions& options,
                    const FrameSink& sink,
                    Progress& progress,
                    int num_threads);
+
+// Receives each upward picture once, from any thread and in any order.
+using UpwardSink = std::function<void(std::size_t idx, const ColorImage& picture)>;
+
+// Renders what the upward camera sees. The pictures do not depend on num_threads.
+void RunUpward(const SynthesizeOptions& options,
+               const SynthesizePlan& plan,
+               const UpwardSink& sink,
+               Progress& progress,
+               int num_threads);
 
 // Counts and figures of the plan for report.json: lengths, areas, motion between frames.
 nlohmann::json DescribePlan(const SynthesizeOptions& options, const SynthesizePlan& plan);

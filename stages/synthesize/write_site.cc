@@ -64,6 +64,11 @@ std::vector<RecordingFile> ListsAndTruth(const SynthesizeOptions& options,
              {"queries/depth.txt", FileList(plan.queries, "depth", "png")},
              {"queries/groundtruth.txt", TrajectoryToTum(plan.queries, comment)}};
   }
+  if (!plan.upward.empty()) {
+    const std::string comment = "building_from_camera; time_s tx ty tz qx qy qz qw";
+    files.push_back({"up/rgb.txt", FileList(plan.upward, "rgb", "jpg")});
+    files.push_back({"up/groundtruth.txt", TrajectoryToTum(plan.upward, comment)});
+  }
   for (std::size_t i = 0; i < plan.floor_plans.size(); ++i) {
     const std::string name = FloorPlanName(i);
     files.push_back({"truth/" + name + ".pgm", GridToPgm(plan.floor_plans[i])});
@@ -88,6 +93,12 @@ void ClearRecording(const fs::path& summary, const SynthesizeOptions& options) {
     for (const char* name : {"rgb.txt", "depth.txt", "groundtruth.txt", "camera.json"}) {
       fs::remove(folder / name);
     }
+  }
+  fs::remove_all(folder / "up" / "rgb");
+  if (options.render && options.upward.rate_hz > 0) {
+    fs::create_directories(folder / "up" / "rgb");
+  } else {
+    fs::remove_all(folder / "up");
   }
   if (options.scanner.rate_hz <= 0) {
     for (const char* name : {kRobotLog, kRobotTruth}) fs::remove(folder / name);
@@ -122,6 +133,20 @@ void RenderInto(const fs::path& folder,
     WriteFrame(is_query ? queries : folder, is_query ? writing_queries : writing, idx, frame);
   };
   RunSynthesize(options, plan, sink, progress, num_threads);
+}
+
+void RenderUpwardInto(const fs::path& folder,
+                      const SynthesizeOptions& options,
+                      const SynthesizePlan& plan,
+                      Progress& progress,
+                      int num_threads) {
+  const WritingFolder writing(folder / "up");
+  const auto sink = [&](std::size_t idx, const ColorImage& picture) {
+    WriteAtomically(folder / "up" / "rgb" / fmt::format("{:06}.jpg", idx),
+                    writing,
+                    [&](const fs::path& path) { WriteJpeg(path, picture); });
+  };
+  RunUpward(options, plan, sink, progress, num_threads);
 }
 
 std::string CameraJson(const SynthesizeOptions& options) {
@@ -159,6 +184,9 @@ std::string TruthJson(const SyntheticWorld& world) {
     json["floors"].push_back({{"height_m", floor * layout.storey_m},
                               {"plan", FloorPlanName(static_cast<std::size_t>(floor)) + ".yaml"},
                               {"doorways_m", list}});
+  }
+  if (const Rect2& blank = layout.blank; blank.Area() > 0) {
+    json["blank_corridor_m"] = {blank.x0, blank.y0, blank.x1, blank.y1};
   }
   json["boxes"] = nlohmann::ordered_json::array();
   for (const Box& box : world.scene.boxes) json["boxes"].push_back(ToJson(box));

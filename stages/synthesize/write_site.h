@@ -38,6 +38,13 @@ void RenderInto(const std::filesystem::path& folder,
                 Progress& progress,
                 int num_threads);
 
+// Renders the upward pictures into up/rgb/ of `folder`, as RunUpward, after ClearRecording.
+void RenderUpwardInto(const std::filesystem::path& folder,
+                      const SynthesizeOptions& options,
+                      const SynthesizePlan& plan,
+                      Progress& progress,
+                      int num_threads);
+
 // Intrinsics and depth scale as JSON.
 std::string CameraJson(const SynthesizeOptions& options);
 
@@ -48,6 +55,8 @@ std::string FloorPlanName(std::size_t floor);
 // measured. Also each floor's height, plan and doorways (two opposite corners of the gap in the
 // wall; the passage runs along the shorter side), and the things (true_things.h), each as one box
 // with the name of its class; `piece` says which boxes and things are one piece, -1: of none.
+// `blank_corridor_m` is the stretch of the corridor without texture (two opposite corners), where
+// there is one.
 std::string TruthJson(const SyntheticWorld& world);
 
 // All surfaces as a binary PLY mesh of triangles, with the label of each.

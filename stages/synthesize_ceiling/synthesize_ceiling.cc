@@ -51,7 +51,7 @@ CeilingRecording PlanCeilingRecording(const SynthesizeCeilingOptions& options, i
           : PlanCeilingCorridor(options.blank_length_m, options.overlap_m, options.seed);
   RobotDrive drive = DriveCeilingLegs(plan.legs, options.route);
   if (options.duration_s > 0) drive = CutDrive(drive, options.duration_s);
-  const CeilingMotion motion(drive, options.mount, options.NoiseSeed());
+  const UpwardMotion motion(drive, options.mount, options.NoiseSeed());
   const WheelOptions wheels = DrawWheelBiases(options);
   CeilingRecording recording{PaintCeilingWorld(std::move(plan), options.seed, num_threads),
                              motion,

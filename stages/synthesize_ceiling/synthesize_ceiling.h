@@ -12,8 +12,8 @@
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/synthetic/synthetic_options.h"
+#include "pipeline/synthetic/upward_motion.h"
 #include "pipeline/synthetic/wheel_odometry.h"
-#include "stages/synthesize_ceiling/ceiling_motion.h"
 #include "stages/synthesize_ceiling/ceiling_render.h"
 #include "stages/synthesize_ceiling/ceiling_route.h"
 #include "stages/synthesize_ceiling/ceiling_world.h"
@@ -38,7 +38,7 @@ struct SynthesizeCeilingOptions {
   double color_noise_levels = 2;
   double vignetting = 0.25;
   double light_change = 0.15;
-  CeilingMountOptions mount;
+  UpwardMountOptions mount;
   CeilingRouteOptions route;
   WheelOptions wheels = CeilingWheels();
   double scale_bias_sigma = 0.005;
@@ -54,7 +54,7 @@ struct SynthesizeCeilingOptions {
 // Everything but the pictures. The stamp of a frame is the middle of its exposure.
 struct CeilingRecording {
   CeilingWorld world;
-  CeilingMotion motion;
+  UpwardMotion motion;
   WheelOptions wheels;                            // with the biases that were drawn
   WheelOdometry odometry;                         // x m, y m, heading rad; the first sample is 0
   std::vector<StampedPose> building_from_robot;   // at every frame

@@ -72,7 +72,7 @@ const SynthesizePlan& Planned() {
 }
 
 const RobotRecording& Recorded() {
-  static const RobotRecording recording = RecordRobot(LaserSite(), Planned().world, 2);
+  static const RobotRecording recording = RecordRobot(LaserSite(), Planned(), 2);
   return recording;
 }
 
@@ -231,7 +231,7 @@ TEST(Synthesize, TheTruthDoesNotDependOnPictures) {
   const SynthesizePlan lit = PlanSynthesize(options, 2);
   EXPECT_EQ(TruthJson(unlit.world), TruthJson(lit.world));
   EXPECT_EQ(TruthMesh(unlit.world), TruthMesh(lit.world));
-  EXPECT_EQ(CarmenLog(RecordRobot(options, lit.world, 2)), CarmenLog(Recorded()));
+  EXPECT_EQ(CarmenLog(RecordRobot(options, lit, 2)), CarmenLog(Recorded()));
 }
 
 TEST(Synthesize, RefusesToRecordNothing) {
@@ -242,7 +242,7 @@ TEST(Synthesize, RefusesToRecordNothing) {
 
 TEST(RobotRecording, DoesNotDependOnThreads) {
   for (const int num_threads : {1, 4}) {
-    const RobotRecording again = RecordRobot(LaserSite(), Planned().world, num_threads);
+    const RobotRecording again = RecordRobot(LaserSite(), Planned(), num_threads);
     EXPECT_EQ(CarmenLog(again), CarmenLog(Recorded()));
     EXPECT_EQ(RobotTruth(again), RobotTruth(Recorded()));
   }
@@ -251,7 +251,7 @@ TEST(RobotRecording, DoesNotDependOnThreads) {
 TEST(RobotRecording, AnotherRecordingOfTheBuildingHasOtherNoise) {
   SynthesizeOptions options = LaserSite();
   options.recording = 1;
-  const RobotRecording other = RecordRobot(options, Planned().world, 2);
+  const RobotRecording other = RecordRobot(options, Planned(), 2);
   ASSERT_EQ(other.scans.size(), Recorded().scans.size());
   EXPECT_EQ(RobotTruth(other), RobotTruth(Recorded()));
   EXPECT_NE(other.scans[5].ranges_m, Recorded().scans[5].ranges_m);
@@ -304,7 +304,7 @@ TEST(RobotRecording, TruthIsBelowTheCamera) {
   SynthesizeOptions options = LaserSite();
   options.scanner.rate_hz = options.frame_rate_hz;
   const SynthesizePlan& plan = Planned();
-  const RobotRecording recording = RecordRobot(options, plan.world, 2);
+  const RobotRecording recording = RecordRobot(options, plan, 2);
   ASSERT_EQ(recording.scans.size(), plan.frames.size() - 1);  // the last would end too late
   for (std::size_t i = 0; i < recording.scans.size(); ++i) {
     const Rigid3 robot = RobotPose(recording.scans[i].robot);
@@ -321,7 +321,7 @@ TEST(RobotRecording, TruthIsBelowTheCamera) {
 TEST(RobotRecording, RefusesScansThatOverlap) {
   SynthesizeOptions options = LaserSite();
   options.scanner.duration_s = 0.2;
-  EXPECT_THROW(RecordRobot(options, Planned().world, 1), UsageError);
+  EXPECT_THROW(RecordRobot(options, Planned(), 1), UsageError);
 }
 
 TEST(ClearRecording, RemovesWhatTheOptionsDoNotMake) {

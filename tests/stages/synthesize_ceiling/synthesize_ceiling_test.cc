@@ -198,9 +198,9 @@ TEST(SynthesizeCeiling, NoiseSeedLeavesTheBuilding) {
 
 TEST(SynthesizeCeiling, VibrationIsContinuous) {
   const RobotDrive drive = DriveCeilingLegs({{{0, 0}, {20, 0}}}, {});
-  CeilingMountOptions mount;
+  UpwardMountOptions mount;
   mount.mount_tilt_rad = 0;
-  const CeilingMotion motion(drive, mount, 3);
+  const UpwardMotion motion(drive, mount, 3);
   double sum = 0;
   int count = 0;
   for (double time_s = 0; time_s < drive.Duration_s(); time_s += 0.0005, ++count) {
@@ -215,7 +215,7 @@ TEST(SynthesizeCeiling, VibrationIsContinuous) {
 // So a picture shows what the camera's true pose, at the middle of its exposure, would show.
 TEST(SynthesizeCeiling, VibrationIsLinearDuringAnExposure) {
   const RobotDrive drive = DriveCeilingLegs({{{0, 0}, {20, 0}}}, {});
-  const CeilingMotion motion(drive, {}, 3);
+  const UpwardMotion motion(drive, {}, 3);
   for (double time_s = 0.1; time_s < drive.Duration_s(); time_s += 0.1) {
     const Rigid3 now = motion.CameraAt(time_s);
     const Eigen::Vector3d axis = now.rotation * Eigen::Vector3d::UnitZ();

@@ -1,30 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the camera truly is: on the robot, with a mounting tilt, and shaken.
+// Where a camera that looks straight up truly is: on the robot, with a mounting tilt, and shaken.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
-#include "pipeline/base/options.h"
 #include "pipeline/synthetic/robot_drive.h"
+#include "pipeline/synthetic/synthetic_options.h"
 
 namespace nightmap {
-
-struct CeilingMountOptions {
-  double camera_height_m = 0.35;
-  double mount_tilt_rad = 0.01;
-  double vibration_rad = 0.002;
-  void Register(OptionList& list);
-};
 
 // Roll and pitch are the sum of a constant, drawn with sigma mount_tilt_rad, and of a vibration: an
 // autoregressive process of first order with sigma vibration_rad and correlation time 0.05 s,
 // linear between its steps of 20 ms. The camera turns about its centre, which stays above the
 // robot's origin. `seed` alone decides both. Immutable and safe to share between threads.
-class CeilingMotion {
+class UpwardMotion {
  public:
-  CeilingMotion(RobotDrive drive, const CeilingMountOptions& options, std::uint64_t seed);
+  UpwardMotion(RobotDrive drive, const UpwardMountOptions& options, std::uint64_t seed);
 
   const RobotDrive& Drive() const { return drive_; }
   // building_from_robot: x forward, y left, z up, origin on the floor.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/synthesize_ceiling/ceiling_motion.h"
+#include "pipeline/synthetic/upward_motion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,21 +26,7 @@ Eigen::Vector2d GaussianPair(Random& random) {
 
 }  // namespace
 
-void CeilingMountOptions::Register(OptionList& list) {
-  list.Add("camera_height_m", &camera_height_m, Range(0.05, 1.9), "camera above the floor");
-  list.Add("mount_tilt_rad",
-           &mount_tilt_rad,
-           Range(0, 0.2),
-           "sigma of the roll and pitch by which the camera is mounted");
-  list.Add("vibration_rad",
-           &vibration_rad,
-           Range(0, 0.05),
-           "sigma of the roll and pitch by which the camera shakes; correlated over 0.05 s");
-}
-
-CeilingMotion::CeilingMotion(RobotDrive drive,
-                             const CeilingMountOptions& options,
-                             std::uint64_t seed)
+UpwardMotion::UpwardMotion(RobotDrive drive, const UpwardMountOptions& options, std::uint64_t seed)
     : drive_(std::move(drive)), camera_height_m_(options.camera_height_m) {
   Random tilt(seed, kTiltStream);
   mount_tilt_rad_ = options.mount_tilt_rad * GaussianPair(tilt);
@@ -56,7 +42,7 @@ CeilingMotion::CeilingMotion(RobotDrive drive,
   }
 }
 
-Rigid3 CeilingMotion::CameraAt(double time_s) const {
+Rigid3 UpwardMotion::CameraAt(double time_s) const {
   const double last = static_cast<double>(vibration_rad_.size() - 1);
   const double at = std::clamp((time_s + kVibrationLead_s) / kVibrationStep_s, 0.0, last);
   const auto before = static_cast<std::size_t>(at);
