@@ -41,10 +41,10 @@ def evaluate(site):
     return figures
 
 
-def read_results(site):
-    """(trajectory by all that is known, ceiling map) of the job odometry."""
-    estimate = planar(read_tum(site.needed("odometry", "trajectory")))
-    return estimate, read_ceiling_map(site.needed("odometry", "map"))
+def read_results(site, job="odometry"):
+    """(trajectory by all that is known, ceiling map) of a job that makes them."""
+    estimate = planar(read_tum(site.needed(job, "trajectory")))
+    return estimate, read_ceiling_map(site.needed(job, "map"))
 
 
 def true_frames(site, times_ns):

@@ -85,21 +85,28 @@ def figure_parts(metrics):
         return [html.paragraph("The evaluate step did not run.", "note")]
     check(figures, FIGURES, "evaluate/metrics.json: sections: odometry")
     parts = [html.table(("Map", ""), count_rows(figures))]
-    if "trajectory" in figures:
-        head = ("Way of the robot", "RMSE (cm)", "median (cm)", "largest (cm)", "heading RMSE (deg)", "largest (deg)", "missing")
-        parts.append(html.table(head, pose_rows(figures)))
-    else:
-        parts.append(html.paragraph("The robot's true way is not known: the accuracy of the poses is unknown.", "note"))
+    parts += trajectory_parts(figures)
     head = ("Honesty of the covariances", "within 95 % bounds (%)", "below (%)", "above (%)", "mean, 1 is ideal", "frames")
     parts.append(html.table(head, consistency_rows(figures)))
-    if figures.get("landmarks", {}).get("num_judged"):
-        landmarks = figures["landmarks"]
-        head = ("Landmarks against the exact ceiling", "median (cm)", "90 % (cm)", "largest (cm)", "largest off edges (cm)",
-                "inside 95 % ellipsoid (%)", "landmarks")  # fmt: skip
-        parts.append(html.table(head, landmark_rows(landmarks)))
-        parts.append(html.paragraph(f"{landmarks['num_at_edge']} landmarks lie at the edge of a lintel or doorway, where few pixels decide "
-                                    "which surface is the true one.", "note"))  # fmt: skip
-    return parts
+    return parts + landmark_parts(figures)
+
+
+def trajectory_parts(figures):
+    if "trajectory" not in figures:
+        return [html.paragraph("The robot's true way is not known: the accuracy of the poses is unknown.", "note")]
+    head = ("Way of the robot", "RMSE (cm)", "median (cm)", "largest (cm)", "heading RMSE (deg)", "largest (deg)", "missing")
+    return [html.table(head, pose_rows(figures))]
+
+
+def landmark_parts(figures):
+    landmarks = figures.get("landmarks", {})
+    if not landmarks.get("num_judged"):
+        return []
+    head = ("Landmarks against the exact ceiling", "median (cm)", "90 % (cm)", "largest (cm)", "largest off edges (cm)",
+            "inside 95 % ellipsoid (%)", "landmarks")  # fmt: skip
+    return [html.table(head, landmark_rows(landmarks)),
+            html.paragraph(f"{landmarks['num_at_edge']} landmarks lie at the edge of a lintel or doorway, where few pixels decide "
+                           "which surface is the true one.", "note")]  # fmt: skip
 
 
 def count_rows(figures):

@@ -1,26 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/ceiling_ekf/ceiling_ekf_report.h"
 
-#include <algorithm>
-
-#include "pipeline/base/input_error.h"
-
 namespace nightmap {
-
-RgbdCamera OneCamera(const std::vector<FrameRecord>& frames,
-                     const std::vector<RgbdCamera>& cameras) {
-  const FrameRecord& first = frames.front();
-  const bool is_one = std::ranges::all_of(frames, [&](const FrameRecord& frame) {
-    return frame.camera_idx == first.camera_idx && frame.sequence_idx == first.sequence_idx;
-  });
-  if (!is_one) {
-    throw InputError({{"frames"}},
-                     InputError::Remedy::kInText,
-                     "the frames are of several cameras or recordings; the profile ceiling maps "
-                     "one [[sequence]] of one upward camera: make a site of each");
-  }
-  return cameras.at(static_cast<std::size_t>(first.camera_idx));
-}
 
 nlohmann::json Summarize(const CeilingEkfResult& result) {
   const CeilingMap& map = result.map;

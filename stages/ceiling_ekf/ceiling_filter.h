@@ -8,10 +8,10 @@
 #include <optional>
 #include <vector>
 
+#include "pipeline/ceiling/ceiling_noise.h"
 #include "pipeline/ceiling/compressed_ekf.h"
 #include "pipeline/ceiling/upward_camera.h"
 #include "pipeline/geometry/rigid2.h"
-#include "stages/ceiling_ekf/ceiling_noise.h"
 #include "stages/ceiling_ekf/ceiling_state.h"
 
 namespace nightmap {

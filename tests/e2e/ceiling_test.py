@@ -107,6 +107,11 @@ class CeilingTest(unittest.TestCase):
         heights_m = read_hdf5(maps / "odometry/ceiling_map.h5", "landmark_position_m")[0][:, 2]
         self.assertGreater(len(heights_m), 50)
         self.assertGreater(np.mean((heights_m > 2) & (heights_m < 3.3)), 0.9)
+        adjusted = read_tum(maps / "adjust/trajectory.tum")
+        self.assertEqual(len(adjusted), self.num_pictures)
+        adjusted_m, adjusted_heading = from_start(adjusted)
+        self.assertLess(np.sqrt(np.mean(np.sum((adjusted_m - true_positions_m) ** 2, axis=1))), 0.10)
+        self.assertLess(np.degrees(np.sqrt(np.mean((adjusted_heading - true_heading) ** 2))), 0.5)
         self.assertIn("true way is not known", (maps / "report/index.html").read_text())
 
     def test_2_a_second_run_makes_nothing(self):

@@ -26,10 +26,10 @@ class CeilingSiteTest(unittest.TestCase):
     def run_script(self, script, out):
         return fake_site.run(script, "--site-dir", self.site_dir, "--data", self.root, "--out", self.site_dir / out)
 
-    def figures(self):
+    def figures(self, job="odometry"):
         result = self.run_script("evaluate.py", "evaluate/metrics.json")
         self.assertEqual(result.returncode, 0, result.stderr)
-        return json.loads((self.site_dir / "evaluate" / "metrics.json").read_text())["sections"]["odometry"]
+        return json.loads((self.site_dir / "evaluate" / "metrics.json").read_text())["sections"][job]
 
     def page(self):
         result = self.run_script("report.py", "report/index.html")
@@ -150,9 +150,10 @@ class CeilingSiteTest(unittest.TestCase):
         self.figures()
         page = self.page()
         titles = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
-        self.assertEqual(titles, ["Map of the ceiling", "Errors of the robot&#x27;s way", "Stages", "Skipped items", "Configs"])
-        self.assertEqual(page.count("<img"), 3)
-        for text in ("wheels alone, from the first pose on", "NEES of the poses", "Landmarks against the exact ceiling"):
+        self.assertEqual(titles, ["Map of the ceiling", "Errors of the robot&#x27;s way", "Adjusted map of the ceiling", "Stages", "Skipped items",
+                                  "Configs"])  # fmt: skip
+        self.assertEqual(page.count("<img"), 4)
+        for text in ("Scale error of the wheels", "wheels alone, from the first pose on", "NEES of the poses", "Landmarks against the exact ceiling"):
             self.assertIn(text, page)
         self.assertEqual(self.page(), page)
 
@@ -163,7 +164,23 @@ class CeilingSiteTest(unittest.TestCase):
         self.assertEqual(set(figures["wheels"]), {"path_length_m"})
         page = self.page()
         self.assertIn("true way is not known", page)
-        self.assertEqual(page.count("<img"), 1)
+        self.assertEqual(page.count("<img"), 2)
+
+    def test_the_adjusted_map_has_figures_of_its_own(self):
+        moved = self.estimate.copy()
+        moved[1:, :2] += (0.03, 0.04)
+        ceiling_site.write_estimate(self.site_dir, moved, job="adjust")
+        points_m = ceiling_site.map_arrays()["landmark_position_m"] + [0, 0, 0.02]
+        ceiling_site.write_ceiling_map(self.site_dir, ceiling_site.map_arrays() | {"landmark_position_m": points_m}, "adjust")
+        figures = self.figures("adjust")
+        self.assertAlmostEqual(figures["trajectory"]["start"]["ate_median_m"], 0.05)
+        self.assertAlmostEqual(figures["landmarks"]["start"]["error_median_m"], 0.02, places=4)
+        self.assertLess(self.figures()["trajectory"]["start"]["ate_max_m"], 1e-6)
+
+    def test_a_map_that_was_not_adjusted_says_so(self):
+        for name in ("trajectory.tum", "ceiling_map.h5", "report.json"):
+            (self.site_dir / "adjust" / name).unlink()
+        self.assertIn("The adjust stage did not run.", self.page())
 
     def test_without_wheels_loops_and_landmarks(self):
         (self.site_dir / "frames" / "odometry.h5").unlink()

@@ -18,6 +18,8 @@ CAMERA = {"width": 640, "height": 480, "fx": 320.0, "fy": 320.0, "cx": 319.5, "c
           "k3": 0.0}  # fmt: skip
 CAMERA_HEIGHT_M = 0.35
 RECTANGLES = ((0.0, -2.0, 4.0, 2.0, 2.6), (4.0, -0.5, 4.2, 0.5, 2.1), (4.2, -2.0, 8.0, 2.0, 2.6))  # x0 y0 x1 y1 height
+ADJUSTMENT = {"num_keyframes": 30, "num_landmarks": 12, "median_error_px": 0.2, "ceiling_height_m": 2.6, "wheel_scale_error": 0.004,
+              "wheel_heading_error_rad_per_m": 0.001}  # fmt: skip
 
 
 def drive():
@@ -71,8 +73,8 @@ def map_arrays():
     }  # fmt: skip
 
 
-def write_ceiling_map(site_dir, arrays):
-    path = site_dir / "odometry" / "ceiling_map.h5"
+def write_ceiling_map(site_dir, arrays, job="odometry"):
+    path = site_dir / job / "ceiling_map.h5"
     path.parent.mkdir(parents=True, exist_ok=True)
     with h5py.File(path, "w") as file:
         for name, array in arrays.items():
@@ -90,8 +92,8 @@ def write_wheels(site_dir, *sensors):
         file["value"] = np.concatenate(sensors)
 
 
-def write_estimate(site_dir, rows, kept=slice(None)):
-    write_tum(site_dir / "odometry" / "trajectory.tum", to_trajectory(times_ns(), rows).select(np.arange(NUM_FRAMES)[kept]))
+def write_estimate(site_dir, rows, kept=slice(None), job="odometry"):
+    write_tum(site_dir / job / "trajectory.tum", to_trajectory(times_ns(), rows).select(np.arange(NUM_FRAMES)[kept]))
 
 
 def write_true_ceiling(data, site_dir):
@@ -119,4 +121,7 @@ def write_site(site_dir, data):
     write_ceiling_map(site_dir, map_arrays())
     write_true_ceiling(data, site_dir)
     write_estimate(site_dir, in_map(drive()))
+    write_ceiling_map(site_dir, map_arrays(), "adjust")
+    write_estimate(site_dir, in_map(drive()), job="adjust")
+    (site_dir / "adjust" / "report.json").write_text(json.dumps(ADJUSTMENT))
     return in_map(drive())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/ceiling_ekf/ceiling_noise.h"
+#include "pipeline/ceiling/ceiling_noise.h"
 
 namespace nightmap {
 
