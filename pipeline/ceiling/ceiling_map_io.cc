@@ -208,6 +208,9 @@ void WriteCeilingMap(const std::filesystem::path& path,
     ++met_again.rows;
   }
   file.Write("met_again_track_id", met_again);
+  Array<double> mounting{0, 5, {}};
+  Append(map.mounting, &mounting);
+  file.Write("mounting", mounting);
   file.Close();
 }
 
@@ -224,7 +227,21 @@ CeilingMap ReadCeilingMap(const std::filesystem::path& path) {
   map.landmarks = ReadMapLandmarks(file, map.anchors.size());
   ReadLoops(file, &map);
   ReadMetAgain(file, &map);
+  const auto mounting = file.Read<double>("mounting", 5);
+  file.Demand(mounting.rows == 1, "mounting");
+  std::ranges::copy(mounting.values, map.mounting.data());
   return map;
+}
+
+Rigid3 MountedAs(const Rigid3& robot_from_camera, const CeilingMap& map) {
+  const Eigen::Vector3d turn_rad = map.mounting.head<3>();
+  Rigid3 mounted = robot_from_camera;
+  mounted.translation.head<2>() += map.mounting.tail<2>();
+  if (turn_rad.norm() > 0) {
+    mounted.rotation = mounted.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(
+                                              turn_rad.norm(), turn_rad.normalized()));
+  }
+  return mounted;
 }
 
 std::string LandmarksToPly(const std::vector<CeilingLandmark>& landmarks) {

@@ -22,6 +22,7 @@
 //   loop_anchors            int32[C x 2]    now, then
 //   loop_num_landmarks      int32[C]
 //   met_again_track_id      int64[M x 2]    a track that saw a landmark again, the landmark's
+//   mounting                double[1 x 5]   see CeilingMap
 #pragma once
 
 #include <Eigen/Core>
@@ -31,6 +32,7 @@
 #include <vector>
 
 #include "pipeline/geometry/rigid2.h"
+#include "pipeline/geometry/rigid3.h"
 
 namespace nightmap {
 
@@ -79,7 +81,13 @@ struct CeilingMap {
   std::vector<CeilingLandmark> landmarks;
   std::vector<CeilingLoop> loops;
   std::vector<MetAgain> met_again;
+  // What the camera's mounting is more than the site config says: a rotation vector (rad) in the
+  // camera's frame, then x, y (m) in the robot's.
+  Eigen::Matrix<double, 5, 1> mounting = Eigen::Matrix<double, 5, 1>::Zero();
 };
+
+// robot_from_camera with the map's mounting.
+Rigid3 MountedAs(const Rigid3& robot_from_camera, const CeilingMap& map);
 
 // Equal maps give equal bytes. Throws DataError. The trajectory is not in it.
 void WriteCeilingMap(const std::filesystem::path& path,

@@ -195,6 +195,7 @@ class CeilingAdjuster {
 
   void Describe(CeilingMap* map) const {
     *map = input_.map;
+    map->mounting = unknowns_.mounting;
     std::vector<Rigid2> adjusted;
     for (const Vector5d& keyframe : unknowns_.keyframes) {
       adjusted.push_back(ToRigid2(keyframe.head<3>()));

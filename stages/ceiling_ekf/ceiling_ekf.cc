@@ -184,6 +184,7 @@ CeilingEkfResult RunCeilingEkf(const CeilingEkfOptions& options,
   result.counts = keeper.Counts();
   result.heading_error_rad_per_m = filter.HeadingError_rad_per_m();
   result.mounting_tilt_rad = filter.MountingTilt_rad();
+  result.map.mounting.head<2>() = result.mounting_tilt_rad;
   Count(result.map.frames, &result);
   CheckOdometry(options, result);
   return result;

@@ -29,6 +29,7 @@ CeilingMap MakeMap() {
   map.anchors.push_back({{-0.2, {5, 4}}, 2 * Eigen::Matrix3d::Identity()});
   map.loops = {{1, 0, 12}};
   map.met_again = {{21, 9}};
+  map.mounting << 0.01, 0.02, 0.03, 0.04, 0.05;
   return map;
 }
 
@@ -56,6 +57,16 @@ TEST(CeilingMapIo, ReadsBackWhatItWrote) {
   EXPECT_EQ(map.met_again.at(0).landmark_track_id, 9);
   WriteCeilingMap(again, map, "a = 1");
   EXPECT_EQ(ReadBytes(path), ReadBytes(again));
+}
+
+TEST(CeilingMapIo, TheMountingIsAddedInTheFramesItIsOf) {
+  const Rigid3 as_configured{Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitZ())),
+                             {0.1, 0, 0.3}};
+  const Rigid3 mounted = MountedAs(as_configured, MakeMap());
+  EXPECT_NEAR((mounted.translation - Eigen::Vector3d(0.14, 0.05, 0.3)).norm(), 0, 1e-12);
+  const Eigen::AngleAxisd turn(as_configured.rotation.conjugate() * mounted.rotation);
+  EXPECT_NEAR((turn.angle() * turn.axis() - Eigen::Vector3d(0.01, 0.02, 0.03)).norm(), 0, 1e-12);
+  EXPECT_EQ(MountedAs(as_configured, {}).rotation.coeffs(), as_configured.rotation.coeffs());
 }
 
 TEST(CeilingMapIo, RefusesWhatDoesNotFit) {

@@ -150,7 +150,7 @@ class CeilingSiteTest(unittest.TestCase):
         self.figures()
         page = self.page()
         titles = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
-        self.assertEqual(titles, ["Map of the ceiling", "Errors of the robot&#x27;s way", "Adjusted map of the ceiling", "Stages", "Skipped items",
+        self.assertEqual(titles, ["Map of the ceiling", "Errors of the robot&#x27;s way", "Adjusted map of the ceiling", "Picture of the ceiling", "Stages", "Skipped items",
                                   "Configs"])  # fmt: skip
         self.assertEqual(page.count("<img"), 4)
         for text in ("Scale error of the wheels", "wheels alone, from the first pose on", "NEES of the poses", "Landmarks against the exact ceiling"):
@@ -176,6 +176,13 @@ class CeilingSiteTest(unittest.TestCase):
         self.assertAlmostEqual(figures["trajectory"]["start"]["ate_median_m"], 0.05)
         self.assertAlmostEqual(figures["landmarks"]["start"]["error_median_m"], 0.02, places=4)
         self.assertLess(self.figures()["trajectory"]["start"]["ate_max_m"], 1e-6)
+
+    def test_the_mosaic_is_shown_with_its_figures(self):
+        self.assertIn("The mosaic stage did not run.", self.page())
+        ceiling_site.write_mosaic(self.site_dir)
+        page = self.page()
+        self.assertEqual(page.count("<img"), 5)
+        self.assertRegex(page, r"Ceiling seen \(m2\)</t[dh]><td[^>]*>23\.5")
 
     def test_a_map_that_was_not_adjusted_says_so(self):
         for name in ("trajectory.tum", "ceiling_map.h5", "report.json"):

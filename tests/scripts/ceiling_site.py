@@ -8,6 +8,7 @@ import json
 
 import h5py
 import numpy as np
+from PIL import Image
 
 import fake_site
 from fake_site import write_tum
@@ -79,6 +80,15 @@ def write_ceiling_map(site_dir, arrays, job="odometry"):
     with h5py.File(path, "w") as file:
         for name, array in arrays.items():
             file[name] = array
+
+
+def write_mosaic(site_dir):
+    """A gray picture of 4 x 2 m."""
+    folder = site_dir / "mosaic"
+    folder.mkdir()
+    Image.new("RGB", (40, 20), (90, 90, 90)).save(folder / "mosaic.png")
+    (folder / "mosaic.pgw").write_text("0.1\n0\n0\n-0.1\n-0.95\n1.95\n")
+    (folder / "report.json").write_text(json.dumps({"num_views": 3, "covered_m2": 23.5, "median_deviation": 2.0}))
 
 
 def write_wheels(site_dir, *sensors):
