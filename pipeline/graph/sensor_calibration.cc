@@ -72,12 +72,12 @@ class Calibrator {
   SensorCalibration Run() {
     CalibrationVector weights = PriorSigma().cwiseAbs2().cwiseInverse();
     Solve(weights);
+    if (!Turns()) SolveWithoutTurns(weights);
     result_.sigma = Sigma(weights);
-    const bool turns = Turns();
     for (int i = 0; i < kSize; ++i) {
       const bool is_arm = i >= 3 && i < 6;
       const bool is_observable =
-          result_.sigma[i] < kObservableShare * PriorSigma()[i] && (turns || !is_arm);
+          result_.sigma[i] < kObservableShare * PriorSigma()[i] && (uses_turns_ || !is_arm);
       result_.is_observable.push_back(is_observable);
       if (!is_observable) weights[i] = 1e12;
     }
@@ -107,7 +107,13 @@ class Calibrator {
                               : pose.Inverse() * CameraPose(camera_idx);
   }
 
-  // Whether turns stand out from their noise, which else would pass for a lever arm of zero.
+  void SolveWithoutTurns(const CalibrationVector& weights) {
+    uses_turns_ = false;
+    result_.value.setZero();
+    Solve(weights);
+  }
+
+  // Whether turns stand out from their noise, which else would tell of a lever arm and of axes.
   bool Turns() const {
     double turn2 = 0, noise2 = 0;
     for (const SensorStretch& stretch : stretches_) {
@@ -145,8 +151,10 @@ class Calibrator {
     Rigid3 motion = given * stretch.target_from_source * given.Inverse();
     motion.translation /= 1 + value[kScaleIdx];
     const Rigid3 by_sensor = corrected.Inverse() * motion * corrected;
-    return (whitening_[i] * PerturbationOf(by_sensor * CameraMotion(stretch, value).Inverse()))
-        .cwiseQuotient(deviation_);
+    Vector6d residual =
+        whitening_[i] * PerturbationOf(by_sensor * CameraMotion(stretch, value).Inverse());
+    if (!uses_turns_) residual.head<3>().setZero();
+    return residual.cwiseQuotient(deviation_);
   }
 
   Jacobian JacobianOf(std::size_t i, const CalibrationVector& value) const {
@@ -207,6 +215,7 @@ class Calibrator {
   std::vector<SensorStretch> stretches_;
   std::vector<Matrix6d> whitening_;        // by stretch
   Vector6d deviation_ = Vector6d::Ones();  // of whitened residuals
+  bool uses_turns_ = true;
   SensorCalibration result_;
 };
 

@@ -93,6 +93,8 @@ TEST(SensorCalibration, WhatTheMotionDoesNotShowIsNotTold) {
       RecordOf({pose, WithError(pose, {0.1, 0.1, 0}, 3 * kDegree), 0, 1, false});
   EXPECT_FALSE(straight.calibration->is_observable[3]);
   EXPECT_FALSE(straight.calibration->is_observable[4]);
+  EXPECT_FALSE(straight.calibration->is_observable[0]);
+  EXPECT_NEAR(straight.calibration->value[2], 3 * kDegree, 0.5 * kDegree);
   EXPECT_THAT(straight.warnings, testing::SizeIs(1));
 }
 
