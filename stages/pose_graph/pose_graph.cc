@@ -9,6 +9,7 @@
 #include "stages/pose_graph/chain_odometry.h"
 #include "stages/pose_graph/check_odometry.h"
 #include "stages/pose_graph/close_loops.h"
+#include "stages/pose_graph/correct_edges.h"
 #include "stages/pose_graph/fill_bridges.h"
 #include "stages/pose_graph/graph_parts.h"
 #include "stages/pose_graph/sensor_graphs.h"
@@ -49,8 +50,11 @@ class Pipeline {
   void CalibrateSensors() {
     if (sensors_.empty()) return;
     const std::vector<CameraRun> runs = FindCameraRuns(input_.frames, graph_.chain);
-    for (const SensorGraph& sensor : sensors_) {
-      calibrations_.push_back(CalibrateSensor(graph_.floor, runs, sensor));
+    for (SensorGraph& sensor : sensors_) {
+      const auto calibration = CalibrateSensor(graph_.floor, runs, sensor);
+      calibrations_.push_back(calibration);
+      if (!calibration || !options_.calibrate_sensors) continue;
+      CorrectEdges(options_.calibration_warnings, input_.frames, runs, *calibration, &sensor);
     }
   }
 

@@ -32,6 +32,7 @@ struct PoseGraphOptions {
   double max_drift = 10.0;
   double max_loop_error = 6.0;
   CalibrationWarnings calibration_warnings;
+  bool calibrate_sensors = false;
 
   void Register(OptionList& list);
 };

@@ -32,6 +32,9 @@ void PoseGraphOptions::Register(OptionList& list) {
            &calibration_warnings.min_error_s,
            Range(0, 100),
            "a sensor's clock that is farther off is warned of");
+  list.Add("calibrate_sensors",
+           &calibrate_sensors,
+           "correct the edges of a sensor by what is warned of");
 }
 
 }  // namespace nightmap

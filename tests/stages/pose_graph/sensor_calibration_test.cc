@@ -113,6 +113,44 @@ TEST(SensorCalibration, TheReportHasWarningsAndValues) {
   EXPECT_FALSE(Optimize(input).sensors.at(0).calibration.has_value());
 }
 
+// How far the end of the drive, seen from its start, is from where the right edges put it.
+double EndError_m(const PoseGraphOptions& options, const WheeledRobot& robot) {
+  WheeledRobot right = robot;
+  right.given_pose = robot.robot_from_camera;
+  right.clock_late_s = 0;
+  Progress progress("pose_graph", false);
+  const auto end = [&](const WheeledRobot& of) {
+    return RunPoseGraph(options, WheeledDrive(of).Input(), progress)
+        .graph_from_camera.back()
+        .translation;
+  };
+  return (end(robot) - end(right)).norm();
+}
+
+TEST(SensorCalibration, CorrectedEdgesGiveTheTrajectoryOfTheRightOnes) {
+  PoseGraphOptions corrects;
+  corrects.calibrate_sensors = true;
+  const Rigid3 pose = CameraPoses()[1];
+  const WheeledRobot turned{pose, WithError(pose, {0.04, -0.03, 0}, 3 * kDegree), 0, 1};
+  EXPECT_LT(EndError_m(corrects, turned), 0.5 * EndError_m({}, turned));
+}
+
+// A clock moves the end of the way little, but the edges disagree with the camera at each corner.
+TEST(SensorCalibration, CorrectedTimesAgreeWithTheCameraBetter) {
+  PoseGraphOptions corrects;
+  corrects.calibrate_sensors = true;
+  const Rigid3 pose = CameraPoses()[1];
+  Progress progress("pose_graph", false);
+  const auto residual = [&](const PoseGraphOptions& options, double late_s) {
+    const PoseGraphInput input = WheeledDrive({pose, pose, late_s, 1}).Input();
+    return RunPoseGraph(options, input, progress).sensors.at(0).median_residual;
+  };
+  const double right = residual({}, 0);
+  const double late = residual({}, 0.1);
+  EXPECT_GT(late, right);
+  EXPECT_LT(residual(corrects, 0.1) - right, 0.3 * (late - right));
+}
+
 TEST(SensorCalibration, AMountingWithoutACameraOfTheFramesIsRefused) {
   PoseGraphInput input = WheeledDrive({}).Input();
   input.frames.back().camera_idx = 1;
