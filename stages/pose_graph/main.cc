@@ -2,12 +2,11 @@
 // pose_graph: turns odometry and loops of all shards into a graph with its loops closed.
 #include "stages/pose_graph/pose_graph.h"
 
-#include <spdlog/spdlog.h>
-
 #include "pipeline/graph/frame_poses.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/pose_graph/adopt_odometry.h"
 #include "stages/pose_graph/pose_graph_output.h"
+#include "stages/pose_graph/sensor_warnings.h"
 
 namespace nightmap {
 namespace {
@@ -30,9 +29,7 @@ void Run(const PoseGraphOptions& options, StageContext& context) {
   WriteFile(context.Output("trajectory"), TrajectoryText(input.frames, result.graph_from_camera));
   WriteFile(context.Output("keyframes"),
             KeyframesText(input.frames, result.graph_from_camera, chain.keyframes));
-  for (const SensorRecord& sensor : result.sensors) {
-    for (const std::string& warning : sensor.warnings) spdlog::warn("{}", warning);
-  }
+  LogWarnings(result.sensors);
   context.WriteIfWanted("loops_csv", [&] { return LoopsToCsv(result.loops); });
   context.Report().update(Summarize(input, result));
 }

@@ -2,7 +2,9 @@
 #include "stages/pose_graph/sensor_warnings.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
+#include <cmath>
 #include <numbers>
 
 namespace nightmap {
@@ -76,6 +78,12 @@ std::vector<std::string> WarningsOf(const CalibrationWarnings& options,
   }
   if (IsClockWrong(options, calibration)) warnings.push_back(ClockWarning(sensor, calibration));
   return warnings;
+}
+
+void LogWarnings(const std::vector<SensorRecord>& sensors) {
+  for (const SensorRecord& sensor : sensors) {
+    for (const std::string& warning : sensor.warnings) spdlog::warn("{}", warning);
+  }
 }
 
 nlohmann::json Summarize(const SensorCalibration& calibration) {

@@ -19,6 +19,8 @@ std::vector<std::string> WarningsOf(const CalibrationWarnings& options,
                                     const std::string& sensor,
                                     const SensorCalibration& calibration);
 
+void LogWarnings(const std::vector<SensorRecord>& sensors);
+
 // Values and deviations by name; what the motion does not tell is null.
 nlohmann::json Summarize(const SensorCalibration& calibration);
 
