@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pipeline/graph/odometry_chain.h"
+#include "pipeline/io/edges_io.h"
 
 namespace nightmap {
 
@@ -22,6 +23,7 @@ struct SensorGraph {
   std::vector<PoseEdge> odometry;  // ascending: each begins where the one before ends, or later
   std::vector<PoseEdge> loops;     // from the earlier frame to the later one
   std::vector<PoseEdge> priors;    // from kMapNode to a frame: camera_from_map
+  std::optional<Mounting> mounting = std::nullopt;
 };
 
 // Which sensor measured the motion to a keyframe that the camera only guessed; by that keyframe.

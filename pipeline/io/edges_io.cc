@@ -48,6 +48,28 @@ void CheckTimes(const Hdf5Reader& file, const std::vector<SensorEdge>& edges) {
   }
 }
 
+void WriteMounting(const Mounting& mounting, Hdf5Writer* file) {
+  Array<double> sensor{0, 7, {}}, cameras{0, 7, {}};
+  AppendPose(mounting.robot_from_sensor, &sensor);
+  for (const Rigid3& robot_from_camera : mounting.robot_from_camera) {
+    AppendPose(robot_from_camera, &cameras);
+  }
+  file->Write("robot_from_sensor", sensor);
+  file->Write("robot_from_camera", cameras);
+}
+
+std::optional<Mounting> ReadMounting(const Hdf5Reader& file, const std::filesystem::path& path) {
+  if (!file.Has("robot_from_sensor")) return std::nullopt;
+  const auto sensor = file.Read<double>("robot_from_sensor", 7);
+  const auto cameras = file.Read<double>("robot_from_camera", 7);
+  file.Demand(sensor.rows == 1, "robot_from_sensor");
+  Mounting mounting{PoseAt(sensor, 0, path), {}};
+  for (std::size_t i = 0; i < cameras.rows; ++i) {
+    mounting.robot_from_camera.push_back(PoseAt(cameras, i, path));
+  }
+  return mounting;
+}
+
 }  // namespace
 
 void WriteEdges(const std::filesystem::path& path,
@@ -73,6 +95,7 @@ void WriteEdges(const std::filesystem::path& path,
   file.Write("time_ns", time_ns);
   file.Write("target_from_source", pose);
   file.Write("covariance", covariance);
+  if (edges.mounting) WriteMounting(*edges.mounting, &file);
   file.Close();
 }
 
@@ -100,6 +123,7 @@ SensorEdges ReadEdges(const std::filesystem::path& path) {
                 "is not symmetric and positive definite");
   }
   CheckTimes(file, edges.edges);
+  edges.mounting = ReadMounting(file, path);
   return edges;
 }
 

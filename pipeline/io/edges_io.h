@@ -9,10 +9,14 @@
 //   time_ns             int64[E x 2]      nodes: source, target; both of a prior are its one node
 //   target_from_source  double[E x 7]     tx ty tz (metres) qx qy qz qw; map_from_node of a prior
 //   covariance          double[E x 36]    see SensorEdge
+// and, where the sensor's pose on the robot is known, for C cameras:
+//   robot_from_sensor   double[1 x 7]     the mounting poses that the edges were made with
+//   robot_from_camera   double[C x 7]     by camera_idx
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,10 +44,17 @@ struct SensorEdge {
   Matrix6d covariance = Matrix6d::Identity();
 };
 
+// Where on the robot the sensor and the cameras were said to be when the edges were made.
+struct Mounting {
+  Rigid3 robot_from_sensor;
+  std::vector<Rigid3> robot_from_camera;  // by camera_idx
+};
+
 struct SensorEdges {
   std::string sensor;
   std::vector<SensorEdge>
       edges;  // odometry ascends: each begins where the one before ends or later
+  std::optional<Mounting> mounting = std::nullopt;
 };
 
 // Equal edges give equal bytes. Throws DataError.

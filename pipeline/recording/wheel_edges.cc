@@ -72,7 +72,11 @@ SensorEdges WheelEdges(const WheelNoise& noise,
     return wheels_from_robot *
            cameras.at(static_cast<std::size_t>(frame.camera_idx)).robot_from_camera;
   };
-  SensorEdges result{odometry.sensor_id, {}};
+  Mounting mounting{odometry.robot_from_sensor, {}};
+  for (const RgbdCamera& camera : cameras) {
+    mounting.robot_from_camera.push_back(camera.robot_from_camera);
+  }
+  SensorEdges result{odometry.sensor_id, {}, mounting};
   for (std::size_t i = 1; i < frames.size(); ++i) {
     const FrameRecord& a = frames[i - 1];
     const FrameRecord& b = frames[i];

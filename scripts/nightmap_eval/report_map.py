@@ -90,6 +90,14 @@ def floor_paragraphs(site):
     return ([html.paragraph(report["floor"], "note")] if "floor" in report else []) + warnings
 
 
+def sensor_paragraphs(site):
+    """Warns of sensors whose mounting pose or clock seems wrong; empty without other sensors."""
+    path = site.made("pose_graph", "report")
+    report = read_object(path, {"?sensors": [{"?warnings": [str]}]}) if path else {}
+    texts = [text for sensor in report.get("sensors", []) for text in sensor.get("warnings", [])]
+    return [html.paragraph("Warning: " + text, "failed") for text in texts]
+
+
 def trajectory_section(site, metrics):
     estimate = _optional(site.made("map_frame", "trajectory"), read_tum)
     if estimate is None or len(estimate) == 0:
@@ -105,7 +113,7 @@ def trajectory_section(site, metrics):
         picture = drawing.trajectory_png(estimate.positions_m, shown, loops)
         errors_m = np.linalg.norm(estimate.positions_m[pairs[:, 0]] - shown, axis=1)
         parts.append(html.image(drawing.error_png(pairs[:, 0], errors_m), "error of each frame"))
-    parts += floor_paragraphs(site)
+    parts += floor_paragraphs(site) + sensor_paragraphs(site)
     return html.section("Trajectory", html.image(picture, "trajectory from above"), *parts)
 
 

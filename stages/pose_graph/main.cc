@@ -6,6 +6,7 @@
 #include "pipeline/program/stage_main.h"
 #include "stages/pose_graph/adopt_odometry.h"
 #include "stages/pose_graph/pose_graph_output.h"
+#include "stages/pose_graph/sensor_warnings.h"
 
 namespace nightmap {
 namespace {
@@ -28,6 +29,7 @@ void Run(const PoseGraphOptions& options, StageContext& context) {
   WriteFile(context.Output("trajectory"), TrajectoryText(input.frames, result.graph_from_camera));
   WriteFile(context.Output("keyframes"),
             KeyframesText(input.frames, result.graph_from_camera, chain.keyframes));
+  LogWarnings(result.sensors);
   context.WriteIfWanted("loops_csv", [&] { return LoopsToCsv(result.loops); });
   context.Report().update(Summarize(input, result));
 }

@@ -9,9 +9,11 @@
 #include "stages/pose_graph/chain_odometry.h"
 #include "stages/pose_graph/check_odometry.h"
 #include "stages/pose_graph/close_loops.h"
+#include "stages/pose_graph/correct_edges.h"
 #include "stages/pose_graph/fill_bridges.h"
 #include "stages/pose_graph/graph_parts.h"
 #include "stages/pose_graph/sensor_graphs.h"
+#include "stages/pose_graph/sensor_warnings.h"
 
 namespace nightmap {
 namespace {
@@ -22,6 +24,7 @@ class Pipeline {
       : options_(options), input_(input), sensors_(MakeSensorGraphs(input)) {
     graph_.floor = options.edge_sigma_floor;
     graph_.chain = ChainOdometry(options, input);
+    CalibrateSensors();
     graph_.filled = FillBridges(graph_.floor, sensors_, &graph_.chain);
     for (const int idx : graph_.chain.keyframes) {
       graph_.graph_from_keyframe[idx] = graph_.chain.At(idx);
@@ -43,6 +46,18 @@ class Pipeline {
   }
 
  private:
+  // By the camera's odometry alone: a trajectory that follows the sensors too leans to their error.
+  void CalibrateSensors() {
+    if (sensors_.empty()) return;
+    const std::vector<CameraRun> runs = FindCameraRuns(input_.frames, graph_.chain);
+    for (SensorGraph& sensor : sensors_) {
+      const auto calibration = CalibrateSensor(graph_.floor, runs, sensor);
+      calibrations_.push_back(calibration);
+      if (!calibration || !options_.calibrate_sensors) continue;
+      CorrectEdges(options_.calibration_warnings, input_.frames, runs, *calibration, &sensor);
+    }
+  }
+
   std::vector<GraphEdge> CloseLoops() {
     const OdometryChain& chain = graph_.chain;
     std::vector<std::optional<PoseEdge>> loops;
@@ -142,7 +157,12 @@ class Pipeline {
                                  static_cast<int>(all.loops.size()),
                                  static_cast<int>(all.priors.size()),
                                  static_cast<int>(num_edges - kept.size()),
-                                 MedianResidual(kept)});
+                                 MedianResidual(kept),
+                                 calibrations_[i],
+                                 {}});
+      if (!calibrations_[i]) continue;
+      result_.sensors.back().warnings =
+          WarningsOf(options_.calibration_warnings, all.sensor, *calibrations_[i]);
     }
   }
 
@@ -163,7 +183,8 @@ class Pipeline {
 
   const PoseGraphOptions& options_;
   const PoseGraphInput& input_;
-  std::vector<SensorGraph> sensors_;  // with all their loops
+  std::vector<SensorGraph> sensors_;                            // with all their loops
+  std::vector<std::optional<SensorCalibration>> calibrations_;  // of sensors_
   ClosedGraph graph_;
   PoseGraphResult result_;
 };

@@ -3,6 +3,7 @@
 // The graph's frame is about that of the first keyframe; the map_frame stage makes it upright.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/graph/closed_graph_io.h"
+#include "pipeline/graph/sensor_calibration.h"
 #include "pipeline/io/edges_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/matches_io.h"
@@ -18,10 +20,19 @@
 
 namespace nightmap {
 
+// From which size on an error of a sensor's mounting or clock is worth a warning.
+struct CalibrationWarnings {
+  double min_error_m = 0.02;
+  double min_error_rad = 0.0175;
+  double min_error_s = 0.015;
+};
+
 struct PoseGraphOptions {
   EdgeSigmaFloor edge_sigma_floor;
   double max_drift = 10.0;
   double max_loop_error = 6.0;
+  CalibrationWarnings calibration_warnings;
+  bool calibrate_sensors = false;
 
   void Register(OptionList& list);
 };
@@ -57,6 +68,8 @@ struct SensorRecord {
   // Median over the others of the Mahalanobis distance from the trajectory; 2.3 where the
   // covariances are right and nothing else holds the trajectory.
   double median_residual = 0;
+  std::optional<SensorCalibration> calibration;  // none: too little motion, or mounting unknown
+  std::vector<std::string> warnings;             // of a wrong mounting pose or clock
 };
 
 // Frames connected by measured edges and accepted loops. Where there are several parts, only

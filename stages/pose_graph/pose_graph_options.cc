@@ -20,6 +20,21 @@ void PoseGraphOptions::Register(OptionList& list) {
            &max_loop_error,
            Range(0.5, 1000),
            "Mahalanobis distance in the graph beyond which a loop is rejected");
+  list.Add("sensor_min_error_m",
+           &calibration_warnings.min_error_m,
+           Range(0, 100),
+           "a sensor's mounting pose that is farther off is warned of");
+  list.Add("sensor_min_error_rad",
+           &calibration_warnings.min_error_rad,
+           Range(0, 4),
+           "likewise, turned by more");
+  list.Add("sensor_min_error_s",
+           &calibration_warnings.min_error_s,
+           Range(0, 100),
+           "a sensor's clock that is farther off is warned of");
+  list.Add("calibrate_sensors",
+           &calibrate_sensors,
+           "correct the edges of a sensor by what is warned of");
 }
 
 }  // namespace nightmap

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "pipeline/io/csv.h"
+#include "stages/pose_graph/sensor_warnings.h"
 
 namespace nightmap {
 
@@ -37,7 +38,9 @@ nlohmann::json SensorReport(const std::vector<SensorRecord>& sensors) {
                    {"num_loops", record.num_loops},
                    {"num_priors", record.num_priors},
                    {"num_refused", record.num_refused},
-                   {"median_normalized_residual", record.median_residual}});
+                   {"median_normalized_residual", record.median_residual},
+                   {"warnings", record.warnings}});
+    if (record.calibration) all.back()["calibration"] = Summarize(*record.calibration);
   }
   return all;
 }

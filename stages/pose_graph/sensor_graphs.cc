@@ -13,7 +13,10 @@ namespace {
 class SensorGraphMaker {
  public:
   explicit SensorGraphMaker(const PoseGraphInput& input) {
-    for (const FrameRecord& frame : input.frames) frame_at_.emplace(frame.time_ns, frame.frame_idx);
+    for (const FrameRecord& frame : input.frames) {
+      frame_at_.emplace(frame.time_ns, frame.frame_idx);
+      num_cameras_ = std::max(num_cameras_, static_cast<std::size_t>(frame.camera_idx) + 1);
+    }
     for (std::size_t i = 0; i < input.edges.size(); ++i) Add(i, input.edges[i]);
   }
 
@@ -28,6 +31,8 @@ class SensorGraphMaker {
  private:
   void Add(std::size_t file_idx, const SensorEdges& file) {
     SensorGraph& graph = GraphOf(file.sensor);
+    CheckMounting(file_idx, file);
+    if (!graph.mounting) graph.mounting = file.mounting;
     for (const SensorEdge& edge : file.edges) {
       const int source = FrameAt(file_idx, edge.source_time_ns);
       const int target = FrameAt(file_idx, edge.target_time_ns);
@@ -40,6 +45,14 @@ class SensorGraphMaker {
         graph.odometry.push_back(between);
       }
     }
+  }
+
+  void CheckMounting(std::size_t file_idx, const SensorEdges& file) const {
+    if (!file.mounting || file.mounting->robot_from_camera.size() >= num_cameras_) return;
+    throw InputError({{"edges", file_idx}},
+                     "it has robot_from_camera of {} cameras, but the frames are of {}",
+                     file.mounting->robot_from_camera.size(),
+                     num_cameras_);
   }
 
   static void CheckAscends(const SensorGraph& graph) {
@@ -93,6 +106,7 @@ class SensorGraphMaker {
   }
 
   std::unordered_map<std::int64_t, int> frame_at_;
+  std::size_t num_cameras_ = 0;
   std::vector<SensorGraph> graphs_;
 };
 

@@ -52,6 +52,24 @@ TEST(EdgesIo, ReadsBackEveryField) {
   EXPECT_EQ(ReadBytes(folder / "again.h5"), ReadBytes(folder / "e.h5"));
 }
 
+TEST(EdgesIo, TheMountingIsReadBackWhereItIsKnown) {
+  const TemporaryFolder folder;
+  SensorEdges edges = SomeEdges();
+  WriteEdges(folder / "without.h5", edges, "");
+  EXPECT_FALSE(ReadEdges(folder / "without.h5").mounting.has_value());
+  edges.mounting = Mounting{edges.edges[0].target_from_source,
+                            {edges.edges[1].target_from_source, edges.edges[2].target_from_source}};
+  WriteEdges(folder / "e.h5", edges, "");
+  const SensorEdges read = ReadEdges(folder / "e.h5");
+  ASSERT_TRUE(read.mounting.has_value());
+  EXPECT_EQ(read.mounting->robot_from_sensor.Matrix(), edges.mounting->robot_from_sensor.Matrix());
+  ASSERT_EQ(read.mounting->robot_from_camera.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(read.mounting->robot_from_camera[i].Matrix(),
+              edges.mounting->robot_from_camera[i].Matrix());
+  }
+}
+
 TEST(EdgesIo, NoEdgesAreFine) {
   const TemporaryFolder folder;
   WriteEdges(folder / "e.h5", {"wheels", {}}, "");

@@ -82,6 +82,9 @@ Rigid3 TruePose(const Drive& drive, const FrameRecord& frame) {
 void ExpectExact(const Drive& drive, const std::vector<FrameRecord>& frames) {
   const SensorEdges edges = WheelEdges({}, frames, Cameras(), Wheels(drive));
   EXPECT_EQ(edges.sensor, "wheels");
+  ASSERT_TRUE(edges.mounting.has_value());
+  EXPECT_EQ(edges.mounting->robot_from_sensor.Matrix(), Wheels(drive).robot_from_sensor.Matrix());
+  EXPECT_EQ(edges.mounting->robot_from_camera.size(), Cameras().size());
   ASSERT_EQ(edges.edges.size(), frames.size() - 1);
   for (std::size_t i = 0; i < edges.edges.size(); ++i) {
     const SensorEdge& edge = edges.edges[i];

@@ -267,6 +267,16 @@ class ReportTest(unittest.TestCase):
         path.write_text(json.dumps({"floor": said, "floor_warnings": []}))
         self.assertNotIn("Warning: no floor", self.report())
 
+    def test_warns_of_a_sensor_that_is_mounted_otherwise(self):
+        fake_site.write_site(self.site_dir)
+        path = self.site_dir / "pose_graph" / "report.json"
+        report = json.loads(path.read_text()) if path.exists() else {}
+        wheels = {"sensor": "wheels", "warnings": ["wheels: its clock is 0.050 s late"]}
+        path.write_text(json.dumps({**report, "sensors": [wheels, {"sensor": "laser"}]}))
+        self.assertIn('class="failed">Warning: wheels: its clock is 0.050 s late', self.report())
+        path.write_text(json.dumps({**report, "sensors": [{**wheels, "warnings": []}]}))
+        self.assertNotIn("Warning: wheels", self.report())
+
     def test_site_without_truth_says_so(self):
         fake_site.write_site(self.site_dir, truth=False)
         self.evaluate()
