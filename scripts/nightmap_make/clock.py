@@ -72,7 +72,7 @@ def _to_renew(graph):
         if job.script:
             yield slot_path(graph.site, job)
         elif not all(_is_made_by(graph, job, unit, hashes) for unit in graph.units(job)):
-            yield f"{graph.site.config}/{job.program}.toml"
+            yield graph.site.config_of(job)
 
 
 def _is_made_by(graph, job, unit, hashes):
@@ -82,7 +82,7 @@ def _is_made_by(graph, job, unit, hashes):
         return True
     try:
         receipt, whole, _ = read_receipt(path)
-        with open(f"{graph.site.config}/{job.program}.toml", "rb") as file:
+        with open(graph.site.config_of(job), "rb") as file:
             config = tomllib.load(file)
         program = {"path": f"{graph.site.build}/run/{job.program}", "xxh3": receipt["program"]["xxh3"]}
         return whole and tomllib.loads(receipt["config"]) == config and hashes.is_same(program)

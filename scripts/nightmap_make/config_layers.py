@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The effective config of every program, and the source of each value. Later layers win:
+"""The effective configs, and the source of each value. A config has the name of its program, or the one that `options` of a job
+says. Later layers win:
 
-    configs/default/<stage>.toml < configs/<profile>/<stage>.toml < configs/sites/<site>/<stage>.toml < SEED < SET STAGE.KEY=VALUE
+    configs/default/<name>.toml < configs/<profile>/<name>.toml < configs/sites/<site>/<name>.toml < SEED < SET NAME.KEY=VALUE
 """
 
 import os
@@ -10,7 +11,7 @@ from nightmap_make.config_values import ConfigError, like, load, parse_value, sp
 
 
 def effective_configs(request):
-    """Program -> its effective options, and program -> key -> source: a file or a make variable."""
+    """Name -> its effective options, and name -> key -> source: a file or a make variable."""
     _check_profile(request)
     paths = _default_files(request)
     defaults = {stage: load(path) for stage, path in paths.items()}
@@ -38,7 +39,7 @@ def _check_profile(request):
 
 
 def _default_files(request):
-    """Program -> file of its defaults; a profile has those of its own programs in configs/<profile>/default/."""
+    """Name -> file of its defaults; a profile has those of its own jobs in configs/<profile>/default/."""
     found = {}
     for place in (os.path.join(request.configs, "default"), os.path.join(request.configs, request.profile, "default")):
         for name in sorted(os.listdir(place)) if os.path.isdir(place) else []:
@@ -57,7 +58,7 @@ def _layers(request, defaults):
     layers = [] if request.profile == "default" else list(_folder(os.path.join(request.configs, request.profile), defaults))
     layers += _folder(request.site.removesuffix(".toml"), defaults)
     for stage, default in defaults.items():
-        if "seed" in default and not makes_recordings(stage):  # a recording is input, not a draw
+        if "seed" in default and not makes_recordings(request.program_of(stage)):  # a recording is input, not a draw
             layers.append((stage, {"seed": int(request.seed)}, "SEED"))
     return layers
 

@@ -22,11 +22,11 @@ OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mu
 
 
 class ConfigText:
-    """The effective config of a program: its text, and sources: key -> file or make variable that set it. sites: port ->
+    """The effective config that a program takes: its text, and sources: key -> file or make variable that set it. sites: port ->
     text of the site's config that the program reads there. imports: port -> path of a file that [import] names."""
 
-    def __init__(self, values, text, sources, sites, imports):
-        self.values, self.text, self.sources, self.sites, self.imports = values, text, sources, sites, imports
+    def __init__(self, program, values, text, sources, sites, imports):
+        self.program, self.values, self.text, self.sources, self.sites, self.imports = program, values, text, sources, sites, imports
 
     def state(self):
         """A text that tells whether a check of the same program would say the same."""
@@ -49,17 +49,17 @@ class ConfigText:
 
 
 def check_configs(build, configs, is_preview):
-    """Lets each program check its config (program -> ConfigText), once per program and text. Raises PipelineError
-    with one line per wrong config. A preview writes nothing into the folder of the programs."""
+    """Lets programs check their configs (name -> ConfigText), each text once. Raises PipelineError with one line per wrong
+    config. A preview writes nothing into the folder of the programs."""
     folder = os.path.join(build, "checked")
     to_check = {}
-    for program, config in configs.items():
-        path = os.path.join(build, "run", program)
+    for name, config in configs.items():
+        path = os.path.join(build, "run", config.program)
         status = os.stat(path)
-        state = f"{status.st_mtime_ns} {status.st_size}\n{config.state()}"
-        stamp = os.path.join(folder, f"{program}_{hashlib.sha256(state.encode('utf-8', 'surrogatepass')).hexdigest()[:24]}")
+        state = f"{config.program} {status.st_mtime_ns} {status.st_size}\n{config.state()}"
+        stamp = os.path.join(folder, f"{name}_{hashlib.sha256(state.encode('utf-8', 'surrogatepass')).hexdigest()[:24]}")
         if not os.path.exists(stamp):
-            to_check[program] = stamp
+            to_check[name] = stamp
     if not to_check:
         return
     import tempfile  # with all that it imports a hundredth of a second, which a make that does nothing saves
@@ -67,34 +67,34 @@ def check_configs(build, configs, is_preview):
     if not is_preview:
         os.makedirs(folder, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=None if is_preview else build) as scratch:
-        wrong = _run_checks(build, scratch, {program: configs[program] for program in to_check})
+        wrong = _run_checks(build, scratch, {name: configs[name] for name in to_check})
     # So that the next check is of the corrected config alone.
-    for program in to_check.keys() - wrong.keys() if not is_preview else ():
-        with open(to_check[program], "w", encoding="utf-8"):
+    for name in to_check.keys() - wrong.keys() if not is_preview else ():
+        with open(to_check[name], "w", encoding="utf-8"):
             pass
     if wrong:
         raise PipelineError("\n".join(sorted(set(wrong.values()))))
 
 
 def _run_checks(build, scratch, configs):
-    """Program -> complaint, of each program that refuses its config."""
+    """Name -> complaint, of each config that its program refuses."""
     waiting, running, wrong = list(configs), {}, {}
     while waiting or running:
         while waiting and len(running) < SEVERAL:
-            program = waiting.pop(0)
-            running[_start_check(build, scratch, program, configs[program])] = program
+            name = waiting.pop(0)
+            running[_start_check(build, scratch, name, configs[name])] = name
         pid, status = os.wait()
-        program = running.pop(pid)
+        name = running.pop(pid)
         if os.waitstatus_to_exitcode(status) != 0:
-            wrong[program] = _complaint(os.path.join(scratch, f"{program}.log"), program, configs[program])
+            wrong[name] = _complaint(os.path.join(scratch, f"{name}.log"), name, configs[name])
     return wrong
 
 
-def _start_check(build, scratch, program, config):
-    log = os.path.join(scratch, f"{program}.log")
-    command = [os.path.join(build, "run", program), "--check-config", "--config", _write(scratch, f"{program}.toml", config.text)]
+def _start_check(build, scratch, name, config):
+    log = os.path.join(scratch, f"{name}.log")
+    command = [os.path.join(build, "run", config.program), "--check-config", "--config", _write(scratch, f"{name}.toml", config.text)]
     for port, text in config.sites.items():
-        command += ["--in", f"{port}={_write(scratch, f'{program}_{port}.toml', text)}"]
+        command += ["--in", f"{port}={_write(scratch, f'{name}_{port}.toml', text)}"]
     for port, path in config.imports.items():
         command += ["--in", f"{port}={path}"]
     actions = [(os.POSIX_SPAWN_OPEN, fd, log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644) for fd in (1, 2)]
@@ -108,20 +108,20 @@ def _write(folder, name, text):
     return path
 
 
-def _complaint(log, program, config):
+def _complaint(log, name, config):
     with open(log, encoding="utf-8", errors="replace") as file:
         text = file.read().strip()
     if LACKS_MEMORY.search(text):
-        return f"{program}: out of memory while it checked its config; raise the limit (ulimit -v) or free memory, and run make again"
+        return f"{name}: out of memory while it checked its config; raise the limit (ulimit -v) or free memory, and run make again"
     found = MESSAGE.search(text)
     if not found:
-        return f"{program}: {text or 'its check of the config failed without a message; if memory is limited (ulimit -v), raise it'}"
+        return f"{name}: {text or 'its check of the config failed without a message; if memory is limited (ulimit -v), raise it'}"
     if os.path.dirname(found["path"]) != os.path.dirname(log):  # of the site's config, whose copy names the user's file
         return ":".join(filter(None, (found["path"], found["line"]))) + f": {found['reason']}"
     if found["line"] is None:
-        return f"configs/*/{program}.toml: {found['reason']}"
+        return f"configs/*/{name}.toml: {found['reason']}"
     key = config.key_at(int(found["line"]))
-    return f"{config.place_of(key) if key in config.sources else program}: {program}.{found['reason']}"
+    return f"{config.place_of(key) if key in config.sources else name}: {name}.{found['reason']}"
 
 
 def check_clashes(clashes, configs):

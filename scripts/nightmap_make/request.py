@@ -86,18 +86,26 @@ class Asked:
         request.is_synthetic = site.get("synthetic", False) is True
         imports = site.get("import", {})  # of the right type if ResolvedConfigs finds no mistake
         self.pipeline = read_pipeline("configs", str(request.profile), imports if isinstance(imports, dict) else {})
-        request.asks = self.pipeline.asks
+        request.asks, request.programs = self.pipeline.asks, self.pipeline.options
 
     def _preflight(self):
-        programs = [program for program in self.pipeline.programs() if program in self.configs]
-        if self.is_preview and not all(os.path.exists(f"{self.env['BUILD']}/run/{program}") for program in programs):
+        self._check_options()
+        programs = {name: program for name, program in self.pipeline.options.items() if name in self.configs}
+        if self.is_preview and not all(os.path.exists(f"{self.env['BUILD']}/run/{program}") for program in programs.values()):
             return  # they are not built yet, and a preview builds nothing
-        texts = {name: preflight.ConfigText(self.configs[name], canonical(self.configs[name]), self.resolved.sources[name],
+        texts = {name: preflight.ConfigText(programs[name], self.configs[name], canonical(self.configs[name]), self.resolved.sources[name],
                                             self._site_texts(name), self._imports(name)) for name in programs}  # fmt: skip
         preflight.check_configs(self.env["BUILD"], texts, self.is_preview)
         preflight.check_clashes(self.pipeline.clashes, texts)
         self._check_goals()
         self._check_needs()
+
+    def _check_options(self):
+        """Options of another name than their program have a file of defaults like any program's."""
+        for job in self.pipeline.jobs.values():
+            if job.options != job.program and job.options not in self.configs:
+                raise PipelineError(f"{job.where('options')}: there is no configs/{self.request.profile}/default/{job.options}.toml: copy "
+                                    f"the default options of {job.program} to it")  # fmt: skip
 
     def _check_goals(self):
         """A profile may leave out all jobs of a command."""
@@ -126,15 +134,15 @@ class Asked:
         folders = [goal.removeprefix(f"{self.folder}/").split("/")[0] for goal in goals if goal.startswith(f"{self.folder}/")]
         return closure(self.pipeline, goals, folders)
 
-    def _site_texts(self, program):
-        """Port -> text that a program reads there of the site's config and QUERY."""
+    def _site_texts(self, options):
+        """Port -> text that a job with these options reads there of the site's config and QUERY."""
         sites = self.resolved.sites
-        inputs = [reference for job in self.pipeline.jobs.values() if job.program == program for reference in job.inputs]
+        inputs = [reference for job in self.pipeline.jobs.values() if job.options == options for reference in job.inputs]
         return {reference.port: sites[reference.source][0] for reference in inputs if reference.source in sites}
 
-    def _imports(self, program):
-        """Port -> path of the file of [import] that a program reads there."""
-        inputs = [reference for job in self.pipeline.jobs.values() if job.program == program for reference in job.inputs]
+    def _imports(self, options):
+        """Port -> path of the file of [import] that a job with these options reads there."""
+        inputs = [reference for job in self.pipeline.jobs.values() if job.options == options for reference in job.inputs]
         imports = self.tables.get("import", {})
         return {reference.port: os.path.join(self.env["DATA"], imports[reference.output]) for reference in inputs
                 if reference.job == "import" and reference.output in imports}
@@ -151,9 +159,9 @@ class Asked:
             raise Refused(error) from None
 
     def _folders(self):
-        """Program -> names of the folders of its jobs."""
-        return {program: sorted({job.folder for job in self.pipeline.jobs.values() if job.program == program})
-                for program in self.pipeline.programs()}  # fmt: skip
+        """Name of a config -> names of the folders of its jobs."""
+        return {name: sorted({job.folder for job in self.pipeline.jobs.values() if job.options == name})
+                for name in self.pipeline.options}  # fmt: skip
 
     def check_disk(self, jobs):
         """Room for the frames added since the last list of frames."""

@@ -28,6 +28,7 @@ class ConfigRequest:
     ends = []  # STAGE.KEY=VALUE of START and GOAL; they may contain spaces
     asks = "pictures"  # of which QUERY names files, or "scans"
     is_synthetic = False  # synthesize makes the recording
+    programs = {}  # name of a config -> program, where the names may differ
     reads_recordings = True  # False: only the queries are looked at
 
     def __init__(self, configs, site, data, config_dir, work_dir, **more):
@@ -39,13 +40,17 @@ class ConfigRequest:
                 raise TypeError(f"a request of configs has no {name}")
             setattr(self, name, value)
 
+    def program_of(self, name):
+        """The program that takes a config."""
+        return self.programs.get(name, name)
+
     @property
     def site_name(self):
         return os.path.basename(self.site).removesuffix(".toml")
 
 
 class ResolvedConfigs:
-    """configs: program -> options; sources: program -> key -> file or variable that set it; sites: part -> text and tables that
+    """configs: name -> options; sources: name -> key -> file or variable that set it; sites: part -> text and tables that
     stages read of the site's config and QUERY. Reads and checks them, and writes nothing before settle. Raises ConfigError."""
 
     def __init__(self, request):
@@ -58,17 +63,17 @@ class ResolvedConfigs:
             files.check(request.site_name)
 
     def settle(self, folders):
-        """Writes the changed files. folders: program -> names of the folders of its jobs. Returns files whose times are those of
+        """Writes the changed files. folders: name of a config -> names of the folders of its jobs. Returns files whose times are those of
         the last change of `recordings` and `pictures`."""
-        for program, config in self.configs.items():
-            self._settle_config(program, config, folders.get(program, [program]))
+        for name, config in self.configs.items():
+            self._settle_config(name, config, folders.get(name, [name]))
         for part, (text, site) in self.sites.items():
             settle_site(part, text, site, self._request)
         return {files.name: files.settle(self._request) for files in input_files(self._request, self.sites)}
 
-    def _settle_config(self, program, config, folders):
-        request, name = self._request, f"{program}.toml"
-        settle(os.path.join(request.config_dir, name), os.path.join(request.work_dir, name), canonical(config),
+    def _settle_config(self, name, config, folders):
+        request, file, program = self._request, f"{name}.toml", self._request.program_of(name)
+        settle(os.path.join(request.config_dir, file), os.path.join(request.work_dir, file), canonical(config),
                changed_ns=lambda: made_with(self._receipts(program, folders), program, config))  # fmt: skip
 
     def _receipts(self, program, folders):

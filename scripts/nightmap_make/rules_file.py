@@ -144,7 +144,7 @@ class RulesFile:
         job = rule.job
         if job.script:
             return [f"scripts/{job.script}"]
-        return [f"{self.site.build}/run/{job.program}", f"{self.site.config}/{job.program}.toml"]
+        return [f"{self.site.build}/run/{job.program}", self.site.config_of(job)]
 
     def prerequisites(self, rule):
         words = self.tool(rule)
@@ -181,7 +181,7 @@ class RulesFile:
             return [f"$(RUN) {rule.name} $(PYTHON) scripts/{job.script} --site-dir {self.site.folder}",
                     f"--data {self.site.data} --out {rule.output_paths()[0]}"]  # fmt: skip
         words = [f"$(RUN) {rule.name} $(LAUNCH) {self.site.build}/run/{job.program}",
-                 f"--config {self.site.config}/{job.program}.toml"]  # fmt: skip
+                 f"--config {self.site.config_of(job)}"]  # fmt: skip
         for port, value in rule.inputs:
             many = isinstance(value, PathList)
             words.append(f"--in-list {port}={self._list_path(value)}" if many else f"--in {port}={value}")

@@ -35,6 +35,10 @@ class SiteState:
         """Path of an input that no job makes: the recordings' folder, a copy of the site's config, or what QUERY asks."""
         return self.data if name == "data" else f"{self.config}/{name}/{self.name}.toml"
 
+    def config_of(self, job):
+        """Path of the effective config of a job with a program."""
+        return f"{self.config}/{job.options}.toml"
+
     def has(self, condition):
         """Whether a job with this `when` runs: a word, or a key of the site's config."""
         if condition in (None, "synthetic", "queries"):

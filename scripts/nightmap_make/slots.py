@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What fills the slot of each job: its program, the sources of its inputs and the files of [import].
+"""What fills the slot of each job: its program, the name of its options, the sources of its inputs and the files of [import].
 
 A profile and [import] change these, and none of the files that they name is newer for it. So config/slots/<job> holds them, and
 each rule of the job depends on it. It is written only when it changed. When the receipts say that the results were made by the
-same program from the same imported files, its time is before that run: going back to an earlier value costs nothing, and neither
+same program with the same options from the same imported files, its time is before that run: going back to an earlier value costs nothing, and neither
 does a touch of an imported file.
 """
 
 import os
 import re
+import tomllib
 from functools import partial
 
 from nightmap_make import changed_files
@@ -60,7 +61,7 @@ class LazyHashes:
 def _text(graph, job):
     if job.script:
         return "".join(f"job {name}\n" for name, other in graph.jobs.items() if other.when != "asked" and not other.script)
-    lines = [f"program {job.program}"]
+    lines = [f"program {job.program}", f"options {job.options}"]
     for reference in _references(graph, job):
         lines.append(f"in.{reference.port} {reference.text}")
         if reference.job == "import":
@@ -94,6 +95,9 @@ def _start_of_runs_ns(graph, job, hashes):
 def _difference(graph, job, receipt, hashes):
     if receipt["stage"] != job.program:
         return f"program {receipt['stage']} -> {job.program}"
+    with open(graph.site.config_of(job), "rb") as file:
+        if tomllib.loads(receipt["config"]) != tomllib.load(file):  # whose time tells nothing when it is another file than before
+            return f"options are not those of {job.options}"
     references = _references(graph, job)
     to_come = {}  # of each port, in the order of its list
     for reference in references:

@@ -45,7 +45,7 @@ class Staleness:
             return f"{path} does not exist"
         if time_ns <= self._times.of(oldest):
             return None
-        if path == f"{self._file.site.config}/{rule.job.program}.toml":
+        if path == self._file.site.config_of(rule.job):
             return config_change(self._file.site, self._file.graph, rule) or f"{path} is newer than {oldest}"
         if path == slot_path(self._file.site, rule.job):
             return slot_change(self._file.graph, rule) or f"{path} is newer than {oldest}"
@@ -75,12 +75,12 @@ def config_change(site, graph, rule):
     try:
         with open(report, encoding="utf-8") as file:
             old = tomllib.loads(json.load(file)["config"])
-        with open(f"{site.config}/{rule.job.program}.toml", "rb") as file:
+        with open(site.config_of(rule.job), "rb") as file:
             new = tomllib.load(file)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
     changes = [f"{key} {old.get(key)} -> {new[key]}" for key in sorted(new) if old.get(key) != new[key]]
-    return f"options of {rule.job.program} changed: {', '.join(changes)}" if changes else None
+    return f"options of {rule.job.options} changed: {', '.join(changes)}" if changes else None
 
 
 def program_reason(build):

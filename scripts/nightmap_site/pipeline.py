@@ -8,10 +8,11 @@ import re
 from nightmap_site.declaration import Declaration, PipelineError, read_toml
 from nightmap_site.needs import NEEDS
 
-KEYS = {"purpose", "program", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads", "stamp",
+KEYS = {"purpose", "program", "options", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads", "stamp",
         "kB_per_frame", "section", "needs", "asks"}  # fmt: skip
 REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this|all))?(?P<by_hash> by hash)?"
                        r"(?P<if_made> if made)?")
+OPTIONS = re.compile(r"[a-z]\w*", re.ASCII)
 CONDITION = re.compile(r"\w+(\.\w+)*")
 SOURCES = ("site", "queries", "asked", "data")
 SECTIONS = ("report", "evaluation")
@@ -69,6 +70,7 @@ class Job:
         self.purpose = table.get("purpose", "")
         self.script = table.get("script")
         self.program = None if self.script else table.get("program", name)
+        self.options = None if self.script else table.get("options", self.program)
         self.unit, self.lists = table.get("unit", "site"), table.get("lists")
         self.when = table.get("when")
         self.goal = table.get("goal", "map")
@@ -88,6 +90,8 @@ class Job:
             raise PipelineError(f"{where()} needs a purpose and an output")
         if not isinstance(self.needs, list) or not all(need in list(NEEDS) for need in self.needs):
             raise PipelineError(f"{where('needs')}: needs = {self.needs!r} is no list of {', '.join(NEEDS)}")
+        if not self.script and not OPTIONS.fullmatch(str(self.options)):
+            raise PipelineError(f"{where('options')}: options = {self.options!r} is no name of a file like \"features\"")
         if self.stamp not in (None, *STAMPS):
             raise PipelineError(f"{where('stamp')}: stamp = \"{self.stamp}\" is none of {', '.join(STAMPS)}")
         if self.asks not in (None, *ASKS):
@@ -141,7 +145,8 @@ class Goal:
 
 
 class Pipeline:
-    """jobs: name -> Job; a job that makes an input comes before the jobs that read it. goals: name -> Goal."""
+    """jobs: name -> Job; a job that makes an input comes before the jobs that read it. goals: name -> Goal.
+    options: name of each config -> the program that takes it."""
 
     def __init__(self, jobs, goals, clashes):
         self.clashes, self.goals = clashes, goals
@@ -153,6 +158,7 @@ class Pipeline:
             self.listed_by |= {job.lists: job} if job.lists else {}
         for job in jobs.values():
             self._check(job)
+        self.options = self._named_options()
 
     @property
     def asks(self):
@@ -185,6 +191,17 @@ class Pipeline:
     def programs(self):
         """Names of the programs, without repetition."""
         return list(dict.fromkeys(job.program for job in self.jobs.values() if job.program))
+
+    def _named_options(self):
+        """Name of each config -> the one program that takes it."""
+        found = {}
+        for job in self.jobs.values():
+            program = found.setdefault(job.options, job.program)
+            if program != job.program:
+                raise PipelineError(f"{job.where('options')}: options \"{job.options}\" are those of {program}, and {job.name} runs "
+                                    f"{job.program}: give it options of another name")  # fmt: skip
+        found.pop(None, None)  # of scripts
+        return found
 
     def lists_units(self, job):
         """Whether files of this job or whole jobs exist per unit that it lists."""

@@ -10,10 +10,14 @@ import unittest
 
 from nightly import nightly
 from out_of_range import NO_CHOICE, options, said_of
+from nightmap_site.pipeline import read_pipeline
 from workspace import BUILD, PIPELINE, REPOSITORY
 
 # Program -> its default config, those of profiles included.
 DEFAULTS = {path.stem: path for path in [*REPOSITORY.glob("configs/default/*.toml"), *REPOSITORY.glob("configs/*/default/*.toml")]}
+# Name of a config -> the program that takes it, where a job has `options` of its own.
+PROGRAM_OF = {name: program for path in REPOSITORY.glob("configs/*/pipeline.toml")
+              for name, program in read_pipeline(str(REPOSITORY / "configs"), path.parent.name).options.items()}  # fmt: skip
 NUM_KEYS = 2  # of each stage tried with a wrong value; tests/base tries every kind of option
 
 
@@ -24,8 +28,9 @@ def run(stage, *arguments):
 class ProgramsTest(unittest.TestCase):
     def check_each(self, check):
         for stage in DEFAULTS:
-            with self.subTest(stage):
-                check(stage)
+            if PROGRAM_OF.get(stage, stage) == stage:
+                with self.subTest(stage):
+                    check(stage)
 
     def check_config(self, stage, text):
         with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
@@ -53,6 +58,12 @@ class ProgramsTest(unittest.TestCase):
             self.assertEqual(self.check_config(stage, printed.stdout).returncode, 0)
 
         self.check_each(check)
+
+    def test_options_of_a_job_have_all_keys_of_its_program(self):
+        for name, program in PROGRAM_OF.items():
+            with self.subTest(name):
+                self.assertEqual(list(tomllib.loads(DEFAULTS[name].read_text())), list(tomllib.loads(run(program, "--print-config").stdout)))
+                self.assertEqual(run(program, "--check-config", "--config", DEFAULTS[name]).returncode, 0)
 
     def test_config_mistakes_exit_with_2_and_name_the_line(self):
         def check(stage):

@@ -71,7 +71,30 @@ class PipelineTest(Declared):
         programs = {path.parent.name for path in CONFIGS.parent.glob("stages/*/main.cc")}
         self.assertLessEqual(set(pipeline.programs()), programs)
         defaults = [path.stem for path in [*CONFIGS.glob("default/*.toml"), *CONFIGS.glob("*/default/*.toml")]]
-        self.assertEqual(sorted(defaults), sorted(programs))  # each in one place
+        of_jobs = {name for profile in CONFIGS.glob("*/pipeline.toml")
+                   for name, program in read_pipeline(str(CONFIGS), profile.parent.name).options.items() if name != program}  # fmt: skip
+        self.assertEqual(sorted(defaults), sorted(programs | of_jobs))  # each in one place
+
+    def test_options_of_a_job(self):
+        self.write("again/pipeline.toml", '[grid]\noptions = "fine_grid"\n[coarse]\npurpose = "projects"\nprogram = "grid"\n'
+                                          'in.odometry = "odometry.odometry"\nout.pgm = "map.pgm"\n')  # fmt: skip
+        graph = self.graph("again")
+        self.assertEqual(graph.pipeline.options, {"frames": "frames", "odometry": "odometry", "fine_grid": "grid", "grid": "grid"})
+        grid, coarse = (next(rule for rule in graph.rules if rule.name == name) for name in ("grid", "coarse"))
+        rules, config = RulesFile(graph, Times()), self.folder / "office/config"
+        self.assertEqual(rules.tool(grid), ["build/run/grid", f"{config}/fine_grid.toml"])
+        self.assertEqual(rules.tool(coarse), ["build/run/grid", f"{config}/grid.toml"])
+        self.assertEqual(self.graph().pipeline.options["grid"], "grid")
+
+    def test_options_are_of_one_program(self):
+        self.changed_options("odometry", r"again/pipeline.toml:2: \[grid\]: options \"odometry\" are those of odometry, and grid runs grid")
+        for wrong in ("../grid", "", "Grid"):
+            self.changed_options(wrong, r"again/pipeline.toml:2: \[grid\]: options = '.*' is no name of a file")
+
+    def changed_options(self, options, said):
+        self.write("again/pipeline.toml", f'[grid]\noptions = "{options}"\n')
+        with self.subTest(options), self.assertRaisesRegex(PipelineError, said):
+            self.graph("again")
 
     def test_mistakes_name_the_file_and_the_job(self):
         for old, new, said in (
@@ -321,14 +344,15 @@ in.edges = ["odometry.odometry", "loops.edges"]
         self.assertIn("odometry --> grid", drawing)
         self.assertIn("loops --> grid", drawing)
 
-    def difference(self, *names):
-        """What the slot says of a run whose edges were these files."""
+    def difference(self, *names, config=""):
+        """What the slot says of a run whose edges were these files; config: what the run's receipt has."""
         graph, grid = self.grid()
         paths = dict(grid.outputs)
         for path in paths.values():
             self.write(path, "")
+        self.write(graph.site.config_of(grid.job), "")
         self.write(paths["receipt"], json.dumps({
-            "stage": "grid", "start_time": "2026-01-01T00:00:00Z", "config": "",
+            "stage": "grid", "start_time": "2026-01-01T00:00:00Z", "config": config,
             "inputs": [{"name": "edges", "path": f"maps/office/{name}", "xxh3": "0"} for name in names],
             "outputs": [{"path": path} for path in paths.values()]}))  # fmt: skip
         return slots.change(graph, grid)
@@ -343,6 +367,12 @@ in.edges = ["odometry.odometry", "loops.edges"]
         self.assertEqual(self.difference(*shards, "wheels/edges.h5"), "in.edges: maps/office/wheels/edges.h5 -> loops.edges")
         self.assertEqual(self.difference(*shards, loops, "wheels/edges.h5"), "in.edges: maps/office/wheels/edges.h5 -> loops.edges")
 
+    def test_a_receipt_of_other_options_does_not_fit_the_slot(self):
+        made_by = "odometry/shard_0000.h5", "odometry/shard_0001.h5", "loops/edges.h5"
+        self.assertIsNone(self.difference(*made_by))
+        self.assertIsNone(self.difference(*made_by, config="# said otherwise"))
+        self.assertEqual(self.difference(*made_by, config="size = 2"), "options are not those of grid")
+
     def test_the_slot_changes_with_the_list(self):
         def text():
             graph, _ = self.grid()
@@ -350,7 +380,7 @@ in.edges = ["odometry.odometry", "loops.edges"]
             return Path(slots.slot_path(graph.site, graph.jobs["grid"])).read_text()
 
         both = text()
-        self.assertEqual(both, "program grid\nin.edges odometry.odometry\nin.edges loops.edges\n")
+        self.assertEqual(both, "program grid\noptions grid\nin.edges odometry.odometry\nin.edges loops.edges\n")
         self.changed('"odometry.odometry", "loops.edges"', '"loops.edges", "odometry.odometry"')
         self.assertNotEqual(text(), both)
 
@@ -447,7 +477,7 @@ def track_of_mp4(header, num_samples):
 
 class PreflightTest(unittest.TestCase):
     def texts(self, **values):
-        return {name: preflight.ConfigText(config, "", dict.fromkeys(config, "SET"), {}, {}) for name, config in values.items()}
+        return {name: preflight.ConfigText(name, config, "", dict.fromkeys(config, "SET"), {}, {}) for name, config in values.items()}
 
     def check(self, condition, **values):
         preflight.check_clashes([{"when": condition, "remedy": "raise it"}], self.texts(**values))
