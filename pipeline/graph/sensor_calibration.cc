@@ -4,7 +4,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "pipeline/base/median.h"
 #include "pipeline/geometry/levenberg_marquardt.h"
 #include "pipeline/graph/sensor_stretches.h"
 
@@ -47,12 +49,6 @@ Vector6d PerturbationOf(const Rigid3& pose) {
   Vector6d vector;
   vector << turn.angle() * turn.axis(), pose.translation;
   return vector;
-}
-
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 class Calibrator {
@@ -201,7 +197,7 @@ class Calibrator {
       for (int row = 0; row < 6; ++row) sizes[row].push_back(std::abs(residual[row]));
     }
     for (int row = 0; row < 6; ++row) {
-      deviation_[row] = std::max(kMinDeviation, 1.4826 * MedianOf(sizes[row]));
+      deviation_[row] = std::max(kMinDeviation, 1.4826 * Median(sizes[row]));
     }
   }
 

@@ -6,8 +6,10 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/median.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
 #include "pipeline/synthetic/route.h"
@@ -117,9 +119,8 @@ class QueryPlanner {
       if (is_seen) ++num_seen;
     }
     if (depths.empty()) return 0;
-    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-    std::nth_element(depths.begin(), middle, depths.end());
-    if (*middle < kMinMedianDepth_m || *middle > sensor_.max_depth_m) return 0;
+    const double median_m = Median(std::move(depths));
+    if (median_m < kMinMedianDepth_m || median_m > sensor_.max_depth_m) return 0;
     return static_cast<double>(num_seen) / (kNumColumns * kNumRows);
   }
 

@@ -8,8 +8,10 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/median.h"
 
 namespace nightmap {
 namespace {
@@ -236,10 +238,7 @@ double MedianError_px(const CeilingProblem& problem, const CeilingUnknowns& unkn
                                                   error.data());
     if (is_seen) errors_px.push_back(error.norm());
   }
-  if (errors_px.empty()) return 0;
-  const auto middle = errors_px.begin() + static_cast<std::ptrdiff_t>(errors_px.size() / 2);
-  std::ranges::nth_element(errors_px, middle);
-  return *middle;
+  return Median(std::move(errors_px));
 }
 
 }  // namespace

@@ -3,18 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "pipeline/base/median.h"
 
 namespace nightmap {
 namespace {
 
 constexpr double kCell_m = 0.1;
 constexpr std::size_t kMinPoints = 3;
-
-double Median(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::ranges::nth_element(*values, middle);
-  return *middle;
-}
 
 Eigen::Index NumCells(double length_m) {
   return std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::ceil(length_m / kCell_m)));
@@ -48,9 +45,9 @@ CeilingHeights::CeilingHeights(const std::vector<Eigen::Vector3d>& points,
       }
     }
   }
-  heights_m_.assign(near.size(), Median(&all));
+  heights_m_.assign(near.size(), Median(std::move(all)));
   for (std::size_t i = 0; i < near.size(); ++i) {
-    if (near[i].size() >= kMinPoints) heights_m_[i] = Median(&near[i]);
+    if (near[i].size() >= kMinPoints) heights_m_[i] = Median(std::move(near[i]));
   }
 }
 

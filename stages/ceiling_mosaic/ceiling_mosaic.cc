@@ -11,6 +11,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/input_error.h"
+#include "pipeline/base/median.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/io/frame_failure.h"
 #include "stages/ceiling_mosaic/ceiling_heights.h"
@@ -116,11 +117,7 @@ class MosaicMaker {
     }
     for (const auto& [view, failure] : failed) mosaic_.skipped.push_back(failure);
     mosaic_.covered_m2 = static_cast<double>(covered) * resolution_m_ * resolution_m_;
-    if (!all.empty()) {
-      const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-      std::ranges::nth_element(all, middle);
-      mosaic_.median_deviation = *middle;
-    }
+    mosaic_.median_deviation = Median(std::move(all));
     return std::move(mosaic_);
   }
 

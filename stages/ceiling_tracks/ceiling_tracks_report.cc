@@ -4,18 +4,9 @@
 #include <algorithm>
 #include <map>
 
+#include "pipeline/base/median.h"
+
 namespace nightmap {
-namespace {
-
-template <typename T>
-T MedianOrZero(std::vector<T> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
-}  // namespace
 
 nlohmann::json CeilingTracksReport(const CeilingTracksResult& result) {
   std::map<std::int64_t, int> lengths;
@@ -48,8 +39,8 @@ nlohmann::json CeilingTracksReport(const CeilingTracksResult& result) {
             {"off_corner", ended(TrackEnd::kOffCorner)},
             {"merged", ended(TrackEnd::kMerged)},
             {"new_picture", ended(TrackEnd::kNewPicture)}}},
-          {"median_length_frames", MedianOrZero(all_lengths)},
-          {"median_displacement_px", MedianOrZero(displacements_px)}};
+          {"median_length_frames", Median(all_lengths)},
+          {"median_displacement_px", Median(displacements_px)}};
 }
 
 }  // namespace nightmap

@@ -4,17 +4,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "pipeline/base/median.h"
+
 namespace nightmap {
 namespace {
 
 // Two tracks nearer than this follow one corner.
 constexpr float kSameCorner_px = 3;
-
-float MedianOf(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 Eigen::Vector2f MedianOf(const std::vector<Eigen::Vector2f>& steps_px) {
   if (steps_px.empty()) return Eigen::Vector2f::Zero();
@@ -23,7 +19,7 @@ Eigen::Vector2f MedianOf(const std::vector<Eigen::Vector2f>& steps_px) {
     x.push_back(step.x());
     y.push_back(step.y());
   }
-  return {MedianOf(std::move(x)), MedianOf(std::move(y))};
+  return {Median(std::move(x)), Median(std::move(y))};
 }
 
 Eigen::Vector2f Undistorted(const Camera& camera, const Eigen::Vector2f& raw_px) {

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <utility>
 
+#include "pipeline/base/median.h"
 #include "pipeline/recording/frame_lists.h"
 
 namespace nightmap {
@@ -48,12 +49,6 @@ std::vector<MotionPair> PairsAt(const std::vector<StampedPose>& given,
     if (a && b) pairs.push_back({b->Inverse() * *a, motion.b_from_a});
   }
   return pairs;
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 double MedianScale(const std::vector<MotionPair>& pairs) {

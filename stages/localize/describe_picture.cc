@@ -2,7 +2,9 @@
 #include "stages/localize/describe_picture.h"
 
 #include <algorithm>
+#include <utility>
 
+#include "pipeline/base/median.h"
 #include "pipeline/features/resize_picture.h"
 #include "pipeline/io/frame_failure.h"
 
@@ -11,12 +13,9 @@ namespace {
 
 // Median of the cameras' focal lengths; 0 without any camera.
 double MedianFocal_px(const std::vector<RgbdCamera>& cameras) {
-  if (cameras.empty()) return 0;
   std::vector<double> focals_px;
   for (const RgbdCamera& camera : cameras) focals_px.push_back(camera.color.fx);
-  const auto middle = focals_px.begin() + static_cast<std::ptrdiff_t>(focals_px.size() / 2);
-  std::nth_element(focals_px.begin(), middle, focals_px.end());
-  return *middle;
+  return Median(std::move(focals_px));
 }
 
 // Scales a picture that is much finer than the map's down to the map's.

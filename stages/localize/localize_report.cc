@@ -5,17 +5,10 @@
 #include <map>
 #include <string>
 
+#include "pipeline/base/median.h"
+
 namespace nightmap {
-namespace {
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 nlohmann::json SummarizeQueries(const std::vector<QueryResult>& queries) {
   std::vector<double> num_inliers;

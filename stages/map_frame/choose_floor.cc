@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
+
+#include "pipeline/base/median.h"
 
 namespace nightmap {
 namespace {
@@ -130,9 +133,7 @@ class FloorFinder {
 double MedianHeight_m(const std::vector<Rigid3>& given_from_cameras, const Eigen::Vector3d& up) {
   std::vector<double> heights;
   for (const Rigid3& pose : given_from_cameras) heights.push_back(up.dot(pose.translation));
-  std::ranges::nth_element(heights,
-                           heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2));
-  return heights[heights.size() / 2];
+  return Median(std::move(heights));
 }
 
 FloorChoice ChooseFloor(const MapFrameOptions& options,

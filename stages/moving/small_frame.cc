@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/median.h"
 
 namespace nightmap {
 namespace {
@@ -32,10 +34,7 @@ float MedianOfBlock(const DepthImage& depth, int left, int top, int step) {
       if (depth.At(x, y) > 0) measured.push_back(depth.At(x, y));
     }
   }
-  if (measured.empty()) return 0;
-  const auto middle = measured.begin() + static_cast<std::ptrdiff_t>(measured.size() / 2);
-  std::ranges::nth_element(measured, middle);
-  return *middle;
+  return Median(std::move(measured));
 }
 
 GrayImage ReduceGray(const ColorImage& color, const Camera& reduced, int step) {

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <optional>
 #include <set>
+#include <utility>
 
+#include "pipeline/base/median.h"
 #include "pipeline/graph/frame_poses.h"
 #include "stages/pose_graph/chain_odometry.h"
 #include "stages/pose_graph/check_odometry.h"
@@ -167,7 +169,6 @@ class Pipeline {
   }
 
   double MedianResidual(const std::vector<PoseEdge>& edges) const {
-    if (edges.empty()) return 0;
     const auto pose = [&](int node) {
       return node == kMapNode ? Rigid3()
                               : result_.graph_from_camera[static_cast<std::size_t>(node)];
@@ -176,9 +177,7 @@ class Pipeline {
     for (const PoseEdge& edge : edges) {
       residuals.push_back(ErrorOf(edge, pose(edge.frame_a), pose(edge.frame_b)));
     }
-    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-    std::ranges::nth_element(residuals, middle);
-    return *middle;
+    return Median(std::move(residuals));
   }
 
   const PoseGraphOptions& options_;

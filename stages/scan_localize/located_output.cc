@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 
+#include "pipeline/base/median.h"
+
 namespace nightmap {
 namespace {
 
@@ -37,13 +39,6 @@ std::string Row(int query_idx, std::size_t rank, const ScanCandidate& candidate)
       sigmas.y(),
       sigmas.z(),
       scale > 0 ? candidate.covariance(0, 1) / scale : 0);
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/median.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
 #include "pipeline/synthetic/floor_plan.h"
@@ -31,12 +32,6 @@ constexpr std::uint64_t kUpwardMountStream = 607;
 std::uint64_t NoiseSeed(const SynthesizeOptions& options, std::uint64_t stream, std::size_t idx) {
   const auto first_idx = static_cast<std::uint64_t>(options.recording) << 32;
   return Random(static_cast<std::uint64_t>(options.building.seed), stream, first_idx + idx).Next();
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 // No picture shows the light.

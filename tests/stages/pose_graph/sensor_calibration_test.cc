@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/median.h"
 #include "stages/pose_graph/pose_graph_output.h"
 #include "tests/stages/pose_graph/circle_scene.h"
 #include "tests/stages/pose_graph/wheeled_robot.h"
@@ -31,11 +32,6 @@ SensorRecord RecordOf(const WheeledRobot& robot) {
   EXPECT_EQ(result.sensors.size(), 1U);
   EXPECT_TRUE(result.sensors.at(0).calibration.has_value());
   return result.sensors.at(0);
-}
-
-double Median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
 }
 
 TEST(SensorCalibration, ARightMountingAndClockAreNotWarnedOf) {
