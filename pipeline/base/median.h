@@ -8,7 +8,7 @@
 
 namespace nightmap {
 
-// Of an even number of values the upper one of the two in the middle; 0 of none.
+// Takes the upper one of the two in the middle of an even number of values; 0 of none.
 template <typename T>
 T Median(std::vector<T> values) {
   if (values.empty()) return T{};

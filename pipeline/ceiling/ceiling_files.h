@@ -19,10 +19,10 @@ struct CeilingTracks {
   CornerTracks tracks;  // of the whole site
 };
 
-// Of the inputs `frames`, `cameras` and `tracks`, the latter of all shards in order.
+// Reads the inputs `frames`, `cameras` and `tracks`; the tracks are of all shards, in order.
 CeilingTracks ReadCeilingTracks(StageContext& context);
 
-// The outputs `trajectory` (map_from_robot at each frame), `map` and `ply`.
+// Writes the outputs `trajectory` (map_from_robot at each frame), `map` and `ply`.
 void WriteCeiling(const CeilingMap& map, StageContext& context);
 
 }  // namespace nightmap

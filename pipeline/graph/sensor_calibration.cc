@@ -29,7 +29,7 @@ CalibrationVector PriorSigma() {
   return sigma;
 }
 
-// Of the central differences.
+// Central differences take these steps.
 CalibrationVector StepSize() {
   CalibrationVector step;
   step << 1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 2e-3;

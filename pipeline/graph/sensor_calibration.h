@@ -19,8 +19,8 @@ using CalibrationVector = Eigen::Matrix<double, 8, 1>;
 constexpr int kScaleIdx = 6;
 constexpr int kTimeIdx = 7;
 
-// What is to be added to the site config, and its standard deviation. The pose of a rig's cameras
-// is not corrected: several cameras that agree with each other tell of the sensor's pose.
+// SensorCalibration says what to add to the site config, and how sure that is. The pose of a rig's
+// cameras is not corrected: several cameras that agree with each other tell of the sensor's pose.
 struct SensorCalibration {
   std::optional<int> camera_idx;  // the pose is robot_from_camera of it; none: robot_from_sensor
   Rigid3 given_pose;              // as the edges were made with

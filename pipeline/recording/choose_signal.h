@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/base/options.h"
 #include "pipeline/recording/signals_io.h"
 
 namespace nightmap {
@@ -20,5 +21,14 @@ const Signal& ChooseScanner(const std::vector<Signal>& scans,
 const Signal& ChooseOdometry(const std::vector<Signal>& odometry,
                              const std::string& sensor_id,
                              const std::string& option);
+
+// Which odometry a job takes, and how much of it may be missing.
+struct OdometryChoice {
+  std::string sensor;
+  double max_gap_s = 0.5;  // between two samples
+
+  // Registers odometry_sensor and max_odometry_gap_s.
+  void Register(OptionList& list);
+};
 
 }  // namespace nightmap

@@ -61,7 +61,7 @@ Rect2 Doorway(const BuildingOptions& options, const Room& room) {
           std::max(a.y(), b.y())};
 }
 
-// In the middle of the east corridor, between its corners.
+// The stretch lies in the middle of the east corridor, between its corners.
 Rect2 BlankStretch(const BuildingOptions& options, const Rect2& east) {
   const double length_m = options.blank_walls_length_m;
   if (length_m <= 0) return {};

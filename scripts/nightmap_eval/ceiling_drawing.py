@@ -35,7 +35,8 @@ def map_png(ceiling_map, estimate_m, truth_m=None, wheels_m=None):
 
 def mosaic_png(pixels, corner_m, size_m, ceiling_map):
     """A picture of the ceiling at its place in the map, with the ellipses of the landmarks. corner_m: of its upper left corner."""
-    figure, axes = drawing.map_axes("The ceiling, with 95 % ellipses of the landmarks", (9.5, np.clip(7 * size_m[1] / size_m[0], 2.5, 8) + 1))
+    size = (9.5, np.clip(7 * size_m[1] / size_m[0], 2.5, 8) + 1)
+    figure, axes = drawing.map_axes("The ceiling, with 95 % ellipses of the landmarks", size)
     axes.set_aspect("equal", adjustable="box")
     axes.imshow(pixels, extent=(corner_m[0], corner_m[0] + size_m[0], corner_m[1] - size_m[1], corner_m[1]), origin="upper")
     draw_landmarks(figure, axes, ceiling_map)

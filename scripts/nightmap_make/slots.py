@@ -3,8 +3,8 @@
 
 A profile and [import] change these, and none of the files that they name is newer for it. So config/slots/<job> holds them, and
 each rule of the job depends on it. It is written only when it changed. When the receipts say that the results were made by the
-same program with the same options from the same imported files, its time is before that run: going back to an earlier value costs nothing, and neither
-does a touch of an imported file.
+same program with the same options from the same imported files, its time is before that run: going back to an earlier value costs
+nothing, and neither does a touch of an imported file.
 """
 
 import os

@@ -8,8 +8,8 @@ import re
 from nightmap_site.declaration import Declaration, PipelineError, read_toml
 from nightmap_site.needs import NEEDS
 
-KEYS = {"purpose", "program", "options", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads", "stamp",
-        "kB_per_frame", "section", "needs", "asks"}  # fmt: skip
+KEYS = {"purpose", "program", "options", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads",
+        "stamp", "kB_per_frame", "section", "needs", "asks"}  # fmt: skip
 REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this|all))?(?P<by_hash> by hash)?"
                        r"(?P<if_made> if made)?")
 OPTIONS = re.compile(r"[a-z]\w*", re.ASCII)

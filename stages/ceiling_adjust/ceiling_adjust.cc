@@ -61,7 +61,7 @@ std::vector<KeyframeMotion> MotionsBetween(const CeilingAdjustOptions& options,
   for (std::size_t k = 1; k < keyframes.size(); ++k) {
     const std::size_t a = keyframes[k - 1], b = keyframes[k];
     const auto measured = MotionBetween(
-        wheels.samples, options.max_odometry_gap_s, frames[a].time_ns, frames[b].time_ns);
+        wheels.samples, options.odometry.max_gap_s, frames[a].time_ns, frames[b].time_ns);
     const bool has_slipped =
         std::any_of(frames.begin() + static_cast<std::ptrdiff_t>(a) + 1,
                     frames.begin() + static_cast<std::ptrdiff_t>(b) + 1,
@@ -118,7 +118,7 @@ class CeilingAdjuster {
     problem_.camera = input.camera.color;
     problem_.robot_from_camera = input.camera.robot_from_camera;
     const Signal& wheels =
-        ChooseOdometry(input.odometry, options.odometry_sensor, "ceiling_adjust.odometry_sensor");
+        ChooseOdometry(input.odometry, options.odometry.sensor, "ceiling_adjust.odometry_sensor");
     problem_.motions = MotionsBetween(options, wheels, input.map.frames, poses_, keyframes_);
     for (const std::size_t frame : keyframes_) {
       Vector5d& keyframe = unknowns_.keyframes.emplace_back(Vector5d::Zero());
@@ -132,9 +132,9 @@ class CeilingAdjuster {
     }
   }
 
-  CeilingAdjustResult Run() {
+  CeilingAdjustResult Run(Progress& progress) {
     CeilingAdjustResult result;
-    result.solution = SolveCeiling(options_.noise, problem_, &unknowns_);
+    result.solution = SolveCeiling(options_.noise, problem_, progress, &unknowns_);
     result.num_keyframes = static_cast<int>(keyframes_.size());
     result.num_sightings = static_cast<int>(problem_.sightings.size());
     result.num_guessed_motions =
@@ -173,7 +173,7 @@ class CeilingAdjuster {
     }
   }
 
-  // By index of the filter's landmark.
+  // `point` of these is the index of the filter's landmark.
   std::vector<PointSighting> SightingsOfLandmarks() const {
     const std::map<std::int64_t, std::size_t> landmark_of = LandmarkOfTrack(input_.map);
     std::map<std::int64_t, std::size_t> keyframe_at;
@@ -247,13 +247,7 @@ void Warn(const CeilingNoise& noise, const CeilingAdjustResult& result) {
 }  // namespace
 
 void CeilingAdjustOptions::Register(OptionList& list) {
-  list.Add("odometry_sensor",
-           &odometry_sensor,
-           "id of the sensor; empty: the only one that measures odometry");
-  list.Add("max_odometry_gap_s",
-           &max_odometry_gap_s,
-           Range(0.001, 1000),
-           "longest time between two samples of the odometry that a motion may span");
+  odometry.Register(list);
   list.Add("keyframe_distance_m",
            &keyframe_distance_m,
            Range(0.01, 10),
@@ -274,11 +268,7 @@ void CeilingAdjustOptions::Register(OptionList& list) {
 CeilingAdjustResult RunCeilingAdjust(const CeilingAdjustOptions& options,
                                      const CeilingAdjustInput& input,
                                      Progress& progress) {
-  progress.Start(1);
-  CeilingAdjuster adjuster(options, input);
-  CeilingAdjustResult result = adjuster.Run();
-  progress.Advance();
-  progress.Finish();
+  const CeilingAdjustResult result = CeilingAdjuster(options, input).Run(progress);
   Warn(options.noise, result);
   return result;
 }

@@ -13,14 +13,14 @@
 #include "pipeline/ceiling/corner_tracks_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/recording/choose_signal.h"
 #include "pipeline/recording/signals_io.h"
 #include "stages/ceiling_adjust/ceiling_problem.h"
 
 namespace nightmap {
 
 struct CeilingAdjustOptions {
-  std::string odometry_sensor;
-  double max_odometry_gap_s = 0.5;
+  OdometryChoice odometry;
   double keyframe_distance_m = 0.15;
   double keyframe_turn_rad = 0.1;
   double ceiling_height_m = 0;
@@ -39,9 +39,9 @@ struct CeilingAdjustInput {
 };
 
 struct CeilingAdjustResult {
-  // As the filter's, but `map_from_robot` of the frames and positions of the landmarks are
-  // adjusted. Landmarks that fewer than three keyframes saw are left out. Covariances are the
-  // filter's, which knew less: that of the adjusted ones is smaller.
+  // The filter's map with adjusted positions of landmarks and `map_from_robot` of frames. Landmarks
+  // that fewer than three keyframes saw are left out. Anchors and covariances stay the filter's,
+  // which knew less.
   CeilingMap map;
   int num_keyframes = 0;
   int num_sightings = 0;

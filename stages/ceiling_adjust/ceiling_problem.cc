@@ -24,6 +24,7 @@ constexpr double kMountingSigma_m = 0.03;
 constexpr double kSightingLoss = 1.5;  // in standard deviations, as the next
 constexpr double kWheelLoss = 3;
 constexpr double kLevelSigma_m = 0.01;  // of a ceiling that is level
+constexpr int kMaxIterations = 50;
 
 class SightingError {
  public:
@@ -135,6 +136,19 @@ class LevelError {
   }
 };
 
+class ShowIteration : public ceres::IterationCallback {
+ public:
+  explicit ShowIteration(Progress* progress) : progress_(progress) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    progress_->Advance();
+    return ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  Progress* progress_;
+};
+
 class Builder {
  public:
   Builder(const CeilingNoise& noise, const CeilingProblem& given, CeilingUnknowns* unknowns)
@@ -199,7 +213,7 @@ class Builder {
     }
   }
 
-  ceres::Solver::Summary Solve() {
+  ceres::Solver::Summary Solve(Progress& progress) {
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_SCHUR;
     options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
@@ -211,12 +225,16 @@ class Builder {
         options.linear_solver_ordering->AddElementToGroup(point.data(), 0);
       }
     }
-    options.max_num_iterations = 50;
+    options.max_num_iterations = kMaxIterations;
     options.function_tolerance = 1e-7;
     options.num_threads = 1;  // parallel sums would make the result depend on the schedule
     options.logging_type = ceres::SILENT;
+    ShowIteration show(&progress);
+    options.callbacks.push_back(&show);
     ceres::Solver::Summary summary;
+    progress.Start(kMaxIterations + 1);  // the first one is the start
     ceres::Solve(options, &problem_, &summary);
+    progress.Finish();
     return summary;
   }
 
@@ -245,13 +263,14 @@ double MedianError_px(const CeilingProblem& problem, const CeilingUnknowns& unkn
 
 CeilingSolution SolveCeiling(const CeilingNoise& noise,
                              const CeilingProblem& problem,
+                             Progress& progress,
                              CeilingUnknowns* unknowns) {
   Builder builder(noise, problem, unknowns);
   builder.AddSightings();
   builder.AddMotions();
   builder.AddMounting();
   builder.AddLevel();
-  const ceres::Solver::Summary summary = builder.Solve();
+  const ceres::Solver::Summary summary = builder.Solve(progress);
   if (!summary.IsSolutionUsable()) {
     throw DataError("the ceiling of {} keyframes and {} landmarks was not adjusted: {}",
                     unknowns->keyframes.size(),
@@ -259,6 +278,7 @@ CeilingSolution SolveCeiling(const CeilingNoise& noise,
                     summary.message);
   }
   return {static_cast<int>(summary.iterations.size()) - 1,
+          ceres::TerminationTypeToString(summary.termination_type),
           summary.initial_cost,
           summary.final_cost,
           MedianError_px(problem, *unknowns)};

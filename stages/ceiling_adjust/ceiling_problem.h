@@ -5,8 +5,10 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "pipeline/base/progress.h"
 #include "pipeline/ceiling/ceiling_noise.h"
 #include "pipeline/geometry/camera.h"
 #include "pipeline/geometry/rigid2.h"
@@ -63,16 +65,18 @@ struct CeilingProblem {
 
 struct CeilingSolution {
   int num_iterations = 0;
+  std::string termination;  // as Ceres names it
   double initial_cost = 0, final_cost = 0;
   double median_error_px = 0;  // of the sightings
 };
 
 // Levenberg-Marquardt of Ceres over all unknowns at once, the points eliminated first (Triggs et
 // al., Bundle Adjustment, 1999). Sightings have a Cauchy loss, wheels a Huber loss: a corner that
-// jumped and wheels that slipped move nothing. Throws DataError when no minimum is found.
-// Deterministic; one thread.
+// jumped and wheels that slipped move nothing. Progress is by iterations. Throws DataError when
+// Ceres fails. Deterministic; one thread.
 CeilingSolution SolveCeiling(const CeilingNoise& noise,
                              const CeilingProblem& problem,
+                             Progress& progress,
                              CeilingUnknowns* unknowns);
 
 }  // namespace nightmap

@@ -112,13 +112,7 @@ void CheckOdometry(const CeilingEkfOptions& options, const CeilingEkfResult& res
 }  // namespace
 
 void CeilingEkfOptions::Register(OptionList& list) {
-  list.Add("odometry_sensor",
-           &odometry_sensor,
-           "id of the sensor; empty: the only one that measures odometry");
-  list.Add("max_odometry_gap_s",
-           &max_odometry_gap_s,
-           Range(0.001, 1000),
-           "longest time between two samples of the odometry that a motion may span");
+  odometry.Register(list);
   list.Add("anchor_distance_m",
            &anchor_distance_m,
            Range(0.1, 100),
@@ -140,12 +134,12 @@ CeilingEkfResult RunCeilingEkf(const CeilingEkfOptions& options,
                                const CeilingEkfInput& input,
                                Progress& progress) {
   const Signal& wheels =
-      ChooseOdometry(input.odometry, options.odometry_sensor, "ceiling_ekf.odometry_sensor");
+      ChooseOdometry(input.odometry, options.odometry.sensor, "ceiling_ekf.odometry_sensor");
   CeilingFilter filter(UpwardCamera(input.camera.color, input.camera.robot_from_camera),
                        options.noise);
   LandmarkKeeper keeper(options.keeper, &filter);
   Submaps submaps(options.loops, options.min_loop_path_m, input.tracks.descriptors);
-  Motions motions(wheels, options.max_odometry_gap_s);
+  Motions motions(wheels, options.odometry.max_gap_s);
   std::vector<Step> steps;
   const std::vector<TrackedFrame>& frames = input.tracks.frames;
   progress.Start(frames.size());

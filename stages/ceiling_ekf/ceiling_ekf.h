@@ -13,6 +13,7 @@
 #include "pipeline/ceiling/ceiling_map_io.h"
 #include "pipeline/ceiling/corner_tracks_io.h"
 #include "pipeline/io/frames_io.h"
+#include "pipeline/recording/choose_signal.h"
 #include "pipeline/recording/signals_io.h"
 #include "stages/ceiling_ekf/ceiling_filter.h"
 #include "stages/ceiling_ekf/landmark_keeper.h"
@@ -21,8 +22,7 @@
 namespace nightmap {
 
 struct CeilingEkfOptions {
-  std::string odometry_sensor;
-  double max_odometry_gap_s = 0.5;
+  OdometryChoice odometry;
   double anchor_distance_m = 3;
   double min_loop_path_m = 8;
   CeilingNoise noise;

@@ -17,7 +17,7 @@ class CeilingHeights {
                  const Eigen::Vector2d& low,
                  const Eigen::Vector2d& high);
 
-  // Of the nearest cell, also outside of the area.
+  // The height of the nearest cell, also outside of the area.
   double At_m(const Eigen::Vector2d& place) const;
 
  private:

@@ -71,6 +71,12 @@ class MosaicMaker {
     for (const CeilingView& view : input.views) {
       lowest_camera_m = std::min(lowest_camera_m, view.map_from_camera.translation.z());
     }
+    if (highest_m <= lowest_camera_m) {
+      throw InputError({{"map"}},
+                       InputError::Remedy::kInText,
+                       "no landmark is above the camera: correct robot_from_camera of the "
+                       "[[camera]] in the site config");
+    }
     reach_m_ = Reach_m(input.camera, highest_m - lowest_camera_m);
     Eigen::Array2d low = Eigen::Array2d::Constant(1e9), high = -low;
     for (const CeilingView& view : input.views) {

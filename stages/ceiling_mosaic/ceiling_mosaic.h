@@ -57,7 +57,8 @@ struct CeilingMosaic {
 // middle of a view to its border, so that no seam shows. The height of the ceiling is that of the
 // landmarks around (ceiling_heights.h). Blocks of the mosaic are made apart, with the views that
 // reach them: memory is that of the mosaic and of a view per thread. Throws UsageError when the
-// mosaic would be larger than `max_edge_px`, InputError of the port `map` without landmarks.
+// mosaic would be larger than `max_edge_px`, InputError of the port `map` without a landmark above
+// the camera.
 // Deterministic at any number of threads.
 CeilingMosaic RunCeilingMosaic(const CeilingMosaicOptions& options,
                                const CeilingMosaicInput& input,

@@ -48,7 +48,8 @@ class Pipeline {
   }
 
  private:
-  // By the camera's odometry alone: a trajectory that follows the sensors too leans to their error.
+  // The camera's odometry alone decides: a trajectory that follows the sensors too leans to their
+  // error.
   void CalibrateSensors() {
     if (sensors_.empty()) return;
     const std::vector<CameraRun> runs = FindCameraRuns(input_.frames, graph_.chain);

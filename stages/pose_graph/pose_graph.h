@@ -20,7 +20,7 @@
 
 namespace nightmap {
 
-// From which size on an error of a sensor's mounting or clock is worth a warning.
+// Errors of a sensor's mounting or clock that are larger than these are warned of.
 struct CalibrationWarnings {
   double min_error_m = 0.02;
   double min_error_rad = 0.0175;

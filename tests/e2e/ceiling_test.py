@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot with an upward camera, mapped from what a user has: a video and a CSV of the odometry. The video is of a made-up office, whose
 truth is compared afterwards and is no input."""
+import json
 import shutil
 import sys
 import unittest
 
 import numpy as np
+from PIL import Image
 from workspace import REPOSITORY, Workspace
 
 sys.path.append(str(REPOSITORY / "scripts"))
@@ -71,6 +73,17 @@ def from_start(trajectory):
     return away @ np.array([[cos, -sin], [sin, cos]]), heading - heading[0]
 
 
+def mosaic_gradients(maps):
+    """Medians of the steepest gradient within a pixel of each landmark, and of the gradient of all that was seen."""
+    points_m = read_hdf5(maps / "adjust/ceiling_map.h5", "landmark_position_m")[0]
+    size_m, _, _, down_m, x_m, y_m = map(float, (maps / "mosaic/mosaic.pgw").read_text().split())
+    with Image.open(maps / "mosaic/mosaic.png") as picture:
+        gray = np.asarray(picture.convert("L"), float)
+    gradient = np.hypot(*np.gradient(gray))
+    columns, rows = np.rint((points_m[:, :2] - [x_m, y_m]) / [size_m, down_m]).astype(int).T
+    return np.median([gradient[y - 1 : y + 2, x - 1 : x + 2].max() for x, y in zip(columns, rows)]), np.median(gradient[gray > 0])
+
+
 class CeilingTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -112,6 +125,9 @@ class CeilingTest(unittest.TestCase):
         adjusted_m, adjusted_heading = from_start(adjusted)
         self.assertLess(np.sqrt(np.mean(np.sum((adjusted_m - true_positions_m) ** 2, axis=1))), 0.10)
         self.assertLess(np.degrees(np.sqrt(np.mean((adjusted_heading - true_heading) ** 2))), 0.5)
+        self.assertGreater(json.loads((maps / "mosaic/report.json").read_text())["covered_m2"], 20)
+        at_landmarks, everywhere = mosaic_gradients(maps)
+        self.assertGreater(at_landmarks, 10 * everywhere)  # half as much if the mosaic does not know how the camera is tilted
         self.assertIn("true way is not known", (maps / "report/index.html").read_text())
 
     def test_2_a_second_run_makes_nothing(self):

@@ -150,10 +150,11 @@ class CeilingSiteTest(unittest.TestCase):
         self.figures()
         page = self.page()
         titles = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
-        self.assertEqual(titles, ["Map of the ceiling", "Errors of the robot&#x27;s way", "Adjusted map of the ceiling", "Picture of the ceiling", "Stages", "Skipped items",
-                                  "Configs"])  # fmt: skip
+        self.assertEqual(titles, ["Map of the ceiling", "Errors of the robot&#x27;s way", "Adjusted map of the ceiling",
+                                  "Picture of the ceiling", "Stages", "Skipped items", "Configs"])  # fmt: skip
         self.assertEqual(page.count("<img"), 4)
-        for text in ("Scale error of the wheels", "wheels alone, from the first pose on", "NEES of the poses", "Landmarks against the exact ceiling"):
+        for text in ("Scale error of the wheels", "wheels alone, from the first pose on", "NEES of the poses",
+                     "Landmarks against the exact ceiling"):  # fmt: skip
             self.assertIn(text, page)
         self.assertEqual(self.page(), page)
 

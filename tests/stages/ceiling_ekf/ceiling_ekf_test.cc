@@ -250,7 +250,7 @@ TEST(CeilingEkf, RefusesASiteWithoutWheels) {
   options.path_m = 1;
   SimulatedDrive drive = Simulate(options);
   CeilingEkfOptions named;
-  named.odometry_sensor = "gyro";
+  named.odometry.sensor = "gyro";
   EXPECT_THROW(Map(drive, named), UsageError);
   drive.input.odometry.clear();
   EXPECT_THROW(Map(drive), InputError);

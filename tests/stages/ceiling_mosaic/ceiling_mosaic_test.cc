@@ -137,6 +137,8 @@ TEST(CeilingMosaic, SaysWhatItCannotDo) {
   CeilingMosaicOptions options;
   options.max_edge_px = 100;
   EXPECT_THROW(Make(input, options), UsageError);
+  for (auto& landmark : input.landmarks) landmark.z() = 0.2;
+  EXPECT_THROW(Make(input), InputError);
   input.landmarks.clear();
   EXPECT_THROW(Make(input), InputError);
 }

@@ -12,7 +12,8 @@
 
 namespace nightmap {
 
-// What is wrong with a robot, and where its camera is.
+// A robot's camera may sit, and the clock of its wheels may run, otherwise than the site config
+// says.
 struct WheeledRobot {
   Rigid3 robot_from_camera;  // the true one
   Rigid3 given_pose;         // the one of the site config
@@ -45,7 +46,7 @@ class WheeledDrive {
     MakeCamera();
   }
 
-  // As pose_graph reads it.
+  // pose_graph reads this.
   PoseGraphInput Input() const {
     std::vector<RgbdCamera> cameras(1);
     cameras[0].robot_from_camera = robot_.given_pose;
