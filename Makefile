@@ -32,6 +32,8 @@ NEAR ?=
 NEAR_RADIUS ?=
 ## TURN        1 takes the scans of each log of QUERY together: those of a robot that turned on the spot
 TURN ?=
+## STRICT      1 lets a map that its verdict says not to use end the run with an error
+STRICT ?= 0
 ## DATA        folder of the recordings (datasets.md lists their sources)
 DATA ?= data
 ## MAPS        folder of the results: MAPS/<site>/<job>/

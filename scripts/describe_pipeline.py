@@ -30,12 +30,16 @@ def filled_by(reference):
     return f"{reference.job}.{reference.output}{about.get(reference.units, '')}"
 
 
+def _results_read(script):
+    return f"results of {' and '.join(f'`make {goal}`' for goal in script.results_of)}" if script.results_of else "all results"
+
+
 def row(job, also=()):
     """also: other variants of the job, which differ only in what they read."""
     given = ", ".join(dict.fromkeys(filled_by(reference) for variant in (job, *also) for reference in variant.inputs)) or "-"
     files = ", ".join(f"`{name.replace('{unit}', 'U')}`" for name in [*job.outputs.values(), *job.beside.values()])
     by = f", by `{job.program}`" if job.program not in (None, job.name) else ""
-    return f"| `{job.name}`{by} | {job.purpose} | {job.unit} | {given if job.program else 'all results'} | {files} |"
+    return f"| `{job.name}`{by} | {job.purpose} | {job.unit} | {given if job.program else _results_read(job)} | {files} |"
 
 
 def table(pipeline):

@@ -14,6 +14,7 @@ override FOV_DEG := $(value FOV_DEG)
 override NEAR := $(value NEAR)
 override NEAR_RADIUS := $(value NEAR_RADIUS)
 override TURN := $(value TURN)
+override STRICT := $(value STRICT)
 override DATA := $(value DATA)
 override MAPS := $(value MAPS)
 override LAUNCH := $(value LAUNCH)
@@ -26,7 +27,7 @@ override BUILD := $(value BUILD)
 override SITES := $(value SITES)
 override PYTHON := $(value PYTHON)
 override SANITIZED := $(value SANITIZED)
-export SITE PROFILE SET SEED START GOAL QUERY CAMERA FOV_DEG NEAR NEAR_RADIUS TURN DATA MAPS LAUNCH THREADS LOG_LEVEL V CASES FIGURES BUILD SITES PYTHON SANITIZED
+export SITE PROFILE SET SEED START GOAL QUERY CAMERA FOV_DEG NEAR NEAR_RADIUS TURN STRICT DATA MAPS LAUNCH THREADS LOG_LEVEL V CASES FIGURES BUILD SITES PYTHON SANITIZED
 # A make that a recipe starts takes them from the environment, and not as text to expand again.
 MAKEOVERRIDES :=
 
@@ -51,6 +52,9 @@ $(error LOG_LEVEL=$(LOG_LEVEL): give one of debug, info, warn, err and off)
 endif
 ifneq ($(words $(V))$(filter-out 0 1,$(V)),1)
 $(error V=$(V): give 0 or 1)
+endif
+ifneq ($(words $(STRICT))$(filter-out 0 1,$(STRICT)),1)
+$(error STRICT=$(STRICT): give 0 or 1)
 endif
 
 ifneq ($(words $(SITE) $(DATA) $(MAPS) $(BUILD) $(SITES))$(findstring /,$(SITE)),5)

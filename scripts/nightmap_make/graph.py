@@ -138,11 +138,13 @@ class Graph:
         return os.path.join(self.site.data, self.site.imports[key])
 
     def _results_before(self, job):
-        """The rule of a script, which reads the whole folder of the site. It reads a path as is when no goal asks for it."""
-        needs = []
+        """Files that a script reads: of the whole folder of the site, or of some goals. It reads a path as is when no goal asks for it."""
+        needs, read = [], closure(self.pipeline, goals=(), folders=(job.folder,))
         for other in self.pipeline.jobs.values():
             if other is job:
                 break
+            if job.results_of and other.name not in read:
+                continue
             if other.name in self.jobs:
                 needs += self._all_outputs(other)
             elif other.when == "asked" and os.path.exists(self.path_of(other, "receipt")):

@@ -205,13 +205,25 @@ class MakeRun:
             return code
         if outcome.codes:
             from nightmap_make import summary
-            print("\n".join(summary.table(self.graph, self.folder, outcome)))
+            print("\n".join([*summary.verdict_lines(self.folder, outcome), *summary.table(self.graph, self.folder, outcome)]))
         if self.had_failure and "report" not in self.goals:
             self._write_rules()  # otherwise what had to run again would run twice
             self._make(["report"])
         for goal in self.goals:
             self._say(goal)
-        return 0
+        return self._judge()
+
+    def _judge(self):
+        """Exit code 3 for a map that is not to be used, where the call asks for that."""
+        if self.env.get("STRICT") != "1" or "verdict" not in self.graph.jobs or "map" not in {
+                job.goal for job in map(self.graph.jobs.get, self.asked.needed_jobs()) if job}:  # fmt: skip
+            return 0
+        from nightmap_make import summary
+        verdict = summary.verdict_of(self.graph.path_of(self.graph.jobs["verdict"], "verdict"))
+        if verdict != "do not use":
+            return 0
+        print(f"nightmap: the verdict on the map of {self.asked.name} is: {verdict} (STRICT=1)", file=sys.stderr)
+        return 3
 
     def _say(self, goal):
         if goal == "localize":

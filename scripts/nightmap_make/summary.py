@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A table of a run for the terminal: time, memory, counts and warnings per job."""
 
+import json
 import os
 import re
 from pathlib import Path
@@ -11,6 +12,24 @@ from nightmap_site.script_errors import DataError
 TITLES = ("job", "made", "time (s)", "CPU (s)", "memory (MB)", "skipped", "warnings", "counts")
 WARNING = re.compile(rb"^\S+ (?:\x1b\[\S*)?warning", re.MULTILINE)
 NUM_COUNTS = 3
+
+
+def verdict_lines(site_dir, outcome):
+    """What the last of the jobs that judged the recording or the map said."""
+    judged = [name for name in ("verdict", "check") if name in outcome.codes]
+    if not judged:
+        return []
+    with open(f"{site_dir}/logs/{judged[0]}.log", encoding="utf-8", errors="replace") as log:
+        return ["", *log.read().splitlines()]
+
+
+def verdict_of(path):
+    """The verdict in a verdict.json; empty if the file cannot be read, because an old one must not decide."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            return json.load(file)["verdict"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
 
 
 def table(graph, site_dir, outcome):

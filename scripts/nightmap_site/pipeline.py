@@ -9,13 +9,13 @@ from nightmap_site.declaration import Declaration, PipelineError, read_toml
 from nightmap_site.needs import NEEDS
 
 KEYS = {"purpose", "program", "options", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads",
-        "stamp", "kB_per_frame", "section", "needs", "asks"}  # fmt: skip
+        "stamp", "kB_per_frame", "section", "needs", "asks", "results_of"}  # fmt: skip
 REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this|all))?(?P<by_hash> by hash)?"
                        r"(?P<if_made> if made)?")
 OPTIONS = re.compile(r"[a-z]\w*", re.ASCII)
 CONDITION = re.compile(r"\w+(\.\w+)*")
 SOURCES = ("site", "queries", "asked", "data")
-SECTIONS = ("report", "evaluation")
+SECTIONS = ("report", "evaluation", "verdict")
 STAMPS = ("recordings", "pictures")
 ASKS = ("pictures", "scans")
 
@@ -83,9 +83,10 @@ class Job:
         self.needs = table.get("needs", [])
         self.stamp, self.asks = table.get("stamp"), table.get("asks")
         self.reads = list(table.get("reads", []))
+        self.results_of = list(table.get("results_of", []))
         self.sections = dict(table.get("section", {}))
         if not set(self.sections) <= set(SECTIONS):
-            raise PipelineError(f"{where('section')}: section has only {' and '.join(SECTIONS)}")
+            raise PipelineError(f"{where('section')}: section has only {', '.join(SECTIONS)}")
         if not self.purpose or not self.outputs:
             raise PipelineError(f"{where()} needs a purpose and an output")
         if not isinstance(self.needs, list) or not all(need in list(NEEDS) for need in self.needs):
@@ -258,8 +259,15 @@ def closure(pipeline, goals, folders=()):
     for job in reversed(pipeline.jobs.values()):
         if job.name in names:
             names |= {reference.job for reference in job.inputs if reference.job}
-            names |= {other.name for other in pipeline.jobs.values() if job.script and other.when != "asked"}
+            names |= results_before(pipeline, job) if job.script else set()
     return names
+
+
+def results_before(pipeline, script):
+    """Names of the jobs whose results a script reads, without what these need: of the goals that it declares (results_of) the
+    programs, else all jobs but those that run only on request."""
+    return {job.name for job in pipeline.jobs.values() if job.when != "asked"
+            and (not script.results_of or job.goal in script.results_of and not job.script)}  # fmt: skip
 
 
 # What the pipeline of a site follows from, for scripts that get the folder of the site.

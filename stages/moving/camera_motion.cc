@@ -4,8 +4,8 @@
 #include <numeric>
 #include <vector>
 
+#include "pipeline/features/follow_corners.h"
 #include "pipeline/features/static_motion.h"
-#include "stages/moving/follow.h"
 
 namespace nightmap {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "stages/moving/follow.h"
+#include "pipeline/features/follow_corners.h"
 #include "stages/moving/spread.h"
 
 namespace nightmap {

@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "pipeline/base/parallel.h"
+#include "pipeline/features/follow_corners.h"
 #include "pipeline/io/frame_failure.h"
 #include "stages/moving/flow_evidence.h"
-#include "stages/moving/follow.h"
 
 namespace nightmap {
 namespace {

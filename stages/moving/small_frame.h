@@ -37,4 +37,10 @@ Image<float> ZerosLike(const DepthImage& depth);
 // is measured. Throws DataError when the mask of what may move has another size. Deterministic.
 SmallFrame Shrink(const RgbdImages& images, const SmallCamera& camera);
 
+// The depth under a pixel of the gray picture; 0 where none is measured.
+float DepthAt(const SmallFrame& frame, const cv::Point2f& gray_px);
+
+// Whether labels say that what a pixel of the gray picture shows may move.
+bool MayMove(const SmallFrame& frame, const cv::Point2f& gray_px);
+
 }  // namespace nightmap

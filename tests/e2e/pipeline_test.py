@@ -15,7 +15,9 @@ from browser import shown_text
 from stub_site import SITE, StubSite
 from workspace import PIPELINE, REPOSITORY, environment, read_pipeline
 
-OF_MAP = [job for job in PIPELINE.jobs.values() if job.goal == "map"]
+from nightmap_site.pipeline import closure
+
+OF_MAP = closure(PIPELINE, ["map"]) & set(PIPELINE.jobs)
 ASKED = ("map", "plan", "drive")
 
 
@@ -41,7 +43,7 @@ class RulesTest(StubTest):
         self.make("map")
         ran = self.site.ran()
         self.assertEqual(len(ran), len(set(ran)))
-        self.assertEqual(jobs(ran), {job.name for job in OF_MAP})
+        self.assertEqual(jobs(ran), OF_MAP)
         self.assertEqual(len([name for name in ran if name.startswith("features_")]), 3)
         self.make("map")
         self.assertEqual(self.site.ran(), [])
@@ -63,7 +65,7 @@ class RulesTest(StubTest):
                 self.make("-q", *ASKED, change, code=1)
                 why = [line.partition(":")[0] for line in self.make("why", *ASKED, change).splitlines() if ": " in line]
                 self.make(*ASKED, change)
-                self.assertEqual(jobs(why) - {"evaluate", "report"}, jobs(self.site.ran()))
+                self.assertEqual(jobs(why) - {"check", "evaluate", "report"}, jobs(self.site.ran()))
                 self.make(*ASKED)
 
     def test_why_names_the_option_that_changed(self):

@@ -4,6 +4,7 @@ jobs takes half a second."""
 import hashlib
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import tempfile
@@ -20,6 +21,8 @@ class StubSite:
         for name in ("Makefile", "scripts"):
             (self.folder / name).symlink_to(REPOSITORY / name)
         shutil.copytree(REPOSITORY / "configs", self.folder / "configs")
+        for declaration in self.folder.glob("configs/**/pipeline.toml"):  # what stubs write is not to be judged
+            declaration.write_text(re.sub(r"(?m)^section\.verdict = .*\n", "", declaration.read_text()))
         (self.folder / "CMakeLists.txt").touch()
         (self.folder / "build/run").mkdir(parents=True)
         (self.folder / "data" / SITE).mkdir(parents=True)

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Corners of a reduced frame, and where another frame shows them.
+// Corners of a reduced picture, and where another picture shows them.
 #pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "stages/moving/small_frame.h"
+#include "pipeline/io/image_io.h"
 
 namespace nightmap {
 
@@ -28,11 +28,5 @@ Followed Follow(const std::vector<cv::Mat>& from,
                 const std::vector<cv::Point2f>& points,
                 int window_px,
                 std::vector<cv::Point2f> guess = {});
-
-// The depth under a pixel of the gray picture; 0 where none is measured.
-float DepthAt(const SmallFrame& frame, const cv::Point2f& gray_px);
-
-// Whether labels say that what a pixel of the gray picture shows may move.
-bool MayMove(const SmallFrame& frame, const cv::Point2f& gray_px);
 
 }  // namespace nightmap

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/moving/follow.h"
+#include "pipeline/features/follow_corners.h"
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
@@ -63,19 +63,6 @@ Followed Follow(const std::vector<cv::Mat>& from,
       cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.01),
       has_guess ? cv::OPTFLOW_USE_INITIAL_FLOW : 0);
   return followed;
-}
-
-float DepthAt(const SmallFrame& frame, const cv::Point2f& gray_px) {
-  const int x = std::clamp(static_cast<int>(gray_px.x / 2), 0, frame.depth.width - 1);
-  const int y = std::clamp(static_cast<int>(gray_px.y / 2), 0, frame.depth.height - 1);
-  return frame.depth.At(x, y);
-}
-
-bool MayMove(const SmallFrame& frame, const cv::Point2f& gray_px) {
-  if (frame.may_move.pixels.empty()) return false;
-  const int x = std::clamp(static_cast<int>(gray_px.x / 2), 0, frame.may_move.width - 1);
-  const int y = std::clamp(static_cast<int>(gray_px.y / 2), 0, frame.may_move.height - 1);
-  return frame.may_move.At(x, y) > 0;
 }
 
 }  // namespace nightmap

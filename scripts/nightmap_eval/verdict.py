@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a check of a map or a recording is, and the verdict that follows from all of them."""
+
+import math
+from dataclasses import asdict, dataclass
+
+from nightmap_site.checked_reading import NUMBER
+
+# The fields of verdict.json, see nightmap_site.checked_reading.check.
+FORM = {"verdict": str, "checks": [{"name": str, "verdict": str, "value": NUMBER, "unit": str, "limit": str, "reason": str, "advice": str}]}
+
+GOOD, LOOK, REFUSE = VERDICTS = ("good", "look at this", "do not use")
+
+
+@dataclass(frozen=True)
+class Check:
+    """value in `unit` against `limit` (text), with the reason of the limit. advice: what to do, empty where the verdict is good."""
+
+    name: str
+    verdict: str
+    value: float
+    unit: str
+    limit: str
+    reason: str
+    advice: str
+
+
+def check(name, value, unit, good, reason, advice, usable=(-math.inf, math.inf)):
+    """A value that is good within `good` (least, largest), and of no use outside `usable`."""
+    verdict = GOOD if _within(value, good) else LOOK if _within(value, usable) else REFUSE
+    return Check(name, verdict, value, unit, _limit_text(good, unit), reason, "" if verdict == GOOD else advice.format(value=value))
+
+
+def _within(value, limits):
+    return limits[0] <= value <= limits[1]  # a value that is no number is in no limits
+
+
+def _limit_text(limits, unit):
+    least, most = (f"{limit:g}" for limit in limits)
+    text = f"at most {most}" if limits[0] == -math.inf else f"at least {least}" if limits[1] == math.inf else f"{least} to {most}"
+    return f"{text} {unit}".rstrip()
+
+
+def worst(checks):
+    """The verdict of all checks; good without any."""
+    return max((item.verdict for item in checks), key=VERDICTS.index, default=GOOD)
+
+
+def checks_of(site, goals):
+    """The checks of the site's jobs of these goals, the worst first."""
+    checks = [item for job, module in site.sections("verdict") if job.goal in goals for item in module.checks(site)]
+    return sorted(checks, key=lambda item: -VERDICTS.index(item.verdict))
+
+
+def verdict_json(site, checks):
+    return {"format": "nightmap verdict", "version": 1, "site": site.name, "verdict": worst(checks),
+            "checks": [asdict(item) for item in checks]}  # fmt: skip
+
+
+def lines(checks):
+    """Text for the terminal: the verdict, and what is not good with its advice."""
+    yield f"verdict: {worst(checks)}"
+    for item in checks:
+        if item.verdict != GOOD:
+            yield f"  {item.verdict}: {item.name} {item.value:.3g} {item.unit} ({item.limit}): {item.advice}"

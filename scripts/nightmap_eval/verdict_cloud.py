@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks of the cloud: whether measurements that made no part of it agree with it."""
+
+import math
+
+from nightmap_eval.verdict import check
+from nightmap_site.checked_reading import NUMBER, read_object
+from nightmap_site.job_results import StageResult
+
+CLOUD = {"?held_out_rays_agreeing_percent": NUMBER, "?held_out_rays_blocked_percent": NUMBER, "?num_points": int}
+
+
+def checks(site):
+    report = read_object(site.path("join_clouds", "report"), CLOUD)
+    if "held_out_rays_agreeing_percent" in report:
+        yield check("held-out rays", report["held_out_rays_agreeing_percent"], "%", (85, 100), "depth of every tenth keyframe ends on the "
+                    "cloud of the others, where both see the same place",
+                    "only {value:.0f} % of the held-out depth ends on the cloud: the way is wrong, or much of the picture moves (profile "
+                    "moving)", usable=(60, 100))  # fmt: skip
+    figures = StageResult(site.folder_of("point_cloud")).figures()
+    kept = 100 * figures.get("num_points", report.get("num_points", 0)) / max(1, figures.get("num_voxels", 0))
+    yield check("voxels that make the cloud", kept, "%", (20, math.inf), "of those that depth fell into: the rest no second keyframe saw",
+                "only {value:.0f} % of the voxels with depth are in the cloud: the keyframes do not agree about them", usable=(3, math.inf))  # fmt: skip

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks of depth: its scale, its holes, and whether it belongs to the colors of its frame."""
+
+import math
+
+import numpy as np
+
+from nightmap_eval.verdict import check
+from nightmap_site.checked_reading import NUMBER, read_object
+
+CAMERAS = {"cameras": [{"depth_units_per_m": NUMBER}]}
+SURE = 4  # standard errors between two means
+MIN_GAIN = 1.03  # colors of another frame, or of shifted pixels, must agree so much better
+
+
+def depth_checks(site, survey):
+    if not len(survey.known("measured_share")):
+        return
+    units = " or ".join(sorted({f"{camera['depth_units_per_m']:g}" for camera in read_object(site.path("frames", "cameras"), CAMERAS)["cameras"]}))
+    near_m, far_m = (float(np.median(survey.known(name))) if len(survey.known(name)) else 0.0 for name in ("depth_p10_m", "depth_p90_m"))
+    yield check("near surfaces", near_m, "m", (0.2, 3.5), "a tenth of the depth pictures is nearer: indoors walls, floor or furniture are "
+                "within 3.5 m, and no depth camera sees nearer than 0.2 m",
+                f"the nearest tenth of depth lies at {{value:.2f}} m: is depth_units_per_m = {units} right?", usable=(0.1, 10))  # fmt: skip
+    yield check("far surfaces", far_m, "m", (0.9, 8), "a tenth of the depth pictures is farther: rooms are larger than 0.9 m, and depth "
+                "cameras for rooms reach 4 to 8 m",
+                f"the farthest tenth of depth begins at {{value:.2f}} m: is depth_units_per_m = {units} right?", usable=(0.4, 20))  # fmt: skip
+    yield check("depth measured", 100 * float(np.median(survey.known("measured_share"))), "%", (20, 100),
+                "of the pixels of the median frame: motion is estimated by features with depth",
+                "only {value:.0f} % of the depth pixels are measured: check the range of the sensor, sunlight and its projector")  # fmt: skip
+    yield from _alignment_checks(survey)
+
+
+def _alignment_checks(survey):
+    if len(survey.by_frame_offset) < 3:
+        return  # no statistics
+    offset = best_offset(survey.by_frame_offset)
+    yield check("depth against color, frames", offset, "frames", (0, 0), "edges of depth are edges of the color picture of the same moment",
+                "depth fits the color pictures {value:+.0f} frames away better: pair depth and color by time")  # fmt: skip
+    yield check("depth against color, place", 100 * shift_of(survey), "% of the width", (0, 2), "edges of depth are edges of color at the "
+                "same pixel",
+                "depth fits colors {value:.1f} % of the picture's width away better: it is not registered to color: give the "
+                "[[camera]] depth_registered = false and the depth camera's calibration, or register it")  # fmt: skip
+    agreement = float(np.mean(survey.at_no_shift))
+    yield check("color at edges of depth", agreement, "times the mean", (1.15, math.inf), "edges of depth are edges of color",
+                "colors change no more at edges of depth than elsewhere ({value:.2f} times): do depth and color pictures belong together?")  # fmt: skip
+
+
+def is_better(scores, than):
+    """Whether the mean of scores per window is larger than another, beyond chance."""
+    difference = scores - than
+    error = np.std(difference, ddof=1) / math.sqrt(len(difference))
+    return np.mean(scores) > MIN_GAIN * np.mean(than) and np.mean(difference) > SURE * error
+
+
+def best_offset(by_frame_offset):
+    """Frames from depth to the colors that fit it best; 0 unless others fit better beyond chance."""
+    middle = by_frame_offset.shape[1] // 2
+    best = int(np.argmax(np.mean(by_frame_offset, axis=0)))
+    return best - middle if is_better(by_frame_offset[:, best], by_frame_offset[:, middle]) else 0
+
+
+def shift_of(survey):
+    """Length of the best shift as a share of the width; 0 unless it fits better beyond chance."""
+    better = is_better(survey.at_best_shift, survey.at_no_shift)
+    return float(np.linalg.norm(survey.best_shift)) if better else 0.0

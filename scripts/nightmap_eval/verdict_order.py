@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks of the times and the order of frames."""
+
+import re
+from pathlib import PurePath
+
+import numpy as np
+
+from nightmap_eval.verdict import check
+
+NUMBER = re.compile(r"\d+(?:\.\d+)?(?!.*\d)")  # the last of a name
+FEW_TRACKS = 0.15
+GAP_MEDIANS, GAP_S = 5, 0.4
+
+
+def order_checks(survey, frames):
+    lost = 100 * survey.share("tracked_share", lambda share: share < FEW_TRACKS)
+    yield check("frames unlike the one before", lost, "%", (0, 5), f"less than {100 * FEW_TRACKS:.0f} % of the corners are seen again: "
+                "the motion between these frames is not known",
+                "{value:.0f} % of the frames show another place than the frame before: are they in the order of recording, and none left "
+                "out? Else move slower, or record at a higher rate", usable=(0, 40))  # fmt: skip
+    yield check("names against times", 100 * names_against_times(frames), "%", (0, 1), "recorders number pictures in the order of time",
+                "at {value:.0f} % of the frames the number in the file's name goes down: were names sorted as text (1, 10, 100, 2)? Pad "
+                "them with zeros, or correct the times")  # fmt: skip
+    gaps = gaps_s(frames)
+    yield check("gaps in time", len(gaps), "", (0, 0), f"longer than {GAP_MEDIANS} usual intervals and {GAP_S} s: the camera may have "
+                "gone anywhere meanwhile",
+                f"{{value:.0f}} gaps of up to {max(gaps, default=0):.1f} s: look for pictures that were lost in recording or copying")  # fmt: skip
+
+
+def names_against_times(frames):
+    """Share of the frames whose name has a smaller number than that of the frame before; 0 where names do not count."""
+    names = [PurePath(row["color_path"]) for row in frames.rows]
+    found = [NUMBER.search(name.stem) for name in names]
+    if len(names) < 2 or None in found:
+        return 0.0
+    numbers = np.array([float(match.group()) for match in found])
+    same = np.array([a.parent == b.parent for a, b in zip(names, names[1:])]) & (np.diff(frames.sequence_idxs) == 0)
+    steps = np.diff(numbers)[same]
+    return float(np.mean(steps < 0)) if len(steps) and len(set(numbers)) == len(numbers) else 0.0
+
+
+def gaps_s(frames):
+    """Lengths of the gaps within sequences."""
+    steps_s = np.diff(frames.times_ns)[np.diff(frames.sequence_idxs) == 0] / 1e9
+    if not len(steps_s):
+        return []
+    return steps_s[(steps_s > GAP_MEDIANS * np.median(steps_s)) & (steps_s > GAP_S)].tolist()

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks of a recording by its survey: what keeps a map of it from being good, before the map is made."""
+
+import math
+
+import numpy as np
+
+from nightmap_eval.artifacts import Frames
+from nightmap_eval.survey import Survey
+from nightmap_eval.verdict import check
+from nightmap_eval.verdict_depth import depth_checks
+from nightmap_eval.verdict_order import order_checks
+
+NO_LIMIT = math.inf
+BLUR_PX = 3.3  # sigma, as after a shift by 11 pixels; the sharpest octaves of features are gone then
+GAIN = 1.6  # automatic exposure takes several frames for as much
+
+
+def checks(site):
+    survey, frames = Survey(site), Frames(site)
+    return [*order_checks(survey, frames), *_picture_checks(survey), *depth_checks(site, survey)]
+
+
+def _picture_checks(survey):
+    def percent(name, holds):
+        return 100 * survey.share(name, holds)
+
+    yield check("blurred frames", percent("blur_px", lambda blur: blur > BLUR_PX), "%", (0, 15),
+                f"edges blurred by a sigma over {BLUR_PX} px give few features, and inaccurate ones",
+                "{value:.0f} % of the frames are blurred: move slower, give more light or a shorter exposure, or check the focus")  # fmt: skip
+    yield check("frozen pictures", percent("same_color", lambda same: same > 0), "%", (0, 1),
+                "a sensor's noise differs from picture to picture, even where nothing moves",
+                "{value:.0f} % of the frames repeat the picture before them: the recorder or the camera's driver stalled")  # fmt: skip
+    yield check("frozen depth", 100 * _share_of_frozen_depth(survey), "%", (0, 1), "as frozen pictures",
+                "{value:.0f} % of the frames repeat the depth before them under a new picture: the depth camera stalled")  # fmt: skip
+    jumps = percent("gain", lambda gain: np.abs(np.log(gain)) > math.log(GAIN))
+    yield check("exposure jumps", jumps, "%", (0, 0.5), f"a lens's automatic exposure changes brightness by less than {GAIN} per frame",
+                "brightness jumps at {value:.1f} % of the frames: fix exposure and gain while recording, or leave these frames out")  # fmt: skip
+    yield check("dark frames", percent("dark_share", lambda share: share > 0.6), "%", (0, 10), "black pixels show no features",
+                "{value:.0f} % of the frames are mostly black: record with more light or a longer exposure")  # fmt: skip
+    yield check("overexposed frames", percent("bright_share", lambda share: share > 0.5), "%", (0, 10), "white pixels show no features",
+                "{value:.0f} % of the frames are mostly white: record with a shorter exposure")  # fmt: skip
+    yield check("frames without texture", percent("textured_share", lambda share: share < 0.3), "%", (0, 15),
+                "where less than a third of the picture has corners, motion is found by few points or none",
+                "{value:.0f} % of the frames show hardly any texture: turn the camera from bare walls, or keep more of the room in view")  # fmt: skip
+
+
+def _share_of_frozen_depth(survey):
+    same_depth, same_color = survey.column("same_depth"), survey.column("same_color")
+    known = ~np.isnan(same_depth)
+    return float(np.mean((same_depth[known] > 0) & (same_color[known] == 0))) if known.any() else 0.0

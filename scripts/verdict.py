@@ -1,0 +1,37 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""verdict: judges a recording or a map by figures that need no truth; writes verdict.json.
+
+Each job that declares section.verdict has checks: a value, a limit with its reason, advice where the limit is passed. The
+worst check is the verdict: good, look at this, do not use. The job whose folder --out lies in says whose checks count: `check`
+asks those of the recording alone, `verdict` those of the map too.
+Exit codes: 0 written, whatever the verdict is; 1 missing or inconsistent data; 2 wrong command line.
+"""
+
+import argparse
+from pathlib import Path
+
+from nightmap_eval.artifacts import to_json, write_atomic
+from nightmap_eval.verdict import checks_of, lines, verdict_json
+from nightmap_site.script_errors import run_main
+from nightmap_site.site import Site
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--site-dir", type=Path, required=True, help="maps/<site>")
+    parser.add_argument("--data", type=Path, help="folder of the recordings")
+    parser.add_argument("--out", type=Path, required=True, help="verdict.json to write, in the folder of a job")
+    return parser.parse_args()
+
+
+def main():
+    arguments = parse_arguments()
+    site = Site(arguments.site_dir, arguments.data)
+    checks = checks_of(site, site.pipeline.jobs[arguments.out.parent.name].results_of)
+    write_atomic(arguments.out, to_json(verdict_json(site, checks)))
+    print("\n".join(lines(checks)))
+
+
+if __name__ == "__main__":
+    run_main(main)

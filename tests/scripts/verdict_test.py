@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks of recordings and maps: what each notices, what leaves it quiet, and the verdict that follows."""
+
+import json
+import math
+import shutil
+import tempfile
+import unittest
+from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
+
+import numpy as np
+
+import fake_site
+from fake_site import walk
+from nightmap_eval import verdict_calibration, verdict_cloud, verdict_depth, verdict_order, verdict_recording, verdict_way
+from nightmap_eval.survey import COLUMNS
+from nightmap_eval.verdict import GOOD, LOOK, REFUSE, check, lines, worst
+from nightmap_site.site import Site
+
+# A frame of a good recording.
+FRAME = {"brightness": 120, "dark_share": 0, "bright_share": 0, "blur_px": 1.2, "textured_share": 1, "measured_share": 0.8, "depth_p10_m": 1,
+         "depth_median_m": 2, "depth_p90_m": 3, "same_color": 0, "same_depth": 0, "tracked_share": 0.9, "flow_px": 5, "gain": 1}  # fmt: skip
+
+
+def judged(checks):
+    return {item.name: item.verdict for item in checks}
+
+
+def frames_named(names, times_s, sequences=None):
+    return SimpleNamespace(rows=[{"color_path": name} for name in names], times_ns=np.array([round(t * 1e9) for t in times_s]),
+                           sequence_idxs=np.array(sequences or [0] * len(names)))  # fmt: skip
+
+
+class CheckTest(unittest.TestCase):
+    def test_limits_include_their_ends(self):
+        for value, verdict in ((0, GOOD), (5, GOOD), (5.1, LOOK), (40, LOOK), (41, REFUSE), (-1, REFUSE), (math.nan, REFUSE)):
+            self.assertEqual(check("x", value, "%", (0, 5), "reason", "advice", usable=(0, 40)).verdict, verdict, value)
+
+    def test_advice_has_the_value_and_only_where_it_is_needed(self):
+        self.assertEqual(check("x", 7.0, "%", (0, 5), "", "{value:.0f} % is too much").advice, "7 % is too much")
+        self.assertEqual(check("x", 3.0, "%", (0, 5), "", "{value:.0f} % is too much").advice, "")
+
+    def test_the_worst_check_decides(self):
+        good, look = (check("x", value, "", (0, 1), "", "") for value in (0, 2))
+        refuse = check("x", 9, "", (0, 1), "", "", usable=(0, 3))
+        self.assertEqual(worst([]), GOOD)
+        self.assertEqual(worst([good, look, good]), LOOK)
+        self.assertEqual(worst([look, refuse, good]), REFUSE)
+
+    def test_the_text_names_what_is_not_good(self):
+        checks = [check("speed", 9.0, "m/s", (0, 3), "", "too fast"), check("height", 1.0, "m", (0, 3), "", "")]
+        text = "\n".join(lines(checks))
+        self.assertTrue(text.startswith("verdict: look at this"))
+        self.assertIn("speed 9 m/s (0 to 3 m/s): too fast", text)
+        self.assertNotIn("height", text)
+
+
+class OrderTest(unittest.TestCase):
+    def test_names_sorted_as_text(self):
+        names = [f"rgb/{name}.png" for name in sorted(map(str, range(1, 121)))]
+        self.assertGreater(verdict_order.names_against_times(frames_named(names, range(120))), 0.05)
+
+    def test_names_that_count_with_time(self):
+        for names in ([f"rgb/{i}.png" for i in range(120)], [f"rgb/1305031.{i:06d}.jpg" for i in range(120)]):
+            self.assertEqual(verdict_order.names_against_times(frames_named(names, range(120))), 0)
+
+    def test_names_that_do_not_count(self):
+        for names in (["rgb/left.png"] * 10, [f"rgb/{'ab'[i % 2]}.png" for i in range(10)], [f"rgb/{i % 3}.png" for i in range(10)]):
+            self.assertEqual(verdict_order.names_against_times(frames_named(names, range(10))), 0)
+
+    def test_another_recording_may_count_from_zero_again(self):
+        names = [f"{folder}/{i}.png" for folder in "ab" for i in range(10)]
+        self.assertEqual(verdict_order.names_against_times(frames_named(names, range(20), [0] * 10 + [1] * 10)), 0)
+
+    def test_gaps_are_long_in_seconds_and_in_intervals(self):
+        times_s = np.concatenate([np.arange(0, 5, 0.1), np.arange(7, 9, 0.1)])
+        self.assertEqual([round(gap, 2) for gap in verdict_order.gaps_s(frames_named(["a"] * len(times_s), times_s))], [2.1])
+        sparse = np.concatenate([np.arange(0, 40, 2), np.arange(44, 60, 2)])  # two intervals are no gap
+        self.assertEqual(verdict_order.gaps_s(frames_named(["a"] * len(sparse), sparse)), [])
+        between = frames_named(["a"] * 4, [0, 0.1, 60, 60.1], [0, 0, 1, 1])
+        self.assertEqual(verdict_order.gaps_s(between), [])
+
+
+class DepthTest(unittest.TestCase):
+    def setUp(self):
+        self.random = np.random.default_rng(3)
+
+    def scores(self, middle, best, num_windows=15):
+        scores = self.random.normal(1.2, 0.1, (num_windows, 9))
+        scores[:, 4] += middle
+        scores[:, 6] += best
+        return scores
+
+    def test_color_of_another_frame(self):
+        self.assertEqual(verdict_depth.best_offset(self.scores(middle=0, best=1)), 2)
+        self.assertEqual(verdict_depth.best_offset(self.scores(middle=1, best=0)), 0)
+
+    def test_chance_is_no_shift(self):
+        for _ in range(50):
+            self.assertEqual(verdict_depth.best_offset(self.scores(middle=0, best=0)), 0)
+
+    def test_a_shift_counts_when_it_is_better_beyond_chance(self):
+        survey = SimpleNamespace(at_no_shift=self.random.normal(1.2, 0.1, 12), at_best_shift=self.random.normal(2.2, 0.1, 12),
+                                 best_shift=np.array([0.06, 0.0]))  # fmt: skip
+        self.assertAlmostEqual(verdict_depth.shift_of(survey), 0.06)
+        survey.at_best_shift = survey.at_no_shift + self.random.normal(0, 0.2, 12)
+        self.assertEqual(verdict_depth.shift_of(survey), 0)
+
+
+class MapTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.site_dir = Path(self.folder.name) / "maps" / "office"
+        fake_site.write_site(self.site_dir)
+        self.site = Site(self.site_dir)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def write(self, job, **report):
+        path = self.site.path(job, "report")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(report))
+
+    def write_survey(self, **changes):
+        """Of forty frames alike, but for the changes of half of them."""
+        rows = [FRAME | (changes if i % 2 else {}) for i in range(fake_site.NUM_FRAMES)]
+        lines = [f"{i},{time_ns},0," + ",".join(str(row[name]) for name in COLUMNS) for i, (time_ns, row) in enumerate(zip(walk().times_ns, rows))]
+        path = self.site.path("survey", "frames")
+        path.parent.mkdir(parents=True)
+        path.write_text("\n".join(["frame_idx,time_ns,sequence_idx," + ",".join(COLUMNS), *lines]) + "\n")
+        windows = [{"num_edges": 100, "by_frame_offset": [1, 1, 1, 1, 2, 1, 1, 1, 1], "at_best_shift": 2, "at_no_shift": 2}] * 5
+        self.write("survey", num_frames=40, alignment={"best_shift_x": 0, "best_shift_y": 0, "windows": windows})
+        self.site.path("frames", "cameras").write_text(json.dumps({"cameras": [{"depth_units_per_m": 1000}]}))
+
+    def not_good(self, **changes):
+        self.write_survey(**changes)
+        return {item.name for item in verdict_recording.checks(self.site) if item.verdict != GOOD}
+
+    def test_a_good_recording(self):
+        self.assertEqual(self.not_good(), set())
+
+    def test_faults_of_a_recording(self):
+        faults = {"blurred frames": {"blur_px": 4}, "frozen pictures": {"same_color": 1}, "frozen depth": {"same_depth": 1},
+                  "exposure jumps": {"gain": 2.2}, "dark frames": {"dark_share": 0.9}, "overexposed frames": {"bright_share": 0.9},
+                  "frames without texture": {"textured_share": 0.1}, "frames unlike the one before": {"tracked_share": 0.05}}  # fmt: skip
+        for name, change in faults.items():
+            with self.subTest(name):
+                self.assertEqual(self.not_good(**change), {name})
+            shutil.rmtree(self.site.folder_of("survey"))
+
+    def test_depth_of_another_scale(self):
+        for factor, name in ((5, "far surfaces"), (0.2, "far surfaces")):
+            scaled = {key: FRAME[key] * factor for key in ("depth_p10_m", "depth_median_m", "depth_p90_m")}
+            with mock.patch.dict(FRAME, scaled):
+                self.assertIn(name, self.not_good())
+            shutil.rmtree(self.site.folder_of("survey"))
+
+    def test_without_depth(self):
+        nothing = dict.fromkeys(("measured_share", "depth_p10_m", "depth_median_m", "depth_p90_m"), "")
+        with mock.patch.dict(FRAME, nothing):
+            self.assertEqual(self.not_good(), set())
+
+    def test_focal_length(self):
+        for scale, verdict in ((1.01, GOOD), (0.9, LOOK), (1.58, REFUSE)):
+            self.write("adjust", calibrations=[{"focal_scale": scale}])
+            self.assertEqual(judged(verdict_calibration.checks(self.site)), {"focal length of camera 0": verdict})
+
+    def test_floor(self):
+        self.write("map_frame", floor_source="floor plane", camera_height_m=1.2, below_floor_percent=0.1, floor_warnings=[])
+        found = judged(verdict_way.checks(self.site))
+        self.assertEqual((found["camera height"], found["below the floor"], found["warnings of the floor"]), (GOOD, GOOD, GOOD))
+        self.write("map_frame", floor_source="floor plane", camera_height_m=0.4, below_floor_percent=30, floor_warnings=["{odd}"])
+        found = judged(verdict_way.checks(self.site))
+        self.assertEqual((found["below the floor"], found["warnings of the floor"]), (LOOK, LOOK))
+
+    def test_speed_is_of_steps_within_a_recording(self):
+        frames = SimpleNamespace(times_ns=walk().times_ns, sequence_idxs=np.zeros(len(walk()), int))
+        slow = verdict_way.speeds(walk(), frames)
+        self.assertEqual(len(slow), len(walk()) - 1)
+        frames.sequence_idxs = np.arange(len(walk()))
+        self.assertEqual(len(verdict_way.speeds(walk(), frames)), 0)
+
+    def test_held_out_rays(self):
+        for percent, verdict in ((97, GOOD), (80, LOOK), (48, REFUSE)):
+            self.write("join_clouds", held_out_rays_agreeing_percent=percent, num_points=10)
+            self.assertEqual(judged(verdict_cloud.checks(self.site))["held-out rays"], verdict)
+
+    def test_the_script_writes_and_prints_the_verdict(self):
+        self.write_survey()
+        for job in ("survey", "check", "verdict"):
+            self.assertTrue(self.site.has(job))
+        out = self.site_dir / "check" / "verdict.json"
+        result = fake_site.run("verdict.py", "--site-dir", self.site_dir, "--out", out)
+        self.assertEqual(json.loads(out.read_text())["verdict"], GOOD, result.stderr)
+        shutil.rmtree(self.site.folder_of("survey"))
+        self.write_survey(blur_px=5)
+        result = fake_site.run("verdict.py", "--site-dir", self.site_dir, "--out", out)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        written = json.loads(out.read_text())
+        self.assertEqual(written["verdict"], LOOK)
+        self.assertEqual(written["checks"][0]["name"], "blurred frames")
+        self.assertTrue(result.stdout.startswith("verdict: look at this"), result.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
