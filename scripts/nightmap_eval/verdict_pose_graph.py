@@ -12,13 +12,8 @@ LOOPS = {"?num_loops_verified": int, "?num_loops_accepted": int}
 
 
 def checks(site):
-    num_frames = len(Frames(site)) + num_unusable_frames(site)
-    lost = set(bridged_frames(site)) | set(frames_apart(site))
-    mapped = 100 * (num_frames - len(lost) - num_unusable_frames(site)) / max(1, num_frames)
-    yield check("frames mapped", mapped, "%", (95, 100), "frames whose motion was measured, and that hang together with the most",
-                "only {value:.0f} % of the frames are in the map by measured motion: see the frames without a pose in the report; wrong "
-                "intrinsics, depth of another scale or moment, blur and bare walls cause this", usable=(50, 100))  # fmt: skip
-    yield from _pair_checks(site)
+    if site.has_camera():
+        yield from _frame_checks(site)
     report = read_object(site.path("pose_graph", "report"), LOOPS)
     verified = report.get("num_loops_verified", 0)
     if verified:
@@ -26,6 +21,16 @@ def checks(site):
         yield check("loops refused", refused, "%", (0, 75), "pairs that look alike and contradict the way between them: rooms furnished "
                     "alike, or a way that is wrong",
                     "{value:.0f} % of the loops contradict the odometry: look at the loops of the report")  # fmt: skip
+
+
+def _frame_checks(site):
+    num_frames = len(Frames(site)) + num_unusable_frames(site)
+    lost = set(bridged_frames(site)) | set(frames_apart(site))
+    mapped = 100 * (num_frames - len(lost) - num_unusable_frames(site)) / max(1, num_frames)
+    yield check("frames mapped", mapped, "%", (95, 100), "frames whose motion was measured, and that hang together with the most",
+                "only {value:.0f} % of the frames are in the map by measured motion: see the frames without a pose in the report; wrong "
+                "intrinsics, depth of another scale or moment, blur and bare walls cause this", usable=(50, 100))  # fmt: skip
+    yield from _pair_checks(site)
 
 
 def _pair_checks(site):
