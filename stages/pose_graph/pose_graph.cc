@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/median.h"
 #include "pipeline/graph/frame_poses.h"
 #include "stages/pose_graph/chain_odometry.h"
@@ -189,13 +190,30 @@ class Pipeline {
   PoseGraphResult result_;
 };
 
+void CheckConnection(const PoseGraphOptions& options, const PoseGraphResult& result) {
+  const auto num_frames = static_cast<double>(result.graph_from_camera.size());
+  const int num_connected = result.parts.empty() ? 0 : result.parts.front().num_frames;
+  if (num_connected >= options.min_connected_ratio * num_frames) return;
+  throw ThresholdError(
+      "measured motion connects {} of {} frames, fewer than min_connected_ratio = {}: this is no "
+      "map. "
+      "Check fx, fy, cx, cy and depth_units_per_m of the [[camera]], that depth belongs to its "
+      "color "
+      "picture, and the order of the frames; make check looks at most of it",
+      num_connected,
+      result.graph_from_camera.size(),
+      options.min_connected_ratio);
+}
+
 }  // namespace
 
 PoseGraphResult RunPoseGraph(const PoseGraphOptions& options,
                              const PoseGraphInput& input,
                              Progress& progress) {
   CheckInput(input);
-  return Pipeline(options, input).Run(progress);
+  PoseGraphResult result = Pipeline(options, input).Run(progress);
+  CheckConnection(options, result);
+  return result;
 }
 
 }  // namespace nightmap

@@ -33,6 +33,7 @@ struct PoseGraphOptions {
   double max_loop_error = 6.0;
   CalibrationWarnings calibration_warnings;
   bool calibrate_sensors = false;
+  double min_connected_ratio = 0.05;
 
   void Register(OptionList& list);
 };
@@ -93,6 +94,8 @@ struct PoseGraphResult {
 // Chains the shards, drops loops that contradict the odometry and closes the others (graduated
 // non-convexity decides which to accept). Edges of other sensors fill what the camera lost and
 // enter the graph. Frames move along with the keyframes around them. Deterministic; one thread.
+// Throws ThresholdError when measured motion connects less than min_connected_ratio of the frames:
+// there is no map then.
 PoseGraphResult RunPoseGraph(const PoseGraphOptions& options,
                              const PoseGraphInput& input,
                              Progress& progress);

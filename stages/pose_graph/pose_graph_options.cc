@@ -35,6 +35,11 @@ void PoseGraphOptions::Register(OptionList& list) {
   list.Add("calibrate_sensors",
            &calibrate_sensors,
            "correct the edges of a sensor by what is warned of");
+  list.Add("min_connected_ratio",
+           &min_connected_ratio,
+           Range(0, 1),
+           "fails when measured motion connects a smaller share of the frames; of sites with many "
+           "recordings that never meet, lower it");
 }
 
 }  // namespace nightmap

@@ -25,7 +25,7 @@ def reached_from(name):
     """Folders of a job and of those that its results go into, by the declared pipeline."""
     reached = {name}
     for job in PIPELINE.jobs.values():
-        if job.goal in GOALS and reached & {*(reference.job for reference in job.inputs), *(found for found, _ in job.finds)}:
+        if job.goal in (*GOALS, "check") and job.program and reached & {*(reference.job for reference in job.inputs), *(found for found, _ in job.finds)}:
             reached.add(job.name)
     folders = {name: PIPELINE.jobs[name].folder for name in reached}
     return {name if folder == "RECORDING" else folder for name, folder in folders.items()}

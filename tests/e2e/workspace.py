@@ -32,7 +32,7 @@ LINKS = ("Makefile", "CMakeLists.txt", "cmake", "pipeline", "stages", "scripts")
 GOALS = ("map", "localize", "plan", "drive")
 PIPELINE = read_pipeline(str(REPOSITORY / "configs"))
 SITE = "small"
-NO_ARTIFACTS = ("config/", "logs/", "lists/", ".preview/", "evaluate/", "report/")
+NO_ARTIFACTS = ("config/", "logs/", "lists/", ".preview/", "check/", "verdict/", "evaluate/", "report/")
 
 # The camera of the small building: the demo's at a fraction of its size, so that a run takes seconds.
 CAMERA = {"width": 320, "height": 240, "fx": 262.5, "fy": 262.5, "cx": 159.5, "cy": 119.5}

@@ -74,6 +74,18 @@ TEST(PoseGraph, PartsThatNoLoopJoinsAreReported) {
   EXPECT_EQ(result.graph_from_camera.size(), static_cast<std::size_t>(kNumFrames));
 }
 
+TEST(PoseGraph, RefusesToCallPiecesAMap) {
+  PoseGraphInput input = MakeBrokenInput();
+  input.loops.clear();  // the largest part has three quarters of the frames
+  Progress progress("pose_graph", false);
+  PoseGraphOptions options;
+  options.min_connected_ratio = 0.7;
+  EXPECT_EQ(RunPoseGraph(options, input, progress).parts.size(), 2U);
+  options.min_connected_ratio = 0.8;
+  NIGHTMAP_EXPECT_ERROR(
+      ThresholdError, RunPoseGraph(options, input, progress), "36 of 48 frames.*make check");
+}
+
 TEST(PoseGraph, RefusesOdometryOfOtherFrames) {
   PoseGraphInput input = MakeInput();
   input.odometry.pop_back();

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""damage.py on a tiny recording: each fault changes what it says, the same seed gives the same copy, the original stays."""
+
+import hashlib
+import json
+import math
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import fake_site
+
+sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench" / "faults"))
+import measure_faults  # noqa: E402
+from damage import FAULTS, damage  # noqa: E402
+from recording import read_recording  # noqa: E402
+
+NUM_FRAMES = 60
+CONFIG = """root = "tiny"
+
+[[camera]]
+id = "kinect"
+width = 64
+height = 48
+fx = 50.0
+fy = 50.0
+cx = 31.5
+cy = 23.5
+depth_units_per_m = 5000
+
+[[sequence]]
+layout = "tum"
+folder = "."
+camera = "kinect"
+"""
+
+
+def write_tiny(data):
+    folder, random = data / "tiny", np.random.default_rng(1)
+    lists = {"rgb": [], "depth": []}
+    for channel, lines in lists.items():
+        (folder / channel).mkdir(parents=True)
+        for i in range(NUM_FRAMES):
+            path = folder / channel / f"{i:03d}.png"
+            pixels = random.integers(0, 256, (48, 64, 3), dtype=np.uint8) if channel == "rgb" else random.integers(
+                5000, 15000, (48, 64), dtype=np.uint16)  # fmt: skip
+            Image.fromarray(pixels).save(path)
+            lines.append(f"{i / 10:.6f} {channel}/{path.name}\n")
+        (folder / f"{channel}.txt").write_text("".join(lines))
+    (folder / "groundtruth.txt").write_text("0 0 0 0 0 0 0 1\n")
+    (data / "tiny.toml").write_text(CONFIG)
+
+
+def hashes(folder):
+    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+class DamageTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.data, self.out = Path(folder.name) / "data", Path(folder.name) / "out"
+        write_tiny(self.data)
+        self.before = hashes(self.data)
+
+    def tearDown(self):
+        self.assertEqual(hashes(self.data), self.before)  # whatever the fault, the original stays
+
+    def copy(self, fault, name="copy", seed=0):
+        damage(fault, seed, self.data / "tiny.toml", self.data, self.out, name)
+        return read_recording(self.out / "sites" / f"{name}.toml", self.out / "data")
+
+    def pixels(self, path):
+        return np.array(Image.open(path)).astype(float)
+
+    def test_a_clean_copy_has_the_same_pictures_of_its_own(self):
+        copy = self.copy("clean")
+        self.assertEqual(len(copy.frames), NUM_FRAMES)
+        for i, frame in enumerate(copy.frames):
+            self.assertEqual(frame.color.read_bytes(), (self.data / f"tiny/rgb/{i:03d}.png").read_bytes())
+            self.assertEqual(frame.color.stat().st_nlink, 1)
+
+    def test_every_fault_changes_something(self):
+        clean = hashes(self.out / "data" / "clean") if self.copy("clean", "clean") else {}
+        for fault in FAULTS:
+            with self.subTest(fault):
+                copy = self.copy(fault, fault)
+                changed = hashes(self.out / "data" / fault) != clean
+                self.assertTrue(changed or copy.config != CONFIG.replace("tiny", fault))
+
+    def test_the_same_seed_gives_the_same_copy_and_another_another(self):
+        for fault in ("people", "random"):
+            for name, seed in (("a", 5), ("b", 5), ("c", 6)):
+                self.copy(fault, f"{fault}_{name}", seed)
+            a, b, c = (hashes(self.out / "data" / f"{fault}_{name}") for name in "abc")
+            self.assertEqual(a, b)
+            self.assertNotEqual(a, c)
+
+    def test_depth_scale_is_of_the_config(self):
+        self.assertAlmostEqual(self.copy("depth_x5").value("depth_units_per_m"), 1000)
+        self.assertAlmostEqual(self.copy("depth_by_5", "other").value("depth_units_per_m"), 25000)
+
+    def test_depth_of_a_later_frame(self):
+        copy = self.copy("depth_shifted")
+        self.assertEqual(copy.frames[0].depth.read_bytes(), (self.data / "tiny/depth/003.png").read_bytes())
+        self.assertEqual(copy.frames[0].color.read_bytes(), (self.data / "tiny/rgb/000.png").read_bytes())
+
+    def test_scrambled_names_are_in_order_of_text(self):
+        names = [frame.color.stem for frame in self.copy("scrambled_order").frames]
+        self.assertEqual(names, sorted(map(str, range(1, NUM_FRAMES + 1))))
+
+    def test_shares_of_faults_in_runs(self):
+        frames = self.copy("frozen").frames
+        same = sum(a.color.read_bytes() == b.color.read_bytes() for a, b in zip(frames, frames[1:]))
+        self.assertGreaterEqual(same, 8)
+        gone = NUM_FRAMES - len(self.copy("gaps", "gaps").frames)
+        self.assertTrue(5 <= gone <= 20, gone)
+
+    def test_people_stand_in_front(self):
+        frame = self.copy("people").frames[10]
+        new, old = self.pixels(frame.depth), self.pixels(self.data / "tiny/depth/010.png")
+        share = np.mean(new != old)
+        self.assertTrue(0.2 < share < 0.9, share)
+        self.assertLessEqual(new[new != old].max(), 1.5 * 5000)
+
+
+class TableTest(unittest.TestCase):
+    def row(self, fault, verdict, ate_m, checks=(), **more):
+        return {"site": "tiny", "fault": fault, "seed": 0, "said": fault, "check_exit": 0, "exit": 0, "message": "", "check": None,
+                "check_checks": [], "verdict": verdict, "verdict_checks": [[name, 1.0, "look at this", ""] for name in checks],
+                "ate_m": ate_m, "mapped": 1.0} | more  # fmt: skip
+
+    def test_a_fault_is_named_by_its_checks_only(self):
+        self.assertTrue(measure_faults.is_named(self.row("blurred_30", "look at this", 0.1, ["blurred frames"])))
+        self.assertFalse(measure_faults.is_named(self.row("blurred_30", "look at this", 0.1, ["speed"])))
+        failed = self.row("duplicate_times", None, None, exit=2, message="frames: two frames with the same time_ns")
+        self.assertTrue(measure_faults.is_named(failed))
+
+    def test_a_map_without_half_of_its_frames_is_ruined(self):
+        clean = {"tiny": self.row("clean", "good", 0.1)}
+        self.assertEqual(measure_faults.ratio(self.row("gaps", "good", 0.3), clean), 0.3 / 0.1)
+        self.assertEqual(measure_faults.ratio(self.row("gaps", "good", 0.1, mapped=0.4), clean), math.inf)
+        self.assertEqual(measure_faults.ratio(self.row("gaps", None, None), clean), math.inf)
+
+    def test_the_counts_tell_what_was_missed(self):
+        rows = [self.row("clean", "good", 0.1), self.row("random", "good", 0.9), self.row("random", "do not use", 0.11),
+                self.row("random", "do not use", 0.9)]  # fmt: skip
+        text = "\n".join(measure_faults.table(json.loads(json.dumps(rows))))
+        self.assertIn("3 random: 2 with ATE over 5 times, 1 of them good (must be 0), 1 not to be used; 1 below 1.5 times, 1 of them", text)
+
+
+if __name__ == "__main__":
+    unittest.main()
