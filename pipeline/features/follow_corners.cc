@@ -10,8 +10,6 @@ namespace nightmap {
 namespace {
 
 constexpr int kNumPyramidLevels = 4;  // above the reduced size
-// Smallest eigenvalue of the gradients, of gray levels in 0 .. 1: less is noise on a bare wall.
-constexpr float kMinCorner = 1e-5F;
 
 cv::Mat View(const GrayImage& image) {
   // OpenCV takes no const pixels; nothing here writes them.
@@ -20,7 +18,7 @@ cv::Mat View(const GrayImage& image) {
 
 }  // namespace
 
-std::vector<cv::Point2f> Corners(const GrayImage& gray, int cell_px) {
+std::vector<cv::Point2f> Corners(const GrayImage& gray, int cell_px, float least) {
   cv::Mat strength;
   cv::cornerMinEigenVal(View(gray), strength, 3);
   std::vector<cv::Point2f> corners;
@@ -31,7 +29,7 @@ std::vector<cv::Point2f> Corners(const GrayImage& gray, int cell_px) {
       double best = 0;
       cv::Point at;
       cv::minMaxLoc(strength(cell), nullptr, &best, nullptr, &at);
-      if (best > kMinCorner) corners.emplace_back(at + cell.tl());
+      if (best > least) corners.emplace_back(at + cell.tl());
     }
   }
   return corners;

@@ -9,9 +9,12 @@
 
 namespace nightmap {
 
-// The strongest corner of each cell of a gray picture that has one, row by row. Bare walls have
-// none. Source: Shi and Tomasi, Good features to track, 1994.
-std::vector<cv::Point2f> Corners(const GrayImage& gray, int cell_px);
+// Smallest eigenvalue of the gradients, of gray levels in 0 .. 1: less is noise on a bare wall.
+constexpr float kMinCorner = 1e-5F;
+
+// The strongest corner of each cell of a gray picture that has one of this strength, row by row.
+// Bare walls have none. Source: Shi and Tomasi, Good features to track, 1994.
+std::vector<cv::Point2f> Corners(const GrayImage& gray, int cell_px, float least = kMinCorner);
 
 // The pictures that optical flow compares: the frame's own and coarser ones.
 std::vector<cv::Mat> FlowPyramid(const GrayImage& gray, int window_px);

@@ -9,8 +9,8 @@ from nightmap_eval.verdict import check
 from nightmap_site.checked_reading import NUMBER, read_object
 
 CAMERAS = {"cameras": [{"depth_units_per_m": NUMBER}]}
-SURE = 4  # standard errors between two means
-MIN_GAIN = 1.03  # colors of another frame, or of shifted pixels, must agree so much better
+SURE = 3  # standard errors between two means
+MIN_GAIN = 1.05  # colors of another frame, or of shifted pixels, must agree so much better
 
 
 def depth_checks(site, survey):

@@ -13,6 +13,7 @@ namespace nightmap {
 namespace {
 
 constexpr int kCell_px = 16;
+constexpr float kClearCorner = 10 * kMinCorner;  // three times the contrast of noise
 constexpr double kFineSigma_px = 1;
 constexpr double kCoarseSigma_px = 2.5;
 constexpr double kEdgeShare = 0.01;  // of the pixels, the strongest
@@ -127,7 +128,7 @@ FrameMeasures MeasureFrame(const GrayImage& gray, const GrayImage& small, const 
   measures.blur_px = BlurOf(gray);
   const int num_cells = std::max(1, (small.width / kCell_px) * (small.height / kCell_px));
   measures.textured_share =
-      std::min(1.0, static_cast<double>(Corners(small, kCell_px).size()) / num_cells);
+      std::min(1.0, static_cast<double>(Corners(small, kCell_px, kClearCorner).size()) / num_cells);
   MeasureDepth(depth, &measures);
   return measures;
 }

@@ -14,6 +14,10 @@ namespace {
 constexpr int kCornerCell_px = 20;
 constexpr int kWindow_px = 15;
 constexpr int kNumGainCells = 8;  // along each side
+constexpr std::size_t kMinGainCells = 8;
+// Of a cell: pixels of darker and brighter ones are black or white, and do not tell a gain.
+constexpr int kLeastLevel = 8;
+constexpr int kMostLevel = 220;
 constexpr float kMaxWayBack_px = 1;
 
 cv::Mat PixelsOf(const GrayImage& gray) {
@@ -54,8 +58,12 @@ Gain GainBetween(const GrayImage& previous, const GrayImage& current) {
   cv::resize(PixelsOf(current), after, {kNumGainCells, kNumGainCells}, 0, 0, cv::INTER_AREA);
   std::vector<double> logs;
   for (int i = 0; i < kNumGainCells * kNumGainCells; ++i) {
-    logs.push_back(std::log((after.data[i] + 1.0) / (before.data[i] + 1.0)));
+    const int levels[] = {before.data[i], after.data[i]};
+    const bool is_clipped = std::ranges::any_of(
+        levels, [](int level) { return level < kLeastLevel || level > kMostLevel; });
+    if (!is_clipped) logs.push_back(std::log(static_cast<double>(levels[1]) / levels[0]));
   }
+  if (logs.size() < kMinGainCells) return {};
   const double middle = Median(logs);
   for (double& value : logs) value = std::abs(value - middle);
   return {std::exp(middle), Median(std::move(logs))};

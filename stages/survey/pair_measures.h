@@ -16,7 +16,8 @@ struct PairMeasures {
 };
 
 // The brightness ratio is the median over the cells of a coarse grid: a change of the picture moves
-// single cells, a change of exposure all of them. Its `spread` is their median absolute deviation.
+// single cells, a change of exposure all of them. 1 where too few cells are neither black nor
+// white. Its `spread` is their median absolute deviation.
 struct Gain {
   double ratio = 1;
   double spread = 0;
