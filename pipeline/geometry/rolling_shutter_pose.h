@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pose of a camera that moved while its rolling shutter read the picture, estimated together with
-// one velocity for all rows (as Hedborg et al., CVPR 2012, linearized). A pose without velocity
-// would explain half of the picture's distortion by a false rotation.
+// one velocity for all rows (as Hedborg et al., CVPR 2012, linearized) and, where the lens is not
+// calibrated, with its focal length. A pose without velocity would explain half of the picture's
+// distortion by a false rotation; a pose with a wrong focal length is too near or too far.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,20 +29,26 @@ struct MovingPoseOptions {
   double shift_sigma_m = 0.002;   // likewise
   double max_error_px = 4.0;      // of an inlier
   double pixel_sigma_px = 1.0;
+  // Standard deviation of the logarithm of the focal length, as a prior under Cauchy's loss, since a
+  // picture may have been cropped; 0: calibrated.
+  double focal_sigma_ratio = 0;
 };
 
 struct MovingPose {
-  AbsolutePose pose;  // at the middle row; its covariance includes that of the motion
+  AbsolutePose pose;  // at the middle row; its covariance includes those of motion and focal length
   ReadoutMotion motion;
+  double focal_scale = 1;        // focal length over that of the camera
+  double focal_sigma_ratio = 0;  // standard deviation of its logarithm
 };
 
-// Robust least squares over pose and motion, from a pose near the solution. Ignores measured
-// depths. Returns nothing when fewer than min_inliers agree, or when they do not determine the
-// pose. Deterministic.
+// Robust least squares over pose, motion and focal length, from a pose near the solution and the
+// focal length of `camera` times `focal_scale`. Ignores measured depths. Returns nothing when fewer
+// than min_inliers agree, or when they do not determine the pose. Deterministic.
 [[nodiscard]] std::optional<MovingPose> RefineMovingPose(const Camera& camera,
                                                          const std::vector<PointMatch>& matches,
                                                          const Rigid3& camera_from_world,
                                                          int min_inliers,
-                                                         const MovingPoseOptions& options);
+                                                         const MovingPoseOptions& options,
+                                                         double focal_scale = 1);
 
 }  // namespace nightmap
