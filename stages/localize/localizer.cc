@@ -10,6 +10,7 @@
 
 #include "pipeline/base/random.h"
 #include "stages/localize/active_search.h"
+#include "stages/localize/map_uncertainty.h"
 #include "stages/localize/place_search.h"
 
 namespace nightmap {
@@ -172,7 +173,8 @@ void Localizer::Judge(const Picture& picture, Located located, QueryResult* resu
     return;
   }
   const double chance = static_cast<double>(options_.min_inliers) / result->num_inliers;
-  result->confidence = std::max(0.0, std::min(1 - chance, votes.Lead()));
+  const double doubt = result->position_sigma_m / options_.max_position_sigma_m;
+  result->confidence = std::max(0.0, std::min({1 - chance, votes.Lead(), 1 - doubt}));
   const bool is_ambiguous =
       result->num_rival_inliers > options_.max_rival_ratio * result->num_inliers &&
       votes.Significance() < options_.min_rival_significance;
@@ -185,7 +187,10 @@ void Localizer::Judge(const Picture& picture, Located located, QueryResult* resu
 }
 
 void Localizer::FillPose(const Located& located, QueryResult* result) const {
-  const Matrix6d& covariance = located.pose.covariance;
+  std::vector<int> seen;
+  for (const LandmarkMatch& match : located.Inliers()) seen.push_back(match.landmark);
+  const Matrix6d covariance =
+      located.pose.covariance + MapCovariance(index_.Map(), seen, located.pose.camera_from_world);
   result->num_matches = static_cast<int>(located.matches.size());
   result->num_inliers = located.NumInliers();
   result->reprojection_error_px = located.pose.rms_error_px;
