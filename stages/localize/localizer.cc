@@ -83,7 +83,7 @@ QueryResult Localizer::Localize(const FrameRecord& query,
       features,
       Random(static_cast<std::uint64_t>(options_.seed), static_cast<std::uint64_t>(query.frame_idx))
           .Next(),
-      FocalLadder()};
+      LensesToTry(lens)};
   int num_matches = 0;
   auto located = SearchAndEstimate(picture, &num_matches);
   if (!located) located = SearchRetrieved(picture, &num_matches);
@@ -120,11 +120,10 @@ Localizer::Located Localizer::SearchAround(const Picture& picture, const Located
   if (options_.num_guided_keyframes == 0) return first;
   std::vector<int> seen;
   for (const LandmarkMatch& match : first.Inliers()) seen.push_back(match.landmark);
-  const Camera camera = picture.lens.camera.WithFocalScale(first.focal_scale);
   const auto matches = SearchByPose(
-      options_, index_, picture.features, camera, first.pose.camera_from_world, seen);
+      options_, index_, picture.features, first.camera, first.pose.camera_from_world, seen);
   Picture same_lens = picture;
-  same_lens.focal_scales = {first.focal_scale};
+  same_lens.starts = {first.camera};
   auto second = Estimate(same_lens, matches, options_.min_inliers);
   if (!second || second->NumInliers() < first.NumInliers()) return first;
   // A wrong match, too, lies within the radius of its landmark's projection by the first pose.
@@ -140,7 +139,7 @@ std::optional<Localizer::Located> Localizer::SearchRival(const Picture& picture,
   // A rival that explains as much in the end matches more than a tenth of it here.
   const double num_enough = 0.1 * options_.max_rival_ratio * located.NumInliers();
   Picture same_lens = picture;
-  same_lens.focal_scales = {located.focal_scale};
+  same_lens.starts = {located.camera};
   const auto first = Estimate(
       same_lens, matches, std::max(options_.min_seed_inliers, static_cast<int>(num_enough)));
   if (!first) return {};
@@ -216,7 +215,7 @@ std::optional<Localizer::Located> Localizer::Estimate(const Picture& picture,
                                                       int min_inliers) const {
   auto found = EstimatePicturePose(options_,
                                    picture.lens,
-                                   picture.focal_scales,
+                                   picture.starts,
                                    Points(picture, matches),
                                    min_inliers,
                                    picture.random_seed);

@@ -35,7 +35,7 @@ class Localizer {
     const PictureLens& lens;
     const FrameFeatures& features;
     std::uint64_t random_seed;
-    std::vector<double> focal_scales;  // to start from
+    std::vector<Camera> starts;  // lenses to start from
   };
   struct Located : PicturePose {
     std::vector<LandmarkMatch> matches;

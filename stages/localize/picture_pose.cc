@@ -38,46 +38,46 @@ std::optional<PicturePose> Refine(const PictureLens& lens,
                                   int min_inliers,
                                   const MovingPoseOptions& options) {
   auto refined = RefineMovingPose(
-      lens.camera, matches, from.pose.camera_from_world, min_inliers, options, from.focal_scale);
+      lens.camera, matches, from.pose.camera_from_world, min_inliers, options, from.camera);
   if (!refined) return {};
-  return PicturePose{std::move(refined->pose), refined->focal_scale, refined->focal_sigma_ratio};
+  return PicturePose{std::move(refined->pose), refined->camera};
 }
 
-// RANSAC at one focal length, then least squares over pose and focal length of a still camera.
-std::optional<PicturePose> EstimateFrom(double focal_scale,
+// RANSAC with one lens, then least squares over pose and lens of a still camera.
+std::optional<PicturePose> EstimateFrom(const Camera& camera,
                                         const LocalizeOptions& options,
                                         const PictureLens& lens,
                                         const std::vector<PointMatch>& matches,
                                         AbsolutePoseOptions pose_options) {
   constexpr double kStill = 1e-6;
   pose_options.max_error_px *= kStartErrorRatio;
-  auto start =
-      EstimateAbsolutePose(lens.camera.WithFocalScale(focal_scale), matches, pose_options);
+  auto start = EstimateAbsolutePose(camera, matches, pose_options);
   if (!start) return {};
   MovingPoseOptions still = MotionOptions(options, lens);
   still.turn_sigma_rad = still.shift_sigma_m = kStill;
   return Refine(
-      lens, matches, {*std::move(start), focal_scale}, pose_options.min_inliers, still);
+      lens, matches, {*std::move(start), camera}, pose_options.min_inliers, still);
 }
 
 }  // namespace
 
-std::vector<double> FocalLadder() {
+std::vector<Camera> LensesToTry(const PictureLens& lens) {
   constexpr double kStep = 1.2;
   constexpr int kNumSteps = 5;
-  std::vector<double> scales = {1};
+  std::vector<Camera> cameras = {lens.camera};
+  if (lens.IsCalibrated()) return cameras;
   double scale = 1;
   for (int i = 0; i < kNumSteps; ++i) {
     scale *= kStep;
-    scales.push_back(scale);
-    scales.push_back(1 / scale);
+    cameras.push_back(lens.camera.WithFocalScale(scale));
+    cameras.push_back(lens.camera.WithFocalScale(1 / scale));
   }
-  return scales;
+  return cameras;
 }
 
 std::optional<PicturePose> EstimatePicturePose(const LocalizeOptions& options,
                                                const PictureLens& lens,
-                                               const std::vector<double>& focal_scales,
+                                               const std::vector<Camera>& starts,
                                                const std::vector<PointMatch>& matches,
                                                int min_inliers,
                                                std::uint64_t seed) {
@@ -85,11 +85,11 @@ std::optional<PicturePose> EstimatePicturePose(const LocalizeOptions& options,
   std::optional<PicturePose> best;
   if (lens.IsCalibrated()) {
     auto pose = EstimateAbsolutePose(lens.camera, matches, pose_options);
-    if (pose) best = PicturePose{*std::move(pose)};
+    if (pose) best = PicturePose{*std::move(pose), lens.camera};
     return best;
   }
-  for (const double focal_scale : focal_scales) {
-    auto found = EstimateFrom(focal_scale, options, lens, matches, pose_options);
+  for (const Camera& start : starts) {
+    auto found = EstimateFrom(start, options, lens, matches, pose_options);
     if (!found || (best && found->pose.inliers.size() <= best->pose.inliers.size())) continue;
     best = std::move(found);
     if (2 * best->pose.inliers.size() > matches.size()) break;

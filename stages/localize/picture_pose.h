@@ -21,24 +21,22 @@ struct PictureLens {
 };
 
 struct PicturePose {
-  AbsolutePose pose;       // its covariance includes that of the focal length
-  double focal_scale = 1;  // focal length over that of the lens
-  // Standard deviation of the logarithm of that focal length; 0: calibrated.
-  double focal_sigma_ratio = 0;
+  AbsolutePose pose;  // its covariance includes that of the lens
+  Camera camera;      // with the lens that was found
 };
 
-// Focal lengths to start from, relative to an uncertain one. They come nearest first, in steps so
-// small that RANSAC finds inliers with the nearest, and reach from a picture cropped to less than
-// half to one that was taken with twice the zoom.
-std::vector<double> FocalLadder();
+// The lens with focal lengths to start from. They come nearest first, in steps so small that RANSAC
+// finds inliers with the nearest, and reach from a picture cropped to less than half to one that
+// was taken with twice the zoom. A calibrated lens: its camera alone.
+std::vector<Camera> LensesToTry(const PictureLens& lens);
 
 // A calibrated lens: RANSAC and refinement, as EstimateAbsolutePose. Another one: likewise with
-// each focal length of `focal_scales` until one explains most matches, each time followed by least
-// squares over pose and focal length; the result is the one with the most inliers. Returns nothing
-// when fewer than min_inliers agree. Deterministic in the seed.
+// each camera of `starts` until one explains most matches, each time followed by least squares over
+// pose and lens; the result is the one with the most inliers. Returns nothing when fewer than
+// min_inliers agree. Deterministic in the seed.
 std::optional<PicturePose> EstimatePicturePose(const LocalizeOptions& options,
                                                const PictureLens& lens,
-                                               const std::vector<double>& focal_scales,
+                                               const std::vector<Camera>& starts,
                                                const std::vector<PointMatch>& matches,
                                                int min_inliers,
                                                std::uint64_t seed);
