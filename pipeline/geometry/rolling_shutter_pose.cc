@@ -10,7 +10,7 @@
 namespace nightmap {
 namespace {
 
-constexpr int kFocal = 12;  // index of the focal length among the unknowns
+constexpr int kFocal = 12;   // index of the focal length among the unknowns
 constexpr int kCentre = 13;  // of the principal point
 constexpr int kNumCalibrated = 12;
 constexpr int kNumWithLens = 15;
@@ -92,7 +92,9 @@ class MovingPoseProblem {
   }
 
   // The match as if the principal point were the camera's.
-  static PointMeasurement Centred(const MovingState& state, const PointMatch& match, double weight) {
+  static PointMeasurement Centred(const MovingState& state,
+                                  const PointMatch& match,
+                                  double weight) {
     PointMeasurement measured{.pixel = match.pixel, .per_pixel_sigma = weight};
     if constexpr (kHasLens) measured.pixel -= state.centre_px;
     return measured;
@@ -114,7 +116,8 @@ class MovingPoseProblem {
     return seen.Residual(Centred(state, match, 1)).template head<2>().norm();
   }
 
-  NormalEquations<kSize> Equations(const MovingState& state, const std::vector<int>& inliers) const {
+  NormalEquations<kSize> Equations(const MovingState& state,
+                                   const std::vector<int>& inliers) const {
     NormalEquations<kSize> equations;
     for (const int i : inliers) {
       const PointMatch& match = matches_[static_cast<std::size_t>(i)];

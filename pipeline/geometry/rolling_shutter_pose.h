@@ -2,7 +2,8 @@
 // Pose of a camera that moved while its rolling shutter read the picture, estimated together with
 // one velocity for all rows (as Hedborg et al., CVPR 2012, linearized) and, where the lens is not
 // calibrated, with its focal length and principal point. A pose without velocity would explain half
-// of the picture's distortion by a false rotation; one with a wrong focal length is too near or far.
+// of the picture's distortion by a false rotation; one with a wrong focal length is too near or
+// far.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,8 +30,8 @@ struct MovingPoseOptions {
   double shift_sigma_m = 0.002;   // likewise
   double max_error_px = 4.0;      // of an inlier
   double pixel_sigma_px = 1.0;
-  // Standard deviation of the logarithm of the focal length, as a prior under Cauchy's loss, since a
-  // picture may have been cropped; 0: calibrated.
+  // Standard deviation of the logarithm of the focal length, as a prior under Cauchy's loss, since
+  // a picture may have been cropped; 0: calibrated.
   double focal_sigma_ratio = 0;
   // Of a camera that is not calibrated: standard deviation of its principal point on each axis,
   // over the picture's longer side.

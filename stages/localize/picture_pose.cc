@@ -55,8 +55,7 @@ std::optional<PicturePose> EstimateFrom(const Camera& camera,
   if (!start) return {};
   MovingPoseOptions still = MotionOptions(options, lens);
   still.turn_sigma_rad = still.shift_sigma_m = kStill;
-  return Refine(
-      lens, matches, {*std::move(start), camera}, pose_options.min_inliers, still);
+  return Refine(lens, matches, {*std::move(start), camera}, pose_options.min_inliers, still);
 }
 
 }  // namespace

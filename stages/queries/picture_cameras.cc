@@ -152,9 +152,8 @@ std::vector<RgbdCamera> FindPictureCameras(const SiteConfig& site,
         ReadListedCameras(PicturesFolder({data_root, site.root, query, true}), data_root);
     for (RawFrame& frame : sequences->at(q).frames) {
       const auto row = listed.find(frame.color.path);
-      const auto camera = row != listed.end()
-                              ? std::optional(PictureCamera{row->second})
-                              : CameraOfPicture(query, data_root, options, &frame);
+      const auto camera = row != listed.end() ? std::optional(PictureCamera{row->second})
+                                              : CameraOfPicture(query, data_root, options, &frame);
       frame.camera_idx =
           camera ? IndexOf(*camera, frame.color.path, site.cameras.size(), &cameras) : 0;
     }

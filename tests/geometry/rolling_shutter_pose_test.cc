@@ -107,7 +107,8 @@ TEST(MovingPose, FindsAFocalLengthThatIsNotKnown) {
   const RolledPicture picture(kTurning);
   MovingPoseOptions options = kUnknown;
   options.focal_sigma_ratio = 0.15;
-  const auto found = RefineMovingPose(kCamera.WithFocalScale(1.03), picture.matches, picture.truth, 12, options);
+  const auto found =
+      RefineMovingPose(kCamera.WithFocalScale(1.03), picture.matches, picture.truth, 12, options);
   ASSERT_TRUE(found.has_value());
   EXPECT_NEAR(found->camera.fx / kCamera.fx, 1, 1e-3);
   EXPECT_LT((found->pose.camera_from_world.translation - picture.truth.translation).norm(), 3e-3);
@@ -117,8 +118,8 @@ TEST(MovingPose, StartsFromTheFocalLengthAskedFor) {
   const RolledPicture picture({}, 200, 0.5);
   MovingPoseOptions options;
   options.focal_sigma_ratio = 0.15;
-  const auto found =
-      RefineMovingPose(kGuessed, picture.matches, picture.truth, 12, options, kCamera.WithFocalScale(1.01));
+  const auto found = RefineMovingPose(
+      kGuessed, picture.matches, picture.truth, 12, options, kCamera.WithFocalScale(1.01));
   ASSERT_TRUE(found.has_value());
   EXPECT_NEAR(found->camera.fx / kCamera.fx, 1, 4 * found->focal_sigma_ratio + 1e-3);
 }

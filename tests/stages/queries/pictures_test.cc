@@ -301,7 +301,8 @@ TEST_F(PicturesTest, TheLessIsKnownOfALensTheLessSureIsItsFocalLength) {
   AddQuery(".").horizontal_fov_deg = 90;
   Cameras();
   std::map<std::string, double> sigma_ratios;
-  for (const RgbdCamera& camera : cameras_) sigma_ratios[camera.camera_id] = camera.focal_sigma_ratio;
+  for (const RgbdCamera& camera : cameras_)
+    sigma_ratios[camera.camera_id] = camera.focal_sigma_ratio;
   EXPECT_EQ(sigma_ratios.at("site/listed.jpg"), 0);
   EXPECT_EQ(sigma_ratios.at("site/exif.jpg"), options_.exif_focal_sigma_ratio);
   EXPECT_EQ(sigma_ratios.at("site/plain.jpg"), options_.fov_focal_sigma_ratio);
