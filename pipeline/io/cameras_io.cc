@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // cameras.json, for frames_io.h.
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -14,7 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kCamerasFormat = "nightmap cameras";
-constexpr int kCamerasVersion = 1;
+constexpr int kCamerasVersion = 2;  // 2: focal_sigma_ratio
 constexpr int kMaxSide_px = 32768;  // the same limit as in the site config
 
 Json ToJson(const Camera& c) {
@@ -57,6 +58,7 @@ Json ToJson(const RgbdCamera& camera) {
   if (!IsIdentity(camera.robot_from_camera)) {
     json["robot_from_camera"] = ToJson(camera.robot_from_camera);
   }
+  if (!camera.IsCalibrated()) json["focal_sigma_ratio"] = camera.focal_sigma_ratio;
   return json;
 }
 
@@ -119,15 +121,20 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
   if (json.contains("robot_from_camera")) {
     camera.robot_from_camera = PoseAt(json, "robot_from_camera");
   }
+  if (json.contains("focal_sigma_ratio")) {
+    camera.focal_sigma_ratio = PositiveAt(json, "focal_sigma_ratio");
+  }
   return camera;
 }
 
 }  // namespace
 
 std::string CamerasToJson(const std::vector<RgbdCamera>& cameras) {
+  // A program that knows no focal_sigma_ratio must not take a guessed focal length as exact.
+  const bool are_calibrated = std::ranges::all_of(cameras, &RgbdCamera::IsCalibrated);
   Json json = {
       {"format", kCamerasFormat},
-      {"version", kCamerasVersion},
+      {"version", are_calibrated ? 1 : kCamerasVersion},
       {"units", "width height fx fy cx cy: px; color_from_depth: tx ty tz (m) qx qy qz qw"},
       {"cameras", Json::array()}};
   for (const RgbdCamera& camera : cameras) json["cameras"].push_back(ToJson(camera));

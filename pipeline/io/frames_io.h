@@ -62,6 +62,10 @@ struct RgbdCamera {
   double min_depth_m = 0.1;
   double max_depth_m = 10.0;
   DepthNoise noise;
+  // How sure the focal length of `color` is: standard deviation of its logarithm; 0: calibrated.
+  double focal_sigma_ratio = 0;
+
+  bool IsCalibrated() const { return focal_sigma_ratio == 0; }
 };
 
 // Pixels of one frame.
@@ -87,6 +91,7 @@ std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path);
 // occur in two frames.
 std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths);
 
+// Version 1, or 2 where a camera has a focal_sigma_ratio.
 std::string CamerasToJson(const std::vector<RgbdCamera>& cameras);
 std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path);
 // Likewise for lookups of frames' cameras: checks every camera_idx.

@@ -36,10 +36,10 @@ struct QueryResult {
   int num_matches = 0;
   int num_inliers = 0;
   int num_rival_inliers = 0;  // inliers of the pose in the second best place
-  // 0 to 1: lead of this place over its rival in the features' votes, at most 1 - chance.
+  // 0 to 1: lead over its rival in the features' votes, at most 1 - chance and 1 - doubt in it.
   double confidence = 0;
   double reprojection_error_px = 0;  // root mean square over the inliers
-  double position_sigma_m = 0;  // standard deviation over all axes, with the map taken as exact
+  double position_sigma_m = 0;       // standard deviation over all axes, the map's own included
   double rotation_sigma_deg = 0;
   Rigid3 map_from_camera;
 

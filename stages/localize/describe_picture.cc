@@ -33,13 +33,13 @@ DescribedPicture DescribePicture(const LocalizeOptions& options,
                                  const LocalizeInput& input,
                                  const FrameRecord& query) {
   const RgbdCamera& camera = input.cameras[static_cast<std::size_t>(query.camera_idx)];
-  DescribedPicture described{{}, camera.color, ""};
+  DescribedPicture described{{}, {camera.color, camera.focal_sigma_ratio}, ""};
   described.problem = FrameFailure(query.color.path, [&] {
     const CameraPicture picture = FitToMap({input.load_color(query, camera), camera.color},
                                            input.map_cameras,
                                            options.max_focal_ratio);
     described.features = ExtractFeatures(picture.color, picture.camera, input.extraction);
-    described.camera = picture.camera;
+    described.lens.camera = picture.camera;
   });
   return described;
 }

@@ -5,13 +5,14 @@
 #include <string>
 
 #include "stages/localize/localize.h"
+#include "stages/localize/picture_pose.h"
 
 namespace nightmap {
 
 // The features of a picture, or the reason why it has none.
 struct DescribedPicture {
   FrameFeatures features;
-  Camera camera;        // of the picture as described, scaled down where it was too fine
+  PictureLens lens;     // of the picture as described, scaled down where it was too fine
   std::string problem;  // empty: no problem
 };
 

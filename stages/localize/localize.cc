@@ -63,7 +63,7 @@ std::vector<LocatedPicture> LocateBatch(const LocalizeOptions& options,
     found.problem = picture.problem;
     if (found.problem.empty()) {
       found.problem = FrameFailure(queries[i].color.path, [&] {
-        found.result = localizer.Localize(queries[i], picture.camera, picture.features);
+        found.result = localizer.Localize(queries[i], picture.lens, picture.features);
       });
     }
     if (found.problem.empty()) return;

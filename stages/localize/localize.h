@@ -76,7 +76,7 @@ struct LocalizeInput {
 // search_failed (unreadable as well: the search ran out of memory). A picture much finer than the
 // map's (max_focal_ratio) is scaled down to the map's focal length before it is described.
 // Thresholds in pixels and feature scales then mean the same as in the map; errors are in pixels of
-// the scaled picture.
+// the scaled picture. A lens that is not calibrated (focal_sigma_ratio) is estimated with the pose.
 //
 // Method: active search as published in CN106940186A, or one of its parts by option, with these
 // improvements: prioritized search (Sattler, Leibe, Kobbelt, ICCV 2011 and ECCV 2012), covisible

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "pipeline/base/random.h"
-#include "pipeline/geometry/rolling_shutter_pose.h"
 #include "stages/localize/active_search.h"
+#include "stages/localize/map_uncertainty.h"
 #include "stages/localize/place_search.h"
 
 namespace nightmap {
@@ -73,16 +73,17 @@ double Localizer::Located::InlierSignificance() const {
 }
 
 QueryResult Localizer::Localize(const FrameRecord& query,
-                                const Camera& camera,
+                                const PictureLens& lens,
                                 const FrameFeatures& features) const {
   if (features.NumFeatures() == 0) {
     return FailedQuery(query, QueryVerdict::kNoFeatures, "no_features");
   }
   const Picture picture{
-      camera,
+      lens,
       features,
       Random(static_cast<std::uint64_t>(options_.seed), static_cast<std::uint64_t>(query.frame_idx))
-          .Next()};
+          .Next(),
+      LensesToTry(lens)};
   int num_matches = 0;
   auto located = SearchAndEstimate(picture, &num_matches);
   if (!located) located = SearchRetrieved(picture, &num_matches);
@@ -120,8 +121,10 @@ Localizer::Located Localizer::SearchAround(const Picture& picture, const Located
   std::vector<int> seen;
   for (const LandmarkMatch& match : first.Inliers()) seen.push_back(match.landmark);
   const auto matches = SearchByPose(
-      options_, index_, picture.features, picture.camera, first.pose.camera_from_world, seen);
-  auto second = Estimate(picture, matches, options_.min_inliers);
+      options_, index_, picture.features, first.camera, first.pose.camera_from_world, seen);
+  Picture same_lens = picture;
+  same_lens.starts = {first.camera};
+  auto second = Estimate(same_lens, matches, options_.min_inliers);
   if (!second || second->NumInliers() < first.NumInliers()) return first;
   // A wrong match, too, lies within the radius of its landmark's projection by the first pose.
   second->chance_ratio =
@@ -135,8 +138,10 @@ std::optional<Localizer::Located> Localizer::SearchRival(const Picture& picture,
   const auto matches = SearchRivals(options_, index_, picture.features, located.Inliers());
   // A rival that explains as much in the end matches more than a tenth of it here.
   const double num_enough = 0.1 * options_.max_rival_ratio * located.NumInliers();
-  const auto first =
-      Estimate(picture, matches, std::max(options_.min_seed_inliers, static_cast<int>(num_enough)));
+  Picture same_lens = picture;
+  same_lens.starts = {located.camera};
+  const auto first = Estimate(
+      same_lens, matches, std::max(options_.min_seed_inliers, static_cast<int>(num_enough)));
   if (!first) return {};
   Located rival = SearchAround(picture, *first);
   const Rigid3 map_from_camera = located.pose.camera_from_world.Inverse();
@@ -167,18 +172,24 @@ void Localizer::Judge(const Picture& picture, Located located, QueryResult* resu
     return;
   }
   const double chance = static_cast<double>(options_.min_inliers) / result->num_inliers;
-  result->confidence = std::max(0.0, std::min(1 - chance, votes.Lead()));
+  const double doubt = result->position_sigma_m / options_.max_position_sigma_m;
+  result->confidence = std::max(0.0, std::min({1 - chance, votes.Lead(), 1 - doubt}));
   const bool is_ambiguous =
       result->num_rival_inliers > options_.max_rival_ratio * result->num_inliers &&
       votes.Significance() < options_.min_rival_significance;
   result->verdict = is_ambiguous ? QueryVerdict::kAmbiguous : QueryVerdict::kLocated;
   result->reason = is_ambiguous ? "rival_place" : "";
-  AllowMotion(picture, &located);  // last, so that verdicts are those of poses without motion
+  // Last, so that verdicts are those of poses without motion.
+  auto moving = AllowMotion(options_, picture.lens, Points(picture, located.matches), located);
+  if (moving) static_cast<PicturePose&>(located) = *std::move(moving);
   FillPose(located, result);
 }
 
 void Localizer::FillPose(const Located& located, QueryResult* result) const {
-  const Matrix6d& covariance = located.pose.covariance;
+  std::vector<int> seen;
+  for (const LandmarkMatch& match : located.Inliers()) seen.push_back(match.landmark);
+  const Matrix6d covariance =
+      located.pose.covariance + MapCovariance(index_.Map(), seen, located.pose.camera_from_world);
   result->num_matches = static_cast<int>(located.matches.size());
   result->num_inliers = located.NumInliers();
   result->reprojection_error_px = located.pose.rms_error_px;
@@ -187,18 +198,6 @@ void Localizer::FillPose(const Located& located, QueryResult* result) const {
   result->rotation_sigma_deg =
       std::sqrt(covariance.topLeftCorner<3, 3>().trace()) * 180 / std::numbers::pi;
   result->map_from_camera = located.pose.camera_from_world.Inverse();
-}
-
-void Localizer::AllowMotion(const Picture& picture, Located* located) const {
-  if (!options_.refinement || options_.readout_turn_sigma_rad == 0) return;
-  const auto moving = RefineMovingPose(picture.camera,
-                                       Points(picture, located->matches),
-                                       located->pose.camera_from_world,
-                                       located->NumInliers(),
-                                       {.turn_sigma_rad = options_.readout_turn_sigma_rad,
-                                        .shift_sigma_m = options_.readout_shift_sigma_m,
-                                        .max_error_px = options_.max_error_px});
-  if (moving) located->pose = moving->pose;
 }
 
 std::vector<PointMatch> Localizer::Points(const Picture& picture,
@@ -214,17 +213,14 @@ std::vector<PointMatch> Localizer::Points(const Picture& picture,
 std::optional<Localizer::Located> Localizer::Estimate(const Picture& picture,
                                                       const std::vector<LandmarkMatch>& matches,
                                                       int min_inliers) const {
-  AbsolutePoseOptions pose_options;
-  pose_options.solver = options_.solver == "dlt6" ? MinimalSolver::kDlt6 : MinimalSolver::kP3p;
-  pose_options.local_optimization = options_.local_optimization;
-  pose_options.refinement = options_.refinement;
-  pose_options.max_error_px = options_.max_error_px;
-  pose_options.min_inliers = min_inliers;
-  pose_options.max_iterations = options_.max_iterations;
-  pose_options.seed = picture.random_seed;
-  auto pose = EstimateAbsolutePose(picture.camera, Points(picture, matches), pose_options);
-  if (!pose) return {};
-  return Located{std::move(*pose), matches};
+  auto found = EstimatePicturePose(options_,
+                                   picture.lens,
+                                   picture.starts,
+                                   Points(picture, matches),
+                                   min_inliers,
+                                   picture.random_seed);
+  if (!found) return {};
+  return Located{*std::move(found), matches};
 }
 
 }  // namespace nightmap

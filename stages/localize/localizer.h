@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/geometry/absolute_pose.h"
 #include "pipeline/io/queries_io.h"
 #include "stages/localize/landmark_index.h"
 #include "stages/localize/localize.h"
+#include "stages/localize/picture_pose.h"
 
 namespace nightmap {
 
@@ -26,18 +26,18 @@ class Localizer {
       : options_(options), index_(options, map, vocabulary) {}
 
   QueryResult Localize(const FrameRecord& query,
-                       const Camera& camera,
+                       const PictureLens& lens,
                        const FrameFeatures& features) const;
 
  private:
   // The current picture.
   struct Picture {
-    const Camera& camera;
+    const PictureLens& lens;
     const FrameFeatures& features;
     std::uint64_t random_seed;
+    std::vector<Camera> starts;  // lenses to start from
   };
-  struct Located {
-    AbsolutePose pose;
+  struct Located : PicturePose {
     std::vector<LandmarkMatch> matches;
     double chance_ratio = 0;  // share of the matches that a wrong pose would have as inliers
     int NumInliers() const { return static_cast<int>(pose.inliers.size()); }
@@ -56,8 +56,6 @@ class Localizer {
   std::optional<Located> Estimate(const Picture& picture,
                                   const std::vector<LandmarkMatch>& matches,
                                   int min_inliers) const;
-  // Replaces the pose by one with camera motion during readout, if that explains as much.
-  void AllowMotion(const Picture& picture, Located* located) const;
   void Judge(const Picture& picture, Located located, QueryResult* result) const;
   void FillPose(const Located& located, QueryResult* result) const;
 

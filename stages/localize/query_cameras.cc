@@ -17,6 +17,7 @@ std::vector<RgbdCamera> WithCalibration(std::vector<RgbdCamera> query_cameras,
                      calibrated.size());
   }
   for (RgbdCamera& camera : query_cameras) {
+    if (!camera.IsCalibrated()) continue;
     const auto same = std::ranges::find_if(
         configured, [&](const RgbdCamera& other) { return other.color == camera.color; });
     if (same == configured.end()) continue;

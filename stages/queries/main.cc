@@ -39,8 +39,7 @@ int main(int argc, char** argv) {
         const auto held_out_truth = ReadTum(context.Input("held_out_truth"));
         auto sequences = ReadQuerySequences(site, data_root);
         context.BeginPart("inspect");
-        const auto cameras =
-            FindPictureCameras(site, data_root, options.max_picture_mpx, &sequences);
+        const auto cameras = FindPictureCameras(site, data_root, options, &sequences);
         HashCache files(context.FinalPath("list").replace_filename("hashes.csv"), data_root);
         InspectFrames(
             cameras, data_root, files, context.GetProgress(), context.NumThreads(), &sequences);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/queries/picture_cameras.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -24,6 +25,11 @@ constexpr const char* kFileName = "cameras.csv";
 
 // Path of the picture, relative to the data folder -> its camera.
 using ListedCameras = std::map<std::string, Camera>;
+
+struct PictureCamera {
+  Camera camera;
+  double focal_sigma_ratio = 0;  // as in RgbdCamera
+};
 
 Camera CameraFromRow(const CsvRow& row) {
   Camera camera{.width = row.Index(1, 1),
@@ -66,8 +72,24 @@ Camera Pinhole(int width, int height, double focal_px) {
           .cy = (height - 1) / 2.0};
 }
 
-double FocalOfView_px(int width, double horizontal_fov_deg) {
-  return width / 2.0 / std::tan(horizontal_fov_deg / 2 * std::numbers::pi / 180);
+double FocalOfView_px(int side_px, double fov_deg) {
+  return side_px / 2.0 / std::tan(fov_deg / 2 * std::numbers::pi / 180);
+}
+
+// The camera of a picture without calibration, by the best that is known of its lens.
+PictureCamera GuessCamera(const ImageInfo& info,
+                          double horizontal_fov_deg,
+                          const QueriesOptions& options) {
+  const int width = info.width, height = info.height;
+  if (const auto focal_px = FocalLength_px(info.lens, width, height)) {
+    return {Pinhole(width, height, *focal_px), options.exif_focal_sigma_ratio};
+  }
+  if (horizontal_fov_deg > 0) {
+    return {Pinhole(width, height, FocalOfView_px(width, horizontal_fov_deg)),
+            options.fov_focal_sigma_ratio};
+  }
+  const double usual_px = FocalOfView_px(std::max(width, height), options.unknown_fov_deg);
+  return {Pinhole(width, height, usual_px), options.unknown_focal_sigma_ratio};
 }
 
 bool IsLarger(int width, int height, double max_picture_mpx) {
@@ -75,10 +97,10 @@ bool IsLarger(int width, int height, double max_picture_mpx) {
 }
 
 // Nothing when the picture cannot be read or is too large.
-std::optional<Camera> CameraOfPicture(const SequenceConfig& query,
-                                      const fs::path& data_root,
-                                      double max_picture_mpx,
-                                      RawFrame* frame) {
+std::optional<PictureCamera> CameraOfPicture(const SequenceConfig& query,
+                                             const fs::path& data_root,
+                                             const QueriesOptions& options,
+                                             RawFrame* frame) {
   const std::string& path = frame->color.path;
   ImageInfo info;
   try {
@@ -86,40 +108,33 @@ std::optional<Camera> CameraOfPicture(const SequenceConfig& query,
   } catch (const DataError&) {
     return {};
   }
-  if (IsLarger(info.width, info.height, max_picture_mpx)) {
+  if (IsLarger(info.width, info.height, options.max_picture_mpx)) {
     frame->problem = fmt::format(
         "{}: {} x {} pixels are more than max_picture_mpx = {}: make it smaller, or raise "
         "max_picture_mpx of queries",
         path,
         info.width,
         info.height,
-        max_picture_mpx);
+        options.max_picture_mpx);
     return {};
   }
-  if (const auto focal_px = FocalLength_px(info.lens, info.width, info.height)) {
-    return Pinhole(info.width, info.height, *focal_px);
-  }
-  if (query.horizontal_fov_deg > 0) {
-    return Pinhole(info.width, info.height, FocalOfView_px(info.width, query.horizontal_fov_deg));
-  }
-  throw DataError(
-      "{}: its EXIF has no focal length: give it a row in {} beside it, or give {} `camera` or "
-      "`horizontal_fov_deg` (CAMERA or FOV_DEG of make)",
-      path,
-      kFileName,
-      query.source);
+  return GuessCamera(info, query.horizontal_fov_deg, options);
 }
 
-// Index of the camera with these intrinsics among the found ones; adds it when missing.
-int IndexOf(const Camera& camera,
+// Index of this camera among the found ones; adds it when missing.
+int IndexOf(const PictureCamera& found,
             const std::string& camera_id,
             std::size_t num_configured,
             std::vector<RgbdCamera>* cameras) {
   for (std::size_t i = num_configured; i < cameras->size(); ++i) {
-    if ((*cameras)[i].color == camera) return static_cast<int>(i);
+    const RgbdCamera& other = (*cameras)[i];
+    if (other.color == found.camera && other.focal_sigma_ratio == found.focal_sigma_ratio) {
+      return static_cast<int>(i);
+    }
   }
   cameras->emplace_back().camera_id = camera_id;
-  cameras->back().color = camera;
+  cameras->back().color = found.camera;
+  cameras->back().focal_sigma_ratio = found.focal_sigma_ratio;
   return static_cast<int>(cameras->size()) - 1;
 }
 
@@ -127,7 +142,7 @@ int IndexOf(const Camera& camera,
 
 std::vector<RgbdCamera> FindPictureCameras(const SiteConfig& site,
                                            const fs::path& data_root,
-                                           double max_picture_mpx,
+                                           const QueriesOptions& options,
                                            std::vector<RawSequence>* sequences) {
   std::vector<RgbdCamera> cameras = site.cameras;
   for (std::size_t q = 0; q < site.queries.size(); ++q) {
@@ -137,14 +152,13 @@ std::vector<RgbdCamera> FindPictureCameras(const SiteConfig& site,
         ReadListedCameras(PicturesFolder({data_root, site.root, query, true}), data_root);
     for (RawFrame& frame : sequences->at(q).frames) {
       const auto row = listed.find(frame.color.path);
-      const auto camera = row != listed.end()
-                              ? std::optional(row->second)
-                              : CameraOfPicture(query, data_root, max_picture_mpx, &frame);
+      const auto camera = row != listed.end() ? std::optional(PictureCamera{row->second})
+                                              : CameraOfPicture(query, data_root, options, &frame);
       frame.camera_idx =
           camera ? IndexOf(*camera, frame.color.path, site.cameras.size(), &cameras) : 0;
     }
   }
-  CheckAreas(cameras, max_picture_mpx);
+  CheckAreas(cameras, options.max_picture_mpx);
   return cameras;
 }
 

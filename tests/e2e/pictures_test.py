@@ -186,7 +186,6 @@ class PicturesTest(unittest.TestCase):
         self.image(self.best).save(self.photos / "a.png")
         (self.photos / "empty.txt").write_text("# no picture\n")
         for arguments, message in [(["QUERY=photos/b.png"], "QUERY: photos/b.png does not exist"),
-                                   (["QUERY=photos/a.png"], "photos/a.png: its EXIF has no focal length"),
                                    (["QUERY=photos/a.png", "CAMERA=phone"], 'no [[camera]] has id "phone"'),
                                    (["QUERY=photos/a.png", "FOV_DEG=0"], "horizontal_fov_deg = 0.0 is out of range"),
                                    (["QUERY=photos/a.png photos"], "is a query already"),

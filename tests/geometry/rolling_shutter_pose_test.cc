@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "pipeline/base/random.h"
 
 namespace nightmap {
@@ -96,6 +98,44 @@ TEST(MovingPose, RefusesFewerInliersThanAsked) {
   EXPECT_TRUE(RefineMovingPose(kCamera, picture.matches, picture.truth, 30, kUnknown));
   EXPECT_FALSE(RefineMovingPose(kCamera, picture.matches, picture.truth, 31, kUnknown));
   EXPECT_FALSE(RefineMovingPose(kCamera, {}, picture.truth, 1, {}));
+}
+
+// The camera as guessed, with a focal length 15 % too long.
+const Camera kGuessed = kCamera.WithFocalScale(1.15);
+
+TEST(MovingPose, FindsAFocalLengthThatIsNotKnown) {
+  const RolledPicture picture(kTurning);
+  MovingPoseOptions options = kUnknown;
+  options.focal_sigma_ratio = 0.15;
+  const auto found =
+      RefineMovingPose(kCamera.WithFocalScale(1.03), picture.matches, picture.truth, 12, options);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_NEAR(found->camera.fx / kCamera.fx, 1, 1e-3);
+  EXPECT_LT((found->pose.camera_from_world.translation - picture.truth.translation).norm(), 3e-3);
+}
+
+TEST(MovingPose, StartsFromTheFocalLengthAskedFor) {
+  const RolledPicture picture({}, 200, 0.5);
+  MovingPoseOptions options;
+  options.focal_sigma_ratio = 0.15;
+  const auto found = RefineMovingPose(
+      kGuessed, picture.matches, picture.truth, 12, options, kCamera.WithFocalScale(1.01));
+  ASSERT_TRUE(found.has_value());
+  EXPECT_NEAR(found->camera.fx / kCamera.fx, 1, 4 * found->focal_sigma_ratio + 1e-3);
+}
+
+TEST(MovingPose, TheLessIsKnownOfTheFocalLengthTheLessSureIsThePose) {
+  const RolledPicture picture({}, 30, 0.5);
+  double last = 0;
+  for (const double sigma_ratio : {0.0, 0.001, 0.01, 0.3}) {
+    MovingPoseOptions options;
+    options.focal_sigma_ratio = sigma_ratio;
+    const auto found = RefineMovingPose(kCamera, picture.matches, picture.truth, 12, options);
+    ASSERT_TRUE(found.has_value());
+    const double sigma_m = std::sqrt(found->pose.covariance.bottomRightCorner<3, 3>().trace());
+    EXPECT_GT(sigma_m, last) << sigma_ratio;
+    last = sigma_m;
+  }
 }
 
 }  // namespace

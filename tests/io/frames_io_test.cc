@@ -175,6 +175,18 @@ TEST(CamerasJson, WhatIsWrittenIsRead) {
             CamerasToJson(read));
 }
 
+TEST(CamerasJson, AnUncertainFocalLengthNeedsAProgramThatKnowsIt) {
+  const TemporaryFolder folder;
+  RgbdCamera uncertain = SomeCamera();
+  uncertain.focal_sigma_ratio = 0.15;
+  const std::string text = CamerasToJson({SomeCamera(), uncertain});
+  const auto read = ReadCameras(folder.Write("cameras.json", text));
+  EXPECT_TRUE(read.at(0).IsCalibrated());
+  EXPECT_EQ(read.at(1).focal_sigma_ratio, 0.15);
+  EXPECT_NE(text.find("\"version\": 2"), std::string::npos);
+  EXPECT_NE(CamerasToJson({SomeCamera()}).find("\"version\": 1"), std::string::npos);
+}
+
 TEST(CamerasJson, EveryFrameMustHaveItsCamera) {
   const TemporaryFolder folder;
   const auto path = folder.Write("cameras.json", CamerasToJson({SomeCamera(), SomeCamera()}));

@@ -17,9 +17,12 @@ namespace {
 
 class LocalizeTest : public testing::Test {
  protected:
-  QueryResult Localize(const FrameFeatures& features) const {
+  QueryResult Localize(const FrameFeatures& features, const PictureLens& lens) const {
     const Localizer localizer(options_, map_, vocabulary_);
-    return localizer.Localize(query_, scene_.cameras[0].color, features);
+    return localizer.Localize(query_, lens, features);
+  }
+  QueryResult Localize(const FrameFeatures& features) const {
+    return Localize(features, {scene_.cameras[0].color});
   }
   void ExpectLocated(const QueryResult& result) const {
     ASSERT_TRUE(result.IsLocated()) << result.reason;
@@ -104,6 +107,39 @@ TEST_F(LocalizeTest, FindsThePoseWithAnotherCamera) {
   scene_.cameras[0].color = Camera{1000, 400, 700, 690, 480, 210};
   const QueryResult result = Localize(scene_.See(pose_, 0, nullptr));
   ExpectLocated(result);
+}
+
+// A guessed lens: its focal length is found with the pose.
+TEST_F(LocalizeTest, FindsThePoseOfALensThatIsNotKnown) {
+  const Camera& camera = scene_.cameras[0].color;
+  for (const double scale : {0.5, 0.7, 0.9, 1.05, 1.2, 2.0}) {
+    const QueryResult result = Localize(features_, {camera.WithFocalScale(scale), 0.3});
+    ASSERT_TRUE(result.IsLocated()) << scale << ' ' << result.reason;
+    EXPECT_LT((result.map_from_camera.translation - pose_.translation).norm(), 0.01) << scale;
+    EXPECT_LT(AngleBetween_rad(result.map_from_camera, pose_), 0.005) << scale;
+  }
+}
+
+TEST_F(LocalizeTest, TheLessIsKnownOfTheLensTheLessSureIsThePose) {
+  const Camera& camera = scene_.cameras[0].color;
+  double last_m = 0;
+  for (const double sigma_ratio : {0.0, 0.002, 0.3}) {
+    const QueryResult result = Localize(features_, {camera, sigma_ratio});
+    EXPECT_GT(result.position_sigma_m, last_m) << sigma_ratio;
+    last_m = result.position_sigma_m;
+  }
+}
+
+// However many landmarks are seen, they share the error of their place.
+TEST_F(LocalizeTest, ThePoseIsNoSurerThanTheMap) {
+  const QueryResult fine = Localize(features_);
+  std::ranges::fill(map_.position_sigmas_m, 0.1F);
+  const QueryResult rough = Localize(features_);
+  EXPECT_GT(fine.position_sigma_m, 0.01);
+  EXPECT_GT(rough.position_sigma_m, 0.1);
+  EXPECT_GT(rough.rotation_sigma_deg, fine.rotation_sigma_deg);
+  EXPECT_EQ(rough.map_from_camera.translation, fine.map_from_camera.translation);
+  EXPECT_LT(rough.confidence, fine.confidence);
 }
 
 // A picture rotated by a quarter turn: the camera is rolled, no more. (Descriptors rotate with the

@@ -79,7 +79,7 @@ class PicturesTest : public testing::Test {
   // The camera of each picture.
   std::vector<Camera> Cameras() {
     sequences_ = Read();
-    cameras_ = FindPictureCameras(site_, Data(), max_picture_mpx_, &sequences_);
+    cameras_ = FindPictureCameras(site_, Data(), options_, &sequences_);
     std::vector<Camera> cameras;
     for (const RawSequence& sequence : sequences_) {
       for (const RawFrame& frame : sequence.frames) {
@@ -98,7 +98,7 @@ class PicturesTest : public testing::Test {
 
   TemporaryFolder folder_;
   SiteConfig site_;
-  double max_picture_mpx_ = 100;
+  QueriesOptions options_{.max_picture_mpx = 100};
   std::vector<RawSequence> sequences_;
   std::vector<RgbdCamera> cameras_;
 };
@@ -271,8 +271,9 @@ TEST_F(PicturesTest, MistakesInCamerasCsvAreNamedWithTheirLine) {
   expect(std::string(kCsvHeader) + "a.jpg,60,40\n", "2: 3 fields, expected 12");
 }
 
-TEST_F(PicturesTest, APictureOfUnknownLensIsRefusedWithTheRemedy) {
+TEST_F(PicturesTest, APictureOfUnknownLensHasTheUsualOne) {
   AddQuery("a.jpg");
+  options_.unknown_fov_deg = 90;
   // A program that does not know it may write 0.
   using Attributes = std::map<std::string, float>;
   for (const Attributes& useless : {Attributes{},
@@ -282,13 +283,29 @@ TEST_F(PicturesTest, APictureOfUnknownLensIsRefusedWithTheRemedy) {
                                     Attributes{{"Exif:FocalLength", 5},
                                                {"Exif:FocalPlaneXResolution", 0},
                                                {"Exif:FocalPlaneResolutionUnit", 2}}}) {
-    WritePicture(Site() / "a.jpg", 60, 40, useless);
-    NIGHTMAP_EXPECT_ERROR(DataError, Cameras(), "site/a.jpg: its EXIF has no focal length");
-    NIGHTMAP_EXPECT_ERROR(
-        DataError, Cameras(), "give site.toml:10 `camera` or `horizontal_fov_deg`");
+    WritePicture(Site() / "a.jpg", 40, 60, useless);
+    EXPECT_NEAR(Cameras().at(0).fx, 30, 1e-9);  // of the longer side
+    EXPECT_EQ(cameras_.back().focal_sigma_ratio, options_.unknown_focal_sigma_ratio);
   }
   site_.queries[0].camera_idx = 0;
   EXPECT_EQ(Cameras()[0], site_.cameras[0].color);
+  EXPECT_TRUE(cameras_.back().IsCalibrated());
+}
+
+TEST_F(PicturesTest, TheLessIsKnownOfALensTheLessSureIsItsFocalLength) {
+  WritePicture(Site() / "exif.jpg", 60, 40, {{"Exif:FocalLengthIn35mmFilm", 36}});
+  WritePicture(Site() / "plain.jpg", 60, 40);
+  WritePicture(Site() / "listed.jpg", 60, 40);
+  folder_.Write("data/site/cameras.csv",
+                std::string(kCsvHeader) + "listed.jpg,60,40,70,70,28,18,0,0,0,0,0\n");
+  AddQuery(".").horizontal_fov_deg = 90;
+  Cameras();
+  std::map<std::string, double> sigma_ratios;
+  for (const RgbdCamera& camera : cameras_)
+    sigma_ratios[camera.camera_id] = camera.focal_sigma_ratio;
+  EXPECT_EQ(sigma_ratios.at("site/listed.jpg"), 0);
+  EXPECT_EQ(sigma_ratios.at("site/exif.jpg"), options_.exif_focal_sigma_ratio);
+  EXPECT_EQ(sigma_ratios.at("site/plain.jpg"), options_.fov_focal_sigma_ratio);
 }
 
 TEST_F(PicturesTest, WhatCannotBeReadStaysAQueryWithItsProblem) {
@@ -311,11 +328,11 @@ TEST_F(PicturesTest, WhatCannotBeReadStaysAQueryWithItsProblem) {
 TEST_F(PicturesTest, APictureThatIsTooLargeIsAProblemBeforeItIsDecoded) {
   WritePicture(Site() / "a.png", 600, 400);
   AddQuery("a.png").horizontal_fov_deg = 60;
-  max_picture_mpx_ = 0.24;
+  options_.max_picture_mpx = 0.24;
   EXPECT_EQ(Inspect()[0].problem, "");
   EXPECT_EQ(cameras_.at(static_cast<std::size_t>(sequences_[0].frames[0].camera_idx)).color.width,
             600);
-  max_picture_mpx_ = 0.23;
+  options_.max_picture_mpx = 0.23;
   EXPECT_EQ(
       Inspect()[0].problem,
       "site/a.png: 600 x 400 pixels are more than max_picture_mpx = 0.23: make it smaller, or "
