@@ -215,7 +215,7 @@ TEST(CamerasJson, DamageIsRefused) {
     NIGHTMAP_EXPECT_ERROR(DataError, ReadCameras(folder.Write("bad.json", changed)), why);
     NIGHTMAP_EXPECT_ERROR(DataError, ReadCameras(folder / "bad.json"), "bad.json");
   };
-  expect("\"version\": 1", "\"version\": 2", "newer");
+  expect("\"version\": 1", "\"version\": 3", "newer");
   expect("nightmap cameras", "other", "format");
   expect("\"fx\": 35.25", "\"fx\": 0", "fx");
   expect("\"fx\": 35.25", "\"fx\": \"wide\"", "type");
