@@ -9,7 +9,7 @@ from nightmap_eval.verdict import check
 from nightmap_site.checked_reading import NUMBER, read_object
 
 CAMERAS = {"cameras": [{"depth_units_per_m": NUMBER}]}
-SURE = 3  # standard errors between two means
+SURE_OF_FRAME, SURE_OF_SHIFT = 4, 3  # standard errors between two means
 MIN_GAIN = 1.05  # colors of another frame, or of shifted pixels, must agree so much better
 
 
@@ -45,21 +45,21 @@ def _alignment_checks(survey):
                 "colors change no more at edges of depth than elsewhere ({value:.2f} times): do depth and color pictures belong together?")  # fmt: skip
 
 
-def is_better(scores, than):
+def is_better(scores, than, sure):
     """Whether the mean of scores per window is larger than another, beyond chance."""
     difference = scores - than
     error = np.std(difference, ddof=1) / math.sqrt(len(difference))
-    return np.mean(scores) > MIN_GAIN * np.mean(than) and np.mean(difference) > SURE * error
+    return np.mean(scores) > MIN_GAIN * np.mean(than) and np.mean(difference) > sure * error
 
 
 def best_offset(by_frame_offset):
     """Frames from depth to the colors that fit it best; 0 unless others fit better beyond chance."""
     middle = by_frame_offset.shape[1] // 2
     best = int(np.argmax(np.mean(by_frame_offset, axis=0)))
-    return best - middle if is_better(by_frame_offset[:, best], by_frame_offset[:, middle]) else 0
+    return best - middle if is_better(by_frame_offset[:, best], by_frame_offset[:, middle], SURE_OF_FRAME) else 0
 
 
 def shift_of(survey):
     """Length of the best shift as a share of the width; 0 unless it fits better beyond chance."""
-    better = is_better(survey.at_best_shift, survey.at_no_shift)
+    better = is_better(survey.at_best_shift, survey.at_no_shift, SURE_OF_SHIFT)
     return float(np.linalg.norm(survey.best_shift)) if better else 0.0

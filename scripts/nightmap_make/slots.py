@@ -16,6 +16,7 @@ from nightmap_make import changed_files
 from nightmap_make.imports import files_of
 from nightmap_make.input_files import file_state
 from nightmap_make.run_receipts import DAMAGED, read_receipt
+from nightmap_site.pipeline import closure
 from nightmap_site.script_errors import DataError
 
 
@@ -60,7 +61,8 @@ class LazyHashes:
 
 def _text(graph, job):
     if job.script:
-        return "".join(f"job {name}\n" for name, other in graph.jobs.items() if other.when != "asked" and not other.script)
+        read = closure(graph.pipeline, goals=(), folders=(job.folder,)) if job.results_of else graph.jobs
+        return "".join(f"job {name}\n" for name, other in graph.jobs.items() if name in read and other.when != "asked" and not other.script)
     lines = [f"program {job.program}", f"options {job.options}"]
     for reference in _references(graph, job):
         lines.append(f"in.{reference.port} {reference.text}")
