@@ -12,7 +12,7 @@ from workspace import GOALS, PIPELINE, SITE, Workspace
 
 IMPORT = '\nprofile = "imported"\n\n[import]\n{}\n\n'
 OLD_S = 1_000_000_000  # 2001
-AFTER_MAP = {job.name for job in PIPELINE.jobs.values() if job.goal != "map"}
+AFTER_MAP = {job.name for job in PIPELINE.jobs.values() if job.goal != "map" or job.script}
 LEFT_OUT = ("matches", "loops", "odometry")
 
 
