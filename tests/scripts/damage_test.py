@@ -51,7 +51,7 @@ def write_tiny(data):
             Image.fromarray(pixels).save(path)
             lines.append(f"{i / 10:.6f} {channel}/{path.name}\n")
         (folder / f"{channel}.txt").write_text("".join(lines))
-    (folder / "groundtruth.txt").write_text("0 0 0 0 0 0 0 1\n")
+    (folder / "groundtruth.txt").write_text("0 0 0 1 -0.70710678 0 0 0.70710678\n")  # level, z up
     (data / "tiny.toml").write_text(CONFIG)
 
 
@@ -119,6 +119,12 @@ class DamageTest(unittest.TestCase):
         self.assertGreaterEqual(same, 8)
         gone = NUM_FRAMES - len(self.copy("gaps", "gaps").frames)
         self.assertTrue(5 <= gone <= 20, gone)
+
+    def test_what_is_low_is_hidden_in_most_frames(self):
+        frames = self.copy("counter_as_floor").frames
+        hidden = [np.flatnonzero((self.pixels(frame.depth) == 0).any(axis=1)) for frame in frames]
+        self.assertGreater(sum(len(rows) > 0 for rows in hidden), 0.7 * NUM_FRAMES)
+        self.assertTrue(all(rows.min() > 24 for rows in hidden if len(rows)))  # below the horizon
 
     def test_people_stand_in_front(self):
         frame = self.copy("people").frames[10]

@@ -65,13 +65,49 @@ def noisy(sigma_share, random):
     return edit
 
 
-def without_lower(share):
-    def edit(pixels):
-        pixels = pixels.copy()
-        pixels[int((1 - share) * pixels.shape[0]):] = 0
-        return pixels
+class Heights:
+    """Heights of measured pixels above the lowest that a recording measures. Of the world's axes y or z is up: that which the
+    cameras' y axes point down."""
 
-    return edit
+    def __init__(self, recording):
+        self.units_per_m = recording.value("depth_units_per_m")
+        self.focal_px = np.array([recording.value("fx"), recording.value("fy")])
+        self.center_px = np.array([recording.value("cx"), recording.value("cy")])
+        self.times_s, self.poses = read_truth(recording.truth)
+        points = np.concatenate([self._some_points(frame) for frame in recording.frames[::20]])
+        points = points[np.isfinite(points).all(axis=1)]
+        self.up = next(axis for axis in (2, 1) if self._is_up(axis))
+        self.floor_m = np.quantile(points[:, self.up], 0.01)
+
+    def _some_points(self, frame):
+        depth = np.array(Image.open(frame.depth))
+        step = max(1, len(depth) // 30)
+        return self._world(depth[::step, ::step], frame.time_s, step).reshape(-1, 3)
+
+    def _is_up(self, axis):
+        """Whether cameras, whose y points down, agree that this axis of the world is up."""
+        return np.mean(self.poses[:, axis, 1]) < -0.5
+
+    def _world(self, depth, time_s, step=1):
+        """Points (height, width, 3) in the world of the truth, NaN where nothing is measured."""
+        pose = self.poses[np.argmin(np.abs(self.times_s - time_s))]
+        y, x = np.mgrid[0 : depth.shape[0], 0 : depth.shape[1]] * step
+        z = np.where(depth > 0, depth / self.units_per_m, np.nan)
+        in_camera = np.stack([(x - self.center_px[0]) / self.focal_px[0] * z, (y - self.center_px[1]) / self.focal_px[1] * z, z], axis=-1)
+        return in_camera @ pose[:, :3].T + pose[:, 3]
+
+    def without_low(self, time_s, least_m):
+        """An edit of a frame's depth: nothing lower than least_m above the floor is measured."""
+        return lambda pixels: np.where(self._world(pixels, time_s)[..., self.up] - self.floor_m < least_m, 0, pixels).astype(pixels.dtype)
+
+
+def read_truth(path):
+    """Times in s, and world_from_camera (n, 3, 4)."""
+    rows = np.array([line.split() for line in path.read_text(encoding="utf-8").splitlines() if line and not line.startswith("#")], float)
+    x, y, z, w = (rows[:, i] for i in range(4, 8))
+    rotations = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), 2 * (x * y + z * w), 1 - 2 * (x * x + z * z),
+                          2 * (y * z - x * w), 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1)  # fmt: skip
+    return rows[:, 0], np.concatenate([rotations.reshape(-1, 3, 3), rows[:, 1:4, None]], axis=2)
 
 
 class Walker:
@@ -178,6 +214,13 @@ def jump_exposure(recording, random):
     edit_runs(recording, 0.3, random, color=brighter(random.choice([0.35, 2.2])))
 
 
+def hide_floor(recording, share, random):
+    """Nothing lower than a table is measured in this share of the frames: the largest level surface is a table or a counter."""
+    heights = Heights(recording)
+    recording.frames = [edited(frame, depth=heights.without_low(frame.time_s, 0.55)) if random.random() < share else frame
+                        for frame in recording.frames]  # fmt: skip
+
+
 def people(recording, share, random):
     """Walkers that cover about this share of the picture."""
     units_per_m = recording.value("depth_units_per_m")
@@ -201,7 +244,7 @@ FAULTS = {
     "gaps": lambda recording, random: cut(recording, 5, random.uniform(0.03, 0.06), random),
     "people": lambda recording, random: people(recording, 0.6, random),
     "duplicate_times": lambda recording, random: repeat_times(recording, 0.03, random),
-    "counter_as_floor": lambda recording, random: edit_all(recording, depth=without_lower(0.45)),
+    "counter_as_floor": lambda recording, random: hide_floor(recording, 0.9, random),
 }
 
 
