@@ -9,9 +9,9 @@
 namespace nightmap {
 namespace {
 
-constexpr int kNumPyramidLevels = 4;  // above the reduced size
+constexpr int kNumFlowLevels = 4;  // above the reduced size
 
-cv::Mat View(const GrayImage& image) {
+cv::Mat ViewOf(const GrayImage& image) {
   // OpenCV takes no const pixels; nothing here writes them.
   return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
 }
@@ -20,7 +20,7 @@ cv::Mat View(const GrayImage& image) {
 
 std::vector<cv::Point2f> Corners(const GrayImage& gray, int cell_px, float least) {
   cv::Mat strength;
-  cv::cornerMinEigenVal(View(gray), strength, 3);
+  cv::cornerMinEigenVal(ViewOf(gray), strength, 3);
   std::vector<cv::Point2f> corners;
   for (int top = 0; top < gray.height; top += cell_px) {
     for (int left = 0; left < gray.width; left += cell_px) {
@@ -38,7 +38,7 @@ std::vector<cv::Point2f> Corners(const GrayImage& gray, int cell_px, float least
 std::vector<cv::Mat> FlowPyramid(const GrayImage& gray, int window_px) {
   std::vector<cv::Mat> pyramid;
   cv::buildOpticalFlowPyramid(
-      View(gray), pyramid, {window_px, window_px}, kNumPyramidLevels, /*withDerivatives=*/false);
+      ViewOf(gray), pyramid, {window_px, window_px}, kNumFlowLevels, /*withDerivatives=*/false);
   return pyramid;
 }
 
@@ -57,7 +57,7 @@ Followed Follow(const std::vector<cv::Mat>& from,
       followed.is_found,
       followed.differences,
       {window_px, window_px},
-      has_guess ? 2 : kNumPyramidLevels,
+      has_guess ? 2 : kNumFlowLevels,
       cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.01),
       has_guess ? cv::OPTFLOW_USE_INITIAL_FLOW : 0);
   return followed;
