@@ -101,6 +101,10 @@ class DepthTest(unittest.TestCase):
         for _ in range(50):
             self.assertEqual(verdict_depth.best_offset(self.scores(middle=0, best=0)), 0)
 
+    def test_depth_that_fits_no_frame(self):
+        self.assertGreater(verdict_depth.own_agreement(self.scores(middle=1, best=0)), 1.6)
+        self.assertLess(verdict_depth.own_agreement(self.scores(middle=0, best=0)), 1.2)
+
     def test_a_shift_counts_when_it_is_better_beyond_chance(self):
         survey = SimpleNamespace(at_no_shift=self.random.normal(1.2, 0.1, 12), at_best_shift=self.random.normal(2.2, 0.1, 12),
                                  best_shift=np.array([0.06, 0.0]))  # fmt: skip

@@ -32,7 +32,7 @@ NAMED_BY = {
     "blurred_30": ("blurred frames",),
     "frozen": ("frozen pictures",),
     "exposure_jump": ("exposure jumps",),
-    "unregistered_depth": ("depth against color, place",),
+    "unregistered_depth": ("depth against color, place", "color at edges of depth"),
     "intrinsics_10": ("focal length of camera 0",),
     "low_texture": ("frames without texture",),
     "gaps": ("gaps in time",),
