@@ -105,6 +105,21 @@ Rigid3 ToPose(const std::vector<double>& v, const char* key, const std::string& 
   return pose;
 }
 
+// A comma in the wrong place otherwise costs a night. A cropped picture's axis may pass beside it.
+void CheckCenter(const char* key,
+                 double center_px,
+                 const char* size_key,
+                 int size_px,
+                 const std::string& where) {
+  if (center_px > -size_px && center_px < 2 * size_px) return;
+  throw UsageError("{}: {} = {} is far outside the picture, whose {} is {}",
+                   where,
+                   key,
+                   center_px,
+                   size_key,
+                   size_px);
+}
+
 RgbdCamera ParseCamera(const toml::table& table, const std::string& source) {
   const std::string where = Where(table, source);
   const Names depth_keys = {"depth_width",
@@ -118,6 +133,8 @@ RgbdCamera ParseCamera(const toml::table& table, const std::string& source) {
   RegisterOptions(parsed).ParseTable(table, source);
   Require(table, {"id", "width", "height", "fx", "fy", "cx", "cy", "depth_units_per_m"}, where);
   RgbdCamera& camera = parsed.camera;
+  CheckCenter("cx", camera.color.cx, "width", camera.color.width, where);
+  CheckCenter("cy", camera.color.cy, "height", camera.color.height, where);
   if (camera.min_depth_m >= camera.max_depth_m) {
     throw UsageError("{}: min_depth_m = {} must be below max_depth_m = {}",
                      where,

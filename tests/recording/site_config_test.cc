@@ -121,6 +121,7 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
       EXPECT_THAT(error.what(), testing::StartsWith("s.toml"));
     }
   };
+  expect("cx = 318", "cx = 3186", "cx = 3186 is far outside the picture, whose width is 640");
   expect("k1 = 0.25", "k4 = 0.25", "s.toml:11: unknown key 'k4'");
   expect("root =", "rot =", "s.toml:1: unknown key 'rot'");
   expect("[[query]]", "[[queries]]", "s.toml:25: unknown key 'queries'");
