@@ -143,7 +143,7 @@ class TableTest(unittest.TestCase):
     def test_a_fault_is_named_by_its_checks_only(self):
         self.assertTrue(measure_faults.is_named(self.row("blurred_30", "look at this", 0.1, ["blurred frames"])))
         self.assertFalse(measure_faults.is_named(self.row("blurred_30", "look at this", 0.1, ["speed"])))
-        failed = self.row("duplicate_times", None, None, exit=2, message="frames: two frames with the same time_ns")
+        failed = self.row("duplicate_times", None, None, exit=2, message="error frames: rgb.txt:4: times must increase")
         self.assertTrue(measure_faults.is_named(failed))
 
     def test_a_map_without_half_of_its_frames_is_ruined(self):
