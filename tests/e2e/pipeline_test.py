@@ -57,6 +57,20 @@ class RulesTest(StubTest):
         self.assertRegex("\n".join(lines), r"features +3 of 3 +0\.3 +0\.3")
         self.assertNotIn("time (s)", self.make("map"))
 
+    def test_strict_refuses_a_map_that_is_not_to_be_used(self):
+        declaration = self.site.folder / "configs/pipeline.toml"
+        declaration.write_text(declaration.read_text().replace("[grid]\n", '[grid]\nsection.verdict = "height.py"\n'))
+        (self.site.folder / "height.py").write_text(
+            "from nightmap_eval.verdict import check\n\n\ndef checks(site):\n"
+            "    yield check('height', 9.0, 'm', (0, 1), 'reason', 'measure it again', usable=(0, 2))\n")  # fmt: skip
+        said = self.make("map")
+        self.assertRegex(said, r"verdict: do not use\n  do not use: height 9 m \(0 to 1 m\): measure it again\n")
+        for _ in "made", "up to date":
+            said = self.make("map", "STRICT=1", code=2)
+            self.assertIn("the verdict on the map of demo is: do not use (STRICT=1)", said)
+            self.assertIn("Error 3", said)
+        self.make("map", "STRICT=maybe", code=2)
+
     def test_why_names_what_reruns(self):
         self.make(*ASKED)
         for program in PIPELINE.programs():
