@@ -114,7 +114,7 @@ def table(rows):
 def _counts(rows, clean):
     single = [row for row in rows if row["fault"] in FAULTS]
     yield f"{sum(map(is_named, single))} of {len(single)} faults named"
-    yield f"{sum(row['verdict'] == 'good' for row in clean.values())} of {len(clean)} clean recordings good"
+    yield f"{sum((row['verdict'] or row['check']) == 'good' for row in clean.values())} of {len(clean)} clean recordings good"
     drawn = [row for row in rows if row["fault"] == "random" and row["site"] in clean]
     missed = [row for row in drawn if ratio(row, clean) > 5 and row["verdict"] == "good"]
     bad = [row for row in drawn if ratio(row, clean) > 5]
