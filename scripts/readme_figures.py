@@ -19,7 +19,8 @@ from PIL import Image  # noqa: E402
 from nightmap_eval.artifacts import Frames, write_atomic  # noqa: E402
 from nightmap_eval.drawing import draw_grid, draw_path, draw_trajectory  # noqa: E402
 from nightmap_eval.grid import read_grid  # noqa: E402
-from nightmap_eval.report_map import accepted_loops, path_floor, read_path  # noqa: E402
+from nightmap_eval.report_map import accepted_loops  # noqa: E402
+from nightmap_eval.report_plan import read_path, read_path_figures  # noqa: E402
 from nightmap_eval.trajectory import read_tum  # noqa: E402
 from nightmap_site.script_errors import DataError, run_main  # noqa: E402
 from nightmap_site.site import Site  # noqa: E402
@@ -52,7 +53,7 @@ def show_plan(axes, site):
     draw_grid(axes, read_grid(site.needed("grid", "yaml")))
     draw_trajectory(axes, estimate.positions_m, None, accepted_loops(site, estimate))
     path_m = read_path(site)
-    if path_m is not None and len(path_m) and path_floor(site) == 0:
+    if path_m is not None and len(path_m) and read_path_figures(site).get("floor", 0) == 0:
         draw_path(axes, path_m)
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")

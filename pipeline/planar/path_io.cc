@@ -52,6 +52,7 @@ void ReadPathConfig(const std::string& text, PlannedPath& path) {
     throw DataError("config: no robot_radius_m in [0, {}] or no unknown", kMaxRadius_m);
   }
   path.may_cross_unknown = *unknown != "forbidden";
+  path.max_hole_m = config["max_hole_m"].value_or(0.0);
 }
 
 double Length_m(const std::vector<Eigen::Vector2d>& points) {

@@ -17,6 +17,7 @@ struct PlannedPath {
   // Radius of the circle around the whole robot for which it was planned.
   double robot_radius_m = 0;
   bool may_cross_unknown = false;
+  double max_hole_m = 0;            // width of holes that it may cross, see unknown_holes.h
   int floor = 0;                    // FloorFiles::number of its floor
   std::string source = "path.csv";  // file name for messages
 };

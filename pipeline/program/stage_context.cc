@@ -40,6 +40,10 @@ StageContext::StageContext(StageSpec spec,
     for (const fs::path& path : paths) files_.AddRead(path, PortText("--in", name, path));
   }
   for (const auto& [name, path] : outputs_) files_.AddWritten(path, PortText("--out", name, path));
+  if (!spec_.failure_file.empty()) {
+    const fs::path path = FailurePath();
+    files_.AddWritten(path, path.string() + ", which a run that fails may write");
+  }
 }
 
 const fs::path& StageContext::Input(const std::string& name) const {
@@ -79,6 +83,28 @@ fs::path StageContext::OutputBeside(const std::string& name, const std::string& 
   const fs::path path = outputs_.at(name).parent_path() / file_name;
   files_.AddWritten(path, fmt::format("{}, written beside --out {}", path.string(), name));
   return output_set_.Create(path, true);
+}
+
+fs::path StageContext::FailurePath() const {
+  return outputs_.at(spec_.outputs.front().name).parent_path() / spec_.failure_file;
+}
+
+fs::path StageContext::FailureFile() { return failure_set_.Create(FailurePath()); }
+
+void StageContext::RemoveFailureFile() const {
+  std::error_code ignored;  // what cannot be removed is told when the next one is to be written
+  if (!spec_.failure_file.empty()) fs::remove(FailurePath(), ignored);
+}
+
+void StageContext::CommitFailureFile() {
+  try {
+    failure_set_.Commit();
+    for (const fs::path& path : failure_set_.FinalPaths()) {
+      spdlog::warn("{} shows more", path.string());
+    }
+  } catch (const std::exception& error) {
+    spdlog::warn("{}", error.what());
+  }
 }
 
 bool StageContext::HasOutput(const std::string& name) const { return outputs_.contains(name); }

@@ -25,6 +25,9 @@ struct StageSpec {
   std::string summary;
   std::vector<PortSpec> inputs;
   std::vector<PortSpec> outputs;  // every stage also has `report` and `receipt`
+  // Name of the file beside the first output that tells more of why a run failed; a run removes
+  // that of an earlier one when it begins.
+  std::string failure_file = {};
 };
 
 class StageContext {
@@ -52,6 +55,8 @@ class StageContext {
   // existing file (time too) if its bytes did not change. Throws UsageError when another file of
   // the run has that path, or the path holds something other than a plain file.
   std::filesystem::path OutputBeside(const std::string& name, const std::string& file_name);
+  // Returns the temporary path of the spec's failure file, which appears if the body then throws.
+  std::filesystem::path FailureFile();
   bool HasOutput(const std::string& name) const;
   // Writes the text that make() returns to an output, if the run has that output.
   template <typename Make>
@@ -81,6 +86,9 @@ class StageContext {
  private:
   friend class StageRun;
   void SumUpSkipped() const;  // logs the counts that are not logged yet
+  std::filesystem::path FailurePath() const;
+  void RemoveFailureFile() const;  // of an earlier run
+  void CommitFailureFile();        // if there is one; throws nothing
 
   StageSpec spec_;
   PortPaths inputs_;
@@ -89,6 +97,7 @@ class StageContext {
   int num_threads_;
   FilesOfRun files_;
   OutputSet output_set_;
+  OutputSet failure_set_;
   Progress progress_;
   nlohmann::json report_ = nlohmann::json::object();
   SkippedItems skipped_;

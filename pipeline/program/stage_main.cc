@@ -39,11 +39,15 @@ struct CommandLine {
 
 std::string Footer(const StageSpec& spec, const OptionList& options) {
   return fmt::format(
-      "inputs:\n{}\noutputs:\n{}\noptions in the config file (TOML):\n{}\n"
+      "inputs:\n{}\noutputs:\n{}{}\noptions in the config file (TOML):\n{}\n"
       "exit codes: 0 outputs committed; 1 data, I/O or numeric failure; 2 usage or "
       "config error; 3 below an acceptance threshold, nothing committed",
       PortHelp(spec.inputs),
       PortHelp(spec.outputs),
+      spec.failure_file.empty()
+          ? ""
+          : fmt::format("a run that fails may leave {} beside the first of them\n",
+                        spec.failure_file),
       options.Help());
 }
 
@@ -110,7 +114,13 @@ class StageRun {
                  NIGHTMAP_VERSION,
                  NIGHTMAP_BUILD_TYPE,
                  context.num_threads_);
-    body(context);
+    context.RemoveFailureFile();
+    try {
+      body(context);
+    } catch (...) {
+      context.CommitFailureFile();
+      throw;
+    }
     context.SumUpSkipped();
     context.BeginPart("commit");
     context.progress_.Finish();

@@ -1,24 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sections of the report on the map: trajectory, accuracy, floor plan, path and drive."""
+"""Sections of the report on the map: trajectory, accuracy; with those of report_cloud.py and report_plan.py."""
 
 import numpy as np
 
 from nightmap_eval import drawing, html
 from nightmap_eval.artifacts import Frames, read_csv
-from nightmap_eval.floor_accuracy import read_floors
-from nightmap_eval.grid import read_grid
 from nightmap_eval.report_cloud import cloud_section
-from nightmap_eval.report_stale import notes
-from nightmap_eval.trajectory import MAX_POSITION_M, Similarity, associate, read_truth, read_tum, rotation_matrices
-from nightmap_site.checked_reading import NUMBER, REMEDY, read_object, using
-from nightmap_site.script_errors import DataError
+from nightmap_eval.report_plan import drive_section, plan_section
+from nightmap_eval.trajectory import Similarity, associate, read_truth, read_tum, rotation_matrices
+from nightmap_site.checked_reading import read_object, using
 
 MAX_GAP_NS = 20_000_000
-DRIVE_FIGURES = (
-    "duration_s", "length_m", "path_length_m", "max_deviation_m", "min_clearance_m", "robot_radius_m",
-    "position_error_m", "heading_error_deg",
-)  # fmt: skip
-DRIVE = dict.fromkeys(DRIVE_FIGURES, NUMBER) | {"?floor": int}
 GRID_ROWS = (
     ("free_right_percent", "Free cells right within one cell (%)"),
     ("occupied_right_percent", "Occupied cells right within one cell (%)"),
@@ -167,74 +159,3 @@ def accuracy_section(metrics):
     if metrics.get("map"):
         parts.append(html.table(("Against the exact building", ""), building_rows(metrics["map"])))
     return html.section("Accuracy", *parts)
-
-
-def read_path(site):
-    """x, y of plan/path.csv in the map frame (m), or None."""
-    path = site.made("plan", "csv")
-    if not path:
-        return None
-    rows = read_csv(path, ("x_m", "y_m"))
-    with using(path):
-        points_m = np.array([[float(row["x_m"]), float(row["y_m"])] for row in rows]).reshape(-1, 2)
-    if not np.all(np.abs(points_m) < MAX_POSITION_M):
-        raise DataError(f"{path}: not a valid point; {REMEDY}")
-    return points_m
-
-
-def path_floor(site):
-    """Number of the floor of plan/path.csv; 0 for an older path, which names none."""
-    path = site.made("plan", "json")
-    return read_object(path, {"?floor": int}, "run make plan again").get("floor", 0) if path else 0
-
-
-def floor_picture(grid_dir, floor, path_m, estimate, located, *mover):
-    """One floor's grid, with the path if it is on this floor; the floor of map.yaml also shows the trajectory, named after who moved."""
-    ways = (None, None)
-    if floor["number"] == 0:
-        ways = [None if way is None else way.positions_m for way in (estimate, located)]
-    return drawing.grid_png(read_grid(grid_dir / floor["yaml"]), path_m, *ways, *mover)
-
-
-def plan_section(site):
-    if not site.made("grid", "yaml"):
-        return html.section("Floor plan", html.paragraph("The grid stage did not run.", "note"))
-    estimate = _optional(site.made("map_frame", "trajectory"), read_tum)
-    located = _optional(site.made("localize", "trajectory"), read_tum)
-    path_m, number = read_path(site), path_floor(site)
-    mover = () if site.has_camera() else ("robot",)
-    floors, parts = read_floors(site), []
-    for floor in sorted(floors, key=lambda floor: abs(floor["number"])):
-        has_path = path_m is not None and floor["number"] == number
-        name = f"Floor {floor['number']} at {floor['height_m']:.1f} m" + (", with the path" if has_path else "")
-        if len(floors) > 1:
-            parts.append(html.paragraph(name))
-        picture = floor_picture(site.folder_of("grid"), floor, path_m if has_path else None, estimate, located, *mover)
-        parts.append(html.image(picture, name))
-    if path_m is None and site.has("plan"):
-        parts.append(html.paragraph("No path: the plan stage did not run.", "note"))
-    parts += [html.paragraph(note, "failed") for note in notes(site, "plan", "path")]
-    return html.section("Floor plan", *parts)
-
-
-def drive_section(site):
-    """The simulated drive along the path; None without a drive, which is no failure."""
-    figures_path, gif = site.made("drive", "json"), site.made("drive", "gif")
-    said = [html.paragraph(note, "failed") for note in notes(site, "drive", "drive")]
-    if not (figures_path and gif):
-        return html.section("Drive", *said) if said else None
-    drive = read_object(figures_path, DRIVE)
-    rows = [
-        ["Floor", drive.get("floor", 0)],
-        ["Duration (s)", drive["duration_s"]],
-        ["Driven (m)", drive["length_m"]],
-        ["Planned (m)", drive["path_length_m"]],
-        ["Largest distance from the path (cm)", 100 * drive["max_deviation_m"]],
-        ["Smallest distance to an obstacle (cm)", 100 * drive["min_clearance_m"]],
-        ["Radius of the robot (cm)", 100 * drive["robot_radius_m"]],
-        ["Position error at the goal (cm)", 100 * drive["position_error_m"]],
-        ["Heading error at the goal (deg)", drive["heading_error_deg"]],
-    ]
-    parts = [html.image(gif.read_bytes(), "simulated drive", media_type="image/gif")]
-    parts.append(html.table(("Simulated drive", ""), rows))
-    return html.section("Drive", *parts, *said)

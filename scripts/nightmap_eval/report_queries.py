@@ -7,10 +7,12 @@ from PIL import Image
 
 from nightmap_eval import html
 from nightmap_eval.artifacts import read_csv, to_ints
+from nightmap_eval.nearest_frames import nearest_frames
 from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM
 from nightmap_site.query_results import asked_names
 
 MAX_PICTURES = 12
+NUM_NEAREST = 2
 THUMBNAIL_PX = (300, 200)
 
 
@@ -54,6 +56,10 @@ def thumbnail(data, color_path):
     return html.image(buffer.getvalue(), color_path, "thumbnail", "image/jpeg")
 
 
+def _thumbnails(data, color_paths):
+    return html.Raw(" ".join(html.escape(thumbnail(data, path)) for path in color_paths))
+
+
 def _figures(queries):
     counts = html.table(("", ""), [
         ("Queries", queries["num_queries"]),
@@ -95,7 +101,10 @@ def query_section(site, metrics, data):
     chosen = [*of_query, *choose(own, MAX_PICTURES)]
     shown = [_query_row(row, row["color_path"] in asked) for row in chosen]
     if asks == "pictures":
-        head, shown = ("", *head), [[thumbnail(data, row["color_path"]), *cells] for row, cells in zip(chosen, shown)]
+        nearest = nearest_frames(site, NUM_NEAREST)
+        head = ("", "nearest in the map", *head)
+        shown = [[thumbnail(data, row["color_path"]), _thumbnails(data, nearest.get(row["query_idx"], [])), *cells]
+                 for row, cells in zip(chosen, shown)]  # fmt: skip
     parts.append(html.table(head, shown))
     if len(own) > MAX_PICTURES:
         chosen = f"{MAX_PICTURES} of the site's {len(own)} queries: failures, the worst, and an even sample."

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "pipeline/planar/distance_transform.h"
+#include "pipeline/planar/unknown_holes.h"
 
 namespace nightmap {
 namespace {
@@ -20,7 +21,9 @@ Eigen::Vector2d CenterOf(const Eigen::Vector2i& cell) {
 }  // namespace
 
 ClearanceMap::ClearanceMap(const OccupancyGrid& grid, const Footprint& footprint)
-    : grid_(grid), footprint_(footprint), min_clearance_m_(footprint.radius_m - kFileRounding_m) {
+    : grid_(WithHolesFree(grid, footprint.max_hole_m)),
+      footprint_(footprint),
+      min_clearance_m_(footprint.radius_m - kFileRounding_m) {
   std::vector<std::uint8_t> blocked;
   blocked.reserve(grid.cells.size());
   for (int y = 0; y < grid.height; ++y) {

@@ -13,6 +13,7 @@ namespace nightmap {
 struct Footprint {
   double radius_m = 0;
   bool unknown_is_obstacle = true;  // so is everything outside the grid
+  double max_hole_m = 0;            // but see FindUnknownHoles
 };
 
 // Clearance is the distance from a point to the nearest obstacle cell. The whole cell counts as

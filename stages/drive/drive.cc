@@ -111,7 +111,7 @@ class Simulation {
   static Footprint FootprintOf(const DriveOptions& options, const PlannedPath& path) {
     const double radius_m =
         options.robot_radius_m > 0 ? options.robot_radius_m : path.robot_radius_m;
-    return {radius_m, !path.may_cross_unknown};
+    return {radius_m, !path.may_cross_unknown, path.max_hole_m};
   }
 
   void CheckCollision(const DriveStep& step) const {

@@ -36,6 +36,7 @@ nlohmann::ordered_json DriveFigures(const DriveResult& result) {
           {"heading_error_deg", result.heading_error_deg},
           {"robot_radius_m", result.footprint.radius_m},
           {"unknown_is_obstacle", result.footprint.unknown_is_obstacle},
+          {"max_hole_m", result.footprint.max_hole_m},
           {"period_s", result.period_s},
           {"num_goals", result.num_goals},
           {"num_steps", result.steps.size()}};

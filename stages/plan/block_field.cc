@@ -18,6 +18,9 @@ constexpr float kFieldKeysPerCell = 16;
 // Weight of the extra cost of a block's cheapest cell, since a path does not keep to that cell. A
 // larger weight makes the search faster and its choice between routes worse.
 constexpr float kNearness = 2;
+// Share of a block's way that is in the margin of obstacles when all its cells are: gaps are short.
+// With more the search goes around gaps that it should take.
+constexpr float kMarginShare = 0.25F;
 constexpr int kKeyShift = 5;
 constexpr std::int64_t kMaxKeyRise = 1 << 16;
 
@@ -122,7 +125,10 @@ void BlockField::AddNodes(const CostMap& map, int column, int row) {
       ReadBlock(map, {x0, y0}, {std::min(kSide, map.width - x0), std::min(kSide, map.height - y0)});
   const float least_weight =
       static_cast<float>(block.least_cost) / static_cast<float>(CostMap::kUnitCost);
-  const float weight = 1 + kNearness * (least_weight - 1);
+  const float margin_weight =
+      static_cast<float>(map.margin_cost) / static_cast<float>(CostMap::kUnitCost);
+  const float in_margin = margin_weight > 0 && least_weight > margin_weight ? margin_weight : 0;
+  const float weight = 1 + kNearness * (least_weight - in_margin - 1) + kMarginShare * in_margin;
   const std::size_t index = first_node_.size() - 1;
   std::uint64_t left = block.free;
   while (left != 0) {

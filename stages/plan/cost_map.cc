@@ -30,21 +30,25 @@ int SquaredCells(double distance_m, double resolution_m) {
 }
 
 // Cost of a cell by its squared distance. It falls with the square of the remaining distance, from
-// 1 + weight at the radius to 1 from `clearance_m` on, where the table ends.
+// 1 + weight at the radius to 1 from `clearance_m` on; below the margin it is `margin_weight` more.
+// The table ends where both do.
 std::vector<std::uint16_t> CostTable(const CostOptions& options,
                                      double resolution_m,
                                      double robot_radius_m) {
   const int min_squared = SquaredCells(robot_radius_m, resolution_m);
   const double clearance_m = std::min(options.clearance_m, 4096 * resolution_m);
-  const int clear_squared = std::max(min_squared, SquaredCells(clearance_m, resolution_m));
+  const int roomy_squared = SquaredCells(robot_radius_m + options.margin_m, resolution_m);
+  const int clear_squared = std::max(roomy_squared, SquaredCells(clearance_m, resolution_m));
   std::vector<std::uint16_t> costs(static_cast<std::size_t>(clear_squared) + 1, CostMap::kUnitCost);
   std::fill_n(costs.begin(), min_squared, std::uint16_t{0});
   for (int i = min_squared; i < clear_squared; ++i) {
     const double distance_m = resolution_m * std::sqrt(static_cast<double>(i));
     const double nearness =
-        std::clamp((clearance_m - distance_m) / (clearance_m - robot_radius_m), 0.0, 1.0);
-    costs[static_cast<std::size_t>(i)] = static_cast<std::uint16_t>(
-        std::lround(CostMap::kUnitCost * (1 + options.clearance_weight * nearness * nearness)));
+        distance_m < clearance_m ? (clearance_m - distance_m) / (clearance_m - robot_radius_m) : 0;
+    const double weight = options.clearance_weight * nearness * nearness +
+                          (i < roomy_squared ? options.margin_weight : 0);
+    costs[static_cast<std::size_t>(i)] =
+        static_cast<std::uint16_t>(std::lround(CostMap::kUnitCost * (1 + weight)));
   }
   return costs;
 }
@@ -79,14 +83,27 @@ void CostOptions::Register(OptionList& list) {
            &unknown_weight,
            Range(0.0, 10.0),
            "extra cost per metre in unknown space when it is costed");
+  list.Add("max_hole_m",
+           &max_hole_m,
+           Range(0.0, 1.0),
+           "unseen holes up to this wide, with seen floor all around, count as free; 0: none");
   list.Add("clearance_m",
            &clearance_m,
            Range(0.0, 10.0),
            "obstacles farther away than this add no cost");
   list.Add("clearance_weight",
            &clearance_weight,
-           Range(0.0, 50.0),
+           Range(0.0, 30.0),
            "extra cost per metre at the robot's radius from an obstacle; 0: shortest path");
+  list.Add("margin_m",
+           &margin_m,
+           Range(0.0, 1.0),
+           "room beside the robot without which a path is taken only where no other way is much "
+           "shorter; narrow places are reported");
+  list.Add("margin_weight",
+           &margin_weight,
+           Range(0.0, 20.0),
+           "extra cost per metre with less room than margin_m: length of a detour to avoid it");
 }
 
 bool IsObstacle(const OccupancyGrid& grid, const Eigen::Vector2i& cell, bool unknown_is_obstacle) {
@@ -99,9 +116,11 @@ CostMap MakeCostMap(const OccupancyGrid& grid,
                     double robot_radius_m,
                     int num_threads) {
   const bool unknown_is_obstacle = options.unknown == "forbidden";
-  CostMap map{grid.width, grid.height, grid.resolution_m, robot_radius_m, {}, {}};
+  CostMap map{grid.width, grid.height, grid.resolution_m, robot_radius_m, {}, {}, 0, 0};
   map.distances = ObstacleDistances(grid, unknown_is_obstacle, num_threads);
   const auto table = CostTable(options, grid.resolution_m, robot_radius_m);
+  map.roomy_squared = SquaredCells(robot_radius_m + options.margin_m, grid.resolution_m);
+  map.margin_cost = static_cast<int>(std::lround(CostMap::kUnitCost * options.margin_weight));
   const auto last = static_cast<std::uint32_t>(table.size() - 1);
   const double unknown_weight = options.unknown == "costed" ? options.unknown_weight : 0;
   const UnknownSpace unknown = {

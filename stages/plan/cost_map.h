@@ -20,8 +20,11 @@ namespace nightmap {
 struct CostOptions {
   std::string unknown = "forbidden";  // or allowed; costed: allowed at a higher cost
   double unknown_weight = 5;          // costed: extra cost per metre in unknown space
+  double max_hole_m = 0.1;            // see FindUnknownHoles
   double clearance_m = 0.75;          // obstacles farther away add no cost
   double clearance_weight = 2;        // extra cost per metre that touches an obstacle's margin
+  double margin_m = 0.05;             // room that the robot needs on a drive
+  double margin_weight = 20;          // extra cost per metre with less room
 
   void Register(OptionList& list);
 };
@@ -39,7 +42,9 @@ struct CostMap {
   double robot_radius_m = 0;
   ObstacleDistances distances;
   UninitializedVector<std::uint16_t>
-      costs;  // with the rim. 0: not free; else cost per metre * kUnitCost
+      costs;              // with the rim. 0: not free; else cost per metre * kUnitCost
+  int margin_cost = 0;    // part of the cost of cells with less room than the margin
+  int roomy_squared = 0;  // squared distance in cells from which on there is that room
 
   int Stride() const { return width + 2; }  // step in `costs` from a cell to the one above it
   std::size_t Size() const { return costs.size(); }
@@ -57,6 +62,10 @@ struct CostMap {
   }
   bool IsFree(const Eigen::Vector2i& cell) const {
     return Contains(cell) && costs[Index(cell)] > 0;
+  }
+  // Whether a robot in the cell has the margin's room.
+  bool IsRoomy(const Eigen::Vector2i& cell) const {
+    return distances.Squared(cell, roomy_squared) >= roomy_squared;
   }
   // Any point of the cell is at least this far from any obstacle.
   double Clearance_m(const Eigen::Vector2i& cell) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "pipeline/planar/draw_on_grid.h"
+#include "pipeline/planar/unknown_holes.h"
 #include "stages/plan/path_output.h"
 
 namespace nightmap {
@@ -12,15 +13,12 @@ constexpr int kTargetSide_px = 1200;
 constexpr int kMaxScale = 12;
 constexpr Rgb kTrajectory = {225, 190, 140};
 constexpr Rgb kSwath = {190, 215, 245};
+constexpr Rgb kHole = {205, 225, 185};
 constexpr Rgb kLine = {20, 80, 200};
+constexpr Rgb kNarrow = {230, 120, 0};
 constexpr Rgb kStart = {20, 150, 60};
 constexpr Rgb kGoal = {210, 40, 40};
 constexpr Rgb kInk = {30, 30, 30};
-
-// Enlarges the longer side to at most kTargetSide_px.
-int PixelsPerCell(const OccupancyGrid& grid) {
-  return std::clamp(kTargetSide_px / std::max(grid.width, grid.height), 1, kMaxScale);
-}
 
 int Thickness(const ColorImage& picture) {
   return std::max(1, std::max(picture.width, picture.height) / 400);
@@ -62,6 +60,27 @@ void DrawEnd(GridCanvas& canvas,
   canvas.Label(endpoint.point_in_map, radius + 3, radius + 2, label, color);
 }
 
+// Draws the unknown cells that count as free.
+void DrawHoles(GridCanvas& canvas, const OccupancyGrid& grid, double max_hole_m) {
+  for (const std::size_t index : FindUnknownHoles(grid, max_hole_m)) {
+    const auto width = static_cast<std::size_t>(grid.width);
+    const Eigen::Vector2i cell(static_cast<int>(index % width), static_cast<int>(index / width));
+    canvas.Disc(grid.CenterInMap(cell), 0.45 * canvas.ToPixels(grid.resolution_m), kHole);
+  }
+}
+
+void DrawNarrowPlaces(GridCanvas& canvas, const PlanResult& result) {
+  for (const NarrowPlace& place : result.narrow_places) {
+    for (std::size_t i = place.first_point; i <= place.last_point; ++i) {
+      const std::size_t next = std::min(i + 1, place.last_point);
+      canvas.Line(result.path[i].point_in_map,
+                  result.path[next].point_in_map,
+                  kNarrow,
+                  2 * Thickness(canvas.Picture()));
+    }
+  }
+}
+
 // Draws the parts of the camera's trajectory that are on the grid's floor.
 void DrawTrajectory(GridCanvas& canvas, const PlanInputs& inputs) {
   std::vector<Eigen::Vector2d> part;
@@ -79,16 +98,22 @@ void DrawTrajectory(GridCanvas& canvas, const PlanInputs& inputs) {
 
 }  // namespace
 
-ColorImage DrawPath(const PlanInputs& inputs,
-                    const PlanResult& result,
-                    const FootprintOptions& footprint) {
+int PixelsPerCell(const OccupancyGrid& grid) {
+  return std::clamp(kTargetSide_px / std::max(grid.width, grid.height), 1, kMaxScale);
+}
+
+ColorImage DrawPath(const PlanOptions& options,
+                    const PlanInputs& inputs,
+                    const PlanResult& result) {
   GridCanvas canvas(inputs.grid, PixelsPerCell(inputs.grid), true);
+  DrawHoles(canvas, inputs.grid, options.cost.max_hole_m);
   std::vector<Eigen::Vector2d> path;
   for (const PathPoint& point : result.path) path.push_back(point.point_in_map);
-  canvas.Tint(path, canvas.ToPixels(CircumscribedRadius_m(footprint)), kSwath);
+  canvas.Tint(path, canvas.ToPixels(CircumscribedRadius_m(options.footprint)), kSwath);
   DrawTrajectory(canvas, inputs);
   DrawLine(canvas, path, kLine, Thickness(canvas.Picture()));
-  const auto corners = FootprintCorners(footprint);
+  DrawNarrowPlaces(canvas, result);
+  const auto corners = FootprintCorners(options.footprint);
   DrawOutline(canvas, corners, result.path.front());
   for (const PlanLeg& leg : result.legs) DrawOutline(canvas, corners, result.path[leg.last_point]);
   DrawEnd(canvas, result.ends.front(), "start", kStart);

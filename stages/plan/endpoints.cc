@@ -20,14 +20,16 @@ namespace nightmap {
 namespace {
 
 constexpr double kOwnCells_m = 0.1;    // around a thing its own cells may be occupied
+constexpr double kRoomy_m = 0.15;      // an end that moves anyway may move by this for the margin
 constexpr double kSamePlace_m = 2e-6;  // path.csv does not resolve smaller distances
 
 struct Candidate {
   Eigen::Vector2i cell = Eigen::Vector2i::Zero();
   double distance_m = 0;  // from the requested point
   ThingSide side = ThingSide::kFront;
+  double detour_m = 0;  // by which a place with more room may be farther
 
-  auto Order() const { return std::pair(side, distance_m); }
+  auto Order() const { return std::pair(side, distance_m + detour_m); }
 };
 
 // The best free cell for each label of LabelReachable.
@@ -108,7 +110,8 @@ Candidates CellsWithin(const OccupancyGrid& grid,
       if (!IsStandable(grid, map, request, cell)) continue;
       const double distance_m = DistanceFrom_m(request, grid.CenterInMap(cell));
       if (cell != own && distance_m > radius_m) continue;
-      const Candidate candidate = CandidateAt(grid, request, cell);
+      Candidate candidate = CandidateAt(grid, request, cell);
+      if (candidate.distance_m > 0 && !map.IsRoomy(cell)) candidate.detour_m = kRoomy_m;
       const auto [best, is_first] = candidates.try_emplace(labels[map.Index(cell)], candidate);
       if (candidate.Order() < best->second.Order()) best->second = candidate;
     }

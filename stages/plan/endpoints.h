@@ -25,7 +25,8 @@ struct Endpoint {
 };
 
 // Ends that are standable and connected stay as requested. Otherwise an end moves to the centre of
-// the nearest free cell within `snap_radius_m`, of a box within that of its rectangle. A box with a
+// the nearest free cell within `snap_radius_m`, of a box within that of its rectangle; up to 15 cm
+// farther for a cell with the margin's room. A box with a
 // front is never stood in: the robot's circle keeps clear of it, and ThingSide decides before the
 // distance. Parts of the map that every end can move into are compared by the sum of the
 // moves of ends that are no boxes, then by how well boxes are reached (ThingSide), then by the

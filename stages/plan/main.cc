@@ -1,42 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 // plan: finds and draws a path on a floor's grid between points, queries, objects and things.
-#include <spdlog/spdlog.h>
-
-#include "pipeline/io/things_io.h"
-#include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
+#include "stages/plan/no_path.h"
 #include "stages/plan/path_output.h"
 #include "stages/plan/plan.h"
+#include "stages/plan/read_inputs.h"
 
 namespace {
 using namespace nightmap;
 
-PlanInputs ReadInputs(const PlanOptions& options, StageContext& context) {
-  PlanInputs inputs;
-  inputs.floors = ReadFloors(context.Input("grid"));
-  if (context.HasInput("queries")) inputs.queries = ReadQueries(context.Input("queries"));
-  if (context.HasInput("trajectory")) inputs.trajectory = ReadTum(context.Input("trajectory"));
-  if (context.HasInput("objects")) inputs.objects = ReadObjects(context.Input("objects"));
-  if (context.HasInput("things")) inputs.things = ReadThings(context.Input("things"));
-  inputs.floor_idx = PlanFloor(options, inputs);
-  inputs.grid = ReadFloorGrid(context, "grid", inputs.floors[inputs.floor_idx]);
-  return inputs;
+PlanResult PlanOrDraw(const PlanOptions& options, const PlanInputs& inputs, StageContext& context) {
+  try {
+    return RunPlan(options, inputs, context.GetProgress(), context.NumThreads());
+  } catch (const DataError&) {
+    WritePng(context.FailureFile(), DrawNoPath(options, inputs, context.NumThreads()));
+    throw;
+  }
 }
 
 void Run(const PlanOptions& options, StageContext& context) {
   context.BeginPart("read");
-  const PlanInputs inputs = ReadInputs(options, context);
+  const PlanInputs inputs = ReadPlanInputs(options, context);
   context.BeginPart("plan");
-  const auto result = RunPlan(options, inputs, context.GetProgress(), context.NumThreads());
-  spdlog::info("on {}, {}", FloorText(result.floor), result.floor.yaml);
-  for (const Endpoint& end : result.ends)
-    spdlog::info("{} moved by {:.3f} m", EndText(end.request), end.moved_by_m);
+  const auto result = PlanOrDraw(options, inputs, context);
+  LogPlan(options, result);
   context.BeginPart("write");
   WriteFile(context.Output("csv"), PathToCsv(result));
   WriteFile(context.Output("json"), PathToJson(result, context.ConfigToml()).dump(2) + "\n");
   context.WriteIfWanted("nav", [&] { return PathToNavYaml(result); });
-  if (context.HasOutput("png"))
-    WritePng(context.Output("png"), DrawPath(inputs, result, options.footprint));
+  if (context.HasOutput("png")) WritePng(context.Output("png"), DrawPath(options, inputs, result));
   context.Report().update(PathFigures(result));
 }
 
@@ -54,6 +46,7 @@ int main(int argc, char** argv) {
       {{"csv", "path: x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m,z_m,floor"},
        {"json", "ends, legs and figures of the path"},
        {"nav", "path as ROS's nav_msgs/Path, YAML", Arity::kOptional},
-       {"png", "picture of the path on the grid", Arity::kOptional}}};
+       {"png", "picture of the path on the grid", Arity::kOptional}},
+      "no_path.png"};
   return StageMain(argc, argv, spec, PlanOptions{}, Run);
 }

@@ -2,6 +2,7 @@
 #include "stages/plan/path_output.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -55,7 +56,38 @@ nlohmann::ordered_json LegToJson(const PlanResult& result, std::size_t index) {
           {"num_expanded_nodes", leg.num_expanded}};
 }
 
+nlohmann::ordered_json NarrowToJson(const NarrowPlace& place) {
+  return {{"first_point", place.first_point},
+          {"last_point", place.last_point},
+          {"length_m", place.length_m},
+          {"x_m", place.narrowest_in_map.x()},
+          {"y_m", place.narrowest_in_map.y()},
+          {"room_m", place.room_m}};
+}
+
 }  // namespace
+
+void LogPlan(const PlanOptions& options, const PlanResult& result) {
+  constexpr std::size_t kMaxPlaces = 5;
+  spdlog::info("on {}, {}", FloorText(result.floor), result.floor.yaml);
+  for (const Endpoint& end : result.ends) {
+    spdlog::info("{} moved by {:.3f} m", EndText(end.request), end.moved_by_m);
+  }
+  const auto& places = result.narrow_places;
+  for (std::size_t i = 0; i < std::min(places.size(), kMaxPlaces); ++i) {
+    spdlog::warn(
+        "the path has less than margin_m = {} of room for {:.2f} m, least {:.3f} m at "
+        "{:.3f},{:.3f}: a robot needs an exact pose there",
+        options.cost.margin_m,
+        places[i].length_m,
+        places[i].room_m,
+        places[i].narrowest_in_map.x(),
+        places[i].narrowest_in_map.y());
+  }
+  if (places.size() > kMaxPlaces) {
+    spdlog::warn("it is as narrow in {} more places, see path.json", places.size() - kMaxPlaces);
+  }
+}
 
 std::string PathToCsv(const PlanResult& result) {
   std::string csv = "x_m,y_m,heading_rad,distance_m,leg_idx,clearance_m,z_m,floor\n";
@@ -95,6 +127,8 @@ std::string PathToNavYaml(const PlanResult& result) {
 nlohmann::ordered_json PathFigures(const PlanResult& result) {
   PlanLeg total = result.legs.front();
   auto legs = nlohmann::ordered_json::array();
+  auto narrow = nlohmann::ordered_json::array();
+  for (const NarrowPlace& place : result.narrow_places) narrow.push_back(NarrowToJson(place));
   for (std::size_t i = 0; i < result.legs.size(); ++i) {
     legs.push_back(LegToJson(result, i));
     if (i == 0) continue;
@@ -113,6 +147,8 @@ nlohmann::ordered_json PathFigures(const PlanResult& result) {
           {"min_clearance_m", total.min_clearance_m},
           {"num_points", result.path.size()},
           {"num_expanded_nodes", total.num_expanded},
+          {"num_hole_cells", result.num_hole_cells},
+          {"narrow_places", narrow},
           {"num_legs", result.legs.size()},
           {"legs", legs}};
 }

@@ -25,12 +25,17 @@ nlohmann::ordered_json PathFigures(const PlanResult& result);
 // rectangle of an object or a thing), legs, the config.
 nlohmann::ordered_json PathToJson(const PlanResult& result, const std::string& config_toml);
 
-// Draws the grid (white free, black occupied, grey unknown), this floor's trajectory in a faint
-// color, the swath of the robot's circle, the path, every end (with the robot's outline if it is a
-// polygon, and the rectangle of an object or a thing) and a scale bar; y up. Names the floor if
-// there are several. Enlarged by an integer factor.
-ColorImage DrawPath(const PlanInputs& inputs,
-                    const PlanResult& result,
-                    const FootprintOptions& footprint);
+// Says where the path is, how far its ends were moved, and what is narrow on it.
+void LogPlan(const PlanOptions& options, const PlanResult& result);
+
+// Draws the grid (white free, black occupied, grey unknown, pale green dots in unknown cells that
+// count as free), this floor's trajectory in a faint color, the swath of the robot's circle, the
+// path, orange where it is narrow, every end (with the robot's outline if it is a polygon, and the
+// rectangle of an object or a thing) and a scale bar; y up. Names the floor if there are several.
+// Enlarged by PixelsPerCell.
+ColorImage DrawPath(const PlanOptions& options, const PlanInputs& inputs, const PlanResult& result);
+
+// The integer factor of a floor's pictures.
+int PixelsPerCell(const OccupancyGrid& grid);
 
 }  // namespace nightmap

@@ -6,50 +6,15 @@
 #include <limits>
 
 #include "pipeline/base/error.h"
+#include "pipeline/planar/unknown_holes.h"
 #include "stages/plan/astar.h"
 #include "stages/plan/lazy_theta_star.h"
+#include "stages/plan/no_path.h"
 #include "stages/plan/pull_tight.h"
 #include "stages/plan/segment.h"
 
 namespace nightmap {
 namespace {
-
-[[noreturn]] void FailUnreachable(const OccupancyGrid& grid,
-                                  const CostMap& map,
-                                  const Endpoint& start,
-                                  const Endpoint& goal) {
-  const auto distance_m = [&](const Eigen::Vector2i& cell) {
-    const Eigen::Vector2d point = grid.CenterInMap(cell);
-    return goal.request.box ? goal.request.box->Distance_m(point)
-                            : (point - goal.point_in_map).norm();
-  };
-  const auto labels = LabelReachable(map);
-  const std::int32_t label = labels[map.Index(start.cell)];
-  std::size_t num_reached = 0;
-  std::size_t num_around_goal = 0;
-  Eigen::Vector2i nearest = start.cell;
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    if (labels[i] == labels[map.Index(goal.cell)]) ++num_around_goal;
-    if (labels[i] != label) continue;
-    ++num_reached;
-    const Eigen::Vector2i cell = map.Cell(i);
-    if (distance_m(cell) < distance_m(nearest)) nearest = cell;
-  }
-  const Eigen::Vector2d point = grid.CenterInMap(nearest);
-  const double cell_m2 = grid.resolution_m * grid.resolution_m;
-  throw DataError(
-      "no path from {} to {}: the first reaches {:.2f} m2, at its nearest {:.3f},{:.3f}, "
-      "{:.2f} m from the other, which reaches {:.2f} m2, and no part of the map is within "
-      "snap_radius_m of all ends; try a smaller robot, a larger snap_radius_m or unknown = "
-      "\"costed\"",
-      EndText(start.request),
-      EndText(goal.request),
-      cell_m2 * static_cast<double>(num_reached),
-      point.x(),
-      point.y(),
-      distance_m(nearest),
-      cell_m2 * static_cast<double>(num_around_goal));
-}
 
 // From the exact start through the cells' centres to the exact goal, in cells.
 std::vector<Eigen::Vector2d> Route(const OccupancyGrid& grid,
@@ -135,7 +100,7 @@ void PlanLegs(const PlanOptions& options,
     const Endpoint& start = result.ends[i];
     const Endpoint& goal = result.ends[i + 1];
     const SearchResult search = find(map, start.cell, goal.cell);
-    if (!search.found) FailUnreachable(grid, map, start, goal);
+    if (!search.found) FailUnreachable(grid, map, options.cost, start, goal);
     const auto route = Route(grid, search.cells, start, goal);
     result.legs.emplace_back();
     result.legs.back().search_cost_m = grid.resolution_m * search.cost_cells;
@@ -190,6 +155,10 @@ void PlanOptions::Register(OptionList& list) {
            "possible");
 }
 
+std::vector<EndChoices> RequestsOnFloor(const PlanOptions& options, const PlanInputs& inputs) {
+  return KeepOnFloor(Requests(options, inputs), inputs.floors, inputs.floor_idx);
+}
+
 std::size_t PlanFloor(const PlanOptions& options, const PlanInputs& inputs) {
   return ChooseFloor(Requests(options, inputs), inputs.floors, options.floor);
 }
@@ -199,16 +168,20 @@ PlanResult RunPlan(const PlanOptions& options,
                    Progress& progress,
                    int num_threads) {
   progress.Start(3);
-  const auto requests = KeepOnFloor(Requests(options, inputs), inputs.floors, inputs.floor_idx);
-  const CostMap map =
-      MakeCostMap(inputs.grid, options.cost, CircumscribedRadius_m(options.footprint), num_threads);
+  const double radius_m = CircumscribedRadius_m(options.footprint);
+  const auto requests = RequestsOnFloor(options, inputs);
+  PlanResult result;
+  result.floor = inputs.floors[inputs.floor_idx];
+  result.num_hole_cells = FindUnknownHoles(inputs.grid, options.cost.max_hole_m).size();
+  const OccupancyGrid grid = WithHolesFree(inputs.grid, options.cost.max_hole_m);
+  const CostMap map = MakeCostMap(grid, options.cost, radius_m, num_threads);
   progress.Advance();
-  PlanResult result{.floor = inputs.floors[inputs.floor_idx], .ends = {}, .legs = {}, .path = {}};
-  result.ends = PlaceEndpoints(inputs.grid, map, requests, options.snap_radius_m);
-  PlanLegs(options, inputs.grid, map, result);
+  result.ends = PlaceEndpoints(grid, map, requests, options.snap_radius_m);
+  PlanLegs(options, grid, map, result);
   FaceThing(result);
   progress.Advance();
-  CheckFootprint(options, inputs.grid, result);
+  CheckFootprint(options, grid, result);
+  result.narrow_places = FindNarrowPlaces(result.path, radius_m, options.cost.margin_m);
   progress.Finish();
   return result;
 }

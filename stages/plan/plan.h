@@ -19,6 +19,7 @@
 #include "stages/plan/cost_map.h"
 #include "stages/plan/endpoints.h"
 #include "stages/plan/footprint.h"
+#include "stages/plan/narrow_places.h"
 
 namespace nightmap {
 
@@ -50,16 +51,6 @@ struct PlanInputs {
   std::vector<Thing> things = {};
 };
 
-struct PathPoint {
-  Eigen::Vector2d point_in_map = Eigen::Vector2d::Zero();
-  // Counter-clockwise from x; onward direction. The last point's faces the thing that the path ends
-  // at, else it is as before.
-  double heading_rad = 0;
-  double distance_m = 0;   // along the path
-  int leg_idx = 0;         // leg that the point lies on or ends
-  double clearance_m = 0;  // of the point's cell, see CostMap
-};
-
 // Part of the path from one end to the next.
 struct PlanLeg {
   std::size_t first_point = 0;  // index in the path
@@ -76,16 +67,21 @@ struct PlanResult {
   std::vector<Endpoint> ends;   // the start and every goal
   std::vector<PlanLeg> legs;    // one fewer than the ends
   std::vector<PathPoint> path;  // at most one cell apart
+  std::vector<NarrowPlace> narrow_places;
+  std::size_t num_hole_cells = 0;  // unknown cells of the floor that count as free
 };
 
 // Index in `inputs.floors` of the floor to plan on; needs no grid. Throws as MakeRequests and
 // ChooseFloor do.
 std::size_t PlanFloor(const PlanOptions& options, const PlanInputs& inputs);
 
+// The start and every goal as asked for, on the floor of the grid. Throws as MakeRequests does.
+std::vector<EndChoices> RequestsOnFloor(const PlanOptions& options, const PlanInputs& inputs);
+
 // Searches a path from cell to cell (A*) or of straight lines (Lazy Theta*) over the inflated grid,
-// then pulls it tight (Tighten). The robot's circle touches no obstacle anywhere on the path; a
-// final check ensures that. Deterministic. Throws UsageError on malformed ends or footprints,
-// DataError on ends that are not usable or when no path joins them.
+// whose small holes count as free, then pulls it tight (Tighten). The robot's circle touches no
+// obstacle anywhere on the path; a final check ensures that. Deterministic. Throws UsageError on
+// malformed ends or footprints, DataError on ends that are not usable or when no path joins them.
 PlanResult RunPlan(const PlanOptions& options,
                    const PlanInputs& inputs,
                    Progress& progress,

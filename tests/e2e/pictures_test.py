@@ -156,6 +156,22 @@ class PicturesTest(unittest.TestCase):
         self.check_same_place(self.located("start.jpg"), self.best)
         self.check_same_place(self.located("goal 1.jpg"), self.other)
 
+    def test_a_plan_that_finds_no_path_leaves_a_picture_until_the_next(self):
+        ends = ("START=picture:a.png", "GOAL=picture:b.png", "QUERY=photos/a.png photos/b.png", f"FOV_DEG={FOV_DEG}")
+        for name, row in (("a.png", self.best), ("b.png", self.other)):
+            self.image(row).save(self.photos / name)
+        self.make("plan", *ends)
+        path, picture = self.work.path("plan/path.csv"), self.work.path("plan/no_path.png")
+        before = path.read_bytes()
+        self.assertFalse(picture.exists())
+        self.assertIn("no_path.png shows more", self.make("plan", *ends, "SET=plan.robot_radius_m=4", code=2))
+        with Image.open(picture) as shown, Image.open(self.work.path("plan/path.png")) as drawn:
+            self.assertEqual(shown.size, drawn.size)
+        self.assertEqual(path.read_bytes(), before)
+        self.assertIn("The last plan found no path", self.work.path("report/index.html").read_text())
+        self.make("plan", *ends, "SET=plan.robot_radius_m=0.2")
+        self.assertFalse(picture.exists())
+
     def test_a_picture_replaced_in_place_is_noticed(self):
         photo = self.photos / "a.png"
         self.image(self.best).save(photo)

@@ -115,6 +115,30 @@ TEST_F(StageMainTest, WritesOutputsReportAndReceipt) {
   EXPECT_GT(receipt["peak_memory_bytes"], 0);
 }
 
+TEST_F(StageMainTest, ARunThatFailsMayLeaveOneFileAndTheNextRunRemovesIt) {
+  spec_.failure_file = "why.txt";
+  const auto fail = [](const Options&, StageContext& context) {
+    WriteFile(context.Output("out"), "half");
+    WriteFile(context.FailureFile(), "this is why");
+    throw DataError("no");
+  };
+  EXPECT_THAT(Main({"--help"}).out, testing::HasSubstr("why.txt"));
+  const Result failed = Main(Ports(), fail);
+  EXPECT_EQ(failed.code, 1);
+  EXPECT_THAT(failed.err, testing::HasSubstr("why.txt shows more"));
+  ExpectNothingWritten();
+  EXPECT_EQ(ReadFile(folder_ / "why.txt"), "this is why");
+  const auto fail_at_once = [](const Options&, StageContext&) { throw DataError("no"); };
+  EXPECT_EQ(Main(Ports(), fail_at_once).code, 1);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "why.txt"));
+  EXPECT_EQ(Main(Ports(), fail).code, 1);
+  ASSERT_EQ(Main(Ports()).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "why.txt"));
+  spec_.failure_file = "in.txt";  // never an input
+  EXPECT_EQ(Main(Ports(), fail).code, 2);
+  EXPECT_EQ(ReadFile(input_), "hello");
+}
+
 TEST_F(StageMainTest, FilesThatAnInputNamesAreInputs) {
   const auto named = folder_.Write("named.txt", "more");
   const auto body = [&](const Options& options, StageContext& context) {

@@ -134,13 +134,24 @@ class ObstaclesTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             fake_site.write_map(Path(folder), "map", pixels, (1.0, 2.0), 0.1)
             grid = read_grid(Path(folder) / "map.yaml")
-        centres_m = bench_drive.obstacle_centres_m(grid, unknown_is_obstacle)
+        centres_m = bench_drive.obstacle_centres_m(grid, unknown_is_obstacle, 0.1)
         return {tuple(cell) for cell in np.round((centres_m - [1.05, 2.05]) / 0.1).astype(int)}
 
     def test_those_that_a_robot_on_a_free_cell_is_next_to(self):
         rim = {(0, -1), (1, -1), (2, -1), (-1, 0), (-1, 1), (3, 0), (0, 2)}  # beside the free cells
         self.assertEqual(self.obstacles(True), {(1, 1), (2, 1)} | rim)
         self.assertEqual(self.obstacles(False), {(1, 1)})
+
+    def test_small_holes_are_none(self):
+        cells = np.full((8, 9), FREE)
+        cells[2, 2] = cells[2, 5] = cells[3, 6] = cells[5, 2] = cells[0, 4] = UNKNOWN
+        cells[6, 3] = OCCUPIED
+        filled = bench_drive.without_holes(np.pad(cells, 1, constant_values=UNKNOWN), 1)[1:-1, 1:-1]
+        self.assertTrue(all(filled[cell] == UNKNOWN for cell in ((0, 4), (5, 2))))  # at the border, beside an obstacle
+        self.assertEqual((filled != cells).sum(), 3)
+        cells[3, 5] = cells[2, 6] = UNKNOWN  # now a square of two
+        self.assertEqual((bench_drive.without_holes(np.pad(cells, 1, constant_values=UNKNOWN), 1)[1:-1, 1:-1] != cells).sum(), 1)
+        self.assertEqual((bench_drive.without_holes(np.pad(cells, 1, constant_values=UNKNOWN), 2)[1:-1, 1:-1] != cells).sum(), 5)
 
 
 class OptionsTest(unittest.TestCase):

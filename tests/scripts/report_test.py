@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """report.py on site folders with more and fewer of their parts."""
 
+import base64
 import json
 import re
 import tempfile
@@ -15,7 +16,8 @@ from PIL import Image
 import fake_site
 from nightmap_eval import html
 from nightmap_eval.report_cloud import cloud_section
-from nightmap_eval.report_map import building_rows, plan_section, truth_in_map
+from nightmap_eval.report_map import building_rows, truth_in_map
+from nightmap_eval.report_plan import narrow_lines, no_path_parts, plan_section
 from nightmap_eval.report_queries import choose
 from nightmap_eval.report_stale import notes
 from nightmap_site.receipts import Hashes
@@ -127,6 +129,21 @@ class PlanSectionTest(unittest.TestCase):
         self.assertEqual(self.section({}), (downstairs, [True, False]))  # of an earlier version
         with self.assertRaisesRegex(DataError, "path.json: floor: 'top' is not of type int"):
             self.section({"floor": "top"})
+
+
+class PathNotesTest(unittest.TestCase):
+    def test_narrow_places_are_told_and_a_failed_plan_is_shown(self):
+        place = {"first_point": 3, "last_point": 8, "length_m": 0.25, "x_m": 1.5, "y_m": -2.0, "room_m": -1e-12}
+        line, = narrow_lines({"narrow_places": [place]})
+        self.assertRegex(line, r"narrow for 0.25 m: at \(1.50, -2.00\) only 0.0 cm")
+        self.assertEqual(list(narrow_lines({})), [])
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "plan").mkdir()
+            self.assertEqual(no_path_parts(Site(Path(folder))), [])
+            (Path(folder) / "plan" / "no_path.png").write_bytes(b"picture")
+            text, picture = map(str, no_path_parts(Site(Path(folder))))
+        self.assertIn("found no path", text)
+        self.assertIn(base64.b64encode(b"picture").decode(), picture)
 
 
 class CloudSectionTest(unittest.TestCase):

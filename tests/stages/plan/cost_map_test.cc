@@ -76,12 +76,40 @@ TEST(CostMap, CostFallsWithTheDistanceToObstacles) {
   options.unknown = "allowed";
   options.clearance_m = 0.8;
   options.clearance_weight = 3;
+  options.margin_m = 0;
   const CostMap map = MakeCostMap(grid, options, 0.2, 1);
   const auto cost = [&](int x) { return map.costs[map.Index({x, 0})]; };
   for (const int x : {0, 1, 2}) EXPECT_EQ(cost(x), 0);
   EXPECT_EQ(cost(3), 4 * CostMap::kUnitCost);  // two cells between it and the obstacle
   for (int x = 4; x <= 9; ++x) EXPECT_LT(cost(x), cost(x - 1));
   for (int x = 9; x < 16; ++x) EXPECT_EQ(cost(x), CostMap::kUnitCost);
+}
+
+TEST(CostMap, LessRoomThanTheMarginCostsMore) {
+  const OccupancyGrid grid = GridFromText({"#..............."});
+  CostOptions options;
+  options.unknown = "allowed";
+  const auto costs = [&](double margin_m, double weight) {
+    options.margin_m = margin_m;
+    options.margin_weight = weight;
+    return MakeCostMap(grid, options, 0.2, 1);
+  };
+  for (const double clearance_m : {0.0, 0.75}) {  // also where the margin reaches farther
+    options.clearance_m = clearance_m;
+    const CostMap plain = costs(0.25, 0);
+    const CostMap map = costs(0.25, 20);
+    for (int x = 0; x < 16; ++x) {
+      const std::size_t index = map.Index({x, 0});
+      const double clearance = plain.Clearance_m({x, 0});
+      const bool is_narrow = clearance > 0.2 - 1e-9 && clearance < 0.45 - 1e-9;
+      EXPECT_EQ(map.costs[index], plain.costs[index] + (is_narrow ? 20 * CostMap::kUnitCost : 0))
+          << x;
+    }
+  }
+  const auto values = [](const CostMap& map) {
+    return std::vector(map.costs.begin(), map.costs.end());
+  };
+  EXPECT_EQ(values(costs(0, 20)), values(costs(0, 0)));
 }
 
 TEST(CostMap, UnknownIsForbiddenAllowedOrCosted) {

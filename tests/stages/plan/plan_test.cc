@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "pipeline/base/error.h"
+#include "pipeline/planar/unknown_holes.h"
 #include "stages/plan/astar.h"
 #include "stages/plan/path_output.h"
 #include "tests/stages/plan/scene.h"
@@ -146,7 +147,8 @@ TEST(Plan, PathsOfRandomMapsKeepTheRadius) {
     options.footprint.robot_radius_m = random.Uniform(0, 0.12);
     options.cost.clearance_m = 0.3;
     options.shorten = seed % 4 != 0;
-    const CostMap map = MakeCostMap(inputs.grid, options.cost, options.footprint.robot_radius_m, 1);
+    const OccupancyGrid grid = WithHolesFree(inputs.grid, options.cost.max_hole_m);
+    const CostMap map = MakeCostMap(grid, options.cost, options.footprint.robot_radius_m, 1);
     const auto text = [&] {
       const Eigen::Vector2d point = inputs.grid.CenterInMap(RandomFreeCell(random, map));
       return fmt::format("{},{}", point.x(), point.y());
@@ -181,6 +183,7 @@ TEST(Plan, WeightKeepsAwayFromWalls) {
   PlanOptions options;
   options.start = "0.4,1.2";
   options.goal = "2.6,1.2";
+  options.cost.margin_m = 0;
   options.cost.clearance_weight = 0;
   const PlanResult shortest = Plan(options, inputs);
   options.cost.clearance_weight = 10;
@@ -390,9 +393,23 @@ TEST(PlanErrors, UnusableEnds) {
   EXPECT_THAT(ErrorOf<DataError>(wide, Rooms()), HasSubstr("no cell that is free"));
 }
 
+TEST(Plan, AnEndThatMovesTakesAPlaceWithRoom) {
+  PlanOptions options = Between("1.25,2.45", "2.45,2.65");
+  options.cost.margin_m = 0.05;
+  const PlanResult result = Plan(options, Rooms());
+  EXPECT_GT(result.ends[1].moved_by_m, 0.2);
+  EXPECT_LT(result.ends[1].moved_by_m, 0.35);
+  EXPECT_GE(result.path.back().clearance_m, options.footprint.robot_radius_m + 0.05 - 1e-9);
+  EXPECT_EQ(result.ends[0].moved_by_m, 0);
+  options.cost.margin_m = 0.25;  // nowhere so much room
+  EXPECT_NEAR(Plan(options, Rooms()).ends[1].moved_by_m, 0.2, 1e-9);
+}
+
 // A point where the robot does not fit moves as a picture does.
 TEST(Plan, PointInAnObstacleMovesToTheNearestFreeCell) {
-  const PlanResult result = Plan(Between("1.25,2.45", "2.45,2.65"), Rooms());
+  PlanOptions to_nearest = Between("1.25,2.45", "2.45,2.65");
+  to_nearest.cost.margin_m = 0;
+  const PlanResult result = Plan(to_nearest, Rooms());
   EXPECT_NEAR(result.ends[1].moved_by_m, 0.2, 1e-9);
   EXPECT_LT((result.ends[1].point_in_map - Eigen::Vector2d(2.25, 2.65)).norm(), 1e-9);
   EXPECT_EQ(result.ends[0].moved_by_m, 0);
@@ -513,6 +530,7 @@ TEST(Plan, RandomEndsMoveLeast) {
                                  fmt::format("{},{}", start.x(), start.y()),
                                  fmt::format("{},{}", goal.x(), goal.y()));
     options.footprint.robot_radius_m = 0;
+    options.cost.margin_m = 0;
     const CostMap map = MakeCostMap(inputs.grid, options.cost, 0, 1);
     const double least_m = LeastMoves_m(inputs.grid, map, {start, goal}, options.snap_radius_m);
     SCOPED_TRACE(seed);
@@ -737,7 +755,7 @@ TEST(PathOutput, PictureShowsBothEndsAndKeepsObstacles) {
   inputs.trajectory[1].pose.translation = {1e9, -1e9, 0};  // off the picture: must not fail
   const PlanOptions options = Between("1.25,2.2", "2.2,2.65");
   const PlanResult result = Plan(options, inputs);
-  const ColorImage image = DrawPath(inputs, result, options.footprint);
+  const ColorImage image = DrawPath(options, inputs, result);
   const int scale = image.width / inputs.grid.width;
   EXPECT_EQ(image.width, inputs.grid.width * scale);
   EXPECT_EQ(image.height, inputs.grid.height * scale);
@@ -757,7 +775,7 @@ TEST(PathOutput, PictureOfAFloorNamesItAndShowsItsTrajectoryOnly) {
   inputs.floor_idx = 2;
   const PlanOptions options = Between("1.25,2.2,2.9", "1.25,2.65,2.9");
   const PlanResult result = Plan(options, inputs);
-  const auto draw = [&] { return DrawPath(inputs, result, options.footprint).pixels; };
+  const auto draw = [&] { return DrawPath(options, inputs, result).pixels; };
   const auto without = draw();
   inputs.trajectory.resize(2);
   inputs.trajectory[0].pose.translation = {1.7, 2.3, 1.2};

@@ -96,6 +96,7 @@ Counts CheckPairs(const OccupancyGrid& grid, std::uint64_t seed) {
   };
   PlanOptions options;
   options.footprint.robot_radius_m = kRadius_m;
+  options.cost.max_hole_m = 0;
   options.snap_radius_m = 0;
   Random random(seed);
   const auto draw = [&] {

@@ -302,7 +302,7 @@ TEST(ThingEnds, FilesShowTheThing) {
   EXPECT_FALSE(json["start"].contains("box"));
   PlanResult without = result;
   without.ends[1].request.box.reset();
-  EXPECT_NE(DrawPath(inputs, result, {}).pixels, DrawPath(inputs, without, {}).pixels);
+  EXPECT_NE(DrawPath({}, inputs, result).pixels, DrawPath({}, inputs, without).pixels);
 }
 
 // Whether the start reaches a free cell before the front that sees the thing.

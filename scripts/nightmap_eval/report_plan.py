@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sections of the report on the grids of the floors, the path planned on them, and its drive."""
+
+import numpy as np
+
+from nightmap_eval import drawing, html
+from nightmap_eval.artifacts import read_csv
+from nightmap_eval.floor_accuracy import read_floors
+from nightmap_eval.grid import read_grid
+from nightmap_eval.report_stale import notes
+from nightmap_eval.trajectory import MAX_POSITION_M, read_tum
+from nightmap_site.checked_reading import NUMBER, REMEDY, read_object, using
+from nightmap_site.script_errors import DataError
+
+NARROW = {"length_m": NUMBER, "x_m": NUMBER, "y_m": NUMBER, "room_m": NUMBER}
+PATH = {"?floor": int, "?narrow_places": [NARROW]}
+DRIVE_FIGURES = (
+    "duration_s", "length_m", "path_length_m", "max_deviation_m", "min_clearance_m", "robot_radius_m",
+    "position_error_m", "heading_error_deg",
+)  # fmt: skip
+DRIVE = dict.fromkeys(DRIVE_FIGURES, NUMBER) | {"?floor": int}
+
+
+def read_if_made(site, job):
+    path = site.made(job, "trajectory")
+    return read_tum(path) if path else None
+
+
+def read_path(site):
+    """x, y of plan/path.csv in the map frame (m), or None."""
+    path = site.made("plan", "csv")
+    if not path:
+        return None
+    rows = read_csv(path, ("x_m", "y_m"))
+    with using(path):
+        points_m = np.array([[float(row["x_m"]), float(row["y_m"])] for row in rows]).reshape(-1, 2)
+    if not np.all(np.abs(points_m) < MAX_POSITION_M):
+        raise DataError(f"{path}: not a valid point; {REMEDY}")
+    return points_m
+
+
+def read_path_figures(site):
+    """plan/path.json; empty without a path."""
+    path = site.made("plan", "json")
+    return read_object(path, PATH, "run make plan again") if path else {}
+
+
+def narrow_lines(figures):
+    """A line per place where the path has too little room."""
+    for place in figures.get("narrow_places", []):
+        yield (f"The path is narrow for {place['length_m']:.2f} m: at ({place['x_m']:.2f}, {place['y_m']:.2f}) only "
+               f"{100 * max(0, place['room_m']):.1f} cm are left beside the robot, less than plan.margin_m. It needs an exact pose "
+               "there.")  # fmt: skip
+
+
+def no_path_parts(site):
+    """What the last plan left when it failed."""
+    picture = site.made("plan", "no_path")
+    if not picture:
+        return []
+    text = ("The last plan found no path. Green: what the robot's centre reaches from the start; red: from a goal; blue: other free "
+            "space. Circles around the ends: where they may be moved (snap_radius_m). Orange: where the widest way is too narrow.")  # fmt: skip
+    return [html.paragraph(text, "failed"), html.image(picture.read_bytes(), "no path")]
+
+
+def floor_picture(grid_dir, floor, path_m, estimate, located, *mover):
+    """One floor's grid, with the path if it is on this floor; the floor of map.yaml also shows the trajectory, named after who moved."""
+    ways = (None, None)
+    if floor["number"] == 0:
+        ways = [None if way is None else way.positions_m for way in (estimate, located)]
+    return drawing.grid_png(read_grid(grid_dir / floor["yaml"]), path_m, *ways, *mover)
+
+
+def plan_section(site):
+    if not site.made("grid", "yaml"):
+        return html.section("Floor plan", html.paragraph("The grid stage did not run.", "note"))
+    estimate = read_if_made(site, "map_frame")
+    located = read_if_made(site, "localize")
+    path_m, figures = read_path(site), read_path_figures(site)
+    number = figures.get("floor", 0)  # an older path names none
+    mover = () if site.has_camera() else ("robot",)
+    floors, parts = read_floors(site), []
+    for floor in sorted(floors, key=lambda floor: abs(floor["number"])):
+        has_path = path_m is not None and floor["number"] == number
+        name = f"Floor {floor['number']} at {floor['height_m']:.1f} m" + (", with the path" if has_path else "")
+        if len(floors) > 1:
+            parts.append(html.paragraph(name))
+        picture = floor_picture(site.folder_of("grid"), floor, path_m if has_path else None, estimate, located, *mover)
+        parts.append(html.image(picture, name))
+    if path_m is None and site.has("plan"):
+        parts.append(html.paragraph("No path: the plan stage did not run.", "note"))
+    parts += [html.paragraph(line) for line in narrow_lines(figures)]
+    parts += [html.paragraph(note, "failed") for note in notes(site, "plan", "path")]
+    return html.section("Floor plan", *parts, *no_path_parts(site))
+
+
+def drive_section(site):
+    """The simulated drive along the path; None without a drive, which is no failure."""
+    figures_path, gif = site.made("drive", "json"), site.made("drive", "gif")
+    said = [html.paragraph(note, "failed") for note in notes(site, "drive", "drive")]
+    if not (figures_path and gif):
+        return html.section("Drive", *said) if said else None
+    drive = read_object(figures_path, DRIVE)
+    rows = [
+        ["Floor", drive.get("floor", 0)],
+        ["Duration (s)", drive["duration_s"]],
+        ["Driven (m)", drive["length_m"]],
+        ["Planned (m)", drive["path_length_m"]],
+        ["Largest distance from the path (cm)", 100 * drive["max_deviation_m"]],
+        ["Smallest distance to an obstacle (cm)", 100 * drive["min_clearance_m"]],
+        ["Radius of the robot (cm)", 100 * drive["robot_radius_m"]],
+        ["Position error at the goal (cm)", 100 * drive["position_error_m"]],
+        ["Heading error at the goal (deg)", drive["heading_error_deg"]],
+    ]
+    parts = [html.image(gif.read_bytes(), "simulated drive", media_type="image/gif")]
+    parts.append(html.table(("Simulated drive", ""), rows))
+    return html.section("Drive", *parts, *said)
