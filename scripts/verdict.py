@@ -4,7 +4,7 @@
 
 Each job that declares section.verdict has checks: a value, a limit with its reason, advice where the limit is passed. The
 worst check is the verdict: good, look at this, do not use. The job whose folder --out lies in says whose checks count: `check`
-asks those of the recording alone, `verdict` those of the map too.
+asks those of the recording alone, and says what time and room a map takes; `verdict` asks those of the map too.
 Exit codes: 0 written, whatever the verdict is; 1 missing or inconsistent data; 2 wrong command line.
 """
 
@@ -12,6 +12,7 @@ import argparse
 from pathlib import Path
 
 from nightmap_eval.artifacts import to_json, write_atomic
+from nightmap_eval.map_needs import map_needs, needs_line
 from nightmap_eval.verdict import checks_of, lines, verdict_json
 from nightmap_site.script_errors import run_main
 from nightmap_site.site import Site
@@ -28,9 +29,10 @@ def parse_arguments():
 def main():
     arguments = parse_arguments()
     site = Site(arguments.site_dir, arguments.data)
-    checks = checks_of(site, site.pipeline.jobs[arguments.out.parent.name].results_of)
-    write_atomic(arguments.out, to_json(verdict_json(site, checks)))
-    print("\n".join(lines(checks)))
+    job = site.pipeline.jobs[arguments.out.parent.name]
+    checks, needs = checks_of(site, job.results_of), map_needs(site) if job.goal == "check" and site.has("survey") else None
+    write_atomic(arguments.out, to_json(verdict_json(site, checks) | ({"needs": needs} if needs else {})))
+    print("\n".join([*lines(checks), *([needs_line(needs)] if needs else [])]))
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from nightmap_site.declaration import Declaration, PipelineError, read_toml
 from nightmap_site.needs import NEEDS
 
 KEYS = {"purpose", "program", "options", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads",
-        "stamp", "kB_per_frame", "section", "needs", "asks", "results_of"}  # fmt: skip
+        "stamp", "kB_per_frame", "surveys_per_frame", "section", "needs", "asks", "results_of"}  # fmt: skip
 REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this|all))?(?P<by_hash> by hash)?"
                        r"(?P<if_made> if made)?")
 OPTIONS = re.compile(r"[a-z]\w*", re.ASCII)
@@ -79,7 +79,7 @@ class Job:
                        for text in (texts if isinstance(texts, list) else [texts])]  # fmt: skip
         self.outputs, self.beside = dict(table.get("out", {})), dict(table.get("beside", {}))
         self.finds = [tuple(text.split(".", 1)) for text in table.get("finds", [])]
-        self.kB_per_frame = table.get("kB_per_frame", 0)
+        self.kB_per_frame, self.surveys_per_frame = table.get("kB_per_frame", 0), table.get("surveys_per_frame", 0)
         self.needs = table.get("needs", [])
         self.stamp, self.asks = table.get("stamp"), table.get("asks")
         self.reads = list(table.get("reads", []))

@@ -15,6 +15,7 @@ import numpy as np
 import fake_site
 from fake_site import walk
 from nightmap_eval import verdict_calibration, verdict_cloud, verdict_depth, verdict_order, verdict_recording, verdict_way
+from nightmap_eval.map_needs import map_needs, needs_line
 from nightmap_eval.survey import COLUMNS
 from nightmap_eval.verdict import GOOD, LOOK, REFUSE, check, lines, worst
 from nightmap_site.site import Site
@@ -136,7 +137,7 @@ class MapTest(unittest.TestCase):
         path.parent.mkdir(parents=True)
         path.write_text("\n".join(["frame_idx,time_ns,sequence_idx," + ",".join(COLUMNS), *lines]) + "\n")
         windows = [{"num_edges": 100, "by_frame_offset": [1, 1, 1, 1, 2, 1, 1, 1, 1], "at_best_shift": 2, "at_no_shift": 2}] * 5
-        self.write("survey", num_frames=40, alignment={"best_shift_x": 0, "best_shift_y": 0, "windows": windows})
+        self.write("survey", num_frames=40, num_frames_surveyed=40, alignment={"best_shift_x": 0, "best_shift_y": 0, "windows": windows})
         self.site.path("frames", "cameras").write_text(json.dumps({"cameras": [{"depth_units_per_m": 1000}]}))
 
     def not_good(self, **changes):
@@ -207,6 +208,25 @@ class MapTest(unittest.TestCase):
         self.assertEqual(written["verdict"], LOOK)
         self.assertEqual(written["checks"][0]["name"], "blurred frames")
         self.assertTrue(result.stdout.startswith("verdict: look at this"), result.stdout)
+
+    def test_a_check_says_what_a_map_takes(self):
+        self.write_survey()
+        self.assertIsNone(map_needs(self.site))  # without a receipt
+        report = self.site.folder_of("survey") / "report.json"
+        report.write_text(json.dumps(json.loads(report.read_text()) | {"num_frames": 6000, "num_frames_surveyed": 300}))
+        (report.parent / "receipt.json").write_text(json.dumps({"wall_time_s": 3.0}))
+        needs = map_needs(self.site)
+        jobs = self.site.pipeline.jobs.values()
+        self.assertAlmostEqual(needs["time_s"], 0.01 * 6000 * sum(job.surveys_per_frame for job in jobs), 1)
+        self.assertGreater(needs["time_s"], 200)
+        self.assertGreater(needs["size_MB"], 6 * 90)
+        self.assertEqual(needs["not_counted"], [])
+        self.assertRegex(needs_line(needs), r"^a map of the 6000 frames takes about \d+ min here, and up to \d+ MB$")
+        self.assertIn("30 s and the time of labels here", needs_line(needs | {"time_s": 30, "not_counted": ["labels"]}))
+        out = self.site_dir / "check" / "verdict.json"
+        result = fake_site.run("verdict.py", "--site-dir", self.site_dir, "--out", out)
+        self.assertEqual(json.loads(out.read_text())["needs"], needs, result.stderr)
+        self.assertIn(needs_line(needs), result.stdout)
 
 
 if __name__ == "__main__":
