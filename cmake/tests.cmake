@@ -6,10 +6,12 @@ find_library(SUITESPARSE_CONFIG_LIBRARY suitesparseconfig REQUIRED)  # tests tak
 add_custom_target(unit_tests)  # every test program, without the stage programs
 set(CMAKE_UNITY_BUILD OFF)  # tests of a folder may each have a helper of the same name
 # Tests compile in a third of the time: -O1 is enough for what calls the libraries, and the headers
-# that nearly all tests include are compiled once.
+# that nearly all tests include are compiled once. (-fpch-preprocess is for ccache.) What is looked for under
+# UndefinedBehaviorSanitizer is in the libraries.
+set(test_flags -O1 -fpch-preprocess $<$<BOOL:${NIGHTMAP_SANITIZE}>:-fno-sanitize=undefined>)
 add_library(test_prefix OBJECT tests/prefix.cc)
 target_link_libraries(test_prefix PUBLIC nightmap_flags Eigen3::Eigen nlohmann_json::nlohmann_json GTest::gmock)
-target_compile_options(test_prefix PUBLIC -O1 -fpch-preprocess)  # the latter for ccache
+target_compile_options(test_prefix PUBLIC ${test_flags})
 target_precompile_headers(test_prefix PRIVATE <gmock/gmock.h> <gtest/gtest.h> <Eigen/Geometry> <filesystem>
                           <fstream> <map> <nlohmann/json.hpp> <string> <vector>)
 # A folder of tests/ or tests/stages/ whose name is that of a library has its tests. The library of
@@ -25,7 +27,7 @@ function(nightmap_tests folder library)
   target_link_libraries(${program} PRIVATE ${library} ${OCTOMAP_LIBRARIES} ${SUITESPARSE_CONFIG_LIBRARY}
                         pcl_common pcl_kdtree GTest::gtest_main GTest::gmock)
   target_include_directories(${program} SYSTEM PRIVATE ${OCTOMAP_INCLUDE_DIRS} ${PCL_INCLUDE_DIRS})
-  target_compile_options(${program} PRIVATE -O1 -fpch-preprocess)
+  target_compile_options(${program} PRIVATE ${test_flags})
   target_precompile_headers(${program} REUSE_FROM test_prefix)
   include(${folder}/links.cmake OPTIONAL)
   add_dependencies(unit_tests ${program})

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "pipeline/base/error.h"
 #include "stages/plan/widest_way.h"
 
@@ -45,15 +47,16 @@ std::string WhoPasses(const OccupancyGrid& grid,
                       const Endpoint& start,
                       const Endpoint& goal) {
   const bool is_forbidden = options.unknown == "forbidden";
-  const auto bottleneck = FindBottleneck(grid, map, is_forbidden, start.cell, goal.cell);
-  if (!bottleneck) {
+  const auto places = FindBottlenecks(grid, map, is_forbidden, start.cell, goal.cell);
+  if (places.empty()) {
     return fmt::format("obstacles{} part them", is_forbidden ? " and unseen space" : "");
   }
-  const Eigen::Vector2d point = grid.CenterInMap(bottleneck->cell);
+  const auto narrowest = std::ranges::min_element(places, {}, &Bottleneck::clearance_m);
+  const Eigen::Vector2d point = grid.CenterInMap(narrowest->cell);
   return fmt::format(
       "the widest way between them, for a robot of radius {:.3f}, is narrowest at "
       "{:.3f},{:.3f}",
-      bottleneck->clearance_m,
+      narrowest->clearance_m,
       point.x(),
       point.y());
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way between two cells that leaves the most room, and where it is narrowest.
+// The way between two cells that leaves the most room, and where it is too narrow.
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
+#include <vector>
 
 #include "pipeline/io/grid_io.h"
 #include "stages/plan/cost_map.h"
@@ -11,18 +11,19 @@
 namespace nightmap {
 
 struct Bottleneck {
-  Eigen::Vector2i cell = Eigen::Vector2i::Zero();
+  Eigen::Vector2i cell = Eigen::Vector2i::Zero();  // the narrowest of the place
   double clearance_m = 0;  // the largest radius of a robot that passes, see CostMap
 };
 
 // Of all ways of 4-connected cells without obstacles from one cell to the other, the one whose
-// narrowest cell is the widest (Pollack, The maximum capacity through a network, 1960). Ways that
-// are wide enough for the map's robot are alike. None when no such cells join the two, or when one
-// of the two is an obstacle. `grid` is the one that the map was made of. Deterministic.
-std::optional<Bottleneck> FindBottleneck(const OccupancyGrid& grid,
-                                         const CostMap& map,
-                                         bool unknown_is_obstacle,
-                                         const Eigen::Vector2i& from,
-                                         const Eigen::Vector2i& to);
+// narrowest cell is the widest (Pollack, The maximum capacity through a network, 1960), and of
+// these the one with the fewest cells that are too narrow for the map's robot: the places of such
+// cells, in order. None when there are none, when no such cells join the two, or when one of the
+// two is an obstacle. `grid` is the one that the map was made of. Deterministic.
+std::vector<Bottleneck> FindBottlenecks(const OccupancyGrid& grid,
+                                        const CostMap& map,
+                                        bool unknown_is_obstacle,
+                                        const Eigen::Vector2i& from,
+                                        const Eigen::Vector2i& to);
 
 }  // namespace nightmap
