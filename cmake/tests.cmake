@@ -69,13 +69,15 @@ foreach(script ${scripts})
     endif()
   endforeach()
 endforeach()
-# Benchmarks: run by hand; the first lines of each say how.
+# Benchmarks: run by hand; the first lines of each say how. `make test-nightly` builds them all.
+add_custom_target(benchmarks)
 file(GLOB benchmarks CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/bench/bench_*.cc)
 foreach(source ${benchmarks})
   get_filename_component(name ${source} NAME_WE)
   string(REPLACE bench_ stage_ stage ${name})
-  add_executable(${name} ${source})
+  add_executable(${name} EXCLUDE_FROM_ALL ${source})
   target_link_libraries(${name} PRIVATE ${stage})
+  add_dependencies(benchmarks ${name})
 endforeach()
 # Own code against the libraries that do the same: several stages, and more of PCL than the tests need. It
 # compiles for a minute, so that only its script and test-nightly build it.

@@ -17,8 +17,8 @@ from nightmap_site.unit_lists import near  # of the scripts that workspace finds
 
 SITE = "tum_fr1_xyz_15hz"
 DATA = pathlib.Path(os.environ.get("NIGHTMAP_DATA", REPOSITORY / "../shared/data")).resolve()
-FIRST = 300
-SHARD = 100
+FIRST, ALL = 120, 160  # frames
+SHARD = 40
 
 
 class AppendTest(unittest.TestCase):
@@ -45,14 +45,14 @@ class AppendTest(unittest.TestCase):
 
     def test_appended_frames(self):
         self.make(f"SET=frames.max_frames={FIRST}")
-        output = self.make()
+        output = self.make(f"SET=frames.max_frames={ALL}")
         for job in ("features", "matches", "odometry"):
             self.assertRegex(output, rf"(?m)^{job} +1 of 4 ", output)
             self.assertNotIn(f"== {job}_0000", output)
             self.assertIn(f"== {job}_0003", output)
         appended = self.hashes()
         shutil.rmtree(self.work.folder / "maps")
-        self.make()
+        self.make(f"SET=frames.max_frames={ALL}")
         self.assertEqual(appended, self.hashes())
 
 

