@@ -20,7 +20,7 @@ th, td { text-align: left; padding: .3rem .8rem .3rem 0; border-bottom: 1px soli
 th { color: var(--dim); font-weight: 600; } td.number, th.number { text-align: right; }
 img { max-width: 100%; height: auto;
       background: #fff; border: 1px solid var(--line); border-radius: 4px; }
-img.thumbnail { width: 150px; } .wide { overflow-x: auto; }
+img.thumbnail { width: 150px; } .side { white-space: nowrap; } .side img { width: 120px; } .wide { overflow-x: auto; }
 details { margin: .35rem 0; } summary { cursor: pointer; }
 pre { background: var(--soft); padding: .7rem; overflow-x: auto;
       font-size: .82rem; border-radius: 4px; }

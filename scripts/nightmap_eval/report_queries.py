@@ -57,7 +57,8 @@ def thumbnail(data, color_path):
 
 
 def _thumbnails(data, color_paths):
-    return html.Raw(" ".join(html.escape(thumbnail(data, path)) for path in color_paths))
+    """Side by side."""
+    return html.Raw('<span class="side">' + " ".join(html.escape(thumbnail(data, path)) for path in color_paths) + "</span>")
 
 
 def _figures(queries):
