@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of the camera's way through the map: speed, the floor under it."""
+"""Checks of the camera's way through the map: speed, agreement with the odometry, the floor under it."""
 
 import numpy as np
 
-from nightmap_eval.artifacts import Frames
-from nightmap_eval.trajectory import read_tum
+from nightmap_eval.artifacts import Frames, shard_names
+from nightmap_eval.trajectory import angles_deg, read_tum
 from nightmap_eval.verdict import check
 from nightmap_site.checked_reading import NUMBER, read_object
 
@@ -12,7 +12,9 @@ FLOOR = {"?floor_source": str, "?camera_height_m": NUMBER, "?below_floor_percent
 
 
 def checks(site):
-    yield from _speed_checks(site)
+    trajectory = read_tum(site.path("map_frame", "trajectory"))
+    yield from _speed_checks(site, trajectory)
+    yield from _odometry_checks(site, trajectory)
     floor = read_object(site.path("map_frame", "report"), FLOOR)
     if floor.get("floor_source") != "floor plane":
         return
@@ -27,8 +29,31 @@ def checks(site):
     yield check("warnings of the floor", len(warnings), "", (0, 0), "of map_frame", "; ".join(warnings).replace("{", "{{").replace("}", "}}"))
 
 
-def _speed_checks(site):
-    speeds_m_per_s = speeds(read_tum(site.path("map_frame", "trajectory")), Frames(site))
+def _odometry_checks(site, trajectory):
+    if not site.has("odometry") or site.pipeline.jobs["odometry"].unit != "shard":
+        return
+    paths = filter(None, (site.made("odometry", "trajectory", name) for name in shard_names(site)))
+    turns_deg = np.concatenate([np.zeros(0), *(disagreement_deg(read_tum(path), trajectory) for path in paths)])
+    if len(turns_deg):
+        yield check("odometry against the map", float(np.quantile(turns_deg, 0.9)), "deg", (0, 5), "between frames a second apart; loops and "
+                    "the adjustment move these by less than the odometry's own error, a degree or two",
+                    "the map turns frames a second apart by {value:.1f} deg against what odometry measured: false loops, what moves, or a "
+                    "wrong camera bend it", usable=(0, 20))  # fmt: skip
+
+
+def disagreement_deg(odometry, trajectory, apart_ns=1_000_000_000):
+    """By how much the turns from each frame to the one a second later differ."""
+    _, own, others = np.intersect1d(odometry.times_ns, trajectory.times_ns, return_indices=True)
+    times_ns = odometry.times_ns[own]
+    later = np.searchsorted(times_ns, times_ns + apart_ns)
+    first = np.flatnonzero(later < len(times_ns))
+    turns = [np.swapaxes(rotations[first], 1, 2) @ rotations[later[first]]
+             for rotations in (odometry.rotations()[own], trajectory.rotations()[others])]  # fmt: skip
+    return angles_deg(np.swapaxes(turns[0], 1, 2) @ turns[1])
+
+
+def _speed_checks(site, trajectory):
+    speeds_m_per_s = speeds(trajectory, Frames(site))
     if len(speeds_m_per_s):
         yield check("speed", float(np.quantile(speeds_m_per_s, 0.98)), "m/s", (0, 3), "the fastest fiftieth of the way: people walk at "
                     "1.5 m/s, and robots indoors are slower",

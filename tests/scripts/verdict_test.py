@@ -6,6 +6,7 @@ import math
 import shutil
 import tempfile
 import unittest
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
@@ -13,10 +14,11 @@ from unittest import mock
 import numpy as np
 
 import fake_site
-from fake_site import walk
+from fake_site import rotation_about, walk
 from nightmap_eval import verdict_calibration, verdict_cloud, verdict_depth, verdict_order, verdict_recording, verdict_way
 from nightmap_eval.map_needs import map_needs, needs_line
 from nightmap_eval.survey import COLUMNS
+from nightmap_eval.trajectory import quaternion
 from nightmap_eval.verdict import GOOD, LOOK, REFUSE, check, lines, worst
 from nightmap_site.site import Site
 
@@ -180,6 +182,20 @@ class MapTest(unittest.TestCase):
         self.write("map_frame", floor_source="floor plane", camera_height_m=0.4, below_floor_percent=30, floor_warnings=["{odd}"])
         found = judged(verdict_way.checks(self.site))
         self.assertEqual((found["below the floor"], found["warnings of the floor"]), (LOOK, LOOK))
+
+    def test_a_map_that_odometry_contradicts(self):
+        self.write("map_frame")
+        path = self.site.path("odometry", "trajectory", "0000")
+        way = walk()
+        for turn_deg, verdict in ((0, GOOD), (3, GOOD), (8, LOOK), (40, REFUSE)):  # per second
+            turns_rad = np.radians(turn_deg) * (way.times_ns - way.times_ns[0]) / 1e9
+            turned = replace(way, quaternions=np.array([quaternion(rotation_about([0, 0, 1], turn_rad) @ rotation)
+                                                        for turn_rad, rotation in zip(turns_rad, way.rotations())]))  # fmt: skip
+            np.testing.assert_allclose(verdict_way.disagreement_deg(turned, way), turn_deg, atol=1e-3)
+            fake_site.write_tum(path, turned)
+            self.assertEqual(judged(verdict_way.checks(self.site))["odometry against the map"], verdict, turn_deg)
+        path.unlink()
+        self.assertNotIn("odometry against the map", judged(verdict_way.checks(self.site)))
 
     def test_speed_is_of_steps_within_a_recording(self):
         frames = SimpleNamespace(times_ns=walk().times_ns, sequence_idxs=np.zeros(len(walk()), int))
