@@ -81,6 +81,9 @@ LONG = {
                "--page {page}",),
     "ceiling": ("seeds.py ceiling_corridor ceiling_office --name ceiling --seeds 10 --vary synthesize_ceiling.noise_seed "
                 "--data '{data}/ceiling_{{seed}}' --maps {maps} --page {page}",),
+    "faults": ("rm -f {maps}/faults/rows.jsonl",
+        f"tests/bench/faults/measure_faults.py {FR1} {OFFICE} --random 60 --data {{data}} --work {{maps}}/faults "
+        "--rows {maps}/faults/rows.jsonl --threads {threads} --page {page}"),
     # Recordings with people pasted into them, which are no part of any data set (docs/figures.md).
     "people_xyz": ("seeds.py xyz_empty xyz_people xyz_people_true xyz_people_7 xyz_people_7_true --name people_xyz "
         "--site-configs tests/bench/people --data {data} --maps {maps} --page {page}",),

@@ -158,6 +158,21 @@ class TableTest(unittest.TestCase):
         text = "\n".join(measure_faults.table(json.loads(json.dumps(rows))))
         self.assertIn("3 random: 2 with ATE over 5 times, 1 of them good (must be 0), 1 not to be used; 1 below 1.5 times, 1 of them", text)
 
+    def test_tables_for_a_page(self):
+        rows = [self.row("clean", "good", 0.1), self.row("gaps", "look at this", 0.3, ["gaps in time"]), self.row("people", "good", 0.2),
+                self.row("duplicate_times", None, None, exit=2, message="times must increase"),
+                self.row("random", "good", 0.12), self.row("random", "look at this", 0.3), self.row("random", "do not use", 0.9),
+                self.row("random", "do not use", 0.11, mapped=0.2), self.row("random", None, None, exit=2)]  # fmt: skip
+        lines = measure_faults.faults_markdown(rows, ["tiny"]).splitlines()
+        self.assertEqual(lines[0], "| fault | `tiny`: verdict; ATE; advice |")
+        self.assertIn("| gaps | look at this; 3.0; named |", lines)
+        self.assertIn("| people | good; 2.0; **not named** |", lines)
+        self.assertIn("| duplicate_times | error; none; named |", lines)
+        self.assertEqual(lines[-2:], ["| named | 2 of 3 |", "| clean | good |"])
+        lines = measure_faults.random_markdown(rows).splitlines()
+        self.assertEqual(lines[2:4], ["| below 1.5 | 1 | 0 | 0 | 0 |", "| 1.5 to 5 | 0 | 1 | 0 | 0 |"])
+        self.assertTrue(lines[4].endswith(" | 0 | 0 | 2 | 1 |"), lines[4])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -5,10 +5,12 @@
 A row per recording and fault goes to --rows as a line of JSON; a row that is there is not measured again. The table follows
 from the rows: the exit codes, the verdict, the checks that are not good, and the ATE against that of the clean recording.
 A map without a verdict or with less than half of the frames counts as ruined. Recordings and maps are removed after each row.
+With --page, tables for people go to `<!-- faults:begin -->` and `<!-- random_faults:begin -->` of a page.
 Exit codes: 0 done; 1 something could not be measured; 2 wrong command line.
 """
 
 import argparse
+import collections
 import json
 import math
 import os
@@ -19,8 +21,9 @@ import sys
 from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parents[1])]
-from checkout import CHECKOUT
+from checkout import CHECKOUT  # first: it makes the packages of scripts/ importable
 from damage import FAULTS, damage
+from nightmap_eval.figure_page import put_figure
 
 # The checks (or words of a failed run's message) that name a fault with the right advice.
 NAMED_BY = {
@@ -40,6 +43,10 @@ NAMED_BY = {
     "duplicate_times": ("times must increase",),
     "counter_as_floor": ("camera height", "below the floor", "warnings of the floor"),
 }
+
+
+LEAST = (1.5, 5)
+BANDS = ("below 1.5", "1.5 to 5", "over 5, or less than half of the frames in the map")
 
 
 class Bench:
@@ -124,6 +131,40 @@ def _counts(rows, clean):
            f"{sum(ratio(row, clean) < 1.5 for row in drawn)} below 1.5 times, {len(refused)} of them not to be used (must be 0)")  # fmt: skip
 
 
+def faults_markdown(rows, sites):
+    """A row per fault, a column per site."""
+    clean = {row["site"]: row for row in rows if row["fault"] == "clean"}
+    cells = {(row["site"], row["fault"]): _cell(row, clean) for row in rows if row["fault"] in FAULTS}
+    lines = ["| fault | " + " | ".join(f"`{site}`: verdict; ATE; advice" for site in sites) + " |", "|---" * (len(sites) + 1) + "|"]
+    lines += [f"| {fault} | " + " | ".join(cells.get((site, fault), "") for site in sites) + " |" for fault in FAULTS]
+    single = [row for row in rows if row["fault"] in FAULTS]
+    counts = [f"{sum(is_named(row) for row in single if row['site'] == site)} of {sum(row['site'] == site for row in single)}"
+              for site in sites]  # fmt: skip
+    quiet = [clean[site]["verdict"] if site in clean else "" for site in sites]
+    return "\n".join([*lines, "| named | " + " | ".join(counts) + " |", "| clean | " + " | ".join(quiet) + " |"])
+
+
+def _cell(row, clean):
+    times = ratio(row, clean)
+    verdict = "error" if row["exit"] else row["verdict"]
+    return f"{verdict}; {'none' if math.isinf(times) else f'{times:.1f}'}; {'named' if is_named(row) else '**not named**'}"
+
+
+def random_markdown(rows):
+    """Verdicts by how much worse the map is."""
+    clean = {row["site"]: row for row in rows if row["fault"] == "clean"}
+    counts = collections.Counter()
+    for row in rows:
+        if row["fault"] == "random":
+            times = ratio(row, clean)
+            counts[sum(times >= least for least in LEAST), "error" if row["exit"] else row["verdict"]] += 1
+    verdicts = ("good", "look at this", "do not use", "error")
+    lines = ["| ATE over that of the clean recording | " + " | ".join(verdicts) + " |", "|---" + "|---:" * len(verdicts) + "|"]
+    for i, name in enumerate(BANDS):
+        lines.append(f"| {name} | " + " | ".join(str(counts[i, verdict]) for verdict in verdicts) + " |")
+    return "\n".join(lines)
+
+
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("sites", nargs="*", help="sites whose recordings have the layout tum")
@@ -135,6 +176,7 @@ def parse_arguments():
     parser.add_argument("--rows", type=Path, required=True, help="file of the rows, a line of JSON each")
     parser.add_argument("--check-only", action="store_true", help="only make check: no map, no ATE")
     parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--page", type=Path, help="page that receives the tables")
     parser.add_argument("--keep", action="store_true", help="keep copies and maps")
     return parser.parse_args()
 
@@ -154,6 +196,9 @@ def main():
             file.write(json.dumps(rows[-1]) + "\n")
         os.sync()
     print("\n".join(table(rows)))
+    if arguments.page:
+        put_figure(arguments.page, "faults", faults_markdown(rows, arguments.sites))
+        put_figure(arguments.page, "random_faults", random_markdown(rows))
 
 
 if __name__ == "__main__":
