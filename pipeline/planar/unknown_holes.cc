@@ -4,96 +4,114 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
+
+#include "pipeline/base/uninitialized_vector.h"
 
 namespace nightmap {
 namespace {
 
 constexpr double kRounding = 1e-6;  // cells
 
-// Side of the largest square of unknown cells whose upper right cell is this one, in cells.
-std::vector<int> SquaresOfUnknown(const OccupancyGrid& grid) {
-  std::vector<int> sides(grid.cells.size(), 0);
-  const auto side = [&](int x, int y) { return x < 0 || y < 0 ? 0 : sides[grid.Index(x, y)]; };
-  for (int y = 0; y < grid.height; ++y) {
-    for (int x = 0; x < grid.width; ++x) {
-      if (grid.At({x, y}) != kUnknownCell) continue;
-      const int least = std::min({side(x - 1, y), side(x, y - 1), side(x - 1, y - 1)});
-      sides[grid.Index(x, y)] = least + 1;
-    }
-  }
-  return sides;
-}
-
-// Visits the parts of unknown cells one after the other.
+// Looks at unknown cells in the order of their indices.
 class UnknownParts {
  public:
-  UnknownParts(const OccupancyGrid& grid, int max_cells)
-      : grid_(grid),
-        max_cells_(max_cells),
-        squares_(SquaresOfUnknown(grid)),
-        is_visited_(grid.cells.size(), 0) {}
+  UnknownParts(const OccupancyGrid& grid, std::uint8_t max_cells)
+      : grid_(grid), max_cells_(max_cells), states_(grid.cells.size()) {
+    ForUnknown([&](std::size_t cell) { states_[cell] = SquareAt(cell); });
+  }
 
-  // The cells of the part that holds a cell, if it is a hole that was not visited; else none.
-  std::vector<std::size_t> HoleFrom(std::size_t seed) {
-    if (!IsNew(seed)) return {};
-    is_hole_ = true;
-    part_ = {seed};
-    is_visited_[seed] = 1;
-    for (std::size_t i = 0; i < part_.size(); ++i) Visit(part_[i]);
-    return is_hole_ ? part_ : std::vector<std::size_t>();
+  std::vector<std::size_t> Holes() {
+    std::vector<std::size_t> holes;
+    ForUnknown([&](std::size_t cell) {
+      if (states_[cell] > max_cells_) return;  // wide, or looked at
+      if (IsHole(cell)) holes.insert(holes.end(), part_.begin(), part_.end());
+    });
+    std::ranges::sort(holes);
+    return holes;
   }
 
  private:
-  bool IsNew(std::size_t cell) const {
-    return grid_.cells[cell] == kUnknownCell && is_visited_[cell] == 0;
+  static constexpr std::uint8_t kOfHole = 254;
+  static constexpr std::uint8_t kOfNoHole = 255;
+
+  template <typename Visit>
+  void ForUnknown(const Visit& visit) const {
+    const auto& cells = grid_.cells;
+    for (auto at = cells.begin();; ++at) {
+      at = std::find(at, cells.end(), std::uint8_t{kUnknownCell});
+      if (at == cells.end()) return;
+      visit(static_cast<std::size_t>(at - cells.begin()));
+    }
   }
 
-  void Visit(std::size_t cell) {
-    if (squares_[cell] > max_cells_) is_hole_ = false;
+  // Side of the largest square of unknown cells whose upper right cell is this one, in cells, at
+  // most one more than a hole may have.
+  std::uint8_t SquareAt(std::size_t cell) const {
+    const auto width = static_cast<std::size_t>(grid_.width);
+    if (cell < width || cell % width == 0) return 1;
+    const auto side = [&](std::size_t other) {
+      return grid_.cells[other] == kUnknownCell ? states_[other] : std::uint8_t{0};
+    };
+    const int least = std::min({side(cell - 1), side(cell - width), side(cell - width - 1)});
+    return static_cast<std::uint8_t>(std::min(least, int{max_cells_}) + 1);
+  }
+
+  // Whether the part that holds a cell is a hole; part_ then has its cells. Of a part that is none
+  // only some are looked at.
+  bool IsHole(std::size_t seed) {
+    part_ = {seed};
+    states_[seed] = kOfHole;
+    for (std::size_t i = 0; i < part_.size(); ++i) {
+      if (Grow(part_[i])) continue;
+      for (const std::size_t cell : part_) states_[cell] = kOfNoHole;
+      return false;
+    }
+    return true;
+  }
+
+  // Adds the neighbours of a cell to the part; false when it is no hole.
+  bool Grow(std::size_t cell) {
     const int column = static_cast<int>(cell % static_cast<std::size_t>(grid_.width));
     const int row = static_cast<int>(cell / static_cast<std::size_t>(grid_.width));
     for (int y = row - 1; y <= row + 1; ++y) {
-      for (int x = column - 1; x <= column + 1; ++x) VisitNeighbour({x, y});
+      for (int x = column - 1; x <= column + 1; ++x) {
+        if (!grid_.Contains({x, y}) || grid_.At({x, y}) == kOccupiedCell) return false;
+        const std::size_t other = grid_.Index(x, y);
+        if (grid_.cells[other] != kUnknownCell || states_[other] == kOfHole) continue;
+        if (states_[other] > max_cells_) return false;
+        states_[other] = kOfHole;
+        part_.push_back(other);
+      }
     }
-  }
-
-  void VisitNeighbour(const Eigen::Vector2i& cell) {
-    if (!grid_.Contains(cell) || grid_.At(cell) == kOccupiedCell) {
-      is_hole_ = false;
-      return;
-    }
-    const std::size_t index = grid_.Index(cell.x(), cell.y());
-    if (!IsNew(index)) return;
-    is_visited_[index] = 1;
-    part_.push_back(index);
+    return true;
   }
 
   const OccupancyGrid& grid_;
-  int max_cells_;
-  std::vector<int> squares_;
-  std::vector<std::uint8_t> is_visited_;
+  std::uint8_t max_cells_;
+  // Of unknown cells: the side of their square, until they are looked at.
+  UninitializedVector<std::uint8_t> states_;
   std::vector<std::size_t> part_;
-  bool is_hole_ = true;
 };
 
 }  // namespace
 
 std::vector<std::size_t> FindUnknownHoles(const OccupancyGrid& grid, double max_width_m) {
-  std::vector<std::size_t> holes;
+  constexpr double kWidestHole_cells = 250;
   const double max_cells = std::floor(max_width_m / grid.resolution_m + kRounding);
-  if (max_cells < 1) return holes;
-  UnknownParts parts(grid, static_cast<int>(std::min(max_cells, 1e6)));
-  for (std::size_t cell = 0; cell < grid.cells.size(); ++cell) {
-    const auto hole = parts.HoleFrom(cell);
-    holes.insert(holes.end(), hole.begin(), hole.end());
-  }
-  std::ranges::sort(holes);
-  return holes;
+  if (max_cells < 1) return {};
+  return UnknownParts(grid, static_cast<std::uint8_t>(std::min(max_cells, kWidestHole_cells)))
+      .Holes();
+}
+
+OccupancyGrid WithCellsFree(OccupancyGrid grid, const std::vector<std::size_t>& cells) {
+  for (const std::size_t cell : cells) grid.cells[cell] = kFreeCell;
+  return grid;
 }
 
 OccupancyGrid WithHolesFree(OccupancyGrid grid, double max_width_m) {
-  for (const std::size_t cell : FindUnknownHoles(grid, max_width_m)) grid.cells[cell] = kFreeCell;
-  return grid;
+  const auto holes = FindUnknownHoles(grid, max_width_m);
+  return WithCellsFree(std::move(grid), holes);
 }
 
 }  // namespace nightmap

@@ -12,8 +12,11 @@ namespace nightmap {
 // Indices of the cells of all holes, in rising order. A hole is a part of unknown cells (8
 // neighbours) whose neighbours are all free and in which no square wider than `max_width_m` fits:
 // what stands in it would be thin and seen from nowhere. What touches the grid's border or an
-// occupied cell is none. Linear time; deterministic.
+// occupied cell is none. Widths count up to 250 cells. Linear time; deterministic.
 std::vector<std::size_t> FindUnknownHoles(const OccupancyGrid& grid, double max_width_m);
+
+// The grid with some cells free.
+OccupancyGrid WithCellsFree(OccupancyGrid grid, const std::vector<std::size_t>& cells);
 
 // The grid with the cells of its holes free.
 OccupancyGrid WithHolesFree(OccupancyGrid grid, double max_width_m);

@@ -172,8 +172,9 @@ PlanResult RunPlan(const PlanOptions& options,
   const auto requests = RequestsOnFloor(options, inputs);
   PlanResult result;
   result.floor = inputs.floors[inputs.floor_idx];
-  result.num_hole_cells = FindUnknownHoles(inputs.grid, options.cost.max_hole_m).size();
-  const OccupancyGrid grid = WithHolesFree(inputs.grid, options.cost.max_hole_m);
+  const auto holes = FindUnknownHoles(inputs.grid, options.cost.max_hole_m);
+  result.num_hole_cells = holes.size();
+  const OccupancyGrid grid = WithCellsFree(inputs.grid, holes);
   const CostMap map = MakeCostMap(grid, options.cost, radius_m, num_threads);
   progress.Advance();
   result.ends = PlaceEndpoints(grid, map, requests, options.snap_radius_m);
