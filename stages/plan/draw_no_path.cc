@@ -60,11 +60,28 @@ std::set<std::int32_t> PartsFrom(const FreeSpace& space,
   return parts;
 }
 
+// An end outside of the map is drawn at its border.
+void DrawOutside(GridCanvas& canvas,
+                 const OccupancyGrid& grid,
+                 const EndpointRequest& request,
+                 const Rgb& color) {
+  const Eigen::Array2d size(grid.width, grid.height);
+  const Eigen::Array2d cells = grid.ToCells(request.point_in_map).array();
+  const Eigen::Vector2d border = grid.FromCells(cells.max(0).min(size).matrix());
+  canvas.Ring(border, 6, color);
+  canvas.Label(border, 8, 8, request.role + " is outside", color);
+}
+
 void DrawRequest(GridCanvas& canvas,
+                 const OccupancyGrid& grid,
                  const EndpointRequest& request,
                  double snap_radius_m,
                  const Rgb& color) {
   const int radius_px = std::max(4, canvas.Picture().width / 200);
+  if (!grid.Contains(grid.CellOf(request.point_in_map))) {
+    DrawOutside(canvas, grid, request, color);
+    return;
+  }
   if (request.box) canvas.Rectangle(request.box->map_from_box, request.box->size_m, color);
   if (!request.box && snap_radius_m > 0) {
     canvas.Ring(request.point_in_map, canvas.ToPixels(snap_radius_m), color);
@@ -113,7 +130,7 @@ ColorImage DrawNoPath(const PlanOptions& options, const PlanInputs& inputs, int 
   for (const auto& [label, centres] : space.parts) canvas.Tint(centres, tint_px, colors[label]);
   for (std::size_t i = 0; i < requests.size(); ++i) {
     for (const EndpointRequest& request : requests[i]) {
-      DrawRequest(canvas, request, options.snap_radius_m, i == 0 ? kStartEnd : kGoalEnd);
+      DrawRequest(canvas, grid, request, options.snap_radius_m, i == 0 ? kStartEnd : kGoalEnd);
     }
   }
   const double radius_px = canvas.ToPixels(space.map.robot_radius_m);

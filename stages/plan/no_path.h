@@ -20,8 +20,9 @@ namespace nightmap {
 
 // Draws the floor's grid for which RunPlan threw a DataError: where the robot's centre can get to
 // from the start (green), from each goal (red) and otherwise (blue), the ends as asked for with the
-// circles of snap_radius_m that they may be moved in, and, between ends that do not reach each
-// other, where the widest way is too narrow. Throws as MakeRequests does when there are no ends.
+// circles of snap_radius_m that they may be moved in (at the border when they are outside), and,
+// between ends that do not reach each other, where the widest way is too narrow. Throws as
+// MakeRequests does when there are no ends.
 ColorImage DrawNoPath(const PlanOptions& options, const PlanInputs& inputs, int num_threads);
 
 }  // namespace nightmap

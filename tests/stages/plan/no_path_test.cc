@@ -134,6 +134,7 @@ TEST(NoPath, PictureShowsWhatEachEndReaches) {
   EXPECT_GT(of_start, 10000U);
   EXPECT_EQ(of_goal, 0U);
   EXPECT_GT(of_none, 10000U);
+  EXPECT_EQ(areas("1e200,-1e200")[1], 0U);
 }
 
 TEST(Margin, IsKeptWhereThereIsAnotherWay) {
