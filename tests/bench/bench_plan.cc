@@ -8,8 +8,9 @@
 // transform and for everything from the grid to the path ("all", RunPlan: cost map, search, pulling
 // tight, checks). References are Dijkstra's algorithm with a heap of the standard library and, for
 // paths in any direction, the cheapest path of lines in 80 directions, pulled tight. "shortest" has
-// clearance_weight = 0, so that the cost of a path is its length. "A* as published" has no cost
-// near obstacles: it finds the shortest path from cell to cell, whatever the options of the floor.
+// clearance_weight = margin_weight = 0, so that the cost of a path is its length. "A* as published"
+// has no cost near obstacles: it finds the shortest path from cell to cell, whatever the options of
+// the floor.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -133,11 +134,12 @@ void BenchFloor(const std::string& name, double side_m, double angle_rad, double
   const OccupancyGrid grid = OfficeFloor(1, side_m).ToGrid(100, 0.05, angle_rad);
   CostOptions cost;
   cost.clearance_weight = clearance_weight;
+  if (clearance_weight == 0) cost.margin_weight = 0;
   CostMap map;
   const double map_ms =
       BestWallTime_ms([&] { map = MakeCostMap(grid, cost, kRadius_m, kNumThreads); });
   CostOptions length_alone = cost;
-  length_alone.clearance_weight = 0;
+  length_alone.clearance_weight = length_alone.margin_weight = 0;
   const CostMap map_of_lengths = MakeCostMap(grid, length_alone, kRadius_m, kNumThreads);
   Random random(3);
   Columns columns;
