@@ -66,8 +66,8 @@ format-check: ## fail when a source is not in the project's format
 # programs' main.cc files are left out; each is one call. (Here, unlike in the build, a name that two files
 # of a folder define is an error.)
 LINTED := $(patsubst pipeline/%/,nightmap_%,$(wildcard pipeline/*/)) $(patsubst stages/%/,stage_%,$(wildcard stages/*/))
-# One check takes three quarters of clang-tidy's time (it looks for changes of each parameter in all that the headers
-# define): only the nightly tests make it. From the environment, because a command line takes variables of users alone.
+# One check takes a minute of pipeline/io (it looks for changes of each parameter in all that the headers define): only
+# the nightly tests make it. From the environment, because a command line takes variables of users alone.
 TIDY_OFF ?= -performance-unnecessary-value-param
 lint-nightly:
 	@rm -f $(BUILD)/lint/*.ok
