@@ -12,6 +12,7 @@ import time
 import unittest
 
 from browser import shown_text
+from nightly import some_of
 from stub_site import SITE, StubSite
 from workspace import PIPELINE, REPOSITORY, environment, read_pipeline
 
@@ -73,7 +74,7 @@ class RulesTest(StubTest):
 
     def test_why_names_what_reruns(self):
         self.make(*ASKED)
-        for program in PIPELINE.programs():
+        for program in some_of(PIPELINE.programs(), one_in=3):
             with self.subTest(program):
                 change = f"SET={self.change_of(program)}"
                 self.make("-q", *ASKED, change, code=1)
@@ -118,7 +119,7 @@ class RulesTest(StubTest):
 
     def test_a_value_that_is_set_and_taken_back_reruns_nothing(self):
         """Of every program: a, b, which stops before it runs, and a again; programs may share a folder."""
-        for program in PIPELINE.programs():
+        for program in some_of(PIPELINE.programs(), one_in=3):
             with self.subTest(program):
                 self.make(*ASKED)
                 self.make(*ASKED, f"SET={self.change_of(program)}", code=2, fails=program)
@@ -128,7 +129,7 @@ class RulesTest(StubTest):
         for profile in sorted(path.parent.name for path in (self.site.folder / "configs").glob("*/pipeline.toml")):
             programs, goals = self.use_profile(profile)
             self.make(*goals)
-            for program in programs:
+            for program in some_of(programs, one_in=3):
                 change = self.change_of(program, profile)
                 with self.subTest(f"{profile}: {program}"):
                     self.assertEqual(change is None, program == "import_grid")  # it has no option
