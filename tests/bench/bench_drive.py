@@ -18,9 +18,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import binary_dilation, binary_erosion, label
-
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from grid_holes import holes
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
 from nightmap_site.checked_reading import read_object, using
@@ -151,19 +150,10 @@ class Drive:
         return position_m, np.degrees(abs(wrapped(self.heading[-1] - goal_heading_rad)))
 
 
-def without_holes(cells, max_width):
-    """Parts of unknown cells that touch only free cells, and hold no square wider than max_width cells, become free. Holds for
-    padded cells."""
-    unknown = (cells != FREE) & (cells != OCCUPIED)
-    labels, _ = label(unknown, np.ones((3, 3)))
-    inner = binary_erosion(unknown, np.ones((max_width + 1, max_width + 1)), border_value=1)
-    no_holes = {labels[0, 0], *labels[inner], *labels[binary_dilation(cells == OCCUPIED, np.ones((3, 3)))]}
-    return np.where(unknown & ~np.isin(labels, list(no_holes)), FREE, cells)
-
-
 def obstacle_centres_m(grid, unknown_is_obstacle, max_hole_m):
     """Centres of the obstacle cells that touch another cell; a rim of one cell stands for the outside."""
-    cells = without_holes(np.pad(grid.cells, 1, constant_values=UNKNOWN), int(max_hole_m / grid.resolution_m + 1e-6))
+    filled = holes(grid.cells == FREE, grid.cells == OCCUPIED, int(max_hole_m / grid.resolution_m + 1e-6))
+    cells = np.pad(np.where(filled, FREE, grid.cells), 1, constant_values=UNKNOWN)
     blocked = cells != FREE if unknown_is_obstacle else cells == OCCUPIED
     inner = np.pad(blocked, 1, constant_values=True)
     surrounded = inner[:-2, 1:-1] & inner[2:, 1:-1] & inner[1:-1, :-2] & inner[1:-1, 2:]

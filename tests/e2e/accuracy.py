@@ -7,12 +7,16 @@ import os
 import pathlib
 import re
 import subprocess
+import sys
 import unittest
 
 import numpy as np
 from PIL import Image
 
 from workspace import BUILD, REPOSITORY, environment
+
+sys.path.append(str(REPOSITORY / "tests/bench"))
+from grid_holes import holes  # noqa: E402
 
 DATA = pathlib.Path(os.environ.get("NIGHTMAP_DATA", REPOSITORY / "../shared/data"))
 FOLDER = BUILD / "accuracy"
@@ -85,13 +89,16 @@ class Bars(unittest.TestCase):
         self.assertTrue(plan["start"]["is_picture"] and plan["goal"]["is_picture"])
 
     def check_path(self, site_dir, name="map"):
-        """Every cell of a floor's grid that the robot touches on the path is free, and the path has no gap."""
+        """Every cell of a floor's grid that the robot touches on the path is free or a hole, and the path has no gap."""
         pixels, known, resolution_m, origin = read_map(site_dir, name)
         plan = json.loads((site_dir / "plan/report.json").read_text())
         radius_m = float(re.search(r"robot_radius_m = ([0-9.]+)", plan["config"]).group(1))
         points = np.loadtxt(site_dir / "plan/path.csv", delimiter=",", skiprows=1, ndmin=2)[:, :2]
         self.assertLessEqual(np.linalg.norm(np.diff(points, axis=0), axis=1).max(), 1.5 * resolution_m)
-        rows, columns = np.nonzero(~known["free"])
+        max_hole_m = float(re.search(r"max_hole_m = ([0-9.]+)", plan["config"]).group(1))
+        filled = holes(known["free"], known["occupied"], int(max_hole_m / resolution_m + 1e-6))
+        self.assertEqual(filled.sum(), plan["num_hole_cells"])
+        rows, columns = np.nonzero(~known["free"] & ~filled)
         blocked = np.column_stack([origin[0] + (columns + 0.5) * resolution_m,
                                    origin[1] + (pixels.shape[0] - rows - 0.5) * resolution_m])
         # From the path to the square of a blocked cell.

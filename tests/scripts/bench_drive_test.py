@@ -14,6 +14,7 @@ from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
 from nightmap_site.script_errors import DataError
 
 import bench_drive
+from grid_holes import holes
 
 PERIOD_S = 0.05
 RADIUS_M = 0.2
@@ -146,12 +147,12 @@ class ObstaclesTest(unittest.TestCase):
         cells = np.full((8, 9), FREE)
         cells[2, 2] = cells[2, 5] = cells[3, 6] = cells[5, 2] = cells[0, 4] = UNKNOWN
         cells[6, 3] = OCCUPIED
-        filled = bench_drive.without_holes(np.pad(cells, 1, constant_values=UNKNOWN), 1)[1:-1, 1:-1]
-        self.assertTrue(all(filled[cell] == UNKNOWN for cell in ((0, 4), (5, 2))))  # at the border, beside an obstacle
-        self.assertEqual((filled != cells).sum(), 3)
+        found = holes(cells == FREE, cells == OCCUPIED, 1)
+        self.assertTrue(not found[0, 4] and not found[5, 2])  # at the border, beside an obstacle
+        self.assertEqual(found.sum(), 3)
         cells[3, 5] = cells[2, 6] = UNKNOWN  # now a square of two
-        self.assertEqual((bench_drive.without_holes(np.pad(cells, 1, constant_values=UNKNOWN), 1)[1:-1, 1:-1] != cells).sum(), 1)
-        self.assertEqual((bench_drive.without_holes(np.pad(cells, 1, constant_values=UNKNOWN), 2)[1:-1, 1:-1] != cells).sum(), 5)
+        self.assertEqual(holes(cells == FREE, cells == OCCUPIED, 1).sum(), 1)
+        self.assertEqual(holes(cells == FREE, cells == OCCUPIED, 2).sum(), 5)
 
 
 class OptionsTest(unittest.TestCase):
