@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Commands for developers: build, tests, benchmarks, format and lint. The Makefile includes this file.
 
-.PHONY: FORCE build test test-nightly test-sanitize bench figures format format-check lint lint-nightly
+.PHONY: FORCE build test test-nightly test-sanitize bench figures format format-check lint
 RUN := $(BUILD)/run
 
 # ---- programs -----------------------------------------------------------------------------------
@@ -30,7 +30,8 @@ test: ## unit tests, end-to-end tests, and tests on the real data that is presen
 
 # What takes too long for every change. NIGHTMAP_NIGHTLY=1 makes the end-to-end tests do all they can.
 test-nightly: ## the slow lint, all unit tests under sanitizers, the long end-to-end tests, 2,000 attacks with damaged files
-	@$(MAKE) --no-print-directory lint-nightly
+	@rm -f $(BUILD)/lint/*.ok
+	@TIDY_OFF= $(MAKE) --no-print-directory lint
 	@$(MAKE) --no-print-directory test-sanitize SANITIZED=.
 	@$(MAKE) --no-print-directory build
 	@NIGHTMAP_NIGHTLY=1 ctest --test-dir $(BUILD) --output-on-failure -R '^e2e/'
@@ -69,9 +70,6 @@ LINTED := $(patsubst pipeline/%/,nightmap_%,$(wildcard pipeline/*/)) $(patsubst 
 # One check takes a minute of pipeline/io (it looks for changes of each parameter in all that the headers define): only
 # the nightly tests make it. From the environment, because a command line takes variables of users alone.
 TIDY_OFF ?= -performance-unnecessary-value-param
-lint-nightly:
-	@rm -f $(BUILD)/lint/*.ok
-	@TIDY_OFF= $(MAKE) --no-print-directory lint
 lint: ## clang-tidy on the changed sources, shellcheck on the scripts
 	@shellcheck .ci/run scripts/*.sh
 	@cmake -S . -B $(BUILD)/lint -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=0 \
