@@ -22,6 +22,7 @@ constexpr const char* kPathFormat = "nightmap_path";
 constexpr int kPathVersion = 3;
 constexpr int kMaxFloor = 1000;
 constexpr double kMaxRadius_m = 10;  // larger than the plan stage's options allow
+constexpr double kMaxHole_m = 1;     // as of the plan stage's options
 constexpr double kMaxHeading_rad = 3.142;
 constexpr double kRounding_m = 2e-6;  // of a step between two points of the file
 
@@ -52,7 +53,10 @@ void ReadPathConfig(const std::string& text, PlannedPath& path) {
     throw DataError("config: no robot_radius_m in [0, {}] or no unknown", kMaxRadius_m);
   }
   path.may_cross_unknown = *unknown != "forbidden";
-  path.max_hole_m = config["max_hole_m"].value_or(0.0);
+  path.max_hole_m = config["max_hole_m"].value_or(0.0);  // an older path has none
+  if (!(path.max_hole_m >= 0 && path.max_hole_m <= kMaxHole_m)) {
+    throw DataError("config: max_hole_m is not in [0, {}]", kMaxHole_m);
+  }
 }
 
 double Length_m(const std::vector<Eigen::Vector2d>& points) {

@@ -89,21 +89,20 @@ fs::path StageContext::FailurePath() const {
   return outputs_.at(spec_.outputs.front().name).parent_path() / spec_.failure_file;
 }
 
-fs::path StageContext::FailureFile() { return failure_set_.Create(FailurePath()); }
-
 void StageContext::RemoveFailureFile() const {
   std::error_code ignored;  // what cannot be removed is told when the next one is to be written
   if (!spec_.failure_file.empty()) fs::remove(FailurePath(), ignored);
 }
 
-void StageContext::CommitFailureFile() {
+void StageContext::LeaveFailureFile(const std::function<void(const fs::path&)>& write) const {
+  const fs::path path = FailurePath();
   try {
-    failure_set_.Commit();
-    for (const fs::path& path : failure_set_.FinalPaths()) {
-      spdlog::warn("{} shows more", path.string());
-    }
+    OutputSet set;
+    write(set.Create(path));
+    set.Commit();
+    spdlog::warn("{} shows more", path.string());
   } catch (const std::exception& error) {
-    spdlog::warn("{}", error.what());
+    spdlog::warn("{} is not written: {}", path.string(), error.what());
   }
 }
 

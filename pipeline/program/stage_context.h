@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -55,8 +56,9 @@ class StageContext {
   // existing file (time too) if its bytes did not change. Throws UsageError when another file of
   // the run has that path, or the path holds something other than a plain file.
   std::filesystem::path OutputBeside(const std::string& name, const std::string& file_name);
-  // Returns the temporary path of the spec's failure file, which appears if the body then throws.
-  std::filesystem::path FailureFile();
+  // Writes the spec's failure file by write(temporary path). A stage calls it before it throws, and
+  // what prevents the file is only logged, so that it hides no reason.
+  void LeaveFailureFile(const std::function<void(const std::filesystem::path&)>& write) const;
   bool HasOutput(const std::string& name) const;
   // Writes the text that make() returns to an output, if the run has that output.
   template <typename Make>
@@ -88,7 +90,6 @@ class StageContext {
   void SumUpSkipped() const;  // logs the counts that are not logged yet
   std::filesystem::path FailurePath() const;
   void RemoveFailureFile() const;  // of an earlier run
-  void CommitFailureFile();        // if there is one; throws nothing
 
   StageSpec spec_;
   PortPaths inputs_;
@@ -97,7 +98,6 @@ class StageContext {
   int num_threads_;
   FilesOfRun files_;
   OutputSet output_set_;
-  OutputSet failure_set_;
   Progress progress_;
   nlohmann::json report_ = nlohmann::json::object();
   SkippedItems skipped_;

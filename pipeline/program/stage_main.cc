@@ -115,12 +115,7 @@ class StageRun {
                  NIGHTMAP_BUILD_TYPE,
                  context.num_threads_);
     context.RemoveFailureFile();
-    try {
-      body(context);
-    } catch (...) {
-      context.CommitFailureFile();
-      throw;
-    }
+    body(context);
     context.SumUpSkipped();
     context.BeginPart("commit");
     context.progress_.Finish();

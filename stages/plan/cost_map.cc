@@ -120,7 +120,8 @@ CostMap MakeCostMap(const OccupancyGrid& grid,
   map.distances = ObstacleDistances(grid, unknown_is_obstacle, num_threads);
   const auto table = CostTable(options, grid.resolution_m, robot_radius_m);
   map.roomy_squared = SquaredCells(robot_radius_m + options.margin_m, grid.resolution_m);
-  map.margin_cost = static_cast<int>(std::lround(CostMap::kUnitCost * options.margin_weight));
+  const double margin_weight = options.margin_m > 0 ? options.margin_weight : 0;
+  map.margin_cost = static_cast<int>(std::lround(CostMap::kUnitCost * margin_weight));
   const auto last = static_cast<std::uint32_t>(table.size() - 1);
   const double unknown_weight = options.unknown == "costed" ? options.unknown_weight : 0;
   const UnknownSpace unknown = {

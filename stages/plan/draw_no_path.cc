@@ -6,6 +6,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/planar/draw_on_grid.h"
 #include "pipeline/planar/unknown_holes.h"
+#include "stages/plan/colors.h"
 #include "stages/plan/no_path.h"
 #include "stages/plan/path_output.h"
 #include "stages/plan/widest_way.h"
@@ -16,10 +17,7 @@ namespace {
 constexpr Rgb kStartReach = {190, 230, 195};
 constexpr Rgb kGoalReach = {245, 200, 195};
 constexpr Rgb kOtherReach = {205, 220, 245};
-constexpr Rgb kStartEnd = {20, 150, 60};
-constexpr Rgb kGoalEnd = {210, 40, 40};
 constexpr Rgb kNarrowest = {200, 90, 0};
-constexpr Rgb kText = {30, 30, 30};
 
 // The free space for the robot, cut into parts that reach each other.
 struct FreeSpace {
@@ -130,7 +128,7 @@ ColorImage DrawNoPath(const PlanOptions& options, const PlanInputs& inputs, int 
   for (const auto& [label, centres] : space.parts) canvas.Tint(centres, tint_px, colors[label]);
   for (std::size_t i = 0; i < requests.size(); ++i) {
     for (const EndpointRequest& request : requests[i]) {
-      DrawRequest(canvas, grid, request, options.snap_radius_m, i == 0 ? kStartEnd : kGoalEnd);
+      DrawRequest(canvas, grid, request, options.snap_radius_m, i == 0 ? kStartColor : kGoalColor);
     }
   }
   const double radius_px = canvas.ToPixels(space.map.robot_radius_m);
@@ -138,7 +136,7 @@ ColorImage DrawNoPath(const PlanOptions& options, const PlanInputs& inputs, int 
     canvas.Ring(point, radius_px, kNarrowest);
     canvas.Label(point, static_cast<int>(radius_px), 2, "too narrow", kNarrowest);
   }
-  canvas.ScaleBar(kText);
+  canvas.ScaleBar(kInkColor);
   return canvas.Picture();
 }
 

@@ -4,6 +4,7 @@
 
 #include "pipeline/planar/draw_on_grid.h"
 #include "pipeline/planar/unknown_holes.h"
+#include "stages/plan/colors.h"
 #include "stages/plan/path_output.h"
 
 namespace nightmap {
@@ -16,9 +17,6 @@ constexpr Rgb kSwath = {190, 215, 245};
 constexpr Rgb kHole = {205, 225, 185};
 constexpr Rgb kLine = {20, 80, 200};
 constexpr Rgb kNarrow = {230, 120, 0};
-constexpr Rgb kStart = {20, 150, 60};
-constexpr Rgb kGoal = {210, 40, 40};
-constexpr Rgb kInk = {30, 30, 30};
 
 int Thickness(const ColorImage& picture) {
   return std::max(1, std::max(picture.width, picture.height) / 400);
@@ -42,7 +40,7 @@ void DrawOutline(GridCanvas& canvas,
     outline.push_back(point.point_in_map + Eigen::Rotation2Dd(point.heading_rad) * corner);
   }
   if (!outline.empty()) outline.push_back(outline.front());
-  DrawLine(canvas, outline, kInk, 1);
+  DrawLine(canvas, outline, kInkColor, 1);
 }
 
 void DrawEnd(GridCanvas& canvas,
@@ -116,15 +114,15 @@ ColorImage DrawPath(const PlanOptions& options,
   const auto corners = FootprintCorners(options.footprint);
   DrawOutline(canvas, corners, result.path.front());
   for (const PlanLeg& leg : result.legs) DrawOutline(canvas, corners, result.path[leg.last_point]);
-  DrawEnd(canvas, result.ends.front(), "start", kStart);
+  DrawEnd(canvas, result.ends.front(), "start", kStartColor);
   for (std::size_t i = 1; i < result.ends.size(); ++i) {
-    DrawEnd(canvas, result.ends[i], result.ends[i].request.role, kGoal);
+    DrawEnd(canvas, result.ends[i], result.ends[i].request.role, kGoalColor);
   }
   if (inputs.floors.size() > 1) {
     const Eigen::Vector2d upper_left(0, inputs.grid.height);
-    canvas.Label(inputs.grid.FromCells(upper_left), 8, 0, FloorText(result.floor), kInk);
+    canvas.Label(inputs.grid.FromCells(upper_left), 8, 0, FloorText(result.floor), kInkColor);
   }
-  canvas.ScaleBar(kInk);
+  canvas.ScaleBar(kInkColor);
   return canvas.Picture();
 }
 

@@ -13,7 +13,9 @@ PlanResult PlanOrDraw(const PlanOptions& options, const PlanInputs& inputs, Stag
   try {
     return RunPlan(options, inputs, context.GetProgress(), context.NumThreads());
   } catch (const DataError&) {
-    WritePng(context.FailureFile(), DrawNoPath(options, inputs, context.NumThreads()));
+    context.LeaveFailureFile([&](const std::filesystem::path& path) {
+      WritePng(path, DrawNoPath(options, inputs, context.NumThreads()));
+    });
     throw;
   }
 }

@@ -77,8 +77,8 @@ class WidestWay {
     return -1;
   }
 
-  // Of the ways with that room the one with the fewest cells that are too narrow, as parents_:
-  // what is wide enough is gone through first.
+  // Leaves in parents_ the way that has that room and the fewest cells that are too narrow: cells
+  // that are wide enough are gone through first.
   void FindWay(const Eigen::Vector2i& from, const Eigen::Vector2i& to, std::int32_t room) {
     Start(from);
     std::vector<Eigen::Vector2i> wide = {from};

@@ -15,11 +15,11 @@ struct Bottleneck {
   double clearance_m = 0;  // the largest radius of a robot that passes, see CostMap
 };
 
-// Of all ways of 4-connected cells without obstacles from one cell to the other, the one whose
-// narrowest cell is the widest (Pollack, The maximum capacity through a network, 1960), and of
-// these the one with the fewest cells that are too narrow for the map's robot: the places of such
-// cells, in order. None when there are none, when no such cells join the two, or when one of the
-// two is an obstacle. `grid` is the one that the map was made of. Deterministic.
+// Finds the way of 4-connected cells without obstacles from one cell to the other whose narrowest
+// cell is the widest (Pollack, The maximum capacity through a network, 1960) and which has the
+// fewest cells that are too narrow for the map's robot; returns the places of such cells in order.
+// There are none when the way is wide enough, when no way joins the two cells, or when one of them
+// is an obstacle. `grid` is the one that the map was made of. Deterministic.
 std::vector<Bottleneck> FindBottlenecks(const OccupancyGrid& grid,
                                         const CostMap& map,
                                         bool unknown_is_obstacle,

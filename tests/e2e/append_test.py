@@ -10,6 +10,7 @@ import shutil
 import tempfile
 import unittest
 
+from nightly import IS_NIGHT
 from rendered_sites import recording
 from workspace import REPOSITORY, SITE as BUILDING, Workspace
 
@@ -17,8 +18,7 @@ from nightmap_site.unit_lists import near  # of the scripts that workspace finds
 
 SITE = "tum_fr1_xyz_15hz"
 DATA = pathlib.Path(os.environ.get("NIGHTMAP_DATA", REPOSITORY / "../shared/data")).resolve()
-FIRST, ALL = 120, 160  # frames
-SHARD = 40
+FIRST, ALL, SHARD = (300, 399, 100) if IS_NIGHT else (120, 160, 40)  # frames; at night the whole recording
 
 
 class AppendTest(unittest.TestCase):

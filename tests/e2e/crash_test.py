@@ -10,6 +10,7 @@ import tempfile
 import time
 import unittest
 
+from nightly import some_of
 from signal_at_write import SignalAtWrite
 from workspace import BUILD, GOALS, SITE, Workspace, environment
 
@@ -80,7 +81,7 @@ class CrashTest(unittest.TestCase):
         self.assertTrue(any(folder.glob(".writing.*/*")))
 
     def test_killed_while_a_stage_writes(self):
-        for stage in ("features", "adjust", "octree"):
+        for stage in some_of(("features", "pose_graph", "adjust", "point_cloud", "octree"), one_in=2):
             with self.subTest(stage):
                 self.kill_in_mid_write(self.work.path(stage))
                 self.check_whole_artifacts()

@@ -6,6 +6,7 @@ import json
 import subprocess
 import unittest
 
+from nightly import IS_NIGHT
 from workspace import SITE, Workspace, environment
 
 TOUCH = "$(shell touch {0}/pwned)$(info x)`touch {0}/pwned`"
@@ -53,7 +54,7 @@ class ListsTest(unittest.TestCase):
             path = self.work.path(name)
             whole, before = path.read_bytes(), self.work.runs()
             damaged = [whole[:-3], whole.replace(b"0", b"$(shell exit)")]
-            if stage == "frames":  # how lists are read is the same for all
+            if stage == "frames" or IS_NIGHT:  # how lists are read is the same for all
                 damaged += [b"", b"SHARDS := 0000\n", b"\tx\n", whole + whole]
             for content in damaged:
                 with self.subTest(name, content=content[:40]):

@@ -44,6 +44,10 @@ TEST_F(PathIoTest, CircleAboutAPolygonAndUnknownSpace) {
       Read(std::string(kHeader) + kRows, Json("robot_radius_m = 1\\nunknown = \\\"costed\\\"\\n"));
   EXPECT_EQ(path.robot_radius_m, 1);
   EXPECT_TRUE(path.may_cross_unknown);
+  EXPECT_EQ(path.max_hole_m, 0);
+  const std::string with_holes =
+      "robot_radius_m = 1\\nunknown = \\\"costed\\\"\\nmax_hole_m = 0.15";
+  EXPECT_EQ(Read(std::string(kHeader) + kRows, Json(with_holes)).max_hole_m, 0.15);
 }
 
 TEST_F(PathIoTest, RefusesDamagedPoints) {
@@ -87,6 +91,10 @@ TEST_F(PathIoTest, RefusesAnotherJson) {
   expect(Json("unknown = \\\"allowed\\\""), "robot_radius_m");
   expect(Json("robot_radius_m = nan\\nunknown = \\\"allowed\\\""), "robot_radius_m");
   expect(Json("robot_radius_m = 0.2"), "unknown");
+  for (const std::string hole : {"-0.1", "nan", "inf", "1e300"}) {
+    expect(Json("robot_radius_m = 1\\nunknown = \\\"allowed\\\"\\nmax_hole_m = " + hole),
+           "max_hole_m");
+  }
   for (const std::string corners : {"[0.3, nan]", "[0.3, inf]", "[0.3, \\\"x\\\"]"}) {
     expect(Json("footprint_m = " + corners + "\\nunknown = \\\"allowed\\\""), "robot_radius_m");
   }

@@ -119,7 +119,7 @@ TEST_F(StageMainTest, ARunThatFailsMayLeaveOneFileAndTheNextRunRemovesIt) {
   spec_.failure_file = "why.txt";
   const auto fail = [](const Options&, StageContext& context) {
     WriteFile(context.Output("out"), "half");
-    WriteFile(context.FailureFile(), "this is why");
+    context.LeaveFailureFile([](const auto& path) { WriteFile(path, "this is why"); });
     throw DataError("no");
   };
   EXPECT_THAT(Main({"--help"}).out, testing::HasSubstr("why.txt"));
@@ -133,6 +133,15 @@ TEST_F(StageMainTest, ARunThatFailsMayLeaveOneFileAndTheNextRunRemovesIt) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "why.txt"));
   EXPECT_EQ(Main(Ports(), fail).code, 1);
   ASSERT_EQ(Main(Ports()).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "why.txt"));
+  const auto cannot_write = [](const Options&, StageContext& context) {
+    context.LeaveFailureFile([](const auto&) { throw DataError("the disk is full"); });
+    throw DataError("the reason");
+  };
+  const Result unwritten = Main(Ports(), cannot_write);
+  EXPECT_EQ(unwritten.code, 1);
+  EXPECT_THAT(unwritten.err, testing::HasSubstr("why.txt is not written: the disk is full"));
+  EXPECT_THAT(unwritten.err, testing::HasSubstr("the reason"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "why.txt"));
   spec_.failure_file = "in.txt";  // never an input
   EXPECT_EQ(Main(Ports(), fail).code, 2);
