@@ -28,6 +28,23 @@ Plane MakePlane(const Surface& surface) {
           surface.edge_v / surface.edge_v.squaredNorm()};
 }
 
+// Whether a ray hardly crosses the plane, which then does not tell where they meet.
+bool IsAlong(const Plane& plane, const Eigen::Vector3d& direction) {
+  return std::abs(plane.normal.dot(direction)) <= 1e-9;
+}
+
+RayHit Place(const Plane& plane,
+             int surface_idx,
+             const Eigen::Vector3d& origin,
+             const Eigen::Vector3d& direction,
+             double distance) {
+  const Eigen::Vector3d on_surface = origin + distance * direction - plane.origin;
+  return {surface_idx,
+          distance,
+          std::clamp(plane.dual_u.dot(on_surface), 0.0, 1.0),
+          std::clamp(plane.dual_v.dot(on_surface), 0.0, 1.0)};
+}
+
 RTCRay MakeRay(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double far) {
   RTCRay ray{};
   ray.org_x = static_cast<float>(origin.x());
@@ -107,15 +124,20 @@ RayHit RayScene::Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& dire
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
   // Embree computes in single precision, so the hit's plane gives the distance in double precision.
   const Plane& plane = impl_->planes[query.hit.primID];
-  const double cosine = plane.normal.dot(direction);
-  RayHit hit;
-  hit.surface_idx = static_cast<int>(query.hit.primID);
-  hit.distance = std::abs(cosine) > 1e-9 ? plane.normal.dot(plane.origin - origin) / cosine
-                                         : static_cast<double>(query.ray.tfar);
-  const Eigen::Vector3d on_surface = origin + hit.distance * direction - plane.origin;
-  hit.a = std::clamp(plane.dual_u.dot(on_surface), 0.0, 1.0);
-  hit.b = std::clamp(plane.dual_v.dot(on_surface), 0.0, 1.0);
-  return hit;
+  const int surface_idx = static_cast<int>(query.hit.primID);
+  if (IsAlong(plane, direction)) {
+    return Place(plane, surface_idx, origin, direction, static_cast<double>(query.ray.tfar));
+  }
+  return HitOn(surface_idx, origin, direction);
+}
+
+RayHit RayScene::HitOn(int surface_idx,
+                       const Eigen::Vector3d& origin,
+                       const Eigen::Vector3d& direction) const {
+  const Plane& plane = impl_->planes[static_cast<std::size_t>(surface_idx)];
+  if (IsAlong(plane, direction)) return Cast(origin, direction);
+  const double distance = plane.normal.dot(plane.origin - origin) / plane.normal.dot(direction);
+  return Place(plane, surface_idx, origin, direction, distance);
 }
 
 bool RayScene::IsBlocked(const Eigen::Vector3d& origin,

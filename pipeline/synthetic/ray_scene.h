@@ -27,6 +27,10 @@ class RayScene {
 
   // Nearest surface along a ray, from either side.
   RayHit Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
+  // The same when the nearest surface is known.
+  RayHit HitOn(int surface_idx,
+               const Eigen::Vector3d& origin,
+               const Eigen::Vector3d& direction) const;
   // Whether anything lies on the ray within (0, max_distance), in units of the direction's length.
   bool IsBlocked(const Eigen::Vector3d& origin,
                  const Eigen::Vector3d& direction,

@@ -5,15 +5,81 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
+#include "pipeline/synthetic/visible_surfaces.h"
 
 namespace nightmap {
 
 namespace {
 
 constexpr std::uint64_t kColorNoiseStream = 401;
+
+// What is the same at all points of a surface.
+struct SurfaceShape {
+  Eigen::Vector3d normal;
+  Eigen::Vector2d lengths_m;  // of its edges
+  double cosine = 1;          // of the rotation of its texture
+  double sine = 0;
+};
+
+SurfaceShape MakeShape(const Surface& surface) {
+  return {surface.Normal(),
+          {surface.edge_u.norm(), surface.edge_v.norm()},
+          std::cos(surface.material.rotation_rad),
+          std::sin(surface.material.rotation_rad)};
+}
+
+// The textures of a material, filtered over a width.
+class Sampler {
+ public:
+  Sampler(const Scene& scene, const Material& material, const SurfaceShape& shape, double width_m)
+      : material_(material),
+        shape_(shape),
+        texture_(scene.textures[static_cast<std::size_t>(material.texture_idx)]) {
+    const double period_m =
+        material.period_m > 0 ? material.period_m : shape.lengths_m.minCoeff();
+    filter_ = texture_.FilterOf(static_cast<float>(width_m / period_m));
+    if (material.period_m <= 0 || material.overlay_idx < 0) return;
+    overlay_ = &scene.textures[static_cast<std::size_t>(material.overlay_idx)];
+    overlay_filter_ = overlay_->FilterOf(static_cast<float>(width_m / material.overlay_period_m));
+  }
+
+  Eigen::Vector4f At(const Eigen::Vector2d& at_m) const {
+    if (material_.period_m <= 0) {
+      const Eigen::Vector2d uv = at_m.cwiseQuotient(shape_.lengths_m).cwiseMax(0.002).cwiseMin(0.998);
+      return texture_.Sample(uv.cast<float>(), filter_);
+    }
+    const double c = shape_.cosine;
+    const double s = shape_.sine;
+    const Eigen::Vector2d p = at_m + material_.offset_m;
+    const Eigen::Vector2d turned(c * p.x() - s * p.y(), s * p.x() + c * p.y());
+    const Eigen::Vector2f uv = (turned / material_.period_m).cast<float>();
+    const Eigen::Vector4f color = texture_.Sample(uv, filter_);
+    if (overlay_ == nullptr) return color;
+    // Rotated by another angle, so that the two patterns never coincide twice.
+    const Eigen::Vector2d other(0.8 * p.x() - 0.6 * p.y(), 0.6 * p.x() + 0.8 * p.y());
+    const Eigen::Vector2f overlay_uv = (other / material_.overlay_period_m).cast<float>();
+    return color.cwiseProduct(overlay_->Sample(overlay_uv, overlay_filter_)) / 128.0F;
+  }
+
+ private:
+  const Material& material_;
+  const SurfaceShape& shape_;
+  const Texture& texture_;
+  Texture::Filter filter_;
+  const Texture* overlay_ = nullptr;
+  Texture::Filter overlay_filter_;
+};
+
+// A point of the picture and what is seen there.
+struct View {
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // in the building, of depth 1
+  RayHit hit;
+};
 
 // One camera in the world, and the color of the surfaces that its rays hit.
 class Shader {
@@ -23,80 +89,70 @@ class Shader {
         camera_(&camera),
         origin_(building_from_camera.translation),
         rotation_(building_from_camera.rotation.toRotationMatrix()),
-        pixel_angle_(static_cast<float>(1 / camera.fx)) {}
-
-  // Ray through a pixel, scaled to depth 1.
-  Eigen::Vector3d Direction(double x, double y) const {
-    return rotation_ *
-           Eigen::Vector3d((x - camera_->cx) / camera_->fx, (y - camera_->cy) / camera_->fy, 1);
-  }
-  RayHit Cast(const Eigen::Vector3d& direction) const {
-    return world_->rays->Cast(origin_, direction);
+        pixel_angle_(static_cast<float>(1 / camera.fx)),
+        visible_(world.scene.surfaces, camera, building_from_camera) {
+    shapes_.reserve(world.scene.surfaces.size());
+    for (const Surface& surface : world.scene.surfaces) shapes_.push_back(MakeShape(surface));
   }
 
-  // Color of a hit, filtered over `pixel_width` pixels.
-  Eigen::Vector3f Color(const RayHit& hit,
-                        const Eigen::Vector3d& direction,
-                        float pixel_width) const {
-    if (hit.surface_idx < 0) return Eigen::Vector3f::Zero();
+  View Look(double x, double y) const {
+    View view;
+    view.direction =
+        rotation_ *
+        Eigen::Vector3d((x - camera_->cx) / camera_->fx, (y - camera_->cy) / camera_->fy, 1);
+    const std::optional<int> surface_idx = visible_.At(x, y);
+    view.hit = surface_idx ? world_->rays->HitOn(*surface_idx, origin_, view.direction)
+                           : world_->rays->Cast(origin_, view.direction);
+    return view;
+  }
+
+  // Cosine of the angle between the ray and the normal of the surface that it hits.
+  double IncidenceCosine(const View& view) const {
+    return std::abs(ShapeAt(view).normal.dot(view.direction.normalized()));
+  }
+
+  // Color of a view, filtered over `pixel_width` pixels. The fourth value means nothing.
+  Eigen::Vector4f Color(const View& view, float pixel_width) const {
+    if (view.hit.surface_idx < 0) return Eigen::Vector4f::Zero();
+    const RayHit& hit = view.hit;
     const Surface& surface = world_->scene.surfaces[static_cast<std::size_t>(hit.surface_idx)];
-    const Eigen::Vector3f albedo = Albedo(surface, hit, direction, pixel_width);
+    const Eigen::Vector4f albedo = Albedo(surface, view, pixel_width);
     const float light = surface.material.glow > 0 ? surface.material.glow
                                                   : world_->light.At(hit.surface_idx, hit.a, hit.b);
     return albedo * light;
   }
 
  private:
-  // Anisotropic filter: takes as many samples along the direction of grazing view as that view
-  // stretches the pixel (at most 6), each as wide as the pixel is across.
-  Eigen::Vector3f Albedo(const Surface& surface,
-                         const RayHit& hit,
-                         const Eigen::Vector3d& direction,
-                         float pixel_width) const {
-    const Eigen::Vector3d unit = direction.normalized();
-    const Eigen::Vector3d normal = surface.Normal();
-    const double cosine = std::max(0.05, std::abs(normal.dot(unit)));
-    const double across_m = hit.distance * pixel_angle_ * pixel_width;
-    const double along_m = across_m / cosine;
-    const int num_taps = std::clamp(static_cast<int>(std::lround(1 / cosine)), 1, 6);
-    const double tap_m = std::max(across_m, along_m / num_taps);
-    const Eigen::Vector2d lengths(surface.edge_u.norm(), surface.edge_v.norm());
-    const Eigen::Vector2d at_m(hit.a * lengths.x(), hit.b * lengths.y());
-    const Eigen::Vector3d in_plane = unit - normal * normal.dot(unit);
-    Eigen::Vector2d along(in_plane.dot(surface.edge_u) / lengths.x(),
-                          in_plane.dot(surface.edge_v) / lengths.y());
-    if (along.norm() > 1e-9) along.normalize();
-    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    for (int tap = 0; tap < num_taps; ++tap) {
-      const double shift_m = along_m * ((tap + 0.5) / num_taps - 0.5);
-      sum += Texel(surface.material, at_m + shift_m * along, lengths, tap_m);
-    }
-    return sum.cwiseProduct(surface.material.tint) / static_cast<float>(num_taps);
+  const SurfaceShape& ShapeAt(const View& view) const {
+    return shapes_[static_cast<std::size_t>(view.hit.surface_idx)];
   }
 
-  Eigen::Vector3f Texel(const Material& material,
-                        const Eigen::Vector2d& at_m,
-                        const Eigen::Vector2d& lengths_m,
-                        double width_m) const {
-    const Texture& texture = world_->scene.textures[static_cast<std::size_t>(material.texture_idx)];
-    if (material.period_m <= 0) {
-      const Eigen::Vector2d uv = at_m.cwiseQuotient(lengths_m).cwiseMax(0.002).cwiseMin(0.998);
-      return texture.Sample(uv.cast<float>(), static_cast<float>(width_m / lengths_m.minCoeff()));
+  // Anisotropic filter: takes as many samples along the direction of grazing view as that view
+  // stretches the pixel (at most 6), each as wide as the pixel is across.
+  Eigen::Vector4f Albedo(const Surface& surface, const View& view, float pixel_width) const {
+    const SurfaceShape& shape = ShapeAt(view);
+    const Eigen::Vector3d unit = view.direction.normalized();
+    const double facing = shape.normal.dot(unit);
+    const double cosine = std::max(0.05, std::abs(facing));
+    const double across_m = view.hit.distance * pixel_angle_ * pixel_width;
+    const double along_m = across_m / cosine;
+    const int num_taps = std::min(static_cast<int>(1 / cosine + 0.5), 6);
+    const double tap_m = std::max(across_m, along_m / num_taps);
+    const Eigen::Vector2d& lengths_m = shape.lengths_m;
+    const Eigen::Vector2d at_m(view.hit.a * lengths_m.x(), view.hit.b * lengths_m.y());
+    const Eigen::Vector3d in_plane = unit - shape.normal * facing;
+    Eigen::Vector2d along(in_plane.dot(surface.edge_u) / lengths_m.x(),
+                          in_plane.dot(surface.edge_v) / lengths_m.y());
+    if (along.norm() > 1e-9) along.normalize();
+    const Sampler sampler(world_->scene, surface.material, shape, tap_m);
+    Eigen::Vector4f sum = Eigen::Vector4f::Zero();
+    for (int tap = 0; tap < num_taps; ++tap) {
+      const double shift_m = along_m * ((tap + 0.5) / num_taps - 0.5);
+      sum += sampler.At(at_m + shift_m * along);
     }
-    const double c = std::cos(material.rotation_rad);
-    const double s = std::sin(material.rotation_rad);
-    const Eigen::Vector2d p = at_m + material.offset_m;
-    const Eigen::Vector2d turned(c * p.x() - s * p.y(), s * p.x() + c * p.y());
-    const Eigen::Vector2f uv = (turned / material.period_m).cast<float>();
-    const Eigen::Vector3f color =
-        texture.Sample(uv, static_cast<float>(width_m / material.period_m));
-    if (material.overlay_idx < 0) return color;
-    // Rotated by another angle, so that the two patterns never coincide twice.
-    const Eigen::Vector2d other(0.8 * p.x() - 0.6 * p.y(), 0.6 * p.x() + 0.8 * p.y());
-    const Eigen::Vector2f overlay_uv = (other / material.overlay_period_m).cast<float>();
-    const float overlay_width = static_cast<float>(width_m / material.overlay_period_m);
-    const Texture& overlay = world_->scene.textures[static_cast<std::size_t>(material.overlay_idx)];
-    return color.cwiseProduct(overlay.Sample(overlay_uv, overlay_width)) / 128.0F;
+    const Eigen::Vector3f& tint = surface.material.tint;
+    return sum.cwiseProduct(Eigen::Vector4f(tint.x(), tint.y(), tint.z(), 0)) /
+           static_cast<float>(num_taps);
   }
 
   const SyntheticWorld* world_;
@@ -104,6 +160,8 @@ class Shader {
   Eigen::Vector3d origin_;
   Eigen::Matrix3d rotation_;
   float pixel_angle_;
+  VisibleSurfaces visible_;
+  std::vector<SurfaceShape> shapes_;
 };
 
 template <typename T>
@@ -124,15 +182,12 @@ bool IsEdge(const Image<std::int32_t>& surface_idx, int x, int y) {
 }
 
 // Mean over a rotated grid of five rays, for pixels that several surfaces share.
-Eigen::Vector3f SupersampledColor(const Shader& shader, int x, int y) {
-  constexpr std::array<std::array<double, 2>, 5> kOffsets = {
-      {{0, 0}, {-0.125, -0.375}, {0.375, -0.125}, {0.125, 0.375}, {-0.375, 0.125}}};
-  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-  for (const auto& [dx, dy] : kOffsets) {
-    const Eigen::Vector3d direction = shader.Direction(x + dx, y + dy);
-    sum += shader.Color(shader.Cast(direction), direction, 0.6F);
-  }
-  return sum / static_cast<float>(kOffsets.size());
+Eigen::Vector4f SupersampledColor(const Shader& shader, const View& center, int x, int y) {
+  constexpr std::array<std::array<double, 2>, 4> kOffsets = {
+      {{-0.125, -0.375}, {0.375, -0.125}, {0.125, 0.375}, {-0.375, 0.125}}};
+  Eigen::Vector4f sum = shader.Color(center, 0.6F);
+  for (const auto& [dx, dy] : kOffsets) sum += shader.Color(shader.Look(x + dx, y + dy), 0.6F);
+  return sum / static_cast<float>(kOffsets.size() + 1);
 }
 
 // Highlights are compressed instead of clipped.
@@ -147,7 +202,7 @@ float ColorNoise(Random& random) {
   return (static_cast<float>(std::popcount(random.Next())) - 32.0F) / 4.0F;
 }
 
-void StoreColor(const Eigen::Vector3f& color,
+void StoreColor(const Eigen::Vector4f& color,
                 double noise_levels,
                 Random& random,
                 std::uint8_t* rgb) {
@@ -173,28 +228,26 @@ RenderedFrame Render(const SyntheticWorld& world,
                       MakeImage<std::uint8_t>(camera),
                       MakeImage<std::int32_t>(camera)};
   auto incidence_cosine = MakeImage<float>(camera);
-  std::vector<RayHit> hits(frame.labels.pixels.size());
+  std::vector<View> views(frame.labels.pixels.size());
   std::size_t i = 0;
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x, ++i) {
-      const Eigen::Vector3d direction = shader.Direction(x, y);
-      hits[i] = shader.Cast(direction);
-      frame.surface_idx.pixels[i] = hits[i].surface_idx;
-      if (hits[i].surface_idx < 0) continue;
-      const Surface& surface = world.scene.surfaces[static_cast<std::size_t>(hits[i].surface_idx)];
-      frame.exact_depth.pixels[i] = static_cast<float>(hits[i].distance);
+      const View& view = views[i] = shader.Look(x, y);
+      const int surface_idx = frame.surface_idx.pixels[i] = view.hit.surface_idx;
+      if (surface_idx < 0) continue;
+      const Surface& surface = world.scene.surfaces[static_cast<std::size_t>(surface_idx)];
+      frame.exact_depth.pixels[i] = static_cast<float>(view.hit.distance);
       frame.labels.pixels[i] = static_cast<std::uint8_t>(surface.label);
-      incidence_cosine.pixels[i] =
-          static_cast<float>(std::abs(surface.Normal().dot(direction.normalized())));
+      incidence_cosine.pixels[i] = static_cast<float>(shader.IncidenceCosine(view));
     }
   }
   Random random(noise_seed, kColorNoiseStream);
   i = 0;
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x, ++i) {
-      const Eigen::Vector3f color = IsEdge(frame.surface_idx, x, y)
-                                        ? SupersampledColor(shader, x, y)
-                                        : shader.Color(hits[i], shader.Direction(x, y), 1.0F);
+      const Eigen::Vector4f color = IsEdge(frame.surface_idx, x, y)
+                                        ? SupersampledColor(shader, views[i], x, y)
+                                        : shader.Color(views[i], 1.0F);
       StoreColor(color, color_noise_levels, random, &frame.color.pixels[3 * i]);
     }
   }

@@ -15,9 +15,16 @@ class Texture {
   // `image` is RGB; its width and height are powers of two (else UsageError). Levels are 2x2 means.
   explicit Texture(const ColorImage& image);
 
-  // Color in [0, 255], trilinear. `uv` counts repeats (any real number), `footprint` is the width
-  // of the filter as a fraction of one repeat.
-  Eigen::Vector3f Sample(const Eigen::Vector2f& uv, float footprint) const;
+  // The levels of the pyramid that a filter takes.
+  struct Filter {
+    std::size_t fine_idx = 0;
+    float blend = 0;  // weight of the next level
+  };
+  // `footprint` is the width of the filter as a fraction of one repeat.
+  Filter FilterOf(float footprint) const;
+
+  // Color in [0, 255] and 0 as the fourth, trilinear. `uv` counts repeats (any real number).
+  Eigen::Vector4f Sample(const Eigen::Vector2f& uv, const Filter& filter) const;
 
  private:
   struct Level {
@@ -26,7 +33,7 @@ class Texture {
     std::vector<std::uint8_t> rgbx;  // four bytes per texel, rows from the top
   };
   static Level Halve(const Level& fine);
-  static Eigen::Vector3f Bilinear(const Level& level, const Eigen::Vector2f& uv);
+  static Eigen::Vector4f Bilinear(const Level& level, const Eigen::Vector2f& uv);
 
   std::vector<Level> levels_;
 };

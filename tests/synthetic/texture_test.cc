@@ -18,21 +18,25 @@ ColorImage Checker() {
   return image;
 }
 
+Eigen::Vector4f Sample(const Texture& texture, const Eigen::Vector2f& uv, float footprint) {
+  return texture.Sample(uv, texture.FilterOf(footprint));
+}
+
 TEST(Texture, ReturnsTexelsAtTheirCentres) {
   const Texture texture(Checker());
-  EXPECT_NEAR(texture.Sample({0.125F, 0.125F}, 0).x(), 0, 1e-4);
-  EXPECT_NEAR(texture.Sample({0.375F, 0.125F}, 0).x(), 200, 1e-4);
+  EXPECT_NEAR(Sample(texture, {0.125F, 0.125F}, 0).x(), 0, 1e-4);
+  EXPECT_NEAR(Sample(texture, {0.375F, 0.125F}, 0).x(), 200, 1e-4);
 }
 
 TEST(Texture, RepeatsBeyondItsBorder) {
   const Texture texture(Checker());
   const Eigen::Vector2f uv(0.3F, 0.7F);
   EXPECT_NEAR(
-      (texture.Sample(uv, 0) - texture.Sample(uv - Eigen::Vector2f(3, 5), 0)).norm(), 0, 1e-2);
+      (Sample(texture, uv, 0) - Sample(texture, uv - Eigen::Vector2f(3, 5), 0)).norm(), 0, 1e-2);
 }
 
 TEST(Texture, WideFootprintGivesTheMean) {
-  EXPECT_NEAR(Texture(Checker()).Sample({0.2F, 0.9F}, 4).y(), 100, 1);
+  EXPECT_NEAR(Sample(Texture(Checker()), {0.2F, 0.9F}, 4).y(), 100, 1);
 }
 
 TEST(Texture, RefusesOtherSizes) {
