@@ -29,7 +29,8 @@ bool IsDepthEdge(const DepthImage& depth, const Image<std::int32_t>& surface_idx
 double Quantize(double depth_m, const Camera& camera, const DepthSensorOptions& sensor) {
   if (sensor.disparity_step_px <= 0) return depth_m;
   const double focal_baseline = camera.fx * sensor.baseline_m;
-  const double num_steps = std::round(focal_baseline / depth_m / sensor.disparity_step_px);
+  // (std::round is a call, and floor an instruction.)
+  const double num_steps = std::floor(focal_baseline / depth_m / sensor.disparity_step_px + 0.5);
   return focal_baseline / (std::max(1.0, num_steps) * sensor.disparity_step_px);
 }
 

@@ -40,8 +40,7 @@ class Sampler {
       : material_(material),
         shape_(shape),
         texture_(scene.textures[static_cast<std::size_t>(material.texture_idx)]) {
-    const double period_m =
-        material.period_m > 0 ? material.period_m : shape.lengths_m.minCoeff();
+    const double period_m = material.period_m > 0 ? material.period_m : shape.lengths_m.minCoeff();
     filter_ = texture_.FilterOf(static_cast<float>(width_m / period_m));
     if (material.period_m <= 0 || material.overlay_idx < 0) return;
     overlay_ = &scene.textures[static_cast<std::size_t>(material.overlay_idx)];
@@ -50,20 +49,21 @@ class Sampler {
 
   Eigen::Vector4f At(const Eigen::Vector2d& at_m) const {
     if (material_.period_m <= 0) {
-      const Eigen::Vector2d uv = at_m.cwiseQuotient(shape_.lengths_m).cwiseMax(0.002).cwiseMin(0.998);
-      return texture_.Sample(uv.cast<float>(), filter_);
+      const Eigen::Vector2d uv =
+          at_m.cwiseQuotient(shape_.lengths_m).cwiseMax(0.002).cwiseMin(0.998);
+      return Texture::Sample(uv.cast<float>(), filter_);
     }
     const double c = shape_.cosine;
     const double s = shape_.sine;
     const Eigen::Vector2d p = at_m + material_.offset_m;
     const Eigen::Vector2d turned(c * p.x() - s * p.y(), s * p.x() + c * p.y());
     const Eigen::Vector2f uv = (turned / material_.period_m).cast<float>();
-    const Eigen::Vector4f color = texture_.Sample(uv, filter_);
+    const Eigen::Vector4f color = Texture::Sample(uv, filter_);
     if (overlay_ == nullptr) return color;
     // Rotated by another angle, so that the two patterns never coincide twice.
     const Eigen::Vector2d other(0.8 * p.x() - 0.6 * p.y(), 0.6 * p.x() + 0.8 * p.y());
     const Eigen::Vector2f overlay_uv = (other / material_.overlay_period_m).cast<float>();
-    return color.cwiseProduct(overlay_->Sample(overlay_uv, overlay_filter_)) / 128.0F;
+    return color.cwiseProduct(Texture::Sample(overlay_uv, overlay_filter_)) / 128.0F;
   }
 
  private:
@@ -75,10 +75,11 @@ class Sampler {
   Texture::Filter overlay_filter_;
 };
 
-// A point of the picture and what is seen there.
+// What is seen at a point of the picture.
 struct View {
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // in the building, of depth 1
-  RayHit hit;
+  Eigen::Vector3d direction;  // unit vector in the building
+  RayHit hit;                 // its distance is the depth along z
+  double facing = 0;          // cosine between the direction and the surface's normal
 };
 
 // One camera in the world, and the color of the surfaces that its rays hit.
@@ -95,25 +96,23 @@ class Shader {
     for (const Surface& surface : world.scene.surfaces) shapes_.push_back(MakeShape(surface));
   }
 
-  View Look(double x, double y) const {
-    View view;
-    view.direction =
-        rotation_ *
-        Eigen::Vector3d((x - camera_->cx) / camera_->fx, (y - camera_->cy) / camera_->fy, 1);
+  // The surface at a point of the picture; -1: none.
+  int SurfaceAt(double x, double y) const {
     const std::optional<int> surface_idx = visible_.At(x, y);
-    view.hit = surface_idx ? world_->rays->HitOn(*surface_idx, origin_, view.direction)
-                           : world_->rays->Cast(origin_, view.direction);
-    return view;
+    return surface_idx ? *surface_idx : world_->rays->Cast(origin_, Ray(x, y)).surface_idx;
   }
 
-  // Cosine of the angle between the ray and the normal of the surface that it hits.
-  double IncidenceCosine(const View& view) const {
-    return std::abs(ShapeAt(view).normal.dot(view.direction.normalized()));
+  // What is seen at a point where SurfaceAt gives `surface_idx`, not -1.
+  View Look(double x, double y, int surface_idx) const {
+    const Eigen::Vector3d ray = Ray(x, y);
+    const Eigen::Vector3d direction = ray.normalized();
+    return {direction,
+            world_->rays->HitOn(surface_idx, origin_, ray),
+            shapes_[static_cast<std::size_t>(surface_idx)].normal.dot(direction)};
   }
 
   // Color of a view, filtered over `pixel_width` pixels. The fourth value means nothing.
   Eigen::Vector4f Color(const View& view, float pixel_width) const {
-    if (view.hit.surface_idx < 0) return Eigen::Vector4f::Zero();
     const RayHit& hit = view.hit;
     const Surface& surface = world_->scene.surfaces[static_cast<std::size_t>(hit.surface_idx)];
     const Eigen::Vector4f albedo = Albedo(surface, view, pixel_width);
@@ -123,27 +122,35 @@ class Shader {
   }
 
  private:
-  const SurfaceShape& ShapeAt(const View& view) const {
-    return shapes_[static_cast<std::size_t>(view.hit.surface_idx)];
+  // Ray through a point of the picture, scaled to depth 1.
+  Eigen::Vector3d Ray(double x, double y) const {
+    return rotation_ *
+           Eigen::Vector3d((x - camera_->cx) / camera_->fx, (y - camera_->cy) / camera_->fy, 1);
+  }
+
+  // Direction in which the view grazes the surface, along its edges; a unit vector.
+  static Eigen::Vector2d AlongSurface(const Surface& surface,
+                                      const SurfaceShape& shape,
+                                      const View& view) {
+    const Eigen::Vector3d in_plane = view.direction - shape.normal * view.facing;
+    return Eigen::Vector2d(in_plane.dot(surface.edge_u) / shape.lengths_m.x(),
+                           in_plane.dot(surface.edge_v) / shape.lengths_m.y())
+        .normalized();
   }
 
   // Anisotropic filter: takes as many samples along the direction of grazing view as that view
   // stretches the pixel (at most 6), each as wide as the pixel is across.
   Eigen::Vector4f Albedo(const Surface& surface, const View& view, float pixel_width) const {
-    const SurfaceShape& shape = ShapeAt(view);
-    const Eigen::Vector3d unit = view.direction.normalized();
-    const double facing = shape.normal.dot(unit);
-    const double cosine = std::max(0.05, std::abs(facing));
+    const SurfaceShape& shape = shapes_[static_cast<std::size_t>(view.hit.surface_idx)];
+    const double cosine = std::max(0.05, std::abs(view.facing));
     const double across_m = view.hit.distance * pixel_angle_ * pixel_width;
     const double along_m = across_m / cosine;
     const int num_taps = std::min(static_cast<int>(1 / cosine + 0.5), 6);
     const double tap_m = std::max(across_m, along_m / num_taps);
     const Eigen::Vector2d& lengths_m = shape.lengths_m;
     const Eigen::Vector2d at_m(view.hit.a * lengths_m.x(), view.hit.b * lengths_m.y());
-    const Eigen::Vector3d in_plane = unit - shape.normal * facing;
-    Eigen::Vector2d along(in_plane.dot(surface.edge_u) / lengths_m.x(),
-                          in_plane.dot(surface.edge_v) / lengths_m.y());
-    if (along.norm() > 1e-9) along.normalize();
+    const Eigen::Vector2d along =
+        num_taps > 1 ? AlongSurface(surface, shape, view) : Eigen::Vector2d::Zero();
     const Sampler sampler(world_->scene, surface.material, shape, tap_m);
     Eigen::Vector4f sum = Eigen::Vector4f::Zero();
     for (int tap = 0; tap < num_taps; ++tap) {
@@ -182,12 +189,15 @@ bool IsEdge(const Image<std::int32_t>& surface_idx, int x, int y) {
 }
 
 // Mean over a rotated grid of five rays, for pixels that several surfaces share.
-Eigen::Vector4f SupersampledColor(const Shader& shader, const View& center, int x, int y) {
-  constexpr std::array<std::array<double, 2>, 4> kOffsets = {
-      {{-0.125, -0.375}, {0.375, -0.125}, {0.125, 0.375}, {-0.375, 0.125}}};
-  Eigen::Vector4f sum = shader.Color(center, 0.6F);
-  for (const auto& [dx, dy] : kOffsets) sum += shader.Color(shader.Look(x + dx, y + dy), 0.6F);
-  return sum / static_cast<float>(kOffsets.size() + 1);
+Eigen::Vector4f SupersampledColor(const Shader& shader, int x, int y) {
+  constexpr std::array<std::array<double, 2>, 5> kOffsets = {
+      {{0, 0}, {-0.125, -0.375}, {0.375, -0.125}, {0.125, 0.375}, {-0.375, 0.125}}};
+  Eigen::Vector4f sum = Eigen::Vector4f::Zero();
+  for (const auto& [dx, dy] : kOffsets) {
+    const int surface_idx = shader.SurfaceAt(x + dx, y + dy);
+    if (surface_idx >= 0) sum += shader.Color(shader.Look(x + dx, y + dy, surface_idx), 0.6F);
+  }
+  return sum / static_cast<float>(kOffsets.size());
 }
 
 // Highlights are compressed instead of clipped.
@@ -228,26 +238,27 @@ RenderedFrame Render(const SyntheticWorld& world,
                       MakeImage<std::uint8_t>(camera),
                       MakeImage<std::int32_t>(camera)};
   auto incidence_cosine = MakeImage<float>(camera);
-  std::vector<View> views(frame.labels.pixels.size());
   std::size_t i = 0;
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x, ++i) {
-      const View& view = views[i] = shader.Look(x, y);
-      const int surface_idx = frame.surface_idx.pixels[i] = view.hit.surface_idx;
-      if (surface_idx < 0) continue;
-      const Surface& surface = world.scene.surfaces[static_cast<std::size_t>(surface_idx)];
-      frame.exact_depth.pixels[i] = static_cast<float>(view.hit.distance);
-      frame.labels.pixels[i] = static_cast<std::uint8_t>(surface.label);
-      incidence_cosine.pixels[i] = static_cast<float>(shader.IncidenceCosine(view));
+      frame.surface_idx.pixels[i] = shader.SurfaceAt(x, y);
     }
   }
   Random random(noise_seed, kColorNoiseStream);
   i = 0;
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x, ++i) {
-      const Eigen::Vector4f color = IsEdge(frame.surface_idx, x, y)
-                                        ? SupersampledColor(shader, views[i], x, y)
-                                        : shader.Color(views[i], 1.0F);
+      const int surface_idx = frame.surface_idx.pixels[i];
+      Eigen::Vector4f color = Eigen::Vector4f::Zero();
+      if (surface_idx >= 0) {
+        const View view = shader.Look(x, y, surface_idx);
+        const Surface& surface = world.scene.surfaces[static_cast<std::size_t>(surface_idx)];
+        frame.exact_depth.pixels[i] = static_cast<float>(view.hit.distance);
+        frame.labels.pixels[i] = static_cast<std::uint8_t>(surface.label);
+        incidence_cosine.pixels[i] = static_cast<float>(std::abs(view.facing));
+        color = shader.Color(view, 1.0F);
+      }
+      if (IsEdge(frame.surface_idx, x, y)) color = SupersampledColor(shader, x, y);
       StoreColor(color, color_noise_levels, random, &frame.color.pixels[3 * i]);
     }
   }

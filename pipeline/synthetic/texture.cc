@@ -14,11 +14,23 @@ namespace nightmap {
 
 namespace {
 
-std::size_t TexelIdx(int x, int y, int width) {
-  return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-          static_cast<std::size_t>(x)) *
-         4;
+// Texels lie in blocks of 4x4, a cache line each. In rows, neighbours above each other would lie a
+// power of two apart and push each other out of the cache. The place of a texel is the sum of that
+// of its row and that of its column.
+std::size_t RowStart(int y, int width) {
+  const auto row = static_cast<std::size_t>(y);
+  const std::size_t blocks_per_row = (static_cast<std::size_t>(width) + 3) / 4;
+  return row / 4 * blocks_per_row * 64 + row % 4 * 16;
 }
+
+std::size_t InRow(int x) {
+  const auto column = static_cast<std::size_t>(x);
+  return column / 4 * 64 + column % 4 * 4;
+}
+
+std::size_t TexelIdx(int x, int y, int width) { return RowStart(y, width) + InRow(x); }
+
+std::size_t NumBytes(int width, int height) { return RowStart((height + 3) / 4 * 4, width); }
 
 // The compiler does not find the instruction that widens four bytes at once.
 Eigen::Vector4f ToFloats(const std::uint8_t* rgbx) {
@@ -27,6 +39,16 @@ Eigen::Vector4f ToFloats(const std::uint8_t* rgbx) {
   Eigen::Vector4f floats;
   _mm_store_ps(floats.data(), _mm_cvtepi32_ps(_mm_cvtepu8_epi32(_mm_cvtsi32_si128(bytes))));
   return floats;
+}
+
+// Between four texels, of which (x, y) is the first; wraps around.
+inline Eigen::Vector4f Bilinear(const Texture::Level& level, int x, int y, float fx, float fy) {
+  const std::uint8_t* top = &level.rgbx[RowStart(y & (level.height - 1), level.width)];
+  const std::uint8_t* bottom = &level.rgbx[RowStart((y + 1) & (level.height - 1), level.width)];
+  const std::size_t left = InRow(x & (level.width - 1));
+  const std::size_t right = InRow((x + 1) & (level.width - 1));
+  return (1 - fy) * ((1 - fx) * ToFloats(top + left) + fx * ToFloats(top + right)) +
+         fy * ((1 - fx) * ToFloats(bottom + left) + fx * ToFloats(bottom + right));
 }
 
 }  // namespace
@@ -42,9 +64,13 @@ Texture::Texture(const ColorImage& image) {
                      image.num_channels);
   }
   Level finest{image.width, image.height, {}};
-  finest.rgbx.resize(image.pixels.size() / 3 * 4);
-  for (std::size_t i = 0; i < image.pixels.size() / 3; ++i) {
-    std::copy_n(&image.pixels[3 * i], 3, &finest.rgbx[4 * i]);
+  finest.rgbx.resize(NumBytes(image.width, image.height));
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      std::copy_n(&image.pixels[3 * static_cast<std::size_t>(y * image.width + x)],
+                  3,
+                  &finest.rgbx[TexelIdx(x, y, image.width)]);
+    }
   }
   levels_.push_back(std::move(finest));
   while (levels_.back().width > 1 || levels_.back().height > 1) {
@@ -54,7 +80,7 @@ Texture::Texture(const ColorImage& image) {
 
 Texture::Level Texture::Halve(const Level& fine) {
   Level coarse{std::max(1, fine.width / 2), std::max(1, fine.height / 2), {}};
-  coarse.rgbx.resize(TexelIdx(0, coarse.height, coarse.width));
+  coarse.rgbx.resize(NumBytes(coarse.width, coarse.height));
   const int dx = fine.width > 1 ? 1 : 0;
   const int dy = fine.height > 1 ? 1 : 0;
   for (int y = 0; y < coarse.height; ++y) {
@@ -73,36 +99,26 @@ Texture::Level Texture::Halve(const Level& fine) {
   return coarse;
 }
 
-Eigen::Vector4f Texture::Bilinear(const Level& level, const Eigen::Vector2f& uv) {
-  const float x = uv.x() * static_cast<float>(level.width) - 0.5F;
-  const float y = uv.y() * static_cast<float>(level.height) - 0.5F;
-  const float floor_x = std::floor(x);
-  const float floor_y = std::floor(y);
-  const float fx = x - floor_x;
-  const float fy = y - floor_y;
-  const int x0 = static_cast<int>(floor_x) & (level.width - 1);
-  const int y0 = static_cast<int>(floor_y) & (level.height - 1);
-  const int x1 = (x0 + 1) & (level.width - 1);
-  const int y1 = (y0 + 1) & (level.height - 1);
-  const auto texel = [&level](int tx, int ty) {
-    return ToFloats(&level.rgbx[TexelIdx(tx, ty, level.width)]);
-  };
-  return (1 - fy) * ((1 - fx) * texel(x0, y0) + fx * texel(x1, y0)) +
-         fy * ((1 - fx) * texel(x0, y1) + fx * texel(x1, y1));
-}
-
 Texture::Filter Texture::FilterOf(float footprint) const {
   const float texels = footprint * static_cast<float>(levels_.front().width);
   const float last_level = static_cast<float>(levels_.size() - 1);
   const float level = std::clamp(std::log2(std::max(texels, 1e-6F)), 0.0F, last_level);
   const auto fine_idx = static_cast<std::size_t>(level);
-  return {fine_idx, level - static_cast<float>(fine_idx)};
+  const Level& fine = levels_[fine_idx];
+  const Level& coarse = levels_[std::min(fine_idx + 1, levels_.size() - 1)];
+  const Eigen::Array4i sizes(fine.width, fine.height, coarse.width, coarse.height);
+  return {&fine, &coarse, level - static_cast<float>(fine_idx), sizes.cast<float>()};
 }
 
-Eigen::Vector4f Texture::Sample(const Eigen::Vector2f& uv, const Filter& filter) const {
-  const Eigen::Vector4f fine = Bilinear(levels_[filter.fine_idx], uv);
+Eigen::Vector4f Texture::Sample(const Eigen::Vector2f& uv, const Filter& filter) {
+  const Eigen::Array4f at = Eigen::Array4f(uv.x(), uv.y(), uv.x(), uv.y()) * filter.sizes - 0.5F;
+  const Eigen::Array4f first = at.floor();
+  const Eigen::Array4f fraction = at - first;
+  const Eigen::Array4i texel = first.cast<int>();
+  const Eigen::Vector4f fine = Bilinear(*filter.fine, texel[0], texel[1], fraction[0], fraction[1]);
   if (filter.blend == 0.0F) return fine;
-  return (1 - filter.blend) * fine + filter.blend * Bilinear(levels_[filter.fine_idx + 1], uv);
+  return (1 - filter.blend) * fine +
+         filter.blend * Bilinear(*filter.coarse, texel[2], texel[3], fraction[2], fraction[3]);
 }
 
 }  // namespace nightmap

@@ -15,25 +15,26 @@ class Texture {
   // `image` is RGB; its width and height are powers of two (else UsageError). Levels are 2x2 means.
   explicit Texture(const ColorImage& image);
 
-  // The levels of the pyramid that a filter takes.
+  struct Level {
+    int width = 0;
+    int height = 0;
+    std::vector<std::uint8_t> rgbx;  // four bytes per texel, in blocks of texels
+  };
+  // The two levels of the pyramid that a filter blends. Lives no longer than the texture.
   struct Filter {
-    std::size_t fine_idx = 0;
-    float blend = 0;  // weight of the next level
+    const Level* fine = nullptr;
+    const Level* coarse = nullptr;
+    float blend = 0;       // weight of the coarse one
+    Eigen::Array4f sizes;  // width and height of both
   };
   // `footprint` is the width of the filter as a fraction of one repeat.
   Filter FilterOf(float footprint) const;
 
   // Color in [0, 255] and 0 as the fourth, trilinear. `uv` counts repeats (any real number).
-  Eigen::Vector4f Sample(const Eigen::Vector2f& uv, const Filter& filter) const;
+  static Eigen::Vector4f Sample(const Eigen::Vector2f& uv, const Filter& filter);
 
  private:
-  struct Level {
-    int width = 0;
-    int height = 0;
-    std::vector<std::uint8_t> rgbx;  // four bytes per texel, rows from the top
-  };
   static Level Halve(const Level& fine);
-  static Eigen::Vector4f Bilinear(const Level& level, const Eigen::Vector2f& uv);
 
   std::vector<Level> levels_;
 };

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kTile_px = 8;
 // Rays are cast in single precision, so these margins are far above its rounding.
-constexpr double kEdgeMargin = 1e-4;     // in the plane z = 1
+constexpr double kEdgeMargin = 1e-4;      // in the plane z = 1
 constexpr double kNearnessMargin = 2e-5;  // relative
 constexpr double kPlaneMargin_m = 1e-5;   // of the camera's distance from a surface's plane
 
@@ -73,8 +73,7 @@ std::vector<int> VisibleSurfaces::Prune(const Square& square,
                                         std::span<const int> candidates,
                                         bool& is_covered) const {
   const double half_px = 0.5 * square.size_px;
-  const Eigen::Vector3d center =
-      PointAt(square.x0 + half_px - 0.5, square.y0 + half_px - 0.5);
+  const Eigen::Vector3d center = PointAt(square.x0 + half_px - 0.5, square.y0 + half_px - 0.5);
   const Eigen::Vector2d reach(half_px / camera_.fx, half_px / camera_.fy);
   std::vector<int> kept;
   std::vector<double> most_nearness;  // of those kept
@@ -83,7 +82,8 @@ std::vector<int> VisibleSurfaces::Prune(const Square& square,
     const Outline& outline = outlines_[static_cast<std::size_t>(candidate)];
     const Eigen::Array4d middle =
         outline.edge_x * center.x() + outline.edge_y * center.y() + outline.edge_1;
-    const Eigen::Array4d spread = outline.edge_x.abs() * reach.x() + outline.edge_y.abs() * reach.y();
+    const Eigen::Array4d spread =
+        outline.edge_x.abs() * reach.x() + outline.edge_y.abs() * reach.y();
     if ((middle + spread).minCoeff() < -kEdgeMargin) continue;
     const double nearness = outline.nearness_per_m.dot(center);
     const double change = outline.nearness_per_m.head<2>().cwiseAbs().dot(reach);

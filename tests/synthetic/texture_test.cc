@@ -18,25 +18,26 @@ ColorImage Checker() {
   return image;
 }
 
-Eigen::Vector4f Sample(const Texture& texture, const Eigen::Vector2f& uv, float footprint) {
-  return texture.Sample(uv, texture.FilterOf(footprint));
+Eigen::Vector4f SampleOf(const Texture& texture, const Eigen::Vector2f& uv, float footprint) {
+  return Texture::Sample(uv, texture.FilterOf(footprint));
 }
 
 TEST(Texture, ReturnsTexelsAtTheirCentres) {
   const Texture texture(Checker());
-  EXPECT_NEAR(Sample(texture, {0.125F, 0.125F}, 0).x(), 0, 1e-4);
-  EXPECT_NEAR(Sample(texture, {0.375F, 0.125F}, 0).x(), 200, 1e-4);
+  EXPECT_NEAR(SampleOf(texture, {0.125F, 0.125F}, 0).x(), 0, 1e-4);
+  EXPECT_NEAR(SampleOf(texture, {0.375F, 0.125F}, 0).x(), 200, 1e-4);
 }
 
 TEST(Texture, RepeatsBeyondItsBorder) {
   const Texture texture(Checker());
   const Eigen::Vector2f uv(0.3F, 0.7F);
-  EXPECT_NEAR(
-      (Sample(texture, uv, 0) - Sample(texture, uv - Eigen::Vector2f(3, 5), 0)).norm(), 0, 1e-2);
+  EXPECT_NEAR((SampleOf(texture, uv, 0) - SampleOf(texture, uv - Eigen::Vector2f(3, 5), 0)).norm(),
+              0,
+              1e-2);
 }
 
 TEST(Texture, WideFootprintGivesTheMean) {
-  EXPECT_NEAR(Sample(Texture(Checker()), {0.2F, 0.9F}, 4).y(), 100, 1);
+  EXPECT_NEAR(SampleOf(Texture(Checker()), {0.2F, 0.9F}, 4).y(), 100, 1);
 }
 
 TEST(Texture, RefusesOtherSizes) {
