@@ -102,7 +102,7 @@ Texture::Level Texture::Halve(const Level& fine) {
 Texture::Filter Texture::FilterOf(float footprint) const {
   const float texels = footprint * static_cast<float>(levels_.front().width);
   const float last_level = static_cast<float>(levels_.size() - 1);
-  const float level = std::clamp(std::log2(std::max(texels, 1e-6F)), 0.0F, last_level);
+  const float level = texels > 1 ? std::min(std::log2(texels), last_level) : 0.0F;
   const auto fine_idx = static_cast<std::size_t>(level);
   const Level& fine = levels_[fine_idx];
   const Level& coarse = levels_[std::min(fine_idx + 1, levels_.size() - 1)];
