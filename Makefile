@@ -75,7 +75,8 @@ SHELL := bash
 OF_SITE := $(GOALS) why status
 ASKED := $(filter $(OF_SITE) $(M)/% $(DATA)/%,$(MAKECMDGOALS))
 .PHONY: help deps build demo inspect $(OF_SITE) the_site verify clean distclean $(filter $(M)/% $(DATA)/%,$(MAKECMDGOALS))
-the_site: $(if $(filter why status,$(MAKECMDGOALS)),,$(BUILD)/programs.mk)
+# It also builds the programs of the site first.
+the_site:
 	+@$(PYTHON) -I -S scripts/make_site.py $(ASKED)
 # Under -q there is no recipe: make would report it as work to do. With plain flags make runs `:` without a shell.
 OF_THE_SITE := $(OF_SITE) $(filter $(M)/% $(DATA)/%,$(MAKECMDGOALS))
@@ -102,13 +103,15 @@ help: ## this page
 deps: ## install the Debian packages that are missing
 	@scripts/install_deps.sh
 
-# On a fresh machine deps installs python3 and the compiler first; a second make does the rest.
+# On a fresh machine python3 and the compiler are installed first; a second make does the rest.
 demo: ## all steps on a synthetic building: install, build, map, localize, drive, evaluate, report
-	@scripts/install_deps.sh
+	@echo "demo: installs packages, builds the programs of the site, renders a building, maps it: minutes the first time, then seconds"
+	@scripts/install_deps.sh synthesize
 	@$(MAKE) --no-print-directory SITE=demo map localize drive evaluate report
 	@echo "demo: open $(MAPS)/demo/report/index.html"
 
-inspect: $(BUILD)/programs.mk ## contents of the recordings of SITE: channels, rates, gaps, ranges, overlap in time; runs no job
+inspect: ## contents of the recordings of SITE: channels, rates, gaps, ranges, overlap in time; runs no job
+	@NIGHTMAP_PROGRAMS=inspect $(MAKE) --no-print-directory $(BUILD)/programs.mk
 	@$(RUN)/inspect --config configs/default/inspect.toml --in site=$(SITES)/$(SITE).toml --in data=$(DATA) --log-level warn
 
 verify: ## hash the artifacts of SITE again and compare them with their receipts

@@ -23,9 +23,9 @@ function(nightmap_tests folder library)
     return()
   endif()
   string(REPLACE "/" "_" program test_${group})
-  add_executable(${program} ${sources})
-  target_link_libraries(${program} PRIVATE ${library} ${OCTOMAP_LIBRARIES} ${SUITESPARSE_CONFIG_LIBRARY}
-                        pcl_common pcl_kdtree GTest::gtest_main GTest::gmock)
+  add_executable(${program} ${sources} $<TARGET_OBJECTS:test_prefix>)
+  target_link_libraries(${program} PRIVATE ${library} nightmap_synthetic ${OCTOMAP_LIBRARIES} ${SUITESPARSE_CONFIG_LIBRARY}
+                        pcl_common pcl_kdtree GTest::gmock)
   target_include_directories(${program} SYSTEM PRIVATE ${OCTOMAP_INCLUDE_DIRS} ${PCL_INCLUDE_DIRS})
   target_compile_options(${program} PRIVATE ${test_flags})
   target_precompile_headers(${program} REUSE_FROM test_prefix)

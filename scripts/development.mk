@@ -8,23 +8,31 @@ RUN := $(BUILD)/run
 # Ninja links in place. Stages run copies, which keep their modification time while their bytes stay the
 # same, so a changed comment reruns no stage. (A Release build has no -g for the same reason.) The lock
 # protects the build when two sites are made at the same time.
-PROGRAMS := $(patsubst stages/%/main.cc,%,$(wildcard stages/*/main.cc))
+#
+# NIGHTMAP_PROGRAMS, from those who need some programs only (make_site.py), are built with all that were built before, so that
+# no program in RUN is older than the sources.
+ALL_PROGRAMS := $(patsubst stages/%/main.cc,%,$(wildcard stages/*/main.cc))
+NIGHTMAP_PROGRAMS ?= $(ALL_PROGRAMS)
+PROGRAMS := $(filter $(NIGHTMAP_PROGRAMS) $(notdir $(wildcard $(RUN)/*)),$(ALL_PROGRAMS))
 SOURCES := CMakeLists.txt $(wildcard cmake/*.cmake pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc)
 missing = $(if $(wildcard $(1)),,FORCE)
 
 $(BUILD)/programs.mk: $(SOURCES) $(foreach p,$(PROGRAMS),$(call missing,$(RUN)/$(p)))
 	@mkdir -p $(RUN); exec 9>$(BUILD)/programs.lock; flock 9; touch $@.new; \
-	cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release --log-level=WARNING >/dev/null; \
+	scripts/install_deps.sh --quiet $(PROGRAMS) || echo "make: goes on without these packages" >&2; \
+	cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DNIGHTMAP_PROGRAMS="$(if $(filter-out $(PROGRAMS),$(ALL_PROGRAMS)),$(PROGRAMS))" \
+	  --log-level=WARNING >/dev/null; \
 	ninja -j "$$THREADS" -C $(BUILD) $(PROGRAMS:%=%_program); \
 	for p in $(PROGRAMS); do \
 	  cmp -s $(BUILD)/bin/$$p $(RUN)/$$p || { cp $(BUILD)/bin/$$p $(RUN)/$$p.new; mv $(RUN)/$$p.new $(RUN)/$$p; }; \
 	done; mv $@.new $@
-build: $(BUILD)/programs.mk ## build the stage programs (map and the other commands do so when needed)
+build: $(BUILD)/programs.mk ## build all stage programs (map and the other commands build those that they run)
 	$(if $(findstring q,$(firstword -$(MAKEFLAGS))),,@echo "programs: $(RUN)")
 
 test: ## unit tests, end-to-end tests, and tests on the real data that is present
 	@scripts/install_deps.sh
 	@$(MAKE) --no-print-directory build
+	@cmake -S . -B $(BUILD) -DNIGHTMAP_TESTS=ON --log-level=WARNING >/dev/null
 	ninja -j "$$THREADS" -C $(BUILD)
 	@ctest --test-dir $(BUILD) -j "$$THREADS" --output-on-failure
 
@@ -43,7 +51,7 @@ test-nightly: ## the slow lint, all unit tests under sanitizers, the long end-to
 sanitized_programs = $(if $(filter .,$(SANITIZED)),unit_tests,$(addprefix test_,$(subst |, ,$(SANITIZED))))
 test-sanitize: ## tests of what reads files under AddressSanitizer and UndefinedBehaviorSanitizer (SANITIZED=. runs all)
 	cmake -S . -B $(BUILD)-sanitize -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O1 \
-	  -DNIGHTMAP_SANITIZE=ON --log-level=WARNING >/dev/null
+	  -DNIGHTMAP_SANITIZE=ON -DNIGHTMAP_TESTS=ON --log-level=WARNING >/dev/null
 	ninja -j "$$THREADS" -C $(BUILD)-sanitize $(sanitized_programs)
 	ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=1:suppressions=$(CURDIR)/tests/asan_suppressions.txt UBSAN_OPTIONS=print_stacktrace=1 \
 	  ctest --test-dir $(BUILD)-sanitize -j "$$THREADS" --output-on-failure -R "^($$SANITIZED)" -E '^(e2e|scripts)/|Real'
@@ -63,17 +71,14 @@ format: ## rewrite the sources in the project's format
 format-check: ## fail when a source is not in the project's format
 	@clang-format --dry-run -Werror $(OURS)
 
-# CMake joins the sources of a folder into one file, so clang-tidy reads the heavy headers once per folder. The
-# programs' main.cc files are left out; each is one call. (Here, unlike in the build, a name that two files
-# of a folder define is an error.)
+# CMake joins the sources of a folder into one file, so clang-tidy reads the heavy headers once per folder.
 LINTED := $(patsubst pipeline/%/,nightmap_%,$(wildcard pipeline/*/)) $(patsubst stages/%/,stage_%,$(wildcard stages/*/))
 # One check takes a minute of pipeline/io (it looks for changes of each parameter in all that the headers define): only
 # the nightly tests make it. From the environment, because a command line takes variables of users alone.
 TIDY_OFF ?= -performance-unnecessary-value-param
 lint: ## clang-tidy on the changed sources, shellcheck on the scripts
 	@shellcheck .ci/run scripts/*.sh
-	@cmake -S . -B $(BUILD)/lint -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=0 \
-	  -DNIGHTMAP_TESTS=OFF --log-level=WARNING >/dev/null
+	@cmake -S . -B $(BUILD)/lint -G Ninja -DCMAKE_BUILD_TYPE=Release --log-level=WARNING >/dev/null
 	@$(MAKE) --no-print-directory -j "$$THREADS" $(LINTED:%=$(BUILD)/lint/%.ok)
 linted_folder = $(patsubst nightmap_%,pipeline/%,$(patsubst stage_%,stages/%,$(1)))
 .SECONDEXPANSION:

@@ -11,6 +11,7 @@ STEP := $(wildcard scripts/colmap_step.py scripts/nightmap_eval/colmap_*.py)
 step = $(RUN) colmap_$(1) $(LAUNCH) $(PYTHON) scripts/colmap_step.py $(1) --site-dir $(M) --data $(DATA) --threads $(THREADS)
 
 $(C)/features/receipt.json: $(frames.shard) $(M)/frames/cameras.json $(STEP)
+	@command -v colmap >/dev/null || scripts/install_deps.sh colmap
 	$(call step,features)
 $(C)/matches/receipt.json: $(C)/features/receipt.json $(STEP)
 	$(call step,matches)

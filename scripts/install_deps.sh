@@ -1,40 +1,39 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs the Debian 12 packages that nightmap needs to build, test and run. Does nothing when all are
-# installed.
+# Installs the Debian 12 packages that are missing, of those that nightmap needs for what the arguments name: stage
+# programs, `tests`, `colmap`. What every program needs is always among them. Without arguments: all packages. --quiet
+# says nothing when none is missing.
 set -euo pipefail
+
+is_quiet=
+if [[ ${1:-} == --quiet ]]; then
+  is_quiet=1
+  shift
+fi
 
 packages=(
   build-essential      # gcc 12, libc
   cmake ninja-build    # the build
   ccache               # makes a repeated build take seconds
-  clang-format         # make format, format-check
-  clang-tidy           # make lint
   lld                  # linking: the only linker that drops libraries that only unused functions need
-  shellcheck           # make lint
   git make
   python3              # config resolution, evaluation, end-to-end tests
   python3-numpy        # evaluation
   python3-h5py         # evaluation: HDF5 artifacts
   python3-matplotlib   # report: plots
   python3-pil          # report: thumbnails of query pictures
-  chromium             # tests: opens the report
   libeigen3-dev        # geometry
   libopencv-dev        # descriptors, optical flow, P3P, videos, drawing
   libceres-dev         # pose graph
   libsuitesparse-dev   # bundle adjustment: sparse Cholesky factorization
-  libpcl-dev           # scan_localize: iterative closest points, voxel filter
   libnanoflann-dev     # localize: nearest landmarks in space
   liboctomap-dev       # octree
-  octomap-tools        # tests: convert_octree reads our octrees
   libopenimageio-dev   # reading and writing pictures
   openimageio-tools    # the CMake files of libopenimageio-dev require its programs; we use none
   libgif-dev           # drive: animations in exact colors
-  libembree-dev        # synthetic world: ray casting
   libhdf5-dev          # array artifacts
   zlib1g-dev           # sensor logs, which are often gzipped
   libsqlite3-dev       # COLMAP database
-  colmap               # tests: opens the exported model; make evaluate-colmap runs it
   libtomlplusplus-dev  # configs
   libyaml-cpp-dev      # object features, which people edit by hand
   libcli11-dev         # command lines
@@ -42,8 +41,34 @@ packages=(
   libfmt-dev           # text
   nlohmann-json3-dev   # reports, receipts
   libxxhash-dev        # hashes in receipts
+)
+for_point_clouds=(
+  libpcl-dev           # scan_localize, things: iterative closest points, clusters, voxel filter
+)
+for_made_up_recordings=(
+  libembree-dev        # synthetic world: ray casting
+)
+for_colmap=(
+  colmap               # tests: opens the exported model; make evaluate-colmap runs it
+)
+for_tests=(
+  clang-format         # make format, format-check
+  clang-tidy           # make lint
+  shellcheck           # make lint
+  chromium             # tests: opens the report
+  octomap-tools        # tests: convert_octree reads our octrees
   libgtest-dev libgmock-dev  # unit tests
 )
+
+[[ $# -gt 0 ]] || set -- scan_localize synthesize colmap tests
+for what; do
+  case $what in
+    scan_localize | things) packages+=("${for_point_clouds[@]}") ;;
+    synthesize | synthesize_ceiling) packages+=("${for_made_up_recordings[@]}") ;;
+    colmap) packages+=("${for_colmap[@]}") ;;
+    tests) packages+=("${for_tests[@]}") ;;
+  esac
+done
 
 missing=()
 for package in "${packages[@]}"; do
@@ -51,7 +76,7 @@ for package in "${packages[@]}"; do
   [[ $status == "install ok installed" ]] || missing+=("$package")
 done
 if [[ ${#missing[@]} -eq 0 ]]; then
-  echo "dependencies: all ${#packages[@]} packages are installed"
+  [[ $is_quiet ]] || echo "dependencies: all ${#packages[@]} packages are installed"
   exit 0
 fi
 

@@ -23,6 +23,9 @@
 #include "pipeline/base/options.h"
 #include "pipeline/program/stage_context.h"
 
+// A stage's main.cc is part of its library. Tests, which link that too, have a main of their own.
+#pragma weak main
+
 namespace nightmap {
 
 int RunStage(int argc,

@@ -53,7 +53,7 @@ def describe(run, code):
     """Content of failure.json: goals, failed jobs with the end of their logs, stale results."""
     outcome = last_run(run.folder)
     staleness = why.Staleness(RulesFile(run.graph, Times()))
-    out_of_date = list(why.lines(staleness, run.env["BUILD"]))
+    out_of_date = list(why.lines(staleness, run.env["BUILD"], run.asked.programs))
     return {"format": "nightmap failure", "version": 1, "goals": outcome.goals, "exit_code": code,
             "failed": [{"job": name, "exit_code": exit_code, "log": _end_of(f"{run.folder}/logs/{name}.log")}
                        for name, exit_code in outcome.failed().items()],

@@ -12,7 +12,8 @@ from nightmap_make.changed_files import write, write_if_changed
 from nightmap_make.graph import Graph
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
-from nightmap_make.request import Refused
+from nightmap_make.programs import reason_to_build
+from nightmap_make.request import Refused, make_flags
 from nightmap_make.rules_file import RulesFile, Times, list_goal
 from nightmap_make.site_state import SiteState
 from nightmap_site.pipeline import closure
@@ -36,7 +37,7 @@ class MakeRun:
             self._settle()
             self._write_rules()
             self._preview_times()
-            return self._why() if "why" in self.goals else self._make(self.goals)
+            return self._why() if "why" in self.goals else self._make(self.goals) or self._preview_build()
         lock = SiteLock(self.folder)
         try:
             return self._status() if "status" in self.goals else self._run_locked()
@@ -65,6 +66,14 @@ class MakeRun:
             end_run(self.folder, code)
         except OSError as error:  # the failed jobs are still to be told
             print(f"nightmap: {os_error_text(error)}", file=sys.stderr)
+
+    def _preview_build(self):
+        """The exit code of -q and -n where no rule is out of date; -n says why programs would be built."""
+        reason = reason_to_build(self.env["BUILD"], self.asked.programs)
+        if reason and "n" in make_flags(self.env.get("MAKEFLAGS", "")):
+            print(f"build the programs: {reason}")
+            return 0
+        return 1 if reason else 0
 
     def _settle(self):
         self.stamps = self.asked.settle()
@@ -247,5 +256,5 @@ class MakeRun:
 
     def _why(self):
         from nightmap_make import why
-        print("\n".join(why.lines(why.Staleness(self.rules), self.env["BUILD"])))
+        print("\n".join(why.lines(why.Staleness(self.rules), self.env["BUILD"], self.asked.programs)))
         return 0

@@ -6,15 +6,17 @@ import json
 import os
 
 from nightmap_make import preflight
+from nightmap_make.asked_pipeline import AskedPipeline
 from nightmap_make.changed_files import write_if_changed
-from nightmap_make.config_values import ConfigError, canonical, load, plain_errors
+from nightmap_make.config_values import ConfigError, canonical, plain_errors
 from nightmap_make.imports import check_imports
+from nightmap_make.programs import build_programs, reason_to_build
 from nightmap_make.recorded_frames import num_recorded_frames
 from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
 from nightmap_make.site_state import SiteState
 from nightmap_site.declaration import PipelineError
 from nightmap_site.needs import check_needs
-from nightmap_site.pipeline import PROFILE_FILE, closure, profile_text, read_pipeline
+from nightmap_site.pipeline import PROFILE_FILE, closure, profile_text
 
 ENOUGH_FRAMES = 100  # fewer say little about the next
 MARGIN = 1.2
@@ -77,22 +79,18 @@ class Asked:
         return bool(self.goals == ["localize"] and self.env.get("QUERY") and os.path.exists(f"{self.folder}/frames/shards.txt"))
 
     def _read_site(self):
-        """The profile that the site's config names, and its pipeline; the other checks depend on them."""
-        request = self.request
-        request.profile = self.env.get("PROFILE") or "default"
-        site = load(request.site) if os.path.exists(request.site) else {}
-        if not self.env.get("PROFILE") and "profile" in site:
-            request.profile, request.profile_from = site["profile"], request.site
-        request.is_synthetic = site.get("synthetic", False) is True
-        imports = site.get("import", {})  # of the right type if ResolvedConfigs finds no mistake
-        self.pipeline = read_pipeline("configs", str(request.profile), imports if isinstance(imports, dict) else {})
+        asked, request = AskedPipeline(self.env), self.request
+        self.pipeline, self.programs = asked.pipeline, asked.programs()
+        request.profile, request.profile_from, request.is_synthetic = asked.profile, asked.profile_from, asked.is_synthetic
         request.asks, request.programs = self.pipeline.asks, self.pipeline.options
 
     def _preflight(self):
         self._check_options()
-        programs = {name: program for name, program in self.pipeline.options.items() if name in self.configs}
-        if self.is_preview and not all(os.path.exists(f"{self.env['BUILD']}/run/{program}") for program in programs.values()):
+        programs = {name: program for name, program in self.pipeline.options.items() if name in self.configs and program in self.programs}
+        if self.is_preview and not all(os.path.exists(f"{self.env['BUILD']}/run/{program}") for program in self.programs):
             return  # they are not built yet, and a preview builds nothing
+        if not self.is_preview and reason_to_build(self.env["BUILD"], self.programs) and not build_programs(self.env, self.programs):
+            raise Refused("the programs cannot be built: the first error is above")
         texts = {name: preflight.ConfigText(programs[name], self.configs[name], canonical(self.configs[name]), self.resolved.sources[name],
                                             self._site_texts(name), self._imports(name)) for name in programs}  # fmt: skip
         preflight.check_configs(self.env["BUILD"], texts, self.is_preview)

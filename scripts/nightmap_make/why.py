@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Finds the rules that would run now, and the reasons: the same comparison of modification times as Make's, in words."""
 
-import glob
 import json
 import os
 import tomllib
 
 from nightmap_make.graph import PathList
+from nightmap_make.programs import reason_to_build
 from nightmap_make.rules_file import Times
 from nightmap_make.slots import change as slot_change
 from nightmap_make.slots import slot_path
 
 SHOWN = 4  # shards or tiles of a job that are listed one by one
-SOURCES = ("CMakeLists.txt", "cmake/*.cmake", "pipeline/*/*.h", "pipeline/*/*.cc", "stages/*/*.h", "stages/*/*.cc")
 
 
 class Staleness:
@@ -83,18 +82,10 @@ def config_change(site, graph, rule):
     return f"options of {rule.job.options} changed: {', '.join(changes)}" if changes else None
 
 
-def program_reason(build):
-    """The reason to build the programs; None when they are up to date."""
-    made = Times().of(f"{build}/programs.mk")
-    if made is None:
-        return "they are not built yet"
-    newer = [path for pattern in SOURCES for path in glob.glob(pattern) if os.stat(path).st_mtime_ns > made]
-    return f"{newer[0]} is newer than they are" if newer else None
-
-
-def lines(staleness, build):
-    """The answer of `make why`: a line per rule; only the first shards or tiles of a job with many."""
-    programs = program_reason(build)
+def lines(staleness, build, programs):
+    """The answer of `make why`: a line per rule; only the first shards or tiles of a job with many. programs: what the
+    site's jobs run."""
+    programs = reason_to_build(build, programs)
     if programs:
         yield f"programs: {programs}"
     by_job = {}

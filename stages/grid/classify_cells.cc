@@ -80,7 +80,7 @@ class FloorClassifier {
     const HeightRange band{within(step_m, options_.robot_height_m).min, robot.max};
     const HeightRange level{within(-step_m, 0).min, band.min - 1};
     Contents contents;
-    for (const Run& run : columns_.Of(cell)) {
+    for (const ColumnRun& run : columns_.Of(cell)) {
       if (run.occupied) {
         contents.num_occupied += band.Overlap(run.begin, run.end);
         contents.has_ground |= level.Overlap(run.begin, run.end) > 0;

@@ -59,20 +59,20 @@ template <typename Visit>
 void ForRuns(const LeafSource& leaves, const Area& area, const Visit& visit) {
   leaves.visit([&](const PlacedLeaf& leaf) {
     const Block block = ToBlock(leaf);
-    const Run run{block.z, block.z + block.size, block.occupied};
+    const ColumnRun run{block.z, block.z + block.size, block.occupied};
     ForColumns(block, area, [&](std::size_t column) { visit(column, run); });
   });
 }
 
-bool GoesOn(const Run& run, const Run& above) {
+bool GoesOn(const ColumnRun& run, const ColumnRun& above) {
   return above.begin == run.end && above.occupied == run.occupied;
 }
 
 // Number of runs of each column, after a leading zero.
 std::vector<std::size_t> CountRuns(const LeafSource& leaves, const Area& area) {
   std::vector<std::size_t> counts(area.Size() + 1, 0);
-  std::vector<Run> last(area.Size(), Run{0, std::numeric_limits<int>::min(), false});
-  ForRuns(leaves, area, [&](std::size_t column, const Run& run) {
+  std::vector<ColumnRun> last(area.Size(), ColumnRun{0, std::numeric_limits<int>::min(), false});
+  ForRuns(leaves, area, [&](std::size_t column, const ColumnRun& run) {
     if (!GoesOn(last[column], run)) ++counts[column + 1];
     last[column] = run;
   });
@@ -95,8 +95,8 @@ Columns CollectColumns(const LeafSource& leaves, Progress& progress) {
   progress.Advance(1);
   columns.runs.resize(columns.first.back());
   std::vector<std::uint32_t> num_runs(columns.area.Size(), 0);
-  ForRuns(leaves, columns.area, [&](std::size_t column, const Run& run) {
-    Run* end = &columns.runs[columns.first[column]] + num_runs[column];
+  ForRuns(leaves, columns.area, [&](std::size_t column, const ColumnRun& run) {
+    ColumnRun* end = &columns.runs[columns.first[column]] + num_runs[column];
     if (num_runs[column] > 0 && GoesOn(end[-1], run)) {
       end[-1].end = run.end;
     } else {

@@ -27,7 +27,7 @@ struct HeightRange {
 HeightRange VoxelsWithin(double min_m, double max_m, double resolution_m);
 
 // Voxels [begin, end) of one state.
-struct Run {
+struct ColumnRun {
   std::int32_t begin = 0;
   std::int32_t end = 0;
   bool occupied = false;
@@ -51,9 +51,9 @@ struct Columns {
   double resolution_m = 0;
   // Index of each column's first run, row by row, smallest y first; then the end.
   std::vector<std::size_t> first;
-  std::vector<Run> runs;  // of each column upwards; adjacent voxels of one state form one run
+  std::vector<ColumnRun> runs;  // of each column upwards; adjacent voxels of one state form one run
 
-  std::span<const Run> Of(std::size_t column) const {
+  std::span<const ColumnRun> Of(std::size_t column) const {
     return {runs.data() + first[column], runs.data() + first[column + 1]};
   }
 };

@@ -11,12 +11,12 @@ namespace {
 
 constexpr int kMaxGap = 1;  // unseen voxels between a surface and the free space above it
 
-bool IsSupport(std::span<const Run> runs, std::size_t at, const HeightRange& room) {
+bool IsSupport(std::span<const ColumnRun> runs, std::size_t at, const HeightRange& room) {
   const int top = runs[at].end - 1;
   if (!runs[at].occupied || at + 1 == runs.size()) return false;
-  const Run& above = runs[at + 1];
+  const ColumnRun& above = runs[at + 1];
   if (above.occupied || above.begin > top + 1 + kMaxGap) return false;
-  return std::ranges::none_of(runs.subspan(at + 1), [&](const Run& run) {
+  return std::ranges::none_of(runs.subspan(at + 1), [&](const ColumnRun& run) {
     return run.occupied && room.Overlap(run.begin - top, run.end - top) > 0;
   });
 }

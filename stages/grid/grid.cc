@@ -63,7 +63,7 @@ double ShareBelow(const Columns& columns, double lowest_floor_m) {
   const int end = VoxelsWithin(lowest_floor_m - kDepth_m, 0, columns.resolution_m).min;
   std::int64_t num_below = 0;
   std::int64_t num_occupied = 0;
-  for (const Run& run : columns.runs) {
+  for (const ColumnRun& run : columns.runs) {
     if (!run.occupied) continue;
     num_occupied += run.end - run.begin;
     num_below += std::max(0, std::min(run.end, end) - run.begin);

@@ -116,7 +116,7 @@ class GroundFinder {
     const HeightRange way{to.from_top + rise + 1,
                           to.from_top + Voxels(options_.robot_height_m) - rise};
     bool has_room = false;
-    for (const Run& run : columns_.Of(cell)) {
+    for (const ColumnRun& run : columns_.Of(cell)) {
       if (way.Overlap(run.begin, run.end) == 0) continue;
       if (run.occupied || run.begin < to.from_top + 1 - rise) return false;
       has_room = true;

@@ -12,7 +12,7 @@ namespace nightmap {
 namespace {
 
 // The blocks of one keyframe that lie in one region.
-struct Run {
+struct RegionRun {
   std::uint64_t region = 0;
   const KeyframeEvidence* keyframe = nullptr;
   std::size_t begin = 0;
@@ -20,8 +20,8 @@ struct Run {
 };
 
 // Runs by region, and within a region in the order of the keyframes.
-std::vector<Run> SplitByRegion(std::span<const KeyframeEvidence> keyframes) {
-  std::vector<Run> runs;
+std::vector<RegionRun> SplitByRegion(std::span<const KeyframeEvidence> keyframes) {
+  std::vector<RegionRun> runs;
   for (const KeyframeEvidence& keyframe : keyframes) {
     for (std::size_t i = 0; i < keyframe.blocks.size(); ++i) {
       const std::uint64_t region = BlockOf(keyframe.blocks[i].block);
@@ -29,7 +29,7 @@ std::vector<Run> SplitByRegion(std::span<const KeyframeEvidence> keyframes) {
       ++runs.back().end;
     }
   }
-  std::ranges::stable_sort(runs, {}, &Run::region);
+  std::ranges::stable_sort(runs, {}, &RegionRun::region);
   return runs;
 }
 
@@ -47,15 +47,15 @@ OccupancyVolume::Updates OccupancyVolume::MakeUpdates(float log_odds) {
 }
 
 void OccupancyVolume::Integrate(std::span<const KeyframeEvidence> keyframes, int num_threads) {
-  const std::vector<Run> runs = SplitByRegion(keyframes);
-  std::vector<std::pair<Region*, std::span<const Run>>> work;
+  const std::vector<RegionRun> runs = SplitByRegion(keyframes);
+  std::vector<std::pair<Region*, std::span<const RegionRun>>> work;
   for (std::size_t begin = 0, end = 0; begin < runs.size(); begin = end) {
     while (end < runs.size() && runs[end].region == runs[begin].region) ++end;
     work.emplace_back(&regions_[runs[begin].region], std::span(runs).subspan(begin, end - begin));
   }
   ParallelFor(work.size(), num_threads, [&](std::size_t i) {
     Region& region = *work[i].first;
-    for (const Run& run : work[i].second) {
+    for (const RegionRun& run : work[i].second) {
       for (std::size_t b = run.begin; b < run.end; ++b) {
         const auto& [code, evidence] = run.keyframe->blocks[b];
         std::unique_ptr<Block>& block = region[IndexInBlock(code)];

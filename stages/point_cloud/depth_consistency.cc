@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kVoxelsPerRun = 64;
 
 // Successive voxels and a ball around them.
-struct Run {
+struct PositionRun {
   std::size_t begin = 0;
   std::size_t end = 0;
   Eigen::Vector3d centre;
@@ -33,8 +33,8 @@ struct Votes {
   }
 };
 
-std::vector<Run> MakeRuns(const std::vector<Eigen::Vector3d>& positions) {
-  std::vector<Run> runs;
+std::vector<PositionRun> MakeRuns(const std::vector<Eigen::Vector3d>& positions) {
+  std::vector<PositionRun> runs;
   for (std::size_t begin = 0; begin < positions.size(); begin += kVoxelsPerRun) {
     const std::size_t end = std::min(begin + kVoxelsPerRun, positions.size());
     Eigen::AlignedBox3d box;
@@ -61,7 +61,7 @@ std::vector<std::optional<DepthView>> LoadViews(const KeyframeSource& source,
 
 void Vote(const PointCloudOptions& options,
           const DepthView& view,
-          const Run& run,
+          const PositionRun& run,
           const std::vector<Eigen::Vector3d>& positions,
           std::vector<Votes>& votes) {
   if (!view.Reaches(run.centre, run.radius_m, options.max_depth_m)) return;
@@ -128,7 +128,7 @@ SortedVoxels RemoveInconsistent(const PointCloudOptions& options,
                                 Progress& progress,
                                 int num_threads) {
   const std::vector<Eigen::Vector3d> positions = Positions(voxels.sums);
-  const std::vector<Run> runs = MakeRuns(positions);
+  const std::vector<PositionRun> runs = MakeRuns(positions);
   std::vector<Votes> votes(positions.size());
   const std::size_t batch = static_cast<std::size_t>(std::max(1, num_threads)) * 4;
   const std::span<const Keyframe> keyframes = source.keyframes;
