@@ -34,7 +34,7 @@ test: ## unit tests, end-to-end tests, and tests on the real data that is presen
 	@$(MAKE) --no-print-directory build
 	@cmake -S . -B $(BUILD) -DNIGHTMAP_TESTS=ON --log-level=WARNING >/dev/null
 	ninja -j "$$THREADS" -C $(BUILD)
-	@ctest --test-dir $(BUILD) -j "$$THREADS" --output-on-failure
+	@ctest --test-dir $(BUILD) -j "$$THREADS" --output-on-failure | $(PYTHON) tests/slowest_tests.py
 
 # What takes too long for every change. NIGHTMAP_NIGHTLY=1 makes the end-to-end tests do all they can.
 test-nightly: ## the slow lint, all unit tests under sanitizers, the long end-to-end tests, 2,000 attacks with damaged files

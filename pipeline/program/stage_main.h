@@ -24,6 +24,7 @@
 #include "pipeline/program/stage_context.h"
 
 // A stage's main.cc is part of its library. Tests, which link that too, have a main of their own.
+int main(int argc, char** argv);
 #pragma weak main
 
 namespace nightmap {
