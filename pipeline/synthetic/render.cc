@@ -145,7 +145,7 @@ class Shader {
     const double cosine = std::max(0.05, std::abs(view.facing));
     const double across_m = view.hit.distance * pixel_angle_ * pixel_width;
     const double along_m = across_m / cosine;
-    const int num_taps = std::min(static_cast<int>(1 / cosine + 0.5), 6);
+    const int num_taps = std::min(static_cast<int>(std::floor(1 / cosine + 0.5)), 6);
     const double tap_m = std::max(across_m, along_m / num_taps);
     const Eigen::Vector2d& lengths_m = shape.lengths_m;
     const Eigen::Vector2d at_m(view.hit.a * lengths_m.x(), view.hit.b * lengths_m.y());

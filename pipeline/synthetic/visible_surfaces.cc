@@ -127,8 +127,9 @@ void VisibleSurfaces::Store(const Square& square,
 }
 
 std::optional<int> VisibleSurfaces::At(double x, double y) const {
-  const int column = static_cast<int>(x + 0.5) / kTile_px;
-  const int row = static_cast<int>(y + 0.5) / kTile_px;
+  const Eigen::Vector2d from_corner(x + 0.5, y + 0.5);  // the picture's
+  const int column = static_cast<int>(from_corner.x()) / kTile_px;
+  const int row = static_cast<int>(from_corner.y()) / kTile_px;
   const Tile& tile = tiles_[static_cast<std::size_t>(row * num_columns_ + column)];
   const std::span<const int> candidates(candidates_.data() + tile.first, tile.count);
   if (tile.is_covered) return outlines_[static_cast<std::size_t>(candidates[0])].surface_idx;
