@@ -76,7 +76,7 @@ foreach(source ${benchmarks})
   get_filename_component(name ${source} NAME_WE)
   string(REPLACE bench_ stage_ stage ${name})
   add_executable(${name} EXCLUDE_FROM_ALL ${source})
-  target_link_libraries(${name} PRIVATE ${stage})
+  target_link_libraries(${name} PRIVATE ${stage} nightmap_synthetic)
   add_dependencies(benchmarks ${name})
 endforeach()
 # Own code against the libraries that do the same: several stages, and more of PCL than the tests need. It

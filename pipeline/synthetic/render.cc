@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint64_t kColorNoiseStream = 401;
 
-// What is the same at all points of a surface.
+// Values that all points of a surface share.
 struct SurfaceShape {
   Eigen::Vector3d normal;
   Eigen::Vector2d lengths_m;  // of its edges
@@ -75,7 +75,7 @@ class Sampler {
   Texture::Filter overlay_filter_;
 };
 
-// What is seen at a point of the picture.
+// The view of a surface through a point of the picture.
 struct View {
   Eigen::Vector3d direction;  // unit vector in the building
   RayHit hit;                 // its distance is the depth along z
@@ -102,7 +102,7 @@ class Shader {
     return surface_idx ? *surface_idx : world_->rays->Cast(origin_, Ray(x, y)).surface_idx;
   }
 
-  // What is seen at a point where SurfaceAt gives `surface_idx`, not -1.
+  // The view at a point where SurfaceAt gives `surface_idx`, not -1.
   View Look(double x, double y, int surface_idx) const {
     const Eigen::Vector3d ray = Ray(x, y);
     const Eigen::Vector3d direction = ray.normalized();
