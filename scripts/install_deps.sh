@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Installs the Debian 12 packages that are missing, of those that nightmap needs for what the arguments name: stage
-# programs, `tests`, `colmap`. What every program needs is always among them. Without arguments: all packages. --quiet
-# says nothing when none is missing.
+# programs, `colmap`, `tests` (with those of all programs and colmap), `lint`. What every program needs is always among
+# them. Without arguments: all packages. --quiet says nothing when none is missing.
 set -euo pipefail
 
 is_quiet=
@@ -51,22 +51,26 @@ for_made_up_recordings=(
 for_colmap=(
   colmap               # tests: opens the exported model; make evaluate-colmap runs it
 )
-for_tests=(
+for_lint=(
   clang-format         # make format, format-check
   clang-tidy           # make lint
+  libclang-dev llvm-dev  # make lint: its plugin of clang-tidy
   shellcheck           # make lint
+)
+for_tests=(
   chromium             # tests: opens the report
   octomap-tools        # tests: convert_octree reads our octrees
   libgtest-dev libgmock-dev  # unit tests
 )
 
-[[ $# -gt 0 ]] || set -- scan_localize synthesize colmap tests
+[[ $# -gt 0 ]] || set -- tests lint
 for what; do
   case $what in
     scan_localize | things) packages+=("${for_point_clouds[@]}") ;;
     synthesize | synthesize_ceiling) packages+=("${for_made_up_recordings[@]}") ;;
     colmap) packages+=("${for_colmap[@]}") ;;
-    tests) packages+=("${for_tests[@]}") ;;
+    tests) packages+=("${for_point_clouds[@]}" "${for_made_up_recordings[@]}" "${for_colmap[@]}" "${for_tests[@]}") ;;
+    lint) packages+=("${for_lint[@]}") ;;
   esac
 done
 

@@ -10,7 +10,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace files_test {
 
 namespace fs = std::filesystem;
 
@@ -172,5 +172,5 @@ TEST(Files, WhatIsNoPlainFileIsNotRead) {
   }
 }
 
-}  // namespace
+}  // namespace files_test
 }  // namespace nightmap

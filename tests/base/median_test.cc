@@ -5,7 +5,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace median_test {
 
 TEST(Median, HasAsManyValuesBelowAsAbove) {
   Random random(1, 2, 3);
@@ -23,5 +23,5 @@ TEST(Median, OfTwoIsTheUpperAndOfNoneZero) {
   EXPECT_EQ(Median(std::vector<int>{7}), 7);
 }
 
-}  // namespace
+}  // namespace median_test
 }  // namespace nightmap

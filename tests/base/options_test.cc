@@ -7,7 +7,7 @@
 #include "pipeline/base/error.h"
 
 namespace nightmap {
-namespace {
+namespace options_test {
 
 struct Options {
   bool flag = true;
@@ -96,5 +96,5 @@ TEST(Options, HelpNamesEveryOptionWithDefaultAndRange) {
   EXPECT_THAT(help, testing::HasSubstr("kind     a choice [default \"sift\"; one of sift, orb]"));
 }
 
-}  // namespace
+}  // namespace options_test
 }  // namespace nightmap

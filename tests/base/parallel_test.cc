@@ -17,7 +17,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace parallel_test {
 
 TEST(ParallelFor, VisitsEveryItemOnce) {
   for (const int num_threads : {1, 2, 7, 100}) {
@@ -175,5 +175,5 @@ TEST(UnionFind, AgreesWithRelabeling) {
   }
 }
 
-}  // namespace
+}  // namespace parallel_test
 }  // namespace nightmap

@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace writing_folder_test {
 
 namespace fs = std::filesystem;
 
@@ -94,5 +94,5 @@ TEST(WritingFolder, FoldersOfOtherHostsAndOtherFilesAreLeftAlone) {
   EXPECT_FALSE(fs::exists(folder / (ours + ".fedcba")));
 }
 
-}  // namespace
+}  // namespace writing_folder_test
 }  // namespace nightmap

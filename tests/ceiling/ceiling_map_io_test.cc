@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace ceiling_map_io_test {
 
 CeilingMap MakeMap() {
   CeilingMap map;
@@ -124,5 +124,5 @@ TEST(CeilingMapIo, PlyHasTheLargestDeviation) {
               testing::HasSubstr("1.0000 2.0000 2.5000 0 96 255 0.2000\n"));
 }
 
-}  // namespace
+}  // namespace ceiling_map_io_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace compressed_ekf_test {
 
 using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
@@ -202,5 +202,5 @@ TEST(CompressedEkf, RefusesWhatIsNoMeasurement) {
                DataError);
 }
 
-}  // namespace
+}  // namespace compressed_ekf_test
 }  // namespace nightmap

@@ -8,7 +8,7 @@
 #include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
-namespace {
+namespace corner_tracks_io_test {
 
 constexpr char kFormat[] = "nightmap corner tracks";
 const auto kRead = [](const std::filesystem::path& path) { return ReadCornerTracks(path); };
@@ -183,5 +183,5 @@ TEST_F(CornerTracksIoTest, SizesThatDoNotAddUpAreNamed) {
   }
 }
 
-}  // namespace
+}  // namespace corner_tracks_io_test
 }  // namespace nightmap

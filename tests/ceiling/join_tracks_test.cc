@@ -5,7 +5,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace join_tracks_test {
 
 CornerSighting At(std::int64_t track_id, float x) { return {track_id, {x, 10}, {x, 10}}; }
 
@@ -48,5 +48,5 @@ TEST(JoinTracks, RefusesShardsThatDoNotFollow) {
   EXPECT_THROW(JoinTracks({first, second}, 1), InputError);
 }
 
-}  // namespace
+}  // namespace join_tracks_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace upward_camera_test {
 
 UpwardCamera MakeCamera() {
   Camera camera;
@@ -175,5 +175,5 @@ TEST(PlanarPose, DerivativesAreThoseOfNumbers) {
   }
 }
 
-}  // namespace
+}  // namespace upward_camera_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include "pipeline/dense/rgbd_keyframes.h"
 
 namespace nightmap {
-namespace {
+namespace back_project_test {
 
 RgbdCamera TestCamera() {
   RgbdCamera camera;
@@ -119,5 +119,5 @@ TEST(SelectKeyframes, MatchesByTimeAndLeavesOutFramesWithoutDepth) {
   EXPECT_THROW(SelectKeyframes(frames, {}, PosesAt({0}), 1), DataError);
 }
 
-}  // namespace
+}  // namespace back_project_test
 }  // namespace nightmap

@@ -23,7 +23,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace octree_io_test {
 
 class OctreeIoTest : public testing::Test {
  protected:
@@ -430,5 +430,5 @@ TEST_F(OctreeIoTest, LeavesThatDoNotFitAreRefused) {
   EXPECT_THROW(WriteBinaryOctree(bt_, tree), DataError);
 }
 
-}  // namespace
+}  // namespace octree_io_test
 }  // namespace nightmap

@@ -11,7 +11,7 @@
 #include "pipeline/base/files.h"
 
 namespace nightmap {
-namespace {
+namespace pcd_io_test {
 
 TEST(PcdIo, HasTheFieldsOfItsHeader) {
   const auto path =
@@ -47,5 +47,5 @@ TEST(PcdIo, AFolderThatIsNotThereIsAnErrorThatNamesTheFile) {
   }
 }
 
-}  // namespace
+}  // namespace pcd_io_test
 }  // namespace nightmap

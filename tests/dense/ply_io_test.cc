@@ -12,7 +12,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace ply_io_test {
 
 class PlyIoTest : public testing::Test {
  protected:
@@ -105,5 +105,5 @@ TEST_F(PlyIoTest, HugeCountIsRefusedWithoutAllocation) {
   ExpectError("999999999999 points need");
 }
 
-}  // namespace
+}  // namespace ply_io_test
 }  // namespace nightmap

@@ -8,7 +8,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace rgbd_keyframes_test {
 
 constexpr int kNumKeyframes = 40;
 
@@ -65,5 +65,5 @@ TEST(FuseKeyframes, AFailureIsOfItsKeyframeAlone) {
   EXPECT_EQ(by_four.skipped, fused.skipped);
 }
 
-}  // namespace
+}  // namespace rgbd_keyframes_test
 }  // namespace nightmap

@@ -13,7 +13,7 @@
 #include "pipeline/dense/tile_results.h"
 
 namespace nightmap {
-namespace {
+namespace tiles_io_test {
 
 class TilesIoTest : public testing::Test {
  protected:
@@ -226,5 +226,5 @@ TEST_F(TilesIoTest, RemovesWhatIsOfOtherTilesAndNothingElse) {
   for (const auto& name : go) EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
 }
 
-}  // namespace
+}  // namespace tiles_io_test
 }  // namespace nightmap

@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace voxel_labels_io_test {
 
 VoxelLabels SomeVoxels() {
   VoxelLabels voxels;
@@ -104,5 +104,5 @@ TEST(VoxelLabelsIo, RefusesAnotherFormatANewerVersionAndACutFile) {
   NIGHTMAP_EXPECT_ERROR(DataError, ReadVoxelLabels(folder / "cut.h5"), "cut.h5");
 }
 
-}  // namespace
+}  // namespace voxel_labels_io_test
 }  // namespace nightmap

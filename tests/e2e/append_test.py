@@ -18,7 +18,7 @@ from nightmap_site.unit_lists import near  # of the scripts that workspace finds
 
 SITE = "tum_fr1_xyz_15hz"
 DATA = pathlib.Path(os.environ.get("NIGHTMAP_DATA", REPOSITORY / "../shared/data")).resolve()
-FIRST, ALL, SHARD = (300, 399, 100) if IS_NIGHT else (120, 160, 40)  # frames; at night the whole recording
+FIRST, ALL, SHARD = (300, 399, 100) if IS_NIGHT else (60, 80, 20)  # frames; at night the whole recording
 
 
 class AppendTest(unittest.TestCase):
@@ -59,7 +59,7 @@ class AppendTest(unittest.TestCase):
 class SecondRecordingTest(unittest.TestCase):
     """Two drives through one building, each about half of the route: they meet, and each sees rooms of its own."""
 
-    NUM_FRAMES, SHARD = 90, 30
+    NUM_FRAMES, SHARD = 80, 20
     SYNTHESIZE = ("num_rooms = 2\nlength_ratio = 0.6\noverlap_m = 0\nnum_queries = 0\nmax_step_m = 0.3\nmax_turn_rad = 0.3\n"
                   "num_frames = {num_frames}\nrecording = {index}\nstart_ratio = {start_ratio}\n")  # fmt: skip
 
@@ -113,10 +113,11 @@ class SecondRecordingTest(unittest.TestCase):
         self.check_made(output, "point_cloud", changed, len(tiles), num_joins=1)
         reached = {tile for tile in tiles if changed & set(near(tile, set(tiles)))}  # their clouds bound its free space
         self.check_made(output, "octree", reached, len(tiles), num_joins=1)
-        appended = self.work.hashes()
-        shutil.rmtree(self.work.folder / "maps")
-        self.map_of(2)
-        self.assertEqual(appended, self.work.hashes())
+        if IS_NIGHT:  # by day AppendTest compares with a clean build
+            appended = self.work.hashes()
+            shutil.rmtree(self.work.folder / "maps")
+            self.map_of(2)
+            self.assertEqual(appended, self.work.hashes())
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workspace import SITE, Workspace
+from workspace import RECORDING, SITE, Workspace
 
 
 FEW = "frames.max_frames=20"  # COLMAP matches every pair: more would take minutes
@@ -54,7 +54,7 @@ def reprojection_errors_px(folder):
 class ColmapTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace()
+        cls.work = Workspace.made(RECORDING)
         cls.addClassCleanup(cls.work.remove)
         result = cls.work.make("evaluate-colmap", f"SET={FEW}")
         if result.returncode != 0:

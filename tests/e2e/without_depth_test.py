@@ -4,7 +4,7 @@
 import unittest
 
 import h5py
-from workspace import SITE, Workspace
+from workspace import RECORDING, SITE, Workspace
 
 FEATURES = f"maps/{SITE}/features/shard_0000.h5"
 
@@ -12,7 +12,7 @@ FEATURES = f"maps/{SITE}/features/shard_0000.h5"
 class WithoutDepthTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace()
+        cls.work = Workspace.made(RECORDING)
         cls.addClassCleanup(cls.work.remove)
         cls.site = cls.work.folder / f"configs/sites/{SITE}.toml"
         cls.site.write_text(cls.site.read_text().replace("[[sequence]]\n", '[[sequence]]\ndepth = "none"\n'))

@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace extract_features_test {
 
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
@@ -287,5 +287,5 @@ TEST(LookUpDepth, TheCentreOfARingCounts) {
                   (2.0F + 16 * 2.02F) / 17);
 }
 
-}  // namespace
+}  // namespace extract_features_test
 }  // namespace nightmap

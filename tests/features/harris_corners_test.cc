@@ -12,7 +12,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace harris_corners_test {
 
 constexpr int kWidth = 320, kHeight = 240;
 const Eigen::Vector2d kCentre(160.3, 119.6);
@@ -137,5 +137,5 @@ TEST(HarrisCorners, SaturatedAndTinyPicturesHaveNone) {
   EXPECT_TRUE(FindHarrisCorners({}, {}).empty());
 }
 
-}  // namespace
+}  // namespace harris_corners_test
 }  // namespace nightmap

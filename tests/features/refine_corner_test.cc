@@ -8,7 +8,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace refine_corner_test {
 
 constexpr int kSize_px = 40;
 
@@ -65,5 +65,5 @@ TEST(RefineCorner, NothingBeyondTheLongestWayAndAtTheBorder) {
   EXPECT_FALSE(RefineCorner(border.View(), {NAN, 20}, 4, 3));
 }
 
-}  // namespace
+}  // namespace refine_corner_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/landmark_scene.h"
 
 namespace nightmap {
-namespace {
+namespace static_motion_test {
 
 const Camera kCamera{640, 480, 500, 500, 320, 240};
 
@@ -118,5 +118,5 @@ TEST(SurfaceAreas, OfPixelsOutsideThePictureAreThoseOfItsBorder) {
   EXPECT_NEAR(areas_m2[2], cell_m * cell_m, 1e-12);
 }
 
-}  // namespace
+}  // namespace static_motion_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace track_features_test {
 
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
@@ -112,5 +112,5 @@ TEST_F(TrackFeaturesTest, TracksTheStrongestFeaturesThatAreApart) {
   }
 }
 
-}  // namespace
+}  // namespace track_features_test
 }  // namespace nightmap

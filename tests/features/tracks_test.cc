@@ -9,7 +9,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace tracks_test {
 
 TEST(Tracks, JoinsAcrossFrames) {
   TrackBuilder builder(10, {3, 3, 3});
@@ -48,5 +48,5 @@ TEST(Tracks, RefusesFeaturesThatDoNotExist) {
   EXPECT_THROW(builder.Join(0, 0, 2, 0), DataError);
 }
 
-}  // namespace
+}  // namespace tracks_test
 }  // namespace nightmap

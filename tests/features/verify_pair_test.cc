@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace verify_pair_test {
 
 VerifyOptions TestVerifyOptions() {
   VerifyOptions options;
@@ -121,5 +121,5 @@ TEST(VerifyPair, CovarianceTellsTheError) {
   EXPECT_LT(sum / kNumTrials, 15);
 }
 
-}  // namespace
+}  // namespace verify_pair_test
 }  // namespace nightmap

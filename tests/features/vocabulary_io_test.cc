@@ -10,7 +10,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace vocabulary_io_test {
 
 class VocabularyIoTest : public testing::Test {
  protected:
@@ -116,5 +116,5 @@ TEST_F(VocabularyIoTest, RefusesOffsetsThatDoNotAddUp) {
   ExpectRefused("frames/word_offsets");
 }
 
-}  // namespace
+}  // namespace vocabulary_io_test
 }  // namespace nightmap

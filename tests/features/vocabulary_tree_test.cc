@@ -10,7 +10,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace vocabulary_tree_test {
 
 std::vector<std::uint8_t> RandomDescriptors(DescriptorKind kind, int count, std::uint64_t seed) {
   Random random(seed);
@@ -254,5 +254,5 @@ TEST(InvertedFileTest, BreaksTiesByFrameAndHonoursLimits) {
   EXPECT_TRUE(InvertedFile().Query({1}, 10).empty());
 }
 
-}  // namespace
+}  // namespace vocabulary_tree_test
 }  // namespace nightmap

@@ -6,7 +6,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace absolute_pose_test {
 
 const Camera kCamera{640, 480, 525, 525, 319.5, 239.5};
 
@@ -160,5 +160,5 @@ TEST(AbsolutePose, CovarianceShrinksWithMoreMatches) {
   EXPECT_FALSE(PoseCovariance(kCamera, {few[0]}, truth, {}).has_value());
 }
 
-}  // namespace
+}  // namespace absolute_pose_test
 }  // namespace nightmap

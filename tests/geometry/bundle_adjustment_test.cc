@@ -12,7 +12,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace bundle_adjustment_test {
 
 const Camera kCamera{640, 480, 525, 525, 319.5, 239.5};
 
@@ -329,5 +329,5 @@ TEST(BundleAdjustment, RefusesSizesThatDoNotFit) {
   EXPECT_THROW(Adjust({}, &problem), DataError);
 }
 
-}  // namespace
+}  // namespace bundle_adjustment_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace camera_test {
 
 // The Kinect of TUM's freiburg1 sequences: strong distortion, k3 included.
 Camera Freiburg1() {
@@ -102,5 +102,5 @@ TEST(Camera, AnotherFocalLengthKeepsTheUndistortedImage) {
   }
 }
 
-}  // namespace
+}  // namespace camera_test
 }  // namespace nightmap

@@ -8,7 +8,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace dlt_test {
 
 struct Views {
   Rigid3 camera_from_world;
@@ -75,5 +75,5 @@ TEST(Dlt, RefusesTooFewPoints) {
   EXPECT_THROW(SolveDlt(six.rays, five.points), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace dlt_test
 }  // namespace nightmap

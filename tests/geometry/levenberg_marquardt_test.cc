@@ -9,7 +9,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace levenberg_marquardt_test {
 
 using Equations2 = NormalEquations<2>;
 using Vector2 = Equations2::Vector;
@@ -81,5 +81,5 @@ TEST(NormalEquations, APriorHoldsWhatTheResidualsDoNotTell) {
   EXPECT_EQ(equations.cost, 16);
 }
 
-}  // namespace
+}  // namespace levenberg_marquardt_test
 }  // namespace nightmap

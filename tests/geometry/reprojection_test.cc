@@ -6,7 +6,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace reprojection_test {
 
 const Camera kCamera{640, 480, 525, 520, 319.5, 239.5};
 
@@ -121,5 +121,5 @@ TEST(Reprojection, WhatIsBehindOrTooNearIsNotVisible) {
             std::numeric_limits<double>::infinity());
 }
 
-}  // namespace
+}  // namespace reprojection_test
 }  // namespace nightmap

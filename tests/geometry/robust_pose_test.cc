@@ -8,7 +8,7 @@
 #include "pipeline/geometry/absolute_pose.h"
 
 namespace nightmap {
-namespace {
+namespace robust_pose_test {
 
 const Camera kCamera{640, 480, 525, 525, 319.5, 239.5};
 
@@ -172,5 +172,5 @@ TEST(RobustPose, DltNeedsManyIterationsForSevenOfTenWrong) {
   EXPECT_EQ(NumSolved(MinimalSolver::kDlt6, 70, 20000), 5);
 }
 
-}  // namespace
+}  // namespace robust_pose_test
 }  // namespace nightmap

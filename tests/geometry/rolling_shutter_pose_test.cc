@@ -8,7 +8,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace rolling_shutter_pose_test {
 
 const Camera kCamera{640, 480, 525, 525, 319.5, 239.5};
 
@@ -138,5 +138,5 @@ TEST(MovingPose, TheLessIsKnownOfTheFocalLengthTheLessSureIsThePose) {
   }
 }
 
-}  // namespace
+}  // namespace rolling_shutter_pose_test
 }  // namespace nightmap

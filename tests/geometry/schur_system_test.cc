@@ -9,7 +9,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace schur_system_test {
 
 constexpr int kNumPoses = 9;
 constexpr int kNumPoints = 60;
@@ -157,5 +157,5 @@ TEST(SchurSystem, NothingWhenANumberIsNone) {
   EXPECT_FALSE(system.Solve(made.observations, made.priors, kTrust));
 }
 
-}  // namespace
+}  // namespace schur_system_test
 }  // namespace nightmap

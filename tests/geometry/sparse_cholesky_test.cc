@@ -12,7 +12,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace sparse_cholesky_test {
 
 constexpr int kSize = 200;
 
@@ -72,5 +72,5 @@ TEST(SparseCholesky, MoreEntriesThanAnIndexCountsAreAnError) {
   NIGHTMAP_EXPECT_ERROR(DataError, SparseIndex(kMax + 1), "2147483648 entries is too large");
 }
 
-}  // namespace
+}  // namespace sparse_cholesky_test
 }  // namespace nightmap

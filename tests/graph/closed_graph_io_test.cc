@@ -9,7 +9,7 @@
 #include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
-namespace {
+namespace closed_graph_io_test {
 
 const auto kRead = [](const std::filesystem::path& path) { return ReadClosedGraph(path); };
 
@@ -207,5 +207,5 @@ TEST(ClosedGraphIo, MissingArraysSizesKindsAndSensorsAreNamed) {
   refuse("", "edge_sensor' names no sensor", 0, 1);
 }
 
-}  // namespace
+}  // namespace closed_graph_io_test
 }  // namespace nightmap

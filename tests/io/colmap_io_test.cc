@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace colmap_io_test {
 
 // Two cameras, one distorted; two images that see three points, the first image one alone.
 ColmapModel MakeModel() {
@@ -256,5 +256,5 @@ TEST_F(ColmapDatabaseTest, SaysWhereItCannotWrite) {
                         "missing/database.db");
 }
 
-}  // namespace
+}  // namespace colmap_io_test
 }  // namespace nightmap

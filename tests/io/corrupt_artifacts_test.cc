@@ -21,7 +21,7 @@
 #include "tests/io/artifact_damage.h"
 
 namespace nightmap {
-namespace {
+namespace corrupt_artifacts_test {
 
 using Path = std::filesystem::path;
 
@@ -302,5 +302,5 @@ TEST_F(CorruptArtifactsTest, DeeplyNestedJson) {
   }
 }
 
-}  // namespace
+}  // namespace corrupt_artifacts_test
 }  // namespace nightmap

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace nightmap {
-namespace {
+namespace data_paths_test {
 
 TEST(WithoutDataRoot, IsDoneWhereverThePathStands) {
   EXPECT_EQ(
@@ -32,5 +32,5 @@ TEST(AsText, WritesOtherBytesSoThatTextCanHoldThem) {
   EXPECT_FALSE(IsText("\x7f"));
 }
 
-}  // namespace
+}  // namespace data_paths_test
 }  // namespace nightmap

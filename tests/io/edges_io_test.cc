@@ -8,7 +8,7 @@
 #include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
-namespace {
+namespace edges_io_test {
 
 const auto kRead = [](const std::filesystem::path& path) { return ReadEdges(path); };
 
@@ -173,5 +173,5 @@ TEST_F(EdgesIoTest, NodesThatCannotBeAreRefused) {
   ExpectRefused([](Edges& edges) { edges[4].target_time_ns = 400; }, not_ascending);
 }
 
-}  // namespace
+}  // namespace edges_io_test
 }  // namespace nightmap

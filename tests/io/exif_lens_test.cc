@@ -7,7 +7,7 @@
 #include <limits>
 
 namespace nightmap {
-namespace {
+namespace exif_lens_test {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -63,5 +63,5 @@ TEST(ExifLens, WhatIsNoPositiveNumberIsNotKnown) {
   }
 }
 
-}  // namespace
+}  // namespace exif_lens_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
-namespace {
+namespace features_io_test {
 
 const auto kRead = [](const std::filesystem::path& path) { return ReadFeatures(path); };
 
@@ -246,5 +246,5 @@ TEST(FeaturesIo, EqualContentIsEqualBytes) {
   EXPECT_EQ(ReadBytes(folder / "a.h5"), ReadBytes(folder / "b.h5"));
 }
 
-}  // namespace
+}  // namespace features_io_test
 }  // namespace nightmap

@@ -13,7 +13,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace frame_failure_test {
 
 TEST(FrameFailure, IsEmptyWhenTheWorkIsDone) {
   bool is_done = false;
@@ -61,5 +61,5 @@ TEST(FrameFailure, ADefectOfTheProgramPasses) {
   EXPECT_THROW((void)defect(), std::logic_error);
 }
 
-}  // namespace
+}  // namespace frame_failure_test
 }  // namespace nightmap

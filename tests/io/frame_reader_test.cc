@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace frame_reader_test {
 
 constexpr int kWidth = 40, kHeight = 30;
 
@@ -177,5 +177,5 @@ TEST_F(FrameReaderTest, AMaskThatIsMissingOrOfAnotherSizeIsNamed) {
       DataError, Reader().Depth(frames_[1], camera_), "c1.png: shard_0000.h5 has no mask");
 }
 
-}  // namespace
+}  // namespace frame_reader_test
 }  // namespace nightmap

@@ -8,7 +8,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace frames_io_test {
 
 std::vector<FrameRecord> SomeFrames(int first_idx, int count) {
   std::vector<FrameRecord> frames;
@@ -381,5 +381,5 @@ TEST(RealFrame, LoadsAtFullSize) {
   EXPECT_GT(num_measured, 640 * 480 / 2);
 }
 
-}  // namespace
+}  // namespace frames_io_test
 }  // namespace nightmap

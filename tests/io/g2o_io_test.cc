@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace g2o_io_test {
 
 const Rigid3 kPose{Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY())), {1, 2, 3}};
 
@@ -39,5 +39,5 @@ TEST(G2oIo, RefusesBadLines) {
   }
 }
 
-}  // namespace
+}  // namespace g2o_io_test
 }  // namespace nightmap

@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace gif_io_test {
 
 constexpr int kWidth = 40, kHeight = 20;
 
@@ -71,5 +71,5 @@ TEST(GifIo, MistakesAreErrors) {
   EXPECT_FALSE(std::filesystem::exists(folder / "c.gif"));
 }
 
-}  // namespace
+}  // namespace gif_io_test
 }  // namespace nightmap

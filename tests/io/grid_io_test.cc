@@ -12,7 +12,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace grid_io_test {
 
 class GridIoTest : public testing::Test {
  protected:
@@ -210,5 +210,5 @@ TEST_F(GridIoTest, RefusesBadImage) {
   ExpectError(kYaml, Replace(kPgm, "2 1", "9999999999 1"), "width");
 }
 
-}  // namespace
+}  // namespace grid_io_test
 }  // namespace nightmap

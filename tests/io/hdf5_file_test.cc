@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace hdf5_file_test {
 
 class Hdf5FileTest : public testing::Test {
  protected:
@@ -116,5 +116,5 @@ TEST_F(Hdf5FileTest, WhatCannotBeWrittenIsNamed) {
       DataError, writer.WriteList<float>("list", {2}), "a.h5: cannot write array");
 }
 
-}  // namespace
+}  // namespace hdf5_file_test
 }  // namespace nightmap

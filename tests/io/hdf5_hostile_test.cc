@@ -10,7 +10,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace hdf5_hostile_test {
 
 class Hdf5HostileTest : public testing::Test {
  protected:
@@ -208,5 +208,5 @@ TEST_F(Hdf5HostileTest, AGroupOrATypeIsNoArray) {
   ExpectListRefused("is missing");
 }
 
-}  // namespace
+}  // namespace hdf5_hostile_test
 }  // namespace nightmap

@@ -13,7 +13,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace image_io_test {
 
 template <typename T>
 Image<T> RandomImage(int width, int height, int num_channels, std::uint64_t seed) {
@@ -250,5 +250,5 @@ TEST(ImageIo, VideoFramePathsAreTakenApart) {
   EXPECT_FALSE(SplitVideoFramePath("a#1/b.png"));
 }
 
-}  // namespace
+}  // namespace image_io_test
 }  // namespace nightmap

@@ -5,7 +5,7 @@
 #include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
-namespace {
+namespace labels_io_test {
 
 constexpr int kVersion = 2;
 const auto kRead = [](const std::filesystem::path& path) {
@@ -143,5 +143,5 @@ TEST(LabelsIo, MissingArraysAreNamed) {
   }
 }
 
-}  // namespace
+}  // namespace labels_io_test
 }  // namespace nightmap

@@ -8,7 +8,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace landmarks_io_test {
 
 LandmarkMap MakeMap() {
   LandmarkMap map;
@@ -138,5 +138,5 @@ TEST_F(LandmarksIoTest, RefusesQuaternionsThatAreNoRotation) {
   ExpectRefused("keyframes/map_from_camera");
 }
 
-}  // namespace
+}  // namespace landmarks_io_test
 }  // namespace nightmap

@@ -5,7 +5,7 @@
 #include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
-namespace {
+namespace masks_io_test {
 
 const auto kRead = [](const std::filesystem::path& path) { return ReadMasks(path); };
 
@@ -111,5 +111,5 @@ TEST(MasksIo, OffsetsThatDoNotAddUpAreRefused) {
   }
 }
 
-}  // namespace
+}  // namespace masks_io_test
 }  // namespace nightmap

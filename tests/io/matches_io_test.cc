@@ -8,7 +8,7 @@
 #include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
-namespace {
+namespace matches_io_test {
 
 const auto kRead = [](const std::filesystem::path& path) { return ReadPairs(path); };
 
@@ -182,5 +182,5 @@ TEST_F(MatchesIoTest, ValuesOutOfRangeAreNamed) {
   ExpectRefused([](Arrays& a) { a.b_from_a.values[13] = 0.5; }, "row 1 holds a quaternion");
 }
 
-}  // namespace
+}  // namespace matches_io_test
 }  // namespace nightmap

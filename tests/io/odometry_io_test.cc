@@ -8,7 +8,7 @@
 #include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
-namespace {
+namespace odometry_io_test {
 
 const auto kRead = [](const std::filesystem::path& path) { return ReadOdometry(path); };
 
@@ -204,5 +204,5 @@ TEST_F(OdometryIoTest, ValuesOutOfRangeAreNamed) {
   ExpectRefused([](Arrays& a) { a.edge_b_from_a.values[6] = 2; }, "row 0 holds a quaternion");
 }
 
-}  // namespace
+}  // namespace odometry_io_test
 }  // namespace nightmap

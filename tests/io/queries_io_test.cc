@@ -6,7 +6,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace queries_io_test {
 
 constexpr char kHeader[] =
     "query_idx,time_ns,color_path,status,reason,num_matches,num_inliers,num_rival_inliers,"
@@ -78,5 +78,5 @@ TEST_F(QueriesIoTest, RefusesTruncatedFilesAndOtherHeaders) {
       DataError, ReadQueries(folder_.Write("queries.csv", "query_idx\n0\n")), "queries.csv");
 }
 
-}  // namespace
+}  // namespace queries_io_test
 }  // namespace nightmap

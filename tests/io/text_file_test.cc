@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace text_file_test {
 
 using namespace std::string_literals;
 
@@ -42,5 +42,5 @@ TEST(ReadTextFile, IsWhatListsTrajectoriesAndTablesAreReadBy) {
   NIGHTMAP_EXPECT_ERROR(DataError, CsvFile(csv, "a,b"), "t.csv:2: holds 1 NUL bytes");
 }
 
-}  // namespace
+}  // namespace text_file_test
 }  // namespace nightmap

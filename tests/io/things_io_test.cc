@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace things_io_test {
 
 std::vector<Thing> TwoThings() {
   Thing sofa;
@@ -170,5 +170,5 @@ TEST_F(ThingsIoTest, NamesThatAreNoTextAreRefusedByName) {
   NIGHTMAP_EXPECT_ERROR(DataError, ThingsToJson(things), "sofa_1");
 }
 
-}  // namespace
+}  // namespace things_io_test
 }  // namespace nightmap

@@ -8,7 +8,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace trajectory_io_test {
 
 TEST(Time, IsExactToTheNanosecond) {
   EXPECT_EQ(ParseTime_ns("1305031102.175304"), 1305031102175304000);
@@ -147,5 +147,5 @@ TEST(Tum, BadLinesAreNamed) {
   NIGHTMAP_EXPECT_ERROR(DataError, ReadTum(folder / "none.tum"), "none.tum");
 }
 
-}  // namespace
+}  // namespace trajectory_io_test
 }  // namespace nightmap

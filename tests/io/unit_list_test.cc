@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace nightmap {
-namespace {
+namespace unit_list_test {
 
 TEST(NameList, HasTheCountAndANamePerLine) {
   EXPECT_EQ(NameListToText("shards", {"0000", "0001"}),
@@ -12,5 +12,5 @@ TEST(NameList, HasTheCountAndANamePerLine) {
   EXPECT_EQ(NameListToText("tiles", {}), "nightmap tiles, version 1, 0 names\n");
 }
 
-}  // namespace
+}  // namespace unit_list_test
 }  // namespace nightmap

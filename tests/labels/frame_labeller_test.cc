@@ -5,7 +5,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace frame_labeller_test {
 
 // Label pictures of another program, and what is wrong with some.
 TEST(MakeLabeller, ReadsLabelPicturesOfTheRecording) {
@@ -32,5 +32,5 @@ TEST(MakeLabeller, ReadsLabelPicturesOfTheRecording) {
   NIGHTMAP_EXPECT_ERROR(DataError, with("none.png"), "none.png");
 }
 
-}  // namespace
+}  // namespace frame_labeller_test
 }  // namespace nightmap

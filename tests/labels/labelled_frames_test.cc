@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace labelled_frames_test {
 
 const std::vector<FrameRecord> kFrames = FramesToLabel(12);
 
@@ -108,5 +108,5 @@ TEST(LabelledFrames, TheReportHasSharesOfClassesAndOfWhatMoves) {
   EXPECT_NEAR(report["moving_shares"][6], 0.6, 1e-12);
 }
 
-}  // namespace
+}  // namespace labelled_frames_test
 }  // namespace nightmap

@@ -6,7 +6,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace moving_mask_test {
 
 constexpr int kWidth = 30, kHeight = 20;
 const LabelClasses kClasses{{"floor", "person", "chair"}, {0, 1, 0}};
@@ -49,5 +49,5 @@ TEST(MovingMask, LeavesOutWhatIsNotProbableEnough) {
   EXPECT_EQ(num_masked(255, 1), 1);
 }
 
-}  // namespace
+}  // namespace moving_mask_test
 }  // namespace nightmap

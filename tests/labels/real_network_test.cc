@@ -10,7 +10,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace real_network_test {
 
 constexpr const char* kNetwork = "../models/deeplabv3_voc/deeplabv3_257_mv.onnx";
 constexpr const char* kClasses = "../models/deeplabv3_voc/classes.txt";
@@ -99,5 +99,5 @@ TEST(RealNetwork, EachNumberOfConcurrentCallsGivesTheSameLabels) {
   }
 }
 
-}  // namespace
+}  // namespace real_network_test
 }  // namespace nightmap

@@ -5,7 +5,7 @@
 #include "tests/labels/tiny_network.h"
 
 namespace nightmap {
-namespace {
+namespace segmentation_model_test {
 
 using Color = std::array<std::uint8_t, 3>;
 
@@ -113,5 +113,5 @@ TEST(SegmentationModel, MissingFilesAreNamed) {
   EXPECT_EQ(ReadSegmentationModel(WriteTinyModel(folder)).network, folder / "tiny.onnx");
 }
 
-}  // namespace
+}  // namespace segmentation_model_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/labels/tiny_network.h"
 
 namespace nightmap {
-namespace {
+namespace segmenter_test {
 
 ColorImage Uniform(int width, int height, const std::array<std::uint8_t, 3>& color) {
   ColorImage image{width, height, 3, {}};
@@ -127,5 +127,5 @@ TEST_F(SegmenterTest, AnOutputOfNoNumbersFailsTheFrame) {
       DataError, segmenter.Segment(Uniform(40, 30, {0, 0, 0}), {}), "NaN or infinity");
 }
 
-}  // namespace
+}  // namespace segmenter_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace cell_walk_test {
 
 using Cell = std::pair<int, int>;
 
@@ -75,5 +75,5 @@ TEST(CellWalk, ConsecutiveCellsShareAnEdgeFromTheFirstToTheLast) {
   EXPECT_EQ(Walk({2.5, 3.5}, {2.5, 3.5}), std::vector<Cell>({{2, 3}}));
 }
 
-}  // namespace
+}  // namespace cell_walk_test
 }  // namespace nightmap

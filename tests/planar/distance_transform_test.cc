@@ -9,7 +9,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace distance_transform_test {
 
 struct Mask {
   int width = 0;
@@ -75,5 +75,5 @@ TEST(DistanceTransform, RefusesSidesThatOverflow) {
   EXPECT_THROW(SquaredDistances(std::vector<std::uint8_t>(46341), 46341, 1, false, 1), DataError);
 }
 
-}  // namespace
+}  // namespace distance_transform_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace field_pyramid_test {
 
 constexpr int kNumLevels = 6;
 
@@ -98,5 +98,5 @@ TEST(FieldPyramid, DoesNotChangeWithTheField) {
   EXPECT_EQ(FieldPyramid(field, 2).At(1, 10, 10), 255);
 }
 
-}  // namespace
+}  // namespace field_pyramid_test
 }  // namespace nightmap

@@ -6,7 +6,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace floors_io_test {
 
 std::vector<FloorFiles> ThreeFloors() {
   return {{-1, -2.9, "floor_-1.yaml", "floor_-1.png", "floor_-1"},
@@ -107,5 +107,5 @@ TEST(FloorBelow, IsTheHighestThatIsLower) {
   EXPECT_EQ(FloorBelow(floors, 4.3), 2U);
 }
 
-}  // namespace
+}  // namespace floors_io_test
 }  // namespace nightmap

@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace match_scan_test {
 
 const LikelihoodFieldOptions kField{.resolution_m = 0.05, .half_extent_m = 8, .sigma_m = 0.08};
 constexpr int kNumLevels = 4;
@@ -190,5 +190,5 @@ TEST(Rigid2, ComposesLikeRigid3) {
   EXPECT_NEAR(identity.heading_rad, 0, 1e-12);
 }
 
-}  // namespace
+}  // namespace match_scan_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace objects_io_test {
 
 MapObject Column() { return {"column 1", {std::numbers::pi / 6, {1.25, 3.4}}, {0.8, 0.6}, 0.83}; }
 
@@ -201,5 +201,5 @@ TEST(Objects, ContainWhatLiesInTheTurnedRectangle) {
   EXPECT_TRUE(Contains({"b", {}, {2, 1}, {}}, {1, 0.5}));
 }
 
-}  // namespace
+}  // namespace objects_io_test
 }  // namespace nightmap

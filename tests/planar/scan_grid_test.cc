@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace scan_grid_test {
 
 constexpr int kNumBeams = 720;
 constexpr double kStep_rad = 2 * std::numbers::pi / kNumBeams;
@@ -185,5 +185,5 @@ TEST(ScanGrid, RefusesScansThatAreTooFarApart) {
   }
 }
 
-}  // namespace
+}  // namespace scan_grid_test
 }  // namespace nightmap

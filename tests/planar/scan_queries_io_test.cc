@@ -10,7 +10,7 @@
 #include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
-namespace {
+namespace scan_queries_io_test {
 
 constexpr char kFormat[] = "nightmap scan queries";
 
@@ -158,5 +158,5 @@ TEST_F(ScanQueriesDamageTest, TwoQueriesOfOneTime) {
   ExpectRefused("'time_ns' does not increase");
 }
 
-}  // namespace
+}  // namespace scan_queries_io_test
 }  // namespace nightmap

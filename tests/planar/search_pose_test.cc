@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace search_pose_test {
 
 constexpr int kNumLevels = 4;
 constexpr double kCell_m = 0.05;
@@ -284,5 +284,5 @@ TEST(HeadingSteps, GoAroundOnce) {
   EXPECT_LT((steps.num_turns - 1) * steps.step_rad, std::numbers::pi);
 }
 
-}  // namespace
+}  // namespace search_pose_test
 }  // namespace nightmap

@@ -10,7 +10,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace thin_points_test {
 
 using Points = std::vector<Eigen::Vector2d>;
 
@@ -76,5 +76,5 @@ TEST(SpreadPoints, OfManyAsManyAsAllowedAtEvenStepsInTheirOrder) {
   EXPECT_TRUE(SpreadPoints(points, 0).empty());
 }
 
-}  // namespace
+}  // namespace thin_points_test
 }  // namespace nightmap

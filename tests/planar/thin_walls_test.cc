@@ -12,7 +12,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace thin_walls_test {
 
 constexpr int kSize = 60;
 
@@ -393,5 +393,5 @@ TEST(ThinWalls, SmallGrids) {
   }
 }
 
-}  // namespace
+}  // namespace thin_walls_test
 }  // namespace nightmap

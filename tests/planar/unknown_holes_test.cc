@@ -10,7 +10,7 @@
 #include "tests/small_grids.h"
 
 namespace nightmap {
-namespace {
+namespace unknown_holes_test {
 
 std::size_t NumHoleCells(const std::vector<std::string>& rows, double max_width_m = 0.2) {
   return FindUnknownHoles(GridFromText(rows), max_width_m).size();
@@ -96,5 +96,5 @@ TEST(UnknownHoles, EqualThoseFoundCellByCell) {
   EXPECT_GT(num_holes, 100U);
 }
 
-}  // namespace
+}  // namespace unknown_holes_test
 }  // namespace nightmap

@@ -12,7 +12,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace files_of_run_test {
 
 namespace fs = std::filesystem;
 
@@ -95,5 +95,5 @@ TEST_F(FilesOfRunTest, AnInputThatIsFoundLaterIsNoOutput) {
                         "--out b is the file of old, which map.yaml names");
 }
 
-}  // namespace
+}  // namespace files_of_run_test
 }  // namespace nightmap

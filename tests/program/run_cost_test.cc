@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace nightmap {
-namespace {
+namespace run_cost_test {
 
 TEST(RunCost, CountsWorkAndMemory) {
   const RunCost cost;
@@ -26,5 +26,5 @@ TEST(RunCost, CountsWorkAndMemory) {
               testing::MatchesRegex("[0-9]+-[0-9]+-[0-9]+T[0-9]+:[0-9]+:[0-9]+Z"));
 }
 
-}  // namespace
+}  // namespace run_cost_test
 }  // namespace nightmap

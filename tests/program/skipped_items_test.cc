@@ -5,7 +5,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace skipped_items_test {
 
 TEST(SkippedItems, AreFoldedByCauseTheMostFrequentFirst) {
   SkippedItems skipped;
@@ -43,5 +43,5 @@ TEST(SkippedItems, TooManyAreAnErrorWithTheMostFrequentCause) {
                         "items skipped: truncated; the first is b.png (1 other cause)");
 }
 
-}  // namespace
+}  // namespace skipped_items_test
 }  // namespace nightmap

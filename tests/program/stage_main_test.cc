@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace stage_main_test {
 
 struct Options {
   int size = 3;
@@ -556,5 +556,5 @@ TEST_F(StageMainTest, ManyCausesDoNotFloodTheLog) {
   EXPECT_THAT(run.err, testing::HasSubstr("16 more causes"));
 }
 
-}  // namespace
+}  // namespace stage_main_test
 }  // namespace nightmap

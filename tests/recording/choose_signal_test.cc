@@ -5,7 +5,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace choose_signal_test {
 
 Signal Scanner(const std::string& id, std::size_t num_scans = 1) {
   Signal signal{SignalKind::kScan, id, {}, {}};
@@ -63,5 +63,5 @@ TEST(ChooseScanner, ASiteThatDoesNotScanIsToldWhatItsConfigLacks) {
   ExpectRemedyInText({Scanner("front"), Scanner("rear", 0)}, "rear", "sensor 'rear' has no scan");
 }
 
-}  // namespace
+}  // namespace choose_signal_test
 }  // namespace nightmap

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace nightmap {
-namespace {
+namespace frame_lists_test {
 
 TEST(KeepUsedCameras, OnesThatNoFrameHasAreLeftOut) {
   std::vector<RgbdCamera> cameras(5);
@@ -33,5 +33,5 @@ TEST(KeepUsedCameras, OnesThatNoFrameHasAreLeftOut) {
   EXPECT_TRUE(KeepUsedCameras(cameras, &none).empty());
 }
 
-}  // namespace
+}  // namespace frame_lists_test
 }  // namespace nightmap

@@ -10,7 +10,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace hash_cache_test {
 
 namespace fs = std::filesystem;
 
@@ -95,5 +95,5 @@ TEST_F(HashCacheTest, AFolderThatCannotBeWrittenIsNoError) {
   EXPECT_NO_THROW(files.Save());
 }
 
-}  // namespace
+}  // namespace hash_cache_test
 }  // namespace nightmap

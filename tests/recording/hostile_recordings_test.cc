@@ -10,7 +10,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace hostile_recordings_test {
 
 namespace fs = std::filesystem;
 
@@ -211,5 +211,5 @@ TEST_F(HostileRecordingTest, ReportsDoNotSayWhereTheDataFolderIs) {
   }
 }
 
-}  // namespace
+}  // namespace hostile_recordings_test
 }  // namespace nightmap

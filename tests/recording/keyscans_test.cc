@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace keyscans_test {
 
 constexpr std::int64_t kPeriod_ns = 250'000'000;
 
@@ -132,5 +132,5 @@ TEST(Keyscans, EdgesLeadFromEachKeyscanToTheNext) {
   NIGHTMAP_EXPECT_ERROR(InputError, (CheckEdgesOfKeyscans({}, {}), 0), "their keyscans differ");
 }
 
-}  // namespace
+}  // namespace keyscans_test
 }  // namespace nightmap

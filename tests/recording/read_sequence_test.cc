@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace read_sequence_test {
 
 constexpr int kWidth = 32;
 constexpr int kHeight = 24;
@@ -327,5 +327,5 @@ TEST(AssociateTimes, NoIndexIsUsedTwiceAndNoGapExceeded) {
   }
 }
 
-}  // namespace
+}  // namespace read_sequence_test
 }  // namespace nightmap

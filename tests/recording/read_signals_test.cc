@@ -13,7 +13,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace read_signals_test {
 
 class ReadSignalsTest : public testing::Test {
  protected:
@@ -371,5 +371,5 @@ TEST(RealLogs, LaserLogsAreWhatTheyAreDocumentedToBe) {
   }
 }
 
-}  // namespace
+}  // namespace read_signals_test
 }  // namespace nightmap

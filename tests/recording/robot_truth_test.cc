@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace robot_truth_test {
 
 constexpr double kQuarterTurn_rad = std::numbers::pi / 2;
 
@@ -103,5 +103,5 @@ TEST_F(RobotTruthTest, WhatHoldsNoTruthIsNamed) {
   NIGHTMAP_EXPECT_ERROR(DataError, Take(), "truth.tum:1: ");
 }
 
-}  // namespace
+}  // namespace robot_truth_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include <numbers>
 
 namespace nightmap {
-namespace {
+namespace scan_points_test {
 
 constexpr double kQuarterTurn_rad = std::numbers::pi / 2;
 
@@ -110,5 +110,5 @@ TEST(ScanPoints, ARobotThatStandsStillNeedsNoMotion) {
   EXPECT_EQ(still, PointsInRobot(robot.scan, robot.laser).points_in_robot);
 }
 
-}  // namespace
+}  // namespace scan_points_test
 }  // namespace nightmap

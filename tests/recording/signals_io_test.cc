@@ -8,7 +8,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace signals_io_test {
 
 std::vector<Signal> Scans() {
   Signal front{SignalKind::kScan, "front", {Eigen::Quaterniond::Identity(), {0.2, 0, 0.3}}, {}};
@@ -131,5 +131,5 @@ TEST_F(SignalsDamageTest, APoseThatIsNone) {
   ExpectRefused("bad.h5");
 }
 
-}  // namespace
+}  // namespace signals_io_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace site_config_test {
 
 constexpr const char* kSite = R"(root = "office"
 hold_out_every = 5
@@ -372,5 +372,5 @@ TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
   }
 }
 
-}  // namespace
+}  // namespace site_config_test
 }  // namespace nightmap

@@ -6,7 +6,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace site_scan_queries_test {
 
 const std::string kSite = R"(root = "lab"
 [[sensor]]
@@ -117,5 +117,5 @@ TEST(SiteScanQueries, ThoseOfMakeComeAfterThoseOfTheSite) {
                         "QUERY of make: s.toml:13 asks for wake.log already");
 }
 
-}  // namespace
+}  // namespace site_scan_queries_test
 }  // namespace nightmap

@@ -30,7 +30,8 @@ class InstallDepsTest(unittest.TestCase):
 
     def test_large_packages_are_for_what_needs_them(self):
         for what, large in ({"frames", "octree"}, set()), ({"synthesize"}, {"libembree-dev"}), ({"things"}, {"libpcl-dev"}), (
-                {"scan_localize"}, {"libpcl-dev"}), ({"colmap"}, {"colmap"}), ({"tests"}, {"chromium", "clang-tidy"}):  # fmt: skip
+                {"scan_localize"}, {"libpcl-dev"}), ({"colmap"}, {"colmap"}), ({"lint"}, {"clang-tidy"}), (
+                {"tests"}, LARGE - {"clang-tidy"}):  # fmt: skip
             with self.subTest(what):
                 packages, _ = self.run_script(*what)
                 self.assertEqual(packages & LARGE, large)

@@ -14,7 +14,7 @@
 #include "pipeline/synthetic/true_things.h"
 
 namespace nightmap {
-namespace {
+namespace mislabel_things_test {
 
 const SyntheticWorld& World() {
   static const SyntheticWorld world = [] {
@@ -117,5 +117,5 @@ TEST(MislabelThings, NoneAtRatioZeroAndAllAtOne) {
   }
 }
 
-}  // namespace
+}  // namespace mislabel_things_test
 }  // namespace nightmap

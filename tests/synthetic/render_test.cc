@@ -12,7 +12,7 @@
 #include "pipeline/synthetic/route.h"
 
 namespace nightmap {
-namespace {
+namespace render_test {
 
 constexpr double kWallDistance_m = 2.0;
 
@@ -123,5 +123,5 @@ TEST(Render, RefusesADistortedCamera) {
   EXPECT_THROW(Render(WallWorld(), camera, Rigid3{}, DepthSensorOptions{}, 0, 0), UsageError);
 }
 
-}  // namespace
+}  // namespace render_test
 }  // namespace nightmap

@@ -10,7 +10,7 @@
 #include "pipeline/synthetic/route.h"
 
 namespace nightmap {
-namespace {
+namespace robot_building_test {
 
 BuildingOptions LongCorridor(double blank_walls_length_m) {
   BuildingOptions options;
@@ -116,5 +116,5 @@ TEST(FitCeiling, NoneAreFittedByDefault) {
   EXPECT_TRUE(builder.Finish(1).surfaces.empty());
 }
 
-}  // namespace
+}  // namespace robot_building_test
 }  // namespace nightmap

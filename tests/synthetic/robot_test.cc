@@ -12,7 +12,7 @@
 #include "pipeline/synthetic/wheel_odometry.h"
 
 namespace nightmap {
-namespace {
+namespace robot_test {
 
 constexpr double kRoom_m = 8;  // from the origin to each of four walls
 constexpr double kFrameRate_hz = 10;
@@ -425,5 +425,5 @@ TEST(RobotDrive, FollowsTheFramesInStraightLines) {
   EXPECT_NEAR(std::atan2(forward.y(), forward.x()), a.heading_rad, 1e-9);
 }
 
-}  // namespace
+}  // namespace robot_test
 }  // namespace nightmap

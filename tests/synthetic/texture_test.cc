@@ -7,7 +7,7 @@
 #include "pipeline/synthetic/paint.h"
 
 namespace nightmap {
-namespace {
+namespace texture_test {
 
 ColorImage Checker() {
   ColorImage image{4, 4, 3, {}};
@@ -51,5 +51,5 @@ TEST(Paint, DependsOnTheSeedOnly) {
   EXPECT_NE(poster.pixels, PaintTexture(Paint::kPoster, 64, 6).pixels);
 }
 
-}  // namespace
+}  // namespace texture_test
 }  // namespace nightmap

@@ -12,7 +12,7 @@
 #include "tests/synthetic/two_floors.h"
 
 namespace nightmap {
-namespace {
+namespace true_things_test {
 
 using Label = SurfaceLabel;
 
@@ -157,5 +157,5 @@ TEST(TrueThings, SurfacesHaveThePieceOfTheirBox) {
   }
 }
 
-}  // namespace
+}  // namespace true_things_test
 }  // namespace nightmap

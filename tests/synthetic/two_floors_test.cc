@@ -8,7 +8,7 @@
 #include "pipeline/synthetic/floor_plan.h"
 
 namespace nightmap {
-namespace {
+namespace two_floors_test {
 
 TEST(TwoFloors, TheCameraIsAtItsHeightAboveTheGroundAllAlong) {
   const SyntheticWorld& world = TwoFloorWorld();
@@ -111,5 +111,5 @@ TEST(TwoFloors, FloorsAreFurnishedDifferently) {
   EXPECT_GT(num_different, 500);
 }
 
-}  // namespace
+}  // namespace two_floors_test
 }  // namespace nightmap

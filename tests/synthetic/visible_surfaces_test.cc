@@ -8,7 +8,7 @@
 #include "pipeline/synthetic/route.h"
 
 namespace nightmap {
-namespace {
+namespace visible_surfaces_test {
 
 constexpr Camera kCamera{.width = 150, .height = 100, .fx = 90, .fy = 95, .cx = 71, .cy = 48};
 
@@ -86,5 +86,5 @@ TEST(VisibleSurfaces, IgnoresWhatIsBehindTheCamera) {
   EXPECT_EQ(CompareWithRays({wall}, CameraPose({{0, 0}, 0}, 0, 0)), 0);
 }
 
-}  // namespace
+}  // namespace visible_surfaces_test
 }  // namespace nightmap

@@ -15,7 +15,7 @@
 #include "pipeline/synthetic/route.h"
 
 namespace nightmap {
-namespace {
+namespace world_test {
 
 BuildingOptions QuickBuilding() {
   BuildingOptions options;
@@ -281,5 +281,5 @@ TEST(SyntheticLayout, IdenticalRoomsAreFurnishedAlike) {
   }
 }
 
-}  // namespace
+}  // namespace world_test
 }  // namespace nightmap

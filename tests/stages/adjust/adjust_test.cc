@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace adjust_test {
 
 // Closes the loops of `closed`. Its frames have no features, so that adjustment adds nothing.
 AdjustInput After(const PoseGraphInput& closed) {
@@ -179,5 +179,5 @@ TEST(Adjust, RefusesArtifactsOfOtherRuns) {
   expect([](AdjustInput& input) { input.loops[0].inliers = {{3, 4}}; }, "matches features 3 and 4");
 }
 
-}  // namespace
+}  // namespace adjust_test
 }  // namespace nightmap

@@ -13,7 +13,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace global_bundle_test {
 
 // The scene's frames as keyframes of two cameras in turn; the second one measures depth 4 % short.
 struct TwoCameras {
@@ -120,5 +120,5 @@ TEST(GlobalBundle, TheFocalLengthFoundGoesIntoTheCameras) {
   EXPECT_DOUBLE_EQ(cameras[1].color.fx, 1.01 * two.input.cameras[1].color.fx);
 }
 
-}  // namespace
+}  // namespace global_bundle_test
 }  // namespace nightmap

@@ -11,7 +11,7 @@
 #include "tests/landmark_scene.h"
 
 namespace nightmap {
-namespace {
+namespace tracks_by_projection_test {
 
 struct Retracked {
   LandmarkScene scene = MakeLandmarkScene();
@@ -94,5 +94,5 @@ TEST(TracksByProjection, TheTracksPutAPoseRight) {
   EXPECT_LT((r.poses.at(4).translation - truth.translation).norm(), 5e-4);
 }
 
-}  // namespace
+}  // namespace tracks_by_projection_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace carry_scans_test {
 
 constexpr int kNumScans = 21;
 constexpr int kScansPerKeyscan = 5;
@@ -110,5 +110,5 @@ TEST(CarryScans, KeyscansThatAreNoScansAreRefused) {
   NIGHTMAP_EXPECT_ERROR(InputError, RunCarryScans({Scans(), {}}), "holds no keyscan");
 }
 
-}  // namespace
+}  // namespace carry_scans_test
 }  // namespace nightmap

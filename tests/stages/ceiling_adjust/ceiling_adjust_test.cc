@@ -8,7 +8,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace ceiling_adjust_test {
 
 struct Case {
   SimulatedDrive drive;
@@ -146,5 +146,5 @@ TEST(CeilingAdjust, SaysWhatDoesNotBelongTogether) {
   EXPECT_THROW(Adjust(made.input), InputError);
 }
 
-}  // namespace
+}  // namespace ceiling_adjust_test
 }  // namespace nightmap

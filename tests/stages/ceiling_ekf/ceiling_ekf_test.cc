@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace ceiling_ekf_test {
 
 struct Errors {
   double position_rmse_m = 0;
@@ -256,5 +256,5 @@ TEST(CeilingEkf, RefusesASiteWithoutWheels) {
   EXPECT_THROW(Map(drive), InputError);
 }
 
-}  // namespace
+}  // namespace ceiling_ekf_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace ceiling_filter_test {
 
 UpwardCamera MakeCamera() {
   Camera camera;
@@ -156,5 +156,5 @@ TEST(CeilingFilter, WithoutOdometryTheRobotMayBeAsFarAsItsSpeedAllows) {
   }
 }
 
-}  // namespace
+}  // namespace ceiling_filter_test
 }  // namespace nightmap

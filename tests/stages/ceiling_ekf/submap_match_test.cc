@@ -8,7 +8,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace submap_match_test {
 
 const Rigid2 kNowFromThen{0.7, {1.2, -0.4}};
 
@@ -102,5 +102,5 @@ TEST(SubmapMatch, FindsNothingElsewhere) {
   EXPECT_FALSE(Match({}, 0, Sigmas(1, 0.1)));
 }
 
-}  // namespace
+}  // namespace submap_match_test
 }  // namespace nightmap

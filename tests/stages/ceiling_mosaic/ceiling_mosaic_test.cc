@@ -10,7 +10,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace ceiling_mosaic_test {
 
 constexpr double kHeight_m = 2.6;
 
@@ -182,5 +182,5 @@ TEST(CeilingMosaic, ViewsAreApart) {
   EXPECT_EQ(views[1].frame, 4U);
 }
 
-}  // namespace
+}  // namespace ceiling_mosaic_test
 }  // namespace nightmap

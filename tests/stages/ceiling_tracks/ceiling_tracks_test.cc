@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace ceiling_tracks_test {
 
 CeilingTracksResult Follow(const CeilingTracksInput& input,
                            int num_threads = 2,
@@ -177,5 +177,5 @@ TEST_F(CeilingTracksTest, FeaturesMustHaveOrbDescriptors) {
   NIGHTMAP_EXPECT_ERROR(DataError, Follow(input), "set features.detector");
 }
 
-}  // namespace
+}  // namespace ceiling_tracks_test
 }  // namespace nightmap

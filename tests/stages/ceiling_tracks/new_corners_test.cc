@@ -4,7 +4,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace new_corners_test {
 
 using Pixels = std::vector<Eigen::Vector2f>;
 const Camera kCamera{640, 480, 500, 500, 319.5, 239.5};  // cells of 80 x 80 pixels
@@ -50,5 +50,5 @@ TEST(NewCorners, KeepTheirDistance) {
 
 TEST(NewCorners, NoneFromNone) { EXPECT_TRUE(ChooseNewCorners({}, {}, kCamera, {}).empty()); }
 
-}  // namespace
+}  // namespace new_corners_test
 }  // namespace nightmap

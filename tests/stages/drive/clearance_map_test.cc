@@ -8,7 +8,7 @@
 #include "tests/stages/drive/random_path.h"
 
 namespace nightmap {
-namespace {
+namespace clearance_map_test {
 
 TEST(ClearanceMap, IsTheDistanceToTheNearestSquare) {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
@@ -107,5 +107,5 @@ TEST(PathTrack, OnePointIsATrackToo) {
   EXPECT_EQ(track.Nearest_m({5, 5}, 0, 0), 0);
 }
 
-}  // namespace
+}  // namespace clearance_map_test
 }  // namespace nightmap

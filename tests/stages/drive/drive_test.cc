@@ -17,7 +17,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace drive_test {
 
 void Block(OccupancyGrid& grid, int x0, int y0, int x1, int y1) {
   for (int y = y0; y < y1; ++y) {
@@ -350,5 +350,5 @@ TEST(DriveOptions, SurviveToml) {
   EXPECT_EQ(list.ToToml(), toml);
 }
 
-}  // namespace
+}  // namespace drive_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace motion_test {
 
 PlanarPose DrawPose(Random& random) {
   return {{random.Uniform(-5, 5), random.Uniform(-5, 5)}, random.Uniform(-3, 3)};
@@ -145,5 +145,5 @@ TEST(Motion, SpeedToStopWithinStopsThere) {
   EXPECT_EQ(SpeedToStopWithin(-1, 1, 0.1), 0);
 }
 
-}  // namespace
+}  // namespace motion_test
 }  // namespace nightmap

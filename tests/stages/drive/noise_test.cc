@@ -12,7 +12,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace noise_test {
 
 constexpr NoiseOptions kSmall{0.05, 0.01, 0.01, 1, 0};
 
@@ -207,5 +207,5 @@ TEST(NoisyDrive, ToleranceIsOfTheTruePose) {
   EXPECT_GE(num_off, 3);
 }
 
-}  // namespace
+}  // namespace noise_test
 }  // namespace nightmap

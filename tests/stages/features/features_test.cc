@@ -6,7 +6,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace features_test {
 
 class FeaturesTest : public testing::Test {
  protected:
@@ -325,5 +325,5 @@ TEST_F(FeaturesTest, AFrameWhoseLabelsFailIsSkipped) {
   EXPECT_EQ(result.shard.frames[2].reference_frame_idx, 31);
 }
 
-}  // namespace
+}  // namespace features_test
 }  // namespace nightmap

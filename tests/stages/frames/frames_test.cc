@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace frames_test {
 
 constexpr std::int64_t kPeriod_ns = 50'000'000;
 
@@ -245,5 +245,5 @@ TEST(FramesOptions, DefaultConfigFileIsWhatTheProgramHas) {
   EXPECT_EQ(RegisterOptions(from_file).ToToml(), RegisterOptions(options).ToToml());
 }
 
-}  // namespace
+}  // namespace frames_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace real_sites_test {
 
 struct RealSite {
   const char* name;
@@ -39,5 +39,5 @@ INSTANTIATE_TEST_SUITE_P(Sites,
                                          RealSite{"tum_fr1_xyz_15hz", 399, 0, 397}),
                          [](const auto& param) { return param.param.name; });
 
-}  // namespace
+}  // namespace real_sites_test
 }  // namespace nightmap

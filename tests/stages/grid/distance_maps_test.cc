@@ -9,7 +9,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace distance_maps_test {
 
 OccupancyGrid RandomGrid(std::uint64_t seed) {
   Random random(seed);
@@ -68,5 +68,5 @@ TEST(DistanceMaps, WithoutAnObstacleItIsFarAndFinite) {
   }
 }
 
-}  // namespace
+}  // namespace distance_maps_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/stages/grid/room.h"
 
 namespace nightmap {
-namespace {
+namespace floors_test {
 
 // Solid ground up to and including voxel `top`, and free space above it up to `free_top`.
 void Raise(VoxelRoom& room, int x0, int y0, int x1, int y1, int top, int free_top) {
@@ -227,5 +227,5 @@ TEST(GridFloors, ALowerFloorThatIsSeenIsADropAndALittleUnseenDepthIsNot) {
   }
 }
 
-}  // namespace
+}  // namespace floors_test
 }  // namespace nightmap

@@ -14,7 +14,7 @@
 #include "tests/synthetic/two_floors.h"
 
 namespace nightmap {
-namespace {
+namespace furniture_test {
 
 // Columns within a cell of a box's border may be the floor beside it.
 constexpr double kBorder_m = 0.05;
@@ -173,5 +173,5 @@ TEST(GridOfFurniture, NoPathLeadsOverItInTheBuilding) {
   CheckBuilding(building, route, 8);
 }
 
-}  // namespace
+}  // namespace furniture_test
 }  // namespace nightmap

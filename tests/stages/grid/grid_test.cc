@@ -11,7 +11,7 @@
 #include "tests/stages/grid/room.h"
 
 namespace nightmap {
-namespace {
+namespace grid_test {
 
 TEST(Grid, FloorAndCeilingAreNoObstacles) {
   const FloorGrid result = Project(EmptyRoom().Tree());
@@ -189,5 +189,5 @@ TEST(Grid, OptionsSurviveToml) {
   EXPECT_THROW(list.ParseToml("margin_m = -1.0", "bad"), UsageError);
 }
 
-}  // namespace
+}  // namespace grid_test
 }  // namespace nightmap

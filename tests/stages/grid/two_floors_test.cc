@@ -9,7 +9,7 @@
 #include "tests/stages/grid/room.h"
 
 namespace nightmap {
-namespace {
+namespace two_floors_test {
 
 struct Agreement {
   int num_seen = 0;
@@ -72,5 +72,5 @@ TEST(GridOfTwoFloors, EachFloorHasItsOwnRightGrid) {
   }
 }
 
-}  // namespace
+}  // namespace two_floors_test
 }  // namespace nightmap

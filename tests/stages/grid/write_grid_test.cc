@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace write_grid_test {
 
 // A row of cells, so many of them free.
 FloorGrid Row(double height_m, int num_free) {
@@ -107,5 +107,5 @@ TEST_F(WriteGridTest, FilesOfFloorsThatAreGoneAreRemoved) {
   }
 }
 
-}  // namespace
+}  // namespace write_grid_test
 }  // namespace nightmap

@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace hold_out_scans_test {
 
 const Building kHall = {{{-12, -8}, {12, 8}}, {{-3, -2}, {4, 3}}};
 
@@ -120,5 +120,5 @@ TEST(HoldOutScans, TheScannerIsTheOneThatIsNamed) {
   EXPECT_EQ(RunHoldOutScans(options, input).mapped[0].sensor_id, "rear");
 }
 
-}  // namespace
+}  // namespace hold_out_scans_test
 }  // namespace nightmap

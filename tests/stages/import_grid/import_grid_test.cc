@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace import_grid_test {
 
 // A corridor of 20 m x 2 m along x, free inside, from (1, 2) on.
 OccupancyGrid Corridor(double yaw_rad) {
@@ -74,5 +74,5 @@ TEST(ImportGrid, RefusesAMapThatIsElsewhere) {
       DataError, CheckPlace(unknown, Drive(0), "map.yaml"), "give its origin [x, y, yaw]");
 }
 
-}  // namespace
+}  // namespace import_grid_test
 }  // namespace nightmap

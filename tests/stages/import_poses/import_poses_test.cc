@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace import_poses_test {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
@@ -63,5 +63,5 @@ TEST(ImportPoses, ReadsTrajectoriesAndCorrectedLogs) {
   NIGHTMAP_EXPECT_ERROR(DataError, ReadGivenPoses({}, folder.Path() / "b.log"), "b.log");
 }
 
-}  // namespace
+}  // namespace import_poses_test
 }  // namespace nightmap

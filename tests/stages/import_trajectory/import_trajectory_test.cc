@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace import_trajectory_test {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 const std::string kFile = "x.tum";
@@ -79,5 +79,5 @@ TEST(ImportTrajectory, PosesTooFarApartToInterpolateAreToldFromTimesOfAnotherRec
   EXPECT_EQ(RunImportTrajectory(options, FramesOf(50), third, kFile).poses.size(), 17U);
 }
 
-}  // namespace
+}  // namespace import_trajectory_test
 }  // namespace nightmap

@@ -12,7 +12,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace motion_check_test {
 
 using testing::ContainsRegex;
 using testing::HasSubstr;
@@ -196,5 +196,5 @@ TEST(MeasureMotions, MeasuresDescribedFramesWithAPoseAtAnyNumberOfThreads) {
   }
 }
 
-}  // namespace
+}  // namespace motion_check_test
 }  // namespace nightmap

@@ -8,7 +8,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace pose_jumps_test {
 
 constexpr std::int64_t kStep_ns = 33'000'000;
 
@@ -70,5 +70,5 @@ TEST(PoseJumps, TooFewPosesAreNoJumps) {
   }
 }
 
-}  // namespace
+}  // namespace pose_jumps_test
 }  // namespace nightmap

@@ -8,7 +8,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace inspect_test {
 
 TEST(DescribeTimes, RateGapsAndExtent) {
   std::vector<std::int64_t> times_ns;
@@ -97,5 +97,5 @@ TEST_F(InspectTest, ScansAreDescribedByTheirBeams) {
   EXPECT_EQ(series.at(1).count, 0u);
 }
 
-}  // namespace
+}  // namespace inspect_test
 }  // namespace nightmap

@@ -6,7 +6,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace join_clouds_test {
 
 using Path = std::filesystem::path;
 
@@ -134,5 +134,5 @@ TEST_F(JoinCloudsTest, TooManyUnreadableKeyframesFail) {
   EXPECT_EQ(Join({.max_failed_ratio = 0.5}), 0) << err_;
 }
 
-}  // namespace
+}  // namespace join_clouds_test
 }  // namespace nightmap

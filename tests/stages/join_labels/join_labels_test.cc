@@ -16,7 +16,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace join_labels_test {
 
 constexpr double kResolution_m = 0.1;
 const std::vector<Rgb> kPalette = {{0, 0, 0}, {255, 0, 0}, {0, 255, 0}, {0, 0, 255}};
@@ -195,5 +195,5 @@ TEST(Legend, HasNamesColorsAndNumbers) {
   EXPECT_EQ(legend["classes"][2]["num_voxels"], 1);
 }
 
-}  // namespace
+}  // namespace join_labels_test
 }  // namespace nightmap

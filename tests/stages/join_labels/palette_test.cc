@@ -8,7 +8,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace palette_test {
 
 TEST(Palette, IsThatOfPascalVocUnlessGiven) {
   const auto voc = MakePalette({}, 16);
@@ -35,5 +35,5 @@ TEST(Palette, MustHaveAColorPerClass) {
   }
 }
 
-}  // namespace
+}  // namespace palette_test
 }  // namespace nightmap

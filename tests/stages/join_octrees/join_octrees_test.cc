@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace join_octrees_test {
 
 using Path = std::filesystem::path;
 
@@ -109,5 +109,5 @@ TEST_F(JoinOctreesTest, TooManyUnreadableKeyframesFail) {
   EXPECT_EQ(Join({.max_failed_ratio = 0.4}), 0) << err_;
 }
 
-}  // namespace
+}  // namespace join_octrees_test
 }  // namespace nightmap

@@ -6,7 +6,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace labels_test {
 
 const std::vector<FrameRecord> kFrames = FramesToLabel(12);
 
@@ -56,5 +56,5 @@ TEST(RunLabels, LeavesOutFramesWithoutALabelPicture) {
   EXPECT_EQ(labelled.Masks()[0].time_ns, frames[5].time_ns);
 }
 
-}  // namespace
+}  // namespace labels_test
 }  // namespace nightmap

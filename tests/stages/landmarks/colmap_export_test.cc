@@ -5,7 +5,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace colmap_export_test {
 
 class ColmapExportTest : public testing::Test {
  protected:
@@ -119,5 +119,5 @@ TEST_F(ColmapExportTest, OnlyRootSiftGivesDescriptors) {
   EXPECT_TRUE(MakeColmapModel(Input(), map).images[0].descriptors.empty());
 }
 
-}  // namespace
+}  // namespace colmap_export_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace keep_landmarks_test {
 
 Landmark SeenBy(const std::vector<int>& observers) {
   Landmark landmark;
@@ -105,5 +105,5 @@ TEST(ChooseLandmarks, FewerThanObserversAreTheMostSeen) {
   EXPECT_EQ(ChooseLandmarks(landmarks, 4, 2), (std::vector<std::size_t>{2, 3}));
 }
 
-}  // namespace
+}  // namespace keep_landmarks_test
 }  // namespace nightmap

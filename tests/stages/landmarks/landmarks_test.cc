@@ -10,7 +10,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace landmarks_test {
 
 class LandmarksTest : public testing::Test {
  protected:
@@ -187,5 +187,5 @@ TEST_F(LandmarksTest, RefusesFeaturesOfOtherFrames) {
   NIGHTMAP_EXPECT_ERROR(DataError, Run(), "not of the listed frames");
 }
 
-}  // namespace
+}  // namespace landmarks_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace laser_grid_test {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr double kWall_m = 3.02;  // the wall stands at x = 3.02 in the map
@@ -177,5 +177,5 @@ TEST(LaserGrid, SaysWhatToDoWhenNoScanCanBeUsed) {
       DataError, RunLaserGrid(blind.options, blind.input), "no beam of 20 scans hit anything");
 }
 
-}  // namespace
+}  // namespace laser_grid_test
 }  // namespace nightmap

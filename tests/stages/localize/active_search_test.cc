@@ -15,7 +15,7 @@
 #include "tests/stages/localize/scene_map.h"
 
 namespace nightmap {
-namespace {
+namespace active_search_test {
 
 class SearchTest : public testing::Test {
  protected:
@@ -270,5 +270,5 @@ TEST_F(SearchTest, TheLargestPlaceIsKept) {
   for (const LandmarkMatch& match : kept) EXPECT_LT(match.landmark, num_landmarks);
 }
 
-}  // namespace
+}  // namespace active_search_test
 }  // namespace nightmap

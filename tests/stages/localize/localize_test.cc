@@ -13,7 +13,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace localize_test {
 
 class LocalizeTest : public testing::Test {
  protected:
@@ -333,5 +333,5 @@ TEST_F(LocalizeTest, RefusesInputsThatDoNotBelongTogether) {
   NIGHTMAP_EXPECT_ERROR(DataError, Run(), "another vocabulary");
 }
 
-}  // namespace
+}  // namespace localize_test
 }  // namespace nightmap

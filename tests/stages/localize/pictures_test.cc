@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace pictures_test {
 
 cv::Mat View(ColorImage& image) {
   return {image.height, image.width, CV_8UC3, image.pixels.data()};
@@ -193,5 +193,5 @@ TEST_F(PicturesTest, ABrokenFileIsUnreadable) {
   }
 }
 
-}  // namespace
+}  // namespace pictures_test
 }  // namespace nightmap

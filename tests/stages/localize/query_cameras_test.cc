@@ -6,7 +6,7 @@
 #include "pipeline/base/error.h"
 
 namespace nightmap {
-namespace {
+namespace query_cameras_test {
 
 RgbdCamera WithFocalLength(double focal_px) {
   RgbdCamera camera;
@@ -29,5 +29,5 @@ TEST(QueryCameras, RefusesCamerasOfTwoMaps) {
   EXPECT_THROW(WithCalibration({}, {WithFocalLength(500)}, {}), DataError);
 }
 
-}  // namespace
+}  // namespace query_cameras_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/stages/localize/scene_map.h"
 
 namespace nightmap {
-namespace {
+namespace word_index_test {
 
 class WordIndexTest : public testing::Test {
  protected:
@@ -89,5 +89,5 @@ TEST_F(WordIndexTest, ADeeperWordWithoutLandmarksIsNotSearched) {
   EXPECT_EQ(index.SearchWord(lone.data()), level_1);
 }
 
-}  // namespace
+}  // namespace word_index_test
 }  // namespace nightmap

@@ -6,7 +6,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace loops_test {
 
 FramesWithFeatures InputOf(const LandmarkScene& scene) {
   return {scene.frames, scene.cameras, scene.features};
@@ -70,5 +70,5 @@ TEST(RunLoops, RefusesAVocabularyOfOtherFeatures) {
   expect_refused(later, MakeSceneVocabulary(scene));
 }
 
-}  // namespace
+}  // namespace loops_test
 }  // namespace nightmap

@@ -5,7 +5,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace same_node_matcher_test {
 
 TEST(SameNodeMatcher, FindsTheCommonPointsAtEveryLevel) {
   const LandmarkScene scene = MakeLandmarkScene();
@@ -36,5 +36,5 @@ TEST(SameNodeMatcher, HasNothingForATrackedFrame) {
   EXPECT_FALSE(matcher.Match(2, 3, 0.8).empty());
 }
 
-}  // namespace
+}  // namespace same_node_matcher_test
 }  // namespace nightmap

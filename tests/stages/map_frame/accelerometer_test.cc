@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace accelerometer_test {
 
 // A camera that turns on its side while it walks, and what its accelerometer measures at 50 Hz.
 struct Walk {
@@ -61,5 +61,5 @@ TEST(UpFromAccelerometer, RefusesWhatShowsNoGravity) {
       DataError, UpFromAccelerometer(samples, walk.keyframes), "acceleration: no sample");
 }
 
-}  // namespace
+}  // namespace accelerometer_test
 }  // namespace nightmap

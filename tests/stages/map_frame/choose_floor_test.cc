@@ -15,7 +15,7 @@
 #include "stages/map_frame/find_map_frame.h"
 
 namespace nightmap {
-namespace {
+namespace choose_floor_test {
 
 struct Slab {
   double height_m = 0;
@@ -271,5 +271,5 @@ TEST(DescribeFloor, SaysWhatItIs) {
       "z = 0 is the floor plane: 0.92 m2 seen by 12 keyframes, 1.40 m below the median camera");
 }
 
-}  // namespace
+}  // namespace choose_floor_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include "tests/stages/map_frame/level_camera.h"
 
 namespace nightmap {
-namespace {
+namespace find_map_frame_test {
 
 // Patches of a horizontal square at a height, facing up.
 void AddSquare(double height_m, double side_m, Random& random, std::vector<SurfacePatch>* patches) {
@@ -124,5 +124,5 @@ TEST(SamplePatches, NothingWhereNothingWasMeasured) {
   EXPECT_TRUE(SamplePatches(depth, camera, Rigid3(), 4).empty());
 }
 
-}  // namespace
+}  // namespace find_map_frame_test
 }  // namespace nightmap

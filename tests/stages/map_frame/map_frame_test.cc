@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace map_frame_test {
 
 constexpr int kNumFrames = 12;
 constexpr double kHeight_m = 1.1;
@@ -117,5 +117,5 @@ TEST(MapFrame, RefusesKeyframesOfOtherFrames) {
   NIGHTMAP_EXPECT_ERROR(DataError, RunMapFrame({}, input, 1), "time 3.000000001 is no frame");
 }
 
-}  // namespace
+}  // namespace map_frame_test
 }  // namespace nightmap

@@ -6,7 +6,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace matches_test {
 
 FramesWithFeatures InputOf(const LandmarkScene& scene) {
   return {scene.frames, scene.cameras, scene.features};
@@ -82,5 +82,5 @@ TEST(RunMatches, RefusesFeaturesOfOtherFrames) {
       DataError, RunMatches({}, input, 0, 1, progress), "not of the listed frames");
 }
 
-}  // namespace
+}  // namespace matches_test
 }  // namespace nightmap

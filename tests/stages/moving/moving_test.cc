@@ -10,7 +10,7 @@
 #include "stages/moving/moving_output.h"
 
 namespace nightmap {
-namespace {
+namespace moving_test {
 
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
@@ -205,5 +205,5 @@ TEST_F(MovingTest, SequencesAreNotCompared) {
   EXPECT_EQ(Run().num_pairs, kNumFrames - 2);
 }
 
-}  // namespace
+}  // namespace moving_test
 }  // namespace nightmap

@@ -8,7 +8,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace objects_test {
 
 // A corridor along x, 16 m long and 3.2 m wide, in a grid with a margin of unknown cells. Its ends
 // are open, so that its straight walls have no corner.
@@ -211,5 +211,5 @@ TEST(Objects, AreDrawnOnTheMap) {
   EXPECT_GT(num_reds(DrawObjects(grid, Propose(grid).objects)), 200);
 }
 
-}  // namespace
+}  // namespace objects_test
 }  // namespace nightmap

@@ -10,7 +10,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace builders_test {
 
 constexpr bool kFree = false;
 constexpr bool kOccupied = true;
@@ -155,5 +155,5 @@ TEST(Builders, ARegionNothingReachesIsEmpty) {
   EXPECT_EQ(result.num_rays, 0U);
 }
 
-}  // namespace
+}  // namespace builders_test
 }  // namespace nightmap

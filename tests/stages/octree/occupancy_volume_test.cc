@@ -10,7 +10,7 @@
 #include "pipeline/geometry/voxel_key.h"
 
 namespace nightmap {
-namespace {
+namespace occupancy_volume_test {
 
 constexpr double kResolution_m = 0.1;
 
@@ -117,5 +117,5 @@ TEST(OccupancyVolume, AMeasuredWhiteIsNoMissingColor) {
   EXPECT_EQ(grey.Mean(), (std::array<std::uint8_t, 3>{128, 127, 2}));
 }
 
-}  // namespace
+}  // namespace occupancy_volume_test
 }  // namespace nightmap

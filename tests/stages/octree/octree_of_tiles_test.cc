@@ -12,7 +12,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace octree_of_tiles_test {
 
 // The room somewhere on the map, with what tiles are made of.
 struct Site {
@@ -231,5 +231,5 @@ TEST(VoxelsOf, TilesBeyondTheTreesReachAreEmpty) {
   EXPECT_FALSE(box.Contains({32767, 3, 3}));
 }
 
-}  // namespace
+}  // namespace octree_of_tiles_test
 }  // namespace nightmap

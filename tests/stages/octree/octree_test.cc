@@ -11,7 +11,7 @@
 #include "tests/stages/point_cloud/box_room.h"
 
 namespace nightmap {
-namespace {
+namespace octree_test {
 
 OctreeOptions TestOptions() {
   OctreeOptions options;
@@ -184,5 +184,5 @@ TEST(Octree, PosesBeyondTheTreesReachAreAnError) {
   EXPECT_THROW(MakeTree(TestOptions(), source), DataError);
 }
 
-}  // namespace
+}  // namespace octree_test
 }  // namespace nightmap

@@ -10,7 +10,7 @@
 #include "stages/octree/voxel_walk.h"
 
 namespace nightmap {
-namespace {
+namespace trace_rays_test {
 
 constexpr double kResolution_m = 0.1;
 
@@ -220,5 +220,5 @@ TEST(TraceRays, RegionsThatShareNothingSplitTheEvidence) {
   }
 }
 
-}  // namespace
+}  // namespace trace_rays_test
 }  // namespace nightmap

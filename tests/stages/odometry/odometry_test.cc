@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace odometry_test {
 
 // A pair as the matches stage would write it, its pose off by noise.
 FramePair MakePair(const LandmarkScene& scene, int a, int b, double noise_m) {
@@ -270,5 +270,5 @@ TEST_F(OdometryTest, RefusesPairsThatAreNotSortedOrNameNoFeature) {
   NIGHTMAP_EXPECT_ERROR(DataError, Run(pairs), "feature 1000000 of frame");
 }
 
-}  // namespace
+}  // namespace odometry_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/stages/plan/scene.h"
 
 namespace nightmap {
-namespace {
+namespace astar_test {
 
 std::int64_t CostOf(const CostMap& map, const std::vector<Eigen::Vector2i>& cells) {
   std::int64_t cost = 0;
@@ -126,5 +126,5 @@ TEST(Search, ExpandsFewerCellsThanWithoutTheGoalInView) {
   EXPECT_LT(num_informed, num_uninformed / 2);
 }
 
-}  // namespace
+}  // namespace astar_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include <utility>
 
 namespace nightmap {
-namespace {
+namespace cell_array_test {
 
 TEST(SquareOrder, NumbersEachCellOnceAndBack) {
   for (const auto& [width, height] : {std::pair{1, 1}, {16, 16}, {15, 33}, {70, 5}, {129, 40}}) {
@@ -33,5 +33,5 @@ TEST(SquareOrder, CellsOfASquareAreTogether) {
   }
 }
 
-}  // namespace
+}  // namespace cell_array_test
 }  // namespace nightmap

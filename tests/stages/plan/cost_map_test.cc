@@ -7,7 +7,7 @@
 #include "tests/stages/plan/scene.h"
 
 namespace nightmap {
-namespace {
+namespace cost_map_test {
 
 // Distance between the squares of two cells.
 double SquareDistance_m(const OccupancyGrid& grid, std::size_t a, std::size_t b) {
@@ -135,5 +135,5 @@ TEST(CostMap, SameAtAnyNumberOfThreads) {
   EXPECT_EQ(MakeCostMap(grid, {}, 0.2, 1).costs, MakeCostMap(grid, {}, 0.2, 4).costs);
 }
 
-}  // namespace
+}  // namespace cost_map_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/stages/plan/random_routes.h"
 
 namespace nightmap {
-namespace {
+namespace elastic_band_test {
 
 TEST(Relax, StaysFreeKeepsItsEndsAndIsNeverDearer) {
   int num_cheaper = 0;
@@ -75,5 +75,5 @@ TEST(Relax, TightPathsAreNearTheOptimum) {
   }
 }
 
-}  // namespace
+}  // namespace elastic_band_test
 }  // namespace nightmap

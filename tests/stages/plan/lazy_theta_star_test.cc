@@ -10,7 +10,7 @@
 #include "tests/stages/plan/scene.h"
 
 namespace nightmap {
-namespace {
+namespace lazy_theta_star_test {
 
 TEST(BlockField, ReachesWhatTheFloodReaches) {
   int num_cut_off = 0;
@@ -110,5 +110,5 @@ TEST(AnyAngle, IsShorterThanAStarAndSearchesLess) {
   EXPECT_LT(num_any_angle, num_grid / 4);
 }
 
-}  // namespace
+}  // namespace lazy_theta_star_test
 }  // namespace nightmap

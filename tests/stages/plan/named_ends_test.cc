@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace named_ends_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -142,5 +142,5 @@ TEST(NamedEnds, UnknownObjectsNameTheKnownOnes) {
   }
 }
 
-}  // namespace
+}  // namespace named_ends_test
 }  // namespace nightmap

@@ -15,7 +15,7 @@
 #include "tests/stages/plan/scene.h"
 
 namespace nightmap {
-namespace {
+namespace no_path_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -198,5 +198,5 @@ TEST(Holes, AreCrossedUnlessTheyCountAsWalls) {
   EXPECT_THAT(ErrorOf(options, grid), HasSubstr("no path"));
 }
 
-}  // namespace
+}  // namespace no_path_test
 }  // namespace nightmap

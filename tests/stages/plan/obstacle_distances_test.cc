@@ -11,7 +11,7 @@
 #include "tests/stages/plan/scene.h"
 
 namespace nightmap {
-namespace {
+namespace obstacle_distances_test {
 
 // Between the squares of two cells.
 int SquaredGap(int dx, int dy) {
@@ -113,5 +113,5 @@ TEST(ObstacleDistances, SameAtAnyNumberOfThreads) {
       grid, [&](const Eigen::Vector2i& cell) { ASSERT_EQ(one.Squared(cell), four.Squared(cell)); });
 }
 
-}  // namespace
+}  // namespace obstacle_distances_test
 }  // namespace nightmap

@@ -19,7 +19,7 @@
 #include "tests/stages/plan/scene.h"
 
 namespace nightmap {
-namespace {
+namespace plan_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -797,5 +797,5 @@ TEST(PlanOptions, SurviveToml) {
   EXPECT_EQ(list.ToToml(), toml);
 }
 
-}  // namespace
+}  // namespace plan_test
 }  // namespace nightmap

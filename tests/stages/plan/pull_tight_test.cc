@@ -9,7 +9,7 @@
 #include "tests/stages/plan/random_routes.h"
 
 namespace nightmap {
-namespace {
+namespace pull_tight_test {
 
 // Dense samples of the segment must lie in visited cells; the lengths add up.
 TEST(Shorten, SegmentVisitsEveryCellItTouches) {
@@ -74,5 +74,5 @@ TEST(Shorten, ResampledPointsAreAtMostOneCellApart) {
   EXPECT_EQ(points.back(), Eigen::Vector2d(7.3, 3.1));
 }
 
-}  // namespace
+}  // namespace pull_tight_test
 }  // namespace nightmap

@@ -14,7 +14,7 @@
 #include "tests/stages/plan/scene.h"
 
 namespace nightmap {
-namespace {
+namespace random_paths_test {
 
 constexpr int kNumPairs = 1000;
 constexpr double kRadius_m = 0.2;
@@ -171,5 +171,5 @@ TEST(RandomPaths, RoomsSomeOfThemClosed) {
   EXPECT_GT(counts.num_points, 10000);
 }
 
-}  // namespace
+}  // namespace random_paths_test
 }  // namespace nightmap

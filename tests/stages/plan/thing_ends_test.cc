@@ -14,7 +14,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace thing_ends_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -350,5 +350,5 @@ TEST(ThingEnds, RandomThingsAreReachedAtTheirFrontIfTheyCan) {
   EXPECT_GT(num_elsewhere, 0);
 }
 
-}  // namespace
+}  // namespace thing_ends_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/stages/point_cloud/box_room.h"
 
 namespace nightmap {
-namespace {
+namespace depth_consistency_test {
 
 constexpr double kWall_m = 2.0;
 
@@ -208,5 +208,5 @@ TEST_F(FloatingPatch, UnreadableDepthSaysNothing) {
               0.01 * static_cast<double>(num_points));
 }
 
-}  // namespace
+}  // namespace depth_consistency_test
 }  // namespace nightmap

@@ -6,7 +6,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace held_out_rays_test {
 
 constexpr double kVoxel_m = 0.02;
 constexpr double kTolerance_m = 0.03;
@@ -104,5 +104,5 @@ TEST(HeldOutRays, AreCountedTheSameByAnyNumberOfThreads) {
   EXPECT_EQ(TestRays({}, cloud, kVoxel_m, 2).num_rays, 0U);
 }
 
-}  // namespace
+}  // namespace held_out_rays_test
 }  // namespace nightmap

@@ -11,7 +11,7 @@
 #include "stages/point_cloud/radius_neighbors.h"
 
 namespace nightmap {
-namespace {
+namespace outliers_and_normals_test {
 
 constexpr double kVoxel_m = 0.02;
 
@@ -137,5 +137,5 @@ TEST(FitSurface, ThicknessIsTheNoiseOfThePlane) {
   EXPECT_NEAR(MedianThickness_m(doubled), 0.01, 0.001);
 }
 
-}  // namespace
+}  // namespace outliers_and_normals_test
 }  // namespace nightmap

@@ -12,7 +12,7 @@
 #include "tests/stages/point_cloud/box_room.h"
 
 namespace nightmap {
-namespace {
+namespace point_cloud_test {
 
 PointCloudOptions TestOptions() {
   PointCloudOptions options;
@@ -201,5 +201,5 @@ TEST(PointCloud, PosesFarOutAreAnError) {
   EXPECT_THROW(MakeCloud(TestOptions(), source), DataError);
 }
 
-}  // namespace
+}  // namespace point_cloud_test
 }  // namespace nightmap

@@ -6,7 +6,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace adopt_odometry_test {
 
 std::int64_t TimeAt(int node) { return 1'000'000'000LL * (node + 1); }
 
@@ -175,5 +175,5 @@ TEST(AdoptOdometry, AFalseLoopIsRefused) {
   EXPECT_LT(WorstError_m(result), WorstError_m(without) + 0.02);
 }
 
-}  // namespace
+}  // namespace adopt_odometry_test
 }  // namespace nightmap

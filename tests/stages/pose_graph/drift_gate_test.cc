@@ -6,7 +6,7 @@
 #include "tests/stages/pose_graph/noisy_path.h"
 
 namespace nightmap {
-namespace {
+namespace drift_gate_test {
 
 // Mean squared distance of a true loop; `rename` numbers the frames.
 template <typename Rename>
@@ -59,5 +59,5 @@ TEST(DriftGate, AWrongPlaceIsFarAndALooseEdgeForgives) {
   EXPECT_LT(DriftGate(edges).Distance(loop), 3);
 }
 
-}  // namespace
+}  // namespace drift_gate_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/stages/pose_graph/noisy_path.h"
 
 namespace nightmap {
-namespace {
+namespace join_runs_test {
 
 constexpr double kMaxDrift = 10;
 
@@ -78,5 +78,5 @@ TEST(JoinRuns, WithoutBridgesNothingChanges) {
   for (std::size_t i = 0; i < tree.size(); ++i) EXPECT_EQ(tree[i].frame_b, odometry[i].frame_b);
 }
 
-}  // namespace
+}  // namespace join_runs_test
 }  // namespace nightmap

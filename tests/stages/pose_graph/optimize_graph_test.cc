@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace optimize_graph_test {
 
 constexpr int kNumPoses = 40;
 
@@ -106,5 +106,5 @@ TEST(OptimizeGraph, WithoutMemoryItIsAnError) {
       DataError, OptimizeGraph(6, &scene.edges, &scene.poses), "was not optimized");
 }
 
-}  // namespace
+}  // namespace optimize_graph_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace pose_graph_test {
 
 TEST(PoseGraph, LoopsCorrectTheDriftOfEveryFrame) {
   PoseGraphInput input = MakeInput();
@@ -126,5 +126,5 @@ TEST(PoseGraph, RefusesOdometryThatDoesNotFitTogether) {
          "no edge joins the shard of frame 24 to the one before");
 }
 
-}  // namespace
+}  // namespace pose_graph_test
 }  // namespace nightmap

@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace sensor_calibration_test {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kNumSeeds = 5;
@@ -157,5 +157,5 @@ TEST(SensorCalibration, AMountingWithoutACameraOfTheFramesIsRefused) {
       DataError, Optimize(input), "robot_from_camera of 1 cameras, but the frames are of 2");
 }
 
-}  // namespace
+}  // namespace sensor_calibration_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace sensor_edges_test {
 
 constexpr int kLost = 12;   // first frame without a pair
 constexpr int kFound = 18;  // keyframe of a part of its own
@@ -229,5 +229,5 @@ TEST(SensorEdges, EdgesOfOtherFramesAreRefused) {
       DataError, Optimize(input), "sensor 'wheels' between frames 8 and 9 overlaps");
 }
 
-}  // namespace
+}  // namespace sensor_edges_test
 }  // namespace nightmap

@@ -14,7 +14,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace pictures_test {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr const char* kCsvHeader = "picture,width,height,fx,fy,cx,cy,k1,k2,p1,p2,k3\n";
@@ -381,5 +381,5 @@ TEST_F(PicturesTest, APictureOfAnotherSizeThanItsCameraIsAProblem) {
       testing::HasSubstr("64 x 48 pixels, its camera has 32 x 24: pictures of another size"));
 }
 
-}  // namespace
+}  // namespace pictures_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace queries_test {
 
 FrameRecord HeldOut(int frame_idx, std::int64_t time_ns) {
   FrameRecord frame;
@@ -70,5 +70,5 @@ TEST(QueriesOptions, DefaultConfigFileIsWhatTheProgramHas) {
   EXPECT_EQ(RegisterOptions(from_file).ToToml(), RegisterOptions(options).ToToml());
 }
 
-}  // namespace
+}  // namespace queries_test
 }  // namespace nightmap

@@ -10,7 +10,7 @@
 #include "tests/laser_building.h"
 
 namespace nightmap {
-namespace {
+namespace compare_scans_test {
 
 constexpr double kSigma_m = 0.03;
 constexpr double kStep = 1e-6;
@@ -169,5 +169,5 @@ TEST(CompareScans, ADistantWallOrTheOtherSideOfAPartitionMatchesNothing) {
   }
 }
 
-}  // namespace
+}  // namespace compare_scans_test
 }  // namespace nightmap

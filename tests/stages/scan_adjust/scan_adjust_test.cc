@@ -7,7 +7,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace scan_adjust_test {
 
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
@@ -237,5 +237,5 @@ TEST(ScanAdjust, InputsThatDoNotFitAreRefused) {
       "scan_adjust.scan_sensor is 'rear': choose one of the sensors that scan: laser");
 }
 
-}  // namespace
+}  // namespace scan_adjust_test
 }  // namespace nightmap

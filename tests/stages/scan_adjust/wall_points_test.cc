@@ -6,7 +6,7 @@
 #include "tests/laser_building.h"
 
 namespace nightmap {
-namespace {
+namespace wall_points_test {
 
 using Points = std::vector<Eigen::Vector2d>;
 
@@ -94,5 +94,5 @@ TEST(WallPoints, ClutterIsNoWallAndNoiseOfARangeIs) {
   }
 }
 
-}  // namespace
+}  // namespace wall_points_test
 }  // namespace nightmap

@@ -10,7 +10,7 @@
 #include "tests/laser_building.h"
 
 namespace nightmap {
-namespace {
+namespace published_test {
 
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
@@ -153,5 +153,5 @@ TEST(ScanLocalize, PublishedIsTheSameAtAnyNumberOfThreads) {
   }
 }
 
-}  // namespace
+}  // namespace published_test
 }  // namespace nightmap

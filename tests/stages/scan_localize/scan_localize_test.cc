@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace scan_localize_test {
 
 const OccupancyGrid& RoomsMap() {
   static const OccupancyGrid map = MapOf(kRooms, PlacesIn(kRooms, 1));
@@ -219,5 +219,5 @@ TEST(ScanLocalize, CandidatesAreApartAndInTheOrderOfTheirFit) {
   }
 }
 
-}  // namespace
+}  // namespace scan_localize_test
 }  // namespace nightmap

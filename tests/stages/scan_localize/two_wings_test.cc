@@ -11,7 +11,7 @@
 #include "tests/stages/scan_localize/scan_world.h"
 
 namespace nightmap {
-namespace {
+namespace two_wings_test {
 
 constexpr std::size_t kNumScans = 240;
 constexpr double kWest_m = -14;  // where the western wing begins; it is 8 m wide
@@ -179,5 +179,5 @@ TEST(TwoWings, ARoughPositionTellsTheWingsApart) {
   EXPECT_GE(outcome.num_located, 0.95 * kNumScans);
 }
 
-}  // namespace
+}  // namespace two_wings_test
 }  // namespace nightmap

@@ -6,7 +6,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace doubtful_loops_test {
 
 // Keyscans every 2 m along x, whose motions are known to 1 mm.
 struct Drive {
@@ -66,5 +66,5 @@ TEST(DoubtfulLoops, OtherQueriesDoNotMatter) {
   EXPECT_EQ(NumLoops({Found(1, 4, 0.8), other}), 1U);
 }
 
-}  // namespace
+}  // namespace doubtful_loops_test
 }  // namespace nightmap

@@ -4,7 +4,7 @@
 #include "tests/laser_building.h"
 
 namespace nightmap {
-namespace {
+namespace drive_test {
 
 struct Path {
   std::vector<Keyscan> keyscans;
@@ -82,5 +82,5 @@ TEST(DriftSums, NothingDriftsFromAKeyscanToItself) {
   EXPECT_EQ(drift.variance_rad2, 0);
 }
 
-}  // namespace
+}  // namespace drive_test
 }  // namespace nightmap

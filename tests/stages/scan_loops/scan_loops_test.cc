@@ -8,7 +8,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace scan_loops_test {
 
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
@@ -255,5 +255,5 @@ TEST(ScanLoops, InputsThatDoNotFitAreRefused) {
       UsageError, Find(input), "scan_loops.scan_sensor is '': choose one of the sensors");
 }
 
-}  // namespace
+}  // namespace scan_loops_test
 }  // namespace nightmap

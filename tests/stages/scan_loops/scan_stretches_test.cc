@@ -10,7 +10,7 @@
 #include "tests/laser_building.h"
 
 namespace nightmap {
-namespace {
+namespace scan_stretches_test {
 
 constexpr double kStep_m = 0.25;
 
@@ -159,5 +159,5 @@ TEST(ScanStretches, DriftLetsAQueryBeFartherAway) {
   EXPECT_GT(laps.Pairs(0.1).size(), num_without);  // 1 m and more over 100 keyscans
 }
 
-}  // namespace
+}  // namespace scan_stretches_test
 }  // namespace nightmap

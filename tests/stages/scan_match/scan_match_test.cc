@@ -12,7 +12,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace scan_match_test {
 
 constexpr int kNumScans = 120;
 
@@ -288,5 +288,5 @@ TEST(ScanMatch, OdometryIsTheOnlyOneOrTheNamedOneOrNone) {
   EXPECT_EQ(Match(input, options).odometry_sensor, "gyro");
 }
 
-}  // namespace
+}  // namespace scan_match_test
 }  // namespace nightmap

@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace read_logs_test {
 
 // n ranges x y theta odom_x odom_y odom_theta time host logger_time
 constexpr const char* kLog =
@@ -134,5 +134,5 @@ TEST_F(ReadLogs, TooManyBadLinesAreAnError) {
                         "more than max_failed_ratio = 0.2: repair the file or correct s.toml:9");
 }
 
-}  // namespace
+}  // namespace read_logs_test
 }  // namespace nightmap

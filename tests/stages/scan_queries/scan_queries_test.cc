@@ -9,7 +9,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace scan_queries_test {
 
 constexpr double kStep_rad = M_PI / 180;
 
@@ -93,5 +93,5 @@ TEST(ScanQueries, ARobotThatDroveDidNotTurnOnTheSpot) {
   EXPECT_EQ(RunScanQueries(options, {log}).at(0).scans.size(), 2U);
 }
 
-}  // namespace
+}  // namespace scan_queries_test
 }  // namespace nightmap

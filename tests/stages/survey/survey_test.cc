@@ -12,7 +12,7 @@
 #include "stages/survey/survey_output.h"
 
 namespace nightmap {
-namespace {
+namespace survey_test {
 
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
@@ -246,5 +246,5 @@ TEST(Survey, LeavesFieldsOfMissingDepthEmpty) {
   EXPECT_NE(SurveyToCsv(result, input.frames).find(",,,,,,,,\n"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace survey_test
 }  // namespace nightmap

@@ -20,7 +20,7 @@
 #include "stages/synthesize/write_site.h"
 
 namespace nightmap {
-namespace {
+namespace synthesize_test {
 
 namespace fs = std::filesystem;
 
@@ -351,5 +351,5 @@ TEST(ClearRecording, RemovesWhatTheOptionsDoNotMake) {
   fs::remove_all(folder);
 }
 
-}  // namespace
+}  // namespace synthesize_test
 }  // namespace nightmap

@@ -12,7 +12,7 @@
 #include "stages/synthesize/write_site.h"
 
 namespace nightmap {
-namespace {
+namespace upward_test {
 
 // A robot with all sensors, whose upward camera is mounted straight and does not shake.
 SynthesizeOptions RobotSite() {
@@ -186,5 +186,5 @@ TEST(UpwardCamera, ItsFolderGoesWithTheOption) {
   fs::remove_all(folder);
 }
 
-}  // namespace
+}  // namespace upward_test
 }  // namespace nightmap

@@ -10,7 +10,7 @@
 #include "stages/synthesize_ceiling/ceiling_walk.h"
 
 namespace nightmap {
-namespace {
+namespace ceiling_route_test {
 
 constexpr double kBlank_m = 8;
 constexpr double kOverlap_m = 12;
@@ -140,5 +140,5 @@ TEST(CeilingWalk, RaysEndWhereThePlanEnds) {
   }
 }
 
-}  // namespace
+}  // namespace ceiling_route_test
 }  // namespace nightmap

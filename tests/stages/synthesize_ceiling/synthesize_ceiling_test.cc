@@ -15,7 +15,7 @@
 #include "stages/synthesize_ceiling/write_ceiling.h"
 
 namespace nightmap {
-namespace {
+namespace synthesize_ceiling_test {
 
 constexpr double kLampFrame_m = 0.02;
 
@@ -241,5 +241,5 @@ TEST(SynthesizeCeiling, ConfigsAreOfTheProgram) {
   }
 }
 
-}  // namespace
+}  // namespace synthesize_ceiling_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include <map>
 
 namespace nightmap {
-namespace {
+namespace clusters_test {
 
 // Voxels by class, in the order of the format.
 class VoxelBoxes {
@@ -114,5 +114,5 @@ TEST(FindClusters, SameAtAnyNumberOfThreads) {
   for (std::size_t i = 0; i < one.size(); ++i) EXPECT_EQ(one[i].voxels, four[i].voxels);
 }
 
-}  // namespace
+}  // namespace clusters_test
 }  // namespace nightmap

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace nightmap {
-namespace {
+namespace join_parts_test {
 
 // One voxel of 5 cm per key, and clusters of consecutive ones.
 VoxelLabels RowOf(int count) {
@@ -47,5 +47,5 @@ TEST(JoinParts, OtherClassesAndOtherPlacesStayApart) {
   EXPECT_EQ(apart[0].voxels.front(), 0U);  // in order of first voxel, not of size
 }
 
-}  // namespace
+}  // namespace join_parts_test
 }  // namespace nightmap

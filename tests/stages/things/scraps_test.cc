@@ -6,7 +6,7 @@
 #include <map>
 
 namespace nightmap {
-namespace {
+namespace scraps_test {
 
 constexpr double kVoxel_m = 0.05;
 constexpr std::uint8_t kFloor = 1, kSofa = 2, kTable = 3;
@@ -94,5 +94,5 @@ TEST(IsLeg, IsThinAndHigh) {
   EXPECT_FALSE(IsLegOf(4, 20));
 }
 
-}  // namespace
+}  // namespace scraps_test
 }  // namespace nightmap

@@ -7,7 +7,7 @@
 #include <map>
 
 namespace nightmap {
-namespace {
+namespace split_steps_test {
 
 constexpr double kVoxel_m = 0.05;
 
@@ -79,5 +79,5 @@ TEST_F(SplitStepsTest, WhatNobodyLookedUpToIsNoTop) {
   EXPECT_EQ(SizesOfParts().size(), 1U);
 }
 
-}  // namespace
+}  // namespace split_steps_test
 }  // namespace nightmap

@@ -12,7 +12,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace things_test {
 
 constexpr double kVoxel_m = 0.05;
 constexpr double kRadPerDeg = std::numbers::pi / 180;
@@ -235,5 +235,5 @@ TEST_P(PartlySeenTest, TheBoxIsLikeTheThing) {
 
 INSTANTIATE_TEST_SUITE_P(Random, PartlySeenTest, testing::Range(0, 16));
 
-}  // namespace
+}  // namespace things_test
 }  // namespace nightmap

@@ -11,7 +11,7 @@
 #include "pipeline/geometry/voxel_key.h"
 
 namespace nightmap {
-namespace {
+namespace upright_box_test {
 
 constexpr double kResolution_m = 0.05;
 constexpr double kRadPerDeg = std::numbers::pi / 180;
@@ -97,5 +97,5 @@ TEST(FitBox, OneVoxelIsABox) {
   EXPECT_LT((box.Centre() - Eigen::Vector2d(1, 2)).norm(), 1e-12);
 }
 
-}  // namespace
+}  // namespace upright_box_test
 }  // namespace nightmap

@@ -11,7 +11,7 @@
 #include "pipeline/base/random.h"
 
 namespace nightmap {
-namespace {
+namespace tiles_test {
 
 constexpr int kNumKeyframes = 60;
 
@@ -147,5 +147,5 @@ TEST(Tiles, ACameraThatSeesTooFarToTheSideIsRefused) {
   EXPECT_FALSE(RunTiles({}, {wide}, keyframes).empty());
 }
 
-}  // namespace
+}  // namespace tiles_test
 }  // namespace nightmap

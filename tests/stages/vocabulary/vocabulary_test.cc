@@ -6,7 +6,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace vocabulary_test {
 
 class VocabularyTest : public testing::Test {
  protected:
@@ -51,5 +51,5 @@ TEST_F(VocabularyTest, RefusesFramesWithoutAnyFeature) {
   NIGHTMAP_EXPECT_ERROR(DataError, Run(), "no descriptors");
 }
 
-}  // namespace
+}  // namespace vocabulary_test
 }  // namespace nightmap

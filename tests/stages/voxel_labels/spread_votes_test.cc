@@ -12,7 +12,7 @@
 #include "pipeline/geometry/voxel_key.h"
 
 namespace nightmap {
-namespace {
+namespace spread_votes_test {
 
 using Votes = std::vector<float>;
 
@@ -123,5 +123,5 @@ TEST(SpreadVotes, WhereNobodySawAnythingNothingIsSaid) {
   EXPECT_THAT(table.weights, testing::Each(0.0F));
 }
 
-}  // namespace
+}  // namespace spread_votes_test
 }  // namespace nightmap

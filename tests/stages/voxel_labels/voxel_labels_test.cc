@@ -11,7 +11,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace voxel_labels_test {
 
 const std::vector<std::string> kClasses = {"none", "low", "high"};
 
@@ -221,5 +221,5 @@ TEST(OccupiedVoxels, OfNeighboursAreThoseAround) {
   EXPECT_THAT(occupied.codes, testing::ElementsAre(MortonCode({0, 0, 0}), MortonCode({10, 0, 0})));
 }
 
-}  // namespace
+}  // namespace voxel_labels_test
 }  // namespace nightmap

@@ -5,7 +5,7 @@
 #include "tests/test_data.h"
 
 namespace nightmap {
-namespace {
+namespace wheel_edges_test {
 
 // Ten frames at 10 Hz, the last five of another recording; two sensors that count on all the time.
 WheelEdgesInput MakeInput() {
@@ -58,5 +58,5 @@ TEST(WheelEdgesStage, WithoutOdometryOrTimesInCommonTheRemedyIsNamed) {
   NIGHTMAP_EXPECT_ERROR(DataError, RunWheelEdges({}, input), "add a [[sensor]]");
 }
 
-}  // namespace
+}  // namespace wheel_edges_test
 }  // namespace nightmap
