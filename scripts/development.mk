@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Commands for developers: build, tests, benchmarks, format and lint. The Makefile includes this file.
 
-.PHONY: FORCE build test test-nightly test-sanitize bench figures format format-check lint
+.PHONY: FORCE build build_tests test test-nightly test-sanitize bench figures format format-check lint
 RUN := $(BUILD)/run
 
 # ---- programs -----------------------------------------------------------------------------------
@@ -29,21 +29,23 @@ $(BUILD)/programs.mk: $(SOURCES) $(foreach p,$(PROGRAMS),$(call missing,$(RUN)/$
 build: $(BUILD)/programs.mk ## build all stage programs (map and the other commands build those that they run)
 	$(if $(findstring q,$(firstword -$(MAKEFLAGS))),,@echo "programs: $(RUN)")
 
-test: ## unit tests, end-to-end tests, and tests on the real data that is present
+build_tests:
 	@scripts/install_deps.sh tests
 	@$(MAKE) --no-print-directory build
 	@cmake -S . -B $(BUILD) -DNIGHTMAP_TESTS=ON --log-level=WARNING >/dev/null
 	ninja -j "$$THREADS" -C $(BUILD)
+
+test: build_tests ## unit tests, end-to-end tests, and tests on the real data that is present
 	@ctest --test-dir $(BUILD) -j "$$THREADS" --output-on-failure | \
 	  $(PYTHON) tests/summary.py $(BUILD)/Testing/Temporary/LastTest.log
 
-# What takes too long for every change. NIGHTMAP_NIGHTLY=1 makes the end-to-end tests do all they can.
-test-nightly: ## the slow lint, all unit tests under sanitizers, the long end-to-end tests, 2,000 attacks with damaged files
+# What takes too long for every change. NIGHTMAP_NIGHTLY=1 makes tests do all they can.
+test-nightly: ## the slow lint, all unit tests under sanitizers, all tests whole, 2,000 attacks with damaged files
 	@rm -f $(BUILD)/lint/*.ok
 	@TIDY_OFF= $(MAKE) --no-print-directory lint
 	@$(MAKE) --no-print-directory test-sanitize SANITIZED=.
-	@$(MAKE) --no-print-directory build
-	@NIGHTMAP_NIGHTLY=1 ctest --test-dir $(BUILD) --output-on-failure -R '^e2e/'
+	@$(MAKE) --no-print-directory build_tests
+	@NIGHTMAP_NIGHTLY=1 ctest --test-dir $(BUILD) --output-on-failure
 	ninja -j "$$THREADS" -C $(BUILD) benchmarks bench_libraries
 	@NIGHTMAP_BUILD=$(abspath $(BUILD)) $(PYTHON) tests/fuzz/sweep.py --runs 2000
 

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <vector>
 
 namespace nightmap {
 
@@ -24,6 +25,20 @@ inline std::filesystem::path TestDataPath(const std::string& name) {
 inline bool IsContinuousIntegration() {
   const char* ci = std::getenv("CI");
   return ci && std::string(ci) == "true";
+}
+
+// What takes long and tries one thing again, as on another seed or building, is left to the night:
+// `make test-nightly` sets NIGHTMAP_NIGHTLY=1.
+inline bool IsNight() {
+  const char* nightly = std::getenv("NIGHTMAP_NIGHTLY");
+  return nightly && std::string(nightly) == "1";
+}
+
+// All at night, the first by day.
+template <typename T>
+std::vector<T> AllAtNight(std::vector<T> all) {
+  if (!IsNight()) all.resize(1);
+  return all;
 }
 
 // First line of a test that needs a real recording. Recordings are hundreds of megabytes and not in

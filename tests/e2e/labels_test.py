@@ -105,7 +105,7 @@ class LabelsTest(unittest.TestCase):
         before = [path.stat().st_mtime_ns for path in receipts]
         picture = sorted((work.data() / "labels").glob("*.png"))[3]
         shutil.copyfile(sorted((work.data() / "labels").glob("*.png"))[9], picture)
-        self.make(work, "map")
+        self.make(work, *(f"maps/{SITE}/features/shard_{shard:04}.h5" for shard in range(3)))
         self.assertEqual([path.stat().st_mtime_ns != time for path, time in zip(receipts, before)], [True, False, False])
         (work.folder / "data/model.toml").write_text(MODEL.replace('"table", "chair"]', '"chair"]'))
         self.assertIn("[import] model", self.make(work, "why"))
@@ -200,7 +200,7 @@ class LabelsTest(unittest.TestCase):
         self.addCleanup(work.remove)
         pictures = sorted((work.data() / "labels").glob("*.png"))
         matplotlib.image.imsave(pictures[0], np.full((240, 320, 3), 20, np.uint8))
-        self.make(work, "map")
+        self.make(work, f"maps/{SITE}/frames/shards.txt")
         report = json.loads(work.path("frames/report.json").read_text())
         self.assertIn("labels must be one channel of 8 bits", json.dumps(report))
         (work.folder / "data/model.toml").write_text(MODEL.replace(', "shelf", "cabinet", "bed", "sofa", "poster", "object", "lamp"', ""))

@@ -10,6 +10,7 @@ import re
 import subprocess
 import unittest
 
+from nightly import nightly
 from workspace import BUILD, REPOSITORY, Workspace, environment
 from nightmap_site.pipeline import read_pipeline  # workspace finds the scripts
 
@@ -215,6 +216,7 @@ class RealLogsTest(unittest.TestCase):
     def test_intel(self):
         self.check("intel", "intel-corrected.log.gz")
 
+    @nightly
     def test_freiburg_079(self):
         self.check("freiburg_079", "freiburg-079-corrected.log.gz")
 

@@ -59,7 +59,7 @@ double Error_m(const CeilingMap& map, const std::vector<Rigid2>& truth) {
 }
 
 TEST(CeilingAdjust, IsMoreAccurateThanTheFilter) {
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : AllAtNight<std::uint64_t>({1, 2, 3})) {
     DriveOptions options;
     options.seed = seed;
     const Case made = Filtered(options);

@@ -71,7 +71,7 @@ double SmallestEigenvalue(const Eigen::Matrix3d& matrix) {
 
 TEST(CeilingEkf, DrivesALoopAndKnowsHowWell) {
   std::vector<double> consistent;
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : AllAtNight<std::uint64_t>({1, 2, 3})) {
     DriveOptions options;
     options.seed = seed;
     const SimulatedDrive drive = Simulate(options);
@@ -94,7 +94,7 @@ TEST(CeilingEkf, DrivesALoopAndKnowsHowWell) {
     }
   }
   std::ranges::sort(consistent);
-  EXPECT_GT(consistent[1], 0.85);
+  EXPECT_GT(consistent[consistent.size() / 2], 0.85);
 }
 
 TEST(CeilingEkf, WithoutNoiseItIsExact) {

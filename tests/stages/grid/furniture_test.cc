@@ -12,6 +12,7 @@
 #include "stages/plan/plan.h"
 #include "tests/stages/grid/carver.h"
 #include "tests/synthetic/two_floors.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace furniture_test {
@@ -161,6 +162,7 @@ TEST(GridOfFurniture, NoPathLeadsOverItOnTwoFloors) {
 }
 
 TEST(GridOfFurniture, NoPathLeadsOverItInTheBuilding) {
+  if (!IsNight()) GTEST_SKIP() << "takes half a minute: set NIGHTMAP_NIGHTLY=1";
   BuildingOptions building;
   building.num_rooms = 24;
   building.num_identical_rooms = 5;
