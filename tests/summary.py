@@ -6,6 +6,8 @@ import pathlib
 import re
 import sys
 
+from when_changed import UNCHANGED
+
 SHOWN = 10
 ENDED = re.compile(r"\s*\d+/\d+ Test +#\d+: (\S+) .*?([\d.]+) sec")
 COUNTED = re.compile(r"(?m)^\[=+\] (\d+) tests? from .* ran|^Ran (\d+) tests? in ")  # by GoogleTest, by unittest
@@ -16,6 +18,8 @@ def of_the_programs(log):
     counts = [int(by_gtest or by_unittest) for by_gtest, by_unittest in COUNTED.findall(log)]
     reasons = sorted({by_gtest or by_unittest for by_gtest, by_unittest in SKIPPED.findall(log)})
     yield f"{sum(counts)} tests in {len(counts)} programs\n"
+    if num_before := log.count(UNCHANGED):
+        yield f"{num_before} programs passed before, and nothing changed\n"
     yield from (f"skipped: {reason}\n" for reason in reasons)
 
 

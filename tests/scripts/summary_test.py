@@ -17,6 +17,7 @@ data/tum is missing: set NIGHTMAP_DATA
 [==========] 3 tests from 2 test suites ran. (12 ms total)
 test_b (bar_test.BarTest.test_b) ... skipped 'no recording: set NIGHTMAP_DATA'
 Ran 39 tests in 0.5s
+passed before, and nothing changed
 """
 
 
@@ -28,6 +29,7 @@ class SummaryTest(unittest.TestCase):
         self.assertEqual([line for line in out if line in lines], lines)
         self.assertEqual(out[-3:], SUMMARY)
         self.assertIn("42 tests in 2 programs\n", out)
+        self.assertIn("1 programs passed before, and nothing changed\n", out)
         self.assertIn("skipped: data/tum is missing: set NIGHTMAP_DATA\n", out)
         self.assertIn("skipped: no recording: set NIGHTMAP_DATA\n", out)
         shown = [line.split() for line in out if " s  " in line]

@@ -1,0 +1,37 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs a test program, unless it has passed and since then neither it, which its sources and our libraries are linked into,
+nor the configs, which are all that it reads of the repository, have changed. `PROGRAM.passed` holds the state that passed.
+At night it always runs."""
+import os
+import pathlib
+import subprocess
+import sys
+
+READ = "configs"
+UNCHANGED = "passed before, and nothing changed"
+
+
+def state_of(program):
+    """A line for each file, with the variables that tests obey."""
+    files = [path for path in pathlib.Path(READ).rglob("*") if path.is_file()]
+    variables = [f"{name}={os.environ.get(name, '')}\n" for name in ("CI", "GTEST_FILTER", "NIGHTMAP_DATA")]
+    stats = [(path, path.stat()) for path in (pathlib.Path(program), *sorted(files))]
+    return "".join(variables + [f"{path} {stat.st_size} {stat.st_mtime_ns}\n" for path, stat in stats])
+
+
+def main(program):
+    passed = pathlib.Path(f"{program}.passed")
+    state = state_of(program)
+    if os.environ.get("NIGHTMAP_NIGHTLY") != "1" and passed.exists() and passed.read_text(encoding="utf-8") == state:
+        print(UNCHANGED)
+        return 0
+    passed.unlink(missing_ok=True)
+    code = subprocess.call([program])
+    if code == 0:
+        passed.write_text(state, encoding="utf-8")
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))
