@@ -60,6 +60,11 @@ class WhenChangedTest(unittest.TestCase):
             self.assertFalse(self.runs())
         self.assertTrue(self.runs(NIGHTMAP_DATA="elsewhere"))
 
+    def test_what_lacked_a_recording_runs_again(self):
+        self.program.write_text("#!/bin/sh\necho ran >> runs\necho data/tum is missing: set NIGHTMAP_DATA\n")
+        self.assertTrue(self.runs())
+        self.assertTrue(self.runs())
+
     def test_it_always_runs_at_night(self):
         self.runs()
         self.assertTrue(self.runs(NIGHTMAP_NIGHTLY="1"))
