@@ -43,7 +43,7 @@ test: build_tests ## unit tests, end-to-end tests, and tests on the real data th
 test-nightly: ## the slow lint, all unit tests under sanitizers, all tests whole, 2,000 attacks with damaged files
 	@rm -f $(BUILD)/lint/*.ok
 	@TIDY_OFF= $(MAKE) --no-print-directory lint
-	@$(MAKE) --no-print-directory test-sanitize SANITIZED=.
+	@NIGHTMAP_NIGHTLY=1 $(MAKE) --no-print-directory test-sanitize SANITIZED=.
 	@$(MAKE) --no-print-directory build_tests
 	@NIGHTMAP_NIGHTLY=1 ctest --test-dir $(BUILD) --output-on-failure
 	ninja -j "$$THREADS" -C $(BUILD) benchmarks bench_libraries

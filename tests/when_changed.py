@@ -28,11 +28,17 @@ def main(program):
         print(UNCHANGED)
         return 0
     passed.unlink(missing_ok=True)
-    result = subprocess.run([program], stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    sys.stdout.buffer.write(result.stdout)
-    if result.returncode == 0 and WITHOUT_DATA not in result.stdout:
+    is_whole = True
+    with subprocess.Popen([program], stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as process:
+        for line in process.stdout:  # each at once, so that one that hangs has said where
+            sys.stdout.buffer.write(line)
+            sys.stdout.buffer.flush()
+            is_whole = is_whole and WITHOUT_DATA not in line
+    if process.returncode < 0:
+        print(f"{program}: ended by signal {-process.returncode}")
+    if process.returncode == 0 and is_whole:
         passed.write_text(state, encoding="utf-8")
-    return result.returncode
+    return process.returncode
 
 
 if __name__ == "__main__":

@@ -12,7 +12,8 @@ from workspace import GOALS, PIPELINE, SITE, Workspace
 # The folders of the tiles' jobs depend on the lists of the tiles alone. A change before them that moves no pose ends
 # there; one of these jobs' own values does not touch the lists.
 OF_TILES = {job.folder for job in PIPELINE.jobs.values() if job.unit == "tile"}
-# With one of these values, its job reruns and what reads what it makes. (By day a few: pipeline_test tries every program, as a stub.)
+# With one of these values, its job reruns and what reads what it makes. By day a few do; pipeline_test tries
+# a third of all programs then, as stubs. The night tries all.
 CHANGES = [
     "drive.max_v_m_s=0.4", "plan.robot_radius_m=0.2", "localize.max_error_px=4.5", "landmarks.max_error_px=4.5",
     "grid.margin_m=0.3", "octree.max_range_m=3.9", "point_cloud.voxel_size_m=0.021", "tiles.overlap_m=0.6",

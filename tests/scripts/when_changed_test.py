@@ -2,6 +2,7 @@
 """A test program runs until it passes, and again when it, the configs or what tests obey have changed."""
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -64,6 +65,21 @@ class WhenChangedTest(unittest.TestCase):
         self.program.write_text("#!/bin/sh\necho ran >> runs\necho data/tum is missing: set NIGHTMAP_DATA\n")
         self.assertTrue(self.runs())
         self.assertTrue(self.runs())
+
+    def test_one_that_is_killed_fails_and_has_said_what_it_did(self):
+        self.program.write_text("#!/bin/sh\necho ran >> runs\necho began\nkill -9 $$\n")
+        result = subprocess.run([sys.executable, SCRIPT, self.program], cwd=self.folder, capture_output=True, text=True)
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("began\n", result.stdout)
+        self.assertIn("ended by signal 9", result.stdout)
+        self.assertFalse(self.program.with_name("test_grid.passed").exists())
+
+    def test_programs_read_only_the_configs_of_the_repository(self):
+        tests = SCRIPT.parent
+        lines = [line for pattern in ("*.cc", "*.h") for path in tests.rglob(pattern) if "bench" not in path.parts
+                 for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#include")]
+        self.assertTrue([line for line in lines if '"configs/' in line])
+        self.assertEqual([line for line in lines if re.search(r'"(\./)?(docs|scripts|tests|stages|pipeline|cmake)/', line)], [])
 
     def test_it_always_runs_at_night(self):
         self.runs()
