@@ -75,7 +75,9 @@ SHELL := bash
 OF_SITE := $(GOALS) why status
 ASKED := $(filter $(OF_SITE) $(M)/% $(DATA)/%,$(MAKECMDGOALS))
 .PHONY: help deps build demo inspect $(OF_SITE) the_site verify clean distclean $(filter $(M)/% $(DATA)/%,$(MAKECMDGOALS))
-# It also builds the programs of the site first.
+# It also builds the programs of the site first. Without options for a shell, make starts Python without one: every make does this.
+the_site: private SHELL := /bin/sh
+the_site: private .SHELLFLAGS := -c
 the_site:
 	+@$(PYTHON) -I -S scripts/make_site.py $(ASKED)
 # Under -q there is no recipe: make would report it as work to do. With plain flags make runs `:` without a shell.

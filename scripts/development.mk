@@ -3,6 +3,9 @@
 
 .PHONY: FORCE build build_tests test test-nightly test-sanitize bench figures format format-check lint
 RUN := $(BUILD)/run
+# Rules whose lists of sources take long to read are there for the goals that need them alone: most makes are of a site, and
+# find nothing to do.
+asked = $(filter $(1),$(MAKECMDGOALS))
 
 # ---- programs -----------------------------------------------------------------------------------
 # Ninja links in place. Stages run copies, which keep their modification time while their bytes stay the
@@ -14,6 +17,7 @@ RUN := $(BUILD)/run
 ALL_PROGRAMS := $(patsubst stages/%/main.cc,%,$(wildcard stages/*/main.cc))
 NIGHTMAP_PROGRAMS ?= $(ALL_PROGRAMS)
 PROGRAMS := $(filter $(NIGHTMAP_PROGRAMS) $(notdir $(wildcard $(RUN)/*)),$(ALL_PROGRAMS))
+ifneq ($(call asked,build $(BUILD)/programs.mk),)
 SOURCES := CMakeLists.txt $(wildcard cmake/*.cmake pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc)
 missing = $(if $(wildcard $(1)),,FORCE)
 
@@ -26,6 +30,7 @@ $(BUILD)/programs.mk: $(SOURCES) $(foreach p,$(PROGRAMS),$(call missing,$(RUN)/$
 	for p in $(PROGRAMS); do \
 	  cmp -s $(BUILD)/bin/$$p $(RUN)/$$p || { cp $(BUILD)/bin/$$p $(RUN)/$$p.new; mv $(RUN)/$$p.new $(RUN)/$$p; }; \
 	done; mv $@.new $@
+endif
 build: $(BUILD)/programs.mk ## build all stage programs (map and the other commands build those that they run)
 	$(if $(findstring q,$(firstword -$(MAKEFLAGS))),,@echo "programs: $(RUN)")
 
@@ -67,7 +72,7 @@ figures: ## measure the tables of docs/figures.md again (FIGURES names some); ho
 	@$(MAKE) --no-print-directory build
 	@$(PYTHON) tests/bench/figures.py $$FIGURES --data $(DATA) --build $(BUILD) --threads "$$THREADS"
 
-OURS := $(wildcard pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc tests/*/*.h tests/*/*.cc tests/*/*/*.h tests/*/*/*.cc)
+OURS = $(wildcard pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc tests/*/*.h tests/*/*.cc tests/*/*/*.h tests/*/*/*.cc)
 with_packages = scripts/install_deps.sh --quiet lint || echo "make: goes on without these packages" >&2
 format: ## rewrite the sources in the project's format
 	@$(with_packages)
@@ -78,7 +83,7 @@ format-check: ## fail when a source is not in the project's format
 	@clang-format --dry-run -Werror $(OURS)
 
 # CMake joins the sources of a folder into one file, so clang-tidy reads the heavy headers once per folder.
-LINTED := $(patsubst pipeline/%/,nightmap_%,$(wildcard pipeline/*/)) $(patsubst stages/%/,stage_%,$(wildcard stages/*/))
+LINTED = $(patsubst pipeline/%/,nightmap_%,$(wildcard pipeline/*/)) $(patsubst stages/%/,stage_%,$(wildcard stages/*/))
 # One check takes a minute of pipeline/io (it looks for changes of each parameter in all that the headers define): only
 # the nightly tests make it. From the environment, because a command line takes variables of users alone.
 TIDY_OFF ?= -performance-unnecessary-value-param
@@ -93,6 +98,7 @@ lint: ## clang-tidy on the changed sources, shellcheck on the scripts
 	@cmake -S . -B $(BUILD)/lint -G Ninja -DCMAKE_BUILD_TYPE=Release --log-level=WARNING >/dev/null
 	@$(MAKE) -s --no-print-directory $(TIDY_PLUGIN)
 	@$(MAKE) --no-print-directory -j "$$THREADS" $(LINTED:%=$(BUILD)/lint/%.ok)
+ifneq ($(call asked,$(BUILD)/lint/%.ok),)
 linted_folder = $(patsubst nightmap_%,pipeline/%,$(patsubst stage_%,stages/%,$(1)))
 .SECONDEXPANSION:
 $(LINTED:%=$(BUILD)/lint/%.ok): $(BUILD)/lint/%.ok: .clang-tidy $(filter pipeline/%.h stages/%.h,$(OURS)) \
@@ -102,3 +108,4 @@ $(LINTED:%=$(BUILD)/lint/%.ok): $(BUILD)/lint/%.ok: .clang-tidy $(filter pipelin
 	  $(if $(TIDY_OFF),$(addprefix --load=,$(abspath $(wildcard $(TIDY_PLUGIN))))) --extra-arg=-Wno-unknown-warning-option -p $(BUILD)/lint \
 	  $(BUILD)/lint/CMakeFiles/$*.dir/Unity/unity_0_cxx.cxx 2> >(grep -v 'warnings\? generated' >&2 || true)
 	@touch $@
+endif

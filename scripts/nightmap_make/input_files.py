@@ -5,13 +5,12 @@ A folder's time does not show that a file was replaced in place, so the sizes an
 and config/pictures hold their number and hash. (The stages then compare contents: a touch reruns nothing after them.)
 """
 
-import hashlib
 import os
 
 from nightmap_make.changed_files import settle
 from nightmap_make.config_values import ConfigError
+from nightmap_make.digest import digest
 from nightmap_make.site_configs import tables
-
 
 FILE_KEYS = ("ground_truth", "file", "scans", "trajectory", "relations")
 OF_TRUTH = ("odometry", "trajectory", "relations")  # keys of [robot_truth]
@@ -101,8 +100,7 @@ class InputFiles:
         """Writes the file whose time is that of the last change; returns its path."""
         maps = os.path.dirname(os.path.dirname(request.config_dir))
         states = {(os.path.relpath(path, self._data), *rest) for path, *rest in self._states(maps)}
-        digest = hashlib.sha256(repr(sorted(states)).encode()).hexdigest()
-        text = f"{len(states)} files {digest}\n"
+        text = f"{len(states)} files {digest(repr(sorted(states)))}\n"
         current, target = os.path.join(request.config_dir, self.name), os.path.join(request.work_dir, self.name)
         settle(current, target, text)
         return target

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The check before a run: each program checks its own config and what it reads of the site's config; conditions between
-programs and room on the disk are checked here. It takes a second at most and changes nothing in the folder of the site."""
+"""The check before a run: each program checks its own config and what it reads of the site's config, clashes
+between programs, and room on the disk. It takes a second at most and changes nothing in the folder of the site."""
 
-import ast
-import hashlib
-import operator
 import os
 import re
 
+from nightmap_make.digest import digest
 from nightmap_make.imports import files_of
 from nightmap_make.input_files import file_state
 from nightmap_site.declaration import PipelineError
@@ -17,8 +15,6 @@ SEVERAL = 8  # programs checked at the same time
 # What the loader and the libraries say that are given no memory before a program's main begins.
 LACKS_MEMORY = re.compile(r"failed to map segment|[Cc]annot allocate memory|Resource temporarily unavailable|bad_alloc")
 MESSAGE = re.compile(r"\S+ error \w+: (?P<path>[^:]*):(?:(?P<line>\d+):)? (?P<reason>.*)")
-OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-             ast.Gt: operator.gt, ast.Lt: operator.lt, ast.GtE: operator.ge, ast.LtE: operator.le}  # fmt: skip
 
 
 class ConfigText:
@@ -48,32 +44,46 @@ class ConfigText:
         return self.text.split("\n")[line - 1].partition(" = ")[0]
 
 
-def check_configs(build, configs, is_preview):
-    """Lets programs check their configs (name -> ConfigText), each text once. Raises PipelineError with one line per wrong
-    config. A preview writes nothing into the folder of the programs."""
-    folder = os.path.join(build, "checked")
-    to_check = {}
-    for name, config in configs.items():
-        path = os.path.join(build, "run", config.program)
-        status = os.stat(path)
-        state = f"{config.program} {status.st_mtime_ns} {status.st_size}\n{config.state()}"
-        stamp = os.path.join(folder, f"{name}_{hashlib.sha256(state.encode('utf-8', 'surrogatepass')).hexdigest()[:24]}")
-        if not os.path.exists(stamp):
-            to_check[name] = stamp
-    if not to_check:
+def check(build, configs, clashes, is_preview):
+    """Lets programs check their configs (name -> ConfigText), then looks for clashes between them; what passed once is not checked
+    again. Raises PipelineError with one line per wrong config. A preview writes nothing into the folder of the programs."""
+    states = {name: _state(build, config) for name, config in configs.items()}
+    passed = _stamp(build, "all", f"{states} {clashes}")
+    if os.path.exists(passed):
         return
-    import tempfile  # with all that it imports a hundredth of a second, which a make that does nothing saves
+    # With all that they import a hundredth of a second, which a make that does nothing saves.
+    import tempfile
 
-    if not is_preview:
-        os.makedirs(folder, exist_ok=True)
+    from nightmap_make.clashes import check_clashes
+
+    stamps = {name: _stamp(build, name, state) for name, state in states.items()}
+    to_check = {name: configs[name] for name, stamp in stamps.items() if not os.path.exists(stamp)}
     with tempfile.TemporaryDirectory(dir=None if is_preview else build) as scratch:
-        wrong = _run_checks(build, scratch, {name: configs[name] for name in to_check})
-    # So that the next check is of the corrected config alone.
-    for name in to_check.keys() - wrong.keys() if not is_preview else ():
-        with open(to_check[name], "w", encoding="utf-8"):
-            pass
+        wrong = _run_checks(build, scratch, to_check)
+    if not is_preview:  # so that the next check is of the corrected config alone
+        _remember(stamps[name] for name in to_check.keys() - wrong.keys())
     if wrong:
         raise PipelineError("\n".join(sorted(set(wrong.values()))))
+    check_clashes(clashes, configs)
+    if not is_preview:
+        _remember([passed])
+
+
+def _state(build, config):
+    """A text that tells whether a check would say the same."""
+    status = os.stat(os.path.join(build, "run", config.program))
+    return f"{config.program} {status.st_mtime_ns} {status.st_size}\n{config.state()}"
+
+
+def _stamp(build, name, state):
+    return os.path.join(build, "checked", f"{name}_{digest(state)[:24]}")
+
+
+def _remember(stamps):
+    for stamp in stamps:
+        os.makedirs(os.path.dirname(stamp), exist_ok=True)
+        with open(stamp, "w", encoding="utf-8"):
+            pass
 
 
 def _run_checks(build, scratch, configs):
@@ -122,39 +132,6 @@ def _complaint(log, name, config):
         return f"configs/*/{name}.toml: {found['reason']}"
     key = config.key_at(int(found["line"]))
     return f"{config.place_of(key) if key in config.sources else name}: {name}.{found['reason']}"
-
-
-def check_clashes(clashes, configs):
-    """Raises PipelineError when a declared clash holds; names the place of every value in it."""
-    wrong = []
-    for clash in clashes:
-        names = []
-        tree = ast.parse(clash["when"], mode="eval").body
-        programs = {node.value.id for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)}
-        if not programs <= set(configs):
-            continue  # the profile leaves one of the programs out
-        if _value(tree, configs, names):
-            values = [f"{program}.{key} = {configs[program].values[key]} ({configs[program].place_of(key)})" for program, key in names]
-            wrong.append(f"{'; '.join(dict.fromkeys(values))}: {clash['remedy']}")
-    if wrong:
-        raise PipelineError("\n".join(wrong))
-
-
-def _value(node, configs, names):
-    """The value of an expression of numbers, PROGRAM.KEY, + - * / and comparisons."""
-    match node:
-        case ast.Constant():
-            return node.value
-        case ast.BinOp():
-            return OPERATORS[type(node.op)](_value(node.left, configs, names), _value(node.right, configs, names))
-        case ast.Compare(ops=[op], comparators=[right]):
-            return OPERATORS[type(op)](_value(node.left, configs, names), _value(right, configs, names))
-        case ast.BoolOp(op=ast.And()):
-            return all(_value(part, configs, names) for part in node.values)
-        case ast.Attribute(value=ast.Name(id=program), attr=key):
-            names.append((program, key))
-            return configs[program].values[key]
-    raise PipelineError(f"configs/pipeline.toml: clash: cannot evaluate {ast.unparse(node)}")
 
 
 def size_bytes(folder):

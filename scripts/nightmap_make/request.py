@@ -93,8 +93,7 @@ class Asked:
             raise Refused("the programs cannot be built: the first error is above")
         texts = {name: preflight.ConfigText(programs[name], self.configs[name], canonical(self.configs[name]), self.resolved.sources[name],
                                             self._site_texts(name), self._imports(name)) for name in programs}  # fmt: skip
-        preflight.check_configs(self.env["BUILD"], texts, self.is_preview)
-        preflight.check_clashes(self.pipeline.clashes, texts)
+        preflight.check(self.env["BUILD"], texts, self.pipeline.clashes, self.is_preview)
         self._check_goals()
         self._check_needs()
 

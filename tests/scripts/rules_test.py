@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import fake_site  # noqa: F401  (finds the scripts)
 import describe_pipeline
 from nightmap_make import preflight, slots, why
+from nightmap_make.clashes import check_clashes
 from nightmap_make.graph import Graph
 from nightmap_make.request import Asked
 from nightmap_make.rules_file import RulesFile, Times
@@ -480,7 +481,7 @@ class PreflightTest(unittest.TestCase):
         return {name: preflight.ConfigText(name, config, "", dict.fromkeys(config, "SET"), {}, {}) for name, config in values.items()}
 
     def check(self, condition, **values):
-        preflight.check_clashes([{"when": condition, "remedy": "raise it"}], self.texts(**values))
+        check_clashes([{"when": condition, "remedy": "raise it"}], self.texts(**values))
 
     def test_a_clash_names_both_values(self):
         condition = "octree.max_range_m + 3 * octree.resolution_m > tiles.edge_m"
