@@ -25,7 +25,7 @@ function(nightmap_tests folder library)
   string(REPLACE "/" "_" program test_${group})
   add_executable(${program} ${sources} $<TARGET_OBJECTS:test_prefix>)
   target_link_libraries(${program} PRIVATE ${library} nightmap_synthetic ${OCTOMAP_LIBRARIES} ${SUITESPARSE_CONFIG_LIBRARY}
-                        pcl_common pcl_kdtree GTest::gmock)
+                        pcl_common pcl_kdtree GTest::gmock OpenImageIO::OpenImageIO opencv_videoio)
   target_include_directories(${program} SYSTEM PRIVATE ${OCTOMAP_INCLUDE_DIRS} ${PCL_INCLUDE_DIRS})
   target_compile_options(${program} PRIVATE ${test_flags})
   target_precompile_headers(${program} REUSE_FROM test_prefix)

@@ -27,7 +27,7 @@ $(BUILD)/programs.mk: $(SOURCES) $(foreach p,$(PROGRAMS),$(call missing,$(RUN)/$
 	cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DNIGHTMAP_PROGRAMS="$(if $(filter-out $(PROGRAMS),$(ALL_PROGRAMS)),$(PROGRAMS))" \
 	  --log-level=WARNING >/dev/null; \
 	ninja -j "$$THREADS" -C $(BUILD) $(PROGRAMS:%=%_program); \
-	for p in $(PROGRAMS); do \
+	for p in $(if $(PROGRAMS),nightmap_media.so) $(PROGRAMS); do \
 	  cmp -s $(BUILD)/bin/$$p $(RUN)/$$p || { cp $(BUILD)/bin/$$p $(RUN)/$$p.new; mv $(RUN)/$$p.new $(RUN)/$$p; }; \
 	done; mv $@.new $@
 endif

@@ -28,7 +28,8 @@ packages=(
   libsuitesparse-dev   # bundle adjustment: sparse Cholesky factorization
   libnanoflann-dev     # localize: nearest landmarks in space
   liboctomap-dev       # octree
-  libopenimageio-dev   # reading and writing pictures
+  libpng-dev libturbojpeg0-dev  # pictures
+  libopenimageio-dev   # pictures of other formats
   openimageio-tools    # the CMake files of libopenimageio-dev require its programs; we use none
   libgif-dev           # drive: animations in exact colors
   libhdf5-dev          # array artifacts

@@ -9,20 +9,24 @@ Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
 import argparse
+import sys
 from pathlib import Path
 
-from nightmap_eval import html
-from nightmap_eval.artifacts import write_atomic
-from nightmap_eval.metrics_json import read_metrics
-from nightmap_eval.report_comparison import comparison_section
-from nightmap_eval.report_failure import failure_section, read_failure
-from nightmap_eval.report_map import map_sections
-from nightmap_eval.report_queries import query_section
-from nightmap_eval.report_run import run_sections, summary
-from nightmap_eval.report_verdict import verdict_section, verdict_text
-from nightmap_site.job_results import read_stages
-from nightmap_site.script_errors import DataError, run_main
-from nightmap_site.site import Site
+try:
+    from nightmap_eval import html
+    from nightmap_eval.artifacts import write_atomic
+    from nightmap_eval.metrics_json import read_metrics
+    from nightmap_eval.report_comparison import comparison_section
+    from nightmap_eval.report_failure import failure_section, read_failure
+    from nightmap_eval.report_map import map_sections
+    from nightmap_eval.report_queries import query_section
+    from nightmap_eval.report_run import run_sections, summary
+    from nightmap_eval.report_verdict import verdict_section, verdict_text
+    from nightmap_site.job_results import read_stages
+    from nightmap_site.script_errors import DataError, run_main
+    from nightmap_site.site import Site
+except (ImportError, MemoryError) as error:  # a package that is missing, or a limit of memory
+    sys.exit(f"error: the report cannot load its libraries: {error or 'out of memory'}; run make deps, or raise the limit of memory (ulimit -v)")
 
 
 def parse_arguments():

@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/image_io.h"
 
-// First include: otherwise OpenImageIO would define fmt's functions again from its own copy, and
-// every program that formats a text would link OpenImageIO and all that it loads.
-#include <fmt/format.h>
-
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <fstream>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <string_view>
 
@@ -19,21 +11,18 @@
 #include "pipeline/base/files.h"
 #include "pipeline/base/memory.h"
 #include "pipeline/io/camera_images.h"
+#include "pipeline/io/media.h"
+#include "pipeline/io/picture_file.h"
 
 namespace nightmap {
 namespace {
 
-constexpr int kPngCompression = 4;
+using namespace std::string_view_literals;
+
 constexpr std::streamoff kTailSize = 4096;  // bytes after the end mark that are tolerated
 constexpr int kMaxSize_px = 1 << 15;        // a wider header is damage, not a camera
 constexpr std::int64_t kMaxValues = std::int64_t{1} << 30;  // pixels times channels
 constexpr int kMaxChannels = 4;  // RGB and alpha; the decoder makes room for all
-
-// Stages process one image per thread, so the library's own threads would only compete.
-void UseOneThreadPerImage() {
-  static std::once_flag once;
-  std::call_once(once, [] { OIIO::attribute("threads", 1); });
-}
 
 std::string Tail(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
@@ -46,7 +35,6 @@ std::string Tail(const std::filesystem::path& path) {
 
 // Decoders fill the missing part of a truncated file with gray and report success.
 void CheckEndMark(const std::filesystem::path& path, std::string_view format) {
-  using namespace std::string_view_literals;
   std::string_view end_mark;
   if (format == "png") end_mark = "IEND\xAE\x42\x60\x82"sv;
   if (format == "jpeg") end_mark = "\xFF\xD9"sv;
@@ -54,63 +42,65 @@ void CheckEndMark(const std::filesystem::path& path, std::string_view format) {
   throw DataError("{}: truncated {} file: copy it again", path.string(), format);
 }
 
-std::string Reason(const std::string& message) {
-  return message.empty() ? "not a readable image" : message;
+void CheckHeader(const std::filesystem::path& path, const PictureFile& file) {
+  const auto [width, height, num_channels, num_bits, lens] = file.info;
+  if (width <= 0 || height <= 0 || num_channels <= 0 || width > kMaxSize_px ||
+      height > kMaxSize_px) {
+    throw DataError("{}: header says {} x {} pixels", path.string(), width, height);
+  }
+  if (num_channels > kMaxChannels) {
+    throw DataError("{}: header says {} channels; a picture has at most {}",
+                    path.string(),
+                    num_channels,
+                    kMaxChannels);
+  }
+  if (std::int64_t{width} * height * num_channels > kMaxValues) {
+    throw DataError(
+        "{}: header says {} x {} pixels of {} channels, more than {} values; make the "
+        "picture smaller",
+        path.string(),
+        width,
+        height,
+        num_channels,
+        kMaxValues);
+  }
+  CheckEndMark(path, file.format);
 }
 
-std::unique_ptr<OIIO::ImageInput> Open(const std::filesystem::path& path) {
-  UseOneThreadPerImage();
+// Nothing when the file is neither a PNG nor a JPEG, or an unusual one.
+std::unique_ptr<PictureFile> OpenUsual(const std::filesystem::path& path) {
+  std::string start(8, '\0');
+  std::ifstream(path, std::ios::binary).read(start.data(), 8);
+  if (start == "\x89PNG\r\n\x1A\n"sv) return OpenPng(ReadFile(path));
+  if (start.starts_with("\xFF\xD8\xFF"sv)) return OpenJpeg(ReadFile(path));
+  return nullptr;
+}
+
+std::unique_ptr<PictureFile> Open(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) {  // opening a pipe would block
     const bool is_there = std::filesystem::exists(path, ignored);
     throw DataError("{}: {}", path.string(), is_there ? "not a file" : "no such image file");
   }
-  OIIO::ImageSpec config;
-  config["oiio:UnassociatedAlpha"] = 1;  // colors as stored, not multiplied by alpha
-  const MemoryWatch memory;
-  auto input = OIIO::ImageInput::open(path.string(), &config);
-  if (!input) {
-    memory.Check(path.string());
-    throw DataError("{}: {}", path.string(), Reason(OIIO::geterror()));
-  }
-  const OIIO::ImageSpec& spec = input->spec();
-  if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.width > kMaxSize_px ||
-      spec.height > kMaxSize_px) {
-    throw DataError("{}: header says {} x {} pixels", path.string(), spec.width, spec.height);
-  }
-  if (spec.depth > 1 || spec.nchannels > kMaxChannels) {
-    throw DataError("{}: header says {} layers of {} channels; a picture has one, of at most {}",
-                    path.string(),
-                    spec.depth,
-                    spec.nchannels,
-                    kMaxChannels);
-  }
-  if (std::int64_t{spec.width} * spec.height * spec.nchannels > kMaxValues) {
-    throw DataError(
-        "{}: header says {} x {} pixels of {} channels, more than {} values; make the "
-        "picture smaller",
-        path.string(),
-        spec.width,
-        spec.height,
-        spec.nchannels,
-        kMaxValues);
-  }
-  CheckEndMark(path, input->format_name());
-  return input;
+  auto file = OpenUsual(path);
+  if (!file) file = LoadedMedia().OpenPicture(path);
+  CheckHeader(path, *file);
+  return file;
 }
 
 template <typename T>
-Image<T> Decode(OIIO::ImageInput& input, const std::filesystem::path& path) {
-  const OIIO::ImageSpec& spec = input.spec();
-  Image<T> image{spec.width, spec.height, spec.nchannels, {}};
-  image.pixels.resize(static_cast<std::size_t>(spec.image_pixels()) *
-                      static_cast<std::size_t>(spec.nchannels));
-  const auto type = OIIO::TypeDesc(OIIO::BaseTypeFromC<T>::value);
-  const MemoryWatch memory;
-  if (!input.read_image(0, 0, 0, spec.nchannels, type, image.pixels.data())) {
-    memory.Check(path.string());
-    throw DataError("{}: {}", path.string(), Reason(input.geterror()));
+Image<T> Decode(PictureFile& file, const std::filesystem::path& path) {
+  const ImageInfo& info = file.info;
+  Image<T> image{info.width, info.height, info.num_channels, {}};
+  image.pixels.resize(static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.height) *
+                      static_cast<std::size_t>(info.num_channels));
+  if (file.Read(image.pixels.data())) return image;
+  const auto other = LoadedMedia().OpenPicture(path);  // which decodes it, or says what is wrong
+  if (other->info.width != info.width || other->info.height != info.height ||
+      other->info.num_channels != info.num_channels) {
+    throw DataError("{}: changed while it was read", path.string());
   }
+  other->Read(image.pixels.data());
   return image;
 }
 
@@ -140,55 +130,35 @@ void CheckSize(int width, int height, const Camera& camera, const std::filesyste
       camera.height);
 }
 
-void CheckIsDepth(const OIIO::ImageSpec& spec, const std::filesystem::path& path) {
-  if (spec.nchannels == 1 && spec.format == OIIO::TypeDesc::UINT16) return;
+void CheckIsDepth(const PictureFile& file, const std::filesystem::path& path) {
+  if (file.info.num_channels == 1 && file.type == "uint16") return;
   throw DataError("{}: depth must be one channel of 16 bits, this has {} of {}",
                   path.string(),
-                  spec.nchannels,
-                  spec.format.c_str());
-}
-
-ExifLens LensOf(const OIIO::ImageSpec& spec) {
-  return {spec.get_float_attribute("Exif:FocalLengthIn35mmFilm"),
-          spec.get_float_attribute("Exif:FocalLength"),
-          spec.get_float_attribute("Exif:FocalPlaneXResolution"),
-          spec.get_int_attribute("Exif:FocalPlaneResolutionUnit", ExifLens().plane_unit),
-          std::max(spec.get_float_attribute("Exif:PixelXDimension"),
-                   spec.get_float_attribute("Exif:PixelYDimension"))};
-}
-
-void WriteBuffer(const std::filesystem::path& path, const OIIO::Filesystem::IOVecOutput& bytes) {
-  const auto& buffer = bytes.buffer();
-  WriteFile(path, {reinterpret_cast<const char*>(buffer.data()), buffer.size()});
+                  file.info.num_channels,
+                  file.type);
 }
 
 template <typename T>
 void WritePngOf(const std::filesystem::path& path, const Image<T>& image) {
-  UseOneThreadPerImage();
-  OIIO::ImageSpec spec(
-      image.width, image.height, image.num_channels, OIIO::TypeDesc(OIIO::BaseTypeFromC<T>::value));
-  spec["png:compressionLevel"] = kPngCompression;
-  spec["oiio:UnassociatedAlpha"] = 1;
-  OIIO::Filesystem::IOVecOutput bytes;  // through memory, because WriteFile reports a full disk
-  auto output = OIIO::ImageOutput::create("png", &bytes);
-  const bool done = output && output->open("memory.png", spec) &&
-                    output->write_image(spec.format, image.pixels.data()) && output->close();
-  if (!done) {
-    throw DataError("{}: {}", path.string(), output ? output->geterror() : OIIO::geterror());
-  }
-  WriteBuffer(path, bytes);
+  const MemoryWatch memory;
+  const std::string bytes = EncodePng(image);
+  if (!bytes.empty()) return WriteFile(path, bytes);
+  memory.Check(path.string());
+  throw DataError("{}: a PNG cannot hold {} x {} pixels of {} channels",
+                  path.string(),
+                  image.width,
+                  image.height,
+                  image.num_channels);
 }
 
 }  // namespace
 
-ColorImage ReadVideoFrame(const std::filesystem::path& video, int frame_idx);  // video_io.cc
-
 ColorImage ReadColorImage(const std::filesystem::path& path) {
   if (const auto frame = SplitVideoFramePath(path)) {
-    return ReadVideoFrame(frame->first, frame->second);
+    return LoadedMedia().ReadVideoFrame(frame->first, frame->second);
   }
-  const auto input = Open(path);
-  return ToRgb(Decode<std::uint8_t>(*input, path));
+  const auto file = Open(path);
+  return ToRgb(Decode<std::uint8_t>(*file, path));
 }
 
 GrayImage ToGray(const ColorImage& image) {
@@ -204,46 +174,43 @@ GrayImage ToGray(const ColorImage& image) {
 }
 
 RawDepthImage ReadRawDepth(const std::filesystem::path& path) {
-  const auto input = Open(path);
-  CheckIsDepth(input->spec(), path);
-  return Decode<std::uint16_t>(*input, path);
+  const auto file = Open(path);
+  CheckIsDepth(*file, path);
+  return Decode<std::uint16_t>(*file, path);
 }
 
 ColorImage ReadColorOf(const Camera& camera, const std::filesystem::path& path) {
   if (const auto frame = SplitVideoFramePath(path)) {
-    ColorImage image = ReadVideoFrame(frame->first, frame->second);
+    ColorImage image = LoadedMedia().ReadVideoFrame(frame->first, frame->second);
     CheckSize(image.width, image.height, camera, path);
     return image;
   }
-  const auto input = Open(path);
-  CheckSize(input->spec().width, input->spec().height, camera, path);
-  return ToRgb(Decode<std::uint8_t>(*input, path));
+  const auto file = Open(path);
+  CheckSize(file->info.width, file->info.height, camera, path);
+  return ToRgb(Decode<std::uint8_t>(*file, path));
 }
 
 RawDepthImage ReadRawDepthOf(const Camera& camera, const std::filesystem::path& path) {
-  const auto input = Open(path);
-  CheckIsDepth(input->spec(), path);
-  CheckSize(input->spec().width, input->spec().height, camera, path);
-  return Decode<std::uint16_t>(*input, path);
+  const auto file = Open(path);
+  CheckIsDepth(*file, path);
+  CheckSize(file->info.width, file->info.height, camera, path);
+  return Decode<std::uint16_t>(*file, path);
 }
 
 GrayImage ReadGrayImage(const std::filesystem::path& path) {
-  const auto input = Open(path);
-  const OIIO::ImageSpec& spec = input->spec();
-  if (spec.nchannels != 1 || spec.format != OIIO::TypeDesc::UINT8) {
+  const auto file = Open(path);
+  if (file->info.num_channels != 1 || file->type != "uint8") {
     throw DataError("{}: expected one channel of 8 bits, this has {} of {}",
                     path.string(),
-                    spec.nchannels,
-                    spec.format.c_str());
+                    file->info.num_channels,
+                    file->type);
   }
-  return Decode<std::uint8_t>(*input, path);
+  return Decode<std::uint8_t>(*file, path);
 }
 
 ImageInfo InspectImage(const std::filesystem::path& path) {
-  const auto input = Open(path);
-  const OIIO::ImageSpec& spec = input->spec();
-  const int num_bits = static_cast<int>(spec.format.size()) * 8;
-  return {spec.width, spec.height, spec.nchannels, num_bits, LensOf(spec)};
+  const auto file = Open(path);
+  return file->has_exif ? LoadedMedia().OpenPicture(path)->info : file->info;
 }
 
 void WritePng(const std::filesystem::path& path, const Image<std::uint8_t>& image) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images as plain arrays. Reads pictures through OpenImageIO, video frames through OpenCV.
+// Images as plain arrays. Other pictures than PNG and JPEG, and videos, are read through media.h.
 #pragma once
 
 #include <cstdint>

@@ -1,13 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/synthetic/recording_files.h"
 
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
+#include <turbojpeg.h>
 
+#include <memory>
+
+#include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/io/trajectory_io.h"
 
 namespace nightmap {
+namespace {
+
+constexpr int kJpegQuality = 95;
+
+}  // namespace
 
 std::string FileList(const std::vector<StampedPose>& poses,
                      const std::string& folder,
@@ -20,14 +28,24 @@ std::string FileList(const std::vector<StampedPose>& poses,
 }
 
 void WriteJpeg(const std::filesystem::path& path, const ColorImage& image) {
-  const auto output = OIIO::ImageOutput::create(path.string());
-  if (!output) throw DataError("{}: this build of OpenImageIO writes no JPEG", path.string());
-  OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
-  spec.attribute("Compression", "jpeg:95");
-  const bool is_written = output->open(path.string(), spec) &&
-                          output->write_image(OIIO::TypeDesc::UINT8, image.pixels.data()) &&
-                          output->close();
-  if (!is_written) throw DataError("{}: {}; is the disk full?", path.string(), output->geterror());
+  const std::unique_ptr<void, decltype(&tjDestroy)> encoder(tjInitCompress(), tjDestroy);
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  if (!encoder || tjCompress2(encoder.get(),
+                              image.pixels.data(),
+                              image.width,
+                              0,
+                              image.height,
+                              TJPF_RGB,
+                              &bytes,
+                              &size,
+                              TJSAMP_420,
+                              kJpegQuality,
+                              TJFLAG_ACCURATEDCT) != 0) {
+    throw DataError("{}: {}", path.string(), tjGetErrorStr2(encoder.get()));
+  }
+  const std::unique_ptr<unsigned char, decltype(&tjFree)> owner(bytes, tjFree);
+  WriteFile(path, {reinterpret_cast<const char*>(bytes), size});
 }
 
 void TakeRecordingFolder(const std::filesystem::path& summary, bool holds_recording) {

@@ -48,3 +48,6 @@ def run_main(main):
     except OSError as error:
         print(f"error: {printable(os_error_text(error))}", file=sys.stderr)
         sys.exit(1)
+    except MemoryError:
+        print("error: out of memory: raise the limit of memory (ulimit -v), or use a machine with more", file=sys.stderr)
+        sys.exit(1)

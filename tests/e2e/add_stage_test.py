@@ -39,16 +39,26 @@ def add_census(folder):
         profile.write("\n[census]\nleave_out = true\n")  # the profile has no map_frame, which census reads
 
 
+def programs_but(folder, stage):
+    """Programs of the same sources, as the copy would build them."""
+    for name in ("bin", "run"):
+        shutil.copytree(BUILD / name, folder / "build" / name, dirs_exist_ok=True, ignore=shutil.ignore_patterns(stage))
+
+
+def build_stage(folder, stage):
+    """Builds the program of the new stage, and it alone."""
+    subprocess.run(["make", "build/programs.mk"], cwd=folder, env=environment() | {"NIGHTMAP_PROGRAMS": stage}, check=True,
+                   stdout=subprocess.DEVNULL)  # fmt: skip
+    programs_but(folder, stage)
+
+
 def map_before(folder):
-    """The map as it was before the stage came, and programs of the same sources beside that of the new stage."""
+    """The map as it was before the stage came."""
     made = Workspace.made("map")
     for name in ("data", "maps"):
         shutil.copytree(made.folder / name, folder / name)
     made.remove()
-    subprocess.run(["make", "build/programs.mk"], cwd=folder, env=environment() | {"NIGHTMAP_PROGRAMS": "census"}, check=True,
-                   stdout=subprocess.DEVNULL)  # fmt: skip
-    for name in ("bin", "run"):
-        shutil.copytree(BUILD / name, folder / "build" / name, dirs_exist_ok=True)
+    build_stage(folder, "census")
 
 
 class AddStageTest(unittest.TestCase):

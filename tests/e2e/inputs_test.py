@@ -9,8 +9,9 @@ import unittest
 
 import h5py
 import numpy as np
+from PIL import Image
 
-from workspace import CAMERA, GOALS, SITE, Workspace, write_black, write_gray16
+from workspace import BUILD, CAMERA, GOALS, SITE, Workspace, write_black, write_gray16
 
 FRAMES = f"maps/{SITE}/frames"
 CONFIG = f"maps/{SITE}/config"
@@ -30,8 +31,8 @@ class InputsTest(unittest.TestCase):
         self.addCleanup(self.work.remove)
         self.work.as_recorded()
 
-    def run_frames(self):
-        return self.work.run("frames", "--config", f"{CONFIG}/frames.toml", "--in",
+    def run_frames(self, program="frames"):
+        return self.work.run(program, "--config", f"{CONFIG}/frames.toml", "--in",
                              f"site={CONFIG}/site/{SITE}.toml", "--in", "data=data", "--out",
                              f"shards={FRAMES}/shards.txt", "--out", f"report={FRAMES}/report.json")
 
@@ -92,6 +93,14 @@ class InputsTest(unittest.TestCase):
         path = self.picture(3, "color_path")
         path.unlink()
         self.check_skipped(path, "no such image file")
+
+    def test_a_picture_of_another_format_is_read_by_the_module(self):
+        path = self.picture(3, "color_path")
+        Image.open(path).save(path, "TIFF")
+        self.check(self.run_frames(), 0)
+        self.assertEqual(json.loads(self.work.path("frames/report.json").read_text())["num_skipped"], 0)
+        alone = shutil.copy(BUILD / "bin/frames", self.work.folder)
+        self.check(self.run_frames(alone), 2, "nightmap_media.so", "build the programs again")
 
     def test_most_pictures_broken_stops_frames(self):
         for row in self.frames_of("shard_0000.csv") + self.frames_of("shard_0001.csv"):

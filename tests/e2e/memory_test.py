@@ -9,7 +9,7 @@ from nightly import some_of
 from workspace import BUILD, REPOSITORY, Workspace, environment
 
 # From less than the libraries take to more than the job takes.
-LIMITS_MB = some_of(range(200, 1000, 25), one_in=4)
+LIMITS_MB = some_of(range(70, 270, 6), one_in=4)
 
 
 class MemoryTest(unittest.TestCase):
@@ -72,7 +72,7 @@ class MemoryTest(unittest.TestCase):
                                            "report": "features/report_0000.json"})
 
     def test_the_make_after_one_with_short_memory_gives_the_map(self):
-        for limit_mb in some_of((300, 450, 550, 650), one_in=2):
+        for limit_mb in some_of((100, 130, 160, 300), one_in=2):
             with self.subTest(limit_mb=limit_mb):
                 for job in ("features", "point_cloud"):
                     for path in self.work.path(job).iterdir():

@@ -12,7 +12,7 @@ import time
 import unittest
 
 from browser import shown_text
-from nightly import some_of
+from nightly import IS_NIGHT, some_of
 from stub_site import SITE, StubSite
 from workspace import PIPELINE, REPOSITORY, environment, read_pipeline
 
@@ -74,7 +74,7 @@ class RulesTest(StubTest):
 
     def test_why_names_what_reruns(self):
         self.make(*ASKED)
-        for program in some_of(PIPELINE.programs(), one_in=3):
+        for program in some_of(PIPELINE.programs(), one_in=6):
             with self.subTest(program):
                 change = f"SET={self.change_of(program)}"
                 self.make("-q", *ASKED, change, code=1)
@@ -119,7 +119,7 @@ class RulesTest(StubTest):
 
     def test_a_value_that_is_set_and_taken_back_reruns_nothing(self):
         """Of every program: a, b, which stops before it runs, and a again; programs may share a folder."""
-        for program in some_of(PIPELINE.programs(), one_in=3):
+        for program in some_of(PIPELINE.programs(), one_in=6):
             with self.subTest(program):
                 self.make(*ASKED)
                 self.make(*ASKED, f"SET={self.change_of(program)}", code=2, fails=program)
@@ -129,7 +129,7 @@ class RulesTest(StubTest):
         for profile in sorted(path.parent.name for path in (self.site.folder / "configs").glob("*/pipeline.toml")):
             programs, goals = self.use_profile(profile)
             self.make(*goals)
-            for program in some_of(programs, one_in=3):
+            for program in some_of(programs, one_in=6):
                 change = self.change_of(program, profile)
                 with self.subTest(f"{profile}: {program}"):
                     self.assertEqual(change is None, program == "import_grid")  # it has no option
@@ -203,7 +203,7 @@ class TwoMakesTest(StubTest):
     def test_two_at_once_end_in_the_bytes_of_one(self):
         self.make("map")
         expected, draw = self.site.hashes(), random.Random(5)
-        for attempt in range(20):
+        for attempt in range(20 if IS_NIGHT else 4):
             shutil.rmtree(self.site.path(""))
             runs = []
             for _ in range(2):

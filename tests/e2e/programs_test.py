@@ -48,6 +48,15 @@ class ProgramsTest(unittest.TestCase):
 
         self.check_each(check)
 
+    def test_no_program_loads_the_libraries_of_rare_formats(self):
+        """They take half a second of every start: a module brings them when they are needed."""
+        def libraries(path):
+            return subprocess.run(["readelf", "-d", path], capture_output=True, text=True, check=True).stdout
+
+        rare = ("OpenImageIO", "opencv_videoio", "opencv_imgcodecs")
+        self.assertIn(rare[0], libraries(BUILD / "bin/nightmap_media.so"))
+        self.check_each(lambda stage: self.assertFalse([name for name in rare if name in libraries(BUILD / "bin" / stage)]))
+
     def test_default_config_is_what_the_program_prints(self):
         def check(stage):
             printed = run(stage, "--print-config")

@@ -1,13 +1,14 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Artifacts that are damaged or another site's, with the times of good ones, so that make does not notice: the
-job that reads one names it, and deleting what the message names gives the map again."""
+job that reads one names it, and deleting what the message names gives the map again (by day tried for one case in three)."""
 import os
 import re
 import shutil
 import unittest
 
 import h5py
+from nightly import some_of
 from workspace import SITE, Workspace
 
 
@@ -64,7 +65,7 @@ class RemediesTest(unittest.TestCase):
         change(work.path(name))
         os.utime(work.path(name), ns=(status.st_atime_ns, status.st_mtime_ns))
 
-    def check(self, damaged, change, remade, named):
+    def check(self, damaged, change, remade, named, tries_remedy):
         work = self.base.copy()
         self.addCleanup(work.remove)
         self.damage(work, damaged, change)
@@ -77,15 +78,19 @@ class RemediesTest(unittest.TestCase):
         for name in named:
             self.assertIn(f"maps/{SITE}/{name}", errors[0])
             work.path(name).unlink()
+        if not tries_remedy:
+            return
         result = work.make("map")
         self.assertEqual(result.returncode, 0, result.stdout)
         hashes = work.hashes()  # with those of localize, which the report of the failed run asked for
         self.assertEqual({name: hashes.get(name) for name in self.hashes}, self.hashes)
 
     def test_the_message_names_the_file_and_the_remedy_works(self):
-        for damaged, change, remade, named in CASES:
+        tried = some_of(CASES, one_in=3)
+        for case in CASES:
+            damaged, change, remade, named = case
             with self.subTest(damaged=damaged, change=change.__name__, read_for=remade):
-                self.check(damaged, change, remade, named)
+                self.check(damaged, change, remade, named, case in tried)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of video files, for image_io.h.
+#include "pipeline/media/videos.h"
+
 #include <atomic>
 #include <condition_variable>
 #include <list>
@@ -12,10 +13,8 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/memory.h"
-#include "pipeline/io/csv.h"
-#include "pipeline/io/image_io.h"
 
-namespace nightmap {
+namespace nightmap::media {
 namespace {
 
 // A frame of 8K video has 33 million pixels, and the decoder keeps several.
@@ -182,18 +181,4 @@ VideoInfo InspectVideo(const std::filesystem::path& path) {
   return info;
 }
 
-std::filesystem::path VideoFramePath(const std::filesystem::path& video, int frame_idx) {
-  return video.string() + '#' + std::to_string(frame_idx);
-}
-
-std::optional<std::pair<std::filesystem::path, int>> SplitVideoFramePath(
-    const std::filesystem::path& path) {
-  const std::string text = path.string();
-  const std::size_t hash = text.rfind('#');
-  if (hash == std::string::npos) return std::nullopt;
-  const auto frame_idx = ParseInteger(std::string_view(text).substr(hash + 1));
-  if (!frame_idx || *frame_idx < 0 || *frame_idx > 1'000'000'000) return std::nullopt;
-  return std::pair(std::filesystem::path(text.substr(0, hash)), static_cast<int>(*frame_idx));
-}
-
-}  // namespace nightmap
+}  // namespace nightmap::media

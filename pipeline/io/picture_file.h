@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// An open picture file. Three read the same pixels from the same bytes: two the PNG and JPEG that
+// cameras and this pipeline write, the third whatever OpenImageIO reads (media.h).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "pipeline/io/image_io.h"
+
+namespace nightmap {
+
+class PictureFile {
+ public:
+  virtual ~PictureFile() = default;
+  // Fills width x height x num_channels values, row by row, channels interleaved. False when the
+  // values are of another type or cannot be decoded.
+  virtual bool Read(std::uint8_t* pixels) = 0;
+  virtual bool Read(std::uint16_t* pixels) = 0;
+
+  ImageInfo info;         // with the lens when `has_exif` is not set
+  std::string format;     // "png", "jpeg", or another of OpenImageIO's names
+  bool has_exif = false;  // and this reader does not read it
+  std::string type;       // of a value: "uint8", "uint16", or another of OpenImageIO's names
+};
+
+// Nothing unless `bytes` begins a PNG of 8 or 16 bits, gray or RGB, alpha or not, that is not
+// interlaced and has no transparent color.
+std::unique_ptr<PictureFile> OpenPng(std::string bytes);
+// Nothing unless `bytes` begins a gray or YCbCr JPEG.
+std::unique_ptr<PictureFile> OpenJpeg(std::string bytes);
+
+// The bytes of a PNG file of 1 to 4 channels, which depend on the pixels alone; empty when a PNG
+// cannot hold them, or memory is short.
+std::string EncodePng(const Image<std::uint8_t>& image);
+std::string EncodePng(const Image<std::uint16_t>& image);
+
+}  // namespace nightmap
