@@ -30,7 +30,8 @@ bool IsOutOfMemory(const std::exception& error) {
     return refused->code() == std::errc::resource_unavailable_try_again ||
            refused->code() == std::errc::not_enough_memory;
   }
-  constexpr std::array<std::string_view, 2> kTexts = {"Insufficient memory", "bad_alloc"};
+  constexpr std::array<std::string_view, 4> kTexts = {
+      "Insufficient memory", "bad_alloc", "failed to map segment", "annot allocate memory"};
   const std::string_view text = error.what();
   return std::ranges::any_of(
       kTexts, [&](std::string_view part) { return text.find(part) != std::string_view::npos; });

@@ -21,7 +21,8 @@ using namespace std::string_view_literals;
 
 constexpr std::streamoff kTailSize = 4096;  // bytes after the end mark that are tolerated
 constexpr int kMaxSize_px = 1 << 15;        // a wider header is damage, not a camera
-constexpr std::int64_t kMaxValues = std::int64_t{1} << 30;  // pixels times channels
+constexpr std::int64_t kMaxValues = std::int64_t{1} << 30;          // pixels times channels
+constexpr std::uintmax_t kMaxFile_bytes = std::uintmax_t{1} << 30;  // of what is read whole
 constexpr int kMaxChannels = 4;  // RGB and alpha; the decoder makes room for all
 
 std::string Tail(const std::filesystem::path& path) {
@@ -69,6 +70,8 @@ void CheckHeader(const std::filesystem::path& path, const PictureFile& file) {
 
 // Nothing when the file is neither a PNG nor a JPEG, or an unusual one.
 std::unique_ptr<PictureFile> OpenUsual(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::file_size(path, ignored) > kMaxFile_bytes) return nullptr;
   std::string start(8, '\0');
   std::ifstream(path, std::ios::binary).read(start.data(), 8);
   if (start == "\x89PNG\r\n\x1A\n"sv) return OpenPng(ReadFile(path));

@@ -23,10 +23,12 @@ std::filesystem::path ModulePath() {
 
 Media* Load() {
   const std::filesystem::path path = ModulePath();
-  const MemoryWatch memory;
   void* module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (!module) memory.Check(path.string());
-  if (!module) throw UsageError("{}: {}: build the programs again", path.string(), dlerror());
+  if (!module) {
+    const UsageError error("{}: {}: build the programs again", path.string(), dlerror());
+    if (IsOutOfMemory(error)) throw OutOfMemory(path.string());
+    throw error;
+  }
   auto* sources = reinterpret_cast<const char* (*)()>(dlsym(module, "NightmapMediaSources"));
   auto* media = reinterpret_cast<Media* (*)()>(dlsym(module, "NightmapMedia"));
   if (!sources || !media || sources() != std::string_view(NIGHTMAP_MEDIA_SOURCES)) {

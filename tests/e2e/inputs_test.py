@@ -4,6 +4,7 @@
 import csv
 import json
 import os
+import resource
 import shutil
 import unittest
 
@@ -15,6 +16,7 @@ from workspace import BUILD, CAMERA, GOALS, SITE, Workspace, write_black, write_
 
 FRAMES = f"maps/{SITE}/frames"
 CONFIG = f"maps/{SITE}/config"
+LITTLE_MEMORY_BYTES = 150 << 20
 
 
 class InputsTest(unittest.TestCase):
@@ -99,6 +101,12 @@ class InputsTest(unittest.TestCase):
         Image.open(path).save(path, "TIFF")
         self.check(self.run_frames(), 0)
         self.assertEqual(json.loads(self.work.path("frames/report.json").read_text())["num_skipped"], 0)
+        soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+        resource.setrlimit(resource.RLIMIT_AS, (LITTLE_MEMORY_BYTES, hard))  # too little for the module's libraries
+        try:
+            self.check(self.run_frames(), 1, "out of memory at", "nightmap_media.so", "raise the limit of memory")
+        finally:
+            resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
         alone = shutil.copy(BUILD / "bin/frames", self.work.folder)
         self.check(self.run_frames(alone), 2, "nightmap_media.so", "build the programs again")
 

@@ -110,7 +110,9 @@ class PreflightTest(unittest.TestCase):
         self.assertEqual(len(CLASHES), len(PIPELINE.clashes))
         for (change, named), clash in zip(CLASHES.items(), PIPELINE.clashes):
             with self.subTest(change):
-                self.assertLess(self.check(change, *[named] * bool(named), clash["remedy"]), MAX_YARDSTICKS)
+                said = (*[named] * bool(named), clash["remedy"])
+                self.assertLess(self.check(change, *said), MAX_YARDSTICKS)
+                self.check(change, *said)  # what was refused once is refused again
 
 
 if __name__ == "__main__":

@@ -112,6 +112,14 @@ TEST(ImageIo, APictureThatIsTooLargeIsRefusedByItsHeader) {
                         "1073741824 values; make the picture smaller");
 }
 
+// It has the size of a recording and the first bytes of a picture; sparse, so it takes no room.
+TEST(ImageIo, AFileTooLargeForAPictureIsNotReadWhole) {
+  const TemporaryFolder folder;
+  WritePng(folder / "large.png", RandomImage<std::uint8_t>(4, 4, 1, 6));
+  std::filesystem::resize_file(folder / "large.png", std::uintmax_t{1} << 40);
+  NIGHTMAP_EXPECT_ERROR(DataError, InspectImage(folder / "large.png"), "large.png: truncated png");
+}
+
 TEST(ImageIo, TruncationIsDetectedAtEveryLength) {
   const TemporaryFolder folder;
   WritePng(folder / "whole.png", RandomImage<std::uint16_t>(24, 18, 1, 8));
