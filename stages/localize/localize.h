@@ -71,8 +71,8 @@ struct LocalizeInput {
   std::vector<RgbdCamera> map_cameras = {};
 };
 
-// One result per query, in their order; see QueryVerdict. Reasons: too_few_matches, too_few_inliers
-// and uncertain_pose (not in the map), rival_place (ambiguous), no_features, unreadable_image,
+// One result per query, in their order; see QueryVerdict. Reasons: too_few_matches, too_few_inliers,
+// uncertain_pose and mirrored (not in the map), rival_place (ambiguous), no_features, unreadable_image,
 // search_failed (unreadable as well: the search ran out of memory). A picture much finer than the
 // map's (max_focal_ratio) is scaled down to the map's focal length before it is described.
 // Thresholds in pixels and feature scales then mean the same as in the map; errors are in pixels of

@@ -11,6 +11,7 @@
 #include "pipeline/base/random.h"
 #include "stages/localize/active_search.h"
 #include "stages/localize/map_uncertainty.h"
+#include "stages/localize/mirror_features.h"
 #include "stages/localize/place_search.h"
 
 namespace nightmap {
@@ -87,11 +88,16 @@ QueryResult Localizer::Localize(const FrameRecord& query,
   int num_matches = 0;
   auto located = SearchAndEstimate(picture, &num_matches);
   if (!located) located = SearchRetrieved(picture, &num_matches);
+  if (located) located = SearchAround(picture, *located);
   const bool few = num_matches < options_.min_inliers;
   QueryResult result =
       FailedQuery(query, QueryVerdict::kNotInMap, few ? "too_few_matches" : "too_few_inliers");
   result.num_matches = num_matches;
-  if (located) Judge(picture, SearchAround(picture, *located), &result);
+  if (IsMirrored(picture, located)) {
+    result.reason = "mirrored";
+  } else if (located) {
+    Judge(picture, *std::move(located), &result);
+  }
   return result;
 }
 
@@ -153,6 +159,24 @@ std::optional<Localizer::Located> Localizer::SearchRival(const Picture& picture,
   return rival;
 }
 
+bool Localizer::IsInMap(const Located& located) const {
+  return located.NumInliers() >= options_.min_inliers &&
+         located.InlierSignificance() >= options_.min_inlier_significance;
+}
+
+bool Localizer::IsMirrored(const Picture& picture, const std::optional<Located>& located) const {
+  const auto features = MirrorFeatures(picture.features, index_.Map().kind, picture.lens.camera);
+  if (!features) return false;
+  const Picture mirror_image{picture.lens, *features, picture.random_seed, picture.starts};
+  int num_matches = 0;
+  const auto first = SearchAndEstimate(mirror_image, &num_matches);
+  if (!first) return false;
+  const Located mirrored = SearchAround(mirror_image, *first);
+  const Votes votes =
+      Compare(mirrored.Inliers(), located ? located->Inliers() : std::vector<LandmarkMatch>{});
+  return IsInMap(mirrored) && votes.Significance() >= options_.min_rival_significance;
+}
+
 void Localizer::Judge(const Picture& picture, Located located, QueryResult* result) const {
   auto rival = SearchRival(picture, located);
   Votes votes{located.NumInliers(), 0};
@@ -165,8 +189,7 @@ void Localizer::Judge(const Picture& picture, Located located, QueryResult* resu
     result->num_rival_inliers = rival->NumInliers();
   }
   FillPose(located, result);
-  if (result->num_inliers < options_.min_inliers) return;
-  if (located.InlierSignificance() < options_.min_inlier_significance) return;
+  if (!IsInMap(located)) return;
   if (!(result->position_sigma_m <= options_.max_position_sigma_m)) {
     result->reason = "uncertain_pose";
     return;

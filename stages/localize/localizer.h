@@ -18,7 +18,8 @@ namespace nightmap {
 QueryResult FailedQuery(const FrameRecord& query, QueryVerdict verdict, const std::string& reason);
 
 // Runs active search; where that gives no pose, retrieval; then a second search around the pose
-// found; then a search for another place that explains the picture as well. Const after
+// found; then the first and the second for the mirror image, and a search for another place that
+// explains the picture as well. Const after
 // construction: threads may share one. Keeps references.
 class Localizer {
  public:
@@ -56,6 +57,10 @@ class Localizer {
   std::optional<Located> Estimate(const Picture& picture,
                                   const std::vector<LandmarkMatch>& matches,
                                   int min_inliers) const;
+  // Whether enough landmarks support the pose: more than a wrong one would have by chance.
+  bool IsInMap(const Located& located) const;
+  // Whether the mirror image of the picture explains it significantly better.
+  bool IsMirrored(const Picture& picture, const std::optional<Located>& located) const;
   void Judge(const Picture& picture, Located located, QueryResult* result) const;
   void FillPose(const Located& located, QueryResult* result) const;
 

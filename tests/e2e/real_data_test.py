@@ -1,9 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Accuracy on real recordings: maps without the frames that are located in them, and at night maps of all frames."""
+import csv
 import unittest
 
-from accuracy import Bars, calibration_of, make, metrics_of, real
+from PIL import Image, ImageOps
+
+from accuracy import FOLDER, Bars, calibration_of, make, metrics_of, real
 from nightly import nightly
 
 
@@ -22,6 +25,21 @@ class RealDataTest(Bars):
         # A Kinect reads its rows one after the other, from the top, in most of the 33 ms of a frame.
         readout_s = calibration_of(site_dir)["rolling_shutter_readout_s"]
         self.assertTrue(0.015 < readout_s < 0.034, readout_s)
+
+    def test_mirrored_pictures_of_fr1_xyz(self):
+        """As a phone's front camera stores them: of the frames that the map does not have, none is located."""
+        data = real("tum_fr1_xyz_15hz")
+        site_dir = make("tum_fr1_xyz_15hz_queries", data, "map")
+        folder = FOLDER / "mirrored"
+        folder.mkdir(parents=True, exist_ok=True)
+        with open(site_dir / "frames/held_out.csv", newline="", encoding="utf-8") as file:
+            paths = [data / row["color_path"] for row in csv.DictReader(file)][16:32:2]
+        for path in paths:
+            ImageOps.mirror(Image.open(path)).save(folder / path.name, quality=95)
+        make("tum_fr1_xyz_15hz_queries", data, "localize", f"QUERY={folder}", "CAMERA=kinect")
+        with open(site_dir / "localize/queries.csv", newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.DictReader(file) if "mirrored/" in row["color_path"]]
+        self.assertEqual([(row["status"], row["reason"]) for row in rows], [("not_in_map", "mirrored")] * len(paths))
 
     @nightly
     def test_hololens_office(self):

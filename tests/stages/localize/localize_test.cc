@@ -9,6 +9,7 @@
 #include "pipeline/geometry/rolling_shutter_pose.h"
 #include "stages/localize/localize_report.h"
 #include "stages/localize/localizer.h"
+#include "stages/localize/mirror_features.h"
 #include "tests/stages/localize/scene_map.h"
 #include "tests/test_data.h"
 
@@ -34,6 +35,9 @@ class LocalizeTest : public testing::Test {
     std::ranges::transform(map_.positions_in_map, map_.positions_in_map.begin(), move);
     scene_.points_in_map = map_.positions_in_map;
     features_ = scene_.See(pose_, 0, nullptr);
+  }
+  FrameFeatures Mirrored(const FrameFeatures& features) const {
+    return *MirrorFeatures(features, map_.kind, scene_.cameras[0].color);
   }
   std::vector<QueryResult> Run(int num_threads = 1) const {
     Progress progress("localize", false);
@@ -246,6 +250,37 @@ TEST_F(LocalizeTest, TheSamePlaceTheOtherWayRoundIsARival) {
 TEST_F(LocalizeTest, TwinsAreFoundByRetrieval) {
   AddTwin({Eigen::Quaterniond::Identity(), {20, 0, 0}}, &map_);
   EXPECT_TRUE(Localize(features_).HasPose());
+}
+
+TEST_F(LocalizeTest, AMirroredPictureIsNotInTheMap) {
+  const QueryResult result = Localize(Mirrored(features_));
+  EXPECT_EQ(result.verdict, QueryVerdict::kNotInMap);
+  EXPECT_EQ(result.reason, "mirrored");
+  EXPECT_FALSE(Localize(Mirrored(features_), {scene_.cameras[0].color, 0.3}).HasPose());
+}
+
+// Both the picture and its mirror image are somewhere in the map: the picture counts.
+TEST_F(LocalizeTest, APlaceWithAMirroredTwinIsFound) {
+  AddTwin({Eigen::Quaterniond::Identity(), {20, 0, 0}}, &map_);
+  const std::size_t num_points = scene_.points_in_map.size();
+  FrameFeatures twin;
+  for (std::size_t i = num_points; i < 2 * num_points; ++i) {
+    map_.positions_in_map[i].x() = 20 - scene_.points_in_map[i - num_points].x();
+    const std::uint8_t* descriptor = map_.Descriptor(static_cast<int>(i));
+    twin.descriptors.insert(twin.descriptors.end(), descriptor, descriptor + 128);
+  }
+  twin = Mirrored(twin);
+  std::ranges::copy(twin.descriptors, &map_.descriptors[128 * num_points]);
+  const auto depth = static_cast<std::size_t>(map_.num_word_levels);
+  for (std::size_t i = num_points; i < 2 * num_points; ++i) {
+    std::vector<int> path = vocabulary_.tree.Path(map_.Descriptor(static_cast<int>(i)));
+    path.resize(depth, path.back());
+    std::ranges::copy(path, &map_.words[depth * i]);
+  }
+  ExpectLocated(Localize(features_));
+  const QueryResult twins = Localize(Mirrored(features_));
+  ASSERT_TRUE(twins.IsLocated()) << twins.reason;
+  EXPECT_GT(twins.map_from_camera.translation.x(), 15);
 }
 
 TEST_F(LocalizeTest, AnUncertainPoseIsNotInTheMap) {

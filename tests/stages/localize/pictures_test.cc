@@ -155,6 +155,16 @@ TEST_F(PicturesTest, APictureTurnedByAQuarterIsLocated) {
   ExpectLocated(Localize(turned, camera), pose_ * roll);
 }
 
+// As a phone's front camera stores it.
+TEST_F(PicturesTest, AMirroredPictureIsNotInTheMap) {
+  ColorImage mirrored = Blank(camera_.width, camera_.height);
+  cv::Mat target = View(mirrored);
+  cv::flip(View(plain_), target, 1);
+  const QueryResult result = Localize(mirrored, camera_);
+  EXPECT_EQ(result.verdict, QueryVerdict::kNotInMap);
+  EXPECT_EQ(result.reason, "mirrored");
+}
+
 TEST_F(PicturesTest, ABlurredPictureIsLocatedOrRefused) {
   const auto blur = [&](double sigma_px) {
     ColorImage blurred = plain_;
