@@ -71,12 +71,13 @@ struct LocalizeInput {
   std::vector<RgbdCamera> map_cameras = {};
 };
 
-// One result per query, in their order; see QueryVerdict. Reasons: too_few_matches, too_few_inliers,
-// uncertain_pose and mirrored (not in the map), rival_place (ambiguous), no_features, unreadable_image,
-// search_failed (unreadable as well: the search ran out of memory). A picture much finer than the
-// map's (max_focal_ratio) is scaled down to the map's focal length before it is described.
-// Thresholds in pixels and feature scales then mean the same as in the map; errors are in pixels of
-// the scaled picture. A lens that is not calibrated (focal_sigma_ratio) is estimated with the pose.
+// One result per query, in their order; see QueryVerdict. Reasons: too_few_matches,
+// too_few_inliers, uncertain_pose and mirrored (not in the map), rival_place (ambiguous),
+// no_features, unreadable_image, search_failed (unreadable as well: the search ran out of memory).
+// A picture much finer than the map's (max_focal_ratio) is scaled down to the map's focal length
+// before it is described. Thresholds in pixels and feature scales then mean the same as in the map;
+// errors are in pixels of the scaled picture. A lens that is not calibrated (focal_sigma_ratio) is
+// estimated with the pose.
 //
 // Method: active search as published in CN106940186A, or one of its parts by option, with these
 // improvements: prioritized search (Sattler, Leibe, Kobbelt, ICCV 2011 and ECCV 2012), covisible
