@@ -16,6 +16,8 @@ from nightmap_site.checked_reading import REMEDY, read_object, read_text, using
 from nightmap_site.script_errors import DataError, writing
 from nightmap_site.unit_lists import read_shards, whole
 
+BRIDGED, STARTED = 1, 2  # states of the odometry: a guessed pose; the start of a part that only a guess joins to what is before
+
 
 def read_csv(path, required=()):
     """Rows as dictionaries. Raises DataError on a missing column or a row of another length."""
@@ -83,14 +85,22 @@ class Frames:
         return len(self.rows)
 
 
+def tracking_states(site, shard):
+    """The frames of a shard, and their states by its odometry; none where the site has no odometry of shards."""
+    path = site.made("odometry", "odometry", shard)
+    if not path:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    frame_idxs, states = read_hdf5(path, "frame_idx", "state")
+    with using(path):
+        if np.ravel(frame_idxs).shape != np.ravel(states).astype(int).shape:
+            raise ValueError(f"{len(states)} states of {len(frame_idxs)} frames")
+    return np.ravel(frame_idxs), np.ravel(states)
+
+
 def bridged_frames(site):
     """Frames without a verified pair: odometry guessed their pose."""
-    bridged = []
-    for path in filter(None, (site.made("odometry", "odometry", name) for name in shard_names(site))):
-        frame_idxs, states = read_hdf5(path, "frame_idx", "state")
-        with using(path):
-            bridged += np.ravel(frame_idxs)[np.ravel(states) == 1].tolist()
-    return bridged
+    shards = [tracking_states(site, name) for name in shard_names(site)]
+    return [idx for frame_idxs, states in shards for idx in frame_idxs[states == BRIDGED].tolist()]
 
 
 def frames_apart(site):

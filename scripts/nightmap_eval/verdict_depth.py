@@ -41,7 +41,8 @@ def _alignment_checks(survey):
                 "same pixel",
                 "depth fits colors {value:.1f} % of the picture's width away better: it is not registered to color: give the "
                 "[[camera]] depth_registered = false and the depth camera's calibration, or register it")  # fmt: skip
-    if float(np.median(survey.known("flow_px"))) < MIN_FLOW_PX:
+    flow_px = survey.column("flow_px")[survey.column("same_color") == 0]  # a frame written twice does not tell of the camera's motion
+    if not len(flow_px) or float(np.median(flow_px)) < MIN_FLOW_PX:
         return  # frames apart show the same
     yield check("color at edges of depth", own_agreement(survey.by_frame_offset), "times that of other frames", (1.25, math.inf),
                 "edges of depth are edges of the colors of their own frame, and not of those three or four frames away",

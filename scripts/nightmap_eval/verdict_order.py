@@ -10,7 +10,8 @@ from nightmap_eval.verdict import check
 
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?!.*\d)")  # the last of a name
 FEW_TRACKS = 0.15
-GAP_MEDIANS, GAP_S = 5, 0.4
+GAP_INTERVALS, GAP_S = 5, 0.4
+USUAL = 0.75  # quantile of the intervals: where each frame is written twice, half of them are 1 ms
 
 
 def order_checks(survey, frames):
@@ -23,7 +24,7 @@ def order_checks(survey, frames):
                 "at {value:.0f} % of the frames the number in the file's name goes down: were names sorted as text (1, 10, 100, 2)? Pad "
                 "them with zeros, or correct the times")  # fmt: skip
     gaps = gaps_s(frames)
-    yield check("gaps in time", len(gaps), "", (0, 0), f"longer than {GAP_MEDIANS} usual intervals and {GAP_S} s: the camera may have "
+    yield check("gaps in time", len(gaps), "", (0, 0), f"longer than {GAP_INTERVALS} usual intervals and {GAP_S} s: the camera may have "
                 "gone anywhere meanwhile",
                 f"{{value:.0f}} gaps of up to {max(gaps, default=0):.1f} s: look for pictures that were lost in recording or copying")  # fmt: skip
 
@@ -42,7 +43,23 @@ def names_against_times(frames):
 
 def gaps_s(frames):
     """Lengths of the gaps within sequences."""
-    steps_s = np.diff(frames.times_ns)[np.diff(frames.sequence_idxs) == 0] / 1e9
-    if not len(steps_s):
+    steps_s = _steps_s(frames)
+    if np.isnan(steps_s).all():
         return []
-    return steps_s[(steps_s > GAP_MEDIANS * np.median(steps_s)) & (steps_s > GAP_S)].tolist()
+    return steps_s[(steps_s > GAP_INTERVALS * _usual_interval_s(steps_s)) & (steps_s > GAP_S)].tolist()
+
+
+def is_right_after(frames):
+    """Whether each frame comes after less than half the usual interval."""
+    steps_s = _steps_s(frames)
+    return steps_s < (0 if np.isnan(steps_s).all() else _usual_interval_s(steps_s) / 2)
+
+
+def _steps_s(frames):
+    """Time since the frame before; NaN where a sequence begins."""
+    together = np.diff(frames.sequence_idxs) == 0
+    return np.concatenate([[np.nan], np.where(together, np.diff(frames.times_ns) / 1e9, np.nan)])
+
+
+def _usual_interval_s(steps_s):
+    return np.nanquantile(steps_s, USUAL)

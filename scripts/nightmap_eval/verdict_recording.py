@@ -9,16 +9,15 @@ from nightmap_eval.artifacts import Frames
 from nightmap_eval.survey import Survey
 from nightmap_eval.verdict import check
 from nightmap_eval.verdict_depth import depth_checks
-from nightmap_eval.verdict_order import order_checks
+from nightmap_eval.verdict_order import is_right_after, order_checks
 
-NO_LIMIT = math.inf
 BLUR_PX = 3.3  # sigma, as after a shift by 11 pixels; the sharpest octaves of features are gone then
 GAIN = 1.6  # automatic exposure takes several frames for as much
 
 
 def checks(site):
     survey, frames = Survey(site), Frames(site)
-    return [*order_checks(survey, frames), *_picture_checks(survey), *depth_checks(site, survey)]
+    return [*order_checks(survey, frames), *_picture_checks(survey), *_repeat_checks(survey, frames), *depth_checks(site, survey)]
 
 
 def _picture_checks(survey):
@@ -28,11 +27,6 @@ def _picture_checks(survey):
     yield check("blurred frames", percent("blur_px", lambda blur: blur > BLUR_PX), "%", (0, 15),
                 f"edges blurred by a sigma over {BLUR_PX} px give few features, and inaccurate ones",
                 "{value:.0f} % of the frames are blurred: move slower, give more light or a shorter exposure, or check the focus")  # fmt: skip
-    yield check("frozen pictures", percent("same_color", lambda same: same > 0), "%", (0, 1),
-                "a sensor's noise differs from picture to picture, even where nothing moves",
-                "{value:.0f} % of the frames repeat the picture before them: the recorder or the camera's driver stalled")  # fmt: skip
-    yield check("frozen depth", 100 * _share_of_frozen_depth(survey), "%", (0, 1), "as frozen pictures",
-                "{value:.0f} % of the frames repeat the depth before them under a new picture: the depth camera stalled")  # fmt: skip
     jumps = percent("gain", lambda gain: np.abs(np.log(gain)) > math.log(GAIN))
     yield check("exposure jumps", jumps, "%", (0, 0.5), f"a lens's automatic exposure changes brightness by less than {GAIN} per frame",
                 "brightness jumps at {value:.1f} % of the frames: fix exposure and gain while recording, or leave these frames out")  # fmt: skip
@@ -43,6 +37,20 @@ def _picture_checks(survey):
     yield check("frames without texture", percent("textured_share", lambda share: share < 0.3), "%", (0, 15),
                 "where less than a third of the picture has corners, motion is found by few points or none",
                 "{value:.0f} % of the frames show hardly any texture: turn the camera from bare walls, or keep more of the room in view")  # fmt: skip
+
+
+def _repeat_checks(survey, frames):
+    same_color = survey.column("same_color")
+    repeats = same_color[~np.isnan(same_color)] > 0
+    is_copy = repeats & is_right_after(frames)[np.searchsorted(frames.frame_idxs, survey.frame_idxs[~np.isnan(same_color)])]
+    frozen, copies = (100 * float(np.mean(which)) if len(repeats) else 0.0 for which in (repeats & ~is_copy, is_copy))
+    yield check("frozen pictures", frozen, "%", (0, 1), "a sensor's noise differs from picture to picture, even where nothing moves",
+                "{value:.0f} % of the frames repeat the picture before them: the recorder or the camera's driver stalled")  # fmt: skip
+    yield check("copied frames", copies, "%", (0, 1), "that come in less than half the usual interval and show the same",
+                "{value:.0f} % of the frames are a copy of the frame just before them: the recorder writes frames twice, and the map takes "
+                "as much longer; leave the copies out")  # fmt: skip
+    yield check("frozen depth", 100 * _share_of_frozen_depth(survey), "%", (0, 1), "as frozen pictures",
+                "{value:.0f} % of the frames repeat the depth before them under a new picture: the depth camera stalled")  # fmt: skip
 
 
 def _share_of_frozen_depth(survey):

@@ -3,11 +3,12 @@
 
 import numpy as np
 
-from nightmap_eval.artifacts import Frames, shard_names
+from nightmap_eval.artifacts import BRIDGED, STARTED, Frames, bridged_frames, frames_apart, shard_names, tracking_states
 from nightmap_eval.trajectory import angles_deg, read_tum
 from nightmap_eval.verdict import check
-from nightmap_site.checked_reading import NUMBER, read_object
+from nightmap_site.checked_reading import NUMBER, read_object, using
 
+APART_NS = 1_000_000_000  # over less the noise of two poses passes for motion: some recorders write each frame twice, 1 ms apart
 FLOOR = {"?floor_source": str, "?camera_height_m": NUMBER, "?below_floor_percent": NUMBER, "?floor_warnings": [str]}
 
 
@@ -32,8 +33,7 @@ def checks(site):
 def _odometry_checks(site, trajectory):
     if not site.has("odometry") or site.pipeline.jobs["odometry"].unit != "shard":
         return
-    paths = filter(None, (site.made("odometry", "trajectory", name) for name in shard_names(site)))
-    turns_deg = np.concatenate([np.zeros(0), *(disagreement_deg(read_tum(path), trajectory) for path in paths)])
+    turns_deg = np.concatenate([np.zeros(0), *(_turns_of_shard(site, name, trajectory) for name in shard_names(site))])
     if len(turns_deg):
         yield check("odometry against the map", float(np.quantile(turns_deg, 0.9)), "deg", (0, 5), "between frames a second apart; loops and "
                     "the adjustment move these by less than the odometry's own error, a degree or two",
@@ -41,19 +41,35 @@ def _odometry_checks(site, trajectory):
                     "wrong camera bend it", usable=(0, 20))  # fmt: skip
 
 
-def disagreement_deg(odometry, trajectory, apart_ns=1_000_000_000):
-    """By how much the turns from each frame to the one a second later differ."""
+def _turns_of_shard(site, name, trajectory):
+    path = site.made("odometry", "trajectory", name)
+    if not path:
+        return np.zeros(0)
+    odometry, (_, states) = read_tum(path), tracking_states(site, name)
+    with using(path):
+        return disagreement_deg(odometry, states if len(states) else np.zeros(len(odometry)), trajectory)
+
+
+def disagreement_deg(odometry, states, trajectory):
+    """By how much the turns from each frame to the one a second later differ, where the odometry measured the motion between them."""
     _, own, others = np.intersect1d(odometry.times_ns, trajectory.times_ns, return_indices=True)
+    is_measured = states[own] != BRIDGED
+    own, others = own[is_measured], others[is_measured]
+    parts = np.cumsum(states == STARTED)[own]
     times_ns = odometry.times_ns[own]
-    later = np.searchsorted(times_ns, times_ns + apart_ns)
+    later = np.searchsorted(times_ns, times_ns + APART_NS)
     first = np.flatnonzero(later < len(times_ns))
+    first = first[parts[first] == parts[later[first]]]
     turns = [np.swapaxes(rotations[first], 1, 2) @ rotations[later[first]]
              for rotations in (odometry.rotations()[own], trajectory.rotations()[others])]  # fmt: skip
     return angles_deg(np.swapaxes(turns[0], 1, 2) @ turns[1])
 
 
 def _speed_checks(site, trajectory):
-    speeds_m_per_s = speeds(trajectory, Frames(site))
+    frames = Frames(site)
+    guessed = np.isin(frames.frame_idxs, [*bridged_frames(site), *frames_apart(site)])
+    is_measured = ~np.isin(trajectory.times_ns, frames.times_ns[guessed])
+    speeds_m_per_s = speeds(trajectory.select(np.flatnonzero(is_measured)), frames)
     if len(speeds_m_per_s):
         yield check("speed", float(np.quantile(speeds_m_per_s, 0.98)), "m/s", (0, 3), "the fastest fiftieth of the way: people walk at "
                     "1.5 m/s, and robots indoors are slower",
@@ -62,9 +78,16 @@ def _speed_checks(site, trajectory):
 
 
 def speeds(trajectory, frames):
-    """Between frames in succession, of one sequence, m/s."""
+    """Length of the way over the second from each frame on, per time, within each sequence; m/s."""
     sequence_of = dict(zip(frames.times_ns.tolist(), frames.sequence_idxs.tolist()))
     sequences = np.array([sequence_of.get(time_ns, -1) for time_ns in trajectory.times_ns.tolist()])
-    steps_s, steps_m = np.diff(trajectory.times_ns) / 1e9, np.linalg.norm(np.diff(trajectory.positions_m, axis=0), axis=1)
-    together = (np.diff(sequences) == 0) & (steps_s > 0)
-    return steps_m[together] / steps_s[together]
+    ways = (trajectory.select(np.flatnonzero(sequences == idx)) for idx in np.unique(sequences[sequences >= 0]))
+    return np.concatenate([np.zeros(0), *map(_speeds_of_way, ways)])
+
+
+def _speeds_of_way(way):
+    ways_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way.positions_m, axis=0), axis=1))])
+    later = np.searchsorted(way.times_ns, way.times_ns + APART_NS)
+    first = np.flatnonzero(later < len(way))
+    later = later[first]
+    return (ways_m[later] - ways_m[first]) / ((way.times_ns[later] - way.times_ns[first]) / 1e9)

@@ -6,7 +6,6 @@ import math
 import shutil
 import tempfile
 import unittest
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
@@ -14,26 +13,21 @@ from unittest import mock
 import numpy as np
 
 import fake_site
-from fake_site import rotation_about, walk
-from nightmap_eval import verdict_calibration, verdict_cloud, verdict_depth, verdict_order, verdict_recording, verdict_way
+from fake_site import walk
+from nightmap_eval import verdict_calibration, verdict_cloud, verdict_depth, verdict_recording, verdict_way
 from nightmap_eval.map_needs import map_needs, needs_line
 from nightmap_eval.survey import COLUMNS
-from nightmap_eval.trajectory import quaternion
 from nightmap_eval.verdict import GOOD, LOOK, REFUSE, check, lines, worst
 from nightmap_site.site import Site
 
 # A frame of a good recording.
 FRAME = {"brightness": 120, "dark_share": 0, "bright_share": 0, "blur_px": 1.2, "textured_share": 1, "measured_share": 0.8, "depth_p10_m": 1,
          "depth_median_m": 2, "depth_p90_m": 3, "same_color": 0, "same_depth": 0, "tracked_share": 0.9, "flow_px": 5, "gain": 1}  # fmt: skip
+WINDOW = {"num_edges": 100, "by_frame_offset": [1, 1, 1, 1, 2, 1, 1, 1, 1], "at_best_shift": 2, "at_no_shift": 2}
 
 
 def judged(checks):
     return {item.name: item.verdict for item in checks}
-
-
-def frames_named(names, times_s, sequences=None):
-    return SimpleNamespace(rows=[{"color_path": name} for name in names], times_ns=np.array([round(t * 1e9) for t in times_s]),
-                           sequence_idxs=np.array(sequences or [0] * len(names)))  # fmt: skip
 
 
 class CheckTest(unittest.TestCase):
@@ -58,32 +52,6 @@ class CheckTest(unittest.TestCase):
         self.assertTrue(text.startswith("verdict: look at this"))
         self.assertIn("speed 9 m/s (0 to 3 m/s): too fast", text)
         self.assertNotIn("height", text)
-
-
-class OrderTest(unittest.TestCase):
-    def test_names_sorted_as_text(self):
-        names = [f"rgb/{name}.png" for name in sorted(map(str, range(1, 121)))]
-        self.assertGreater(verdict_order.names_against_times(frames_named(names, range(120))), 0.05)
-
-    def test_names_that_count_with_time(self):
-        for names in ([f"rgb/{i}.png" for i in range(120)], [f"rgb/1305031.{i:06d}.jpg" for i in range(120)]):
-            self.assertEqual(verdict_order.names_against_times(frames_named(names, range(120))), 0)
-
-    def test_names_that_do_not_count(self):
-        for names in (["rgb/left.png"] * 10, [f"rgb/{'ab'[i % 2]}.png" for i in range(10)], [f"rgb/{i % 3}.png" for i in range(10)]):
-            self.assertEqual(verdict_order.names_against_times(frames_named(names, range(10))), 0)
-
-    def test_another_recording_may_count_from_zero_again(self):
-        names = [f"{folder}/{i}.png" for folder in "ab" for i in range(10)]
-        self.assertEqual(verdict_order.names_against_times(frames_named(names, range(20), [0] * 10 + [1] * 10)), 0)
-
-    def test_gaps_are_long_in_seconds_and_in_intervals(self):
-        times_s = np.concatenate([np.arange(0, 5, 0.1), np.arange(7, 9, 0.1)])
-        self.assertEqual([round(gap, 2) for gap in verdict_order.gaps_s(frames_named(["a"] * len(times_s), times_s))], [2.1])
-        sparse = np.concatenate([np.arange(0, 40, 2), np.arange(44, 60, 2)])  # two intervals are no gap
-        self.assertEqual(verdict_order.gaps_s(frames_named(["a"] * len(sparse), sparse)), [])
-        between = frames_named(["a"] * 4, [0, 0.1, 60, 60.1], [0, 0, 1, 1])
-        self.assertEqual(verdict_order.gaps_s(between), [])
 
 
 class DepthTest(unittest.TestCase):
@@ -138,8 +106,7 @@ class MapTest(unittest.TestCase):
         path = self.site.path("survey", "frames")
         path.parent.mkdir(parents=True)
         path.write_text("\n".join(["frame_idx,time_ns,sequence_idx," + ",".join(COLUMNS), *lines]) + "\n")
-        windows = [{"num_edges": 100, "by_frame_offset": [1, 1, 1, 1, 2, 1, 1, 1, 1], "at_best_shift": 2, "at_no_shift": 2}] * 5
-        self.write("survey", num_frames=40, num_frames_surveyed=40, alignment={"best_shift_x": 0, "best_shift_y": 0, "windows": windows})
+        self.write("survey", num_frames=40, num_frames_surveyed=40, alignment={"best_shift_x": 0, "best_shift_y": 0, "windows": [WINDOW] * 5})
         self.site.path("frames", "cameras").write_text(json.dumps({"cameras": [{"depth_units_per_m": 1000}]}))
 
     def not_good(self, **changes):
@@ -157,6 +124,21 @@ class MapTest(unittest.TestCase):
             with self.subTest(name):
                 self.assertEqual(self.not_good(**change), {name})
             shutil.rmtree(self.site.folder_of("survey"))
+
+    def test_frames_written_twice_are_no_stall_of_the_camera(self):
+        for path in self.site_dir.glob("frames/shard_*.csv"):
+            header, *rows = path.read_text().splitlines()
+            rows = [row.split(",") for row in rows]
+            for row in rows:
+                row[1] = str(int(row[1]) - 99_000_000 * (int(row[0]) % 2))  # 1 ms after the frame before
+            path.write_text("\n".join([header, *map(",".join, rows)]) + "\n")
+        self.assertEqual(self.not_good(same_color=1, flow_px=0), {"copied frames"})
+        found = {item.name: item.advice for item in verdict_recording.checks(self.site)}
+        self.assertIn("writes frames twice", found["copied frames"])
+
+    def test_copies_do_not_hide_that_depth_belongs_to_other_colors(self):
+        with mock.patch.dict(WINDOW, by_frame_offset=[1] * 9), mock.patch.dict(FRAME, flow_px=3):
+            self.assertIn("color at edges of depth", self.not_good(same_color=1, flow_px=0))
 
     def test_depth_of_another_scale(self):
         for factor, name in ((5, "far surfaces"), (0.2, "far surfaces")):
@@ -182,27 +164,6 @@ class MapTest(unittest.TestCase):
         self.write("map_frame", floor_source="floor plane", camera_height_m=0.4, below_floor_percent=30, floor_warnings=["{odd}"])
         found = judged(verdict_way.checks(self.site))
         self.assertEqual((found["below the floor"], found["warnings of the floor"]), (LOOK, LOOK))
-
-    def test_a_map_that_odometry_contradicts(self):
-        self.write("map_frame")
-        path = self.site.path("odometry", "trajectory", "0000")
-        way = walk()
-        for turn_deg, verdict in ((0, GOOD), (3, GOOD), (8, LOOK), (40, REFUSE)):  # per second
-            turns_rad = np.radians(turn_deg) * (way.times_ns - way.times_ns[0]) / 1e9
-            turned = replace(way, quaternions=np.array([quaternion(rotation_about([0, 0, 1], turn_rad) @ rotation)
-                                                        for turn_rad, rotation in zip(turns_rad, way.rotations())]))  # fmt: skip
-            np.testing.assert_allclose(verdict_way.disagreement_deg(turned, way), turn_deg, atol=1e-3)
-            fake_site.write_tum(path, turned)
-            self.assertEqual(judged(verdict_way.checks(self.site))["odometry against the map"], verdict, turn_deg)
-        path.unlink()
-        self.assertNotIn("odometry against the map", judged(verdict_way.checks(self.site)))
-
-    def test_speed_is_of_steps_within_a_recording(self):
-        frames = SimpleNamespace(times_ns=walk().times_ns, sequence_idxs=np.zeros(len(walk()), int))
-        slow = verdict_way.speeds(walk(), frames)
-        self.assertEqual(len(slow), len(walk()) - 1)
-        frames.sequence_idxs = np.arange(len(walk()))
-        self.assertEqual(len(verdict_way.speeds(walk(), frames)), 0)
 
     def test_held_out_rays(self):
         for percent, verdict in ((97, GOOD), (80, LOOK), (48, REFUSE)):
