@@ -28,6 +28,9 @@ def depth_checks(site, survey):
     yield check("depth measured", 100 * float(np.median(survey.known("measured_share"))), "%", (20, 100),
                 "of the pixels of the median frame: motion is estimated by features with depth",
                 "only {value:.0f} % of the depth pixels are measured: check the range of the sensor, sunlight and its projector")  # fmt: skip
+    yield check("frames without depth", 100 * survey.share("measured_share", lambda share: share == 0), "%", (0, 5), "no pixel of their "
+                "depth picture is measured: the motion at these frames is not known",
+                "no depth measured in {value:.0f} % of the frames: sunlight, surfaces out of the sensor's range, or a covered projector")  # fmt: skip
     yield from _alignment_checks(survey)
 
 

@@ -8,8 +8,8 @@ namespace nightmap {
 
 struct PairMeasures {
   bool has_previous = false;
-  bool same_color = false;   // the same file contents, or the same pixels
-  bool same_depth = false;   // the same; false without depth
+  bool same_color = false;   // the same pixels
+  bool same_depth = false;   // the same pixels; false where none has depth
   double tracked_share = 0;  // of the corners of the previous frame
   double flow_px = 0;        // median motion of these in the picture, in pixels of the reduced one
   double gain = 1;           // brightness of this frame over that of the previous one

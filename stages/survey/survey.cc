@@ -39,20 +39,25 @@ std::vector<Window> ChooseWindows(const SurveyOptions& options, std::size_t num_
   return windows;
 }
 
-// What is kept of the frame before.
-struct Previous {
+// What is kept of a frame for the next.
+struct Seen {
   const FrameRecord* frame = nullptr;
   GrayImage small;
+  DepthImage depth;
 };
 
-PairMeasures Compare(const Previous& previous, const FrameRecord& frame, const GrayImage& small) {
+bool IsMeasured(float depth_m) { return depth_m > 0; }
+
+// Compares pixels: all frames of a video have the hash of its file, and all pictures without depth
+// are alike.
+PairMeasures Compare(const Seen& previous, const Seen& current) {
   const bool belongs = previous.frame != nullptr &&
-                       previous.frame->camera_idx == frame.camera_idx &&
-                       previous.frame->sequence_idx == frame.sequence_idx;
+                       previous.frame->camera_idx == current.frame->camera_idx &&
+                       previous.frame->sequence_idx == current.frame->sequence_idx;
   if (!belongs) return {};
-  PairMeasures measures = MeasurePair(previous.small, small);
-  measures.same_color |= previous.frame->color.hash == frame.color.hash;
-  measures.same_depth = !frame.depth.path.empty() && previous.frame->depth.hash == frame.depth.hash;
+  PairMeasures measures = MeasurePair(previous.small, current.small);
+  measures.same_depth = previous.depth.pixels == current.depth.pixels &&
+                        std::ranges::any_of(current.depth.pixels, IsMeasured);
   return measures;
 }
 
@@ -64,21 +69,21 @@ GrayImage Small(const ColorImage& color, const RgbdCamera& camera) {
 WindowResult Measure(const SurveyInput& input, const Window& window, Progress& progress) {
   WindowResult result;
   std::vector<FrameEdges> edges;
-  Previous previous;
+  Seen previous;
   for (std::size_t i = window.begin == 0 ? 0 : window.begin - 1; i < window.end; ++i) {
     const FrameRecord& frame = input.frames[i];
     const std::string failure = FrameFailure(frame.color.path, [&] {
-      const RgbdImages images = input.load(frame);
-      GrayImage small =
-          Small(images.color, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)));
+      RgbdImages images = input.load(frame);
+      const RgbdCamera& camera = input.cameras.at(static_cast<std::size_t>(frame.camera_idx));
+      Seen current{&frame, Small(images.color, camera), std::move(images.depth)};
       if (i >= window.begin) {
         result.frames.push_back({i,
-                                 MeasureFrame(ToGray(images.color), small, images.depth),
-                                 Compare(previous, frame, small)});
-        const bool fits = edges.empty() || edges.front().strengths.width == small.width;
-        if (fits) edges.push_back(EdgesOf(small, images.depth));
+                                 MeasureFrame(ToGray(images.color), current.small, current.depth),
+                                 Compare(previous, current)});
+        const bool fits = edges.empty() || edges.front().strengths.width == current.small.width;
+        if (fits) edges.push_back(EdgesOf(current.small, current.depth));
       }
-      previous = {&frame, std::move(small)};
+      previous = std::move(current);
     });
     if (!failure.empty()) previous = {};
     if (i < window.begin) continue;

@@ -147,6 +147,12 @@ class MapTest(unittest.TestCase):
                 self.assertIn(name, self.not_good())
             shutil.rmtree(self.site.folder_of("survey"))
 
+    def test_frames_without_depth_are_no_stall(self):
+        nothing = {"measured_share": 0, "depth_p10_m": "", "depth_median_m": "", "depth_p90_m": ""}
+        self.assertEqual(self.not_good(**nothing), {"frames without depth"})
+        advice = {item.name: item.advice for item in verdict_recording.checks(self.site)}["frames without depth"]
+        self.assertRegex(advice, "^no depth measured in 50 % of the frames: sunlight, .*range, or a covered projector$")
+
     def test_without_depth(self):
         nothing = dict.fromkeys(("measured_share", "depth_p10_m", "depth_median_m", "depth_p90_m"), "")
         with mock.patch.dict(FRAME, nothing):

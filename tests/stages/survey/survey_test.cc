@@ -1,42 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/survey/survey.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 
-#include "pipeline/base/error.h"
-#include "pipeline/base/random.h"
-#include "stages/survey/survey_output.h"
+#include "stages/survey/depth_alignment.h"
+#include "stages/survey/frame_measures.h"
+#include "stages/survey/pair_measures.h"
+#include "tests/stages/survey/made_up_pictures.h"
 
 namespace nightmap {
 namespace survey_test {
-
-constexpr int kWidth = 320;
-constexpr int kHeight = 240;
-
-// Bright and dark squares of random size: sharp edges in every place, at several angles.
-GrayImage Blocks(int width, int height, std::uint64_t seed) {
-  Random random(seed, 0);
-  GrayImage picture{
-      width, height, 1, std::vector<std::uint8_t>(static_cast<std::size_t>(width * height), 100)};
-  cv::Mat view(height, width, CV_8UC1, picture.pixels.data());
-  for (int i = 0; i < 120; ++i) {
-    const cv::Point2f center(static_cast<float>(random.Uniform(0, width)),
-                             static_cast<float>(random.Uniform(0, height)));
-    const cv::RotatedRect block(
-        center,
-        {static_cast<float>(random.Uniform(10, 60)), static_cast<float>(random.Uniform(10, 60))},
-        static_cast<float>(random.Uniform(0, 180)));
-    cv::Point2f corners[4];
-    block.points(corners);
-    std::vector<cv::Point> polygon(corners, corners + 4);
-    cv::fillConvexPoly(view, polygon, cv::Scalar(random.Uniform(20, 235)), cv::LINE_AA);
-  }
-  return picture;
-}
 
 GrayImage Edited(GrayImage picture, const std::function<void(const cv::Mat&, cv::Mat&)>& edit) {
   cv::Mat view(picture.height, picture.width, CV_8UC1, picture.pixels.data());
@@ -117,27 +92,6 @@ TEST(MeasurePair, KnowsTheSamePixels) {
   EXPECT_TRUE(MeasurePair(picture, picture).same_color);
 }
 
-// Boards before a far wall, seen by a camera that turns. Frame i of depth may be that of another.
-struct Turning {
-  GrayImage scene = Blocks(2 * kWidth, kHeight, 7);
-
-  GrayImage Color(int frame) const { return Window(scene, frame); }
-  DepthImage Depth(int frame, int shift_px = 0) const {
-    const GrayImage gray = Window(scene, frame, shift_px);
-    DepthImage depth{kWidth, kHeight, 1, {}};
-    for (const std::uint8_t level : gray.pixels) depth.pixels.push_back(1.0F + 0.02F * level);
-    return depth;
-  }
-  static GrayImage Window(const GrayImage& whole, int frame, int shift_px = 0) {
-    GrayImage part{kWidth, kHeight, 1, {}};
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x)
-        part.pixels.push_back(whole.At(x + 5 * frame + 40 + shift_px, y));
-    }
-    return part;
-  }
-};
-
 TEST(DepthAlignment, FindsTheFrameThatDepthBelongsTo) {
   const Turning world;
   std::vector<FrameEdges> frames;
@@ -163,87 +117,6 @@ TEST(DepthAlignment, HasNoEdgesWithoutDepth) {
   EXPECT_EQ(MeasureAlignment({EdgesOf(world.Color(0), {}), EdgesOf(world.Color(1), {})}).num_edges,
             0);
   EXPECT_TRUE(FindBestShift({}).at_best.empty());
-}
-
-SurveyInput InputOf(const Turning& world, int num_frames) {
-  SurveyInput input;
-  RgbdCamera camera;
-  camera.color.width = kWidth;
-  camera.color.height = kHeight;
-  input.cameras = {camera};
-  for (int i = 0; i < num_frames; ++i) {
-    const std::string number = std::to_string(i);
-    input.frames.push_back({i,
-                            i * 100'000'000LL,
-                            0,
-                            0,
-                            {number + ".png", number},
-                            {number + "d.png", number + "d"},
-                            {}});
-  }
-  input.load = [&world](const FrameRecord& frame) {
-    if (frame.frame_idx == 13) throw DataError("13.png: cannot be read");
-    const GrayImage gray = world.Color(frame.frame_idx % 40);
-    RgbdImages images;
-    images.color = {kWidth, kHeight, 3, {}};
-    for (const std::uint8_t level : gray.pixels)
-      images.color.pixels.insert(images.color.pixels.end(), 3, level);
-    images.depth = world.Depth(frame.frame_idx % 40);
-    return images;
-  };
-  return input;
-}
-
-TEST(Survey, LooksAtAllFramesOfAShortRecording) {
-  const Turning world;
-  const SurveyInput input = InputOf(world, 40);
-  Progress progress("survey", false);
-  const SurveyResult result = RunSurvey({}, input, 2, progress);
-  EXPECT_EQ(result.num_sampled, 40U);
-  EXPECT_EQ(result.frames.size(), 39U);
-  ASSERT_EQ(result.skipped.size(), 1U);
-  EXPECT_NE(result.skipped[0].find("13.png"), std::string::npos);
-  int num_pairs = 0;
-  for (const SurveyedFrame& frame : result.frames)
-    num_pairs += frame.to_previous.has_previous ? 1 : 0;
-  EXPECT_EQ(num_pairs, 37);  // none for the first frame, and for that after the lost one
-  EXPECT_EQ(result.alignments.size(), 2U);
-}
-
-TEST(Survey, TakesEvenlySpreadWindowsOfALongRecording) {
-  const Turning world;
-  const SurveyInput input = InputOf(world, 400);
-  SurveyOptions options;
-  options.max_frames = 60;
-  Progress progress("survey", false);
-  const SurveyResult result = RunSurvey(options, input, 2, progress);
-  EXPECT_EQ(result.num_sampled, 60U);
-  EXPECT_EQ(result.frames.front().frame, 0U);
-  EXPECT_GE(result.frames.back().frame, 260U);
-}
-
-TEST(Survey, IsTheSameAtAnyNumberOfThreads) {
-  const Turning world;
-  const SurveyInput input = InputOf(world, 50);
-  Progress progress("survey", false);
-  const SurveyResult one = RunSurvey({}, input, 1, progress),
-                     four = RunSurvey({}, input, 4, progress);
-  EXPECT_EQ(SurveyToCsv(one, input.frames), SurveyToCsv(four, input.frames));
-  EXPECT_EQ(Summarize(one, input.frames), Summarize(four, input.frames));
-}
-
-TEST(Survey, LeavesFieldsOfMissingDepthEmpty) {
-  const Turning world;
-  SurveyInput input = InputOf(world, 12);
-  for (FrameRecord& frame : input.frames) frame.depth = {};
-  const RgbdLoader with_depth = input.load;
-  input.load = [&](const FrameRecord& frame) {
-    return RgbdImages{with_depth(frame).color, {}, {}};
-  };
-  Progress progress("survey", false);
-  const SurveyResult result = RunSurvey({}, input, 2, progress);
-  EXPECT_TRUE(result.alignments.empty());
-  EXPECT_NE(SurveyToCsv(result, input.frames).find(",,,,,,,,\n"), std::string::npos);
 }
 
 }  // namespace survey_test
