@@ -40,7 +40,17 @@ TEST(SkippedItems, TooManyAreAnErrorWithTheMostFrequentCause) {
   NIGHTMAP_EXPECT_ERROR(DataError,
                         skipped.Check(10, 0.29),
                         "3 of 10 items were skipped, more than max_failed_ratio = 0.29 allows; 2 "
-                        "items skipped: truncated; the first is b.png (1 other cause)");
+                        "items skipped: truncated; the first is b.png (1 other cause); repair them "
+                        "or raise max_failed_ratio; with");
+}
+
+TEST(SkippedItems, NoRatioHelpsWhereAllItemsFail) {
+  SkippedItems skipped;
+  skipped.Add("a.png: truncated");
+  skipped.Add("b.png: truncated");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, skipped.Check(2, 0.2), "is a.png; repair what all of them have in common; with");
+  NIGHTMAP_EXPECT_ERROR(DataError, skipped.Check(3, 0.2), "or raise max_failed_ratio");
 }
 
 }  // namespace skipped_items_test
