@@ -15,15 +15,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void CheckSize(const std::string& path, int width, int height, const Camera& camera) {
+constexpr char kOtherColor[] = "pictures of another size need another camera";
+constexpr char kOtherDepth[] = "correct depth_width and depth_height of its [[camera]]";
+constexpr char kUnregisteredDepth[] =
+    "depth of another size than color is not registered to it: give its [[camera]] "
+    "depth_registered = false with depth_width, depth_height, depth_fx, depth_fy, depth_cx, "
+    "depth_cy and color_from_depth";
+
+void CheckSize(
+    const std::string& path, int width, int height, const Camera& camera, const char* remedy) {
   if (width == camera.width && height == camera.height) return;
-  throw DataError(
-      "{}: {} x {} pixels, its camera has {} x {}: pictures of another size need another camera",
-      path,
-      width,
-      height,
-      camera.width,
-      camera.height);
+  throw DataError("{}: {} x {} pixels, its camera has {} x {}: {}",
+                  path,
+                  width,
+                  height,
+                  camera.width,
+                  camera.height,
+                  remedy);
 }
 
 FileFacts ReadPictureFacts(const fs::path& path) {
@@ -38,7 +46,7 @@ FileFacts ReadVideoFacts(const fs::path& path) {
 
 // Checks a label picture, which another program may have made.
 void CheckLabel(const std::string& path, const FileFacts& facts, const Camera& camera) {
-  CheckSize(path, facts.width, facts.height, camera);
+  CheckSize(path, facts.width, facts.height, camera, kOtherColor);
   if (facts.num_bits == 8 && facts.num_channels == 1) return;
   throw DataError("{}: labels must be one channel of 8 bits, this has {} of {}",
                   path,
@@ -47,7 +55,12 @@ void CheckLabel(const std::string& path, const FileFacts& facts, const Camera& c
 }
 
 void CheckDepth(const std::string& path, const FileFacts& facts, const RgbdCamera& camera) {
-  CheckSize(path, facts.width, facts.height, camera.depth_registered ? camera.color : camera.depth);
+  const bool is_registered = camera.depth_registered;
+  CheckSize(path,
+            facts.width,
+            facts.height,
+            is_registered ? camera.color : camera.depth,
+            is_registered ? kUnregisteredDepth : kOtherDepth);
   if (facts.num_bits == 16 && facts.num_channels == 1) return;
   throw DataError("{}: depth must be one channel of 16 bits, this has {} of {}",
                   path,
@@ -94,7 +107,7 @@ class FrameInspector {
     if (frame->problem.empty()) {
       frame->problem = Problem(data_root_, frame->color.path, [&] {
         const FileFacts facts = ColorFacts(frame->color.path);
-        CheckSize(frame->color.path, facts.width, facts.height, camera.color);
+        CheckSize(frame->color.path, facts.width, facts.height, camera.color, kOtherColor);
         frame->color.hash = facts.hash;
       });
     }

@@ -26,6 +26,22 @@ bool LeadsOut(std::string_view path) {
   return *fs::path(path).lexically_normal().begin() == "..";
 }
 
+// Where names go on as times go back, times may be what is wrong: sorted by them, frames would be
+// in another order than they were recorded in.
+void CheckTimeIncreases(const ListedFile& before, const ListedFile& file) {
+  if (file.time_ns > before.time_ns) return;
+  const auto length = [](const ListedFile& listed) {
+    return std::pair(listed.path.size(), listed.path);
+  };
+  throw DataError("times must increase, and this is {} after {}: {}",
+                  TimeToString(file.time_ns),
+                  TimeToString(before.time_ns),
+                  file.time_ns == before.time_ns  ? "remove repeated times"
+                  : length(file) > length(before) ? "the names of the pictures go on, so correct "
+                                                    "the times, or sort the lines if they are right"
+                                                  : "sort the lines by time");
+}
+
 // Depth may be listed twice, because some recorders' depth is slower than their color. A color
 // picture may not, because each is a frame whose name must be unique.
 std::vector<ListedFile> ReadList(const SequenceFolder& folder,
@@ -55,9 +71,7 @@ std::vector<ListedFile> ReadList(const SequenceFolder& folder,
                         TimeToString(first->second));
       }
     }
-    if (files.size() > 1 && files.back().time_ns <= files[files.size() - 2].time_ns) {
-      throw DataError("times must increase: sort the list and remove repeated times");
-    }
+    if (files.size() > 1) CheckTimeIncreases(files[files.size() - 2], files.back());
   });
   return files;
 }

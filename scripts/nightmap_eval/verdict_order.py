@@ -9,7 +9,7 @@ import numpy as np
 from nightmap_eval.verdict import check
 
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?!.*\d)")  # the last of a name
-FEW_TRACKS = 0.15
+FEW_TRACKS, MANY_TRACKS = 0.15, 0.5
 GAP_INTERVALS, GAP_S = 5, 0.4
 USUAL = 0.75  # quantile of the intervals: where each frame is written twice, half of them are 1 ms
 
@@ -21,8 +21,7 @@ def order_checks(survey, frames):
                 "{value:.0f} % of the frames show another place than the frame before: are they in the order of recording, and none left "
                 "out? Else move slower, or record at a higher rate", usable=(0, 40))  # fmt: skip
     yield check("names against times", 100 * names_against_times(frames), "%", (0, 1), "recorders number pictures in the order of time",
-                "at {value:.0f} % of the frames the number in the file's name goes down: were names sorted as text (1, 10, 100, 2)? Pad "
-                "them with zeros, or correct the times")  # fmt: skip
+                "at {value:.0f} % of the frames the number in the file's name goes down: " + _names_or_times(survey, frames))  # fmt: skip
     gaps = gaps_s(frames)
     yield check("gaps in time", len(gaps), "", (0, 0), f"longer than {GAP_INTERVALS} usual intervals and {GAP_S} s: the camera may have "
                 "gone anywhere meanwhile",
@@ -31,14 +30,34 @@ def order_checks(survey, frames):
 
 def names_against_times(frames):
     """Share of the frames whose name has a smaller number than that of the frame before; 0 where names do not count."""
+    goes_down, is_counted = _where_names_go_down(frames)
+    return float(np.mean(goes_down[is_counted])) if is_counted.any() else 0.0
+
+
+def _where_names_go_down(frames):
+    """Per frame whether its name has a smaller number than that of the frame before, and whether both names count in one folder."""
     names = [PurePath(row["color_path"]) for row in frames.rows]
     found = [NUMBER.search(name.stem) for name in names]
-    if len(names) < 2 or None in found:
-        return 0.0
-    numbers = np.array([float(match.group()) for match in found])
+    numbers = np.array([float(match.group()) for match in found if match])
+    if len(names) < 2 or len(set(numbers.tolist())) < len(names):
+        return np.zeros((2, len(names)), bool)
     same = np.array([a.parent == b.parent for a, b in zip(names, names[1:])]) & (np.diff(frames.sequence_idxs) == 0)
-    steps = np.diff(numbers)[same]
-    return float(np.mean(steps < 0)) if len(steps) and len(set(numbers)) == len(numbers) else 0.0
+    return np.array([[False, *(np.diff(numbers) < 0) & same], [False, *same]])
+
+
+def _names_or_times(survey, frames):
+    """Which of the two the pictures support: frames in the order of recording show the same corners."""
+    goes_down, _ = _where_names_go_down(frames)
+    tracked = survey.column("tracked_share")[goes_down[np.searchsorted(frames.frame_idxs, survey.frame_idxs)]]
+    tracked = tracked[~np.isnan(tracked)]
+    if not len(tracked):
+        return "look at these pictures in the order of time: where they jump, correct the times, else leave them"
+    share = float(np.median(tracked))
+    seen = f"{100 * share:.0f} % of the corners are seen again"
+    if share >= MANY_TRACKS:
+        return f"the pictures go on there ({seen}), so the times are right: leave them, and sort nothing by name"
+    return (f"the pictures jump there ({seen}), so the times are wrong, as of names sorted as text (1, 10, 100, 2): correct the times, and "
+            "sort nothing by them")
 
 
 def gaps_s(frames):

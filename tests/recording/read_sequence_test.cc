@@ -116,8 +116,11 @@ TEST_F(ReadSequenceTest, DamagedFramesCarryTheirProblem) {
   EXPECT_EQ(frames[3].problem,
             "site/rgb/3.png: 33 x 24 pixels, its camera has 32 x 24: pictures of another size need "
             "another camera");
-  EXPECT_THAT(frames[4].depth_problem,
-              testing::HasSubstr("site/depth/4.png: 16 x 24 pixels, its camera has 32 x 24"));
+  EXPECT_THAT(
+      frames[4].depth_problem,
+      testing::HasSubstr("site/depth/4.png: 16 x 24 pixels, its camera has 32 x 24: depth of "
+                         "another size than color is not registered to it: give its "
+                         "[[camera]] depth_registered = false with depth_width"));
   EXPECT_THAT(frames[5].depth_problem,
               testing::HasSubstr("site/depth/5.png: depth must be one channel"));
   EXPECT_THAT(frames[6].problem, testing::StartsWith("site/rgb/6.png"));
@@ -139,6 +142,18 @@ TEST_F(ReadSequenceTest, TumColorWithoutDepthIsAProblemUnlessItIsAQuery) {
   NIGHTMAP_EXPECT_ERROR(DataError, Read(), "depth.txt: missing");
 }
 
+TEST_F(ReadSequenceTest, ListsAreNotSortedByTimesThatNamesContradict) {
+  WriteTum(2);
+  const auto expect = [&](const std::string& lines, const std::string& why) {
+    folder_.Write("site/rgb.txt", lines);
+    NIGHTMAP_EXPECT_ERROR(DataError, Read(), "times must increase, and this is 0.1");
+    NIGHTMAP_EXPECT_ERROR(DataError, Read(), why);
+  };
+  expect("0.2 rgb/2.png\n0.1 rgb/1.png\n", "after 0.200000: sort the lines by time");
+  expect("0.9 rgb/9.png\n0.1 rgb/10.png\n",
+         "the names of the pictures go on, so correct the times");
+}
+
 TEST_F(ReadSequenceTest, BadListsAreNamed) {
   WriteTum(2);
   const auto expect = [&](const std::string& line, const std::string& why) {
@@ -149,7 +164,8 @@ TEST_F(ReadSequenceTest, BadListsAreNamed) {
   expect("1.1", "1 columns, expected 2");
   expect("1.1 rgb/1.png x", "3 columns");
   expect("nan rgb/1.png", "not a time");
-  expect("0.1 rgb/1.png", "times must increase");
+  expect("0.1 rgb/1.png",
+         "times must increase, and this is 0.100000 after 0.100000: remove repeated times");
   for (const char* path :
        {"/rgb/1.png", "../1.png", "rgb/../../../outside.jpg", "./../site/1.png"}) {
     expect(std::string("1.1 ") + path, "leads out of the recording's folder: give a path inside");

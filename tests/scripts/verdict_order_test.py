@@ -8,10 +8,11 @@ import numpy as np
 
 import fake_site  # noqa: F401 (makes nightmap_eval importable)
 from nightmap_eval import verdict_order
+from nightmap_eval.verdict import LOOK
 
 
 def frames_named(names, times_s, sequences=None):
-    return SimpleNamespace(rows=[{"color_path": name} for name in names], times_ns=np.array([round(t * 1e9) for t in times_s]),
+    return SimpleNamespace(rows=[{"color_path": name} for name in names], frame_idxs=np.arange(len(names)), times_ns=np.array([round(t * 1e9) for t in times_s]),
                            sequence_idxs=np.array(sequences or [0] * len(names)))  # fmt: skip
 
 
@@ -19,6 +20,16 @@ class OrderTest(unittest.TestCase):
     def test_names_sorted_as_text(self):
         names = [f"rgb/{name}.png" for name in sorted(map(str, range(1, 121)))]
         self.assertGreater(verdict_order.names_against_times(frames_named(names, range(120))), 0.05)
+
+    def test_the_pictures_say_whether_names_or_times_are_right(self):
+        frames = frames_named([f"rgb/{name}.png" for name in sorted(map(str, range(1, 121)))], range(120))
+        for tracked, advice in ((0.9, "the times are right: leave them"), (0.05, "the times are wrong"), (np.nan, "look at these pictures")):
+            numbers = [int(row["color_path"][4:-4]) for row in frames.rows]
+            tracked_share = np.where(np.diff(numbers, prepend=0) < 0, tracked, 0.5)
+            survey = SimpleNamespace(frame_idxs=np.arange(120), column={"tracked_share": tracked_share}.get, share=lambda *_: 0.0)
+            found = {item.name: item for item in verdict_order.order_checks(survey, frames)}["names against times"]
+            self.assertEqual(found.verdict, LOOK)
+            self.assertIn(advice, found.advice)
 
     def test_names_that_count_with_time(self):
         for names in ([f"rgb/{i}.png" for i in range(120)], [f"rgb/1305031.{i:06d}.jpg" for i in range(120)]):
