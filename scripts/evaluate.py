@@ -22,6 +22,7 @@ from nightmap_eval.artifacts import (
     frames_apart,
     num_unusable_frames,
     to_json,
+    truths_apart,
     write_atomic,
 )
 from nightmap_eval.cloud_accuracy import cloud_metrics
@@ -35,6 +36,9 @@ from nightmap_eval.trajectory import associate, path_length_m, read_truth, read_
 from nightmap_eval.trajectory_errors import trajectory_metrics
 from nightmap_site.script_errors import DataError, run_main
 from nightmap_site.site import Site
+
+
+MAX_TURN_DEG = 30  # half of what a camera sees: no map hangs together that is wrong by more, by the same at all poses
 
 
 def parse_arguments():
@@ -87,7 +91,7 @@ def match_with_truth(estimate, truth, max_gap_ns):
     if len(pairs) < 3:
         raise DataError(
             f"{len(pairs)} frames have a true pose within {max_gap_ns / 1e9} s; "
-            "check ground_truth and time_offset_s of the site config"
+            "the ground_truth of the site config has to cover the frames, by their clock"
         )
     return estimate.select(pairs[:, 0]), truth.select(pairs[:, 1])
 
@@ -203,8 +207,15 @@ def evaluate_camera(site, arguments):
     return figures
 
 
+def refuse_truths_apart(site):
+    """A truth that fits no frame would pass for no truth."""
+    for file, _, what in truths_apart(site):
+        raise DataError(f"{file}: {what}")
+
+
 def evaluate(arguments):
     site = Site(arguments.site_dir, arguments.data)
+    refuse_truths_apart(site)
     metrics = {"format": "nightmap metrics", "version": 1, "site": site.name}
     if site.has_camera() and site.has("map_frame"):
         metrics |= evaluate_camera(site, arguments)
@@ -223,10 +234,15 @@ def print_summary(metrics):
     if not trajectory:
         print(f"{metrics['site']}: no ground truth: counts only, no accuracy")
         return
-    text = f"{metrics['site']}: ATE RMSE {100 * trajectory['se3']['ate_rmse_m']:.2f} cm (SE(3) alignment)"
+    se3 = trajectory["se3"]
+    text = f"{metrics['site']}: ATE RMSE {100 * se3['ate_rmse_m']:.2f} cm, {se3['rotation_rmse_deg']:.2f} deg (SE(3) alignment)"
     far = trajectory.get("relative_10m", {})
     if far.get("num_pairs"):
         text += f"; over 10 m {100 * far['translation_mean_m']:.2f} cm, {far['rotation_mean_deg']:.3f} deg"
+    turn_deg, most_deg = se3["rotation_median_deg"], se3["rotation_max_deg"]
+    if turn_deg > MAX_TURN_DEG and most_deg - turn_deg < MAX_TURN_DEG / 2:
+        text += (f"; the truth turns all poses by {turn_deg:.0f} deg: are its axes those of the camera (x right, y down, z forward) or of "
+                 "the robot (x forward, y left, z up)?")  # fmt: skip
     print(text)
 
 

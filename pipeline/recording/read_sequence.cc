@@ -156,6 +156,8 @@ RawSequence ReadSequence(const SiteConfig& site,
   AddChannel(folder, config.moving_folder, "moving_folder", kMovingChannel, &sequence);
   if (!config.ground_truth.empty()) {
     sequence.ground_truth = ReadTum(SitePath(site, config.ground_truth, data_root));
+    sequence.ground_truth_file =
+        (fs::path(site.root) / config.ground_truth).lexically_normal().generic_string();
   }
   AddOffset(config, &sequence);
   CheckFiles(folder, &sequence);

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from nightmap_eval.writing_folder import WritingFolder
-from nightmap_site.checked_reading import REMEDY, read_object, read_text, using
+from nightmap_site.checked_reading import NUMBER, REMEDY, read_object, read_text, using
 from nightmap_site.script_errors import DataError, writing
 from nightmap_site.unit_lists import read_shards, whole
 
@@ -117,6 +117,18 @@ def num_unusable_frames(site):
     path = site.made("frames", "report")
     report = read_object(path, {"?num_frames_unusable": int}) if path else {}
     return report.get("num_frames_unusable", 0)
+
+
+APART = {"?ground_truths_apart": [{"file": str, "apart_s": NUMBER}]}
+
+
+def truths_apart(site):
+    """(file, least time to a frame in s, what is wrong) of each ground truth that the site config names and that fits no frame or query."""
+    for path in filter(None, (site.made(job, "report") for job in ("frames", "queries"))):
+        for truth in read_object(path, APART).get("ground_truths_apart", []):
+            yield truth["file"], truth["apart_s"], (
+                f"gives no frame a pose: the nearest of its times is {truth['apart_s']:.6g} s from a frame's; correct its times to the "
+                "clock of the frames, or name another ground_truth (time_offset_s moves both)")  # fmt: skip
 
 
 def _rounded(value):

@@ -50,8 +50,8 @@ def summary(metrics, stages):
         parts.append(f"{_time(_total_s(stages))} of stage time")
     trajectory = lead_figures(metrics, "trajectory")
     if trajectory:
-        rmse_cm = 100 * trajectory["se3"]["ate_rmse_m"]
-        parts.append(f"trajectory error {rmse_cm:.1f} cm RMSE")
+        se3 = trajectory["se3"]
+        parts.append(f"trajectory error {100 * se3['ate_rmse_m']:.1f} cm and {se3['rotation_rmse_deg']:.1f} deg RMSE")
     elif metrics:
         parts.append("no ground truth, accuracy unknown")
     if "queries" in metrics:

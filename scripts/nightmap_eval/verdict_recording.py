@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from nightmap_eval.artifacts import Frames
+from nightmap_eval.artifacts import Frames, truths_apart
 from nightmap_eval.survey import Survey
 from nightmap_eval.verdict import check
 from nightmap_eval.verdict_depth import depth_checks
@@ -17,7 +17,15 @@ GAIN = 1.6  # automatic exposure takes several frames for as much
 
 def checks(site):
     survey, frames = Survey(site), Frames(site)
-    return [*order_checks(survey, frames), *_picture_checks(survey), *_repeat_checks(survey, frames), *depth_checks(site, survey)]
+    return [*_truth_checks(site), *order_checks(survey, frames), *_picture_checks(survey), *_repeat_checks(survey, frames),
+            *depth_checks(site, survey)]  # fmt: skip
+
+
+def _truth_checks(site):
+    for file, apart_s, what in truths_apart(site):
+        yield check("ground truth apart from the frames", apart_s, "s", (0, 0), "from a frame to the nearest time of the truth that the "
+                    "site config names: without a pose of the same time no accuracy can be measured",
+                    f"{file} {what}".replace("{", "{{").replace("}", "}}"))  # fmt: skip
 
 
 def _picture_checks(survey):

@@ -8,6 +8,7 @@
 #include "pipeline/recording/read_signals.h"
 #include "pipeline/recording/robot_truth.h"
 #include "pipeline/recording/site_config.h"
+#include "pipeline/recording/truths_apart.h"
 #include "stages/frames/frames.h"
 #include "stages/frames/write_frames.h"
 
@@ -25,6 +26,7 @@ int main(int argc, char** argv) {
         const SiteConfig site = ReadSiteConfig(context.Input("site"));
         context.BeginPart("list");
         auto sequences = ReadSequences(site, data_root);
+        ReportTruthsApart(sequences, context.Report());
         CheckAreas(site.cameras, options.max_picture_mpx);
         ReportLeftOut(options, SelectFrames(options, &sequences), context.Report());
         context.BeginPart("signals");

@@ -10,6 +10,7 @@
 #include "pipeline/program/stage_main.h"
 #include "pipeline/recording/inspect_frames.h"
 #include "pipeline/recording/site_config.h"
+#include "pipeline/recording/truths_apart.h"
 #include "stages/queries/picture_cameras.h"
 #include "stages/queries/write_queries.h"
 
@@ -38,6 +39,7 @@ int main(int argc, char** argv) {
           CheckCamera(frame, site.cameras, "the site config");
         const auto held_out_truth = ReadTum(context.Input("held_out_truth"));
         auto sequences = ReadQuerySequences(site, data_root);
+        ReportTruthsApart(sequences, context.Report());
         context.BeginPart("inspect");
         const auto cameras = FindPictureCameras(site, data_root, options, &sequences);
         HashCache files(context.FinalPath("list").replace_filename("hashes.csv"), data_root);

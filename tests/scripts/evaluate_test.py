@@ -16,7 +16,7 @@ from nightmap_eval.artifacts import to_json
 from nightmap_eval.cloud_accuracy import distances_m
 from nightmap_eval.grid import Grid, compare_with_plan, read_grid, read_pgm
 from nightmap_eval.ply import read_ply
-from nightmap_eval.trajectory import Similarity
+from nightmap_eval.trajectory import Similarity, quaternion
 from nightmap_site.script_errors import DataError
 
 IDENTITY = Similarity(1.0, np.eye(3), np.zeros(3))
@@ -50,6 +50,34 @@ class EvaluateTest(unittest.TestCase):
         self.assertEqual(metrics["coverage"]["num_frames_without_pose"], 0)
         self.assertEqual(metrics["coverage"]["num_keyframes"], 8)
         self.assertFalse(list(self.out.parent.glob(".writing.*")))
+
+    def test_the_line_has_the_rotation_and_what_turns_all_poses(self):
+        estimate = fake_site.write_site(self.site_dir)
+        self.assertRegex(self.evaluate().stdout, r"^office: ATE RMSE 0\.00 cm, 0\.00 deg \(SE\(3\) alignment\)$")
+        turn = fake_site.rotation_about([1, 0, 0], np.radians(165))  # as of other axes on the same body
+        estimate.quaternions[:] = [quaternion(rotation @ turn) for rotation in estimate.rotations()]
+        path = self.site_dir / "map_frame" / "trajectory.tum"
+        fake_site.write_tum(path, estimate)
+        self.assertRegex(self.evaluate().stdout, r"0\.00 cm, 165\.00 deg .*turns all poses by 165 deg: are its axes those of the camera")
+        angles_rad = np.linspace(0, 2, len(estimate))
+        estimate.quaternions[:] = [quaternion(rotation @ fake_site.rotation_about([1, 0, 0], angle_rad))
+                                   for rotation, angle_rad in zip(estimate.rotations(), angles_rad)]  # fmt: skip
+        fake_site.write_tum(path, estimate)
+        self.assertNotIn("axes", self.evaluate().stdout)  # a map that bends
+
+    def test_a_truth_by_another_clock_is_not_taken_for_none(self):
+        fake_site.write_site(self.site_dir, truth=False)
+        for job in ("frames", "queries"):
+            report = self.site_dir / job / "report.json"
+            report.parent.mkdir(exist_ok=True)
+            report.write_text(json.dumps({"ground_truths_apart": [{"file": "office/truth.txt", "apart_s": 7199.25}]}))
+            result = self.evaluate()
+            self.assertEqual(result.returncode, 1, job)
+            self.assertIn("office/truth.txt: gives no frame a pose: the nearest of its times is 7199.25 s from a frame's", result.stderr)
+            self.assertIn("correct its times to the clock of the frames", result.stderr)
+            self.assertFalse(self.out.exists())
+            report.unlink()
+        self.assertEqual(self.evaluate().returncode, 0)
 
     def test_same_bytes_twice(self):
         fake_site.write_site(self.site_dir)

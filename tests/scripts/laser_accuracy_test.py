@@ -132,7 +132,7 @@ class LaserSiteTest(unittest.TestCase):
 
     def test_the_summary_says_the_errors_or_that_there_is_no_truth(self):
         laser_site.write_site(self.site_dir)
-        self.assertRegex(self.evaluate().stdout, r"hall: ATE RMSE 0\.00 cm .*; over 10 m 0\.00 cm, 0\.000 deg")
+        self.assertRegex(self.evaluate().stdout, r"hall: ATE RMSE 0\.00 cm, 0\.00 deg .*; over 10 m 0\.00 cm, 0\.000 deg")
         (self.site_dir / "frames" / "robot_truth.tum").unlink()
         self.assertIn("no ground truth", self.evaluate().stdout)
         metrics = json.loads((self.site_dir / "evaluate" / "metrics.json").read_text())

@@ -153,6 +153,12 @@ class MapTest(unittest.TestCase):
         advice = {item.name: item.advice for item in verdict_recording.checks(self.site)}["frames without depth"]
         self.assertRegex(advice, "^no depth measured in 50 % of the frames: sunlight, .*range, or a covered projector$")
 
+    def test_a_truth_by_another_clock(self):
+        self.write("frames", ground_truths_apart=[{"file": "office/{truth}.txt", "apart_s": 7199.25}])
+        self.assertEqual(self.not_good(), {"ground truth apart from the frames"})
+        text = "\n".join(lines(verdict_recording.checks(self.site)))
+        self.assertIn("ground truth apart from the frames 7.2e+03 s (0 to 0 s): office/{truth}.txt gives no frame a pose: the nearest of its times is 7199.25 s", text)
+
     def test_without_depth(self):
         nothing = dict.fromkeys(("measured_share", "depth_p10_m", "depth_median_m", "depth_p90_m"), "")
         with mock.patch.dict(FRAME, nothing):
