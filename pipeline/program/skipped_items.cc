@@ -54,14 +54,14 @@ void SkippedItems::Check(std::size_t num_items, double max_failed_ratio) const {
           ? std::string()
           : fmt::format(" ({} other {})", num_other, num_other == 1 ? "cause" : "causes");
   throw DataError(
-      "{} of {} items were skipped, more than max_failed_ratio = {} allows; {}{}; repair {}; with "
-      "--log-level debug (make LOG_LEVEL=debug) the log names each",
+      "{} of {} items were skipped, more than max_failed_ratio = {} allows; {}{}; repair them{}; "
+      "with --log-level debug (make LOG_LEVEL=debug) the log names each",
       Count(),
       num_items,
       max_failed_ratio,
       CauseText(causes.front()),
       other,
-      Count() < num_items ? "them or raise max_failed_ratio" : "what all of them have in common");
+      Count() < num_items ? " or raise max_failed_ratio" : "");
 }
 
 std::string CauseText(const SkippedItems::Cause& cause) {

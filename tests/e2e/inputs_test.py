@@ -139,6 +139,15 @@ class InputsTest(unittest.TestCase):
         result = self.work.make("localize", "QUERY=a.png", "CAMERA=none")
         self.check(result, 2, "QUERY of make: no [[camera]] has id")
 
+    def test_a_truth_by_another_clock_is_an_error_of_evaluate(self):
+        path = self.work.data() / "groundtruth.txt"
+        lines = [line.split() for line in path.read_text().splitlines() if line and not line.startswith("#")]
+        path.write_text("".join(" ".join([str(float(line[0]) + 7200), *line[1:]]) + "\n" for line in lines))
+        self.check(self.work.make("check"), 0, "look at this: ground truth apart from the frames", "correct its times")
+        result = self.work.make("evaluate")
+        self.check(result, 2, "groundtruth.txt: gives no frame a pose", " s from a frame's", "correct its times to the clock of the frames")
+        self.assertNotIn("no ground truth", result.stdout)
+
     def test_one_picture_in_two_lines_of_a_list(self):
         rgb = self.work.data() / "rgb.txt"
         lines = rgb.read_text().splitlines()

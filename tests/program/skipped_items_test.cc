@@ -48,8 +48,7 @@ TEST(SkippedItems, NoRatioHelpsWhereAllItemsFail) {
   SkippedItems skipped;
   skipped.Add("a.png: truncated");
   skipped.Add("b.png: truncated");
-  NIGHTMAP_EXPECT_ERROR(
-      DataError, skipped.Check(2, 0.2), "is a.png; repair what all of them have in common; with");
+  NIGHTMAP_EXPECT_ERROR(DataError, skipped.Check(2, 0.2), "is a.png; repair them; with");
   NIGHTMAP_EXPECT_ERROR(DataError, skipped.Check(3, 0.2), "or raise max_failed_ratio");
 }
 
