@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "stages/map_frame/choose_up.h"
+
 namespace nightmap {
 
 std::string DescribeFloor(const MapFrame& frame) {
@@ -27,6 +29,14 @@ std::vector<std::string> FloorWarnings(const MapFrame& frame) {
         "at 0, or set map_frame.source = \"floor\"");
     return warnings;
   }
+  if (frame.up_odds && *frame.up_odds < kSureOfUp) {
+    warnings.push_back(fmt::format(
+        "up may be wrong: towards {} it fits what was seen only {:.1f} times as well as towards "
+        "{}; state robot_from_camera of the [[camera]] in the site config, or record acceleration",
+        frame.up_direction,
+        *frame.up_odds,
+        frame.next_up_direction));
+  }
   if (frame.floor_source != "floor plane") {
     warnings.push_back(fmt::format(
         "no floor was seen: z = 0 is the {}, so heights, grid and paths may be wrong; record the "
@@ -45,23 +55,30 @@ std::vector<std::string> FloorWarnings(const MapFrame& frame) {
 
 void LogFloor(const MapFrame& frame) {
   spdlog::info("{}", DescribeFloor(frame));
+  if (frame.up_odds)
+    spdlog::info("up is towards {} ({})", frame.up_direction, frame.gravity_source);
   for (const std::string& warning : FloorWarnings(frame)) spdlog::warn("{}", warning);
 }
 
 nlohmann::json Summarize(const MapFrame& frame) {
   const Eigen::Vector3d& t = frame.map_from_given.translation;
   const Eigen::Vector4d& q = frame.map_from_given.rotation.coeffs();
-  return {{"gravity_source", frame.gravity_source},
-          {"floor", DescribeFloor(frame)},
-          {"floor_warnings", FloorWarnings(frame)},
-          {"floor_source", frame.floor_source},
-          {"floor_area_m2", frame.floor_area_m2},
-          {"floor_num_keyframes", frame.floor_num_keyframes},
-          {"below_floor_percent", 100 * frame.below_floor_share},
-          {"camera_height_m", frame.camera_height_m},
-          {"map_from_given",
-           {{"translation_m", {t.x(), t.y(), t.z()}},
-            {"rotation_xyzw", {q.x(), q.y(), q.z(), q.w()}}}}};
+  nlohmann::json report = {{"gravity_source", frame.gravity_source},
+                           {"floor", DescribeFloor(frame)},
+                           {"floor_warnings", FloorWarnings(frame)},
+                           {"floor_source", frame.floor_source},
+                           {"floor_area_m2", frame.floor_area_m2},
+                           {"floor_num_keyframes", frame.floor_num_keyframes},
+                           {"below_floor_percent", 100 * frame.below_floor_share},
+                           {"camera_height_m", frame.camera_height_m},
+                           {"map_from_given",
+                            {{"translation_m", {t.x(), t.y(), t.z()}},
+                             {"rotation_xyzw", {q.x(), q.y(), q.z(), q.w()}}}}};
+  if (!frame.up_odds) return report;
+  report["up_odds"] = *frame.up_odds;
+  report["up_direction"] = frame.up_direction;
+  report["next_up_direction"] = frame.next_up_direction;
+  return report;
 }
 
 }  // namespace nightmap

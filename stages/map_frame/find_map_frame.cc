@@ -6,13 +6,19 @@
 #include <cmath>
 
 #include "stages/map_frame/choose_floor.h"
+#include "stages/map_frame/choose_up.h"
+#include "stages/map_frame/up_candidates.h"
 
 namespace nightmap {
 namespace {
 
-Eigen::Vector3d MeanCameraUp(const std::vector<Rigid3>& given_from_cameras) {
+constexpr double kUpWindow_rad = 0.15;  // what alignments and accelerometers are within
+
+// The mean in the given frame of a direction that each of the poses sees alike.
+Eigen::Vector3d MeanDirection(const std::vector<Rigid3>& given_from_sources,
+                              const Eigen::Vector3d& in_source) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Rigid3& pose : given_from_cameras) sum -= pose.rotation * Eigen::Vector3d::UnitY();
+  for (const Rigid3& pose : given_from_sources) sum += pose.rotation * in_source;
   return sum.normalized();
 }
 
@@ -82,21 +88,53 @@ Rigid3 MapFromGiven(const Plane& floor, const Rigid3& given_from_first_camera) {
   return {Eigen::Quaterniond(map_from_given).normalized(), -(map_from_given * origin)};
 }
 
+// Up by the pictures, of which the frame gets a description.
+Eigen::Vector3d UpFromPictures(const MapFrameOptions& options,
+                               const std::vector<SurfacePatch>& patches,
+                               const std::vector<Rigid3>& given_from_cameras,
+                               const UpInput& input,
+                               MapFrame* frame) {
+  frame->gravity_source = "camera attitude";
+  const Eigen::Vector3d attitude =
+      input.is_mount_stated ? MeanDirection(input.given_from_robots, Eigen::Vector3d::UnitZ())
+                            : MeanDirection(given_from_cameras, -Eigen::Vector3d::UnitY());
+  if (patches.empty()) return attitude;
+  const auto level = RefineUp(patches, attitude, options.floor_max_tilt_rad);
+  const UpChoice choice = ChooseUp(patches,
+                                   given_from_cameras,
+                                   input.given_from_robots,
+                                   input.is_mount_stated,
+                                   level ? *level : AlignToSurfaces(patches, attitude));
+  if (level) frame->gravity_source = "horizontal surfaces";
+  if (!choice.is_first) frame->gravity_source = "surfaces and motion";
+  frame->up_odds = choice.odds;
+  frame->up_direction = choice.direction;
+  frame->next_up_direction = choice.next_direction;
+  if (choice.is_first) return choice.up;
+  return RefineUp(patches, choice.up, kUpWindow_rad).value_or(choice.up);
+}
+
+Eigen::Vector3d FindUp(const MapFrameOptions& options,
+                       const std::vector<SurfacePatch>& patches,
+                       const std::vector<Rigid3>& given_from_cameras,
+                       const UpInput& input,
+                       MapFrame* frame) {
+  if (!input.measured_in_given) {
+    return UpFromPictures(options, patches, given_from_cameras, input, frame);
+  }
+  frame->gravity_source = "accelerometer";
+  return RefineUp(patches, *input.measured_in_given, kUpWindow_rad)
+      .value_or(*input.measured_in_given);
+}
+
 }  // namespace
 
 MapFrame FindMapFrame(const MapFrameOptions& options,
                       const std::vector<SurfacePatch>& patches,
                       const std::vector<Rigid3>& given_from_cameras,
-                      const std::optional<Eigen::Vector3d>& up_in_given) {
+                      const UpInput& input) {
   MapFrame frame;
-  const Eigen::Vector3d guess = up_in_given ? *up_in_given : MeanCameraUp(given_from_cameras);
-  frame.gravity_source = up_in_given ? "accelerometer" : "camera attitude";
-  Eigen::Vector3d up = guess;
-  if (const auto refined =
-          RefineUp(patches, guess, up_in_given ? 0.15 : options.floor_max_tilt_rad)) {
-    up = *refined;
-    if (!up_in_given) frame.gravity_source = "horizontal surfaces";
-  }
+  const Eigen::Vector3d up = FindUp(options, patches, given_from_cameras, input, &frame);
   const FloorChoice choice = ChooseFloor(options, patches, given_from_cameras, up);
   Plane floor{up, choice.surface.height_m};
   if (!choice.surface.cells.empty()) {

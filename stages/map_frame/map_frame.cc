@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/map_frame/map_frame.h"
 
+#include <algorithm>
+
 #include "pipeline/dense/rgbd_keyframes.h"
 #include "stages/map_frame/choose_floor.h"
 #include "stages/map_frame/find_map_frame.h"
@@ -8,16 +10,41 @@
 namespace nightmap {
 namespace {
 
-// given_from_robot of the keyframes.
+// A camera without a pose on the robot: z of the camera is x of the robot, -y is z.
+const Rigid3& UprightCamera() {
+  static const Rigid3 robot_from_camera{{0.5, -0.5, 0.5, -0.5}, Eigen::Vector3d::Zero()};
+  return robot_from_camera;
+}
+
+bool IsMountStated(const RgbdCamera& camera) {
+  return AngleBetween_rad(camera.robot_from_camera, Rigid3()) > 0;
+}
+
+// given_from_robot of the keyframes. `unstated`: robot_from_camera where no site config has it.
 std::vector<StampedPose> RobotPoses(const std::vector<Keyframe>& keyframes,
-                                    const std::vector<RgbdCamera>& cameras) {
+                                    const std::vector<RgbdCamera>& cameras,
+                                    const Rigid3& unstated) {
   std::vector<StampedPose> poses;
   for (const Keyframe& keyframe : keyframes) {
     const auto& camera = cameras[static_cast<std::size_t>(keyframe.frame.camera_idx)];
+    const Rigid3& robot_from_camera = IsMountStated(camera) ? camera.robot_from_camera : unstated;
     poses.push_back(
-        {keyframe.frame.time_ns, keyframe.map_from_camera * camera.robot_from_camera.Inverse()});
+        {keyframe.frame.time_ns, keyframe.map_from_camera * robot_from_camera.Inverse()});
   }
   return poses;
+}
+
+UpInput UpInputOf(const MapFrameInput& input, const std::vector<Keyframe>& keyframes) {
+  UpInput up;
+  for (const StampedPose& stamped : RobotPoses(keyframes, input.cameras, UprightCamera())) {
+    up.given_from_robots.push_back(stamped.pose);
+  }
+  up.is_mount_stated = std::ranges::any_of(input.cameras, IsMountStated);
+  if (!input.accelerometer.empty()) {
+    up.measured_in_given =
+        UpFromAccelerometer(input.accelerometer, RobotPoses(keyframes, input.cameras, Rigid3()));
+  }
+  return up;
 }
 
 }  // namespace
@@ -57,12 +84,8 @@ MapFrame RunMapFrame(const MapFrameOptions& options, const MapFrameInput& input,
     return frame;
   }
   const auto keyframes = SelectKeyframes(input.frames, input.cameras, input.keyframes, 1);
-  std::optional<Eigen::Vector3d> up_in_given;
-  if (!input.accelerometer.empty()) {
-    up_in_given = UpFromAccelerometer(input.accelerometer, RobotPoses(keyframes, input.cameras));
-  }
   const auto patches = SampleKeyframes(options, input, keyframes, num_threads);
-  return FindMapFrame(options, patches, given_from_cameras, up_in_given);
+  return FindMapFrame(options, patches, given_from_cameras, UpInputOf(input, keyframes));
 }
 
 }  // namespace nightmap

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,8 +42,12 @@ inline constexpr double kMaxBelowFloorShare = 0.05;
 
 struct MapFrame {
   Rigid3 map_from_given;
-  // "accelerometer", "horizontal surfaces", "camera attitude" or "given trajectory".
+  // "accelerometer"; "horizontal surfaces" or "camera attitude" where the camera was held as it is
+  // mounted, "surfaces and motion" where another direction fits better; "given trajectory".
   std::string gravity_source;
+  // Where up was found by pictures: see UpChoice.
+  std::optional<double> up_odds;
+  std::string up_direction, next_up_direction;
   // Names the surface at z = 0: "floor plane"; where no floor was seen "lowest horizontal plane",
   // "lowest points" or "lowest camera"; "given trajectory" where nothing was searched.
   std::string floor_source;

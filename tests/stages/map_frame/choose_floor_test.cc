@@ -141,8 +141,8 @@ TEST(ChooseFloor, IsTheFloorInRandomRoomsHoweverLargeTheirFurniture) {
     const Rect2& floor = room.slabs[0].rect;
     const Eigen::Vector3d on_floor((floor.x0 + floor.x1) / 2, (floor.y0 + floor.y1) / 2, 0);
     for (const bool has_accelerometer : {false, true}) {
-      const auto up = has_accelerometer ? std::optional(Eigen::Vector3d(0.01, 0, 1).normalized())
-                                        : std::nullopt;
+      UpInput up = Held(room.cameras);
+      if (has_accelerometer) up.measured_in_given = Eigen::Vector3d(0.01, 0, 1).normalized();
       const MapFrame frame = FindMapFrame({}, room.patches, room.cameras, up);
       EXPECT_EQ(frame.floor_source, "floor plane");
       EXPECT_NEAR((frame.map_from_given * on_floor).z(), 0, 0.02) << floor.Area();
@@ -211,7 +211,7 @@ MapFrame FrameOfKitchen(bool has_floor) {
       room.patches.push_back(patch);
     }
   }
-  return FindMapFrame({}, room.patches, room.cameras, std::nullopt);
+  return FindMapFrame({}, room.patches, room.cameras, Held(room.cameras));
 }
 
 TEST(ChooseFloor, IsTheFloorBesideACounterOfWhichMoreIsSeen) {
@@ -242,11 +242,11 @@ TEST(ChooseFloor, IsTheStoreyThatTheCamerasAreOn) {
     room.cameras.push_back(CameraAt({random.Uniform(1.1, 1.3), random.Uniform(0, 1.5), 1.2}, 3));
     Look(i, random, room);
   }
-  const MapFrame frame = FindMapFrame({}, room.patches, room.cameras, std::nullopt);
+  const MapFrame frame = FindMapFrame({}, room.patches, room.cameras, Held(room.cameras));
   EXPECT_NEAR(frame.camera_height_m, 1.2, 0.02);
   // Carried down there too, it is the lower one.
   room.cameras.push_back(CameraAt({0.5, 0.5, -1.8}, 3));
-  const MapFrame below = FindMapFrame({}, room.patches, room.cameras, std::nullopt);
+  const MapFrame below = FindMapFrame({}, room.patches, room.cameras, Held(room.cameras));
   EXPECT_NEAR(below.camera_height_m, 4.2, 0.02);
 }
 

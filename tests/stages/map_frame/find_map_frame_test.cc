@@ -54,7 +54,7 @@ TEST(FindMapFrame, PutsTheFloorAtZeroWhateverTheGivenFrame) {
                             random.Uniform(0, 3), Eigen::Vector3d(1, 2, -1).normalized())),
                         {1, 2, 3}};
     Move(motion, &patches, &cameras);
-    const MapFrame frame = FindMapFrame({}, patches, cameras, std::nullopt);
+    const MapFrame frame = FindMapFrame({}, patches, cameras, Held(cameras));
     EXPECT_EQ(frame.floor_source, "floor plane");
     EXPECT_EQ(frame.gravity_source, "horizontal surfaces");
     EXPECT_NEAR(frame.camera_height_m, 1.2, 0.01);
@@ -72,13 +72,13 @@ TEST(FindMapFrame, SmallPlaneIsNotCalledAFloor) {
   Random random(2);
   std::vector<SurfacePatch> patches;
   AddSquare(0, 0.3, random, &patches);
-  const MapFrame frame = FindMapFrame({}, patches, Cameras(0.6, 0.5), std::nullopt);
+  const MapFrame frame = FindMapFrame({}, patches, Cameras(0.6, 0.5), Held(Cameras(0.6, 0.5)));
   EXPECT_EQ(frame.floor_source, "lowest horizontal plane");
   EXPECT_NEAR(frame.camera_height_m, 0.6, 0.01);
 }
 
 TEST(FindMapFrame, WithoutAnySurfaceItFallsBackToTheCameras) {
-  const MapFrame frame = FindMapFrame({}, {}, Cameras(1, 0), std::nullopt);
+  const MapFrame frame = FindMapFrame({}, {}, Cameras(1, 0), Held(Cameras(1, 0)));
   EXPECT_EQ(frame.gravity_source, "camera attitude");
   EXPECT_EQ(frame.floor_source, "lowest camera");
   EXPECT_TRUE(frame.map_from_given.Matrix().allFinite());
@@ -90,7 +90,9 @@ TEST(FindMapFrame, AccelerometerDecidesWhereTheCameraIsTilted) {
   AddWall(random, &patches);  // a tilted camera takes a wall for the floor without gravity
   AddSquare(0, 3, random, &patches);
   const auto cameras = Cameras(1.2, 1.3);  // looks almost straight down
-  const MapFrame frame = FindMapFrame({}, patches, cameras, Eigen::Vector3d::UnitZ());
+  UpInput input = Held(cameras);
+  input.measured_in_given = Eigen::Vector3d::UnitZ();
+  const MapFrame frame = FindMapFrame({}, patches, cameras, input);
   EXPECT_EQ(frame.gravity_source, "accelerometer");
   EXPECT_EQ(frame.floor_source, "floor plane");
   EXPECT_NEAR(frame.camera_height_m, 1.2, 0.01);
