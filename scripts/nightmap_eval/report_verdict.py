@@ -24,6 +24,6 @@ def verdict_section(site):
         return None
     failed = [item for item in verdict["checks"] if item["verdict"] != GOOD]
     advice = [html.paragraph(f"{item['name']}: {item['advice']}", "failed") for item in failed]
-    rows = [(item["name"], item["verdict"], item["value"], item["unit"], item["limit"], item["reason"]) for item in verdict["checks"]]
+    rows = [(item["name"], item["verdict"], item.get("value", "not known"), item["unit"], item["limit"], item["reason"]) for item in verdict["checks"]]
     table = html.table(("check", "verdict", "value", "unit", "good", "reason of the limit"), rows)
     return html.section(f"Verdict: {verdict['verdict']}", html.Raw("".join([*advice, table])))

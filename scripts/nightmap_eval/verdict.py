@@ -7,18 +7,20 @@ from dataclasses import asdict, dataclass
 from nightmap_site.checked_reading import NUMBER
 
 # The fields of verdict.json, see nightmap_site.checked_reading.check.
-FORM = {"verdict": str, "checks": [{"name": str, "verdict": str, "value": NUMBER, "unit": str, "limit": str, "reason": str, "advice": str}]}
+FORM = {"verdict": str, "checks": [{"name": str, "verdict": str, "?value": NUMBER, "unit": str, "limit": str, "reason": str, "advice": str}]}
 
-GOOD, LOOK, REFUSE = VERDICTS = ("good", "look at this", "do not use")
+GOOD, NOT_KNOWN, LOOK, REFUSE = VERDICTS = ("good", "not known", "look at this", "do not use")
 
 
 @dataclass(frozen=True)
 class Check:
-    """value in `unit` against `limit` (text), with the reason of the limit. advice: what to do, empty where the verdict is good."""
+    """value in `unit` against `limit` (text), with the reason of the limit. advice: what to do, empty where the verdict is good.
+
+    A check that could not run has no value: it is not known, which is shown. Where the map may be wrong for it, look at this."""
 
     name: str
     verdict: str
-    value: float
+    value: float | None
     unit: str
     limit: str
     reason: str
@@ -29,6 +31,10 @@ def check(name, value, unit, good, reason, advice, usable=(-math.inf, math.inf))
     """A value that is good within `good` (least, largest), and of no use outside `usable`."""
     verdict = GOOD if _within(value, good) else LOOK if _within(value, usable) else REFUSE
     return Check(name, verdict, value, unit, _limit_text(good, unit), reason, "" if verdict == GOOD else advice.format(value=value))
+
+
+def unknown(name, reason, advice, matters=False):
+    return Check(name, LOOK if matters else NOT_KNOWN, None, "", "not measured", reason, advice)
 
 
 def _within(value, limits):
@@ -42,8 +48,9 @@ def _limit_text(limits, unit):
 
 
 def worst(checks):
-    """The verdict of all checks; good without any."""
-    return max((item.verdict for item in checks), key=VERDICTS.index, default=GOOD)
+    """The verdict of all checks; good without any, and where some are not known that do not matter."""
+    found = max((item.verdict for item in checks), key=VERDICTS.index, default=GOOD)
+    return GOOD if found == NOT_KNOWN else found
 
 
 def checks_of(site, goals):
@@ -54,7 +61,7 @@ def checks_of(site, goals):
 
 def verdict_json(site, checks):
     return {"format": "nightmap verdict", "version": 1, "site": site.name, "verdict": worst(checks),
-            "checks": [asdict(item) for item in checks]}  # fmt: skip
+            "checks": [{key: value for key, value in asdict(item).items() if value is not None} for item in checks]}  # fmt: skip
 
 
 def lines(checks):
@@ -62,4 +69,5 @@ def lines(checks):
     yield f"verdict: {worst(checks)}"
     for item in checks:
         if item.verdict != GOOD:
-            yield f"  {item.verdict}: {item.name} {item.value:.3g} {item.unit} ({item.limit}): {item.advice}"
+            value = "not known" if item.value is None else f"{item.value:.3g} {item.unit}"
+            yield f"  {item.verdict}: {item.name} {value} ({item.limit}): {item.advice}"

@@ -3,7 +3,7 @@
 
 import math
 
-from nightmap_eval.verdict import check
+from nightmap_eval.verdict import check, unknown
 from nightmap_site.checked_reading import NUMBER, read_object
 from nightmap_site.job_results import StageResult
 
@@ -12,9 +12,11 @@ CLOUD = {"?held_out_rays_agreeing_percent": NUMBER, "?held_out_rays_blocked_perc
 
 def checks(site):
     report = read_object(site.path("join_clouds", "report"), CLOUD)
-    if "held_out_rays_agreeing_percent" in report:
-        yield check("held-out rays", report["held_out_rays_agreeing_percent"], "%", (85, 100), "depth of every tenth keyframe ends on the "
-                    "cloud of the others, where both see the same place",
+    reason = "depth of every tenth keyframe ends on the cloud of the others, where both see the same place"
+    if "held_out_rays_agreeing_percent" not in report:
+        yield unknown("held-out rays", reason, "too few keyframes, or none that see the same place")
+    else:
+        yield check("held-out rays", report["held_out_rays_agreeing_percent"], "%", (85, 100), reason,
                     "only {value:.0f} % of the held-out depth ends on the cloud: the way is wrong, or much of the picture moves (profile "
                     "moving)", usable=(60, 100))  # fmt: skip
     figures = StageResult(site.folder_of("point_cloud")).figures()

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from nightmap_eval.verdict import check
+from nightmap_eval.verdict import check, unknown
 from nightmap_site.checked_reading import NUMBER, read_object
 
 MIN_FLOW_PX = 2  # of a picture 320 wide, per frame: less moves the edges too little
@@ -36,7 +36,8 @@ def depth_checks(site, survey):
 
 def _alignment_checks(survey):
     if len(survey.by_frame_offset) < 3:
-        return  # no statistics
+        yield unknown("depth against color", "edges of depth are edges of the color picture", "too few frames for statistics")
+        return
     offset = best_offset(survey.by_frame_offset)
     yield check("depth against color, frames", offset, "frames", (0, 0), "edges of depth are edges of the color picture of the same moment",
                 "depth fits the color pictures {value:+.0f} frames away better: pair depth and color by time")  # fmt: skip

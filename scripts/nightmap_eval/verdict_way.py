@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks of the camera's way through the map: speed, agreement with the odometry, the floor under it."""
 
+import math
+
 import numpy as np
 
 from nightmap_eval.artifacts import BRIDGED, STARTED, Frames, bridged_frames, frames_apart, shard_names, tracking_states
 from nightmap_eval.trajectory import angles_deg, read_tum
-from nightmap_eval.verdict import check
+from nightmap_eval.verdict import check, unknown
 from nightmap_site.checked_reading import NUMBER, read_object, using
 
 APART_NS = 1_000_000_000  # over less the noise of two poses passes for motion: some recorders write each frame twice, 1 ms apart
-FLOOR = {"?floor_source": str, "?camera_height_m": NUMBER, "?below_floor_percent": NUMBER, "?floor_warnings": [str]}
+FLOOR = {"?floor_source": str, "?camera_height_m": NUMBER, "?below_floor_percent": NUMBER, "?floor_warnings": [str],
+         "?gravity_source": str, "?up_odds": NUMBER, "?up_warning": str}
 
 
 def checks(site):
@@ -17,15 +20,30 @@ def checks(site):
     yield from _speed_checks(site, trajectory)
     yield from _odometry_checks(site, trajectory)
     floor = read_object(site.path("map_frame", "report"), FLOOR)
-    if floor.get("floor_source") != "floor plane":
-        return
-    height_m = floor.get("camera_height_m", 0.0)
-    yield check("camera height", height_m, "m", (0.15, 2.5), "above what was taken for the floor; robots and people carry cameras so",
-                "the camera is {value:.2f} m above what was taken for the floor: a table, a counter or another storey? Is "
-                "depth_units_per_m right?")  # fmt: skip
-    yield check("below the floor", floor.get("below_floor_percent", 0.0), "%", (0, 3), "of the measured points: nothing is below a floor",
-                "{value:.1f} % of what was seen lies below what was taken for the floor: it may be a table or a counter "
-                "(map_frame.floor_min_camera_height_m)")  # fmt: skip
+    yield from _up_checks(floor)
+    yield from _floor_checks(floor)
+
+
+def _up_checks(floor):
+    reason = "of what was seen, for the direction of up and for the next likely: z of the map is wrong if it is that one"
+    if "up_odds" in floor:
+        yield check("direction of up", floor["up_odds"], "times as likely", (10, math.inf), reason,
+                    floor.get("up_warning", "").replace("{", "{{").replace("}", "}}"))  # fmt: skip
+    elif floor.get("gravity_source") == "camera attitude":
+        yield unknown("direction of up", reason, "no surface was seen: z of the map is up only if the camera was held level", matters=True)
+
+
+def _floor_checks(floor):
+    height, below = "above what was taken for the floor; robots and people carry cameras so", "of the measured points: nothing is below a floor"
+    if floor.get("floor_source") == "floor plane":
+        yield check("camera height", floor.get("camera_height_m", 0.0), "m", (0.15, 2.5), height, "the camera is {value:.2f} m above what "
+                    "was taken for the floor: a table, a counter or another storey? Is depth_units_per_m right?")  # fmt: skip
+        yield check("below the floor", floor.get("below_floor_percent", 0.0), "%", (0, 3), below,
+                    "{value:.1f} % of what was seen lies below what was taken for the floor: it may be a table or a counter "
+                    "(map_frame.floor_min_camera_height_m)")  # fmt: skip
+    elif floor.get("floor_source") != "given trajectory":
+        yield unknown("camera height", height, "no floor was seen")
+        yield unknown("below the floor", below, "no floor was seen")
     warnings = floor.get("floor_warnings", [])
     yield check("warnings of the floor", len(warnings), "", (0, 0), "of map_frame", "; ".join(warnings).replace("{", "{{").replace("}", "}}"))
 

@@ -20,6 +20,16 @@ std::string DescribeFloor(const MapFrame& frame) {
                      height);
 }
 
+std::string UpWarning(const MapFrame& frame) {
+  if (!frame.up_odds || *frame.up_odds >= kSureOfUp) return "";
+  return fmt::format(
+      "up may be wrong: towards {} it fits what was seen only {:.1f} times as well as towards {}; "
+      "state robot_from_camera of the [[camera]] in the site config, or record acceleration",
+      frame.up_direction,
+      *frame.up_odds,
+      frame.next_up_direction);
+}
+
 std::vector<std::string> FloorWarnings(const MapFrame& frame) {
   std::vector<std::string> warnings;
   if (frame.IsGiven()) {
@@ -28,14 +38,6 @@ std::vector<std::string> FloorWarnings(const MapFrame& frame) {
         "the given trajectory does not lie above z = 0: its z must point up and the floor must be "
         "at 0, or set map_frame.source = \"floor\"");
     return warnings;
-  }
-  if (frame.up_odds && *frame.up_odds < kSureOfUp) {
-    warnings.push_back(fmt::format(
-        "up may be wrong: towards {} it fits what was seen only {:.1f} times as well as towards "
-        "{}; state robot_from_camera of the [[camera]] in the site config, or record acceleration",
-        frame.up_direction,
-        *frame.up_odds,
-        frame.next_up_direction));
   }
   if (frame.floor_source != "floor plane") {
     warnings.push_back(fmt::format(
@@ -57,6 +59,7 @@ void LogFloor(const MapFrame& frame) {
   spdlog::info("{}", DescribeFloor(frame));
   if (frame.up_odds)
     spdlog::info("up is towards {} ({})", frame.up_direction, frame.gravity_source);
+  if (const std::string warning = UpWarning(frame); !warning.empty()) spdlog::warn("{}", warning);
   for (const std::string& warning : FloorWarnings(frame)) spdlog::warn("{}", warning);
 }
 
@@ -76,6 +79,7 @@ nlohmann::json Summarize(const MapFrame& frame) {
                              {"rotation_xyzw", {q.x(), q.y(), q.z(), q.w()}}}}};
   if (!frame.up_odds) return report;
   report["up_odds"] = *frame.up_odds;
+  report["up_warning"] = UpWarning(frame);
   report["up_direction"] = frame.up_direction;
   report["next_up_direction"] = frame.next_up_direction;
   return report;

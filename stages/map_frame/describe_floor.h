@@ -12,10 +12,13 @@ namespace nightmap {
 
 std::string DescribeFloor(const MapFrame& frame);
 
+// Why z may not be up, with both directions that fit; empty if there is no doubt.
+std::string UpWarning(const MapFrame& frame);
+
 // Reasons why z = 0 may not be the floor; empty if there are none.
 std::vector<std::string> FloorWarnings(const MapFrame& frame);
 
-// Logs the floor and its warnings.
+// Logs the floor and all warnings.
 void LogFloor(const MapFrame& frame);
 
 // The stage's report.

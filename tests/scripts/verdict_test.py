@@ -17,7 +17,8 @@ from fake_site import walk
 from nightmap_eval import verdict_calibration, verdict_cloud, verdict_depth, verdict_recording, verdict_way
 from nightmap_eval.map_needs import map_needs, needs_line
 from nightmap_eval.survey import COLUMNS
-from nightmap_eval.verdict import GOOD, LOOK, REFUSE, check, lines, worst
+from nightmap_eval.verdict import FORM, GOOD, LOOK, NOT_KNOWN, REFUSE, check, lines, unknown, verdict_json, worst
+from nightmap_site.checked_reading import read_object
 from nightmap_site.site import Site
 
 # A frame of a good recording.
@@ -45,6 +46,18 @@ class CheckTest(unittest.TestCase):
         self.assertEqual(worst([]), GOOD)
         self.assertEqual(worst([good, look, good]), LOOK)
         self.assertEqual(worst([look, refuse, good]), REFUSE)
+
+    def test_what_could_not_be_measured_is_shown_and_never_passes_for_good(self):
+        shown, matters = unknown("height", "reason", "no floor was seen"), unknown("up", "reason", "unknown up", matters=True)
+        self.assertEqual((shown.verdict, matters.verdict), (NOT_KNOWN, LOOK))
+        self.assertEqual(worst([shown]), GOOD)
+        self.assertEqual(worst([shown, matters]), LOOK)
+        self.assertEqual(list(lines([shown]))[1], "  not known: height not known (not measured): no floor was seen")
+        written = json.loads(json.dumps(verdict_json(SimpleNamespace(name="x"), [shown])))
+        self.assertNotIn("value", written["checks"][0])
+        path = Path(self.enterContext(tempfile.TemporaryDirectory())) / "verdict.json"
+        path.write_text(json.dumps(written))
+        self.assertEqual(read_object(path, FORM)["checks"][0]["verdict"], NOT_KNOWN)
 
     def test_the_text_names_what_is_not_good(self):
         checks = [check("speed", 9.0, "m/s", (0, 3), "", "too fast"), check("height", 1.0, "m", (0, 3), "", "")]

@@ -7,6 +7,7 @@ import unittest
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from unittest import mock
 
 import h5py
 import numpy as np
@@ -17,7 +18,7 @@ from nightmap_eval import verdict_way
 from nightmap_eval.artifacts import BRIDGED, STARTED
 from nightmap_site.script_errors import DataError
 from nightmap_eval.trajectory import Trajectory, quaternion
-from nightmap_eval.verdict import GOOD, LOOK, REFUSE
+from nightmap_eval.verdict import GOOD, LOOK, NOT_KNOWN, REFUSE, worst
 from nightmap_site.site import Site
 
 TRACKED = np.zeros(fake_site.NUM_FRAMES, int)
@@ -133,6 +134,34 @@ class SiteTest(unittest.TestCase):
         self.write_odometry(walk(), TRACKED)
         self.write_json("pose_graph", parts=[{"runs": [[0, 19], [21, 39]]}, {"runs": [[20, 20]]}])
         self.assertEqual(self.verdicts()["speed"], GOOD)
+
+
+class FloorTest(unittest.TestCase):
+    def judged(self, **report):
+        path = Path(self.enterContext(tempfile.TemporaryDirectory())) / "report.json"
+        path.write_text(json.dumps(report))
+        with mock.patch.object(verdict_way, "read_tum"), mock.patch.multiple(verdict_way, _speed_checks=lambda *_: [], _odometry_checks=lambda *_: []):
+            return {item.name: item for item in verdict_way.checks(SimpleNamespace(path=lambda *_: path))}
+
+    def test_up_is_doubted_where_another_direction_fits_as_well(self):
+        seen = {"floor_source": "floor plane", "camera_height_m": 1.0, "below_floor_percent": 0}
+        self.assertEqual(worst(self.judged(**seen, up_odds=10.0, up_warning="").values()), GOOD)
+        doubtful = self.judged(**seen, up_odds=2.0, up_warning="the top or {the left}")["direction of up"]
+        self.assertEqual((doubtful.verdict, doubtful.advice), (LOOK, "the top or {the left}"))
+        self.assertNotIn("direction of up", self.judged(**seen, gravity_source="accelerometer"))
+
+    def test_without_a_surface_up_is_not_known(self):
+        up = self.judged(floor_source="lowest camera", gravity_source="camera attitude")["direction of up"]
+        self.assertEqual((up.verdict, up.value), (LOOK, None))
+
+    def test_checks_of_a_floor_that_was_not_seen_do_not_pass(self):
+        unseen = self.judged(floor_source="lowest points", up_odds=99.0, camera_height_m=1.0, floor_warnings=["no floor was seen"])
+        self.assertEqual([unseen[name].verdict for name in ("camera height", "below the floor", "warnings of the floor")],
+                         [NOT_KNOWN, NOT_KNOWN, LOOK])  # fmt: skip
+        self.assertEqual(worst(unseen.values()), LOOK)
+
+    def test_a_given_frame_is_asked_for_its_warnings_alone(self):
+        self.assertEqual(set(self.judged(floor_source="given trajectory", floor_warnings=[])), {"warnings of the floor"})
 
 
 if __name__ == "__main__":

@@ -214,19 +214,19 @@ TEST(FindMapFrame, StandsACameraOnItsSideUpright) {
   EXPECT_TRUE(FloorWarnings(frame).empty());
 }
 
-TEST(FloorWarnings, NameBothDirectionsWhereUpIsDoubtful) {
+TEST(UpWarning, NamesBothDirectionsWhereUpIsDoubtful) {
   MapFrame frame;
-  frame.floor_source = "floor plane";
+  EXPECT_EQ(UpWarning(frame), "");
   frame.up_odds = kSureOfUp;
-  EXPECT_TRUE(FloorWarnings(frame).empty());
+  EXPECT_EQ(UpWarning(frame), "");
   frame.up_odds = 2.0;
   frame.up_direction = "the top of the picture";
   frame.next_up_direction = "the left of the picture, 90 deg from it";
-  const auto warnings = FloorWarnings(frame);
-  ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find(frame.up_direction), std::string::npos);
-  EXPECT_NE(warnings[0].find(frame.next_up_direction), std::string::npos);
+  const std::string warning = UpWarning(frame);
+  EXPECT_NE(warning.find(frame.up_direction), std::string::npos);
+  EXPECT_NE(warning.find(frame.next_up_direction), std::string::npos);
   EXPECT_EQ(Summarize(frame).at("up_odds"), 2.0);
+  EXPECT_EQ(Summarize(frame).at("up_warning"), warning);
 }
 
 }  // namespace choose_up_test
