@@ -42,11 +42,13 @@ void CheckEndMark(const std::filesystem::path& path, std::string_view format) {
 }
 
 // A PNG or JPEG of an unusual kind is left to the module, like all other pictures.
-std::unique_ptr<PictureFile> OpenAs(std::string_view format, const std::filesystem::path& path) {
+std::unique_ptr<PictureFile> OpenAs(std::string_view format,
+                                    PngValues values,
+                                    const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::file_size(path, ignored) <= kMaxFile_bytes) {
     std::unique_ptr<PictureFile> file;
-    if (format == "png") file = OpenPng(ReadFile(path));
+    if (format == "png") file = OpenPng(ReadFile(path), values);
     if (format == "jpeg") file = OpenJpeg(ReadFile(path));
     if (file) return file;
     if (format == "heif") CheckHeifSizes(path, ReadFile(path));
@@ -54,24 +56,39 @@ std::unique_ptr<PictureFile> OpenAs(std::string_view format, const std::filesyst
   return LoadedMedia().OpenPicture(path, format);
 }
 
-std::unique_ptr<PictureFile> Open(const std::filesystem::path& path) {
+std::unique_ptr<PictureFile> Open(const std::filesystem::path& path,
+                                  PngValues values = PngValues::kColors) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) {  // opening a pipe would block
     const bool is_there = std::filesystem::exists(path, ignored);
     throw DataError("{}: {}", path.string(), is_there ? "not a file" : "no such image file");
   }
-  auto file = OpenAs(FormatOfFile(path), path);
+  auto file = OpenAs(FormatOfFile(path), values, path);
   CheckPictureSize(path, file->info.width, file->info.height, file->info.num_channels);
   CheckEndMark(path, file->format);
   return file;
 }
 
+// Other formats' readers scale values of few bits to 8 bits.
+std::unique_ptr<PictureFile> OpenLabels(const std::filesystem::path& path) {
+  auto file = Open(path, PngValues::kIndices);
+  if (file->format == "png") return file;
+  throw DataError(
+      "{}: labels must be PNG files, this is of format {}", path.string(), file->format);
+}
+
 template <typename T>
-Image<T> Decode(PictureFile& file, const std::filesystem::path& path) {
-  const ImageInfo& info = file.info;
+Image<T> Unread(const ImageInfo& info) {
   Image<T> image{info.width, info.height, info.num_channels, {}};
   image.pixels.resize(static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.height) *
                       static_cast<std::size_t>(info.num_channels));
+  return image;
+}
+
+template <typename T>
+Image<T> Decode(PictureFile& file, const std::filesystem::path& path) {
+  const ImageInfo& info = file.info;
+  auto image = Unread<T>(info);
   if (file.Read(image.pixels.data())) return image;
   const auto other = LoadedMedia().OpenPicture(path, file.format);  // or says what is wrong
   if (other->info.width != info.width || other->info.height != info.height ||
@@ -175,16 +192,20 @@ RawDepthImage ReadRawDepthOf(const Camera& camera, const std::filesystem::path& 
   return Decode<std::uint16_t>(*file, path);
 }
 
-GrayImage ReadGrayImage(const std::filesystem::path& path) {
-  const auto file = Open(path);
-  if (file->info.num_channels != 1 || file->type != "uint8") {
-    throw DataError("{}: expected one channel of 8 bits, this has {} of {}",
+LabelImage ReadLabelImage(const std::filesystem::path& path) {
+  const auto file = OpenLabels(path);
+  if (file->info.num_channels != 1 || file->info.num_bits != 8) {
+    throw DataError("{}: labels must be one channel of 8 bits, this has {} of {}",
                     path.string(),
                     file->info.num_channels,
-                    file->type);
+                    file->info.num_bits);
   }
-  return Decode<std::uint8_t>(*file, path);
+  LabelImage labels = Unread<std::uint8_t>(file->info);
+  if (file->Read(labels.pixels.data())) return labels;  // other readers would read colors
+  throw DataError("{}: cannot be decoded: copy it again", path.string());
 }
+
+ImageInfo InspectLabelImage(const std::filesystem::path& path) { return OpenLabels(path)->info; }
 
 ImageInfo InspectImage(const std::filesystem::path& path) {
   const auto file = Open(path);

@@ -76,8 +76,12 @@ std::filesystem::path VideoFramePath(const std::filesystem::path& video, int fra
 std::optional<std::pair<std::filesystem::path, int>> SplitVideoFramePath(
     const std::filesystem::path& path);
 
-// Reads one 8-bit channel (labels, masks, grids).
-GrayImage ReadGrayImage(const std::filesystem::path& path);
+// Reads labels or a mask: the values as stored. Those of a PNG of 1, 2 or 4 bits, or of a palette,
+// are indices, which no color of a palette replaces. Throws DataError naming the file when it has
+// more than one channel, more than 8 bits or is no PNG.
+LabelImage ReadLabelImage(const std::filesystem::path& path);
+// As InspectImage, of what ReadLabelImage reads: one channel of 8 bits.
+ImageInfo InspectLabelImage(const std::filesystem::path& path);
 
 // Writes 8-bit (1 or 3 channels) and 16-bit PNG with fixed compression and no metadata: equal
 // pixels give equal bytes. Throws DataError.

@@ -95,7 +95,7 @@ void ExpectRefused(const std::filesystem::path& path, const std::string& why) {
   NIGHTMAP_EXPECT_ERROR(DataError, InspectImage(path), why);
   NIGHTMAP_EXPECT_ERROR(DataError, ReadColorImage(path), why);
   NIGHTMAP_EXPECT_ERROR(DataError, ReadRawDepth(path), why);
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadGrayImage(path), why);
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadLabelImage(path), why);
 }
 
 // OpenImageIO reads videos too, and answers with their first frame.

@@ -274,6 +274,26 @@ TEST_F(ReadSequenceTest, PicturesOfWhatMovesAreAChannelOfTheirOwn) {
   EXPECT_FALSE(frames[1].others.contains("label"));
 }
 
+// A PNG of 32 x 24 pixels of 1 bit, with a palette.
+constexpr const char* kPalettePng =
+    "89504e470d0a1a0a0000000d4948445200000020000000180103000000a19d6d7700000006504c5445000000"
+    "ff804056a054f90000000e4944415478da63f80f040cf427006b425fa1db762de00000000049454e44ae4260"
+    "82";
+
+TEST_F(ReadSequenceTest, LabelPicturesMayHaveAPalette) {
+  WriteTum(1);
+  config_.label_folder = "labels";
+  std::string bytes;
+  for (std::size_t i = 0; kPalettePng[i] != 0; i += 2) {
+    bytes += static_cast<char>(std::stoi(std::string(kPalettePng + i, 2), nullptr, 16));
+  }
+  std::filesystem::create_directories(folder_ / "site/labels");
+  folder_.Write("site/labels/0.png", bytes);
+  const auto frames = Inspect().frames;
+  EXPECT_TRUE(frames[0].others_problems.empty());
+  EXPECT_TRUE(frames[0].others.contains("label"));
+}
+
 TEST_F(ReadSequenceTest, LabelPicturesHaveTheStemOfTheColorPicture) {
   WriteTum(4);
   config_.label_folder = "labels";
