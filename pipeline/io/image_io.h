@@ -60,13 +60,15 @@ struct ImageInfo {
 // its end mark, as after an interrupted copy.
 ImageInfo InspectImage(const std::filesystem::path& path);
 
-// Properties of a video. Frames are counted by reading through the file, since headers only
-// estimate their number.
+// Properties of a video, whose pixels are as stored: a rotation for the display turns neither them
+// nor width and height. Frames are counted by reading through the file, since headers only estimate
+// their number.
 struct VideoInfo {
   int width = 0;
   int height = 0;
   int num_frames = 0;
-  double frame_rate_hz = 0;
+  double frame_rate_hz = 0;            // as the header says
+  std::vector<std::int64_t> times_ns;  // of each frame, as the container says; from 0
 };
 VideoInfo InspectVideo(const std::filesystem::path& path);
 // Number of video frames that this process has decoded, whether returned or passed over; for tests.

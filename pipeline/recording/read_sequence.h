@@ -29,6 +29,7 @@ struct RawSequence {
   std::string rig;                        // sequences of one rig record at once; empty: none
   std::vector<RawFrame> frames;           // times increase
   std::vector<StampedPose> ground_truth;  // world_from_camera, times increase; may be empty
+  std::vector<std::string> left_out;  // files at the end that belong to no frame, with the reason
 };
 
 // Lists, associates and times the pictures without reading pixels (except that it reads through a
