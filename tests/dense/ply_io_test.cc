@@ -93,7 +93,7 @@ TEST_F(PlyIoTest, PclReadsTheLabels) {
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     EXPECT_EQ(cloud[i].x, written[i].position_in_map.x());
     EXPECT_EQ(cloud[i].label, written[i].label);
-    EXPECT_EQ(fields.at<float>(i, scalar->offset), written[i].label);
+    EXPECT_EQ(fields.at<float>(static_cast<pcl::uindex_t>(i), scalar->offset), written[i].label);
   }
 }
 
