@@ -17,15 +17,27 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "points are copied as they are in memory");
 
-constexpr std::size_t kPointBytes = 6 * sizeof(float) + 3 + sizeof(std::uint16_t);
+constexpr std::size_t kUnlabelledBytes = 6 * sizeof(float) + 3;
 constexpr std::string_view kBeforeCount =
     "ply\nformat binary_little_endian 1.0\n"
     "comment nightmap point cloud, metres, map frame (z up)\nelement vertex ";
 constexpr std::string_view kAfterCount =
     "\nproperty float x\nproperty float y\nproperty float z\n"
     "property float nx\nproperty float ny\nproperty float nz\n"
-    "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty ushort label\n"
-    "end_header\n";
+    "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+constexpr std::string_view kUshortLabel = "property ushort label\nend_header\n";
+constexpr std::string_view kUintAndScalarLabel =
+    "property uint label\nproperty float scalar_label\nend_header\n";
+
+std::string_view PropertiesOf(PlyLabels labels) {
+  return labels == PlyLabels::kUshort ? kUshortLabel : kUintAndScalarLabel;
+}
+
+std::size_t PointBytes(PlyLabels labels) {
+  return kUnlabelledBytes + (labels == PlyLabels::kUshort ? sizeof(std::uint16_t)
+                                                          : sizeof(std::uint32_t) + sizeof(float));
+}
+constexpr std::size_t kMaxPointBytes = kUnlabelledBytes + sizeof(std::uint32_t) + sizeof(float);
 
 template <typename T>
 void Put(const T& value, char*& to) {
@@ -39,30 +51,37 @@ void Take(const char*& from, T& value) {
   from += sizeof(value);
 }
 
-CloudPoint TakePoint(const char* from) {
+CloudPoint TakePoint(const char* from, PlyLabels labels) {
   CloudPoint point;
   for (int axis = 0; axis < 3; ++axis) Take(from, point.position_in_map[axis]);
   for (int axis = 0; axis < 3; ++axis) Take(from, point.normal_in_map[axis]);
   Take(from, point.rgb);
-  Take(from, point.label);
+  std::uint32_t label = 0;
+  std::memcpy(&label, from, labels == PlyLabels::kUshort ? 2 : 4);
+  point.label = static_cast<std::uint16_t>(label);
   return point;
 }
 
 }  // namespace
 
-PlyWriter::PlyWriter(const std::filesystem::path& path, std::size_t num_points)
-    : path_(path), stream_(path, std::ios::binary | std::ios::trunc) {
-  stream_ << kBeforeCount << num_points << kAfterCount;
+PlyWriter::PlyWriter(const std::filesystem::path& path, std::size_t num_points, PlyLabels labels)
+    : path_(path), labels_(labels), stream_(path, std::ios::binary | std::ios::trunc) {
+  stream_ << kBeforeCount << num_points << kAfterCount << PropertiesOf(labels);
 }
 
 void PlyWriter::Add(const CloudPoint& point) {
-  std::array<char, kPointBytes> bytes{};
+  std::array<char, kMaxPointBytes> bytes{};
   char* to = bytes.data();
   for (int axis = 0; axis < 3; ++axis) Put(point.position_in_map[axis], to);
   for (int axis = 0; axis < 3; ++axis) Put(point.normal_in_map[axis], to);
   Put(point.rgb, to);
-  Put(point.label, to);
-  stream_.write(bytes.data(), bytes.size());
+  if (labels_ == PlyLabels::kUshort) {
+    Put(point.label, to);
+  } else {
+    Put(std::uint32_t{point.label}, to);
+    Put(static_cast<float>(point.label), to);
+  }
+  stream_.write(bytes.data(), to - bytes.data());
 }
 
 void PlyWriter::Close() {
@@ -80,11 +99,11 @@ PlyReader::PlyReader(const std::filesystem::path& path)
   ReadHeader();
   const auto begin = static_cast<std::uintmax_t>(stream_.tellg());
   const std::uintmax_t size = std::filesystem::file_size(path);
-  if (size - begin != num_points_ * kPointBytes) {
+  if (size - begin != num_points_ * PointBytes(labels_)) {
     throw DataError("{}: {} points need {} bytes, the file holds {}; make it again",
                     path.string(),
                     num_points_,
-                    num_points_ * kPointBytes,
+                    num_points_ * PointBytes(labels_),
                     size - begin);
   }
 }
@@ -94,7 +113,16 @@ void PlyReader::ReadHeader() {
   stream_.read(before.data(), static_cast<std::streamsize>(before.size()));
   std::getline(stream_, count);
   stream_.read(after.data(), static_cast<std::streamsize>(after.size()));
-  if (!stream_ || before != kBeforeCount || after != kAfterCount.substr(1)) {
+  std::string labels(kUshortLabel.size(), '\0');
+  stream_.read(labels.data(), static_cast<std::streamsize>(labels.size()));
+  if (stream_ && labels == kUintAndScalarLabel.substr(0, labels.size())) {
+    labels_ = PlyLabels::kUintAndScalar;
+    labels.resize(kUintAndScalarLabel.size());
+    stream_.read(&labels[kUshortLabel.size()],
+                 static_cast<std::streamsize>(labels.size() - kUshortLabel.size()));
+  }
+  if (!stream_ || before != kBeforeCount || after != kAfterCount.substr(1) ||
+      labels != PropertiesOf(labels_)) {
     throw DataError("{}: not a PLY file with nightmap's properties; make it with point_cloud",
                     path_.string());
   }
@@ -107,10 +135,10 @@ void PlyReader::ReadHeader() {
 
 std::optional<CloudPoint> PlyReader::Next() {
   if (num_read_ == num_points_) return std::nullopt;
-  std::array<char, kPointBytes> bytes{};
-  stream_.read(bytes.data(), bytes.size());
+  std::array<char, kMaxPointBytes> bytes{};
+  stream_.read(bytes.data(), static_cast<std::streamsize>(PointBytes(labels_)));
   if (!stream_) throw DataError("{}: cannot read: {}", path_.string(), std::strerror(errno));
-  const CloudPoint point = TakePoint(bytes.data());
+  const CloudPoint point = TakePoint(bytes.data(), labels_);
   if (!point.position_in_map.allFinite() || !point.normal_in_map.allFinite()) {
     throw DataError("{}: vertex {} is not finite; make it again", path_.string(), num_read_);
   }
@@ -118,8 +146,10 @@ std::optional<CloudPoint> PlyReader::Next() {
   return point;
 }
 
-void WritePly(const std::filesystem::path& path, const std::vector<CloudPoint>& points) {
-  PlyWriter writer(path, points.size());
+void WritePly(const std::filesystem::path& path,
+              const std::vector<CloudPoint>& points,
+              PlyLabels labels) {
+  PlyWriter writer(path, points.size(), labels);
   for (const CloudPoint& point : points) writer.Add(point);
   writer.Close();
 }

@@ -20,17 +20,24 @@ struct CloudPoint {
   std::uint16_t label = 0;  // class of the semantic labels; 0 = none
 };
 
+// How a vertex holds its label. PCL reads `uint label` alone (PointXYZL); CloudCompare, MeshLab and
+// others read the scalar field. The tiles and the joined cloud have no labels yet: 0 as `ushort`.
+enum class PlyLabels { kUshort, kUintAndScalar };
+
 // Writes a cloud point by point, so that it need not fit into memory. Needs exactly `num_points`
 // calls of Add, then Close. Throws DataError naming the file and the system's reason, such as a
 // full disk.
 class PlyWriter {
  public:
-  PlyWriter(const std::filesystem::path& path, std::size_t num_points);
+  PlyWriter(const std::filesystem::path& path,
+            std::size_t num_points,
+            PlyLabels labels = PlyLabels::kUshort);
   void Add(const CloudPoint& point);
   void Close();
 
  private:
   std::filesystem::path path_;
+  PlyLabels labels_;
   std::ofstream stream_;
 };
 
@@ -47,14 +54,17 @@ class PlyReader {
   void ReadHeader();
 
   std::filesystem::path path_;
+  PlyLabels labels_ = PlyLabels::kUshort;
   std::ifstream stream_;
   std::size_t num_points_ = 0;
   std::size_t num_read_ = 0;
 };
 
-// One vertex per point: float x y z nx ny nz, uchar red green blue, ushort label. Equal points give
-// equal bytes.
-void WritePly(const std::filesystem::path& path, const std::vector<CloudPoint>& points);
+// One vertex per point: float x y z nx ny nz, uchar red green blue, then ushort label, or uint
+// label and float scalar_label. Equal points give equal bytes.
+void WritePly(const std::filesystem::path& path,
+              const std::vector<CloudPoint>& points,
+              PlyLabels labels = PlyLabels::kUshort);
 
 std::vector<CloudPoint> ReadPly(const std::filesystem::path& path);
 

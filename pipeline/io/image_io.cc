@@ -13,6 +13,7 @@
 #include "pipeline/io/camera_images.h"
 #include "pipeline/io/media.h"
 #include "pipeline/io/picture_file.h"
+#include "pipeline/io/picture_format.h"
 
 namespace nightmap {
 namespace {
@@ -20,10 +21,7 @@ namespace {
 using namespace std::string_view_literals;
 
 constexpr std::streamoff kTailSize = 4096;  // bytes after the end mark that are tolerated
-constexpr int kMaxSize_px = 1 << 15;        // a wider header is damage, not a camera
-constexpr std::int64_t kMaxValues = std::int64_t{1} << 30;          // pixels times channels
 constexpr std::uintmax_t kMaxFile_bytes = std::uintmax_t{1} << 30;  // of what is read whole
-constexpr int kMaxChannels = 4;  // RGB and alpha; the decoder makes room for all
 
 std::string Tail(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
@@ -43,62 +41,56 @@ void CheckEndMark(const std::filesystem::path& path, std::string_view format) {
   throw DataError("{}: truncated {} file: copy it again", path.string(), format);
 }
 
-void CheckHeader(const std::filesystem::path& path, const PictureFile& file) {
-  const auto [width, height, num_channels, num_bits, lens] = file.info;
-  if (width <= 0 || height <= 0 || num_channels <= 0 || width > kMaxSize_px ||
-      height > kMaxSize_px) {
-    throw DataError("{}: header says {} x {} pixels", path.string(), width, height);
-  }
-  if (num_channels > kMaxChannels) {
-    throw DataError("{}: header says {} channels; a picture has at most {}",
-                    path.string(),
-                    num_channels,
-                    kMaxChannels);
-  }
-  if (std::int64_t{width} * height * num_channels > kMaxValues) {
-    throw DataError(
-        "{}: header says {} x {} pixels of {} channels, more than {} values; make the "
-        "picture smaller",
-        path.string(),
-        width,
-        height,
-        num_channels,
-        kMaxValues);
-  }
-  CheckEndMark(path, file.format);
-}
-
-// Nothing when the file is neither a PNG nor a JPEG, or an unusual one.
-std::unique_ptr<PictureFile> OpenUsual(const std::filesystem::path& path) {
+// A PNG or JPEG of an unusual kind is left to the module, like all other pictures.
+std::unique_ptr<PictureFile> OpenAs(std::string_view format,
+                                    PngValues values,
+                                    const std::filesystem::path& path) {
   std::error_code ignored;
-  if (std::filesystem::file_size(path, ignored) > kMaxFile_bytes) return nullptr;
-  std::string start(8, '\0');
-  std::ifstream(path, std::ios::binary).read(start.data(), 8);
-  if (start == "\x89PNG\r\n\x1A\n"sv) return OpenPng(ReadFile(path));
-  if (start.starts_with("\xFF\xD8\xFF"sv)) return OpenJpeg(ReadFile(path));
-  return nullptr;
+  if (std::filesystem::file_size(path, ignored) <= kMaxFile_bytes) {
+    std::unique_ptr<PictureFile> file;
+    if (format == "png") file = OpenPng(ReadFile(path), values);
+    if (format == "jpeg") file = OpenJpeg(ReadFile(path));
+    if (file) return file;
+    if (format == "heif") CheckHeifSizes(path, ReadFile(path));
+  }
+  return LoadedMedia().OpenPicture(path, format);
 }
 
-std::unique_ptr<PictureFile> Open(const std::filesystem::path& path) {
+std::unique_ptr<PictureFile> Open(const std::filesystem::path& path,
+                                  PngValues values = PngValues::kColors) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) {  // opening a pipe would block
     const bool is_there = std::filesystem::exists(path, ignored);
     throw DataError("{}: {}", path.string(), is_there ? "not a file" : "no such image file");
   }
-  auto file = OpenUsual(path);
-  if (!file) file = LoadedMedia().OpenPicture(path);
-  CheckHeader(path, *file);
+  auto file = OpenAs(FormatOfFile(path), values, path);
+  CheckPictureSize(path, file->info.width, file->info.height, file->info.num_channels);
+  CheckEndMark(path, file->format);
   return file;
+}
+
+// Other formats' readers scale values of few bits to 8 bits.
+std::unique_ptr<PictureFile> OpenLabels(const std::filesystem::path& path) {
+  auto file = Open(path, PngValues::kIndices);
+  if (file->format == "png") return file;
+  throw DataError(
+      "{}: labels must be PNG files, this is of format {}", path.string(), file->format);
+}
+
+template <typename T>
+Image<T> Blank(const ImageInfo& info) {
+  Image<T> image{info.width, info.height, info.num_channels, {}};
+  image.pixels.resize(static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.height) *
+                      static_cast<std::size_t>(info.num_channels));
+  return image;
 }
 
 template <typename T>
 Image<T> Decode(PictureFile& file, const std::filesystem::path& path) {
   const ImageInfo& info = file.info;
-  Image<T> image{info.width, info.height, info.num_channels, {}};
-  image.pixels.resize(static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.height) *
-                      static_cast<std::size_t>(info.num_channels));
+  auto image = Blank<T>(info);
   if (file.Read(image.pixels.data())) return image;
-  const auto other = LoadedMedia().OpenPicture(path);  // which decodes it, or says what is wrong
+  const auto other = LoadedMedia().OpenPicture(path, file.format);  // or says what is wrong
   if (other->info.width != info.width || other->info.height != info.height ||
       other->info.num_channels != info.num_channels) {
     throw DataError("{}: changed while it was read", path.string());
@@ -200,20 +192,24 @@ RawDepthImage ReadRawDepthOf(const Camera& camera, const std::filesystem::path& 
   return Decode<std::uint16_t>(*file, path);
 }
 
-GrayImage ReadGrayImage(const std::filesystem::path& path) {
-  const auto file = Open(path);
-  if (file->info.num_channels != 1 || file->type != "uint8") {
-    throw DataError("{}: expected one channel of 8 bits, this has {} of {}",
+LabelImage ReadLabelImage(const std::filesystem::path& path) {
+  const auto file = OpenLabels(path);
+  if (file->info.num_channels != 1 || file->info.num_bits != 8) {
+    throw DataError("{}: labels must be one channel of 8 bits, this has {} of {}",
                     path.string(),
                     file->info.num_channels,
-                    file->type);
+                    file->info.num_bits);
   }
-  return Decode<std::uint8_t>(*file, path);
+  LabelImage labels = Blank<std::uint8_t>(file->info);
+  if (file->Read(labels.pixels.data())) return labels;  // other readers would read colors
+  throw DataError("{}: cannot be decoded: copy it again", path.string());
 }
+
+ImageInfo InspectLabelImage(const std::filesystem::path& path) { return OpenLabels(path)->info; }
 
 ImageInfo InspectImage(const std::filesystem::path& path) {
   const auto file = Open(path);
-  return file->has_exif ? LoadedMedia().OpenPicture(path)->info : file->info;
+  return file->has_exif ? LoadedMedia().OpenPicture(path, file->format)->info : file->info;
 }
 
 void WritePng(const std::filesystem::path& path, const Image<std::uint8_t>& image) {

@@ -60,13 +60,15 @@ struct ImageInfo {
 // its end mark, as after an interrupted copy.
 ImageInfo InspectImage(const std::filesystem::path& path);
 
-// Properties of a video. Frames are counted by reading through the file, since headers only
-// estimate their number.
+// Properties of a video, whose pixels are as stored: a rotation for the display turns neither them
+// nor width and height. Frames are counted by reading through the file, since headers only estimate
+// their number.
 struct VideoInfo {
   int width = 0;
   int height = 0;
   int num_frames = 0;
-  double frame_rate_hz = 0;
+  double frame_rate_hz = 0;            // as the header says
+  std::vector<std::int64_t> times_ns;  // of each frame, as the container says; from 0
 };
 VideoInfo InspectVideo(const std::filesystem::path& path);
 // Number of video frames that this process has decoded, whether returned or passed over; for tests.
@@ -76,8 +78,12 @@ std::filesystem::path VideoFramePath(const std::filesystem::path& video, int fra
 std::optional<std::pair<std::filesystem::path, int>> SplitVideoFramePath(
     const std::filesystem::path& path);
 
-// Reads one 8-bit channel (labels, masks, grids).
-GrayImage ReadGrayImage(const std::filesystem::path& path);
+// Reads labels or a mask: the values as stored. Those of a PNG of 1, 2 or 4 bits, or of a palette,
+// are indices, which no color of a palette replaces. Throws DataError naming the file when it has
+// more than one channel, more than 8 bits or is no PNG.
+LabelImage ReadLabelImage(const std::filesystem::path& path);
+// As InspectImage, of what ReadLabelImage reads: one channel of 8 bits.
+ImageInfo InspectLabelImage(const std::filesystem::path& path);
 
 // Writes 8-bit (1 or 3 channels) and 16-bit PNG with fixed compression and no metadata: equal
 // pixels give equal bytes. Throws DataError.

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 
 #include "pipeline/io/picture_file.h"
 
@@ -15,9 +16,10 @@ namespace nightmap {
 class Media {
  public:
   virtual ~Media() = default;
-  // Colors as stored, not multiplied by alpha. Throws DataError naming the file when it is no
-  // picture, OutOfMemory.
-  virtual std::unique_ptr<PictureFile> OpenPicture(const std::filesystem::path& path) = 0;
+  // `format` is that of FormatOfFile: no other reader opens the file. Colors as stored, not
+  // multiplied by alpha. Throws DataError naming the file when it is no such picture, OutOfMemory.
+  virtual std::unique_ptr<PictureFile> OpenPicture(const std::filesystem::path& path,
+                                                   std::string_view format) = 0;
   // As the functions of these names in image_io.h.
   virtual ColorImage ReadVideoFrame(const std::filesystem::path& video, int frame_idx) = 0;
   virtual VideoInfo InspectVideo(const std::filesystem::path& path) = 0;

@@ -25,9 +25,14 @@ class PictureFile {
   std::string type;       // of a value: "uint8", "uint16", or another of OpenImageIO's names
 };
 
+// What the values of a PNG mean. Indices are read as stored, one byte for each: neither is a value
+// of few bits scaled to 8 bits, nor one of a palette replaced by its color.
+enum class PngValues { kColors, kIndices };
+
 // Nothing unless `bytes` begins a PNG of 8 or 16 bits, gray or RGB, alpha or not, that is not
-// interlaced and has no transparent color.
-std::unique_ptr<PictureFile> OpenPng(std::string bytes);
+// interlaced and has no transparent color; or, of indices, a gray one or one with a palette, of at
+// most 8 bits.
+std::unique_ptr<PictureFile> OpenPng(std::string bytes, PngValues values = PngValues::kColors);
 // Nothing unless `bytes` begins a gray or YCbCr JPEG.
 std::unique_ptr<PictureFile> OpenJpeg(std::string bytes);
 

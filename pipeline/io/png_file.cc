@@ -2,6 +2,7 @@
 #include <png.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <csetjmp>
 #include <cstring>
 #include <new>
@@ -44,21 +45,15 @@ class PngFile : public PictureFile {
   PngFile& operator=(const PngFile&) = delete;
 
   // Whether the picture is of a kind that this class reads.
-  bool Open() {
+  bool Open(PngValues values) {
     if (!info_ || !ReadHeader()) return false;
-    const int color = png_get_color_type(png_, info_);
-    const int num_bits = png_get_bit_depth(png_, info_);
-    if ((color & PNG_COLOR_MASK_PALETTE) != 0 || num_bits < 8 ||
-        png_get_interlace_type(png_, info_) != PNG_INTERLACE_NONE ||
-        png_get_valid(png_, info_, PNG_INFO_tRNS) != 0) {
-      return false;
-    }
+    if (values == PngValues::kIndices ? !HoldsIndices() : !HoldsUsualColors()) return false;
     info.width = static_cast<int>(png_get_image_width(png_, info_));
     info.height = static_cast<int>(png_get_image_height(png_, info_));
     info.num_channels = png_get_channels(png_, info_);
-    info.num_bits = num_bits;
+    info.num_bits = std::max(8, static_cast<int>(png_get_bit_depth(png_, info_)));
     format = "png";
-    type = num_bits == 8 ? "uint8" : "uint16";
+    type = info.num_bits == 8 ? "uint8" : "uint16";
     has_exif = png_get_valid(png_, info_, PNG_INFO_eXIf) != 0;
     return true;
   }
@@ -69,6 +64,16 @@ class PngFile : public PictureFile {
   }
 
  private:
+  bool HoldsUsualColors() const {
+    return (png_get_color_type(png_, info_) & PNG_COLOR_MASK_PALETTE) == 0 &&
+           png_get_bit_depth(png_, info_) >= 8 &&
+           png_get_interlace_type(png_, info_) == PNG_INTERLACE_NONE &&
+           png_get_valid(png_, info_, PNG_INFO_tRNS) == 0;
+  }
+  bool HoldsIndices() const {
+    return png_get_channels(png_, info_) == 1 && png_get_bit_depth(png_, info_) <= 8;
+  }
+
   bool ReadHeader() {
     if (setjmp(png_jmpbuf(png_)) != 0) return false;
     png_set_read_fn(png_, &unread_, ReadSome);
@@ -77,12 +82,17 @@ class PngFile : public PictureFile {
   }
 
   bool ReadRows(png_bytep pixels) {
-    const std::size_t row_size = png_get_rowbytes(png_, info_);
+    const std::size_t row_size = static_cast<std::size_t>(info.width) *
+                                 static_cast<std::size_t>(info.num_channels * info.num_bits / 8);
     if (setjmp(png_jmpbuf(png_)) != 0) return false;
     if (info.num_bits == 16) png_set_swap(png_);  // files have the high byte first
+    png_set_packing(png_);                        // a byte for each value of fewer bits
+    const int num_passes = png_set_interlace_handling(png_);
     png_read_update_info(png_, info_);
-    for (int y = 0; y < info.height; ++y) {
-      png_read_row(png_, pixels + static_cast<std::size_t>(y) * row_size, nullptr);
+    for (int pass = 0; pass < num_passes; ++pass) {
+      for (int y = 0; y < info.height; ++y) {
+        png_read_row(png_, pixels + static_cast<std::size_t>(y) * row_size, nullptr);
+      }
     }
     return true;
   }
@@ -144,9 +154,9 @@ std::string Encode(const Image<T>& image) {
 
 }  // namespace
 
-std::unique_ptr<PictureFile> OpenPng(std::string bytes) {
+std::unique_ptr<PictureFile> OpenPng(std::string bytes, PngValues values) {
   auto file = std::make_unique<PngFile>(std::move(bytes));
-  if (!file->Open()) return nullptr;
+  if (!file->Open(values)) return nullptr;
   return file;
 }
 

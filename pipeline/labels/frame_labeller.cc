@@ -17,7 +17,7 @@ Segmentation ReadLabels(const FrameRecord& frame,
                         const SegmentationModel& model,
                         const std::filesystem::path& data_root) {
   const std::string& path = frame.others.at(kLabelChannel).path;
-  Segmentation result{ReadGrayImage(data_root / path), {}};
+  Segmentation result{ReadLabelImage(data_root / path), {}};
   const LabelImage& labels = result.labels;
   if (labels.width != color.width || labels.height != color.height) {
     throw DataError("{}: {} x {} labels for a picture of {} x {}",

@@ -70,15 +70,17 @@ class AnyPicture : public PictureFile {
 
 }  // namespace
 
-std::unique_ptr<PictureFile> OpenAnyPicture(const std::filesystem::path& path) {
+std::unique_ptr<PictureFile> OpenAnyPicture(const std::filesystem::path& path,
+                                            std::string_view format) {
   UseOneThreadPerImage();
   OIIO::ImageSpec config;
   config["oiio:UnassociatedAlpha"] = 1;
   const MemoryWatch memory;
-  auto input = OIIO::ImageInput::open(path.string(), &config);
-  if (!input) {
+  auto input = OIIO::ImageInput::create(std::string(format));
+  OIIO::ImageSpec ignored;
+  if (!input || !input->open(path.string(), ignored, config)) {
     memory.Check(path.string());
-    throw DataError("{}: {}", path.string(), Reason(OIIO::geterror()));
+    throw DataError("{}: {}", path.string(), Reason(input ? input->geterror() : OIIO::geterror()));
   }
   return std::make_unique<AnyPicture>(path, std::move(input));
 }

@@ -11,8 +11,9 @@ namespace {
 
 class MediaOfModule : public Media {
  public:
-  std::unique_ptr<PictureFile> OpenPicture(const std::filesystem::path& path) override {
-    return OpenAnyPicture(path);
+  std::unique_ptr<PictureFile> OpenPicture(const std::filesystem::path& path,
+                                           std::string_view format) override {
+    return OpenAnyPicture(path, format);
   }
   ColorImage ReadVideoFrame(const std::filesystem::path& video, int frame_idx) override {
     return media::ReadVideoFrame(video, frame_idx);

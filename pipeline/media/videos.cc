@@ -2,6 +2,7 @@
 #include "pipeline/media/videos.h"
 
 #include <atomic>
+#include <cmath>
 #include <condition_variable>
 #include <list>
 #include <memory>
@@ -12,6 +13,7 @@
 #include <string>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/median.h"
 #include "pipeline/base/memory.h"
 
 namespace nightmap::media {
@@ -36,6 +38,10 @@ cv::VideoCapture OpenVideo(const std::filesystem::path& video) {
   }
   if (!capture.isOpened()) memory.Check(video.string());
   if (!capture.isOpened()) throw DataError("{}: not a readable video", video.string());
+  // Before its size is asked for, which would be the turned one. Depth pictures are never turned.
+  if (!capture.set(cv::CAP_PROP_ORIENTATION_AUTO, 0)) {
+    throw DataError("{}: the decoder cannot leave pictures unturned", video.string());
+  }
   const double width = capture.get(cv::CAP_PROP_FRAME_WIDTH);
   const double height = capture.get(cv::CAP_PROP_FRAME_HEIGHT);
   if (width < 1 || height < 1 || width * height > kMaxVideoFrame_px) {
@@ -160,6 +166,22 @@ class ReaderPool {
   std::list<std::unique_ptr<ForwardReader>> readers_;  // last used first
 };
 
+// Frames that the decoder still held at the end of the file have time 0 in OpenCV (4.6): as many as
+// it reorders. They follow at the usual step.
+void FillLastTimes(std::vector<std::int64_t>* times_ns) {
+  std::size_t num_known = times_ns->size();
+  while (num_known > 1 && (*times_ns)[num_known - 1] == 0) --num_known;
+  if (num_known < 2) return;
+  std::vector<std::int64_t> steps_ns;
+  for (std::size_t i = 1; i < num_known; ++i) {
+    steps_ns.push_back((*times_ns)[i] - (*times_ns)[i - 1]);
+  }
+  const std::int64_t step_ns = Median(std::move(steps_ns));
+  for (std::size_t i = num_known; i < times_ns->size(); ++i) {
+    (*times_ns)[i] = (*times_ns)[i - 1] + step_ns;
+  }
+}
+
 }  // namespace
 
 ColorImage ReadVideoFrame(const std::filesystem::path& video, int frame_idx) {
@@ -176,8 +198,14 @@ VideoInfo InspectVideo(const std::filesystem::path& path) {
   info.height = static_cast<int>(capture.get(cv::CAP_PROP_FRAME_HEIGHT));
   info.frame_rate_hz = capture.get(cv::CAP_PROP_FPS);
   const MemoryWatch memory;
-  while (capture.grab()) ++info.num_frames;
+  while (capture.grab()) {
+    info.times_ns.push_back(std::llround(1e6 * capture.get(cv::CAP_PROP_POS_MSEC)));
+  }
   memory.Check(path.string());
+  info.num_frames = static_cast<int>(info.times_ns.size());
+  FillLastTimes(&info.times_ns);
+  const std::int64_t first_ns = info.times_ns.empty() ? 0 : info.times_ns.front();
+  for (std::int64_t& time_ns : info.times_ns) time_ns -= first_ns;
   return info;
 }
 

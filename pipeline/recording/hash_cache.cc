@@ -17,7 +17,7 @@ namespace nightmap {
 namespace {
 
 constexpr const char* kCacheHeader =
-    "path,size_bytes,mtime_ns,ctime_ns,hash,width,height,num_channels,num_bits,check";
+    "path,size_bytes,mtime_ns,ctime_ns,hash,width,height,num_channels,num_bits,row_hash";
 constexpr std::size_t kCheck = 9;  // column
 constexpr std::int64_t kSettled_ns = 2'000'000'000;
 

@@ -39,6 +39,11 @@ FileFacts ReadPictureFacts(const fs::path& path) {
   return {HashFile(path), info.width, info.height, info.num_channels, info.num_bits};
 }
 
+FileFacts ReadLabelFacts(const fs::path& path) {
+  const ImageInfo info = InspectLabelImage(path);
+  return {HashFile(path), info.width, info.height, info.num_channels, info.num_bits};
+}
+
 FileFacts ReadVideoFacts(const fs::path& path) {
   const VideoInfo info = InspectVideo(path);
   return {HashFile(path), info.width, info.height, 3, 8};
@@ -115,7 +120,7 @@ class FrameInspector {
     InspectDepth(camera, frame);
     for (auto file = frame->others.begin(); file != frame->others.end();) {
       const std::string problem = Problem(data_root_, file->second.path, [&] {
-        const FileFacts facts = files_.Get(file->second.path, ReadPictureFacts);
+        const FileFacts facts = files_.Get(file->second.path, ReadLabelFacts);
         CheckLabel(file->second.path, facts, camera.color);
         file->second.hash = facts.hash;
       });

@@ -30,6 +30,7 @@ struct RawSequence {
   std::vector<RawFrame> frames;           // times increase
   std::vector<StampedPose> ground_truth;  // world_from_camera, times increase; may be empty
   std::string ground_truth_file;          // relative to the data folder; empty: none
+  std::vector<std::string> left_out;  // files at the end that belong to no frame, with the reason
 };
 
 // Lists, associates and times the pictures without reading pixels (except that it reads through a

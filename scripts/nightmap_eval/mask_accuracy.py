@@ -2,10 +2,10 @@
 """Compares what a network labelled as moving with the label pictures of the recording, pixel by pixel."""
 
 import numpy as np
-from PIL import Image
 
 from nightmap_eval.artifacts import read_hdf5
 from nightmap_eval.masks import labels_at, mask_of, masked_frames
+from nightmap_eval.pictures import read_labels
 from nightmap_site.script_errors import DataError
 
 IGNORED = 255  # a pixel of which the truth says nothing
@@ -41,7 +41,6 @@ def overlap(both, found, true):
 def read_truth(path):
     """The pixels of a picture of one channel."""
     try:
-        with Image.open(path) as picture:
-            return np.asarray(picture)
+        return read_labels(path)
     except OSError as error:
         raise DataError(f"{path}: {error}; give the recording its label pictures again") from None

@@ -8,6 +8,7 @@ from PIL import Image
 
 from nightmap_eval import drawing, html
 from nightmap_eval.masks import mask_of, masked_frames, masking_job
+from nightmap_eval.pictures import open_picture
 
 NUM_PICTURES = 6
 WIDTH_PX = 320
@@ -53,9 +54,7 @@ def _picture(site, frame):
     """A picture with its mask in red; a missing picture must not prevent the report."""
     path = site.data / frame[0]["color_path"]
     try:
-        if not path.is_file():
-            raise OSError("no file")
-        with Image.open(path) as picture:
+        with open_picture(path) as picture:
             color = np.asarray(picture.convert("RGB"), float)
         mask = mask_of(*frame[1:])[..., None]
         tinted = Image.fromarray(np.where(mask, OPACITY * TINT + (1 - OPACITY) * color, color).astype(np.uint8))

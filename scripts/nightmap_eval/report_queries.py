@@ -3,11 +3,10 @@
 
 import io
 
-from PIL import Image
-
 from nightmap_eval import html
 from nightmap_eval.artifacts import read_csv, to_ints
 from nightmap_eval.nearest_frames import nearest_frames
+from nightmap_eval.pictures import open_picture
 from nightmap_eval.query_errors import PROTOCOLS, RECALL_THRESHOLDS, WRONG_CM
 from nightmap_site.query_results import asked_names
 
@@ -44,9 +43,7 @@ def thumbnail(data, color_path):
     if data is None:
         return ""
     try:
-        if not (data / color_path).is_file():  # opening a pipe would block the report
-            raise OSError("no file")
-        with Image.open(data / color_path) as picture:
+        with open_picture(data / color_path) as picture:
             small = picture.convert("RGB")
         small.thumbnail(THUMBNAIL_PX)
         buffer = io.BytesIO()

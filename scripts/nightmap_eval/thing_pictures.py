@@ -3,9 +3,10 @@
 
 import io
 
-from PIL import Image, ImageDraw
+from PIL import ImageDraw
 
 from nightmap_eval import html
+from nightmap_eval.pictures import open_picture
 
 WIDTH_PX = 220
 MARGIN = 0.25  # around the thing, of its longer side
@@ -15,9 +16,9 @@ COLOR = (178, 24, 43)
 def thumbnail(site, thing):
     """The part of its best view with the thing, framed; a missing picture must not prevent the report."""
     try:
-        if site.data is None or not thing.color_path or not (site.data / thing.color_path).is_file():
+        if site.data is None or not thing.color_path:
             raise OSError("no file")
-        with Image.open(site.data / thing.color_path) as picture:
+        with open_picture(site.data / thing.color_path) as picture:
             cut = cut_out(picture.convert("RGB"), thing.rectangle_px)
         buffer = io.BytesIO()
         cut.save(buffer, "JPEG", quality=80)

@@ -43,6 +43,9 @@ FrameLists RunFrames(const std::vector<RawSequence>& sequences, int hold_out_eve
   CheckTimesIncrease(sequences);
   FrameLists lists;
   std::vector<FrameWithTruth> mapping, held_out;
+  for (const RawSequence& sequence : sequences) {
+    lists.left_out.insert(lists.left_out.end(), sequence.left_out.begin(), sequence.left_out.end());
+  }
   for (const OrderedFrame& one : OrderFrames(sequences)) {
     const RawSequence& sequence = sequences[one.sequence_idx];
     const RawFrame& raw = sequence.frames[one.frame];

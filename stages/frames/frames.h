@@ -47,6 +47,7 @@ struct FrameLists {
   std::vector<StampedPose> ground_truth;           // of the frames that have one
   std::vector<StampedPose> held_out_ground_truth;  // of the held-out frames that have one
   std::vector<std::string> skipped;                // one reason per frame or channel with a problem
+  std::vector<std::string> left_out;               // of all sequences
   std::size_t num_inspected = 0;
   std::size_t num_frames_unusable = 0;  // mapping frames left out because of a problem
 };

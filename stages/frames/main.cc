@@ -47,6 +47,7 @@ int main(int argc, char** argv) {
         for (const std::string& reason : lists.skipped) context.Skip(reason);
         context.CheckSkipped(lists.num_inspected, options.max_failed_ratio);
         for (const std::string& reason : problems) context.Skip(reason);
+        for (const std::string& reason : lists.left_out) context.Skip(reason);
         if (lists.frames.empty() && !sequences.empty()) {
           throw DataError("{}: no usable frame is left: see the skipped ones above",
                           data_root.string());

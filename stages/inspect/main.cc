@@ -20,6 +20,9 @@ int main(int argc, char** argv) {
         const auto& data_root = context.Input("data");
         const SiteConfig site = ReadSiteConfig(context.Input("site"));
         const auto sequences = ReadSequences(site, data_root);
+        for (const RawSequence& sequence : sequences) {
+          for (const std::string& left_out : sequence.left_out) context.Skip(left_out);
+        }
         const auto [signals, problems, num_in_line_order] =
             ReadSensorSignals(site, data_root, options.max_failed_ratio);
         for (const std::string& problem : problems) context.Skip(problem);

@@ -19,7 +19,7 @@ void LabelCloud(const std::filesystem::path& from,
                 const VoxelLabels& voxels) {
   const LabelAt label_at(voxels);
   PlyReader reader(from);
-  PlyWriter writer(to, reader.NumPoints());
+  PlyWriter writer(to, reader.NumPoints(), PlyLabels::kUintAndScalar);
   while (auto point = reader.Next()) {
     point->label = label_at(point->position_in_map.cast<double>());
     writer.Add(*point);

@@ -36,6 +36,8 @@ QueryLists RunQueries(const std::vector<FrameRecord>& held_out,
     }
   }
   for (std::size_t s = 0; s < sequences.size(); ++s) {
+    lists.skipped.insert(
+        lists.skipped.end(), sequences[s].left_out.begin(), sequences[s].left_out.end());
     for (const RawFrame& raw : sequences[s].frames) {
       if (!raw.problem.empty()) lists.skipped.push_back(raw.problem);
       queries.push_back({raw, TruthAt(sequences[s].ground_truth, raw.time_ns)});

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pcl/io/ply_io.h>
+#include <pcl/point_types.h>
 #include <unistd.h>
 
 #include <limits>
@@ -65,17 +67,49 @@ TEST_F(PlyIoTest, WhatIsWrittenIsRead) {
   }
 }
 
+TEST_F(PlyIoTest, LabelsForOtherReadersAreRead) {
+  const auto written = RandomCloud(1000);
+  WritePly(path_, written, PlyLabels::kUintAndScalar);
+  const auto read = ReadPly(path_);
+  ASSERT_EQ(read.size(), written.size());
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    EXPECT_EQ(read[i].position_in_map, written[i].position_in_map);
+    EXPECT_EQ(read[i].label, written[i].label);
+  }
+}
+
+TEST_F(PlyIoTest, PclReadsTheLabels) {
+  const auto written = RandomCloud(100);
+  WritePly(path_, written, PlyLabels::kUintAndScalar);
+  pcl::PCLPointCloud2 fields;
+  pcl::PLYReader reader;
+  ASSERT_EQ(reader.read(path_.string(), fields), 0);
+  pcl::PointCloud<pcl::PointXYZL> cloud;
+  pcl::fromPCLPointCloud2(fields, cloud);
+  const auto scalar = std::ranges::find(fields.fields, "scalar_label", &pcl::PCLPointField::name);
+  ASSERT_NE(scalar, fields.fields.end());
+  ASSERT_EQ(scalar->datatype, pcl::PCLPointField::FLOAT32);
+  ASSERT_EQ(cloud.size(), written.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    EXPECT_EQ(cloud[i].x, written[i].position_in_map.x());
+    EXPECT_EQ(cloud[i].label, written[i].label);
+    EXPECT_EQ(fields.at<float>(static_cast<pcl::uindex_t>(i), scalar->offset), written[i].label);
+  }
+}
+
 TEST_F(PlyIoTest, EmptyCloudIsValid) {
   WritePly(path_, {});
   EXPECT_TRUE(ReadPly(path_).empty());
 }
 
 TEST_F(PlyIoTest, EveryTruncationIsRefused) {
-  WritePly(path_, RandomCloud(3));
-  const std::string bytes = ReadFile(path_);
-  for (std::size_t size = 0; size < bytes.size(); ++size) {
-    WriteFile(path_, bytes.substr(0, size));
-    EXPECT_THROW(ReadPly(path_), DataError) << size << " of " << bytes.size() << " bytes";
+  for (const PlyLabels labels : {PlyLabels::kUshort, PlyLabels::kUintAndScalar}) {
+    WritePly(path_, RandomCloud(3), labels);
+    const std::string bytes = ReadFile(path_);
+    for (std::size_t size = 0; size < bytes.size(); ++size) {
+      WriteFile(path_, bytes.substr(0, size));
+      EXPECT_THROW(ReadPly(path_), DataError) << size << " of " << bytes.size() << " bytes";
+    }
   }
 }
 

@@ -120,6 +120,18 @@ class LabelsTest(unittest.TestCase):
             best = [labels[a + np.argmax(weights[a:b])] for a, b in zip(first, first[1:])]
             return (file["key"][:, 2] + 0.5) * file["resolution_m"][0], np.array(best)
 
+    def test_the_cloud_has_its_classes_for_other_programs(self):
+        """Read without nightmap's own readers: as the header declares, by the types that PLY names."""
+        types = {"float": "<f4", "uchar": "u1", "uint": "<u4"}
+        header, body = self.work.path("voxel_labels/cloud.ply").read_bytes().split(b"end_header\n", 1)
+        properties = [line.split()[1:] for line in header.decode().splitlines() if line.startswith("property")]
+        points = np.frombuffer(body, [(name, types[kind]) for kind, name in properties])
+        self.assertEqual(points.dtype["label"], np.dtype("<u4"))
+        np.testing.assert_array_equal(points["scalar_label"], points["label"])
+        floor = points["label"] == CLASSES.index("floor")
+        self.assertGreater(floor.sum(), 1000)
+        self.assertGreater((np.abs(points["z"][floor]) < 0.1).mean(), 0.98)
+
     def test_voxels_have_the_classes_of_the_label_pictures(self):
         height_m, label = self.voxels(self.work)
         report = json.loads(self.work.path("voxel_labels/report.json").read_text())

@@ -209,11 +209,24 @@ class PicturesTest(unittest.TestCase):
                                    (["FOV_DEG=60"], "CAMERA and FOV_DEG describe the pictures of QUERY")]:
             with self.subTest(arguments):
                 self.assertIn(message, self.make("localize", *arguments, code=2))
-        # What is no picture is a query without a pose, among others that have one.
-        (self.photos / "b.jpg").write_bytes(b"no picture")
-        self.make("localize", "QUERY=photos", "CAMERA=color")
-        self.assertEqual(self.located("b.jpg")["reason"], "unreadable_image")
-        self.check_same_place(self.located("a.png"), self.best)
+
+    def test_what_is_no_picture_is_a_query_without_a_pose(self):
+        """Among others that have one. The log says what a video needs, whatever its name."""
+        self.image(self.best).save(self.photos / "a.png")
+        movie = b"\0\0\0\x18ftypisom" + bytes(500)
+        for name, content in (("b.jpg", b"no picture"), ("c.jpg", movie), ("movie.mp4", movie)):
+            (self.photos / name).write_bytes(content)
+        (self.photos / "list.txt").write_text("movie.mp4\na.png\n")
+        remedy = "is a video or an animation, no picture: extract the frames to localize as pictures"
+        for query, unreadable, log in (("photos", ("b.jpg", "c.jpg"), f"photos/c.jpg: {remedy}"),
+                                       ("photos/list.txt", ("movie.mp4",), f"photos/movie.mp4: {remedy}"),
+                                       ("photos/movie.mp4", ("movie.mp4",), f"photos/movie.mp4: {remedy}")):
+            with self.subTest(query):
+                self.assertIn(log, self.make("localize", f"QUERY={query}", "CAMERA=color"))
+                for name in unreadable:
+                    self.assertEqual(self.located(name)["reason"], "unreadable_image")
+                if query != "photos/movie.mp4":
+                    self.check_same_place(self.located("a.png"), self.best)
 
 
 if __name__ == "__main__":

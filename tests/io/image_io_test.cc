@@ -43,7 +43,7 @@ TEST(ImageIo, WhatIsWrittenIsRead) {
   WritePng(folder / "gray.png", gray);
   WritePng(folder / "depth.png", depth);
   EXPECT_EQ(ReadColorImage(folder / "color.tmp").pixels, color.pixels);
-  EXPECT_EQ(ReadGrayImage(folder / "gray.png").pixels, gray.pixels);
+  EXPECT_EQ(ReadLabelImage(folder / "gray.png").pixels, gray.pixels);
   const RawDepthImage read = ReadRawDepth(folder / "depth.png");
   EXPECT_EQ(read.pixels, depth.pixels);
   EXPECT_EQ(read.width, 13);
@@ -98,7 +98,7 @@ TEST(ImageIo, DepthMustBeOneChannelOf16Bits) {
   WritePng(folder / "rgb.png", RandomImage<std::uint16_t>(4, 4, 3, 7));
   NIGHTMAP_EXPECT_ERROR(DataError, ReadRawDepth(folder / "8.png"), "one channel of 16 bits");
   NIGHTMAP_EXPECT_ERROR(DataError, ReadRawDepth(folder / "rgb.png"), "one channel of 16 bits");
-  NIGHTMAP_EXPECT_ERROR(DataError, ReadGrayImage(folder / "rgb.png"), "one channel of 8 bits");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadLabelImage(folder / "rgb.png"), "one channel of 8 bits");
 }
 
 // Refused by what the header declares, so that it does not depend on the machine whose memory a

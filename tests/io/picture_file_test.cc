@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <png.h>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
@@ -121,6 +122,76 @@ TEST(PngFile, UnusualOnesAreLeftToTheLibrary) {
     for (int x = 0; x < 8; ++x) EXPECT_EQ(image.At(x, 5), library.At(x, 5)) << name;
   }
   EXPECT_EQ(ReadColorImage(folder / "interlaced.png").At(2, 5), 31);
+}
+
+// 16 x 8 values 0, 1, 2 ..., as many as the bits hold; the colors of the palette are others.
+void WriteIndices(const std::filesystem::path& path, int num_bits, int color, int interlaced) {
+  FILE* file = std::fopen(path.c_str(), "wb");
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(png);
+  png_init_io(png, file);
+  png_set_IHDR(png, info, 16, 8, num_bits, color, interlaced, 0, 0);
+  const std::vector<png_color> palette(std::size_t{1} << num_bits, {255, 128, 64});
+  const png_byte alpha = 0;
+  if (color == PNG_COLOR_TYPE_PALETTE) {
+    png_set_PLTE(png, info, palette.data(), static_cast<int>(palette.size()));
+    png_set_tRNS(png, info, &alpha, 1, nullptr);
+  }
+  png_write_info(png, info);
+  png_set_packing(png);
+  std::vector<png_byte> values(16 * 8);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] = static_cast<png_byte>(i % palette.size());
+  }
+  std::vector<png_bytep> rows(8);
+  for (std::size_t y = 0; y < 8; ++y) rows[y] = &values[16 * y];
+  png_write_image(png, rows.data());
+  png_write_end(png, info);
+  png_destroy_write_struct(&png, &info);
+  std::fclose(file);
+}
+
+TEST(PngFile, LabelsAreIndicesAsStored) {
+  const TemporaryFolder folder;
+  const auto path = folder / "labels.png";
+  for (const int color : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_PALETTE}) {
+    for (const int num_bits : {1, 2, 4, 8}) {
+      for (const int interlaced : {PNG_INTERLACE_NONE, PNG_INTERLACE_ADAM7}) {
+        WriteIndices(path, num_bits, color, interlaced);
+        const ImageInfo info = InspectLabelImage(path);
+        EXPECT_EQ(info.num_channels, 1);
+        EXPECT_EQ(info.num_bits, 8);
+        const LabelImage labels = ReadLabelImage(path);
+        ASSERT_EQ(labels.width, 16);
+        ASSERT_EQ(labels.height, 8);
+        for (int i = 0; i < 16 * 8; ++i) {
+          ASSERT_EQ(labels.At(i % 16, i / 16), i % (1 << num_bits))
+              << num_bits << " bits " << color;
+        }
+      }
+    }
+  }
+}
+
+// The library would decode them to colors.
+TEST(PngFile, DamagedIndicesAreRefused) {
+  const TemporaryFolder folder;
+  for (const int color : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_PALETTE}) {
+    WriteIndices(folder / "labels.png", 4, color, PNG_INTERLACE_NONE);
+    std::string bytes = ReadBytes(folder / "labels.png");
+    bytes[bytes.find("IDAT") + 6] ^= 0x55;
+    const auto damaged = folder.Write("damaged.png", bytes);
+    EXPECT_THROW(ReadLabelImage(damaged), DataError) << color;
+  }
+}
+
+// Their readers scale values of few bits.
+TEST(PictureFile, LabelsInOtherFormatsAreRefused) {
+  const TemporaryFolder folder;
+  folder.Write("labels.png", "P2\n2 1\n15\n0 1\n");
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        ReadLabelImage(folder / "labels.png"),
+                        "labels must be PNG files, this is of format pnm");
 }
 
 // Each byte of the file in turn: what is read is what the library reads.

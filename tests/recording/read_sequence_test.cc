@@ -252,10 +252,92 @@ TEST_F(ReadSequenceTest, VideoWithDepthFolder) {
   EXPECT_EQ(frames[2].time_ns, 100'000'000);
   EXPECT_EQ(frames[2].problem, "");
   EXPECT_EQ(frames[2].color.hash, frames[0].color.hash);
-  WriteDepth("depth/3.png");
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "4 depth images for 3 video frames");
+  EXPECT_TRUE(Read().left_out.empty());
   config_.video = "none.avi";
   NIGHTMAP_EXPECT_ERROR(DataError, Read(), "none.avi: no such video file");
+}
+
+class ReadVideoTest : public ReadSequenceTest {
+ protected:
+  static constexpr int kNumFrames = 6;
+  static constexpr int kPeriod_ms = 40;
+
+  ReadVideoTest() {
+    config_.layout = "video";
+    config_.video = "clip.mkv";
+    config_.depth_folder = "depth";
+    cv::VideoWriter writer(Clip().string(),
+                           cv::CAP_FFMPEG,
+                           cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
+                           1000.0 / kPeriod_ms,
+                           cv::Size(kWidth, kHeight));
+    for (int i = 0; i < kNumFrames; ++i) {
+      writer.write(cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar::all(20 * i)));
+      WriteDepth(fmt::format("depth/{}.png", i));
+    }
+  }
+  std::filesystem::path Clip() const { return folder_ / "site/clip.mkv"; }
+
+  // Moves frame `i` in time: Matroska has a time (ms) before each frame, which is a key frame.
+  void Move(int i, int to_ms) {
+    const auto header = [](int time_ms) {
+      return std::string{
+          '\x81', static_cast<char>(time_ms >> 8), static_cast<char>(time_ms), '\x80'};
+    };
+    std::string bytes = ReadBytes(Clip());
+    const std::size_t at = bytes.find(header(i * kPeriod_ms) + "\xFF\xD8");
+    ASSERT_NE(at, std::string::npos) << i;
+    folder_.Write("site/clip.mkv", bytes.replace(at, 4, header(to_ms)));
+  }
+  std::vector<std::int64_t> Times_ms() const {
+    std::vector<std::int64_t> times_ms;
+    for (const RawFrame& frame : Read().frames) times_ms.push_back(frame.time_ns / 1'000'000);
+    return times_ms;
+  }
+};
+
+TEST_F(ReadVideoTest, AGapInTimeIsAGap) {
+  EXPECT_THAT(Times_ms(), testing::ElementsAre(0, 40, 80, 120, 160, 200));
+  for (int i = kNumFrames - 1; i >= 3; --i) Move(i, i * kPeriod_ms + 1000);
+  EXPECT_THAT(Times_ms(), testing::ElementsAre(0, 40, 80, 1120, 1160, 1200));
+  config_.frame_rate_hz = 10;
+  EXPECT_THAT(Times_ms(), testing::ElementsAre(0, 100, 200, 300, 400, 500));
+}
+
+TEST_F(ReadVideoTest, TimesThatAreRoundedAreThoseOfTheRate) {
+  Move(2, 82);
+  Move(4, 157);
+  EXPECT_THAT(Times_ms(), testing::ElementsAre(0, 40, 80, 120, 160, 200));
+  Move(3, 135);
+  EXPECT_THAT(Times_ms(), testing::ElementsAre(0, 40, 82, 135, 157, 200));
+}
+
+TEST_F(ReadVideoTest, TimesThatDoNotIncreaseAreThoseOfTheRate) {
+  Move(3, 300);
+  EXPECT_THAT(Times_ms(), testing::ElementsAre(0, 40, 80, 120, 160, 200));
+}
+
+TEST_F(ReadVideoTest, ALastFrameOrTwoMayLackItsPartner) {
+  using testing::HasSubstr;
+  std::filesystem::remove(folder_ / "site/depth/5.png");
+  EXPECT_EQ(Read().frames.size(), 5u);
+  EXPECT_THAT(Read().left_out, testing::ElementsAre(HasSubstr("site/clip.mkv#5: left out")));
+  std::filesystem::remove(folder_ / "site/depth/4.png");
+  const RawSequence sequence = Inspect();
+  ASSERT_EQ(sequence.frames.size(), 4u);
+  EXPECT_EQ(sequence.frames[3].depth.path, "site/depth/3.png");
+  EXPECT_EQ(sequence.left_out.size(), 2u);
+  std::filesystem::remove(folder_ / "site/depth/3.png");
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "3 depth images for 6 video frames");
+  for (int i = 3; i < 8; ++i) WriteDepth(fmt::format("depth/{}.png", i));
+  EXPECT_EQ(Read().frames.size(), 6u);
+  EXPECT_THAT(Read().left_out,
+              testing::ElementsAre(HasSubstr("site/depth/6.png: left out"),
+                                   HasSubstr("site/depth/7.png: left out")));
+  WriteDepth("depth/8.png");
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "9 depth images for 6 video frames of clip.mkv");
+  config_.depth = "none";
+  EXPECT_EQ(Read().frames.size(), 6u);
 }
 
 TEST_F(ReadSequenceTest, DepthIsOptionalWhereTheSiteSaysSo) {
@@ -288,6 +370,26 @@ TEST_F(ReadSequenceTest, PicturesOfWhatMovesAreAChannelOfTheirOwn) {
   EXPECT_TRUE(frames[0].others.empty());
   EXPECT_EQ(frames[1].others.at("moving").path, "site/moves/1.png");
   EXPECT_FALSE(frames[1].others.contains("label"));
+}
+
+// A PNG of 32 x 24 pixels of 1 bit, with a palette.
+constexpr const char* kPalettePng =
+    "89504e470d0a1a0a0000000d4948445200000020000000180103000000a19d6d7700000006504c5445000000"
+    "ff804056a054f90000000e4944415478da63f80f040cf427006b425fa1db762de00000000049454e44ae4260"
+    "82";
+
+TEST_F(ReadSequenceTest, LabelPicturesMayHaveAPalette) {
+  WriteTum(1);
+  config_.label_folder = "labels";
+  std::string bytes;
+  for (std::size_t i = 0; kPalettePng[i] != 0; i += 2) {
+    bytes += static_cast<char>(std::stoi(std::string(kPalettePng + i, 2), nullptr, 16));
+  }
+  std::filesystem::create_directories(folder_ / "site/labels");
+  folder_.Write("site/labels/0.png", bytes);
+  const auto frames = Inspect().frames;
+  EXPECT_TRUE(frames[0].others_problems.empty());
+  EXPECT_TRUE(frames[0].others.contains("label"));
 }
 
 TEST_F(ReadSequenceTest, LabelPicturesHaveTheStemOfTheColorPicture) {

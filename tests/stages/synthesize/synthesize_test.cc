@@ -115,7 +115,7 @@ TEST(Synthesize, FilesHoldTheRenderedFrame) {
   const std::string first_hash = HashFile(folder / "rgb/000007.jpg");
   WriteFrame(folder, writing, 7, frame);
   EXPECT_EQ(HashFile(folder / "rgb/000007.jpg"), first_hash);
-  EXPECT_EQ(ReadGrayImage(folder / "labels/000007.png").pixels, frame.labels.pixels);
+  EXPECT_EQ(ReadLabelImage(folder / "labels/000007.png").pixels, frame.labels.pixels);
   const RawDepthImage raw = ReadRawDepth(folder / "depth/000007.png");
   ASSERT_EQ(raw.pixels.size(), frame.depth.pixels.size());
   for (std::size_t i = 0; i < raw.pixels.size(); ++i) {
