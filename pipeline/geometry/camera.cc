@@ -2,7 +2,9 @@
 #include "pipeline/geometry/camera.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace nightmap {
 namespace {
@@ -85,6 +87,24 @@ Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
   if (!HasDistortion()) return pixel;
   const Eigen::Vector2d point = Normalize(pixel);
   return {fx * point.x() + cx, fy * point.y() + cy};
+}
+
+double LargestDistortion(const Camera& camera) {
+  constexpr int kSteps = 16;
+  constexpr double kInner = 0.9;  // calibrations often miss the corners
+  double largest_px = 0;
+  for (int row = 0; row <= kSteps; ++row) {
+    for (int column = 0; column <= kSteps; ++column) {
+      const Eigen::Vector2d middle(0.5 * camera.width, 0.5 * camera.height);
+      const Eigen::Vector2d off((2.0 * column / kSteps - 1) * middle.x(),
+                                (2.0 * row / kSteps - 1) * middle.y());
+      const Eigen::Vector2d pixel = middle + kInner * off;
+      const auto moved = camera.Project(camera.BackProjectUndistorted(pixel, 1));
+      if (!moved) return std::numeric_limits<double>::infinity();
+      largest_px = std::max(largest_px, (*moved - pixel).norm());
+    }
+  }
+  return largest_px / std::hypot(0.5 * camera.width, 0.5 * camera.height);
 }
 
 }  // namespace nightmap

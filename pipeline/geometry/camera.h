@@ -48,4 +48,8 @@ struct Camera {
   Eigen::Vector2d Undistort(const Eigen::Vector2d& pixel) const;
 };
 
+// How far distortion moves a pixel of the inner nine tenths of the picture at most, as a share of
+// half its diagonal; infinite where the polynomial turns back, as no lens does.
+double LargestDistortion(const Camera& camera);
+
 }  // namespace nightmap

@@ -58,6 +58,7 @@ Json ToJson(const RgbdCamera& camera) {
   if (!IsIdentity(camera.robot_from_camera)) {
     json["robot_from_camera"] = ToJson(camera.robot_from_camera);
   }
+  if (camera.depth_along_ray) json["depth_along_ray"] = true;
   if (!camera.IsCalibrated()) json["focal_sigma_ratio"] = camera.focal_sigma_ratio;
   return json;
 }
@@ -110,6 +111,7 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
   camera.color = CameraFromJson(json.at("color"));
   camera.depth_registered = json.at("depth_registered").get<bool>();
   camera.depth_units_per_m = PositiveAt(json, "depth_units_per_m");
+  camera.depth_along_ray = json.value("depth_along_ray", false);
   camera.min_depth_m = FiniteAt(json, "min_depth_m");
   camera.max_depth_m = PositiveAt(json, "max_depth_m");
   camera.noise.constant_m = AtLeast(json, "depth_noise_constant_m", DepthNoise::kMinConstant_m);

@@ -36,6 +36,13 @@ Span Footprint(double center, double size, int limit) {
   return {std::max(first, 0), std::min(last, limit - 1)};
 }
 
+// Length of the ray through a pixel, where z is 1; pixels row by row.
+double RayLength(const Camera& camera, std::size_t pixel) {
+  const auto width = static_cast<std::size_t>(camera.width);
+  const Eigen::Vector2d at(static_cast<double>(pixel % width), static_cast<double>(pixel / width));
+  return camera.BackProject(at, 1).norm();
+}
+
 void DrawNearest(DepthImage& image, Span columns, Span rows, float depth_m) {
   for (int y = rows.first; y <= rows.last; ++y) {
     for (int x = columns.first; x <= columns.last; ++x) {
@@ -96,7 +103,8 @@ DepthImage LoadDepth(const FrameRecord& frame,
   DepthImage depth{raw.width, raw.height, 1, std::vector<float>(raw.pixels.size(), 0.0f)};
   for (std::size_t i = 0; i < raw.pixels.size(); ++i) {
     if (raw.pixels[i] == 0 || raw.pixels[i] == kSaturatedDepth) continue;
-    const double depth_m = raw.pixels[i] / camera.depth_units_per_m;
+    double depth_m = raw.pixels[i] / camera.depth_units_per_m;
+    if (camera.depth_along_ray) depth_m /= RayLength(depth_camera, i);
     if (depth_m < camera.min_depth_m || depth_m > camera.max_depth_m) continue;
     depth.pixels[i] = static_cast<float>(depth_m);
   }

@@ -59,6 +59,7 @@ struct RgbdCamera {
   Camera depth;                     // used when not registered
   Rigid3 color_from_depth;          // used when not registered
   double depth_units_per_m = 1000;  // raw 16-bit units per metre
+  bool depth_along_ray = false;     // raw depth is the distance from the camera, not z
   double min_depth_m = 0.1;
   double max_depth_m = 10.0;
   DepthNoise noise;

@@ -42,6 +42,9 @@ struct CameraTable {
   void RegisterDepth(OptionList& list) {
     Camera& depth = camera.depth;
     list.Add("depth_units_per_m", &camera.depth_units_per_m, {1, 1e6}, "raw units per metre");
+    list.Add("depth_along_ray",
+             &camera.depth_along_ray,
+             "depth is the distance from the camera, as simulators give it, and not z");
     list.Add("min_depth_m", &camera.min_depth_m, {0, 1000}, "nearer depth is ignored");
     list.Add("max_depth_m", &camera.max_depth_m, {0.01, 1000}, "farther depth is ignored");
     list.Add("depth_noise_constant_m",
@@ -120,6 +123,19 @@ void CheckCenter(const char* key,
                    size_px);
 }
 
+// Coefficients in another order, or of another model, fold the picture.
+void CheckDistortion(const Camera& camera, const std::string& where) {
+  constexpr double kMaxShift = 0.5;
+  const double shift = LargestDistortion(camera);
+  if (shift <= kMaxShift) return;
+  throw UsageError(
+      "{}: k1 k2 p1 p2 k3 {}: they must be OpenCV's, in this order (k3 is the last, not the third)",
+      where,
+      std::isinf(shift)
+          ? "fold the picture"
+          : fmt::format("move its border by {:.0f} % of half its diagonal", 100 * shift));
+}
+
 RgbdCamera ParseCamera(const toml::table& table, const std::string& source) {
   const std::string where = Where(table, source);
   const Names depth_keys = {"depth_width",
@@ -135,6 +151,7 @@ RgbdCamera ParseCamera(const toml::table& table, const std::string& source) {
   RgbdCamera& camera = parsed.camera;
   CheckCenter("cx", camera.color.cx, "width", camera.color.width, where);
   CheckCenter("cy", camera.color.cy, "height", camera.color.height, where);
+  CheckDistortion(camera.color, where);
   if (camera.min_depth_m >= camera.max_depth_m) {
     throw UsageError("{}: min_depth_m = {} must be below max_depth_m = {}",
                      where,

@@ -8,7 +8,7 @@ from nightmap_site.checked_reading import NUMBER, REMEDY, read_object
 from nightmap_site.script_errors import DataError
 
 COLUMNS = ("brightness", "dark_share", "bright_share", "blur_px", "textured_share", "measured_share", "depth_p10_m", "depth_median_m",
-           "depth_p90_m", "same_color", "same_depth", "tracked_share", "flow_px", "gain")  # fmt: skip
+           "depth_p90_m", "planar_share", "planar_share_otherwise", "same_color", "same_depth", "tracked_share", "flow_px", "gain")  # fmt: skip
 WINDOW = {"num_edges": int, "by_frame_offset": [NUMBER], "at_best_shift": NUMBER, "at_no_shift": NUMBER}
 REPORT = {"num_frames": int, "alignment": {"best_shift_x": NUMBER, "best_shift_y": NUMBER, "windows": [WINDOW]}}
 

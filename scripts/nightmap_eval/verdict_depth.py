@@ -9,7 +9,7 @@ from nightmap_eval.verdict import check, unknown
 from nightmap_site.checked_reading import NUMBER, read_object
 
 MIN_FLOW_PX = 2  # of a picture 320 wide, per frame: less moves the edges too little
-CAMERAS = {"cameras": [{"depth_units_per_m": NUMBER}]}
+CAMERAS = {"cameras": [{"depth_units_per_m": NUMBER, "?depth_along_ray": bool}]}
 SURE_OF_FRAME, SURE_OF_SHIFT = 4, 3  # standard errors between two means
 MIN_GAIN = 1.05  # colors of another frame, or of shifted pixels, must agree so much better
 
@@ -31,7 +31,22 @@ def depth_checks(site, survey):
     yield check("frames without depth", 100 * survey.share("measured_share", lambda share: share == 0), "%", (0, 5), "no pixel of their "
                 "depth picture is measured: the motion at these frames is not known",
                 "no depth measured in {value:.0f} % of the frames: sunlight, surfaces out of the sensor's range, or a covered projector")  # fmt: skip
+    yield from _flatness_checks(site, survey)
     yield from _alignment_checks(survey)
+
+
+def _flatness_checks(site, survey):
+    shares = survey.known("planar_share")
+    if not (shares > 0).any():
+        yield unknown("flatness of depth", "walls and floors are flat", "too little depth to see a plane")
+        return
+    is_along_ray = any(camera.get("depth_along_ray", False) for camera in read_object(site.path("frames", "cameras"), CAMERAS)["cameras"])
+    now, other = ("along the ray", "z") if is_along_ray else ("z", "along the ray")
+    remedy = "remove depth_along_ray" if is_along_ray else "set depth_along_ray = true, as for depth that simulators give,"
+    yield check("flatness of depth", float(np.sum(survey.known("planar_share_otherwise")) / np.sum(shares)), f"times that as {other}", (0, 1.1),
+                f"share of the depth on the largest plane: walls and floors are flat if depth is {now}, as declared",
+                f"depth lies on planes {{value:.2f}} times as much if it is {other} and not {now}: {remedy} in the [[camera]]",
+                usable=(0, 1.3))  # fmt: skip
 
 
 def _alignment_checks(survey):

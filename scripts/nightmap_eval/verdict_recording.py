@@ -8,6 +8,7 @@ import numpy as np
 from nightmap_eval.artifacts import Frames, truths_apart
 from nightmap_eval.survey import Survey
 from nightmap_eval.verdict import check
+from nightmap_eval.verdict_camera import camera_checks
 from nightmap_eval.verdict_depth import depth_checks
 from nightmap_eval.verdict_order import is_right_after, order_checks
 
@@ -17,7 +18,7 @@ GAIN = 1.6  # automatic exposure takes several frames for as much
 
 def checks(site):
     survey, frames = Survey(site), Frames(site)
-    return [*_truth_checks(site), *order_checks(survey, frames), *_picture_checks(survey), *_repeat_checks(survey, frames),
+    return [*_truth_checks(site), *camera_checks(site), *order_checks(survey, frames), *_picture_checks(survey), *_repeat_checks(survey, frames),
             *depth_checks(site, survey)]  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "pipeline/io/frames_io.h"
+#include "stages/survey/planar_share.h"
 
 namespace nightmap {
 
@@ -16,6 +17,7 @@ struct FrameMeasures {
   double depth_p10_m = 0;     // quantiles of the measured depth, 0 if none is measured
   double depth_median_m = 0;
   double depth_p90_m = 0;
+  PlanarShares planar;  // shares of the depth on its largest plane
 };
 
 // Sigma in pixels of the Gaussian that would blur ideal steps as much as the picture's strongest

@@ -80,6 +80,8 @@ WindowResult Measure(const SurveyInput& input, const Window& window, Progress& p
         result.frames.push_back({i,
                                  MeasureFrame(ToGray(images.color), current.small, current.depth),
                                  Compare(previous, current)});
+        result.frames.back().own.planar = MeasurePlanarShares(
+            current.depth, camera.color, camera.depth_along_ray, static_cast<std::uint64_t>(i));
         const bool fits = edges.empty() || edges.front().strengths.width == current.small.width;
         if (fits) edges.push_back(EdgesOf(current.small, current.depth));
       }

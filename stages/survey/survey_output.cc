@@ -7,13 +7,15 @@ namespace nightmap {
 namespace {
 
 std::string DepthFields(const FrameMeasures& own, const FrameRecord& frame) {
-  if (frame.depth.path.empty()) return ",,,";
-  if (own.measured_share == 0) return "0,,,";
-  return fmt::format("{:.4f},{:.4f},{:.4f},{:.4f}",
+  if (frame.depth.path.empty()) return ",,,,,";
+  if (own.measured_share == 0) return "0,,,,,";
+  return fmt::format("{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}",
                      own.measured_share,
                      own.depth_p10_m,
                      own.depth_median_m,
-                     own.depth_p90_m);
+                     own.depth_p90_m,
+                     own.planar.as_declared,
+                     own.planar.otherwise);
 }
 
 std::string PairFields(const PairMeasures& pair) {
@@ -31,7 +33,8 @@ std::string PairFields(const PairMeasures& pair) {
 std::string SurveyToCsv(const SurveyResult& result, const std::vector<FrameRecord>& frames) {
   std::string text =
       "frame_idx,time_ns,sequence_idx,brightness,dark_share,bright_share,blur_px,textured_share,"
-      "measured_share,depth_p10_m,depth_median_m,depth_p90_m,same_color,same_depth,tracked_share,"
+      "measured_share,depth_p10_m,depth_median_m,depth_p90_m,planar_share,planar_share_otherwise,"
+      "same_color,same_depth,tracked_share,"
       "flow_px,gain\n";
   for (const SurveyedFrame& surveyed : result.frames) {
     const FrameRecord& frame = frames[surveyed.frame];

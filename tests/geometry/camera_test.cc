@@ -84,6 +84,28 @@ TEST(Camera, PointsBeyondTheTurningPointDoNotFoldIntoTheImage) {
   EXPECT_FALSE(camera.Project({1.8, 0, 1}));  // the polynomial would put it at x = 52
 }
 
+TEST(Camera, DistortionOfAnotherOrderFoldsThePicture) {
+  const Camera camera = Freiburg1();
+  EXPECT_LT(LargestDistortion(camera), 0.1);
+  EXPECT_GT(LargestDistortion(camera), 0.001);
+  Camera third = camera;  // k1 k2 k3 p1 p2 read as k1 k2 p1 p2 k3
+  third.p1 = camera.k3;
+  third.p2 = camera.p1;
+  third.k3 = camera.p2;
+  EXPECT_GT(LargestDistortion(third), 0.5);
+  const Camera wide{.width = 1920,
+                    .height = 1080,
+                    .fx = 880,
+                    .fy = 880,
+                    .cx = 960,
+                    .cy = 540,
+                    .k1 = -0.26,
+                    .k2 = 0.07};
+  EXPECT_LT(LargestDistortion(wide), 0.3);
+  EXPECT_EQ(LargestDistortion({.width = 64, .height = 48, .fx = 50, .fy = 50, .cx = 32, .cy = 24}),
+            0);
+}
+
 TEST(DepthNoise, GrowsWithDepthSquared) {
   const DepthNoise noise{.constant_m = 0.001, .quadratic_per_m = 0.002};
   EXPECT_DOUBLE_EQ(noise.Sigma_m(0), 0.001);

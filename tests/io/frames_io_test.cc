@@ -215,7 +215,7 @@ TEST(CamerasJson, DamageIsRefused) {
     NIGHTMAP_EXPECT_ERROR(DataError, ReadCameras(folder.Write("bad.json", changed)), why);
     NIGHTMAP_EXPECT_ERROR(DataError, ReadCameras(folder / "bad.json"), "bad.json");
   };
-  expect("\"version\": 1", "\"version\": 3", "newer");
+  expect("\"version\": 1", "\"version\": 4", "newer");
   expect("nightmap cameras", "other", "format");
   expect("\"fx\": 35.25", "\"fx\": 0", "fx");
   expect("\"fx\": 35.25", "\"fx\": \"wide\"", "type");
@@ -248,6 +248,28 @@ TEST(LoadDepth, IsInMetresWithinTheRange) {
   EXPECT_FLOAT_EQ(depth.At(0, 0), 2.0f);
   for (int x = 1; x <= 4; ++x) EXPECT_EQ(depth.At(x, 0), 0.0f) << x;
   EXPECT_FLOAT_EQ(depth.At(5, 0), 4.5f);
+}
+
+TEST(LoadDepth, DistancesAlongTheRayBecomeZ) {
+  const TemporaryFolder folder;
+  RgbdCamera camera = SomeCamera();
+  RawDepthImage raw{40, 30, 1, std::vector<std::uint16_t>(1200)};
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      const double ray = camera.color.BackProject(Eigen::Vector2d(x, y), 2.0).norm();
+      raw.At(x, y) = static_cast<std::uint16_t>(std::lround(ray * camera.depth_units_per_m));
+    }
+  }
+  WritePng(folder / "d.png", raw);
+  FrameRecord frame;
+  frame.depth.path = "d.png";
+  EXPECT_GT(LoadDepth(frame, camera, folder.Path()).At(0, 0), 2.1f);
+  camera.depth_along_ray = true;
+  const DepthImage depth = LoadDepth(frame, camera, folder.Path());
+  for (const float z : depth.pixels) ASSERT_NEAR(z, 2.0, 1.0 / camera.depth_units_per_m);
+  const auto read = ReadCameras(folder.Write("cameras.json", CamerasToJson({camera})));
+  EXPECT_TRUE(read.at(0).depth_along_ray);
+  EXPECT_NE(CamerasToJson({camera}).find("\"version\": 3"), std::string::npos);
 }
 
 TEST(LoadRgbd, AFrameWithoutDepthHasNoDepthPixels) {

@@ -134,6 +134,7 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
   expect("k1 = 0.25",
          "depth_noise_constant_m = 0.0",
          "s.toml:11: depth_noise_constant_m = 0.0 is out of range; give 1e-05 .. 1");
+  expect("k1 = 0.25", "k1 = 0.25\nk2 = -0.95\np1 = 1.16", "s.toml:3: k1 k2 p1 p2 k3");
   expect("fx = 517.3\n", "", "s.toml:3: 'fx' is missing");
   expect("depth_units_per_m = 5000\n", "", "'depth_units_per_m' is missing");
   expect("k1 = 0.25", "min_depth_m = 20.0", "must be below max_depth_m");

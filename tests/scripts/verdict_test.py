@@ -23,7 +23,8 @@ from nightmap_site.site import Site
 
 # A frame of a good recording.
 FRAME = {"brightness": 120, "dark_share": 0, "bright_share": 0, "blur_px": 1.2, "textured_share": 1, "measured_share": 0.8, "depth_p10_m": 1,
-         "depth_median_m": 2, "depth_p90_m": 3, "same_color": 0, "same_depth": 0, "tracked_share": 0.9, "flow_px": 5, "gain": 1}  # fmt: skip
+         "depth_median_m": 2, "depth_p90_m": 3, "planar_share": 0.5, "planar_share_otherwise": 0.25, "same_color": 0, "same_depth": 0, "tracked_share": 0.9, "flow_px": 5, "gain": 1}  # fmt: skip
+CAMERA = {"camera_id": "c", "depth_units_per_m": 1000, "color": {"width": 640, "height": 480, "fx": 520, "fy": 520, "cx": 318, "cy": 255}}
 WINDOW = {"num_edges": 100, "by_frame_offset": [1, 1, 1, 1, 2, 1, 1, 1, 1], "at_best_shift": 2, "at_no_shift": 2}
 
 
@@ -117,10 +118,10 @@ class MapTest(unittest.TestCase):
         rows = [FRAME | (changes if i % 2 else {}) for i in range(fake_site.NUM_FRAMES)]
         lines = [f"{i},{time_ns},0," + ",".join(str(row[name]) for name in COLUMNS) for i, (time_ns, row) in enumerate(zip(walk().times_ns, rows))]
         path = self.site.path("survey", "frames")
-        path.parent.mkdir(parents=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("\n".join(["frame_idx,time_ns,sequence_idx," + ",".join(COLUMNS), *lines]) + "\n")
         self.write("survey", num_frames=40, num_frames_surveyed=40, alignment={"best_shift_x": 0, "best_shift_y": 0, "windows": [WINDOW] * 5})
-        self.site.path("frames", "cameras").write_text(json.dumps({"cameras": [{"depth_units_per_m": 1000}]}))
+        self.site.path("frames", "cameras").write_text(json.dumps({"cameras": [CAMERA]}))
 
     def not_good(self, **changes):
         self.write_survey(**changes)
@@ -128,6 +129,33 @@ class MapTest(unittest.TestCase):
 
     def test_a_good_recording(self):
         self.assertEqual(self.not_good(), set())
+
+    def cameras_checks(self, depth_along_ray=False, **color):
+        self.write_survey(planar_share=0.2, planar_share_otherwise=0.6)
+        camera = CAMERA | {"color": CAMERA["color"] | color} | ({"depth_along_ray": True} if depth_along_ray else {})
+        self.site.path("frames", "cameras").write_text(json.dumps({"cameras": [camera]}))
+        return {item.name: item for item in verdict_recording.checks(self.site)}
+
+    def test_intrinsics_of_pictures_of_another_size(self):
+        for factor, verdict in ((1.02, GOOD), (1.25, LOOK), (2, REFUSE), (0.5, REFUSE), (0.8, LOOK)):
+            with self.subTest(factor):
+                scaled = {"width": round(640 / factor), "height": round(480 / factor), "cy": 245}
+                found = self.cameras_checks(**scaled)["size of the pictures of camera c"]
+                self.assertEqual(found.verdict, verdict, found)
+                if verdict != GOOD:
+                    self.assertIn(f"fx = {520 / found.value:.6g}", found.advice)
+                    self.assertAlmostEqual(found.value, factor, delta=0.04 * factor)
+
+    def test_a_principal_point_off_the_middle(self):
+        self.assertEqual(self.cameras_checks(cx=318, cy=420)["principal point of camera c"].verdict, LOOK)
+
+    def test_depth_that_is_flat_only_along_the_ray(self):
+        found = self.cameras_checks()["flatness of depth"]
+        self.assertEqual(found.verdict, LOOK)
+        self.assertIn("set depth_along_ray = true", found.advice)
+
+    def test_depth_that_is_flat_only_as_z(self):
+        self.assertIn("remove depth_along_ray", self.cameras_checks(depth_along_ray=True)["flatness of depth"].advice)
 
     def test_faults_of_a_recording(self):
         faults = {"blurred frames": {"blur_px": 4}, "frozen pictures": {"same_color": 1}, "frozen depth": {"same_depth": 1},
