@@ -8,6 +8,7 @@
 #include "pipeline/base/files.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/json_fields.h"
+#include "pipeline/io/masks_io.h"
 
 namespace nightmap {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kCamerasFormat = "nightmap cameras";
-constexpr int kCamerasVersion = 2;  // 2: focal_sigma_ratio
+constexpr int kCamerasVersion = 3;  // 2: focal_sigma_ratio, 3: mask_runs
 constexpr int kMaxSide_px = 32768;  // the same limit as in the site config
 
 Json ToJson(const Camera& c) {
@@ -60,6 +61,7 @@ Json ToJson(const RgbdCamera& camera) {
   }
   if (camera.depth_along_ray) json["depth_along_ray"] = true;
   if (!camera.IsCalibrated()) json["focal_sigma_ratio"] = camera.focal_sigma_ratio;
+  if (camera.mask) json["mask_runs"] = PackMask(0, *camera.mask).runs;
   return json;
 }
 
@@ -105,6 +107,19 @@ Rigid3 PoseAt(const Json& json, const char* name) {
   return pose;
 }
 
+std::shared_ptr<const GrayImage> MaskAt(const Json& runs, const Camera& color) {
+  PackedMask packed{0, color.width, color.height, {}};
+  for (const Json& run : runs) {
+    if (!run.is_number_unsigned() ||
+        run.get<std::uint64_t>() > std::numeric_limits<std::uint32_t>::max()) {
+      throw DataError("mask_runs are not all numbers of pixels");
+    }
+    packed.runs.push_back(run.get<std::uint32_t>());
+  }
+  if (!FillsPicture(packed)) throw DataError("mask_runs do not fill the picture");
+  return std::make_shared<GrayImage>(UnpackMask(packed));
+}
+
 RgbdCamera RgbdCameraFromJson(const Json& json) {
   RgbdCamera camera;
   camera.camera_id = json.at("camera_id").get<std::string>();
@@ -126,17 +141,26 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
   if (json.contains("focal_sigma_ratio")) {
     camera.focal_sigma_ratio = PositiveAt(json, "focal_sigma_ratio");
   }
+  if (json.contains("mask_runs")) camera.mask = MaskAt(json.at("mask_runs"), camera.color);
   return camera;
+}
+
+// A program must not take a guessed focal length as exact, the robot's own parts as the world, nor
+// distances as z.
+int VersionFor(const std::vector<RgbdCamera>& cameras) {
+  const auto needs_newest = [](const RgbdCamera& camera) {
+    return camera.mask != nullptr || camera.depth_along_ray;
+  };
+  if (std::ranges::any_of(cameras, needs_newest)) return kCamerasVersion;
+  return std::ranges::all_of(cameras, &RgbdCamera::IsCalibrated) ? 1 : 2;
 }
 
 }  // namespace
 
 std::string CamerasToJson(const std::vector<RgbdCamera>& cameras) {
-  // A program that knows no focal_sigma_ratio must not take a guessed focal length as exact.
-  const bool are_calibrated = std::ranges::all_of(cameras, &RgbdCamera::IsCalibrated);
   Json json = {
       {"format", kCamerasFormat},
-      {"version", are_calibrated ? 1 : kCamerasVersion},
+      {"version", VersionFor(cameras)},
       {"units", "width height fx fy cx cy: px; color_from_depth: tx ty tz (m) qx qy qz qw"},
       {"cameras", Json::array()}};
   for (const RgbdCamera& camera : cameras) json["cameras"].push_back(ToJson(camera));

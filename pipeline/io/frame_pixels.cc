@@ -7,6 +7,7 @@
 #include "pipeline/io/camera_images.h"
 #include "pipeline/io/data_paths.h"
 #include "pipeline/io/frames_io.h"
+#include "pipeline/io/masked_pixels.h"
 
 namespace nightmap {
 namespace {
@@ -81,9 +82,12 @@ DepthImage RegisterDepth(const DepthImage& depth, const RgbdCamera& camera) {
 ColorImage LoadColor(const FrameRecord& frame,
                      const RgbdCamera& camera,
                      const std::filesystem::path& data_root) {
-  return ReadFromData(data_root, frame.color.path, [&](const std::filesystem::path& path) {
-    return ReadColorOf(camera.color, path);
-  });
+  ColorImage color =
+      ReadFromData(data_root, frame.color.path, [&](const std::filesystem::path& path) {
+        return ReadColorOf(camera.color, path);
+      });
+  if (camera.mask) FadeOut(*camera.mask, &color);
+  return color;
 }
 
 DepthImage LoadDepth(const FrameRecord& frame,
@@ -108,7 +112,9 @@ DepthImage LoadDepth(const FrameRecord& frame,
     if (depth_m < camera.min_depth_m || depth_m > camera.max_depth_m) continue;
     depth.pixels[i] = static_cast<float>(depth_m);
   }
-  return camera.depth_registered ? depth : RegisterDepth(depth, camera);
+  if (!camera.depth_registered) depth = RegisterDepth(depth, camera);
+  if (camera.mask) RemoveDepth(*camera.mask, &depth);
+  return depth;
 }
 
 RgbdImages LoadRgbd(const FrameRecord& frame,
@@ -116,7 +122,8 @@ RgbdImages LoadRgbd(const FrameRecord& frame,
                     const std::filesystem::path& data_root) {
   const bool has_depth = !frame.depth.path.empty();
   return {LoadColor(frame, camera, data_root),
-          has_depth ? LoadDepth(frame, camera, data_root) : DepthImage{}};
+          has_depth ? LoadDepth(frame, camera, data_root) : DepthImage{},
+          camera.mask ? *camera.mask : GrayImage{}};
 }
 
 }  // namespace nightmap

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -65,6 +66,9 @@ struct RgbdCamera {
   DepthNoise noise;
   // How sure the focal length of `color` is: standard deviation of its logarithm; 0: calibrated.
   double focal_sigma_ratio = 0;
+  // Where every picture shows the robot itself, not the world: 255, elsewhere 0. Of the size of
+  // `color`; null: nowhere.
+  std::shared_ptr<const GrayImage> mask;
 
   bool IsCalibrated() const { return focal_sigma_ratio == 0; }
 };
@@ -73,8 +77,8 @@ struct RgbdCamera {
 struct RgbdImages {
   ColorImage color;
   DepthImage depth;  // metres at the color camera's pixels; no pixels when the frame has no depth
-  // Where things are that move by themselves, already taken out of color and depth
-  // (MaskOut in frame_reader.h); empty: nothing is known of them.
+  // What is not the world that stays: the camera's mask, and things that move by themselves
+  // (MaskOut in frame_reader.h). Already taken out of color and depth; empty: nothing is known.
   GrayImage moving = {};
 };
 
@@ -92,7 +96,7 @@ std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path);
 // occur in two frames.
 std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths);
 
-// Version 1, or 2 where a camera has a focal_sigma_ratio.
+// Version 1, 2 where a camera has a focal_sigma_ratio, or 3 where one has a mask.
 std::string CamerasToJson(const std::vector<RgbdCamera>& cameras);
 std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path);
 // Likewise for lookups of frames' cameras: checks every camera_idx.
@@ -110,18 +114,20 @@ void CheckCamera(const FrameRecord& frame,
 // pixels without a measurement stay 0. Deterministic.
 DepthImage RegisterDepth(const DepthImage& depth, const RgbdCamera& camera);
 
-// Color image of a frame, checked to have the camera's size. Throws DataError naming the file.
+// Color image of a frame, checked to have the camera's size. What the camera's mask holds is faded
+// out (masked_pixels.h). Throws DataError naming the file.
 ColorImage LoadColor(const FrameRecord& frame,
                      const RgbdCamera& camera,
                      const std::filesystem::path& data_root);
 // Depth of a frame in metres at the pixels of the color camera; registered here from the extrinsics
 // if the recording is not. 0 where nothing was measured or the measurement is outside [min_depth_m,
-// max_depth_m]. Raw 0 and 65535 mean no measurement. Throws DataError naming the file when it
-// cannot be read, its size differs from its camera's, or the frame has no depth.
+// max_depth_m], and where the camera's mask is. Raw 0 and 65535 mean no measurement. Throws
+// DataError naming the file when it cannot be read, its size differs from its camera's, or the
+// frame has no depth.
 DepthImage LoadDepth(const FrameRecord& frame,
                      const RgbdCamera& camera,
                      const std::filesystem::path& data_root);
-// Color, and depth where the frame has it.
+// Color, and depth where the frame has it; `moving` is the camera's mask.
 RgbdImages LoadRgbd(const FrameRecord& frame,
                     const RgbdCamera& camera,
                     const std::filesystem::path& data_root);

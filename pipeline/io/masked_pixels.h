@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes what may move by itself (people, say) out of a frame's pixels, before anything is made of
-// them. A mask is not 0 where such a thing is; it has the size of the picture.
+// Takes what may move by itself (people, say), and what moves with the camera, out of a frame's
+// pixels, before anything is made of them. A mask is not 0 where such a thing is; it has the size
+// of the picture.
 #pragma once
 
 #include "pipeline/io/image_io.h"

@@ -15,16 +15,6 @@ std::uint64_t NumPixels(const PackedMask& packed) {
   return static_cast<std::uint64_t>(packed.width) * static_cast<std::uint64_t>(packed.height);
 }
 
-// Whether the runs fill the picture and no more; all but the first hold pixels.
-bool FillsPicture(const PackedMask& packed) {
-  std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < packed.runs.size(); ++i) {
-    if (packed.runs[i] == 0 && i > 0) return false;
-    sum += packed.runs[i];
-  }
-  return sum == NumPixels(packed);
-}
-
 }  // namespace
 
 PackedMask PackMask(std::int64_t time_ns, const GrayImage& mask) {
@@ -62,6 +52,15 @@ std::size_t NumMasked(const PackedMask& packed) {
   std::size_t count = 0;
   for (std::size_t i = 1; i < packed.runs.size(); i += 2) count += packed.runs[i];
   return count;
+}
+
+bool FillsPicture(const PackedMask& packed) {
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < packed.runs.size(); ++i) {
+    if (packed.runs[i] == 0 && i > 0) return false;
+    sum += packed.runs[i];
+  }
+  return sum == NumPixels(packed);
 }
 
 void WriteMasks(const std::filesystem::path& path,

@@ -34,6 +34,8 @@ GrayImage UnpackMask(const PackedMask& packed);
 // Hash of what the mask holds, for the lists of frames.
 std::string HashOf(const PackedMask& packed);
 std::size_t NumMasked(const PackedMask& packed);
+// Whether the runs fill the picture and no more, and all but the first hold pixels.
+bool FillsPicture(const PackedMask& packed);
 
 // Throws DataError.
 void WriteMasks(const std::filesystem::path& path,

@@ -218,12 +218,7 @@ SiteConfig ParseOwnText(std::string_view text, const std::string& source) {
   toml::table root = ParseText(text, source);
   SiteConfig site;
   for (const toml::table* table : Tables(root, "camera", source)) {
-    RgbdCamera camera = ParseCamera(*table, source);
-    if (std::ranges::count(site.cameras, camera.camera_id, &RgbdCamera::camera_id) > 0) {
-      throw UsageError(
-          "{}: a second camera \"{}\": rename it", Where(*table, source), camera.camera_id);
-    }
-    site.cameras.push_back(std::move(camera));
+    AddCamera(*table, source, &site);
   }
   for (toml::table* table : Tables(root, "sequence", source)) {
     site.sequences.push_back(ParseSequence(*table, source, site.cameras));

@@ -97,10 +97,18 @@ struct RobotTruthConfig {
   std::string source;      // file:line of its table, for messages
 };
 
+// Picture of the parts of the robot that a camera sees: `mask` of a [[camera]].
+struct CameraMaskConfig {
+  int camera_idx = 0;
+  std::string file;    // relative to root
+  std::string source;  // file:line of the camera's table, for messages
+};
+
 struct SiteConfig {
-  std::string root = ".";  // relative to the data folder
-  int hold_out_every = 0;  // every Nth frame becomes a query; 0: none
-  std::vector<RgbdCamera> cameras;
+  std::string root = ".";               // relative to the data folder
+  int hold_out_every = 0;               // every Nth frame becomes a query; 0: none
+  std::vector<RgbdCamera> cameras;      // without masks, until ReadCameraMasks
+  std::vector<CameraMaskConfig> masks;  // those that cameras have
   std::vector<SequenceConfig> sequences;
   std::vector<SequenceConfig> queries;        // of pictures
   std::vector<ScanQueryConfig> scan_queries;  // of laser scans

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/recording/site_tables.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "pipeline/base/error.h"
@@ -19,6 +21,7 @@ const Range kDistortion{-100, 100};
 struct CameraTable {
   RgbdCamera camera;
   std::vector<double> color_from_depth, robot_from_camera;
+  std::string mask;
 
   void Register(OptionList& list) {
     Camera& color = camera.color;
@@ -35,6 +38,7 @@ struct CameraTable {
     list.Add("p2", &color.p2, kDistortion, "tangential distortion");
     list.Add("k3", &color.k3, kDistortion, "radial distortion");
     list.Add("robot_from_camera", &robot_from_camera, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
+    list.Add("mask", &mask, "picture, white where the robot is; relative to root");
     RegisterDepth(list);
   }
 
@@ -136,7 +140,7 @@ void CheckDistortion(const Camera& camera, const std::string& where) {
           : fmt::format("move its border by {:.0f} % of half its diagonal", 100 * shift));
 }
 
-RgbdCamera ParseCamera(const toml::table& table, const std::string& source) {
+void AddCamera(const toml::table& table, const std::string& source, SiteConfig* site) {
   const std::string where = Where(table, source);
   const Names depth_keys = {"depth_width",
                             "depth_height",
@@ -167,7 +171,14 @@ RgbdCamera ParseCamera(const toml::table& table, const std::string& source) {
   if (table.contains("robot_from_camera")) {
     camera.robot_from_camera = ToPose(parsed.robot_from_camera, "robot_from_camera", where);
   }
-  return camera;
+  if (std::ranges::count(site->cameras, camera.camera_id, &RgbdCamera::camera_id) > 0) {
+    throw UsageError("{}: a second camera \"{}\": rename it", where, camera.camera_id);
+  }
+  CheckPath(parsed.mask, "mask", where);
+  if (!parsed.mask.empty()) {
+    site->masks.push_back({static_cast<int>(site->cameras.size()), parsed.mask, where});
+  }
+  site->cameras.push_back(std::move(camera));
 }
 
 }  // namespace nightmap

@@ -27,8 +27,8 @@ void Refuse(const toml::table& table, Names names, const std::string& where, con
 // to it.
 void CheckPath(const std::string& text, const char* key, const std::string& where);
 
-// Parses a [[camera]].
-RgbdCamera ParseCamera(const toml::table& table, const std::string& source);
+// Parses a [[camera]] and adds it, and its mask.
+void AddCamera(const toml::table& table, const std::string& source, SiteConfig* site);
 
 // Parses a [[sensor]], and a [[signal]] of one of them.
 SensorConfig ParseSensor(const toml::table& table, const std::string& source);

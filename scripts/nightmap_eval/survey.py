@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads what `survey` measured of a sample of the frames."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from nightmap_eval.artifacts import read_csv, to_ints
@@ -11,6 +13,7 @@ COLUMNS = ("brightness", "dark_share", "bright_share", "blur_px", "textured_shar
            "depth_p90_m", "planar_share", "planar_share_otherwise", "same_color", "same_depth", "tracked_share", "flow_px", "gain")  # fmt: skip
 WINDOW = {"num_edges": int, "by_frame_offset": [NUMBER], "at_best_shift": NUMBER, "at_no_shift": NUMBER}
 REPORT = {"num_frames": int, "alignment": {"best_shift_x": NUMBER, "best_shift_y": NUMBER, "windows": [WINDOW]}}
+FIXED_PARTS = {"fixed_parts": [{"camera_id": str, "share": NUMBER, "?mask": str}]}
 
 
 class Survey:
@@ -50,3 +53,20 @@ def _numbers(rows, name, path):
         return np.array([float(row[name]) if row[name] else np.nan for row in rows])
     except ValueError as error:
         raise DataError(f"{path}: column {name}: {error}; {REMEDY}") from None
+
+
+@dataclass(frozen=True)
+class FixedPart:
+    """What stays in place in all pictures of a camera: the share of the picture, and the name of the proposed mask, which lies
+    beside frames.csv."""
+
+    camera_id: str
+    share: float
+    mask: str
+
+
+def largest_fixed_part(site):
+    """That of the camera of which it covers most; None where nothing stays in place."""
+    cameras = read_object(site.path("survey", "report"), FIXED_PARTS)["fixed_parts"]
+    parts = [FixedPart(camera["camera_id"], camera["share"], camera["mask"]) for camera in cameras if "mask" in camera]
+    return max(parts, key=lambda part: part.share, default=None)

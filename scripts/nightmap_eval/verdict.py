@@ -37,6 +37,11 @@ def unknown(name, reason, advice, matters=False):
     return Check(name, LOOK if matters else NOT_KNOWN, None, "", "not measured", reason, advice)
 
 
+def escaped(text):
+    """Text of a user, for an advice."""
+    return text.replace("{", "{{").replace("}", "}}")
+
+
 def _within(value, limits):
     return limits[0] <= value <= limits[1]  # a value that is no number is in no limits
 

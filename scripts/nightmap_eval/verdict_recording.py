@@ -6,8 +6,8 @@ import math
 import numpy as np
 
 from nightmap_eval.artifacts import Frames, truths_apart
-from nightmap_eval.survey import Survey
-from nightmap_eval.verdict import check
+from nightmap_eval.survey import Survey, largest_fixed_part
+from nightmap_eval.verdict import check, escaped
 from nightmap_eval.verdict_camera import camera_checks
 from nightmap_eval.verdict_depth import depth_checks
 from nightmap_eval.verdict_order import is_right_after, order_checks
@@ -18,15 +18,25 @@ GAIN = 1.6  # automatic exposure takes several frames for as much
 
 def checks(site):
     survey, frames = Survey(site), Frames(site)
-    return [*_truth_checks(site), *camera_checks(site), *order_checks(survey, frames), *_picture_checks(survey), *_repeat_checks(survey, frames),
-            *depth_checks(site, survey)]  # fmt: skip
+    return [_fixed_parts_check(site), *_truth_checks(site), *camera_checks(site), *order_checks(survey, frames),
+            *_picture_checks(survey), *_repeat_checks(survey, frames), *depth_checks(site, survey)]  # fmt: skip
 
 
 def _truth_checks(site):
     for file, apart_s, what in truths_apart(site):
         yield check("ground truth apart from the frames", apart_s, "s", (0, 0), "from a frame to the nearest time of the truth that the "
                     "site config names: without a pose of the same time no accuracy can be measured",
-                    f"{file} {what}".replace("{", "{{").replace("}", "}}"))  # fmt: skip
+                    escaped(f"{file} {what}"))  # fmt: skip
+
+
+def _fixed_parts_check(site):
+    part = largest_fixed_part(site)
+    advice = "" if part is None else (
+        f"{{value:.1f}} % of the picture of camera {escaped(part.camera_id)} is the same in every view: a part of the robot, or a "
+        f"border, which a map would take for the world. survey/{part.mask} in the folder of the map is white there: look at it, copy it to "
+        'mask.png in the root folder of the site config, and write mask = "mask.png" in the [[camera]]')  # fmt: skip
+    return check("parts of the robot in the picture", 100 * part.share if part else 0.0, "% of the area", (-math.inf, 0),
+                 "they stay in place while the camera moves, and say that it does not", advice, usable=(-math.inf, 10))  # fmt: skip
 
 
 def _picture_checks(survey):

@@ -12,7 +12,7 @@ from nightmap_make.config_values import ConfigError
 from nightmap_make.digest import digest
 from nightmap_make.site_configs import tables
 
-FILE_KEYS = ("ground_truth", "file", "scans", "trajectory", "relations")
+FILE_KEYS = ("mask", "ground_truth", "file", "scans", "trajectory", "relations")
 OF_TRUTH = ("odometry", "trajectory", "relations")  # keys of [robot_truth]
 
 
@@ -87,7 +87,7 @@ class InputFiles:
 
         self.name, self._data = name, data
         self._pictures = {in_data(part["pictures"]) for part in parts if "pictures" in part}
-        self._folders = {in_data(part.get("folder", ".")) for part in parts if not {"pictures", "scans", "file", *OF_TRUTH} & set(part)}
+        self._folders = {in_data(part.get("folder", ".")) for part in parts if not {"mask", "pictures", "scans", "file", *OF_TRUTH} & set(part)}
         self._extra = {in_data(part[key]) for part in parts for key in FILE_KEYS if part.get(key)}
 
     def check(self, site_name):
@@ -121,10 +121,11 @@ def input_files(request, sites):
         return InputFiles(name, request.data, site.get("root", "."), parts)
 
     _, site = sites["site"]
+    masks = [camera for camera in tables(site, "camera", request.site) if camera.get("mask")]  # made by hand, also of a made-up recording
     if request.reads_recordings:
         parts = tables(site, "sequence", request.site) + tables(site, "signal", request.site) + ([site["robot_truth"]] if "robot_truth" in site else [])
-        parts = [] if request.is_synthetic else parts
+        parts = masks + ([] if request.is_synthetic else parts)
         yield named_by("recordings", site, parts)
     _, site = sites["queries"]
     own = [query for query in tables(site, "query", request.site) if "pictures" in query or not request.is_synthetic]
-    yield named_by("pictures", site, own + sites["asked"][1]["query"])
+    yield named_by("pictures", site, masks + own + sites["asked"][1]["query"])

@@ -16,7 +16,7 @@ OF_MAKE = ("profile", "synthetic", "import")  # keys that choose and fill jobs
 OF_SCANS = ("signal", "sensor")
 # Part -> the keys that only the other stage, or make, reads.
 NOT_READ = {"site": ("query", *OF_MAKE), "queries": ("sequence", *OF_SCANS, "robot_truth", "hold_out_every", *OF_MAKE), "asked": ()}
-TEXT_KEYS = ("folder", "pictures", "scans", "ground_truth", "label_folder", "moving_folder", "file")
+TEXT_KEYS = ("mask", "folder", "pictures", "scans", "ground_truth", "label_folder", "moving_folder", "file")
 
 
 def tables(site, name, path):
@@ -41,7 +41,7 @@ def check_site(path):
     if not isinstance(truth, dict):
         raise ConfigError(f"{path}: 'robot_truth' must be written as [robot_truth]")
     _check_text(path, truth, truth, " of [robot_truth]")
-    for kind in ("sequence", "query", "signal"):
+    for kind in ("camera", "sequence", "query", "signal"):
         for table in tables(site, kind, path):
             if not isinstance(table, dict):
                 raise ConfigError(f"{path}: '{kind}' must be written as [[{kind}]]")

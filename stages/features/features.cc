@@ -25,6 +25,7 @@ class Segment {
   FrameFeatures Next(std::size_t i) {
     const FrameRecord& frame = input_.frames[i];
     RgbdImages images = input_.load(frame);
+    is_labelled_ = false;
     if (input_.labelled && input_.labelled->IsDue(i, last_labelled_)) Label(i, &images);
     std::optional<FrameFeatures> features = Track(i, images);
     const bool is_tracked = features.has_value();
@@ -57,10 +58,11 @@ class Segment {
   void Label(std::size_t i, RgbdImages* images) {
     MaskOut(input_.labelled->Label(i, *images), images);
     last_labelled_ = i;
+    is_labelled_ = true;
   }
 
   FrameFeatures Describe(std::size_t i, RgbdImages* images) {
-    if (input_.labelled && images->moving.pixels.empty()) Label(i, images);
+    if (input_.labelled && !is_labelled_) Label(i, images);
     return ExtractFeatures(images->color, CameraOf(i), options_.extraction, images->moving);
   }
 
@@ -73,6 +75,7 @@ class Segment {
   const FeaturesInput& input_;
   FeatureTracker tracker_;
   std::size_t last_labelled_;  // a frame; at first the segment's, which is described in any case
+  bool is_labelled_ = false;   // the frame at hand
   int camera_idx_ = -1;        // of the described frame that the tracker follows
 };
 

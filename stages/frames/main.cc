@@ -3,6 +3,7 @@
 // the raw recordings; writes shards.txt and, next to it, shard_NNNN.csv, cameras.json,
 // held_out.csv, the truth, and acceleration.h5, odometry.h5, scans.h5.
 #include "pipeline/program/stage_main.h"
+#include "pipeline/recording/camera_masks.h"
 #include "pipeline/recording/inspect_frames.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/read_signals.h"
@@ -23,11 +24,12 @@ int main(int argc, char** argv) {
   return StageMain(
       argc, argv, spec, FramesOptions{}, [](const FramesOptions& options, StageContext& context) {
         const auto& data_root = context.Input("data");
-        const SiteConfig site = ReadSiteConfig(context.Input("site"));
+        SiteConfig site = ReadSiteConfig(context.Input("site"));
         context.BeginPart("list");
         auto sequences = ReadSequences(site, data_root);
         ReportTruthsApart(sequences, context.Report());
         CheckAreas(site.cameras, options.max_picture_mpx);
+        ReadCameraMasks(data_root, &site);
         ReportLeftOut(options, SelectFrames(options, &sequences), context.Report());
         context.BeginPart("signals");
         auto [signals, problems, num_in_line_order] =

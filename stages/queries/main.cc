@@ -8,6 +8,7 @@
 
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
+#include "pipeline/recording/camera_masks.h"
 #include "pipeline/recording/inspect_frames.h"
 #include "pipeline/recording/site_config.h"
 #include "pipeline/recording/truths_apart.h"
@@ -38,6 +39,7 @@ int main(int argc, char** argv) {
         for (const FrameRecord& frame : held_out)
           CheckCamera(frame, site.cameras, "the site config");
         const auto held_out_truth = ReadTum(context.Input("held_out_truth"));
+        ReadCameraMasks(data_root, &site);
         auto sequences = ReadQuerySequences(site, data_root);
         ReportTruthsApart(sequences, context.Report());
         context.BeginPart("inspect");

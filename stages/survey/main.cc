@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// survey: reads a sample of the frames of all shards and their pixels; writes what they are like.
+// survey: reads a sample of the frames of all shards and their pixels; writes what they are like,
+// and next to it a mask for each camera that sees a part of the robot.
 #include "stages/survey/survey.h"
 
 #include <limits>
@@ -33,7 +34,8 @@ void Run(const SurveyOptions& options, StageContext& context) {
   for (const std::string& reason : result.skipped) context.Skip(reason);
   context.CheckSkipped(result.num_sampled, options.max_failed_ratio);
   WriteFile(context.Output("frames"), SurveyToCsv(result, input.frames));
-  context.Report().update(Summarize(result, input.frames));
+  WriteMasks(result.fixed_parts, input.cameras, context);
+  context.Report().update(Summarize(result, input.frames, input.cameras));
 }
 
 }  // namespace
@@ -48,6 +50,7 @@ int main(int argc, char** argv) {
       {{"frames", "shard_NNNN.csv of all shards, in order", Arity::kMany},
        {"cameras", "cameras.json of the frames stage"},
        FolderPort("data", "folder to which the paths in the frames files are relative")},
-      {{"frames", "frames.csv: what each surveyed frame is like"}}};
+      {{"frames",
+        "frames.csv: what each surveyed frame is like; mask_N.png are written next to it"}}};
   return StageMain(argc, argv, spec, SurveyOptions{}, Run);
 }

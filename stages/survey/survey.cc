@@ -21,6 +21,7 @@ struct Window {
 
 struct WindowResult {
   std::vector<SurveyedFrame> frames;
+  std::vector<GrayImage> reduced;  // of the frames
   DepthAlignment alignment;
   std::vector<std::string> skipped;
 };
@@ -84,6 +85,7 @@ WindowResult Measure(const SurveyInput& input, const Window& window, Progress& p
             current.depth, camera.color, camera.depth_along_ray, static_cast<std::uint64_t>(i));
         const bool fits = edges.empty() || edges.front().strengths.width == current.small.width;
         if (fits) edges.push_back(EdgesOf(current.small, current.depth));
+        result.reduced.push_back(current.small);
       }
       previous = std::move(current);
     });
@@ -95,6 +97,21 @@ WindowResult Measure(const SurveyInput& input, const Window& window, Progress& p
   result.alignment = MeasureAlignment(edges);
   result.alignment.first_frame = window.begin;
   return result;
+}
+
+// Per camera, of the reduced pictures of all its frames.
+std::vector<FixedParts> FindFixedParts(const SurveyInput& input,
+                                       std::vector<WindowResult>& windows) {
+  std::vector<std::vector<GrayImage>> pictures(input.cameras.size());
+  for (WindowResult& window : windows) {
+    for (std::size_t i = 0; i < window.frames.size(); ++i) {
+      const FrameRecord& frame = input.frames[window.frames[i].frame];
+      pictures[static_cast<std::size_t>(frame.camera_idx)].push_back(std::move(window.reduced[i]));
+    }
+  }
+  std::vector<FixedParts> parts;
+  for (const auto& of_camera : pictures) parts.push_back(FindFixedParts(of_camera));
+  return parts;
 }
 
 }  // namespace
@@ -127,6 +144,7 @@ SurveyResult RunSurvey(const SurveyOptions& options,
     measured[i] = Measure(input, windows[i], progress);
   });
   progress.Finish();
+  result.fixed_parts = FindFixedParts(input, measured);
   for (WindowResult& window : measured) {
     std::ranges::move(window.frames, std::back_inserter(result.frames));
     std::ranges::move(window.skipped, std::back_inserter(result.skipped));

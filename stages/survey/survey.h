@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // survey: measures what recordings are like, in a sample of their frames: sharpness, exposure,
-// texture, depth, how far frames in succession agree. It judges nothing.
+// texture, depth, how far frames in succession agree, what stays in place in all pictures. It
+// judges nothing.
 #pragma once
 
 #include <array>
@@ -11,6 +12,7 @@
 #include "pipeline/base/progress.h"
 #include "pipeline/io/frames_io.h"
 #include "stages/survey/depth_alignment.h"
+#include "stages/survey/fixed_parts.h"
 #include "stages/survey/frame_measures.h"
 #include "stages/survey/pair_measures.h"
 
@@ -44,6 +46,7 @@ struct SurveyedFrame {
 struct SurveyResult {
   std::vector<SurveyedFrame> frames;       // in order, without those that failed
   std::vector<DepthAlignment> alignments;  // per window
+  std::vector<FixedParts> fixed_parts;     // per camera
   std::vector<std::string> skipped;        // reasons, in frame order
   std::size_t num_sampled = 0;
 };

@@ -3,8 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
 namespace nightmap {
 namespace {
+
+constexpr int kMaskMargin_px = 1;  // of reduced pixels
 
 std::string DepthFields(const FrameMeasures& own, const FrameRecord& frame) {
   if (frame.depth.path.empty()) return ",,,,,";
@@ -26,6 +32,24 @@ std::string PairFields(const PairMeasures& pair) {
                      pair.tracked_share,
                      pair.flow_px,
                      pair.gain);
+}
+
+std::string MaskFileName(std::size_t camera_idx) { return fmt::format("mask_{}.png", camera_idx); }
+
+nlohmann::json FixedPartsJson(const std::vector<FixedParts>& all,
+                              const std::vector<RgbdCamera>& cameras) {
+  nlohmann::json list = nlohmann::json::array();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto& pixels = all[i].mask.pixels;
+    const auto num_fixed = static_cast<double>(std::ranges::count(pixels, 255));
+    nlohmann::json parts = {
+        {"camera_id", cameras[i].camera_id},
+        {"num_views", all[i].num_views},
+        {"share", pixels.empty() ? 0 : num_fixed / static_cast<double>(pixels.size())}};
+    if (!pixels.empty()) parts["mask"] = MaskFileName(i);
+    list.push_back(std::move(parts));
+  }
+  return list;
 }
 
 }  // namespace
@@ -53,7 +77,29 @@ std::string SurveyToCsv(const SurveyResult& result, const std::vector<FrameRecor
   return text;
 }
 
-nlohmann::json Summarize(const SurveyResult& result, const std::vector<FrameRecord>& frames) {
+void WriteMasks(const std::vector<FixedParts>& fixed_parts,
+                const std::vector<RgbdCamera>& cameras,
+                StageContext& context) {
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < fixed_parts.size(); ++i) {
+    const GrayImage& mask = fixed_parts[i].mask;
+    if (mask.pixels.empty()) continue;
+    const Camera& camera = cameras[i].color;
+    names.insert(MaskFileName(i));
+    WritePng(context.OutputBeside("frames", MaskFileName(i)),
+             EnlargeMask(mask, camera.width, camera.height, kMaskMargin_px));
+  }
+  const auto folder = std::filesystem::absolute(context.FinalPath("frames")).parent_path();
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    const bool is_mask = name.starts_with("mask_") && name.ends_with(".png");
+    if (is_mask && !names.contains(name)) std::filesystem::remove(entry.path());
+  }
+}
+
+nlohmann::json Summarize(const SurveyResult& result,
+                         const std::vector<FrameRecord>& frames,
+                         const std::vector<RgbdCamera>& cameras) {
   nlohmann::json windows = nlohmann::json::array();
   const BestShift best = FindBestShift(result.alignments);
   for (std::size_t i = 0; i < result.alignments.size(); ++i) {
@@ -69,7 +115,8 @@ nlohmann::json Summarize(const SurveyResult& result, const std::vector<FrameReco
           {"alignment",
            {{"best_shift_x", best.shift.x / kSmallWidth_px},
             {"best_shift_y", best.shift.y / kSmallWidth_px},
-            {"windows", std::move(windows)}}}};
+            {"windows", std::move(windows)}}},
+          {"fixed_parts", FixedPartsJson(result.fixed_parts, cameras)}};
 }
 
 }  // namespace nightmap

@@ -132,6 +132,17 @@ TEST_F(FrameReaderTest, WithoutMaskFilesPixelsAreTheRecordings) {
   }
 }
 
+TEST_F(FrameReaderTest, TakesTheRobotOutToo) {
+  const GrayImage robot = Mask([](int, int y) { return y > 25; });
+  camera_.mask = std::make_shared<GrayImage>(robot);
+  const RgbdImages images = Reader().Rgbd(frames_[0], camera_);
+  for (std::size_t k = 0; k < robot.pixels.size(); ++k) {
+    const bool is_out = robot.pixels[k] != 0 || Disc().pixels[k] != 0;
+    EXPECT_EQ(images.moving.pixels[k] != 0, is_out) << k;
+    EXPECT_EQ(images.depth.pixels[k] == 0, is_out) << k;
+  }
+}
+
 TEST_F(FrameReaderTest, TakesWhatMovesOutOfColorAndDepth) {
   const FrameReader reader = Reader();
   for (std::size_t i = 0; i < 2; ++i) {

@@ -187,6 +187,39 @@ TEST(CamerasJson, AnUncertainFocalLengthNeedsAProgramThatKnowsIt) {
   EXPECT_NE(CamerasToJson({SomeCamera()}).find("\"version\": 1"), std::string::npos);
 }
 
+RgbdCamera MaskedCamera() {
+  RgbdCamera camera = SomeCamera();
+  GrayImage mask{40, 30, 1, std::vector<std::uint8_t>(1200, 0)};
+  std::fill(mask.pixels.begin() + 1000, mask.pixels.end(), std::uint8_t{255});
+  mask.At(3, 2) = 255;
+  camera.mask = std::make_shared<GrayImage>(mask);
+  return camera;
+}
+
+TEST(CamerasJson, AMaskNeedsAProgramThatKnowsIt) {
+  const TemporaryFolder folder;
+  const std::string text = CamerasToJson({SomeCamera(), MaskedCamera()});
+  EXPECT_NE(text.find("\"version\": 3"), std::string::npos);
+  const auto read = ReadCameras(folder.Write("cameras.json", text));
+  EXPECT_EQ(read.at(0).mask, nullptr);
+  ASSERT_NE(read.at(1).mask, nullptr);
+  EXPECT_EQ(read[1].mask->width, 40);
+  EXPECT_EQ(read[1].mask->pixels, MaskedCamera().mask->pixels);
+  EXPECT_EQ(CamerasToJson(read), text);
+}
+
+TEST(CamerasJson, DamagedMasksAreRefused) {
+  const TemporaryFolder folder;
+  const std::string text = CamerasToJson({MaskedCamera()});
+  for (const std::string wrong : {"82", "84", "-83", "83.5", "4294967379", "\"a\"", "83, 0"}) {
+    std::string changed = text;
+    ASSERT_NE(changed.find(" 83,"), std::string::npos);
+    changed.replace(changed.find(" 83,"), 4, " " + wrong + ",");
+    NIGHTMAP_EXPECT_ERROR(
+        DataError, ReadCameras(folder.Write("cameras.json", changed)), "cameras.json: mask_runs");
+  }
+}
+
 TEST(CamerasJson, EveryFrameMustHaveItsCamera) {
   const TemporaryFolder folder;
   const auto path = folder.Write("cameras.json", CamerasToJson({SomeCamera(), SomeCamera()}));
@@ -283,6 +316,24 @@ TEST(LoadRgbd, AFrameWithoutDepthHasNoDepthPixels) {
   EXPECT_TRUE(images.depth.pixels.empty());
   frame.depth.path = "lost.png";
   NIGHTMAP_EXPECT_ERROR(DataError, LoadRgbd(frame, SomeCamera(), folder.Path()), "lost.png");
+}
+
+TEST(LoadRgbd, TheCamerasMaskIsTakenOut) {
+  const TemporaryFolder folder;
+  ColorImage color{40, 30, 3, std::vector<std::uint8_t>(3600, 90)};
+  for (int x = 0; x < 40; ++x) color.At(x, 29, 1) = static_cast<std::uint8_t>(250 * (x % 2));
+  WritePng(folder / "c.png", color);
+  WritePng(folder / "d.png", RawDepthImage{40, 30, 1, std::vector<std::uint16_t>(1200, 10000)});
+  FrameRecord frame;
+  frame.color.path = "c.png";
+  frame.depth.path = "d.png";
+  const RgbdCamera camera = MaskedCamera();
+  const RgbdImages images = LoadRgbd(frame, camera, folder.Path());
+  EXPECT_EQ(images.moving.pixels, camera.mask->pixels);
+  for (int x = 0; x < 40; ++x) EXPECT_EQ(images.color.At(x, 29, 1), 90) << x;
+  for (std::size_t i = 0; i < images.depth.pixels.size(); ++i) {
+    ASSERT_EQ(images.depth.pixels[i] == 0, camera.mask->pixels[i] != 0) << i;
+  }
 }
 
 TEST(LoadFrame, ImagesOfAnotherSizeAreRefused) {

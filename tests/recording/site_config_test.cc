@@ -145,6 +145,8 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
   expect("root = \"office\"", "root = \"/office\"", "must lie inside the data folder");
   expect(
       "camera = \"color\"", "camera = \"gray\"", "no [[camera]] has id \"gray\"; there are: color");
+  expect("k1 = 0.25", "mask = \"../m.png\"", "mask = \"../m.png\" must lie inside the data folder");
+  expect("k1 = 0.25", "mask = 1", "s.toml:11: 'mask' must be a string");
   expect("video = \"clip.avi\"\n", "", "'video' is missing");
   expect("frame_rate_hz = 15", "video = \"a.avi\"", "'video' needs layout = \"video\"");
   expect("frame_rate_hz = 15", "pictures = \"a\"", "'pictures' needs layout = \"pictures\"");

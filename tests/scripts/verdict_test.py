@@ -113,14 +113,15 @@ class MapTest(unittest.TestCase):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(report))
 
-    def write_survey(self, **changes):
+    def write_survey(self, fixed_parts=(), **changes):
         """Of forty frames alike, but for the changes of half of them."""
         rows = [FRAME | (changes if i % 2 else {}) for i in range(fake_site.NUM_FRAMES)]
         lines = [f"{i},{time_ns},0," + ",".join(str(row[name]) for name in COLUMNS) for i, (time_ns, row) in enumerate(zip(walk().times_ns, rows))]
         path = self.site.path("survey", "frames")
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("\n".join(["frame_idx,time_ns,sequence_idx," + ",".join(COLUMNS), *lines]) + "\n")
-        self.write("survey", num_frames=40, num_frames_surveyed=40, alignment={"best_shift_x": 0, "best_shift_y": 0, "windows": [WINDOW] * 5})
+        self.write("survey", num_frames=40, num_frames_surveyed=40, alignment={"best_shift_x": 0, "best_shift_y": 0, "windows": [WINDOW] * 5},
+                   fixed_parts=list(fixed_parts))  # fmt: skip
         self.site.path("frames", "cameras").write_text(json.dumps({"cameras": [CAMERA]}))
 
     def not_good(self, **changes):
@@ -181,6 +182,26 @@ class MapTest(unittest.TestCase):
         with mock.patch.dict(WINDOW, by_frame_offset=[1] * 9), mock.patch.dict(FRAME, flow_px=3):
             self.assertIn("color at edges of depth", self.not_good(same_color=1, flow_px=0))
 
+    def test_parts_of_the_robot(self):
+        clean, low = {"camera_id": "high", "share": 0.0}, {"camera_id": "a{b}", "share": 0.04, "mask": "mask_1.png"}
+        for share, verdict in ((0.04, LOOK), (0.18, REFUSE)):
+            self.write_survey(fixed_parts=[clean, low | {"share": share}])
+            (found,) = (item for item in verdict_recording.checks(self.site) if item.verdict != GOOD)
+            self.assertEqual((found.name, found.verdict), ("parts of the robot in the picture", verdict))
+            for word in ("camera a{b}", "survey/mask_1.png", 'mask = "mask.png"', f"{100 * share:.1f} %"):
+                self.assertIn(word, found.advice)
+            shutil.rmtree(self.site.folder_of("survey"))
+        self.assertEqual(self.not_good(fixed_parts=[clean]), set())
+
+    def test_a_robot_in_the_picture_is_nothing_that_moves(self):
+        self.write("join_clouds", held_out_rays_agreeing_percent=40)
+        for parts, moves in ([], True), ([{"camera_id": "c", "share": 0.2, "mask": "mask_0.png"}], False):
+            self.write_survey(fixed_parts=parts)
+            (rays,) = (item for item in verdict_cloud.checks(self.site) if item.name == "held-out rays")
+            self.assertEqual("profile moving" in rays.advice, moves)
+            self.assertEqual("part of the robot" in rays.advice, not moves)
+            shutil.rmtree(self.site.folder_of("survey"))
+
     def test_depth_of_another_scale(self):
         for factor, name in ((5, "far surfaces"), (0.2, "far surfaces")):
             scaled = {key: FRAME[key] * factor for key in ("depth_p10_m", "depth_median_m", "depth_p90_m")}
@@ -219,6 +240,7 @@ class MapTest(unittest.TestCase):
         self.assertEqual((found["below the floor"], found["warnings of the floor"]), (LOOK, LOOK))
 
     def test_held_out_rays(self):
+        self.write("survey", fixed_parts=[])
         for percent, verdict in ((97, GOOD), (80, LOOK), (48, REFUSE)):
             self.write("join_clouds", held_out_rays_agreeing_percent=percent, num_points=10)
             self.assertEqual(judged(verdict_cloud.checks(self.site))["held-out rays"], verdict)

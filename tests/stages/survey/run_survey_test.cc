@@ -105,7 +105,8 @@ TEST(Survey, IsTheSameAtAnyNumberOfThreads) {
   const SurveyResult one = RunSurvey({}, input, 1, progress),
                      four = RunSurvey({}, input, 4, progress);
   EXPECT_EQ(SurveyToCsv(one, input.frames), SurveyToCsv(four, input.frames));
-  EXPECT_EQ(Summarize(one, input.frames), Summarize(four, input.frames));
+  EXPECT_EQ(Summarize(one, input.frames, input.cameras),
+            Summarize(four, input.frames, input.cameras));
 }
 
 TEST(Survey, LeavesFieldsOfMissingDepthEmpty) {
@@ -120,6 +121,38 @@ TEST(Survey, LeavesFieldsOfMissingDepthEmpty) {
   const SurveyResult result = RunSurvey({}, input, 2, progress);
   EXPECT_TRUE(result.alignments.empty());
   EXPECT_NE(SurveyToCsv(result, input.frames).find(",,,,,,,,\n"), std::string::npos);
+}
+
+// The camera of odd frames sees the robot; that of even ones does not.
+TEST(Survey, FindsWhatStaysInThePicturesOfEachCamera) {
+  SurveyInput input = InputOf(Turning(), 120);
+  input.cameras.push_back(input.cameras.front());
+  input.cameras.back().camera_id = "low";
+  for (FrameRecord& frame : input.frames) frame.camera_idx = frame.frame_idx % 2;
+  const GrayImage robot = Blocks(kWidth, kHeight, 9);
+  input.load = [&](const FrameRecord& frame) {
+    const auto seed = static_cast<std::uint64_t>(100 + frame.frame_idx);
+    GrayImage gray = Blocks(kWidth, kHeight, seed);
+    const auto first = frame.camera_idx == 0 ? gray.pixels.size() : gray.pixels.size() * 3 / 4;
+    std::copy(robot.pixels.begin() + static_cast<std::ptrdiff_t>(first),
+              robot.pixels.end(),
+              gray.pixels.begin() + static_cast<std::ptrdiff_t>(first));
+    RgbdImages images{{kWidth, kHeight, 3, {}}, {}, {}};
+    for (const std::uint8_t level : gray.pixels) {
+      images.color.pixels.insert(images.color.pixels.end(), 3, level);
+    }
+    return images;
+  };
+  Progress progress("survey", false);
+  const SurveyResult result = RunSurvey({}, input, 2, progress);
+  const auto parts = Summarize(result, input.frames, input.cameras).at("fixed_parts");
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_EQ(parts[0].at("share"), 0);
+  EXPECT_FALSE(parts[0].contains("mask"));
+  EXPECT_NEAR(parts[1].at("share").get<double>(), 0.25, 0.02);
+  EXPECT_EQ(parts[1].at("camera_id"), "low");
+  EXPECT_EQ(parts[1].at("num_views"), 60);
+  EXPECT_EQ(parts[1].at("mask"), "mask_1.png");
 }
 
 }  // namespace survey_test

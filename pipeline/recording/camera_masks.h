@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures of the parts of the robot that its cameras see.
+#pragma once
+
+#include <filesystem>
+
+#include "pipeline/recording/site_config.h"
+
+namespace nightmap {
+
+// Gives the cameras the masks that the site config names. Masked is what is nearer to white than to
+// black. Throws DataError naming the file and the [[camera]] when the picture cannot be read, has
+// another size than the camera's color, or is masked nowhere or everywhere.
+void ReadCameraMasks(const std::filesystem::path& data_root, SiteConfig* site);
+
+}  // namespace nightmap

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/recording/camera_masks.h"
+
+#include "pipeline/base/error.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace camera_masks_test {
+
+constexpr const char* kSite = R"(root = "office"
+[[camera]]
+id = "high"
+width = 8
+height = 6
+fx = 7
+fy = 7
+cx = 3.5
+cy = 2.5
+depth_units_per_m = 1000
+[[camera]]
+id = "low"
+width = 8
+height = 6
+fx = 7
+fy = 7
+cx = 3.5
+cy = 2.5
+depth_units_per_m = 1000
+mask = "masks/low.png"
+[[sequence]]
+layout = "tum"
+folder = "."
+camera = "low"
+)";
+
+class CameraMasksTest : public testing::Test {
+ protected:
+  CameraMasksTest() { std::filesystem::create_directories(folder_ / "office/masks"); }
+
+  void Write(const Image<std::uint8_t>& picture) { WritePng(File(), picture); }
+  std::filesystem::path File() const { return folder_ / "office/masks/low.png"; }
+  void Expect(const std::string& why) {
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadCameraMasks(folder_.Path(), &site_), why);
+    NIGHTMAP_EXPECT_ERROR(
+        DataError, ReadCameraMasks(folder_.Path(), &site_), "s.toml:11: mask = \"masks/low.png\"");
+  }
+
+  TemporaryFolder folder_;
+  SiteConfig site_ = ParseSiteConfig(kSite, "s.toml");
+};
+
+// Gray or colored, and with the gray edges that drawing programs make.
+TEST_F(CameraMasksTest, WhiteIsMasked) {
+  for (const int num_channels : {1, 3}) {
+    Image<std::uint8_t> picture{8, 6, num_channels, {}};
+    for (int i = 0; i < 48; ++i) {
+      const int level = i < 20 ? 0 : i < 24 ? 127 : i < 28 ? 128 : 255;
+      picture.pixels.insert(picture.pixels.end(),
+                            static_cast<std::size_t>(num_channels),
+                            static_cast<std::uint8_t>(level));
+    }
+    Write(picture);
+    ReadCameraMasks(folder_.Path(), &site_);
+    EXPECT_EQ(site_.cameras[0].mask, nullptr);
+    ASSERT_NE(site_.cameras[1].mask, nullptr);
+    for (std::size_t i = 0; i < 48; ++i) {
+      EXPECT_EQ(site_.cameras[1].mask->pixels[i], i < 24 ? 0 : 255) << i;
+    }
+  }
+}
+
+TEST_F(CameraMasksTest, WhatIsNoMaskOfTheCameraIsRefused) {
+  Expect("low.png");  // missing
+  folder_.Write("office/masks/low.png", "no picture");
+  Expect("low.png");
+  Write({6, 8, 1, std::vector<std::uint8_t>(48, 255)});
+  Expect("low.png: 6 x 8 pixels, its camera has 8 x 6");
+  Write({8, 6, 1, std::vector<std::uint8_t>(48, 1)});
+  Expect("low.png: has no white pixel");
+  Write({8, 6, 1, std::vector<std::uint8_t>(48, 255)});
+  Expect("low.png: all of it is white");
+}
+
+}  // namespace camera_masks_test
+}  // namespace nightmap
