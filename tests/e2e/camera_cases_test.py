@@ -1,0 +1,110 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings as people have them, made of the shared ones: each map is good, or its verdict says what is wrong and what to do."""
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+from accuracy import DATA, metrics_of, real
+from nightly import IS_NIGHT
+from workspace import BUILD, REPOSITORY, environment
+
+GOOD = ""
+# Of each case its control, by which its error is judged, or what the verdict names, with a word of the advice.
+CASES = {
+    "portrait": ("base_holo", GOOD, ""),
+    "portrait_rfc": ("base_holo", GOOD, ""),
+    "dropouts": ("base_holo", GOOD, ""),
+    "video": ("base", GOOD, ""),
+    "video_rot180": ("base", GOOD, ""),
+    "dup": ("all_holo", "copied frames", "leave the copies out"),
+    "sun": ("all_holo", "frames without depth", "sunlight"),
+    "half_holo": ("all_holo", "size of the pictures of camera c", "scale them too"),
+    "half_fr1": ("base", "size of the pictures of camera c", "scale them too"),
+    "ray_holo": ("all_holo", "flatness of depth", "depth_along_ray = true"),
+    "ray_fr1": ("base", "flatness of depth", "depth_along_ray = true"),
+    "body": ("all_holo", "parts of the robot in the picture", "mask = "),
+    "body_color": ("all_holo", "parts of the robot in the picture", "mask = "),
+    "late_truth": ("base", "ground truth apart from the frames", "clock"),
+}
+BY_DAY = ("half_fr1", "ray_fr1")  # before the map; tests of the stages have the others' kinds
+TOOL = DATA.parent / "tools" / "camera_cases.py"
+
+
+class CameraCasesTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        real("hololens_office")
+        if not TOOL.exists():
+            raise unittest.SkipTest(f"{TOOL} makes the cases")
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-cases-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        cls.errors_m = {}
+
+    def write_case(self, case):
+        subprocess.run([sys.executable, TOOL, DATA, self.folder, case], check=True)
+
+    def made(self, case, *goals):
+        """The checks of the verdict after these goals."""
+        self.write_case(case)
+        folders = (f"{name}={self.folder / name.lower()}" for name in ("SITES", "DATA", "MAPS"))
+        result = subprocess.run(["make", "--no-print-directory", f"SITE={case}", f"BUILD={BUILD}", *folders, *goals], cwd=REPOSITORY,
+                                env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)  # fmt: skip
+        self.assertEqual(result.returncode, 0, result.stdout[-3000:])
+        verdicts = [self.folder / "maps" / case / job / "verdict.json" for job in ("verdict", "check")]
+        return next(json.loads(path.read_text()) for path in verdicts if path.exists())
+
+    def error_m(self, case):
+        if case not in self.errors_m:
+            self.assertEqual(self.made(case, "map", "evaluate")["verdict"], "good", case)
+            self.errors_m[case] = metrics_of(self.folder / "maps" / case)["trajectory"]["se3"]["ate_rmse_m"]
+        return self.errors_m[case]
+
+    def check_names_the_cause(self, verdict, name, word):
+        self.assertNotEqual(verdict["verdict"], "good")
+        item = next(item for item in verdict["checks"] if item["name"] == name)
+        self.assertNotEqual(item["verdict"], "good", item)
+        self.assertIn(word, item["advice"])
+
+    def check_is_upright(self, case):
+        """The z axis of the map is the y axis of the truth."""
+        poses = np.loadtxt(self.folder / "maps" / case / "map_frame" / "trajectory.tum")
+        heights_m = np.loadtxt(self.folder / "data" / case / "groundtruth.txt")[:, 2]
+        times_s = np.loadtxt(self.folder / "data" / case / "groundtruth.txt")[:, 0]
+        true_m = heights_m[np.argmin(abs(times_s[:, None] - poses[:, 0]), axis=0)]
+        self.assertLess(np.std(poses[:, 3] - true_m), 0.03)
+
+    def test_before_the_map(self):
+        for case in BY_DAY:
+            with self.subTest(case):
+                _, name, word = CASES[case]
+                self.check_names_the_cause(self.made(case, "check"), name, word)
+
+    def test_an_upright_phone_gets_an_upright_map(self):
+        self.assertEqual(self.made("portrait", "map")["verdict"], "good")
+        self.check_is_upright("portrait")
+
+    @unittest.skipUnless(IS_NIGHT, "takes ten minutes: set NIGHTMAP_NIGHTLY=1")
+    def test_all(self):
+        for case, (control, name, word) in CASES.items():
+            if case.startswith("video") and not shutil.which("ffmpeg"):
+                continue
+            with self.subTest(case):
+                if name:
+                    self.check_names_the_cause(self.made(case, "check", "map"), name, word)
+                elif case.startswith("video"):
+                    self.assertEqual(self.made(case, "check", "map")["verdict"], "good")
+                else:
+                    self.assertLess(self.error_m(case), 1.15 * self.error_m(control))
+        for case in ("portrait", "portrait_rfc"):
+            self.check_is_upright(case)
+
+
+if __name__ == "__main__":
+    unittest.main()
