@@ -30,7 +30,19 @@ def _frame_checks(site):
     yield check("frames mapped", mapped, "%", (95, 100), "frames whose motion was measured, and that hang together with the most",
                 "only {value:.0f} % of the frames are in the map by measured motion: see the frames without a pose in the report; wrong "
                 "intrinsics, depth of another scale or moment, blur and bare walls cause this", usable=(50, 100))  # fmt: skip
+    yield from _depth_checks(site)
     yield from _pair_checks(site)
+
+
+def _depth_checks(site):
+    if not site.has("features"):
+        return
+    figures = StageResult(site.folder_of("features")).figures()
+    if figures.get("num_features_with_depth"):
+        share = 100 * figures["num_features_with_depth"] / max(1, figures.get("num_features", 0))
+        yield check("features with depth", share, "%", (30, 100), "the motion is found by features whose depth is measured",
+                    "only {value:.0f} % of the features have a depth: the sensor's range ends before what the camera sees, min_depth_m is too "
+                    "large, or depth is not where the color is", usable=(5, 100))  # fmt: skip
 
 
 def _pair_checks(site):
