@@ -16,7 +16,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kCamerasFormat = "nightmap cameras";
-constexpr int kCamerasVersion = 3;  // 2: focal_sigma_ratio, 3: mask_runs
+constexpr int kCamerasVersion = 3;  // 2: focal_sigma_ratio, 3: mask_runs, depth_along_ray
 constexpr int kMaxSide_px = 32768;  // the same limit as in the site config
 
 Json ToJson(const Camera& c) {

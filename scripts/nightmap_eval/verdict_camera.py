@@ -17,16 +17,23 @@ def camera_checks(site):
         scale = scale_of_intrinsics(color)
         off_middle = max(abs(color["cx"] / color["width"] - 0.5), abs(color["cy"] / color["height"] - 0.5))
         if scale:
-            scaled = ", ".join(f"{key} = {color[key] / scale:.6g}" for key in ("fx", "fy", "cx", "cy"))
+            likely = nearest_ratio(scale)
+            scaled = ", ".join(f"{key} = {color[key] / likely:.6g}" for key in ("fx", "fy", "cx", "cy"))
             yield check(f"size of the pictures of camera {name}", scale, "times", (0.9, 1.1), "the picture that cx and cy are the middle "
                         "of, over width and height",
-                        f"the intrinsics are of pictures {{value:.3g}} times as large as width and height say: scale them too ({scaled})",
+                        f"the intrinsics are of pictures {likely:.3g} times as large as width and height say: scale them too ({scaled})",
                         usable=(0.7, 1.4))  # fmt: skip
         else:
             yield check(f"principal point of camera {name}", 100 * off_middle, "% of the size", (0, 15), "from the middle of the picture, "
                         "where lenses put it unless pictures are cropped",
                         "cx, cy lie {value:.0f} % of the picture's size from its middle: are they of pictures of another size, in another "
                         "order, or were the pictures cropped?", usable=(0, 40))  # fmt: skip
+
+
+def nearest_ratio(scale):
+    """The ratio of small numbers that the scale is, but for a principal point off the middle; else the scale itself."""
+    ratio = min((p / q for p in range(1, 5) for q in range(1, 5)), key=lambda ratio: abs(math.log(scale / ratio)))
+    return ratio if abs(math.log(scale / ratio)) < SAME else scale
 
 
 def scale_of_intrinsics(color):
