@@ -40,8 +40,8 @@ Span Footprint(double center, double size, int limit) {
 // Length of the ray through a pixel, where z is 1; pixels row by row.
 double RayLength(const Camera& camera, std::size_t pixel) {
   const auto width = static_cast<std::size_t>(camera.width);
-  const Eigen::Vector2d at(static_cast<double>(pixel % width), static_cast<double>(pixel / width));
-  return camera.BackProject(at, 1).norm();
+  const std::size_t column = pixel % width, row = pixel / width;
+  return camera.BackProject({static_cast<double>(column), static_cast<double>(row)}, 1).norm();
 }
 
 void DrawNearest(DepthImage& image, Span columns, Span rows, float depth_m) {
