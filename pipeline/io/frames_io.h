@@ -62,7 +62,7 @@ struct RgbdCamera {
   double depth_units_per_m = 1000;  // raw 16-bit units per metre
   bool depth_along_ray = false;     // raw depth is the distance from the camera, not z
   double min_depth_m = 0.1;
-  double max_depth_m = 10.0;
+  double max_depth_m = 10.0;  // bounds the map; `features` reads farther depth too
   DepthNoise noise;
   // How sure the focal length of `color` is: standard deviation of its logarithm; 0: calibrated.
   double focal_sigma_ratio = 0;
@@ -77,8 +77,8 @@ struct RgbdCamera {
 struct RgbdImages {
   ColorImage color;
   DepthImage depth;  // metres at the color camera's pixels; no pixels when the frame has no depth
-  // What is not the world that stays: the camera's mask, and things that move by themselves
-  // (MaskOut in frame_reader.h). Already taken out of color and depth; empty: nothing is known.
+  // The camera's mask and the things that move by themselves (MaskOut in frame_reader.h), which
+  // color and depth no longer show; empty: nothing is known.
   GrayImage moving = {};
 };
 
@@ -96,7 +96,8 @@ std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path);
 // occur in two frames.
 std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths);
 
-// Version 1, 2 where a camera has a focal_sigma_ratio, or 3 where one has a mask.
+// Version 1, 2 where a camera has a focal_sigma_ratio, or 3 where one has a mask or
+// depth_along_ray.
 std::string CamerasToJson(const std::vector<RgbdCamera>& cameras);
 std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path);
 // Likewise for lookups of frames' cameras: checks every camera_idx.

@@ -7,7 +7,7 @@ import numpy as np
 
 from nightmap_eval.artifacts import BRIDGED, STARTED, Frames, bridged_frames, frames_apart, shard_names, tracking_states
 from nightmap_eval.trajectory import angles_deg, read_tum
-from nightmap_eval.verdict import check, unknown
+from nightmap_eval.verdict import check, escaped, unknown
 from nightmap_site.checked_reading import NUMBER, read_object, using
 
 APART_NS = 1_000_000_000  # over less the noise of two poses passes for motion: some recorders write each frame twice, 1 ms apart
@@ -28,7 +28,7 @@ def _up_checks(floor):
     reason = "of what was seen, for the direction of up and for the next likely: z of the map is wrong if it is that one"
     if "up_odds" in floor:
         yield check("direction of up", floor["up_odds"], "times as likely", (10, math.inf), reason,
-                    floor.get("up_warning", "").replace("{", "{{").replace("}", "}}"))  # fmt: skip
+                    escaped(floor.get("up_warning", "")))  # fmt: skip
     elif floor.get("gravity_source") == "camera attitude":
         yield unknown("direction of up", reason, "no surface was seen: z of the map is up only if the camera was held level", matters=True)
 
@@ -45,7 +45,7 @@ def _floor_checks(floor):
         yield unknown("camera height", height, "no floor was seen")
         yield unknown("below the floor", below, "no floor was seen")
     warnings = floor.get("floor_warnings", [])
-    yield check("warnings of the floor", len(warnings), "", (0, 0), "of map_frame", "; ".join(warnings).replace("{", "{{").replace("}", "}}"))
+    yield check("warnings of the floor", len(warnings), "", (0, 0), "of map_frame", escaped("; ".join(warnings)))
 
 
 def _odometry_checks(site, trajectory):

@@ -11,7 +11,7 @@
 
 namespace nightmap {
 
-// What is known of the cameras besides their poses.
+// The mount of the cameras, and the measured up if there is one.
 struct UpInput {
   std::vector<Rigid3> given_from_robots;  // of the keyframes; robot: x forward, y left, z up
   // Whether a site config says how the camera is mounted. Else the robot is a person who holds the

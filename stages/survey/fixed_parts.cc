@@ -19,7 +19,7 @@ constexpr double kLeastGradient = 1e-6;  // keeps 0 / 0 away
 // Length of the mean of the views' unit gradients: 1 where all are alike, about 1 / sqrt(views)
 // where they are not.
 constexpr double kAlike = 0.75;
-// The same of axes: an outline is one whether the world behind it is brighter or darker.
+// Likewise for axes, which an outline keeps whether the world behind it is brighter or darker.
 constexpr double kAlikeAxes = 0.6;
 // Deviation of the gray level over the views, in medians over the picture.
 constexpr double kSteadyRatio = 0.25;

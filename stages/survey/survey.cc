@@ -40,7 +40,7 @@ std::vector<Window> ChooseWindows(const SurveyOptions& options, std::size_t num_
   return windows;
 }
 
-// What is kept of a frame for the next.
+// A frame that the next one is compared with.
 struct Seen {
   const FrameRecord* frame = nullptr;
   GrayImage small;

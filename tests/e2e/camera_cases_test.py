@@ -16,7 +16,7 @@ from nightly import IS_NIGHT
 from workspace import BUILD, REPOSITORY, environment
 
 GOOD = ""
-# Of each case its control, by which its error is judged, or what the verdict names, with a word of the advice.
+# Each case has its control, by whose error its own is judged, and the check that its verdict names with a word of the advice.
 CASES = {
     "portrait": ("base_holo", GOOD, ""),
     "portrait_rfc": ("base_holo", GOOD, ""),
