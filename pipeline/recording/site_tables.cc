@@ -50,7 +50,8 @@ struct CameraTable {
              &camera.depth_along_ray,
              "depth is the distance from the camera, as simulators give it, and not z");
     list.Add("min_depth_m", &camera.min_depth_m, {0, 1000}, "nearer depth is ignored");
-    list.Add("max_depth_m", &camera.max_depth_m, {0.01, 1000}, "farther depth makes no part of the map");
+    list.Add(
+        "max_depth_m", &camera.max_depth_m, {0.01, 1000}, "farther depth makes no part of the map");
     list.Add("depth_noise_constant_m",
              &camera.noise.constant_m,
              {DepthNoise::kMinConstant_m, 1},
