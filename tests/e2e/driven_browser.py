@@ -137,6 +137,7 @@ class DrivenPage:
     def type_into(self, selector, text):
         """Replaces the text of a field, and leaves it."""
         self.click(selector)
+        self.wait(f"document.activeElement === document.querySelector({json.dumps(selector)})")
         self.value("document.activeElement.select()")
         if text:
             self.call("Input.insertText", text=text)
