@@ -7,31 +7,15 @@
 namespace nightmap {
 namespace camera_masks_test {
 
-constexpr const char* kSite = R"(root = "office"
-[[camera]]
-id = "high"
-width = 8
-height = 6
-fx = 7
-fy = 7
-cx = 3.5
-cy = 2.5
-depth_units_per_m = 1000
-[[camera]]
-id = "low"
-width = 8
-height = 6
-fx = 7
-fy = 7
-cx = 3.5
-cy = 2.5
-depth_units_per_m = 1000
-mask = "masks/low.png"
-[[sequence]]
-layout = "tum"
-folder = "."
-camera = "low"
-)";
+std::string CameraTable(const std::string& id) {
+  return "[[camera]]\nid = \"" + id +
+         "\"\nwidth = 8\nheight = 6\nfx = 7\nfy = 7\ncx = 3.5\ncy = 2.5\n"
+         "depth_units_per_m = 1000\n";
+}
+
+const std::string kSite = "root = \"office\"\n" + CameraTable("high") + CameraTable("low") +
+                          "mask = \"masks/low.png\"\n"
+                          "[[sequence]]\nlayout = \"tum\"\nfolder = \".\"\ncamera = \"low\"\n";
 
 class CameraMasksTest : public testing::Test {
  protected:

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/features/features.h"
 
+#include <tuple>
+
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
@@ -242,6 +244,29 @@ TEST_F(FeaturesTest, AFrameThatCannotBeLabelledKeepsTheFewThatAreFound) {
   EXPECT_EQ(frames[2].reference_frame_idx, 30);
   EXPECT_LT(frames[2].NumFeatures(), frames[1].NumFeatures() / 2);
   EXPECT_TRUE(frames[3].IsDescribed());
+}
+
+// A frame whose loader masks parts of the robot is not labelled yet.
+TEST_F(FeaturesTest, AFrameWithTheMaskOfItsCameraIsLabelled) {
+  const auto load = [](const FrameRecord& frame) {
+    RgbdImages images = LoadMoving(frame);
+    const ColorImage& color = images.color;
+    images.moving = {
+        color.width, color.height, 1, std::vector<std::uint8_t>(color.pixels.size() / 3)};
+    images.moving.pixels[0] = 255;
+    return images;
+  };
+  const SegmentationModel model = WithNetwork(1);
+  const FrameLabeller nobody = [](const FrameRecord&, const RgbdImages&) {
+    return Segmentation{{160, 120, 1, std::vector<std::uint8_t>(160 * 120)},
+                        {160, 120, 1, std::vector<std::uint8_t>(160 * 120, 255)}};
+  };
+  LabelledFrames plain(model, nobody, frames_), masked(model, nobody, frames_);
+  Progress progress("features", false);
+  std::ignore = RunFeatures({}, {frames_, cameras_, LoadMoving, &plain}, 1, progress);
+  std::ignore = RunFeatures({}, {frames_, cameras_, load, &masked}, 1, progress);
+  EXPECT_FALSE(plain.Masks().empty());
+  EXPECT_EQ(masked.Masks().size(), plain.Masks().size());
 }
 
 // Where nobody is, labels change nothing: the same frames are described, and only they are
