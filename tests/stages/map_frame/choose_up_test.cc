@@ -204,6 +204,15 @@ TEST(AlignToSurfaces, TurnsUpToWallsAndFloors) {
   EXPECT_EQ(AlignToSurfaces({}, scene.up), scene.up);
 }
 
+TEST(AlignToSurfaces, NeedsNoLevelSurface) {
+  Scene scene = Walk({}, 4);
+  std::erase_if(scene.patches, [&](const SurfacePatch& patch) {
+    return std::abs(patch.normal.dot(scene.up)) > 0.5;
+  });
+  const Eigen::AngleAxisd tilt(0.15, scene.up.unitOrthogonal());
+  EXPECT_LT(Off_deg(scene, AlignToSurfaces(scene.patches, tilt * scene.up)), 0.5);
+}
+
 TEST(FindMapFrame, StandsACameraOnItsSideUpright) {
   const Scene scene = Walk({.roll_rad = kQuarter_rad, .turn_rad = 2}, 2);
   const MapFrame frame = FindMapFrame({}, scene.patches, scene.given_from_cameras, scene.input);
