@@ -48,7 +48,9 @@ std::optional<Eigen::Vector3d> Residual(const BundleProblem& data,
 }
 
 // Requires a point that the camera can see.
-LinearObservation Linearized(const BundleProblem& data, const BundleObservation& observation) {
+LinearObservation Linearized(const BundleProblem& data,
+                             const BundleObservation& observation,
+                             DepthCalibration moved) {
   const Reprojection seen = Reproject(data, observation);
   const PointMeasurement measured = Measured(observation);
   const Eigen::Matrix3d by_p = seen.ByMovedPoint(measured);
@@ -57,7 +59,7 @@ LinearObservation Linearized(const BundleProblem& data, const BundleObservation&
       data.camera_from_world[static_cast<std::size_t>(observation.pose_idx)];
   return {{seen.ByPose(by_middle),
            by_middle * camera_from_world.rotation.toRotationMatrix(),
-           seen.ByCalibration(measured, by_p)},
+           seen.ByCalibration(measured, by_p, moved)},
           seen.Residual(measured)};
 }
 
@@ -74,7 +76,7 @@ class Adjuster {
   Adjuster(const BundleOptions& options, BundleProblem* data)
       : options_(options),
         data_(*data),
-        has_calibrations_(options.calibrate || options.estimate_depth_scales),
+        has_calibrations_(options.calibrate || options.depth != DepthCalibration::kHeld),
         system_(*data, has_calibrations_, options.num_threads),
         linear_(data->observations.size()),
         costs_(data->observations.size()) {}
@@ -112,6 +114,12 @@ class Adjuster {
     }
     if (num_refused > 0) summary.end = EndAfterRefusals(promised, summary);
     return summary;
+  }
+
+  // At the current estimate.
+  double DepthSigma(std::size_t sensor) {
+    Linearize();
+    return system_.CalibrationSigma(linear_, Priors(), static_cast<Eigen::Index>(3 * sensor + 2));
   }
 
  private:
@@ -174,7 +182,7 @@ class Adjuster {
     for (std::size_t i = 0; i < step.calibrations.size(); ++i) {
       data_.calibrations[i].focal_scale += step.calibrations[i][0];
       data_.calibrations[i].readout_s += step.calibrations[i][1];
-      data_.calibrations[i].depth_scale += step.calibrations[i][2];
+      DepthParameter(data_.calibrations[i]) += step.calibrations[i][2];
     }
   }
 
@@ -197,7 +205,7 @@ class Adjuster {
   void Linearize() {
     ParallelFor(linear_.size(), options_.num_threads, [&](std::size_t i) {
       const BundleObservation& observation = data_.observations[i];
-      linear_[i] = Linearized(data_, observation);
+      linear_[i] = Linearized(data_, observation, options_.depth);
       auto& [jacobian, residual] = linear_[i];
       const double weight = std::sqrt(LossDerivative(residual.squaredNorm()));
       residual *= weight;
@@ -220,17 +228,23 @@ class Adjuster {
     return squared <= scale2 ? 1 : options_.robust_scale / std::sqrt(squared);
   }
 
-  // 1 for each of focal scale, readout and depth scale that may change.
-  Eigen::Vector3d Free(std::size_t sensor) const {
-    const double calibrates = options_.calibrate ? 1 : 0;
-    return {calibrates, calibrates, options_.estimate_depth_scales && sensor > 0 ? 1.0 : 0.0};
+  double& DepthParameter(CameraCalibration& calibration) const {
+    return options_.depth == DepthCalibration::kOffset ? calibration.depth_offset_m
+                                                       : calibration.depth_scale;
   }
 
-  // Deviation of a calibration from its prior, and the prior's weight.
+  // 1 for each of focal scale, readout and the depth's parameter that may change.
+  Eigen::Vector3d Free(std::size_t sensor) const {
+    const double calibrates = options_.calibrate ? 1 : 0;
+    const bool is_depth_free = options_.depth == DepthCalibration::kOffset ||
+                               (options_.depth == DepthCalibration::kScale && sensor > 0);
+    return {calibrates, calibrates, is_depth_free ? 1.0 : 0.0};
+  }
+
+  // Deviation of a calibration from its prior, and the prior's weight. Depth has no prior.
   Eigen::Vector3d Deviation(std::size_t sensor) const {
     const CameraCalibration& now = data_.calibrations[sensor];
-    return Free(sensor).cwiseProduct(
-        Eigen::Vector3d(now.focal_scale - 1, now.readout_s, now.depth_scale - 1));
+    return Free(sensor).cwiseProduct(Eigen::Vector3d(now.focal_scale - 1, now.readout_s, 0));
   }
   Eigen::Vector3d Weights(std::size_t sensor) const {
     const Eigen::Vector3d weights(
@@ -279,6 +293,27 @@ BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* data) {
   DropUnseeable(data);
   if (data->observations.empty()) return {};
   return Adjuster(options, data).Run();
+}
+
+DepthOffsets EstimateDepthOffsets(BundleOptions options, BundleProblem adjusted) {
+  constexpr int kSteps = 5;
+  options.depth = DepthCalibration::kOffset;
+  options.max_iterations = kSteps;
+  CheckBundle(adjusted);
+  DropUnseeable(&adjusted);
+  if (adjusted.observations.empty()) return {};
+  Adjuster adjuster(options, &adjusted);
+  try {
+    (void)adjuster.Run();
+  } catch (const DataError&) {
+    return {};  // the map does not need the offsets
+  }
+  DepthOffsets found;
+  for (std::size_t sensor = 0; sensor < adjusted.calibrations.size(); ++sensor) {
+    found.offset_m.push_back(adjusted.calibrations[sensor].depth_offset_m);
+    found.sigma_m.push_back(adjuster.DepthSigma(sensor));
+  }
+  return found;
 }
 
 double ReprojectionError_px(const BundleProblem& data, const BundleObservation& observation) {

@@ -41,9 +41,9 @@ struct BundleOptions {
   RobustLoss loss = RobustLoss::kHuber;
   double robust_scale = 2.0;  // the loss's constant, in standard deviations
   int max_iterations = 20;
-  // Estimates all scales but the first. A common factor would scale the whole map, and no
-  // observation determines it.
-  bool estimate_depth_scales = false;
+  // Estimates all depth scales but the first: a common factor would scale the whole map, and no
+  // observation determines it. Or all depth offsets, which parallax determines.
+  DepthCalibration depth = DepthCalibration::kHeld;
   // Estimates focal lengths and readout. These prior deviations constrain what the motion leaves
   // open.
   bool calibrate = false;
@@ -75,6 +75,17 @@ struct BundleSummary {
 // does not fit into memory, and when no step lowers the cost though it should; it then adjusts
 // nothing.
 [[nodiscard]] BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* problem);
+
+// What the depth of every sensor is too far at any distance, by a short adjustment of a copy that
+// is free to move it; with standard deviations, which are large where the pictures have no
+// parallax.
+struct DepthOffsets {
+  std::vector<double> offset_m;  // by sensor; empty: nothing is seen, or no step led nearer
+  std::vector<double> sigma_m;
+};
+
+// Starts from an adjusted problem. Deterministic. Throws DataError when sizes do not fit.
+[[nodiscard]] DepthOffsets EstimateDepthOffsets(BundleOptions options, BundleProblem adjusted);
 
 // Distance in pixels of an observation from the predicted projection of its point; infinite for a
 // point that the camera cannot see.

@@ -27,8 +27,12 @@ struct CameraCalibration {
   double focal_scale = 1;  // true focal length over the configured one
   // Time from the first row of an image to the last; the pose is the middle row's.
   double readout_s = 0;
-  double depth_scale = 1;  // true depth over measured
+  double depth_scale = 1;     // true depth over measured
+  double depth_offset_m = 0;  // measured depth less true, beside the scale
 };
+
+// What of the depth's calibration an adjustment moves.
+enum class DepthCalibration { kHeld, kScale, kOffset };
 
 // A measurement of a point in a picture, with its inverse standard deviations.
 struct PointMeasurement {
@@ -88,7 +92,8 @@ class Reprojection {
     Eigen::Vector3d residual;
     residual << measured.per_pixel_sigma *
                     (calibration_.focal_scale * FromCentre() + centre - measured.pixel),
-        measured.per_depth_sigma * (p_.z() / calibration_.depth_scale - measured.depth_m);
+        measured.per_depth_sigma *
+            (p_.z() / calibration_.depth_scale + calibration_.depth_offset_m - measured.depth_m);
     return residual;
   }
 
@@ -119,18 +124,24 @@ class Reprojection {
     by_motion << -row_fraction_ * by_p * Skew(in_middle_), row_fraction_ * by_p;
     return by_motion;
   }
-  // Derivative by focal scale, readout and depth scale.
+  // Derivative by focal scale, readout and what of the depth's calibration moves.
   Eigen::Matrix3d ByCalibration(const PointMeasurement& measured,
-                                const Eigen::Matrix3d& by_p) const {
-    const double scale = calibration_.depth_scale;
+                                const Eigen::Matrix3d& by_p,
+                                DepthCalibration moved) const {
     Eigen::Matrix3d by_calibration;
     by_calibration.col(0) << measured.per_pixel_sigma * FromCentre(), 0;
     by_calibration.col(1) = by_p * drift_per_s_;
-    by_calibration.col(2) << 0, 0, -measured.per_depth_sigma * p_.z() / (scale * scale);
+    by_calibration.col(2) << 0, 0, measured.per_depth_sigma * ByDepth(moved);
     return by_calibration;
   }
 
  private:
+  // Derivative of the predicted measurement of depth.
+  double ByDepth(DepthCalibration moved) const {
+    if (moved == DepthCalibration::kHeld) return 0;
+    if (moved == DepthCalibration::kOffset) return 1;
+    return -p_.z() / (calibration_.depth_scale * calibration_.depth_scale);
+  }
   // Pixel offset from the image's centre, at the configured focal length.
   Eigen::Vector2d FromCentre() const {
     return {camera_.fx * p_.x() / p_.z(), camera_.fy * p_.y() / p_.z()};

@@ -129,8 +129,9 @@ class MovingPoseProblem {
       jacobian.template leftCols<6>() = seen.ByPose(seen.ByMiddlePoint(by_p)).topRows<2>();
       jacobian.template middleCols<6>(6) = seen.ByMotion(by_p).topRows<2>();
       if constexpr (kHasLens) {
-        jacobian.col(kFocal) = std::exp(state.log_focal_scale) *
-                               seen.ByCalibration(measured, by_p).col(0).template head<2>();
+        jacobian.col(kFocal) =
+            std::exp(state.log_focal_scale) *
+            seen.ByCalibration(measured, by_p, DepthCalibration::kHeld).col(0).template head<2>();
         jacobian.template rightCols<2>() = measured.per_pixel_sigma * Eigen::Matrix2d::Identity();
       }
       equations.template AddRobust<2>(jacobian, seen.Residual(measured).template head<2>());

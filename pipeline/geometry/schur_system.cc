@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <Eigen/OrderingMethods>
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "pipeline/base/parallel.h"
@@ -297,9 +299,9 @@ double SchurSystem::PredictedDecrease(const BundleStep& step) const {
   return sum;
 }
 
-std::optional<BundleStep> SchurSystem::Solve(const std::vector<LinearObservation>& observations,
-                                             const std::vector<LinearPrior>& priors,
-                                             double trust) {
+void SchurSystem::Eliminate(const std::vector<LinearObservation>& observations,
+                            const std::vector<LinearPrior>& priors,
+                            double trust) {
   ParallelFor(points_.size(), num_threads_, [&](std::size_t point) {
     EliminatePoint(observations, trust, point);
   });
@@ -307,6 +309,24 @@ std::optional<BundleStep> SchurSystem::Solve(const std::vector<LinearObservation
     SumPoseRow(observations, trust, pose);
   });
   if (has_calibrations_) SumCalibrationRows(observations, priors, trust);
+}
+
+double SchurSystem::CalibrationSigma(const std::vector<LinearObservation>& observations,
+                                     const std::vector<LinearPrior>& priors,
+                                     Eigen::Index parameter) {
+  constexpr double kUndamped = 1e12;
+  Eliminate(observations, priors, kUndamped);
+  const Eigen::Index size = right_side_.size();
+  const Eigen::Index row = size - NumCalibrations() + parameter;
+  const auto column = cholesky_.Solve(reduced_, Eigen::VectorXd::Unit(size, row));
+  if (!column || !((*column)[row] > 0)) return std::numeric_limits<double>::infinity();
+  return std::sqrt((*column)[row]);
+}
+
+std::optional<BundleStep> SchurSystem::Solve(const std::vector<LinearObservation>& observations,
+                                             const std::vector<LinearPrior>& priors,
+                                             double trust) {
+  Eliminate(observations, priors, trust);
   Eigen::VectorXd solution;
   if (right_side_.size() > 0) {
     auto solved = cholesky_.Solve(reduced_, right_side_);

@@ -19,7 +19,7 @@ namespace nightmap {
 struct ObservationJacobian {
   Eigen::Matrix<double, 3, 6> by_pose;  // left perturbation of camera_from_world
   Eigen::Matrix3d by_point;
-  Eigen::Matrix3d by_calibration;  // focal scale, readout, depth scale
+  Eigen::Matrix3d by_calibration;  // focal scale, readout, depth scale or offset
 };
 
 // An observation linearized at the current estimate, times the square root of its robust weight.
@@ -69,6 +69,13 @@ class SchurSystem {
                                                 const std::vector<LinearPrior>& priors,
                                                 double trust);
 
+  // Standard deviation of a calibration's parameter, three per sensor, while all else is free;
+  // infinite when nothing determines it. The observations' residuals must be over their standard
+  // deviations.
+  [[nodiscard]] double CalibrationSigma(const std::vector<LinearObservation>& observations,
+                                        const std::vector<LinearPrior>& priors,
+                                        Eigen::Index parameter);
+
  private:
   using Matrix63d = Eigen::Matrix<double, 6, 3>;
 
@@ -102,6 +109,10 @@ class SchurSystem {
   void SumPoseRow(const std::vector<LinearObservation>& observations,
                   double trust,
                   std::size_t pose);
+  // Fills the reduced system.
+  void Eliminate(const std::vector<LinearObservation>& observations,
+                 const std::vector<LinearPrior>& priors,
+                 double trust);
   void SumCalibrationRows(const std::vector<LinearObservation>& observations,
                           const std::vector<LinearPrior>& priors,
                           double trust);

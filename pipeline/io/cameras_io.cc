@@ -16,7 +16,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kCamerasFormat = "nightmap cameras";
-constexpr int kCamerasVersion = 3;  // 2: focal_sigma_ratio, 3: mask_runs, depth_along_ray
+// 2: focal_sigma_ratio, 3: mask_runs, depth_along_ray, 4: depth_offset_m
+constexpr int kCamerasVersion = 4;
 constexpr int kMaxSide_px = 32768;  // the same limit as in the site config
 
 Json ToJson(const Camera& c) {
@@ -60,6 +61,7 @@ Json ToJson(const RgbdCamera& camera) {
     json["robot_from_camera"] = ToJson(camera.robot_from_camera);
   }
   if (camera.depth_along_ray) json["depth_along_ray"] = true;
+  if (camera.depth_offset_m != 0) json["depth_offset_m"] = camera.depth_offset_m;
   if (!camera.IsCalibrated()) json["focal_sigma_ratio"] = camera.focal_sigma_ratio;
   if (camera.mask) json["mask_runs"] = PackMask(0, *camera.mask).runs;
   return json;
@@ -127,6 +129,7 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
   camera.depth_registered = json.at("depth_registered").get<bool>();
   camera.depth_units_per_m = PositiveAt(json, "depth_units_per_m");
   camera.depth_along_ray = json.value("depth_along_ray", false);
+  if (json.contains("depth_offset_m")) camera.depth_offset_m = FiniteAt(json, "depth_offset_m");
   camera.min_depth_m = FiniteAt(json, "min_depth_m");
   camera.max_depth_m = PositiveAt(json, "max_depth_m");
   camera.noise.constant_m = AtLeast(json, "depth_noise_constant_m", DepthNoise::kMinConstant_m);
@@ -145,14 +148,18 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
   return camera;
 }
 
-// A program must not take a guessed focal length as exact, the robot's own parts as the world, nor
-// distances as z.
+// A program must not take a guessed focal length as exact, the robot's own parts as the world,
+// distances as z, nor depth that is too far as it is.
+int VersionFor(const RgbdCamera& camera) {
+  if (camera.depth_offset_m != 0) return 4;
+  if (camera.mask || camera.depth_along_ray) return 3;
+  return camera.IsCalibrated() ? 1 : 2;
+}
+
 int VersionFor(const std::vector<RgbdCamera>& cameras) {
-  const auto needs_newest = [](const RgbdCamera& camera) {
-    return camera.mask != nullptr || camera.depth_along_ray;
-  };
-  if (std::ranges::any_of(cameras, needs_newest)) return kCamerasVersion;
-  return std::ranges::all_of(cameras, &RgbdCamera::IsCalibrated) ? 1 : 2;
+  int version = 1;
+  for (const RgbdCamera& camera : cameras) version = std::max(version, VersionFor(camera));
+  return version;
 }
 
 }  // namespace

@@ -107,7 +107,7 @@ DepthImage LoadDepth(const FrameRecord& frame,
   DepthImage depth{raw.width, raw.height, 1, std::vector<float>(raw.pixels.size(), 0.0f)};
   for (std::size_t i = 0; i < raw.pixels.size(); ++i) {
     if (raw.pixels[i] == 0 || raw.pixels[i] == kSaturatedDepth) continue;
-    double depth_m = raw.pixels[i] / camera.depth_units_per_m;
+    double depth_m = raw.pixels[i] / camera.depth_units_per_m - camera.depth_offset_m;
     if (camera.depth_along_ray) depth_m /= RayLength(depth_camera, i);
     if (depth_m < camera.min_depth_m || depth_m > camera.max_depth_m) continue;
     depth.pixels[i] = static_cast<float>(depth_m);

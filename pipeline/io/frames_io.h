@@ -61,6 +61,7 @@ struct RgbdCamera {
   Rigid3 color_from_depth;          // used when not registered
   double depth_units_per_m = 1000;  // raw 16-bit units per metre
   bool depth_along_ray = false;     // raw depth is the distance from the camera, not z
+  double depth_offset_m = 0;        // what the sensor measures too far at any distance
   double min_depth_m = 0.1;
   double max_depth_m = 10.0;  // bounds the map; `features` reads farther depth too
   DepthNoise noise;
@@ -96,8 +97,8 @@ std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path);
 // occur in two frames.
 std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths);
 
-// Version 1, 2 where a camera has a focal_sigma_ratio, or 3 where one has a mask or
-// depth_along_ray.
+// Version 1; 2 where a camera has a focal_sigma_ratio, 3 where one has a mask or depth_along_ray, 4
+// where one has a depth_offset_m.
 std::string CamerasToJson(const std::vector<RgbdCamera>& cameras);
 std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path);
 // Likewise for lookups of frames' cameras: checks every camera_idx.

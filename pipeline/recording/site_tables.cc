@@ -49,6 +49,10 @@ struct CameraTable {
     list.Add("depth_along_ray",
              &camera.depth_along_ray,
              "depth is the distance from the camera, as simulators give it, and not z");
+    list.Add("depth_offset_m",
+             &camera.depth_offset_m,
+             {-10, 10},
+             "what the sensor measures too far at any distance");
     list.Add("min_depth_m", &camera.min_depth_m, {0, 1000}, "nearer depth is ignored");
     list.Add(
         "max_depth_m", &camera.max_depth_m, {0.01, 1000}, "farther depth makes no part of the map");

@@ -64,6 +64,7 @@ class Pipeline {
     result_.bundle_rms_px = summary.rms_px;
     result_.num_bundle_observations = summary.num_observations;
     result_.calibrations = summary.calibrations;
+    result_.depth_offsets = summary.depth_offsets;
     result_.adjustments.insert(
         result_.adjustments.end(), summary.adjustments.begin(), summary.adjustments.end());
   }

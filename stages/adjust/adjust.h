@@ -50,6 +50,7 @@ struct AdjustResult {
   int num_culled = 0;                           // keyframes of the odometry that add nothing
   std::vector<CameraCalibration> calibrations;  // by camera; empty: nothing was adjusted
   std::vector<BundleSummary> adjustments;       // in order: of the keyframes, of described frames
+  DepthOffsets depth_offsets;                   // when the final adjustment calibrates
 };
 
 // Drops redundant keyframes. Adjusts the remaining keyframes and points; then all described frames,

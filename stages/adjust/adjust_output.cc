@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/adjust/adjust_output.h"
 
+#include <cmath>
+
 #include "pipeline/geometry/bundle_report.h"
 
 namespace nightmap {
@@ -37,6 +39,17 @@ nlohmann::json Calibrations(const AdjustOptions& options, const AdjustResult& re
   return all;
 }
 
+// Only what the pictures determine.
+nlohmann::json Offsets(const DepthOffsets& found) {
+  auto all = nlohmann::json::array();
+  for (std::size_t i = 0; i < found.offset_m.size(); ++i) {
+    if (!std::isfinite(found.sigma_m[i])) return "not estimated";
+    all.push_back({{"offset_m", found.offset_m[i]}, {"sigma_m", found.sigma_m[i]}});
+  }
+  if (all.empty()) return "not estimated";
+  return all;
+}
+
 }  // namespace
 
 nlohmann::json Summarize(const AdjustOptions& options,
@@ -50,7 +63,8 @@ nlohmann::json Summarize(const AdjustOptions& options,
           {"bundle_rms_px", result.bundle_rms_px},
           {"bundle_adjustments", BundleReport(result.adjustments)},
           {"depth_scales", DepthScales(options, result)},
-          {"calibrations", Calibrations(options, result)}};
+          {"calibrations", Calibrations(options, result)},
+          {"depth_offsets", Offsets(result.depth_offsets)}};
 }
 
 }  // namespace nightmap

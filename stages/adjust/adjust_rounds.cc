@@ -13,7 +13,7 @@ namespace nightmap {
 BundleOptions AdjustmentRounds::MakeBundleOptions() const {
   BundleOptions bundle_options;
   bundle_options.max_iterations = options_.bundle_iterations;
-  bundle_options.estimate_depth_scales = options_.estimate_depth_scales;
+  if (options_.estimate_depth_scales) bundle_options.depth = DepthCalibration::kScale;
   bundle_options.num_threads = num_threads_;
   return bundle_options;
 }

@@ -38,10 +38,12 @@ class FrameAdjuster {
     for (auto& [frame_idx, pose] : poses_) {
       pose = problem_.camera_from_world[static_cast<std::size_t>(position_[frame_idx])].Inverse();
     }
-    return {Rms_px(),
-            static_cast<int>(problem_.observations.size()),
-            problem_.calibrations,
-            std::move(adjustments)};
+    return {
+        Rms_px(),
+        static_cast<int>(problem_.observations.size()),
+        problem_.calibrations,
+        std::move(adjustments),
+        bundle_options.calibrate ? EstimateDepthOffsets(bundle_options, problem_) : DepthOffsets{}};
   }
 
  private:

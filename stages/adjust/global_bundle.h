@@ -16,6 +16,7 @@ struct GlobalBundleSummary {
   int num_observations = 0;
   std::vector<CameraCalibration> calibrations;  // by camera
   std::vector<BundleSummary> adjustments;       // in order
+  DepthOffsets depth_offsets;                   // estimated when calibrating
 };
 
 // Keeps the longest tracks of each frame and adjusts the frames' poses and the points. The first

@@ -3,6 +3,7 @@
 """Recordings as people have them, made of the shared ones: each map is good, or its verdict says what is wrong and what to do."""
 import json
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -31,6 +32,7 @@ CASES = {
     "ray_fr1": ("base", "flatness of depth", "depth_along_ray = true"),
     "body": ("all_holo", "parts of the robot in the picture", "mask = "),
     "body_color": ("all_holo", "parts of the robot in the picture", "mask = "),
+    "off_holo": ("all_holo", "offset of depth of camera 0", "depth_offset_m = 0."),
     "late_truth": ("base", "ground truth apart from the frames", "clock"),
 }
 BY_DAY = ("half_fr1", "ray_fr1")  # before the map; tests of the stages have the others' kinds
@@ -100,6 +102,14 @@ class CameraCasesTest(unittest.TestCase):
                 site = self.folder / "sites" / f"{case}.toml"
                 site.write_text(site.read_text().replace("[[camera]]", '[[camera]]\nmask = "mask.png"'))
                 self.assertLess(self.error_m(case), 1.15 * self.error_m("all_holo"))
+
+    @unittest.skipUnless(IS_NIGHT, "takes minutes: set NIGHTMAP_NIGHTLY=1")
+    def test_the_proposed_offset_of_depth_makes_the_map_good(self):
+        advice = next(item["advice"] for item in self.made("off_holo", "map")["checks"] if item["name"].startswith("offset of depth"))
+        site = self.folder / "sites" / "off_holo.toml"
+        key = re.search(r"depth_offset_m = [0-9.]+", advice).group()
+        site.write_text(site.read_text().replace("[[camera]]", f"[[camera]]\n{key}"))
+        self.assertLess(self.error_m("off_holo"), 1.15 * self.error_m("all_holo"))
 
     @unittest.skipUnless(IS_NIGHT, "takes ten minutes: set NIGHTMAP_NIGHTLY=1")
     def test_all(self):

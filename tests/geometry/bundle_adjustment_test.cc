@@ -103,7 +103,7 @@ TEST(BundleAdjustment, FindsTheDepthScaleOfTheSecondSensor) {
     if (o.pose_idx >= 3) o.depth_m *= 0.97;
   }
   BundleProblem ignored = problem;
-  Adjust({.max_iterations = 50, .estimate_depth_scales = true}, &problem);
+  Adjust({.max_iterations = 50, .depth = DepthCalibration::kScale}, &problem);
   EXPECT_EQ(problem.calibrations[0].depth_scale, 1);
   EXPECT_NEAR(problem.calibrations[1].depth_scale, 1 / 0.97, 1e-4);
   EXPECT_EQ(problem.calibrations[1].focal_scale, 1) << "was not asked for";
@@ -121,11 +121,46 @@ TEST(BundleAdjustment, FindsTheDepthScaleOfTheSecondSensor) {
       5e-3);
 }
 
+// An offset bends the map, so parallax tells it.
+TEST(BundleAdjustment, FindsTheOffsetOfDepth) {
+  for (const double offset_m : {-0.08, 0.0, 0.12}) {
+    BundleProblem problem = ExactProblem();
+    for (BundleObservation& o : problem.observations) {
+      if (o.depth_m > 0) o.depth_m += offset_m;
+    }
+    Adjust({.max_iterations = 50}, &problem);
+    const DepthOffsets found = EstimateDepthOffsets({}, problem);
+    ASSERT_EQ(found.offset_m.size(), 1U);
+    EXPECT_NEAR(found.offset_m[0], offset_m, 0.005);
+    EXPECT_LT(found.sigma_m[0], 0.04);
+  }
+}
+
+// Cameras that only turn see the same pixels whatever the distance along the rays.
+TEST(BundleAdjustment, TheOffsetOfATurningCameraIsNotKnown) {
+  BundleProblem problem = ExactProblem();
+  const Rigid3 first = problem.camera_from_world[0];
+  const double with_parallax_m = EstimateDepthOffsets({}, problem).sigma_m[0];
+  for (std::size_t i = 0; i < problem.camera_from_world.size(); ++i) {
+    const double angle_rad = 0.02 * static_cast<double>(i);
+    problem.camera_from_world[i] =
+        Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitY())), {}} *
+        first;
+  }
+  for (BundleObservation& o : problem.observations) {
+    const Eigen::Vector3d p = problem.camera_from_world[static_cast<std::size_t>(o.pose_idx)] *
+                              problem.points_in_world[static_cast<std::size_t>(o.point_idx)];
+    o.pixel = *problem.cameras[static_cast<std::size_t>(o.pose_idx)].ProjectUndistorted(p);
+    o.depth_m = p.z();
+  }
+  EXPECT_GT(EstimateDepthOffsets({}, problem).sigma_m.at(0), 4 * with_parallax_m);
+}
+
 // A common scale is the size of the map: nothing a single sensor sees tells it.
 TEST(BundleAdjustment, TheScaleOfOneSensorIsNotObservable) {
   BundleProblem problem = ExactProblem();
   for (BundleObservation& o : problem.observations) o.depth_m *= 0.97;
-  Adjust({.max_iterations = 50, .estimate_depth_scales = true}, &problem);
+  Adjust({.max_iterations = 50, .depth = DepthCalibration::kScale}, &problem);
   EXPECT_EQ(problem.calibrations[0].depth_scale, 1);
 }
 

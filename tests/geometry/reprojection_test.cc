@@ -36,7 +36,7 @@ struct Scene {
         {random.Uniform(0, 640), random.Uniform(0, 480)}, 2.5, 1 / 0.7, random.Uniform(0, 60)};
   }
 
-  Scene Stepped(const Step& step) const {
+  Scene Stepped(const Step& step, DepthCalibration by) const {
     Scene moved = *this;
     moved.camera_from_world = PerturbLeft(step.head<6>(), camera_from_world);
     moved.point_in_world += step.segment<3>(6);
@@ -44,7 +44,8 @@ struct Scene {
     moved.motion.linear_m_per_s += step.segment<3>(12);
     moved.calibration.focal_scale += step[15];
     moved.calibration.readout_s += step[16];
-    moved.calibration.depth_scale += step[17];
+    (by == DepthCalibration::kOffset ? moved.calibration.depth_offset_m
+                                     : moved.calibration.depth_scale) += step[17];
     return moved;
   }
 
@@ -56,14 +57,14 @@ struct Scene {
             calibration};
   }
 
-  Eigen::Matrix<double, 3, 18> Derivatives() const {
+  Eigen::Matrix<double, 3, 18> Derivatives(DepthCalibration moved) const {
     const Reprojection seen = Reproject();
     const Eigen::Matrix3d by_p = seen.ByMovedPoint(measured);
     const Eigen::Matrix3d by_middle = seen.ByMiddlePoint(by_p);
     Eigen::Matrix<double, 3, 18> derivatives;
     derivatives << seen.ByPose(by_middle),
         by_middle * camera_from_world.rotation.toRotationMatrix(),
-        calibration.readout_s * seen.ByMotion(by_p), seen.ByCalibration(measured, by_p);
+        calibration.readout_s * seen.ByMotion(by_p), seen.ByCalibration(measured, by_p, moved);
     return derivatives;
   }
 };
@@ -72,13 +73,14 @@ TEST(Reprojection, DerivativesAreThoseOfFiniteDifferences) {
   constexpr double kStep = 1e-6;
   Random random(3);
   for (int trial = 0; trial < 20; ++trial) {
+    const auto by = trial % 2 == 0 ? DepthCalibration::kScale : DepthCalibration::kOffset;
     const Scene scene(random);
-    const Eigen::Matrix<double, 3, 18> derivatives = scene.Derivatives();
+    const Eigen::Matrix<double, 3, 18> derivatives = scene.Derivatives(by);
     for (int k = 0; k < 18; ++k) {
       const Scene::Step step = kStep * Scene::Step::Unit(k);
       const Eigen::Vector3d difference =
-          (scene.Stepped(step).Reproject().Residual(scene.measured) -
-           scene.Stepped(-step).Reproject().Residual(scene.measured)) /
+          (scene.Stepped(step, by).Reproject().Residual(scene.measured) -
+           scene.Stepped(-step, by).Reproject().Residual(scene.measured)) /
           (2 * kStep);
       EXPECT_LT((derivatives.col(k) - difference).norm(), 1e-5 * (1 + difference.norm()))
           << trial << " " << k;

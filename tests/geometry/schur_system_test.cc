@@ -96,6 +96,21 @@ Eigen::VectorXd Flat(const BundleStep& step) {
   return Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
+TEST(SchurSystem, SigmasAreThoseOfTheWholeSystem) {
+  const Case made = RandomCase(1);
+  DenseSystem dense = Dense(made, true);
+  // What no observation determines is held by the damping; keep the others exact.
+  dense.hessian.diagonal() += 1e-12 * dense.hessian.diagonal().cwiseMax(1e-6);
+  const Eigen::Index first = dense.hessian.rows() - 6;
+  const Eigen::MatrixXd covariance = dense.hessian.inverse();
+  SchurSystem system(made.problem, true, 2);
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    EXPECT_NEAR(system.CalibrationSigma(made.observations, made.priors, k),
+                std::sqrt(covariance(first + k, first + k)),
+                1e-6);
+  }
+}
+
 TEST(SchurSystem, StepIsThatOfTheWholeSystem) {
   for (const bool has_calibrations : {false, true}) {
     for (std::uint64_t seed = 0; seed < 5; ++seed) {

@@ -248,7 +248,7 @@ TEST(CamerasJson, DamageIsRefused) {
     NIGHTMAP_EXPECT_ERROR(DataError, ReadCameras(folder.Write("bad.json", changed)), why);
     NIGHTMAP_EXPECT_ERROR(DataError, ReadCameras(folder / "bad.json"), "bad.json");
   };
-  expect("\"version\": 1", "\"version\": 4", "newer");
+  expect("\"version\": 1", "\"version\": 5", "newer");
   expect("nightmap cameras", "other", "format");
   expect("\"fx\": 35.25", "\"fx\": 0", "fx");
   expect("\"fx\": 35.25", "\"fx\": \"wide\"", "type");
@@ -303,6 +303,25 @@ TEST(LoadDepth, DistancesAlongTheRayBecomeZ) {
   const auto read = ReadCameras(folder.Write("cameras.json", CamerasToJson({camera})));
   EXPECT_TRUE(read.at(0).depth_along_ray);
   EXPECT_NE(CamerasToJson({camera}).find("\"version\": 3"), std::string::npos);
+}
+
+TEST(LoadDepth, WhatTheSensorMeasuresTooFarIsTakenOff) {
+  const TemporaryFolder folder;
+  RgbdCamera camera = SomeCamera();
+  WritePng(folder / "d.png", RawDepthImage{40, 30, 1, std::vector<std::uint16_t>(1200, 2000)});
+  FrameRecord frame;
+  frame.depth.path = "d.png";
+  camera.depth_units_per_m = 1000;
+  EXPECT_EQ(CamerasToJson({camera}).find("depth_offset_m"), std::string::npos);
+  camera.depth_offset_m = 0.125;
+  EXPECT_FLOAT_EQ(LoadDepth(frame, camera, folder.Path()).At(3, 4), 1.875f);
+  camera.depth_offset_m = 2.5;  // nothing is nearer than the camera
+  EXPECT_EQ(LoadDepth(frame, camera, folder.Path()).At(3, 4), 0);
+  const auto read =
+      ReadCameras(folder.Write("cameras.json", CamerasToJson({SomeCamera(), camera})));
+  EXPECT_EQ(read.at(0).depth_offset_m, 0);
+  EXPECT_EQ(read.at(1).depth_offset_m, 2.5);
+  EXPECT_NE(CamerasToJson({SomeCamera(), camera}).find("\"version\": 4"), std::string::npos);
 }
 
 TEST(LoadRgbd, AFrameWithoutDepthHasNoDepthPixels) {

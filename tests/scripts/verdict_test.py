@@ -231,6 +231,19 @@ class MapTest(unittest.TestCase):
             self.write("adjust", calibrations=[{"focal_scale": scale}])
             self.assertEqual(judged(verdict_calibration.checks(self.site)), {"focal length of camera 0": verdict})
 
+    def test_offset_of_depth(self):
+        path = self.site.path("frames", "cameras")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps({"cameras": [CAMERA | {"camera_id": "c{0}", "depth_offset_m": 0.02}]}))
+        for offset_m, sigma_m, verdict in ((0.03, 0.002, GOOD), (-0.06, 0.002, LOOK), (0.098, 0.002, REFUSE), (0.3, 0.05, NOT_KNOWN)):
+            self.write("adjust", depth_offsets=[{"offset_m": offset_m, "sigma_m": sigma_m}])
+            found = list(verdict_calibration.checks(self.site))
+            self.assertEqual(judged(found), {"offset of depth of camera 0": verdict})
+            if verdict in (LOOK, REFUSE):
+                self.assertIn(f"set depth_offset_m = {0.02 + offset_m:.3f} in the [[camera]] c{{0}}", "".join(lines(found)))
+        self.write("adjust", calibrations="not estimated", depth_offsets="not estimated")
+        self.assertEqual(judged(verdict_calibration.checks(self.site)), {})
+
     def test_floor(self):
         self.write("map_frame", floor_source="floor plane", camera_height_m=1.2, below_floor_percent=0.1, floor_warnings=[])
         found = judged(verdict_way.checks(self.site))

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 
 #include "pipeline/base/error.h"
@@ -56,7 +57,7 @@ double WorstError_m(const TwoCameras& two, const LandmarkScene& truth) {
 }
 
 TEST(GlobalBundle, FindsTheDepthScaleOfTheCameraThatMeasuresShort) {
-  const BundleOptions bundle_options{.max_iterations = 50, .estimate_depth_scales = true};
+  const BundleOptions bundle_options{.max_iterations = 50, .depth = DepthCalibration::kScale};
   TwoCameras two = MakeTwoCameras();
   const auto summary = AdjustFrames({}, two.input, bundle_options, two.tracks, {}, &two.poses);
   ASSERT_EQ(summary.calibrations.size(), 2U);
@@ -108,6 +109,11 @@ TEST(GlobalBundle, TheReportSaysWhatIsKnownOfTheCameras) {
   EXPECT_NE(told("depth_scales").get<std::string>().find("one unknown"), std::string::npos);
   options.calibrate = false;
   EXPECT_EQ(told("calibrations"), "not estimated");
+  EXPECT_EQ(told("depth_offsets"), "not estimated");
+  result.depth_offsets = {{0.03}, {0.002}};
+  EXPECT_EQ(told("depth_offsets")[0], (nlohmann::json{{"offset_m", 0.03}, {"sigma_m", 0.002}}));
+  result.depth_offsets.sigma_m[0] = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(told("depth_offsets"), "not estimated");
 }
 
 TEST(GlobalBundle, TheFocalLengthFoundGoesIntoTheCameras) {
