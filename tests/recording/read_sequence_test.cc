@@ -220,7 +220,9 @@ TEST_F(ReadSequenceTest, TimesThatCannotBeSecondsNameTheirUnit) {
   expect(1305031102175, 33, "ms");
   expect(1305031102175304, 33'333, "us");
   expect(1305031102175304003, 33'333'333, "ns");
-  expect(3'000'000'000'000'000, 33'333'333, "ns");  // since the start, 35 days ago
+  expect(3'000'000'000'000'000, 33'333'333, "ns");                   // since the start, 35 days ago
+  folder_.Write("site/rgb.txt", "1305031102175304003 rgb/0.png\n");  // too few lines for a step
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "time_unit = \"ns\"");
   write("rgb.txt", 0, 33);
   config_.time_unit = "s";
   config_.depth = "none";
