@@ -14,7 +14,6 @@ namespace nightmap {
 namespace {
 
 constexpr std::int64_t kNsPerSecond = 1'000'000'000;
-constexpr int kNsDigits = 9;
 constexpr int kMaxDigits = 18;  // of any number that surely fits 64 bits
 constexpr double kMaxNormError = 0.05;
 constexpr double kMaxPosition_m = 1e9;
@@ -26,8 +25,15 @@ struct Decimal {
   int exponent = 0;
 };
 
-Decimal ParseDecimal(std::string_view text) {
-  const DataError error("'{}' is not a time in seconds", text);
+const char* NameOf(TimeUnit unit) {
+  return unit == TimeUnit::kS    ? "seconds"
+         : unit == TimeUnit::kMs ? "ms"
+         : unit == TimeUnit::kUs ? "us"
+                                 : "ns";
+}
+
+Decimal ParseDecimal(std::string_view text, TimeUnit unit) {
+  const DataError error("'{}' is not a time in {}", text, NameOf(unit));
   Decimal decimal;
   std::string_view rest = text;
   if (const auto e = rest.find_first_of("eE"); e != std::string_view::npos) {
@@ -55,14 +61,14 @@ Decimal ParseDecimal(std::string_view text) {
   return decimal;
 }
 
-StampedPose ParsePose(const std::vector<std::string_view>& words) {
+StampedPose ParsePose(const std::vector<std::string_view>& words, TimeUnit unit) {
   if (words.size() != 8) {
     throw DataError("{} columns, expected 8 (time_s tx ty tz qx qy qz qw)", words.size());
   }
   std::array<double, 7> values{};
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = RealWord(words[i + 1]);
   StampedPose stamped;
-  stamped.time_ns = ParseTime_ns(words[0]);
+  stamped.time_ns = ParseTime_ns(words[0], unit);
   stamped.pose.translation = {values[0], values[1], values[2]};
   if (stamped.pose.translation.cwiseAbs().maxCoeff() > kMaxPosition_m) {
     throw DataError("the position (columns 2 to 4) is farther than {} m: it must be in metres",
@@ -99,9 +105,10 @@ std::string TimeToString(std::int64_t time_ns) {
   return fmt::format("{}{}.{:09}", sign, magnitude / kNsPerSecond, fraction);
 }
 
-std::int64_t ParseTime_ns(std::string_view text) {
-  Decimal decimal = ParseDecimal(text);
-  decimal.exponent += kNsDigits;
+std::int64_t ParseTime_ns(std::string_view text, TimeUnit unit) {
+  const DataError out_of_range("time '{}' is out of range: it must be in {}", text, NameOf(unit));
+  Decimal decimal = ParseDecimal(text, unit);
+  decimal.exponent += static_cast<int>(unit);
   bool round_up = false;
   if (decimal.exponent < 0) {  // more digits than nanoseconds: round half away from zero
     const std::size_t num_cut = static_cast<std::size_t>(-decimal.exponent);
@@ -114,12 +121,10 @@ std::int64_t ParseTime_ns(std::string_view text) {
   }
   decimal.digits.erase(0, decimal.digits.find_first_not_of('0'));
   if (decimal.digits.size() > static_cast<std::size_t>(kMaxDigits) + 1) {
-    throw DataError("time '{}' is out of range: it must be in seconds", text);
+    throw out_of_range;
   }
   const auto value = decimal.digits.empty() ? 0 : ParseInteger(decimal.digits);
-  if (!value || *value == std::numeric_limits<std::int64_t>::max()) {
-    throw DataError("time '{}' is out of range: it must be in seconds", text);
-  }
+  if (!value || *value == std::numeric_limits<std::int64_t>::max()) throw out_of_range;
   const std::int64_t rounded = *value + (round_up ? 1 : 0);
   return decimal.negative ? -rounded : rounded;
 }
@@ -142,10 +147,10 @@ std::string TrajectoryToTum(const std::vector<StampedPose>& poses,
   return text;
 }
 
-std::vector<StampedPose> ReadTum(const std::filesystem::path& path) {
+std::vector<StampedPose> ReadTum(const std::filesystem::path& path, TimeUnit unit) {
   std::vector<StampedPose> poses;
   VisitWordLines(path, [&](const std::vector<std::string_view>& words) {
-    poses.push_back(ParsePose(words));
+    poses.push_back(ParsePose(words, unit));
     if (poses.size() > 1 && poses.back().time_ns <= poses[poses.size() - 2].time_ns) {
       throw DataError("times must increase: sort the file and remove repeated times");
     }

@@ -14,9 +14,12 @@
 
 namespace nightmap {
 
+// Unit of the times in a file. Its value is the power of ten of nanoseconds in it.
+enum class TimeUnit { kNs = 0, kUs = 3, kMs = 6, kS = 9 };
+
 // Exact to the nanosecond: "1305031102.175304" <-> 1305031102175304000. ParseTime throws DataError.
 std::string TimeToString(std::int64_t time_ns);
-std::int64_t ParseTime_ns(std::string_view text);
+std::int64_t ParseTime_ns(std::string_view text, TimeUnit unit = TimeUnit::kS);
 
 // `comment` is the first line; state the frames that the poses relate. Nine decimals are
 // nanometres; use more for a file that is input of further computation.
@@ -25,7 +28,7 @@ std::string TrajectoryToTum(const std::vector<StampedPose>& poses,
                             int num_decimals = 9);
 // Throws DataError naming file and line on a wrong column count, NaN, a quaternion whose length is
 // not 1 (within 5 %, then normalized), or times that do not increase.
-std::vector<StampedPose> ReadTum(const std::filesystem::path& path);
+std::vector<StampedPose> ReadTum(const std::filesystem::path& path, TimeUnit unit = TimeUnit::kS);
 // Likewise of a trajectory that a stage made, which holds a pose; DataError when it holds none.
 std::vector<StampedPose> ReadPoses(const std::filesystem::path& path);
 

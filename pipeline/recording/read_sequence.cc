@@ -2,6 +2,7 @@
 #include "pipeline/recording/read_sequence.h"
 
 #include <cmath>
+#include <limits>
 #include <unordered_map>
 
 #include "pipeline/base/error.h"
@@ -9,6 +10,7 @@
 #include "pipeline/io/text_file.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/recording/recording_bounds.h"
+#include "pipeline/recording/time_unit.h"
 
 namespace nightmap {
 namespace {
@@ -41,6 +43,24 @@ RawSequence ReadLayout(const SequenceFolder& folder) {
   if (folder.config.layout == "video") return ReadVideoFolder(folder);
   if (folder.config.layout == "seven_scenes") return ReadSevenScenesFolder(folder);
   return ReadTumFolder(folder);
+}
+
+// The frames' list was read first: in layout "tum" its times are in the unit that is stated.
+std::vector<StampedPose> ReadTruth(const SequenceFolder& folder, const fs::path& path) {
+  const SequenceConfig& config = folder.config;
+  if (config.time_unit.empty()) {
+    const std::string unit_like = UnitLike(path, MaxStep_s(folder));
+    if (config.layout != "video" && config.layout != "seven_scenes" && !unit_like.empty()) {
+      throw DataError(
+          "{}: its times look like {}, and those of the pictures are in seconds: write them in "
+          "seconds, or correct `ground_truth` in {}",
+          path.string(),
+          unit_like,
+          config.source);
+    }
+    DemandSeconds(unit_like, path, config.source);
+  }
+  return ReadTum(path, UnitOf(config.time_unit));
 }
 
 void MoveTimes(std::int64_t offset_ns, RawSequence* sequence) {
@@ -127,6 +147,10 @@ std::int64_t CheckedTime_ns(std::int64_t time_ns) {
                   TimeToString(time_ns));
 }
 
+double MaxStep_s(const SequenceFolder& folder) {
+  return folder.is_query ? std::numeric_limits<double>::infinity() : kMaxFrameStep_s;
+}
+
 std::int64_t TimeOfFrame_ns(std::int64_t number, double frame_rate_hz) {
   const double time_ns = static_cast<double>(number) * 1e9 / frame_rate_hz;
   if (time_ns <= static_cast<double>(kMaxTime_ns)) return std::llround(time_ns);
@@ -155,7 +179,7 @@ RawSequence ReadSequence(const SiteConfig& site,
   AddChannel(folder, config.label_folder, "label_folder", kLabelChannel, &sequence);
   AddChannel(folder, config.moving_folder, "moving_folder", kMovingChannel, &sequence);
   if (!config.ground_truth.empty()) {
-    sequence.ground_truth = ReadTum(SitePath(site, config.ground_truth, data_root));
+    sequence.ground_truth = ReadTruth(folder, SitePath(site, config.ground_truth, data_root));
     sequence.ground_truth_file =
         (fs::path(site.root) / config.ground_truth).lexically_normal().generic_string();
   }

@@ -81,6 +81,8 @@ struct SequenceFolder {
 // Checks that a time is within 146 years of 0, so that differences and offsets of times fit 64
 // bits. Throws DataError.
 std::int64_t CheckedTime_ns(std::int64_t time_ns);
+// Longest median step of times in seconds without a time_unit. Queries may be of any times.
+double MaxStep_s(const SequenceFolder& folder);
 // Time of frame `number` (from 0) of a recording without times. Throws DataError when it is out of
 // range.
 std::int64_t TimeOfFrame_ns(std::int64_t number, double frame_rate_hz);

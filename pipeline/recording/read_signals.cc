@@ -12,6 +12,7 @@
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/recording/gzip_lines.h"
 #include "pipeline/recording/read_sequence.h"
+#include "pipeline/recording/time_unit.h"
 
 namespace nightmap {
 namespace {
@@ -81,6 +82,7 @@ class SignalFile {
   }
 
   void Check(double max_failed_ratio) const {
+    CheckUnit();
     const std::string file = path_.string();
     if (samples_.empty()) {
       throw DataError("{}: holds no sample of {}{}: correct `file`, `format` or `message` in {}",
@@ -150,7 +152,7 @@ class SignalFile {
     if (config_.format == "carmen") {
       sample = CarmenSample(words);
     } else {
-      sample = ParseValues(sensor_, ParseTime_ns(words[0]), {words.begin() + 1, words.end()});
+      sample = ParseValues(sensor_, LineTime_ns(words[0]), {words.begin() + 1, words.end()});
     }
     Add(number, std::move(sample));
   }
@@ -173,7 +175,7 @@ class SignalFile {
     }
     Words values;
     for (std::size_t i = 1; i < columns_.size(); ++i) values.push_back(fields[columns_[i]]);
-    Add(number, ParseValues(sensor_, CsvTime_ns(fields[columns_[0]]), values));
+    Add(number, ParseValues(sensor_, LineTime_ns(fields[columns_[0]]), values));
   }
 
   void FindColumns(std::string_view line) {
@@ -189,15 +191,22 @@ class SignalFile {
                          line.substr(0, 200));
       }
       columns_.push_back(static_cast<std::size_t>(found - header.begin()));
-      is_in_ns_ = columns_.size() == 1 ? name.ends_with("_ns") : is_in_ns_;
+      if (columns_.size() == 1 && name.ends_with("_ns")) unit_ = TimeUnit::kNs;
     }
   }
 
-  std::int64_t CsvTime_ns(std::string_view text) const {
-    if (!is_in_ns_) return ParseTime_ns(text);
-    const auto time_ns = ParseInteger(text);
-    if (!time_ns) throw DataError("'{}' is no time in ns", text);
-    return *time_ns;
+  std::int64_t LineTime_ns(std::string_view text) {
+    const auto time = times_.size() < kMaxTimesToJudge ? ParseReal(text) : std::nullopt;
+    if (time) times_.push_back(*time);
+    return ParseTime_ns(text, unit_);
+  }
+
+  void CheckUnit() const {
+    if (!config_.time_unit.empty() || unit_ != TimeUnit::kS) return;
+    const bool is_acceleration = sensor_.kind == SignalKind::kAcceleration;
+    DemandSeconds(UnitLike(times_, is_acceleration ? kMaxAccelerationStep_s : kMaxFrameStep_s),
+                  path_,
+                  config_.source);
   }
 
   void Add(int number, SignalSample sample) {
@@ -213,7 +222,8 @@ class SignalFile {
   std::size_t num_in_line_order_ = 0;
   std::vector<std::size_t> columns_;
   std::size_t num_columns_ = 0;
-  bool is_in_ns_ = false;
+  TimeUnit unit_ = UnitOf(config_.time_unit);
+  std::vector<double> times_;  // as written
   std::vector<LoggedSample> samples_;
   std::vector<std::string> problems_;
 };

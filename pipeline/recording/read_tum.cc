@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// TUM RGB-D layout: rgb.txt and depth.txt list `time_s file`, in order of time.
+// TUM RGB-D layout: rgb.txt and depth.txt list `time file`, in order of time.
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -10,6 +10,7 @@
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/recording_bounds.h"
+#include "pipeline/recording/time_unit.h"
 
 namespace nightmap {
 namespace {
@@ -55,14 +56,18 @@ std::vector<ListedFile> ReadList(const SequenceFolder& folder,
                     folder.config.source);
   }
   RecordingBounds(folder).Check(folder.Relative(name));
+  const TimeUnit unit = UnitOf(folder.config.time_unit);
+  if (folder.config.time_unit.empty()) {
+    DemandSeconds(UnitLike(path, MaxStep_s(folder)), path, folder.config.source);
+  }
   std::vector<ListedFile> files;
   std::unordered_map<std::string, std::int64_t> first_time;
   VisitWordLines(path, [&](const std::vector<std::string_view>& words) {
-    if (words.size() != 2) throw DataError("{} columns, expected 2 (time_s file)", words.size());
+    if (words.size() != 2) throw DataError("{} columns, expected 2 (time file)", words.size());
     if (words[1].starts_with('/') || LeadsOut(words[1])) {
       throw DataError("'{}' leads out of the recording's folder: give a path inside", words[1]);
     }
-    files.push_back({CheckedTime_ns(ParseTime_ns(words[0])), folder.Relative(words[1])});
+    files.push_back({CheckedTime_ns(ParseTime_ns(words[0], unit)), folder.Relative(words[1])});
     if (!may_repeat_files) {
       const auto [first, is_new] = first_time.emplace(files.back().path, files.back().time_ns);
       if (!is_new) {

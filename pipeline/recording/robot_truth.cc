@@ -8,6 +8,7 @@
 #include "pipeline/io/text_file.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/recording/read_sequence.h"
+#include "pipeline/recording/time_unit.h"
 
 namespace nightmap {
 namespace {
@@ -46,7 +47,10 @@ std::vector<StampedPose> TakeOdometry(const RobotTruthConfig& config,
 
 std::vector<StampedPose> ReadTrajectory(const std::filesystem::path& path,
                                         const RobotTruthConfig& config) {
-  std::vector<StampedPose> poses = ReadTum(path);
+  if (config.time_unit.empty()) {
+    DemandSeconds(UnitLike(path, kMaxFrameStep_s), path, config.source);
+  }
+  std::vector<StampedPose> poses = ReadTum(path, UnitOf(config.time_unit));
   if (!poses.empty()) return poses;
   throw DataError("{}: holds no pose: correct `trajectory` in {}", path.string(), config.source);
 }

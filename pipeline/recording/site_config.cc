@@ -40,6 +40,7 @@ struct SequenceTable {
     list.Add("label_folder", &s.label_folder, "label PNGs named like the color pictures");
     list.Add("moving_folder", &s.moving_folder, "likewise, with the truth of what moves: not 0");
     list.Add("max_association_gap_s", &s.max_association_gap_s, {0, 10}, "color to depth image");
+    list.Add("time_unit", &s.time_unit, kTimeUnits, "of its lists and ground_truth; empty: s");
     list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
     list.Add(
         "pictures", &s.pictures, "layout pictures: folder, .txt list or file, relative to root");
@@ -69,6 +70,7 @@ void CheckKeys(const toml::table& table, const std::string& layout, const std::s
            {"folder",
             "frame_rate_hz",
             "max_association_gap_s",
+            "time_unit",
             "time_offset_s",
             "depth",
             "label_folder",

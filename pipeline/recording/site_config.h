@@ -32,6 +32,7 @@ struct SequenceConfig {
   std::string moving_folder;       // likewise: the truth of what moves
   // Layout tum: largest gap between a color image and its depth image.
   double max_association_gap_s = 0.02;
+  std::string time_unit;     // of its lists and its truth: s | ms | us | ns; empty: not stated
   double time_offset_s = 0;  // added to all times of the recording
   // Links in the recording (relative to folder) that may, with everything below them, lead out of
   // it and of the data folder.
@@ -68,6 +69,7 @@ struct SignalConfig {
   std::string file;             // relative to root; may be gzipped
   std::string columns;          // csv: names of its columns with time and values, comma separated
   std::string message;          // carmen: FLASER, RLASER, ROBOTLASER1, RAWLASER1 or ODOM
+  std::string time_unit;        // text, csv: s | ms | us | ns; empty: not stated
   double time_offset_s = 0;     // added to all times
   bool sort = false;            // by time, for a log whose lines are out of order
   double rate_hz = 0;           // carmen: line i is at i / rate_hz; 0: lines state their times
@@ -93,6 +95,7 @@ struct ScanQueryConfig {
 struct RobotTruthConfig {
   std::string odometry;    // id of the [[sensor]] of kind odometry whose poses are the truth
   std::string trajectory;  // TUM, truth_from_robot; relative to root
+  std::string time_unit;   // of trajectory: s | ms | us | ns; empty: not stated
   std::string relations;   // lines `time1 time2 x y z roll pitch yaw`; relative to root
   std::string source;      // file:line of its table, for messages
 };

@@ -57,6 +57,7 @@ struct SignalTable {
              &s.message,
              {"", "FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1", "ODOM"},
              "carmen: word that begins the lines to read");
+    list.Add("time_unit", &s.time_unit, kTimeUnits, "text, csv: of its times; empty: s");
     list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
     list.Add("rate_hz", &s.rate_hz, {0, 1e4}, "carmen: of lines without times; 0: they have them");
     list.Add("sort", &s.sort, "sorts the samples by time");
@@ -70,6 +71,7 @@ struct RobotTruthTable {
     RobotTruthConfig& t = truth;
     list.Add("odometry", &t.odometry, "id of the [[sensor]] of kind odometry that is the truth");
     list.Add("trajectory", &t.trajectory, "TUM file of truth_from_robot, relative to root");
+    list.Add("time_unit", &t.time_unit, kTimeUnits, "of the trajectory; empty: s");
     list.Add(
         "relations", &t.relations, "lines `time1 time2 x y z roll pitch yaw`, relative to root");
   }
@@ -144,11 +146,15 @@ SignalConfig ParseSignal(const toml::table& table,
   if (signal.format == "carmen") {
     Require(table, {"message"}, where);
     CheckMessage(signal, kind, where);
+    Refuse(table, {"time_unit"}, where, "does not go with format = \"carmen\": it has seconds");
   } else {
     Refuse(table, {"message", "rate_hz"}, where, "needs format = \"carmen\"");
   }
   if (signal.format == "csv") {
     Require(table, {"columns"}, where);
+    if (signal.columns.substr(0, signal.columns.find(',')).ends_with("_ns")) {
+      Refuse(table, {"time_unit"}, where, "is stated by the name of the first column");
+    }
   } else {
     Refuse(table, {"columns"}, where, "needs format = \"csv\"");
   }
@@ -171,6 +177,9 @@ RobotTruthConfig ParseRobotTruth(const toml::table& table,
   }
   if (truth.odometry.empty() && truth.trajectory.empty() && truth.relations.empty()) {
     throw UsageError("{}: no truth: add `odometry`, `trajectory` or `relations`", where);
+  }
+  if (truth.trajectory.empty()) {
+    Refuse(table, {"time_unit"}, where, "is of `trajectory`");
   }
   CheckPath(truth.trajectory, "trajectory", where);
   CheckPath(truth.relations, "relations", where);

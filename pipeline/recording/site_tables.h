@@ -14,6 +14,9 @@ namespace nightmap {
 // Source of the [[query]] tables that make's QUERY adds. The user sees no line numbers of them.
 constexpr const char* kQuerySource = "QUERY of make";
 
+// Values of `time_unit`. Empty: seconds, unless they cannot be.
+inline const std::vector<std::string> kTimeUnits = {"", "s", "ms", "us", "ns"};
+
 using Names = std::initializer_list<const char*>;
 
 // `source:line` of the node.

@@ -23,6 +23,20 @@ TEST(Time, IsExactToTheNanosecond) {
   EXPECT_EQ(ParseTime_ns("-1.5"), -1500000000);
 }
 
+TEST(Time, OtherUnitsAreExactToo) {
+  EXPECT_EQ(ParseTime_ns("1305031102175304003", TimeUnit::kNs), 1305031102175304003);
+  EXPECT_EQ(ParseTime_ns("9223372036854775806", TimeUnit::kNs), 9223372036854775806);
+  EXPECT_EQ(ParseTime_ns("1305031102175304", TimeUnit::kUs), 1305031102175304000);
+  EXPECT_EQ(ParseTime_ns("1305031102175.304003", TimeUnit::kMs), 1305031102175304003);
+  EXPECT_EQ(ParseTime_ns("1.3050311021753040e18", TimeUnit::kNs), 1305031102175304000);
+  EXPECT_EQ(ParseTime_ns("-0.5", TimeUnit::kNs), -1);
+  NIGHTMAP_EXPECT_ERROR(DataError, ParseTime_ns("x", TimeUnit::kMs), "'x' is not a time in ms");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, ParseTime_ns("1305031102175304003", TimeUnit::kUs), "it must be in us");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, ParseTime_ns("9223372036854775808", TimeUnit::kNs), "it must be in ns");
+}
+
 TEST(Time, TextRoundTripsForAnyTime) {
   Random random(1);
   for (int i = 0; i < 10000; ++i) {

@@ -177,6 +177,68 @@ TEST_F(ReadSequenceTest, BadListsAreNamed) {
   expect("1e308 rgb/1.png", "not a time");
 }
 
+TEST_F(ReadSequenceTest, TimesOfOtherUnitsAreTheSame) {
+  WriteTum(1);
+  config_.ground_truth = "truth.txt";
+  const auto expect = [&](const std::string& unit, const std::string& time) {
+    config_.time_unit = unit;
+    folder_.Write("site/rgb.txt", time + " rgb/0.png\n");
+    folder_.Write("site/depth.txt", time + " depth/0.png\n");
+    folder_.Write("site/truth.txt", time + " 1 2 3 0 0 0 1\n");
+    const RawSequence sequence = Read();
+    EXPECT_EQ(sequence.frames.at(0).time_ns, 1305031102175304003) << unit;
+    EXPECT_EQ(sequence.frames.at(0).depth.path, "site/depth/0.png") << unit;
+    EXPECT_EQ(sequence.ground_truth.at(0).time_ns, 1305031102175304003) << unit;
+  };
+  expect("s", "1305031102.175304003");
+  expect("ms", "1305031102175.304003");
+  expect("us", "1305031102175304.003");
+  expect("ns", "1305031102175304003");
+}
+
+TEST_F(ReadSequenceTest, TimesThatCannotBeSecondsNameTheirUnit) {
+  WriteTum(1);
+  const auto write = [&](const std::string& name, std::int64_t start, std::int64_t step) {
+    std::string text;
+    for (std::int64_t i = 0; i < 12; ++i) {
+      text += fmt::format("{} {}\n",
+                          start + i * step,
+                          name == "truth.txt" ? "1 2 3 0 0 0 1" : fmt::format("rgb/{}.png", i));
+    }
+    folder_.Write("site/" + name, text);
+  };
+  const auto expect = [&](std::int64_t start, std::int64_t step, const std::string& unit) {
+    write("rgb.txt", start, step);
+    NIGHTMAP_EXPECT_ERROR(DataError,
+                          Read(),
+                          "site/rgb.txt: its times cannot be in seconds, they look like " + unit +
+                              ": write time_unit = \"" + unit + "\" in the table at site.toml:7");
+  };
+  expect(0, 33, "ms");
+  expect(0, 33'333, "us");
+  expect(5'000'000, 33'333'333, "ns");
+  expect(1305031102175, 33, "ms");
+  expect(1305031102175304, 33'333, "us");
+  expect(1305031102175304003, 33'333'333, "ns");
+  expect(3'000'000'000'000'000, 33'333'333, "ns");                   // since the start, 35 days ago
+  folder_.Write("site/rgb.txt", "1305031102175304003 rgb/0.png\n");  // too few lines for a step
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "time_unit = \"ns\"");
+  write("rgb.txt", 0, 33);
+  config_.time_unit = "s";
+  config_.depth = "none";
+  EXPECT_EQ(Read().frames.at(1).time_ns, 33'000'000'000);
+  config_.time_unit = "";
+  EXPECT_EQ(Read(true).frames.size(), 12u);  // queries may be of any times
+
+  write("rgb.txt", 0, 1);
+  write("truth.txt", 0, 1000);
+  config_.ground_truth = "truth.txt";
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        Read(),
+                        "site/truth.txt: its times look like ms, and those of the pictures are in "
+                        "seconds");
+}
+
 TEST_F(ReadSequenceTest, EmptyAndMissingFoldersAreNamedWithTheRemedy) {
   NIGHTMAP_EXPECT_ERROR(DataError, Read(), "rgb.txt: missing");
   folder_.Write("site/rgb.txt", "# nothing\n");

@@ -111,6 +111,37 @@ TEST_F(ReadSignalsTest, ColumnsOfATable) {
   EXPECT_EQ(Samples("t_ns,x,y,a\n1305031102175304000,0,0,0\n")[0].time_ns, 1305031102175304000);
 }
 
+TEST_F(ReadSignalsTest, TimesOfOtherUnitsAreTheSame) {
+  site_.signals[0].time_unit = "ns";
+  EXPECT_EQ(Samples("1305031102175304003 0 0 1\n")[0].time_ns, 1305031102175304003);
+  site_.signals[0].time_unit = "us";
+  EXPECT_EQ(Samples("1305031102175304 0 0 1\n")[0].time_ns, 1305031102175304000);
+  Sensor().kind = SignalKind::kOdometry;
+  SignalConfig& table = Signal("poses.csv", "csv");
+  table.columns = "stamp,x,y,th";
+  table.time_unit = "ms";
+  EXPECT_EQ(Samples("stamp,x,y,th\n1305031102175,1,2,0\n")[0].time_ns, 1305031102175000000);
+}
+
+TEST_F(ReadSignalsTest, TimesThatCannotBeSecondsNameTheirUnit) {
+  const auto log = [](std::int64_t start, std::int64_t step) {
+    std::string text;
+    for (std::int64_t i = 0; i < 12; ++i) text += fmt::format("{} 0 0 1\n", start + i * step);
+    return text;
+  };
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        Read(log(1305031102175304003, 5'000'000)),
+                        "log.txt: its times cannot be in seconds, they look like ns: write "
+                        "time_unit = \"ns\" in the table at site.toml:9");
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(log(0, 5)), "time_unit = \"ms\"");
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(log(0, 5000)), "time_unit = \"us\"");
+  Sensor().kind = SignalKind::kOdometry;
+  EXPECT_EQ(Samples(log(0, 5)).size(), 12u);  // odometry may be that slow
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(log(0, 20)), "time_unit = \"ms\"");
+  site_.signals[0].time_unit = "s";
+  EXPECT_EQ(Samples(log(0, 20)).size(), 12u);
+}
+
 TEST_F(ReadSignalsTest, OdometryOfMotionsAndTicksIsSummedUp) {
   Sensor().kind = SignalKind::kOdometry;
   Sensor().measures = "motion";

@@ -72,6 +72,14 @@ TEST_F(RobotTruthTest, ATrajectoryIsReadAsItIs) {
   EXPECT_EQ(truth.truth_from_robot[1].pose.translation, Eigen::Vector3d(4, 5, 6));
 }
 
+TEST_F(RobotTruthTest, TimesOfATrajectoryMayHaveAnotherUnit) {
+  site_.robot_truth = {"", "truth.tum", "ns", "", "s.toml:9"};
+  folder_.Write("lab/truth.tum", "1305031102175304003 1 2 3 0 0 0 1\n");
+  EXPECT_EQ(Take().truth_from_robot.at(0).time_ns, 1305031102175304003);
+  site_.robot_truth.time_unit = "";
+  NIGHTMAP_EXPECT_ERROR(DataError, Take(), "time_unit = \"ns\" in the table at s.toml:9");
+}
+
 TEST_F(RobotTruthTest, RelationsAreCheckedAndCopied) {
   const std::string text = "# a\n1.5 2.5 1 2 3 0.1 0.2 0.3\n2 1 0 0 0 0 0 -3.1\n";
   const RobotTruth truth = TakeRelations(text);
@@ -91,10 +99,10 @@ TEST_F(RobotTruthTest, RelationsAreCheckedAndCopied) {
 
 TEST_F(RobotTruthTest, WhatHoldsNoTruthIsNamed) {
   NIGHTMAP_EXPECT_ERROR(DataError, TakeRelations("# none\n"), "a.relations: holds no relation");
-  site_.robot_truth = {"corrected", "", "", "s.toml:9"};
+  site_.robot_truth = {"corrected", "", "", "", "s.toml:9"};
   signals_[2].samples.clear();
   NIGHTMAP_EXPECT_ERROR(DataError, Take(), "s.toml:9: the sensor \"corrected\" has no sample");
-  site_.robot_truth = {"", "truth.tum", "", "s.toml:9"};
+  site_.robot_truth = {"", "truth.tum", "", "", "s.toml:9"};
   NIGHTMAP_EXPECT_ERROR(DataError, Take(), "truth.tum");
   folder_.Write("lab/truth.tum", "# none\n");
   NIGHTMAP_EXPECT_ERROR(

@@ -299,6 +299,13 @@ TEST(SiteConfig, MistakesInSignalsAreNamedWithTheirLine) {
   expect("columns = \"t,l,r\"\n", "", "s.toml:19: 'columns' is missing");
   expect("\"carmen\"", "\"text\"", "'message' needs format = \"carmen\"");
   expect("time_offset_s", "rate_hz", "s.toml:19: 'rate_hz' needs format = \"carmen\"");
+  expect("message = \"FLASER\"",
+         "message = \"FLASER\"\ntime_unit = \"ms\"",
+         "'time_unit' does not go with format = \"carmen\": it has seconds");
+  expect("columns = \"t,",
+         "time_unit = \"ns\"\ncolumns = \"t_ns,",
+         "'time_unit' is stated by the name");
+  expect("columns", "time_unit = \"min\"\ncolumns", "time_unit");
   expect("\"a.log.gz\"", "\"../a.log\"", "file = \"../a.log\" must lie inside the data folder");
   expect("time_offset_s", "time_ofset_s", "s.toml:24: unknown key 'time_ofset_s'");
 }
@@ -325,6 +332,7 @@ TEST(SiteConfig, TheTruthOfTheRobotIsOfASensorOrAFile) {
   expect("odometry = \"laser\"",
          "s.toml:25: odometry = \"laser\" is a sensor of kind scan: name one");
   expect("odometry = 3", "s.toml:26: 'odometry' must be");
+  expect("relations = \"a\"\ntime_unit = \"ms\"", "'time_unit' is of `trajectory`");
   expect("relation = \"a\"", "s.toml:26: unknown key 'relation'");
   expect("trajectory = \"/a\"", "trajectory = \"/a\" must lie inside the data folder");
   expect("relations = \"../a\"", "relations = \"../a\" must lie inside the data folder");
