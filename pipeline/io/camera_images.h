@@ -12,6 +12,8 @@ namespace nightmap {
 // whose header says otherwise before it decodes a pixel, because a few megabytes may unpack to
 // gigabytes. The frames stage limits the area of every camera, but the file may have changed since.
 ColorImage ReadColorOf(const Camera& camera, const std::filesystem::path& path);
-RawDepthImage ReadRawDepthOf(const Camera& camera, const std::filesystem::path& path);
+// Depth may also be of floating-point values, of 16, 32 or 64 bits. Where nothing was measured it
+// is 0: where an integer is 0 or 65535, and where a float is not a positive number.
+Image<float> ReadRawDepthOf(const Camera& camera, const std::filesystem::path& path);
 
 }  // namespace nightmap

@@ -125,7 +125,7 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
   camera.camera_id = json.at("camera_id").get<std::string>();
   camera.color = CameraFromJson(json.at("color"));
   camera.depth_registered = json.at("depth_registered").get<bool>();
-  camera.depth_units_per_m = PositiveAt(json, "depth_units_per_m");
+  camera.depth_units_per_m = AtLeast(json, "depth_units_per_m", 0);
   camera.depth_along_ray = json.value("depth_along_ray", false);
   camera.min_depth_m = FiniteAt(json, "min_depth_m");
   camera.max_depth_m = PositiveAt(json, "max_depth_m");

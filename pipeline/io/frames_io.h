@@ -59,7 +59,7 @@ struct RgbdCamera {
   bool depth_registered = true;     // depth pixels are color pixels
   Camera depth;                     // used when not registered
   Rigid3 color_from_depth;          // used when not registered
-  double depth_units_per_m = 1000;  // raw 16-bit units per metre
+  double depth_units_per_m = 1000;  // raw units per metre; 0: depth is of floats in metres
   bool depth_along_ray = false;     // raw depth is the distance from the camera, not z
   double min_depth_m = 0.1;
   double max_depth_m = 10.0;  // bounds the map; `features` reads farther depth too
@@ -122,7 +122,8 @@ ColorImage LoadColor(const FrameRecord& frame,
                      const std::filesystem::path& data_root);
 // Depth of a frame in metres at the pixels of the color camera; registered here from the extrinsics
 // if the recording is not. 0 where nothing was measured or the measurement is outside [min_depth_m,
-// max_depth_m], and where the camera's mask is. Raw 0 and 65535 mean no measurement. Throws
+// max_depth_m], and where the camera's mask is. Raw 0 and 65535, and floats that
+// are not positive numbers, mean no measurement. Throws
 // DataError naming the file when it cannot be read, its size differs from its camera's, or the
 // frame has no depth.
 DepthImage LoadDepth(const FrameRecord& frame,

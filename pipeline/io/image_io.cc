@@ -2,6 +2,7 @@
 #include "pipeline/io/image_io.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <memory>
 #include <string>
@@ -21,6 +22,7 @@ namespace {
 using namespace std::string_view_literals;
 
 constexpr std::streamoff kTailSize = 4096;  // bytes after the end mark that are tolerated
+constexpr float kSaturatedDepth = 65535;    // 7-Scenes: no measurement
 constexpr std::uintmax_t kMaxFile_bytes = std::uintmax_t{1} << 30;  // of what is read whole
 
 std::string Tail(const std::filesystem::path& path) {
@@ -126,8 +128,8 @@ void CheckSize(int width, int height, const Camera& camera, const std::filesyste
 }
 
 void CheckIsDepth(const PictureFile& file, const std::filesystem::path& path) {
-  if (file.info.num_channels == 1 && file.type == "uint16") return;
-  throw DataError("{}: depth must be one channel of 16 bits, this has {} of {}",
+  if (file.info.num_channels == 1 && (file.type == "uint16" || file.info.is_float)) return;
+  throw DataError("{}: depth must be one channel of 16 bits or of floats, this has {} of {}",
                   path.string(),
                   file.info.num_channels,
                   file.type);
@@ -185,11 +187,20 @@ ColorImage ReadColorOf(const Camera& camera, const std::filesystem::path& path) 
   return ToRgb(Decode<std::uint8_t>(*file, path));
 }
 
-RawDepthImage ReadRawDepthOf(const Camera& camera, const std::filesystem::path& path) {
+Image<float> ReadRawDepthOf(const Camera& camera, const std::filesystem::path& path) {
   const auto file = Open(path);
   CheckIsDepth(*file, path);
   CheckSize(file->info.width, file->info.height, camera, path);
-  return Decode<std::uint16_t>(*file, path);
+  if (file->info.is_float) {
+    auto depth = Decode<float>(*file, path);
+    std::ranges::replace_if(
+        depth.pixels, [](float d) { return !(d > 0 && std::isfinite(d)); }, 0);
+    return depth;
+  }
+  const auto raw = Decode<std::uint16_t>(*file, path);
+  Image<float> depth{raw.width, raw.height, 1, {raw.pixels.begin(), raw.pixels.end()}};
+  std::ranges::replace(depth.pixels, kSaturatedDepth, 0);
+  return depth;
 }
 
 LabelImage ReadLabelImage(const std::filesystem::path& path) {

@@ -34,15 +34,13 @@ void CheckSize(
                   remedy);
 }
 
-FileFacts ReadPictureFacts(const fs::path& path) {
-  const ImageInfo info = InspectImage(path);
-  return {HashFile(path), info.width, info.height, info.num_channels, info.num_bits};
+FileFacts FactsOf(const fs::path& path, const ImageInfo& info) {
+  return {HashFile(path), info.width, info.height, info.num_channels, info.num_bits, info.is_float};
 }
 
-FileFacts ReadLabelFacts(const fs::path& path) {
-  const ImageInfo info = InspectLabelImage(path);
-  return {HashFile(path), info.width, info.height, info.num_channels, info.num_bits};
-}
+FileFacts ReadPictureFacts(const fs::path& path) { return FactsOf(path, InspectImage(path)); }
+
+FileFacts ReadLabelFacts(const fs::path& path) { return FactsOf(path, InspectLabelImage(path)); }
 
 FileFacts ReadVideoFacts(const fs::path& path) {
   const VideoInfo info = InspectVideo(path);
@@ -66,11 +64,14 @@ void CheckDepth(const std::string& path, const FileFacts& facts, const RgbdCamer
             facts.height,
             is_registered ? camera.color : camera.depth,
             is_registered ? kUnregisteredDepth : kOtherDepth);
-  if (facts.num_bits == 16 && facts.num_channels == 1) return;
-  throw DataError("{}: depth must be one channel of 16 bits, this has {} of {}",
-                  path,
-                  facts.num_channels,
-                  facts.num_bits);
+  if (facts.num_channels != 1 || !(facts.is_float || facts.num_bits == 16)) {
+    throw DataError("{}: depth must be one channel of 16 bits or of floats, this has {} of {}",
+                    path,
+                    facts.num_channels,
+                    facts.num_bits);
+  }
+  if (facts.is_float || camera.depth_units_per_m > 0) return;
+  throw DataError("{}: depth of integers needs depth_units_per_m in its [[camera]]", path);
 }
 
 // Returns the problem of a file; empty when there is none.

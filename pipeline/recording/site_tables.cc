@@ -152,8 +152,9 @@ void AddCamera(const toml::table& table, const std::string& source, SiteConfig* 
                             "color_from_depth"};
   CameraTable parsed;
   RegisterOptions(parsed).ParseTable(table, source);
-  Require(table, {"id", "width", "height", "fx", "fy", "cx", "cy", "depth_units_per_m"}, where);
+  Require(table, {"id", "width", "height", "fx", "fy", "cx", "cy"}, where);
   RgbdCamera& camera = parsed.camera;
+  if (!table.contains("depth_units_per_m")) camera.depth_units_per_m = 0;
   CheckCenter("cx", camera.color.cx, "width", camera.color.width, where);
   CheckCenter("cy", camera.color.cy, "height", camera.color.height, where);
   CheckDistortion(camera.color, where);

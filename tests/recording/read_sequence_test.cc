@@ -129,6 +129,14 @@ TEST_F(ReadSequenceTest, DamagedFramesCarryTheirProblem) {
   for (const std::size_t i : {2, 4, 5}) EXPECT_EQ(frames[i].problem, "") << i;
 }
 
+TEST_F(ReadSequenceTest, DepthOfIntegersNeedsItsUnits) {
+  WriteTum(1);
+  EXPECT_EQ(Inspect().frames[0].depth_problem, "");
+  site_.cameras[0].depth_units_per_m = 0;
+  EXPECT_EQ(Inspect().frames[0].depth_problem,
+            "site/depth/0.png: depth of integers needs depth_units_per_m in its [[camera]]");
+}
+
 TEST_F(ReadSequenceTest, TumColorWithoutDepthIsAProblemUnlessItIsAQuery) {
   WriteTum(3);
   folder_.Write("site/depth.txt", "0.11 depth/0.png\n2.15 depth/2.png\n");

@@ -65,6 +65,11 @@ TEST(SiteConfig, EveryTableIsRead) {
   EXPECT_EQ(site.queries[0].source, "site.toml:25");
 }
 
+TEST(SiteConfig, DepthWithoutUnitsIsInMetres) {
+  const auto site = ParseSiteConfig(Replaced("depth_units_per_m = 5000\n", ""), "s.toml");
+  EXPECT_EQ(site.cameras[0].depth_units_per_m, 0);
+}
+
 TEST(SiteConfig, UnregisteredDepthNeedsItsCamera) {
   const std::string keys =
       "depth_registered = false\ndepth_width = 320\ndepth_height = 240\ndepth_fx = 250\n"
@@ -136,7 +141,6 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
          "s.toml:11: depth_noise_constant_m = 0.0 is out of range; give 1e-05 .. 1");
   expect("k1 = 0.25", "k1 = 0.25\nk2 = -0.95\np1 = 1.16", "s.toml:3: k1 k2 p1 p2 k3");
   expect("fx = 517.3\n", "", "s.toml:3: 'fx' is missing");
-  expect("depth_units_per_m = 5000\n", "", "'depth_units_per_m' is missing");
   expect("k1 = 0.25", "min_depth_m = 20.0", "must be below max_depth_m");
   expect("layout = \"tum\"", "layout = \"tumm\"", "s.toml:14: layout = \"tumm\" is out of range");
   expect("folder = \"one\"\n", "", "s.toml:13: 'folder' is missing");
