@@ -11,7 +11,8 @@ namespace nightmap {
 // Like ReadColorImage and ReadRawDepth, but the image must have the camera's size. Refuses a file
 // whose header says otherwise before it decodes a pixel, because a few megabytes may unpack to
 // gigabytes. The frames stage limits the area of every camera, but the file may have changed since.
-ColorImage ReadColorOf(const Camera& camera, const std::filesystem::path& path);
+// `num_bits`: that color pictures of 16 bits use. Throws DataError when a value needs more.
+ColorImage ReadColorOf(const Camera& camera, const std::filesystem::path& path, int num_bits = 16);
 // Depth may also be of floating-point values, of 16, 32 or 64 bits. Where nothing was measured it
 // is 0: where an integer is 0 or 65535, and where a float is not a positive number.
 Image<float> ReadRawDepthOf(const Camera& camera, const std::filesystem::path& path);

@@ -16,7 +16,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kCamerasFormat = "nightmap cameras";
-constexpr int kCamerasVersion = 3;  // 2: focal_sigma_ratio, 3: mask_runs, depth_along_ray
+constexpr int kCamerasVersion =
+    4;  // 2: focal_sigma_ratio, 3: mask_runs, depth_along_ray, 4: picture_bits
 constexpr int kMaxSide_px = 32768;  // the same limit as in the site config
 
 Json ToJson(const Camera& c) {
@@ -59,6 +60,7 @@ Json ToJson(const RgbdCamera& camera) {
   if (!IsIdentity(camera.robot_from_camera)) {
     json["robot_from_camera"] = ToJson(camera.robot_from_camera);
   }
+  if (camera.picture_bits < 16) json["picture_bits"] = camera.picture_bits;
   if (camera.depth_along_ray) json["depth_along_ray"] = true;
   if (!camera.IsCalibrated()) json["focal_sigma_ratio"] = camera.focal_sigma_ratio;
   if (camera.mask) json["mask_runs"] = PackMask(0, *camera.mask).runs;
@@ -126,6 +128,7 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
   camera.color = CameraFromJson(json.at("color"));
   camera.depth_registered = json.at("depth_registered").get<bool>();
   camera.depth_units_per_m = AtLeast(json, "depth_units_per_m", 0);
+  if (json.contains("picture_bits")) camera.picture_bits = IntegerAt(json, "picture_bits", 9, 16);
   camera.depth_along_ray = json.value("depth_along_ray", false);
   camera.min_depth_m = FiniteAt(json, "min_depth_m");
   camera.max_depth_m = PositiveAt(json, "max_depth_m");
@@ -145,14 +148,18 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
   return camera;
 }
 
-// A program must not take a guessed focal length as exact, the robot's own parts as the world, nor
-// distances as z.
+// A program must not take a guessed focal length as exact, the robot's own parts as the world,
+// distances as z, nor bright pictures as dark.
+int VersionFor(const RgbdCamera& camera) {
+  if (camera.picture_bits < 16) return kCamerasVersion;
+  if (camera.mask || camera.depth_along_ray) return 3;
+  return camera.IsCalibrated() ? 1 : 2;
+}
+
 int VersionFor(const std::vector<RgbdCamera>& cameras) {
-  const auto needs_newest = [](const RgbdCamera& camera) {
-    return camera.mask != nullptr || camera.depth_along_ray;
-  };
-  if (std::ranges::any_of(cameras, needs_newest)) return kCamerasVersion;
-  return std::ranges::all_of(cameras, &RgbdCamera::IsCalibrated) ? 1 : 2;
+  int version = 1;
+  for (const RgbdCamera& camera : cameras) version = std::max(version, VersionFor(camera));
+  return version;
 }
 
 }  // namespace

@@ -82,7 +82,7 @@ ColorImage LoadColor(const FrameRecord& frame,
                      const std::filesystem::path& data_root) {
   ColorImage color =
       ReadFromData(data_root, frame.color.path, [&](const std::filesystem::path& path) {
-        return ReadColorOf(camera.color, path);
+        return ReadColorOf(camera.color, path, camera.picture_bits);
       });
   if (camera.mask) FadeOut(*camera.mask, &color);
   return color;

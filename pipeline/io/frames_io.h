@@ -56,6 +56,7 @@ struct RgbdCamera {
   std::string camera_id;     // as named in the site config
   Rigid3 robot_from_camera;  // pose of the color camera on the robot; identity: the same axes
   Camera color;
+  int picture_bits = 16;            // in use of color pictures that have 16 bits
   bool depth_registered = true;     // depth pixels are color pixels
   Camera depth;                     // used when not registered
   Rigid3 color_from_depth;          // used when not registered
@@ -96,8 +97,8 @@ std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path);
 // occur in two frames.
 std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths);
 
-// Version 1, 2 where a camera has a focal_sigma_ratio, or 3 where one has a mask or
-// depth_along_ray.
+// Version 1, 2 where a camera has a focal_sigma_ratio, 3 where one has a mask or
+// depth_along_ray, or 4 where one has picture_bits below 16.
 std::string CamerasToJson(const std::vector<RgbdCamera>& cameras);
 std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path);
 // Likewise for lookups of frames' cameras: checks every camera_idx.

@@ -15,6 +15,7 @@
 #include "pipeline/io/media.h"
 #include "pipeline/io/picture_file.h"
 #include "pipeline/io/picture_format.h"
+#include "pipeline/io/pixel_values.h"
 
 namespace nightmap {
 namespace {
@@ -101,21 +102,6 @@ Image<T> Decode(PictureFile& file, const std::filesystem::path& path) {
   return image;
 }
 
-// Gray (+ alpha) to three equal channels, RGB + alpha to RGB.
-ColorImage ToRgb(const Image<std::uint8_t>& image) {
-  if (image.num_channels == 3) return image;
-  ColorImage rgb{image.width, image.height, 3, {}};
-  const std::size_t num_channels = static_cast<std::size_t>(image.num_channels);
-  const std::size_t num_pixels = image.pixels.size() / num_channels;
-  rgb.pixels.resize(num_pixels * 3);
-  for (std::size_t i = 0; i < num_pixels; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      rgb.pixels[3 * i + c] = image.pixels[num_channels * i + (num_channels < 3 ? 0 : c)];
-    }
-  }
-  return rgb;
-}
-
 void CheckSize(int width, int height, const Camera& camera, const std::filesystem::path& path) {
   if (width == camera.width && height == camera.height) return;
   throw DataError(
@@ -176,7 +162,7 @@ RawDepthImage ReadRawDepth(const std::filesystem::path& path) {
   return Decode<std::uint16_t>(*file, path);
 }
 
-ColorImage ReadColorOf(const Camera& camera, const std::filesystem::path& path) {
+ColorImage ReadColorOf(const Camera& camera, const std::filesystem::path& path, int num_bits) {
   if (const auto frame = SplitVideoFramePath(path)) {
     ColorImage image = LoadedMedia().ReadVideoFrame(frame->first, frame->second);
     CheckSize(image.width, image.height, camera, path);
@@ -184,6 +170,9 @@ ColorImage ReadColorOf(const Camera& camera, const std::filesystem::path& path) 
   }
   const auto file = Open(path);
   CheckSize(file->info.width, file->info.height, camera, path);
+  if (num_bits < 16 && file->type == "uint16") {
+    return ToRgb(ToBytes(Decode<std::uint16_t>(*file, path), num_bits, path));
+  }
   return ToRgb(Decode<std::uint8_t>(*file, path));
 }
 

@@ -37,6 +37,7 @@ struct CameraTable {
     list.Add("p1", &color.p1, kDistortion, "tangential distortion");
     list.Add("p2", &color.p2, kDistortion, "tangential distortion");
     list.Add("k3", &color.k3, kDistortion, "radial distortion");
+    list.Add("picture_bits", &camera.picture_bits, {9, 16}, "bits that 16-bit pictures use");
     list.Add("robot_from_camera", &robot_from_camera, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
     list.Add("mask", &mask, "picture, white where the robot is; relative to root");
     RegisterDepth(list);

@@ -248,7 +248,7 @@ TEST(CamerasJson, DamageIsRefused) {
     NIGHTMAP_EXPECT_ERROR(DataError, ReadCameras(folder.Write("bad.json", changed)), why);
     NIGHTMAP_EXPECT_ERROR(DataError, ReadCameras(folder / "bad.json"), "bad.json");
   };
-  expect("\"version\": 1", "\"version\": 4", "newer");
+  expect("\"version\": 1", "\"version\": 5", "newer");
   expect("nightmap cameras", "other", "format");
   expect("\"fx\": 35.25", "\"fx\": 0", "fx");
   expect("\"fx\": 35.25", "\"fx\": \"wide\"", "type");
@@ -303,6 +303,37 @@ TEST(LoadDepth, DistancesAlongTheRayBecomeZ) {
   const auto read = ReadCameras(folder.Write("cameras.json", CamerasToJson({camera})));
   EXPECT_TRUE(read.at(0).depth_along_ray);
   EXPECT_NE(CamerasToJson({camera}).find("\"version\": 3"), std::string::npos);
+}
+
+TEST(LoadColor, SixteenBitsAreScaledByThoseInUse) {
+  const TemporaryFolder folder;
+  RgbdCamera camera = SomeCamera();
+  Image<std::uint16_t> gray{40, 30, 1, std::vector<std::uint16_t>(1200, 0)};
+  for (std::size_t i = 0; i < 1024; ++i) gray.pixels[i] = static_cast<std::uint16_t>(i);
+  WritePng(folder / "c.png", gray);
+  FrameRecord frame;
+  frame.color.path = "c.png";
+  const auto load = [&](int num_bits) {
+    camera.picture_bits = num_bits;
+    return LoadColor(frame, camera, folder.Path());
+  };
+  for (const int num_bits : {10, 12, 16}) {
+    const ColorImage color = load(num_bits);
+    for (std::size_t i = 0; i < 1024; ++i) {
+      const double expected = 255.0 * static_cast<double>(i) / ((1 << num_bits) - 1);
+      for (std::size_t c = 0; c < 3; ++c) {
+        ASSERT_NEAR(color.pixels[3 * i + c], expected, 0.5) << num_bits << " bits: " << i;
+      }
+    }
+  }
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, load(9), "c.png: a value is 512, more than picture_bits = 9 bits hold: raise");
+  camera.picture_bits = 10;
+  const std::string json = CamerasToJson({camera});
+  EXPECT_NE(json.find("\"version\": 4"), std::string::npos);
+  EXPECT_EQ(ReadCameras(folder.Write("cameras.json", json)).at(0).picture_bits, 10);
+  WritePng(folder / "c.png", GrayImage{40, 30, 1, std::vector<std::uint8_t>(1200, 200)});
+  EXPECT_EQ(load(10).At(0, 0), 200);  // a picture of 8 bits
 }
 
 TEST(LoadRgbd, AFrameWithoutDepthHasNoDepthPixels) {

@@ -150,6 +150,7 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
   expect(
       "camera = \"color\"", "camera = \"gray\"", "no [[camera]] has id \"gray\"; there are: color");
   expect("k1 = 0.25", "mask = \"../m.png\"", "mask = \"../m.png\" must lie inside the data folder");
+  expect("k1 = 0.25", "picture_bits = 8", "s.toml:11: picture_bits = 8 is out of range; give 9");
   expect("k1 = 0.25", "mask = 1", "s.toml:11: 'mask' must be a string");
   expect("video = \"clip.avi\"\n", "", "'video' is missing");
   expect("frame_rate_hz = 15", "video = \"a.avi\"", "'video' needs layout = \"video\"");
