@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kCamerasFormat = "nightmap cameras";
 constexpr int kCamerasVersion =
-    4;  // 2: focal_sigma_ratio, 3: mask_runs, depth_along_ray, 4: picture_bits
+    4;  // 2: focal_sigma_ratio, 3: mask_runs, depth_along_ray, 4: picture_bits, min_confidence
 constexpr int kMaxSide_px = 32768;  // the same limit as in the site config
 
 Json ToJson(const Camera& c) {
@@ -60,6 +60,7 @@ Json ToJson(const RgbdCamera& camera) {
   if (!IsIdentity(camera.robot_from_camera)) {
     json["robot_from_camera"] = ToJson(camera.robot_from_camera);
   }
+  if (camera.min_confidence > 0) json["min_confidence"] = camera.min_confidence;
   if (camera.picture_bits < 16) json["picture_bits"] = camera.picture_bits;
   if (camera.depth_along_ray) json["depth_along_ray"] = true;
   if (!camera.IsCalibrated()) json["focal_sigma_ratio"] = camera.focal_sigma_ratio;
@@ -128,6 +129,9 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
   camera.color = CameraFromJson(json.at("color"));
   camera.depth_registered = json.at("depth_registered").get<bool>();
   camera.depth_units_per_m = AtLeast(json, "depth_units_per_m", 0);
+  if (json.contains("min_confidence")) {
+    camera.min_confidence = IntegerAt(json, "min_confidence", 1, 255);
+  }
   if (json.contains("picture_bits")) camera.picture_bits = IntegerAt(json, "picture_bits", 9, 16);
   camera.depth_along_ray = json.value("depth_along_ray", false);
   camera.min_depth_m = FiniteAt(json, "min_depth_m");
@@ -149,9 +153,9 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
 }
 
 // A program must not take a guessed focal length as exact, the robot's own parts as the world,
-// distances as z, nor bright pictures as dark.
+// distances as z, bright pictures as dark, nor unsure depth as measured.
 int VersionFor(const RgbdCamera& camera) {
-  if (camera.picture_bits < 16) return kCamerasVersion;
+  if (camera.picture_bits < 16 || camera.min_confidence > 0) return kCamerasVersion;
   if (camera.mask || camera.depth_along_ray) return 3;
   return camera.IsCalibrated() ? 1 : 2;
 }

@@ -51,6 +51,31 @@ void DrawNearest(DepthImage& image, Span columns, Span rows, float depth_m) {
   }
 }
 
+// Nothing was measured where the confidence is too low.
+void RemoveUnsure(const FrameRecord& frame,
+                  const RgbdCamera& camera,
+                  const std::filesystem::path& data_root,
+                  DepthImage* depth) {
+  const auto channel = frame.others.find(kConfidenceChannel);
+  if (channel == frame.others.end()) {
+    throw DataError(
+        "{}: no picture of its confidence is listed: add confidence_folder to its "
+        "[[sequence]]",
+        frame.depth.path);
+  }
+  const Camera& depth_camera = camera.depth_registered ? camera.color : camera.depth;
+  const LabelImage confidence =
+      ReadFromData(data_root, channel->second.path, [&](const std::filesystem::path& path) {
+        return ReadConfidenceOf(depth_camera, path);
+      });
+  const int factor = depth->width / confidence.width;
+  for (int y = 0; y < depth->height; ++y) {
+    for (int x = 0; x < depth->width; ++x) {
+      if (confidence.At(x / factor, y / factor) < camera.min_confidence) depth->At(x, y) = 0;
+    }
+  }
+}
+
 }  // namespace
 
 DepthImage RegisterDepth(const DepthImage& depth, const RgbdCamera& camera) {
@@ -108,9 +133,11 @@ DepthImage LoadDepth(const FrameRecord& frame,
     if (pixel == 0) continue;
     double depth_m = pixel / units_per_m;
     if (camera.depth_along_ray) depth_m /= RayLength(depth_camera, i);
+    // Not of NaN.
     const bool is_used = depth_m >= camera.min_depth_m && depth_m <= camera.max_depth_m;
     pixel = is_used ? static_cast<float>(depth_m) : 0;
   }
+  if (camera.min_confidence > 0) RemoveUnsure(frame, camera, data_root, &depth);
   if (!camera.depth_registered) depth = RegisterDepth(depth, camera);
   if (camera.mask) RemoveDepth(*camera.mask, &depth);
   return depth;

@@ -2,7 +2,6 @@
 #include "pipeline/io/image_io.h"
 
 #include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <memory>
 #include <string>
@@ -180,12 +179,7 @@ Image<float> ReadRawDepthOf(const Camera& camera, const std::filesystem::path& p
   const auto file = Open(path);
   CheckIsDepth(*file, path);
   CheckSize(file->info.width, file->info.height, camera, path);
-  if (file->info.is_float) {
-    auto depth = Decode<float>(*file, path);
-    std::ranges::replace_if(
-        depth.pixels, [](float d) { return !(d > 0 && std::isfinite(d)); }, 0);
-    return depth;
-  }
+  if (file->info.is_float) return Decode<float>(*file, path);
   const auto raw = Decode<std::uint16_t>(*file, path);
   Image<float> depth{raw.width, raw.height, 1, {raw.pixels.begin(), raw.pixels.end()}};
   std::ranges::replace(depth.pixels, kSaturatedDepth, 0);
@@ -206,6 +200,25 @@ LabelImage ReadLabelImage(const std::filesystem::path& path) {
 }
 
 ImageInfo InspectLabelImage(const std::filesystem::path& path) { return OpenLabels(path)->info; }
+
+void CheckConfidenceSize(const std::string& file, int width, int height, const Camera& depth) {
+  const int factor = width > 0 ? depth.width / width : 0;
+  if (factor > 0 && depth.width == factor * width && depth.height == factor * height) return;
+  throw DataError(
+      "{}: {} x {} pixels, its depth has {} x {}: a picture of confidence has the size "
+      "of depth, or a half, a third ... of it",
+      file,
+      width,
+      height,
+      depth.width,
+      depth.height);
+}
+
+LabelImage ReadConfidenceOf(const Camera& depth_camera, const std::filesystem::path& path) {
+  const ImageInfo info = InspectLabelImage(path);
+  CheckConfidenceSize(path.string(), info.width, info.height, depth_camera);
+  return ReadLabelImage(path);
+}
 
 ImageInfo InspectImage(const std::filesystem::path& path) {
   const auto file = Open(path);

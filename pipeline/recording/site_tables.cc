@@ -53,6 +53,7 @@ struct CameraTable {
     list.Add("min_depth_m", &camera.min_depth_m, {0, 1000}, "nearer depth is ignored");
     list.Add(
         "max_depth_m", &camera.max_depth_m, {0.01, 1000}, "farther depth makes no part of the map");
+    list.Add("min_confidence", &camera.min_confidence, {1, 255}, "less sure depth is ignored");
     list.Add("depth_noise_constant_m",
              &camera.noise.constant_m,
              {DepthNoise::kMinConstant_m, 1},

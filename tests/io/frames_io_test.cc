@@ -305,6 +305,40 @@ TEST(LoadDepth, DistancesAlongTheRayBecomeZ) {
   EXPECT_NE(CamerasToJson({camera}).find("\"version\": 3"), std::string::npos);
 }
 
+TEST(LoadDepth, UnsureDepthIsNotMeasured) {
+  const TemporaryFolder folder;
+  RgbdCamera camera = SomeCamera();
+  camera.min_confidence = 2;
+  WritePng(folder / "d.png", RawDepthImage{40, 30, 1, std::vector<std::uint16_t>(1200, 10000)});
+  FrameRecord frame;
+  frame.depth.path = "d.png";
+  const auto load = [&] { return LoadDepth(frame, camera, folder.Path()); };
+  NIGHTMAP_EXPECT_ERROR(DataError, load(), "d.png: no picture of its confidence is listed");
+  frame.others[kConfidenceChannel].path = "sure.png";
+  NIGHTMAP_EXPECT_ERROR(DataError, load(), "sure.png: no such image file");
+  for (const int factor : {1, 2, 5}) {
+    GrayImage sure{40 / factor, 30 / factor, 1, {}};
+    for (int i = 0; i < sure.width * sure.height; ++i) {
+      sure.pixels.push_back(static_cast<std::uint8_t>(i % 4));
+    }
+    WritePng(folder / "sure.png", sure);
+    const DepthImage depth = load();
+    for (int y = 0; y < 30; ++y) {
+      for (int x = 0; x < 40; ++x) {
+        ASSERT_EQ(depth.At(x, y), sure.At(x / factor, y / factor) < 2 ? 0.0f : 2.0f)
+            << x << " " << y;
+      }
+    }
+  }
+  const auto read = ReadCameras(folder.Write("cameras.json", CamerasToJson({camera})));
+  EXPECT_EQ(read.at(0).min_confidence, 2);
+  WritePng(folder / "sure.png", GrayImage{20, 30, 1, std::vector<std::uint8_t>(600, 2)});
+  NIGHTMAP_EXPECT_ERROR(DataError, load(), "sure.png: 20 x 30 pixels, its depth has 40 x 30");
+  const std::string png = ReadBytes(folder / "sure.png");
+  folder.Write("sure.png", png.substr(0, png.size() - 20));
+  NIGHTMAP_EXPECT_ERROR(DataError, load(), "sure.png: truncated png file: copy it again");
+}
+
 TEST(LoadColor, SixteenBitsAreScaledByThoseInUse) {
   const TemporaryFolder folder;
   RgbdCamera camera = SomeCamera();

@@ -70,6 +70,29 @@ TEST(SiteConfig, DepthWithoutUnitsIsInMetres) {
   EXPECT_EQ(site.cameras[0].depth_units_per_m, 0);
 }
 
+TEST(SiteConfig, ConfidenceNeedsItsFolderAndItsLeastValue) {
+  std::string text = Replaced("k1 = 0.25", "min_confidence = 2");
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError,
+      ParseSiteConfig(text, "s.toml"),
+      "s.toml:13: 'confidence_folder' is missing, which goes with min_confidence");
+  for (std::size_t at = text.find("[[sequence]]\n"); at != std::string::npos;
+       at = text.find("[[sequence]]\n", at + 1)) {
+    text.insert(at + 13, "confidence_folder = \"sure\"\n");
+  }
+  const auto site = ParseSiteConfig(text, "s.toml");
+  EXPECT_EQ(site.cameras[0].min_confidence, 2);
+  EXPECT_EQ(site.sequences[1].confidence_folder, "sure");
+  text.erase(text.find("min_confidence = 2"), 18);
+  NIGHTMAP_EXPECT_ERROR(UsageError,
+                        ParseSiteConfig(text, "s.toml"),
+                        "'confidence_folder' needs min_confidence of the [[camera]] \"color\"");
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError,
+      ParseSiteConfig(Replaced("[[query]]\n", "[[query]]\nconfidence_folder = \"c\"\n"), "s.toml"),
+      "'confidence_folder' is for a [[sequence]]: remove it");
+}
+
 TEST(SiteConfig, UnregisteredDepthNeedsItsCamera) {
   const std::string keys =
       "depth_registered = false\ndepth_width = 320\ndepth_height = 240\ndepth_fx = 250\n"
