@@ -16,7 +16,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kCamerasFormat = "nightmap cameras";
-// 2: focal_sigma_ratio, 3: mask_runs, depth_along_ray, 4: depth_offset_m
+// 2: focal_sigma_ratio, 3: mask_runs, depth_along_ray, 4: picture_bits, min_confidence,
+// depth_offset_m
 constexpr int kCamerasVersion = 4;
 constexpr int kMaxSide_px = 32768;  // the same limit as in the site config
 
@@ -60,6 +61,8 @@ Json ToJson(const RgbdCamera& camera) {
   if (!IsIdentity(camera.robot_from_camera)) {
     json["robot_from_camera"] = ToJson(camera.robot_from_camera);
   }
+  if (camera.min_confidence > 0) json["min_confidence"] = camera.min_confidence;
+  if (camera.picture_bits < 16) json["picture_bits"] = camera.picture_bits;
   if (camera.depth_along_ray) json["depth_along_ray"] = true;
   if (camera.depth_offset_m != 0) json["depth_offset_m"] = camera.depth_offset_m;
   if (!camera.IsCalibrated()) json["focal_sigma_ratio"] = camera.focal_sigma_ratio;
@@ -127,7 +130,11 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
   camera.camera_id = json.at("camera_id").get<std::string>();
   camera.color = CameraFromJson(json.at("color"));
   camera.depth_registered = json.at("depth_registered").get<bool>();
-  camera.depth_units_per_m = PositiveAt(json, "depth_units_per_m");
+  camera.depth_units_per_m = AtLeast(json, "depth_units_per_m", 0);
+  if (json.contains("min_confidence")) {
+    camera.min_confidence = IntegerAt(json, "min_confidence", 1, 255);
+  }
+  if (json.contains("picture_bits")) camera.picture_bits = IntegerAt(json, "picture_bits", 9, 16);
   camera.depth_along_ray = json.value("depth_along_ray", false);
   if (json.contains("depth_offset_m")) camera.depth_offset_m = FiniteAt(json, "depth_offset_m");
   camera.min_depth_m = FiniteAt(json, "min_depth_m");
@@ -149,9 +156,9 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
 }
 
 // A program must not take a guessed focal length as exact, the robot's own parts as the world,
-// distances as z, nor depth that is too far as it is.
+// distances as z, bright pictures as dark, nor unsure depth, or depth that is too far, as measured.
 int VersionFor(const RgbdCamera& camera) {
-  if (camera.depth_offset_m != 0) return 4;
+  if (camera.picture_bits < 16 || camera.min_confidence > 0 || camera.depth_offset_m != 0) return 4;
   if (camera.mask || camera.depth_along_ray) return 3;
   return camera.IsCalibrated() ? 1 : 2;
 }

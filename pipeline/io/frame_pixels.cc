@@ -12,8 +12,6 @@
 namespace nightmap {
 namespace {
 
-constexpr std::uint16_t kSaturatedDepth = 65535;  // 7-Scenes: no measurement
-
 // Returns what `read` makes of a file in the data folder; its errors name the file as the lists do.
 template <typename Read>
 auto ReadFromData(const std::filesystem::path& data_root, const std::string& file, Read read) {
@@ -53,6 +51,31 @@ void DrawNearest(DepthImage& image, Span columns, Span rows, float depth_m) {
   }
 }
 
+// Nothing was measured where the confidence is too low.
+void RemoveUnsure(const FrameRecord& frame,
+                  const RgbdCamera& camera,
+                  const std::filesystem::path& data_root,
+                  DepthImage* depth) {
+  const auto channel = frame.others.find(kConfidenceChannel);
+  if (channel == frame.others.end()) {
+    throw DataError(
+        "{}: no picture of its confidence is listed: add confidence_folder to its "
+        "[[sequence]]",
+        frame.depth.path);
+  }
+  const Camera& depth_camera = camera.depth_registered ? camera.color : camera.depth;
+  const LabelImage confidence =
+      ReadFromData(data_root, channel->second.path, [&](const std::filesystem::path& path) {
+        return ReadConfidenceOf(depth_camera, path);
+      });
+  const int factor = depth->width / confidence.width;
+  for (int y = 0; y < depth->height; ++y) {
+    for (int x = 0; x < depth->width; ++x) {
+      if (confidence.At(x / factor, y / factor) < camera.min_confidence) depth->At(x, y) = 0;
+    }
+  }
+}
+
 }  // namespace
 
 DepthImage RegisterDepth(const DepthImage& depth, const RgbdCamera& camera) {
@@ -84,7 +107,7 @@ ColorImage LoadColor(const FrameRecord& frame,
                      const std::filesystem::path& data_root) {
   ColorImage color =
       ReadFromData(data_root, frame.color.path, [&](const std::filesystem::path& path) {
-        return ReadColorOf(camera.color, path);
+        return ReadColorOf(camera.color, path, camera.picture_bits);
       });
   if (camera.mask) FadeOut(*camera.mask, &color);
   return color;
@@ -100,18 +123,21 @@ DepthImage LoadDepth(const FrameRecord& frame,
         frame.color.path);
   }
   const Camera& depth_camera = camera.depth_registered ? camera.color : camera.depth;
-  const RawDepthImage raw =
+  DepthImage depth =
       ReadFromData(data_root, frame.depth.path, [&](const std::filesystem::path& path) {
         return ReadRawDepthOf(depth_camera, path);
       });
-  DepthImage depth{raw.width, raw.height, 1, std::vector<float>(raw.pixels.size(), 0.0f)};
-  for (std::size_t i = 0; i < raw.pixels.size(); ++i) {
-    if (raw.pixels[i] == 0 || raw.pixels[i] == kSaturatedDepth) continue;
-    double depth_m = raw.pixels[i] / camera.depth_units_per_m - camera.depth_offset_m;
+  const double units_per_m = camera.depth_units_per_m > 0 ? camera.depth_units_per_m : 1;
+  for (std::size_t i = 0; i < depth.pixels.size(); ++i) {
+    float& pixel = depth.pixels[i];
+    if (pixel == 0) continue;
+    double depth_m = pixel / units_per_m - camera.depth_offset_m;
     if (camera.depth_along_ray) depth_m /= RayLength(depth_camera, i);
-    if (depth_m < camera.min_depth_m || depth_m > camera.max_depth_m) continue;
-    depth.pixels[i] = static_cast<float>(depth_m);
+    // Not of NaN.
+    const bool is_used = depth_m >= camera.min_depth_m && depth_m <= camera.max_depth_m;
+    pixel = is_used ? static_cast<float>(depth_m) : 0;
   }
+  if (camera.min_confidence > 0) RemoveUnsure(frame, camera, data_root, &depth);
   if (!camera.depth_registered) depth = RegisterDepth(depth, camera);
   if (camera.mask) RemoveDepth(*camera.mask, &depth);
   return depth;

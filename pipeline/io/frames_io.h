@@ -31,6 +31,8 @@ struct ChannelFile {
 constexpr const char* kLabelChannel = "label";
 // The channel of the truth of what moves: not 0 where it does. Only evaluation reads it.
 constexpr const char* kMovingChannel = "moving";
+// The channel that says how sure the depth is (LoadDepth).
+constexpr const char* kConfidenceChannel = "confidence";
 
 // One frame: the pictures of one moment, one per channel.
 struct FrameRecord {
@@ -56,14 +58,17 @@ struct RgbdCamera {
   std::string camera_id;     // as named in the site config
   Rigid3 robot_from_camera;  // pose of the color camera on the robot; identity: the same axes
   Camera color;
+  int picture_bits = 16;            // in use of color pictures that have 16 bits
   bool depth_registered = true;     // depth pixels are color pixels
   Camera depth;                     // used when not registered
   Rigid3 color_from_depth;          // used when not registered
-  double depth_units_per_m = 1000;  // raw 16-bit units per metre
+  double depth_units_per_m = 1000;  // raw units per metre; 0: depth is of floats in metres
   bool depth_along_ray = false;     // raw depth is the distance from the camera, not z
   double depth_offset_m = 0;        // what the sensor measures too far at any distance
   double min_depth_m = 0.1;
   double max_depth_m = 10.0;  // bounds the map; `features` reads farther depth too
+  // Depth is not measured where the picture of its confidence is lower; 0: none is asked.
+  int min_confidence = 0;
   DepthNoise noise;
   // How sure the focal length of `color` is: standard deviation of its logarithm; 0: calibrated.
   double focal_sigma_ratio = 0;
@@ -98,7 +103,7 @@ std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path);
 std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths);
 
 // Version 1; 2 where a camera has a focal_sigma_ratio, 3 where one has a mask or depth_along_ray, 4
-// where one has a depth_offset_m.
+// where one has picture_bits below 16, min_confidence or a depth_offset_m.
 std::string CamerasToJson(const std::vector<RgbdCamera>& cameras);
 std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path);
 // Likewise for lookups of frames' cameras: checks every camera_idx.
@@ -123,7 +128,9 @@ ColorImage LoadColor(const FrameRecord& frame,
                      const std::filesystem::path& data_root);
 // Depth of a frame in metres at the pixels of the color camera; registered here from the extrinsics
 // if the recording is not. 0 where nothing was measured or the measurement is outside [min_depth_m,
-// max_depth_m], and where the camera's mask is. Raw 0 and 65535 mean no measurement. Throws
+// max_depth_m], and where the camera's mask is. Raw 0 and 65535, and floats that
+// are not positive numbers, mean no measurement, and so does a confidence below the camera's
+// min_confidence. A picture of confidence has the size of depth, or a whole fraction of it. Throws
 // DataError naming the file when it cannot be read, its size differs from its camera's, or the
 // frame has no depth.
 DepthImage LoadDepth(const FrameRecord& frame,

@@ -14,6 +14,7 @@
 #include "pipeline/io/media.h"
 #include "pipeline/io/picture_file.h"
 #include "pipeline/io/picture_format.h"
+#include "pipeline/io/pixel_values.h"
 
 namespace nightmap {
 namespace {
@@ -21,6 +22,7 @@ namespace {
 using namespace std::string_view_literals;
 
 constexpr std::streamoff kTailSize = 4096;  // bytes after the end mark that are tolerated
+constexpr float kSaturatedDepth = 65535;    // 7-Scenes: no measurement
 constexpr std::uintmax_t kMaxFile_bytes = std::uintmax_t{1} << 30;  // of what is read whole
 
 std::string Tail(const std::filesystem::path& path) {
@@ -99,21 +101,6 @@ Image<T> Decode(PictureFile& file, const std::filesystem::path& path) {
   return image;
 }
 
-// Gray (+ alpha) to three equal channels, RGB + alpha to RGB.
-ColorImage ToRgb(const Image<std::uint8_t>& image) {
-  if (image.num_channels == 3) return image;
-  ColorImage rgb{image.width, image.height, 3, {}};
-  const std::size_t num_channels = static_cast<std::size_t>(image.num_channels);
-  const std::size_t num_pixels = image.pixels.size() / num_channels;
-  rgb.pixels.resize(num_pixels * 3);
-  for (std::size_t i = 0; i < num_pixels; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      rgb.pixels[3 * i + c] = image.pixels[num_channels * i + (num_channels < 3 ? 0 : c)];
-    }
-  }
-  return rgb;
-}
-
 void CheckSize(int width, int height, const Camera& camera, const std::filesystem::path& path) {
   if (width == camera.width && height == camera.height) return;
   throw DataError(
@@ -126,8 +113,8 @@ void CheckSize(int width, int height, const Camera& camera, const std::filesyste
 }
 
 void CheckIsDepth(const PictureFile& file, const std::filesystem::path& path) {
-  if (file.info.num_channels == 1 && file.type == "uint16") return;
-  throw DataError("{}: depth must be one channel of 16 bits, this has {} of {}",
+  if (file.info.num_channels == 1 && (file.type == "uint16" || file.info.is_float)) return;
+  throw DataError("{}: depth must be one channel of 16 bits or of floats, this has {} of {}",
                   path.string(),
                   file.info.num_channels,
                   file.type);
@@ -174,7 +161,7 @@ RawDepthImage ReadRawDepth(const std::filesystem::path& path) {
   return Decode<std::uint16_t>(*file, path);
 }
 
-ColorImage ReadColorOf(const Camera& camera, const std::filesystem::path& path) {
+ColorImage ReadColorOf(const Camera& camera, const std::filesystem::path& path, int num_bits) {
   if (const auto frame = SplitVideoFramePath(path)) {
     ColorImage image = LoadedMedia().ReadVideoFrame(frame->first, frame->second);
     CheckSize(image.width, image.height, camera, path);
@@ -182,14 +169,21 @@ ColorImage ReadColorOf(const Camera& camera, const std::filesystem::path& path) 
   }
   const auto file = Open(path);
   CheckSize(file->info.width, file->info.height, camera, path);
+  if (num_bits < 16 && file->type == "uint16") {
+    return ToRgb(ToBytes(Decode<std::uint16_t>(*file, path), num_bits, path));
+  }
   return ToRgb(Decode<std::uint8_t>(*file, path));
 }
 
-RawDepthImage ReadRawDepthOf(const Camera& camera, const std::filesystem::path& path) {
+Image<float> ReadRawDepthOf(const Camera& camera, const std::filesystem::path& path) {
   const auto file = Open(path);
   CheckIsDepth(*file, path);
   CheckSize(file->info.width, file->info.height, camera, path);
-  return Decode<std::uint16_t>(*file, path);
+  if (file->info.is_float) return Decode<float>(*file, path);
+  const auto raw = Decode<std::uint16_t>(*file, path);
+  Image<float> depth{raw.width, raw.height, 1, {raw.pixels.begin(), raw.pixels.end()}};
+  std::ranges::replace(depth.pixels, kSaturatedDepth, 0);
+  return depth;
 }
 
 LabelImage ReadLabelImage(const std::filesystem::path& path) {
@@ -206,6 +200,25 @@ LabelImage ReadLabelImage(const std::filesystem::path& path) {
 }
 
 ImageInfo InspectLabelImage(const std::filesystem::path& path) { return OpenLabels(path)->info; }
+
+void CheckConfidenceSize(const std::string& file, int width, int height, const Camera& depth) {
+  const int factor = width > 0 ? depth.width / width : 0;
+  if (factor > 0 && depth.width == factor * width && depth.height == factor * height) return;
+  throw DataError(
+      "{}: {} x {} pixels, its depth has {} x {}: a picture of confidence has the size "
+      "of depth, or a half, a third ... of it",
+      file,
+      width,
+      height,
+      depth.width,
+      depth.height);
+}
+
+LabelImage ReadConfidenceOf(const Camera& depth_camera, const std::filesystem::path& path) {
+  const ImageInfo info = InspectLabelImage(path);
+  CheckConfidenceSize(path.string(), info.width, info.height, depth_camera);
+  return ReadLabelImage(path);
+}
 
 ImageInfo InspectImage(const std::filesystem::path& path) {
   const auto file = Open(path);

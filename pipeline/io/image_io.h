@@ -55,6 +55,7 @@ struct ImageInfo {
   int num_channels = 0;
   int num_bits = 0;  // per channel
   ExifLens lens;
+  bool is_float = false;  // the values are floating-point numbers
 };
 // Throws DataError naming the file when it is missing, empty, not an image, or (PNG, JPEG) lacks
 // its end mark, as after an interrupted copy.

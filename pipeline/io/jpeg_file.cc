@@ -47,6 +47,7 @@ class JpegFile : public PictureFile {
                          TJFLAG_ACCURATEDCT) == 0;
   }
   bool Read(std::uint16_t*) override { return false; }
+  bool Read(float*) override { return false; }
 
  private:
   const unsigned char* Bytes() const {

@@ -18,11 +18,12 @@ class PictureFile {
   // values are of another type or cannot be decoded.
   virtual bool Read(std::uint8_t* pixels) = 0;
   virtual bool Read(std::uint16_t* pixels) = 0;
+  virtual bool Read(float* pixels) = 0;
 
   ImageInfo info;         // with the lens when `has_exif` is not set
   std::string format;     // "png", "jpeg", or another of OpenImageIO's names
   bool has_exif = false;  // and this reader does not read it
-  std::string type;       // of a value: "uint8", "uint16", or another of OpenImageIO's names
+  std::string type;  // of a value: "uint8", "uint16", "float", or another of OpenImageIO's names
 };
 
 // What the values of a PNG mean. Indices are read as stored, one byte for each: neither is a value

@@ -62,6 +62,7 @@ class PngFile : public PictureFile {
   bool Read(std::uint16_t* pixels) override {
     return info.num_bits == 16 && ReadRows(reinterpret_cast<png_bytep>(pixels));
   }
+  bool Read(float*) override { return false; }
 
  private:
   bool HoldsUsualColors() const {

@@ -47,21 +47,27 @@ class AnyPicture : public PictureFile {
             spec.height,
             spec.nchannels,
             8 * static_cast<int>(spec.format.size()),
-            LensOf(spec)};
+            LensOf(spec),
+            spec.format.is_floating_point()};
     format = input_->format_name();
     type = spec.format.c_str();
   }
 
   bool Read(std::uint8_t* pixels) override { return ReadAs(OIIO::TypeDesc::UINT8, pixels); }
   bool Read(std::uint16_t* pixels) override { return ReadAs(OIIO::TypeDesc::UINT16, pixels); }
+  bool Read(float* pixels) override { return ReadAs(OIIO::TypeDesc::FLOAT, pixels); }
 
  private:
   // Throws instead of returning false: nothing else could read the file.
   bool ReadAs(OIIO::TypeDesc as, void* pixels) {
     const MemoryWatch memory;
-    if (input_->read_image(0, 0, 0, info.num_channels, as, pixels)) return true;
+    // Of a truncated TIFF, read_image fills the missing part with zeros, and says so only as an
+    // error.
+    if (input_->read_image(0, 0, 0, info.num_channels, as, pixels) && !input_->has_error()) {
+      return true;
+    }
     memory.Check(path_.string());
-    throw DataError("{}: {}", path_.string(), Reason(input_->geterror()));
+    throw DataError("{}: {}: copy it again", path_.string(), Reason(input_->geterror()));
   }
 
   std::filesystem::path path_;
@@ -80,7 +86,9 @@ std::unique_ptr<PictureFile> OpenAnyPicture(const std::filesystem::path& path,
   OIIO::ImageSpec ignored;
   if (!input || !input->open(path.string(), ignored, config)) {
     memory.Check(path.string());
-    throw DataError("{}: {}", path.string(), Reason(input ? input->geterror() : OIIO::geterror()));
+    throw DataError("{}: {}: copy it again",
+                    path.string(),
+                    Reason(input ? input->geterror() : OIIO::geterror()));
   }
   return std::make_unique<AnyPicture>(path, std::move(input));
 }

@@ -17,8 +17,9 @@ namespace nightmap {
 namespace {
 
 constexpr const char* kCacheHeader =
-    "path,size_bytes,mtime_ns,ctime_ns,hash,width,height,num_channels,num_bits,row_hash";
-constexpr std::size_t kCheck = 9;  // column
+    "path,size_bytes,mtime_ns,ctime_ns,hash,width,height,num_channels,num_bits,is_float,"
+    "row_hash";
+constexpr std::size_t kCheck = 10;  // column
 constexpr std::int64_t kSettled_ns = 2'000'000'000;
 
 std::int64_t Nanoseconds(const timespec& time) {
@@ -50,7 +51,7 @@ HashCache::HashCache(std::filesystem::path cache, std::filesystem::path data_roo
 }
 
 std::string HashCache::RowText(const std::string& file, const Row& row) {
-  return fmt::format("{},{},{},{},{},{},{},{},{}",
+  return fmt::format("{},{},{},{},{},{},{},{},{},{}",
                      CsvField(file),
                      row.size_bytes,
                      row.mtime_ns,
@@ -59,7 +60,8 @@ std::string HashCache::RowText(const std::string& file, const Row& row) {
                      row.facts.width,
                      row.facts.height,
                      row.facts.num_channels,
-                     row.facts.num_bits);
+                     row.facts.num_bits,
+                     row.facts.is_float ? 1 : 0);
 }
 
 void HashCache::ReadRows() {
@@ -68,7 +70,12 @@ void HashCache::ReadRows() {
     Row row{static_cast<std::uintmax_t>(line.Integer(1)),
             line.Integer(2),
             line.Integer(3),
-            {line.Text(4), line.Index(5), line.Index(6), line.Index(7), line.Index(8)}};
+            {line.Text(4),
+             line.Index(5),
+             line.Index(6),
+             line.Index(7),
+             line.Index(8),
+             line.Index(9) != 0}};
     if (HashBytes(RowText(line.Text(0), row)) != line.Text(kCheck)) continue;
     known_[line.Text(0)] = std::move(row);
   }

@@ -17,6 +17,7 @@ struct FileFacts {
   int height = 0;
   int num_channels = 0;
   int num_bits = 0;  // per channel
+  bool is_float = false;
   bool operator==(const FileFacts&) const = default;
 };
 
@@ -27,8 +28,8 @@ struct FileFacts {
 // tick of the file system's clock. The cache is no artifact: results are the same with it, without
 // it, and with a damaged one, whose rows are checked one by one.
 //
-// CSV: path,size_bytes,mtime_ns,ctime_ns,hash,width,height,num_channels,num_bits,row_hash; paths
-// relative to the data folder, row_hash is that of the row before it.
+// CSV: path,size_bytes,mtime_ns,ctime_ns,hash,width,height,num_channels,num_bits,is_float,
+// row_hash; paths relative to the data folder, row_hash is that of the row before it.
 class HashCache {
  public:
   // Reads the cache of an earlier run; a missing or invalid file counts as empty.

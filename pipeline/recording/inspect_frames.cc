@@ -7,6 +7,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/io/camera_images.h"
 #include "pipeline/io/data_paths.h"
 #include "pipeline/io/image_io.h"
 
@@ -34,29 +35,38 @@ void CheckSize(
                   remedy);
 }
 
-FileFacts ReadPictureFacts(const fs::path& path) {
-  const ImageInfo info = InspectImage(path);
-  return {HashFile(path), info.width, info.height, info.num_channels, info.num_bits};
+FileFacts FactsOf(const fs::path& path, const ImageInfo& info) {
+  return {HashFile(path), info.width, info.height, info.num_channels, info.num_bits, info.is_float};
 }
 
-FileFacts ReadLabelFacts(const fs::path& path) {
-  const ImageInfo info = InspectLabelImage(path);
-  return {HashFile(path), info.width, info.height, info.num_channels, info.num_bits};
-}
+FileFacts ReadPictureFacts(const fs::path& path) { return FactsOf(path, InspectImage(path)); }
+
+FileFacts ReadLabelFacts(const fs::path& path) { return FactsOf(path, InspectLabelImage(path)); }
 
 FileFacts ReadVideoFacts(const fs::path& path) {
   const VideoInfo info = InspectVideo(path);
   return {HashFile(path), info.width, info.height, 3, 8};
 }
 
-// Checks a label picture, which another program may have made.
-void CheckLabel(const std::string& path, const FileFacts& facts, const Camera& camera) {
-  CheckSize(path, facts.width, facts.height, camera, kOtherColor);
+// `kind`: what another program may have made.
+void CheckIsOneByte(const std::string& path, const FileFacts& facts, const char* kind) {
   if (facts.num_bits == 8 && facts.num_channels == 1) return;
-  throw DataError("{}: labels must be one channel of 8 bits, this has {} of {}",
+  throw DataError("{}: {} must be one channel of 8 bits, this has {} of {}",
                   path,
+                  kind,
                   facts.num_channels,
                   facts.num_bits);
+}
+
+void CheckLabel(const std::string& path, const FileFacts& facts, const Camera& camera) {
+  CheckSize(path, facts.width, facts.height, camera, kOtherColor);
+  CheckIsOneByte(path, facts, "labels");
+}
+
+void CheckConfidence(const std::string& path, const FileFacts& facts, const RgbdCamera& camera) {
+  CheckConfidenceSize(
+      path, facts.width, facts.height, camera.depth_registered ? camera.color : camera.depth);
+  CheckIsOneByte(path, facts, "confidence");
 }
 
 void CheckDepth(const std::string& path, const FileFacts& facts, const RgbdCamera& camera) {
@@ -66,11 +76,14 @@ void CheckDepth(const std::string& path, const FileFacts& facts, const RgbdCamer
             facts.height,
             is_registered ? camera.color : camera.depth,
             is_registered ? kUnregisteredDepth : kOtherDepth);
-  if (facts.num_bits == 16 && facts.num_channels == 1) return;
-  throw DataError("{}: depth must be one channel of 16 bits, this has {} of {}",
-                  path,
-                  facts.num_channels,
-                  facts.num_bits);
+  if (facts.num_channels != 1 || !(facts.is_float || facts.num_bits == 16)) {
+    throw DataError("{}: depth must be one channel of 16 bits or of floats, this has {} of {}",
+                    path,
+                    facts.num_channels,
+                    facts.num_bits);
+  }
+  if (facts.is_float || camera.depth_units_per_m > 0) return;
+  throw DataError("{}: depth of integers needs depth_units_per_m in its [[camera]]", path);
 }
 
 // Returns the problem of a file; empty when there is none.
@@ -119,6 +132,10 @@ class FrameInspector {
     if (!frame->problem.empty()) frame->color.hash = "unreadable";
     InspectDepth(camera, frame);
     for (auto file = frame->others.begin(); file != frame->others.end();) {
+      if (file->first == kConfidenceChannel) {
+        ++file;
+        continue;
+      }
       const std::string problem = Problem(data_root_, file->second.path, [&] {
         const FileFacts facts = files_.Get(file->second.path, ReadLabelFacts);
         CheckLabel(file->second.path, facts, camera.color);
@@ -145,8 +162,23 @@ class FrameInspector {
         CheckDepth(frame->depth.path, facts, camera);
         frame->depth.hash = facts.hash;
       });
+      InspectConfidence(camera, frame);
     }
-    if (frame->depth.hash.empty()) frame->depth = {};
+    if (!frame->depth.hash.empty() && frame->depth_problem.empty()) return;
+    frame->depth = {};
+    frame->others.erase(kConfidenceChannel);
+  }
+
+  void InspectConfidence(const RgbdCamera& camera, RawFrame* frame) const {
+    const auto confidence = frame->others.find(kConfidenceChannel);
+    if (confidence == frame->others.end()) return;
+    ChannelFile& file = confidence->second;
+    const std::string problem = Problem(data_root_, file.path, [&] {
+      const FileFacts facts = files_.Get(file.path, ReadLabelFacts);
+      CheckConfidence(file.path, facts, camera);
+      file.hash = facts.hash;
+    });
+    if (frame->depth_problem.empty()) frame->depth_problem = problem;
   }
 
   const fs::path& data_root_;

@@ -103,6 +103,17 @@ void CheckFiles(const SequenceFolder& folder, RawSequence* sequence) {
   }
 }
 
+void CheckPictureFolder(const SequenceFolder& folder,
+                        const fs::path& pictures,
+                        const std::string& key) {
+  std::error_code ignored;
+  if (fs::is_directory(folder.Absolute() / pictures, ignored)) return;
+  throw DataError("{}: no such folder: correct `{}` in {}",
+                  (folder.Absolute() / pictures).string(),
+                  key,
+                  folder.config.source);
+}
+
 // Adds the pictures of a folder that `key` names: PNGs with the color pictures' stems, where they
 // exist.
 void AddChannel(const SequenceFolder& folder,
@@ -111,17 +122,25 @@ void AddChannel(const SequenceFolder& folder,
                 const std::string& channel,
                 RawSequence* sequence) {
   if (pictures.empty()) return;
+  CheckPictureFolder(folder, pictures, key);
   std::error_code ignored;
-  if (!fs::is_directory(folder.Absolute() / pictures, ignored)) {
-    throw DataError("{}: no such folder: correct `{}` in {}",
-                    (folder.Absolute() / pictures).string(),
-                    key,
-                    folder.config.source);
-  }
   for (RawFrame& frame : sequence->frames) {
     const fs::path name = pictures / (fs::path(frame.color.path).stem().string() + ".png");
     if (!fs::exists(folder.Absolute() / name, ignored)) continue;
     frame.others[channel].path = folder.Relative(name);
+  }
+}
+
+// Adds the picture of its confidence to each depth picture, whether it is there or not: depth whose
+// confidence is missing is not used.
+void AddConfidence(const SequenceFolder& folder, RawSequence* sequence) {
+  const fs::path pictures = folder.config.confidence_folder;
+  if (pictures.empty()) return;
+  CheckPictureFolder(folder, pictures, "confidence_folder");
+  for (RawFrame& frame : sequence->frames) {
+    if (frame.depth.path.empty()) continue;
+    const fs::path name = pictures / (fs::path(frame.depth.path).stem().string() + ".png");
+    frame.others[kConfidenceChannel].path = folder.Relative(name);
   }
 }
 
@@ -178,6 +197,7 @@ RawSequence ReadSequence(const SiteConfig& site,
   sequence.rig = config.rig;
   AddChannel(folder, config.label_folder, "label_folder", kLabelChannel, &sequence);
   AddChannel(folder, config.moving_folder, "moving_folder", kMovingChannel, &sequence);
+  AddConfidence(folder, &sequence);
   if (!config.ground_truth.empty()) {
     sequence.ground_truth = ReadTruth(folder, SitePath(site, config.ground_truth, data_root));
     sequence.ground_truth_file =

@@ -36,7 +36,8 @@ struct RawSequence {
 // Lists, associates and times the pictures without reading pixels (except that it reads through a
 // video once to count its frames). A picture without depth gets a `depth_problem` where depth is
 // required; for queries it never is. A picture of `label_folder` or `moving_folder` is the PNG
-// with the color picture's stem, if it exists. A picture whose name is not text gets a `problem`,
+// with the color picture's stem, if it exists; one of `confidence_folder` is the PNG with the depth
+// picture's stem, whether it exists or not. A picture whose name is not text gets a `problem`,
 // and the name as AsText writes it. Picture N of layout "pictures" is at N seconds. Throws
 // DataError naming folder or file and line, and the remedy; also when a file lies outside the
 // recording (recording_bounds.h).

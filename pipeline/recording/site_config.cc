@@ -39,6 +39,7 @@ struct SequenceTable {
     list.Add("depth", &s.depth, {"required", "optional", "none"}, "whether frames have depth");
     list.Add("label_folder", &s.label_folder, "label PNGs named like the color pictures");
     list.Add("moving_folder", &s.moving_folder, "likewise, with the truth of what moves: not 0");
+    list.Add("confidence_folder", &s.confidence_folder, "PNGs named like the depth pictures");
     list.Add("max_association_gap_s", &s.max_association_gap_s, {0, 10}, "color to depth image");
     list.Add("time_unit", &s.time_unit, kTimeUnits, "of its lists and ground_truth; empty: s");
     list.Add("time_offset_s", &s.time_offset_s, {-2e9, 2e9}, "added to all times");
@@ -139,10 +140,24 @@ SequenceConfig ParseSequence(toml::table& table,
   CheckPath(sequence.ground_truth, "ground_truth", where);
   CheckPath(sequence.label_folder, "label_folder", where);
   CheckPath(sequence.moving_folder, "moving_folder", where);
+  CheckPath(sequence.confidence_folder, "confidence_folder", where);
   if (sequence.pictures.starts_with('/')) {
     throw UsageError("{}: pictures = \"{}\" must be relative to root", where, sequence.pictures);
   }
   return sequence;
+}
+
+// What one says without the other would change nothing, silently.
+void CheckConfidence(const SequenceConfig& sequence, const std::vector<RgbdCamera>& cameras) {
+  const RgbdCamera& camera = cameras.at(static_cast<std::size_t>(sequence.camera_idx));
+  if (sequence.confidence_folder.empty() == (camera.min_confidence == 0)) return;
+  if (sequence.confidence_folder.empty() && sequence.depth == "none") return;
+  throw UsageError("{}: {} of the [[camera]] \"{}\": add it",
+                   sequence.source,
+                   sequence.confidence_folder.empty()
+                       ? "'confidence_folder' is missing, which goes with min_confidence"
+                       : "'confidence_folder' needs min_confidence",
+                   camera.camera_id);
 }
 
 // All tables [[name]].
@@ -198,7 +213,7 @@ void AddQueries(toml::table& root, const std::string& source, SiteConfig* site) 
       site->scan_queries.push_back(ParseScanQuery(*table, source, *site));
       continue;
     }
-    Refuse(*table, {"rig"}, Where(*table, source), "is for a [[sequence]]");
+    Refuse(*table, {"rig", "confidence_folder"}, Where(*table, source), "is for a [[sequence]]");
     site->queries.push_back(ParseSequence(*table, source, site->cameras));
   }
 }
@@ -224,9 +239,11 @@ SiteConfig ParseOwnText(std::string_view text, const std::string& source) {
   }
   for (toml::table* table : Tables(root, "sequence", source)) {
     site.sequences.push_back(ParseSequence(*table, source, site.cameras));
-    if (site.sequences.back().layout != "pictures") continue;
-    throw UsageError("{}: layout = \"pictures\" has no depth to map: make it a [[query]]",
-                     site.sequences.back().source);
+    if (site.sequences.back().layout == "pictures") {
+      throw UsageError("{}: layout = \"pictures\" has no depth to map: make it a [[query]]",
+                       site.sequences.back().source);
+    }
+    CheckConfidence(site.sequences.back(), site.cameras);
   }
   AddSignals(root, source, &site);
   AddQueries(root, source, &site);

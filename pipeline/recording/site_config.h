@@ -30,6 +30,7 @@ struct SequenceConfig {
   std::string depth = "required";  // required | optional | none: whether frames have depth
   std::string label_folder;        // PNGs named like the color pictures, relative to folder
   std::string moving_folder;       // likewise: the truth of what moves
+  std::string confidence_folder;   // PNGs named like the depth pictures, relative to folder
   // Layout tum: largest gap between a color image and its depth image.
   double max_association_gap_s = 0.02;
   std::string time_unit;     // of its lists and its truth: s | ms | us | ns; empty: not stated

@@ -37,6 +37,7 @@ struct CameraTable {
     list.Add("p1", &color.p1, kDistortion, "tangential distortion");
     list.Add("p2", &color.p2, kDistortion, "tangential distortion");
     list.Add("k3", &color.k3, kDistortion, "radial distortion");
+    list.Add("picture_bits", &camera.picture_bits, {9, 16}, "bits that 16-bit pictures use");
     list.Add("robot_from_camera", &robot_from_camera, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
     list.Add("mask", &mask, "picture, white where the robot is; relative to root");
     RegisterDepth(list);
@@ -56,6 +57,7 @@ struct CameraTable {
     list.Add("min_depth_m", &camera.min_depth_m, {0, 1000}, "nearer depth is ignored");
     list.Add(
         "max_depth_m", &camera.max_depth_m, {0.01, 1000}, "farther depth makes no part of the map");
+    list.Add("min_confidence", &camera.min_confidence, {1, 255}, "less sure depth is ignored");
     list.Add("depth_noise_constant_m",
              &camera.noise.constant_m,
              {DepthNoise::kMinConstant_m, 1},
@@ -156,8 +158,9 @@ void AddCamera(const toml::table& table, const std::string& source, SiteConfig* 
                             "color_from_depth"};
   CameraTable parsed;
   RegisterOptions(parsed).ParseTable(table, source);
-  Require(table, {"id", "width", "height", "fx", "fy", "cx", "cy", "depth_units_per_m"}, where);
+  Require(table, {"id", "width", "height", "fx", "fy", "cx", "cy"}, where);
   RgbdCamera& camera = parsed.camera;
+  if (!table.contains("depth_units_per_m")) camera.depth_units_per_m = 0;
   CheckCenter("cx", camera.color.cx, "width", camera.color.width, where);
   CheckCenter("cy", camera.color.cy, "height", camera.color.height, where);
   CheckDistortion(camera.color, where);

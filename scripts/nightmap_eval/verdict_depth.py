@@ -17,7 +17,7 @@ MIN_GAIN = 1.05  # colors of another frame, or of shifted pixels, must agree so 
 def depth_checks(site, survey):
     if not len(survey.known("measured_share")):
         return
-    units = " or ".join(sorted({f"{camera['depth_units_per_m']:g}" for camera in read_object(site.path("frames", "cameras"), CAMERAS)["cameras"]}))
+    units = " or ".join(sorted({f"{camera['depth_units_per_m'] or 1:g}" for camera in read_object(site.path("frames", "cameras"), CAMERAS)["cameras"]}))
     near_m, far_m = (float(np.median(survey.known(name))) if len(survey.known(name)) else 0.0 for name in ("depth_p10_m", "depth_p90_m"))
     yield check("near surfaces", near_m, "m", (0.2, 3.5), "a tenth of the depth pictures is nearer: indoors walls, floor or furniture are "
                 "within 3.5 m, and no depth camera sees nearer than 0.2 m",

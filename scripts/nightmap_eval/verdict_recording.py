@@ -50,7 +50,8 @@ def _picture_checks(survey):
     yield check("exposure jumps", jumps, "%", (0, 0.5), f"a lens's automatic exposure changes brightness by less than {GAIN} per frame",
                 "brightness jumps at {value:.1f} % of the frames: fix exposure and gain while recording, or leave these frames out")  # fmt: skip
     yield check("dark frames", percent("dark_share", lambda share: share > 0.6), "%", (0, 10), "black pixels show no features",
-                "{value:.0f} % of the frames are mostly black: record with more light or a longer exposure")  # fmt: skip
+                "{value:.0f} % of the frames are mostly black: record with more light or a longer exposure, or, if 16-bit pictures use fewer "
+                "bits, as of infrared cameras, write their number as picture_bits in the [[camera]]")  # fmt: skip
     yield check("overexposed frames", percent("bright_share", lambda share: share > 0.5), "%", (0, 10), "white pixels show no features",
                 "{value:.0f} % of the frames are mostly white: record with a shorter exposure")  # fmt: skip
     yield check("frames without texture", percent("textured_share", lambda share: share < 0.3), "%", (0, 15),

@@ -16,7 +16,7 @@ OF_MAKE = ("profile", "synthetic", "import")  # keys that choose and fill jobs
 OF_SCANS = ("signal", "sensor")
 # Part -> the keys that only the other stage, or make, reads.
 NOT_READ = {"site": ("query", *OF_MAKE), "queries": ("sequence", *OF_SCANS, "robot_truth", "hold_out_every", *OF_MAKE), "asked": ()}
-TEXT_KEYS = ("mask", "folder", "pictures", "scans", "ground_truth", "label_folder", "moving_folder", "file")
+TEXT_KEYS = ("mask", "folder", "pictures", "scans", "ground_truth", "label_folder", "moving_folder", "confidence_folder", "file")
 
 
 def tables(site, name, path):

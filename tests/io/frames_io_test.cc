@@ -324,6 +324,71 @@ TEST(LoadDepth, WhatTheSensorMeasuresTooFarIsTakenOff) {
   EXPECT_NE(CamerasToJson({SomeCamera(), camera}).find("\"version\": 4"), std::string::npos);
 }
 
+TEST(LoadDepth, UnsureDepthIsNotMeasured) {
+  const TemporaryFolder folder;
+  RgbdCamera camera = SomeCamera();
+  camera.min_confidence = 2;
+  WritePng(folder / "d.png", RawDepthImage{40, 30, 1, std::vector<std::uint16_t>(1200, 10000)});
+  FrameRecord frame;
+  frame.depth.path = "d.png";
+  const auto load = [&] { return LoadDepth(frame, camera, folder.Path()); };
+  NIGHTMAP_EXPECT_ERROR(DataError, load(), "d.png: no picture of its confidence is listed");
+  frame.others[kConfidenceChannel].path = "sure.png";
+  NIGHTMAP_EXPECT_ERROR(DataError, load(), "sure.png: no such image file");
+  for (const int factor : {1, 2, 5}) {
+    GrayImage sure{40 / factor, 30 / factor, 1, {}};
+    for (int i = 0; i < sure.width * sure.height; ++i) {
+      sure.pixels.push_back(static_cast<std::uint8_t>(i % 4));
+    }
+    WritePng(folder / "sure.png", sure);
+    const DepthImage depth = load();
+    for (int y = 0; y < 30; ++y) {
+      for (int x = 0; x < 40; ++x) {
+        ASSERT_EQ(depth.At(x, y), sure.At(x / factor, y / factor) < 2 ? 0.0f : 2.0f)
+            << x << " " << y;
+      }
+    }
+  }
+  const auto read = ReadCameras(folder.Write("cameras.json", CamerasToJson({camera})));
+  EXPECT_EQ(read.at(0).min_confidence, 2);
+  WritePng(folder / "sure.png", GrayImage{20, 30, 1, std::vector<std::uint8_t>(600, 2)});
+  NIGHTMAP_EXPECT_ERROR(DataError, load(), "sure.png: 20 x 30 pixels, its depth has 40 x 30");
+  const std::string png = ReadBytes(folder / "sure.png");
+  folder.Write("sure.png", png.substr(0, png.size() - 20));
+  NIGHTMAP_EXPECT_ERROR(DataError, load(), "sure.png: truncated png file: copy it again");
+}
+
+TEST(LoadColor, SixteenBitsAreScaledByThoseInUse) {
+  const TemporaryFolder folder;
+  RgbdCamera camera = SomeCamera();
+  Image<std::uint16_t> gray{40, 30, 1, std::vector<std::uint16_t>(1200, 0)};
+  for (std::size_t i = 0; i < 1024; ++i) gray.pixels[i] = static_cast<std::uint16_t>(i);
+  WritePng(folder / "c.png", gray);
+  FrameRecord frame;
+  frame.color.path = "c.png";
+  const auto load = [&](int num_bits) {
+    camera.picture_bits = num_bits;
+    return LoadColor(frame, camera, folder.Path());
+  };
+  for (const int num_bits : {10, 12, 16}) {
+    const ColorImage color = load(num_bits);
+    for (std::size_t i = 0; i < 1024; ++i) {
+      const double expected = 255.0 * static_cast<double>(i) / ((1 << num_bits) - 1);
+      for (std::size_t c = 0; c < 3; ++c) {
+        ASSERT_NEAR(color.pixels[3 * i + c], expected, 0.5) << num_bits << " bits: " << i;
+      }
+    }
+  }
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, load(9), "c.png: a value is 512, more than picture_bits = 9 bits hold: raise");
+  camera.picture_bits = 10;
+  const std::string json = CamerasToJson({camera});
+  EXPECT_NE(json.find("\"version\": 4"), std::string::npos);
+  EXPECT_EQ(ReadCameras(folder.Write("cameras.json", json)).at(0).picture_bits, 10);
+  WritePng(folder / "c.png", GrayImage{40, 30, 1, std::vector<std::uint8_t>(1200, 200)});
+  EXPECT_EQ(load(10).At(0, 0), 200);  // a picture of 8 bits
+}
+
 TEST(LoadRgbd, AFrameWithoutDepthHasNoDepthPixels) {
   const TemporaryFolder folder;
   WritePng(folder / "c.png", ColorImage{40, 30, 3, std::vector<std::uint8_t>(3600, 1)});

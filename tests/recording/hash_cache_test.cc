@@ -26,7 +26,7 @@ class HashCacheTest : public testing::Test {
   FileFacts Get(HashCache& files, const std::string& name) {
     return files.Get(name, [&](const fs::path& path) {
       read_.push_back(path.filename());
-      return FileFacts{HashFile(path), 3, 2, 1, 16};
+      return FileFacts{HashFile(path), 3, 2, 1, 16, true};
     });
   }
   // The files that a run reads, which saves what it knows.
@@ -34,7 +34,8 @@ class HashCacheTest : public testing::Test {
     read_.clear();
     HashCache files(folder_ / "hashes.csv", folder_ / "data");
     for (const char* name : {"a, \"b\".png", "c.png"}) {
-      EXPECT_EQ(Get(files, name), (FileFacts{HashFile(folder_ / "data" / name), 3, 2, 1, 16}));
+      EXPECT_EQ(Get(files, name),
+                (FileFacts{HashFile(folder_ / "data" / name), 3, 2, 1, 16, true}));
     }
     EXPECT_EQ(files.NumRead(), read_.size());
     files.Save();

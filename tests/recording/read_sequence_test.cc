@@ -129,6 +129,49 @@ TEST_F(ReadSequenceTest, DamagedFramesCarryTheirProblem) {
   for (const std::size_t i : {2, 4, 5}) EXPECT_EQ(frames[i].problem, "") << i;
 }
 
+TEST_F(ReadSequenceTest, DepthOfIntegersNeedsItsUnits) {
+  WriteTum(1);
+  EXPECT_EQ(Inspect().frames[0].depth_problem, "");
+  site_.cameras[0].depth_units_per_m = 0;
+  EXPECT_EQ(Inspect().frames[0].depth_problem,
+            "site/depth/0.png: depth of integers needs depth_units_per_m in its [[camera]]");
+}
+
+TEST_F(ReadSequenceTest, DepthWithoutItsConfidenceIsAProblem) {
+  WriteTum(6);
+  config_.confidence_folder = "sure";
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "sure: no such folder: correct `confidence_folder`");
+  std::filesystem::create_directories(folder_ / "site/sure");
+  const auto write = [&](int i, int width, int height) {
+    const auto num_pixels = static_cast<std::size_t>(width * height);
+    WritePng(folder_ / "site/sure" / (std::to_string(i) + ".png"),
+             GrayImage{width, height, 1, std::vector<std::uint8_t>(num_pixels, 2)});
+  };
+  write(0, kWidth, kHeight);
+  write(1, kWidth / 4, kHeight / 4);
+  write(2, kWidth / 4, kHeight / 2);
+  write(3, 2 * kWidth, 2 * kHeight);
+  WriteDepth("sure/4.png");
+  const auto frames = Inspect().frames;
+  for (const std::size_t i : {0, 1}) {
+    EXPECT_EQ(frames[i].depth_problem, "");
+    EXPECT_EQ(frames[i].depth.hash.size(), 16u);
+    EXPECT_EQ(frames[i].others.at("confidence").path, fmt::format("site/sure/{}.png", i));
+    EXPECT_EQ(frames[i].others.at("confidence").hash.size(), 16u);
+  }
+  const char* const problems[] = {
+      "sure/2.png: 8 x 12 pixels, its depth has 32 x 24: a picture of confidence has the size",
+      "sure/3.png: 64 x 48 pixels, its depth has 32 x 24",
+      "sure/4.png: confidence must be one channel of 8 bits, this has 1 of 16",
+      "sure/5.png: no such image file"};
+  for (std::size_t i = 2; i < 6; ++i) {
+    EXPECT_THAT(frames[i].depth_problem,
+                testing::StartsWith(std::string("site/") + problems[i - 2]));
+    EXPECT_TRUE(frames[i].depth.path.empty() && frames[i].others.empty());
+    EXPECT_EQ(frames[i].problem, "");
+  }
+}
+
 TEST_F(ReadSequenceTest, TumColorWithoutDepthIsAProblemUnlessItIsAQuery) {
   WriteTum(3);
   folder_.Write("site/depth.txt", "0.11 depth/0.png\n2.15 depth/2.png\n");

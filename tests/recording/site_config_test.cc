@@ -65,6 +65,34 @@ TEST(SiteConfig, EveryTableIsRead) {
   EXPECT_EQ(site.queries[0].source, "site.toml:25");
 }
 
+TEST(SiteConfig, DepthWithoutUnitsIsInMetres) {
+  const auto site = ParseSiteConfig(Replaced("depth_units_per_m = 5000\n", ""), "s.toml");
+  EXPECT_EQ(site.cameras[0].depth_units_per_m, 0);
+}
+
+TEST(SiteConfig, ConfidenceNeedsItsFolderAndItsLeastValue) {
+  std::string text = Replaced("k1 = 0.25", "min_confidence = 2");
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError,
+      ParseSiteConfig(text, "s.toml"),
+      "s.toml:13: 'confidence_folder' is missing, which goes with min_confidence");
+  for (std::size_t at = text.find("[[sequence]]\n"); at != std::string::npos;
+       at = text.find("[[sequence]]\n", at + 1)) {
+    text.insert(at + 13, "confidence_folder = \"sure\"\n");
+  }
+  const auto site = ParseSiteConfig(text, "s.toml");
+  EXPECT_EQ(site.cameras[0].min_confidence, 2);
+  EXPECT_EQ(site.sequences[1].confidence_folder, "sure");
+  text.erase(text.find("min_confidence = 2"), 18);
+  NIGHTMAP_EXPECT_ERROR(UsageError,
+                        ParseSiteConfig(text, "s.toml"),
+                        "'confidence_folder' needs min_confidence of the [[camera]] \"color\"");
+  NIGHTMAP_EXPECT_ERROR(
+      UsageError,
+      ParseSiteConfig(Replaced("[[query]]\n", "[[query]]\nconfidence_folder = \"c\"\n"), "s.toml"),
+      "'confidence_folder' is for a [[sequence]]: remove it");
+}
+
 TEST(SiteConfig, UnregisteredDepthNeedsItsCamera) {
   const std::string keys =
       "depth_registered = false\ndepth_width = 320\ndepth_height = 240\ndepth_fx = 250\n"
@@ -136,7 +164,6 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
          "s.toml:11: depth_noise_constant_m = 0.0 is out of range; give 1e-05 .. 1");
   expect("k1 = 0.25", "k1 = 0.25\nk2 = -0.95\np1 = 1.16", "s.toml:3: k1 k2 p1 p2 k3");
   expect("fx = 517.3\n", "", "s.toml:3: 'fx' is missing");
-  expect("depth_units_per_m = 5000\n", "", "'depth_units_per_m' is missing");
   expect("k1 = 0.25", "min_depth_m = 20.0", "must be below max_depth_m");
   expect("layout = \"tum\"", "layout = \"tumm\"", "s.toml:14: layout = \"tumm\" is out of range");
   expect("folder = \"one\"\n", "", "s.toml:13: 'folder' is missing");
@@ -146,6 +173,7 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
   expect(
       "camera = \"color\"", "camera = \"gray\"", "no [[camera]] has id \"gray\"; there are: color");
   expect("k1 = 0.25", "mask = \"../m.png\"", "mask = \"../m.png\" must lie inside the data folder");
+  expect("k1 = 0.25", "picture_bits = 8", "s.toml:11: picture_bits = 8 is out of range; give 9");
   expect("k1 = 0.25", "mask = 1", "s.toml:11: 'mask' must be a string");
   expect("video = \"clip.avi\"\n", "", "'video' is missing");
   expect("frame_rate_hz = 15", "video = \"a.avi\"", "'video' needs layout = \"video\"");
