@@ -16,8 +16,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kCamerasFormat = "nightmap cameras";
-constexpr int kCamerasVersion =
-    4;  // 2: focal_sigma_ratio, 3: mask_runs, depth_along_ray, 4: picture_bits, min_confidence
+// 2: focal_sigma_ratio, 3: mask_runs, depth_along_ray, 4: picture_bits, min_confidence
+constexpr int kCamerasVersion = 4;
 constexpr int kMaxSide_px = 32768;  // the same limit as in the site config
 
 Json ToJson(const Camera& c) {
