@@ -302,18 +302,18 @@ DepthOffsets EstimateDepthOffsets(BundleOptions options, BundleProblem adjusted)
   CheckBundle(adjusted);
   DropUnseeable(&adjusted);
   if (adjusted.observations.empty()) return {};
-  Adjuster adjuster(options, &adjusted);
   try {
+    Adjuster adjuster(options, &adjusted);
     (void)adjuster.Run();
+    DepthOffsets found;
+    for (std::size_t sensor = 0; sensor < adjusted.calibrations.size(); ++sensor) {
+      found.offset_m.push_back(adjusted.calibrations[sensor].depth_offset_m);
+      found.sigma_m.push_back(adjuster.DepthSigma(sensor));
+    }
+    return found;
   } catch (const DataError&) {
-    return {};  // the map does not need the offsets
+    return {};  // no step led nearer, or no room for the factor: the map does not need the offsets
   }
-  DepthOffsets found;
-  for (std::size_t sensor = 0; sensor < adjusted.calibrations.size(); ++sensor) {
-    found.offset_m.push_back(adjusted.calibrations[sensor].depth_offset_m);
-    found.sigma_m.push_back(adjuster.DepthSigma(sensor));
-  }
-  return found;
 }
 
 double ReprojectionError_px(const BundleProblem& data, const BundleObservation& observation) {

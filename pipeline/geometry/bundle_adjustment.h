@@ -80,7 +80,7 @@ struct BundleSummary {
 // is free to move it; with standard deviations, which are large where the pictures have no
 // parallax.
 struct DepthOffsets {
-  std::vector<double> offset_m;  // by sensor; empty: nothing is seen, or no step led nearer
+  std::vector<double> offset_m;  // by sensor; empty: they could not be estimated
   std::vector<double> sigma_m;
 };
 

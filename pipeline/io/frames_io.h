@@ -64,7 +64,7 @@ struct RgbdCamera {
   Rigid3 color_from_depth;          // used when not registered
   double depth_units_per_m = 1000;  // raw units per metre; 0: depth is of floats in metres
   bool depth_along_ray = false;     // raw depth is the distance from the camera, not z
-  double depth_offset_m = 0;        // what the sensor measures too far at any distance
+  double depth_offset_m = 0;        // what raw depth, of z or along the ray, is too far
   double min_depth_m = 0.1;
   double max_depth_m = 10.0;  // bounds the map; `features` reads farther depth too
   // Depth is not measured where the picture of its confidence is lower; 0: none is asked.

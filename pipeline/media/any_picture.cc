@@ -61,7 +61,7 @@ class AnyPicture : public PictureFile {
   // Throws instead of returning false: nothing else could read the file.
   bool ReadAs(OIIO::TypeDesc as, void* pixels) {
     const MemoryWatch memory;
-    // Of a truncated TIFF, read_image fills the missing part with zeros, and says so only as an
+    // read_image fills the missing part of a truncated TIFF with zeros, returns true, and leaves an
     // error.
     if (input_->read_image(0, 0, 0, info.num_channels, as, pixels) && !input_->has_error()) {
       return true;

@@ -18,7 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
-constexpr std::int64_t kMaxTime_ns = std::int64_t{1} << 62;
 constexpr std::int64_t kPicturesStart_ns = 4'000'000'000 * kSecond_ns;
 constexpr std::int64_t kPicturesPeriod_ns = 1'000'000 * kSecond_ns;
 
@@ -53,7 +52,7 @@ std::vector<StampedPose> ReadTruth(const SequenceFolder& folder, const fs::path&
     if (config.layout != "video" && config.layout != "seven_scenes" && !unit_like.empty()) {
       throw DataError(
           "{}: its times look like {}, and those of the pictures are in seconds: write them in "
-          "seconds, or correct `ground_truth` in {}",
+          "seconds, correct `ground_truth`, or write time_unit = \"s\" if they are seconds, in {}",
           path.string(),
           unit_like,
           config.source);

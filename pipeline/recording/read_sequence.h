@@ -81,6 +81,7 @@ struct SequenceFolder {
 
 // Checks that a time is within 146 years of 0, so that differences and offsets of times fit 64
 // bits. Throws DataError.
+constexpr std::int64_t kMaxTime_ns = std::int64_t{1} << 62;
 std::int64_t CheckedTime_ns(std::int64_t time_ns);
 // Longest median step of times in seconds without a time_unit. Queries may be of any times.
 double MaxStep_s(const SequenceFolder& folder);

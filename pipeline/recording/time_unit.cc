@@ -8,11 +8,12 @@
 #include "pipeline/base/median.h"
 #include "pipeline/io/csv.h"
 #include "pipeline/io/text_file.h"
+#include "pipeline/recording/read_sequence.h"
 
 namespace nightmap {
 namespace {
 
-constexpr double kMaxTime_s = 4.6e9;  // as CheckedTime_ns
+constexpr double kMaxTime_s = 1e-9 * static_cast<double>(kMaxTime_ns);
 constexpr std::size_t kMinNumSteps = 10;
 constexpr double kMaxLikelyStep_s = 2;  // of a sensor that records without pause
 
