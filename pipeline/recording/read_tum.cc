@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// TUM RGB-D layout: rgb.txt and depth.txt list `time file`, in order of time.
+// TUM RGB-D layout: rgb.txt and depth.txt list `time file`, in order of time. Where one of them is
+// missing, associations.txt lists pairs: `time file time file`.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <tuple>
 #include <unordered_map>
 
@@ -16,6 +18,10 @@ namespace nightmap {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kColorList = "rgb.txt";
+constexpr const char* kDepthList = "depth.txt";
+constexpr const char* kAssociations = "associations.txt";
 
 struct ListedFile {
   std::int64_t time_ns;
@@ -43,48 +49,146 @@ void CheckTimeIncreases(const ListedFile& before, const ListedFile& file) {
                                                   : "sort the lines by time");
 }
 
-// Depth may be listed twice, because some recorders' depth is slower than their color. A color
-// picture may not, because each is a frame whose name must be unique.
-std::vector<ListedFile> ReadList(const SequenceFolder& folder,
-                                 const char* name,
-                                 bool may_repeat_files) {
-  const fs::path path = folder.Absolute() / name;
+using Words = std::vector<std::string_view>;
+
+bool Exists(const SequenceFolder& folder, const char* name) {
   std::error_code missing;
-  if (!fs::exists(path, missing)) {
-    throw DataError("{}: missing; layout \"tum\" needs it: correct `folder` or `layout` in {}",
-                    path.string(),
-                    folder.config.source);
+  return fs::exists(folder.Absolute() / name, missing);
+}
+
+// Checks a list before its lines are read, and returns the unit of its times.
+TimeUnit CheckList(const SequenceFolder& folder, const char* name) {
+  const fs::path path = folder.Absolute() / name;
+  if (!Exists(folder, name)) {
+    throw DataError(
+        "{}: missing; layout \"tum\" needs it, or {}: correct `folder` or `layout` in {}",
+        path.string(),
+        kAssociations,
+        folder.config.source);
   }
   RecordingBounds(folder).Check(folder.Relative(name));
-  const TimeUnit unit = UnitOf(folder.config.time_unit);
   if (folder.config.time_unit.empty()) {
     DemandSeconds(UnitLike(path, MaxStep_s(folder)), path, folder.config.source);
   }
-  std::vector<ListedFile> files;
-  std::unordered_map<std::string, std::int64_t> first_time;
-  VisitWordLines(path, [&](const std::vector<std::string_view>& words) {
+  return UnitOf(folder.config.time_unit);
+}
+
+ListedFile ParseFile(const SequenceFolder& folder,
+                     TimeUnit unit,
+                     std::string_view time,
+                     std::string_view path) {
+  if (path.starts_with('/') || LeadsOut(path)) {
+    throw DataError("'{}' leads out of the recording's folder: give a path inside", path);
+  }
+  return {CheckedTime_ns(ParseTime_ns(time, unit)), folder.Relative(path)};
+}
+
+// Color pictures in the order of their list. None may be listed twice, because each is a frame
+// whose name must be unique. Depth may be, because some recorders' depth is slower than color.
+class ColorList {
+ public:
+  void Add(ListedFile file) {
+    const auto [first, is_new] = first_time_.emplace(file.path, file.time_ns);
+    if (!is_new) {
+      throw DataError("'{}' is listed at {} s already: one picture is one frame, remove a line",
+                      file.path,
+                      TimeToString(first->second));
+    }
+    if (!files_.empty()) CheckTimeIncreases(files_.back(), file);
+    files_.push_back(std::move(file));
+  }
+  const std::vector<ListedFile>& Files() const { return files_; }
+
+ private:
+  std::vector<ListedFile> files_;
+  std::unordered_map<std::string, std::int64_t> first_time_;
+};
+
+void VisitList(const SequenceFolder& folder,
+               const char* name,
+               const std::function<void(ListedFile)>& visit) {
+  const TimeUnit unit = CheckList(folder, name);
+  VisitWordLines(folder.Absolute() / name, [&](const Words& words) {
     if (words.size() != 2) throw DataError("{} columns, expected 2 (time file)", words.size());
-    if (words[1].starts_with('/') || LeadsOut(words[1])) {
-      throw DataError("'{}' leads out of the recording's folder: give a path inside", words[1]);
-    }
-    files.push_back({CheckedTime_ns(ParseTime_ns(words[0], unit)), folder.Relative(words[1])});
-    if (!may_repeat_files) {
-      const auto [first, is_new] = first_time.emplace(files.back().path, files.back().time_ns);
-      if (!is_new) {
-        throw DataError("'{}' is listed at {} s already: one picture is one frame, remove a line",
-                        words[1],
-                        TimeToString(first->second));
-      }
-    }
-    if (files.size() > 1) CheckTimeIncreases(files[files.size() - 2], files.back());
+    visit(ParseFile(folder, unit, words[0], words[1]));
   });
-  return files;
 }
 
 std::vector<std::int64_t> Times(const std::vector<ListedFile>& files) {
   std::vector<std::int64_t> times;
   for (const ListedFile& file : files) times.push_back(file.time_ns);
   return times;
+}
+
+RawSequence SequenceOf(const std::vector<ListedFile>& color) {
+  RawSequence sequence;
+  for (const ListedFile& file : color) {
+    RawFrame& frame = sequence.frames.emplace_back();
+    frame.time_ns = file.time_ns;
+    frame.color.path = file.path;
+  }
+  return sequence;
+}
+
+std::int64_t MaxGap_ns(const SequenceFolder& folder) {
+  return std::llround(folder.config.max_association_gap_s * 1e9);
+}
+
+RawSequence ReadLists(const SequenceFolder& folder) {
+  ColorList color;
+  VisitList(folder, kColorList, [&](ListedFile file) { color.Add(std::move(file)); });
+  std::vector<ListedFile> depth;
+  if (folder.NeedsDepth() || (folder.TakesDepth() && Exists(folder, kDepthList))) {
+    VisitList(folder, kDepthList, [&](ListedFile file) {
+      if (!depth.empty()) CheckTimeIncreases(depth.back(), file);
+      depth.push_back(std::move(file));
+    });
+  }
+  RawSequence sequence = SequenceOf(color.Files());
+  const auto pairs = AssociateTimes(Times(color.Files()), Times(depth), MaxGap_ns(folder));
+  for (const auto& [i, j] : pairs) sequence.frames[i].depth.path = depth[j].path;
+  return sequence;
+}
+
+// 1 when the first picture of a pair is depth by its path, -1 when the second is, else 0.
+int DepthFirst(const Words& words) {
+  const auto is_depth = [](std::string_view path) {
+    return path.find("depth") == std::string_view::npos ? 0 : 1;
+  };
+  if (words.size() != 4) {
+    throw DataError("{} columns, expected 4 (time file time file)", words.size());
+  }
+  return is_depth(words[1]) - is_depth(words[3]);
+}
+
+// ORB-SLAM's lists have color first, those of ICL-NUIM depth.
+RawSequence ReadAssociations(const SequenceFolder& folder) {
+  const TimeUnit unit = CheckList(folder, kAssociations);
+  const fs::path path = folder.Absolute() / kAssociations;
+  int balance = 0;
+  VisitWordLines(path, [&](const Words& words) { balance += DepthFirst(words); });
+  const bool depth_first = balance > 0;
+  ColorList color;
+  std::vector<ListedFile> depth;
+  VisitWordLines(path, [&](const Words& words) {
+    if (DepthFirst(words) == (depth_first ? -1 : 1)) {
+      throw DataError("most lines have {} first, and this has not: swap its pictures",
+                      depth_first ? "depth" : "color");
+    }
+    ListedFile first = ParseFile(folder, unit, words[0], words[1]);
+    ListedFile second = ParseFile(folder, unit, words[2], words[3]);
+    if (depth_first) std::swap(first, second);
+    color.Add(std::move(first));
+    depth.push_back(std::move(second));
+  });
+  RawSequence sequence = SequenceOf(color.Files());
+  for (std::size_t i = 0; i < depth.size(); ++i) {
+    const std::int64_t gap_ns = std::abs(depth[i].time_ns - color.Files()[i].time_ns);
+    if (folder.TakesDepth() && gap_ns <= MaxGap_ns(folder)) {
+      sequence.frames[i].depth.path = depth[i].path;
+    }
+  }
+  return sequence;
 }
 
 }  // namespace
@@ -112,22 +216,10 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateTimes(const std::vecto
 }
 
 RawSequence ReadTumFolder(const SequenceFolder& folder) {
-  const auto color = ReadList(folder, "rgb.txt", false);
-  std::error_code missing;
-  const bool has_depth =
-      folder.NeedsDepth() ||
-      (folder.TakesDepth() && fs::exists(folder.Absolute() / "depth.txt", missing));
-  const auto depth = has_depth ? ReadList(folder, "depth.txt", true) : std::vector<ListedFile>{};
-  RawSequence sequence;
-  for (const ListedFile& file : color) {
-    RawFrame& frame = sequence.frames.emplace_back();
-    frame.time_ns = file.time_ns;
-    frame.color.path = file.path;
-  }
-  const std::int64_t max_gap_ns = std::llround(folder.config.max_association_gap_s * 1e9);
-  for (const auto& [i, j] : AssociateTimes(Times(color), Times(depth), max_gap_ns)) {
-    sequence.frames[i].depth.path = depth[j].path;
-  }
+  const bool has_lists =
+      Exists(folder, kColorList) && (Exists(folder, kDepthList) || !folder.NeedsDepth());
+  RawSequence sequence =
+      has_lists || !Exists(folder, kAssociations) ? ReadLists(folder) : ReadAssociations(folder);
   for (RawFrame& frame : sequence.frames) {
     if (!folder.NeedsDepth() || !frame.depth.path.empty()) continue;
     frame.depth_problem = fmt::format("{}: no depth image within max_association_gap_s = {}",

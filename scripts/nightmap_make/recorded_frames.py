@@ -6,6 +6,7 @@ import os
 import struct
 
 BYTES_PER_FRAME = 50_000  # of a video whose container does not say how many it has
+LISTS = ("rgb.txt", "associations.txt")  # of layout tum
 COLOR = (".color.png", ".color.jpg")
 PARENTS = (b"moov", b"trak", b"mdia", b"minf", b"stbl")  # boxes of MP4 that hold boxes
 
@@ -20,7 +21,8 @@ def _num_frames(folder, sequence):
     try:
         match sequence.get("layout"):
             case "tum":
-                with open(os.path.join(folder, "rgb.txt"), encoding="utf-8", errors="replace") as file:
+                name = next((name for name in LISTS if os.path.exists(os.path.join(folder, name))), LISTS[0])
+                with open(os.path.join(folder, name), encoding="utf-8", errors="replace") as file:
                     return sum(not line.lstrip().startswith("#") and not line.isspace() for line in file)
             case "seven_scenes":
                 return sum(name.endswith(COLOR) for name in os.listdir(folder))

@@ -213,11 +213,69 @@ TEST_F(ReadSequenceTest, BadListsAreNamed) {
        {"/rgb/1.png", "../1.png", "rgb/../../../outside.jpg", "./../site/1.png"}) {
     expect(std::string("1.1 ") + path, "leads out of the recording's folder: give a path inside");
   }
-  expect("1.1 rgb/0.png", "'rgb/0.png' is listed at 0.100000 s already");
+  expect("1.1 rgb/0.png", "'site/rgb/0.png' is listed at 0.100000 s already");
   expect("1.1 rgb/../rgb/./0.png", "is listed at 0.100000 s already");
   expect("9e9 rgb/1.png", "time 9000000000.000000 s is out of range");
   expect("-9e9 rgb/1.png", "out of range");
   expect("1e308 rgb/1.png", "not a time");
+}
+
+// What each frame pairs with: time, color, depth.
+std::string Pairs(const RawSequence& sequence) {
+  std::string text;
+  for (const RawFrame& frame : sequence.frames) {
+    text += fmt::format("{} {} {}, ",
+                        frame.time_ns / 1'000'000,
+                        frame.color.path.substr(5),
+                        frame.depth.path.empty() ? "-" : frame.depth.path.substr(5));
+  }
+  return text;
+}
+
+TEST_F(ReadSequenceTest, AssociationsArePairsInEitherOrder) {
+  WriteTum(3);
+  const auto write = [&](const std::string& lines) {
+    folder_.Write("site/associations.txt", lines);
+  };
+  write("0.1 rgb/0.png 0.11 depth/2.png\n");
+  EXPECT_EQ(Pairs(Read()),
+            "100 rgb/0.png depth/0.png, 1100 rgb/1.png depth/1.png, "
+            "2100 rgb/2.png depth/2.png, ");  // the lists are there
+  std::filesystem::remove(folder_ / "site/depth.txt");
+  EXPECT_EQ(Pairs(Read()), "100 rgb/0.png depth/2.png, ");
+  EXPECT_EQ(Read(true).frames.size(), 3u);  // a query needs no depth
+  std::filesystem::remove(folder_ / "site/rgb.txt");
+  write(
+      "# color depth\n0.1 rgb/0.png 0.11 depth/0.png\n0.3 rgb/1.png 0.28 depth/0.png\n"
+      "0.4 rgb/2.png 0.43 depth/2.png\n");
+  EXPECT_EQ(Pairs(Read()),
+            "100 rgb/0.png depth/0.png, 300 rgb/1.png depth/0.png, 400 rgb/2.png -, ");
+  EXPECT_THAT(Read().frames[2].depth_problem, testing::HasSubstr("max_association_gap_s = 0.02"));
+  write("0 ./depth/0.png 0 ./rgb/0.png\n1 ./depth/1.png 1 ./rgb/1.png\n");
+  EXPECT_EQ(Pairs(Read()), "0 rgb/0.png depth/0.png, 1000 rgb/1.png depth/1.png, ");
+  write("0.1 a/0.png 0.1 b/0.png\n");  // color is first where paths say nothing
+  EXPECT_EQ(Pairs(Read()), "100 a/0.png b/0.png, ");
+  config_.depth = "none";
+  EXPECT_EQ(Pairs(Read()), "100 a/0.png -, ");
+}
+
+TEST_F(ReadSequenceTest, BadAssociationsAreNamed) {
+  std::filesystem::create_directories(folder_ / "site");
+  const auto expect = [&](const std::string& line, const std::string& why) {
+    folder_.Write("site/associations.txt",
+                  "0.1 rgb/0.png 0.1 depth/0.png\n0.2 rgb/1.png 0.2 depth/1.png\n" + line + "\n");
+    NIGHTMAP_EXPECT_ERROR(DataError, Read(), "associations.txt:3: ");
+    NIGHTMAP_EXPECT_ERROR(DataError, Read(), why);
+  };
+  expect("1.1 rgb/2.png", "2 columns, expected 4 (time file time file)");
+  expect("1.1 rgb/2.png 1.1 depth/2.png x", "5 columns");
+  expect("1.1 depth/2.png 1.1 rgb/2.png", "most lines have color first, and this has not");
+  expect("1.1 rgb/1.png 1.1 depth/2.png", "'site/rgb/1.png' is listed at 0.200000 s already");
+  expect("0.2 rgb/2.png 0.3 depth/2.png", "times must increase");
+  expect("1.1 rgb/2.png nan depth/2.png", "not a time");
+  expect("1.1 rgb/2.png 1.1 ../depth/2.png", "leads out of the recording's folder");
+  folder_.Write("site/associations.txt", "1305031102175 rgb/0.png 1305031102175 depth/0.png\n");
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(), "associations.txt: its times cannot be in seconds");
 }
 
 TEST_F(ReadSequenceTest, TimesOfOtherUnitsAreTheSame) {

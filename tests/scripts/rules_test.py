@@ -527,6 +527,9 @@ class PreflightTest(unittest.TestCase):
                                     (0, {"layout": "video", "video": "none.mp4"}), (2, {"layout": "tum"}), (1, {"layout": "seven_scenes"})):
                 asked.tables = {"root": "office", "sequence": [sequence | {"folder": ".", "depth": "none"}] * 2}
                 self.assertEqual(asked._num_recorded(), 2 * count, sequence)
+            os.rename(f"{folder}/office/rgb.txt", f"{folder}/office/associations.txt")
+            asked.tables["sequence"] = [{"layout": "tum", "folder": "."}]
+            self.assertEqual(asked._num_recorded(), 2)
             asked.tables["sequence"] = [{"layout": "video", "folder": ".", "video": "a.mp4"}]
             asked.configs["frames"]["max_frames"] = 50
             self.assertEqual(asked._num_recorded(), 50)

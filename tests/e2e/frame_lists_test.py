@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A recording whose lists and truth have times in another unit gives the bytes that it gives in seconds."""
+"""Lists of frames in another form give the same bytes: times in another unit, and color with depth in associations.txt."""
 import unittest
 from decimal import Decimal
 
@@ -11,7 +11,7 @@ GOAL = f"maps/{SITE}/features/shard_0000.h5"
 START_S = 1305031102
 
 
-class TimeUnitTest(unittest.TestCase):
+class FrameListsTest(unittest.TestCase):
     def setUp(self):
         self.work = Workspace.made(RECORDING)
         self.addCleanup(self.work.remove)
@@ -39,6 +39,16 @@ class TimeUnitTest(unittest.TestCase):
         for unit, units_per_s in (("ms", 10**3), ("ns", 10**9)):
             self.write_lists(units_per_s)
             self.assertEqual(self.results(unit), seconds, unit)
+
+    def test_associations_give_the_bytes_of_the_lists(self):
+        self.write_lists(1)
+        lists = self.results("s")
+        color, depth = ((self.work.data() / name).read_text().splitlines() for name in LISTS[:2])
+        self.assertEqual(len(color), len(depth))
+        (self.work.data() / "associations.txt").write_text("".join(f"{b} {a}\n" for a, b in zip(color, depth)))
+        for name in LISTS[:2]:
+            (self.work.data() / name).unlink()
+        self.assertEqual(self.results("s"), lists)
 
     def test_a_unit_that_is_not_stated_is_named_with_the_line_to_write(self):
         self.write_lists(10**6)
