@@ -17,8 +17,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kCamerasFormat = "nightmap cameras";
 // 2: focal_sigma_ratio, 3: mask_runs, depth_along_ray, 4: picture_bits, min_confidence,
-// depth_offset_m
-constexpr int kCamerasVersion = 4;
+// depth_offset_m, 5: picture_width
+constexpr int kCamerasVersion = 5;
 constexpr int kMaxSide_px = 32768;  // the same limit as in the site config
 
 Json ToJson(const Camera& c) {
@@ -62,6 +62,10 @@ Json ToJson(const RgbdCamera& camera) {
     json["robot_from_camera"] = ToJson(camera.robot_from_camera);
   }
   if (camera.min_confidence > 0) json["min_confidence"] = camera.min_confidence;
+  if (camera.picture_width > 0) {
+    json["picture_width"] = camera.picture_width;
+    json["picture_height"] = camera.picture_height;
+  }
   if (camera.picture_bits < 16) json["picture_bits"] = camera.picture_bits;
   if (camera.depth_along_ray) json["depth_along_ray"] = true;
   if (camera.depth_offset_m != 0) json["depth_offset_m"] = camera.depth_offset_m;
@@ -134,6 +138,10 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
   if (json.contains("min_confidence")) {
     camera.min_confidence = IntegerAt(json, "min_confidence", 1, 255);
   }
+  if (json.contains("picture_width")) {
+    camera.picture_width = IntegerAt(json, "picture_width", camera.color.width, kMaxSide_px);
+    camera.picture_height = IntegerAt(json, "picture_height", camera.color.height, kMaxSide_px);
+  }
   if (json.contains("picture_bits")) camera.picture_bits = IntegerAt(json, "picture_bits", 9, 16);
   camera.depth_along_ray = json.value("depth_along_ray", false);
   if (json.contains("depth_offset_m")) camera.depth_offset_m = FiniteAt(json, "depth_offset_m");
@@ -156,8 +164,10 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
 }
 
 // A program must not take a guessed focal length as exact, the robot's own parts as the world,
-// distances as z, bright pictures as dark, nor unsure depth, or depth that is too far, as measured.
+// distances as z, bright pictures as dark, pixels of small pictures as those of large ones, nor
+// unsure depth, or depth that is too far, as measured.
 int VersionFor(const RgbdCamera& camera) {
+  if (camera.picture_width > 0) return 5;
   if (camera.picture_bits < 16 || camera.min_confidence > 0 || camera.depth_offset_m != 0) return 4;
   if (camera.mask || camera.depth_along_ray) return 3;
   return camera.IsCalibrated() ? 1 : 2;

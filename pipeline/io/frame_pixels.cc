@@ -8,6 +8,7 @@
 #include "pipeline/io/data_paths.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/masked_pixels.h"
+#include "pipeline/io/resize_picture.h"
 
 namespace nightmap {
 namespace {
@@ -63,10 +64,9 @@ void RemoveUnsure(const FrameRecord& frame,
         "[[sequence]]",
         frame.depth.path);
   }
-  const Camera& depth_camera = camera.depth_registered ? camera.color : camera.depth;
   const LabelImage confidence =
       ReadFromData(data_root, channel->second.path, [&](const std::filesystem::path& path) {
-        return ReadConfidenceOf(depth_camera, path);
+        return ReadConfidenceOf(camera.DepthPicture(), path);
       });
   const int factor = depth->width / confidence.width;
   for (int y = 0; y < depth->height; ++y) {
@@ -77,6 +77,22 @@ void RemoveUnsure(const FrameRecord& frame,
 }
 
 }  // namespace
+
+Camera RgbdCamera::Picture() const {
+  return picture_width > 0 ? ResizeCamera(color, picture_width, picture_height) : color;
+}
+
+void ReduceToWorkingSize(double working_mpx, RgbdCamera* camera) {
+  const Camera& picture = camera->color;
+  const double scale = std::sqrt(1e6 * working_mpx / picture.width / picture.height);
+  if (scale >= 1) return;
+  const auto reduced = [&](int size) {
+    return std::max(1, static_cast<int>(std::lround(size * scale)));
+  };
+  camera->picture_width = picture.width;
+  camera->picture_height = picture.height;
+  camera->color = ResizeCamera(picture, reduced(picture.width), reduced(picture.height));
+}
 
 DepthImage RegisterDepth(const DepthImage& depth, const RgbdCamera& camera) {
   DepthImage registered{camera.color.width, camera.color.height, 1, {}};
@@ -107,8 +123,11 @@ ColorImage LoadColor(const FrameRecord& frame,
                      const std::filesystem::path& data_root) {
   ColorImage color =
       ReadFromData(data_root, frame.color.path, [&](const std::filesystem::path& path) {
-        return ReadColorOf(camera.color, path, camera.picture_bits);
+        return ReadColorOf(camera.Picture(), path, camera.picture_bits);
       });
+  if (camera.picture_width > 0) {
+    color = ShrinkColor(color, camera.color.width, camera.color.height);
+  }
   if (camera.mask) FadeOut(*camera.mask, &color);
   return color;
 }
@@ -122,11 +141,13 @@ DepthImage LoadDepth(const FrameRecord& frame,
         "[[sequence]] to leave such frames out",
         frame.color.path);
   }
-  const Camera& depth_camera = camera.depth_registered ? camera.color : camera.depth;
   DepthImage depth =
       ReadFromData(data_root, frame.depth.path, [&](const std::filesystem::path& path) {
-        return ReadRawDepthOf(depth_camera, path);
+        return ReadRawDepthOf(camera.DepthPicture(), path);
       });
+  if (camera.min_confidence > 0) RemoveUnsure(frame, camera, data_root, &depth);
+  const Camera& depth_camera = camera.depth_registered ? camera.color : camera.depth;
+  depth = SampleImage(std::move(depth), depth_camera.width, depth_camera.height);
   const double units_per_m = camera.depth_units_per_m > 0 ? camera.depth_units_per_m : 1;
   for (std::size_t i = 0; i < depth.pixels.size(); ++i) {
     float& pixel = depth.pixels[i];
@@ -137,7 +158,6 @@ DepthImage LoadDepth(const FrameRecord& frame,
     const bool is_used = depth_m >= camera.min_depth_m && depth_m <= camera.max_depth_m;
     pixel = is_used ? static_cast<float>(depth_m) : 0;
   }
-  if (camera.min_confidence > 0) RemoveUnsure(frame, camera, data_root, &depth);
   if (!camera.depth_registered) depth = RegisterDepth(depth, camera);
   if (camera.mask) RemoveDepth(*camera.mask, &depth);
   return depth;

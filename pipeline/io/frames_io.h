@@ -57,7 +57,10 @@ void CheckChannels(const FrameRecord& frame);
 struct RgbdCamera {
   std::string camera_id;     // as named in the site config
   Rigid3 robot_from_camera;  // pose of the color camera on the robot; identity: the same axes
-  Camera color;
+  Camera color;              // at the size at which stages see its pictures
+  // Size of its pictures as stored, which LoadColor and LoadDepth shrink; 0: that of `color`.
+  int picture_width = 0;
+  int picture_height = 0;
   int picture_bits = 16;            // in use of color pictures that have 16 bits
   bool depth_registered = true;     // depth pixels are color pixels
   Camera depth;                     // used when not registered
@@ -76,6 +79,9 @@ struct RgbdCamera {
   // `color`; null: nowhere.
   std::shared_ptr<const GrayImage> mask;
 
+  // Of the color pictures as stored, and of the depth pictures.
+  Camera Picture() const;
+  Camera DepthPicture() const { return depth_registered ? Picture() : depth; }
   bool IsCalibrated() const { return focal_sigma_ratio == 0; }
 };
 
@@ -103,7 +109,8 @@ std::vector<FrameRecord> ReadFrames(const std::filesystem::path& path);
 std::vector<FrameRecord> ReadFrames(const std::vector<std::filesystem::path>& paths);
 
 // Version 1; 2 where a camera has a focal_sigma_ratio, 3 where one has a mask or depth_along_ray, 4
-// where one has picture_bits below 16, min_confidence or a depth_offset_m.
+// where one has picture_bits below 16, min_confidence or a depth_offset_m, 5
+// where pictures are stored larger than stages see them.
 std::string CamerasToJson(const std::vector<RgbdCamera>& cameras);
 std::vector<RgbdCamera> ReadCameras(const std::filesystem::path& path);
 // Likewise for lookups of frames' cameras: checks every camera_idx.
@@ -121,12 +128,20 @@ void CheckCamera(const FrameRecord& frame,
 // pixels without a measurement stay 0. Deterministic.
 DepthImage RegisterDepth(const DepthImage& depth, const RgbdCamera& camera);
 
-// Color image of a frame, checked to have the camera's size. What the camera's mask holds is faded
+// Size at which stages see pictures by default. In a made-up room of 4.3 million pixels a frame,
+// 0.5, 1 and 2.1 million map equally well (docs/methods/odometry_and_pose_graph.md).
+constexpr double kWorking_mpx = 1.0;
+// Gives a camera of more than `working_mpx` million pixels a `color` of so many, of the same lens.
+void ReduceToWorkingSize(double working_mpx, RgbdCamera* camera);
+
+// Color image of a frame, checked to have the size of the camera's pictures, at that of its
+// `color`: the mean of the pixels that each covers. What the camera's mask holds is faded
 // out (masked_pixels.h). Throws DataError naming the file.
 ColorImage LoadColor(const FrameRecord& frame,
                      const RgbdCamera& camera,
                      const std::filesystem::path& data_root);
-// Depth of a frame in metres at the pixels of the color camera; registered here from the extrinsics
+// Depth of a frame in metres at the pixels of the color camera: of a larger picture, every so many
+// pixels; registered here from the extrinsics
 // if the recording is not. 0 where nothing was measured or the measurement is outside [min_depth_m,
 // max_depth_m], and where the camera's mask is. Raw 0 and 65535, and floats that
 // are not positive numbers, mean no measurement, and so does a confidence below the camera's

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/io/resize_picture.h"
 #include "pipeline/labels/segmenter.h"
 
 namespace nightmap {
@@ -13,20 +15,22 @@ namespace {
 constexpr std::uint8_t kSure = 255;
 
 Segmentation ReadLabels(const FrameRecord& frame,
-                        const ColorImage& color,
+                        const RgbdCamera& camera,
                         const SegmentationModel& model,
                         const std::filesystem::path& data_root) {
   const std::string& path = frame.others.at(kLabelChannel).path;
-  Segmentation result{ReadLabelImage(data_root / path), {}};
-  const LabelImage& labels = result.labels;
-  if (labels.width != color.width || labels.height != color.height) {
+  LabelImage stored = ReadLabelImage(data_root / path);
+  const Camera picture = camera.Picture();
+  if (stored.width != picture.width || stored.height != picture.height) {
     throw DataError("{}: {} x {} labels for a picture of {} x {}",
                     path,
-                    labels.width,
-                    labels.height,
-                    color.width,
-                    color.height);
+                    stored.width,
+                    stored.height,
+                    picture.width,
+                    picture.height);
   }
+  Segmentation result{SampleImage(std::move(stored), camera.color.width, camera.color.height), {}};
+  const LabelImage& labels = result.labels;
   const std::uint8_t largest = *std::ranges::max_element(labels.pixels);
   if (largest >= model.classes.names.size()) {
     throw DataError("{}: label {} is none of the {} classes in {}",
@@ -47,10 +51,13 @@ void CheckModel(const std::filesystem::path& path) {
   if (model.HasNetwork()) Segmenter{model};
 }
 
-FrameLabeller MakeLabeller(const SegmentationModel& model, const std::filesystem::path& data_root) {
+FrameLabeller MakeLabeller(const SegmentationModel& model,
+                           const std::vector<RgbdCamera>& cameras,
+                           const std::filesystem::path& data_root) {
   if (!model.HasNetwork()) {
-    return [=](const FrameRecord& frame, const RgbdImages& images) {
-      return ReadLabels(frame, images.color, model, data_root);
+    return [=](const FrameRecord& frame, const RgbdImages&) {
+      const auto camera_idx = static_cast<std::size_t>(frame.camera_idx);
+      return ReadLabels(frame, cameras.at(camera_idx), model, data_root);
     };
   }
   const auto segmenter = std::make_shared<const Segmenter>(model);

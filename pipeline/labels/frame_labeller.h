@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <vector>
 
 #include "pipeline/io/frames_io.h"
 #include "pipeline/labels/segmentation_model.h"
@@ -19,8 +20,11 @@ void CheckModel(const std::filesystem::path& model);
 using FrameLabeller = std::function<Segmentation(const FrameRecord&, const RgbdImages&)>;
 
 // With a network: runs it on color, and on depth where there is depth. Without: reads the label
-// picture of the recording, surely right; throws DataError naming it when its size is not the
-// picture's, or when it has a label that is no class.
-FrameLabeller MakeLabeller(const SegmentationModel& model, const std::filesystem::path& data_root);
+// picture of the recording, surely right, every so many pixels of one that is larger than the
+// camera's `color`; throws DataError naming it when its size is not the picture's, or when it has a
+// label that is no class. `cameras`: of the frames.
+FrameLabeller MakeLabeller(const SegmentationModel& model,
+                           const std::vector<RgbdCamera>& cameras,
+                           const std::filesystem::path& data_root);
 
 }  // namespace nightmap

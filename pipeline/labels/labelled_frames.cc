@@ -130,13 +130,15 @@ void LabelledFrames::Write(StageContext& context) const {
   context.Report().update(Summarize());
 }
 
-LabelledFrames MakeLabelledFrames(const std::vector<FrameRecord>& frames, StageContext& context) {
+LabelledFrames MakeLabelledFrames(const std::vector<FrameRecord>& frames,
+                                  const std::vector<RgbdCamera>& cameras,
+                                  StageContext& context) {
   const SegmentationModel model = ReadSegmentationModel(context.Input("model"));
   if (model.HasNetwork()) {
     context.AddInput(model.network, context.Input("model"));
     KeepFreedPages();
   }
-  return {model, MakeLabeller(model, context.Input("data")), frames};
+  return {model, MakeLabeller(model, cameras, context.Input("data")), frames};
 }
 
 }  // namespace nightmap

@@ -59,6 +59,8 @@ class LabelledFrames {
 
 // Makes what labels the frames by the inputs "model" and "data" of the run, and lists the network
 // among its inputs. `frames` must outlive it. Throws as ReadSegmentationModel and LabelledFrames.
-LabelledFrames MakeLabelledFrames(const std::vector<FrameRecord>& frames, StageContext& context);
+LabelledFrames MakeLabelledFrames(const std::vector<FrameRecord>& frames,
+                                  const std::vector<RgbdCamera>& cameras,
+                                  StageContext& context);
 
 }  // namespace nightmap

@@ -6,14 +6,16 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/camera_images.h"
+#include "pipeline/io/resize_picture.h"
 
 namespace nightmap {
 namespace {
 
 constexpr std::uint8_t kMidGray = 128;
 
-GrayImage ReadMask(const Camera& camera, const std::filesystem::path& path) {
-  GrayImage mask = ToGray(ReadColorOf(camera, path));
+GrayImage ReadMask(const RgbdCamera& camera, const std::filesystem::path& path) {
+  const ColorImage picture = ReadColorOf(camera.Picture(), path);
+  GrayImage mask = SampleImage(ToGray(picture), camera.color.width, camera.color.height);
   for (std::uint8_t& pixel : mask.pixels) pixel = pixel >= kMidGray ? 255 : 0;
   const auto num_masked = std::ranges::count(mask.pixels, 255);
   if (num_masked == 0) {
@@ -35,7 +37,7 @@ void ReadCameraMasks(const std::filesystem::path& data_root, SiteConfig* site) {
     const std::filesystem::path file = std::filesystem::path(site->root) / config.file;
     try {
       const auto path = data_root / file.lexically_normal();
-      camera.mask = std::make_shared<GrayImage>(ReadMask(camera.color, path));
+      camera.mask = std::make_shared<GrayImage>(ReadMask(camera, path));
     } catch (const DataError& error) {
       throw DataError("{}: mask = \"{}\": {}", config.source, config.file, error.what());
     }

@@ -43,7 +43,7 @@ std::vector<RgbdCamera> KeepUsedCameras(const std::vector<RgbdCamera>& cameras,
 
 void CheckAreas(const std::vector<RgbdCamera>& cameras, double max_picture_mpx) {
   for (const RgbdCamera& camera : cameras) {
-    for (const Camera& image : {camera.color, camera.depth}) {
+    for (const Camera& image : {camera.Picture(), camera.depth}) {
       if (1e-6 * image.width * image.height <= max_picture_mpx) continue;
       throw DataError(
           "camera of {}: {} x {} pixels are more than max_picture_mpx = {}: correct the camera in "

@@ -64,8 +64,7 @@ void CheckLabel(const std::string& path, const FileFacts& facts, const Camera& c
 }
 
 void CheckConfidence(const std::string& path, const FileFacts& facts, const RgbdCamera& camera) {
-  CheckConfidenceSize(
-      path, facts.width, facts.height, camera.depth_registered ? camera.color : camera.depth);
+  CheckConfidenceSize(path, facts.width, facts.height, camera.DepthPicture());
   CheckIsOneByte(path, facts, "confidence");
 }
 
@@ -74,7 +73,7 @@ void CheckDepth(const std::string& path, const FileFacts& facts, const RgbdCamer
   CheckSize(path,
             facts.width,
             facts.height,
-            is_registered ? camera.color : camera.depth,
+            camera.DepthPicture(),
             is_registered ? kUnregisteredDepth : kOtherDepth);
   if (facts.num_channels != 1 || !(facts.is_float || facts.num_bits == 16)) {
     throw DataError("{}: depth must be one channel of 16 bits or of floats, this has {} of {}",
@@ -125,7 +124,7 @@ class FrameInspector {
     if (frame->problem.empty()) {
       frame->problem = Problem(data_root_, frame->color.path, [&] {
         const FileFacts facts = ColorFacts(frame->color.path);
-        CheckSize(frame->color.path, facts.width, facts.height, camera.color, kOtherColor);
+        CheckSize(frame->color.path, facts.width, facts.height, camera.Picture(), kOtherColor);
         frame->color.hash = facts.hash;
       });
     }
@@ -138,7 +137,7 @@ class FrameInspector {
       }
       const std::string problem = Problem(data_root_, file->second.path, [&] {
         const FileFacts facts = files_.Get(file->second.path, ReadLabelFacts);
-        CheckLabel(file->second.path, facts, camera.color);
+        CheckLabel(file->second.path, facts, camera.Picture());
         file->second.hash = facts.hash;
       });
       if (!problem.empty()) frame->others_problems.push_back(problem);

@@ -22,6 +22,7 @@ struct CameraTable {
   RgbdCamera camera;
   std::vector<double> color_from_depth, robot_from_camera;
   std::string mask;
+  double working_mpx = kWorking_mpx;
 
   void Register(OptionList& list) {
     Camera& color = camera.color;
@@ -37,6 +38,7 @@ struct CameraTable {
     list.Add("p1", &color.p1, kDistortion, "tangential distortion");
     list.Add("p2", &color.p2, kDistortion, "tangential distortion");
     list.Add("k3", &color.k3, kDistortion, "radial distortion");
+    list.Add("working_mpx", &working_mpx, {0.01, 1000}, "million pixels to reduce pictures to");
     list.Add("picture_bits", &camera.picture_bits, {9, 16}, "bits that 16-bit pictures use");
     list.Add("robot_from_camera", &robot_from_camera, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
     list.Add("mask", &mask, "picture, white where the robot is; relative to root");
@@ -182,6 +184,7 @@ void AddCamera(const toml::table& table, const std::string& source, SiteConfig* 
   if (std::ranges::count(site->cameras, camera.camera_id, &RgbdCamera::camera_id) > 0) {
     throw UsageError("{}: a second camera \"{}\": rename it", where, camera.camera_id);
   }
+  ReduceToWorkingSize(parsed.working_mpx, &camera);
   CheckPath(parsed.mask, "mask", where);
   if (!parsed.mask.empty()) {
     site->masks.push_back({static_cast<int>(site->cameras.size()), parsed.mask, where});

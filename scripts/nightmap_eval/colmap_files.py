@@ -31,7 +31,7 @@ class Model:
 
 
 def camera_parameters(camera):
-    """Name of COLMAP's camera model and its parameters, of a color camera of cameras.json."""
+    """Name of COLMAP's camera model and its parameters, of a picture_camera."""
     pinhole = [camera["fx"], camera["fy"], camera["cx"] + 0.5, camera["cy"] + 0.5]
     distortion = [camera[name] for name in ("k1", "k2", "p1", "p2", "k3")]
     if not any(distortion):
@@ -145,7 +145,7 @@ def read_cameras(database):
 
 def replace_cameras(database, before, after):
     """Replaces, in the database, the parameters of each camera in `before` by those at the same index in `after`.
-    Both are lists of color cameras of cameras.json. Other cameras stay unchanged."""
+    Both are lists of picture_camera. Other cameras stay unchanged."""
     connection = sqlite3.connect(database)
     try:
         for old, new in zip(before, after, strict=True):

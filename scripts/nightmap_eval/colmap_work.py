@@ -8,13 +8,14 @@ from nightmap_eval.artifacts import Frames, read_csv
 from nightmap_eval.colmap_files import camera_parameters, read_images, replace_cameras
 from nightmap_eval.colmap_run import ColmapFailed, Step, require
 from nightmap_eval.located_queries import refuse_mapped_queries
+from nightmap_eval.picture_camera import SIZE, picture_camera
 from nightmap_site.checked_reading import read_object
 from nightmap_site.script_errors import DataError
 from nightmap_site.site import Site
 
 # vocab_tree_retriever prints a line per query, then a line per retrieved image, best first.
 QUERYING, FOUND = re.compile(r"Querying for image "), re.compile(r"image_id=(\d+), image_name=")
-CAMERAS = {"cameras": [{"color": dict}]}
+CAMERAS = {"cameras": [{"color": dict, **SIZE}]}
 INTRINSICS = ("focal_length", "principal_point", "extra_params")
 FIXED_MAPPER = {f"Mapper__ba_refine_{name}": 0 for name in INTRINSICS}
 FIXED_ADJUSTER = {f"BundleAdjustment__refine_{name}": 0 for name in INTRINSICS}
@@ -40,7 +41,7 @@ class Work:
     def calibrate(self, database):
         """Sets the cameras that belong to nightmap's poses: their focal lengths may differ from the configured ones."""
         configured, calibrated = (
-            [camera["color"] for camera in read_object(path, CAMERAS)["cameras"]]
+            [picture_camera(camera) for camera in read_object(path, CAMERAS)["cameras"]]
             for path in (self.site.needed("frames", "cameras"), self.site.input("landmarks", "cameras"))
         )
         replace_cameras(database, configured, calibrated)
@@ -67,7 +68,7 @@ class Work:
         cameras = read_object(cameras_path, CAMERAS)["cameras"]
         for idx in sorted({int(row["camera_idx"]) for row in rows}):
             names = [row["color_path"] for row in rows if int(row["camera_idx"]) == idx]
-            model, parameters = camera_parameters(cameras[idx]["color"])
+            model, parameters = camera_parameters(picture_camera(cameras[idx]))
             self.step.colmap(
                 "feature_extractor", database_path=database, image_path=self.data,
                 image_list_path=self.write_list(f"images_{idx}.txt", names),

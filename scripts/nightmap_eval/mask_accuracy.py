@@ -20,8 +20,9 @@ def evaluate(site):
             continue
         labels_path = path.with_name(path.name.replace("masks_", "labels_"))
         moving = np.ravel(read_hdf5(labels_path, "moving")[0]).astype(bool)
-        truth = read_truth(site.data / row["label_path"])
-        labels, _ = labels_at(labels_path, row["time_ns"], mask_of(path, arrays, i).shape)
+        shape = mask_of(path, arrays, i).shape
+        truth = read_truth(site.data / row["label_path"], shape)
+        labels, _ = labels_at(labels_path, row["time_ns"], shape)
         if truth.shape != labels.shape or max(labels.max(), truth[truth != IGNORED].max(initial=0)) >= len(moving):
             raise DataError(f"{site.data / row['label_path']}: does not fit the labels of the frame; its classes must be those of the model")
         known = truth != IGNORED
@@ -38,9 +39,13 @@ def overlap(both, found, true):
             "iou": both / (found + true - both) if found + true else None}  # fmt: skip
 
 
-def read_truth(path):
-    """The pixels of a picture of one channel."""
+def read_truth(path, shape):
+    """The pixels of a picture of one channel; every so many of one that is larger than stages see it."""
     try:
-        return read_labels(path)
+        truth = read_labels(path)
     except OSError as error:
         raise DataError(f"{path}: {error}; give the recording its label pictures again") from None
+    if truth.ndim != 2 or truth.shape[0] < shape[0] or truth.shape[1] < shape[1]:
+        return truth
+    rows, columns = ((2 * np.arange(size) + 1) * stored // (2 * size) for size, stored in zip(shape, truth.shape, strict=True))
+    return truth[np.ix_(rows, columns)]

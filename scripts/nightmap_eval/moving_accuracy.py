@@ -15,7 +15,8 @@ def evaluate(site):
     for row, *frame in masked_frames(site):
         if not row.get("moving_path") or site.data is None:
             continue
-        mask, truth = mask_of(*frame), read_truth(site.data / row["moving_path"]) != 0
+        mask = mask_of(*frame)
+        truth = read_truth(site.data / row["moving_path"], mask.shape) != 0
         if truth.shape != mask.shape:
             raise DataError(f"{site.data / row['moving_path']}: its size is not that of the frame's mask")
         if not truth.any():

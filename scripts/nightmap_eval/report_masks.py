@@ -55,8 +55,8 @@ def _picture(site, frame):
     path = site.data / frame[0]["color_path"]
     try:
         with open_picture(path) as picture:
-            color = np.asarray(picture.convert("RGB"), float)
-        mask = mask_of(*frame[1:])[..., None]
+            mask = mask_of(*frame[1:])[..., None]
+            color = np.asarray(picture.convert("RGB").resize(mask.shape[1::-1]), float)
         tinted = Image.fromarray(np.where(mask, OPACITY * TINT + (1 - OPACITY) * color, color).astype(np.uint8))
         tinted.thumbnail((WIDTH_PX, WIDTH_PX))
         buffer = io.BytesIO()

@@ -3,17 +3,18 @@
 
 import math
 
+from nightmap_eval.picture_camera import SIZE, picture_camera
 from nightmap_eval.verdict import check
 from nightmap_site.checked_reading import NUMBER, read_object
 
 COLOR = {"width": int, "height": int, "fx": NUMBER, "fy": NUMBER, "cx": NUMBER, "cy": NUMBER}
-CAMERAS = {"cameras": [{"camera_id": str, "color": COLOR}]}
+CAMERAS = {"cameras": [{"camera_id": str, "color": COLOR, **SIZE}]}
 SAME = 0.05  # two scales that differ by less are one: principal points are within a few percent of the middle
 
 
 def camera_checks(site):
     for camera in read_object(site.path("frames", "cameras"), CAMERAS)["cameras"]:
-        name, color = camera["camera_id"], camera["color"]
+        name, color = camera["camera_id"], picture_camera(camera)
         scale = scale_of_intrinsics(color)
         off_middle = max(abs(color["cx"] / color["width"] - 0.5), abs(color["cy"] / color["height"] - 0.5))
         if scale:

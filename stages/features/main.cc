@@ -49,7 +49,8 @@ int main(int argc, char** argv) {
       return reader.Rgbd(frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)));
     };
     std::optional<LabelledFrames> labelled;
-    if (context.HasInput("model")) labelled.emplace(MakeLabelledFrames(input.frames, context));
+    if (context.HasInput("model"))
+      labelled.emplace(MakeLabelledFrames(input.frames, input.cameras, context));
     if (labelled) input.labelled = &*labelled;
     const auto result = RunFeatures(options, input, context.NumThreads(), context.GetProgress());
     for (const std::string& reason : result.skipped) context.Skip(reason);

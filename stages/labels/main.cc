@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
     const auto frames = ReadFrames(context.Input("frames"));
     const auto cameras = ReadCameras(context.Input("cameras"), frames);
     const std::filesystem::path data_root = context.Input("data");
-    LabelledFrames labelled = MakeLabelledFrames(frames, context);
+    LabelledFrames labelled = MakeLabelledFrames(frames, cameras, context);
     const auto load = [&](const FrameRecord& frame) {
       return LoadRgbd(frame, cameras.at(static_cast<std::size_t>(frame.camera_idx)), data_root);
     };

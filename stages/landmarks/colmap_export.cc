@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "pipeline/io/resize_picture.h"
+
 namespace nightmap {
 namespace {
 
@@ -17,8 +19,10 @@ ColmapImage MakeImage(const LandmarksInput& input,
   image.name = frame.color.path;
   image.camera_idx = frame.camera_idx;
   image.camera_from_map = keyframe.map_from_camera.Inverse();
+  const RgbdCamera& camera = input.cameras[static_cast<std::size_t>(frame.camera_idx)];
+  const Camera picture = camera.Picture();
   for (const Eigen::Vector2f& pixel : features.raw_keypoints_px) {
-    image.keypoints_px.push_back(pixel.cast<double>());
+    image.keypoints_px.push_back(ResizePixel(pixel.cast<double>(), camera.color, picture));
   }
   image.keypoint_points.assign(image.keypoints_px.size(), -1);
   if (kind == DescriptorKind::kRootSift) image.descriptors = features.descriptors;
@@ -47,7 +51,7 @@ ColmapPoint MakePoint(const LandmarkMap& map, std::size_t landmark, const Colmap
 
 ColmapModel MakeColmapModel(const LandmarksInput& input, const LandmarkMap& map) {
   ColmapModel model;
-  for (const RgbdCamera& camera : input.cameras) model.cameras.push_back(camera.color);
+  for (const RgbdCamera& camera : input.cameras) model.cameras.push_back(camera.Picture());
   for (const MapKeyframe& keyframe : map.keyframes) {
     model.images.push_back(MakeImage(input, map.kind, keyframe));
   }

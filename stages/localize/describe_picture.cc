@@ -2,11 +2,12 @@
 #include "stages/localize/describe_picture.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "pipeline/base/median.h"
-#include "pipeline/features/resize_picture.h"
 #include "pipeline/io/frame_failure.h"
+#include "pipeline/io/resize_picture.h"
 
 namespace nightmap {
 namespace {
@@ -18,13 +19,17 @@ double MedianFocal_px(const std::vector<RgbdCamera>& cameras) {
   return Median(std::move(focals_px));
 }
 
-// Scales a picture that is much finer than the map's down to the map's.
+// Scales a picture that is much finer than the map's down to the map's, and a larger one than maps
+// are made of to their size.
 CameraPicture FitToMap(CameraPicture picture,
                        const std::vector<RgbdCamera>& map_cameras,
                        double max_focal_ratio) {
   const double focal_px = MedianFocal_px(map_cameras);
-  if (focal_px == 0 || picture.camera.fx <= max_focal_ratio * focal_px) return picture;
-  return ShrinkPicture(picture.color, picture.camera, focal_px / picture.camera.fx);
+  const Camera& camera = picture.camera;
+  double scale = std::sqrt(1e6 * kWorking_mpx / camera.width / camera.height);
+  const bool is_finer = focal_px > 0 && camera.fx > max_focal_ratio * focal_px;
+  if (is_finer) scale = std::min(scale, focal_px / camera.fx);
+  return scale < 1 ? ShrinkPicture(picture.color, camera, scale) : picture;
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "pipeline/base/parallel.h"
-#include "pipeline/features/resize_picture.h"
 #include "pipeline/io/frame_failure.h"
+#include "pipeline/io/resize_picture.h"
 
 namespace nightmap {
 namespace {

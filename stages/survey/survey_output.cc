@@ -84,7 +84,7 @@ void WriteMasks(const std::vector<FixedParts>& fixed_parts,
   for (std::size_t i = 0; i < fixed_parts.size(); ++i) {
     const GrayImage& mask = fixed_parts[i].mask;
     if (mask.pixels.empty()) continue;
-    const Camera& camera = cameras[i].color;
+    const Camera camera = cameras[i].Picture();
     names.insert(MaskFileName(i));
     WritePng(context.OutputBeside("frames", MaskFileName(i)),
              EnlargeMask(mask, camera.width, camera.height, kMaskMargin_px));

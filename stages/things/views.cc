@@ -71,6 +71,19 @@ double Area_px2(const std::array<int, 4>& rectangle_px) {
   return 1.0 * (rectangle_px[2] - rectangle_px[0]) * (rectangle_px[3] - rectangle_px[1]);
 }
 
+// The rectangle in the picture as stored.
+std::array<int, 4> InPicture(const std::array<int, 4>& rectangle_px, const RgbdCamera& camera) {
+  const Camera picture = camera.Picture();
+  const auto scaled = [](int edge, int from, int to) {
+    return static_cast<int>(std::int64_t{edge} * to / from);
+  };
+  const auto& [left, top, right, bottom] = rectangle_px;
+  return {scaled(left, camera.color.width, picture.width),
+          scaled(top, camera.color.height, picture.height),
+          scaled(right, camera.color.width, picture.width),
+          scaled(bottom, camera.color.height, picture.height)};
+}
+
 }  // namespace
 
 ThingViews FindViews(const LabelledSpace& space,
@@ -95,7 +108,10 @@ ThingViews FindViews(const LabelledSpace& space,
     const auto rectangle_px = RectangleOf(points_in_map, keyframe, camera, space.Resolution_m());
     if (share * Area_px2(rectangle_px) <= best) continue;
     best = share * Area_px2(rectangle_px);
-    views.best = {keyframe.frame.time_ns, keyframe.frame.color.path, rectangle_px};
+    views.best = {
+        keyframe.frame.time_ns,
+        keyframe.frame.color.path,
+        InPicture(rectangle_px, cameras[static_cast<std::size_t>(keyframe.frame.camera_idx)])};
   }
   return views;
 }

@@ -248,7 +248,7 @@ TEST(CamerasJson, DamageIsRefused) {
     NIGHTMAP_EXPECT_ERROR(DataError, ReadCameras(folder.Write("bad.json", changed)), why);
     NIGHTMAP_EXPECT_ERROR(DataError, ReadCameras(folder / "bad.json"), "bad.json");
   };
-  expect("\"version\": 1", "\"version\": 5", "newer");
+  expect("\"version\": 1", "\"version\": 1000", "newer");
   expect("nightmap cameras", "other", "format");
   expect("\"fx\": 35.25", "\"fx\": 0", "fx");
   expect("\"fx\": 35.25", "\"fx\": \"wide\"", "type");
@@ -387,6 +387,102 @@ TEST(LoadColor, SixteenBitsAreScaledByThoseInUse) {
   EXPECT_EQ(ReadCameras(folder.Write("cameras.json", json)).at(0).picture_bits, 10);
   WritePng(folder / "c.png", GrayImage{40, 30, 1, std::vector<std::uint8_t>(1200, 200)});
   EXPECT_EQ(load(10).At(0, 0), 200);  // a picture of 8 bits
+}
+
+// A camera whose pictures have 80 x 60 pixels, seen as 40 x 30.
+RgbdCamera ReducedCamera() {
+  RgbdCamera camera = SomeCamera();
+  camera.color = {.width = 80, .height = 60, .fx = 70, .fy = 70, .cx = 41, .cy = 29};
+  ReduceToWorkingSize(1200e-6, &camera);
+  return camera;
+}
+
+TEST(ReduceToWorkingSize, KeepsTheLensAndRemembersThePicture) {
+  const RgbdCamera camera = ReducedCamera();
+  EXPECT_EQ(camera.color.width, 40);
+  EXPECT_EQ(camera.color.height, 30);
+  EXPECT_DOUBLE_EQ(camera.color.fx, 35);
+  EXPECT_DOUBLE_EQ(camera.color.cx, (41 + 0.5) / 2 - 0.5);
+  EXPECT_EQ(camera.Picture(), (Camera{80, 60, 70, 70, 41, 29}));
+  RgbdCamera same = SomeCamera();
+  ReduceToWorkingSize(1200e-6, &same);  // it has as many
+  EXPECT_EQ(same.picture_width, 0);
+  EXPECT_EQ(same.Picture(), SomeCamera().color);
+  RgbdCamera line = SomeCamera();
+  line.color.width = 1200;
+  line.color.height = 1;
+  ReduceToWorkingSize(1e-6, &line);
+  EXPECT_EQ(line.color.height, 1);
+  const TemporaryFolder folder;
+  const std::string json = CamerasToJson({SomeCamera(), camera});
+  EXPECT_NE(json.find("\"version\": 5"), std::string::npos);
+  const auto read = ReadCameras(folder.Write("cameras.json", json));
+  EXPECT_EQ(read.at(0).picture_width, 0);
+  EXPECT_EQ(read.at(1).Picture(), camera.Picture());
+  std::string smaller = json;
+  smaller.replace(smaller.find("\"picture_width\": 80") + 17, 2, "39");
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, ReadCameras(folder.Write("smaller.json", smaller)), "picture_width");
+}
+
+TEST(ReduceToWorkingSize, ColorIsTheMeanAndDepthASample) {
+  const TemporaryFolder folder;
+  const RgbdCamera camera = ReducedCamera();
+  ColorImage color{80, 60, 3, {}};
+  RawDepthImage raw{80, 60, 1, {}};
+  for (int i = 0; i < 80 * 60; ++i) {
+    const int x = i % 80, y = i / 80;
+    const auto value = static_cast<std::uint8_t>(2 * x + 40 * (y % 2));
+    color.pixels.insert(color.pixels.end(), {value, 7, 7});
+    raw.pixels.push_back(static_cast<std::uint16_t>(x < 40 ? 10000 : 15000));
+  }
+  WritePng(folder / "c.png", color);
+  WritePng(folder / "d.png", raw);
+  FrameRecord frame;
+  frame.color.path = "c.png";
+  frame.depth.path = "d.png";
+  const RgbdImages images = LoadRgbd(frame, camera, folder.Path());
+  ASSERT_EQ(images.color.width, 40);
+  ASSERT_EQ(images.depth.height, 30);
+  for (int x = 0; x < 40; ++x) {
+    EXPECT_EQ(images.color.At(x, 3, 0), 2 * (2 * x) + 1 + 20) << x;
+    EXPECT_EQ(images.depth.At(x, 3), x < 20 ? 2.0f : 3.0f) << x;
+  }
+  WritePng(folder / "c.png", ColorImage{40, 30, 3, std::vector<std::uint8_t>(3600, 1)});
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        LoadColor(frame, camera, folder.Path()),
+                        "c.png: 40 x 30 pixels, its camera has 80");
+}
+
+TEST(ReduceToWorkingSize, DepthAlongTheRayAndItsConfidenceAreOfTheStoredPicture) {
+  const TemporaryFolder folder;
+  RgbdCamera camera = ReducedCamera();
+  camera.depth_along_ray = true;
+  camera.min_confidence = 1;
+  RawDepthImage raw{80, 60, 1, {}};
+  GrayImage sure{40, 30, 1, std::vector<std::uint8_t>(1200, 1)};
+  sure.At(5, 7) = 0;
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 0; x < 80; ++x) {
+      const double ray = camera.Picture().BackProject(Eigen::Vector2d(x, y), 2.0).norm();
+      raw.pixels.push_back(static_cast<std::uint16_t>(std::lround(ray * camera.depth_units_per_m)));
+    }
+  }
+  WritePng(folder / "d.png", raw);
+  WritePng(folder / "sure.png", sure);
+  FrameRecord frame;
+  frame.depth.path = "d.png";
+  frame.others[kConfidenceChannel].path = "sure.png";
+  const DepthImage depth = LoadDepth(frame, camera, folder.Path());
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      if (x == 5 && y == 7) {
+        EXPECT_EQ(depth.At(x, y), 0);
+      } else {
+        ASSERT_NEAR(depth.At(x, y), 2.0, 0.02) << x << " " << y;  // half a pixel of the ray
+      }
+    }
+  }
 }
 
 TEST(LoadRgbd, AFrameWithoutDepthHasNoDepthPixels) {

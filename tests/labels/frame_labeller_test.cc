@@ -16,7 +16,9 @@ TEST(MakeLabeller, ReadsLabelPicturesOfTheRecording) {
   WritePng(folder / "class.png", labels);
   WritePng(folder / "size.png", GrayImage{4, 6, 1, std::vector<std::uint8_t>(24, 1)});
   const SegmentationModel model{.source = "m.toml", .classes = {{"floor", "person"}, {}}};
-  const FrameLabeller label = MakeLabeller(model, folder.Path());
+  RgbdCamera camera;
+  camera.color = {6, 4, 5, 5, 2.5, 1.5};
+  const FrameLabeller label = MakeLabeller(model, {camera}, folder.Path());
   const RgbdImages images{{6, 4, 3, std::vector<std::uint8_t>(72)}, {}};
   FrameRecord frame;
   const auto with = [&](const std::string& name) {
@@ -30,6 +32,10 @@ TEST(MakeLabeller, ReadsLabelPicturesOfTheRecording) {
   NIGHTMAP_EXPECT_ERROR(
       DataError, with("size.png"), "size.png: 4 x 6 labels for a picture of 6 x 4");
   NIGHTMAP_EXPECT_ERROR(DataError, with("none.png"), "none.png");
+  ReduceToWorkingSize(6e-6, &camera);
+  const FrameLabeller reduced = MakeLabeller(model, {camera}, folder.Path());
+  frame.others["label"] = {"good.png", "hash"};
+  EXPECT_EQ(reduced(frame, images).labels.pixels, std::vector<std::uint8_t>(6, 1));
 }
 
 }  // namespace frame_labeller_test

@@ -53,6 +53,20 @@ TEST_F(CameraMasksTest, WhiteIsMasked) {
   }
 }
 
+TEST_F(CameraMasksTest, AMaskHasTheSizeOfThePictureAndIsSeenAtThatOfColor) {
+  RgbdCamera& camera = site_.cameras[1];
+  ReduceToWorkingSize(12e-6, &camera);
+  ASSERT_EQ(camera.color.width, 4);
+  Image<std::uint8_t> picture{8, 6, 1, std::vector<std::uint8_t>(48, 0)};
+  for (std::size_t i = 32; i < 48; ++i) picture.pixels[i] = 255;
+  Write(picture);
+  ReadCameraMasks(folder_.Path(), &site_);
+  EXPECT_EQ(camera.mask->pixels,
+            (std::vector<std::uint8_t>{0, 0, 0, 0, 0, 0, 0, 0, 255, 255, 255, 255}));
+  Write({4, 3, 1, std::vector<std::uint8_t>(12, 0)});
+  Expect("low.png: 4 x 3 pixels, its camera has 8 x 6");
+}
+
 TEST_F(CameraMasksTest, WhatIsNoMaskOfTheCameraIsRefused) {
   Expect("low.png");  // missing
   folder_.Write("office/masks/low.png", "no picture");

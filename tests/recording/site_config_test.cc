@@ -70,6 +70,23 @@ TEST(SiteConfig, DepthWithoutUnitsIsInMetres) {
   EXPECT_EQ(site.cameras[0].depth_units_per_m, 0);
 }
 
+TEST(SiteConfig, LargePicturesAreSeenSmaller) {
+  const auto color = [](const std::string& key) {
+    const RgbdCamera camera =
+        ParseSiteConfig(Replaced("k1 = 0.25", "k1 = 0.25" + key), "site.toml").cameras[0];
+    EXPECT_EQ(camera.Picture().width, 640);
+    EXPECT_EQ(camera.Picture().height, 480);
+    return camera.color;
+  };
+  EXPECT_EQ(color("").width, 640);
+  EXPECT_EQ(color("\nworking_mpx = 0.3072").width, 640);
+  const Camera reduced = color("\nworking_mpx = 0.0768");
+  EXPECT_EQ(reduced.width, 320);
+  EXPECT_EQ(reduced.height, 240);
+  EXPECT_DOUBLE_EQ(reduced.cx, (318 + 0.5) / 2 - 0.5);
+  EXPECT_EQ(reduced.k1, 0.25);
+}
+
 TEST(SiteConfig, ConfidenceNeedsItsFolderAndItsLeastValue) {
   std::string text = Replaced("k1 = 0.25", "min_confidence = 2");
   NIGHTMAP_EXPECT_ERROR(

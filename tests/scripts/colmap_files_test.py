@@ -20,6 +20,7 @@ from nightmap_eval.colmap_files import (
     replace_cameras,
     write_posed_images,
 )
+from nightmap_eval.picture_camera import picture_camera
 from nightmap_eval.trajectory import rotation_matrices
 from nightmap_site.script_errors import DataError
 
@@ -56,6 +57,12 @@ class ColmapFilesTest(unittest.TestCase):
         self.assertEqual(camera_parameters(camera), ("PINHOLE", [500, 501, 10, 8]))
         model, parameters = camera_parameters(camera | {"k3": 0.5})
         self.assertEqual((model, parameters[4:]), ("FULL_OPENCV", [0, 0, 0, 0, 0.5, 0, 0, 0]))
+
+    def test_the_camera_of_a_picture_that_stages_see_smaller(self):
+        color = {"width": 40, "height": 30, "fx": 50, "fy": 51, "cx": 19.5, "cy": 10, "k1": 0.1}
+        self.assertEqual(picture_camera({"color": color}), color)
+        stored = picture_camera({"color": color, "picture_width": 80, "picture_height": 90})
+        self.assertEqual(stored, {"width": 80, "height": 90, "fx": 100, "fy": 153, "cx": 39.5, "cy": 31, "k1": 0.1})
 
     def test_posed_images_have_the_ids_of_the_database(self):
         database = self.root / "database.db"

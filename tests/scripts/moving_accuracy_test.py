@@ -42,6 +42,10 @@ class MovingAccuracyTest(unittest.TestCase):
         found = self.evaluate(([1, 0], None))
         self.assertEqual((found["num_frames_with_truth"], found["recall_percent"], found["masked_without_motion_percent"]), (0, None, None))
 
+    def test_of_a_larger_picture_every_so_many_pixels_count(self):
+        found = self.evaluate(([1, 0], [0, 9, 0, 0, 0, 9]))
+        self.assertEqual((found["recall_percent"], found["precision_percent"]), (100, 100))
+
     def test_a_picture_of_another_size_is_named(self):
         with self.assertRaisesRegex(DataError, r"0\.png: its size"):
             self.evaluate(([1, 0, 0], [1, 0]))

@@ -6,7 +6,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/rgbd/depth.hpp>
 
-#include "pipeline/features/resize_picture.h"
+#include "pipeline/io/resize_picture.h"
 #include "tests/bench/libraries/compare.h"
 #include "tests/bench/libraries/comparisons.h"
 #include "tests/bench/libraries/to_opencv.h"

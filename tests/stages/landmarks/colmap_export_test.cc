@@ -53,6 +53,20 @@ TEST_F(ColmapExportTest, FitsThePicturesAsTheyAre) {
   EXPECT_LT(model.MeanReprojectionError_px(), 0.02);
 }
 
+TEST_F(ColmapExportTest, FitsThePicturesAsStored) {
+  const LandmarkMap map = Map();
+  const ColmapModel seen = MakeColmapModel(Input(), map);
+  RgbdCamera& camera = scene_.cameras[0];
+  camera.picture_width = 3 * camera.color.width;
+  camera.picture_height = 3 * camera.color.height;
+  const ColmapModel stored = MakeColmapModel(Input(), map);
+  EXPECT_EQ(stored.cameras[0].width, camera.picture_width);
+  EXPECT_NEAR(stored.MeanReprojectionError_px(), 3 * seen.MeanReprojectionError_px(), 1e-6);
+  EXPECT_NEAR(stored.images[1].keypoints_px[5].x(),
+              3 * (seen.images[1].keypoints_px[5].x() + 0.5) - 0.5,
+              1e-6);
+}
+
 TEST_F(ColmapExportTest, TracksAndKeypointsNameEachOther) {
   const LandmarkMap map = Map();
   const ColmapModel model = MakeColmapModel(Input(), map);

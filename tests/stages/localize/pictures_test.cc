@@ -6,6 +6,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "stages/localize/describe_picture.h"
 #include "stages/localize/localize.h"
 #include "tests/stages/localize/rendered_map.h"
 #include "tests/test_data.h"
@@ -104,6 +105,23 @@ TEST_F(PicturesTest, OnlyMuchFinerPicturesAreScaled) {
   EXPECT_GT(whole.reprojection_error_px, 1.5 * scaled.reprojection_error_px);
   options_.max_focal_ratio = 2.9;
   EXPECT_EQ(Localize(picture, finer).reprojection_error_px, scaled.reprojection_error_px);
+}
+
+// A picture of a wide lens is no finer than the map's, and may still have many more pixels.
+TEST_F(PicturesTest, APictureIsNotDescribedWithMorePixelsThanMapsAreMadeOf) {
+  RgbdCamera wide;
+  wide.color = {2400, 1800, camera_.fx, camera_.fx, 1199.5, 899.5};
+  LocalizeInput input;
+  input.cameras = {wide};
+  input.map_cameras = {Map().camera};
+  input.extraction = Map().extraction;
+  input.load_color = [](const FrameRecord&, const RgbdCamera& camera) {
+    return Blank(camera.color.width, camera.color.height);
+  };
+  const DescribedPicture described = DescribePicture(options_, input, FrameRecord{});
+  EXPECT_EQ(described.problem, "");
+  EXPECT_NEAR(described.lens.camera.width * described.lens.camera.height, 1e6 * kWorking_mpx, 2000);
+  EXPECT_NEAR(described.lens.camera.fx / described.lens.camera.width, camera_.fx / 2400, 1e-4);
 }
 
 // Another size, field of view and shape, and a lens with distortion.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/features/resize_picture.h"
+#include "pipeline/io/resize_picture.h"
 
 #include <gtest/gtest.h>
 
@@ -38,6 +38,9 @@ TEST(ResizePicture, APointIsSeenAtTheScaledPixel) {
     ASSERT_TRUE(before && after);
     EXPECT_NEAR(after->x(), (before->x() + 0.5) / 4 - 0.5, 1e-9);
     EXPECT_NEAR(after->y(), (before->y() + 0.5) / 3 - 0.5, 1e-9);
+    EXPECT_LT((ResizePixel(*before, kCamera, resized) - *after).norm(), 1e-9);
+    EXPECT_LT((ResizePixel(*after, resized, kCamera) - *before).norm(), 1e-9);
+    EXPECT_EQ(ResizePixel(*before, kCamera, kCamera), *before);
   }
 }
 
@@ -81,6 +84,25 @@ TEST(ResizePicture, EveryPixelCounts) {
   const CameraPicture small = ShrinkPicture(image, {64, 64, 50, 50, 31.5, 31.5}, 0.25);
   for (int y = 0; y < 16; ++y) {
     for (int x = 0; x < 16; ++x) EXPECT_EQ(small.color.At(x, y, 0), 10);
+  }
+}
+
+// What is sampled is at the middle of the pixel that the resized camera says, or just beside it.
+TEST(ResizePicture, SamplesLieAtTheCentreOfPixels) {
+  const Camera camera{120, 96, 100, 100, 59.5, 47.5};
+  Image<int> image{120, 96, 1, {}};
+  for (int i = 0; i < 120 * 96; ++i) image.pixels.push_back(i);
+  EXPECT_EQ(SampleImage(image, 120, 96).pixels, image.pixels);
+  for (const auto& [width, height] : {std::pair{40, 32}, {50, 70}, {240, 192}}) {
+    const Camera resized = ResizeCamera(camera, width, height);
+    const Image<int> sampled = SampleImage(image, width, height);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const auto pixel = ResizePixel(Eigen::Vector2d(x, y), resized, camera);
+        ASSERT_NEAR(sampled.At(x, y) % 120, pixel.x(), 0.5 + 1e-9) << width;
+        ASSERT_NEAR(sampled.At(x, y) / 120, pixel.y(), 0.5 + 1e-9) << width;
+      }
+    }
   }
 }
 
