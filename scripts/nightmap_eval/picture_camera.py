@@ -8,8 +8,8 @@ def picture_camera(camera):
     """The color camera of a camera of cameras.json, at the size of its pictures. A lens's distortion applies to rays, and stays."""
     color = dict(camera["color"])
     for size, focal, center in (("width", "fx", "cx"), ("height", "fy", "cy")):
-        stored = camera.get(f"picture_{size}", color[size])
-        if stored == color[size]:
+        stored = camera.get(f"picture_{size}")
+        if stored is None:
             continue
         scale = stored / color[size]
         color |= {size: stored, focal: color[focal] * scale, center: (color[center] + 0.5) * scale - 0.5}
