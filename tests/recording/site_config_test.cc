@@ -168,7 +168,7 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
   expect("k1 = 0.25", "lens = \"fish\"", "s.toml:11: lens = \"fish\" is out of range");
   expect("k1 = 0.25", fisheye + "k1 = 0.25", "s.toml:3: 'k2' is missing");
   expect("k1 = 0.25", fisheye + four + "\np1 = 0", "'p1' is not of lens = \"fisheye\"");
-  expect("k1 = 0.25", fisheye + "k1 = 0.25\nk2 = -0.95\nk3 = 0\nk4 = 0", "of the fisheye fold");
+  expect("k1 = 0.25", fisheye + "k1 = 0.25\nk2 = -1.95\nk3 = 0\nk4 = 0", "of the fisheye fold");
   expect("k1 = 0.25", fisheye + "k1 = nan\nk2 = 0\nk3 = 0\nk4 = 0", "k1 = nan");
   expect("fx = 517.3\n", "", "s.toml:3: 'fx' is missing");
   expect("k1 = 0.25", "min_depth_m = 20.0", "must be below max_depth_m");
