@@ -17,22 +17,29 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kCamerasFormat = "nightmap cameras";
 // 2: focal_sigma_ratio, 3: mask_runs, depth_along_ray, 4: picture_bits, min_confidence,
-// depth_offset_m, 5: picture_width
+// depth_offset_m, 5: picture_width, lenses
 constexpr int kCamerasVersion = 5;
 constexpr int kMaxSide_px = 32768;  // the same limit as in the site config
 
+bool IsRationalOrFisheye(const Camera& c) { return c.IsRational() || c.lens == Lens::kFisheye; }
+
 Json ToJson(const Camera& c) {
-  return {{"width", c.width},
-          {"height", c.height},
-          {"fx", c.fx},
-          {"fy", c.fy},
-          {"cx", c.cx},
-          {"cy", c.cy},
-          {"k1", c.k1},
-          {"k2", c.k2},
-          {"p1", c.p1},
-          {"p2", c.p2},
-          {"k3", c.k3}};
+  Json json = {{"width", c.width},
+               {"height", c.height},
+               {"fx", c.fx},
+               {"fy", c.fy},
+               {"cx", c.cx},
+               {"cy", c.cy},
+               {"k1", c.k1},
+               {"k2", c.k2},
+               {"p1", c.p1},
+               {"p2", c.p2},
+               {"k3", c.k3}};
+  if (IsRationalOrFisheye(c)) {
+    json.update({{"k4", c.k4}, {"k5", c.k5}, {"k6", c.k6}});
+    json["lens"] = c.lens == Lens::kFisheye ? "fisheye" : "pinhole";
+  }
+  return json;
 }
 
 Json ToJson(const Rigid3& pose) {
@@ -102,6 +109,13 @@ Camera CameraFromJson(const Json& json) {
   camera.p1 = FiniteAt(json, "p1");
   camera.p2 = FiniteAt(json, "p2");
   camera.k3 = FiniteAt(json, "k3");
+  if (!json.contains("lens")) return camera;
+  camera.k4 = FiniteAt(json, "k4");
+  camera.k5 = FiniteAt(json, "k5");
+  camera.k6 = FiniteAt(json, "k6");
+  const auto lens = json.at("lens").get<std::string>();
+  if (lens != "pinhole" && lens != "fisheye") throw DataError("lens is '{}', which is none", lens);
+  camera.lens = lens == "fisheye" ? Lens::kFisheye : Lens::kPinhole;
   return camera;
 }
 
@@ -164,10 +178,10 @@ RgbdCamera RgbdCameraFromJson(const Json& json) {
 }
 
 // A program must not take a guessed focal length as exact, the robot's own parts as the world,
-// distances as z, bright pictures as dark, pixels of small pictures as those of large ones, nor
-// unsure depth, or depth that is too far, as measured.
+// distances as z, bright pictures as dark, pixels of small pictures as those of large ones, unsure
+// depth, or depth that is too far, as measured, nor one lens for another.
 int VersionFor(const RgbdCamera& camera) {
-  if (camera.picture_width > 0) return 5;
+  if (camera.picture_width > 0 || IsRationalOrFisheye(camera.color)) return 5;
   if (camera.picture_bits < 16 || camera.min_confidence > 0 || camera.depth_offset_m != 0) return 4;
   if (camera.mask || camera.depth_along_ray) return 3;
   return camera.IsCalibrated() ? 1 : 2;

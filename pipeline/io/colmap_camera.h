@@ -25,13 +25,18 @@ inline ColmapCamera ToColmap(const Camera& camera) {
   const Eigen::Vector2d centre = ToColmapPixel({camera.cx, camera.cy});
   ColmapCamera colmap{"PINHOLE", 1, camera.width, camera.height, {}};
   colmap.parameters = {camera.fx, camera.fy, centre.x(), centre.y()};
-  if (camera.HasDistortion()) {
+  if (!camera.HasDistortion()) return colmap;
+  const auto& c = camera;
+  std::vector<double> distortion = {c.k1, c.k2, c.k3, c.k4};
+  if (c.lens == Lens::kFisheye) {
+    colmap.model = "OPENCV_FISHEYE";
+    colmap.model_id = 5;
+  } else {
     colmap.model = "FULL_OPENCV";
     colmap.model_id = 6;
-    // k4 k5 k6 of the rational model follow.
-    const auto distortion = {camera.k1, camera.k2, camera.p1, camera.p2, camera.k3, 0.0, 0.0, 0.0};
-    colmap.parameters.insert(colmap.parameters.end(), distortion);
+    distortion = {c.k1, c.k2, c.p1, c.p2, c.k3, c.k4, c.k5, c.k6};
   }
+  colmap.parameters.insert(colmap.parameters.end(), distortion.begin(), distortion.end());
   return colmap;
 }
 

@@ -2,8 +2,9 @@
 // Sparse models in COLMAP's formats (https://colmap.github.io/format.html, version 3.8): text and
 // binary with equal content, and the database of the same images. COLMAP's ids are our indices plus
 // one. Its pixel (0, 0) is the corner of the top left pixel and ours is the centre, so writers add
-// half a pixel to keypoints and principal points. Distortion is kept (FULL_OPENCV; PINHOLE without
-// any), so that a model fits the original pictures. Equal models give equal bytes.
+// half a pixel to keypoints and principal points. Distortion is kept (FULL_OPENCV or
+// OPENCV_FISHEYE; PINHOLE without any), so that a model fits the original pictures. Equal models
+// give equal bytes.
 #pragma once
 
 #include <Eigen/Core>

@@ -29,6 +29,24 @@ GrayImage ReadMask(const RgbdCamera& camera, const std::filesystem::path& path) 
   return mask;
 }
 
+void MaskUnseen(RgbdCamera* camera) {
+  const Camera& color = camera->color;
+  if (!color.HasDistortion()) return;
+  GrayImage mask{color.width, color.height, 1, {}};
+  mask.pixels.resize(static_cast<std::size_t>(color.width) *
+                     static_cast<std::size_t>(color.height));
+  if (camera->mask) mask = *camera->mask;
+  bool is_any_unseen = false;
+  for (int y = 0; y < color.height; ++y) {
+    for (int x = 0; x < color.width; ++x) {
+      if (color.Sees(Eigen::Vector2d(x, y))) continue;
+      mask.At(x, y) = 255;
+      is_any_unseen = true;
+    }
+  }
+  if (is_any_unseen) camera->mask = std::make_shared<GrayImage>(std::move(mask));
+}
+
 }  // namespace
 
 void ReadCameraMasks(const std::filesystem::path& data_root, SiteConfig* site) {
@@ -42,6 +60,7 @@ void ReadCameraMasks(const std::filesystem::path& data_root, SiteConfig* site) {
       throw DataError("{}: mask = \"{}\": {}", config.source, config.file, error.what());
     }
   }
+  for (RgbdCamera& camera : site->cameras) MaskUnseen(&camera);
 }
 
 }  // namespace nightmap

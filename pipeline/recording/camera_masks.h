@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of the parts of the robot that its cameras see.
+// What of a camera's pictures no job takes: the parts of the robot that it sees, and what its lens
+// has no ray for.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +10,9 @@
 namespace nightmap {
 
 // Gives the cameras the masks that the site config names. Masked is what is nearer to white than to
-// black. Throws DataError naming the file and the [[camera]] when the picture cannot be read, has
-// another size than the camera's color, or is masked nowhere or everywhere.
+// black. Pixels that the camera does not see (Camera::Sees) are masked as well. Throws DataError
+// naming the file and the [[camera]] when the picture cannot be read, has another size than the
+// camera's color, or is masked nowhere or everywhere.
 void ReadCameraMasks(const std::filesystem::path& data_root, SiteConfig* site);
 
 }  // namespace nightmap

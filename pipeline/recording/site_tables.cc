@@ -21,7 +21,7 @@ const Range kDistortion{-100, 100};
 struct CameraTable {
   RgbdCamera camera;
   std::vector<double> color_from_depth, robot_from_camera;
-  std::string mask;
+  std::string mask, lens = "pinhole";
   double working_mpx = kWorking_mpx;
 
   void Register(OptionList& list) {
@@ -39,6 +39,10 @@ struct CameraTable {
     list.Add("p2", &color.p2, kDistortion, "tangential distortion");
     list.Add("k3", &color.k3, kDistortion, "radial distortion");
     list.Add("working_mpx", &working_mpx, {0.01, 1000}, "million pixels to reduce pictures to");
+    list.Add("k4", &color.k4, kDistortion, "of a fisheye, or of OpenCV's rational model");
+    list.Add("k5", &color.k5, kDistortion, "of OpenCV's rational model");
+    list.Add("k6", &color.k6, kDistortion, "of OpenCV's rational model");
+    list.Add("lens", &lens, {"pinhole", "fisheye"}, "OpenCV's model of the lens");
     list.Add("picture_bits", &camera.picture_bits, {9, 16}, "bits that 16-bit pictures use");
     list.Add("robot_from_camera", &robot_from_camera, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
     list.Add("mask", &mask, "picture, white where the robot is; relative to root");
@@ -136,17 +140,37 @@ void CheckCenter(const char* key,
                    size_px);
 }
 
+// The fisheye's k1 k2 k3 k4 without its `lens` would be taken for another model's.
+void CheckCoefficients(const toml::table& table, Lens lens, const std::string& where) {
+  if (lens == Lens::kFisheye) {
+    Require(table, {"k1", "k2", "k3", "k4"}, where);
+    return Refuse(table, {"p1", "p2", "k5", "k6"}, where, "is not of lens = \"fisheye\"");
+  }
+  const auto has = [&](const char* name) { return table.contains(name); };
+  const Names eight = {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
+  const bool is_rational = has("k4") || has("k5") || has("k6");
+  if (!is_rational || std::ranges::all_of(eight, has)) return;
+  throw UsageError(
+      "{}: k4 k5 k6 belong to OpenCV's eight, k1 k2 p1 p2 k3 k4 k5 k6: give all of them, or lens = "
+      "\"fisheye\" with k1 k2 k3 k4",
+      where);
+}
+
 // Coefficients in another order, or of another model, fold the picture.
 void CheckDistortion(const Camera& camera, const std::string& where) {
   constexpr double kMaxShift = 0.5;
   const double shift = LargestDistortion(camera);
   if (shift <= kMaxShift) return;
   throw UsageError(
-      "{}: k1 k2 p1 p2 k3 {}: they must be OpenCV's, in this order (k3 is the last, not the third)",
+      "{}: {} {}: they must be OpenCV's, in this order{}",
       where,
+      camera.lens == Lens::kFisheye ? "k1 k2 k3 k4 of the fisheye"
+      : camera.IsRational()         ? "k1 k2 p1 p2 k3 k4 k5 k6"
+                                    : "k1 k2 p1 p2 k3",
       std::isinf(shift)
           ? "fold the picture"
-          : fmt::format("move its border by {:.0f} % of half its diagonal", 100 * shift));
+          : fmt::format("move its border by {:.0f} % of half its diagonal", 100 * shift),
+      camera.lens == Lens::kFisheye ? "" : " (k3 is the fifth, not the third)");
 }
 
 void AddCamera(const toml::table& table, const std::string& source, SiteConfig* site) {
@@ -165,6 +189,8 @@ void AddCamera(const toml::table& table, const std::string& source, SiteConfig* 
   if (!table.contains("depth_units_per_m")) camera.depth_units_per_m = 0;
   CheckCenter("cx", camera.color.cx, "width", camera.color.width, where);
   CheckCenter("cy", camera.color.cy, "height", camera.color.height, where);
+  if (parsed.lens == "fisheye") camera.color.lens = Lens::kFisheye;
+  CheckCoefficients(table, camera.color.lens, where);
   CheckDistortion(camera.color, where);
   if (camera.min_depth_m >= camera.max_depth_m) {
     throw UsageError("{}: min_depth_m = {} must be below max_depth_m = {}",

@@ -15,7 +15,7 @@ import numpy as np
 from nightmap_eval.trajectory import quaternion, rotation_matrices
 from nightmap_site.script_errors import DataError
 
-NUM_PARAMETERS = {1: 4, 6: 12}  # the camera models we use: PINHOLE, FULL_OPENCV
+MODELS = {1: ("PINHOLE", 4), 5: ("OPENCV_FISHEYE", 8), 6: ("FULL_OPENCV", 12)}  # that we use: number of parameters
 
 
 @dataclass
@@ -33,10 +33,12 @@ class Model:
 def camera_parameters(camera):
     """Name of COLMAP's camera model and its parameters, of a picture_camera."""
     pinhole = [camera["fx"], camera["fy"], camera["cx"] + 0.5, camera["cy"] + 0.5]
-    distortion = [camera[name] for name in ("k1", "k2", "p1", "p2", "k3")]
+    if camera.get("lens") == "fisheye":
+        return "OPENCV_FISHEYE", pinhole + [camera[name] for name in ("k1", "k2", "k3", "k4")]
+    distortion = [camera.get(name, 0.0) for name in ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")]
     if not any(distortion):
         return "PINHOLE", pinhole
-    return "FULL_OPENCV", pinhole + distortion + [0.0, 0.0, 0.0]
+    return "FULL_OPENCV", pinhole + distortion
 
 
 class _Bytes:
@@ -104,7 +106,7 @@ def write_posed_images(folder, database, pose_of_name):
     folder.mkdir(parents=True)
     cameras, images = read_cameras(database), read_images(database)
     lines = [
-        f"{i} {'PINHOLE' if model == 1 else 'FULL_OPENCV'} {width} {height} {_numbers(parameters)}\n"
+        f"{i} {MODELS[model][0]} {width} {height} {_numbers(parameters)}\n"
         for i, model, width, height, parameters in cameras
     ]
     (folder / "cameras.txt").write_text("".join(lines), encoding="utf-8")
@@ -137,7 +139,7 @@ def read_cameras(database):
     rows = _select(database, "SELECT camera_id, model, width, height, params FROM cameras")
     result = []
     for *head, blob in rows:
-        if NUM_PARAMETERS.get(head[1]) != len(blob) / 8:
+        if head[1] not in MODELS or MODELS[head[1]][1] != len(blob) / 8:
             raise DataError(f"{database}: camera {head[0]} has a model that we do not use")
         result.append((*head, np.frombuffer(blob, "<f8")))
     return result

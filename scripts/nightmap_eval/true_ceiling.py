@@ -102,6 +102,8 @@ def read_camera(site):
     cameras = read_object(path, {"cameras": [{"color": CAMERA}]})["cameras"]
     if len(cameras) != 1:
         raise DataError(f"{path}: {len(cameras)} cameras; a map of a ceiling has one")
+    if "lens" in cameras[0]["color"]:
+        raise DataError(f"{path}: the truth of a ceiling is seen through OpenCV's five coefficients only; use a camera without `lens`, k4, k5, k6")
     return cameras[0]["color"]
 
 

@@ -33,7 +33,7 @@ std::shared_ptr<const FlowPicture> PrepareForFlow(const GrayImage& gray,
 
 // Why a track ended.
 enum class TrackEnd {
-  kBorder,      // the corner left the picture
+  kBorder,      // the corner left the picture, or what the lens has a ray for
   kLost,        // no flow found
   kBackward,    // the flow back leads elsewhere
   kOffCorner,   // where the flow leads is no corner

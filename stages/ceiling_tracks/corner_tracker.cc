@@ -69,6 +69,8 @@ void CornerTracker::Follow(const Camera& camera,
     const Eigen::Vector2f& raw_px = followed[i].pixel;
     if (followed[i].end) {
       End(*followed[i].end);
+    } else if (!camera.Sees(raw_px.cast<double>())) {
+      End(TrackEnd::kBorder);
     } else if (std::ranges::any_of(kept, [&](const Track& older) {
                  return (older.raw_px - raw_px).norm() < kSameCorner_px;
                })) {

@@ -68,6 +68,19 @@ std::string WithoutRemarks(const std::string& text) {
   return kept;
 }
 
+TEST(ColmapIoTest, EachLensHasItsModel) {
+  ColmapModel model = MakeModel();
+  Camera& fisheye = model.cameras[0];
+  fisheye.lens = Lens::kFisheye;
+  for (double Camera::*k : {&Camera::k1, &Camera::k2, &Camera::k3, &Camera::k4}) fisheye.*k = 0.5;
+  model.cameras[1].k4 = 3;
+  model.cameras[1].k5 = 4;
+  model.cameras[1].k6 = 5;
+  EXPECT_EQ(WithoutRemarks(ColmapFiles(model).at("cameras.txt")),
+            "1 OPENCV_FISHEYE 640 480 500 501 320 240 0.5 0.5 0.5 0.5\n"
+            "2 FULL_OPENCV 32 24 30 31 16 12 0.25 -0.5 0.125 0.0625 2 3 4 5\n");
+}
+
 TEST(ColmapIoTest, TextIsAsColmapReadsIt) {
   const auto files = ColmapFiles(MakeModel());
   EXPECT_EQ(WithoutRemarks(files.at("cameras.txt")),

@@ -187,6 +187,28 @@ TEST(CamerasJson, AnUncertainFocalLengthNeedsAProgramThatKnowsIt) {
   EXPECT_NE(CamerasToJson({SomeCamera()}).find("\"version\": 1"), std::string::npos);
 }
 
+TEST(CamerasJson, ALensOfAnotherModelNeedsAProgramThatKnowsIt) {
+  const TemporaryFolder folder;
+  RgbdCamera fisheye = SomeCamera();
+  fisheye.color.lens = Lens::kFisheye;
+  fisheye.color.p1 = fisheye.color.p2 = 0;
+  RgbdCamera rational = SomeCamera();
+  rational.color.k4 = 0.25;
+  rational.color.k5 = -0.5;
+  rational.color.k6 = 0.125;
+  for (const RgbdCamera& camera : {fisheye, rational}) {
+    const std::string text = CamerasToJson({SomeCamera(), camera});
+    EXPECT_NE(text.find("\"version\": 5"), std::string::npos);
+    const auto read = ReadCameras(folder.Write("cameras.json", text));
+    EXPECT_EQ(read.at(0).color, SomeCamera().color);
+    EXPECT_EQ(read.at(1).color, camera.color);
+  }
+  EXPECT_EQ(CamerasToJson({SomeCamera()}).find("k4"), std::string::npos);
+  std::string text = CamerasToJson({fisheye});
+  text.replace(text.find("\"fisheye\""), 9, "\"fishy\"");
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadCameras(folder.Write("bad.json", text)), "lens is 'fishy'");
+}
+
 RgbdCamera MaskedCamera() {
   RgbdCamera camera = SomeCamera();
   GrayImage mask{40, 30, 1, std::vector<std::uint8_t>(1200, 0)};

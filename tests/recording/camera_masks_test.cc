@@ -33,6 +33,24 @@ class CameraMasksTest : public testing::Test {
   SiteConfig site_ = ParseSiteConfig(kSite, "s.toml");
 };
 
+// At 7 px per radian the corners are at 0.6 rad, at 2 px they are at 2.2: beyond what a pinhole
+// holds.
+TEST_F(CameraMasksTest, WhatAFisheyeHasNoRayForIsMasked) {
+  Write({8, 6, 1, {255, 0, 0, 0, 255, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+                   0,   0, 0, 0, 0,   0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}});
+  for (RgbdCamera& camera : site_.cameras) camera.color.lens = Lens::kFisheye;
+  site_.cameras[1].color.fx = site_.cameras[1].color.fy = 2;
+  ReadCameraMasks(folder_.Path(), &site_);
+  EXPECT_EQ(site_.cameras[0].mask, nullptr);
+  const GrayImage& mask = *site_.cameras[1].mask;
+  for (const auto& [x, y] : {std::pair{0, 0}, {7, 0}, {0, 5}, {7, 5}, {4, 0}}) {
+    EXPECT_EQ(mask.At(x, y), 255) << x << ' ' << y;  // the last is the robot's
+  }
+  for (const auto& [x, y] : {std::pair{3, 2}, {4, 3}, {3, 0}, {5, 4}}) {
+    EXPECT_EQ(mask.At(x, y), 0) << x << ' ' << y;
+  }
+}
+
 // Gray or colored, and with the gray edges that drawing programs make.
 TEST_F(CameraMasksTest, WhiteIsMasked) {
   for (const int num_channels : {1, 3}) {

@@ -167,7 +167,7 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
     }
   };
   expect("cx = 318", "cx = 3186", "cx = 3186 is far outside the picture, whose width is 640");
-  expect("k1 = 0.25", "k4 = 0.25", "s.toml:11: unknown key 'k4'");
+  expect("k1 = 0.25", "k7 = 0.25", "s.toml:11: unknown key 'k7'");
   expect("root =", "rot =", "s.toml:1: unknown key 'rot'");
   expect("[[query]]", "[[queries]]", "s.toml:25: unknown key 'queries'");
   expect("[[camera]]", "[camera]", "must be written as [[camera]]");
@@ -180,6 +180,13 @@ TEST(SiteConfig, MistakesAreNamedWithTheirLine) {
          "depth_noise_constant_m = 0.0",
          "s.toml:11: depth_noise_constant_m = 0.0 is out of range; give 1e-05 .. 1");
   expect("k1 = 0.25", "k1 = 0.25\nk2 = -0.95\np1 = 1.16", "s.toml:3: k1 k2 p1 p2 k3");
+  const std::string four = "k1 = 0.25\nk2 = 0\nk3 = 0\nk4 = 0", fisheye = "lens = \"fisheye\"\n";
+  expect("k1 = 0.25", four, "s.toml:3: k4 k5 k6 belong to OpenCV's eight");
+  expect("k1 = 0.25", "lens = \"fish\"", "s.toml:11: lens = \"fish\" is out of range");
+  expect("k1 = 0.25", fisheye + "k1 = 0.25", "s.toml:3: 'k2' is missing");
+  expect("k1 = 0.25", fisheye + four + "\np1 = 0", "'p1' is not of lens = \"fisheye\"");
+  expect("k1 = 0.25", fisheye + "k1 = 0.25\nk2 = -1.95\nk3 = 0\nk4 = 0", "of the fisheye fold");
+  expect("k1 = 0.25", fisheye + "k1 = nan\nk2 = 0\nk3 = 0\nk4 = 0", "k1 = nan");
   expect("fx = 517.3\n", "", "s.toml:3: 'fx' is missing");
   expect("k1 = 0.25", "min_depth_m = 20.0", "must be below max_depth_m");
   expect("layout = \"tum\"", "layout = \"tumm\"", "s.toml:14: layout = \"tumm\" is out of range");
@@ -405,6 +412,15 @@ TEST(SiteConfig, CamerasAndSequencesMustBeThere) {
 
 // Leaves out configs that a user put into the folder, because a mistake there is no failure of the
 // project.
+bool SeesAll(const Camera& camera) {
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      if (!camera.Sees(Eigen::Vector2d(x, y))) return false;
+    }
+  }
+  return true;
+}
+
 TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
   for (const std::string site : {"bonn_crowd",
                                  "freiburg_079",
@@ -424,7 +440,11 @@ TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
                                  "tum_fr3_sitting_xyz",
                                  "tum_fr3_walking_xyz",
                                  "two_floors"}) {
-    EXPECT_NO_THROW(ReadSiteConfig("configs/sites/" + site + ".toml")) << site;
+    SiteConfig config;
+    EXPECT_NO_THROW(config = ReadSiteConfig("configs/sites/" + site + ".toml")) << site;
+    for (const RgbdCamera& camera : config.cameras) {
+      EXPECT_TRUE(SeesAll(camera.color)) << site;  // so nothing is masked
+    }
   }
 }
 

@@ -57,6 +57,11 @@ class ColmapFilesTest(unittest.TestCase):
         self.assertEqual(camera_parameters(camera), ("PINHOLE", [500, 501, 10, 8]))
         model, parameters = camera_parameters(camera | {"k3": 0.5})
         self.assertEqual((model, parameters[4:]), ("FULL_OPENCV", [0, 0, 0, 0, 0.5, 0, 0, 0]))
+        camera |= {"k1": 1, "k2": 2, "k3": 3, "k4": 4, "k5": 5, "k6": 6, "lens": "pinhole"}
+        model, parameters = camera_parameters(camera)
+        self.assertEqual((model, parameters[4:]), ("FULL_OPENCV", [1, 2, 0, 0, 3, 4, 5, 6]))
+        model, parameters = camera_parameters(camera | {"lens": "fisheye", "k5": 0, "k6": 0})
+        self.assertEqual((model, parameters[4:]), ("OPENCV_FISHEYE", [1, 2, 3, 4]))
 
     def test_the_camera_of_a_picture_that_stages_see_smaller(self):
         color = {"width": 40, "height": 30, "fx": 50, "fy": 51, "cx": 19.5, "cy": 10, "k1": 0.1}
