@@ -36,15 +36,21 @@ void MaskUnseen(RgbdCamera* camera) {
   mask.pixels.resize(static_cast<std::size_t>(color.width) *
                      static_cast<std::size_t>(color.height));
   if (camera->mask) mask = *camera->mask;
-  bool is_any_unseen = false;
+  std::size_t num_unseen = 0;
   for (int y = 0; y < color.height; ++y) {
     for (int x = 0; x < color.width; ++x) {
       if (color.Sees(Eigen::Vector2d(x, y))) continue;
       mask.At(x, y) = 255;
-      is_any_unseen = true;
+      ++num_unseen;
     }
   }
-  if (is_any_unseen) camera->mask = std::make_shared<GrayImage>(std::move(mask));
+  if (num_unseen == mask.pixels.size()) {
+    throw DataError(
+        "camera \"{}\": its lens has no ray for any pixel, so nothing is left to map: correct its "
+        "cx, cy, fx, fy and distortion",
+        camera->camera_id);
+  }
+  if (num_unseen > 0) camera->mask = std::make_shared<GrayImage>(std::move(mask));
 }
 
 }  // namespace

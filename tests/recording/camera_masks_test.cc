@@ -51,6 +51,16 @@ TEST_F(CameraMasksTest, WhatAFisheyeHasNoRayForIsMasked) {
   }
 }
 
+TEST_F(CameraMasksTest, ALensThatSeesNoPixelIsRefused) {
+  Write({8, 6, 1, {255, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+                   0,   0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}});
+  site_.cameras[0].color.lens = Lens::kFisheye;
+  site_.cameras[0].color.cx = 30;
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        ReadCameraMasks(folder_.Path(), &site_),
+                        "camera \"high\": its lens has no ray for any pixel");
+}
+
 // Gray or colored, and with the gray edges that drawing programs make.
 TEST_F(CameraMasksTest, WhiteIsMasked) {
   for (const int num_channels : {1, 3}) {
