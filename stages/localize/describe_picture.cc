@@ -19,14 +19,23 @@ double MedianFocal_px(const std::vector<RgbdCamera>& cameras) {
   return Median(std::move(focals_px));
 }
 
-// Scales a picture that is much finer than the map's down to the map's, and a larger one than maps
-// are made of to their size.
+// Scale at which a picture has no more pixels than the map's, or than maps are made of by default.
+double WorkingScale(const Camera& picture, const std::vector<RgbdCamera>& map_cameras) {
+  double largest_px2 = 1e6 * kWorking_mpx;
+  for (const RgbdCamera& camera : map_cameras) {
+    largest_px2 = std::max(largest_px2, 1.0 * camera.color.width * camera.color.height);
+  }
+  return std::sqrt(largest_px2 / picture.width / picture.height);
+}
+
+// Scales a picture that is much finer than the map's down to the map's, and a larger one to the
+// size at which it is described.
 CameraPicture FitToMap(CameraPicture picture,
                        const std::vector<RgbdCamera>& map_cameras,
                        double max_focal_ratio) {
   const double focal_px = MedianFocal_px(map_cameras);
   const Camera& camera = picture.camera;
-  double scale = std::sqrt(1e6 * kWorking_mpx / camera.width / camera.height);
+  double scale = WorkingScale(camera, map_cameras);
   const bool is_finer = focal_px > 0 && camera.fx > max_focal_ratio * focal_px;
   if (is_finer) scale = std::min(scale, focal_px / camera.fx);
   return scale < 1 ? ShrinkPicture(picture.color, camera, scale) : picture;

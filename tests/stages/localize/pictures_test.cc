@@ -115,6 +115,7 @@ TEST_F(PicturesTest, APictureIsNotDescribedWithMorePixelsThanMapsAreMadeOf) {
   input.cameras = {wide};
   input.map_cameras = {Map().camera};
   input.extraction = Map().extraction;
+  input.extraction.num_features = 50;
   input.load_color = [](const FrameRecord&, const RgbdCamera& camera) {
     return Blank(camera.color.width, camera.color.height);
   };
@@ -122,6 +123,9 @@ TEST_F(PicturesTest, APictureIsNotDescribedWithMorePixelsThanMapsAreMadeOf) {
   EXPECT_EQ(described.problem, "");
   EXPECT_NEAR(described.lens.camera.width * described.lens.camera.height, 1e6 * kWorking_mpx, 2000);
   EXPECT_NEAR(described.lens.camera.fx / described.lens.camera.width, camera_.fx / 2400, 1e-4);
+  input.map_cameras[0].color.width = 2000;  // the map is made of larger pictures
+  input.map_cameras[0].color.height = 1500;
+  EXPECT_NEAR(DescribePicture(options_, input, FrameRecord{}).lens.camera.width, 2000, 2);
 }
 
 // Another size, field of view and shape, and a lens with distortion.

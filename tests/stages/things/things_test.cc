@@ -145,6 +145,18 @@ TEST(RunThings, TheBestViewShowsTheThing) {
   EXPECT_LE(bottom, 120);
 }
 
+TEST(RunThings, TheBestViewIsOfThePictureAsStored) {
+  SeenRoom room = FreeStanding();
+  auto inputs = room.Inputs();
+  const auto seen = Find(inputs)[0].best_view.value().rectangle_px;
+  for (RgbdCamera& camera : inputs.cameras) {
+    camera.picture_width = 3 * camera.color.width;
+    camera.picture_height = 2 * camera.color.height;
+  }
+  const auto stored = Find(inputs)[0].best_view.value().rectangle_px;
+  EXPECT_EQ(stored, (std::array{3 * seen[0], 2 * seen[1], 3 * seen[2], 2 * seen[3]}));
+}
+
 TEST(RunThings, SameAtAnyNumberOfThreadsAndInAnyOrderOfTiles) {
   SeenRoom room = FreeStanding();
   for (int i = 0; i < 5; ++i) {
