@@ -38,7 +38,8 @@ CameraPicture FitToMap(CameraPicture picture,
   double scale = WorkingScale(camera, map_cameras);
   const bool is_finer = focal_px > 0 && camera.fx > max_focal_ratio * focal_px;
   if (is_finer) scale = std::min(scale, focal_px / camera.fx);
-  return scale < 1 ? ShrinkPicture(picture.color, camera, scale) : picture;
+  if (scale >= 1) return picture;
+  return ShrinkPicture(picture.color, camera, scale);
 }
 
 }  // namespace
