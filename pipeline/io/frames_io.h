@@ -79,7 +79,7 @@ struct RgbdCamera {
   // `color`; null: nowhere.
   std::shared_ptr<const GrayImage> mask;
 
-  // Of the color pictures as stored, and of the depth pictures.
+  // Picture is the camera of the color pictures as stored, DepthPicture that of the depth pictures.
   Camera Picture() const;
   Camera DepthPicture() const { return depth_registered ? Picture() : depth; }
   bool IsCalibrated() const { return focal_sigma_ratio == 0; }
@@ -128,8 +128,8 @@ void CheckCamera(const FrameRecord& frame,
 // pixels without a measurement stay 0. Deterministic.
 DepthImage RegisterDepth(const DepthImage& depth, const RgbdCamera& camera);
 
-// Size at which stages see pictures by default. In a made-up room of 4.3 million pixels a frame,
-// 0.5, 1 and 2.1 million map equally well (docs/methods/odometry_and_pose_graph.md).
+// Stages see larger pictures at this size by default: more pixels cost time and memory, and made no
+// better map.
 constexpr double kWorking_mpx = 1.0;
 // Gives a camera of more than `working_mpx` million pixels a `color` of so many, of the same lens.
 void ReduceToWorkingSize(double working_mpx, RgbdCamera* camera);

@@ -87,7 +87,7 @@ TEST(ResizePicture, EveryPixelCounts) {
   }
 }
 
-// What is sampled is at the middle of the pixel that the resized camera says, or just beside it.
+// A sample lies within half a pixel of where the resized camera sees it.
 TEST(ResizePicture, SamplesLieAtTheCentreOfPixels) {
   const Camera camera{120, 96, 100, 100, 59.5, 47.5};
   Image<int> image{120, 96, 1, {}};

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parts of the evaluation of a ceiling's map: chi-square bounds, planar poses, rays in the exact ceiling, NEES and NIS."""
 
+import json
+import tempfile
 import unittest
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +15,8 @@ from nightmap_eval import chi_square
 from nightmap_eval.ceiling_consistency import FrameErrors, errors_then, nees_figures, nis_figures
 from nightmap_eval.planar_poses import compose, first_pose_alignment, headings_rad, inverse, to_rows, to_trajectory
 from nightmap_eval.trajectory import Trajectory, quaternion
-from nightmap_eval.true_ceiling import TrueCeiling, rays_of
+from nightmap_eval.true_ceiling import TrueCeiling, rays_of, read_camera
+from nightmap_site.script_errors import DataError
 
 
 class ChiSquareTest(unittest.TestCase):
@@ -29,6 +33,18 @@ class ChiSquareTest(unittest.TestCase):
         self.assertEqual(chi_square.distribution(0, 4), 0)
         self.assertAlmostEqual(chi_square.distribution(1e9, 4), 1)
         self.assertAlmostEqual(chi_square.distribution(2, 2), 1 - np.exp(-1))
+
+
+class ReadCameraTest(unittest.TestCase):
+    def test_a_lens_of_another_model_is_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "cameras.json"
+            site = SimpleNamespace(needed=lambda job, output: path)
+            path.write_text(json.dumps({"cameras": [{"color": ceiling_site.CAMERA}]}))
+            self.assertEqual(read_camera(site)["fx"], ceiling_site.CAMERA["fx"])
+            path.write_text(json.dumps({"cameras": [{"color": ceiling_site.CAMERA | {"lens": "fisheye"}}]}))
+            with self.assertRaisesRegex(DataError, "cameras.json: the truth of a ceiling is seen through OpenCV's five"):
+                read_camera(site)
 
 
 class PlanarPosesTest(unittest.TestCase):
