@@ -4,7 +4,7 @@
 import os
 import re
 
-from nightmap_site.declaration import PipelineError
+from nightmap_site.declaration import PipelineError, import_keys
 
 # Neither Make nor a shell interprets these characters.
 PATH = re.compile(r"[\w.@+-]+(?:/[\w.@+-]+)*")
@@ -14,6 +14,28 @@ NAMED = {
     ".toml": re.compile(r"""^\s*network\s*=\s*["'](.*?)["']""", re.MULTILINE),
 }
 NAMED[".yml"] = NAMED[".yaml"]
+
+
+def check_import_keys(site_config, imports, profile, is_asked):
+    """Raises PipelineError for a key that nothing reads: one of no profile, or of another profile than the site's. With PROFILE of
+    make (is_asked) a site may have the keys of any profile, as to be mapped without what another one takes."""
+    taken = import_keys("configs", profile)
+    for key in imports:
+        if key in taken:
+            continue
+        where = f"{site_config}: [import] {key}"
+        profiles = {name: import_keys("configs", name) for name in sorted(os.listdir("configs"))}
+        takers = [name for name, keys in profiles.items() if key in keys]
+        if takers and is_asked:
+            continue
+        if takers:
+            raise PipelineError(f"{where}: the profile '{profile}' takes no {key}: remove it, or name a profile that does: "
+                                + " or ".join(f'profile = "{name}"' for name in takers))  # fmt: skip
+        import difflib  # takes milliseconds, which every make would spend
+
+        known = sorted(taken) or sorted(set().union(*profiles.values()))
+        nearest = difflib.get_close_matches(key, known, n=1)
+        raise PipelineError(f"{where}: there is no such key: " + (f"write {nearest[0]}" if nearest else "the keys are " + ", ".join(known)))
 
 
 def check_imports(site_config, data, imports):

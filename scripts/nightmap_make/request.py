@@ -9,7 +9,7 @@ from nightmap_make import preflight
 from nightmap_make.asked_pipeline import AskedPipeline
 from nightmap_make.changed_files import write_if_changed
 from nightmap_make.config_values import ConfigError, canonical, plain_errors
-from nightmap_make.imports import check_imports
+from nightmap_make.imports import check_import_keys, check_imports
 from nightmap_make.programs import build_programs, reason_to_build
 from nightmap_make.recorded_frames import num_recorded_frames
 from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
@@ -70,6 +70,7 @@ class Asked:
         self.resolved = ResolvedConfigs(self.request)
         self.configs, self.tables = self.resolved.configs, self.resolved.sites["site"][1]
         imports = self.tables.get("import", {})
+        check_import_keys(self.request.site, imports, self.request.profile, bool(env.get("PROFILE")))
         check_imports(self.request.site, env["DATA"], imports)
         if "status" not in self.goals:
             self._preflight()

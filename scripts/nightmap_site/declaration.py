@@ -2,6 +2,7 @@
 """The tables of configs/pipeline.toml, changed by those of a profile, and the file and line of each."""
 
 import functools
+import os
 import re
 import tomllib
 
@@ -77,6 +78,20 @@ class Declaration:
                     return f"{path}:{line}: [{job}]"
             return place() if key else f"{self.path}: [{job}]"
         return place
+
+
+def import_keys(configs, profile):
+    """The keys of [import] that jobs of a profile read."""
+    paths = {os.path.join(configs, folder, "pipeline.toml") for folder in ("", profile if profile != "default" else "")}
+    texts = [text for path in paths if os.path.exists(path) for text in _texts(read_toml(path))]
+    return {key for text in texts for key in re.findall(r"\bimport\.(\w+)", text)}
+
+
+def _texts(value):
+    if isinstance(value, str):
+        return [value]
+    values = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return [text for inner in values for text in _texts(inner)]
 
 
 def _merged(table, changes):
