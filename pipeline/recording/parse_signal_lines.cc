@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/csv.h"
 #include "pipeline/io/text_file.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/recording/read_signals.h"
+#include "pipeline/recording/scan_angles.h"
 
 namespace nightmap {
 namespace {
@@ -17,10 +17,11 @@ namespace {
 constexpr double kMaxAcceleration_m_per_s2 = 1e5;
 constexpr double kMaxDistance_m = 1e7;   // of odometry from its start
 constexpr double kMaxHeading_rad = 1e6;  // large, because odometry may count turns
+constexpr double kMaxErrorOfQuaternion = 0.05;
 constexpr double kMaxTicks = 1e12;
 constexpr double kMaxRange_m = 1e4;
+constexpr double kMaxReading = 1e6;  // of a range, in its unit
 constexpr std::size_t kMaxBeams = 100'000;
-constexpr double kRadPerDeg = std::numbers::pi / 180;
 
 using Words = std::vector<std::string_view>;
 
@@ -41,9 +42,24 @@ Eigen::Vector3d ParsePose(std::string_view x, std::string_view y, std::string_vi
           Within(heading, kMaxHeading_rad, "heading")};
 }
 
+// x y qx qy qz qw, or x y z qx qy qz qw as in TUM's format.
+Eigen::Vector3d ParsePoseWithRotation(const Words& values) {
+  const std::size_t first = values.size() - 4;
+  Eigen::Vector4d q;
+  for (Eigen::Index i = 0; i < 4; ++i) q[i] = RealWord(values[first + static_cast<std::size_t>(i)]);
+  if (!(std::abs(q.norm() - 1) < kMaxErrorOfQuaternion)) {
+    throw DataError("the quaternion qx qy qz qw has length {:.3g}, not 1", q.norm());
+  }
+  const Eigen::Vector3d ahead = Eigen::Quaterniond(q.normalized()) * Eigen::Vector3d::UnitX();
+  return {Within(values[0], kMaxDistance_m, "x"),
+          Within(values[1], kMaxDistance_m, "y"),
+          std::atan2(ahead.y(), ahead.x())};
+}
+
 Eigen::Vector3d ParseOdometry(const SensorConfig& sensor, const Words& values) {
   if (sensor.measures == "pose") {
-    DemandCount(values, 3, "x y heading");
+    if (values.size() == 6 || values.size() == 7) return ParsePoseWithRotation(values);
+    DemandCount(values, 3, "x y heading, x y qx qy qz qw, or x y z qx qy qz qw");
     return ParsePose(values[0], values[1], values[2]);
   }
   if (sensor.measures == "motion") {
@@ -56,34 +72,41 @@ Eigen::Vector3d ParseOdometry(const SensorConfig& sensor, const Words& values) {
   return {Within(values[0], kMaxTicks, "left"), Within(values[1], kMaxTicks, "right"), 0};
 }
 
-// Where nothing was hit, drivers write NaN, or infinity beyond their reach: a range that is never a
-// hit, and one that is never below a limit.
-double ParseRange_m(std::string_view word) {
+// Where nothing was hit, drivers write NaN, a number below 0, or infinity or a large number beyond
+// their reach: a range that is never a hit, and one that is never below a limit. So does an empty
+// field of a table.
+double ParseRange_m(const SensorConfig& sensor, std::string_view word) {
+  if (word.empty()) return 0;
   double value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error == std::errc() && end == word.data() + word.size() && !std::isfinite(value)) {
     return value > 0 && std::isinf(value) ? kMaxRange_m : 0;
   }
-  const double range_m = Within(word, kMaxRange_m, "a range");
-  if (range_m < 0) throw DataError("a range is {}, below 0", range_m);
-  return range_m;
+  return std::clamp(sensor.range_unit_m * Within(word, kMaxReading, "a range"), 0.0, kMaxRange_m);
 }
 
-std::vector<float> ParseRanges(const Words& words, std::size_t first, std::size_t count) {
+std::vector<float> ParseRanges(const SensorConfig& sensor,
+                               const Words& words,
+                               std::size_t first,
+                               std::size_t count) {
   std::vector<float> ranges_m;
   for (std::size_t i = 0; i < count; ++i) {
-    ranges_m.push_back(static_cast<float>(ParseRange_m(words[first + i])));
+    ranges_m.push_back(static_cast<float>(ParseRange_m(sensor, words[first + i])));
   }
   return ranges_m;
 }
 
-// A scan with the angles of the site config.
+// The limit that holds for a scan whose line may state one. It is rounded as ranges are, so that a
+// range as written is not below it.
+double Limit_m(const SensorConfig& sensor, double of_line_m = 0) {
+  const double unless_stated_m = of_line_m > 0 ? of_line_m : kMaxRangeUnlessStated_m;
+  return static_cast<float>(sensor.max_range_m.value_or(unless_stated_m));
+}
+
+// A scan whose line states no angles and no limit.
 SignalSample ScanOf(const SensorConfig& sensor, std::vector<float> ranges_m) {
-  const double step_deg = sensor.angle_step_deg != 0 ? sensor.angle_step_deg
-                                                     : 180.0 / static_cast<double>(ranges_m.size());
-  return {0,
-          {sensor.start_angle_deg * kRadPerDeg, step_deg * kRadPerDeg, sensor.max_range_m},
-          std::move(ranges_m)};
+  const Eigen::Vector2d angles_rad = BeamAngles_rad(sensor, ranges_m.size());
+  return {0, {angles_rad[0], angles_rad[1], Limit_m(sensor)}, std::move(ranges_m)};
 }
 
 // Reads the word that counts the words after it; throws when the line has fewer than these and
@@ -125,7 +148,7 @@ SignalSample ParseOldLaser(const SensorConfig& sensor, LineTime line_time, const
   const std::int64_t time_ns = TimeAfter(words, pose + kPoseWords, line_time);
   if (sensor.kind == SignalKind::kScan) {
     if (count == 0) throw DataError("no beams");
-    sample = ScanOf(sensor, ParseRanges(words, 2, count));
+    sample = ScanOf(sensor, ParseRanges(sensor, words, 2, count));
   } else {
     sample.value = ParsePose(words[pose + 3], words[pose + 4], words[pose + 5]);
   }
@@ -146,10 +169,12 @@ SignalSample ParseLaser(const SensorConfig& sensor, LineTime line_time, const Wo
   const std::int64_t time_ns = TimeAfter(words, rest + pose_words, line_time);
   if (sensor.kind == SignalKind::kScan) {
     if (count == 0) throw DataError("no beams");
-    sample.ranges_m = ParseRanges(words, 9, count);
-    sample.value = {Within(words[2], 7, "start_angle"),
-                    Within(words[4], 2, "angle_step"),
-                    Within(words[5], kMaxRange_m, "max_range")};
+    sample.ranges_m = ParseRanges(sensor, words, 9, count);
+    const LineAngles angles{Within(words[2], 7, "start_angle"),
+                            Within(words[3], 7, "field_of_view"),
+                            Within(words[4], 2, "angle_step")};
+    const double of_line_m = sensor.range_unit_m * Within(words[5], kMaxReading, "max_range");
+    sample.value << BeamAngles_rad(sensor, count, angles), Limit_m(sensor, of_line_m);
   } else {
     sample.value = ParsePose(words[rest + 3], words[rest + 4], words[rest + 5]);
   }
@@ -177,7 +202,7 @@ SignalSample ParseValues(const SensorConfig& sensor, std::int64_t time_ns, const
     if (values.empty() || values.size() > kMaxBeams) {
       throw DataError("{} ranges, expected 1 to {}", values.size(), kMaxBeams);
     }
-    sample = ScanOf(sensor, ParseRanges(values, 0, values.size()));
+    sample = ScanOf(sensor, ParseRanges(sensor, values, 0, values.size()));
   } else if (sensor.kind == SignalKind::kOdometry) {
     sample.value = ParseOdometry(sensor, values);
   } else {

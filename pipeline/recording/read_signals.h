@@ -3,13 +3,15 @@
 //
 // A line is one sample. Time is in seconds (in nanoseconds in a csv column that ends in _ns).
 //   text    blank-separated words, # comments: time and values, as TUM's accelerometer.txt
-//   csv     a header, and the columns that `columns` names: time, then the values
+//   csv     a header, and the columns that `columns` names: time, then the values; of a scan all
+//           other columns
 //   carmen  a log of CARMEN; uses the lines that begin with `message` and ignores the others
-// The values are: for acceleration ax ay az (m/s2); for odometry x y heading (m, rad), or distance
-// and heading change since the previous sample, or the counts of the left and the right wheel; for
-// a scan the ranges (m). In CARMEN's laser messages odometry is the last pose: for FLASER and
-// RLASER `odom_x odom_y odom_theta`, for ROBOTLASER1 the robot's. A range that is NaN or infinite
-// is one that hit nothing.
+// The values are: for acceleration ax ay az (m/s2); for odometry x y heading (m, rad), or a
+// quaternion qx qy qz qw instead of the heading and perhaps z before it, or distance and heading
+// change since the previous sample, or the counts of the left and the right wheel; for a scan the
+// ranges. In CARMEN's laser messages odometry is the last pose: for FLASER and RLASER `odom_x
+// odom_y odom_theta`, for ROBOTLASER1 the robot's. A range that is NaN, infinite or below 0 is one
+// that hit nothing.
 //
 // Clocks of old logs jump. A scan or an odometry whose time is a little before that of the line
 // before keeps its place: it gets the time of that line and kLineStep_ns. The rule sees times only,
@@ -17,6 +19,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,11 +37,14 @@ struct SensorSignals {
   std::vector<Signal> signals;                 // one per [[sensor]], in their order
   std::vector<std::string> problems;           // one per line that was left out: file:line: reason
   std::vector<std::size_t> num_in_line_order;  // per [[sensor]]: samples whose clock went back
+  // Per [[sensor]]: the range that the scanner was found to write where it hit nothing, where that
+  // is not stated (scan_ranges.h). It is the limit of its scans.
+  std::vector<std::optional<float>> range_of_no_hit_m;
 };
 
 // Leaves out, with their reason, lines that are no sample, samples whose time is not after the
-// previous one and that do not keep their place, and scans that have not as many beams as the
-// sensor's first. Throws DataError when a file cannot be read or holds no sample, and when more
+// previous one and that do not keep their place, and scans that have far more or fewer beams than
+// most of their file. Throws DataError when a file cannot be read or holds no sample, and when more
 // than max_failed_ratio of its lines are left out. Deterministic.
 SensorSignals ReadSensorSignals(const SiteConfig& site,
                                 const std::filesystem::path& data_root,

@@ -30,7 +30,8 @@ namespace nightmap {
 //   odometry      x and y in metres and heading in rad (counter-clockwise) of the wheels' frame in
 //                 a frame that drifts; turns are not wrapped away where a recording counts them
 //   scan          angle of the first beam and from beam to beam in rad, counter-clockwise from the
-//                 sensor's x, and the range in metres from which on nothing was hit
+//                 sensor's x, and the range in metres from which on nothing was hit; scans of one
+//                 sensor may differ in all of them, and in their number of beams
 enum class SignalKind { kAcceleration, kOdometry, kScan };
 inline constexpr SignalKind kSignalKinds[] = {
     SignalKind::kAcceleration, SignalKind::kOdometry, SignalKind::kScan};
@@ -56,6 +57,8 @@ struct Signal {
 };
 
 inline constexpr double kMaxScanDuration_s = 10;
+// From here on a scanner hit nothing, unless it is stated.
+inline constexpr double kMaxRangeUnlessStated_m = 80;
 
 // `signals` are of one kind. Equal signals give equal bytes. Throws DataError.
 void WriteSignals(const std::filesystem::path& path,

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,11 +51,12 @@ struct SensorConfig {
   std::string id;
   SignalKind kind = SignalKind::kAcceleration;
   Rigid3 robot_from_sensor;  // identity: the robot's axes are the sensor's
-  // For scans whose message does not state them: first beam, step (0: 180 deg over all beams; both
-  // counter-clockwise from x), and the range from which on nothing was hit.
-  double start_angle_deg = -90;
+  // Of scans, where stated: first beam, step from beam to beam (0: not stated), both
+  // counter-clockwise from x (scan_angles.h), and the range from which on nothing was hit.
+  std::optional<double> start_angle_deg;
   double angle_step_deg = 0;
-  double max_range_m = 80;
+  std::optional<double> max_range_m;
+  double range_unit_m = 1;  // of the ranges in the files
   double scan_duration_s =
       0;  // a scan's time is that of its first beam, beam i is i/n of this later
   // Odometry: the quantity that a sample measures and, for ticks, the length of one.
@@ -82,7 +84,9 @@ struct SignalConfig {
 struct ScanQueryConfig {
   std::string scans;   // relative to root; may be gzipped, and lie outside of the data folder
   int sensor_idx = 0;  // index in SiteConfig::sensors; of kind scan
-  std::string format = "carmen";   // carmen | text
+  std::string format = "carmen";   // carmen | text | csv
+  std::string columns;             // csv: name of the column with the time
+  std::string time_unit;           // text, csv: as in a SignalConfig
   std::string message = "FLASER";  // carmen: word that begins the lines to read
   double rate_hz = 0;              // as in a SignalConfig
   bool turn = false;               // the robot turned on the spot; the log has its odometry

@@ -22,7 +22,8 @@ struct ScanQueryTable {
     ScanQueryConfig& q = query;
     list.Add("scans", &q.scans, "log of scans, relative to root; may be gzipped");
     list.Add("sensor", &sensor, "id of the [[sensor]] of kind scan");
-    list.Add("format", &q.format, {"text", "carmen"}, "format of the log");
+    list.Add("format", &q.format, {"text", "csv", "carmen"}, "format of the log");
+    list.Add("columns", &q.columns, "csv: name of the column with the time");
     list.Add("message",
              &q.message,
              {"FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1"},
@@ -62,6 +63,8 @@ void ChooseFormat(const toml::table& table,
   if (own == signals.end()) return;
   query->format = own->format;
   query->message = own->message;
+  query->columns = own->columns;
+  query->time_unit = own->time_unit;
   query->rate_hz = own->rate_hz;
 }
 
@@ -117,7 +120,10 @@ ScanQueryConfig ParseScanQuery(const toml::table& table,
   CheckScans(query.scans, site.scan_queries, where);
   query.sensor_idx = FindScanner(site.sensors, parsed.sensor, where);
   ChooseFormat(table, site.signals, &query);
-  if (query.format == "text") Refuse(table, {"message"}, where, "needs format = \"carmen\"");
+  if (query.format != "carmen") Refuse(table, {"message"}, where, "needs format = \"carmen\"");
+  if (query.format != "csv") Refuse(table, {"columns"}, where, "needs format = \"csv\"");
+  if (query.columns.ends_with("_ns")) query.time_unit = "ns";
+  if (query.format == "csv" && query.columns.empty()) Require(table, {"columns"}, where);
   CheckTurn(query, where);
   CheckPosition(table, query, where);
   return query;

@@ -15,6 +15,9 @@ struct SensorTable {
   SensorConfig sensor;
   std::string kind = "acceleration";
   std::vector<double> robot_from_sensor;
+  double start_angle_deg = -90;
+  double max_range_m = kMaxRangeUnlessStated_m;
+  std::string range_unit = "m";
 
   void Register(OptionList& list) {
     SensorConfig& s = sensor;
@@ -22,10 +25,11 @@ struct SensorTable {
     list.Add(
         "kind", &kind, {"acceleration", "odometry", "scan"}, "quantity that the sensor measures");
     list.Add("robot_from_sensor", &robot_from_sensor, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
-    list.Add("start_angle_deg", &s.start_angle_deg, {-360, 360}, "scan: first beam, from x");
-    list.Add("angle_step_deg", &s.angle_step_deg, {-90, 90}, "scan: 0: 180 deg over all beams");
+    list.Add("start_angle_deg", &start_angle_deg, {-360, 360}, "scan: first beam, from x");
     list.Add(
-        "max_range_m", &s.max_range_m, {0.01, 1e4}, "scan: range from which on nothing was hit");
+        "angle_step_deg", &s.angle_step_deg, {-90, 90}, "scan: 0: beams share the field of view");
+    list.Add("max_range_m", &max_range_m, {0.01, 1e4}, "scan: range from which on nothing was hit");
+    list.Add("range_unit", &range_unit, {"m", "cm", "mm"}, "scan: unit of the ranges in its files");
     list.Add("scan_duration_s",
              &s.scan_duration_s,
              {0, kMaxScanDuration_s},
@@ -77,6 +81,25 @@ struct RobotTruthTable {
   }
 };
 
+// What a scanner does not state, its lines do, or it follows from the number of beams. That is so
+// of beams that begin at the right and are symmetric about x.
+void TakeStated(const toml::table& table,
+                const SensorTable& parsed,
+                const std::string& where,
+                SensorConfig* sensor) {
+  sensor->range_unit_m = parsed.range_unit == "mm" ? 1e-3 : parsed.range_unit == "cm" ? 1e-2 : 1;
+  if (table.contains("max_range_m")) sensor->max_range_m = parsed.max_range_m;
+  if (!table.contains("start_angle_deg")) return;
+  sensor->start_angle_deg = parsed.start_angle_deg;
+  if (sensor->angle_step_deg != 0) return;
+  if (parsed.start_angle_deg < 0 && parsed.start_angle_deg >= -180) return;
+  throw UsageError(
+      "{}: start_angle_deg = {} tells no field of view, as one from -180 to below 0 does: add "
+      "angle_step_deg (negative: clockwise)",
+      where,
+      parsed.start_angle_deg);
+}
+
 // The message must hold the quantity that the sensor measures.
 void CheckMessage(const SignalConfig& signal, SignalKind kind, const std::string& where) {
   const bool has_scan = signal.message != "ODOM";
@@ -111,7 +134,7 @@ SensorConfig ParseSensor(const toml::table& table, const std::string& source) {
   if (sensor.id.empty()) throw UsageError("{}: id is empty: name the sensor", where);
   if (sensor.kind != SignalKind::kScan) {
     Refuse(table,
-           {"start_angle_deg", "angle_step_deg", "max_range_m", "scan_duration_s"},
+           {"start_angle_deg", "angle_step_deg", "max_range_m", "range_unit", "scan_duration_s"},
            where,
            "is of a scan");
   }
@@ -125,6 +148,7 @@ SensorConfig ParseSensor(const toml::table& table, const std::string& source) {
   } else {
     Refuse(table, {"m_per_tick", "wheel_base_m"}, where, "needs measures = \"ticks\"");
   }
+  TakeStated(table, parsed, where, &sensor);
   if (table.contains("robot_from_sensor")) {
     sensor.robot_from_sensor = ToPose(parsed.robot_from_sensor, "robot_from_sensor", where);
   }
@@ -154,12 +178,17 @@ SignalConfig ParseSignal(const toml::table& table,
     Require(table, {"columns"}, where);
     if (signal.columns.substr(0, signal.columns.find(',')).ends_with("_ns")) {
       Refuse(table, {"time_unit"}, where, "is stated by the name of the first column");
+      signal.time_unit = "ns";
+    }
+    if (kind == SignalKind::kScan && signal.columns.find(',') != std::string::npos) {
+      throw UsageError(
+          "{}: columns = \"{}\" must name the time alone: of a scan all other columns "
+          "of the file are ranges",
+          where,
+          signal.columns);
     }
   } else {
     Refuse(table, {"columns"}, where, "needs format = \"csv\"");
-  }
-  if (kind == SignalKind::kScan && signal.format == "csv") {
-    throw UsageError("{}: scans are read of format \"carmen\" or \"text\"", where);
   }
   return signal;
 }

@@ -121,6 +121,22 @@ void ReportTimesInLineOrder(const SiteConfig& site,
   }
 }
 
+void ReportRangesOfNoHit(const SiteConfig& site,
+                         const std::vector<std::optional<float>>& range_of_no_hit_m,
+                         nlohmann::json& report) {
+  for (std::size_t i = 0; i < range_of_no_hit_m.size(); ++i) {
+    if (!range_of_no_hit_m[i]) continue;
+    const std::string& id = site.sensors[i].id;
+    report["range_of_no_hit_m"][id] = *range_of_no_hit_m[i];
+    spdlog::warn(
+        "\"{}\" writes the range {} where it hit nothing, which its [[sensor]] does not say: "
+        "such beams are taken so; write max_range_m = {}",
+        id,
+        *range_of_no_hit_m[i],
+        *range_of_no_hit_m[i]);
+  }
+}
+
 void WriteFrames(const FramesOptions& options,
                  const std::vector<RgbdCamera>& cameras,
                  FrameLists lists,

@@ -20,6 +20,11 @@ void ReportTimesInLineOrder(const SiteConfig& site,
                             const std::vector<std::size_t>& num_in_line_order,
                             nlohmann::json& report);
 
+// Reports, and warns of, scanners whose limit was found and not stated (read_signals.h).
+void ReportRangesOfNoHit(const SiteConfig& site,
+                         const std::vector<std::optional<float>>& range_of_no_hit_m,
+                         nlohmann::json& report);
+
 // Writes next to the output `shards`: the shards, held-out frames, cameras, truth, and the signals
 // of each kind. A file whose bytes did not change is left untouched. Writes shards.txt last and
 // fills the report. Removes files of an earlier run that this run does not have (shards beyond the

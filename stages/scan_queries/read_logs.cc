@@ -2,13 +2,18 @@
 #include "stages/scan_queries/read_logs.h"
 
 #include <cmath>
+#include <optional>
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/text_file.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/recording/csv_columns.h"
 #include "pipeline/recording/gzip_lines.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/read_signals.h"
+#include "pipeline/recording/scan_angles.h"
+#include "pipeline/recording/scan_ranges.h"
+#include "pipeline/recording/time_unit.h"
 
 namespace nightmap {
 namespace {
@@ -25,12 +30,16 @@ class LogOfScans {
 
   void Read(const std::filesystem::path& path) {
     VisitLogLines(path, [&](int number, std::string_view line) {
+      if (config_.format == "csv" && number == 1) {
+        csv_.emplace(line, config_.columns, SignalKind::kScan, config_.source, path.string());
+        return;
+      }
       const Words words = SplitWords(line);
       if (words.empty() || words[0].starts_with('#')) return;
       if (config_.format == "carmen" && words[0] != config_.message) return;
       ++num_lines_;
       try {
-        AddScan(words);
+        AddScan(csv_ ? csv_->FieldsOf(line) : words);
       } catch (const DataError& error) {
         problems_.push_back(fmt::format("{}:{}: {}", config_.scans, number, error.what()));
       }
@@ -58,6 +67,8 @@ class LogOfScans {
   }
 
   void AppendTo(ScanLogs* result) {
+    ShareCircle(scanner_, &log_.scans);
+    if (!scanner_.max_range_m) LimitToHits(&log_.scans);
     log_.name = config_.scans;
     log_.source = config_.source;
     log_.robot_from_laser = ToRigid2(scanner_.robot_from_sensor);
@@ -90,13 +101,15 @@ class LogOfScans {
   }
 
   SignalSample TextScan(const Words& words) const {
-    return ParseValues(scanner_, ParseTime_ns(words[0]), {words.begin() + 1, words.end()});
+    const std::int64_t time_ns = ParseTime_ns(words[0], UnitOf(config_.time_unit));
+    return ParseValues(scanner_, time_ns, {words.begin() + 1, words.end()});
   }
 
   const ScanQueryConfig& config_;
   const SensorConfig& scanner_;
   SensorConfig odometry_;
   ScanLog log_;
+  std::optional<CsvColumns> csv_;
   std::size_t num_lines_ = 0;
   std::vector<std::string> problems_;
 };

@@ -15,6 +15,12 @@
 namespace nightmap {
 namespace read_signals_test {
 
+std::string Repeated(const std::string& text, int count) {
+  std::string result;
+  for (int i = 0; i < count; ++i) result += text;
+  return result;
+}
+
 class ReadSignalsTest : public testing::Test {
  protected:
   ReadSignalsTest() {
@@ -108,6 +114,7 @@ TEST_F(ReadSignalsTest, ColumnsOfATable) {
   EXPECT_THAT(Read("stamp,x_raw,y_raw,th\n1,2,3,4\n2,3\n").problems.at(0),
               testing::HasSubstr("poses.csv:3: 2 fields, expected 4"));
   site_.signals[0].columns = "t_ns,x,y,a";
+  site_.signals[0].time_unit = "ns";  // as the config has it of such a name
   EXPECT_EQ(Samples("t_ns,x,y,a\n1305031102175304000,0,0,0\n")[0].time_ns, 1305031102175304000);
 }
 
@@ -177,7 +184,7 @@ TEST_F(ReadSignalsTest, CarmenScans) {
   EXPECT_EQ(samples[0].time_ns, 10'500'000'000);
   EXPECT_EQ(samples[0].ranges_m, (std::vector<float>{1.5f, 2.0f, 81.9f}));
   const double deg = std::numbers::pi / 180;
-  EXPECT_LT((samples[0].value - Eigen::Vector3d(-90 * deg, 60 * deg, 81.8)).norm(), 1e-12);
+  EXPECT_LT((samples[0].value - Eigen::Vector3d(-90 * deg, 60 * deg, 81.8F)).norm(), 1e-12);
   Sensor().kind = SignalKind::kOdometry;
   EXPECT_EQ(Samples(kFlaser)[0].value, Eigen::Vector3d(4, 5, 6));
   Signal("a.log", "carmen").message = "ODOM";
@@ -202,6 +209,18 @@ TEST_F(ReadSignalsTest, CarmenScansThatSayTheirAngles) {
   EXPECT_EQ(Samples(robot).at(0).value, Eigen::Vector3d(4, 5, 6));
 }
 
+TEST_F(ReadSignalsTest, WhatTheSiteStatesOfAScannerHoldsBeforeWhatItsLinesDo) {
+  Sensor().kind = SignalKind::kScan;
+  Signal("a.log", "carmen").message = "RAWLASER1";
+  const std::string line = "RAWLASER1 0 -1.57 3.14 0.5 30 0.01 0 3 1 2 3 0 11 host 11\n";
+  Sensor().max_range_m = 8;
+  EXPECT_EQ(Samples(line).at(0).value, Eigen::Vector3d(-1.57, 0.5, 8));
+  Sensor().start_angle_deg = 0;
+  EXPECT_EQ(Samples(line).at(0).value, Eigen::Vector3d(0, 0.5, 8));
+  Sensor().angle_step_deg = -90;
+  EXPECT_EQ(Samples(line).at(0).value[1], -std::numbers::pi / 2);
+}
+
 TEST_F(ReadSignalsTest, CarmenLinesThatLieAreLeftOut) {
   Sensor().kind = SignalKind::kScan;
   Signal("a.log", "carmen").message = "FLASER";
@@ -220,8 +239,7 @@ TEST_F(ReadSignalsTest, CarmenLinesThatLieAreLeftOut) {
   expect("FLASER 0 1 2 3 4 5 6 10.4 host 1", "no beams");
   expect("FLASER 3 1 far 3 1 2 3 4 5 6 10.4 h 1", "'far' is not a finite number");
   expect("FLASER 3 1 1e999 3 1 2 3 4 5 6 10.4 h 1", "'1e999' is not a finite number");
-  expect("FLASER 3 1 -2 3 1 2 3 4 5 6 10.4 h 1", "a range is -2, below 0");
-  expect("FLASER 3 1 1e30 3 1 2 3 4 5 6 10.4 h 1", "a range is 1e30, beyond 10000");
+  expect("FLASER 3 1 1e30 3 1 2 3 4 5 6 10.4 h 1", "a range is 1e30, beyond 1000000");
   expect("FLASER 3 1 2 3 1 2 3 4 5 6 soon h 1", "'soon' is not a time");
   Signal("a.log", "carmen").message = "ROBOTLASER1";
   NIGHTMAP_EXPECT_ERROR(DataError,
@@ -310,26 +328,159 @@ TEST_F(ReadSignalsTest, TwoSensorsOfOneLog) {
   EXPECT_EQ(read.signals[1].samples[1].value, Eigen::Vector3d(2, 2, 3));
 }
 
+TEST_F(ReadSignalsTest, BlanksAroundFieldsOfATableDoNotCount) {
+  Sensor().kind = SignalKind::kOdometry;
+  Signal("poses.csv", "csv").columns = "time, x,y , heading";
+  const auto samples = Samples("\xEF\xBB\xBFtime, x, y,\theading \r\n 1.5 , 2,3 , 0.5\r\n");
+  ASSERT_EQ(samples.size(), 1u);
+  EXPECT_EQ(samples[0].time_ns, 1'500'000'000);
+  EXPECT_EQ(samples[0].value, Eigen::Vector3d(2, 3, 0.5));
+}
+
+TEST_F(ReadSignalsTest, ScansOfATableAreAllColumnsButTheTime) {
+  Sensor().kind = SignalKind::kScan;
+  Signal("scans.csv", "csv").columns = "time_s";
+  const auto samples = Samples("r0,time_s,r1,r2\n1,10,2,3\n4, 11, -1,\n");
+  ASSERT_EQ(samples.size(), 2u);
+  EXPECT_EQ(samples[0].ranges_m, (std::vector<float>{1, 2, 3}));
+  EXPECT_EQ(samples[1].ranges_m, (std::vector<float>{4, 0, 0}));  // an empty field hit nothing
+  EXPECT_EQ(samples[1].time_ns, 11'000'000'000);
+}
+
+TEST_F(ReadSignalsTest, OdometryMayHaveQuaternions) {
+  Sensor().kind = SignalKind::kOdometry;
+  Random random(3);
+  std::string tum;
+  std::vector<double> headings_rad;
+  for (int i = 0; i < 20; ++i) {
+    headings_rad.push_back(random.Uniform(-3, 3));
+    tum += fmt::format("{} 1 2 9 0 0 {:.12f} {:.12f}\n",
+                       i,
+                       std::sin(headings_rad.back() / 2),
+                       std::cos(headings_rad.back() / 2));
+  }
+  const auto samples = Samples(tum);
+  ASSERT_EQ(samples.size(), headings_rad.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    EXPECT_LT((samples[i].value - Eigen::Vector3d(1, 2, headings_rad[i])).norm(), 1e-9);
+  }
+  EXPECT_THAT(Read(tum + "30 1 2 9 0 0 0 2\n").problems.at(0),
+              testing::HasSubstr("log.txt:21: the quaternion qx qy qz qw has length 2, not 1"));
+  EXPECT_THAT(Read(tum + "30 1 2 9 0\n").problems.at(0), testing::HasSubstr("4 words, expected 3"));
+  Signal("poses.csv", "csv").columns = "t,x,y,qx,qy,qz,qw";
+  EXPECT_LT((Samples("t,x,y,z,qw,qx,qy,qz\n1,5,6,0,0.8,0,0,0.6\n")[0].value -
+             Eigen::Vector3d(5, 6, 2 * std::asin(0.6)))
+                .norm(),
+            1e-9);
+}
+
+TEST_F(ReadSignalsTest, RangesHaveTheUnitOfTheirScanner) {
+  Sensor().kind = SignalKind::kScan;
+  Sensor().id = "front";
+  std::string log;
+  for (int i = 0; i < 9; ++i) log += fmt::format("{} 1500 2250 65535 400 0 1500\n", i);
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        Read(log),
+                        "log.txt: half of the ranges of \"front\" are 1500 or more, which are no "
+                        "metres: write range_unit = \"mm\" in its [[sensor]], where that is 1.5 m");
+  Sensor().range_unit_m = 1e-3;
+  const auto scan = Samples(log).at(0);
+  EXPECT_EQ(scan.ranges_m, (std::vector<float>{1.5F, 2.25F, 65.535F, 0.4F, 0, 1.5F}));
+}
+
+TEST_F(ReadSignalsTest, ARangeAsLargeAsTheLimitHitNothing) {
+  Sensor().kind = SignalKind::kScan;
+  for (const double limit_m : {8.19, 8.191, 10.1, 29.9, 81.83}) {
+    Sensor().max_range_m = limit_m;
+    const auto scan = Samples(fmt::format("1 {}", limit_m)).at(0);
+    EXPECT_FALSE(scan.ranges_m[0] < scan.value[2]) << limit_m;
+  }
+}
+
+TEST_F(ReadSignalsTest, TheRangeOfNoHitIsFoundWhereItIsNotStated) {
+  Sensor().kind = SignalKind::kScan;
+  Random random(5);
+  std::string log;
+  for (int i = 0; i < 50; ++i) {
+    log += fmt::format("{}", i);
+    for (int k = 0; k < 90; ++k) {
+      log += random.Uniform() < 0.2 ? " 4.000" : fmt::format(" {:.3f}", random.Uniform(0.5, 3.9));
+    }
+    log += '\n';
+  }
+  const auto read = Read(log);
+  EXPECT_EQ(read.range_of_no_hit_m.at(0), 4.0F);
+  for (const SignalSample& scan : read.signals[0].samples) EXPECT_EQ(scan.value[2], 4);
+  Sensor().max_range_m = 30;
+  EXPECT_EQ(Read(log).range_of_no_hit_m.at(0), std::nullopt);
+  EXPECT_EQ(Samples(log)[0].value[2], 30);
+}
+
 TEST_F(ReadSignalsTest, RangesThatAreNoNumberHitNothing) {
   Sensor().kind = SignalKind::kScan;
   Sensor().max_range_m = 1e4;
   Signal("a.log", "carmen").message = "FLASER";
-  const auto scan = Samples(Flaser("1.5 nan -nan inf -inf NaN Infinity 9999", "1")).at(0);
-  EXPECT_EQ(scan.ranges_m, (std::vector<float>{1.5, 0, 0, 1e4, 0, 0, 1e4, 9999}));
+  const auto scan = Samples(Flaser("1.5 nan -nan inf -inf NaN Infinity 9999 -1 20000", "1")).at(0);
+  EXPECT_EQ(scan.ranges_m, (std::vector<float>{1.5, 0, 0, 1e4, 0, 0, 1e4, 9999, 0, 1e4}));
 }
 
-TEST_F(ReadSignalsTest, ASensorHasOneNumberOfBeams) {
+TEST_F(ReadSignalsTest, EachScanHasItsOwnNumberOfBeams) {
+  Sensor().kind = SignalKind::kScan;
+  std::string log;
+  for (int i = 0; i < 20; ++i) {
+    log += fmt::format("{}{}\n", i, Repeated(" 2", i % 2 == 0 ? 180 : 181));
+  }
+  const auto samples = Samples(log);
+  ASSERT_EQ(samples.size(), 20u);
+  for (const SignalSample& scan : samples) {  // SICK's, which has now and then a beam more
+    EXPECT_NEAR(scan.value[1], std::numbers::pi / 180, 1e-12) << scan.ranges_m.size();
+  }
+}
+
+TEST_F(ReadSignalsTest, ScansOfAnotherScannerAndLinesThatAreCutOffAreLeftOut) {
   Sensor().kind = SignalKind::kScan;
   Signal("a.log", "carmen").message = "FLASER";
   const std::string log =
-      Flaser("1 2 3", "1") + Flaser("1 2", "2") + Flaser("3 2 1", "3") + Flaser("1 2 3 4", "4");
+      Flaser("1 2", "1") + Flaser("1 2 3", "2") + Flaser("3 2 1", "3") + Flaser("1 2 3 4", "4");
   const auto read = Read(log);
   EXPECT_EQ(read.signals[0].samples.size(), 2u);
   ASSERT_EQ(read.problems.size(), 2u);
   EXPECT_THAT(read.problems[0],
-              testing::HasSubstr("a.log:2: 2 beams, the sensor's first scan has 3: give each"));
+              testing::HasSubstr("a.log:1: 2 beams, most scans have about 3: give each"));
   EXPECT_THAT(read.problems[1], testing::HasSubstr("a.log:4: 4 beams"));
-  NIGHTMAP_EXPECT_ERROR(DataError, Read(log, 0.2), "a.log:2: 2 beams");
+  NIGHTMAP_EXPECT_ERROR(DataError, Read(log, 0.2), "a.log:1: 2 beams");
+}
+
+TEST_F(ReadSignalsTest, ScansThatAlwaysSpanTheCircleDoWhateverTheirNumberOfBeams) {
+  Sensor().kind = SignalKind::kScan;
+  Sensor().start_angle_deg = -180;
+  Sensor().angle_step_deg = -1;
+  const auto steps_deg = [&](const std::vector<int>& counts) {
+    std::string log;
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      log += fmt::format("{}{}\n", i, Repeated(" 2", counts[i]));
+    }
+    std::vector<double> result;
+    for (const auto& scan : Samples(log)) result.push_back(scan.value[1] * 180 / M_PI);
+    return result;
+  };
+  const auto turning = steps_deg({360, 350, 366, 371, 360, 345});
+  EXPECT_NEAR(turning[0], -1, 1e-9);
+  EXPECT_NEAR(turning[1], -360.0 / 350, 1e-9);
+  EXPECT_NEAR(turning[3], -360.0 / 371, 1e-9);
+  // A beam less is one that is missing; the first and the last beam may be the same.
+  for (const double step_deg : steps_deg({360, 359, 361, 360, 359}))
+    EXPECT_NEAR(step_deg, -1, 1e-9);
+}
+
+TEST_F(ReadSignalsTest, BeamsOfMoreThanACircleAreRefused) {
+  Sensor().kind = SignalKind::kScan;
+  Sensor().angle_step_deg = 1;
+  NIGHTMAP_EXPECT_ERROR(
+      DataError,
+      Read("1" + Repeated(" 2", 720) + "\n"),
+      "log.txt:1: 720 beams 1 deg apart span 719 deg, more than a circle: correct "
+      "angle_step_deg, or, where a line holds more than ranges, as intensities");
 }
 
 TEST_F(ReadSignalsTest, GzippedLogsAreReadAndCutOnesRefused) {

@@ -339,6 +339,10 @@ TEST(SiteConfig, MistakesInSignalsAreNamedWithTheirLine) {
   expect("measures = \"ticks\"\n", "", "s.toml:8: 'm_per_tick' needs measures = \"ticks\"");
   expect("wheel_base_m = 0.4\n", "", "s.toml:8: ticks need m_per_tick and wheel_base_m");
   expect("measures", "max_range_m = 3\nmeasures", "'max_range_m' is of a scan");
+  expect("max_range_m", "start_angle_deg = 90\nmax_range_m", "add angle_step_deg (negative: clock");
+  expect("measures", "range_unit = \"mm\"\nmeasures", "'range_unit' is of a scan");
+  expect("max_range_m", "range_unit = \"inch\"\nmax_range_m", "range_unit");
+  expect("sensor = \"wheels\"\n", "sensor = \"laser\"\n", "must name the time alone: of a scan");
   expect("measures", "scan_duration_s = 0\nmeasures", "'scan_duration_s' is of a scan");
   expect("0.075", "-0.1", "s.toml:6: scan_duration_s");
   expect("0.2, 0, 0, 0, 1]", "0.2, 0, 0, 0]", "robot_from_sensor has 6 numbers");

@@ -51,6 +51,18 @@ TEST(SiteScanQueries, OfOneScannerOnlyTheLogIsNeeded) {
   EXPECT_EQ(query.source, "s.toml:13");
 }
 
+TEST(SiteScanQueries, ALogIsATableAsThatOfTheRecordingIs) {
+  const std::string site = Replaced("format = \"carmen\"", "format = \"csv\"\ncolumns = \"t_ns\"");
+  const std::string table = site.substr(0, site.find("message"));
+  const ScanQueryConfig query = Parsed("", table);
+  EXPECT_EQ(query.format, "csv");
+  EXPECT_EQ(query.columns, "t_ns");
+  EXPECT_EQ(query.time_unit, "ns");
+  EXPECT_EQ(Parsed("format = \"csv\"\ncolumns = \"t\"\n").time_unit, "");
+  ExpectRefused("format = \"csv\"\n", "'columns' is missing");
+  ExpectRefused("columns = \"t\"\n", "'columns' needs format = \"csv\"");
+}
+
 TEST(SiteScanQueries, ALogMayLieOutsideOfTheDataFolderAndHaveAPosition) {
   const std::string text = "[[query]]\nscans = \"../../tmp/a.log\"\nturn = true\n";
   const auto site = ParseSiteConfig(kSite + text + "near_m = [1.5, -2]\n", "s.toml");

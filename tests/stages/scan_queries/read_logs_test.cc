@@ -103,6 +103,36 @@ TEST_F(ReadLogs, ALogMayBeGzippedOrTextOrLieElsewhere) {
   EXPECT_EQ(read.logs[1].scans.at(0).ranges_m, (std::vector<float>{1, 2, 3}));
 }
 
+TEST_F(ReadLogs, ALogMayBeATable) {
+  Write("d.csv", "r0, t_ns, r1\n 1, 7500000000, 2\n3,7600000000\n3,7700000000,-1\n");
+  ScanQueryConfig& query = Ask("d.csv");
+  query.format = "csv";
+  query.columns = "t_ns";
+  query.time_unit = "ns";
+  const ScanLogs read = Read();
+  ASSERT_EQ(read.logs[0].scans.size(), 2U);
+  EXPECT_EQ(read.logs[0].scans[0].time_ns, 7'500'000'000);
+  EXPECT_EQ(read.logs[0].scans[0].ranges_m, (std::vector<float>{1, 2}));
+  EXPECT_EQ(read.logs[0].scans[1].ranges_m, (std::vector<float>{3, 0}));
+  EXPECT_EQ(read.problems.at(0), "d.csv:3: 2 fields, expected 3");
+}
+
+TEST_F(ReadLogs, TheRangeOfNoHitIsFoundAsInARecording) {
+  std::string log;
+  for (int i = 0; i < 3; ++i) {
+    log += fmt::format("{}", i);
+    for (int k = 0; k < 4; ++k) log += " 1.5 2.25";
+    for (int k = 0; k < 64; ++k) log += " 3.9";
+    log += '\n';
+  }
+  Write("a.txt", log);
+  Ask("a.txt").format = "text";
+  site_.sensors[0].angle_step_deg = 2;
+  EXPECT_EQ(Read().logs[0].scans[0].value[2], 3.9F);
+  site_.sensors[0].max_range_m = 8;
+  EXPECT_EQ(Read().logs[0].scans[0].value[2], 8);
+}
+
 TEST_F(ReadLogs, LinesWithoutTimesFollowEachOtherAtTheirRate) {
   Write("a.log", "FLASER 1 3 9 9 9 1 2 0.5\nFLASER 1 3 9 9 9 1 2 0.5\n");
   Ask("a.log").rate_hz = 4;
