@@ -536,6 +536,31 @@ TEST_F(ReadSignalsTest, DamageNeverCrashes) {
   EXPECT_GT(num_read, 200);
 }
 
+TEST_F(ReadSignalsTest, DamageOfATableNeverCrashes) {
+  Sensor().kind = SignalKind::kScan;
+  Sensor().start_angle_deg = -180;
+  Signal("a.csv", "csv").columns = "time";
+  std::string text = "time, r0, r1, r2\n";
+  for (int i = 0; i < 5; ++i) text += fmt::format("{}, 1, -1, inf\n", i);
+  Random random(9);
+  int num_read = 0;
+  for (int i = 0; i < 300; ++i) {
+    std::string damaged = text.substr(0, random.Index(text.size() + 1));
+    for (int k = 0; k < 2 && !damaged.empty(); ++k) {
+      damaged[random.Index(damaged.size())] = static_cast<char>(random.Index(256));
+    }
+    try {
+      EXPECT_LE(Read(damaged, 1).signals[0].samples.size(), 7u);
+      ++num_read;
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("a.csv"));
+    } catch (const UsageError& error) {  // of the header
+      EXPECT_THAT(error.what(), testing::HasSubstr("site.toml:9"));
+    }
+  }
+  EXPECT_GT(num_read, 50);
+}
+
 TEST(RealLogs, LaserLogsAreWhatTheyAreDocumentedToBe) {
   for (const auto& [name, num_scans, num_beams] :
        {std::tuple{"freiburg_079", 4791u, 360u}, std::tuple{"intel", 910u, 180u}}) {
