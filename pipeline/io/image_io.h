@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images as plain arrays. Other pictures than PNG, JPEG and PGM, and videos, are read through media.h.
+// Images as plain arrays. Videos, and pictures but PNG, JPEG and PGM, are read through media.h.
 #pragma once
 
 #include <cstdint>

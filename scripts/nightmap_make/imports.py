@@ -11,12 +11,23 @@ PATH = re.compile(r"[\w.@+-]+(?:/[\w.@+-]+)*")
 MAX_BYTES = 1 << 20  # of a file that names another
 
 
+def _yaml():
+    """The module, only where there is a map: make starts Python without the system's packages, because to find them takes time."""
+    import site
+
+    site.main()
+    try:
+        import yaml
+    except ImportError:
+        raise PipelineError("the package python3-yaml is missing, which reads ROS maps: run make deps") from None
+    return yaml
+
+
 def image_of_map(text):
     """The picture that the YAML of a ROS map names, or None. Builds no values, which tags could ask for."""
     if "image" not in text:
         return None  # a file of objects, which may be long
-    import yaml  # only where there is a map: it takes longer than all else here
-
+    yaml = _yaml()
     try:
         nodes = [node for node in yaml.compose_all(text, Loader=yaml.SafeLoader) if isinstance(node, yaml.MappingNode)]
     except (yaml.YAMLError, ValueError, RecursionError):

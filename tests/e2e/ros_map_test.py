@@ -67,12 +67,16 @@ class RosMapTest(unittest.TestCase):
         self.gray, self.origin_m = floor(), [-1.5, -2.0, 0.0]
         self.write("map.png")
 
-    def write(self, image, **changed):
+    def write(self, picture, **changed):
         """The map as yaml.dump writes it: keys in order, lists as blocks."""
-        values = {"image": image, "mode": "trinary", "resolution": CELL_M, "origin": self.origin_m, "negate": False, "occupied_thresh": 0.65,
+        values = {"image": picture, "mode": "trinary", "resolution": CELL_M, "origin": self.origin_m, "negate": False, "occupied_thresh": 0.65,
                   "free_thresh": 0.196} | changed  # fmt: skip
         (self.folder / "map.yaml").write_text(yaml.dump(values, explicit_start=True, explicit_end=True, version=(1, 1)))
-        Image.fromarray(self.gray).convert("P").save(self.folder / image)
+        self.save(picture)
+
+    def save(self, picture):
+        """As a picture with a palette."""
+        Image.fromarray(self.gray).convert("P").save(self.folder / picture)
 
     def make(self, *goals, code=0):
         result = self.work.make(*goals, f"SITE={SITE}")
@@ -92,15 +96,17 @@ class RosMapTest(unittest.TestCase):
         self.make("localize", f"QUERY={log}")
         row = (self.maps / "localize/queries.tum").read_text().splitlines()[-1].split()
         self.assertLess(np.hypot(float(row[1]) - POSE[0], float(row[2]) - POSE[1]), 0.05)
-        for goals in (["map"], ["localize", f"QUERY={log}"]):
-            self.make("-q", *goals)
+        self.make("-q", "localize", f"QUERY={log}")
         self.assertIn("all as written", self.make("verify"))
-        self.make("report")
+        self.make("drive", "START=0.5,-0.2", "GOAL=5.5,0.5")
+        for goal in ("report", "evaluate", "status"):
+            self.make(goal)
 
     def test_a_picture_replaced_and_thresholds_are_noticed(self):
         self.make("map")
+        self.make("-q", "map")
         self.gray[70:80, 60:72] = 0
-        self.write("map.png")
+        self.save("map.png")
         self.make("-q", "map", code=1)
         self.make("map")
         self.assertEqual((self.maps / "grid/map.pgm").read_bytes()[-self.gray.size :], self.gray.tobytes())
@@ -108,7 +114,7 @@ class RosMapTest(unittest.TestCase):
         self.assertIn(f"{np.count_nonzero(self.gray == 205)} cells of the gray that map_saver gives to unseen space", self.make("map"))
         self.write("map.png", free_thresh=None)
         said = self.make("map", code=2)
-        self.assertIn("office/map.yaml:4: free_thresh has no value", said)
+        self.assertIn("office/map.yaml:3: free_thresh has no value", said)
         shutil.rmtree(self.maps)
         self.write("map.png", image="none.png")
         self.assertIn("office/none.png: no such image file", self.make("map", code=2))
