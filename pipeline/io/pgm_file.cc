@@ -60,8 +60,7 @@ class PgmFile : public PictureFile {
 };
 
 // Fewest bytes that hold so many values, of a file whose kind is its second character.
-std::size_t LeastSize(char kind, std::size_t num_pixels, int max_value) {
-  const std::size_t num_values = kind == '3' || kind == '6' ? 3 * num_pixels : num_pixels;
+std::size_t LeastSize(char kind, std::size_t num_values, int max_value) {
   if (kind == '4') return num_values / 8;
   if (kind == '2' || kind == '3') return 2 * num_values - 1;  // a digit and a blank
   return max_value > 255 ? 2 * num_values : num_values;
@@ -74,13 +73,16 @@ std::unique_ptr<PictureFile> OpenPgm(const std::filesystem::path& path, std::str
   std::size_t at = 2;
   const int width = HeaderNumber(bytes, at, name, "width");
   const int height = HeaderNumber(bytes, at, name, "height");
-  CheckPictureSize(path, width, height, 1);
+  const int num_channels = bytes[1] == '3' || bytes[1] == '6' ? 3 : 1;
+  CheckPictureSize(path, width, height, num_channels);
   const bool has_max = bytes[1] != '1' && bytes[1] != '4';
   const int max_value = has_max ? HeaderNumber(bytes, at, name, "largest value") : 1;
   ++at;  // the single white space before the pixels
-  const auto num_pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  const std::size_t num_values = static_cast<std::size_t>(width) *
+                                 static_cast<std::size_t>(height) *
+                                 static_cast<std::size_t>(num_channels);
   const std::size_t size = bytes.size() - std::min(at, bytes.size());
-  const std::size_t least = LeastSize(bytes[1], num_pixels, max_value);
+  const std::size_t least = LeastSize(bytes[1], num_values, max_value);
   const bool is_pgm = bytes[1] == '5' && max_value == 255;
   if (size < least || (is_pgm && size > least)) {
     throw DataError("{}: {} bytes of {} x {} pixels, {} expected: {}: copy it again, as binary",
