@@ -69,7 +69,7 @@ TEST_F(MapPixelsTest, AllKindsOfPngAreOneMap) {
   EXPECT_EQ(Read("map.png", "trinary"), kSeen);
   WritePixels<std::uint16_t>(1, {0, 52685, 65278, 65535});
   EXPECT_EQ(Read("map.png", "trinary"), kSeen);
-  WritePixels<std::uint8_t>(3, {0, 0, 0, 200, 205, 210, 254, 254, 254, 255, 255, 255});
+  WritePixels<std::uint8_t>(3, {0, 0, 0, 255, 255, 105, 254, 254, 254, 255, 255, 255});
   EXPECT_EQ(Read("map.png", "trinary"), kSeen);
   WritePixels<std::uint16_t>(3, {0, 0, 0, 52685, 52600, 52700, 65278, 65278, 65278, 9, 9, 9});
   EXPECT_EQ(Read("map.png", "trinary"), (Cells{1, 2, 0, 1}));
