@@ -64,7 +64,7 @@ def profiles(configs, default):
                     variants_of.setdefault((profile, job.name, job.program, job.purpose), []).append(job)
             out = ", ".join(f"`{name}`" for name in default.jobs if name not in pipeline.jobs)
             of = f"`{profile}`" + "".join(f" with `import.{key}`" for key in given if len(variants(overlay)) > 1)
-            left_out += [f"; {of} leaves out {out}"] if out else []
+            left_out += [f"; {of} leaves out {out}"] if out and not any(text.endswith(f" leaves out {out}") for text in left_out) else []
     rows, fed = [], {}  # fed: profile -> jobs that only read something else
     for (profile, *_), same in variants_of.items():
         if is_fed_otherwise(same, default):
@@ -94,11 +94,11 @@ def row_of_fed(profile, jobs, default):
 
 
 def variants(overlay):
-    """The keys of [import] that change a profile: all of them, and none before that where it is a profile without them, too."""
+    """The keys of [import] that change a profile: none and each, or all where it is no profile without them."""
     tables = [table for tables in read_toml(overlay).values() for table in (tables if isinstance(tables, list) else [tables])]
     given = sorted({table["given"] for table in tables if isinstance(table, dict) and "given" in table})
     has_own = any("given" not in table for table in tables)
-    return [[], given] if given and has_own else [given]
+    return [[], *([key] for key in given)] if has_own else [given]
 
 
 def feeds(pipeline):

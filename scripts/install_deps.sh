@@ -21,6 +21,7 @@ packages=(
   python3-numpy        # evaluation
   python3-h5py         # evaluation: HDF5 artifacts
   python3-matplotlib   # report: plots
+  python3-yaml         # the picture that a ROS map names
   python3-pil          # report: thumbnails of query pictures
   libeigen3-dev        # geometry
   libopencv-dev        # descriptors, optical flow, P3P, videos, drawing
@@ -36,7 +37,7 @@ packages=(
   zlib1g-dev           # sensor logs, which are often gzipped
   libsqlite3-dev       # COLMAP database
   libtomlplusplus-dev  # configs
-  libyaml-cpp-dev      # object features, which people edit by hand
+  libyaml-cpp-dev      # ROS maps, and object features, which people edit by hand
   libcli11-dev         # command lines
   libspdlog-dev        # log
   libfmt-dev           # text

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // 2-D occupancy grids in ROS map_server's format: a P5 PGM image and a small YAML file next to it.
-// Also reads grids of other systems, as long as they are P5.
+// Also reads grids of other systems, whose image may be of any format that image_io.h reads.
 #pragma once
 
 #include <Eigen/Core>
@@ -62,12 +62,14 @@ std::string GridToYaml(const OccupancyGrid& grid, const std::string& image_name)
 // The PGM's path that a map YAML names, relative names resolved against the YAML's folder.
 std::filesystem::path GridImagePath(const std::filesystem::path& yaml_path);
 
-// Reads the YAML and its image by the rules of map_server and Nav2: p = (255 - v) / 255, or v / 255
-// with negate; p > occupied_thresh is occupied, p < free_thresh free, the rest unknown. Mode
-// `scale` is read the same way, because a value between the thresholds is neither surely free nor
-// surely occupied. In mode `raw` p = v / 100, and v > 100 is unknown. An origin with a yaw rotates
-// the grid about its lower left corner. Throws DataError naming file and field on a missing,
-// repeated or malformed key, NaN, another mode, or an image that is not P5 or has the wrong size.
+// Reads the YAML and its image as Nav2's map_server does. v is the mean of a pixel's colors, from 0
+// to 1: p = 1 - v, or v with negate; p > occupied_thresh is occupied, p < free_thresh free, the
+// rest unknown. Mode `trinary` counts alpha as a color. In mode `scale` what is not opaque is
+// unknown, and so is a value between the thresholds, because it is neither surely free nor surely
+// occupied. In mode `raw` p = 2.55 v, and p > 1 is unknown. An origin with a yaw rotates the grid
+// about its lower left corner. Keys beside those of map_server are ignored. Warns when free_thresh
+// takes the gray of unseen space for free. Throws DataError naming file and line on a missing,
+// repeated or malformed key, NaN or another mode, and naming the image when it cannot be read.
 OccupancyGrid ReadGrid(const std::filesystem::path& yaml_path);
 
 }  // namespace nightmap

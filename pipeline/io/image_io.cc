@@ -43,7 +43,7 @@ void CheckEndMark(const std::filesystem::path& path, std::string_view format) {
   throw DataError("{}: truncated {} file: copy it again", path.string(), format);
 }
 
-// A PNG or JPEG of an unusual kind is left to the module, like all other pictures.
+// A PNG, JPEG or PGM of an unusual kind is left to the module, like all other pictures.
 std::unique_ptr<PictureFile> OpenAs(std::string_view format,
                                     PngValues values,
                                     const std::filesystem::path& path) {
@@ -52,6 +52,7 @@ std::unique_ptr<PictureFile> OpenAs(std::string_view format,
     std::unique_ptr<PictureFile> file;
     if (format == "png") file = OpenPng(ReadFile(path), values);
     if (format == "jpeg") file = OpenJpeg(ReadFile(path));
+    if (format == "pnm") file = OpenPgm(path, ReadFile(path));
     if (file) return file;
     if (format == "heif") CheckHeifSizes(path, ReadFile(path));
   }
@@ -153,6 +154,18 @@ GrayImage ToGray(const ColorImage& image) {
     gray.pixels[i] = static_cast<std::uint8_t>((luma + 32768u) >> 16);
   }
   return gray;
+}
+
+Image<std::uint16_t> ReadChannels(const std::filesystem::path& path) {
+  const auto file = Open(path);
+  if (file->type == "uint16") return Decode<std::uint16_t>(*file, path);
+  const auto bytes = Decode<std::uint8_t>(*file, path);
+  Image<std::uint16_t> image{bytes.width, bytes.height, bytes.num_channels, {}};
+  image.pixels.reserve(bytes.pixels.size());
+  for (const std::uint8_t value : bytes.pixels) {
+    image.pixels.push_back(static_cast<std::uint16_t>(257 * value));
+  }
+  return image;
 }
 
 RawDepthImage ReadRawDepth(const std::filesystem::path& path) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images as plain arrays. Other pictures than PNG and JPEG, and videos, are read through media.h.
+// Images as plain arrays. Videos, and pictures but PNG, JPEG and PGM, are read through media.h.
 #pragma once
 
 #include <cstdint>
@@ -44,6 +44,10 @@ using DepthImage = Image<float>;  // metres along z; 0 = no measurement
 // an image.
 ColorImage ReadColorImage(const std::filesystem::path& path);
 GrayImage ToGray(const ColorImage& image);
+
+// All channels of a picture, 1 to 4, alpha the last of 2 or 4; values of fewer bits scaled to 16,
+// colors of a palette in place of its indices. Throws DataError naming the file.
+Image<std::uint16_t> ReadChannels(const std::filesystem::path& path);
 
 // 16-bit single-channel depth as stored. Throws DataError naming the file.
 RawDepthImage ReadRawDepth(const std::filesystem::path& path);

@@ -2,19 +2,15 @@
 #include "pipeline/planar/objects_io.h"
 
 #include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <set>
-#include <string_view>
 
 #include "pipeline/base/error.h"
-#include "pipeline/io/csv.h"
-#include "pipeline/io/text_file.h"
-#include "pipeline/planar/yaml_text.h"
+#include "pipeline/io/yaml_map.h"
+#include "pipeline/io/yaml_text.h"
 
 namespace nightmap {
 namespace {
@@ -33,77 +29,6 @@ double RoundedAngle_deg(double angle_rad) {
   return std::round(angle_rad * kDegPerRad * 1e9) / 1e9 + 0.0;  // + 0.0: no minus before zero
 }
 
-// A mapping whose keys are known, each at most once.
-class YamlMap {
- public:
-  YamlMap(std::string source, const YAML::Node& node, const std::set<std::string>& known)
-      : source_(std::move(source)), line_(node.Mark().line + 1) {
-    if (!node.IsMap()) Fail(line_, "expected keys and values");
-    for (const auto& entry : node) {
-      const int line = entry.first.Mark().line + 1;
-      const std::string& key = entry.first.Scalar();
-      if (!known.contains(key)) {
-        Fail(line, fmt::format("unknown key '{}'; known: {}", key, fmt::join(known, ", ")));
-      }
-      if (Has(key)) Fail(line, fmt::format("key '{}' appears twice", key));
-      entries_.emplace(key, Entry{line, entry.second});
-    }
-  }
-
-  bool Has(const std::string& key) const { return entries_.contains(key); }
-  const YAML::Node& Value(const std::string& key) const { return At(key).value; }
-
-  std::string Text(const std::string& key) const {
-    if (!Value(key).IsScalar()) Fail(key, fmt::format("{} is not a single value", key));
-    return Value(key).Scalar();
-  }
-
-  double Number(const std::string& key, double min, double max) const {
-    const std::string text = Text(key);
-    const auto value = ParseReal(text.starts_with('+') ? text.substr(1) : text);
-    if (!value) Fail(key, fmt::format("{} is '{}', not a finite number", key, text));
-    if (*value < min || *value > max) {
-      Fail(key, fmt::format("{} is {}, not in [{}, {}]", key, text, min, max));
-    }
-    return *value;
-  }
-
-  // Names the line of the key: an empty value has none of its own.
-  [[noreturn]] void Fail(const std::string& key, std::string_view reason) const {
-    Fail(At(key).line, reason);
-  }
-
- private:
-  struct Entry {
-    int line = 0;
-    YAML::Node value;
-  };
-
-  const Entry& At(const std::string& key) const {
-    const auto entry = entries_.find(key);
-    if (entry == entries_.end()) Fail(line_, fmt::format("missing key '{}'", key));
-    return entry->second;
-  }
-
-  [[noreturn]] void Fail(int line, std::string_view reason) const {
-    throw DataError("{}:{}: {}", source_, line, reason);
-  }
-
-  std::string source_;
-  int line_;
-  std::map<std::string, Entry> entries_;
-};
-
-YAML::Node ParseYaml(const std::string& source, const std::string& text) {
-  try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() == 1) return documents.front();
-  } catch (const YAML::Exception& error) {
-    throw DataError("{}:{}: not valid YAML: {}", source, error.mark.line + 1, error.msg);
-  }
-  throw DataError("{}:1: expected one YAML document", source);
-}
-
 double ReadSize_m(const YamlMap& map, const std::string& key) {
   const double size_m = map.Number(key, -kMaxSize_m, kMaxSize_m);
   if (size_m <= 0) map.Fail(key, fmt::format("{} is {}, not above 0", key, size_m));
@@ -111,6 +36,7 @@ double ReadSize_m(const YamlMap& map, const std::string& key) {
 }
 
 MapObject ReadObject(const YamlMap& map) {
+  map.CheckKeys(kObjectKeys);
   MapObject object;
   object.name = map.Text("name");
   if (object.name.empty()) map.Fail("name", "name is empty");
@@ -158,17 +84,12 @@ std::string ObjectsToYaml(const std::vector<MapObject>& objects) {
 }
 
 std::vector<MapObject> ReadObjects(const std::filesystem::path& path) {
-  const std::string source = path.string();
-  const std::string text = ReadTextFile(path);
-  CheckUtf8(source, text);
-  const YamlMap file(source, ParseYaml(source, text), kFileKeys);
+  const YamlMap file(path);
+  file.CheckKeys(kFileKeys);
   CheckHead(file);
-  const YAML::Node& list = file.Value("objects");
-  if (!list.IsSequence()) file.Fail("objects", "objects is not a list");
   std::vector<MapObject> objects;
   std::set<std::string> names;
-  for (const YAML::Node& node : list) {
-    const YamlMap map(source, node, kObjectKeys);
+  for (const YamlMap& map : file.Maps("objects")) {
     objects.push_back(ReadObject(map));
     if (names.insert(objects.back().name).second) continue;
     map.Fail("name", fmt::format("name '{}' appears twice", objects.back().name));

@@ -172,13 +172,13 @@ std::vector<toml::table*> Tables(toml::table& root, const char* name, const std:
   return tables;
 }
 
-void CheckTopLevel(const SiteConfig& site, const std::string& source) {
+void CheckTopLevel(const SiteConfig& site, bool has_map, const std::string& source) {
   CheckPath(site.root, "root", source);
   if (site.hold_out_every == 1) {
     throw UsageError("{}: hold_out_every = 1 would leave nothing to map: give 0 or at least 2",
                      source);
   }
-  if (site.sequences.empty() && site.signals.empty()) {
+  if (site.sequences.empty() && site.signals.empty() && !has_map) {
     throw UsageError("{}: add a [[sequence]] of frames or a [[signal]]", source);
   }
   if (site.cameras.empty() && !(site.sequences.empty() && site.queries.empty())) {
@@ -251,12 +251,13 @@ SiteConfig ParseOwnText(std::string_view text, const std::string& source) {
   for (const char* name : {"camera", "sequence", "query", "sensor", "signal", "robot_truth"}) {
     root.erase(name);
   }
+  const bool has_map = !!root.at_path("import.map");
   for (const char* name : kOfMake) root.erase(name);
   OptionList list;
   list.Add("root", &site.root, "folder of the site, relative to the data folder");
   list.Add("hold_out_every", &site.hold_out_every, {0, 1e6}, "every Nth frame becomes a query");
   list.ParseTable(root, source);
-  CheckTopLevel(site, source);
+  CheckTopLevel(site, has_map, source);
   return site;
 }
 

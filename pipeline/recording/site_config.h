@@ -126,9 +126,10 @@ struct SiteConfig {
 };
 
 // Strict: an unknown or missing key, a wrong type, a value out of range, an absolute path, an
-// unknown camera or a key that does not fit its layout is a UsageError naming `source`, line and
-// remedy. Make passes programs a copy of the user's config: the user's text line for line, then a
-// comment `# This was the text of FILE`. Messages name FILE, which the user can edit.
+// unknown camera, a key that does not fit its layout, or neither a recording nor a map to import is
+// a UsageError naming `source`, line and remedy. Make passes programs a copy of the user's config:
+// the user's text line for line, then a comment `# This was the text of FILE`. Messages name FILE,
+// which the user can edit.
 SiteConfig ParseSiteConfig(std::string_view text, const std::string& source);
 SiteConfig ReadSiteConfig(const std::filesystem::path& path);
 // Throws what ReadSiteConfig throws.

@@ -8,12 +8,41 @@ from nightmap_site.declaration import PipelineError, import_keys
 
 # Neither Make nor a shell interprets these characters.
 PATH = re.compile(r"[\w.@+-]+(?:/[\w.@+-]+)*")
-# The file that such a file names: the image of a ROS map, the network of a model.
-NAMED = {
-    ".yaml": re.compile(r"""^\s*image\s*:\s*["']?(.*?)["']?\s*(?:\s#.*)?$""", re.MULTILINE),
-    ".toml": re.compile(r"""^\s*network\s*=\s*["'](.*?)["']""", re.MULTILINE),
-}
-NAMED[".yml"] = NAMED[".yaml"]
+MAX_BYTES = 1 << 20  # of a file that names another
+
+
+def _yaml():
+    """The module, only where there is a map: make starts Python without the system's packages, because to find them takes time."""
+    import site
+
+    site.main()
+    try:
+        import yaml
+    except ImportError:
+        raise PipelineError("the package python3-yaml is missing, which reads ROS maps: run make deps") from None
+    return yaml
+
+
+def image_of_map(text):
+    """The picture that the YAML of a ROS map names, or None. Builds no values, which tags could ask for."""
+    if "image" not in text:
+        return None  # a file of objects, which may be long
+    yaml = _yaml()
+    try:
+        nodes = [node for node in yaml.compose_all(text, Loader=yaml.SafeLoader) if isinstance(node, yaml.MappingNode)]
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return None  # its stage says why
+    named = [value.value for node in nodes for key, value in node.value if key.value == "image"]
+    return named[0] if named and isinstance(named[0], str) else None
+
+
+def network_of_model(text):
+    """The file that the description of a network names, or None."""
+    found = re.search(r"""^\s*network\s*=\s*["'](.*?)["']""", text, re.MULTILINE)
+    return found and found[1]
+
+
+NAMED = {".yaml": image_of_map, ".yml": image_of_map, ".toml": network_of_model}
 
 
 def check_import_keys(site_config, imports, profile, is_asked):
@@ -53,12 +82,12 @@ def check_imports(site_config, data, imports):
 
 def files_of(path):
     """The file, and the one that it names."""
-    pattern = NAMED.get(os.path.splitext(path)[1])
-    if not pattern:
+    named_in = NAMED.get(os.path.splitext(path)[1])
+    if not named_in:
         return [path]
     try:
-        with open(path, encoding="utf-8", errors="surrogateescape") as file:
-            found = pattern.search(file.read(1 << 16))
+        with open(path, encoding="utf-8-sig", errors="surrogateescape") as file:
+            named = named_in(file.read(MAX_BYTES))
     except OSError:
         return [path]
-    return [path, os.path.join(os.path.dirname(path), found[1])] if found and "\0" not in found[1] else [path]
+    return [path, os.path.join(os.path.dirname(path), named)] if named and "\0" not in named else [path]

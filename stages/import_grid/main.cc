@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// import_grid: reads the YAML of a ROS map and the PGM next to it, which becomes an input too;
-// writes them as the grid stage writes its own, as one floor at z = 0.
+// import_grid: reads the YAML of a ROS map and the picture that it names, which becomes an input
+// too; writes them as the grid stage writes its own, as one floor at z = 0.
 #include "stages/import_grid/import_grid.h"
 
 #include "pipeline/io/trajectory_io.h"
@@ -14,7 +14,9 @@ void Run(const ImportGridOptions&, StageContext& context) {
   const auto& yaml = context.Input("map");
   const OccupancyGrid grid = ReadGrid(yaml);
   context.AddInput(GridImagePath(yaml), yaml);
-  context.Report() = RunImportGrid(grid, ReadTum(context.Input("trajectory")), yaml.string());
+  const auto trajectory = context.HasInput("trajectory") ? ReadTum(context.Input("trajectory"))
+                                                         : std::vector<StampedPose>();
+  context.Report() = RunImportGrid(grid, trajectory, yaml.string());
   WriteOneFloor(grid, context);
 }
 
@@ -25,8 +27,10 @@ int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{"import_grid",
                        "imports a ROS map of another system as the grid of the site",
-                       {{"map", "YAML of map_server; its PGM is found next to it"},
-                        {"trajectory", "trajectory.tum of the map_frame stage"}},
+                       {{"map", "YAML of map_server, which names its picture"},
+                        {"trajectory",
+                         "trajectory.tum of the map_frame stage, which must be in the map",
+                         Arity::kOptional}},
                        {{"floors", "floors.json: one floor at z = 0"},
                         {"pgm", "grid: 254 free, 0 occupied, 205 unknown"},
                         {"yaml", "map_server's description of that image"},

@@ -111,7 +111,7 @@ inline void LimitMemory([[maybe_unused]] rlim_t more_bytes) {
 // memory only if there is some left: MemoryWatch.
 inline void ReadWithLittleMemory(const std::function<void(const std::filesystem::path&)>& read,
                                  const std::filesystem::path& path) {
-  constexpr rlim_t kLittle_bytes = 64 << 20;
+  constexpr rlim_t kLittle_bytes = 128 << 20;  // OpenImageIO takes 64 MiB for any picture
   constexpr rlim_t kSome_bytes = 1 << 30;
   LimitMemory(kLittle_bytes);
   try {

@@ -206,6 +206,7 @@ TEST_F(CorruptArtifactsTest, Octrees) {
 }
 
 TEST_F(CorruptArtifactsTest, Grids) {
+  ReadChannels(folder_.Write("a.ppm", "P3 1 1 255 1 2 3"));  // loads media.h, which takes memory
   folder_.Write("map.pgm", GridToPgm(SomeGrid()));
   ExpectText(
       "map.yaml", GridToYaml(SomeGrid(), "map.pgm"), [](const Path& path) { ReadGrid(path); });
@@ -213,6 +214,22 @@ TEST_F(CorruptArtifactsTest, Grids) {
   ExpectText("a.pgm", GridToPgm(SomeGrid()), [](const Path& path) {
     if (path.stem() == "damaged") ReadGrid(Path(path).replace_extension(".yaml"));
   });
+}
+
+TEST_F(CorruptArtifactsTest, MapsOfOthers) {
+  folder_.Write("map.pgm", GridToPgm(SomeGrid()));
+  ExpectText(
+      "other.yaml",
+      "%YAML 1.1\n---\n\"image\": map.pgm\nnegate: no\norigin: &o\n- -1.5\n- 2.0\n- 0\n"
+      "resolution: !!float 0.05\nfree_thresh: 0.2\noccupied_thresh: 0.65\nmore: [*o, {a: 1}]\n",
+      [](const Path& path) { ReadGrid(path); });
+  folder_.Write("damaged.yaml", GridToYaml(SomeGrid(), "damaged.pgm"));
+  for (const std::string pgm :
+       {"P2\n# a\n4 2\n255\n0 205 254 255\n0 0 0 0\n", "P5\n2 2\n65535\nabcdefgh"}) {
+    ExpectText("a.pgm", pgm, [](const Path& path) {
+      if (path.stem() == "damaged") ReadGrid(Path(path).replace_extension(".yaml"));
+    });
+  }
 }
 
 TEST_F(CorruptArtifactsTest, Floors) {

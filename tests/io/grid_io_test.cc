@@ -155,41 +155,59 @@ TEST_F(GridIoTest, PictureHasTheBytesOfThePgm) {
 }
 
 TEST_F(GridIoTest, ReadsYamlOfOtherPrograms) {
-  Write(
-      "---\n# a map\nimage: \"map.pgm\"  # beside\nresolution: 5e-2\norigin: [-1.5,2.0,-0.0]\n"
-      "negate: 0\noccupied_thresh: 0.65 \nfree_thresh: 0.25\r\n\n",
-      kPgm);
-  const OccupancyGrid grid = ReadGrid(Yaml());
-  EXPECT_EQ(grid.resolution_m, 0.05);
-  EXPECT_EQ(grid.origin_in_map, Eigen::Vector2d(-1.5, 2));
-  EXPECT_EQ(grid.cells, (std::vector<std::uint8_t>{kOccupiedCell, kFreeCell}));
-  EXPECT_EQ(GridImagePath(Yaml()), folder_ / "map.pgm");
+  for (const char* yaml :
+       {"---\n# a map\nimage: \"map.pgm\"  # beside\nresolution: 5e-2\norigin: [-1.5,2.0,-0.0]\n"
+        "negate: 0\noccupied_thresh: 0.65 \nfree_thresh: 0.25\r\n\n",
+        "free_thresh: 0.196\nimage: map.pgm\nnegate: false\noccupied_thresh: 0.65\norigin:\n"
+        "- -1.5\n- 2.0\n- 0.0\nresolution: 0.05\n",
+        "%YAML 1.1\n---\n{\"image\": \"map.pgm\", 'mode': Trinary, resolution: 0.05, negate: no,\n"
+        " origin: [-1.5, 2, 0], occupied_thresh: 0.65, free_thresh: 0.1, elevation: [1]}\n...\n"}) {
+    Write(yaml, kPgm);
+    const OccupancyGrid grid = ReadGrid(Yaml());
+    EXPECT_EQ(grid.resolution_m, 0.05);
+    EXPECT_EQ(grid.origin_in_map, Eigen::Vector2d(-1.5, 2));
+    EXPECT_EQ(grid.cells, (std::vector<std::uint8_t>{kOccupiedCell, kFreeCell}));
+    EXPECT_EQ(GridImagePath(Yaml()), folder_ / "map.pgm");
+  }
+  for (const char* yes : {"1", "true", "True", "yes"}) {
+    Write(Replace(kYaml, "negate: 0", std::string("negate: ") + yes), kPgm);
+    EXPECT_EQ(ReadGrid(Yaml()).cells, (std::vector<std::uint8_t>{kFreeCell, kOccupiedCell})) << yes;
+  }
 }
 
+// Nav2 reads the first document and takes the first of two equal keys; here both are errors.
 TEST_F(GridIoTest, RefusesBadYaml) {
   for (const char* key :
        {"image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh"}) {
     ExpectError(Replace(kYaml, std::string(key) + ":", "other:"),
                 kPgm,
-                fmt::format("missing key '{}'", key));
+                fmt::format("map.yaml:1: missing key '{}'", key));
   }
-  ExpectError(Replace(kYaml, "0.05", "nan"), kPgm, "resolution");
+  ExpectError(Replace(kYaml, "0.05", "nan"), kPgm, "map.yaml:2: resolution is 'nan'");
   ExpectError(Replace(kYaml, "0.05", "0"), kPgm, "resolution");
-  ExpectError(Replace(kYaml, "0.05", "1e-300"), kPgm, "resolution is 1e-300 m, not in");
-  ExpectError(Replace(kYaml, "0.05", "1e300"), kPgm, "resolution is 1e+300 m, not in");
+  ExpectError(Replace(kYaml, "0.05", "1e-300"), kPgm, "resolution is 1e-300, not in");
+  ExpectError(Replace(kYaml, "0.05", "1e300"), kPgm, "resolution is 1e300, not in");
   ExpectError(Replace(kYaml, "0.05", "0.05x"), kPgm, "resolution");
-  ExpectError(Replace(kYaml, "2, 0]", "2, nan]"), kPgm, "origin");
+  ExpectError(Replace(kYaml, "2, 0]", "2, nan]"), kPgm, "map.yaml:3: origin is 'nan'");
   ExpectError(Replace(kYaml, "-1.5", ".inf"), kPgm, "origin");
   ExpectError(Replace(kYaml, "2, 0]", "2, .inf]"), kPgm, "origin");
-  ExpectError(Replace(kYaml, "2, 0]", "2]"), kPgm, "origin");
-  ExpectError(Replace(kYaml, "negate: 0", "negate: 2"), kPgm, "negate");
-  ExpectError(Replace(kYaml, "0.65", "1.5"), kPgm, "occupied_thresh");
-  ExpectError(Replace(kYaml, "0.196", "0.7"), kPgm, "free_thresh");
-  ExpectError(Replace(kYaml, "negate: 0", "negate: yes"), kPgm, "negate");
-  ExpectError(Replace(kYaml, "trinary", "binary"), kPgm, "mode");
+  ExpectError(Replace(kYaml, "[-1.5, 2, 0]", "0"), kPgm, "map.yaml:3: origin is not a list");
+  for (const char* origin :
+       {"[1e9, 2, 0]", "[-1.5, -1e300, 0]", "[-1.5, 2, 180]", "[1, 2]", "[]"}) {
+    ExpectError(Replace(kYaml, "[-1.5, 2, 0]", origin), kPgm, "the yaw in radians");
+  }
+  ExpectError(Replace(kYaml, "negate: 0", "negate: 2"), kPgm, "map.yaml:4: negate is '2'");
+  ExpectError(Replace(kYaml, "0.65", "1.5"), kPgm, "map.yaml:5: occupied_thresh");
+  ExpectError(Replace(kYaml, "0.196", "0.7"), kPgm, "map.yaml:6: free_thresh");
+  ExpectError(Replace(kYaml, "trinary", "binary"), kPgm, "map.yaml:7: mode is 'binary'");
   ExpectError(kYaml + "negate: 0\n", kPgm, "twice");
-  ExpectError(kYaml + "nonsense\n", kPgm, "nonsense");
+  ExpectError(kYaml + "nonsense: [\n", kPgm, "not valid YAML");
+  ExpectError(kYaml + "---\n" + kYaml, kPgm, "expected one YAML document");
   ExpectError(Replace(kYaml, "map.pgm", "absent.pgm"), kPgm, "absent.pgm");
+  for (const char* image : {"''", "\"a\\0b\""}) {
+    ExpectError(Replace(kYaml, "map.pgm", image), kPgm, "map.yaml:1: image is not the name");
+  }
+  ExpectError(Replace(kYaml, "map.pgm", "."), kPgm, "not a file");
 }
 
 TEST_F(GridIoTest, RefusesBadImage) {
@@ -199,15 +217,18 @@ TEST_F(GridIoTest, RefusesBadImage) {
   }
   ExpectError(kYaml, kPgm.substr(0, kPgm.size() - 1), "truncated");
   ExpectError(kYaml, kPgm + "x", "too long");
-  ExpectError(kYaml, Replace(kPgm, "P5", "P2"), "P5");
-  for (const char* origin : {"[1e9, 2, 0]", "[-1.5, -1e300, 0]", "[-1.5, 2, 180]"}) {
-    ExpectError(Replace(kYaml, "[-1.5, 2, 0]", origin), kPgm, "the yaw in radians");
-  }
-  ExpectError(kYaml, Replace(kPgm, "255", "65535"), "maxval");
-  ExpectError(kYaml, Replace(kPgm, "255", "100"), "maxval");
+  ExpectError(kYaml, Replace(kPgm, "P5", "P7"), "no picture of a known format");
+  ExpectError(kYaml, Replace(kPgm, "255", "65535"), "map.pgm");  // two bytes a pixel
+  ExpectError(kYaml, Replace(kPgm, "255", "0"), "largest value");
+  ExpectError(kYaml, Replace(kPgm, "255", "65536"), "largest value");
   ExpectError(kYaml, Replace(kPgm, "2 1", "-2 1"), "width");
   ExpectError(kYaml, Replace(kPgm, "2 1", "2 0"), "height");
   ExpectError(kYaml, Replace(kPgm, "2 1", "9999999999 1"), "width");
+  ExpectError(kYaml, Replace(kPgm, "2 1", "60000 1"), "60000 x 1 pixels");
+  ExpectError(kYaml, Replace(kPgm, "2 1", "32768 32768"), "32768");
+  ExpectError(kYaml, "P2\n2 1\n255\n0", "map.pgm");
+  ExpectError(kYaml, "P2\n2 1\n255\n0 x", "map.pgm");
+  ExpectError(kYaml, "P2\n2 1\n0\n0 0", "largest value");
 }
 
 }  // namespace grid_io_test

@@ -6,6 +6,7 @@
 #include <png.h>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
 #include "pipeline/base/random.h"
 #include "tests/test_data.h"
 
@@ -259,6 +260,18 @@ TEST(PictureFile, RecordingsAreReadAsByTheLibrary) {
   const auto jpeg = TestDataPath("tum_fr1_xyz_15hz/rgb/1305031102.175304.jpg");
   ExpectReadAsByLibrary<std::uint16_t>(OpenPng(ReadBytes(png)).get(), png);
   ExpectReadAsByLibrary<std::uint8_t>(OpenJpeg(ReadBytes(jpeg)).get(), jpeg);
+}
+
+TEST(PictureFile, PgmIsReadAsByTheLibrary) {
+  const TemporaryFolder folder;
+  const auto path = folder.Path() / "a.pgm";
+  const auto bytes = Picture<std::uint8_t>(1);
+  WriteWithLibrary(path, bytes);
+  ExpectReadAsByLibrary<std::uint8_t>(OpenPgm(path, ReadFile(path)).get(), path);
+  for (const char* other :
+       {"P2\n1 1\n255\n7\n", "P5\n1 1\n100\n7", "P1\n1 1\n0\n", "P6\n1 1\n255\nrgb"}) {
+    EXPECT_EQ(OpenPgm(path, other), nullptr) << other;
+  }
 }
 
 }  // namespace picture_file_test

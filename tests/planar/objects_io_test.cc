@@ -125,7 +125,7 @@ TEST_F(ObjectsFile, NamesFileAndLineOfWhatIsWrong) {
   ExpectRefused(With("3.4", "1e999"), "6: y_m is '1e999'");
   ExpectRefused(With("3.4", "3.4 m"), "6: y_m is '3.4 m'");
   ExpectRefused(With("3.4", "[3.4]"), "6: y_m is not a single value");
-  ExpectRefused(With("3.4", ""), "6: y_m is not a single value");
+  ExpectRefused(With("3.4", ""), "6: y_m has no value");
   ExpectRefused(With("3.4", "1e9"), "6: y_m is 1e9, not in");
   ExpectRefused(With("0.6", "0"), "8: size_y_m is 0, not above 0");
   ExpectRefused(With("0.8", "-1"), "7: size_x_m is -1, not above 0");

@@ -409,6 +409,9 @@ TEST(SiteConfig, CamerasAndSequencesMustBeThere) {
   NIGHTMAP_EXPECT_ERROR(UsageError,
                         ParseSiteConfig(site.substr(0, sequence), "s.toml"),
                         "add a [[sequence]] of frames or a [[signal]]");
+  const std::string alone = site.substr(0, sequence) + "[import]\n";
+  EXPECT_TRUE(ParseSiteConfig(alone + "map = \"a.yaml\"\n", "s.toml").sequences.empty());
+  EXPECT_THROW(ParseSiteConfig(alone + "trajectory = \"a.tum\"\n", "s.toml"), UsageError);
   const std::string table = site.substr(camera, sequence - camera);
   NIGHTMAP_EXPECT_ERROR(
       UsageError, ParseSiteConfig(site + table, "s.toml"), "s.toml:30: a second camera \"color\"");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/planar/yaml_text.h"
+#include "pipeline/io/yaml_text.h"
 
 #include <fmt/format.h>
 
