@@ -9,6 +9,12 @@
 namespace nightmap {
 namespace {
 
+// Beyond what robots in buildings drive, and what a late stamp makes of a step.
+constexpr double kMaxSpeed_m_per_s = 10;
+constexpr double kMaxSpeed_rad_per_s = 10;
+constexpr double kMaxLate_m = 0.5;
+constexpr double kMaxLate_rad = 1;
+
 double Sinc(double angle_rad) {
   return std::abs(angle_rad) < 1e-6 ? 1 : std::sin(angle_rad) / angle_rad;
 }
@@ -45,6 +51,14 @@ WheelMotion operator*(const WheelMotion& a, const WheelMotion& b) {
 
 }  // namespace
 
+bool IsPossibleStep(const SignalSample& before, const SignalSample& after) {
+  const double passed_s = 1e-9 * static_cast<double>(after.time_ns - before.time_ns);
+  const double way_m = (after.value - before.value).head<2>().norm();
+  const double turn_rad = std::remainder(after.value.z() - before.value.z(), 2 * std::numbers::pi);
+  return way_m <= kMaxLate_m + kMaxSpeed_m_per_s * passed_s &&
+         std::abs(turn_rad) <= kMaxLate_rad + kMaxSpeed_rad_per_s * passed_s;
+}
+
 std::optional<WheelMotion> MotionBetween(const std::vector<SignalSample>& samples,
                                          double max_gap_s,
                                          std::int64_t start_ns,
@@ -57,7 +71,7 @@ std::optional<WheelMotion> MotionBetween(const std::vector<SignalSample>& sample
   for (std::int64_t time_ns = start_ns; time_ns < end_ns; ++next) {
     const SignalSample& before = *std::prev(next);
     const auto step_ns = static_cast<double>(next->time_ns - before.time_ns);
-    if (step_ns > 1e9 * max_gap_s) return std::nullopt;
+    if (step_ns > 1e9 * max_gap_s || !IsPossibleStep(before, *next)) return std::nullopt;
     const std::int64_t until_ns = std::min(end_ns, next->time_ns);
     motion = motion * Step(before, *next).Part(static_cast<double>(until_ns - time_ns) / step_ns);
     time_ns = until_ns;

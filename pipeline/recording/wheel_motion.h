@@ -17,9 +17,13 @@ struct WheelMotion {
   double turn_rad = 0;    // of all turns, left or right
 };
 
+// Whether a robot can drive from one sample of its odometry to the next one. A driver that starts
+// again, or a counter that was set back, jumps farther.
+bool IsPossibleStep(const SignalSample& before, const SignalSample& after);
+
 // `samples` hold x, y (m), heading (rad). Between two of them the wheels drive an arc at constant
-// speed. None when not all of the way was sampled: before the first sample, after the last, or with
-// a longer gap between two. Pure.
+// speed. None when not all of the way was sampled: before the first sample, after the last, with a
+// longer gap between two, or with a step that no robot makes. Pure.
 std::optional<WheelMotion> MotionBetween(const std::vector<SignalSample>& samples,
                                          double max_gap_s,
                                          std::int64_t start_ns,
