@@ -32,6 +32,7 @@ class LikelihoodField {
 
   int Size() const { return size_; }  // cells along a side
   double Resolution_m() const { return options_.resolution_m; }
+  double Sigma_m() const { return options_.sigma_m; }
   // A point in units of cells: the centre of cell (i, j) is (i, j).
   Eigen::Vector2d ToCells(const Eigen::Vector2d& point) const {
     return (point.array() + options_.half_extent_m) / options_.resolution_m - 0.5;

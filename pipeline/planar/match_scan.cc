@@ -2,24 +2,19 @@
 #include "pipeline/planar/match_scan.h"
 
 #include <ceres/ceres.h>
-#include <ceres/cubic_interpolation.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "pipeline/base/error.h"
+#include "pipeline/planar/match_cost.h"
 #include "pipeline/planar/search_pose.h"
 
 namespace nightmap {
 namespace {
 
 constexpr double kWindowSigmas = 3;
-// Neighbouring points whose errors are one and the same (an edge of a chair, a shift of the clock).
-// The field is wider than the noise of a scanner, so that as many points count as if they erred
-// alone.
-constexpr double kPointsPerError = 1;
-constexpr double kSmooth = 1e-6;  // keeps the root below differentiable
 constexpr int kMaxIterations = 30;
 
 double FarthestDistance_m(const std::vector<Eigen::Vector2d>& points) {
@@ -28,54 +23,21 @@ double FarthestDistance_m(const std::vector<Eigen::Vector2d>& points) {
   return farthest_m;
 }
 
-// Residuals of all points, then of the prior. 1 - field is half the squared distance from a wall
-// over its variance.
-class MatchCost {
- public:
-  MatchCost(const LikelihoodField& field,
-            const std::vector<Eigen::Vector2d>& points,
-            const PosePrior& prior)
-      : field_(field), interpolator_(field), points_(points), prior_(prior) {}
-
-  int NumResiduals() const { return static_cast<int>(points_.size()) + 3; }
-
-  template <typename T>
-  bool operator()(const T* const pose, T* residuals) const {
-    const T cosine = cos(pose[2]), sine = sin(pose[2]);
-    const Eigen::Vector2d origin_cells = field_.ToCells({0, 0});
-    const double cells_per_m = 1 / field_.Resolution_m();
-    for (const Eigen::Vector2d& point : points_) {
-      const T x_m = cosine * point.x() - sine * point.y() + pose[0];
-      const T y_m = sine * point.x() + cosine * point.y() + pose[1];
-      T value;
-      interpolator_.Evaluate(
-          y_m * cells_per_m + origin_cells.y(), x_m * cells_per_m + origin_cells.x(), &value);
-      const T missing = value < 1.0 ? 1.0 - value : T(0);  // the interpolation overshoots
-      *residuals++ = sqrt((2.0 * missing + kSmooth) / kPointsPerError);
-    }
-    const Rigid2& mean = prior_.field_from_robot;
-    *residuals++ = (pose[0] - mean.translation.x()) / prior_.sigma_m;
-    *residuals++ = (pose[1] - mean.translation.y()) / prior_.sigma_m;
-    *residuals++ = (pose[2] - mean.heading_rad) / prior_.sigma_rad;
-    return true;
-  }
-
- private:
-  const LikelihoodField& field_;
-  ceres::BiCubicInterpolator<LikelihoodField> interpolator_;
-  const std::vector<Eigen::Vector2d>& points_;
-  const PosePrior& prior_;
-};
-
 using Pose = std::array<double, 3>;  // x, y, heading
+
+Eigen::Vector3d SigmasOf(const PosePrior& prior) {
+  return {prior.sigma_m, prior.sigma_m, prior.sigma_rad};
+}
 
 // Minus the logarithm of the pose's likelihood.
 class Surprise {
  public:
   Surprise(const LikelihoodField& field,
            const std::vector<Eigen::Vector2d>& points,
-           const PosePrior& prior)
-      : cost_(field, points, prior), residuals_(points.size() + 3) {}
+           const PosePrior& prior,
+           const Rigid2& start,
+           const Constraints& constraints)
+      : cost_(field, points, prior, start, constraints), residuals_(points.size() + 4) {}
 
   double At(const Eigen::Vector3d& pose) {
     cost_(pose.data(), residuals_.data());
@@ -89,17 +51,18 @@ class Surprise {
   std::vector<double> residuals_;
 };
 
-// The inverse curvature of the surprise, over a cell or what turns the farthest point so far. Where
-// it is less curved than the prior, what is known is the prior.
-Eigen::Matrix3d CovarianceAt(const LikelihoodField& field,
-                             const std::vector<Eigen::Vector2d>& points,
-                             const PosePrior& prior,
-                             const Rigid2& pose) {
+// The curvature of the surprise, over a cell or what turns the farthest point so far, in units of
+// the prior's sigmas: the prior's own is 1.
+Eigen::Matrix3d CurvatureAt(const LikelihoodField& field,
+                            const std::vector<Eigen::Vector2d>& points,
+                            const PosePrior& prior,
+                            const Rigid2& pose,
+                            const Constraints& constraints) {
   const double cell_m = field.Resolution_m();
   const Eigen::Vector3d steps(
       cell_m, cell_m, cell_m / std::max(cell_m, FarthestDistance_m(points)));
   const Eigen::Vector3d mean(pose.translation.x(), pose.translation.y(), pose.heading_rad);
-  Surprise surprise(field, points, prior);
+  Surprise surprise(field, points, prior, pose, constraints);
   const auto at = [&](double x, double y, double heading) {
     return surprise.At(mean + steps.cwiseProduct(Eigen::Vector3d(x, y, heading)));
   };
@@ -114,11 +77,15 @@ Eigen::Matrix3d CovarianceAt(const LikelihoodField& field,
       curvature(i, j) = (value(0.5, 0.5) - value(0.5, -0.5) - value(-0.5, 0.5) + value(-0.5, -0.5));
     }
   }
-  const Eigen::Vector3d sigmas(prior.sigma_m, prior.sigma_m, prior.sigma_rad);
-  const Eigen::Vector3d to_sigmas = sigmas.cwiseQuotient(steps);
-  // In units of the prior's sigmas its own curvature is 1.
+  const Eigen::Vector3d to_sigmas = SigmasOf(prior).cwiseQuotient(steps);
   const Eigen::Matrix3d scaled = to_sigmas.asDiagonal() * curvature * to_sigmas.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver((scaled + scaled.transpose()) / 2);
+  return (scaled + scaled.transpose()) / 2;
+}
+
+// The inverse curvature. Where it is less curved than the prior, what is known is the prior.
+Eigen::Matrix3d CovarianceOf(const Eigen::Matrix3d& curvature, const PosePrior& prior) {
+  const Eigen::Vector3d sigmas = SigmasOf(prior);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(curvature);
   const Eigen::Vector3d variances = solver.eigenvalues().cwiseMax(1.0).cwiseInverse();
   const Eigen::Matrix3d covariance =
       solver.eigenvectors() * variances.asDiagonal() * solver.eigenvectors().transpose();
@@ -132,6 +99,26 @@ Eigen::Matrix3d CovarianceInRobot(const ScanMatch& match) {
   robot_from_field.topLeftCorner<2, 2>() =
       Eigen::Rotation2Dd(-match.field_from_robot.heading_rad).toRotationMatrix();
   return robot_from_field * match.covariance * robot_from_field.transpose();
+}
+
+std::optional<Eigen::Vector2d> UnclearDirection(
+    const LikelihoodField& field,
+    const std::vector<Eigen::Vector2d>& points_in_robot,
+    const std::vector<Eigen::Vector2d>& normals_in_robot,
+    const Rigid2& field_from_robot) {
+  // By a prior whose units are those in which a point that faces a direction counts 1.
+  const double sigma_m = field.Sigma_m();
+  const PosePrior prior{field_from_robot, sigma_m, sigma_m};
+  const Eigen::Matrix3d known =
+      CurvatureAt(field, points_in_robot, prior, field_from_robot, {normals_in_robot, {}}) -
+      Eigen::Matrix3d::Identity();
+  Eigen::Matrix2d of_position = known.topLeftCorner<2, 2>();
+  if (known(2, 2) > 0) {
+    of_position -= known.topRightCorner<2, 1>() * known.bottomLeftCorner<1, 2>() / known(2, 2);
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(of_position);
+  if (axes.eigenvalues()[0] >= kUnclearPoints) return std::nullopt;
+  return axes.eigenvectors().col(0);
 }
 
 double ScoreOf(const LikelihoodField& field,
@@ -148,8 +135,10 @@ double ScoreOf(const LikelihoodField& field,
 ScanMatch RefinePose(const LikelihoodField& field,
                      const std::vector<Eigen::Vector2d>& points_in_robot,
                      const PosePrior& prior,
-                     const Rigid2& start) {
-  auto* match_cost = new MatchCost(field, points_in_robot, prior);  // Ceres owns it
+                     const Rigid2& start,
+                     const Constraints& constraints) {
+  auto* match_cost =
+      new MatchCost(field, points_in_robot, prior, start, constraints);  // Ceres owns it
   const int num_residuals = match_cost->NumResiduals();
   auto* cost =
       new ceres::AutoDiffCostFunction<MatchCost, ceres::DYNAMIC, 3>(match_cost, num_residuals);
@@ -165,7 +154,9 @@ ScanMatch RefinePose(const LikelihoodField& field,
   ceres::Solve(options, &problem, &summary);
   if (!summary.IsSolutionUsable()) throw DataError("scan matching failed: {}", summary.message);
   ScanMatch match{{pose[2], {pose[0], pose[1]}}, 0, {}};
-  match.covariance = CovarianceAt(field, points_in_robot, prior, match.field_from_robot);
+  const Rigid2& found = match.field_from_robot;
+  match.covariance =
+      CovarianceOf(CurvatureAt(field, points_in_robot, prior, found, constraints), prior);
   match.score = ScoreOf(field, points_in_robot, match.field_from_robot);
   return match;
 }

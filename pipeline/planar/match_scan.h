@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "pipeline/geometry/rigid2.h"
@@ -27,6 +28,16 @@ struct ScanMatch {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
+// What is known of the points and the pose beside the field.
+struct Constraints {
+  // Of the wall that each point lies on, in the robot's axes; zero where it lies on none; empty
+  // where walls are not known. A point of a wall tells how far it is from that wall, and nothing of
+  // its place along it, so that the end of what was seen does not hold a scan.
+  std::vector<Eigen::Vector2d> normals_in_robot;
+  // Along this unit vector of the field's frame the pose keeps the place of the start.
+  std::optional<Eigen::Vector2d> held;
+};
+
 // The covariance of a match with x and y along the axes of the robot, as that of an edge to it is.
 Eigen::Matrix3d CovarianceInRobot(const ScanMatch& match);
 
@@ -40,7 +51,8 @@ double ScoreOf(const LikelihoodField& field,
 ScanMatch RefinePose(const LikelihoodField& field,
                      const std::vector<Eigen::Vector2d>& points_in_robot,
                      const PosePrior& prior,
-                     const Rigid2& start);
+                     const Rigid2& start,
+                     const Constraints& constraints = {});
 
 // Refines the best of all poses within three sigmas of the prior. Best is the largest score less
 // `kPriorWeight` times the squared Mahalanobis distance from the prior.
@@ -48,5 +60,15 @@ inline constexpr double kPriorWeight = 0.01;
 ScanMatch MatchScan(const FieldPyramid& pyramid,
                     const std::vector<Eigen::Vector2d>& points_in_robot,
                     const PosePrior& prior);
+
+// The direction in the field's frame along which walls tell less of the position than
+// kUnclearPoints points that face it would: the axis of a bare corridor. None where they tell
+// enough.
+inline constexpr double kUnclearPoints = 3;
+std::optional<Eigen::Vector2d> UnclearDirection(
+    const LikelihoodField& field,
+    const std::vector<Eigen::Vector2d>& points_in_robot,
+    const std::vector<Eigen::Vector2d>& normals_in_robot,
+    const Rigid2& field_from_robot);
 
 }  // namespace nightmap

@@ -4,6 +4,7 @@
 from nightmap_eval.laser_accuracy import floors_walls, scan_counts, scan_times_ns
 from nightmap_eval.trajectory import read_tum
 from nightmap_eval.verdict import check
+from nightmap_eval.verdict_wheels import wheel_checks
 
 
 def checks(site):
@@ -12,6 +13,7 @@ def checks(site):
     mapped = 100 * counts["num_scans_with_pose"] / max(1, counts["num_scans"])
     yield check("scans mapped", mapped, "%", (95, 100), "scans with a pose",
                 "only {value:.0f} % of the scans have a pose: look for gaps in their times and in the odometry", usable=(50, 100))  # fmt: skip
+    yield from wheel_checks(site, estimate)
     walls = floors_walls(site)
     if walls.get("doubled_percent") is not None:
         yield check("doubled walls", walls["doubled_percent"], "%", (0, 8), "of the cells of walls: a second drawing beside a wall is a way "

@@ -12,9 +12,10 @@ namespace nightmap {
 
 struct Keyscan {
   std::int64_t time_ns = 0;
-  Rigid2 start_from_robot;                       // by scan matching
-  double path_m = 0;                             // driven since the first keyscan
-  std::vector<Eigen::Vector2d> points_in_robot;  // hits, thinned
+  Rigid2 start_from_robot;                        // by scan matching
+  double path_m = 0;                              // driven since the first keyscan
+  std::vector<Eigen::Vector2d> points_in_robot;   // hits, thinned
+  std::vector<Eigen::Vector2d> normals_in_robot;  // of their walls (wall_normals.h)
 };
 
 // The uncertainty of a keyscan's pose as another one sees it: x, y along the start's axes, heading.

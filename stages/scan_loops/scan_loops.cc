@@ -8,6 +8,7 @@
 #include "pipeline/planar/match_scan.h"
 #include "pipeline/planar/search_pose.h"
 #include "pipeline/planar/thin_points.h"
+#include "pipeline/planar/wall_normals.h"
 #include "pipeline/recording/choose_signal.h"
 #include "pipeline/recording/keyscans.h"
 #include "stages/scan_loops/doubtful_loops.h"
@@ -32,8 +33,9 @@ std::vector<Keyscan> MakeKeyscans(const ScanLoopsOptions& options,
   const auto points = PointsOfKeyscans(scans, poses, options.max_range_m);
   std::vector<Keyscan> keyscans;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    Keyscan keyscan{poses[i].time_ns, ToRigid2(poses[i].pose), 0, {}};
+    Keyscan keyscan{poses[i].time_ns, ToRigid2(poses[i].pose), 0, {}, {}};
     keyscan.points_in_robot = ThinPoints(points[i], options.resolution_m);
+    keyscan.normals_in_robot = WallNormals(keyscan.points_in_robot, options.sigma_m / 2);
     if (!keyscans.empty()) {
       const Keyscan& last = keyscans.back();
       keyscan.path_m =
@@ -72,7 +74,7 @@ class LoopFinder {
 
  private:
   LikelihoodField MakeField(const ScanStretch& stretch) const {
-    const std::vector<Eigen::Vector2d> points = PointsOf(keyscans_, stretch);
+    const std::vector<Eigen::Vector2d> points = PointsOf(keyscans_, stretch).points;
     double extent_m = 1;
     for (const Eigen::Vector2d& point : points) {
       extent_m = std::max(extent_m, point.cwiseAbs().maxCoeff());
@@ -96,13 +98,19 @@ class LoopFinder {
     return window;
   }
 
+  StretchPoints QueryPoints(const ScanStretch& stretch) const {
+    const StretchPoints all = PointsOf(keyscans_, stretch);
+    const auto kept = SpreadIndices(ThinnedIndices(all.points, 2 * options_.resolution_m),
+                                    static_cast<std::size_t>(options_.max_query_points));
+    return {PointsAt(all.points, kept), PointsAt(all.normals, kept)};
+  }
+
   ScanLoopCandidate TryPair(const FieldPyramid& pyramid, const LoopPair& pair) const {
     ScanLoopCandidate candidate;
     candidate.submap_keyscan = submaps_[pair.submap].middle;
     candidate.query_keyscan = queries_[pair.query].middle;
-    const std::vector<Eigen::Vector2d> points = SpreadPoints(
-        ThinPoints(PointsOf(keyscans_, queries_[pair.query]), 2 * options_.resolution_m),
-        static_cast<std::size_t>(options_.max_query_points));
+    const StretchPoints query = QueryPoints(queries_[pair.query]);
+    const std::vector<Eigen::Vector2d>& points = query.points;
     SearchWindow window = WindowOf(pair);
     const auto best = SearchPose(pyramid, points, window);
     if (!best) return candidate;
@@ -114,18 +122,20 @@ class LoopFinder {
     const auto second = SearchPose(pyramid, points, window);
     if (second) candidate.second_score = second->score;
     if (second) return candidate;
-    Refine(pyramid.Field(), points, window, best->field_from_robot, &candidate);
+    Refine(pyramid.Field(), query, window, best->field_from_robot, &candidate);
     return candidate;
   }
 
   void Refine(const LikelihoodField& field,
-              const std::vector<Eigen::Vector2d>& points,
+              const StretchPoints& query,
               const SearchWindow& window,
               const Rigid2& start,
               ScanLoopCandidate* candidate) const {
     const PosePrior prior{start, window.half_extent_m, window.half_angle_rad};
-    const ScanMatch match = RefinePose(field, points, prior, start);
-    candidate->is_loop = true;
+    const ScanMatch match = RefinePose(field, query.points, prior, start);
+    // Along a bare corridor the query may be anywhere.
+    candidate->is_loop =
+        !UnclearDirection(field, query.points, query.normals, match.field_from_robot);
     candidate->score = match.score;
     candidate->query_from_submap = match.field_from_robot.Inverse().ToRigid3();
     candidate->covariance = OnFloor(CovarianceInRobot(match));

@@ -51,17 +51,20 @@ std::vector<ScanStretch> CutQueries(const ScanLoopsOptions& options,
   return Cut(keyscans, options.query_spacing_m, options.query_length_m);
 }
 
-std::vector<Eigen::Vector2d> PointsOf(const std::vector<Keyscan>& keyscans,
-                                      const ScanStretch& stretch) {
+StretchPoints PointsOf(const std::vector<Keyscan>& keyscans, const ScanStretch& stretch) {
   const Rigid2 middle_from_start = keyscans[stretch.middle].start_from_robot.Inverse();
-  std::vector<Eigen::Vector2d> points;
+  StretchPoints result;
   for (std::size_t i = stretch.first; i < stretch.end; ++i) {
     const Rigid2 middle_from_robot = middle_from_start * keyscans[i].start_from_robot;
     for (const Eigen::Vector2d& point : keyscans[i].points_in_robot) {
-      points.push_back(middle_from_robot * point);
+      result.points.push_back(middle_from_robot * point);
+    }
+    const Eigen::Rotation2Dd turn(middle_from_robot.heading_rad);
+    for (const Eigen::Vector2d& normal : keyscans[i].normals_in_robot) {
+      result.normals.push_back(turn * normal);
     }
   }
-  return points;
+  return result;
 }
 
 std::vector<LoopPair> PairsToTry(const ScanLoopsOptions& options,

@@ -26,9 +26,12 @@ std::vector<ScanStretch> CutSubmaps(const ScanLoopsOptions& options,
 std::vector<ScanStretch> CutQueries(const ScanLoopsOptions& options,
                                     const std::vector<Keyscan>& keyscans);
 
-// All points of a stretch, metres in the frame of the robot at its middle.
-std::vector<Eigen::Vector2d> PointsOf(const std::vector<Keyscan>& keyscans,
-                                      const ScanStretch& stretch);
+// All points of a stretch, metres in the frame of the robot at its middle, and the normals of their
+// walls.
+struct StretchPoints {
+  std::vector<Eigen::Vector2d> points, normals;
+};
+StretchPoints PointsOf(const std::vector<Keyscan>& keyscans, const ScanStretch& stretch);
 
 // The submap that a query may be in, for each: (index of the submap, index of the query),
 // ascending. The drift between them lets the query be within max_distance_m of the submap's middle,

@@ -36,6 +36,9 @@ void Run(const ScanMatchOptions& options, StageContext& context) {
   report["odometry_sensor"] = result.odometry_sensor;
   report["num_scans"] = result.scans.size();
   report["num_keyscans"] = keyscans.size();
+  report["num_scans_unclear"] = std::ranges::count_if(
+      result.scans, [](const MatchedScan& scan) { return scan.unclear_in_robot.has_value(); });
+  if (result.wheel_scale) report["wheel_scale"] = *result.wheel_scale;
 }
 
 }  // namespace

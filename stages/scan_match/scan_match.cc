@@ -6,17 +6,22 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <utility>
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/planar/match_scan.h"
 #include "pipeline/recording/choose_signal.h"
 #include "pipeline/recording/scan_points.h"
-#include "pipeline/recording/wheel_motion.h"
+#include "stages/scan_match/robot_motion.h"
+#include "stages/scan_match/scan_shape.h"
 #include "stages/scan_match/submaps.h"
+#include "stages/scan_match/unclear_ways.h"
 
 namespace nightmap {
 namespace {
+
+// Of the way that walls do not tell: 0.1 m after a metre, as wheels that drift at random do. Their
+// scale errs for longer ways alike, so this is more than their noise.
+constexpr double kUnclearVariance_m2_per_m = 0.01;
 
 // Null: without.
 const Signal* ChooseOdometry(const std::string& sensor, const std::vector<Signal>& odometry) {
@@ -32,53 +37,42 @@ const Signal* ChooseOdometry(const std::string& sensor, const std::vector<Signal
       fmt::join(ids, ", "));
 }
 
-// Points near enough to be sure of, one per cell: many beams on a wall nearby say no more.
-std::vector<Eigen::Vector2d> Thinned(const ScanMatchOptions& options, const ScanPoints& scan) {
-  std::vector<Eigen::Vector2d> points;
-  Eigen::Vector2d last = Eigen::Vector2d::Constant(1e9);
-  for (const Eigen::Vector3d& point : scan.points_in_robot) {
-    if (point.head<2>().norm() > options.max_range_m) continue;
-    if ((point.head<2>() - last).norm() < options.field.resolution_m) continue;
-    last = point.head<2>();
-    points.push_back(last);
-  }
-  return points;
-}
-
 class Matcher {
  public:
   Matcher(const ScanMatchOptions& options, const Signal& scans, const Signal* wheels)
       : options_(options),
         signal_(scans),
-        wheels_(wheels),
+        motion_(options, wheels),
         submaps_(options.field, options.submap_keyscans) {}
 
   MatchedScan Next(const SignalSample& scan) {
-    std::vector<Eigen::Vector2d> points = Thinned(options_, PointsOf(scan));
-    const PosePrior prior = Predict(scan.time_ns);
-    MatchedScan matched{scan.time_ns, prior.field_from_robot, 0, false, false};
+    ScanShape shape = ShapeOf(options_, PointsOf(scan));
+    const Prediction prediction = motion_.At(scan.time_ns);
+    MatchedScan matched;
+    matched.time_ns = scan.time_ns;
+    matched.start_from_robot = prediction.start_from_robot.field_from_robot;
+    matched.last_from_robot_by_wheels = prediction.last_from_robot;
     if (submaps_.IsEmpty()) {
       matched.is_matched = true;
-    } else if (HasEnough(points)) {
-      Match(points, prior, &matched);
+    } else if (HasEnough(shape)) {
+      Match(shape, prediction, &matched);
       if (matched.is_matched && IsMotionKnownBetterNow(scan)) {
-        const Rigid2 motion = MotionOver(*last_, matched, signal_.scan_duration_s);
-        points = Thinned(options_, PointsInRobot(scan, signal_, motion.ToRigid3()));
-        if (HasEnough(points)) Match(points, prior, &matched);
+        const Rigid2 motion =
+            RobotMotion::MotionOver(*motion_.Last(), matched, signal_.scan_duration_s);
+        shape = ShapeOf(options_, PointsInRobot(scan, signal_, motion.ToRigid3()));
+        if (HasEnough(shape)) Match(shape, prediction, &matched);
       }
     }
-    if (!matched.is_matched) lost_ += CovarianceOf(prior);
-    if (HasEnough(points) && NeedsKeyscan(matched.start_from_robot)) AddKeyscan(points, &matched);
-    before_last_ = std::exchange(last_, matched);
+    if (!matched.is_matched) lost_ += CovarianceOf(prediction.start_from_robot);
+    if (matched.unclear_in_robot) lost_ += UnclearCovariance(matched);
+    if (HasEnough(shape) && NeedsKeyscan(matched.start_from_robot)) AddKeyscan(shape, &matched);
+    motion_.Add(matched);
     return matched;
   }
 
-  // The covariance of the motion to the last keyscan: of its match, and of predictions before it.
-  const Eigen::Matrix3d& Covariance() const { return covariance_of_keyscan_; }
-
  private:
-  bool HasEnough(const std::vector<Eigen::Vector2d>& points) const {
-    return static_cast<int>(points.size()) >= options_.min_points;
+  bool HasEnough(const ScanShape& shape) const {
+    return static_cast<int>(shape.points.size()) >= options_.min_points;
   }
 
   std::int64_t EndOf_ns(const SignalSample& scan) const {
@@ -88,79 +82,73 @@ class Matcher {
   // Without wheels the motion to a scan that is matched tells more of the motion over it than the
   // one before.
   bool IsMotionKnownBetterNow(const SignalSample& scan) const {
-    return signal_.scan_duration_s > 0 && last_ && !WheelsSince(scan.time_ns, EndOf_ns(scan));
+    return signal_.scan_duration_s > 0 && motion_.Last() &&
+           !motion_.ByWheels(scan.time_ns, EndOf_ns(scan));
   }
 
   // The points from where the robot is at the scan's time.
   ScanPoints PointsOf(const SignalSample& scan) const {
     if (signal_.scan_duration_s <= 0) return PointsInRobot(scan, signal_);
-    const auto wheels = WheelsSince(scan.time_ns, EndOf_ns(scan));
+    const auto wheels = motion_.ByWheels(scan.time_ns, EndOf_ns(scan));
     return PointsInRobot(
         scan,
         signal_,
-        wheels ? wheels->start_from_end : LastMotion(signal_.scan_duration_s).ToRigid3());
+        wheels ? wheels->start_from_end : motion_.LastMotion(signal_.scan_duration_s).ToRigid3());
   }
 
   static Eigen::Matrix3d CovarianceOf(const PosePrior& prior) {
     return Eigen::Vector3d(prior.sigma_m, prior.sigma_m, prior.sigma_rad).cwiseAbs2().asDiagonal();
   }
 
+  // Of the way since the last scan that walls do not tell.
+  Eigen::Matrix3d UnclearCovariance(const MatchedScan& matched) const {
+    const Rigid2 last_from_robot =
+        motion_.Last()->start_from_robot.Inverse() * matched.start_from_robot;
+    const Eigen::Vector2d& along = *matched.unclear_in_robot;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    covariance.topLeftCorner<2, 2>() =
+        kUnclearVariance_m2_per_m * last_from_robot.translation.norm() * along * along.transpose();
+    return covariance;
+  }
+
   // Where the scan fits to nothing seen before, the robot is lost, and a new submap begins.
-  void AddKeyscan(const std::vector<Eigen::Vector2d>& points, MatchedScan* matched) {
+  void AddKeyscan(const ScanShape& shape, MatchedScan* matched) {
     matched->is_keyscan = true;
     if (!matched->is_matched) submaps_.Clear();
-    submaps_.Add(matched->start_from_robot, points);
-    covariance_of_keyscan_ = lost_;
-    if (matched->is_matched) covariance_of_keyscan_ += covariance_;
+    submaps_.Add(matched->start_from_robot, shape.points);
+    matched->covariance = lost_;
+    if (matched->is_matched) matched->covariance += covariance_;
     lost_.setZero();
     keyscan_ = *matched;
   }
 
-  // start_from_robot at a time, by the wheels or by the last motion.
-  PosePrior Predict(std::int64_t time_ns) const {
-    if (!last_) return {};
-    const double passed_s = 1e-9 * static_cast<double>(time_ns - last_->time_ns);
-    if (const auto motion = WheelsSince(last_->time_ns, time_ns)) {
-      const WheelNoise& noise = options_.wheels;
-      const Eigen::Quaterniond& turn = motion->start_from_end.rotation;
-      const Rigid2 last_from_robot{2 * std::atan2(turn.z(), turn.w()),
-                                   motion->start_from_end.translation.head<2>()};
-      return {last_->start_from_robot * last_from_robot,
-              noise.PositionSigma_m(*motion),
-              noise.HeadingSigma_rad(*motion)};
-    }
-    return {last_->start_from_robot * LastMotion(passed_s),
-            options_.wheels.position_sigma_floor_m + options_.walking_sigma_m_per_s * passed_s,
-            options_.wheels.heading_sigma_floor_rad + options_.walking_sigma_rad_per_s * passed_s};
-  }
-
-  std::optional<WheelMotion> WheelsSince(std::int64_t start_ns, std::int64_t end_ns) const {
-    if (!wheels_) return std::nullopt;
-    return MotionBetween(wheels_->samples, options_.wheels.max_gap_s, start_ns, end_ns);
-  }
-
-  // The motion between the last two scans, over the time that has passed since.
-  Rigid2 LastMotion(double passed_s) const {
-    return before_last_ ? MotionOver(*before_last_, *last_, passed_s) : Rigid2{};
-  }
-
-  // The part of the motion from a to b that goes into a time.
-  static Rigid2 MotionOver(const MatchedScan& a, const MatchedScan& b, double passed_s) {
-    const double between_s = 1e-9 * static_cast<double>(b.time_ns - a.time_ns);
-    const Rigid2 motion = a.start_from_robot.Inverse() * b.start_from_robot;
-    const double ratio = std::min(passed_s / between_s, 1.0);
-    return {ratio * motion.heading_rad, ratio * motion.translation};
-  }
-
-  void Match(const std::vector<Eigen::Vector2d>& points, PosePrior prior, MatchedScan* matched) {
+  void Match(const ScanShape& shape, const Prediction& prediction, MatchedScan* matched) {
     const Submap& submap = submaps_.Older();
+    PosePrior prior = prediction.start_from_robot;
     prior.field_from_robot = submap.start_from_submap.Inverse() * prior.field_from_robot;
-    const ScanMatch match = MatchScan(submaps_.PyramidOfOlder(), points, prior);
+    const FieldPyramid& pyramid = submaps_.PyramidOfOlder();
+    ScanMatch match = MatchScan(pyramid, shape.points, prior);
     matched->score = match.score;
     if (match.score < options_.min_score) return;
     matched->is_matched = true;
+    matched->unclear_in_robot.reset();
+    const auto along =
+        UnclearDirection(pyramid.Field(), shape.points, shape.normals, match.field_from_robot);
+    if (along) {
+      if (prediction.last_from_robot) {
+        const Rigid2 held = MovedAlong(*along, match.field_from_robot, prior.field_from_robot);
+        match = RefinePose(pyramid.Field(), shape.points, prior, held, {shape.normals, along});
+      }
+      matched->unclear_in_robot = Eigen::Rotation2Dd(-match.field_from_robot.heading_rad) * *along;
+    }
     matched->start_from_robot = submap.start_from_submap * match.field_from_robot;
     covariance_ = CovarianceInRobot(match);
+  }
+
+  // The pose, moved along a direction to beside another one.
+  static Rigid2 MovedAlong(const Eigen::Vector2d& along, Rigid2 pose, const Rigid2& other) {
+    pose.translation += (other.translation - pose.translation).dot(along) * along;
+    return pose;
   }
 
   bool NeedsKeyscan(const Rigid2& start_from_robot) const {
@@ -172,18 +160,31 @@ class Matcher {
 
   const ScanMatchOptions& options_;
   const Signal& signal_;
-  const Signal* wheels_;
+  RobotMotion motion_;
   Submaps submaps_;
-  std::optional<MatchedScan> last_, before_last_, keyscan_;
+  std::optional<MatchedScan> keyscan_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Identity();  // of the last match
-  Eigen::Matrix3d lost_ = Eigen::Matrix3d::Zero();  // of the motion of scans that fit nowhere
-  Eigen::Matrix3d covariance_of_keyscan_ = Eigen::Matrix3d::Identity();
+  // Of the motion since the last keyscan that no walls tell.
+  Eigen::Matrix3d lost_ = Eigen::Matrix3d::Zero();
 };
 
 // An edge is the motion from one keyscan to the next. It has the covariance of the latter's pose.
-SensorEdge EdgeBetween(const MatchedScan& a, const MatchedScan& b, const Matrix6d& covariance) {
-  const Rigid2 b_from_a = b.start_from_robot.Inverse() * a.start_from_robot;
-  return {EdgeKind::kOdometry, a.time_ns, b.time_ns, b_from_a.ToRigid3(), covariance};
+std::vector<SensorEdge> EdgesOf(const std::vector<MatchedScan>& scans, const WheelNoise& noise) {
+  std::vector<SensorEdge> edges;
+  const MatchedScan* last = nullptr;
+  for (const MatchedScan& scan : scans) {
+    if (!scan.is_keyscan) continue;
+    if (last) {
+      const Rigid2 scan_from_last = scan.start_from_robot.Inverse() * last->start_from_robot;
+      edges.push_back({EdgeKind::kOdometry,
+                       last->time_ns,
+                       scan.time_ns,
+                       scan_from_last.ToRigid3(),
+                       OnFloor(scan.covariance, noise.plane_sigma_m, noise.plane_sigma_rad)});
+    }
+    last = &scan;
+  }
+  return edges;
 }
 
 }  // namespace
@@ -208,23 +209,14 @@ ScanMatchResult RunScanMatch(const ScanMatchOptions& options,
   if (wheels) result.odometry_sensor = wheels->sensor_id;
   result.edges.sensor = scans.sensor_id;
   Matcher matcher(options, scans, wheels);
-  std::optional<MatchedScan> keyscan;
   progress.Start(scans.samples.size());
   for (const SignalSample& scan : scans.samples) {
-    const MatchedScan matched = matcher.Next(scan);
-    result.scans.push_back(matched);
-    if (matched.is_keyscan) {
-      if (keyscan) {
-        result.edges.edges.push_back(EdgeBetween(*keyscan,
-                                                 matched,
-                                                 OnFloor(matcher.Covariance(),
-                                                         options.wheels.plane_sigma_m,
-                                                         options.wheels.plane_sigma_rad)));
-      }
-      keyscan = matched;
-    }
+    result.scans.push_back(matcher.Next(scan));
     progress.Advance();
   }
+  result.wheel_scale = WheelScale(result.scans);
+  ScaleUnclearWays(result.wheel_scale.value_or(1), &result.scans);
+  result.edges.edges = EdgesOf(result.scans, options.wheels);
   return result;
 }
 

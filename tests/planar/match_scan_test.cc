@@ -79,6 +79,66 @@ TEST(MatchScan, TheCovarianceOfACorridorIsThatOfThePriorAlongIt) {
   EXPECT_NEAR(match.field_from_robot.translation.y(), 0, 0.01);
 }
 
+// Seven metres of two walls were seen, and the scan sees two metres more of them ahead.
+struct BareCorridor {
+  LikelihoodField field{kField};
+  std::vector<Eigen::Vector2d> points;
+  Constraints walls;
+  PosePrior prior{{0, {0, 0}}, 0.1, 0.05};
+
+  BareCorridor() {
+    std::vector<Eigen::Vector2d> seen;
+    for (double x = -5; x < 2; x += 0.05) {
+      for (const double y : {-1, 1}) {
+        seen.emplace_back(x, y);
+        if (x + 2 > -3) points.emplace_back(x + 2, y);
+      }
+    }
+    field.Add(seen);
+    walls.normals_in_robot.assign(points.size(), Eigen::Vector2d::UnitY());
+  }
+};
+
+TEST(MatchScan, TheEndOfWhatWasSeenOfAWallDoesNotHoldAScan) {
+  const BareCorridor corridor;
+  const auto x_m = [&](const Constraints& constraints) {
+    const Rigid2& start = corridor.prior.field_from_robot;
+    return RefinePose(corridor.field, corridor.points, corridor.prior, start, constraints)
+        .field_from_robot.translation.x();
+  };
+  EXPECT_LT(x_m({}), -0.02);
+  EXPECT_NEAR(x_m(corridor.walls), 0, 0.002);
+}
+
+TEST(MatchScan, TheAxisOfABareCorridorIsUnclear) {
+  const BareCorridor corridor;
+  const auto along =
+      UnclearDirection(corridor.field, corridor.points, corridor.walls.normals_in_robot, Rigid2{});
+  ASSERT_TRUE(along.has_value());
+  EXPECT_GT(std::abs(along->x()), 0.999);
+}
+
+TEST(MatchScan, InARoomNothingIsUnclear) {
+  LikelihoodField field(kField);
+  field.Add(Room());
+  std::vector<Eigen::Vector2d> normals;
+  for (const Eigen::Vector2d& point : Room()) {
+    normals.push_back(std::abs(point.y()) >= 2 ? Eigen::Vector2d::UnitY()
+                                               : Eigen::Vector2d::UnitX());
+  }
+  EXPECT_FALSE(UnclearDirection(field, Room(), normals, Rigid2{}).has_value());
+}
+
+TEST(MatchScan, AHeldPoseKeepsItsPlaceAlongTheDirection) {
+  LikelihoodField field(kField);
+  field.Add(Room());
+  const Rigid2 start{0, {0.06, 0.06}};
+  const ScanMatch match =
+      RefinePose(field, Room(), {start, 0.1, 0.05}, start, {{}, Eigen::Vector2d::UnitX()});
+  EXPECT_NEAR(match.field_from_robot.translation.x(), 0.06, 0.003);
+  EXPECT_NEAR(match.field_from_robot.translation.y(), 0, 0.01);
+}
+
 // The robot looks across the corridor: what is not known is to its left and right.
 TEST(MatchScan, TheCovarianceInTheRobotTurnsWithIt) {
   ScanMatch match{{std::numbers::pi / 2, {3, 4}}, 1, {}};

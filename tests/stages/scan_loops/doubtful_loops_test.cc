@@ -15,7 +15,7 @@ struct Drive {
 
   Drive() {
     for (int i = 0; i < 20; ++i) {
-      keyscans.push_back({i, {0, {2.0 * i, 0}}, 2.0 * i, {}});
+      keyscans.push_back({i, {0, {2.0 * i, 0}}, 2.0 * i, {}, {}});
       if (i > 0) {
         edges.push_back({EdgeKind::kOdometry, i - 1, i, Rigid3(), 1e-6 * Matrix6d::Identity()});
       }

@@ -14,7 +14,7 @@ struct Path {
     Random random(1);
     Rigid2 pose{0.4, {1, 2}};
     for (int i = 0; i < 40; ++i) {
-      keyscans.push_back({i, pose, 0, {}});
+      keyscans.push_back({i, pose, 0, {}, {}});
       const Rigid2 next = pose * Rigid2{random.Uniform(-0.4, 0.6), {random.Uniform(0.1, 0.5), 0.1}};
       Eigen::Matrix2d root;
       for (double& value : root.reshaped()) value = 0.02 * random.Gaussian();

@@ -21,7 +21,8 @@ std::vector<Keyscan> KeyscansOf(const std::vector<Rigid2>& poses) {
     keyscans.push_back({static_cast<std::int64_t>(i),
                         poses[i],
                         kStep_m * static_cast<double>(i),
-                        {poses[i].Inverse() * Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0)}});
+                        {poses[i].Inverse() * Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0)},
+                        {}});
   }
   return keyscans;
 }
@@ -75,7 +76,7 @@ TEST(ScanStretches, KeyscansFartherApartThanAStretchAreEachTheirOwn) {
 TEST(ScanStretches, PointsAreInTheFrameOfTheMiddle) {
   const auto poses = DriveAround({3, 2}, 0.5, kStep_m, 1);
   const auto keyscans = KeyscansOf(poses);
-  const auto points = PointsOf(keyscans, {10, 15, 30});
+  const auto points = PointsOf(keyscans, {10, 15, 30}).points;
   ASSERT_EQ(points.size(), 40U);
   for (std::size_t i = 0; i < 20; ++i) {
     EXPECT_LT((poses[15] * points[2 * i]).norm(), 1e-9);
