@@ -47,10 +47,10 @@ def of_one_place(ranges_m, other_m):
 
 
 def different_scans(ranges_m):
-    """Rows of scans that all differ from each other."""
-    stride = -(-ranges_m.shape[1] // MAX_COMPARED)
-    few_m, chosen = ranges_m[:, ::stride], []
-    for row in range(len(few_m)):
+    """Rows of scans that all differ from each other, of those with half as many hits as most or more."""
+    num_hits = np.count_nonzero(~np.isnan(ranges_m), axis=1)
+    few_m, chosen = ranges_m[:, :: -(-ranges_m.shape[1] // MAX_COMPARED)], []
+    for row in np.flatnonzero((num_hits > 0) & (2 * num_hits >= np.quantile(num_hits, 0.75))).tolist():
         if len(chosen) < MAX_CHOSEN and differs(few_m[row], few_m[chosen]).all():
             chosen.append(row)
     return chosen
@@ -96,4 +96,4 @@ def sectors_deg(table, is_inside):
     sectors = [(part[0], part[-1]) for part in np.split(found, starts[1:])] if len(found) else []
     if table.is_circle and len(sectors) > 1 and sectors[0][0] + 360 - sectors[-1][1] <= step_deg + MAX_HOLE_DEG:
         sectors = [*sectors[1:-1], (sectors[-1][0], sectors[0][1] + 360)]
-    return [(math.floor(first - step_deg / 2), math.ceil(last + step_deg / 2)) for first, last in sectors]
+    return [(math.floor(round(first - step_deg / 2, 6)), math.ceil(round(last + step_deg / 2, 6))) for first, last in sectors]
