@@ -47,10 +47,9 @@ def of_one_place(ranges_m, other_m):
 
 
 def different_scans(ranges_m):
-    """Rows of scans that all differ from each other, of those with half as many hits as most or more."""
-    num_hits = np.count_nonzero(~np.isnan(ranges_m), axis=1)
+    """Rows of scans that hit something and all differ from each other."""
     few_m, chosen = ranges_m[:, :: -(-ranges_m.shape[1] // MAX_COMPARED)], []
-    for row in np.flatnonzero((num_hits > 0) & (2 * num_hits >= np.quantile(num_hits, 0.75))).tolist():
+    for row in np.flatnonzero((~np.isnan(ranges_m)).any(axis=1)).tolist():
         if len(chosen) < MAX_CHOSEN and differs(few_m[row], few_m[chosen]).all():
             chosen.append(row)
     return chosen

@@ -14,15 +14,16 @@ FULL_TURN_RAD = 2 * np.pi
 
 @dataclass(frozen=True)
 class Samples:
-    """Of one sensor. values: (n, 3), see signals_io.h. ranges_m: of each scan; empty of odometry."""
+    """Of one sensor. values: (n, 3), see signals_io.h. ranges_m: of each scan; empty of odometry. is_upside_down: its z points down."""
 
     sensor_id: str
     times_ns: np.ndarray
     values: np.ndarray
     ranges_m: list
+    is_upside_down: bool = False
 
     def only(self, idxs):
-        return Samples(self.sensor_id, self.times_ns[idxs], self.values[idxs], [self.ranges_m[idx] for idx in idxs])
+        return Samples(self.sensor_id, self.times_ns[idxs], self.values[idxs], [self.ranges_m[idx] for idx in idxs], self.is_upside_down)
 
 
 @dataclass(frozen=True)
@@ -41,14 +42,16 @@ def read_sensors(path):
     """Samples of each sensor that has any; none without the file."""
     if path is None:
         return []
-    names = ("sample_offset", "time_ns", "value", "range_offset", "range_m")
-    offsets, times_ns, values, range_offsets, ranges_m = read_hdf5(path, *names)
+    names = ("sample_offset", "time_ns", "value", "range_offset", "range_m", "robot_from_sensor")
+    offsets, times_ns, values, range_offsets, ranges_m, mountings = read_hdf5(path, *names)
     offsets, times_ns, range_offsets, ranges_m = map(np.ravel, (offsets, times_ns, range_offsets, ranges_m))
     with using(path), h5py.File(path) as file:
         ids = [file.attrs[f"sensor_{i}"] for i in range(len(offsets) - 1)]
         per_scan = np.split(ranges_m, range_offsets[1:-1]) if len(ranges_m) else []
-        return [Samples(name.decode() if isinstance(name, bytes) else name, times_ns[begin:end], values[begin:end], per_scan[begin:end])
-                for name, begin, end in zip(ids, offsets, offsets[1:]) if end > begin]  # fmt: skip
+        ids = [name.decode() if isinstance(name, bytes) else name for name in ids]
+        is_down = (mountings[:, 3] ** 2 + mountings[:, 4] ** 2 > 0.5).tolist()
+        return [Samples(name, times_ns[begin:end], values[begin:end], per_scan[begin:end], down)
+                for name, begin, end, down in zip(ids, offsets, offsets[1:], is_down) if end > begin]  # fmt: skip
 
 
 def range_table(scans, max_scans):

@@ -4,11 +4,9 @@
 import numpy as np
 
 from nightmap_eval.verdict import check
-from nightmap_eval.verdict_times import usual_interval_s
-from nightmap_site.checked_reading import NUMBER, read_toml
 
 SAME_DURATION = 0.1  # of two logs that began together
-MAX_GAP_S = 0.5
+MAX_GAP_S = 10  # scan_match.max_gap_s
 # What no robot makes, as in wheel_motion.cc.
 MAX_SPEED_M_PER_S = MAX_SPEED_RAD_PER_S = 10
 LATE_M, LATE_RAD = 0.5, 1.0
@@ -16,20 +14,13 @@ MIN_STEP_M, MIN_STEPS = 0.01, 50
 ALONG, SURELY_ALONG = 0.5, 0.9  # mean resultant length
 
 
-def largest_gap_s(site):
-    """Between two samples of the odometry that scan_match uses."""
-    path = site.config / "scan_match.toml"
-    stated = read_toml(path).get("max_odometry_gap_s") if path.exists() else None
-    return stated if isinstance(stated, NUMBER) else MAX_GAP_S
-
-
-def covered(begin_ns, end_ns, odometry_ns, gap_s):
+def covered(begin_ns, end_ns, odometry_ns):
     """Whether the odometry has no gap between two times."""
     first, last = np.searchsorted(odometry_ns, begin_ns, side="right") - 1, np.searchsorted(odometry_ns, end_ns)
-    return bool(first >= 0 and last < len(odometry_ns) and (np.diff(odometry_ns[first : last + 1]) <= 1e9 * gap_s).all())
+    return bool(first >= 0 and last < len(odometry_ns) and (np.diff(odometry_ns[first : last + 1]) <= 1e9 * MAX_GAP_S).all())
 
 
-def odometry_checks(odometry, what, scanners, gap_s):
+def odometry_checks(odometry, what, scanners):
     if len(odometry.times_ns) < 2:
         return
     yield check(f"steps of {what}", 100 * float(np.mean(impossible_steps(odometry))), "%", (0, 1), f"are faster than {MAX_SPEED_M_PER_S} m/s "
@@ -40,9 +31,9 @@ def odometry_checks(odometry, what, scanners, gap_s):
     yield check(f"heading of {what}", share, "", (ALONG if remedy else 0, 1), "wheels drive along their heading: the mean resultant length of "
                 "twice the angle between the two", f"the robot drives in other directions than it heads, unless {remedy}", usable=(ALONG if remedy else 0, 1))  # fmt: skip
     for scans in scanners:
-        yield check(f"scans with {what}", 100 * share_covered(scans.times_ns, odometry.times_ns, gap_s), "%", (80, 100),
-                    f"have samples of it around them, at most {gap_s:g} s apart (scan_match.max_odometry_gap_s)",
-                    "only {value:.0f} % of the scans have odometry: " + _times_advice(scans.times_ns, odometry.times_ns, gap_s),
+        yield check(f"scans with {what}", 100 * share_covered(scans.times_ns, odometry.times_ns), "%", (80, 100),
+                    f"have samples of it around them, at most {MAX_GAP_S} s apart",
+                    "only {value:.0f} % of the scans have odometry: " + _times_advice(scans.times_ns, odometry.times_ns),
                     usable=(5, 100))  # fmt: skip
 
 
@@ -71,20 +62,15 @@ def along_heading(odometry):
     return share, sure[0] if sure else None
 
 
-def share_covered(scans_ns, odometry_ns, gap_s):
-    after = np.searchsorted(odometry_ns, scans_ns)
-    exact = np.isin(scans_ns, odometry_ns)
-    inside = (after > 0) & (after < len(odometry_ns)) & ~exact
-    around_ns = odometry_ns[after[inside]] - odometry_ns[after[inside] - 1]
-    return float((np.count_nonzero(around_ns <= 1e9 * gap_s) + np.count_nonzero(exact)) / len(scans_ns))
+def share_covered(scans_ns, odometry_ns):
+    after = np.clip(np.searchsorted(odometry_ns, scans_ns), 1, len(odometry_ns) - 1)
+    inside = (scans_ns >= odometry_ns[0]) & (scans_ns <= odometry_ns[-1])
+    return float(np.mean(inside & (odometry_ns[after] - odometry_ns[after - 1] <= 1e9 * MAX_GAP_S)))
 
 
-def _times_advice(scans_ns, odometry_ns, gap_s):
+def _times_advice(scans_ns, odometry_ns):
     (first, last), (begin, end) = ((times_ns[0] / 1e9, times_ns[-1] / 1e9) for times_ns in (scans_ns, odometry_ns))
-    interval_s = usual_interval_s(odometry_ns)
     if min(last, end) > max(first, begin):
-        if interval_s > gap_s:
-            return f"its samples are {interval_s:.2g} s apart: write max_odometry_gap_s = {2 * interval_s:.2g} in the site's scan_match.toml"
         return "look for gaps in its file, and samples that were left out (make inspect)"
     apart = f"the scans are from {first:.0f} to {last:.0f} s and the odometry from {begin:.0f} to {end:.0f} s: two clocks. "
     if abs((last - first) - (end - begin)) <= SAME_DURATION * (last - first):

@@ -7,9 +7,10 @@ import numpy as np
 
 from nightmap_eval.robot_body import find_body, of_one_place, sectors_text
 from nightmap_eval.signals import range_table, read_sensors
-from nightmap_eval.verdict import check, escaped, unknown
-from nightmap_eval.verdict_odometry import covered, largest_gap_s, odometry_checks
+from nightmap_eval.verdict import check, unknown
+from nightmap_eval.verdict_odometry import covered, odometry_checks
 from nightmap_eval.verdict_times import gap_steps, time_checks
+from nightmap_eval.verdict_turns import turn_checks
 from nightmap_site.checked_reading import NUMBER, read_object
 
 REPORT = {"?num_times_in_line_order": {}, "?range_of_no_hit_m": {}}
@@ -20,24 +21,26 @@ HARDLY = 0.1  # of the beams of a scan
 def checks(site):
     report = read_object(site.path("frames", "report"), REPORT)
     scanners, odometries = (read_sensors(site.made("frames", kind)) for kind in ("scans", "odometry"))
+    tables = {}
     for scans in scanners:
         what = "scans" if len(scanners) == 1 else f"scans of {scans.sensor_id}"
-        table = range_table(scans, MAX_SCANS)
+        table = tables[scans.sensor_id] = range_table(scans, MAX_SCANS)
         yield from time_checks(scans, what, report)
-        yield _gaps_check(scans, what, odometries, largest_gap_s(site))
+        yield _gaps_check(scans, what, odometries)
         yield from _limit_checks(scans, what, report)
         yield from _return_checks(table, what)
         yield _body_check(table, what)
-    gap_s = largest_gap_s(site)
     for odometry in odometries:
         what = "odometry" if len(odometries) == 1 else f"odometry of {odometry.sensor_id}"
         yield from time_checks(odometry, what, report)
-        yield from odometry_checks(odometry, what, scanners, gap_s)
+        yield from odometry_checks(odometry, what, scanners)
+        for scans in scanners:
+            yield from turn_checks(tables[scans.sensor_id], scans, odometry, what)
 
 
-def _gaps_check(scans, what, odometries, gap_s):
+def _gaps_check(scans, what, odometries):
     def is_bridged(step):
-        return any(covered(*scans.times_ns[step : step + 2], odometry.times_ns, gap_s) for odometry in odometries)
+        return any(covered(*scans.times_ns[step : step + 2], odometry.times_ns) for odometry in odometries)
 
     lost = [step for step in gap_steps(scans.times_ns).tolist() if not is_bridged(step) and _moved(scans, step)]
     longest_s = max(((scans.times_ns[step + 1] - scans.times_ns[step]) / 1e9 for step in lost), default=0)
@@ -92,5 +95,5 @@ def _body_check(table, what):
         f"{{value:.1f}} % of the directions show something that stays at one distance, up to {body.largest_range_m:.2f} m, wherever the "
         f"robot is: its own body. Write {body.remedy} in the [[sensor]]")  # fmt: skip
     return check(name, 100 * body.share, "% of the directions", (-math.inf, 0), "a range that is the same within 3 cm in most scans, which "
-                 "all differ, is of the robot: the map would have walls all along its way", escaped(advice).replace("{{value:.1f}}", "{value:.1f}"),
+                 "all differ, is of the robot: the map would have walls all along its way", advice,
                  usable=(-math.inf, 90))  # fmt: skip
