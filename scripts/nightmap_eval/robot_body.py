@@ -15,7 +15,7 @@ SAME_M, MIN_SAME, MIN_HITS = 0.03, 0.8, 0.5  # of a range that stays; of the hit
 LARGEST_BODY_M = 3.0
 MOVED_M, MAX_MOVED = 0.3, 0.5  # of a range; of the directions of two scans of about one place
 MAX_HOLE_DEG = 2.0  # between directions of one sector
-MARGIN_M, STEP_M, MAX_MIN_RANGE_M = 0.03, 0.05, 1.0
+MARGIN_M, MARGIN_SIGMAS, STEP_M, MAX_MIN_RANGE_M = 0.03, 4, 0.05, 1.0
 MAX_LOST = 1e-3  # of the other hits, that a min_range_m takes away
 
 
@@ -69,12 +69,14 @@ def find_body(table):
     if not is_body.any():
         return RobotBody(0.0, 0.0, None)
     largest_m = float(middle_m[is_body].max())
-    return RobotBody(float(np.mean(is_body)), largest_m, _remedy(table, ranges_m[:, ~is_body], largest_m, is_body))
+    sigma_m = 1.48 * float(np.nanmedian(np.abs(ranges_m - middle_m)[:, is_body]))
+    farthest_m = largest_m + max(MARGIN_M, MARGIN_SIGMAS * sigma_m)
+    return RobotBody(float(np.mean(is_body)), largest_m, _remedy(table, ranges_m[:, ~is_body], farthest_m, is_body))
 
 
-def _remedy(table, others_m, largest_m, is_body):
+def _remedy(table, others_m, farthest_m, is_body):
     """A least range, where nothing else is nearer; else the sectors."""
-    min_range_m = STEP_M * math.ceil(round((largest_m + MARGIN_M) / STEP_M, 6))
+    min_range_m = STEP_M * math.ceil(round(farthest_m / STEP_M, 6))
     num_lost = np.count_nonzero(others_m < min_range_m)
     if min_range_m <= MAX_MIN_RANGE_M and num_lost <= MAX_LOST * max(1, np.count_nonzero(~np.isnan(others_m))):
         return f"min_range_m = {min_range_m:.2f}"

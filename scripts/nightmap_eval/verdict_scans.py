@@ -90,7 +90,8 @@ def _body_check(table, what):
     name = f"the robot in its {what}"
     body = find_body(table)
     if body is None:
-        return unknown(name, "what stays at one distance while the robot moves is the robot", "too few scans differ: it hardly moved")
+        return unknown(name, "what stays at one distance while the robot moves is the robot", "too few scans differ from each other: it "
+                       "hardly moved, or is nearly all that the scanner sees")  # fmt: skip
     advice = "" if body.remedy is None else (
         f"{{value:.1f}} % of the directions show something that stays at one distance, up to {body.largest_range_m:.2f} m, wherever the "
         f"robot is: its own body. Write {body.remedy} in the [[sensor]]")  # fmt: skip

@@ -108,6 +108,9 @@ class LogTest(unittest.TestCase):
         behind = log.beams(136, 180) | log.beams(-180, -136)
         log.ranges_m[:, behind] = 0.25 + 0.01 * rng.normal(size=(len(log.poses), behind.sum()))
         self.assert_named(log, "the robot in its scans", LOOK, r"up to 0\.25 m.* Write min_range_m = 0\.30 in the \[\[sensor\]\]")
+        noisy = Log()
+        noisy.ranges_m[:, behind] = 0.25 + 0.015 * rng.normal(size=(len(log.poses), behind.sum()))
+        self.assert_named(noisy, "the robot in its scans", LOOK, r"Write min_range_m = 0\.35")
         log.ranges_m[log.ranges_m < 0.3] = NOT_MEASURED
         self.assertEqual(self.not_good(log), {})
 
