@@ -55,7 +55,7 @@ struct ScanGrid {
 // Projects the beams onto the x-y plane of the map; the scanner's plane is level but for the tilt
 // of a robot that drives on a floor. A range of at least min_range_m and below limit_m is measured.
 // It is a hit below max_range_m; a longer one clears the cells up to max_range_m, because an error
-// of the heading moves its end too far. Other ranges (NaN, infinite, zero, the limit) say nothing,
+// of the heading moves its end too far. Other ranges (NaN, zero or below, the limit) say nothing,
 // because glass and black things return nothing either; with a clear_range_m, beams that report the
 // limit or more clear the cells up to it.
 //

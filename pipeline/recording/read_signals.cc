@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "pipeline/io/data_paths.h"
-#include "pipeline/recording/scan_angles.h"
+#include "pipeline/recording/finish_scans.h"
 #include "pipeline/recording/scan_ranges.h"
 #include "pipeline/recording/signal_file.h"
 
@@ -62,8 +62,7 @@ SensorSignals ReadSensorSignals(const SiteConfig& site,
     std::vector<SignalSample>* samples = &result.signals[i].samples;
     if (sensor.kind == SignalKind::kOdometry) SumUpOdometry(sensor, samples);
     if (sensor.kind != SignalKind::kScan) continue;
-    ShareCircle(sensor, samples);
-    if (!sensor.max_range_m) result.range_of_no_hit_m[i] = LimitToHits(samples);
+    result.range_of_no_hit_m[i] = FinishScans(sensor, samples);
   }
   return result;
 }

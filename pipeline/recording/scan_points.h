@@ -11,7 +11,7 @@
 namespace nightmap {
 
 // Whether a beam hit something: its range is positive and below the scan's limit. Where a scanner
-// hit nothing it reports zero, NaN, the limit or more.
+// hit nothing it reports zero, NaN, the limit or more; below zero, nothing was measured.
 bool IsHit(const SignalSample& scan, float range_m);
 
 struct ScanPoints {

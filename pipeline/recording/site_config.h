@@ -57,6 +57,10 @@ struct SensorConfig {
   double angle_step_deg = 0;
   std::optional<double> max_range_m;
   double range_unit_m = 1;  // of the ranges in the files
+  double min_range_m = 0;   // nearer ones are of the robot itself
+  // Sectors in which the scanner sees the robot itself: from, to, counter-clockwise from x, twice
+  // as many numbers as sectors.
+  std::vector<double> blind_deg;
   double scan_duration_s =
       0;  // a scan's time is that of its first beam, beam i is i/n of this later
   // Odometry: the quantity that a sample measures and, for ticks, the length of one.

@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/options.h"
@@ -29,6 +30,8 @@ struct SensorTable {
     list.Add(
         "angle_step_deg", &s.angle_step_deg, {-90, 90}, "scan: 0: beams share the field of view");
     list.Add("max_range_m", &max_range_m, {0.01, 1e4}, "scan: range from which on nothing was hit");
+    list.Add("min_range_m", &s.min_range_m, {0, 100}, "scan: nearer is the robot itself");
+    list.Add("blind_deg", &s.blind_deg, {-360, 360}, "scan: from and to of blind sectors");
     list.Add("range_unit", &range_unit, {"m", "cm", "mm"}, "scan: unit of the ranges in its files");
     list.Add("scan_duration_s",
              &s.scan_duration_s,
@@ -80,6 +83,19 @@ struct RobotTruthTable {
         "relations", &t.relations, "lines `time1 time2 x y z roll pitch yaw`, relative to root");
   }
 };
+
+void CheckSectors(const std::vector<double>& sectors_deg, const std::string& where) {
+  bool is_right = sectors_deg.size() % 2 == 0;
+  for (std::size_t i = 0; is_right && i < sectors_deg.size(); i += 2) {
+    is_right = std::abs(std::remainder(sectors_deg[i + 1] - sectors_deg[i], 360)) > 1e-3;
+  }
+  if (is_right) return;
+  throw UsageError(
+      "{}: blind_deg = [{}] must have from and to of each sector, as [135, 225], and no sector is "
+      "empty or a whole circle",
+      where,
+      fmt::join(sectors_deg, ", "));
+}
 
 // What a scanner does not state, its lines do, or it follows from the number of beams. That is so
 // of beams that begin at the right and are symmetric about x.
@@ -134,7 +150,13 @@ SensorConfig ParseSensor(const toml::table& table, const std::string& source) {
   if (sensor.id.empty()) throw UsageError("{}: id is empty: name the sensor", where);
   if (sensor.kind != SignalKind::kScan) {
     Refuse(table,
-           {"start_angle_deg", "angle_step_deg", "max_range_m", "range_unit", "scan_duration_s"},
+           {"start_angle_deg",
+            "angle_step_deg",
+            "max_range_m",
+            "range_unit",
+            "scan_duration_s",
+            "min_range_m",
+            "blind_deg"},
            where,
            "is of a scan");
   }
@@ -148,6 +170,7 @@ SensorConfig ParseSensor(const toml::table& table, const std::string& source) {
   } else {
     Refuse(table, {"m_per_tick", "wheel_base_m"}, where, "needs measures = \"ticks\"");
   }
+  CheckSectors(sensor.blind_deg, where);
   TakeStated(table, parsed, where, &sensor);
   if (table.contains("robot_from_sensor")) {
     sensor.robot_from_sensor = ToPose(parsed.robot_from_sensor, "robot_from_sensor", where);

@@ -34,6 +34,8 @@ def _up_checks(floor):
 
 
 def _floor_checks(floor):
+    if "floor_source" not in floor:  # the way of a robot's laser, whose z is 0
+        return
     height, below = "above what was taken for the floor; robots and people carry cameras so", "of the measured points: nothing is below a floor"
     if floor.get("floor_source") == "floor plane":
         yield check("camera height", floor.get("camera_height_m", 0.0), "m", (0.15, 2.5), height, "the camera is {value:.2f} m above what "

@@ -8,11 +8,10 @@
 #include "pipeline/io/text_file.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/recording/csv_columns.h"
+#include "pipeline/recording/finish_scans.h"
 #include "pipeline/recording/gzip_lines.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/read_signals.h"
-#include "pipeline/recording/scan_angles.h"
-#include "pipeline/recording/scan_ranges.h"
 #include "pipeline/recording/time_unit.h"
 
 namespace nightmap {
@@ -67,8 +66,7 @@ class LogOfScans {
   }
 
   void AppendTo(ScanLogs* result) {
-    ShareCircle(scanner_, &log_.scans);
-    if (!scanner_.max_range_m) LimitToHits(&log_.scans);
+    FinishScans(scanner_, &log_.scans);
     log_.name = config_.scans;
     log_.source = config_.source;
     log_.robot_from_laser = ToRigid2(scanner_.robot_from_sensor);

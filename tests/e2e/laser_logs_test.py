@@ -5,6 +5,7 @@ hit, units and tables. A robot drives once through two rooms; each case writes t
 lines. Its map is right, or reading it ends with the reason and what to write."""
 import json
 import math
+import re
 import unittest
 
 import h5py
@@ -212,6 +213,21 @@ class LaserLogsTest(unittest.TestCase):
         self.assertTrue((self.scans()[:, 2] == 5).all())
         self.assertEqual(json.loads(self.artifact("frames/report.json").read_text())["range_of_no_hit_m"], {"laser": 5})
         self.assertIn("write max_range_m = 5", self.artifact("logs/frames.log").read_text())
+
+    def test_the_robot_in_its_scans_is_proposed_and_left_out(self):
+        recording, rng = Recording(full_circle(180)), np.random.default_rng(5)
+        for ranges_m in recording.scans_m:
+            ranges_m[:22] = 0.25 + 0.005 * rng.normal(size=22)
+            ranges_m[-22:] = 0.25 + 0.005 * rng.normal(size=22)
+        sensor = FULL + "max_range_m = 5\n"
+        self.write(recording, recording.text(), sensor)
+        output = self.make("check")
+        self.assertIn("look at this: the robot in its scans", output)
+        proposed = re.search(r"Write (min_range_m = [0-9.]+) in the \[\[sensor\]\]", output)[1]
+        for lines in (proposed, "blind_deg = [135, -135]"):
+            self.write(recording, recording.text(), sensor + lines + "\n")
+            self.assertIn("verdict: good", self.make("check"))
+            self.assert_right()
 
     def test_keys_of_import_that_nothing_reads_are_refused(self):
         recording = Recording(full_circle(90))

@@ -151,6 +151,18 @@ TEST(ScanGrid, ABeamWithoutAHitClearsUpToTheGivenRange) {
   EXPECT_EQ(CellAt(grid, 1, 0.001), kOccupiedCell);
 }
 
+TEST(ScanGrid, ABeamThatMeasuredNothingClearsNothing) {
+  Recording recording;
+  recording.Add({0, 0, 0});
+  recording.Fill(-1);
+  recording.ranges_m[0][0] = 1;
+  ScanGridOptions options;
+  options.clear_range_m = 3;
+  const ScanGrid result = GridOfScans(options, recording.Scans());
+  EXPECT_EQ(result.num_hits, 1u);
+  EXPECT_LE(std::ranges::count(result.grid.cells, kFreeCell), 21) << "of the other beam only";
+}
+
 TEST(ScanGrid, ALongRangeClearsUpToTheLongestAndHitsNothing) {
   Recording recording;
   recording.Add({0, 0, 0});

@@ -343,6 +343,12 @@ TEST(SiteConfig, MistakesInSignalsAreNamedWithTheirLine) {
   expect("measures", "range_unit = \"mm\"\nmeasures", "'range_unit' is of a scan");
   expect("max_range_m", "range_unit = \"inch\"\nmax_range_m", "range_unit");
   expect("sensor = \"wheels\"\n", "sensor = \"laser\"\n", "must name the time alone: of a scan");
+  expect("measures", "min_range_m = 0\nmeasures", "'min_range_m' is of a scan");
+  expect("measures", "blind_deg = []\nmeasures", "'blind_deg' is of a scan");
+  expect("max_range_m",
+         "blind_deg = [1, 2, 3]\nmax_range_m",
+         "s.toml:2: blind_deg = [1, 2, 3] must have from and to");
+  expect("max_range_m", "blind_deg = [1, 2, -180, 180]\nmax_range_m", "no sector is empty");
   expect("measures", "scan_duration_s = 0\nmeasures", "'scan_duration_s' is of a scan");
   expect("0.075", "-0.1", "s.toml:6: scan_duration_s");
   expect("0.2, 0, 0, 0, 1]", "0.2, 0, 0, 0]", "robot_from_sensor has 6 numbers");

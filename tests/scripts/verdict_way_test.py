@@ -163,6 +163,9 @@ class FloorTest(unittest.TestCase):
     def test_a_given_frame_is_asked_for_its_warnings_alone(self):
         self.assertEqual(set(self.judged(floor_source="given trajectory", floor_warnings=[])), {"warnings of the floor"})
 
+    def test_the_way_of_a_laser_has_no_camera_over_a_floor(self):
+        self.assertEqual(self.judged(num_scans=845), {})
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -103,6 +103,14 @@ TEST_F(ReadLogs, ALogMayBeGzippedOrTextOrLieElsewhere) {
   EXPECT_EQ(read.logs[1].scans.at(0).ranges_m, (std::vector<float>{1, 2, 3}));
 }
 
+TEST_F(ReadLogs, WhatAScannerSeesOfItsRobotIsNotMeasured) {
+  site_.sensors[0].blind_deg = {80, 100};
+  site_.sensors[0].min_range_m = 1.2;
+  Write("c.txt", "7.5 1 2 3\n");
+  Ask("c.txt").format = "text";
+  EXPECT_EQ(Read().logs.at(0).scans.at(0).ranges_m, (std::vector<float>{-1, 2, -1}));
+}
+
 TEST_F(ReadLogs, ALogMayBeATable) {
   Write("d.csv", "r0, t_ns, r1\n 1, 7500000000, 2\n3,7600000000\n3,7700000000,-1\n");
   ScanQueryConfig& query = Ask("d.csv");
