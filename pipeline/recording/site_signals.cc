@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <numbers>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/options.h"
@@ -18,6 +19,8 @@ struct SensorTable {
   double start_angle_deg = -90;
   double max_range_m = kMaxRangeUnlessStated_m;
   std::string range_unit = "m";
+  std::string position_unit = "m";
+  std::string heading_unit = "rad";
 
   void Register(OptionList& list) {
     SensorConfig& s = sensor;
@@ -38,6 +41,8 @@ struct SensorTable {
              &s.measures,
              {"pose", "motion", "ticks"},
              "odometry: quantity that a sample measures");
+    list.Add("position_unit", &position_unit, {"m", "cm", "mm"}, "odometry: unit of its positions");
+    list.Add("heading_unit", &heading_unit, {"rad", "deg"}, "odometry: unit of its headings");
     list.Add("m_per_tick", &s.m_per_tick, {0, 100}, "odometry of ticks: distance per tick, m");
     list.Add("wheel_base_m",
              &s.wheel_base_m,
@@ -81,13 +86,19 @@ struct RobotTruthTable {
   }
 };
 
+double UnitInM(const std::string& unit) { return unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1; }
+
 // What a scanner does not state, its lines do, or it follows from the number of beams. That is so
 // of beams that begin at the right and are symmetric about x.
 void TakeStated(const toml::table& table,
                 const SensorTable& parsed,
                 const std::string& where,
                 SensorConfig* sensor) {
-  sensor->range_unit_m = parsed.range_unit == "mm" ? 1e-3 : parsed.range_unit == "cm" ? 1e-2 : 1;
+  sensor->range_unit_m = UnitInM(parsed.range_unit);
+  sensor->position_unit_m = UnitInM(parsed.position_unit);
+  if (table.contains("heading_unit")) {
+    sensor->heading_unit_rad = parsed.heading_unit == "deg" ? std::numbers::pi / 180 : 1;
+  }
   if (table.contains("max_range_m")) sensor->max_range_m = parsed.max_range_m;
   if (!table.contains("start_angle_deg")) return;
   sensor->start_angle_deg = parsed.start_angle_deg;
@@ -139,12 +150,13 @@ SensorConfig ParseSensor(const toml::table& table, const std::string& source) {
            "is of a scan");
   }
   if (sensor.kind != SignalKind::kOdometry) {
-    Refuse(table, {"measures"}, where, "is of odometry");
+    Refuse(table, {"measures", "position_unit", "heading_unit"}, where, "is of odometry");
   }
   if (sensor.measures == "ticks") {
     if (sensor.m_per_tick <= 0 || sensor.wheel_base_m <= 0) {
       throw UsageError("{}: ticks need m_per_tick and wheel_base_m, both above 0", where);
     }
+    Refuse(table, {"position_unit", "heading_unit"}, where, "does not go with ticks");
   } else {
     Refuse(table, {"m_per_tick", "wheel_base_m"}, where, "needs measures = \"ticks\"");
   }
