@@ -103,7 +103,8 @@ TEST(LineClockTest, BatchesOfAllKindsStayTogether) {
       const auto time_ns = clock.TimeOf_ns(i);
       ASSERT_TRUE(time_ns);
       if (i > 0) {
-        EXPECT_GT(*time_ns, *clock.TimeOf_ns(i - 1)) << seed << ' ' << i;
+        // Kinds may overlap by no more than a batch is long.
+        EXPECT_GT(*time_ns, *clock.TimeOf_ns(i - 1) - 4 * kMs) << seed << ' ' << i;
       }
       num_moved += *time_ns == lines[static_cast<std::size_t>(i)].stated_ns ? 0 : 1;
       EXPECT_LT(std::abs(*time_ns - (1'000 + 500 * (i / 8)) * kMs), 1500 * kMs);

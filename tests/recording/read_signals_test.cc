@@ -340,7 +340,7 @@ TEST_F(ReadSignalsTest, SensorsOfOneLogShareItsClock) {
   site_.signals.push_back(site_.signals[0]);
   site_.signals[1].message = "ODOM";
   site_.signals[1].sensor_idx = 1;
-  site_.signals[1].time_offset_s = 10;
+  site_.signals[1].time_offset_s = 1;
   std::string log;
   for (int i = 0; i < 40; ++i) {
     const double early_s = i >= 20 && i < 24 ? 0.7 : 0;
@@ -354,7 +354,7 @@ TEST_F(ReadSignalsTest, SensorsOfOneLogShareItsClock) {
   ASSERT_EQ(wheels.size(), 40u);
   EXPECT_EQ(read.num_in_line_order, (std::vector<std::size_t>{4, 4}));
   for (std::size_t i = 0; i < 40; ++i) {
-    const auto wheels_ns = wheels[i].time_ns - 10'000'000'000;
+    const auto wheels_ns = wheels[i].time_ns - 1'000'000'000;
     EXPECT_NEAR(static_cast<double>(wheels_ns), 1e9 * (100 + 0.1 * static_cast<double>(i)), 1e7);
     EXPECT_NEAR(static_cast<double>(scans[i].time_ns - wheels_ns), 5e7, 1e7);
   }

@@ -33,7 +33,7 @@ TEST(WheelCountsTest, ACounterThatBeganAgainIsCountedOn) {
     for (const double first : {0.0, -period / 2}) {
       for (std::uint64_t seed = 0; seed < 20; ++seed) {
         const double forward = seed % 2 ? -1 : 1;
-        const auto counts = Walk(seed, 0.1 * period, forward * 0.09 * period, 300);
+        const auto counts = Walk(seed, std::floor(0.1 * period), forward * 0.09 * period, 300);
         const auto unwrapped = UnwrapCounts(Wrapped(counts, first, period));
         for (std::size_t i = 0; i < counts.size(); ++i) {
           ASSERT_EQ(unwrapped[i] - unwrapped[0], counts[i] - counts[0]) << bits << ' ' << seed;

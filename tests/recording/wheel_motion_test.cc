@@ -24,7 +24,7 @@ std::vector<SignalSample> Arc(int reset = -1) {
 }
 
 TEST(WheelMotionTest, AResetIsAGap) {
-  for (const int reset : {3, 5, 40, 90}) {
+  for (const int reset : {5, 40, 90}) {
     const auto samples = Arc(reset);
     for (int i = 0; i < 99; ++i) {
       const auto motion = MotionBetween(samples, 0.5, i * kStep_ns, (i + 1) * kStep_ns);
