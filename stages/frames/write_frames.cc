@@ -114,8 +114,8 @@ void ReportTimesInLineOrder(const SiteConfig& site,
     const std::string& id = site.sensors[i].id;
     report["num_times_in_line_order"][id] = num_in_line_order[i];
     spdlog::warn(
-        "{} samples of {} have times before those of the lines before: they keep the order"
-        " of lines",
+        "{} samples of {} have times that contradict the order of lines: they get times between "
+        "those of other lines",
         num_in_line_order[i],
         id);
   }
@@ -135,6 +135,12 @@ void ReportRangesOfNoHit(const SiteConfig& site,
         *range_of_no_hit_m[i],
         *range_of_no_hit_m[i]);
   }
+}
+
+void ReportApart(const std::vector<std::string>& apart, nlohmann::json& report) {
+  if (apart.empty()) return;
+  report["odometry_apart"] = apart;
+  for (const std::string& text : apart) spdlog::warn("{}", text);
 }
 
 void WriteFrames(const FramesOptions& options,
