@@ -10,6 +10,7 @@ MAX_GAP_S = 10  # scan_match.max_gap_s
 # What no robot makes, as in wheel_motion.cc.
 MAX_SPEED_M_PER_S = MAX_SPEED_RAD_PER_S = 10
 LATE_M, LATE_RAD = 0.5, 1.0
+TO_ORIGIN_M, TO_ORIGIN_RAD = 0.1, 0.2
 MIN_STEP_M, MIN_STEPS = 0.01, 50
 ALONG, SURELY_ALONG = 0.5, 0.9  # mean resultant length
 
@@ -41,7 +42,8 @@ def impossible_steps(odometry):
     steps_s = np.diff(odometry.times_ns) / 1e9
     moves_m = np.linalg.norm(np.diff(odometry.values[:, :2], axis=0), axis=1)
     turns_rad = np.abs(np.remainder(np.diff(odometry.values[:, 2]) + np.pi, 2 * np.pi) - np.pi)
-    return (moves_m > MAX_SPEED_M_PER_S * steps_s + LATE_M) | (turns_rad > MAX_SPEED_RAD_PER_S * steps_s + LATE_RAD)
+    starts_again = (odometry.values[1:] == 0).all(axis=1) & ((moves_m > TO_ORIGIN_M) | (turns_rad > TO_ORIGIN_RAD))
+    return starts_again | (moves_m > MAX_SPEED_M_PER_S * steps_s + LATE_M) | (turns_rad > MAX_SPEED_RAD_PER_S * steps_s + LATE_RAD)
 
 
 def along_heading(odometry):

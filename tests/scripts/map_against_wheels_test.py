@@ -9,7 +9,7 @@ import numpy as np
 
 import fake_site  # noqa: F401  first: it makes the packages of scripts/ importable
 from nightmap_eval.map_against_wheels import agreement_of, windows
-from nightmap_eval.planar_poses import compose, to_rows, to_trajectory
+from nightmap_eval.planar_poses import compose, inverse, to_rows, to_trajectory
 
 RATE_HZ = 5
 
@@ -74,6 +74,18 @@ class AgreementTest(unittest.TestCase):
         jumped = ways.copy()
         jumped[120] = 40
         self.assertAlmostEqual(agreement_of(driven(ways, turns), driven(jumped, turns)).way, 1, places=6)
+
+    def test_a_driver_that_starts_again_counts_for_nothing(self):
+        ways, turns = steps()
+        wheels = driven(ways, turns)
+        rows = to_rows(wheels)
+        rows[150:] = compose(inverse(rows[150]), rows[150:])
+        jumps_ns = [(wheels.times_ns[149], wheels.times_ns[150])]
+        again = to_trajectory(wheels.times_ns, rows)
+        self.assertGreater(abs(agreement_of(wheels, again).way - 1), 1e-3)
+        found = agreement_of(wheels, again, jumps_ns)
+        self.assertAlmostEqual(found.way, 1, places=6)
+        self.assertAlmostEqual(found.turn, 1, places=6)
 
     def test_who_does_not_move_tells_nothing(self):
         found = agreement_of(driven(np.zeros(200), np.zeros(200)), driven(np.zeros(200), np.zeros(200)))
