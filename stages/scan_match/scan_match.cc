@@ -5,12 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/planar/match_scan.h"
-#include "pipeline/planar/unique_pose.h"
 #include "pipeline/recording/choose_signal.h"
 #include "pipeline/recording/scan_points.h"
 #include "stages/scan_match/robot_motion.h"
@@ -21,13 +19,10 @@
 namespace nightmap {
 namespace {
 
-// After a pause: how far a robot is looked for that stood still, and one that moved; and how sure
-// the place must be, as a loop is.
-constexpr double kStill_m = 0.3;
-constexpr double kStill_rad = 0.2;
-constexpr double kMoved_m = 10;
+// After a pause: sigmas of a robot that stood still, and the score that says so.
+constexpr double kStill_m = 0.1;
+constexpr double kStill_rad = 0.07;
 constexpr double kSureScore = 0.6;
-constexpr double kMaxSecondRatio = 0.9;
 
 // Null: without.
 const Signal* ChooseOdometry(const std::string& sensor, const std::vector<Signal>& odometry) {
@@ -144,28 +139,15 @@ class Matcher {
     covariance_ = CovarianceInRobot(match);
   }
 
-  // A robot that paused stands where it stood, or elsewhere in what it saw last. If neither is
-  // sure, a part of the way begins that only loops join.
+  // A robot that paused stands where it stood, or a part of the way begins that loops join.
   void MatchAfterPause(const ScanShape& shape, Prediction prediction, MatchedScan* matched) {
-    begins_part_ = true;
-    if (!HasEnough(shape)) return;
-    const Submap& submap = submaps_.Older();
     PosePrior& prior = prediction.start_from_robot;
-    const Rigid2 last = submap.start_from_submap.Inverse() * prior.field_from_robot;
-    for (const auto& [extent_m, angle_rad] :
-         {std::pair(kStill_m, kStill_rad), {kMoved_m, std::numbers::pi}}) {
-      SearchWindow window;
-      window.center = last;
-      window.half_extent_m = extent_m;
-      window.half_angle_rad = angle_rad;
-      window.min_value = kSureScore;
-      const auto found =
-          SearchBestPoses(submaps_.PyramidOfOlder(), shape.points, window, kMaxSecondRatio);
-      if (!found || found->second) continue;
-      begins_part_ = false;
-      prior = {submap.start_from_submap * found->best.field_from_robot, kStill_m, kStill_rad};
-      return Match(shape, prediction, matched);
-    }
+    prior.sigma_m = kStill_m;
+    prior.sigma_rad = kStill_rad;
+    MatchedScan still = *matched;
+    if (HasEnough(shape)) Match(shape, prediction, &still);
+    begins_part_ = still.score < kSureScore;
+    if (!begins_part_) *matched = still;
   }
 
   // The pose, moved along a direction to beside another one.

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 
 namespace nightmap {
@@ -10,12 +11,18 @@ namespace unique_pose_test {
 
 using Points = std::vector<Eigen::Vector2d>;
 
-// The walls of a room of 4 x 3 m about a place, with a niche in one of them or without.
+// The walls of a room of 4 x 3 m about a place, with a niche in one of them; or a round one.
 Points RoomAt(const Eigen::Vector2d& middle, bool has_niche) {
   Points points;
+  if (!has_niche) {
+    for (double angle = 0; angle < 2 * std::numbers::pi; angle += 0.03) {
+      points.push_back(middle + 2 * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+    }
+    return points;
+  }
   for (double s = 0; s < 4; s += 0.05) {
     points.push_back(middle + Eigen::Vector2d(s - 2, -1.5));
-    points.push_back(middle + Eigen::Vector2d(s - 2, has_niche && s > 2.5 && s < 3.5 ? 2.3 : 1.5));
+    points.push_back(middle + Eigen::Vector2d(s - 2, s > 2.5 && s < 3.5 ? 2.3 : 1.5));
     if (s < 3) points.push_back(middle + Eigen::Vector2d(-2, s - 1.5));
     if (s < 3) points.push_back(middle + Eigen::Vector2d(2, s - 1.5));
   }
