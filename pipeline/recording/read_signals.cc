@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "pipeline/io/data_paths.h"
-#include "pipeline/recording/finish_scans.h"
 #include "pipeline/recording/scan_ranges.h"
 #include "pipeline/recording/signal_file.h"
 
@@ -39,7 +38,7 @@ SensorSignals ReadSensorSignals(const SiteConfig& site,
                                 double max_failed_ratio) {
   SensorSignals result;
   result.num_in_line_order.resize(site.sensors.size());
-  result.range_of_no_hit_m.resize(site.sensors.size());
+  result.found_in_scans.resize(site.sensors.size());
   for (const SensorConfig& sensor : site.sensors) {
     result.signals.push_back(
         {sensor.kind, sensor.id, sensor.robot_from_sensor, {}, sensor.scan_duration_s});
@@ -62,7 +61,7 @@ SensorSignals ReadSensorSignals(const SiteConfig& site,
     std::vector<SignalSample>* samples = &result.signals[i].samples;
     if (sensor.kind == SignalKind::kOdometry) SumUpOdometry(sensor, samples);
     if (sensor.kind != SignalKind::kScan) continue;
-    result.range_of_no_hit_m[i] = FinishScans(sensor, samples);
+    result.found_in_scans[i] = FinishScans(sensor, samples);
   }
   return result;
 }

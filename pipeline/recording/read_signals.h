@@ -19,11 +19,11 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "pipeline/recording/finish_scans.h"
 #include "pipeline/recording/signals_io.h"
 #include "pipeline/recording/site_config.h"
 
@@ -37,9 +37,7 @@ struct SensorSignals {
   std::vector<Signal> signals;                 // one per [[sensor]], in their order
   std::vector<std::string> problems;           // one per line that was left out: file:line: reason
   std::vector<std::size_t> num_in_line_order;  // per [[sensor]]: samples whose clock went back
-  // Per [[sensor]]: the range that the scanner was found to write where it hit nothing, where that
-  // is not stated (scan_ranges.h). It is the limit of its scans.
-  std::vector<std::optional<float>> range_of_no_hit_m;
+  std::vector<FoundInScans> found_in_scans;    // per [[sensor]]
 };
 
 // Leaves out, with their reason, lines that are no sample, samples whose time is not after the
