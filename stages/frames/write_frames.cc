@@ -118,11 +118,14 @@ void ReportBody(const std::string& id,
                               {"is_left_out", is_left_out}};
   if (body.share == 0) return;
   spdlog::warn(
-      "\"{}\" sees the robot itself in {:.1f} % of its directions, up to {:.2f} m: {}; write {}",
+      "\"{}\" sees something that stays at one distance in {:.1f} % of its directions, up to "
+      "{:.2f} m: "
+      "{} write {}",
       id,
       100 * body.share,
       body.largest_range_m,
-      is_left_out ? "what it sees there is left out" : "the map does not leave that out",
+      is_left_out ? "the robot itself, which is left out;"
+                  : "it is not left out; where it is the robot itself,",
       body.remedy);
 }
 

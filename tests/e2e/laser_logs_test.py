@@ -227,7 +227,7 @@ class LaserLogsTest(unittest.TestCase):
         body = json.loads(self.artifact("frames/report.json").read_text())["robot_body"]["laser"]
         self.assertEqual((body["sectors_deg"], body["is_left_out"]), ([135, 223], True))
         proposed = re.search(r"Write (min_range_m = [0-9.]+) in the \[\[sensor\]\]", output)[1]
-        self.assertIn("what it sees there is left out; write " + proposed, self.artifact("logs/frames.log").read_text())
+        self.assertIn("the robot itself, which is left out; write " + proposed, self.artifact("logs/frames.log").read_text())
         for lines in (proposed, "blind_deg = [135, -135]"):
             self.write(recording, recording.text(), sensor + lines + "\n")
             output = self.make("check")
