@@ -15,8 +15,8 @@ namespace nightmap {
 namespace {
 
 constexpr double kMaxAcceleration_m_per_s2 = 1e5;
-constexpr double kMaxDistance_m = 1e7;   // of odometry from its start
-constexpr double kMaxHeading_rad = 1e6;  // large, because odometry may count turns
+constexpr double kMaxPosition = 1e7;  // of odometry from its start, in its unit
+constexpr double kMaxHeading = 1e6;   // likewise; large, because odometry may count turns
 constexpr double kMaxErrorOfQuaternion = 0.05;
 constexpr double kMaxTicks = 1e12;
 constexpr double kMaxRange_m = 1e4;
@@ -36,14 +36,21 @@ void DemandCount(const Words& words, std::size_t count, const char* what) {
   throw DataError("{} words, expected {} ({})", words.size(), count, what);
 }
 
-Eigen::Vector3d ParsePose(std::string_view x, std::string_view y, std::string_view heading) {
-  return {Within(x, kMaxDistance_m, "x"),
-          Within(y, kMaxDistance_m, "y"),
-          Within(heading, kMaxHeading_rad, "heading")};
+double HeadingWord_rad(const SensorConfig& sensor, std::string_view word, const char* what) {
+  return sensor.heading_unit_rad.value_or(1) * Within(word, kMaxHeading, what);
+}
+
+Eigen::Vector3d ParsePose(const SensorConfig& sensor,
+                          std::string_view x,
+                          std::string_view y,
+                          std::string_view heading) {
+  return {sensor.position_unit_m * Within(x, kMaxPosition, "x"),
+          sensor.position_unit_m * Within(y, kMaxPosition, "y"),
+          HeadingWord_rad(sensor, heading, "heading")};
 }
 
 // x y qx qy qz qw, or x y z qx qy qz qw as in TUM's format.
-Eigen::Vector3d ParsePoseWithRotation(const Words& values) {
+Eigen::Vector3d ParsePoseWithRotation(const SensorConfig& sensor, const Words& values) {
   const std::size_t first = values.size() - 4;
   Eigen::Vector4d q;
   for (Eigen::Index i = 0; i < 4; ++i) q[i] = RealWord(values[first + static_cast<std::size_t>(i)]);
@@ -51,21 +58,21 @@ Eigen::Vector3d ParsePoseWithRotation(const Words& values) {
     throw DataError("the quaternion qx qy qz qw has length {:.3g}, not 1", q.norm());
   }
   const Eigen::Vector3d ahead = Eigen::Quaterniond(q.normalized()) * Eigen::Vector3d::UnitX();
-  return {Within(values[0], kMaxDistance_m, "x"),
-          Within(values[1], kMaxDistance_m, "y"),
+  return {sensor.position_unit_m * Within(values[0], kMaxPosition, "x"),
+          sensor.position_unit_m * Within(values[1], kMaxPosition, "y"),
           std::atan2(ahead.y(), ahead.x())};
 }
 
 Eigen::Vector3d ParseOdometry(const SensorConfig& sensor, const Words& values) {
   if (sensor.measures == "pose") {
-    if (values.size() == 6 || values.size() == 7) return ParsePoseWithRotation(values);
+    if (values.size() == 6 || values.size() == 7) return ParsePoseWithRotation(sensor, values);
     DemandCount(values, 3, "x y heading, x y qx qy qz qw, or x y z qx qy qz qw");
-    return ParsePose(values[0], values[1], values[2]);
+    return ParsePose(sensor, values[0], values[1], values[2]);
   }
   if (sensor.measures == "motion") {
     DemandCount(values, 2, "distance heading_change");
-    return {Within(values[0], kMaxDistance_m, "distance"),
-            Within(values[1], kMaxHeading_rad, "heading_change"),
+    return {sensor.position_unit_m * Within(values[0], kMaxPosition, "distance"),
+            HeadingWord_rad(sensor, values[1], "heading_change"),
             0};
   }
   DemandCount(values, 2, "left right");
@@ -150,7 +157,7 @@ SignalSample ParseOldLaser(const SensorConfig& sensor, LineTime line_time, const
     if (count == 0) throw DataError("no beams");
     sample = ScanOf(sensor, ParseRanges(sensor, words, 2, count));
   } else {
-    sample.value = ParsePose(words[pose + 3], words[pose + 4], words[pose + 5]);
+    sample.value = ParsePose(sensor, words[pose + 3], words[pose + 4], words[pose + 5]);
   }
   sample.time_ns = time_ns;
   return sample;
@@ -176,7 +183,7 @@ SignalSample ParseLaser(const SensorConfig& sensor, LineTime line_time, const Wo
     const double of_line_m = sensor.range_unit_m * Within(words[5], kMaxReading, "max_range");
     sample.value << BeamAngles_rad(sensor, count, angles), Limit_m(sensor, of_line_m);
   } else {
-    sample.value = ParsePose(words[rest + 3], words[rest + 4], words[rest + 5]);
+    sample.value = ParsePose(sensor, words[rest + 3], words[rest + 4], words[rest + 5]);
   }
   sample.time_ns = time_ns;
   return sample;
@@ -188,7 +195,7 @@ SignalSample ParseCarmenLine(const SensorConfig& sensor, LineTime line_time, con
   if (words[0] == "ODOM") {  // x y theta tv rv acceleration time host logger_time
     constexpr std::size_t kRest = 7;
     const std::int64_t time_ns = TimeAfter(words, kRest, line_time);
-    return {time_ns, ParsePose(words[1], words[2], words[3]), {}};
+    return {time_ns, ParsePose(sensor, words[1], words[2], words[3]), {}};
   }
   if (words[0] == "ROBOTLASER1" || words[0] == "RAWLASER1") {
     return ParseLaser(sensor, line_time, words);

@@ -1,33 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/recording/read_signals.h"
 
-#include <cmath>
+#include <algorithm>
+#include <map>
 
 #include "pipeline/io/data_paths.h"
+#include "pipeline/recording/common_time.h"
+#include "pipeline/recording/line_clock.h"
+#include "pipeline/recording/odometry_units.h"
 #include "pipeline/recording/scan_ranges.h"
 #include "pipeline/recording/signal_file.h"
+#include "pipeline/recording/sum_up_odometry.h"
 
 namespace nightmap {
 namespace {
 
-// Accumulates measured motions into poses. The robot turns evenly while it drives, so it moves
-// along the mean of its headings.
-void SumUpOdometry(const SensorConfig& sensor, std::vector<SignalSample>* samples) {
-  if (sensor.measures == "pose") return;
-  Eigen::Vector3d pose = Eigen::Vector3d::Zero();
-  Eigen::Vector2d last_ticks =
-      samples->empty() ? Eigen::Vector2d(0, 0) : Eigen::Vector2d(samples->front().value.head<2>());
-  for (SignalSample& sample : *samples) {
-    Eigen::Vector2d motion = sample.value.head<2>();  // distance, heading change
-    if (sensor.measures == "ticks") {
-      const Eigen::Vector2d way_m = sensor.m_per_tick * (motion - last_ticks);
-      last_ticks = motion;
-      motion = {way_m.mean(), (way_m[1] - way_m[0]) / sensor.wheel_base_m};
+// For messages.
+std::filesystem::path FirstFileOf(int sensor_idx,
+                                  const SiteConfig& site,
+                                  const std::filesystem::path& data_root) {
+  const auto first = std::ranges::find(site.signals, sensor_idx, &SignalConfig::sensor_idx);
+  return first == site.signals.end() ? data_root : data_root / site.root / first->file;
+}
+
+// Files that are one, read for several sensors, or for several kinds of lines, have one clock.
+void PutClocksRight(std::vector<SignalFile>* files) {
+  std::map<std::string, std::vector<SignalFile*>> of_clock;
+  for (SignalFile& file : *files) {
+    if (!file.ClockName().empty()) of_clock[file.ClockName()].push_back(&file);
+  }
+  for (const auto& [name, sharing] : of_clock) {
+    std::map<std::string, int> kinds;
+    std::vector<StampedLine> stamps;
+    for (const SignalFile* file : sharing) {
+      const int kind = kinds.emplace(file->Message(), kinds.size()).first->second;
+      file->AppendStamps(kind, &stamps);
     }
-    const double heading_rad = pose[2] + motion[1] / 2;
-    pose += Eigen::Vector3d(
-        motion[0] * std::cos(heading_rad), motion[0] * std::sin(heading_rad), motion[1]);
-    sample.value = pose;
+    const LineClock clock(std::move(stamps));
+    for (SignalFile* file : sharing) file->TakeTimes(clock);
   }
 }
 
@@ -43,26 +53,38 @@ SensorSignals ReadSensorSignals(const SiteConfig& site,
     result.signals.push_back(
         {sensor.kind, sensor.id, sensor.robot_from_sensor, {}, sensor.scan_duration_s});
   }
+  std::vector<SignalFile> files;
   for (const SignalConfig& config : site.signals) {
-    const auto idx = static_cast<std::size_t>(config.sensor_idx);
     const std::filesystem::path file =
         (std::filesystem::path(site.root) / config.file).lexically_normal();
-    SignalFile log(config, site.sensors[idx], data_root / file, AsText(file.generic_string()));
-    log.Read();
-    log.AppendTo(&result.signals[idx].samples);
-    log.Check(max_failed_ratio);
-    const Signal& signal = result.signals[idx];
-    if (signal.kind == SignalKind::kScan) DemandMetres(signal, data_root / file);
-    result.num_in_line_order[idx] += log.NumInLineOrder();
-    result.problems.insert(result.problems.end(), log.Problems().begin(), log.Problems().end());
+    files.emplace_back(config,
+                       site.sensors[static_cast<std::size_t>(config.sensor_idx)],
+                       data_root / file,
+                       AsText(file.generic_string()));
+    files.back().Read();
+  }
+  PutClocksRight(&files);
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const auto idx = static_cast<std::size_t>(site.signals[i].sensor_idx);
+    SignalFile& file = files[i];
+    Signal& signal = result.signals[idx];
+    file.AppendTo(&signal.samples);
+    file.Check(max_failed_ratio);
+    if (signal.kind == SignalKind::kScan) DemandMetres(signal, file.Path());
+    result.num_in_line_order[idx] += file.NumInLineOrder();
+    result.problems.insert(result.problems.end(), file.Problems().begin(), file.Problems().end());
   }
   for (std::size_t i = 0; i < site.sensors.size(); ++i) {
     const SensorConfig& sensor = site.sensors[i];
     std::vector<SignalSample>* samples = &result.signals[i].samples;
-    if (sensor.kind == SignalKind::kOdometry) SumUpOdometry(sensor, samples);
+    if (sensor.kind == SignalKind::kOdometry) {
+      SumUpOdometry(sensor, samples);
+      DemandUnits(sensor, *samples, FirstFileOf(static_cast<int>(i), site, data_root));
+    }
     if (sensor.kind != SignalKind::kScan) continue;
     result.found_in_scans[i] = FinishScans(sensor, samples);
   }
+  result.apart = DemandCommonTime(site, result.signals);
   return result;
 }
 

@@ -13,9 +13,10 @@
 // odom_y odom_theta`, for ROBOTLASER1 the robot's. A range that is NaN, infinite or below 0 is one
 // that hit nothing.
 //
-// Clocks of old logs jump. A scan or an odometry whose time is a little before that of the line
-// before keeps its place: it gets the time of that line and kLineStep_ns. The rule sees times only,
-// so two files with the same stamps, as a log and a table made of it, get the same times.
+// Clocks of logs jump. Scans and odometry whose times are a little before those of lines before
+// keep their place: line_clock.h gives each line of a file one time, for all sensors that read it.
+// The rule sees times only, so two files with the same stamps, as a log and a table made of it, get
+// the same times.
 #pragma once
 
 #include <filesystem>
@@ -29,15 +30,12 @@
 
 namespace nightmap {
 
-// From so far back on, a time is of another recording.
-inline constexpr std::int64_t kMaxStepBack_ns = 3'000'000'000;
-inline constexpr std::int64_t kLineStep_ns = 1'000'000;
-
 struct SensorSignals {
   std::vector<Signal> signals;                 // one per [[sensor]], in their order
   std::vector<std::string> problems;           // one per line that was left out: file:line: reason
-  std::vector<std::size_t> num_in_line_order;  // per [[sensor]]: samples whose clock went back
+  std::vector<std::size_t> num_in_line_order;  // per [[sensor]]: samples that got another time
   std::vector<FoundInScans> found_in_scans;    // per [[sensor]]
+  std::vector<std::string> apart;  // what to say of odometry and scans that hardly overlap in time
 };
 
 // Leaves out, with their reason, lines that are no sample, samples whose time is not after the

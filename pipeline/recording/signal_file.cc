@@ -34,23 +34,44 @@ void SignalFile::Read() {
   }
 }
 
-void SignalFile::AppendTo(std::vector<SignalSample>* samples) {
-  std::optional<std::int64_t> stated_ns;  // by the line before, of this file
-  for (LoggedSample& logged : samples_) {
-    const std::int64_t time_ns = logged.sample.time_ns;
-    if (!samples->empty() && samples->back().time_ns >= time_ns) {
-      const std::int64_t last_ns = samples->back().time_ns;
-      if (!KeepsPlace(time_ns, last_ns, stated_ns)) {
-        Skip(logged.line,
-             fmt::format("time {} s is not after {} s of the sample before",
-                         TimeToString(time_ns),
-                         TimeToString(last_ns)));
-        continue;
-      }
-      logged.sample.time_ns = last_ns + kLineStep_ns;
-      ++num_in_line_order_;
+std::string SignalFile::ClockName() const {
+  if (sensor_.kind == SignalKind::kAcceleration || config_.sort || config_.rate_hz != 0) return "";
+  const std::string column = config_.columns.substr(0, config_.columns.find(','));
+  return fmt::format("{}\n{}\n{}\n{}", name_, config_.format, column, config_.time_unit);
+}
+
+void SignalFile::AppendStamps(int kind, std::vector<StampedLine>* lines) const {
+  for (const StampedLine& stamp : stamps_) lines->push_back({stamp.line, kind, stamp.stated_ns});
+}
+
+void SignalFile::TakeTimes(const LineClock& clock) {
+  std::int64_t last_ns = 0;
+  std::erase_if(samples_, [&](LoggedSample& logged) {
+    const std::int64_t stated_ns = logged.sample.time_ns - Offset_ns();
+    const std::optional<std::int64_t> time_ns = clock.TimeOf_ns(logged.line);
+    if (!time_ns) {
+      Skip(logged.line,
+           fmt::format("time {} s is not after {} s of the sample before",
+                       TimeToString(stated_ns),
+                       TimeToString(last_ns)));
+      return true;
     }
-    stated_ns = time_ns;
+    if (*time_ns != stated_ns) ++num_in_line_order_;
+    last_ns = *time_ns;
+    logged.sample.time_ns = *time_ns + Offset_ns();
+    return false;
+  });
+}
+
+void SignalFile::AppendTo(std::vector<SignalSample>* samples) {
+  for (LoggedSample& logged : samples_) {
+    if (!samples->empty() && samples->back().time_ns >= logged.sample.time_ns) {
+      Skip(logged.line,
+           fmt::format("time {} s is not after {} s of the sample before",
+                       TimeToString(logged.sample.time_ns),
+                       TimeToString(samples->back().time_ns)));
+      continue;
+    }
     samples->push_back(std::move(logged.sample));
   }
 }
@@ -101,15 +122,6 @@ void SignalFile::LeaveOutOtherScans() {
                      usual));
     return true;
   });
-}
-
-// Whether a sample whose time is not after the last one is of that place in the log all the same.
-// A line that states the time of the line before says the same again; time 0 is none.
-bool SignalFile::KeepsPlace(std::int64_t time_ns,
-                            std::int64_t last_ns,
-                            const std::optional<std::int64_t>& stated_ns) const {
-  return sensor_.kind != SignalKind::kAcceleration && !config_.sort && stated_ns &&
-         *stated_ns != time_ns && time_ns != Offset_ns() && last_ns - time_ns < kMaxStepBack_ns;
 }
 
 std::int64_t SignalFile::Offset_ns() const { return std::llround(config_.time_offset_s * 1e9); }
@@ -163,7 +175,9 @@ void SignalFile::CheckUnit() const {
 }
 
 void SignalFile::Add(int number, SignalSample sample) {
-  sample.time_ns = CheckedTime_ns(CheckedTime_ns(sample.time_ns) + Offset_ns());
+  const std::int64_t stated_ns = CheckedTime_ns(sample.time_ns);
+  sample.time_ns = CheckedTime_ns(stated_ns + Offset_ns());
+  stamps_.push_back({number, 0, stated_ns});
   samples_.push_back({number, std::move(sample)});
 }
 

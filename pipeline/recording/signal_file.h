@@ -10,12 +10,14 @@
 #include <vector>
 
 #include "pipeline/recording/csv_columns.h"
+#include "pipeline/recording/line_clock.h"
 #include "pipeline/recording/site_config.h"
 #include "pipeline/recording/time_unit.h"
 
 namespace nightmap {
 
-// Reads one file: parses its lines, then sorts them. All errors are those of ReadSensorSignals.
+// Reads one file: parses its lines, then sorts them or puts their times right. All errors are those
+// of ReadSensorSignals.
 class SignalFile {
  public:
   // `name` is the file relative to the data folder, for messages about lines.
@@ -26,12 +28,20 @@ class SignalFile {
       : config_(config), sensor_(sensor), path_(std::move(path)), name_(std::move(name)) {}
 
   void Read();
-  // Appends, once, the samples that are later than the existing ones, or keep their place.
+  // Names the clock that stamps the lines; files of one clock share a LineClock. Empty: the times
+  // stay as they are.
+  std::string ClockName() const;
+  // Appends the lines that have a time, as lines of this kind.
+  void AppendStamps(int kind, std::vector<StampedLine>* lines) const;
+  void TakeTimes(const LineClock& clock);
+  // Appends, once, the samples that are later than the existing ones.
   void AppendTo(std::vector<SignalSample>* samples);
   // After both, throws where the file as a whole is not what the config says.
   void Check(double max_failed_ratio) const;
 
   const std::vector<std::string>& Problems() const { return problems_; }
+  const std::filesystem::path& Path() const { return path_; }
+  const std::string& Message() const { return config_.message; }
   std::size_t NumInLineOrder() const { return num_in_line_order_; }
 
  private:
@@ -43,9 +53,6 @@ class SignalFile {
 
   void Skip(int line, const std::string& why);
   void LeaveOutOtherScans();
-  bool KeepsPlace(std::int64_t time_ns,
-                  std::int64_t last_ns,
-                  const std::optional<std::int64_t>& stated_ns) const;
   std::int64_t Offset_ns() const;
   void ReadLine(int number, std::string_view line);
   SignalSample CarmenSample(const Words& words) const;
@@ -64,6 +71,7 @@ class SignalFile {
   TimeUnit unit_ = UnitOf(config_.time_unit);
   std::vector<double> times_;  // as written
   std::vector<LoggedSample> samples_;
+  std::vector<StampedLine> stamps_;  // without offset
   std::vector<std::string> problems_;
 };
 

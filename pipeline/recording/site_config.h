@@ -64,7 +64,9 @@ struct SensorConfig {
   double scan_duration_s =
       0;  // a scan's time is that of its first beam, beam i is i/n of this later
   // Odometry: the quantity that a sample measures and, for ticks, the length of one.
-  std::string measures = "pose";  // pose | motion | ticks
+  std::string measures = "pose";           // pose | motion | ticks
+  double position_unit_m = 1;              // of the positions and distances in the files
+  std::optional<double> heading_unit_rad;  // of the headings, where stated
   double m_per_tick = 0;
   double wheel_base_m = 0;
 };

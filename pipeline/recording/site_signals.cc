@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// [[sensor]], [[signal]] and [robot_truth] of a site config, for site_tables.h.
+// [[sensor]] and [[signal]] of a site config, for site_tables.h.
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/options.h"
@@ -19,6 +20,8 @@ struct SensorTable {
   double start_angle_deg = -90;
   double max_range_m = kMaxRangeUnlessStated_m;
   std::string range_unit = "m";
+  std::string position_unit = "m";
+  std::string heading_unit = "rad";
 
   void Register(OptionList& list) {
     SensorConfig& s = sensor;
@@ -41,6 +44,8 @@ struct SensorTable {
              &s.measures,
              {"pose", "motion", "ticks"},
              "odometry: quantity that a sample measures");
+    list.Add("position_unit", &position_unit, {"m", "cm", "mm"}, "odometry: unit of its positions");
+    list.Add("heading_unit", &heading_unit, {"rad", "deg"}, "odometry: unit of its headings");
     list.Add("m_per_tick", &s.m_per_tick, {0, 100}, "odometry of ticks: distance per tick, m");
     list.Add("wheel_base_m",
              &s.wheel_base_m,
@@ -71,19 +76,6 @@ struct SignalTable {
   }
 };
 
-struct RobotTruthTable {
-  RobotTruthConfig truth;
-
-  void Register(OptionList& list) {
-    RobotTruthConfig& t = truth;
-    list.Add("odometry", &t.odometry, "id of the [[sensor]] of kind odometry that is the truth");
-    list.Add("trajectory", &t.trajectory, "TUM file of truth_from_robot, relative to root");
-    list.Add("time_unit", &t.time_unit, kTimeUnits, "of the trajectory; empty: s");
-    list.Add(
-        "relations", &t.relations, "lines `time1 time2 x y z roll pitch yaw`, relative to root");
-  }
-};
-
 void CheckSectors(const std::vector<double>& sectors_deg, const std::string& where) {
   bool is_right = sectors_deg.size() % 2 == 0;
   for (std::size_t i = 0; is_right && i < sectors_deg.size(); i += 2) {
@@ -97,13 +89,19 @@ void CheckSectors(const std::vector<double>& sectors_deg, const std::string& whe
       fmt::join(sectors_deg, ", "));
 }
 
+double UnitInM(const std::string& unit) { return unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1; }
+
 // What a scanner does not state, its lines do, or it follows from the number of beams. That is so
 // of beams that begin at the right and are symmetric about x.
 void TakeStated(const toml::table& table,
                 const SensorTable& parsed,
                 const std::string& where,
                 SensorConfig* sensor) {
-  sensor->range_unit_m = parsed.range_unit == "mm" ? 1e-3 : parsed.range_unit == "cm" ? 1e-2 : 1;
+  sensor->range_unit_m = UnitInM(parsed.range_unit);
+  sensor->position_unit_m = UnitInM(parsed.position_unit);
+  if (table.contains("heading_unit")) {
+    sensor->heading_unit_rad = parsed.heading_unit == "deg" ? std::numbers::pi / 180 : 1;
+  }
   if (table.contains("max_range_m")) sensor->max_range_m = parsed.max_range_m;
   if (!table.contains("start_angle_deg")) return;
   sensor->start_angle_deg = parsed.start_angle_deg;
@@ -161,12 +159,13 @@ SensorConfig ParseSensor(const toml::table& table, const std::string& source) {
            "is of a scan");
   }
   if (sensor.kind != SignalKind::kOdometry) {
-    Refuse(table, {"measures"}, where, "is of odometry");
+    Refuse(table, {"measures", "position_unit", "heading_unit"}, where, "is of odometry");
   }
   if (sensor.measures == "ticks") {
     if (sensor.m_per_tick <= 0 || sensor.wheel_base_m <= 0) {
       throw UsageError("{}: ticks need m_per_tick and wheel_base_m, both above 0", where);
     }
+    Refuse(table, {"position_unit", "heading_unit"}, where, "does not go with ticks");
   } else {
     Refuse(table, {"m_per_tick", "wheel_base_m"}, where, "needs measures = \"ticks\"");
   }
@@ -214,36 +213,6 @@ SignalConfig ParseSignal(const toml::table& table,
     Refuse(table, {"columns"}, where, "needs format = \"csv\"");
   }
   return signal;
-}
-
-RobotTruthConfig ParseRobotTruth(const toml::table& table,
-                                 const std::string& source,
-                                 const std::vector<SensorConfig>& sensors) {
-  const std::string where = Where(table, source);
-  RobotTruthTable parsed;
-  RegisterOptions(parsed).ParseTable(table, source);
-  RobotTruthConfig& truth = parsed.truth;
-  truth.source = where;
-  if (!truth.odometry.empty() && !truth.trajectory.empty()) {
-    throw UsageError("{}: the robot has one truth: remove `odometry` or `trajectory`", where);
-  }
-  if (truth.odometry.empty() && truth.trajectory.empty() && truth.relations.empty()) {
-    throw UsageError("{}: no truth: add `odometry`, `trajectory` or `relations`", where);
-  }
-  if (truth.trajectory.empty()) {
-    Refuse(table, {"time_unit"}, where, "is of `trajectory`");
-  }
-  CheckPath(truth.trajectory, "trajectory", where);
-  CheckPath(truth.relations, "relations", where);
-  if (truth.odometry.empty()) return truth;
-  const auto idx = static_cast<std::size_t>(FindSensor(sensors, truth.odometry, where));
-  if (sensors[idx].kind != SignalKind::kOdometry) {
-    throw UsageError("{}: odometry = \"{}\" is a sensor of kind {}: name one of kind \"odometry\"",
-                     where,
-                     truth.odometry,
-                     NameOf(sensors[idx].kind));
-  }
-  return truth;
 }
 
 }  // namespace nightmap

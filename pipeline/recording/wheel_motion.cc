@@ -14,6 +14,9 @@ constexpr double kMaxSpeed_m_per_s = 10;
 constexpr double kMaxSpeed_rad_per_s = 10;
 constexpr double kMaxLate_m = 0.5;
 constexpr double kMaxLate_rad = 1;
+// Beyond what a robot moves that comes to the origin of its odometry, exactly, by driving.
+constexpr double kMaxToOrigin_m = 0.1;
+constexpr double kMaxToOrigin_rad = 0.2;
 
 double Sinc(double angle_rad) {
   return std::abs(angle_rad) < 1e-6 ? 1 : std::sin(angle_rad) / angle_rad;
@@ -55,6 +58,9 @@ bool IsPossibleStep(const SignalSample& before, const SignalSample& after) {
   const double passed_s = 1e-9 * static_cast<double>(after.time_ns - before.time_ns);
   const double way_m = (after.value - before.value).head<2>().norm();
   const double turn_rad = std::remainder(after.value.z() - before.value.z(), 2 * std::numbers::pi);
+  if (after.value.isZero(0) && (way_m > kMaxToOrigin_m || std::abs(turn_rad) > kMaxToOrigin_rad)) {
+    return false;
+  }
   return way_m <= kMaxLate_m + kMaxSpeed_m_per_s * passed_s &&
          std::abs(turn_rad) <= kMaxLate_rad + kMaxSpeed_rad_per_s * passed_s;
 }

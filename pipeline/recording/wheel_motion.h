@@ -18,7 +18,7 @@ struct WheelMotion {
 };
 
 // Whether a robot can drive from one sample of its odometry to the next one. A driver that starts
-// again, or a counter that was set back, jumps farther.
+// again, or a counter that was set back, jumps farther, or to the origin.
 bool IsPossibleStep(const SignalSample& before, const SignalSample& after);
 
 // `samples` hold x, y (m), heading (rad). Between two of them the wheels drive an arc at constant

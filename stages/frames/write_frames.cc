@@ -119,8 +119,7 @@ void ReportBody(const std::string& id,
   if (body.share == 0) return;
   spdlog::warn(
       "\"{}\" sees something that stays at one distance in {:.1f} % of its directions, up to "
-      "{:.2f} m: "
-      "{} write {}",
+      "{:.2f} m: {} write {}",
       id,
       100 * body.share,
       body.largest_range_m,
@@ -147,8 +146,8 @@ void ReportTimesInLineOrder(const SiteConfig& site,
     const std::string& id = site.sensors[i].id;
     report["num_times_in_line_order"][id] = num_in_line_order[i];
     spdlog::warn(
-        "{} samples of {} have times before those of the lines before: they keep the order"
-        " of lines",
+        "{} samples of {} have times that contradict the order of lines: they get times between "
+        "those of other lines",
         num_in_line_order[i],
         id);
   }
@@ -162,6 +161,12 @@ void ReportFoundInScans(const SiteConfig& site,
     if (found[i].range_of_no_hit_m) ReportLimit(id, *found[i].range_of_no_hit_m, report);
     if (found[i].body) ReportBody(id, *found[i].body, found[i].is_body_left_out, report);
   }
+}
+
+void ReportApart(const std::vector<std::string>& apart, nlohmann::json& report) {
+  if (apart.empty()) return;
+  report["odometry_apart"] = apart;
+  for (const std::string& text : apart) spdlog::warn("{}", text);
 }
 
 void WriteFrames(const FramesOptions& options,

@@ -16,7 +16,7 @@ namespace nightmap {
 // Reports, and warns of, frames that max_frames leaves out.
 void ReportLeftOut(const FramesOptions& options, std::size_t num_left_out, nlohmann::json& report);
 
-// Reports, and warns of, the samples of each sensor whose clock went back (read_signals.h).
+// Reports, and warns of, the samples of each sensor that got another time (line_clock.h).
 void ReportTimesInLineOrder(const SiteConfig& site,
                             const std::vector<std::size_t>& num_in_line_order,
                             nlohmann::json& report);
@@ -26,6 +26,9 @@ void ReportTimesInLineOrder(const SiteConfig& site,
 void ReportFoundInScans(const SiteConfig& site,
                         const std::vector<FoundInScans>& found,
                         nlohmann::json& report);
+
+// Reports, and warns of, odometry that hardly overlaps with scans in time (common_time.h).
+void ReportApart(const std::vector<std::string>& apart, nlohmann::json& report);
 
 // Writes next to the output `shards`: the shards, held-out frames, cameras, truth, and the signals
 // of each kind. A file whose bytes did not change is left untouched. Writes shards.txt last and

@@ -25,6 +25,8 @@ struct Drift {
 
   double Sigma_m() const { return std::sqrt(covariance_m2.trace()); }
   double Sigma_rad() const { return std::sqrt(variance_rad2); }
+  // The robot was carried, or switched on elsewhere: scan_match begins a part of its own.
+  bool IsUnknown() const { return Sigma_rad() > 1; }
 };
 
 // Adds up the covariances of the motions between consecutive keyscans. An error of a heading turns

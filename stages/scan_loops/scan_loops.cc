@@ -3,11 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/planar/match_scan.h"
-#include "pipeline/planar/search_pose.h"
 #include "pipeline/planar/thin_points.h"
+#include "pipeline/planar/unique_pose.h"
 #include "pipeline/planar/wall_normals.h"
 #include "pipeline/recording/choose_signal.h"
 #include "pipeline/recording/keyscans.h"
@@ -21,11 +22,9 @@ namespace {
 constexpr int kNumLevels = 7;        // squares of up to 64 cells
 constexpr double kMaxExtent_m = 60;  // of a submap, on each side of its middle
 constexpr double kWindowSigmas = 3;
-// What a window has beside the drift, and how near to the best place no other one is looked for.
+// What a window has beside the drift.
 constexpr double kMargin_m = 0.3;
 constexpr double kMargin_rad = 0.05;
-constexpr double kSamePlace_m = 0.5;
-constexpr double kSamePlace_rad = 0.3;
 
 std::vector<Keyscan> MakeKeyscans(const ScanLoopsOptions& options,
                                   const Signal& scans,
@@ -88,13 +87,18 @@ class LoopFinder {
 
   SearchWindow WindowOf(const LoopPair& pair) const {
     SearchWindow window;
+    window.min_value = options_.min_score;
+    if (pair.drift.IsUnknown()) {  // anywhere in the submap
+      window.half_extent_m = options_.max_shift_m;
+      window.half_angle_rad = std::numbers::pi;
+      return window;
+    }
     window.center = keyscans_[submaps_[pair.submap].middle].start_from_robot.Inverse() *
                     keyscans_[queries_[pair.query].middle].start_from_robot;
     window.half_extent_m =
         std::min(kWindowSigmas * pair.drift.Sigma_m() + kMargin_m, options_.max_shift_m);
     window.half_angle_rad =
         std::min(kWindowSigmas * pair.drift.Sigma_rad() + kMargin_rad, options_.max_turn_rad);
-    window.min_value = options_.min_score;
     return window;
   }
 
@@ -110,19 +114,13 @@ class LoopFinder {
     candidate.submap_keyscan = submaps_[pair.submap].middle;
     candidate.query_keyscan = queries_[pair.query].middle;
     const StretchPoints query = QueryPoints(queries_[pair.query]);
-    const std::vector<Eigen::Vector2d>& points = query.points;
-    SearchWindow window = WindowOf(pair);
-    const auto best = SearchPose(pyramid, points, window);
-    if (!best) return candidate;
-    candidate.score = best->score;
-    window.not_near = best->field_from_robot;
-    window.near_m = kSamePlace_m;
-    window.near_rad = kSamePlace_rad;
-    window.min_value = options_.max_second_ratio * best->score;
-    const auto second = SearchPose(pyramid, points, window);
-    if (second) candidate.second_score = second->score;
-    if (second) return candidate;
-    Refine(pyramid.Field(), query, window, best->field_from_robot, &candidate);
+    const SearchWindow window = WindowOf(pair);
+    const auto found = SearchBestPoses(pyramid, query.points, window, options_.max_second_ratio);
+    if (!found) return candidate;
+    candidate.score = found->best.score;
+    if (found->second) candidate.second_score = found->second->score;
+    if (found->second) return candidate;
+    Refine(pyramid.Field(), query, window, found->best.field_from_robot, &candidate);
     return candidate;
   }
 

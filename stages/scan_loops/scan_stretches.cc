@@ -80,6 +80,11 @@ std::vector<LoopPair> PairsToTry(const ScanLoopsOptions& options,
       if (keyscans[submaps[submap].end - 1].path_m + options.min_path_m > sought.path_m) break;
       const std::size_t middle = submaps[submap].middle;
       const Drift drift = drifts.Between(middle, queries[query].middle);
+      if (drift.IsUnknown()) {
+        if (query % kUnknownSpacing == 0 && submap % 2 == 0)
+          pairs.push_back({submap, query, drift});
+        continue;
+      }
       const Eigen::Vector2d apart =
           keyscans[middle].start_from_robot.translation - sought.start_from_robot.translation;
       const double distance_m = apart.norm() - 3 * drift.Sigma_m();

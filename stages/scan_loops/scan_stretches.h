@@ -36,7 +36,9 @@ StretchPoints PointsOf(const std::vector<Keyscan>& keyscans, const ScanStretch& 
 // The submap that a query may be in, for each: (index of the submap, index of the query),
 // ascending. The drift between them lets the query be within max_distance_m of the submap's middle,
 // and min_path_m of path lie between. Of a query at most max_candidates, the nearest first, and of
-// submaps that overlap one.
+// submaps that overlap one. Where the drift is unknown, every kUnknownSpacing-th query is looked
+// for in all submaps of which none overlap.
+inline constexpr std::size_t kUnknownSpacing = 4;
 struct LoopPair {
   std::size_t submap = 0;
   std::size_t query = 0;

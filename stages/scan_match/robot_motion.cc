@@ -6,6 +6,13 @@
 #include <utility>
 
 namespace nightmap {
+namespace {
+
+// Sigmas of a robot that may have been carried anywhere.
+constexpr double kAnywhere_m = 100;
+constexpr double kAnywhere_rad = 3;
+
+}  // namespace
 
 void RobotMotion::Add(const MatchedScan& scan) { before_last_ = std::exchange(last_, scan); }
 
@@ -17,14 +24,17 @@ Prediction RobotMotion::At(std::int64_t time_ns) const {
     const PosePrior prior{last_->start_from_robot * last_from_robot,
                           noise.PositionSigma_m(*motion),
                           noise.HeadingSigma_rad(*motion)};
-    return {prior, last_from_robot};
+    return {prior, last_from_robot, false};
   }
   const double passed_s = 1e-9 * static_cast<double>(time_ns - last_->time_ns);
+  if (passed_s > kPause_s) {
+    return {{last_->start_from_robot, kAnywhere_m, kAnywhere_rad}, std::nullopt, true};
+  }
   const PosePrior prior{
       last_->start_from_robot * LastMotion(passed_s),
       noise.position_sigma_floor_m + options_.walking_sigma_m_per_s * passed_s,
       noise.heading_sigma_floor_rad + options_.walking_sigma_rad_per_s * passed_s};
-  return {prior, std::nullopt};
+  return {prior, std::nullopt, false};
 }
 
 std::optional<WheelMotion> RobotMotion::ByWheels(std::int64_t start_ns, std::int64_t end_ns) const {

@@ -16,7 +16,9 @@ namespace nightmap {
 struct Prediction {
   PosePrior start_from_robot;
   std::optional<Rigid2> last_from_robot;
+  bool is_after_pause = false;  // of more than kPause_s without scans and wheels
 };
+inline constexpr double kPause_s = 10;
 
 // Knows the last two scans. Moves by the wheels, or as between those two scans.
 class RobotMotion {

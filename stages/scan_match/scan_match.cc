@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/planar/match_scan.h"
+#include "pipeline/planar/unique_pose.h"
 #include "pipeline/recording/choose_signal.h"
 #include "pipeline/recording/scan_points.h"
 #include "stages/scan_match/robot_motion.h"
@@ -19,9 +21,13 @@
 namespace nightmap {
 namespace {
 
-// Of the way that walls do not tell: 0.1 m after a metre, as wheels that drift at random do. Their
-// scale errs for longer ways alike, so this is more than their noise.
-constexpr double kUnclearVariance_m2_per_m = 0.01;
+// After a pause: how far a robot is looked for that stood still, and one that moved; and how sure
+// the place must be, as a loop is.
+constexpr double kStill_m = 0.3;
+constexpr double kStill_rad = 0.2;
+constexpr double kMoved_m = 10;
+constexpr double kSureScore = 0.6;
+constexpr double kMaxSecondRatio = 0.9;
 
 // Null: without.
 const Signal* ChooseOdometry(const std::string& sensor, const std::vector<Signal>& odometry) {
@@ -54,6 +60,8 @@ class Matcher {
     matched.last_from_robot_by_wheels = prediction.last_from_robot;
     if (submaps_.IsEmpty()) {
       matched.is_matched = true;
+    } else if (prediction.is_after_pause) {
+      MatchAfterPause(shape, prediction, &matched);
     } else if (HasEnough(shape)) {
       Match(shape, prediction, &matched);
       if (matched.is_matched && IsMotionKnownBetterNow(scan)) {
@@ -64,8 +72,9 @@ class Matcher {
       }
     }
     if (!matched.is_matched) lost_ += CovarianceOf(prediction.start_from_robot);
-    if (matched.unclear_in_robot) lost_ += UnclearCovariance(matched);
-    if (HasEnough(shape) && NeedsKeyscan(matched.start_from_robot)) AddKeyscan(shape, &matched);
+    if (matched.unclear_in_robot) lost_ += UnclearCovariance(*motion_.Last(), matched);
+    const bool is_needed = NeedsKeyscan(matched.start_from_robot) || begins_part_;
+    if (HasEnough(shape) && is_needed) AddKeyscan(shape, &matched);
     motion_.Add(matched);
     return matched;
   }
@@ -100,17 +109,6 @@ class Matcher {
     return Eigen::Vector3d(prior.sigma_m, prior.sigma_m, prior.sigma_rad).cwiseAbs2().asDiagonal();
   }
 
-  // Of the way since the last scan that walls do not tell.
-  Eigen::Matrix3d UnclearCovariance(const MatchedScan& matched) const {
-    const Rigid2 last_from_robot =
-        motion_.Last()->start_from_robot.Inverse() * matched.start_from_robot;
-    const Eigen::Vector2d& along = *matched.unclear_in_robot;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-    covariance.topLeftCorner<2, 2>() =
-        kUnclearVariance_m2_per_m * last_from_robot.translation.norm() * along * along.transpose();
-    return covariance;
-  }
-
   // Where the scan fits to nothing seen before, the robot is lost, and a new submap begins.
   void AddKeyscan(const ScanShape& shape, MatchedScan* matched) {
     matched->is_keyscan = true;
@@ -119,6 +117,7 @@ class Matcher {
     matched->covariance = lost_;
     if (matched->is_matched) matched->covariance += covariance_;
     lost_.setZero();
+    begins_part_ = false;
     keyscan_ = *matched;
   }
 
@@ -145,6 +144,30 @@ class Matcher {
     covariance_ = CovarianceInRobot(match);
   }
 
+  // A robot that paused stands where it stood, or elsewhere in what it saw last. If neither is
+  // sure, a part of the way begins that only loops join.
+  void MatchAfterPause(const ScanShape& shape, Prediction prediction, MatchedScan* matched) {
+    begins_part_ = true;
+    if (!HasEnough(shape)) return;
+    const Submap& submap = submaps_.Older();
+    PosePrior& prior = prediction.start_from_robot;
+    const Rigid2 last = submap.start_from_submap.Inverse() * prior.field_from_robot;
+    for (const auto& [extent_m, angle_rad] :
+         {std::pair(kStill_m, kStill_rad), {kMoved_m, std::numbers::pi}}) {
+      SearchWindow window;
+      window.center = last;
+      window.half_extent_m = extent_m;
+      window.half_angle_rad = angle_rad;
+      window.min_value = kSureScore;
+      const auto found =
+          SearchBestPoses(submaps_.PyramidOfOlder(), shape.points, window, kMaxSecondRatio);
+      if (!found || found->second) continue;
+      begins_part_ = false;
+      prior = {submap.start_from_submap * found->best.field_from_robot, kStill_m, kStill_rad};
+      return Match(shape, prediction, matched);
+    }
+  }
+
   // The pose, moved along a direction to beside another one.
   static Rigid2 MovedAlong(const Eigen::Vector2d& along, Rigid2 pose, const Rigid2& other) {
     pose.translation += (other.translation - pose.translation).dot(along) * along;
@@ -166,6 +189,7 @@ class Matcher {
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Identity();  // of the last match
   // Of the motion since the last keyscan that no walls tell.
   Eigen::Matrix3d lost_ = Eigen::Matrix3d::Zero();
+  bool begins_part_ = false;  // the next keyscan is seen by no submap before it
 };
 
 // An edge is the motion from one keyscan to the next. It has the covariance of the latter's pose.

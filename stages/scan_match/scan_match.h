@@ -72,11 +72,14 @@ struct ScanMatchResult {
 // no wall tells the way (UnclearDirection in match_scan.h): there the robot goes as far as the
 // wheels say, at the scale that the wheels have where walls tell the way (unclear_ways.h). The
 // points of a scan that takes a while (scan_duration_s) are moved to where the robot is at the
-// scan's time, by the wheels or by the last motion. Keyscans, chosen by motion, make the submap:
-// there are two that overlap by half, and matching uses the older one, as Cartographer does (Hess,
-// Kohler, Rapp, Andor, Real-time loop closure in 2D LIDAR SLAM, ICRA 2016). So time per scan and
-// memory do not grow with the recording. Throws UsageError when a sensor is named that the site has
-// not, or none among several, InputError when there is no scan. Deterministic; one thread.
+// scan's time, by the wheels or by the last motion. After a pause without scans and wheels the
+// robot is looked for where it stood, then all over the submap; if neither place is sure, a part of
+// its own begins, whose edge has no knowledge and which loops join (scan_loops). Keyscans, chosen
+// by motion, make the submap: there are two that overlap by half, and matching uses the older one,
+// as Cartographer does (Hess, Kohler, Rapp, Andor, Real-time loop closure in 2D LIDAR SLAM, ICRA
+// 2016). So time per scan and memory do not grow with the recording. Throws UsageError when a
+// sensor is named that the site has not, or none among several, InputError when there is no scan.
+// Deterministic; one thread.
 ScanMatchResult RunScanMatch(const ScanMatchOptions& options,
                              const ScanMatchInput& input,
                              Progress& progress);

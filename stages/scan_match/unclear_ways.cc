@@ -9,6 +9,7 @@ namespace {
 constexpr int kMinWindows = 5;
 constexpr double kMinWay_m = 0.1;  // of a window that says something of the scale
 constexpr double kMaxSigma = 0.01;
+constexpr double kVariance_m2_per_m = 0.01;
 
 // Least squares through the origin of the walls' metres over the wheels'.
 class Slope {
@@ -74,6 +75,15 @@ void ScaleUnclearWays(double scale, std::vector<MatchedScan>* scans) {
     }
     last_before = before;
   }
+}
+
+Eigen::Matrix3d UnclearCovariance(const MatchedScan& last, const MatchedScan& scan) {
+  const double way_m =
+      (scan.start_from_robot.translation - last.start_from_robot.translation).norm();
+  const Eigen::Vector2d& along = *scan.unclear_in_robot;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  covariance.topLeftCorner<2, 2>() = kVariance_m2_per_m * way_m * along * along.transpose();
+  return covariance;
 }
 
 }  // namespace nightmap

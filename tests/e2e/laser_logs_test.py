@@ -78,9 +78,13 @@ class Recording:
         head = "time_s, " + ", ".join(f"r{i}" for i in range(len(self.scans_m[0]))) + "\n"
         return head + self.text(none="-1").replace(" ", ", ")
 
-    def odometry(self, separator=","):
-        lines = [separator.join(("time_s", "x_m", "y_m", "heading_rad"))]
-        lines += [separator.join(f"{value:.6f}" for value in (time, *pose)) for time, pose in zip(self.times_s, self.poses)]
+    def odometry(self, separator=",", scales=(1, 1, 1), later_s=0, reset=False):
+        """`reset`: its driver starts again in the middle of the drive."""
+        lines, poses = [separator.join(("time_s", "x_m", "y_m", "heading_rad"))], self.poses
+        if reset:
+            start = poses[len(poses) // 2]
+            poses = np.concatenate([poses[: len(poses) // 2], [seen_from(start, pose) for pose in poses[len(poses) // 2 :]]])
+        lines += [separator.join(f"{value:.6f}" for value in (time + later_s, *pose * scales)) for time, pose in zip(self.times_s, poses)]
         return "\n".join(lines) + "\n"
 
     def odometry_of_quaternions(self):
@@ -91,6 +95,12 @@ class Recording:
     def truth(self):
         return "".join(f"{time:.6f} {x:.6f} {y:.6f} 0 0 0 {math.sin(heading / 2):.9f} {math.cos(heading / 2):.9f}\n"
                        for time, (x, y, heading) in zip(self.times_s, self.poses))
+
+
+def seen_from(start, pose):
+    x, y = pose[:2] - start[:2]
+    cos, sin = math.cos(start[2]), math.sin(start[2])
+    return np.array([cos * x + sin * y, cos * y - sin * x, pose[2] - start[2]])
 
 
 def full_circle(count):
@@ -206,6 +216,48 @@ class LaserLogsTest(unittest.TestCase):
                 output = self.make("map", code=2)
                 self.assertRegex(output, reason)
                 self.assertNotIn("delete it", output)
+
+    def test_odometry_of_other_units_and_clocks_is_refused_with_the_remedy_that_helps(self):
+        recording = Recording(full_circle(180))
+        odometry = '[[sensor]]\nid = "wheels"\nkind = "odometry"\n'
+        signal = '[[signal]]\nsensor = "wheels"\n'
+        degrees = math.degrees(1)
+        cases = {
+            "millimetres": ({"scales": (1000, 1000, 1)}, r'odometry\.csv: .* (position_unit = "mm") in its \[\[sensor\]\], where that is 0\.\d+ m/s',
+                            odometry),
+            "degrees": ({"scales": (1, 1, degrees)}, r'odometry\.csv: .* look like degrees: write (heading_unit = "deg")', odometry),
+            "clock": ({"later_s": -90}, r'lab\.toml:\d+: odometry and scans have no moment in common: .* write (time_offset_s = 90\.0+) ', signal),
+        }  # fmt: skip
+        site = self.work.folder / "configs/sites/lab.toml"
+        for name, (changes, reason, table) in cases.items():
+            with self.subTest(name):
+                self.write(recording, recording.text(), FULL + "max_range_m = 5\n", odometry=recording.odometry(**changes))
+                output = self.make("map", code=2)
+                self.assertRegex(output, reason)
+                self.assertNotIn("delete it", output)
+                site.write_text(site.read_text().replace(table, f"{table}{re.search(reason, output).group(1)}\n"))
+                self.make("maps/lab/frames/shards.txt")
+                with h5py.File(self.artifact("frames/odometry.h5")) as file:
+                    np.testing.assert_allclose(file["value"][:], recording.poses, atol=1e-5)
+                    np.testing.assert_allclose(np.ravel(file["time_ns"]) * 1e-9, recording.times_s, atol=1e-5)
+
+    def test_odometry_that_hardly_covers_the_scans_is_said(self):
+        recording = Recording(full_circle(180))
+        later_s = 0.7 * len(recording.poses) / RATE_HZ
+        self.write(recording, recording.text(), FULL, odometry=recording.odometry(later_s=later_s))
+        self.make("maps/lab/frames/shards.txt")
+        self.assertRegex(self.artifact("logs/frames.log").read_text(), r"odometry covers only (29|30|31) % of the scans: .* time_offset_s")
+
+    def test_a_driver_that_starts_again_and_stamps_that_go_back_do_no_harm(self):
+        recording = Recording(full_circle(180))
+        late = recording.times_s.copy()
+        late[9::20] -= 0.25
+        stamps = dict(zip([f"{time:.6f}" for time in recording.times_s], [f"{time:.6f}" for time in late]))
+        log = "".join(stamps[line.split()[0]] + line[len(line.split()[0]):] + "\n" for line in recording.text().splitlines())
+        self.write(recording, log, FULL + "max_range_m = 5\n", odometry=recording.odometry(reset=True))
+        self.assert_right()
+        with h5py.File(self.artifact("frames/scans.h5")) as file:
+            np.testing.assert_allclose(np.ravel(file["time_ns"]) * 1e-9, recording.times_s, atol=0.051)
 
     def test_a_range_of_no_hit_that_is_not_stated_is_said(self):
         recording = Recording(full_circle(180))

@@ -10,6 +10,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
+#include "pipeline/recording/wheel_motion.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
@@ -255,7 +256,9 @@ std::string Flaser(const std::string& ranges, const std::string& time) {
 TEST_F(ReadSignalsTest, AClockThatWentBackALittleKeepsTheOrderOfLines) {
   const std::vector<std::string> stated = {
       "1", "2", "1.2", "2.0005", "1.9", "1.9", "0", "5", "1.5"};
-  const std::vector<std::int64_t> expected_ms = {1000, 2000, 2001, 2002, 2003, 5000};
+  // The third and the fifth stay before and after the fourth; a line usually takes 0.8 s.
+  const std::vector<std::int64_t> expected_us = {
+      1'000'000, 2'000'000, 2'000'250, 2'000'500, 2'800'500, 5'000'000};
   std::string log, table = "t,x,y,a\n";
   for (const std::string& time : stated) {
     log += Flaser("1 2 3", time);
@@ -269,15 +272,14 @@ TEST_F(ReadSignalsTest, AClockThatWentBackALittleKeepsTheOrderOfLines) {
       Signal("a.log", "carmen").message = "FLASER";
     }
     const auto read = Read(kind == std::string("table") ? table : log);
-    std::vector<std::int64_t> times_ms;
+    std::vector<std::int64_t> times_us;
     for (const auto& sample : read.signals[0].samples) {
-      times_ms.push_back(sample.time_ns / 1'000'000);
-      EXPECT_EQ(sample.time_ns % 1'000'000, 0);
+      times_us.push_back(sample.time_ns / 1000);
     }
-    EXPECT_EQ(times_ms, expected_ms) << kind;
-    EXPECT_EQ(read.num_in_line_order, std::vector<std::size_t>{3}) << kind;
+    EXPECT_EQ(times_us, expected_us) << kind;
+    EXPECT_EQ(read.num_in_line_order, std::vector<std::size_t>{2}) << kind;
     ASSERT_EQ(read.problems.size(), 3u) << kind;
-    EXPECT_THAT(read.problems[0], testing::HasSubstr("time 1.900000 s is not after 2.003000 s"));
+    EXPECT_THAT(read.problems[0], testing::HasSubstr("time 1.900000 s is not after 2.800500 s"));
     EXPECT_THAT(read.problems[1], testing::HasSubstr("time 0.000000 s is not after"));
     EXPECT_THAT(read.problems[2], testing::HasSubstr("time 1.500000 s is not after 5.000000 s"));
   }
@@ -326,6 +328,91 @@ TEST_F(ReadSignalsTest, TwoSensorsOfOneLog) {
   EXPECT_EQ(read.signals[0].samples[0].time_ns, 7'500'000'000);
   ASSERT_EQ(read.signals[1].samples.size(), 2u);
   EXPECT_EQ(read.signals[1].samples[1].value, Eigen::Vector3d(2, 2, 3));
+}
+
+// The wheels' clock is the scans': a line that is stamped early stays between those around it. The
+// offset of one signal changes nothing of that.
+TEST_F(ReadSignalsTest, SensorsOfOneLogShareItsClock) {
+  Sensor().kind = SignalKind::kScan;
+  site_.sensors.emplace_back().id = "wheels";
+  site_.sensors[1].kind = SignalKind::kOdometry;
+  Signal("a.clf", "carmen").message = "FLASER";
+  site_.signals.push_back(site_.signals[0]);
+  site_.signals[1].message = "ODOM";
+  site_.signals[1].sensor_idx = 1;
+  site_.signals[1].time_offset_s = 1;
+  std::string log;
+  for (int i = 0; i < 40; ++i) {
+    const double early_s = i >= 20 && i < 24 ? 0.7 : 0;
+    const std::string odometry_s = fmt::format("{:.3f}", 100 + 0.1 * i - early_s);
+    log += fmt::format("ODOM {} 0 0 0 0 0 {} h 0\n", 0.05 * i, odometry_s);
+    log += Flaser("1 2 3", fmt::format("{:.3f}", 100.05 + 0.1 * i - early_s));
+  }
+  const auto read = Read(log, 0);
+  const auto& [scans, wheels] = std::tie(read.signals[0].samples, read.signals[1].samples);
+  ASSERT_EQ(scans.size(), 40u);
+  ASSERT_EQ(wheels.size(), 40u);
+  EXPECT_EQ(read.num_in_line_order, (std::vector<std::size_t>{4, 4}));
+  for (std::size_t i = 0; i < 40; ++i) {
+    const auto wheels_ns = wheels[i].time_ns - 1'000'000'000;
+    EXPECT_NEAR(static_cast<double>(wheels_ns), 1e9 * (100 + 0.1 * static_cast<double>(i)), 1e7);
+    EXPECT_NEAR(static_cast<double>(scans[i].time_ns - wheels_ns), 5e7, 1e7);
+  }
+}
+
+TEST_F(ReadSignalsTest, CountersThatBeginAgainOrAreSwitchedOnAgain) {
+  Sensor().kind = SignalKind::kOdometry;
+  Sensor().measures = "ticks";
+  Sensor().m_per_tick = 0.001;
+  Sensor().wheel_base_m = 0.5;
+  const auto drive = [&](int period, int reset_at) {
+    std::string text;
+    int left = 0, right = 0;
+    for (int i = 0; i < 200; ++i) {
+      if (i == reset_at) left = right = 0;
+      text += fmt::format("{} {} {}\n", 0.1 * i, left % period, right % period);
+      left += 30;
+      right += 31;
+    }
+    return Samples(text);
+  };
+  const auto straight = drive(1'000'000, -1);
+  const auto wrapped = drive(4096 * 16, -1);
+  const auto bytes = drive(256, -1);
+  for (std::size_t i = 0; i < straight.size(); ++i) {
+    EXPECT_LT((wrapped[i].value - straight[i].value).norm(), 1e-9);
+    EXPECT_LT((bytes[i].value - straight[i].value).norm(), 1e-9);
+  }
+  const auto reset = drive(1'000'000, 12);
+  for (std::size_t i = 1; i < reset.size(); ++i) {
+    EXPECT_EQ(IsPossibleStep(reset[i - 1], reset[i]), i != 12) << i;
+  }
+}
+
+TEST_F(ReadSignalsTest, UnitsOfOdometry) {
+  Sensor().kind = SignalKind::kOdometry;
+  Sensor().position_unit_m = 1e-3;
+  Sensor().heading_unit_rad = std::numbers::pi / 180;
+  EXPECT_LT(
+      (Samples("1 1500 -20 90\n")[0].value - Eigen::Vector3d(1.5, -0.02, std::numbers::pi / 2))
+          .norm(),
+      1e-12);
+  EXPECT_LT((Samples("1 1500 -20 0 0 0 1\n")[0].value - Eigen::Vector3d(1.5, -0.02, 0)).norm(),
+            1e-12);
+  Sensor().measures = "motion";
+  EXPECT_LT((Samples("1 1500 0\n2 0 90\n")[1].value - Eigen::Vector3d(1.5, 0, std::numbers::pi / 2))
+                .norm(),
+            1e-12);
+  Sensor() = SensorConfig();
+  Sensor().id = "wheels";
+  Sensor().kind = SignalKind::kOdometry;
+  std::string text;
+  for (int i = 0; i < 100; ++i) text += fmt::format("{} {} 0 0\n", 0.2 * i, 100 * i);
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        Read(text),
+                        "site/log.txt: by the odometry of \"wheels\" the robot usually drives "
+                        "500 m/s, which no robot does: write position_unit = \"mm\" in its "
+                        "[[sensor]], where that is 0.5 m/s, or \"cm\", where it is 5 m/s");
 }
 
 TEST_F(ReadSignalsTest, BlanksAroundFieldsOfATableDoNotCount) {

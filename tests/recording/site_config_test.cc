@@ -340,6 +340,8 @@ TEST(SiteConfig, MistakesInSignalsAreNamedWithTheirLine) {
   expect("wheel_base_m = 0.4\n", "", "s.toml:8: ticks need m_per_tick and wheel_base_m");
   expect("measures", "max_range_m = 3\nmeasures", "'max_range_m' is of a scan");
   expect("max_range_m", "start_angle_deg = 90\nmax_range_m", "add angle_step_deg (negative: clock");
+  expect("measures", "position_unit = \"mm\"\nmeasures", "'position_unit' does not go with ticks");
+  expect("max_range_m", "heading_unit = \"deg\"\nmax_range_m", "'heading_unit' is of odometry");
   expect("measures", "range_unit = \"mm\"\nmeasures", "'range_unit' is of a scan");
   expect("max_range_m", "range_unit = \"inch\"\nmax_range_m", "range_unit");
   expect("sensor = \"wheels\"\n", "sensor = \"laser\"\n", "must name the time alone: of a scan");

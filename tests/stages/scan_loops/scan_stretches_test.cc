@@ -160,5 +160,28 @@ TEST(ScanStretches, DriftLetsAQueryBeFartherAway) {
   EXPECT_GT(laps.Pairs(0.1).size(), num_without);  // 1 m and more over 100 keyscans
 }
 
+// Half way, the robot was carried: no drift limits where it may be then.
+TEST(ScanStretches, AfterAnUnknownMotionSomeQueriesTryAllSubmapsBefore) {
+  TwoLaps laps;
+  laps.options.max_distance_m = 0.5;
+  const std::vector<ScanStretch> submaps = CutSubmaps(laps.options, laps.keyscans);
+  const std::vector<ScanStretch> queries = CutQueries(laps.options, laps.keyscans);
+  auto edges = OdometryOf(laps.poses, 1e-6, 1e-4).edges;
+  const std::size_t carried = edges.size() / 2;
+  edges[carried].covariance = 9 * Matrix6d::Identity();
+  const auto pairs =
+      PairsToTry(laps.options, laps.keyscans, DriftSums(laps.keyscans, edges), submaps, queries);
+  std::map<std::size_t, std::size_t> num_before;
+  for (const LoopPair& pair : pairs) {
+    const bool is_across =
+        submaps[pair.submap].middle <= carried && queries[pair.query].middle > carried;
+    EXPECT_EQ(pair.drift.IsUnknown(), is_across);
+    if (is_across) ++num_before[pair.query];
+  }
+  ASSERT_GT(num_before.size(), 3U);
+  EXPECT_LT(num_before.size(), queries.size() / 4);
+  for (const auto& [query, num] : num_before) EXPECT_GE(num, 3U) << query;
+}
+
 }  // namespace scan_stretches_test
 }  // namespace nightmap
