@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "pipeline/recording/scan_angles.h"
+#include "pipeline/recording/scan_points.h"
 #include "pipeline/recording/scan_ranges.h"
 
 namespace nightmap {
@@ -37,12 +38,18 @@ void LeaveOutUnmeasured(const SensorConfig& sensor, SignalSample* scan) {
 
 }  // namespace
 
-std::optional<float> FinishScans(const SensorConfig& sensor, std::vector<SignalSample>* scans) {
+FoundInScans FinishScans(const SensorConfig& sensor, std::vector<SignalSample>* scans) {
   ShareCircle(sensor, scans);
-  if (sensor.min_range_m > 0 || !sensor.blind_deg.empty()) {
+  const bool is_body_stated = sensor.min_range_m > 0 || !sensor.blind_deg.empty();
+  if (is_body_stated) {
     for (SignalSample& scan : *scans) LeaveOutUnmeasured(sensor, &scan);
   }
-  return sensor.max_range_m ? std::nullopt : LimitToHits(scans);
+  FoundInScans found;
+  if (!sensor.max_range_m) found.range_of_no_hit_m = LimitToHits(scans);
+  found.body = FindRobotBody(*scans);
+  found.is_body_left_out = found.body && found.body->is_certain && !is_body_stated;
+  if (found.is_body_left_out) LeaveOut(*found.body, scans);
+  return found;
 }
 
 }  // namespace nightmap

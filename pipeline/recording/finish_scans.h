@@ -5,17 +5,24 @@
 #include <optional>
 #include <vector>
 
+#include "pipeline/recording/robot_body.h"
 #include "pipeline/recording/site_config.h"
 
 namespace nightmap {
 
-// The range of a beam that measured nothing of the building: it lies in a blind sector, or ended on
-// the robot. It is no hit, and no beam that hit nothing either, so nothing is free along it.
-inline constexpr float kNotMeasured_m = -1;
+// What the scans tell of their scanner and its description does not say.
+struct FoundInScans {
+  // The range that it writes where it hit nothing, if no limit is stated (scan_ranges.h).
+  std::optional<float> range_of_no_hit_m;
+  // What it sees of its robot, beyond what is stated (robot_body.h); none if that cannot be told.
+  std::optional<RobotBody> body;
+  bool is_body_left_out = false;
+};
 
 // Lets the beams share the circle (scan_angles.h); takes those of blind sectors, with their
-// borders, and ranges below min_range_m for not measured; finds a limit that is not stated
-// (scan_ranges.h), and returns it. Pure.
-std::optional<float> FinishScans(const SensorConfig& sensor, std::vector<SignalSample>* scans);
+// borders, and ranges below min_range_m for not measured; finds a limit that is not stated, which
+// becomes that of the scans, and the robot, which is left out where it is certain and neither of
+// the two is stated. Pure.
+FoundInScans FinishScans(const SensorConfig& sensor, std::vector<SignalSample>* scans);
 
 }  // namespace nightmap

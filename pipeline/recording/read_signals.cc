@@ -6,7 +6,6 @@
 
 #include "pipeline/io/data_paths.h"
 #include "pipeline/recording/common_time.h"
-#include "pipeline/recording/finish_scans.h"
 #include "pipeline/recording/line_clock.h"
 #include "pipeline/recording/odometry_units.h"
 #include "pipeline/recording/scan_ranges.h"
@@ -49,7 +48,7 @@ SensorSignals ReadSensorSignals(const SiteConfig& site,
                                 double max_failed_ratio) {
   SensorSignals result;
   result.num_in_line_order.resize(site.sensors.size());
-  result.range_of_no_hit_m.resize(site.sensors.size());
+  result.found_in_scans.resize(site.sensors.size());
   for (const SensorConfig& sensor : site.sensors) {
     result.signals.push_back(
         {sensor.kind, sensor.id, sensor.robot_from_sensor, {}, sensor.scan_duration_s});
@@ -83,7 +82,7 @@ SensorSignals ReadSensorSignals(const SiteConfig& site,
       DemandUnits(sensor, *samples, FirstFileOf(static_cast<int>(i), site, data_root));
     }
     if (sensor.kind != SignalKind::kScan) continue;
-    result.range_of_no_hit_m[i] = FinishScans(sensor, samples);
+    result.found_in_scans[i] = FinishScans(sensor, samples);
   }
   result.apart = DemandCommonTime(site, result.signals);
   return result;

@@ -20,11 +20,11 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "pipeline/recording/finish_scans.h"
 #include "pipeline/recording/signals_io.h"
 #include "pipeline/recording/site_config.h"
 
@@ -34,9 +34,7 @@ struct SensorSignals {
   std::vector<Signal> signals;                 // one per [[sensor]], in their order
   std::vector<std::string> problems;           // one per line that was left out: file:line: reason
   std::vector<std::size_t> num_in_line_order;  // per [[sensor]]: samples that got another time
-  // Per [[sensor]]: the range that the scanner was found to write where it hit nothing, where that
-  // is not stated (scan_ranges.h). It is the limit of its scans.
-  std::vector<std::optional<float>> range_of_no_hit_m;
+  std::vector<FoundInScans> found_in_scans;    // per [[sensor]]
   std::vector<std::string> apart;  // what to say of odometry and scans that hardly overlap in time
 };
 

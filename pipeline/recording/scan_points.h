@@ -10,6 +10,10 @@
 
 namespace nightmap {
 
+// The range of a beam that measured nothing of the building: it lies in a blind sector, or ended on
+// the robot. It is no hit, and no beam that hit nothing either, so nothing is free along it.
+inline constexpr float kNotMeasured_m = -1;
+
 // Whether a beam hit something: its range is positive and below the scan's limit. Where a scanner
 // hit nothing it reports zero, NaN, the limit or more; below zero, nothing was measured.
 bool IsHit(const SignalSample& scan, float range_m);

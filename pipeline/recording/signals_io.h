@@ -9,7 +9,7 @@
 //   time_ns            int64[N]              increases within a sensor
 //   value              double[N x 3]         see SignalKind
 //   range_offset       int64[N + 1]          where each sample's ranges start
-//   range_m            float[R]              of scans; below 0: not measured (finish_scans.h)
+//   range_m            float[R]              of scans; below 0: not measured (scan_points.h)
 //   scan_duration_s    double[S]             of scans; missing where all are 0
 #pragma once
 

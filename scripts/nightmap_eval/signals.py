@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads frames/scans.h5 and frames/odometry.h5: the samples of each sensor, and scans as a table of directions."""
 
+import math
 from dataclasses import dataclass
 
 import h5py
@@ -10,6 +11,9 @@ from nightmap_eval.artifacts import read_hdf5
 from nightmap_site.checked_reading import using
 
 FULL_TURN_RAD = 2 * np.pi
+MAX_COMPARED = 360  # directions
+MOVED_M, MAX_MOVED = 0.3, 0.5  # of a range; of the directions of two scans of about one place
+MAX_HOLE_DEG = 2.0  # between directions of one sector, as in beam_fan.cc
 
 
 @dataclass(frozen=True)
@@ -69,3 +73,31 @@ def range_table(scans, max_scans):
     is_hit = (ranges_m > 0) & (ranges_m < scans.values[rows, 2][:, None])
     is_circle = len(angles_rad) * abs(step_rad) > FULL_TURN_RAD - abs(step_rad) / 2
     return RangeTable(np.where(is_hit, ranges_m, np.nan), ranges_m >= 0, angles_rad, is_circle, rows)
+
+
+def of_one_place(ranges_m, other_m):
+    """Whether two scans agree about, at one of the headings that the robot may have turned to."""
+    shifts = np.arange(len(other_m))[:, None] + np.arange(len(other_m))
+    turned_m = np.concatenate([other_m, other_m])[shifts[:: -(-len(other_m) // MAX_COMPARED)]]
+    with np.errstate(invalid="ignore"):
+        moved = np.count_nonzero(np.abs(turned_m - ranges_m) > MOVED_M, axis=1)
+    both = np.count_nonzero(~np.isnan(turned_m) & ~np.isnan(ranges_m), axis=1)
+    return bool((moved <= MAX_MOVED * both)[both >= len(other_m) // 4].any())
+
+
+def sectors_text(table, is_inside):
+    return ", ".join(f"{first:d}, {last:d}" for first, last in sectors_deg(table, is_inside))
+
+
+def sectors_deg(table, is_inside):
+    """(from, to), counter-clockwise, of the sectors that hold directions, with half a beam or more on each side."""
+    order = np.argsort(table.angles_rad)
+    angles_deg, inside = np.degrees(table.angles_rad[order]), is_inside[order]
+    step_deg = abs(angles_deg[1] - angles_deg[0]) if len(angles_deg) > 1 else 1.0
+    found = angles_deg[inside]
+    starts = np.flatnonzero(np.diff(found, prepend=-np.inf) > step_deg + MAX_HOLE_DEG)
+    sectors = [(part[0], part[-1]) for part in np.split(found, starts[1:])] if len(found) else []
+    if table.is_circle and len(sectors) > 1 and sectors[0][0] + 360 - sectors[-1][1] <= step_deg + MAX_HOLE_DEG:
+        sectors = [*sectors[1:-1], (sectors[-1][0], sectors[0][1] + 360)]
+    sectors = [(math.floor(round(first - step_deg / 2, 6)), math.ceil(round(last + step_deg / 2, 6))) for first, last in sectors]
+    return [(first - 360, last - 360) if last > 360 else (first, last) for first, last in sectors]

@@ -5,21 +5,22 @@ import math
 
 import numpy as np
 
-from nightmap_eval.robot_body import find_body, of_one_place, sectors_text
-from nightmap_eval.signals import range_table, read_sensors
+from nightmap_eval.signals import of_one_place, range_table, read_sensors, sectors_text
 from nightmap_eval.verdict import check, unknown
 from nightmap_eval.verdict_odometry import covered, odometry_checks
 from nightmap_eval.verdict_times import gap_steps, time_checks
 from nightmap_eval.verdict_turns import turn_checks
-from nightmap_site.checked_reading import NUMBER, read_object
+from nightmap_site.checked_reading import NUMBER, read_object, using
 
-REPORT = {"?num_times_in_line_order": {}, "?range_of_no_hit_m": {}}
+REPORT = {"?num_times_in_line_order": {}, "?range_of_no_hit_m": {}, "?robot_body": {}}
 MAX_SCANS = 3000
 HARDLY = 0.1  # of the beams of a scan
+MAX_BODY = 90  # % of the directions: with more, the map is of nearly nothing
 
 
 def checks(site):
-    report = read_object(site.path("frames", "report"), REPORT)
+    path = site.path("frames", "report")
+    report = read_object(path, REPORT)
     scanners, odometries = (read_sensors(site.made("frames", kind)) for kind in ("scans", "odometry"))
     tables = {}
     for scans in scanners:
@@ -29,7 +30,9 @@ def checks(site):
         yield _gaps_check(scans, what, odometries)
         yield from _limit_checks(scans, what, report)
         yield from _return_checks(table, what)
-        yield _body_check(table, what)
+        with using(path):
+            body_check = _body_check(report.get("robot_body", {}).get(scans.sensor_id), what)
+        yield body_check
     for odometry in odometries:
         what = "odometry" if len(odometries) == 1 else f"odometry of {odometry.sensor_id}"
         yield from time_checks(odometry, what, report)
@@ -86,15 +89,15 @@ def _return_checks(table, what):
                     "half of the ranges are below {value:.3g} m: is range_unit of the [[sensor]] right?", usable=(0.02, 200))  # fmt: skip
 
 
-def _body_check(table, what):
-    name = f"the robot in its {what}"
-    body = find_body(table)
+def _body_check(body, what):
+    """body: what `frames` reports of it; None where it cannot tell."""
+    name, reason = f"the robot in its {what}", "a range that stays in scans that all differ is of the robot: the map would have walls all along its way"
     if body is None:
-        return unknown(name, "what stays at one distance while the robot moves is the robot", "too few scans differ from each other: it "
-                       "hardly moved, or is nearly all that the scanner sees")  # fmt: skip
-    advice = "" if body.remedy is None else (
-        f"{{value:.1f}} % of the directions show something that stays at one distance, up to {body.largest_range_m:.2f} m, wherever the "
-        f"robot is: its own body. Write {body.remedy} in the [[sensor]]")  # fmt: skip
-    return check(name, 100 * body.share, "% of the directions", (-math.inf, 0), "a range that is the same within 3 cm in most scans, which "
-                 "all differ, is of the robot: the map would have walls all along its way", advice,
-                 usable=(-math.inf, 90))  # fmt: skip
+        return unknown(name, reason, "too few scans differ from each other: it hardly moved, or is nearly all that the scanner sees")
+    share = 100 * body["share"]
+    seen = f"{share:.1f} % of the directions show something that stays at one distance, up to {body['largest_range_m']:.2f} m, wherever the robot is"
+    if body["is_left_out"] and share <= MAX_BODY:
+        return unknown(name, reason, f"{seen}: its own body, which is left out of the map. Write {body['remedy']} in the [[sensor]], which holds for "
+                       "scans to locate too")  # fmt: skip
+    return check(name, share, "% of the directions", (-math.inf, 0), reason, f"{seen}: its own body, or a wall that it always followed. Where it is "
+                 f"the robot, write {body['remedy']} in the [[sensor]]", usable=(-math.inf, MAX_BODY))  # fmt: skip

@@ -32,10 +32,10 @@ int main(int argc, char** argv) {
         ReadCameraMasks(data_root, &site);
         ReportLeftOut(options, SelectFrames(options, &sequences), context.Report());
         context.BeginPart("signals");
-        auto [signals, problems, num_in_line_order, range_of_no_hit_m, apart] =
+        auto [signals, problems, num_in_line_order, found_in_scans, apart] =
             ReadSensorSignals(site, data_root, options.max_failed_ratio);
         ReportTimesInLineOrder(site, num_in_line_order, context.Report());
-        ReportRangesOfNoHit(site, range_of_no_hit_m, context.Report());
+        ReportFoundInScans(site, found_in_scans, context.Report());
         ReportApart(apart, context.Report());
         const RobotTruth robot_truth = TakeRobotTruth(site, data_root, &signals);
         context.BeginPart("inspect");

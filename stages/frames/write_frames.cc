@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <set>
@@ -96,6 +97,37 @@ void Report(const FrameLists& lists, const std::vector<Signal>& signals, nlohman
   }
 }
 
+void ReportLimit(const std::string& id, float range_of_no_hit_m, nlohmann::json& report) {
+  report["range_of_no_hit_m"][id] = range_of_no_hit_m;
+  spdlog::warn(
+      "\"{}\" writes the range {} where it hit nothing, which its [[sensor]] does not say: "
+      "such beams are taken so; write max_range_m = {}",
+      id,
+      range_of_no_hit_m,
+      range_of_no_hit_m);
+}
+
+void ReportBody(const std::string& id,
+                const RobotBody& body,
+                bool is_left_out,
+                nlohmann::json& report) {
+  report["robot_body"][id] = {{"share", body.share},
+                              {"largest_range_m", std::round(1e3 * body.largest_range_m) / 1e3},
+                              {"sectors_deg", body.sectors_deg},
+                              {"remedy", body.remedy},
+                              {"is_left_out", is_left_out}};
+  if (body.share == 0) return;
+  spdlog::warn(
+      "\"{}\" sees something that stays at one distance in {:.1f} % of its directions, up to "
+      "{:.2f} m: {} write {}",
+      id,
+      100 * body.share,
+      body.largest_range_m,
+      is_left_out ? "the robot itself, which is left out;"
+                  : "it is not left out; where it is the robot itself,",
+      body.remedy);
+}
+
 }  // namespace
 
 void ReportLeftOut(const FramesOptions& options, std::size_t num_left_out, nlohmann::json& report) {
@@ -121,19 +153,13 @@ void ReportTimesInLineOrder(const SiteConfig& site,
   }
 }
 
-void ReportRangesOfNoHit(const SiteConfig& site,
-                         const std::vector<std::optional<float>>& range_of_no_hit_m,
-                         nlohmann::json& report) {
-  for (std::size_t i = 0; i < range_of_no_hit_m.size(); ++i) {
-    if (!range_of_no_hit_m[i]) continue;
+void ReportFoundInScans(const SiteConfig& site,
+                        const std::vector<FoundInScans>& found,
+                        nlohmann::json& report) {
+  for (std::size_t i = 0; i < found.size(); ++i) {
     const std::string& id = site.sensors[i].id;
-    report["range_of_no_hit_m"][id] = *range_of_no_hit_m[i];
-    spdlog::warn(
-        "\"{}\" writes the range {} where it hit nothing, which its [[sensor]] does not say: "
-        "such beams are taken so; write max_range_m = {}",
-        id,
-        *range_of_no_hit_m[i],
-        *range_of_no_hit_m[i]);
+    if (found[i].range_of_no_hit_m) ReportLimit(id, *found[i].range_of_no_hit_m, report);
+    if (found[i].body) ReportBody(id, *found[i].body, found[i].is_body_left_out, report);
   }
 }
 

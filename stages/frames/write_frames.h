@@ -6,6 +6,7 @@
 
 #include "pipeline/io/frames_io.h"
 #include "pipeline/program/stage_main.h"
+#include "pipeline/recording/finish_scans.h"
 #include "pipeline/recording/robot_truth.h"
 #include "pipeline/recording/signals_io.h"
 #include "stages/frames/frames.h"
@@ -20,10 +21,11 @@ void ReportTimesInLineOrder(const SiteConfig& site,
                             const std::vector<std::size_t>& num_in_line_order,
                             nlohmann::json& report);
 
-// Reports, and warns of, scanners whose limit was found and not stated (read_signals.h).
-void ReportRangesOfNoHit(const SiteConfig& site,
-                         const std::vector<std::optional<float>>& range_of_no_hit_m,
-                         nlohmann::json& report);
+// Reports what scans tell of their scanners, and warns of what their descriptions should say
+// (finish_scans.h): "range_of_no_hit_m" of a scanner, and its "robot_body" where that can be told.
+void ReportFoundInScans(const SiteConfig& site,
+                        const std::vector<FoundInScans>& found,
+                        nlohmann::json& report);
 
 // Reports, and warns of, odometry that hardly overlaps with scans in time (common_time.h).
 void ReportApart(const std::vector<std::string>& apart, nlohmann::json& report);

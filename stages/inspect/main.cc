@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
         for (const RawSequence& sequence : sequences) {
           for (const std::string& left_out : sequence.left_out) context.Skip(left_out);
         }
-        const auto [signals, problems, num_in_line_order, range_of_no_hit_m, apart] =
+        const auto [signals, problems, num_in_line_order, found_in_scans, apart] =
             ReadSensorSignals(site, data_root, options.max_failed_ratio);
         for (const std::string& problem : problems) context.Skip(problem);
         for (const std::string& text : apart) context.Skip(text);

@@ -266,7 +266,7 @@ class LaserLogsTest(unittest.TestCase):
         self.assertEqual(json.loads(self.artifact("frames/report.json").read_text())["range_of_no_hit_m"], {"laser": 5})
         self.assertIn("write max_range_m = 5", self.artifact("logs/frames.log").read_text())
 
-    def test_the_robot_in_its_scans_is_proposed_and_left_out(self):
+    def test_the_robot_in_its_scans_is_left_out(self):
         recording, rng = Recording(full_circle(180)), np.random.default_rng(5)
         for ranges_m in recording.scans_m:
             ranges_m[:22] = 0.25 + 0.005 * rng.normal(size=22)
@@ -274,12 +274,20 @@ class LaserLogsTest(unittest.TestCase):
         sensor = FULL + "max_range_m = 5\n"
         self.write(recording, recording.text(), sensor)
         output = self.make("check")
-        self.assertIn("look at this: the robot in its scans", output)
+        self.assertRegex(output, "verdict: good\n.*not known: the robot in its scans")
+        self.assert_right()
+        body = json.loads(self.artifact("frames/report.json").read_text())["robot_body"]["laser"]
+        self.assertEqual((body["sectors_deg"], body["is_left_out"]), ([135, 223], True))
         proposed = re.search(r"Write (min_range_m = [0-9.]+) in the \[\[sensor\]\]", output)[1]
+        self.assertIn("the robot itself, which is left out; write " + proposed, self.artifact("logs/frames.log").read_text())
         for lines in (proposed, "blind_deg = [135, -135]"):
             self.write(recording, recording.text(), sensor + lines + "\n")
-            self.assertIn("verdict: good", self.make("check"))
+            output = self.make("check")
+            self.assertIn("verdict: good", output)
+            self.assertNotIn("the robot in its scans", output)
             self.assert_right()
+        self.write(recording, recording.text(), sensor + "min_range_m = 0.1\n")
+        self.assertIn("look at this: the robot in its scans", self.make("check"))
 
     def test_keys_of_import_that_nothing_reads_are_refused(self):
         recording = Recording(full_circle(90))

@@ -5,6 +5,8 @@
 
 #include <numbers>
 
+#include "pipeline/recording/scan_points.h"
+
 namespace nightmap {
 namespace finish_scans_test {
 

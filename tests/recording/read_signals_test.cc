@@ -496,10 +496,10 @@ TEST_F(ReadSignalsTest, TheRangeOfNoHitIsFoundWhereItIsNotStated) {
     log += '\n';
   }
   const auto read = Read(log);
-  EXPECT_EQ(read.range_of_no_hit_m.at(0), 4.0F);
+  EXPECT_EQ(read.found_in_scans.at(0).range_of_no_hit_m, 4.0F);
   for (const SignalSample& scan : read.signals[0].samples) EXPECT_EQ(scan.value[2], 4);
   Sensor().max_range_m = 30;
-  EXPECT_EQ(Read(log).range_of_no_hit_m.at(0), std::nullopt);
+  EXPECT_EQ(Read(log).found_in_scans.at(0).range_of_no_hit_m, std::nullopt);
   EXPECT_EQ(Samples(log)[0].value[2], 30);
 }
 

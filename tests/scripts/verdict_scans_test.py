@@ -12,14 +12,14 @@ import numpy as np
 
 import fake_site  # noqa: F401  finds the scripts
 from nightmap_eval import verdict_scans
-from nightmap_eval.robot_body import find_body, of_one_place
-from nightmap_eval.signals import RangeTable, Samples, range_table
+from nightmap_eval.signals import RangeTable, Samples, of_one_place, range_table, sectors_text
 from nightmap_eval.verdict import GOOD, LOOK, NOT_KNOWN, REFUSE, worst
 from nightmap_site.script_errors import DataError
 from nightmap_site.site import Site
 
 CIRCLE = np.radians(np.arange(-180, 180, 2))
 NOT_MEASURED = -1
+WITHOUT_BODY = {"robot_body": {"laser": {"share": 0, "largest_range_m": 0, "sectors_deg": [], "remedy": "", "is_left_out": False}}}
 
 
 def drive(num=200):
@@ -46,15 +46,11 @@ class Log:
         self.times_s = 100 + np.arange(len(self.poses)) / 5
         self.ranges_m = ranges_m(self.poses, angles)
         self.odometry_s, self.odometry = self.times_s.copy(), self.poses.copy()
-        self.report, self.mounting = {}, [0, 0, 0, 0, 0, 0, 1]
+        self.report, self.mounting = dict(WITHOUT_BODY), [0, 0, 0, 0, 0, 0, 1]
 
     def beams(self, first_deg, last_deg):
         degrees = np.degrees(self.angles)
         return (degrees > first_deg - 1e-6) & (degrees < last_deg + 1e-6)
-
-    def table(self):
-        values = np.tile([self.angles[0], self.angles[1] - self.angles[0], 10], (len(self.poses), 1))
-        return range_table(Samples("laser", self.times_s, values, list(self.ranges_m.astype(np.float32))), 3000)
 
     def write(self, folder):
         (folder / "frames").mkdir(parents=True, exist_ok=True)
@@ -103,46 +99,22 @@ class LogTest(unittest.TestCase):
         silent.odometry, silent.odometry_s = silent.odometry[:0], silent.odometry_s[:0]
         self.assertEqual(self.not_good(silent), {})
 
-    def test_the_robot_in_its_scans_is_found_and_what_to_write_ends_it(self):
-        log, rng = Log(), np.random.default_rng(3)
-        behind = log.beams(136, 180) | log.beams(-180, -136)
-        log.ranges_m[:, behind] = 0.25 + 0.01 * rng.normal(size=(len(log.poses), behind.sum()))
-        self.assert_named(log, "the robot in its scans", LOOK, r"up to 0\.25 m.* Write min_range_m = 0\.30 in the \[\[sensor\]\]")
-        noisy = Log()
-        noisy.ranges_m[:, behind] = 0.25 + 0.015 * rng.normal(size=(len(log.poses), behind.sum()))
-        self.assert_named(noisy, "the robot in its scans", LOOK, r"Write min_range_m = 0\.35")
-        log.ranges_m[log.ranges_m < 0.3] = NOT_MEASURED
-        self.assertEqual(self.not_good(log), {})
-
-    def test_a_sector_is_proposed_where_walls_are_nearer_than_the_robot(self):
-        cases = {(136, 224): "135, 225", (60, 70): "59, 71", (-20, 20): "-21, 21"}
-        for (first, last), sector in cases.items():
-            for angles in (CIRCLE, CIRCLE[::-1]):
-                log = Log(angles)
-                inside = log.beams(first, last) | log.beams(first - 360, last - 360)
-                log.ranges_m[:, inside] = 1.8
-                self.assert_named(log, "the robot in its scans", LOOK, rf"Write blind_deg = \[{sector}\] in")
-                log.ranges_m[:, inside] = NOT_MEASURED
-                self.assertEqual(self.not_good(log), {})
-
-    def test_no_wall_is_lost_to_a_least_range(self):
+    def test_the_robot_in_its_scans(self):
         log = Log()
-        log.ranges_m = ranges_m(log.poses, CIRCLE, half_m=(2.0, 1.7))
-        log.ranges_m[:, log.beams(-10, 10)] = 0.8
-        self.assert_named(log, "the robot in its scans", LOOK, r"Write blind_deg = \[-11, 11\]")
-
-    def test_walls_are_not_the_robot(self):
-        there_and_back = np.concatenate([np.linspace(-20, 20, 100), np.full(60, 20.0), np.linspace(20, -20, 100)])
-        headings = np.concatenate([np.zeros(100), np.linspace(0, np.pi, 60), np.full(100, np.pi)])
-        log = Log(poses=np.column_stack([there_and_back, np.zeros(260), headings]))
-        log.ranges_m = ranges_m(log.poses, CIRCLE, half_m=(30, 1))
-        log.ranges_m[log.ranges_m > 8] = 0
-        self.assertEqual(find_body(log.table()).share, 0)
-
-    def test_a_robot_that_stands_tells_nothing(self):
-        standing = Log(poses=np.tile(drive()[0], (100, 1)))
-        found = self.not_good(standing)
-        self.assertEqual({name: value[0] for name, value in found.items()}, {"the robot in its scans": NOT_KNOWN})
+        body = {"share": 0.25, "largest_range_m": 0.25, "sectors_deg": [135, 225], "remedy": "min_range_m = 0.30", "is_left_out": True}
+        log.report = {"robot_body": {"laser": body}}
+        self.assert_named(log, "the robot in its scans", NOT_KNOWN, r"25\.0 % .* up to 0\.25 m.* left out.* Write min_range_m = 0\.30 in the")
+        self.assertEqual(worst(self.checks(log).values()), GOOD)
+        body["is_left_out"] = False
+        self.assert_named(log, "the robot in its scans", LOOK, r"25\.0 % .* write min_range_m = 0\.30 in the \[\[sensor\]\]")
+        for body["is_left_out"] in (False, True):
+            body["share"] = 0.95
+            self.assertEqual(self.not_good(log)["the robot in its scans"][0], REFUSE)
+        log.report = {}
+        self.assert_named(log, "the robot in its scans", NOT_KNOWN, "too few scans differ")
+        log.report = {"robot_body": {"laser": {"share": 0.25}}}
+        with self.assertRaisesRegex(DataError, r"report\.json: damaged .*largest_range_m"):
+            self.checks(log)
 
     def test_directions_without_a_return_and_scans_without_one(self):
         log = Log()
@@ -161,14 +133,14 @@ class LogTest(unittest.TestCase):
 
     def test_a_limit_that_was_found_is_said_and_harmless(self):
         log = Log()
-        log.report = {"range_of_no_hit_m": {"laser": 10}, "num_times_in_line_order": {"wheels": 3}}
+        log.report |= {"range_of_no_hit_m": {"laser": 10}, "num_times_in_line_order": {"wheels": 3}}
         self.assert_named(log, "max_range_m of scans", NOT_KNOWN, r"write max_range_m = 10 in the \[\[sensor\]\]")
         self.assertEqual(worst(self.checks(log).values()), GOOD)
 
     def test_batches_and_few_samples(self):
         log = Log()
         log.times_s = 100 + np.floor((log.times_s - 100)) + 0.001 * np.arange(len(log.times_s))
-        log.report = {"num_times_in_line_order": {"laser": 17}}
+        log.report |= {"num_times_in_line_order": {"laser": 17}}
         self.assert_named(log, "times of scans", LOOK, "80 % of the times .* 17 went back")
         few = Log(poses=drive()[:5])
         self.assertRegex(self.not_good(few)["number of scans"][1], "only 5: .*message")
@@ -253,6 +225,12 @@ class TableTest(unittest.TestCase):
         self.assertIsInstance(table, RangeTable)
         self.assertTrue(table.is_circle)
         np.testing.assert_array_equal(table.ranges_m, [[1, 2, 3, 4], [1, 2, 3, 5], [1, 2, 3, 4]])
+
+    def test_a_sector_is_named_within_one_turn(self):
+        angles = np.radians(np.arange(0, 360, 2))
+        table = RangeTable(np.ones((1, 180)), np.ones((1, 180), bool), angles, True, np.array([0]))
+        self.assertEqual(sectors_text(table, (angles < 0.3) | (angles > 2 * np.pi - 0.3)), "-17, 17")
+        self.assertEqual(sectors_text(table, np.isin(np.arange(180), [20, 21, 23, 50])), "39, 47, 99, 101")
 
     def test_a_place_is_the_same_at_any_heading(self):
         poses = np.array([[0.5, 0.3, 0.2], [0.6, 0.3, 2.2], [-1.5, -2.0, 0.2]])
