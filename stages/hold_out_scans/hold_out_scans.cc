@@ -64,9 +64,13 @@ ScanQuery MakeQuery(const HoldOutScansOptions& options,
                     std::size_t query_idx) {
   const SignalSample& scan = *sample.scan;
   ScanQuery query{TimeToString(scan.time_ns), scan.time_ns, {}, {}};
-  query.scans.push_back({ToRigid2(signal.robot_from_sensor),
-                         scan.value[0],
-                         scan.value[1],
+  // A scanner that hangs upside down turns the other way, seen from above.
+  const Eigen::Matrix3d axes_in_robot = signal.robot_from_sensor.rotation.toRotationMatrix();
+  const double sense = axes_in_robot(2, 2) < 0 ? -1 : 1;
+  query.scans.push_back({{std::atan2(axes_in_robot(1, 0), axes_in_robot(0, 0)),
+                          signal.robot_from_sensor.translation.head<2>()},
+                         sense * scan.value[0],
+                         sense * scan.value[1],
                          scan.value[2],
                          scan.ranges_m});
   query.rough_position = DrawPosition(options, sample.pose.pose, query_idx);

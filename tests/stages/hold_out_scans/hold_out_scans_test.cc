@@ -7,6 +7,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/recording/scan_points.h"
 #include "tests/laser_building.h"
 #include "tests/test_data.h"
 
@@ -108,6 +109,25 @@ TEST(HoldOutScans, ScansFarFromTheMapAreCountedAndNoQueries) {
   EXPECT_GT(result.num_held_out, 0U);
   EXPECT_EQ(result.num_far, result.num_held_out);
   EXPECT_TRUE(result.queries.empty());
+}
+
+TEST(HoldOutScans, AQueryHasThePointsOfItsScanHoweverTheScannerIsMounted) {
+  HoldOutScansInput input = Laps();
+  const Eigen::Quaterniond turned(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitZ()));
+  const Eigen::Quaterniond upside_down(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
+  for (const Eigen::Quaterniond& rotation : {turned, upside_down, turned * upside_down}) {
+    input.scans[0].robot_from_sensor = {rotation, {0.3, 0.1, 0.4}};
+    const HeldOutScans result = RunHoldOutScans({}, input);
+    const ScanQuery& query = result.queries.at(5);
+    const auto& samples = input.scans[0].samples;
+    const auto scan = std::ranges::find(samples, query.time_ns, &SignalSample::time_ns);
+    const auto expected = PointsInRobot(*scan, input.scans[0]).points_in_robot;
+    const auto found = PointsInQuery(query, 100);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      EXPECT_NEAR((found[i] - expected[i].head<2>()).norm(), 0, 1e-9);
+    }
+  }
 }
 
 TEST(HoldOutScans, TheScannerIsTheOneThatIsNamed) {
