@@ -92,6 +92,30 @@ TEST(HoldOutScans, RoughPositionsAreWithinTheirRadiusAndFollowTheSeed) {
             result.queries[3].rough_position->point_in_map);
 }
 
+TEST(HoldOutScans, QueriesBeyondTheMostAreLeftOutEvenly) {
+  const HeldOutScans all = RunHoldOutScans({}, Laps());
+  HoldOutScansOptions options;
+  options.max_queries = 7;
+  const HeldOutScans some = RunHoldOutScans(options, Laps());
+  ASSERT_EQ(some.queries.size(), 7U);
+  ASSERT_EQ(some.truth.size(), 7U);
+  EXPECT_EQ(some.num_left_out, all.queries.size() - 7);
+  EXPECT_EQ(all.num_left_out, 0U);
+  std::vector<std::size_t> idxs;
+  for (std::size_t i = 0; i < 7; ++i) {
+    const auto time_ns = some.queries[i].time_ns;
+    EXPECT_EQ(some.truth[i].time_ns, time_ns);
+    const auto found = std::ranges::find(all.queries, time_ns, &ScanQuery::time_ns);
+    ASSERT_NE(found, all.queries.end());
+    EXPECT_EQ(some.queries[i].scans[0].ranges_m, found->scans[0].ranges_m);
+    idxs.push_back(static_cast<std::size_t>(found - all.queries.begin()));
+  }
+  for (std::size_t i = 1; i < 7; ++i) {
+    EXPECT_NEAR(
+        static_cast<double>(idxs[i] - idxs[i - 1]), static_cast<double>(all.queries.size()) / 7, 1);
+  }
+}
+
 TEST(HoldOutScans, AShortWayLeavesNoQueryAndIsMappedWhole) {
   const auto poses = DriveAround({9, 5}, 1, 0.2, 0.3);
   const HeldOutScans result = RunHoldOutScans({}, {{ScansAt(kHall, poses, 0)}, KeyscansAt(poses)});
