@@ -21,6 +21,7 @@ SAME_NS = 1_000
 # Motion that tells something, and what no robot indoors does.
 MIN_TURN_RAD, MIN_WAY_M = 0.1, 0.1
 MAX_SPEED_M_PER_S, MAX_SPEED_RAD_PER_S = 5.0, 6.0
+MIN_STEP_S = 0.1  # stamps err by less
 MIN_WINDOWS = 5
 
 
@@ -57,8 +58,8 @@ def agreement_of(estimate, wheels, jumps_ns=()):
         without = (wheels.times_ns[last] <= before_ns) | (wheels.times_ns[first] >= after_ns)
         first, last = first[without], last[without]
     by_map, by_wheels = (_motions(to_rows(way), first, last) for way in (estimate, wheels))
-    seconds = (wheels.times_ns[last] - wheels.times_ns[first]) / 1e9
-    possible = (abs(by_wheels[0]) < MAX_SPEED_M_PER_S * seconds) & (abs(by_wheels[1]) < MAX_SPEED_RAD_PER_S * seconds)
+    jumps = np.cumsum(_is_jump(wheels))
+    possible = jumps[last] == jumps[first]
     turned = possible & (abs(by_wheels[1]) > MIN_TURN_RAD)
     moved = possible & (abs(by_wheels[0]) > MIN_WAY_M)
     turn, way = _slope(by_map[1][turned], by_wheels[1][turned]), _slope(by_map[0][moved], by_wheels[0][moved])
@@ -69,6 +70,14 @@ def agreement_of(estimate, wheels, jumps_ns=()):
         direction_rad=None if way is None else float(np.angle(way)),
         way_spread=None if way is None else float(np.subtract(*np.quantile(ratios, [5 / 6, 1 / 6])) / 2),
     )
+
+
+def _is_jump(wheels):
+    """Of each pose: whether no robot comes there from the one before. Counters that begin anew, and a robot that is carried, jump."""
+    steps = compose(inverse(to_rows(wheels)[:-1]), to_rows(wheels)[1:])
+    seconds = np.maximum(np.diff(wheels.times_ns) / 1e9, MIN_STEP_S)
+    is_fast = np.hypot(steps[:, 0], steps[:, 1]) > MAX_SPEED_M_PER_S * seconds
+    return np.concatenate([[False], is_fast | (abs(wrapped_rad(steps[:, 2])) > MAX_SPEED_RAD_PER_S * seconds)])
 
 
 def windows(times_ns):

@@ -57,9 +57,11 @@ def way_advice(found):
 def direction_advice(site, found):
     if found.turn is not None and found.turn < 0:
         return "see the turns: the beams run the other way round"
-    yaw = wrapped_deg(_scanner(site)["yaw_deg"] - math.degrees(found.direction_rad))
-    return ("the map's robot moves {value:.0f} deg to the left of where its wheels go: the scanner is mounted turned; turn "
-            f"robot_from_sensor of the scanner to a yaw of {yaw:.0f} deg (the last four numbers: {_quaternion(yaw)})")  # fmt: skip
+    turned_deg = math.degrees(found.direction_rad)
+    yaw_deg = 180 - (180 - round(_scanner(site)["yaw_deg"] - turned_deg)) % 360
+    side = "" if abs(round(turned_deg)) == 180 else " to the left" if turned_deg > 0 else " to the right"
+    return (f"the map's robot moves turned by {abs(turned_deg):.0f} deg{side} against its wheels: the scanner is mounted turned; turn "
+            f"robot_from_sensor of the scanner to a yaw of {yaw_deg} deg (the last four numbers: {_quaternion(yaw_deg)})")  # fmt: skip
 
 
 def _mirrored(site, found):
@@ -74,10 +76,14 @@ def _scaled(site, ratio):
     """Angles whose beams are 1 / ratio as far apart, about the same middle; the full circle where they come near it."""
     scanner = _scanner(site)
     beams, step = scanner["beams"], scanner["step_deg"] / ratio
-    if abs(abs(step) * beams / 360 - 1) < 0.06:
+    is_circle = abs(abs(step) * beams / 360 - 1) < 0.06
+    if is_circle:
         step = math.copysign(360 / beams, step)
-    middle = scanner["start_deg"] + scanner["step_deg"] * (beams - 1) / 2
-    return f"angle_step_deg = {step:.4g} and start_angle_deg = {wrapped_deg(middle - step * (beams - 1) / 2):.4g}, or as the scanner's maker says"
+    start = scanner["start_deg"] + (scanner["step_deg"] - step) * (beams - 1) / 2
+    quarter = 90 * round(start / 90)  # a circle begins ahead, behind or to a side
+    if is_circle and abs(start - quarter) <= abs(step):
+        start = quarter
+    return f"angle_step_deg = {step:.4g} and start_angle_deg = {wrapped_deg(start):.4g}, or as the scanner's maker says"
 
 
 def _scanner(site):
@@ -93,7 +99,7 @@ def _scanner(site):
 
 def _quaternion(yaw_deg):
     half_rad = math.radians(yaw_deg) / 2
-    return f"0, 0, {math.sin(half_rad):.4g}, {math.cos(half_rad):.4g}"
+    return ", ".join(f"{round(value, 6):g}" for value in (0, 0, math.sin(half_rad), math.cos(half_rad)))
 
 
 def wrapped_deg(angle_deg):

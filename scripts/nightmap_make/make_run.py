@@ -84,7 +84,7 @@ class MakeRun:
             self._remove_gone()
             return 0
         for job in list(self.asked.pipeline.jobs.values()):
-            if not self.asked.pipeline.decides_rules(job) or job.name not in self.graph.jobs or job.name not in self.asked.needed_jobs():
+            if not self.asked.pipeline.goes_first(job) or job.name not in self.graph.jobs or job.name not in self.asked.needed_jobs():
                 continue
             before, size = self.site_state.lists[job.lists], journal_size(self.folder)
             code = self._make([list_goal(job)])

@@ -209,9 +209,10 @@ class Pipeline:
         names = [*job.outputs.values(), *job.beside.values()]
         return bool(job.lists) and (any("{unit}" in name for name in names) or self._runs_per(job.lists))
 
-    def decides_rules(self, job):
-        """Whether the rules of the site depend on what this job lists."""
-        return bool(job.lists) and (self._runs_per(job.lists) or job.lists == "query" and any(
+    def goes_first(self, job):
+        """Whether the rules of the site depend on what this job lists, or it writes files beside the list, whose times Make looks up
+        before their job ran when it meets them before the list."""
+        return bool(job.lists) and (bool(job.beside) or self._runs_per(job.lists) or job.lists == "query" and any(
             other.when == "queries" for other in self.jobs.values()))  # fmt: skip
 
     def _runs_per(self, unit):

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "pipeline/base/random.h"
 #include "pipeline/io/trajectory_io.h"
@@ -64,9 +65,13 @@ ScanQuery MakeQuery(const HoldOutScansOptions& options,
                     std::size_t query_idx) {
   const SignalSample& scan = *sample.scan;
   ScanQuery query{TimeToString(scan.time_ns), scan.time_ns, {}, {}};
-  query.scans.push_back({ToRigid2(signal.robot_from_sensor),
-                         scan.value[0],
-                         scan.value[1],
+  // A scanner that hangs upside down turns the other way, seen from above.
+  const Eigen::Matrix3d axes_in_robot = signal.robot_from_sensor.rotation.toRotationMatrix();
+  const double sense = axes_in_robot(2, 2) < 0 ? -1 : 1;
+  query.scans.push_back({{std::atan2(axes_in_robot(1, 0), axes_in_robot(0, 0)),
+                          signal.robot_from_sensor.translation.head<2>()},
+                         sense * scan.value[0],
+                         sense * scan.value[1],
                          scan.value[2],
                          scan.ranges_m});
   query.rough_position = DrawPosition(options, sample.pose.pose, query_idx);
@@ -83,6 +88,22 @@ Signal Without(const Signal& signal, const std::vector<PlacedSample>& held_out) 
   return rest;
 }
 
+// Leaves max_queries of the queries, evenly from all of them.
+void Thin(int max_queries, HeldOutScans* result) {
+  const std::size_t count = result->queries.size();
+  const auto most = static_cast<std::size_t>(max_queries);
+  if (count <= most) return;
+  for (std::size_t i = 0; i < most; ++i) {
+    const std::size_t from = i * count / most;
+    if (from == i) continue;
+    result->queries[i] = std::move(result->queries[from]);
+    result->truth[i] = result->truth[from];
+  }
+  result->queries.resize(most);
+  result->truth.resize(most);
+  result->num_left_out = count - most;
+}
+
 }  // namespace
 
 void HoldOutScansOptions::Register(OptionList& list) {
@@ -90,6 +111,7 @@ void HoldOutScansOptions::Register(OptionList& list) {
   list.Add("block_m", &block_m, Range(0.1, 1000), "path of a block, the piece that is held out");
   list.Add("every", &every, Range(2, 1000), "each so manieth block is held out");
   list.Add("query_distance_m", &query_distance_m, Range(0, 1000), "path between two queries");
+  list.Add("max_queries", &max_queries, Range(1, 1e6), "most queries; others are left out evenly");
   list.Add("near_m", &near_m, Range(0.01, 1000), "a query has a scan that stays within this");
   list.Add("rough_radius_m",
            &rough_radius_m,
@@ -109,7 +131,7 @@ HeldOutScans RunHoldOutScans(const HoldOutScansOptions& options, const HoldOutSc
       mapped_points.push_back(sample.pose.pose.translation);
     }
   }
-  HeldOutScans result{{Without(signal, held_out)}, {}, {}, held_out.size(), 0};
+  HeldOutScans result{{Without(signal, held_out)}, {}, {}, held_out.size(), 0, 0};
   double next_m = 0;
   for (const PlacedSample& sample : held_out) {
     if (!IsNear(sample.pose.pose.translation, mapped_points, options.near_m)) {
@@ -121,6 +143,7 @@ HeldOutScans RunHoldOutScans(const HoldOutScansOptions& options, const HoldOutSc
     result.queries.push_back(MakeQuery(options, signal, sample, result.queries.size()));
     result.truth.push_back(sample.pose);
   }
+  Thin(options.max_queries, &result);
   return result;
 }
 

@@ -26,11 +26,16 @@ void Run(const HoldOutScansOptions& options, StageContext& context) {
         options.every,
         options.block_m);
   }
+  if (result.num_left_out > 0) {
+    spdlog::warn("{} queries are left out; raise hold_out_scans.max_queries to ask for more",
+                 result.num_left_out);
+  }
   auto& report = context.Report();
   report["num_scans"] = result.mapped[0].samples.size();
   report["num_held_out"] = result.num_held_out;
   report["num_far"] = result.num_far;
   report["num_queries"] = result.queries.size();
+  report["num_queries_left_out"] = result.num_left_out;
 }
 
 }  // namespace

@@ -69,7 +69,13 @@ class LogOfScans {
     FinishScans(scanner_, &log_.scans);
     log_.name = config_.scans;
     log_.source = config_.source;
-    log_.robot_from_laser = ToRigid2(scanner_.robot_from_sensor);
+    // A scanner that hangs upside down turns the other way, seen from above.
+    const Eigen::Matrix3d axes_in_robot = scanner_.robot_from_sensor.rotation.toRotationMatrix();
+    log_.robot_from_laser = {std::atan2(axes_in_robot(1, 0), axes_in_robot(0, 0)),
+                             scanner_.robot_from_sensor.translation.head<2>()};
+    if (axes_in_robot(2, 2) < 0) {
+      for (SignalSample& scan : log_.scans) scan.value.head<2>() *= -1;
+    }
     log_.turn = config_.turn;
     if (!config_.near_m.empty()) {
       log_.rough_position =

@@ -1,20 +1,15 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Recordings as people have them, made of the shared ones: each map is good, or its verdict says what is wrong and what to do."""
-import json
-import pathlib
 import re
 import shutil
-import subprocess
-import sys
-import tempfile
 import unittest
 
 import numpy as np
 
 from accuracy import DATA, metrics_of, real
+from made_cases import MadeCases
 from nightly import IS_NIGHT
-from workspace import BUILD, REPOSITORY, environment
 
 GOOD = ""
 # Each case has its control, by whose error its own is judged, and the check that its verdict names with a word of the advice.
@@ -36,44 +31,22 @@ CASES = {
     "late_truth": ("base", "ground truth apart from the frames", "clock"),
 }
 BY_DAY = ("half_fr1", "ray_fr1")  # before the map; tests of the stages have the others' kinds
-TOOL = DATA.parent / "tools" / "camera_cases.py"
 
 
-class CameraCasesTest(unittest.TestCase):
+class CameraCasesTest(MadeCases):
+    tool, before = "camera_cases.py", (DATA,)
+
     @classmethod
     def setUpClass(cls):
         real("hololens_office")
-        if not TOOL.exists():
-            raise unittest.SkipTest(f"{TOOL} makes the cases")
-        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-cases-"))
-        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        super().setUpClass()
         cls.errors_m = {}
-
-    def write_case(self, case):
-        subprocess.run([sys.executable, TOOL, DATA, self.folder, case], check=True)
-
-    def made(self, case, *goals):
-        """The checks of the verdict after these goals."""
-        if not (self.folder / "sites" / f"{case}.toml").exists():
-            self.write_case(case)
-        folders = (f"{name}={self.folder / name.lower()}" for name in ("SITES", "DATA", "MAPS"))
-        result = subprocess.run(["make", "--no-print-directory", f"SITE={case}", f"BUILD={BUILD}", *folders, *goals], cwd=REPOSITORY,
-                                env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)  # fmt: skip
-        self.assertEqual(result.returncode, 0, result.stdout[-3000:])
-        verdicts = [self.folder / "maps" / case / job / "verdict.json" for job in ("verdict", "check")]
-        return next(json.loads(path.read_text()) for path in verdicts if path.exists())
 
     def error_m(self, case):
         if case not in self.errors_m:
             self.assertEqual(self.made(case, "map", "evaluate")["verdict"], "good", case)
             self.errors_m[case] = metrics_of(self.folder / "maps" / case)["trajectory"]["se3"]["ate_rmse_m"]
         return self.errors_m[case]
-
-    def check_names_the_cause(self, verdict, name, word):
-        self.assertNotEqual(verdict["verdict"], "good")
-        item = next(item for item in verdict["checks"] if item["name"] == name)
-        self.assertNotEqual(item["verdict"], "good", item)
-        self.assertIn(word, item["advice"])
 
     def check_is_upright(self, case):
         """The z axis of the map is the y axis of the truth."""
@@ -99,14 +72,14 @@ class CameraCasesTest(unittest.TestCase):
             with self.subTest(case):
                 self.made(case, "check")
                 shutil.copy(self.folder / "maps" / case / "survey" / "mask_0.png", self.folder / "data" / case / "mask.png")
-                site = self.folder / "sites" / f"{case}.toml"
+                site = self.site(case)
                 site.write_text(site.read_text().replace("[[camera]]", '[[camera]]\nmask = "mask.png"'))
                 self.assertLess(self.error_m(case), 1.15 * self.error_m("all_holo"))
 
     @unittest.skipUnless(IS_NIGHT, "takes minutes: set NIGHTMAP_NIGHTLY=1")
     def test_the_proposed_offset_of_depth_makes_the_map_good(self):
         advice = next(item["advice"] for item in self.made("off_holo", "map")["checks"] if item["name"].startswith("offset of depth"))
-        site = self.folder / "sites" / "off_holo.toml"
+        site = self.site("off_holo")
         key = re.search(r"depth_offset_m = [0-9.]+", advice).group()
         site.write_text(site.read_text().replace("[[camera]]", f"[[camera]]\n{key}"))
         self.assertLess(self.error_m("off_holo"), 1.15 * self.error_m("all_holo"))

@@ -140,6 +140,15 @@ class DemoTest(unittest.TestCase):
         self.assertEqual(other.jobs_that_ran(), with_those_after("loops") | {"verdict"})
         self.assertEqual(json.loads((other.maps / "pose_graph/report.json").read_text())["sensors"][0]["num_edges"], 0)
 
+    def test_another_scanner_is_mapped_anew_whatever_goal_comes_first(self):
+        other = self.copy()
+        other.make("check", "map")
+        config = other.config()
+        config.write_text(config.read_text().replace('kind = "scan"', 'kind = "scan"\nmin_range_m = 1.5'))
+        other.make("check", "map")
+        self.assertLess({"frames", "check", "odometry", "grid", "test_localize", "verdict"}, other.jobs_that_ran())
+        other.make("-q", "check", "map")
+
     def test_the_same_bytes_at_any_number_of_threads(self):
         other = LaserSite()
         self.addCleanup(other.work.remove)

@@ -71,9 +71,12 @@ class AgreementTest(unittest.TestCase):
 
     def test_a_jump_of_the_odometry_counts_for_nothing(self):
         ways, turns = steps()
-        jumped = ways.copy()
-        jumped[120] = 40
-        self.assertAlmostEqual(agreement_of(driven(ways, turns), driven(jumped, turns)).way, 1, places=6)
+        for way_m, turn_rad in ((40, 0), (4, 0), (0.1, 2.5)):  # within the step of a scan
+            jumped, turned = ways.copy(), turns.copy()
+            jumped[120], turned[120] = way_m, turn_rad
+            found = agreement_of(driven(ways, turns), driven(jumped, turned))
+            self.assertAlmostEqual(found.way, 1, places=6)
+            self.assertAlmostEqual(found.turn, 1, places=6)
 
     def test_a_driver_that_starts_again_counts_for_nothing(self):
         ways, turns = steps()

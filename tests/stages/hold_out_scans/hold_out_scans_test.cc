@@ -7,6 +7,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/recording/scan_points.h"
 #include "tests/laser_building.h"
 #include "tests/test_data.h"
 
@@ -91,6 +92,30 @@ TEST(HoldOutScans, RoughPositionsAreWithinTheirRadiusAndFollowTheSeed) {
             result.queries[3].rough_position->point_in_map);
 }
 
+TEST(HoldOutScans, QueriesBeyondTheMostAreLeftOutEvenly) {
+  const HeldOutScans all = RunHoldOutScans({}, Laps());
+  HoldOutScansOptions options;
+  options.max_queries = 7;
+  const HeldOutScans some = RunHoldOutScans(options, Laps());
+  ASSERT_EQ(some.queries.size(), 7U);
+  ASSERT_EQ(some.truth.size(), 7U);
+  EXPECT_EQ(some.num_left_out, all.queries.size() - 7);
+  EXPECT_EQ(all.num_left_out, 0U);
+  std::vector<std::size_t> idxs;
+  for (std::size_t i = 0; i < 7; ++i) {
+    const auto time_ns = some.queries[i].time_ns;
+    EXPECT_EQ(some.truth[i].time_ns, time_ns);
+    const auto found = std::ranges::find(all.queries, time_ns, &ScanQuery::time_ns);
+    ASSERT_NE(found, all.queries.end());
+    EXPECT_EQ(some.queries[i].scans[0].ranges_m, found->scans[0].ranges_m);
+    idxs.push_back(static_cast<std::size_t>(found - all.queries.begin()));
+  }
+  for (std::size_t i = 1; i < 7; ++i) {
+    EXPECT_NEAR(
+        static_cast<double>(idxs[i] - idxs[i - 1]), static_cast<double>(all.queries.size()) / 7, 1);
+  }
+}
+
 TEST(HoldOutScans, AShortWayLeavesNoQueryAndIsMappedWhole) {
   const auto poses = DriveAround({9, 5}, 1, 0.2, 0.3);
   const HeldOutScans result = RunHoldOutScans({}, {{ScansAt(kHall, poses, 0)}, KeyscansAt(poses)});
@@ -108,6 +133,25 @@ TEST(HoldOutScans, ScansFarFromTheMapAreCountedAndNoQueries) {
   EXPECT_GT(result.num_held_out, 0U);
   EXPECT_EQ(result.num_far, result.num_held_out);
   EXPECT_TRUE(result.queries.empty());
+}
+
+TEST(HoldOutScans, AQueryHasThePointsOfItsScanHoweverTheScannerIsMounted) {
+  HoldOutScansInput input = Laps();
+  const Eigen::Quaterniond turned(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitZ()));
+  const Eigen::Quaterniond upside_down(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
+  for (const Eigen::Quaterniond& rotation : {turned, upside_down, turned * upside_down}) {
+    input.scans[0].robot_from_sensor = {rotation, {0.3, 0.1, 0.4}};
+    const HeldOutScans result = RunHoldOutScans({}, input);
+    const ScanQuery& query = result.queries.at(5);
+    const auto& samples = input.scans[0].samples;
+    const auto scan = std::ranges::find(samples, query.time_ns, &SignalSample::time_ns);
+    const auto expected = PointsInRobot(*scan, input.scans[0]).points_in_robot;
+    const auto found = PointsInQuery(query, 100);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      EXPECT_NEAR((found[i] - expected[i].head<2>()).norm(), 0, 1e-9);
+    }
+  }
 }
 
 TEST(HoldOutScans, TheScannerIsTheOneThatIsNamed) {

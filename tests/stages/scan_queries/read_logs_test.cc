@@ -70,6 +70,17 @@ TEST_F(ReadLogs, LinesThatAreNoScanAreLeftOutAndNamed) {
   EXPECT_TRUE(read.problems[1].starts_with("a.log:6: ")) << read.problems[1];
 }
 
+TEST_F(ReadLogs, AScannerThatHangsUpsideDownTurnsTheOtherWay) {
+  Write("a.log", kLog);
+  Ask("a.log");
+  const Eigen::AngleAxisd turned(1, Eigen::Vector3d::UnitZ());
+  site_.sensors[0].robot_from_sensor.rotation =
+      turned * Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX());
+  const ScanLog log = Read().logs.at(0);
+  EXPECT_NEAR(log.robot_from_laser.heading_rad, 1, 1e-12);
+  EXPECT_EQ(log.scans[0].value, Eigen::Vector3d(M_PI / 2, -M_PI / 2, 80));
+}
+
 TEST_F(ReadLogs, ARobotThatTurnedHasTheLastPoseOfEachLine) {
   Write("a.log", kLog);
   Ask("a.log").turn = true;

@@ -1,0 +1,45 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""verdict_laser: of a robot without wheels in bare corridors nobody can know how far it went, and the verdict says so."""
+
+import json
+import tempfile
+import unittest
+from pathlib import Path
+from types import SimpleNamespace
+
+import fake_site  # noqa: F401  finds the scripts
+from nightmap_eval.verdict import GOOD, LOOK, REFUSE
+from nightmap_eval.verdict_laser import unclear_checks
+from nightmap_site.script_errors import DataError
+
+
+class UnclearTest(unittest.TestCase):
+    def checks(self, **report):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "report.json"
+            path.write_text(json.dumps(report))
+            return list(unclear_checks(SimpleNamespace(made=lambda job, output: path)))
+
+    def test_a_share_of_the_scans_without_wheels(self):
+        for num_unclear, verdict in ((0, GOOD), (40, GOOD), (60, LOOK), (240, LOOK), (250, REFUSE), (800, REFUSE)):
+            with self.subTest(num_unclear=num_unclear):
+                [found] = self.checks(num_scans=800, num_scans_unclear=num_unclear, odometry_sensor="")
+                self.assertEqual(found.verdict, verdict)
+                self.assertAlmostEqual(found.value, num_unclear / 8)
+                if verdict != GOOD:
+                    self.assertRegex(found.advice, "nobody can know how far the robot went there; record the odometry of wheels")
+
+    def test_wheels_tell_the_way(self):
+        self.assertEqual(self.checks(num_scans=800, num_scans_unclear=800, odometry_sensor="wheels"), [])
+
+    def test_a_way_that_another_system_made_was_not_matched(self):
+        self.assertEqual(list(unclear_checks(SimpleNamespace(made=lambda job, output: None))), [])
+
+    def test_a_damaged_report_is_named(self):
+        with self.assertRaisesRegex(DataError, r"report\.json"):
+            self.checks(num_scans="many", num_scans_unclear=1, odometry_sensor="")
+
+
+if __name__ == "__main__":
+    unittest.main()
