@@ -10,9 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nightmap_eval.planar_poses import compose, inverse, to_rows, wrapped_rad
-from nightmap_eval.signals import read_sensors
 from nightmap_eval.trajectory import associate
-from nightmap_eval.verdict_odometry import impossible_steps
 from nightmap_eval.wheel_poses import read_wheels
 
 WINDOW_NS = 2_000_000_000
@@ -41,22 +39,12 @@ def agreement(site, estimate):
     if wheels is None:
         return None
     pairs = associate(estimate.times_ns, wheels.times_ns, SAME_NS)
-    jumps_ns = np.concatenate([np.zeros((0, 2)), *map(_jumps_ns, read_sensors(site.path("frames", "odometry")))])
-    return agreement_of(estimate.select(pairs[:, 0]), wheels.select(pairs[:, 1]), jumps_ns)
+    return agreement_of(estimate.select(pairs[:, 0]), wheels.select(pairs[:, 1]))
 
 
-def _jumps_ns(odometry):
-    """(before, after) of each step that no robot makes."""
-    steps = np.flatnonzero(impossible_steps(odometry))
-    return np.column_stack([odometry.times_ns[steps], odometry.times_ns[steps + 1]])
-
-
-def agreement_of(estimate, wheels, jumps_ns=()):
-    """Of two trajectories with a pose at each of the same times. jumps_ns: (before, after) of times between which the wheels jumped."""
+def agreement_of(estimate, wheels):
+    """Of two trajectories with a pose at each of the same times."""
     first, last = windows(wheels.times_ns)
-    for before_ns, after_ns in jumps_ns:
-        without = (wheels.times_ns[last] <= before_ns) | (wheels.times_ns[first] >= after_ns)
-        first, last = first[without], last[without]
     by_map, by_wheels = (_motions(to_rows(way), first, last) for way in (estimate, wheels))
     jumps = np.cumsum(_is_jump(wheels))
     possible = jumps[last] == jumps[first]
