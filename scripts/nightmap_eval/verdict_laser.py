@@ -4,6 +4,7 @@
 from nightmap_eval.laser_accuracy import floors_walls, scan_counts, scan_times_ns
 from nightmap_eval.trajectory import read_tum
 from nightmap_eval.verdict import check
+from nightmap_eval.verdict_parts import part_checks
 from nightmap_eval.verdict_wheels import wheel_checks
 from nightmap_site.checked_reading import read_object
 
@@ -17,6 +18,7 @@ def checks(site):
     yield check("scans mapped", mapped, "%", (95, 100), "scans with a pose",
                 "only {value:.0f} % of the scans have a pose: look for gaps in their times and in the odometry", usable=(50, 100))  # fmt: skip
     yield from unclear_checks(site)
+    yield from part_checks(site)
     yield from wheel_checks(site, estimate)
     walls = floors_walls(site)
     if walls.get("doubled_percent") is not None:

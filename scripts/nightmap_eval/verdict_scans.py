@@ -27,7 +27,7 @@ def checks(site):
         what = "scans" if len(scanners) == 1 else f"scans of {scans.sensor_id}"
         table = tables[scans.sensor_id] = range_table(scans, MAX_SCANS)
         yield from time_checks(scans, what, report)
-        yield _gaps_check(scans, what, odometries)
+        yield _gaps_check(scans, what, odometries, bool(site.made("pose_graph", "loops_csv")))
         yield from _limit_checks(scans, what, report)
         yield from _return_checks(table, what)
         with using(path):
@@ -41,11 +41,15 @@ def checks(site):
             yield from turn_checks(tables[scans.sensor_id], scans, odometry, what)
 
 
-def _gaps_check(scans, what, odometries):
+def _gaps_check(scans, what, odometries, has_map):
+    """Of a map, whether loops join what lies before and after a gap (verdict_parts.py) tells more."""
+
     def is_bridged(step):
         return any(covered(*scans.times_ns[step : step + 2], odometry.times_ns) for odometry in odometries)
 
     lost = [step for step in gap_steps(scans.times_ns).tolist() if not is_bridged(step) and _moved(scans, step)]
+    if lost and has_map:
+        return unknown(f"gaps between {what}", "after which the scans show another place", f"{len(lost)} parts of the way begin after gaps")
     longest_s = max(((scans.times_ns[step + 1] - scans.times_ns[step]) / 1e9 for step in lost), default=0)
     return check(f"gaps between {what}", len(lost), "", (0, 0), "of more than 3 s and five usual intervals, after which the scans show "
                  "another place; no odometry says how the robot came there",

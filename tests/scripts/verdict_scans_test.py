@@ -161,6 +161,10 @@ class LogTest(unittest.TestCase):
         log.times_s[61:] += 8
         log.odometry_s[61:] += 8
         self.assert_named(log, "gaps between scans", LOOK, r"1 gaps of up to 12\.2 s")
+        loops = Site(self.folder).path("pose_graph", "loops_csv")
+        loops.parent.mkdir(exist_ok=True)
+        loops.touch()
+        self.assert_named(log, "gaps between scans", NOT_KNOWN, "1 parts of the way begin after gaps")
 
     def test_odometry_of_other_units_and_frames(self):
         degrees, clockwise, millimetres, reversing = Log(), Log(), Log(), Log()
