@@ -37,6 +37,8 @@ def add_census(folder):
     pipeline.write_text(text, encoding="utf-8")
     with open(folder / "configs/ceiling/pipeline.toml", "a", encoding="utf-8") as profile:
         profile.write("\n[census]\nleave_out = true\n")  # the profile has no map_frame, which census reads
+    with open(folder / "configs/laser/pipeline.toml", "a", encoding="utf-8") as profile:
+        profile.write('\n[[census]]\ngiven = "map"\nleave_out = true\n')  # likewise, with a map of another system
 
 
 def programs_but(folder, stage):
