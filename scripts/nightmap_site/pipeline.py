@@ -210,10 +210,11 @@ class Pipeline:
         return bool(job.lists) and (any("{unit}" in name for name in names) or self._runs_per(job.lists))
 
     def goes_first(self, job):
-        """Whether the rules of the site depend on what this job lists, or it writes files beside the list, whose times Make looks up
-        before their job ran when it meets them before the list."""
-        return bool(job.lists) and (bool(job.beside) or self._runs_per(job.lists) or job.lists == "query" and any(
-            other.when == "queries" for other in self.jobs.values()))  # fmt: skip
+        """Whether the rules of the site depend on what this job lists, or it reads recordings and writes files beside the list: Make
+        looks up their times before the job ran when it meets them before the list."""
+        decides_rules = self._runs_per(job.lists) or job.lists == "query" and any(other.when == "queries" for other in self.jobs.values())
+        reads_recordings = not any(reference.job for reference in job.inputs)
+        return bool(job.lists) and (decides_rules or bool(job.beside) and reads_recordings)
 
     def _runs_per(self, unit):
         return any(job.unit == unit for job in self.jobs.values())
