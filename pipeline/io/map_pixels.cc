@@ -17,15 +17,15 @@ constexpr int kMaxValue = 65535;
 
 // As Nav2, in letters of either case.
 MapMode ReadMode(const YamlMap& yaml) {
-  static const std::map<std::string, MapMode> kModes = {
+  static const std::map<std::string, MapMode> modes = {
       {"trinary", MapMode::kTrinary}, {"scale", MapMode::kScale}, {"raw", MapMode::kRaw}};
   if (!yaml.Has("mode")) return MapMode::kTrinary;
   std::string mode = yaml.Text("mode");
   for (char& letter : mode) {
     letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
   }
-  const auto found = kModes.find(mode);
-  if (found != kModes.end()) return found->second;
+  const auto found = modes.find(mode);
+  if (found != modes.end()) return found->second;
   yaml.Fail("mode", fmt::format("mode is '{}', not trinary, scale or raw", yaml.Text("mode")));
 }
 

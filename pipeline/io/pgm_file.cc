@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -59,6 +61,27 @@ class PgmFile : public PictureFile {
   std::size_t begin_;
 };
 
+// One whose size can be asked, and whose pixels cannot be had.
+class DamagedPnm : public PictureFile {
+ public:
+  DamagedPnm(int width, int height, int num_channels, bool is_wide, std::string reason)
+      : reason_(std::move(reason)) {
+    info.width = width;
+    info.height = height;
+    info.num_channels = num_channels;
+    info.num_bits = is_wide ? 16 : 8;
+    format = "pnm";
+    type = is_wide ? "uint16" : "uint8";
+  }
+
+  bool Read(std::uint8_t*) override { throw DataError("{}", reason_); }
+  bool Read(std::uint16_t*) override { throw DataError("{}", reason_); }
+  bool Read(float*) override { throw DataError("{}", reason_); }
+
+ private:
+  std::string reason_;
+};
+
 // Fewest bytes that hold so many values, of a file whose kind is its second character.
 std::size_t LeastSize(char kind, std::size_t num_values, int max_value) {
   if (kind == '4') return num_values / 8;
@@ -85,13 +108,18 @@ std::unique_ptr<PictureFile> OpenPgm(const std::filesystem::path& path, std::str
   const std::size_t least = LeastSize(bytes[1], num_values, max_value);
   const bool is_pgm = bytes[1] == '5' && max_value == 255;
   if (size < least || (is_pgm && size > least)) {
-    throw DataError("{}: {} bytes of {} x {} pixels, {} expected: {}: copy it again, as binary",
+    return std::make_unique<DamagedPnm>(
+        width,
+        height,
+        num_channels,
+        max_value > 255,
+        fmt::format("{}: {} bytes of {} x {} pixels, {} expected: {}: copy it again, as binary",
                     name,
                     size,
                     width,
                     height,
                     least,
-                    size < least ? "truncated" : "too long");
+                    size < least ? "truncated" : "too long"));
   }
   if (!is_pgm) return nullptr;
   return std::make_unique<PgmFile>(std::move(bytes), at, width, height);

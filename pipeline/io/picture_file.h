@@ -37,9 +37,10 @@ enum class PngValues { kColors, kIndices };
 std::unique_ptr<PictureFile> OpenPng(std::string bytes, PngValues values = PngValues::kColors);
 // Nothing unless `bytes` begins a gray or YCbCr JPEG.
 std::unique_ptr<PictureFile> OpenJpeg(std::string bytes);
-// Nothing unless `bytes` begins a binary PGM (P5) of values up to 255. Throws DataError naming the
-// file when a PNM file's header is damaged, when it holds fewer pixels than that says, or a PGM
-// more: one byte too many, as of line ends that a copy made two bytes long, would move the picture.
+// Nothing unless `bytes` begins a binary PGM (P5) of values up to 255, or a damaged PNM. Throws
+// DataError naming the file when a PNM file's header is damaged. So does Read when it holds fewer
+// pixels than that says, or a PGM more: one byte too many, as of line ends that a copy made two
+// bytes long, would move the picture.
 std::unique_ptr<PictureFile> OpenPgm(const std::filesystem::path& path, std::string bytes);
 
 // The bytes of a PNG file of 1 to 4 channels, which depend on the pixels alone; empty when a PNG

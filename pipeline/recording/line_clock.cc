@@ -26,8 +26,8 @@ struct Stretch {
 // Those that have a time, in order.
 Lines WithTime(Lines lines) {
   std::ranges::sort(lines, {}, [](const StampedLine& l) { return std::tuple(l.line, l.kind); });
-  const auto again = std::ranges::unique(lines, {}, &StampedLine::line);
-  lines.erase(again.begin(), again.end());
+  const auto is_same = [](const StampedLine& a, const StampedLine& b) { return a.line == b.line; };
+  lines.erase(std::unique(lines.begin(), lines.end(), is_same), lines.end());
   struct Before {
     std::int64_t stated_ns;
     std::int64_t latest_ns;
