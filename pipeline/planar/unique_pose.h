@@ -22,7 +22,7 @@ struct BestPoses {
 // max_second_ratio of it. None where there is no best. Deterministic.
 std::optional<BestPoses> SearchBestPoses(const FieldPyramid& pyramid,
                                          const std::vector<Eigen::Vector2d>& points_in_robot,
-                                         SearchWindow window,
+                                         const SearchWindow& window,
                                          double max_second_ratio);
 
 }  // namespace nightmap
