@@ -192,11 +192,13 @@ class Mender {
 
 // Whether kinds have clocks that have nothing to do with each other.
 bool AreOfSeveralClocks(const Lines& lines) {
-  std::int64_t latest_ns = 0;
-  return std::ranges::any_of(lines, [&](const StampedLine& line) {
-    latest_ns = std::max(latest_ns, line.stated_ns);
-    return line.stated_ns <= latest_ns - kMaxStepBack_ns;
-  });
+  const auto is_other = [&](const StampedLine& line) { return line.kind != lines.front().kind; };
+  std::int64_t latest_ns = lines.front().stated_ns;
+  return std::ranges::any_of(lines, is_other) &&
+         std::ranges::any_of(lines, [&](const StampedLine& line) {
+           latest_ns = std::max(latest_ns, line.stated_ns);
+           return line.stated_ns <= latest_ns - kMaxStepBack_ns;
+         });
 }
 
 }  // namespace

@@ -47,6 +47,13 @@ TEST(LineClockTest, ALineIsNoFartherFromTheLineBeforeThanUsual) {
   EXPECT_EQ(TimesOf(stated)[100], 10'100);
 }
 
+// Damaged stamps may lie before 0.
+TEST(LineClockTest, TimesBeforeZeroAreInOrderLikeOthers) {
+  EXPECT_EQ(TimesOf({-5000, -4900, -4800}).size(), 3U);
+  EXPECT_EQ(TimesOf({-5000, 100, 200}).back(), 200);
+  EXPECT_EQ(TimesOf({-9000}).size(), 1U);
+}
+
 TEST(LineClockTest, WhatIsNoTimeHasNone) {
   EXPECT_EQ(TimesOf({1000, 2000, 2000, 0, 3000}), (Times{1000, 2000, -1, -1, 3000}));
   EXPECT_EQ(TimesOf({1000, 9000, 6000, 9500}), (Times{1000, 9000, -1, 9500}));
