@@ -12,6 +12,8 @@ libraries=$(printf 'libmrpt-%s2.5=1:2.5.8+ds-2 ' bayes config containers core ex
 # shellcheck disable=SC2086
 apt-get download -qq mrpt-apps=1:2.5.8+ds-2 $libraries libassimp5 libsimpleini1 libfyaml0 libdraco7 >/dev/null 2>&1
 for package in *.deb; do dpkg -x "$package" root; done
+program=$(find root -name carmen2rawlog -type f)
+folder_of_libraries=$(dirname "$(find root -name libmrpt-obs.so.2.5)")
 cat >view.py <<'PY'
 import gzip, math, struct, sys
 data = open(sys.argv[1], "rb").read()
@@ -22,7 +24,7 @@ print(f"{math.degrees(struct.unpack('<f', data[at : at + 4])[0]):.1f}")
 PY
 for beams in 180 181 360 361; do
   { printf 'FLASER %d' "$beams"; for ((i = 0; i < beams; ++i)); do printf ' 5.00'; done; echo ' 0 0 0 0 0 0 1.0 host 1.0'; } >in.log
-  LD_LIBRARY_PATH=$(echo "$PWD"/root/usr/lib/*) root/usr/bin/carmen2rawlog -w -q -i in.log -o out.rawlog >/dev/null
+  LD_LIBRARY_PATH=$folder_of_libraries "$program" -w -q -i in.log -o out.rawlog >/dev/null
   echo "$beams beams: $(python3 view.py out.rawlog) deg"
 done >seen
 cat seen

@@ -28,11 +28,12 @@ struct ScanMatch {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-// What is known of the points and the pose beside the field.
+// Constraints say what is known of the points and the pose beside the field.
 struct Constraints {
-  // Of the wall that each point lies on, in the robot's axes; zero where it lies on none; empty
-  // where walls are not known. A point of a wall tells how far it is from that wall, and nothing of
-  // its place along it, so that the end of what was seen does not hold a scan.
+  // Each point has the normal of the wall that it lies on, in the robot's axes, or zero where it
+  // lies on none; the list is empty where walls are not known. A point of a wall tells how far it
+  // is from that wall, and nothing of its place along it, so that the end of what was seen does not
+  // hold a scan.
   std::vector<Eigen::Vector2d> normals_in_robot;
   // Along this unit vector of the field's frame the pose keeps the place of the start.
   std::optional<Eigen::Vector2d> held;

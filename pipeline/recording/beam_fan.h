@@ -25,7 +25,7 @@ struct BeamFan {
 };
 
 BeamFan FanOf(const SignalSample& scan);
-// Of a scan that has as many beams as most, of one or more scans.
+// The fan is that of a scan that has as many beams as most, of one or more scans.
 BeamFan UsualFan(const std::vector<SignalSample>& scans);
 
 // From and to of the sectors that hold the beams that are inside, as blind_deg of a [[sensor]],

@@ -31,7 +31,7 @@ constexpr float kLeastMargin_m = 0.03F;
 constexpr float kMarginSigmas = 4;
 constexpr double kBeside_deg = 1;
 constexpr float kSigmaOfMedian = 1.48F;  // a standard deviation by the median deviation
-// What is certainly the robot.
+// A body within this range, that keeps its range in so many hits, is certainly the robot.
 constexpr float kLargestCertain_m = 1;
 constexpr double kMinSameIfCertain = 0.95;  // of the hits of all its directions
 // What to write.
@@ -139,7 +139,7 @@ std::string RemedyFor(const RobotBody& body, const std::vector<DirectionRanges>&
   return fmt::format("blind_deg = [{}]", fmt::join(body.sectors_deg, ", "));
 }
 
-// What is taken away in a direction: all but hits beyond to_m, or hits from from_m to to_m alone.
+// A direction loses all but hits beyond to_m, or hits from from_m to to_m alone.
 struct TakenAway {
   bool is_robot = false;
   float from_m = std::numeric_limits<float>::infinity();

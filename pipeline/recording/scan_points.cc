@@ -48,4 +48,10 @@ ScanPoints PointsInRobot(const SignalSample& scan,
   });
 }
 
+ScannerFromAbove SeenFromAbove(const Rigid3& robot_from_sensor) {
+  const Eigen::Matrix3d axes_in_robot = robot_from_sensor.rotation.toRotationMatrix();
+  const double heading_rad = std::atan2(axes_in_robot(1, 0), axes_in_robot(0, 0));
+  return {{heading_rad, robot_from_sensor.translation.head<2>()}, axes_in_robot(2, 2) < 0};
+}
+
 }  // namespace nightmap

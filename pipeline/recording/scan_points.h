@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "pipeline/geometry/rigid2.h"
 #include "pipeline/recording/signals_io.h"
 
 namespace nightmap {
@@ -32,5 +33,13 @@ ScanPoints PointsInRobot(const SignalSample& scan, const Signal& signal);
 ScanPoints PointsInRobot(const SignalSample& scan,
                          const Signal& signal,
                          const Rigid3& start_from_end);
+
+// A scanner as seen from above: where it stands and looks on the floor, and whether its angles
+// count the other way there, because it hangs upside down. Pure.
+struct ScannerFromAbove {
+  Rigid2 robot_from_laser;
+  bool is_upside_down = false;
+};
+ScannerFromAbove SeenFromAbove(const Rigid3& robot_from_sensor);
 
 }  // namespace nightmap

@@ -9,6 +9,7 @@
 #include "pipeline/base/random.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/recording/choose_signal.h"
+#include "pipeline/recording/scan_points.h"
 
 namespace nightmap {
 namespace {
@@ -65,11 +66,9 @@ ScanQuery MakeQuery(const HoldOutScansOptions& options,
                     std::size_t query_idx) {
   const SignalSample& scan = *sample.scan;
   ScanQuery query{TimeToString(scan.time_ns), scan.time_ns, {}, {}};
-  // A scanner that hangs upside down turns the other way, seen from above.
-  const Eigen::Matrix3d axes_in_robot = signal.robot_from_sensor.rotation.toRotationMatrix();
-  const double sense = axes_in_robot(2, 2) < 0 ? -1 : 1;
-  query.scans.push_back({{std::atan2(axes_in_robot(1, 0), axes_in_robot(0, 0)),
-                          signal.robot_from_sensor.translation.head<2>()},
+  const ScannerFromAbove scanner = SeenFromAbove(signal.robot_from_sensor);
+  const double sense = scanner.is_upside_down ? -1 : 1;
+  query.scans.push_back({scanner.robot_from_laser,
                          sense * scan.value[0],
                          sense * scan.value[1],
                          scan.value[2],

@@ -169,7 +169,7 @@ class Matcher {
   Submaps submaps_;
   std::optional<MatchedScan> keyscan_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Identity();  // of the last match
-  // Of the motion since the last keyscan that no walls tell.
+  // The motion since the last keyscan has this covariance, as far as no walls tell it.
   Eigen::Matrix3d lost_ = Eigen::Matrix3d::Zero();
   bool begins_part_ = false;  // the next keyscan is seen by no submap before it
 };

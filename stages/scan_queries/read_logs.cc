@@ -12,6 +12,7 @@
 #include "pipeline/recording/gzip_lines.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/read_signals.h"
+#include "pipeline/recording/scan_points.h"
 #include "pipeline/recording/time_unit.h"
 
 namespace nightmap {
@@ -69,11 +70,9 @@ class LogOfScans {
     FinishScans(scanner_, &log_.scans);
     log_.name = config_.scans;
     log_.source = config_.source;
-    // A scanner that hangs upside down turns the other way, seen from above.
-    const Eigen::Matrix3d axes_in_robot = scanner_.robot_from_sensor.rotation.toRotationMatrix();
-    log_.robot_from_laser = {std::atan2(axes_in_robot(1, 0), axes_in_robot(0, 0)),
-                             scanner_.robot_from_sensor.translation.head<2>()};
-    if (axes_in_robot(2, 2) < 0) {
+    const ScannerFromAbove scanner = SeenFromAbove(scanner_.robot_from_sensor);
+    log_.robot_from_laser = scanner.robot_from_laser;
+    if (scanner.is_upside_down) {
       for (SignalSample& scan : log_.scans) scan.value.head<2>() *= -1;
     }
     log_.turn = config_.turn;
