@@ -10,8 +10,8 @@ import pathlib
 import re
 import shlex
 
-from mutations import WORDS, append_garbage, damage, damage_log, make_special, nest_deeply, replace, replace_word
-from workspace import LASER_SITE
+from mutations import WORDS, append_garbage, damage, damage_log, damage_table, damage_yaml, make_special, nest_deeply, replace, replace_word
+from workspace import LASER_SITE, SITE
 
 CANARY = "../outside/canary.txt"  # a file beside the tree that no command has any business with
 
@@ -138,8 +138,8 @@ def damaged_config(draw, root, command):
 
 
 # ---- on the recording ---------------------------------------------------------------------------
-def _command_of(commands, name):
-    return next(command.copy() for command in commands if command.name() == name)
+def _command_of(commands, name, site=SITE):
+    return next(command.copy() for command in commands if command.name() == name and f"/{site}/" in command.config)
 
 
 def _lists(root):
@@ -155,14 +155,33 @@ def damaged_list(draw, root, commands):
     return Attack(f"{path.name}: {damage(draw, path)}", _command_of(commands, "frames").words())
 
 
+def _under_make(draw, site, path, what, command):
+    """A damaged file of a site under the program that reads it, or under make."""
+    if draw.random() < 0.2:
+        return Attack(f"{path.name}: {what}", ["make", f"SITE={site}", draw.choice(("map", "check", "inspect"))])
+    return Attack(f"{path.name}: {what}", command.words())
+
+
 def damaged_log(draw, root, commands):
     """A robot's log, under what reads it."""
-    command = next(command.copy() for command in commands if command.name() == "frames" and f"/{LASER_SITE}/" in command.config)
     path = root / "data" / LASER_SITE / "robot.log"
     what = draw.choice((damage, damage_log, damage_log))(draw, path)
-    if draw.random() < 0.2:
-        return Attack(f"{path.name}: {what}", ["make", f"SITE={LASER_SITE}", "inspect"])
-    return Attack(f"{path.name}: {what}", command.words())
+    return _under_make(draw, LASER_SITE, path, what, _command_of(commands, "frames", LASER_SITE))
+
+
+def damaged_table(draw, root, commands):
+    """A CSV of scans or odometry, under what reads it."""
+    site = draw.choice(("table", "upward"))
+    path = draw.choice(sorted((root / "data" / site).glob("*.csv")))
+    what = draw.choice((damage, damage_table, damage_table))(draw, path)
+    return _under_make(draw, site, path, what, _command_of(commands, "frames", site))
+
+
+def damaged_map(draw, root, commands):
+    """A ROS map that another system made, under what reads it."""
+    path = root / "data/office" / draw.choice(("map.yaml", "map.yaml", "map.png"))
+    what = (draw.choice((damage, damage_yaml, damage_yaml)) if path.suffix == ".yaml" else damage)(draw, path)
+    return _under_make(draw, "office", path, what, _command_of(commands, "import_grid", "office"))
 
 
 def picture_outside(draw, root, commands):
@@ -323,7 +342,7 @@ def hostile_path(draw, root, commands):
 
 ON_A_STAGE = (special_output, output_over_input, output_twice, special_input, wrong_ports, damaged_input, damaged_input,
               damaged_input, damaged_config)
-ON_A_SITE = (damaged_log, damaged_list, picture_outside, special_picture, damaged_picture, damaged_site, damaged_results,
+ON_A_SITE = (damaged_log, damaged_table, damaged_map, damaged_list, picture_outside, special_picture, damaged_picture, damaged_site, damaged_results,
              damaged_evaluation, damaged_lists, hostile_recording, hostile_query, hostile_variable, hostile_value,
              hostile_path)
 

@@ -120,6 +120,46 @@ def damage_log(draw, path):
     return kind
 
 
+CELLS = (b"", b"nan", b"inf", b"-1", b"1e308", b"x", b'"', b"1,2", b"9" * 400, b"\x00", b"0x1p3", b"1e-400")
+
+
+def damage_table(draw, path):
+    """Cells, columns and times of a CSV that lie or are missing; -> what it did."""
+    rows = [line.split(b",") for line in path.read_bytes().split(b"\n")]
+    kind = draw.choice(("cells", "times", "columns", "header", "short rows"))
+    if kind == "header":
+        rows[:1] = draw.choice(([], [rows[0], rows[0]], [[b"time_s"]], [[b"a", b"b"]], [[b"\xef\xbb\xbf" + rows[0][0], *rows[0][1:]]]))
+    elif kind == "columns":
+        rows = [row[draw.choice((1, 2)):] if draw.random() < 0.5 else row + row for row in rows]
+    else:
+        for at in draw.sample(range(1, len(rows)), draw.choice((1, 5, len(rows) - 1))):
+            if kind == "short rows":
+                rows[at] = rows[at][:draw.randrange(len(rows[at]) + 1)]
+            else:
+                rows[at][0 if kind == "times" else draw.randrange(len(rows[at]))] = draw.choice(CELLS)
+    replace(path, b"\n".join(b",".join(row) for row in rows))
+    return kind
+
+
+YAML_LINES = ("image: [map.png]", "image: ../../outside/picture.png", "resolution: .nan", "resolution: -0.05", "resolution: 1e-300",
+              "resolution: 1e300", "origin: [1e300, 0, 0]", "origin: [0, 0]", "origin: {x: 1}", "origin: [0, 0, 0, 0, 0, 0, 0, 0]",
+              "negate: maybe", "negate: 2",
+              "occupied_thresh: 0.1", "free_thresh: 7", "mode: raw", "mode: scale", "mode: none", "a: &a [*a, *a]", "? [1, 2]", "- x", "\t", "%YAML 3.0", "---",
+              "...", "!!binary x", "image: !!python/object:os.system x", "&a image: *b", "<<: *a", "image: |", "  - - -")  # fmt: skip
+
+
+def damage_yaml(draw, path):
+    """Lines of a YAML that say something else, twice, or nothing; -> what it did."""
+    lines = path.read_text(encoding="utf-8", errors="surrogateescape").split("\n")
+    kind = draw.choice(("line added", "line replaced", "line gone", "all at once"))
+    for _ in range({"all at once": 8}.get(kind, draw.choice((1, 2)))):
+        at = draw.randrange(len(lines))
+        lines[at : at + (kind != "line added")] = [] if kind == "line gone" else [draw.choice(YAML_LINES)]
+        lines = lines or [""]
+    replace(path, "\n".join(lines).encode("utf-8", errors="surrogateescape"))
+    return kind
+
+
 def _is_text(path):
     return path.suffix in TEXT_SUFFIXES
 

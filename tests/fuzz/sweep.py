@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """sweep: attacks the programs and scripts with wrong ports, special files, damaged artifacts and hostile lists.
 
-Maps a small made-up building once, then runs each attack in a copy of it. A run is a violation when a program
+Maps small made-up sites of every profile once, then runs each attack in a copy of it. A run is a violation when a program
 ends by a signal or an undocumented exit code, takes longer than the limit, prints a traceback or an exception's
 bare text, succeeds where it must refuse, or touches anything that is not in MAPS. The same seed and index
 give the same attack: `--only INDEX` repeats one and shows what was printed.
@@ -25,13 +25,13 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
 
+from attacked_sites import make_sites  # noqa: E402
 from attacks import ON_A_SITE, ON_A_STAGE, draw_attack, parse_commands  # noqa: E402
 from mutations import write_bomb  # noqa: E402
-from workspace import LASER_SITE, SITE, Workspace, environment, write_laser_site  # noqa: E402
+from workspace import SITE, Workspace, environment  # noqa: E402
 
 MAX_CPU_TIME_S = 20  # of one process
 MAX_TIME_S = 180  # a run that waits for ever ends here, one of a busy machine does not
-GOALS = ("map", "localize", "plan", "drive")
 EXIT_CODES = (0, 1, 2, 3)
 # What a library or language says of itself, in place of a message to the user.
 BARE_TEXTS = re.compile(r"Traceback \(most recent|terminate called|Segmentation fault|Aborted|core dumped|stack smashing"
@@ -111,14 +111,7 @@ class Sweep:
     def __init__(self, seed, kind=""):
         self.seed, self.kind = seed, kind
         self.base = Workspace()
-        write_laser_site(self.base.folder)
-        self.commands = []
-        for site, goals in ((SITE, GOALS), (LASER_SITE, ("map",))):
-            result = self.base.make("V=1", f"SITE={site}", *goals)
-            if result.returncode != 0:
-                raise SystemExit(f"sweep: the chain fails without any attack:\n{result.stdout[-4000:]}")
-            self.commands += parse_commands(result.stdout, self.base.folder)
-            self.base.as_recorded(site)
+        self.commands = [command for _, log in make_sites(self.base) for command in parse_commands(log, self.base.folder)]
         self.bomb = self.base.folder / "bomb.png"
         write_bomb(self.bomb)
         self.before = state(self.base.folder, "")
