@@ -54,7 +54,7 @@ def remove(site_dir, graph, kind):
 def remove_gone(site_dir, graph, configs="configs"):
     """Removes the results and logs of jobs that the site no longer has; returns the names of their folders. Looks for them
     when the jobs are others than the last time."""
-    here = [job for job in graph.pipeline.jobs.values() if _is_here(site_dir, graph, job)]
+    here = [job for job in graph.pipeline.jobs.values() if _is_here(graph, job)]
     jobs = "".join(f"{job.folder}/{name} of {job.name}\n" for job in here for name in [*job.outputs.values(), *job.beside.values()])
     if has_text(f"{site_dir}/{JOBS_FILE}", jobs):
         return []
@@ -71,9 +71,9 @@ def remove_gone(site_dir, graph, configs="configs"):
     return folders
 
 
-def _is_here(site_dir, graph, job):
-    """Jobs that run when asked for keep their results. Without a list of queries nobody knows whether there are some."""
-    return job.name in graph.jobs or job.when == "asked" or job.when == "queries" and not os.path.isfile(f"{site_dir}/queries/queries.txt")
+def _is_here(graph, job):
+    """Jobs that run when asked for keep their results, and so do those of queries while the config asks for some."""
+    return job.name in graph.jobs or job.when == "asked" or job.when == "queries" and graph.site.may_have_queries()
 
 
 def _files_of(jobs):

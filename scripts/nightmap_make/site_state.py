@@ -5,6 +5,7 @@ import collections
 import os
 
 from nightmap_site import unit_lists
+from nightmap_site.declaration import read_toml
 from nightmap_site.script_errors import DataError
 
 
@@ -12,7 +13,7 @@ def _floor_stems(site_dir):
     return [row["yaml"].removesuffix(".yaml") for row in unit_lists.read_floors(os.path.join(site_dir, "grid"))]
 
 
-# Which rules there are follows from these lists, by what they list. (Nothing is made per query.)
+# Which rules there are follows from these lists, by what they list, and from whether there are queries.
 READERS = {"shard": unit_lists.read_shards, "tile": unit_lists.read_tiles, "floor": _floor_stems}
 
 
@@ -24,7 +25,7 @@ class SiteState:
         self.config = config or f"{folder}/config"
         self.lists = collections.defaultdict(list)
         self.damaged = set()
-        self.is_synthetic = self.has_queries = False
+        self.is_synthetic = False
         self.tables, self.stamps = {}, {}  # tables: of the site's config
 
     @property
@@ -42,7 +43,7 @@ class SiteState:
     def has(self, condition):
         """Whether a job with this `when` runs: a word, or a key of the site's config."""
         if condition in (None, "synthetic", "queries"):
-            return {None: True, "synthetic": self.is_synthetic, "queries": self.has_queries}[condition]
+            return {None: True, "synthetic": self.is_synthetic, "queries": bool(self.lists["query"])}[condition]
         value = self.tables
         for key in condition.split("."):
             value = value.get(key) if isinstance(value, dict) else None
@@ -52,12 +53,21 @@ class SiteState:
         """Reads the lists of units that exist. The job of a damaged list must run again; tell(message) says so."""
         for job in pipeline.jobs.values():
             path = f"{self.folder}/{job.folder}/{job.first_output}"
-            if not pipeline.lists_units(job) or not os.path.lexists(path):
+            if not (pipeline.lists_units(job) or job.lists == "query") or not os.path.lexists(path):
                 continue
             try:
-                reader = READERS.get(job.lists)
-                self.lists[job.lists] = reader(self.folder) if reader else unit_lists.read_units(path, f"{job.lists}s")
+                self.lists[job.lists] = self._read_list(job, path)
             except DataError as error:
                 self.damaged.add(job.name)
                 tell(f"nightmap: {error}: {job.name} makes it anew")
-        self.has_queries = unit_lists.has_queries(self.folder)
+
+    def _read_list(self, job, path):
+        if job.lists == "query":
+            return unit_lists.read_queries(path)
+        reader = READERS.get(job.lists)
+        return reader(self.folder) if reader else unit_lists.read_units(path, f"{job.lists}s")
+
+    def may_have_queries(self):
+        """Whether the site's config or QUERY asks for some, whatever the list of queries says: one that is damaged says nothing."""
+        asked = f"{self.config}/asked/{self.name}.toml"
+        return bool(self.tables.get("query") or self.tables.get("hold_out_every") or os.path.exists(asked) and read_toml(asked).get("query"))

@@ -112,16 +112,6 @@ def read_floors(grid_dir):
     return rows
 
 
-def has_queries(site_dir):
-    """Whether queries/queries.txt announces a query, of a picture or of scans."""
-    path = os.path.join(site_dir, "queries", "queries.txt")
-    if not os.path.isfile(path):
-        return False
-    with open(path, "rb") as file:
-        found = HEADER.fullmatch(file.readline(1 << 10).decode(errors="replace").rstrip("\n"))
-    return bool(found) and found[1] == "queries" and found[2] != "0"
-
-
 def whole(reader, folder):
     """Calls a reader of lists; names the remedy for a missing or damaged list, which the caller cannot make again."""
     try:

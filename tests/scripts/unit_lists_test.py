@@ -14,10 +14,11 @@ from nightmap_make.site_state import SiteState
 from nightmap_site.pipeline import read_pipeline
 from nightmap_site.script_errors import DataError
 from nightmap_site.site import CONFIGS
-from nightmap_site.unit_lists import CurrentRuns, near, read_floors, read_shards, read_tiles
+from nightmap_site.unit_lists import CurrentRuns, near, read_floors, read_queries, read_shards, read_tiles
 
 PIPELINE = read_pipeline(str(CONFIGS))
 SHARDS = "nightmap shards, version 1, 3 names\n0000\n0001\n0002\n"
+QUERIES = "nightmap queries, version 1, 1 names\na.jpg\n"
 TILES = "nightmap tiles, version 1, 3 names\n-1_0\n0_0\n0_10\n"
 COMMAND = "$(shell touch pwned)"
 
@@ -36,7 +37,7 @@ class SiteFolder(unittest.TestCase):
         self.write("frames/shards.txt", SHARDS)
         self.write("tiles/tiles.txt", TILES)
         self.write("grid/floors.json", floors_json("map.yaml", "floor_1.yaml"))
-        self.write("queries/queries.txt", "nightmap queries, version 1, 1 names\na.jpg\n")
+        self.write("queries/queries.txt", QUERIES)
 
     def write(self, name, content):
         path = self.site_dir / name
@@ -54,9 +55,9 @@ class ListsTest(SiteFolder):
 
     def test_whole_lists(self):
         state, said = self.state()
-        self.assertEqual((said, state.damaged, state.has_queries), ([], set(), True))
+        self.assertEqual((said, state.damaged, state.has("queries")), ([], set(), True))
         self.assertEqual(state.lists, {"shard": ["0000", "0001", "0002"], "tile": ["-1_0", "0_0", "0_10"],
-                                       "floor": ["map", "floor_1"]})  # fmt: skip
+                                       "floor": ["map", "floor_1"], "query": ["a.jpg"]})  # fmt: skip
         self.assertEqual(near("0_0", {"1_1", "-1_-1", "0_0", "2_0"}), ["-1_-1", "0_0", "1_1"])
 
     def test_lists_that_are_not_there_are_empty(self):
@@ -67,7 +68,7 @@ class ListsTest(SiteFolder):
                 self.write("queries/queries.txt", queries)
                 self.write("tiles/tiles.txt", tiles)
             state, said = self.state()
-            self.assertEqual((said, state.damaged, state.has_queries), ([], set(), False))
+            self.assertEqual((said, state.damaged, state.has("queries")), ([], set(), False))
             self.assertEqual([state.lists[kind] for kind in ("shard", "tile", "floor")], [[], [], []])
 
     def check_damaged(self, name, contents, reader, stage):
@@ -104,6 +105,11 @@ class ListsTest(SiteFolder):
                   whole.replace("2,", "3,", 1), whole.replace("nightmap floors", "floors"), b"\xff"]
         cut = [whole[:end] for end in range(0, len(whole), 7)]
         self.check_damaged("grid/floors.json", cut + others, lambda: read_floors(self.site_dir / "grid"), "grid")
+
+    def test_damaged_lists_of_queries(self):
+        cut = [QUERIES[:end] for end in range(len(QUERIES))]
+        others = [QUERIES.replace("1 names", "0 names"), QUERIES.replace("queries", "tiles"), b"\xff" * 40, "\n" + QUERIES]
+        self.check_damaged("queries/queries.txt", cut + others, lambda: read_queries(self.site_dir / "queries/queries.txt"), "queries")
 
     def test_a_pipe_or_folder_in_place_of_a_list_is_damage(self):
         path = self.site_dir / "tiles" / "tiles.txt"
@@ -146,21 +152,25 @@ class LeftoversTest(SiteFolder):
         self.assertEqual([name for name in stay if not (self.site_dir / name).exists()], [])
         self.assertEqual([name for name in go if (self.site_dir / name).exists()], [])
 
-    def graph(self, pipeline=PIPELINE):
+    def graph(self, pipeline=PIPELINE, tell=None, **tables):
         state = SiteState("office", str(self.site_dir), "data")
-        state.tables = {"import": {"trajectory": "poses.tum"}}
-        state.read_lists(pipeline, self.fail)
+        state.tables = {"import": {"trajectory": "poses.tum"}} | tables
+        state.read_lists(pipeline, tell or self.fail)
         return Graph(pipeline, state)
 
     def test_results_of_queries_that_are_no_more_are_removed(self):
         go = ["localize/queries.csv", "localize/queries.tum", "localize/receipt.json", "logs/localize.log"]
         stay = ["localize/notes.txt", "localize/queries.csv.mine", "localize/mine/queries.csv", "plan/path.csv", "drive/receipt.json",
                 "landmarks/colmap/cameras.txt", "logs/plan.log", "evaluate/metrics.json", "logs/report.log", "octree/tile_0_0.ot"]  # fmt: skip
-        self.removed(self.graph(), stay + go, [])  # no list of queries: who knows
-        self.write("queries/queries.txt", "nightmap queries, version 1, 1 names\na.jpg\n")
         self.removed(self.graph(), stay + go, [])
-        self.write("queries/queries.txt", "nightmap queries, version 1, 0 names\n")
-        self.removed(self.graph(), stay, go)
+        for listed in ("nightmap queries, version 1, 0 names\n", ""):  # what the config asks for is not gone with its list
+            self.write("queries/queries.txt", listed)
+            for asking in ({"hold_out_every": 7}, {"query": [{"pictures": "a.jpg"}]}):
+                self.removed(self.graph(tell=str, **asking), stay + go, [])
+        self.write("config/asked/office.toml", '[[query]]\npictures = "a.jpg"\n')
+        self.removed(self.graph(tell=str), stay + go, [])
+        self.write("config/asked/office.toml", "")
+        self.removed(self.graph(tell=str), stay, go)
 
     def test_results_of_jobs_that_another_profile_had_are_removed(self):
         go = ["matches/shard_0000.h5", "matches/receipt_0001.json", "loops/loops.h5", "loops/report.json", "odometry/shard_0000.tum",
