@@ -53,7 +53,7 @@ for path in "${outputs[@]}"; do
       for name in held_out.csv held_out.tum acceleration.h5 odometry.h5 scans.h5; do keep "$folder/$name" "$name"; done
       ;;
     */queries.txt)
-      echo 'nightmap queries, version 1, 1 names' >"$path" # which is no list: the name is missing
+      list queries a.jpg >"$path"
       case "$program" in
         scan_queries) keep "$folder/queries.h5" queries ;;
         *) keep "$folder/queries.csv" $'query_idx\n0' && keep "$folder/query_cameras.json" '{}' ;;
