@@ -62,7 +62,7 @@ def lines(site_dir):
 
 def main():
     [site_dir] = sys.argv[1:]
-    print("\n".join(lines(site_dir)))
+    print(printable("\n".join(lines(site_dir))))
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from pathlib import Path
 from nightmap_eval.artifacts import to_json, write_atomic
 from nightmap_eval.map_needs import map_needs, needs_line
 from nightmap_eval.verdict import checks_of, lines, verdict_json
-from nightmap_site.script_errors import run_main
+from nightmap_site.script_errors import printable, run_main
 from nightmap_site.site import Site
 
 
@@ -32,7 +32,7 @@ def main():
     job = site.pipeline.jobs[arguments.out.parent.name]
     checks, needs = checks_of(site, job.results_of), map_needs(site) if job.goal == "check" and site.has("survey") else None
     write_atomic(arguments.out, to_json(verdict_json(site, checks) | ({"needs": needs} if needs else {})))
-    print("\n".join([*lines(checks), *([needs_line(needs)] if needs else [])]))
+    print(printable("\n".join([*lines(checks), *([needs_line(needs)] if needs else [])])))
 
 
 if __name__ == "__main__":

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Paths of files in the data folder, relative and as text, for artifacts and reports.
+// Paths of files in the data folder, relative to it, for artifacts and reports.
 #pragma once
 
 #include <filesystem>
 #include <string>
-#include <string_view>
 
 namespace nightmap {
 
@@ -13,11 +12,5 @@ namespace nightmap {
 std::string WithoutDataRoot(std::string message,
                             const std::filesystem::path& data_root,
                             const std::string& file);
-
-// Whether the path is UTF-8 without control characters, so that CSV, JSON and a terminal can hold
-// it. File systems allow any bytes.
-bool IsText(std::string_view path);
-// The path itself if it is text; otherwise with everything but printable ASCII written as \xNN.
-std::string AsText(std::string_view path);
 
 }  // namespace nightmap

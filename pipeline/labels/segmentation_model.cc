@@ -8,6 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/options.h"
+#include "pipeline/base/plain_text.h"
 #include "pipeline/io/text_file.h"
 
 namespace nightmap {
@@ -97,10 +98,12 @@ void CheckClasses(const std::vector<std::string>& classes, const KeyLines& lines
                      kMaxClasses);
   }
   for (const std::string& name : classes) {
-    if (name.empty() || name.find('\n') != std::string::npos) {
+    if (name.empty() || !IsText(name)) {
       throw UsageError(
-          "{}: 'classes' has an empty name or one of two lines: give each class a name",
-          lines.Of("classes"));
+          "{}: 'classes' names \"{}\", which is empty or holds control characters: give each class a "
+          "name of one line",
+          lines.Of("classes"),
+          AsText(name));
     }
     if (std::ranges::count(classes, name) > 1) {
       throw UsageError("{}: 'classes' names \"{}\" twice: rename one", lines.Of("classes"), name);

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/plain_text.h"
 #include "pipeline/io/yaml_map.h"
 #include "pipeline/io/yaml_text.h"
 
@@ -40,6 +41,9 @@ MapObject ReadObject(const YamlMap& map) {
   MapObject object;
   object.name = map.Text("name");
   if (object.name.empty()) map.Fail("name", "name is empty");
+  if (!IsText(object.name)) {
+    map.Fail("name", fmt::format("name '{}' holds control characters", AsText(object.name)));
+  }
   object.map_from_object = {map.Number("angle_deg", -kMaxAngle_deg, kMaxAngle_deg) / kDegPerRad,
                             {map.Number("x_m", -kMaxPosition_m, kMaxPosition_m),
                              map.Number("y_m", -kMaxPosition_m, kMaxPosition_m)}};

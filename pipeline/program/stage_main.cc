@@ -3,6 +3,7 @@
 
 #include <fmt/ranges.h>
 #include <malloc.h>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -15,6 +16,7 @@
 
 #include "pipeline/base/memory.h"
 #include "pipeline/base/plain_file.h"
+#include "pipeline/base/plain_text.h"
 #include "pipeline/program/name_files.h"
 #include "pipeline/program/run_cost.h"
 
@@ -90,10 +92,26 @@ json DescribeFile(const std::string& name, const fs::path& path, const fs::path&
   return entry;
 }
 
+// A flag of the log's pattern: the message with what a user's text could tell a terminal escaped.
+class EscapedMessage : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message,
+              const std::tm& /*time*/,
+              spdlog::memory_buf_t& line) override {
+    const std::string text = AsLines({message.payload.data(), message.payload.size()});
+    line.append(text.data(), text.data() + text.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<EscapedMessage>();
+  }
+};
+
 void SetUpLog(const StageSpec& spec, const std::string& level) {
   auto logger = std::make_shared<spdlog::logger>(
       spec.name, std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
-  logger->set_pattern("%T %^%l%$ %n: %v");
+  auto pattern = std::make_unique<spdlog::pattern_formatter>();
+  pattern->add_flag<EscapedMessage>('*').set_pattern("%T %^%l%$ %n: %*");
+  logger->set_formatter(std::move(pattern));
   logger->set_level(spdlog::level::from_str(level));
   spdlog::set_default_logger(logger);
 }

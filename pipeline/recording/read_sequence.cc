@@ -6,7 +6,7 @@
 #include <unordered_map>
 
 #include "pipeline/base/error.h"
-#include "pipeline/io/data_paths.h"
+#include "pipeline/base/plain_text.h"
 #include "pipeline/io/text_file.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/recording/recording_bounds.h"

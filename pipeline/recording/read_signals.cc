@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "pipeline/io/data_paths.h"
+#include "pipeline/base/plain_text.h"
 #include "pipeline/recording/common_time.h"
 #include "pipeline/recording/line_clock.h"
 #include "pipeline/recording/odometry_units.h"

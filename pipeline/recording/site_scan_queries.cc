@@ -6,7 +6,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/options.h"
-#include "pipeline/io/data_paths.h"
+#include "pipeline/base/plain_text.h"
 #include "pipeline/recording/site_tables.h"
 
 namespace nightmap {

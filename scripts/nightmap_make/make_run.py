@@ -2,13 +2,13 @@
 """One call of make for a site, from the check of the configs to the summary."""
 
 import os
-import signal
 import sys
 import time
 
 import remove_leftovers
 from nightmap_make import clock, slots
 from nightmap_make.changed_files import write, write_if_changed
+from nightmap_make.child import Child
 from nightmap_make.graph import Graph
 from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
@@ -17,7 +17,7 @@ from nightmap_make.request import Refused, make_flags
 from nightmap_make.rules_file import RulesFile, Times, list_goal
 from nightmap_make.site_state import SiteState
 from nightmap_site.pipeline import closure
-from nightmap_site.script_errors import os_error_text
+from nightmap_site.script_errors import os_error_text, printable
 
 
 class MakeRun:
@@ -27,7 +27,7 @@ class MakeRun:
         self.asked, self.env, self.goals, self.folder = asked, asked.env, asked.goals, asked.folder
         self.is_preview = asked.is_preview
         self.work = f"{self.folder}/.preview" if self.is_preview else self.folder
-        self.child, self.told = None, set()
+        self.child, self.told = Child(), set()
         self.began_ns = time.time_ns()
         # A report of a failed run is always out of date.
         self.had_failure = os.path.exists(f"{self.folder}/logs/failure.json")
@@ -52,8 +52,7 @@ class MakeRun:
         begin_run(self.folder, self.goals)
         if self.had_failure:
             os.remove(f"{self.folder}/logs/failure.json")
-        signal.signal(signal.SIGTERM, self._pass_on)
-        signal.signal(signal.SIGHUP, self._pass_on)
+        self.child.pass_signals_on()
         code = 2
         try:
             code = self._make_in_phases()
@@ -183,24 +182,14 @@ class MakeRun:
     def _tell_once(self, message):
         if message not in self.told:
             self.told.add(message)
-            print(message, file=sys.stderr)
+            print(printable(message), file=sys.stderr)
 
     def _make(self, goals, *flags, quiet=False):
         """Runs make on the rules of the site; returns its exit code."""
         renew = ["-W", "scripts/report.py"] if self.had_failure else []
         command = ["make", "--no-print-directory", *flags, *renew, "-f", f"{self.work}/graph.mk", *goals]
         silence = [(os.POSIX_SPAWN_OPEN, fd, os.devnull, os.O_WRONLY, 0) for fd in (1, 2)] if quiet else []
-        self.child = os.posix_spawnp(command[0], command, self.env, file_actions=silence)
-        while True:
-            try:
-                _, status = os.waitpid(self.child, 0)
-                return os.waitstatus_to_exitcode(status) & 0xff
-            except KeyboardInterrupt:  # make got the signal too, and ends its jobs
-                continue
-
-    def _pass_on(self, number, _):
-        if self.child:
-            os.kill(self.child, number)
+        return self.child.run(command, self.env, file_actions=silence)
 
     # ---- after ----
 
@@ -214,10 +203,11 @@ class MakeRun:
             return code
         if outcome.codes:
             from nightmap_make import summary
-            print("\n".join([*summary.verdict_lines(self.folder, outcome), *summary.table(self.graph, self.folder, outcome)]))
+            lines = [*summary.verdict_lines(self.folder, outcome), *summary.table(self.graph, self.folder, outcome)]
+            print(printable("\n".join(lines)))
         if self.had_failure and "report" not in self.goals:
-            self._write_rules()  # otherwise what had to run again would run twice
-            self._make(["report"])
+            from nightmap_make import after_failure
+            after_failure.write_page(self, 0)
         for goal in self.goals:
             self._say(goal)
         return self._judge()
@@ -237,7 +227,7 @@ class MakeRun:
     def _say(self, goal):
         if goal == "localize":
             import show_queries
-            print("\n".join(show_queries.lines(self.folder)))
+            print(printable("\n".join(show_queries.lines(self.folder))))
         made = self.asked.pipeline.goals[goal].made if goal in self.asked.pipeline.goals else None
         if made:
             print(made.format(site=self.asked.name, folder=self.folder))
@@ -248,7 +238,7 @@ class MakeRun:
         self._settle()
         self._write_rules()
         outcome = last_run(self.folder)
-        print("\n".join(after_failure.status_lines(outcome)))
+        print(printable("\n".join(after_failure.status_lines(outcome))))
         if not after_failure.write_page(self, outcome.code):
             return 2
         self._say("report")
@@ -256,5 +246,5 @@ class MakeRun:
 
     def _why(self):
         from nightmap_make import why
-        print("\n".join(why.lines(why.Staleness(self.rules), self.env["BUILD"], self.asked.programs)))
+        print(printable("\n".join(why.lines(why.Staleness(self.rules), self.env["BUILD"], self.asked.programs))))
         return 0

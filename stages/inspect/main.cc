@@ -5,6 +5,7 @@
 
 #include <iostream>
 
+#include "pipeline/base/plain_text.h"
 #include "pipeline/program/stage_main.h"
 #include "pipeline/recording/site_config.h"
 
@@ -27,6 +28,6 @@ int main(int argc, char** argv) {
             ReadSensorSignals(site, data_root, options.max_failed_ratio);
         for (const std::string& problem : problems) context.Skip(problem);
         for (const std::string& text : apart) context.Skip(text);
-        std::cout << InspectionText(RunInspect(options, site, sequences, signals, data_root));
+        std::cout << AsLines(InspectionText(RunInspect(options, site, sequences, signals, data_root)));
       });
 }

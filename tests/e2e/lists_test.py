@@ -147,6 +147,14 @@ class ListsTest(unittest.TestCase):
         for note in ("out of date", "The last run of plan failed"):
             self.assertNotIn(note, page.read_text())
 
+    def test_the_make_after_a_failed_one_renews_the_page(self):
+        self.make("plan", "START=1000,1000", "GOAL=1001,1000", code=2)
+        page = self.work.path("report/index.html")
+        self.assertIn("failed or was killed", page.read_text())
+        self.make("map")
+        self.assertNotIn("failed or was killed", page.read_text())
+        self.assertFalse(self.work.path("evaluate").exists())
+
 
 class HostileFilesTest(unittest.TestCase):
     """`make -n` in a folder whose results were put there by somebody else."""

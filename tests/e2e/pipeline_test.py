@@ -284,6 +284,31 @@ class FailureTest(StubTest):
         self.assertEqual(self.site.hashes(), before)
         self.assertIn("grid: exit code 1", self.make("status"))
 
+    def test_the_make_after_makes_what_it_names(self):
+        self.make("map")
+        self.make("map", "SET=grid.margin_m=0.4", code=2, fails="grid")
+        self.make("map", "SET=grid.margin_m=0.4")
+        self.assertEqual(self.site.ran(), ["grid", "verdict"])
+        self.make("-q", "map", "SET=grid.margin_m=0.4")
+
+    def test_a_run_that_a_signal_ends_is_told_at_any_moment(self):
+        self.make("map")
+        draw = random.Random(6)
+        for attempt in range(40 if IS_NIGHT else 8):
+            shutil.rmtree(self.site.path(""))
+            run = subprocess.Popen(self.site.command("map"), cwd=self.site.folder, env=environment(), text=True, stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT, start_new_session=True)  # fmt: skip
+            try:
+                run.wait(draw.uniform(0.3, 1.5))
+            except subprocess.TimeoutExpired:
+                os.killpg(run.pid, signal.SIGTERM)
+            said, _ = run.communicate()
+            with self.subTest(attempt):
+                self.assertNotIn("Traceback", said)
+                self.assertNotIn("No such process", said)
+                self.make("map")
+                self.make("-q", "map")
+
     def test_a_killed_run_is_told_by_status(self):
         self.make("map")
         journal = self.site.path("logs/journal.txt")
