@@ -23,7 +23,7 @@ namespace nightmap {
 
 struct VoxelLabels {
   double resolution_m = 0;
-  std::vector<std::string> classes;  // names by label
+  std::vector<std::string> classes;  // names by label; none where there are no voxels
   std::vector<VoxelKey> keys;        // in order of MortonCode; each once
   std::vector<std::int32_t> num_views;
   std::vector<std::size_t> vote_offsets = {0};  // one more than keys

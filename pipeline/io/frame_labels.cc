@@ -14,7 +14,7 @@ struct FrameLabels::Files {
 
   std::map<std::string, std::filesystem::path> paths;  // by file name
   std::map<std::string, std::shared_ptr<const LabelsReader>> open;
-  LabelClasses classes;
+  std::vector<std::string> classes;
   std::mutex mutex;
 
   std::shared_ptr<const LabelsReader> Of(const std::string& name, const FrameRecord& frame) {
@@ -28,7 +28,7 @@ struct FrameLabels::Files {
     }
     if (open.size() >= kMaxOpen) open.clear();
     const auto reader = std::make_shared<const LabelsReader>(path->second);
-    if (reader->Classes() != classes) {
+    if (reader->Classes().names != classes) {
       throw DataError("{}: has other classes than the first file of labels; make the labels again",
                       path->second.string());
     }
@@ -39,10 +39,10 @@ struct FrameLabels::Files {
 FrameLabels::FrameLabels(const std::vector<std::filesystem::path>& files)
     : files_(std::make_shared<Files>()) {
   for (const auto& path : files) files_->paths[path.filename().string()] = path;
-  files_->classes = LabelsReader(files.front()).Classes();
+  files_->classes = LabelsReader(files.front()).Classes().names;
 }
 
-const LabelClasses& FrameLabels::Classes() const { return files_->classes; }
+const std::vector<std::string>& FrameLabels::Classes() const { return files_->classes; }
 
 Segmentation FrameLabels::Of(const FrameRecord& frame) const {
   const auto channel = frame.others.find(kLabelsChannel);

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "pipeline/io/frames_io.h"
@@ -21,7 +22,8 @@ class FrameLabels {
   // opened when its first frame is read. Throws DataError naming the first when it cannot be read.
   explicit FrameLabels(const std::vector<std::filesystem::path>& files);
 
-  const LabelClasses& Classes() const;
+  // Names of the classes. The hashes of the labels stand for them, too.
+  const std::vector<std::string>& Classes() const;
   // Throws DataError naming file and frame when the labels are missing, damaged, or of other
   // classes than those of the first file.
   Segmentation Of(const FrameRecord& frame) const;

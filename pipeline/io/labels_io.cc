@@ -59,6 +59,7 @@ std::optional<GrayImage> UnpackImage(const std::vector<std::uint8_t>& packed,
 
 std::vector<std::string> NamesOf(const std::string& text) {
   std::vector<std::string> lines;
+  if (text.empty()) return lines;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     lines.push_back(text.substr(begin, end - begin));
@@ -105,8 +106,13 @@ PackedLabels PackLabels(int frame_idx, std::int64_t time_ns, const Segmentation&
           PackImage(segmentation.confidences)};
 }
 
-std::string HashOf(const PackedLabels& packed) {
-  std::string bytes = fmt::format("{} {} {} ", packed.width, packed.height, packed.labels.size());
+std::string HashOf(const PackedLabels& packed, const std::vector<std::string>& classes) {
+  std::string bytes = fmt::format("{}\n{} {} {} {} ",
+                                  fmt::join(classes, "\n"),
+                                  classes.size(),
+                                  packed.width,
+                                  packed.height,
+                                  packed.labels.size());
   bytes.append(packed.labels.begin(), packed.labels.end());
   bytes.append(packed.confidences.begin(), packed.confidences.end());
   return HashBytes(bytes);

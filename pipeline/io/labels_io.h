@@ -43,8 +43,9 @@ struct PackedLabels {
 
 // Compresses the images of a frame, without loss. Equal images give equal bytes.
 PackedLabels PackLabels(int frame_idx, std::int64_t time_ns, const Segmentation& segmentation);
-// Hash of what they hold, for the lists of frames.
-std::string HashOf(const PackedLabels& packed);
+// Hash of what they hold and of the names of the classes, which readers take along with them, for
+// the lists of frames.
+std::string HashOf(const PackedLabels& packed, const std::vector<std::string>& classes);
 
 struct LabelsShard {
   LabelClasses classes;

@@ -84,7 +84,7 @@ std::vector<FrameRecord> LabelledFrames::FramesWithLabels(const std::string& lab
   std::vector<FrameRecord> frames = frames_;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (!labelled_[i]) continue;
-    frames[i].others[kLabelsChannel] = {labels, HashOf(labelled_[i]->labels)};
+    frames[i].others[kLabelsChannel] = {labels, HashOf(labelled_[i]->labels, model_.classes.names)};
     frames[i].others[kMaskChannel] = {masks, HashOf(labelled_[i]->mask)};
   }
   return frames;

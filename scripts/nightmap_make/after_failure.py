@@ -57,7 +57,7 @@ def describe(run, code):
     return {"format": "nightmap failure", "version": 1, "goals": outcome.goals, "exit_code": code,
             "failed": [{"job": name, "exit_code": exit_code, "log": _end_of(f"{run.folder}/logs/{name}.log")}
                        for name, exit_code in outcome.failed().items()],
-            "out_of_date": out_of_date[:NUM_STALE], "num_out_of_date": len(staleness.reasons)}  # fmt: skip
+            "out_of_date": out_of_date[:NUM_STALE], "num_out_of_date": len(staleness.reasons) - len(staleness.uncertain)}  # fmt: skip
 
 
 def _end_of(log):

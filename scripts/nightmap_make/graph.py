@@ -75,12 +75,12 @@ class Graph:
             self.lists[name] = PathList(name, [self.path_of(job, output, unit) for unit in units])
         return self.lists[name]
 
-    def listed_files(self, job):
-        """The files that a job writes beside its list of units; before there is a list, those that no unit names."""
-        if not job.lists:
-            return []
-        is_listed = os.path.exists(self.path_of(job, next(iter(job.outputs))))
-        return [path for output in job.beside if is_listed or job.units_of(output) == "site" for path in self._paths(job, output)]
+    def files_beside(self, job):
+        """The files that a job writes beside its first output, where that is a list of units or other jobs read them; before there
+        is a list, those that no unit names."""
+        is_listed = bool(job.beside) and os.path.exists(self.path_of(job, next(iter(job.outputs))))
+        return [path for output in job.beside if job.lists or self.pipeline.is_read(job, output)
+                if is_listed or job.units_of(output) == "site" for path in self._paths(job, output)]  # fmt: skip
 
     def _paths(self, job, output):
         if job.units_of(output) == "site":

@@ -14,7 +14,7 @@ from nightmap_make.journal import begin_run, end_run, journal_size, last_run
 from nightmap_make.lock import SiteLock
 from nightmap_make.programs import reason_to_build
 from nightmap_make.request import Refused, make_flags
-from nightmap_make.rules_file import RulesFile, Times, list_goal
+from nightmap_make.rules_file import RulesFile, Times
 from nightmap_make.site_state import SiteState
 from nightmap_site.pipeline import closure
 from nightmap_site.script_errors import os_error_text, printable
@@ -78,7 +78,7 @@ class MakeRun:
         self.stamps = self.asked.settle()
 
     def _make_in_phases(self):
-        """Makes the lists of units first, each with the rules of the lists known so far."""
+        """Makes what goes first, lists of units above all, each with the rules of the lists known so far."""
         if self._is_up_to_date():
             self._remove_gone()
             return 0
@@ -86,7 +86,7 @@ class MakeRun:
             if not self.asked.pipeline.goes_first(job) or job.name not in self.graph.jobs or job.name not in self.asked.needed_jobs():
                 continue
             before, size = self.site_state.lists[job.lists], journal_size(self.folder)
-            code = self._make([list_goal(job)])
+            code = self._make([self.graph.path_of(job, next(iter(job.outputs)))])
             if code != 0:
                 return code
             if journal_size(self.folder) == size:
@@ -161,7 +161,8 @@ class MakeRun:
         if "why" in self.goals:
             print(clock.warning(moved, ahead_s, self.folder), file=sys.stderr)
         self.rules.times.pretend(moved)
-        stale = [" ".join(rule.output_paths()) for rule in why.Staleness(self.rules).reasons]
+        staleness = why.Staleness(self.rules)
+        stale = [" ".join(rule.output_paths()) for rule in staleness.reasons if rule not in staleness.uncertain]
         write(f"{self.work}/again.mk", self._again() + "".join(f"{paths}: FORCE\n" for paths in stale))
 
     def _again(self):

@@ -26,11 +26,6 @@ OPTIONS := --threads $(THREADS) --log-level $(LOG_LEVEL)
 """
 
 
-def list_goal(job):
-    """The goal of make that renews the list of units of a job."""
-    return f"{job.lists}s"
-
-
 class Times:
     """Modification times (ns) by path; None for a missing file. Each file is examined once."""
 
@@ -62,9 +57,7 @@ class RulesFile:
         head = HEAD.format(site=self.site.name, folder=self.site.folder, goals=" ".join(self._goals()))
         rules = [self._rule(rule) for rule in self.graph.rules]  # adds the names of the lists that the rules use
         goals = [self._goal(goal) for goal in self._goals()]
-        goals += [f".PHONY: {list_goal(job)}\n{list_goal(job)}: {self.graph.path_of(job, next(iter(job.outputs)))}\n\t$(DONE)\n"
-                  for job in self.graph.jobs.values() if job.lists]  # fmt: skip
-        rules += self._listed_files()
+        rules += self._files_beside()
         lists = [self._list(paths) for paths in self.graph.lists.values()]
         return "\n".join([head, *lists, *rules, *goals])
 
@@ -75,17 +68,17 @@ class RulesFile:
     def unmade(self):
         """Rules without a recipe for missing files that no rule makes: programs not built yet and files of
         lists. The flags -n and -q and `why` need them."""
-        made = {path for rule in self.graph.rules for path in rule.output_paths() + self._only_listed(rule)}
+        made = {path for rule in self.graph.rules for path in rule.output_paths() + self.beside(rule)}
         read = {path for rule in self.graph.rules for path in self.prerequisites(rule) if not path.startswith("$(")}
         read |= {path for paths in self.graph.lists.values() for path in paths.paths}
         return "".join(f"{path}: ; @:\n" for path in sorted(read - made) if self.times.of(path) is None)
 
     def must_run(self, rule):
-        """Whether a file of the rule is missing, its last run was killed while it committed, or its list is damaged."""
+        """Whether a file of the rule or one beside it is missing, its last run was killed while it committed, or its list is damaged."""
         times_ns = [self.times.of(path) for path in rule.output_paths()]
         if None in times_ns or rule.job.name in self.site.damaged:
             return True
-        if any(self.times.of(path) is None for path in self.graph.listed_files(rule.job)):
+        if any(self.times.of(path) is None for path in self.graph.files_beside(rule.job)):
             return True
         return not rule.job.script and self._is_interrupted(rule, max(times_ns))
 
@@ -127,17 +120,18 @@ class RulesFile:
         lines.append("\t" + " \\\n\t  ".join(self._command(rule)))
         return "\n".join(lines) + "\n"
 
-    def _listed_files(self):
-        """Orders the files that a job writes beside a list after that list. They keep their modification time while their bytes
-        stay the same. If one is missing, the program that reads it says so, not Make."""
+    def _files_beside(self):
+        """Orders the files that a job writes beside its first output after that. They keep their modification time while their
+        bytes stay the same. If one is missing, the program that reads it says so, not Make."""
         for rule in self.graph.rules:
-            files = self._only_listed(rule)
+            files = self.beside(rule)
             if files:
                 yield " \\\n".join(files) + f": | {rule.output_paths()[0]} ;\n"
 
-    def _only_listed(self, rule):
+    def beside(self, rule):
+        """The files that the rule's run writes and no target names."""
         outputs = rule.output_paths()
-        return [path for path in self.graph.listed_files(rule.job) if path not in outputs]
+        return [path for path in self.graph.files_beside(rule.job) if path not in outputs]
 
     def tool(self, rule):
         """Paths of the program and its config, or of the script."""
@@ -173,7 +167,7 @@ class RulesFile:
         for job in self.graph.jobs.values():
             if not self.graph.pipeline.lists_units(job) or job.name in self.site.damaged:
                 continue
-            yield f"{self.site.folder}/lists/{list_goal(job)}.txt", "".join(f"{name}\n" for name in self.site.lists[job.lists])
+            yield f"{self.site.folder}/lists/{job.lists}s.txt", "".join(f"{name}\n" for name in self.site.lists[job.lists])
 
     def _command(self, rule):
         job = rule.job

@@ -15,29 +15,35 @@ SHOWN = 4  # shards or tiles of a job that are listed one by one
 
 
 class Staleness:
-    """reasons: rule -> reasons, for the rules that make would run if all were goals."""
+    """reasons: rule -> reasons, for the rules that make would run if all were goals. Those of `uncertain` run only if a file changes
+    that keeps its time while its bytes stay."""
 
     def __init__(self, rules_file):
         self._file, self._times = rules_file, rules_file.times
-        self._stale, self._lists = set(), {}
-        self.reasons = {}
+        self._remade, self._uncertain, self._lists = set(), set(), {}
+        self.reasons, self.uncertain = {}, set()
         for rule in rules_file.graph.rules:
-            because = self._reasons_of(rule)
-            if because:
-                self._stale.update(rule.output_paths())
-                self.reasons[rule] = because
+            certain = self._reasons_of(rule)
+            possible = [] if certain else [f"{path} may change" for path in self._inputs(rule) if path in self._uncertain]
+            if certain or possible:
+                self.reasons[rule] = certain or possible
+                (self._remade if certain else self._uncertain).update(rule.output_paths())
+                self._uncertain.update(rules_file.beside(rule))
+            if possible:
+                self.uncertain.add(rule)
 
     def _reasons_of(self, rule):
+        """Why the rule runs whatever the bytes of others' results will be."""
         lost = [path for path in rule.output_paths() if self._times.of(path) is None]
         if lost:
             return [f"{path} does not exist" for path in lost]
         if self._file.must_run(rule):
-            return ["its last run was not finished, or a file of its list is lost or damaged"]
+            return ["its last run was not finished, or a file that it wrote is lost or damaged"]
         oldest = min(rule.output_paths(), key=self._times.of)
         return [reason for path in self._inputs(rule) if (reason := self._reason(rule, path, oldest))]
 
     def _reason(self, rule, path, oldest):
-        if path in self._stale:
+        if path in self._remade:
             return f"{path} will be remade"
         time_ns = self._times.of(path)
         if time_ns is None:
@@ -51,7 +57,7 @@ class Staleness:
         return f"{path} is newer than {oldest}"
 
     def _inputs(self, rule):
-        """Paths that may make the rule stale. A shared list gives only its stale and its newest paths."""
+        """Paths that may make the rule stale. A shared list gives only some of them: missing, remade, uncertain, newest."""
         values = [*self._file.tool(rule), *(value for port, value in rule.watched()), *rule.needs]
         values += [self._file.names_path(value) for _, value in rule.inputs if isinstance(value, PathList)]
         for value in values:
@@ -62,9 +68,10 @@ class Staleness:
 
     def _worst_of(self, paths):
         if paths.name not in self._lists:
-            missing_or_stale = [path for path in paths.paths if path in self._stale or self._times.of(path) is None]
+            missing_or_remade = [path for path in paths.paths if path in self._remade or self._times.of(path) is None]
+            uncertain = [path for path in paths.paths if path in self._uncertain]
             newest = max(paths.paths, key=lambda path: self._times.of(path) or 0, default=None)
-            self._lists[paths.name] = list(dict.fromkeys(missing_or_stale[:SHOWN] + ([newest] if newest else [])))
+            self._lists[paths.name] = list(dict.fromkeys(missing_or_remade[:SHOWN] + uncertain[:SHOWN] + ([newest] if newest else [])))
         return self._lists[paths.name]
 
 
@@ -103,6 +110,5 @@ def lines(staleness, build, programs):
         return
     if programs:
         yield "(after the build, jobs whose program changed rerun too)"
-    for rule in staleness.reasons:
-        if rule.job.lists in ("shard", "tile"):
-            yield f"(after {rule.name}, {rule.job.lists}s whose list is the same are left alone)"
+    if staleness.uncertain:
+        yield "(a job of which it says 'may change' runs only if such a file changes)"

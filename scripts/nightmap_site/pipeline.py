@@ -210,11 +210,14 @@ class Pipeline:
         return bool(job.lists) and (any("{unit}" in name for name in names) or self._runs_per(job.lists))
 
     def goes_first(self, job):
-        """Whether the rules of the site depend on what this job lists, or it reads recordings and writes files beside the list: Make
-        looks up their times before the job ran when it meets them before the list."""
+        """Whether the rules of the site depend on what this job lists, or others read files that it writes beside its first output:
+        Make looks up their times before the job ran when it meets them before that output."""
         decides_rules = self._runs_per(job.lists) or job.lists == "query" and any(other.when == "queries" for other in self.jobs.values())
-        reads_recordings = not any(reference.job for reference in job.inputs)
-        return bool(job.lists) and (decides_rules or bool(job.beside) and reads_recordings)
+        return bool(job.lists) and decides_rules or any(self.is_read(job, output) for output in job.beside)
+
+    def is_read(self, job, output):
+        """Whether a job takes this output as an input."""
+        return any((reference.job, reference.output) == (job.name, output) for other in self.jobs.values() for reference in other.inputs)
 
     def _runs_per(self, unit):
         return any(job.unit == unit for job in self.jobs.values())

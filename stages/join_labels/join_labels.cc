@@ -38,11 +38,16 @@ std::vector<Place> SortedPlaces(const std::vector<VoxelLabels>& parts) {
                   centre.z());
 }
 
-void CheckAlike(const std::vector<VoxelLabels>& parts) {
+// Parts without voxels may have none. Throws DataError when parts differ.
+std::vector<std::string> CommonClasses(const std::vector<VoxelLabels>& parts) {
+  std::vector<std::string> classes;
   for (const VoxelLabels& part : parts) {
-    if (part.resolution_m == parts[0].resolution_m && part.classes == parts[0].classes) continue;
+    if (classes.empty()) classes = part.classes;
+    const bool is_alike = part.classes.empty() || part.classes == classes;
+    if (is_alike && part.resolution_m == parts[0].resolution_m) continue;
     throw DataError("tiles differ in resolution or classes: make them with one config and model");
   }
+  return classes;
 }
 
 std::string Hex(const Rgb& color) {
@@ -62,10 +67,9 @@ void JoinLabelsOptions::Register(OptionList& list) {
 }
 
 VoxelLabels JoinVoxelLabels(const std::vector<VoxelLabels>& parts) {
-  CheckAlike(parts);
   VoxelLabels joined;
+  joined.classes = CommonClasses(parts);
   joined.resolution_m = parts.at(0).resolution_m;
-  joined.classes = parts[0].classes;
   for (const Place& place : SortedPlaces(parts)) {
     const VoxelLabels& part = parts[place.part];
     joined.keys.push_back(part.keys[place.voxel]);

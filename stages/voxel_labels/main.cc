@@ -26,7 +26,7 @@ void Run(const VoxelLabelsOptions& options, StageContext& context) {
       options,
       source,
       [&](const Keyframe& keyframe) { return labels.Of(keyframe.frame); },
-      labels.Classes().names,
+      labels.Classes(),
       occupied,
       context.GetProgress(),
       context.NumThreads());

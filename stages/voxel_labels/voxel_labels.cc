@@ -245,7 +245,7 @@ VoxelLabelsResult RunVoxelLabels(const VoxelLabelsOptions& options,
   SpreadVotes(options.spread, num_threads, &sums.Table());
   result.voxels = sums.Voxels(occupied.own);
   result.voxels.resolution_m = occupied.resolution_m;
-  result.voxels.classes = classes;
+  if (result.voxels.Size() > 0) result.voxels.classes = classes;
   return result;
 }
 

@@ -113,6 +113,40 @@ class LabelsTest(unittest.TestCase):
         self.assertTrue(all(path.stat().st_mtime_ns != time for path, time in zip(receipts, before)))
         self.make(work, "verify")
 
+    def made_anew_is_the_same(self, work):
+        """Makes the map of a changed model, which reruns what it must, and once more from nothing."""
+        self.make(work, "-q", "map", code=1)
+        self.make(work, "map")
+        self.make(work, "-q", "map")
+        hashes = work.hashes()
+        shutil.rmtree(work.path(""))
+        self.make(work, "map")
+        self.assertEqual(hashes, work.hashes())
+
+    def test_a_renamed_class_is_renamed_in_all_results(self):
+        work = self.work.copy()
+        self.addCleanup(work.remove)
+        old = json.loads(work.path("objects/objects.json").read_text())["things"][0]["class"]
+        (work.folder / "data/model.toml").write_text(MODEL.replace(f'"{old}"', '"thingamajig"'))
+        self.made_anew_is_the_same(work)
+        names = [entry["name"] for entry in json.loads(work.path("voxel_labels/legend.json").read_text())["classes"]]
+        self.assertEqual(names, ["thingamajig" if name == old else name for name in CLASSES])
+        self.make(work, "plan", "GOAL=object:thingamajig")
+        self.assertIn("nor a class of things", self.make(work, "plan", f"GOAL=object:{old}", code=2))
+
+    def test_classes_in_another_order_change_places(self):
+        work = self.work.copy()
+        self.addCleanup(work.remove)
+        (work.folder / "data/model.toml").write_text(MODEL.replace('"shelf", "cabinet"', '"cabinet", "shelf"'))
+        before = self.num_voxels_of_classes(work)
+        self.made_anew_is_the_same(work)
+        after = self.num_voxels_of_classes(work)
+        self.assertEqual((after["cabinet"], after["shelf"]), (before["shelf"], before["cabinet"]))
+
+    def num_voxels_of_classes(self, work):
+        legend = json.loads(work.path("voxel_labels/legend.json").read_text())
+        return {entry["name"]: entry["num_voxels"] for entry in legend["classes"]}
+
     def voxels(self, work):
         """Heights of the centres and classes of the labelled voxels."""
         with h5py.File(work.path("voxel_labels/voxels.h5")) as file:

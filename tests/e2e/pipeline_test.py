@@ -14,7 +14,7 @@ import unittest
 from browser import shown_text
 from nightly import IS_NIGHT, some_of
 from stub_site import SITE, StubSite
-from workspace import PIPELINE, REPOSITORY, environment, read_pipeline
+from workspace import PIPELINE, environment
 
 from nightmap_site.pipeline import closure
 
@@ -72,17 +72,6 @@ class RulesTest(StubTest):
             self.assertIn("Error 3", said)
         self.make("map", "STRICT=maybe", code=2)
 
-    def test_why_names_what_reruns(self):
-        self.make(*ASKED)
-        for program in some_of(PIPELINE.programs(), one_in=6):
-            with self.subTest(program):
-                change = f"SET={self.change_of(program)}"
-                self.make("-q", *ASKED, change, code=1)
-                why = [line.partition(":")[0] for line in self.make("why", *ASKED, change).splitlines() if ": " in line]
-                self.make(*ASKED, change)
-                self.assertEqual(jobs(why) - {"check", "evaluate", "report"}, jobs(self.site.ran()))
-                self.make(*ASKED)
-
     def test_why_names_the_option_that_changed(self):
         self.make("map")
         self.assertIn("grid: options of grid changed: margin_m 0.25 -> 0.4", self.make("why", "SET=grid.margin_m=0.4"))
@@ -122,7 +111,7 @@ class RulesTest(StubTest):
         for program in some_of(PIPELINE.programs(), one_in=6):
             with self.subTest(program):
                 self.make(*ASKED)
-                self.make(*ASKED, f"SET={self.change_of(program)}", code=2, fails=program)
+                self.make(*ASKED, f"SET={self.site.change_of(program)}", code=2, fails=program)
                 self.make("-q", *ASKED)
 
     def test_a_value_of_a_profile_that_is_set_and_taken_back_reruns_nothing(self):
@@ -130,7 +119,7 @@ class RulesTest(StubTest):
             programs, goals = self.use_profile(profile)
             self.make(*goals)
             for program in some_of(programs, one_in=6):
-                change = self.change_of(program, profile)
+                change = self.site.change_of(program, profile)
                 with self.subTest(f"{profile}: {program}"):
                     self.assertEqual(change is None, program == "import_grid")  # it has no option
                     if change:
@@ -140,33 +129,13 @@ class RulesTest(StubTest):
     def use_profile(self, profile):
         """Gives the site the profile and the files that its jobs import; returns the programs that the profile adds, and
         the goals: those of ASKED that it has jobs of, and a file of each job that other goals run."""
-        configs = self.site.folder / "configs"
-        imported = set(re.findall(r'"import\.(\w+)"', (configs / profile / "pipeline.toml").read_text()))
-        for key in imported:
-            (self.site.folder / "data" / key).write_text("as other systems write it")
-        site = configs / f"sites/{SITE}.toml"
-        text = (REPOSITORY / f"configs/sites/{SITE}.toml").read_text()
-        site.write_text(f'profile = "{profile}"\n{text}[import]\n' + "".join(f'{key} = "{key}"\n' for key in sorted(imported)))
-        pipeline = read_pipeline(str(configs), profile, imported)
+        imported = set(re.findall(r'"import\.(\w+)"', (self.site.folder / "configs" / profile / "pipeline.toml").read_text()))
+        pipeline = self.site.use_profile(profile, imported)
         programs = set(pipeline.programs()) - set(PIPELINE.programs())
-        for program in programs:
-            if not (self.site.folder / "build/run" / program).exists():  # another profile may have it
-                self.site.add_program(program)
         self.assertTrue(programs, profile)
         others = [job for job in pipeline.jobs.values() if job.program in programs and job.goal not in (*ASKED, "localize")]
         asked = [goal for goal in ASKED if goal in {job.goal for job in pipeline.jobs.values()}]
         return sorted(programs), asked + [f"maps/{SITE}/{job.folder}/{next(iter(job.outputs.values()))}" for job in others]
-
-    def change_of(self, program, profile="default"):
-        folders = (self.site.folder / "configs/default", self.site.folder / "configs" / profile / "default")
-        path = next(folder / f"{program}.toml" for folder in folders if (folder / f"{program}.toml").exists())
-        config = path.read_text().splitlines()
-        option = next((line for line in config if "=" in line and not line.startswith(("#", "seed"))), None)
-        if option is None:
-            return None
-        key, value = (part.strip() for part in option.partition("#")[0].split("=", 1))
-        other = {"true": "false", "false": "true"}.get(value, '"other"' if value.startswith('"') else None)
-        return f"{program}.{key}={other or (value.replace('[', '[1, ') if value.startswith('[') else value + '1')}"
 
     def test_a_job_that_failed_runs_once_more_and_not_twice(self):
         self.make("map")

@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Stands for any program of a job, in tests of the rules: it reads nothing and writes outputs of its arguments' names.
-# The lists have STUB_SHARDS shards and STUB_TILES tiles; the job STUB_FAILS fails with exit code 1.
+# The lists have STUB_SHARDS shards and STUB_TILES tiles; the job STUB_FAILS fails with exit code 1. What it writes beside its
+# outputs stays the same, or is other at each run with STUB_CHANGES.
 # It starts no other program: a test runs thousands of stubs.
 case " $* " in *" --check-config "*) exit 0 ;; esac
 program=${0##*/}
 TZ=UTC printf -v start_time '%(%Y-%m-%dT%H:%M:%SZ)T' -1
 [ "$program" = "${STUB_FAILS:-}" ] && { echo "00:00:00 error $program: made to fail"; exit 1; }
-keep() { # keep FILE LINE: writes it unless it is there
+keep() { # keep FILE LINE: writes it unless it is there, or with the time
   local present=
   [ -f "$1" ] && IFS= read -r -d '' present <"$1"
-  [ "$present" = "$2"$'\n' ] || printf '%s\n' "$2" >"$1"
+  [ -z "${STUB_CHANGES:-}" ] && [[ $present = "$2"[[:space:]]* ]] || printf '%s\n' "$2${STUB_CHANGES:+ $EPOCHREALTIME}" >"$1"
 }
 receipt='' config='' outputs=()
 while [ $# -gt 0 ]; do

@@ -9,7 +9,7 @@ import shutil
 import subprocess
 import tempfile
 
-from workspace import PIPELINE, REPOSITORY, environment
+from workspace import PIPELINE, REPOSITORY, environment, read_pipeline
 
 SITE = "demo"
 STUB = REPOSITORY / "tests/e2e/stub_program.sh"
@@ -39,9 +39,33 @@ class StubSite:
     def command(self, *arguments):
         return ["make", "--no-print-directory", f"SITE={SITE}", *arguments]
 
+    def use_profile(self, profile, imported):
+        """Gives the site the profile, files of these keys of [import], and the profile's programs; returns its pipeline."""
+        for key in imported:
+            (self.folder / "data" / key).write_text("as other systems write it")
+        text = (REPOSITORY / f"configs/sites/{SITE}.toml").read_text()
+        tables = "".join(f'{key} = "{key}"\n' for key in sorted(imported))
+        (self.folder / f"configs/sites/{SITE}.toml").write_text(f'profile = "{profile}"\n{text}[import]\n{tables}')
+        pipeline = read_pipeline(str(self.folder / "configs"), profile, imported)
+        for program in pipeline.programs():
+            if not (self.folder / "build/run" / program).exists():  # another profile may have it
+                self.add_program(program)
+        return pipeline
+
+    def change_of(self, options, profile="default"):
+        """A value for SET that the first of these options does not have by default; None where there is no option."""
+        folders = (self.folder / "configs/default", self.folder / "configs" / profile / "default")
+        path = next(folder / f"{options}.toml" for folder in folders if (folder / f"{options}.toml").exists())
+        option = next((line for line in path.read_text().splitlines() if "=" in line and not line.startswith(("#", "seed"))), None)
+        if option is None:
+            return None
+        key, value = (part.strip() for part in option.partition("#")[0].split("=", 1))
+        other = {"true": "false", "false": "true", "[]": '["other"]'}.get(value, '"other"' if value.startswith('"') else None)
+        return f"{options}.{key}={other or (value.replace('[', '[1,').replace(' ', '') if value.startswith('[') else value + '1')}"
+
     def make(self, *arguments, **stub):
-        """Runs make; stub: num_shards=3, num_tiles=2, fails=PROGRAM of the stub programs."""
-        names = {"num_shards": "STUB_SHARDS", "num_tiles": "STUB_TILES", "fails": "STUB_FAILS"}
+        """Runs make; stub: num_shards=3, num_tiles=2, fails=PROGRAM, changes=1 of the stub programs."""
+        names = {"num_shards": "STUB_SHARDS", "num_tiles": "STUB_TILES", "fails": "STUB_FAILS", "changes": "STUB_CHANGES"}
         changes = {names[key]: str(value) for key, value in stub.items()}
         return subprocess.run(self.command(*arguments), cwd=self.folder, env=environment() | changes, text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip

@@ -184,6 +184,13 @@ def write_laser_site(folder):
     (sites / LASER_SITE / "synthesize.toml").write_text(LASER_SYNTHESIZE, encoding="utf-8")
 
 
+def told_by_why(said):
+    """The rules that `make why` says will run, and those that may."""
+    lines = [line.partition(": ")[::2] for line in said.splitlines() if ": " in line]
+    may = {rule for rule, reason in lines if " may change" in reason}
+    return {rule for rule, _ in lines} - may, may
+
+
 def environment():
     """The caller's, without what make hands down to a make it starts."""
     return {key: value for key, value in os.environ.items()

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/labels/labelled_frames.h"
 
+#include <set>
+
 #include "pipeline/base/error.h"
 #include "pipeline/io/frame_reader.h"
 #include "tests/labels/fake_labels.h"
@@ -48,6 +50,42 @@ TEST(LabelledFrames, TheListNamesTheirMasks) {
   const auto& mask = frames[11].others.at(kMaskChannel);
   EXPECT_EQ(mask.path, "masks_0007.h5");
   EXPECT_EQ(mask.hash, HashOf(labelled.Masks()[1]));
+}
+
+// The list stands for the files of labels and masks of the ports "by hash" of
+// configs/*/pipeline.toml.
+TEST(LabelledFrames, TheListTellsOfAnyChangeThatReadersWouldSee) {
+  const auto list = [](const SegmentationModel& model, const auto& change) {
+    const auto label = [&](const FrameRecord& frame, const RgbdImages& images) {
+      Segmentation labels = LabelsOf(frame, images);
+      change(&labels);
+      return labels;
+    };
+    LabelledFrames labelled(model, label, kFrames);
+    labelled.Label(3, {});
+    return FramesToCsv(labelled.FramesWithLabels("labels.h5", "masks.h5"));
+  };
+  const auto nothing = [](Segmentation*) {};
+  const auto of_classes = [&](const LabelClasses& classes) {
+    SegmentationModel model = kModel;
+    model.classes = classes;
+    return list(model, nothing);
+  };
+  const auto labelled = [&](const auto& change) { return list(kModel, change); };
+  const std::vector<std::string> lists = {
+      labelled(nothing),
+      of_classes({{"background", "human"}, {0, 1}}),
+      of_classes({{"person", "background"}, {0, 1}}),
+      of_classes({{"background", "person", "cat"}, {0, 1, 0}}),
+      of_classes({{"background", "person"}, {0, 0}}),  // of the mask
+      labelled([](Segmentation* s) { s->labels.pixels.back() = 1; }),
+      labelled([](Segmentation* s) { s->confidences.pixels.back() = 199; }),
+      labelled([](Segmentation* s) {
+        for (auto* size : {&s->labels.width, &s->confidences.width}) *size *= 2;
+        for (auto* size : {&s->labels.height, &s->confidences.height}) *size /= 2;
+      })};
+  EXPECT_EQ(std::set(lists.begin(), lists.end()).size(), lists.size());
+  EXPECT_EQ(lists[0], labelled(nothing));
 }
 
 TEST(LabelledFrames, WithoutANetworkOnlyThoseWithALabelPictureCanBe) {

@@ -67,6 +67,19 @@ class Declared(unittest.TestCase):
 
 
 class PipelineTest(Declared):
+    def test_lists_stand_for_the_inputs_by_hash(self):
+        """The list of an input by hash is of the job that made it. Tests of such a list change all that its readers take:
+        tests/labels/labelled_frames_test.cc, tests/stages/moving/moving_test.cc."""
+        found = set()
+        for imports in ((), ("model",)):
+            for profile in (path.parent.name for path in CONFIGS.glob("*/pipeline.toml")):
+                jobs = read_pipeline(str(CONFIGS), profile, imports).jobs
+                by_hash = {(reference.job, reference.output) for job in jobs.values() for reference in job.inputs if reference.by_hash}
+                lists = {reference.job for reference in jobs["tiles"].inputs if reference.port == "frames"} if "tiles" in jobs else set()
+                self.assertLessEqual({job for job, _ in by_hash}, lists, profile)
+                found |= by_hash
+        self.assertEqual(found, {("features", "masks"), ("features", "labels"), ("moving", "masks")})
+
     def test_the_declared_pipeline_of_the_project(self):
         pipeline = read_pipeline(str(CONFIGS))
         programs = {path.parent.name for path in CONFIGS.parent.glob("stages/*/main.cc")}
@@ -187,7 +200,7 @@ in = {odometry = false, map = "import.poses"}
             '[odometry]', 'beside.scans = "scans.h5"\n[odometry]'))  # fmt: skip
         graph = self.graph()
         scans, shards = (f"{self.folder}/office/frames/{name}" for name in ("scans.h5", "shards.txt"))
-        self.assertEqual(graph.listed_files(graph.jobs["frames"]), [scans])
+        self.assertEqual(graph.files_beside(graph.jobs["frames"]), [scans])
         self.assertIn(f"\n{scans}: | {shards} ;\n", RulesFile(graph, Times()).text())
 
     def test_a_profile_adds_a_port_and_keeps_the_others(self):

@@ -151,6 +151,20 @@ TEST_F(MovingTest, AFrameThatCannotBeReadHasNoMask) {
   }
 }
 
+TEST_F(MovingTest, TheListTellsOfAnyChangeOfAMask) {
+  MovingResult result = Run();
+  const auto list = [&] { return FramesToCsv(FramesWithMasks(input_.frames, result, "masks.h5")); };
+  const std::string before = list();
+  GrayImage mask = UnpackMask(*result.masks[3]);
+  mask.pixels.back() = static_cast<std::uint8_t>(255 - mask.pixels.back());
+  result.masks[3] = PackMask(result.masks[3]->time_ns, mask);
+  const std::string changed = list();
+  EXPECT_NE(changed, before);
+  std::swap(mask.width, mask.height);
+  result.masks[3] = PackMask(result.masks[3]->time_ns, mask);
+  EXPECT_NE(list(), changed);
+}
+
 TEST_F(MovingTest, FramesWithoutDepthHaveEmptyMasks) {
   input_.load = [scene = scene_](const FrameRecord& frame) {
     RgbdImages images = scene.See(frame);

@@ -100,6 +100,15 @@ TEST_F(VoxelLabelsTest, EachVoxelGetsTheClassThatWasSeenThere) {
   }
 }
 
+// No hash in its tile's list would tell of other names.
+TEST_F(VoxelLabelsTest, WithoutVoxelsThereAreNoNamesOfClasses) {
+  source_.keyframes.clear();
+  const VoxelLabels voxels = Run(0, 2, occupied_);
+  EXPECT_EQ(voxels.Size(), 0U);
+  WriteVoxelLabels(folder_ / "v.h5", voxels, "");
+  EXPECT_TRUE(ReadVoxelLabels(folder_ / "v.h5").classes.empty());
+}
+
 TEST_F(VoxelLabelsTest, MostViewsDecide) {
   options_.spread.spread_iterations = 0;
   options_.depth_filter.pixel_stride = 1;
