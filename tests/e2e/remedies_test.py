@@ -7,9 +7,10 @@ import re
 import shutil
 import unittest
 
-import h5py
 from nightly import some_of
 from workspace import SITE, Workspace
+
+from nightmap_eval.sealed_hdf5 import sealed
 
 
 def cut_last_line(path):
@@ -25,7 +26,7 @@ def move_in_time(path):
 
 
 def pair_beyond_the_site(path):
-    with h5py.File(path, "r+") as file:
+    with sealed(path, "r+") as file:
         file["frame"][-1] = 5, 1_000_000
 
 
