@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Thin layer over HDF5: named arrays in one file with a checked header. Equal content gives equal
-// bytes (no object times, no compression). Not thread-safe.
+// bytes (no object times, no compression), and a reader refuses bytes that changed since
+// (hdf5_hashes.h). Not thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -54,6 +55,7 @@ class Hdf5Writer {
 
   std::filesystem::path path_;
   std::int64_t file_ = -1;
+  std::string text_hashes_;
 };
 
 class Hdf5Reader {
@@ -67,8 +69,9 @@ class Hdf5Reader {
 
   bool Has(const std::string& name) const;
   // Throws DataError naming file and field on a missing array, another element type, NaN or
-  // infinity, another number of columns (cols = 0: any), or anything but a contiguous uncompressed
-  // array of this file. Allocates memory only for values that the file holds.
+  // infinity, another number of columns (cols = 0: any), values that are not as they were written,
+  // or anything but a contiguous uncompressed array of this file. Allocates memory only for values
+  // that the file holds.
   template <typename T>
   Array<T> Read(const std::string& name, std::size_t cols = 0) const;
   template <typename T>
@@ -81,7 +84,7 @@ class Hdf5Reader {
                                        std::size_t count,
                                        std::size_t end) const;
   // Reads a text of WriteText, or "config". Throws DataError naming file and field when it is
-  // missing, not one text of fixed length, or not UTF-8.
+  // missing, not one text of fixed length, not UTF-8, or not as it was written.
   std::string ReadText(const std::string& name) const;
   // Throws DataError naming file and field unless `condition` holds. Readers of a format use it for
   // checks beyond the types.
@@ -96,6 +99,8 @@ class Hdf5Reader {
  private:
   explicit Hdf5Reader(const std::filesystem::path& path);
   std::int64_t ReadInteger(const std::string& name) const;
+  std::string ReadTextOf(std::int64_t object, const std::string& name) const;
+  void CheckText(const std::string& name, const std::string& text) const;
   // Fails unless `name` and the groups on its path are members of this file.
   void CheckLinks(const std::string& name) const;
 

@@ -10,11 +10,13 @@
 #include "pipeline/io/hdf5_driver.h"
 #include "pipeline/io/hdf5_file.h"
 #include "pipeline/io/hdf5_handle.h"
+#include "pipeline/io/hdf5_hashes.h"
 
 namespace nightmap {
 namespace {
 
 constexpr std::size_t kMaxTextBytes = 64 * 1024;  // longest text of Hdf5Writer and its final zero
+constexpr std::string_view kIsNotAsWritten = "is not as it was written (its hash differs)";
 
 template <typename T>
 bool AllFinite(const std::vector<T>& values) {
@@ -87,6 +89,7 @@ Hdf5Reader::Hdf5Reader(const std::filesystem::path& path, const std::string& for
         found_version,
         version);
   }
+  CheckText("version", std::to_string(found_version));
 }
 
 Hdf5Reader::~Hdf5Reader() {
@@ -108,8 +111,14 @@ std::vector<std::size_t> Hdf5Reader::ReadOffsets(const std::string& name,
 }
 
 std::string Hdf5Reader::ReadText(const std::string& name) const {
-  if (H5Aexists(file_, name.c_str()) <= 0) Fail(name, "is missing");
-  const Hdf5Handle attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
+  std::string text = ReadTextOf(file_, name);
+  CheckText(name, text);
+  return text;
+}
+
+std::string Hdf5Reader::ReadTextOf(std::int64_t object, const std::string& name) const {
+  if (H5Aexists(object, name.c_str()) <= 0) Fail(name, "is missing");
+  const Hdf5Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose);
   const Hdf5Handle type(H5Aget_type(attribute), H5Tclose);
   const std::size_t size = H5Tget_size(type);
   if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || !IsScalar(attribute) ||
@@ -133,6 +142,11 @@ std::int64_t Hdf5Reader::ReadInteger(const std::string& name) const {
     Fail(name, "is not one integer");
   }
   return value;
+}
+
+void Hdf5Reader::CheckText(const std::string& name, const std::string& text) const {
+  const std::string lines = '\n' + ReadTextOf(file_, kHdf5HashName);
+  Demand(lines.find('\n' + LineOfHdf5Text(name, text)) != std::string::npos, name, kIsNotAsWritten);
 }
 
 bool Hdf5Reader::Has(const std::string& name) const {
@@ -185,6 +199,11 @@ Array<T> Hdf5Reader::Read(const std::string& name, std::size_t cols) const {
           0) {
     Fail(name, "cannot be read (truncated file?)");
   }
+  const std::string_view bytes(reinterpret_cast<const char*>(array.values.data()),
+                               array.values.size() * sizeof(T));
+  Demand(ReadTextOf(dataset, kHdf5HashName) == HashOfHdf5Array(name, array.rows, array.cols, bytes),
+         name,
+         kIsNotAsWritten);
   if (!AllFinite(array.values)) Fail(name, "holds NaN or infinity");
   return array;
 }

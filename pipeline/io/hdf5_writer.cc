@@ -6,6 +6,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/io/hdf5_file.h"
 #include "pipeline/io/hdf5_handle.h"
+#include "pipeline/io/hdf5_hashes.h"
 
 namespace nightmap {
 namespace {
@@ -18,11 +19,11 @@ Hdf5Handle UntimedProperties(hid_t property_class) {
 }
 
 // HDF5 has no room for attributes of 64 kB and more.
-bool WriteStringAttribute(hid_t file, const char* name, const std::string& text) {
+bool WriteStringAttribute(hid_t object, const char* name, const std::string& text) {
   const Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type, text.size() + 1);
   const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Hdf5Handle attribute(H5Acreate2(file, name, type, space, H5P_DEFAULT, H5P_DEFAULT),
+  const Hdf5Handle attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT),
                              H5Aclose);
   return attribute.Valid() && H5Awrite(attribute, type, text.c_str()) >= 0;
 }
@@ -44,6 +45,7 @@ Hdf5Writer::Hdf5Writer(const std::filesystem::path& path,
     : Hdf5Writer(path) {
   WriteText("format", format);
   WriteIntAttribute(file_, "version", version);
+  text_hashes_ += LineOfHdf5Text("version", std::to_string(version));
   WriteText("config", config);
   WriteText("units", units);
 }
@@ -67,6 +69,7 @@ Hdf5Writer::~Hdf5Writer() {
 }
 
 void Hdf5Writer::Close() {
+  WriteText(kHdf5HashName, text_hashes_);
   const herr_t flushed = H5Fflush(file_, H5F_SCOPE_LOCAL);
   const herr_t closed = H5Fclose(file_);
   file_ = -1;
@@ -93,11 +96,15 @@ void Hdf5Writer::Write(const std::string& name, const Array<T>& array) {
   const Hdf5Handle dataset(
       H5Dcreate2(file_, name.c_str(), NativeHdf5Type<T>(), space, links, properties, H5P_DEFAULT),
       H5Dclose);
+  const std::string_view bytes(reinterpret_cast<const char*>(array.values.data()),
+                               array.values.size() * sizeof(T));
   const bool written =
       dataset.Valid() &&
       (array.values.empty() ||
        H5Dwrite(dataset, NativeHdf5Type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, array.values.data()) >=
-           0);
+           0) &&
+      WriteStringAttribute(
+          dataset, kHdf5HashName, HashOfHdf5Array(name, array.rows, array.cols, bytes));
   if (!written) {
     throw DataError(
         "{}: cannot write array '{}'; free space on that disk and run again", path_.string(), name);
@@ -105,7 +112,10 @@ void Hdf5Writer::Write(const std::string& name, const Array<T>& array) {
 }
 
 void Hdf5Writer::WriteText(const std::string& name, const std::string& text) {
-  if (WriteStringAttribute(file_, name.c_str(), text)) return;
+  if (WriteStringAttribute(file_, name.c_str(), text)) {
+    text_hashes_ += LineOfHdf5Text(name, text);
+    return;
+  }
   throw DataError(
       "{}: cannot write text '{}' of {} bytes; shorten it to less than 64 kB, or free space on "
       "that disk, and run again",

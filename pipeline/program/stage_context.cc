@@ -34,6 +34,7 @@ StageContext::StageContext(StageSpec spec,
       outputs_(std::move(outputs)),
       config_toml_(std::move(config_toml)),
       num_threads_(num_threads),
+      written_inputs_(HasOutput("receipt") ? outputs_.at("receipt") : fs::path()),
       progress_(spec_.name),
       part_start_(Clock::now()) {
   for (const auto& [name, paths] : inputs_) {
@@ -72,6 +73,7 @@ void StageContext::AddInput(const fs::path& path, const fs::path& named_by) {
   }
   RequirePlain(path);
   files_.AddRead(path, fmt::format("{}, which {} names", path.string(), named_by.string()));
+  written_inputs_.Hash(path);
   inputs_[path.filename().string()].push_back(path);
 }
 

@@ -18,6 +18,7 @@
 #include "pipeline/program/files_of_run.h"
 #include "pipeline/program/ports.h"
 #include "pipeline/program/skipped_items.h"
+#include "pipeline/program/written_inputs.h"
 
 namespace nightmap {
 
@@ -46,8 +47,8 @@ class StageContext {
   const std::vector<std::filesystem::path>& Inputs(const std::string& name) const;
   bool HasInput(const std::string& name) const;
   // Adds a file that the input at `named_by` refers to. The receipt lists it under its file name
-  // like the other inputs. Throws DataError when it does not exist or is no file, UsageError when
-  // it is an output.
+  // like the other inputs. Throws DataError when it does not exist, is no file, or is not what the
+  // job of the site wrote, UsageError when it is an output.
   void AddInput(const std::filesystem::path& path, const std::filesystem::path& named_by);
 
   // Returns the temporary path to write; it is renamed to the final one after the body returned.
@@ -97,6 +98,7 @@ class StageContext {
   std::string config_toml_;
   int num_threads_;
   FilesOfRun files_;
+  WrittenInputs written_inputs_;
   OutputSet output_set_;
   Progress progress_;
   nlohmann::json report_ = nlohmann::json::object();

@@ -83,11 +83,14 @@ std::string Dump(const json& value) {
   return value.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
-json DescribeFile(const std::string& name, const fs::path& path, const fs::path& bytes_at) {
+json DescribeFile(const std::string& name,
+                  const fs::path& path,
+                  const fs::path& bytes_at,
+                  const std::function<std::string(const fs::path&)>& hash = HashFile) {
   json entry{{"name", name}, {"path", path.string()}};
   if (fs::is_regular_file(bytes_at)) {
     entry["size_bytes"] = fs::file_size(bytes_at);
-    entry["xxh3"] = HashFile(bytes_at);
+    entry["xxh3"] = hash(bytes_at);
   }
   return entry;
 }
@@ -133,6 +136,7 @@ class StageRun {
                  NIGHTMAP_BUILD_TYPE,
                  context.num_threads_);
     context.RemoveFailureFile();
+    DescribeInputs(context);  // refuses those that are not as they were written
     body(context);
     context.SumUpSkipped();
     context.BeginPart("commit");
@@ -165,6 +169,18 @@ class StageRun {
     });
   }
 
+  json DescribeInputs(StageContext& context) const {
+    const auto hash = [&](const fs::path& path) { return context.written_inputs_.Hash(path); };
+    json inputs = json::array();
+    for (const auto& [name, paths] : context.inputs_) {
+      for (const fs::path& path : paths) {
+        inputs.push_back(IsByHash(name) ? json{{"name", name}, {"path", path.string()}}
+                                        : DescribeFile(name, path, path, hash));
+      }
+    }
+    return inputs;
+  }
+
   void WriteReport(StageContext& context) const {
     if (!context.HasOutput("report")) return;
     json report{{"format", "nightmap report"}, {"version", 1}, {"stage", spec_.name}};
@@ -183,13 +199,7 @@ class StageRun {
     receipt["build_type"] = NIGHTMAP_BUILD_TYPE;
     receipt["config"] = options_.ToToml();
     receipt["threads"] = context.num_threads_;
-    receipt["inputs"] = json::array();
-    for (const auto& [name, paths] : context.inputs_) {
-      for (const fs::path& path : paths) {
-        receipt["inputs"].push_back(IsByHash(name) ? json{{"name", name}, {"path", path.string()}}
-                                                   : DescribeFile(name, path, path));
-      }
-    }
+    receipt["inputs"] = DescribeInputs(context);
     receipt["outputs"] = json::array();
     for (const fs::path& path : context.output_set_.FinalPaths()) {
       receipt["outputs"].push_back(

@@ -6,11 +6,13 @@ import hashlib
 import io
 import json
 import os
+from contextlib import contextmanager
 from pathlib import Path
 
 import h5py
 import numpy as np
 
+from nightmap_eval.sealed_hdf5 import checked_array, checked_text
 from nightmap_eval.writing_folder import WritingFolder
 from nightmap_site.checked_reading import NUMBER, REMEDY, read_object, read_text, using
 from nightmap_site.script_errors import DataError, writing
@@ -42,28 +44,31 @@ def to_ints(rows, column, path):
         raise DataError(f"{path}: column {column}: {error}; {REMEDY}") from None
 
 
-def _read_array(path, file, name):
-    """An array that a stage wrote; takes memory only for the values that the file holds."""
-    array = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
-    if not isinstance(array, h5py.Dataset):
-        raise KeyError(f"no array {name!r}")
-    num_bytes = array.size * array.dtype.itemsize
-    if array.chunks is not None or not num_bytes == array.id.get_storage_size() <= os.path.getsize(path):
-        raise ValueError(f"array {name!r} declares more than the file holds")
-    return array[()]
-
-
 def read_hdf5(path, *names):
     """Arrays of a file by name."""
+    with _open_hdf5(path) as file:
+        return [checked_array(path, file, name) for name in names]
+
+
+def read_sensor_ids(path):
+    """Names of the sensors of a file of signals."""
+    (offsets,) = read_hdf5(path, "sample_offset")
+    with _open_hdf5(path) as file:
+        return [checked_text(file, f"sensor_{i}") for i in range(len(offsets) - 1)]
+
+
+@contextmanager
+def _open_hdf5(path):
     try:
         with h5py.File(path) as file:
-            return [_read_array(path, file, name) for name in names]
+            yield file
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError) as error:
         raise DataError(f"{path}: {error}; {REMEDY}") from None
 
 
 def shard_names(site):
     """Names of the shards, in order."""
+    site.path("frames", "shards")  # refuses another list than the job wrote
     return whole(read_shards, site.folder)
 
 

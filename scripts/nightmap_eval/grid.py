@@ -9,6 +9,7 @@ import numpy as np
 
 from nightmap_site.checked_reading import REMEDY, read_text
 from nightmap_site.script_errors import DataError
+from nightmap_site.written_files import WrittenFiles
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 
@@ -78,6 +79,9 @@ def read_map_yaml(path):
 
 def read_grid(yaml_path):
     keys = read_map_yaml(yaml_path)
+    image = Path(yaml_path).parent / Path(keys["image"]).name
+    for path in (yaml_path, image):
+        WrittenFiles().require(path)
     try:
         resolution_m = float(keys["resolution"])
         x, y, yaw = (float(word) for word in keys["origin"].strip("[]").split(","))
@@ -88,7 +92,7 @@ def read_grid(yaml_path):
         raise DataError(f"{yaml_path}: {error}; {REMEDY}") from None
     if not (0 < resolution_m < np.inf and np.all(np.isfinite([x, y, yaw]))):
         raise DataError(f"{yaml_path}: resolution or origin is not a valid length; {REMEDY}")
-    gray = read_pgm(Path(yaml_path).parent / Path(keys["image"]).name)[::-1].astype(float)
+    gray = read_pgm(image)[::-1].astype(float)
     occupancy = gray / 255 if negate else (255 - gray) / 255
     cells = np.full(gray.shape, UNKNOWN, dtype=np.uint8)
     cells[occupancy < free] = FREE

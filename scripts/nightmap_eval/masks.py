@@ -3,7 +3,6 @@
 
 import zlib
 
-import h5py
 import numpy as np
 
 from nightmap_eval.artifacts import read_csv, read_hdf5, shard_names
@@ -41,9 +40,8 @@ def mask_of(path, arrays, i):
 
 def labels_at(path, time_ns, shape):
     """Class and confidence (0 .. 255) of the pixels of a labelled frame."""
+    packed = read_hdf5(path, *(f"{kind}/{time_ns}" for kind in ("labels", "confidences")))
     try:
-        with h5py.File(path) as file:
-            return [np.frombuffer(zlib.decompress(bytes(file[f"{kind}/{time_ns}"][:])), np.uint8).reshape(shape)
-                    for kind in ("labels", "confidences")]  # fmt: skip
-    except (OSError, KeyError, ValueError, zlib.error) as error:
+        return [np.frombuffer(zlib.decompress(array.tobytes()), np.uint8).reshape(shape) for array in packed]
+    except (ValueError, zlib.error) as error:
         raise DataError(f"{path}: labels of the frame at {time_ns}: {error}; {REMEDY}") from None

@@ -4,10 +4,9 @@
 import math
 from dataclasses import dataclass
 
-import h5py
 import numpy as np
 
-from nightmap_eval.artifacts import read_hdf5
+from nightmap_eval.artifacts import read_hdf5, read_sensor_ids
 from nightmap_site.checked_reading import using
 
 FULL_TURN_RAD = 2 * np.pi
@@ -49,10 +48,9 @@ def read_sensors(path):
     names = ("sample_offset", "time_ns", "value", "range_offset", "range_m", "robot_from_sensor")
     offsets, times_ns, values, range_offsets, ranges_m, mountings = read_hdf5(path, *names)
     offsets, times_ns, range_offsets, ranges_m = map(np.ravel, (offsets, times_ns, range_offsets, ranges_m))
-    with using(path), h5py.File(path) as file:
-        ids = [file.attrs[f"sensor_{i}"] for i in range(len(offsets) - 1)]
+    ids = read_sensor_ids(path)
+    with using(path):
         per_scan = np.split(ranges_m, range_offsets[1:-1]) if len(ranges_m) else []
-        ids = [name.decode() if isinstance(name, bytes) else name for name in ids]
         is_down = (mountings[:, 3] ** 2 + mountings[:, 4] ** 2 > 0.5).tolist()
         return [Samples(name, times_ns[begin:end], values[begin:end], per_scan[begin:end], down)
                 for name, begin, end, down in zip(ids, offsets, offsets[1:], is_down) if end > begin]  # fmt: skip

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the wheels alone say that the robot is, of frames/odometry.h5."""
 
-import h5py
 import numpy as np
 
-from nightmap_eval.artifacts import read_hdf5
+from nightmap_eval.artifacts import read_hdf5, read_sensor_ids
 from nightmap_eval.planar_poses import compose, inverse, planar, to_rows, to_trajectory
 from nightmap_eval.trajectory import Trajectory, interpolated
 from nightmap_site.checked_reading import read_object, using
@@ -39,6 +38,4 @@ def used_sensor(site, path):
     name = read_object(report, {"?odometry_sensor": str}).get("odometry_sensor") if report else None
     if not name:
         return 0
-    with h5py.File(path) as file:
-        ids = [file.attrs[f"sensor_{i}"] for i in range(len(file["robot_from_sensor"]))]
-    return [text.decode() if isinstance(text, bytes) else text for text in ids].index(name)
+    return read_sensor_ids(path).index(name)

@@ -6,6 +6,7 @@ from nightmap_site.pipeline import closure
 from nightmap_site.pipeline import read_pipeline
 from nightmap_site.site import CONFIGS
 from nightmap_site.unit_lists import CurrentRuns
+from nightmap_site.written_files import WrittenFiles
 
 _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped")
 
@@ -22,11 +23,14 @@ class StageResult:
     """One stage of a site, over all its shards. `prefix` begins the names of its reports and receipts."""
 
     def __init__(self, folder, prefix=""):
-        self.name, runs = folder.name, CurrentRuns(folder.parent)
-        self.reports, self.receipts = (
-            [read_object(path, form) for path in sorted(folder.glob(f"{prefix}{kind}*.json")) if runs.has(path)]
-            for kind, form in (("report", REPORT), ("receipt", RECEIPT))
+        self.name, runs, written = folder.name, CurrentRuns(folder.parent), WrittenFiles()
+        reports, receipts = (
+            [path for path in sorted(folder.glob(f"{prefix}{kind}*.json")) if runs.has(path)] for kind in ("report", "receipt")
         )
+        for path in reports:
+            written.require(path)
+        self.reports = [read_object(path, REPORT) for path in reports]
+        self.receipts = [read_object(path, RECEIPT) for path in receipts]
 
     @property
     def num_runs(self):

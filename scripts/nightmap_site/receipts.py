@@ -3,6 +3,7 @@
 
 import ctypes
 import ctypes.util
+import functools
 import os
 from pathlib import Path
 
@@ -14,6 +15,7 @@ FILE = {"path": str, "name": str, "?xxh3": str}
 RECEIPT = {"inputs": [FILE], "outputs": [FILE], "?config": str}
 
 
+@functools.cache
 def load_xxhash():
     name = ctypes.util.find_library("xxhash") or "libxxhash.so.0"
     try:
@@ -26,7 +28,14 @@ def load_xxhash():
     library.XXH3_64bits_digest.argtypes = [ctypes.c_void_p]
     library.XXH3_64bits_digest.restype = ctypes.c_uint64
     library.XXH3_freeState.argtypes = [ctypes.c_void_p]
+    library.XXH3_64bits.argtypes = [ctypes.c_char_p, ctypes.c_size_t]
+    library.XXH3_64bits.restype = ctypes.c_uint64
     return library
+
+
+def hash_bytes(content):
+    """XXH3 of bytes, in the form of the receipts."""
+    return f"{load_xxhash().XXH3_64bits(content, len(content)):016x}"
 
 
 class Hashes:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from nightmap_site.pipeline import pipeline_of_site
 from nightmap_site.script_errors import DataError
+from nightmap_site.written_files import WrittenFiles
 
 # The tree that make works in (its scripts may be a link), else the checkout.
 CHECKOUT = Path(".") if Path("configs/pipeline.toml").is_file() else Path(__file__).resolve().parents[2]
@@ -19,6 +20,7 @@ class Site:
         self.folder, self.data = Path(folder), data
         self.name = self.folder.resolve().name
         self.pipeline = pipeline_of_site(CONFIGS, self.folder)
+        self._written = WrittenFiles()
         # Folders and files of the site that no job declares as its output.
         self.config, self.logs = self.folder / "config", self.folder / "logs"
         self.evaluate_colmap = self.folder / "evaluate_colmap"
@@ -40,9 +42,14 @@ class Site:
         return self.folder / self.pipeline.jobs[job].folder
 
     def path(self, job, output, unit=None):
-        """The file of a job's output, as declared; None when the site's pipeline has no such job or output."""
+        """The file of a job's output, as declared; None when the site's pipeline has no such job or output. Raises DataError when
+        the file is not what the job wrote."""
         name = self.pipeline.jobs[job].file_of(output) if self.has(job) else None
-        return None if name is None else self.folder_of(job) / (name if unit is None else name.replace("{unit}", unit))
+        if name is None:
+            return None
+        path = self.folder_of(job) / (name if unit is None else name.replace("{unit}", unit))
+        self._written.require(path)
+        return path
 
     def input(self, job, port):
         """The file that fills a port of a job of the site, from the one job that makes it."""

@@ -19,6 +19,7 @@ import checkout  # noqa: F401  first: it makes the packages of scripts/ importab
 import h5py
 import numpy as np
 from nightmap_eval.figure_page import put_figure
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.checked_reading import using
 from nightmap_site.job_results import StageResult
 from nightmap_site.script_errors import DataError, run_main
@@ -80,7 +81,7 @@ class Log:
         """`sample`: of which sample the ranges are."""
         lengths = np.diff(self.range_offset)[sample]
         ranges = [self.range_m[self.range_offset[i] : self.range_offset[i + 1]] for i in sample]
-        with h5py.File(path, "w") as file:
+        with sealed(path) as file:
             file.attrs.update(self.attributes)
             for name, data in self.others.items():
                 file[name] = data

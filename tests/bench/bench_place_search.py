@@ -13,13 +13,13 @@ import tempfile
 from pathlib import Path
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
-import h5py
 import numpy as np
 from laser.move_furniture import write_map
 from made_up_floor import Laser, free_poses, make_floor, scan
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import OCCUPIED
 from nightmap_eval.scan_relocalization import figures, read_scans
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import run_main
 from stage_run import Programs
 
@@ -53,7 +53,7 @@ def write_queries(path, times_ns, scans, laser):
     """queries.h5 with a scan per query (pipeline/planar/scan_queries_io.h); its laser is the robot's middle."""
     names = [str(i).encode() for i in range(len(scans))]
     count = len(scans)
-    with h5py.File(path, "w") as file:
+    with sealed(path) as file:
         file.attrs.update({"format": np.bytes_("nightmap scan queries"), "version": np.int32(1),
                            "config": np.bytes_("# made up\n"), "units": np.bytes_("m, rad")})  # fmt: skip
         file["name_offset"] = as_list(np.cumsum([0, *map(len, names)]), np.int64)

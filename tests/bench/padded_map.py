@@ -15,6 +15,7 @@ import h5py
 import numpy as np
 
 import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import DataError
 
 NORM = 512  # dimensions of a RootSIFT descriptor
@@ -171,7 +172,7 @@ def write_map(template, vocabulary, sparse, num_base_keyframes, path):
     num_added = len(sparse.poses) - num_base_keyframes
     num_frames = len(vocabulary["frames/word_offsets"]) - 1
     shutil.copyfile(template, path)
-    with h5py.File(path, "r+") as file:
+    with sealed(path, "r+") as file:
         frames = np.ravel(file["keyframes/frame_idx"])
         times_ns = np.ravel(file["keyframes/time_ns"])
         added = np.arange(num_added)
@@ -194,7 +195,7 @@ def write_vocabulary(template, sparse, leaves, num_base_keyframes, path, rng):
     """Writes vocabulary.h5 like `template` with a new frame per added keyframe: the words of the landmarks it
     sees, filled up with words of the same map to the number of a real frame."""
     shutil.copyfile(template, path)
-    with h5py.File(path, "r+") as file:
+    with sealed(path, "r+") as file:
         offsets, words = np.ravel(file["frames/word_offsets"]), np.ravel(file["frames/words"])
         counts = np.diff(offsets)
         num_words = int(np.median(counts[counts > 0]))

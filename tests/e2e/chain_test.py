@@ -7,7 +7,7 @@ import unittest
 
 from browser import shown_text
 from nightly import some_of
-from workspace import GOALS, PIPELINE, SITE, Workspace
+from workspace import GOALS, PIPELINE, SITE, Workspace, as_its_job_wrote
 
 # The folders of the tiles' jobs depend on the lists of the tiles alone. A change before them that moves no pose ends
 # there; one of these jobs' own values does not touch the lists.
@@ -151,6 +151,7 @@ class ChainTest(unittest.TestCase):
             path = grid / name
             path.write_bytes(content if isinstance(content, bytes) else content.encode())
             os.utime(path, ns=(time_ns, time_ns))
+        as_its_job_wrote(grid / "floors.json")
 
     def test_the_grids_of_all_floors_are_watched(self):
         self.add_a_floor()

@@ -8,11 +8,12 @@ import resource
 import shutil
 import unittest
 
-import h5py
 import numpy as np
 from PIL import Image
 
-from workspace import BUILD, CAMERA, GOALS, SITE, Workspace, write_black, write_gray16
+from workspace import BUILD, CAMERA, GOALS, SITE, Workspace, as_its_job_wrote, write_black, write_gray16
+
+from nightmap_eval.sealed_hdf5 import sealed
 
 FRAMES = f"maps/{SITE}/frames"
 CONFIG = f"maps/{SITE}/config"
@@ -272,11 +273,11 @@ class InputsTest(unittest.TestCase):
 
     def test_nan_in_an_array(self):
         path = self.work.path("odometry/shard_0000.h5")
-        with h5py.File(path, "r+") as file:
+        with sealed(path, "r+") as file:
             name = next(key for key in file if file[key].dtype == np.float64)
             file[name][0, 0] = np.nan
-        receipt = self.work.path("odometry/receipt_0000.json")
-        receipt.touch()  # as if the run had ended so
+        as_its_job_wrote(path)
+        self.work.path("odometry/receipt_0000.json").touch()  # as if the run had ended so
         self.work.path("pose_graph/receipt.json").unlink()
         result = self.work.make("map")
         self.check(result, 2, "odometry/shard_0000.h5", name, "delete the file and run make")
@@ -284,7 +285,7 @@ class InputsTest(unittest.TestCase):
 
     def test_artifact_of_a_newer_version(self):
         path = self.work.path("features/shard_0000.h5")
-        with h5py.File(path, "r+") as file:
+        with sealed(path, "r+") as file:
             name = next(key for key in file.attrs if "version" in key)
             file.attrs.modify(name, np.int32(1000))
         self.check(self.run_vocabulary(), 1, "shard_0000.h5", "version", "1000", "update nightmap")

@@ -8,7 +8,6 @@ import shutil
 import sys
 import unittest
 
-import h5py
 import numpy as np
 
 from nightly import nightly
@@ -16,6 +15,7 @@ from rendered_sites import FOLDER, make_site, recording, run, synthesize, write_
 from workspace import BUILD, REPOSITORY
 
 sys.path.append(str(REPOSITORY / "scripts"))
+from nightmap_eval.sealed_hdf5 import sealed  # noqa: E402
 from nightmap_eval.trajectory import angles_deg, associate, read_tum  # noqa: E402
 
 
@@ -61,7 +61,7 @@ class MirrorTest(unittest.TestCase):
         folder.mkdir(exist_ok=True)
         shutil.copy(self.site_dir / "loops/loops.h5", folder / "loops.h5")
         rng = np.random.default_rng(1)
-        with h5py.File(folder / "loops.h5", "r+") as file:
+        with sealed(folder / "loops.h5", "r+") as file:
             accepted = np.flatnonzero(np.ravel(file["status"]) == 0)
             wrong = rng.choice(accepted, round(0.3 * len(accepted)), replace=False)
             poses = file["b_from_a"][:]

@@ -7,7 +7,7 @@ import unittest
 
 from nightly import some_of
 from signal_at_write import SignalAtWrite
-from workspace import SITE, Workspace
+from workspace import SITE, Workspace, as_its_job_wrote
 
 SMALL = "SET=tiles.edge_m=6"
 KEYFRAMES = "map_frame/keyframes.tum"
@@ -62,6 +62,7 @@ class TilesTest(unittest.TestCase):
     def set_keyframes(self, lines):
         """As if map_frame had found these."""
         self.work.path(KEYFRAMES).write_text("".join(lines), encoding="utf-8")
+        as_its_job_wrote(self.work.path(KEYFRAMES))
         os.utime(self.work.path("map_frame/receipt.json"))
 
     def keyframes(self):

@@ -127,7 +127,12 @@ def damaged_input(draw, root, command):
     if not files:
         return None
     name, path = draw.choice(files)
-    return Attack(f"input {name}: {damage(draw, root / path)}", command.words())
+    what = f"input {name}: {damage(draw, root / path)}"
+    if draw.random() < 0.5:  # else most programs compare the file with its receipt, and do not read it
+        for receipt in (root / "maps").glob("*/*/receipt*.json"):
+            receipt.unlink()
+        what += ", no receipts"
+    return Attack(what, command.words())
 
 
 def damaged_config(draw, root, command):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damage to files: what power cuts, other programs and hostile people leave behind. Each function changes
 one file in place; all draws come from the `random.Random` it is given."""
+import contextlib
 import os
 import re
 import socket
@@ -9,6 +10,7 @@ import zlib
 
 import h5py
 import numpy as np
+from nightmap_eval.sealed_hdf5 import seal
 
 WORDS = ("nan", "inf", "-1", "0", "1e308", "-1e308", "99999999999999999999", "2147483648", "4294967296", "",
          "../../outside/canary.txt", "/dev/zero", "$(shell touch owned)", "'; touch owned; '", "a\tb", "é", "\x00")
@@ -232,6 +234,10 @@ def damage_hdf5(draw, path):
     copy.write_bytes(path.read_bytes())
     with h5py.File(copy, "r+") as file:
         what = draw.choice((_attribute, _dataset))(draw, file)
+        if draw.random() < 0.5:  # as a program that writes nonsense would leave it
+            with contextlib.suppress(ValueError, TypeError):
+                seal(file)
+            what += " sealed"
     os.replace(copy, path)
     return what
 

@@ -25,10 +25,10 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
 
+from workspace import SITE, Workspace, environment  # noqa: E402  first: it finds the scripts
 from attacked_sites import make_sites  # noqa: E402
 from attacks import ON_A_SITE, ON_A_STAGE, draw_attack, parse_commands  # noqa: E402
 from mutations import write_bomb  # noqa: E402
-from workspace import SITE, Workspace, environment  # noqa: E402
 
 MAX_CPU_TIME_S = 20  # of one process
 MAX_TIME_S = 180  # a run that waits for ever ends here, one of a busy machine does not

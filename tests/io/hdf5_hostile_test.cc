@@ -175,6 +175,66 @@ TEST_F(Hdf5HostileTest, OtherStorageThanAPlainPieceOfTheFileIsRefused) {
   ExpectListRefused("declares 3 x 1 values");
 }
 
+// Many bytes of a file mean nothing; all others matter.
+TEST_F(Hdf5HostileTest, NoFlippedBitIsReadAsOtherContent) {
+  int num_refused = 0;
+  for (std::size_t at = 0; at < bytes_.size(); ++at) {
+    std::string damaged = bytes_;
+    damaged[at] = static_cast<char>(damaged[at] ^ (1 << (at % 8)));
+    folder_.Write("a.h5", damaged);
+    try {
+      const Hdf5Reader reader(path_, "thing", 1);
+      EXPECT_EQ(reader.ReadList<double>("group/list"), (std::vector<double>{1, 2, 3})) << at;
+      EXPECT_EQ(reader.ReadText("config") + reader.ReadText("units"), "size = 1\nmetres") << at;
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("a.h5"));
+      ++num_refused;
+    }
+  }
+  EXPECT_GT(num_refused, 24);
+}
+
+TEST_F(Hdf5HostileTest, ArraysOfAnotherPlaceOrShapeAreRefused) {
+  Change([&](hid_t file) {
+    Hdf5Writer writer(folder_ / "b.h5", "thing", 1, "size = 1\n", "metres");
+    writer.WriteList<double>("other", {3, 2, 1});
+    writer.Close();
+    const Hdf5Handle other(H5Fopen((folder_ / "b.h5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT),
+                           H5Fclose);
+    H5Ldelete(file, "group/list", H5P_DEFAULT);
+    H5Ocopy(other, "other", file, "group/list", H5P_DEFAULT, H5P_DEFAULT);
+  });
+  ExpectListRefused("is not as it was written");
+}
+
+TEST_F(Hdf5HostileTest, AFileWithoutHashesIsRefused) {
+  Change([](hid_t file) { H5Adelete(file, "xxh3"); });
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadTheList(), "a.h5: field 'xxh3' is missing; delete");
+  Change([](hid_t file) { H5Adelete_by_name(file, "group/list", "xxh3", H5P_DEFAULT); });
+  NIGHTMAP_EXPECT_ERROR(DataError, ReadTheList(), "a.h5: field 'xxh3' is missing; delete");
+}
+
+TEST_F(Hdf5HostileTest, AnotherTextIsRefused) {
+  const Hdf5Handle fixed(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(fixed, 6);
+  for (const std::string name : {"config", "units"}) {
+    ReplaceAttribute(name.c_str(), fixed, scalar_, "thing");
+    NIGHTMAP_EXPECT_ERROR(DataError,
+                          Hdf5Reader(path_, "thing", 1).ReadText(name),
+                          "a.h5: field '" + name + "' is not as it was written");
+  }
+}
+
+TEST_F(Hdf5HostileTest, AnOlderVersionThanWasWrittenIsRefused) {
+  const int version = 1;
+  Hdf5Writer writer(folder_ / "b.h5", "thing", 2, "", "");
+  writer.Close();
+  bytes_ = ReadBytes(folder_ / "b.h5");
+  ReplaceAttribute("version", H5T_NATIVE_INT, scalar_, &version);
+  NIGHTMAP_EXPECT_ERROR(
+      DataError, Hdf5Reader(path_, "thing", 2), "field 'version' is not as it was");
+}
+
 TEST_F(Hdf5HostileTest, LinksAreNotFollowed) {
   std::filesystem::copy_file(path_, folder_ / "b.h5");
   Change([](hid_t file) {

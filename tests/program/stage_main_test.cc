@@ -245,6 +245,37 @@ TEST_F(StageMainTest, AReceiptHasNoHashOfAnInputByHash) {
   }
 }
 
+// A run of one job of a site, and of another that reads what it wrote.
+TEST_F(StageMainTest, AnInputThatIsNotWhatItsJobWroteIsRefused) {
+  const auto run =
+      [&](const std::string& from, const std::string& job, const Body& body = CopyBody) {
+        std::vector<std::string> arguments{"--in", "in=" + from};
+        for (const char* name : {"out", "report", "receipt"}) {
+          const std::string file = (folder_ / job / name).string();
+          arguments.insert(arguments.end(), {"--out", name + ("=" + file) + ".json"});
+        }
+        return Main(arguments, body);
+      };
+  const std::string written = (folder_ / "first/out.json").string();
+  ASSERT_EQ(run(input_, "first").code, 0);
+  ASSERT_EQ(run(written, "second").code, 0);
+  WriteFile(written, "jello");
+  const std::string message = written + ": is not the file that the job wrote";
+  const auto never = [](const Options&, StageContext&) { ADD_FAILURE() << "the body runs"; };
+  const Result direct = run(written, "second", never);
+  EXPECT_EQ(direct.code, 1);
+  EXPECT_THAT(direct.err, testing::HasSubstr(message));
+  const Result named = run(input_, "second", [&](const Options& options, StageContext& context) {
+    CopyBody(options, context);
+    context.AddInput(written, context.Input("in"));
+  });
+  EXPECT_EQ(named.code, 1);
+  EXPECT_THAT(named.err, testing::HasSubstr(message));
+  EXPECT_EQ(ReadFile(folder_ / "second/out.json"), "hello");
+  spec_.inputs[0].kind = PortKind::kByHash;
+  EXPECT_EQ(run(written, "second").code, 0);
+}
+
 // The inputs would be waited for, if they were opened.
 TEST_F(StageMainTest, InputsOfTheWrongKindAreUsageErrors) {
   const std::string fifo = (folder_ / "fifo").string();

@@ -11,6 +11,7 @@ import numpy as np
 import fake_site  # noqa: F401  first: it makes the benchmarks importable
 
 import bench_laser
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import DataError
 
 SCANS_NS = np.array([5, 105, 205, 305], dtype=np.int64) * 10**6
@@ -27,7 +28,7 @@ def wheels():
 
 
 def write_log(path, kind, times_ns, value, beams, ranges_m, num_sensors=1):
-    with h5py.File(path, "w") as file:
+    with sealed(path) as file:
         file.attrs["format"] = "nightmap signals"
         file["kind"] = kind
         file["robot_from_sensor"] = np.array([[0.1, 0, 0.2, 0, 0, 0, 1.0]])

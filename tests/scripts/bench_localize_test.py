@@ -10,6 +10,7 @@ import numpy as np
 
 import fake_site
 import padded_map
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import DataError
 
 NUM_LANDMARKS, NUM_KEYFRAMES, NUM_FRAMES = 60, 4, 6
@@ -36,7 +37,7 @@ open(out["queries"], "w").write("\\n".join(rows) + "\\n")
 
 def write(path, attributes, arrays):
     path.parent.mkdir(parents=True, exist_ok=True)
-    with h5py.File(path, "w") as file:
+    with sealed(path) as file:
         file.attrs["format"] = attributes
         for name, values in arrays.items():
             file[name] = values.reshape(len(values), -1)

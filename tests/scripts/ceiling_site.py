@@ -6,13 +6,13 @@ Two rooms, 2.6 m high, with a doorway between them under a lintel of 2.1 m. The 
 
 import json
 
-import h5py
 import numpy as np
 from PIL import Image
 
 import fake_site
 from fake_site import write_tum
 from nightmap_eval.planar_poses import compose, inverse, to_rows, to_trajectory
+from nightmap_eval.sealed_hdf5 import sealed
 
 NUM_FRAMES = 60
 CAMERA = {"width": 640, "height": 480, "fx": 320.0, "fy": 320.0, "cx": 319.5, "cy": 239.5, "k1": 0.0, "k2": 0.0, "p1": 0.0, "p2": 0.0,
@@ -77,7 +77,7 @@ def map_arrays():
 def write_ceiling_map(site_dir, arrays, job="odometry"):
     path = site_dir / job / "ceiling_map.h5"
     path.parent.mkdir(parents=True, exist_ok=True)
-    with h5py.File(path, "w") as file:
+    with sealed(path) as file:
         for name, array in arrays.items():
             file[name] = array
 
@@ -93,7 +93,7 @@ def write_mosaic(site_dir):
 
 def write_wheels(site_dir, *sensors):
     """odometry.h5 of wheels at the robot's origin: rows of each sensor, with a sample at each frame."""
-    with h5py.File(site_dir / "frames" / "odometry.h5", "w") as file:
+    with sealed(site_dir / "frames" / "odometry.h5") as file:
         for i in range(len(sensors)):
             file.attrs[f"sensor_{i}"] = f"wheels_{i}"
         file["robot_from_sensor"] = np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(sensors), 1))

@@ -7,9 +7,11 @@ import unittest
 from pathlib import Path
 
 import h5py
+import numpy as np
 
 import fake_site
 from nightmap_eval.colmap_run import read_receipt
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import DataError
 
 # Damage that any JSON file may have.
@@ -79,9 +81,18 @@ class DamagedFilesTest(unittest.TestCase):
         path.parent.mkdir()
         contents = [b"", b"no HDF5"]
         for arrays in ({}, {"frame_idx": [1, 2]}, {"frame_idx": [1, 2], "state": [1, 2, 3]}):
-            with h5py.File(path, "w") as file:
+            with sealed(path) as file:
                 file.update(arrays)
             contents.append(path.read_bytes())
+        with sealed(path) as file:
+            file.update({"frame_idx": [[1], [2]], "state": np.array([[0], [1]], np.uint8)})
+        whole = path.read_bytes()
+        self.assertEqual(self.run_script("evaluate.py").returncode, 0)
+        for name, row in (("frame_idx", 1), ("state", 0)):
+            with h5py.File(path, "r+") as file:
+                file[name][row] = 7
+            contents.append(path.read_bytes())
+            path.write_bytes(whole)
         path.unlink()
         self.check("evaluate.py", "odometry/shard_0000.h5", contents, "delete the file and run make again")
 

@@ -7,7 +7,6 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 import fake_site
@@ -16,6 +15,7 @@ from nightmap_eval.artifacts import to_json
 from nightmap_eval.cloud_accuracy import distances_m
 from nightmap_eval.grid import Grid, compare_with_plan, read_grid, read_pgm
 from nightmap_eval.ply import read_ply
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.trajectory import Similarity, quaternion
 from nightmap_site.script_errors import DataError
 
@@ -99,7 +99,7 @@ class EvaluateTest(unittest.TestCase):
         fake_site.write_site(self.site_dir)
         path = self.site_dir / "odometry" / "shard_0001.h5"
         path.parent.mkdir()
-        with h5py.File(path, "w") as file:
+        with sealed(path) as file:
             file["frame_idx"] = np.array([[25], [26], [27]], dtype=np.int32)
             file["state"] = np.array([[0], [1], [0]], dtype=np.int32)
         self.assertEqual(self.metrics()["coverage"]["frames_bridged"], [26])

@@ -13,6 +13,7 @@ import fake_site  # finds the scripts
 from nightmap_eval.artifacts import bridged_frames
 from nightmap_eval.grid import read_grid
 from nightmap_eval.ply import read_ply
+from nightmap_eval.sealed_hdf5 import seal, sealed
 from nightmap_site.checked_reading import read_json, read_toml
 from nightmap_site.script_errors import DataError
 from nightmap_site.site import Site
@@ -107,9 +108,10 @@ class HostileFilesTest(unittest.TestCase):
         for write_state in (huge, chunked, external, shorter, text, lambda file: file.create_group("state")):
             with h5py.File(path, "w") as file:
                 file["frame_idx"] = np.arange(2).reshape(2, 1)
+                seal(file)
                 write_state(file)
             self.assert_refused(bridged_frames, path, Site(self.folder))
-        with h5py.File(path, "w") as file:
+        with sealed(path) as file:
             file["frame_idx"], file["state"] = np.arange(2).reshape(2, 1), np.array([[0], [1]], np.uint8)
         self.assertEqual(bridged_frames(Site(self.folder)), [1])
 

@@ -5,12 +5,12 @@ import json
 import shutil
 from unittest import mock
 
-import h5py
 import numpy as np
 
 import fake_site
 from fake_site import rotation_about
 from nightmap_eval.box_overlap import UprightBox
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.site import Site
 
 NAMES = ["none", "wall", "floor", "table", "chair", "poster"]
@@ -111,7 +111,7 @@ def write_voxels(site_dir, parts, names=NAMES):
 def write_votes(site_dir, keys, offsets, votes, weights, names=NAMES):
     folder = site_dir / "voxel_labels"
     folder.mkdir(exist_ok=True)
-    with h5py.File(folder / "voxels.h5", "w") as file:
+    with sealed(folder / "voxels.h5") as file:
         file["resolution_m"] = np.array([[RESOLUTION_M]])
         file["key"] = np.asarray(keys, np.int32)
         file["vote_offset"] = np.asarray(offsets, np.int64)[:, None]

@@ -9,7 +9,6 @@ from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
-import h5py
 import numpy as np
 
 import fake_site
@@ -17,6 +16,7 @@ import laser_site
 from fake_site import rotation_about, write_tum
 from nightmap_eval import laser_accuracy
 from nightmap_eval.report_laser import loop_ends
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.trajectory import Trajectory, interpolated, planar_umeyama, quaternion
 from nightmap_site.script_errors import DataError
 from nightmap_site.site import Site
@@ -237,7 +237,7 @@ class LoopsOfKeyscansTest(unittest.TestCase):
     def write_loops(self, *loops):
         """(node a, node b, status, error_m, error_deg)"""
         poses = [self.relative(a, b, *errors) for a, b, _, *errors in loops]
-        with h5py.File(self.folder / "loops_edges", "w") as file:
+        with sealed(self.folder / "loops_edges") as file:
             file["time_ns"] = np.array([self.nodes.times_ns[[a, b]] for a, b, *_ in loops])
             file["target_from_source"] = np.array([[*t, *quaternion(r)] for r, t in poses])
         rows = "".join(f"{a},{b},{status},{'' if status == 'accepted' else 'inconsistent'}\n" for a, b, status, *_ in loops)

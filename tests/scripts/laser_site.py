@@ -4,11 +4,11 @@
 import json
 import shutil
 
-import h5py
 import numpy as np
 
 import fake_site
 from fake_site import moved, rotation_about, write_tum
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.trajectory import Trajectory, quaternion
 from nightmap_site.pipeline import read_pipeline
 
@@ -51,7 +51,7 @@ def in_map(truth):
 def write_scans(path, *times_ns):
     """scans.h5 with the times of each scanner and no ranges."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with h5py.File(path, "w") as file:
+    with sealed(path) as file:
         file["time_ns"] = np.concatenate(times_ns).astype(np.int64)[:, None]
         file["sample_offset"] = np.cumsum([0, *map(len, times_ns)]).astype(np.int64)[:, None]
 

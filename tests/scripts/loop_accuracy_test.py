@@ -5,11 +5,11 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 import fake_site  # noqa: F401  (finds the scripts)
 from nightmap_eval import loop_accuracy
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.trajectory import make_trajectory
 from nightmap_site.script_errors import DataError
 
@@ -64,7 +64,7 @@ class LoopMetricsTest(unittest.TestCase):
             path.write_bytes(b"not HDF5")
             with self.assertRaisesRegex(DataError, "loops.h5"):
                 loop_accuracy.read_relative_poses(path)
-            with h5py.File(path, "w") as file:
+            with sealed(path) as file:
                 file["frame"] = np.array([[3, 9]], dtype=np.int32)
                 file["b_from_a"] = np.array([[1, 2, 3, 0, 0, 0, 1.0]])
             rotation, translation = loop_accuracy.read_relative_poses(path)[3, 9]

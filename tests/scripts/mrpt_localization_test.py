@@ -9,7 +9,6 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-import h5py
 import numpy as np
 
 import fake_site
@@ -18,6 +17,7 @@ sys.path.insert(0, str(fake_site.CHECKOUT / "tests" / "bench" / "laser"))
 
 import mrpt_localization as mrpt  # noqa: E402
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid  # noqa: E402
+from nightmap_eval.sealed_hdf5 import sealed  # noqa: E402
 from nightmap_site.script_errors import DataError  # noqa: E402
 
 TIMES_NS = [5 * 10**9, 7 * 10**9]
@@ -35,7 +35,7 @@ def write_queries(path, **changed):
         "range_m": np.array(RANGES_M, dtype=np.float32)[:, None],
         "rough_position": np.array([[1.0, 2.0, 0.0], [3.0, 4.0, 5.0]]),
     }  # fmt: skip
-    with h5py.File(path, "w") as file:
+    with sealed(path) as file:
         for name, value in (data | changed).items():
             if value is not None:
                 file[name] = value

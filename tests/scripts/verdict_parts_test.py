@@ -8,8 +8,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import fake_site  # noqa: F401  finds the scripts
-import h5py
 import numpy as np
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.verdict import GOOD, REFUSE
 from nightmap_eval.verdict_parts import part_checks, parts_apart
 from nightmap_site.script_errors import DataError
@@ -20,7 +20,7 @@ class PartsTest(unittest.TestCase):
         """sigmas_rad: of the heading, of each edge."""
         with tempfile.TemporaryDirectory() as folder:
             made = {"odometry": Path(folder) / "edges.h5", "pose_graph": Path(folder) / "loops.csv"}
-            with h5py.File(made["odometry"], "w") as file:
+            with sealed(made["odometry"]) as file:
                 rows = np.zeros((len(sigmas_rad), 36))
                 rows[:, 14] = np.square(sigmas_rad)
                 file["covariance"] = rows if covariances is None else covariances

@@ -12,6 +12,7 @@ import numpy as np
 
 import fake_site  # noqa: F401  finds the scripts
 from nightmap_eval import verdict_scans
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.signals import RangeTable, Samples, of_one_place, range_table, sectors_text
 from nightmap_eval.verdict import GOOD, LOOK, NOT_KNOWN, REFUSE, worst
 from nightmap_site.script_errors import DataError
@@ -63,7 +64,7 @@ class Log:
 
 
 def _write_signals(path, sensor, times_s, values, ranges, mounting):
-    with h5py.File(path, "w") as file:
+    with sealed(path) as file:
         file.attrs["sensor_0"] = sensor
         file["robot_from_sensor"] = np.array([mounting], float)
         file["sample_offset"] = np.array([[0], [len(times_s)]])

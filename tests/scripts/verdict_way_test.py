@@ -9,13 +9,13 @@ from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
-import h5py
 import numpy as np
 
 import fake_site
 from fake_site import rotation_about, walk
 from nightmap_eval import verdict_way
 from nightmap_eval.artifacts import BRIDGED, STARTED
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import DataError
 from nightmap_eval.trajectory import Trajectory, quaternion
 from nightmap_eval.verdict import GOOD, LOOK, NOT_KNOWN, REFUSE, worst
@@ -100,7 +100,7 @@ class SiteTest(unittest.TestCase):
 
     def write_odometry(self, way, states):
         fake_site.write_tum(self.site.path("odometry", "trajectory", "0000"), way)
-        with h5py.File(self.site.path("odometry", "odometry", "0000"), "w") as file:
+        with sealed(self.site.path("odometry", "odometry", "0000")) as file:
             file["frame_idx"] = np.arange(len(states), dtype=np.int32).reshape(-1, 1)
             file["state"] = np.array(states, dtype=np.uint8).reshape(-1, 1)
 

@@ -10,12 +10,12 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-import h5py
 import numpy as np
 
 import laser_site
 from map_against_wheels_test import driven, steps
 from nightmap_eval.planar_poses import to_rows
+from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.verdict import GOOD, NOT_KNOWN, REFUSE
 from nightmap_eval.verdict_wheels import wheel_checks
 from nightmap_site.site import Site
@@ -31,14 +31,14 @@ def wrapped(angle_deg):
 def write_scanner(path, start_deg, step_deg, beams, yaw_deg):
     half_rad = math.radians(yaw_deg) / 2
     path.unlink()
-    with h5py.File(path, "w") as file:
+    with sealed(path) as file:
         file["robot_from_sensor"] = [[0.1, 0, 0.2, 0, 0, math.sin(half_rad), math.cos(half_rad)]]
         file["value"] = [[*np.radians([start_deg, step_deg]), 10.0]] * 2
         file["range_offset"] = np.array([[0], [beams], [2 * beams]])
 
 
 def write_wheels(path, wheels):
-    with h5py.File(path, "w") as file:
+    with sealed(path) as file:
         file["robot_from_sensor"] = [[0.0, 0, 0, 0, 0, 0, 1]]
         file["sample_offset"] = np.array([[0], [len(wheels)]])
         file["time_ns"], file["value"] = wheels.times_ns[:, None], to_rows(wheels)
