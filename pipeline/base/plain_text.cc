@@ -42,7 +42,8 @@ std::string AsText(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
     const bool is_kept = IsAscii(c) && !IsControl(c);
-    escaped += is_kept ? std::string(1, c) : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    escaped +=
+        is_kept ? std::string(1, c) : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
   }
   return escaped;
 }

@@ -3,80 +3,26 @@
 
 #include <fmt/ranges.h>
 #include <malloc.h>
-#include <spdlog/pattern_formatter.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
-#include <iterator>
 #include <stdexcept>
 #include <thread>
 
 #include "pipeline/base/memory.h"
 #include "pipeline/base/plain_file.h"
-#include "pipeline/base/plain_text.h"
+#include "pipeline/program/command_line.h"
 #include "pipeline/program/name_files.h"
 #include "pipeline/program/run_cost.h"
+#include "pipeline/program/stage_log.h"
 
 namespace nightmap {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-struct CommandLine {
-  fs::path config;
-  std::vector<std::string> inputs;    // NAME=PATH, finally including those of the lists
-  std::vector<std::string> in_lists;  // NAME=FILE
-  std::vector<std::string> outputs;   // NAME=PATH
-  std::vector<fs::path> in_list_files;
-  int num_threads = 0;
-  std::string log_level = "info";
-  bool version = false;
-  bool print_config = false;
-  bool check_config = false;
-};
-
-std::string Footer(const StageSpec& spec, const OptionList& options) {
-  return fmt::format(
-      "inputs:\n{}\noutputs:\n{}{}\noptions in the config file (TOML):\n{}\n"
-      "exit codes: 0 outputs committed; 1 data, I/O or numeric failure; 2 usage or "
-      "config error; 3 below an acceptance threshold, nothing committed",
-      PortHelp(spec.inputs),
-      PortHelp(spec.outputs),
-      spec.failure_file.empty()
-          ? ""
-          : fmt::format("a run that fails may leave {} beside the first of them\n",
-                        spec.failure_file),
-      options.Help());
-}
-
-void DefineCommandLine(CLI::App& app, CommandLine* line) {
-  app.add_option("--config", line->config, "TOML file; options not named keep their default");
-  app.add_option("--in", line->inputs, "NAME=PATH of an input")->take_all();
-  app.add_option("--in-list", line->in_lists, "NAME=FILE: --in NAME=PATH for each line of FILE")
-      ->take_all();
-  app.add_option("--out", line->outputs, "NAME=PATH of an output")->take_all();
-  app.add_option("--threads", line->num_threads, "0: one per core; never changes a result")
-      ->check(CLI::Range(0, 1024));
-  app.add_option("--log-level", line->log_level, "debug, info, warn, err or off")
-      ->check(CLI::IsMember({"debug", "info", "warn", "err", "off"}));
-  app.add_flag("--version", line->version, "print the version and exit");
-  app.add_flag("--print-config", line->print_config, "print the effective config and exit");
-  app.add_flag("--check-config",
-               line->check_config,
-               "check the config file, and the site config if --in gives it, and exit");
-}
-
-void ExpandInLists(CommandLine* line) {
-  for (const std::string& text : line->in_lists) {
-    InList list = ReadInList(text);
-    std::ranges::move(list.inputs, std::back_inserter(line->inputs));
-    line->in_list_files.push_back(std::move(list.file));
-  }
-}
 
 // Replaces names that are not UTF-8, because they must not cost the run its report.
 std::string Dump(const json& value) {
@@ -93,30 +39,6 @@ json DescribeFile(const std::string& name,
     entry["xxh3"] = hash(bytes_at);
   }
   return entry;
-}
-
-// A flag of the log's pattern: the message with what a user's text could tell a terminal escaped.
-class EscapedMessage : public spdlog::custom_flag_formatter {
- public:
-  void format(const spdlog::details::log_msg& message,
-              const std::tm& /*time*/,
-              spdlog::memory_buf_t& line) override {
-    const std::string text = AsLines({message.payload.data(), message.payload.size()});
-    line.append(text.data(), text.data() + text.size());
-  }
-  std::unique_ptr<custom_flag_formatter> clone() const override {
-    return std::make_unique<EscapedMessage>();
-  }
-};
-
-void SetUpLog(const StageSpec& spec, const std::string& level) {
-  auto logger = std::make_shared<spdlog::logger>(
-      spec.name, std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
-  auto pattern = std::make_unique<spdlog::pattern_formatter>();
-  pattern->add_flag<EscapedMessage>('*').set_pattern("%T %^%l%$ %n: %*");
-  logger->set_formatter(std::move(pattern));
-  logger->set_level(spdlog::level::from_str(level));
-  spdlog::set_default_logger(logger);
 }
 
 }  // namespace
@@ -276,12 +198,12 @@ int RunStage(int argc,
   CommandLine line;
   CLI::App app(spec.summary, spec.name);
   DefineCommandLine(app, &line);
-  app.footer(Footer(spec, options));
-  SetUpLog(spec, "info");
+  app.footer(HelpFooter(spec, options));
+  SetUpLog(spec.name, "info");
   KeepFreedMemory();
   try {
     app.parse(argc, argv);
-    SetUpLog(spec, line.log_level);
+    SetUpLog(spec.name, line.log_level);
     if (!line.config.empty() && !fs::exists(line.config)) {
       throw UsageError("{}: config file does not exist", line.config.string());
     }

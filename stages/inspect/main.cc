@@ -28,6 +28,7 @@ int main(int argc, char** argv) {
             ReadSensorSignals(site, data_root, options.max_failed_ratio);
         for (const std::string& problem : problems) context.Skip(problem);
         for (const std::string& text : apart) context.Skip(text);
-        std::cout << AsLines(InspectionText(RunInspect(options, site, sequences, signals, data_root)));
+        std::cout << AsLines(
+            InspectionText(RunInspect(options, site, sequences, signals, data_root)));
       });
 }

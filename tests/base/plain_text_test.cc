@@ -22,8 +22,12 @@ TEST(AsText, WritesOtherBytesSoThatTextCanHoldThem) {
   EXPECT_EQ(AsText("\xc3.png"), "\\xc3.png");           // a letter cut in two
   EXPECT_EQ(AsText("\xc0\xaf.png"), "\\xc0\\xaf.png");  // an overlong '/'
   EXPECT_FALSE(IsText("\x7f"));
-  EXPECT_EQ(AsText("a\xc2\x9b" "31m"), "a\\xc2\\x9b31m");  // what begins a command to a terminal
-  EXPECT_TRUE(IsText("a\xc2\xa0" "b"));
+  EXPECT_EQ(AsText("a\xc2\x9b"
+                   "31m"),
+            "a\\xc2\\x9b31m");  // what begins a command to a terminal
+  EXPECT_TRUE(
+      IsText("a\xc2\xa0"
+             "b"));
 }
 
 TEST(AsLines, KeepsLineBreaksAndNoOtherControl) {

@@ -68,8 +68,10 @@ TEST(SegmentationModel, MistakesAreNamedWithFileLineAndRemedy) {
   expect("\"dog\"]", "2]", "m.toml:7: 'classes' must be a list of strings");
   expect("\"dog\"]", "\"person\"]", "m.toml:7: 'classes' names \"person\" twice");
   expect("\"dog\"]", "\"\"]", "m.toml:7: 'classes' names \"\", which is empty");
-  expect("\"dog\"]", "\"d\\nog\"]", "m.toml:7: 'classes' names \"d\\x0aog\", which is empty or holds");
-  expect("\"dog\"]", "\"d\\u0007\"]", "m.toml:7: 'classes' names \"d\\x07\", which is empty or holds");
+  expect(
+      "\"dog\"]", "\"d\\nog\"]", "m.toml:7: 'classes' names \"d\\x0aog\", which is empty or holds");
+  expect(
+      "\"dog\"]", "\"d\\u0007\"]", "m.toml:7: 'classes' names \"d\\x07\", which is empty or holds");
   expect(", \"person\", \"dog\"]", "]", "m.toml:7: 'classes' has 1 names; give 2 .. 255");
 }
 

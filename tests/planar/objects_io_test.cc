@@ -132,6 +132,7 @@ TEST_F(ObjectsFile, NamesFileAndLineOfWhatIsWrong) {
   ExpectRefused(With("angle_deg: 30", "angle_deg: 400"), "9: angle_deg is 400, not in");
   ExpectRefused(With("0.83", "1.1"), "10: distinctiveness is 1.1, not in [0, 1]");
   ExpectRefused(With("column 1", ""), "4: name is empty");
+  ExpectRefused(With("column 1", "a\\e[31m"), "4: name 'a\\x1b[31m' holds control characters");
   ExpectRefused(kHead + "objects:\n" + kColumn + kColumn, "11: name 'column 1' appears twice");
   ExpectRefused(kHead + "objects:\n" + kColumn + "objects: []\n",
                 "11: key 'objects' appears twice");

@@ -68,6 +68,16 @@ class StageMainTest : public testing::Test {
   std::filesystem::path input_ = folder_.Write("in.txt", "hello");
 };
 
+TEST_F(StageMainTest, MessagesObeyNoControlInAUsersText) {
+  const Result failed = Main(Ports(), [](const Options&, StageContext&) {
+    throw DataError("{}: no such name\nremedy", "a\x1b[31m\a");
+  });
+  EXPECT_EQ(failed.code, 1);
+  EXPECT_NE(failed.err.find("a\\x1b[31m\\x07: no such name\nremedy\n"), std::string::npos);
+  const Result run = Main({"--in", "a\x1b[31m"});
+  EXPECT_EQ(run.err.find('\x1b'), std::string::npos) << run.err;
+}
+
 TEST_F(StageMainTest, HelpNamesEveryPortAndOptionWithRangeAndDefault) {
   const Result run = Main({"--help"});
   EXPECT_EQ(run.code, 0);
