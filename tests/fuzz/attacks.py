@@ -5,15 +5,21 @@ A tree is a copy of a workspace of the end-to-end tests (configs, data, maps). `
 commands as make ran them, so that a new stage is attacked as soon as the pipeline has it."""
 import dataclasses
 import json
+import math
 import os
 import pathlib
 import re
 import shlex
 
+from attacked_sites import GOALS
 from mutations import WORDS, append_garbage, damage, damage_log, damage_table, damage_yaml, make_special, nest_deeply, replace, replace_word
 from workspace import LASER_SITE, SITE
 
 CANARY = "../outside/canary.txt"  # a file beside the tree that no command has any business with
+
+MAX_CPU_TIME_S = 20
+SLOWER = 10  # than undamaged inputs, at most
+ENOUGH_CPU_TIME_S = 2
 
 
 @dataclasses.dataclass
@@ -21,6 +27,8 @@ class Attack:
     what: str
     command: list
     must_fail: bool = False
+    max_cpu_time_s: int = MAX_CPU_TIME_S  # of one process
+    as_clean: tuple = ()  # files that are as without the attack when the command succeeds; a folder: all artifacts in it
 
 
 @dataclasses.dataclass
@@ -29,7 +37,8 @@ class StageCommand:
     program: str
     config: str
     inputs: list   # of [name, path]
-    outputs: list
+    outputs: list  # the receipt is the last
+    cpu_time_s: float  # of the run without attack
 
     @classmethod
     def parse(cls, line, root):
@@ -39,10 +48,15 @@ class StageCommand:
         flags = ("--in", "--in-list", "--out")
         ports = {flag: [value.split("=", 1) for key, value in pairs if key == flag] for flag in flags}
         listed = [[name, path] for name, file in ports["--in-list"] for path in (root / file).read_text().splitlines()]
-        return cls(words[0], dict(pairs)["--config"], ports["--in"] + listed, ports["--out"])
+        cpu_time_s = json.loads((root / dict(ports["--out"])["receipt"]).read_text())["cpu_time_s"]
+        return cls(words[0], dict(pairs)["--config"], ports["--in"] + listed, ports["--out"], cpu_time_s)
 
     def copy(self):
-        return StageCommand(self.program, self.config, [[*port] for port in self.inputs], [[*port] for port in self.outputs])
+        return StageCommand(self.program, self.config, [[*port] for port in self.inputs], [[*port] for port in self.outputs], self.cpu_time_s)
+
+    def attack(self, what, **more):
+        max_cpu_time_s = max(ENOUGH_CPU_TIME_S, math.ceil(SLOWER * self.cpu_time_s))
+        return Attack(what, self.words(), max_cpu_time_s=max_cpu_time_s, **more)
 
     def words(self):
         return ([self.program, "--config", self.config]
@@ -68,7 +82,7 @@ def special_output(draw, root, command):
     port = draw.choice(command.outputs)
     port[1] = f"maps/special{pathlib.Path(port[1]).suffix}"
     kind = make_special(draw, root / port[1])
-    return Attack(f"output {port[0]} is a {kind}", command.words(), must_fail="link" not in kind)
+    return command.attack(f"output {port[0]} is a {kind}", must_fail="link" not in kind)
 
 
 def output_over_input(draw, root, command):
@@ -84,7 +98,7 @@ def output_over_input(draw, root, command):
     elif way == "linked folder":
         (root / "maps/folder").symlink_to(os.path.abspath(root / os.path.dirname(source[1])))
         port[1] = f"maps/folder/{os.path.basename(source[1])}"
-    return Attack(f"output {port[0]} is input {source[0]} ({way})", command.words(), must_fail=True)
+    return command.attack(f"output {port[0]} is input {source[0]} ({way})", must_fail=True)
 
 
 def output_twice(draw, root, command):
@@ -93,7 +107,7 @@ def output_twice(draw, root, command):
     first, second = draw.sample(command.outputs, 2)
     folder, name = os.path.split(first[1])
     second[1] = draw.choice((first[1], f"./{first[1]}", f"{folder}//{name}", os.path.abspath(root / first[1])))
-    return Attack(f"outputs {first[0]} and {second[0]} are one", command.words(), must_fail=True)
+    return command.attack(f"outputs {first[0]} and {second[0]} are one", must_fail=True)
 
 
 def special_input(draw, root, command):
@@ -101,7 +115,7 @@ def special_input(draw, root, command):
     port[1] = "maps/special" + pathlib.Path(port[1]).suffix
     kind = make_special(draw, root / port[1])
     # An empty folder of recordings: the pictures are missing, which the join of the tiles refuses, not each tile.
-    return Attack(f"input {port[0]} is a {kind}", command.words(), must_fail=(port[0], kind) != ("data", "folder"))
+    return command.attack(f"input {port[0]} is a {kind}", must_fail=(port[0], kind) != ("data", "folder"))
 
 
 def wrong_ports(draw, root, command):
@@ -119,7 +133,7 @@ def wrong_ports(draw, root, command):
         port[0] = draw.choice(("nothing", "", "report", "data"))
     else:
         port[1] = draw.choice(("", "/", ".", "maps", "maps/no/such/file", "maps/a\nb", "maps/é", "maps/" + "x" * 300))
-    return Attack(f"{way} port {port[0]}", command.words())
+    return command.attack(f"{way} port {port[0]}")
 
 
 def damaged_input(draw, root, command):
@@ -132,14 +146,15 @@ def damaged_input(draw, root, command):
         for receipt in (root / "maps").glob("*/*/receipt*.json"):
             receipt.unlink()
         what += ", no receipts"
-    return Attack(what, command.words())
+    is_artifact = path.startswith("maps/") and "/config/" not in path
+    return command.attack(what, as_clean=[path for _, path in command.outputs[:-1]] if is_artifact and "receipts" not in what else ())
 
 
 def damaged_config(draw, root, command):
     path = root / command.config
     kind = draw.choice((replace_word, replace_word, replace_word, nest_deeply, append_garbage))
     kind(draw, path)
-    return Attack(f"config: {kind.__name__}", command.words())
+    return command.attack(f"config: {kind.__name__}")
 
 
 # ---- on the recording ---------------------------------------------------------------------------
@@ -157,14 +172,14 @@ def _pictures(root, folder="*"):
 
 def damaged_list(draw, root, commands):
     path = draw.choice(_lists(root))
-    return Attack(f"{path.name}: {damage(draw, path)}", _command_of(commands, "frames").words())
+    return _command_of(commands, "frames").attack(f"{path.name}: {damage(draw, path)}")
 
 
 def _under_make(draw, site, path, what, command):
     """A damaged file of a site under the program that reads it, or under make."""
     if draw.random() < 0.2:
         return Attack(f"{path.name}: {what}", ["make", f"SITE={site}", draw.choice(("map", "check", "inspect"))])
-    return Attack(f"{path.name}: {what}", command.words())
+    return command.attack(f"{path.name}: {what}")
 
 
 def damaged_log(draw, root, commands):
@@ -206,13 +221,13 @@ def picture_outside(draw, root, commands):
         picture.unlink()
         picture.symlink_to(outside)
         what = "a link leads out"
-    return Attack(f"{path.name}: {what}", _command_of(commands, "frames").words(), must_fail="list" in what)
+    return _command_of(commands, "frames").attack(f"{path.name}: {what}", must_fail="list" in what)
 
 
 def special_picture(draw, root, commands):
     path = draw.choice(_pictures(root))
     path.unlink()
-    return Attack(f"picture is a {make_special(draw, path)}", _command_of(commands, "frames").words())
+    return _command_of(commands, "frames").attack(f"picture is a {make_special(draw, path)}")
 
 
 def damaged_picture(draw, root, commands):
@@ -220,26 +235,36 @@ def damaged_picture(draw, root, commands):
     if draw.random() < 0.2:
         path.unlink()
         os.link(root.parent / "outside/bomb.png", path)
-        return Attack("picture is a decompression bomb", _command_of(commands, "frames").words())
+        return _command_of(commands, "frames").attack("picture is a decompression bomb")
     name = draw.choice(("frames", "frames", "features", "localize", "point_cloud"))
-    return Attack(f"picture: {damage(draw, path)}", _command_of(commands, name).words())
+    return _command_of(commands, name).attack(f"picture: {damage(draw, path)}")
 
 
 # ---- on make and its scripts --------------------------------------------------------------------
-GOALS = (["-n", "map"], ["-q", "map"], ["why"], ["verify"], ["-n", "report"], ["-q", "localize"])
+LOOKS = (["-n", "map"], ["-q", "map"], ["why"], ["verify"], ["-n", "report"], ["-q", "localize"])
 
 
 def damaged_site(draw, root, commands):
     """The site's own config, or a file that make and its scripts read."""
     path = draw.choice(sorted((root / "configs/sites").glob("small.toml")) + sorted((root / "configs/sites/small").iterdir()))
-    return Attack(f"{path.name}: {damage(draw, path)}", ["make", *draw.choice(GOALS)])
+    return Attack(f"{path.name}: {damage(draw, path)}", ["make", *draw.choice(LOOKS)])
 
 
 def damaged_results(draw, root, commands):
     """Any file below maps, under goals that only look."""
     files = sorted(path for path in (root / "maps").rglob("*") if path.is_file())
     path = draw.choice(files if draw.random() < 0.5 else [path for path in files if path.suffix in (".json", ".txt", ".mk", ".toml")])
-    return Attack(f"{path.relative_to(root)}: {damage(draw, path)}", ["make", *draw.choice(GOALS)])
+    return Attack(f"{path.relative_to(root)}: {damage(draw, path)}", ["make", *draw.choice(LOOKS)])
+
+
+def damaged_run(draw, root, commands):
+    """A damaged artifact, under a make that it makes run again: it heals, refuses, or ends as without the attack."""
+    site = draw.choice([path for path in (root / "maps").iterdir() if path.name != "special"])
+    files = [path for path in sorted(site.glob("*/*")) if path.is_file() and path.parent.name not in ("config", "logs", "lists", ".preview")
+             and "receipt" not in path.name]  # fmt: skip
+    path = draw.choice(files)
+    what = f"{path.relative_to(root)}: {damage(draw, path)}"
+    return Attack(what, ["make", f"SITE={site.name}", *GOALS[site.name]], as_clean=(str(site.relative_to(root)),))
 
 
 def damaged_evaluation(draw, root, commands):
@@ -262,7 +287,7 @@ def hostile_recording(draw, root, commands):
     else:
         (pathlib.Path(os.fsdecode(os.fsencode(folder) + draw.choice((b"/\xff\xfe.png", b"/a\nb.png", b"/$(touch owned).png",
                                                                      b"/a b.png"))))).write_bytes(b"x")
-    return Attack(f"recording holds a {kind}", ["make", *draw.choice(GOALS)])
+    return Attack(f"recording holds a {kind}", ["make", *draw.choice(LOOKS)])
 
 
 EXECUTABLE = ("$(shell touch owned)", "a$(touch owned)b", "`touch owned`", "'; touch owned; '", '"; touch owned; "', "a\ntouch owned\n", "a>owned",
@@ -278,7 +303,7 @@ def hostile_variable(draw, root, commands):
     if name in TEXTS and draw.random() < 0.5:
         value = draw.choice((*(word for word in WORDS if "\0" not in word), "1,2", "nan,nan", "1e308,1e308", "x" * 100000,
                              "plan.start='a", "octree.resolution_m=1e-300", CANARY, "[" * 1000))
-    goals = draw.choice(GOALS + (["maps/small/frames/shards.txt"],))
+    goals = draw.choice(LOOKS + (["maps/small/frames/shards.txt"],))
     command = draw.choice((["make", f"{name}={value}", *goals], ["env", f"{name}={value}", "make", *goals]))
     return Attack(f"{name}={value[:40]!r}", command, must_fail=name in FOLDERS)
 
@@ -298,7 +323,7 @@ def hostile_value(draw, root, commands):
         lines[at] = f"{key} = {draw.choice((text, f'[{text}]'))}"
         what = key
     replace(path, "\n".join(lines).encode() + b"\n")
-    return Attack(f"site config: {what} = {text}", ["make", *draw.choice(GOALS + (["maps/small/frames/shards.txt"],))])
+    return Attack(f"site config: {what} = {text}", ["make", *draw.choice(LOOKS + (["maps/small/frames/shards.txt"],))])
 
 
 def hostile_query(draw, root, commands):
@@ -342,14 +367,14 @@ def hostile_path(draw, root, commands):
         words[column] = repr(float(words[column]) + shift) if shift else draw.choice(WORDS)
         rows[at] = ",".join(words)
     replace(path, "\n".join([header, *rows]).encode() + b"\n")
-    return Attack(f"path: column {header.split(',')[column]} {shift:+}", command.words())
+    return command.attack(f"path: column {header.split(',')[column]} {shift:+}")
 
 
 ON_A_STAGE = (special_output, output_over_input, output_twice, special_input, wrong_ports, damaged_input, damaged_input,
               damaged_input, damaged_config)
 ON_A_SITE = (damaged_log, damaged_table, damaged_map, damaged_list, picture_outside, special_picture, damaged_picture, damaged_site, damaged_results,
-             damaged_evaluation, damaged_lists, hostile_recording, hostile_query, hostile_variable, hostile_value,
-             hostile_path)
+             damaged_run, damaged_evaluation, damaged_lists, hostile_recording, hostile_query, hostile_variable,
+             hostile_value, hostile_path)
 
 
 def draw_attack(draw, root, commands, only=""):

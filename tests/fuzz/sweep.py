@@ -25,12 +25,11 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
 
-from workspace import SITE, Workspace, environment  # noqa: E402  first: it finds the scripts
+from workspace import NO_ARTIFACTS, SITE, Workspace, environment  # noqa: E402  first: it finds the scripts
 from attacked_sites import make_sites  # noqa: E402
 from attacks import ON_A_SITE, ON_A_STAGE, draw_attack, parse_commands  # noqa: E402
 from mutations import write_bomb  # noqa: E402
 
-MAX_CPU_TIME_S = 20  # of one process
 MAX_TIME_S = 180  # a run that waits for ever ends here, one of a busy machine does not
 EXIT_CODES = (0, 1, 2, 3)
 # What a library or language says of itself, in place of a message to the user.
@@ -45,6 +44,17 @@ def copy_tree(source, target):
         (shutil.copy2 if "logs" in source_file.split(os.sep) or source_file.endswith(".lock") else os.link)(source_file, target_file)
 
     shutil.copytree(source, target, symlinks=True, copy_function=copy)
+
+
+def artifacts(root, site):
+    """Paths of the artifacts of a site."""
+    return [str(path.relative_to(root)) for path in sorted((root / site).glob("*/*"))
+            if path.is_file() and not str(path.relative_to(root / site)).startswith(NO_ARTIFACTS) and "receipt" not in path.name
+            and path.name != "hashes.csv"]  # fmt: skip
+
+
+def read(path):
+    return path.read_bytes() if path.is_file() else None
 
 
 def make_outside(folder, bomb):
@@ -76,10 +86,10 @@ def state(root, leave_out):
     return found
 
 
-def run_command(command, root):
+def run_command(attack, root):
     """Exit code (None after the time limit), output and time of a command and all that it starts."""
     start = time.monotonic()
-    limited = ["bash", "-c", f'ulimit -t {MAX_CPU_TIME_S}; exec "$@"', "bash", *map(os.fspath, command)]
+    limited = ["bash", "-c", f'ulimit -t {attack.max_cpu_time_s}; exec "$@"', "bash", *map(os.fspath, attack.command)]
     process = subprocess.Popen(limited, cwd=root, env=environment(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, start_new_session=True)
     try:
@@ -132,11 +142,17 @@ class Sweep:
                 names_site = any(word.startswith("SITE=") for word in attack.command)
                 attack.command[at:at] = ["--no-print-directory", *(() if names_site else (f"SITE={SITE}",))]
             before = state(folder, root / "maps")
-            code, output, time_s = run_command(attack.command, root)
+            code, output, time_s = run_command(attack, root)
             touched = {os.path.relpath(item[0], folder) for item in before ^ state(folder, root / "maps")}
-            return attack, code, find_violations(attack, code, output, time_s, touched), output
+            others = self.other_results(attack, root) if code == 0 else []
+            return attack, code, find_violations(attack, code, output, time_s, touched) + others, output
         finally:
             shutil.rmtree(folder, ignore_errors=True)
+
+    def other_results(self, attack, root):
+        """What differs from the results without the attack."""
+        names = [name for place in attack.as_clean for name in ([place] if (root / place).is_file() else artifacts(self.base.folder, place))]
+        return [f"succeeded with another {name}" for name in names if read(root / name) != read(self.base.folder / name)]
 
     def touched_base(self):
         """Files of the workspace itself that some attack's program wrote in place."""
