@@ -18,11 +18,12 @@ constexpr const char* kLabelsChannel = "labels";
 class FrameLabels {
  public:
   // `files`: those that the frames' labels channel may name, in any order, at least one. A file is
-  // opened when its first frame is read. Throws DataError naming the first when it cannot be read.
+  // opened when its first frame is read. Throws ArtifactError naming the first when it cannot be
+  // read.
   explicit FrameLabels(const std::vector<std::filesystem::path>& files);
 
   const LabelClasses& Classes() const;
-  // Throws DataError naming file and frame when the labels are missing, damaged, or of other
+  // Throws ArtifactError naming file and frame when the labels are missing, damaged, or of other
   // classes than those of the first file.
   Segmentation Of(const FrameRecord& frame) const;
 

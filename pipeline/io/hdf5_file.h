@@ -56,6 +56,7 @@ class Hdf5Writer {
   std::int64_t file_ = -1;
 };
 
+// All its errors are ArtifactErrors.
 class Hdf5Reader {
  public:
   // Throws DataError naming file and field on another format, a version newer than `version`, or a
