@@ -45,7 +45,7 @@ FrameLabels::FrameLabels(const std::vector<std::filesystem::path>& files)
 
 const LabelClasses& FrameLabels::Classes() const { return files_->classes; }
 
-Segmentation FrameLabels::Of(const FrameRecord& frame) const {
+Segmentation FrameLabels::Of(const FrameRecord& frame, const Camera& picture) const {
   const auto channel = frame.others.find(kLabelsChannel);
   if (channel == frame.others.end()) throw ArtifactError("{}: has no labels", frame.color.path);
   std::shared_ptr<const LabelsReader> reader;
@@ -53,11 +53,17 @@ Segmentation FrameLabels::Of(const FrameRecord& frame) const {
   {
     const std::lock_guard lock(files_->mutex);
     reader = files_->Of(channel->second.path, frame);
-    if (!reader->Has(frame.time_ns)) {
-      throw ArtifactError(
-          "{}: {} has no labels of this frame", frame.color.path, channel->second.path);
-    }
     packed = reader->ReadPacked(frame.time_ns);
+  }
+  if (packed.width != picture.width || packed.height != picture.height) {
+    throw ArtifactError(
+        "{}: the labels of {} are {} x {} pixels and its picture {} x {}; make the labels again",
+        files_->paths.at(channel->second.path).string(),
+        frame.color.path,
+        packed.width,
+        packed.height,
+        picture.width,
+        picture.height);
   }
   return reader->Unpack(packed);
 }

@@ -23,9 +23,9 @@ class FrameLabels {
   explicit FrameLabels(const std::vector<std::filesystem::path>& files);
 
   const LabelClasses& Classes() const;
-  // Throws ArtifactError naming file and frame when the labels are missing, damaged, or of other
-  // classes than those of the first file.
-  Segmentation Of(const FrameRecord& frame) const;
+  // Throws ArtifactError naming the file when the labels are missing, damaged, of another size than
+  // `picture`, or of other classes than those of the first file.
+  Segmentation Of(const FrameRecord& frame, const Camera& picture) const;
 
  private:
   struct Files;
