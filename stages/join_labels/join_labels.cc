@@ -13,6 +13,8 @@
 namespace nightmap {
 namespace {
 
+using LabelledOctree = OctreeWriter<LabelEncoder>;
+
 // A voxel of a part.
 struct Place {
   std::uint64_t code = 0;
@@ -42,6 +44,21 @@ void CheckAlike(const std::vector<VoxelLabels>& parts) {
   for (const VoxelLabels& part : parts) {
     if (part.resolution_m == parts[0].resolution_m && part.classes == parts[0].classes) continue;
     throw DataError("tiles differ in resolution or classes: make them with one config and model");
+  }
+}
+
+// Adds an occupied leaf as cubes that hold no label, and voxels that have one. How many these are
+// depends on the labels, not on the size of the leaf.
+void AddOccupied(const PlacedLeaf& leaf, const VoxelLabels& voxels, LabelledOctree* writer) {
+  const auto begin = std::ranges::lower_bound(voxels.keys, leaf.code, {}, MortonCode);
+  const std::uint64_t end = leaf.code + (std::uint64_t{1} << 3 * leaf.height);
+  if (leaf.height == 0 || begin == voxels.keys.end() || MortonCode(*begin) >= end) {
+    return writer->Add(leaf);
+  }
+  PlacedLeaf child = leaf;
+  --child.height;
+  for (; child.code < end; child.code += std::uint64_t{1} << 3 * child.height) {
+    AddOccupied(child, voxels, writer);
   }
 }
 
@@ -84,14 +101,10 @@ void WriteLabelledOctree(const std::filesystem::path& path,
                          const LeafSource& leaves,
                          const VoxelLabels& voxels,
                          const std::vector<Rgb>& palette) {
-  OctreeWriter<LabelEncoder> writer(path, leaves.resolution_m);
+  LabelledOctree writer(path, leaves.resolution_m);
   writer.GetEncoder().Use(voxels, palette);
   leaves.visit([&](const PlacedLeaf& leaf) {
-    if (leaf.log_odds < 0 || leaf.height == 0) return writer.Add(leaf);
-    PlacedLeaf voxel = leaf;
-    voxel.height = 0;
-    const std::uint64_t end = leaf.code + (std::uint64_t{1} << 3 * leaf.height);
-    for (; voxel.code < end; ++voxel.code) writer.Add(voxel);
+    leaf.log_odds < 0 ? writer.Add(leaf) : AddOccupied(leaf, voxels, &writer);
   });
   writer.Close();
 }

@@ -169,6 +169,19 @@ TEST(LabelledOctree, LargeOccupiedLeavesGetTheClassesOfTheirVoxels) {
   EXPECT_EQ(labelled.leaves[1].rgb, kPalette[1]);
 }
 
+// As damage makes them: it is taken apart only around its labels.
+TEST(LabelledOctree, OfALeafOfKilometresTakesNoMoreWorkThanItsLabels) {
+  const TemporaryFolder folder;
+  const int height = 14;
+  const double size_m = kResolution_m * (1 << height);
+  const OccupancyTree tree{kResolution_m, {{Eigen::Vector3d::Constant(size_m / 2), size_m, 0, {}}}};
+  WriteLabelledOctree(folder / "labels.ot", LeavesOfTree(tree), Cube(3), kPalette);
+  const OccupancyTree labelled = ReadOctree(folder / "labels.ot");
+  ASSERT_EQ(labelled.leaves.size(), 8U + 7U * (height - 1));
+  EXPECT_EQ(labelled.leaves[0].rgb, kPalette[3]);
+  EXPECT_EQ(labelled.leaves.back().rgb, (Rgb{255, 255, 255}));
+}
+
 TEST(LabelledOctree, VoxelsWithoutVotesHaveNoColor) {
   const TemporaryFolder folder;
   const OccupancyTree tree = TreeOf(Cube(2));
