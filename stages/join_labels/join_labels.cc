@@ -4,9 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/dense/octree_writer.h"
 #include "stages/join_labels/label_encoder.h"
 
@@ -34,16 +35,19 @@ std::vector<Place> SortedPlaces(const std::vector<VoxelLabels>& parts) {
   if (twice == places.end()) return places;
   const Eigen::Vector3d centre =
       VoxelCentre(KeyOfMortonCode(twice->code), parts[twice->part].resolution_m);
-  throw DataError("two tiles label the voxel at ({}, {}, {}): make them with one config",
-                  centre.x(),
-                  centre.y(),
-                  centre.z());
+  throw InputError({{"tile_labels", twice->part}, {"tile_labels", std::next(twice)->part}},
+                   "both label the voxel at ({}, {}, {})",
+                   centre.x(),
+                   centre.y(),
+                   centre.z());
 }
 
 void CheckAlike(const std::vector<VoxelLabels>& parts) {
-  for (const VoxelLabels& part : parts) {
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    const VoxelLabels& part = parts[i];
     if (part.resolution_m == parts[0].resolution_m && part.classes == parts[0].classes) continue;
-    throw DataError("tiles differ in resolution or classes: make them with one config and model");
+    throw InputError({{"tile_labels", 0}, {"tile_labels", i}},
+                     "they differ in resolution or classes");
   }
 }
 

@@ -8,8 +8,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/base/random.h"
 #include "pipeline/dense/octree_io.h"
 #include "pipeline/dense/octree_reader.h"
@@ -98,14 +98,19 @@ TEST(JoinLabels, PartsInAnyOrderGiveTheWhole) {
 
 TEST(JoinLabels, RefusesPartsThatOverlapOrDiffer) {
   const Parts parts = RandomParts(1);
-  NIGHTMAP_EXPECT_ERROR(
-      DataError, JoinVoxelLabels({parts.left, parts.left}), "two tiles label the voxel at");
+  NIGHTMAP_EXPECT_ERROR(InputError,
+                        JoinVoxelLabels({Empty(), parts.left, parts.left}),
+                        "tile_labels[1], tile_labels[2]: both label the voxel at");
   VoxelLabels other = Empty();
   other.classes.back() = "floor";
-  NIGHTMAP_EXPECT_ERROR(DataError, JoinVoxelLabels({parts.left, other}), "differ");
+  NIGHTMAP_EXPECT_ERROR(InputError,
+                        JoinVoxelLabels({parts.left, other}),
+                        "tile_labels[0], tile_labels[1]: they differ");
   other = Empty();
   other.resolution_m = 0.2;
-  NIGHTMAP_EXPECT_ERROR(DataError, JoinVoxelLabels({parts.left, other}), "differ");
+  NIGHTMAP_EXPECT_ERROR(InputError,
+                        JoinVoxelLabels({parts.left, other}),
+                        "tile_labels[0], tile_labels[1]: they differ");
 }
 
 TEST(LabelledOctree, HasTheColorOfEachVoxelsClassAndNoOther) {
