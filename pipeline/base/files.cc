@@ -37,11 +37,13 @@ std::string HashBytes(std::string_view bytes) {
   return fmt::format("{:016x}", XXH3_64bits(bytes.data(), bytes.size()));
 }
 
-std::string HashFile(const fs::path& path) {
+std::string HashFile(const fs::path& path, std::int64_t begin) {
   RequirePlain(path);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
                                                              &std::fclose);
-  if (!file) throw DataError("{}: cannot read: {}", path.string(), Reason());
+  if (!file || std::fseek(file.get(), begin, SEEK_SET) != 0) {
+    throw DataError("{}: cannot read: {}", path.string(), Reason());
+  }
   const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
                                                                               &XXH3_freeState);
   XXH3_64bits_reset(state.get());

@@ -2,6 +2,7 @@
 // Reads, writes and hashes whole files.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -12,8 +13,9 @@ namespace nightmap {
 // socket or a device, which it never opens.
 std::string ReadFile(const std::filesystem::path& path);
 
-// XXH3 64-bit hash of a file's bytes, as 16 hex digits. Throws DataError as ReadFile does.
-std::string HashFile(const std::filesystem::path& path);
+// XXH3 64-bit hash of a file's bytes, `begin` and all after it, as 16 hex digits. Throws DataError
+// as ReadFile does.
+std::string HashFile(const std::filesystem::path& path, std::int64_t begin = 0);
 std::string HashBytes(std::string_view bytes);
 
 // Writes bytes to a path. Not atomic: meant for the temporary paths of OutputSet. Throws DataError

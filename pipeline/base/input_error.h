@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Content of inputs that cannot be, found by code that knows no file.
+// Content of inputs that cannot be.
 #pragma once
 
 #include <cstddef>
@@ -12,16 +12,24 @@
 
 namespace nightmap {
 
+// An artifact is damaged, or does not fit the others. Unlike what is wrong with one picture
+// (FrameFailure), it ends the stage wherever it is found: what is made without it would pass for
+// good, and a rerun makes the artifact anew. The message names the file.
+struct ArtifactError : DataError {
+  using DataError::DataError;
+};
+
 struct InputName {
   std::string port;
   std::optional<std::size_t> index = {};  // of the file, where the port takes several
 };
 
-// `inputs` cannot be used together or at all. The message begins with their names, "odometry[2]";
-// RunStage puts their files in place of that. Who throws it chooses: a file that is damaged or of
-// another run is made anew when it is deleted, which RunStage tells at the end; what is whole but
-// was made of the wrong recording is not, so that the text has its own remedy.
-class InputError : public DataError {
+// `inputs` cannot be used together or at all, found by code that knows no file. The message begins
+// with their names, "odometry[2]"; RunStage puts their files in place of that. Who throws it
+// chooses: a file that is damaged or of another run is made anew when it is deleted, which RunStage
+// tells at the end; what is whole but was made of the wrong recording is not, so that the text has
+// its own remedy.
+class InputError : public ArtifactError {
  public:
   template <typename... Args>
   InputError(std::vector<InputName> inputs, fmt::format_string<Args...> format, Args&&... args)
@@ -46,7 +54,7 @@ class InputError : public DataError {
     std::string text;
   };
   InputError(std::vector<InputName> inputs, Remedy remedy, Formatted formatted)
-      : DataError("{}: {}", Names(inputs), formatted.text),
+      : ArtifactError("{}: {}", Names(inputs), formatted.text),
         inputs_(std::move(inputs)),
         remedy_(remedy),
         text_(std::move(formatted.text)) {}

@@ -24,7 +24,8 @@ class ValueEncoder {
   static constexpr std::string_view kHead =
       "# Octomap OcTree file\n"
       "# (feel free to add / change comments, but leave the first line as it is!)\n"
-      "#\nid ColorOcTree\n";
+      "#\n";
+  static constexpr std::string_view kType = "id ColorOcTree\n";
 
   using Rgb = std::array<std::uint8_t, 3>;
   struct Node {
@@ -107,7 +108,8 @@ class ValueEncoder {
 // children.
 class StateEncoder {
  public:
-  static constexpr std::string_view kHead = "# Octomap OcTree binary file\nid OcTree\n";
+  static constexpr std::string_view kHead = "# Octomap OcTree binary file\n";
+  static constexpr std::string_view kType = "id OcTree\n";
 
   enum class Node : unsigned { kFree = 1, kOccupied = 2, kInner = 3 };
   using Children = std::array<std::optional<Node>, 8>;

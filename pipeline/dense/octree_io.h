@@ -35,7 +35,8 @@ struct OccupancyTree {
 double OctreeReach_m(double resolution_m);
 
 // Writes `.ot`: log-odds and colors, the bytes that OctoMap's own ColorOcTree of these leaves would
-// write after pruning at every level (its prune() ends at the first level with nothing to merge).
+// write after pruning at every level (its prune() ends at the first level with nothing to merge),
+// and a comment with their hash.
 // Merges eight equal leaves to one (with their mean color), so a tree read back may hold fewer,
 // larger leaves. Fast for leaves that come depth first. Throws DataError naming the file.
 void WriteOctree(const std::filesystem::path& path, const OccupancyTree& tree);
@@ -61,8 +62,7 @@ VoxelCounts MergeOctrees(const std::vector<std::filesystem::path>& parts,
                          const std::filesystem::path& ot,
                          const std::filesystem::path& bt);
 
-// Reads an `.ot` of type ColorOcTree or OcTree (white leaves). Throws DataError naming the file
-// when it is truncated, of another type, or holds NaN.
+// Reads an `.ot`. Throws DataError as OctreeReader.
 OccupancyTree ReadOctree(const std::filesystem::path& path);
 
 }  // namespace nightmap

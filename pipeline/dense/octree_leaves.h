@@ -7,11 +7,15 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "pipeline/dense/octree_io.h"
 
 namespace nightmap {
+
+// Begins the line of a `.ot`, a comment for OctoMap, that ends with the hash of all below it.
+constexpr std::string_view kOctreeHashLine = "# xxh3 of all below: ";
 
 struct PlacedLeaf {
   std::uint64_t code = 0;  // Morton code of its first voxel

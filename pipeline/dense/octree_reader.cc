@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
 
 namespace nightmap {
 namespace {
@@ -24,6 +25,7 @@ OctreeReader::OctreeReader(const std::filesystem::path& path)
     : path_(path), stream_(path, std::ios::binary) {
   if (!stream_) throw DataError("{}: cannot read: {}", path.string(), std::strerror(errno));
   ReadHeader();
+  CheckData();
 }
 
 // `# Octomap OcTree file`, then `key value` lines up to `data`.
@@ -36,6 +38,10 @@ void OctreeReader::ReadHeader() {
   }
   std::string type;
   while (std::getline(stream_, line) && line != "data") {
+    if (line.starts_with(kOctreeHashLine)) {
+      hash_ = line.substr(kOctreeHashLine.size());
+      hashed_from_ = stream_.tellg();
+    }
     std::istringstream fields(line);
     std::string key;
     fields >> key;
@@ -53,6 +59,19 @@ void OctreeReader::ReadHeader() {
     throw DataError("{}: field id is '{}'; ColorOcTree or OcTree is needed", path_.string(), type);
   }
   color_size_ = type == "ColorOcTree" ? 3 : 0;
+}
+
+void OctreeReader::CheckData() {
+  if (!hash_.empty()) {
+    if (HashFile(path_, hashed_from_) != hash_) Fail("damaged: its data have another hash");
+    return;
+  }
+  const auto begin = stream_.tellg();
+  while (Next()) {
+  }
+  stream_.clear();
+  stream_.seekg(begin);
+  num_read_ = 0;
 }
 
 // A node is its log-odds, its color if the tree has any, and a byte with one bit per child; then

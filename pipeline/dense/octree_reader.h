@@ -14,9 +14,10 @@
 
 namespace nightmap {
 
-// Leaves come depth first, as they are in the file. The constructor and Next throw DataError naming
-// the file when it is truncated, of another type than ColorOcTree or OcTree (white leaves), or
-// holds NaN; a wrong size in the header is detected after the last leaf.
+// Leaves come depth first, as they are in the file. The constructor throws DataError naming the
+// file when it is of another type than ColorOcTree or OcTree (white leaves), or damaged: by its
+// hash, and in a file of another program, which has none, by its structure and NaN. So no work is
+// done on leaves that are none: a zero is a leaf that is occupied, and may be as large as a city.
 class OctreeReader {
  public:
   explicit OctreeReader(const std::filesystem::path& path);
@@ -33,6 +34,7 @@ class OctreeReader {
   };
 
   void ReadHeader();
+  void CheckData();
   std::optional<PlacedLeaf> ReadNode(std::uint64_t code, int height);
   void CheckEnd();
   [[noreturn]] void Fail(const std::string& problem) const;
@@ -42,6 +44,8 @@ class OctreeReader {
   double resolution_m_ = 0;
   std::size_t color_size_ = 0;  // bytes
   std::size_t num_nodes_ = 0;   // from the header
+  std::string hash_;            // of the bytes from hashed_from_ on; empty: none in the header
+  std::int64_t hashed_from_ = 0;
   std::size_t num_read_ = 0;
   std::vector<Inner> open_;  // path from the root to the current position
 };

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "pipeline/base/error.h"
@@ -40,10 +41,13 @@ class OctreeWriter {
   void Close() {
     while (!open_.empty()) CloseNode();
     std::ostringstream head;
-    head << Encoder::kHead << "size " << encoder_.NumNodes() << "\nres " << resolution_m_
+    head << Encoder::kType << "size " << encoder_.NumNodes() << "\nres " << resolution_m_
          << "\ndata\n";
+    const std::string comments = fmt::format("{}{}{:016}\n", Encoder::kHead, kOctreeHashLine, 0);
     std::string bytes = encoder_.TakeBytes();
-    bytes.insert(0, head.str());
+    bytes.insert(0, comments + head.str());
+    const std::string hash = HashBytes(std::string_view(bytes).substr(comments.size()));
+    bytes.replace(comments.size() - 1 - hash.size(), hash.size(), hash);
     WriteFile(path_, bytes);
   }
 

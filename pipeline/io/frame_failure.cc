@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <stdexcept>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/base/memory.h"
 
 namespace nightmap {
@@ -21,6 +21,8 @@ std::string FrameFailure(const std::string& path, const std::function<void()>& w
   try {
     work();
     return "";
+  } catch (const ArtifactError&) {
+    throw;
   } catch (const DataError& error) {
     return error.what();
   } catch (const cv::Exception& error) {

@@ -4,7 +4,7 @@
 #include <map>
 #include <mutex>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 
 namespace nightmap {
 
@@ -22,15 +22,16 @@ struct FrameLabels::Files {
     if (known != open.end()) return known->second;
     const auto path = paths.find(name);
     if (path == paths.end()) {
-      throw DataError("{}: its labels are in {}, which is not among the files of labels given",
-                      frame.color.path,
-                      name);
+      throw ArtifactError("{}: its labels are in {}, which is not among the files of labels given",
+                          frame.color.path,
+                          name);
     }
     if (open.size() >= kMaxOpen) open.clear();
     const auto reader = std::make_shared<const LabelsReader>(path->second);
     if (reader->Classes().names != classes) {
-      throw DataError("{}: has other classes than the first file of labels; make the labels again",
-                      path->second.string());
+      throw ArtifactError(
+          "{}: has other classes than the first file of labels; make the labels again",
+          path->second.string());
     }
     return open[name] = reader;
   }
@@ -44,18 +45,25 @@ FrameLabels::FrameLabels(const std::vector<std::filesystem::path>& files)
 
 const std::vector<std::string>& FrameLabels::Classes() const { return files_->classes; }
 
-Segmentation FrameLabels::Of(const FrameRecord& frame) const {
+Segmentation FrameLabels::Of(const FrameRecord& frame, const Camera& picture) const {
   const auto channel = frame.others.find(kLabelsChannel);
-  if (channel == frame.others.end()) throw DataError("{}: has no labels", frame.color.path);
+  if (channel == frame.others.end()) throw ArtifactError("{}: has no labels", frame.color.path);
   std::shared_ptr<const LabelsReader> reader;
   PackedLabels packed;
   {
     const std::lock_guard lock(files_->mutex);
     reader = files_->Of(channel->second.path, frame);
-    if (!reader->Has(frame.time_ns)) {
-      throw DataError("{}: {} has no labels of this frame", frame.color.path, channel->second.path);
-    }
     packed = reader->ReadPacked(frame.time_ns);
+  }
+  if (packed.width != picture.width || packed.height != picture.height) {
+    throw ArtifactError(
+        "{}: the labels of {} are {} x {} pixels and its picture {} x {}; make the labels again",
+        files_->paths.at(channel->second.path).string(),
+        frame.color.path,
+        packed.width,
+        packed.height,
+        picture.width,
+        picture.height);
   }
   return reader->Unpack(packed);
 }

@@ -19,14 +19,15 @@ constexpr const char* kLabelsChannel = "labels";
 class FrameLabels {
  public:
   // `files`: those that the frames' labels channel may name, in any order, at least one. A file is
-  // opened when its first frame is read. Throws DataError naming the first when it cannot be read.
+  // opened when its first frame is read. Throws ArtifactError naming the first when it cannot be
+  // read.
   explicit FrameLabels(const std::vector<std::filesystem::path>& files);
 
   // Names of the classes. The hashes of the labels stand for them, too.
   const std::vector<std::string>& Classes() const;
-  // Throws DataError naming file and frame when the labels are missing, damaged, or of other
-  // classes than those of the first file.
-  Segmentation Of(const FrameRecord& frame) const;
+  // Throws ArtifactError naming the file when the labels are missing, damaged, of another size than
+  // `picture`, or of other classes than those of the first file.
+  Segmentation Of(const FrameRecord& frame, const Camera& picture) const;
 
  private:
   struct Files;

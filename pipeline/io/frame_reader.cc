@@ -5,7 +5,7 @@
 #include <mutex>
 #include <utility>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/io/masked_pixels.h"
 #include "pipeline/io/masks_io.h"
 
@@ -29,19 +29,29 @@ struct FrameReader::MaskFiles {
   std::map<std::string, MasksByTime> read;
   std::mutex mutex;
 
-  const MasksByTime& Of(const std::string& name, const FrameRecord& frame) {
+  const PackedMask& Of(const std::string& name, const FrameRecord& frame) {
     const std::lock_guard lock(mutex);
+    const MasksByTime& masks = In(name, frame);
+    const auto mask = masks.find(frame.time_ns);
+    if (mask != masks.end()) return mask->second;
+    throw ArtifactError("{}: has no mask of frame {}; make the masks again",
+                        paths.at(name).string(),
+                        frame.color.path);
+  }
+
+ private:
+  const MasksByTime& In(const std::string& name, const FrameRecord& frame) {
     const auto known = read.find(name);
     if (known != read.end()) return known->second;
     const auto path = paths.find(name);
     if (path == paths.end()) {
-      throw DataError("{}: its mask is in {}, which is not among the files of masks given",
-                      frame.color.path,
-                      name);
+      throw ArtifactError("{}: its mask is in {}, which is not among the files of masks given",
+                          frame.color.path,
+                          name);
     }
-    MasksByTime& masks = read[name];
+    MasksByTime masks;
     for (PackedMask& mask : ReadMasks(path->second)) masks.emplace(mask.time_ns, std::move(mask));
-    return masks;
+    return read.emplace(name, std::move(masks)).first->second;
   }
 };
 
@@ -55,34 +65,39 @@ bool FrameReader::MayUse(const FrameRecord& frame) const {
   return masks_->paths.empty() || frame.others.contains(kMaskChannel);
 }
 
-GrayImage FrameReader::Mask(const FrameRecord& frame) const {
+GrayImage FrameReader::Mask(const FrameRecord& frame, const RgbdCamera& camera) const {
   const auto channel = frame.others.find(kMaskChannel);
   if (masks_->paths.empty() || channel == frame.others.end()) return {};
-  const MasksByTime& masks = masks_->Of(channel->second.path, frame);
-  const auto mask = masks.find(frame.time_ns);
-  if (mask == masks.end()) {
-    throw DataError("{}: {} has no mask of this frame", frame.color.path, channel->second.path);
-  }
-  return UnpackMask(mask->second);
+  const PackedMask& mask = masks_->Of(channel->second.path, frame);
+  const Camera& picture = camera.color;
+  if (mask.width == picture.width && mask.height == picture.height) return UnpackMask(mask);
+  throw ArtifactError(
+      "{}: the mask of {} is {} x {} pixels and its picture {} x {}; make the masks again",
+      masks_->paths.at(channel->second.path).string(),
+      frame.color.path,
+      mask.width,
+      mask.height,
+      picture.width,
+      picture.height);
 }
 
 ColorImage FrameReader::Color(const FrameRecord& frame, const RgbdCamera& camera) const {
   ColorImage color = LoadColor(frame, camera, data_root_);
-  const GrayImage mask = Mask(frame);
+  const GrayImage mask = Mask(frame, camera);
   if (!mask.pixels.empty()) FadeOut(mask, &color);
   return color;
 }
 
 DepthImage FrameReader::Depth(const FrameRecord& frame, const RgbdCamera& camera) const {
   DepthImage depth = LoadDepth(frame, camera, data_root_);
-  const GrayImage mask = Mask(frame);
+  const GrayImage mask = Mask(frame, camera);
   if (!mask.pixels.empty()) RemoveDepth(mask, &depth);
   return depth;
 }
 
 RgbdImages FrameReader::Rgbd(const FrameRecord& frame, const RgbdCamera& camera) const {
   RgbdImages images = LoadRgbd(frame, camera, data_root_);
-  GrayImage moving = Mask(frame);
+  GrayImage moving = Mask(frame, camera);
   if (!moving.pixels.empty()) MaskOut(std::move(moving), &images);
   return images;
 }

@@ -17,8 +17,8 @@ constexpr const char* kMaskChannel = "mask";
 // DataError when the sizes differ.
 void MaskOut(GrayImage moving, RgbdImages* images);
 
-// Several threads may read at once. Throws as LoadColor and LoadDepth do, and DataError naming file
-// and frame when a mask is missing or of another size.
+// Several threads may read at once. Throws as LoadColor and LoadDepth do, and ArtifactError naming
+// file and frame when a mask is missing or of another size.
 class FrameReader {
  public:
   // `mask_files`: those that the frames' mask channel may name, in any order; none: what moves is
@@ -29,7 +29,7 @@ class FrameReader {
   // Whether what moves in the frame is known. True without mask files.
   bool MayUse(const FrameRecord& frame) const;
   // 255 where something moves; empty where nothing is known.
-  GrayImage Mask(const FrameRecord& frame) const;
+  GrayImage Mask(const FrameRecord& frame, const RgbdCamera& camera) const;
   // Masked colors are faded out, masked depth is 0 (masked_pixels.h).
   ColorImage Color(const FrameRecord& frame, const RgbdCamera& camera) const;
   DepthImage Depth(const FrameRecord& frame, const RgbdCamera& camera) const;

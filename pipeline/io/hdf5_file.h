@@ -58,6 +58,7 @@ class Hdf5Writer {
   std::string text_hashes_;
 };
 
+// All its errors are ArtifactErrors.
 class Hdf5Reader {
  public:
   // Throws DataError naming file and field on another format, a version newer than `version`, or a

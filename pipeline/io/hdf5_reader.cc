@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/io/hdf5_driver.h"
 #include "pipeline/io/hdf5_file.h"
 #include "pipeline/io/hdf5_handle.h"
@@ -67,8 +67,9 @@ Hdf5Reader::Hdf5Reader(const std::filesystem::path& path) : path_(path) {
   file_ = OpenHdf5ToRead(path);
   if (file_ < 0) {
     memory_.Check(path.string());
-    throw DataError("{}: not a readable HDF5 file (missing or truncated); delete it and run make",
-                    path.string());
+    throw ArtifactError(
+        "{}: not a readable HDF5 file (missing or truncated); delete it and run make",
+        path.string());
   }
   file_bytes_ = std::filesystem::file_size(path);
 }
@@ -77,12 +78,12 @@ Hdf5Reader::Hdf5Reader(const std::filesystem::path& path, const std::string& for
     : Hdf5Reader(path) {
   const std::string found_format = ReadText("format");
   if (found_format != format) {
-    throw DataError(
+    throw ArtifactError(
         "{}: field 'format' is '{}', '{}' is needed", path.string(), found_format, format);
   }
   const std::int64_t found_version = ReadInteger("version");
   if (found_version < 1 || found_version > version) {
-    throw DataError(
+    throw ArtifactError(
         "{}: field 'version' is {}, this program reads up to {}; update nightmap or "
         "delete the file and run make",
         path.string(),
@@ -155,7 +156,8 @@ bool Hdf5Reader::Has(const std::string& name) const {
 
 void Hdf5Reader::Fail(std::string_view field, std::string_view why) const {
   memory_.Check(path_.string());
-  throw DataError("{}: field '{}' {}; delete the file and run make", path_.string(), field, why);
+  throw ArtifactError(
+      "{}: field '{}' {}; delete the file and run make", path_.string(), field, why);
 }
 
 void Hdf5Reader::CheckLinks(const std::string& name) const {

@@ -161,10 +161,6 @@ LabelsReader::LabelsReader(const std::filesystem::path& path)
                "size_px");
 }
 
-bool LabelsReader::Has(std::int64_t time_ns) const {
-  return std::ranges::binary_search(times_ns_, time_ns);
-}
-
 PackedLabels LabelsReader::ReadPacked(std::int64_t time_ns) const {
   const auto found = std::ranges::lower_bound(times_ns_, time_ns);
   file_.Demand(found != times_ns_.end() && *found == time_ns,

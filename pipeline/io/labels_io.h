@@ -68,7 +68,6 @@ class LabelsReader {
   // Ascending.
   const std::vector<std::int64_t>& Times_ns() const { return times_ns_; }
   const std::vector<std::int32_t>& FrameIndices() const { return frame_idx_; }
-  bool Has(std::int64_t time_ns) const;
   // Throws DataError naming file and field when no frame has that time, or when its images are
   // damaged or have a label of no class.
   PackedLabels ReadPacked(std::int64_t time_ns) const;

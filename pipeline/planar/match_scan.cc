@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/planar/match_cost.h"
 #include "pipeline/planar/search_pose.h"
 
@@ -152,7 +152,9 @@ ScanMatch RefinePose(const LikelihoodField& field,
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  if (!summary.IsSolutionUsable()) throw DataError("scan matching failed: {}", summary.message);
+  if (!summary.IsSolutionUsable()) {
+    throw InputError({{"scans"}}, "a scan does not match: {}", summary.message);
+  }
   ScanMatch match{{pose[2], {pose[0], pose[1]}}, 0, {}};
   const Rigid2& found = match.field_from_robot;
   match.covariance =

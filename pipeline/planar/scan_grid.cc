@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/planar/cell_walk.h"
 #include "pipeline/planar/thin_walls.h"
 
@@ -148,7 +148,9 @@ OccupancyGrid UnknownGrid(double resolution_m, double margin_m, const Eigen::Ali
   const Eigen::Array2d first = (box.min() / resolution_m).array().floor() - margin;
   const Eigen::Array2d size = (box.max() / resolution_m).array().floor() + margin - first + 1;
   if (!(size.prod() <= kMaxCells && first.abs().maxCoeff() < kMaxIndex)) {
-    throw DataError(
+    throw InputError(
+        {{"scans"}, {"trajectory"}},
+        InputError::Remedy::kInText,
         "the scans reach from ({:.0f}, {:.0f}) to ({:.0f}, {:.0f}) m, too far for cells of {} m: "
         "check the trajectory, or raise resolution_m",
         box.min().x(),
@@ -209,7 +211,9 @@ ScanGrid GridOfScans(const ScanGridOptions& options, std::span<const PlacedScan>
     });
   }
   if (result.num_hits == 0) {
-    throw DataError(
+    throw InputError(
+        {{"scans"}},
+        InputError::Remedy::kInText,
         "no beam of {} scans hit anything between min_range_m = {} and max_range_m = {}: check "
         "both, and max_range_m of the [[sensor]] in the site config",
         scans.size(),

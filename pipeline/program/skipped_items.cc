@@ -5,8 +5,6 @@
 
 #include <algorithm>
 
-#include "pipeline/base/error.h"
-
 namespace nightmap {
 namespace {
 
@@ -44,7 +42,9 @@ std::vector<SkippedItems::Cause> SkippedItems::Causes() const {
   return causes;
 }
 
-void SkippedItems::Check(std::size_t num_items, double max_failed_ratio) const {
+void SkippedItems::Check(std::size_t num_items,
+                         double max_failed_ratio,
+                         const std::vector<InputName>& inputs) const {
   const auto num_all = static_cast<double>(std::max<std::size_t>(1, num_items));
   if (static_cast<double>(Count()) / num_all <= max_failed_ratio) return;
   const auto causes = Causes();
@@ -53,7 +53,7 @@ void SkippedItems::Check(std::size_t num_items, double max_failed_ratio) const {
       num_other == 0
           ? std::string()
           : fmt::format(" ({} other {})", num_other, num_other == 1 ? "cause" : "causes");
-  throw DataError(
+  const std::string text = fmt::format(
       "{} of {} items were skipped, more than max_failed_ratio = {} allows; {}{}; repair them{}; "
       "with --log-level debug (make LOG_LEVEL=debug) the log names each",
       Count(),
@@ -62,6 +62,8 @@ void SkippedItems::Check(std::size_t num_items, double max_failed_ratio) const {
       CauseText(causes.front()),
       other,
       Count() < num_items ? " or raise max_failed_ratio" : "");
+  if (inputs.empty()) throw DataError("{}", text);
+  throw InputError(inputs, InputError::Remedy::kInText, "{}", text);
 }
 
 std::string CauseText(const SkippedItems::Cause& cause) {

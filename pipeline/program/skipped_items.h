@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/base/input_error.h"
+
 namespace nightmap {
 
 // A skipped item is a text "item: cause". Causes that differ only in their numbers are the same.
@@ -29,8 +31,10 @@ class SkippedItems {
   std::vector<Cause> Causes() const;
 
   // Throws DataError with the most frequent cause when more than max_failed_ratio of num_items were
-  // skipped.
-  void Check(std::size_t num_items, double max_failed_ratio) const;
+  // skipped: an InputError of `inputs` where items have no file of their own, as pictures do.
+  void Check(std::size_t num_items,
+             double max_failed_ratio,
+             const std::vector<InputName>& inputs = {}) const;
 
  private:
   std::vector<std::string> texts_;

@@ -118,8 +118,10 @@ void StageContext::Skip(const std::string& text) {
   spdlog::log(is_shown ? spdlog::level::warn : spdlog::level::debug, "skipped: {}", text);
 }
 
-void StageContext::CheckSkipped(std::size_t num_items, double max_failed_ratio) const {
-  skipped_.Check(num_items, max_failed_ratio);
+void StageContext::CheckSkipped(std::size_t num_items,
+                                double max_failed_ratio,
+                                const std::vector<InputName>& inputs) const {
+  skipped_.Check(num_items, max_failed_ratio, inputs);
 }
 
 void StageContext::SumUpSkipped() const {

@@ -78,10 +78,11 @@ class StageContext {
 
   // Notes a skipped item, "item: cause". The report lists it and counts it in num_skipped. The log
   // shows the first item of each cause at once, the number of each cause at the end, and every item
-  // at level debug. CheckSkipped throws DataError when more than max_failed_ratio of the items were
-  // skipped.
+  // at level debug. CheckSkipped throws as SkippedItems::Check.
   void Skip(const std::string& text);
-  void CheckSkipped(std::size_t num_items, double max_failed_ratio) const;
+  void CheckSkipped(std::size_t num_items,
+                    double max_failed_ratio,
+                    const std::vector<InputName>& inputs = {}) const;
 
   // Names the part of the work that starts or resumes now; receipt.json has the wall time per part.
   void BeginPart(const std::string& name);

@@ -29,10 +29,13 @@ std::string Dump(const json& value) {
   return value.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
-json DescribeFile(const std::string& name,
-                  const fs::path& path,
-                  const fs::path& bytes_at,
-                  const std::function<std::string(const fs::path&)>& hash = HashFile) {
+json DescribeFile(
+    const std::string& name,
+    const fs::path& path,
+    const fs::path& bytes_at,
+    const std::function<std::string(const fs::path&)>& hash = [](const fs::path& file) {
+      return HashFile(file);
+    }) {
   json entry{{"name", name}, {"path", path.string()}};
   if (fs::is_regular_file(bytes_at)) {
     entry["size_bytes"] = fs::file_size(bytes_at);

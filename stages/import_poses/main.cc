@@ -14,7 +14,7 @@ void Run(const ImportPosesOptions& options, StageContext& context) {
                                ReadGivenPoses(options, context.Input("given"))};
   const ImportPosesResult result = RunImportPoses(options, input);
   for (const std::string& text : result.skipped) context.Skip(text);
-  context.CheckSkipped(result.num_scans, options.max_failed_ratio);
+  context.CheckSkipped(result.num_scans, options.max_failed_ratio, {{"given"}, {"scans"}});
   const std::string text =
       TrajectoryToTum(result.poses, "map_from_robot at each scan, of another system");
   WriteFile(context.Output("trajectory"), text);

@@ -4,14 +4,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/dense/octree_writer.h"
 #include "stages/join_labels/label_encoder.h"
 
 namespace nightmap {
 namespace {
+
+using LabelledOctree = OctreeWriter<LabelEncoder>;
 
 // A voxel of a part.
 struct Place {
@@ -32,22 +35,39 @@ std::vector<Place> SortedPlaces(const std::vector<VoxelLabels>& parts) {
   if (twice == places.end()) return places;
   const Eigen::Vector3d centre =
       VoxelCentre(KeyOfMortonCode(twice->code), parts[twice->part].resolution_m);
-  throw DataError("two tiles label the voxel at ({}, {}, {}): make them with one config",
-                  centre.x(),
-                  centre.y(),
-                  centre.z());
+  throw InputError({{"tile_labels", twice->part}, {"tile_labels", std::next(twice)->part}},
+                   "both label the voxel at ({}, {}, {})",
+                   centre.x(),
+                   centre.y(),
+                   centre.z());
 }
 
-// Parts without voxels may have none. Throws DataError when parts differ.
+// Parts without voxels may have none. Throws InputError when parts differ.
 std::vector<std::string> CommonClasses(const std::vector<VoxelLabels>& parts) {
-  std::vector<std::string> classes;
-  for (const VoxelLabels& part : parts) {
-    if (classes.empty()) classes = part.classes;
-    const bool is_alike = part.classes.empty() || part.classes == classes;
-    if (is_alike && part.resolution_m == parts[0].resolution_m) continue;
-    throw DataError("tiles differ in resolution or classes: make them with one config and model");
+  std::size_t first = 0;  // with classes
+  while (first + 1 < parts.size() && parts[first].classes.empty()) ++first;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const bool is_alike = parts[i].classes.empty() || parts[i].classes == parts[first].classes;
+    if (is_alike && parts[i].resolution_m == parts[0].resolution_m) continue;
+    throw InputError({{"tile_labels", is_alike ? 0 : first}, {"tile_labels", i}},
+                     "they differ in resolution or classes");
   }
-  return classes;
+  return parts[first].classes;
+}
+
+// Adds an occupied leaf as cubes that hold no label, and voxels that have one. How many these are
+// depends on the labels, not on the size of the leaf.
+void AddOccupied(const PlacedLeaf& leaf, const VoxelLabels& voxels, LabelledOctree* writer) {
+  const auto begin = std::ranges::lower_bound(voxels.keys, leaf.code, {}, MortonCode);
+  const std::uint64_t end = leaf.code + (std::uint64_t{1} << 3 * leaf.height);
+  if (leaf.height == 0 || begin == voxels.keys.end() || MortonCode(*begin) >= end) {
+    return writer->Add(leaf);
+  }
+  PlacedLeaf child = leaf;
+  --child.height;
+  for (; child.code < end; child.code += std::uint64_t{1} << 3 * child.height) {
+    AddOccupied(child, voxels, writer);
+  }
 }
 
 std::string Hex(const Rgb& color) {
@@ -88,14 +108,10 @@ void WriteLabelledOctree(const std::filesystem::path& path,
                          const LeafSource& leaves,
                          const VoxelLabels& voxels,
                          const std::vector<Rgb>& palette) {
-  OctreeWriter<LabelEncoder> writer(path, leaves.resolution_m);
+  LabelledOctree writer(path, leaves.resolution_m);
   writer.GetEncoder().Use(voxels, palette);
   leaves.visit([&](const PlacedLeaf& leaf) {
-    if (leaf.log_odds < 0 || leaf.height == 0) return writer.Add(leaf);
-    PlacedLeaf voxel = leaf;
-    voxel.height = 0;
-    const std::uint64_t end = leaf.code + (std::uint64_t{1} << 3 * leaf.height);
-    for (; voxel.code < end; ++voxel.code) writer.Add(voxel);
+    leaf.log_odds < 0 ? writer.Add(leaf) : AddOccupied(leaf, voxels, &writer);
   });
   writer.Close();
 }

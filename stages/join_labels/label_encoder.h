@@ -12,11 +12,12 @@ namespace nightmap {
 
 // Nodes as ValueEncoder writes them, but for their colors: an inner node has the color of the class
 // that the votes of all voxels below it speak for most, and eight equal leaves become one only if
-// they have one class. So no color is a mixture. Leaves must be of the smallest size where they are
-// occupied. Leaves without votes have no color.
+// they have one class. So no color is a mixture. Leaves must be of the smallest size where voxels
+// have votes. Leaves without votes have no color.
 class LabelEncoder {
  public:
   static constexpr std::string_view kHead = ValueEncoder::kHead;
+  static constexpr std::string_view kType = ValueEncoder::kType;
 
   struct Node {
     float log_odds = 0;

@@ -17,7 +17,7 @@ void Run(const LaserGridOptions& options, StageContext& context) {
   context.BeginPart("fill");
   const LaserGridResult result = RunLaserGrid(options, input);
   for (const std::string& text : result.skipped) context.Skip(text);
-  context.CheckSkipped(result.num_scans, options.max_failed_ratio);
+  context.CheckSkipped(result.num_scans, options.max_failed_ratio, {{"scans"}, {"trajectory"}});
   context.BeginPart("write");
   WriteOneFloor(result.map.grid, context);
   context.Report() = DescribeLaserGrid(result);

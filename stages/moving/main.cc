@@ -25,9 +25,9 @@ int main(int argc, char** argv) {
     input.cameras = ReadCameras(context.Input("cameras"), input.frames);
     const FrameReader reader(context.Input("data"), context.Inputs("may_move"));
     input.load = [&, data_root = context.Input("data")](const FrameRecord& frame) {
-      auto images =
-          LoadRgbd(frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)), data_root);
-      images.moving = reader.Mask(frame);
+      const RgbdCamera& camera = input.cameras.at(static_cast<std::size_t>(frame.camera_idx));
+      auto images = LoadRgbd(frame, camera, data_root);
+      images.moving = reader.Mask(frame, camera);
       return images;
     };
     const auto result = RunMoving(options, input, context.NumThreads(), context.GetProgress());

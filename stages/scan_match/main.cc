@@ -26,7 +26,7 @@ void Run(const ScanMatchOptions& options, StageContext& context) {
           fmt::format("scan at {:.3f} s: fits nowhere", 1e-9 * static_cast<double>(scan.time_ns)));
     }
   }
-  context.CheckSkipped(result.scans.size(), options.max_failed_ratio);
+  context.CheckSkipped(result.scans.size(), options.max_failed_ratio, {{"scans"}});
   WriteEdges(context.Output("edges"), result.edges, context.ConfigToml());
   const std::string comment = "start_from_robot at each scan";
   WriteFile(context.Output("trajectory"), TrajectoryToTum(poses, comment));

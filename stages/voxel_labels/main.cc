@@ -25,7 +25,10 @@ void Run(const VoxelLabelsOptions& options, StageContext& context) {
   const VoxelLabelsResult result = RunVoxelLabels(
       options,
       source,
-      [&](const Keyframe& keyframe) { return labels.Of(keyframe.frame); },
+      [&](const Keyframe& keyframe) {
+        const auto camera = static_cast<std::size_t>(keyframe.frame.camera_idx);
+        return labels.Of(keyframe.frame, source.cameras[camera].color);
+      },
       labels.Classes(),
       occupied,
       context.GetProgress(),

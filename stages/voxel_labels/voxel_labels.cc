@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "pipeline/base/error.h"
-#include "pipeline/dense/octree_reader.h"
+#include "pipeline/dense/octree_io.h"
 #include "pipeline/geometry/voxel_key.h"
 
 namespace nightmap {
@@ -181,32 +180,6 @@ void VoxelLabelsOptions::Register(OptionList& list) {
            "pixels beyond this range do not vote for a label");
   depth_filter.Register(list);
   spread.Register(list);
-}
-
-OccupiedVoxels ReadOccupiedVoxels(const std::filesystem::path& own,
-                                  const std::vector<std::filesystem::path>& near,
-                                  const Rectangle& around) {
-  OccupiedVoxels occupied{OctreeReader(own).Resolution_m(), {}, {}};
-  const auto read = [&](const std::filesystem::path& path, const auto& take) {
-    OctreeReader reader(path);
-    while (const auto leaf = reader.Next()) {
-      if (leaf->log_odds < 0) continue;
-      const std::uint64_t num_voxels = std::uint64_t{1} << 3 * leaf->height;
-      for (std::uint64_t i = 0; i < num_voxels; ++i) take(leaf->code + i);
-    }
-  };
-  read(own, [&](std::uint64_t code) { occupied.own.push_back(code); });
-  occupied.codes = occupied.own;
-  for (const auto& path : near) {
-    read(path, [&](std::uint64_t code) {
-      const auto centre = VoxelCentre(KeyOfMortonCode(code), occupied.resolution_m);
-      if (around.Contains(centre.head<2>())) occupied.codes.push_back(code);
-    });
-  }
-  std::ranges::sort(occupied.codes);
-  const auto rest = std::unique(occupied.codes.begin(), occupied.codes.end());  // `own` may be near
-  occupied.codes.erase(rest, occupied.codes.end());
-  return occupied;
 }
 
 VoxelLabelsResult RunVoxelLabels(const VoxelLabelsOptions& options,

@@ -14,6 +14,7 @@
 #include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/dense/voxel_labels_io.h"
 #include "pipeline/io/labels_io.h"
+#include "stages/voxel_labels/occupied_voxels.h"
 #include "stages/voxel_labels/spread_votes.h"
 
 namespace nightmap {
@@ -31,18 +32,6 @@ struct VoxelLabelsOptions {
 
   void Register(OptionList& list);
 };
-
-// Occupied voxels of the smallest size, by their MortonCode, ascending.
-struct OccupiedVoxels {
-  double resolution_m = 0;
-  std::vector<std::uint64_t> own;    // of the tile, which get labels
-  std::vector<std::uint64_t> codes;  // these, and those beside the tile, whose votes spread to them
-};
-// The tile's octree, and those of it and its neighbours, of which it takes what lies within
-// `around`. Throws DataError as OctreeReader.
-OccupiedVoxels ReadOccupiedVoxels(const std::filesystem::path& own,
-                                  const std::vector<std::filesystem::path>& near,
-                                  const Rectangle& around);
 
 struct VoxelLabelsResult {
   VoxelLabels voxels;                // those of `own` for which anything speaks

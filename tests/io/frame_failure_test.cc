@@ -8,7 +8,7 @@
 #include <tuple>
 #include <vector>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/base/memory.h"
 #include "tests/test_data.h"
 
@@ -52,6 +52,12 @@ TEST(FrameFailure, MemoryThatRunsOutIsNoFailureOfTheFrame) {
       EXPECT_STREQ(error.what(), "out of memory at a.png");
     }
   }
+}
+
+TEST(FrameFailure, ADamagedArtifactPasses) {
+  const auto run = [](const std::function<void()>& work) { return FrameFailure("a.png", work); };
+  EXPECT_THROW((void)run([] { throw ArtifactError("masks.h5: truncated"); }), ArtifactError);
+  EXPECT_THROW((void)run([] { throw InputError({{"masks"}}, "truncated"); }), InputError);
 }
 
 TEST(FrameFailure, ADefectOfTheProgramPasses) {

@@ -2,10 +2,12 @@
 #include "pipeline/io/frame_reader.h"
 
 #include <mutex>
+#include <tuple>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
+#include "pipeline/io/frame_failure.h"
 #include "pipeline/io/masked_pixels.h"
 #include "pipeline/io/masks_io.h"
 #include "tests/test_data.h"
@@ -156,13 +158,13 @@ TEST_F(FrameReaderTest, TakesWhatMovesOutOfColorAndDepth) {
       EXPECT_FLOAT_EQ(images.depth.pixels[k], images.moving.pixels[k] != 0 ? 0.0F : 2.0F);
     }
   }
-  EXPECT_EQ(reader.Mask(frames_[0]).pixels, Disc().pixels);
+  EXPECT_EQ(reader.Mask(frames_[0], camera_).pixels, Disc().pixels);
 }
 
 TEST_F(FrameReaderTest, AFrameOfWhichNothingIsKnownMayNotBeUsed) {
   EXPECT_TRUE(Reader().MayUse(frames_[1]));
   EXPECT_FALSE(Reader().MayUse(frames_[2]));
-  EXPECT_TRUE(Reader().Mask(frames_[2]).pixels.empty());
+  EXPECT_TRUE(Reader().Mask(frames_[2], camera_).pixels.empty());
 }
 
 TEST_F(FrameReaderTest, SeveralThreadsReadTheSame) {
@@ -182,10 +184,27 @@ TEST_F(FrameReaderTest, SeveralThreadsReadTheSame) {
 TEST_F(FrameReaderTest, AMaskThatIsMissingOrOfAnotherSizeIsNamed) {
   frames_[0].others[kMaskChannel].path = "shard_0001.h5";
   NIGHTMAP_EXPECT_ERROR(
-      DataError, Reader().Color(frames_[0], camera_), "c0.png: its mask is in shard_0001.h5");
+      ArtifactError, Reader().Color(frames_[0], camera_), "c0.png: its mask is in shard_0001.h5");
   frames_[1].time_ns = 11;
   NIGHTMAP_EXPECT_ERROR(
-      DataError, Reader().Depth(frames_[1], camera_), "c1.png: shard_0000.h5 has no mask");
+      ArtifactError, Reader().Depth(frames_[1], camera_), "shard_0000.h5: has no mask of frame c1");
+  std::swap(camera_.color.width, camera_.color.height);
+  frames_[1].time_ns = 10;
+  NIGHTMAP_EXPECT_ERROR(ArtifactError,
+                        Reader().Mask(frames_[1], camera_),
+                        "shard_0000.h5: the mask of c1.png is 40 x 30 pixels and its picture 30");
+}
+
+// It says so each time, not that it lacks the frame.
+TEST_F(FrameReaderTest, ADamagedFileOfMasksIsNoFailureOfAPicture) {
+  std::filesystem::resize_file(folder_ / "shard_0000.h5", 600);
+  const FrameReader reader = Reader();
+  for (int i = 0; i < 2; ++i) {
+    const auto read = [&] {
+      std::ignore = FrameFailure("c0.png", [&] { reader.Color(frames_[0], camera_); });
+    };
+    NIGHTMAP_EXPECT_ERROR(ArtifactError, read(), "shard_0000.h5: not a readable HDF5 file");
+  }
 }
 
 }  // namespace frame_reader_test

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/io/labels_io.h"
 
+#include <tuple>
+
+#include "pipeline/base/input_error.h"
 #include "pipeline/base/random.h"
+#include "pipeline/io/frame_failure.h"
+#include "pipeline/io/frame_labels.h"
 #include "tests/io/hdf5_damage.h"
 
 namespace nightmap {
@@ -41,7 +46,6 @@ TEST(LabelsIo, ReadsBackEachFrameByItsTime) {
   EXPECT_THAT(reader.FrameIndices(), testing::ElementsAre(4, 7, 8));
   for (std::uint64_t i = 0; i < 3; ++i) {
     const std::int64_t time_ns = shard.frames[i].time_ns;
-    ASSERT_TRUE(reader.Has(time_ns));
     const Segmentation read = reader.Read(time_ns);
     const Segmentation expected = i == 2 ? SomeSegmentation(7, 5, 2) : SomeSegmentation(20, 10, i);
     EXPECT_EQ(read.labels.width, expected.labels.width);
@@ -55,8 +59,35 @@ TEST(LabelsIo, AFrameWithoutLabelsIsSaid) {
   const TemporaryFolder folder;
   WriteLabels(folder / "l.h5", SomeShard(), "");
   const LabelsReader reader(folder / "l.h5");
-  EXPECT_FALSE(reader.Has(5));
   NIGHTMAP_EXPECT_ERROR(DataError, reader.Read(5), "l.h5: field 'time_ns' does not hold 5");
+}
+
+// What is wrong with the labels is no fault of a picture, wherever they are read.
+TEST(FrameLabels, WhatIsWrongWithAFileOfLabelsIsNoFailureOfAPicture) {
+  const TemporaryFolder folder;
+  LabelsShard shard = SomeShard();
+  shard.frames[0].confidences.resize(shard.frames[0].confidences.size() / 2);
+  WriteLabels(folder / "l.h5", shard, "");
+  FrameRecord frame{7, shard.frames[1].time_ns, 0, 0, {"a.png", "h"}, {}, {}};
+  frame.others[kLabelsChannel] = {"l.h5", "h"};
+  const FrameLabels labels({folder / "l.h5"});
+  Camera picture;
+  picture.width = 20;
+  picture.height = 10;
+  EXPECT_EQ(labels.Of(frame, picture).labels.pixels, SomeSegmentation(20, 10, 1).labels.pixels);
+  const auto read = [&] {
+    std::ignore = FrameFailure("a.png", [&] { labels.Of(frame, picture); });
+  };
+  picture.width = 21;
+  NIGHTMAP_EXPECT_ERROR(ArtifactError, read(), "l.h5: the labels of a.png are 20 x 10 pixels");
+  picture.width = 20;
+  frame.time_ns = shard.frames[0].time_ns;
+  NIGHTMAP_EXPECT_ERROR(
+      ArtifactError, read(), "l.h5: field 'confidences/1000000000000' is damaged");
+  frame.time_ns = 3;
+  NIGHTMAP_EXPECT_ERROR(ArtifactError, read(), "l.h5: field 'time_ns' does not hold 3");
+  frame.others[kLabelsChannel].path = "m.h5";
+  NIGHTMAP_EXPECT_ERROR(ArtifactError, read(), "a.png: its labels are in m.h5");
 }
 
 TEST(LabelsIo, AShardWithoutLabelledFramesIsReadBack) {

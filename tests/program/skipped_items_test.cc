@@ -52,5 +52,14 @@ TEST(SkippedItems, NoRatioHelpsWhereAllItemsFail) {
   NIGHTMAP_EXPECT_ERROR(DataError, skipped.Check(3, 0.2), "or raise max_failed_ratio");
 }
 
+TEST(SkippedItems, OfAnInputAreAnErrorOfTheInput) {
+  SkippedItems skipped;
+  skipped.Add("scan at 1.0: fits nowhere");
+  skipped.Check(2, 0.5, {{"scans"}});
+  NIGHTMAP_EXPECT_ERROR(InputError,
+                        skipped.Check(2, 0.4, {{"scans"}, {"trajectory"}}),
+                        "scans, trajectory: 1 of 2 items were skipped");
+}
+
 }  // namespace skipped_items_test
 }  // namespace nightmap

@@ -8,8 +8,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/files.h"
+#include "pipeline/base/input_error.h"
 #include "pipeline/base/random.h"
 #include "pipeline/dense/octree_io.h"
 #include "pipeline/dense/octree_reader.h"
@@ -100,14 +100,19 @@ TEST(JoinLabels, PartsInAnyOrderGiveTheWhole) {
 
 TEST(JoinLabels, RefusesPartsThatOverlapOrDiffer) {
   const Parts parts = RandomParts(1);
-  NIGHTMAP_EXPECT_ERROR(
-      DataError, JoinVoxelLabels({parts.left, parts.left}), "two tiles label the voxel at");
+  NIGHTMAP_EXPECT_ERROR(InputError,
+                        JoinVoxelLabels({Empty(), parts.left, parts.left}),
+                        "tile_labels[1], tile_labels[2]: both label the voxel at");
   VoxelLabels other = Empty();
   other.classes.back() = "floor";
-  NIGHTMAP_EXPECT_ERROR(DataError, JoinVoxelLabels({parts.left, other}), "differ");
+  NIGHTMAP_EXPECT_ERROR(InputError,
+                        JoinVoxelLabels({parts.left, other}),
+                        "tile_labels[0], tile_labels[1]: they differ");
   other = Empty();
   other.resolution_m = 0.2;
-  NIGHTMAP_EXPECT_ERROR(DataError, JoinVoxelLabels({parts.left, other}), "differ");
+  NIGHTMAP_EXPECT_ERROR(InputError,
+                        JoinVoxelLabels({parts.left, other}),
+                        "tile_labels[0], tile_labels[1]: they differ");
 }
 
 TEST(LabelledOctree, HasTheColorOfEachVoxelsClassAndNoOther) {
@@ -169,6 +174,19 @@ TEST(LabelledOctree, LargeOccupiedLeavesGetTheClassesOfTheirVoxels) {
   ASSERT_EQ(labelled.leaves.size(), 8U);
   EXPECT_EQ(labelled.leaves[0].rgb, kPalette[3]);
   EXPECT_EQ(labelled.leaves[1].rgb, kPalette[1]);
+}
+
+// As damage makes them: it is taken apart only around its labels.
+TEST(LabelledOctree, OfALeafOfKilometresTakesNoMoreWorkThanItsLabels) {
+  const TemporaryFolder folder;
+  const int height = 14;
+  const double size_m = kResolution_m * (1 << height);
+  const OccupancyTree tree{kResolution_m, {{Eigen::Vector3d::Constant(size_m / 2), size_m, 0, {}}}};
+  WriteLabelledOctree(folder / "labels.ot", LeavesOfTree(tree), Cube(3), kPalette);
+  const OccupancyTree labelled = ReadOctree(folder / "labels.ot");
+  ASSERT_EQ(labelled.leaves.size(), 8U + 7U * (height - 1));
+  EXPECT_EQ(labelled.leaves[0].rgb, kPalette[3]);
+  EXPECT_EQ(labelled.leaves.back().rgb, (Rgb{255, 255, 255}));
 }
 
 TEST(LabelledOctree, VoxelsWithoutVotesHaveNoColor) {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
@@ -173,8 +173,9 @@ TEST(LaserGrid, SaysWhatToDoWhenNoScanCanBeUsed) {
       DataError, RunLaserGrid(scene.options, scene.input), "no sensor of the site scans");
   Scene blind;
   for (SignalSample& scan : blind.input.scans[0].samples) scan.ranges_m = {30};
-  NIGHTMAP_EXPECT_ERROR(
-      DataError, RunLaserGrid(blind.options, blind.input), "no beam of 20 scans hit anything");
+  NIGHTMAP_EXPECT_ERROR(InputError,
+                        RunLaserGrid(blind.options, blind.input),
+                        "scans: no beam of 20 scans hit anything");
 }
 
 }  // namespace laser_grid_test

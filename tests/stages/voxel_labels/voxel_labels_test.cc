@@ -230,5 +230,21 @@ TEST(OccupiedVoxels, OfNeighboursAreThoseAround) {
   EXPECT_THAT(occupied.codes, testing::ElementsAre(MortonCode({0, 0, 0}), MortonCode({10, 0, 0})));
 }
 
+TEST(OccupiedVoxels, OfALeafThatNoTileHoldsAreNotCounted) {
+  const TemporaryFolder folder;
+  OccupancyTree tree{0.1, {Leaf({0, 0, 0}, 0.1 * (1 << 14), 0)}};
+  WriteOctree(folder / "huge.ot", tree);
+  tree.leaves = {Leaf({0, 0, 0}, 0.8, 0)};
+  WriteOctree(folder / "own.ot", tree);
+  const Rectangle around{{-1, -1}, {7, 7}};
+  EXPECT_EQ(ReadOccupiedVoxels(folder / "own.ot", {}, around).own.size(), 512U);
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        ReadOccupiedVoxels(folder / "huge.ot", {}, around),
+                        "huge.ot: an occupied leaf of 1638.4 m is larger than a tile");
+  NIGHTMAP_EXPECT_ERROR(DataError,
+                        ReadOccupiedVoxels(folder / "own.ot", {folder / "huge.ot"}, around),
+                        "huge.ot: an occupied leaf of 1638.4 m is larger than a tile");
+}
+
 }  // namespace voxel_labels_test
 }  // namespace nightmap
