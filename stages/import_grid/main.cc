@@ -27,7 +27,9 @@ int main(int argc, char** argv) {
   using namespace nightmap;
   const StageSpec spec{"import_grid",
                        "imports a ROS map of another system as the grid of the site",
-                       {{"map", "YAML of map_server, which names its picture"},
+                       {CheckedPort("map",
+                                    "YAML of map_server, which names its picture",
+                                    [](const std::filesystem::path& yaml) { ReadGrid(yaml); }),
                         {"trajectory",
                          "trajectory.tum of the map_frame stage, which must be in the map",
                          Arity::kOptional}},

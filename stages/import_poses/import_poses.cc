@@ -32,6 +32,10 @@ std::vector<StampedPose> ReadLog(const ImportPosesOptions& options,
   return poses;
 }
 
+bool IsTum(const std::filesystem::path& path) {
+  return path.extension() == ".tum" || path.extension() == ".txt";
+}
+
 }  // namespace
 
 void ImportPosesOptions::Register(OptionList& list) {
@@ -49,8 +53,11 @@ void ImportPosesOptions::Register(OptionList& list) {
 
 std::vector<StampedPose> ReadGivenPoses(const ImportPosesOptions& options,
                                         const std::filesystem::path& path) {
-  const std::string extension = path.extension().string();
-  return extension == ".tum" || extension == ".txt" ? ReadTum(path) : ReadLog(options, path);
+  return IsTum(path) ? ReadTum(path) : ReadLog(options, path);
+}
+
+void CheckGivenPoses(const std::filesystem::path& path) {
+  if (IsTum(path)) ReadTum(path);
 }
 
 ImportPosesResult RunImportPoses(const ImportPosesOptions& options, const ImportPosesInput& input) {

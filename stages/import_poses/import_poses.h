@@ -38,6 +38,9 @@ struct ImportPosesResult {
 std::vector<StampedPose> ReadGivenPoses(const ImportPosesOptions& options,
                                         const std::filesystem::path& path);
 
+// Reads a TUM file; which lines of a log are meant, only the options tell. Throws DataError.
+void CheckGivenPoses(const std::filesystem::path& path);
+
 // The poses at the times of the scans, interpolated between two given ones at most max_gap_s apart.
 // The map frame is that of the poses. Throws UsageError when a sensor is not named but must be,
 // InputError when no scan has a pose. Pure.

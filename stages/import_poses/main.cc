@@ -32,7 +32,9 @@ int main(int argc, char** argv) {
       "import_poses",
       "Imports the robot's poses that another system made of a laser log.",
       {{"scans", "scans.h5 of the frames stage"},
-       {"given", "TUM file (.tum, .txt) of map_from_robot, or a CARMEN log with corrected poses"}},
+       CheckedPort("given",
+                   "TUM file (.tum, .txt) of map_from_robot, or a CARMEN log with corrected poses",
+                   CheckGivenPoses)},
       {{"trajectory", "trajectory.tum: map_from_robot at each scan"},
        {"keyframes", "keyframes.tum: the same"}}};
   return StageMain(argc, argv, spec, ImportPosesOptions{}, Run);

@@ -45,7 +45,9 @@ int main(int argc, char** argv) {
       {{"frames", "shard_NNNN.csv of all shards, in order", Arity::kMany},
        {"cameras", "cameras.json of the frames stage"},
        {"features", "shard_NNNN.h5 of the features stage, in the same order", Arity::kMany},
-       {"given", "TUM file: poses of the color camera in one frame, at the recording's times"}},
+       CheckedPort("given",
+                   "TUM file: poses of the color camera in one frame, at the recording's times",
+                   [](const std::filesystem::path& file) { ReadTum(file); })},
       {{"trajectory", "trajectory.tum: given_from_camera of every frame that has one"},
        {"keyframes", "keyframes.tum: given_from_camera of the keyframes"}}};
   return StageMain(argc, argv, spec, ImportTrajectoryOptions{}, Run);

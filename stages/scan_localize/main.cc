@@ -47,14 +47,19 @@ void Run(const ScanLocalizeOptions& options, StageContext& context) {
 
 int main(int argc, char** argv) {
   using namespace nightmap;
-  const StageSpec spec{"scan_localize",
-                       "finds where in the map laser scans were taken",
-                       {{"grid", "floors.json of the grid stage, or an imported map.yaml"},
-                        {"queries", "queries.h5: the scans"},
-                        {"objects", "objects.yaml: unchanging places", Arity::kOptional}},
-                       {{"queries", "queries.csv: every query with the verdict and its reason"},
-                        {"trajectory", "queries.tum: map_from_robot of the located scans"},
-                        {"candidates", "candidates.csv: every place that was considered"}}};
+  const StageSpec spec{
+      "scan_localize",
+      "finds where in the map laser scans were taken",
+      {{"grid", "floors.json of the grid stage, or an imported map.yaml"},
+       {"queries", "queries.h5: the scans"},
+       {"objects",
+        "objects.yaml: unchanging places",
+        Arity::kOptional,
+        PortKind::kFile,
+        [](const std::filesystem::path& file, const PortPaths&) { ReadObjects(file); }}},
+      {{"queries", "queries.csv: every query with the verdict and its reason"},
+       {"trajectory", "queries.tum: map_from_robot of the located scans"},
+       {"candidates", "candidates.csv: every place that was considered"}}};
   cv::setNumThreads(1);  // queries are the unit of parallelism
   return StageMain(argc, argv, spec, ScanLocalizeOptions{}, Run);
 }

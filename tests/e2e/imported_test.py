@@ -197,6 +197,18 @@ class ImportedTest(unittest.TestCase):
         self.assertRegex(said, r"other/turned.yaml: none of the \d+ camera poses is in its free or occupied cells")
         self.assertFalse((maps / "grid/map.yaml").exists())
 
+    def test_damaged_files_are_refused_before_anything_runs(self):
+        other = self.work.data() / "other"
+        (other / "cut.tum").write_text((other / "poses.tum").read_text()[:-9])
+        (other / "lost.yaml").write_text((other / "map.yaml").read_text().replace("map.pgm", "lost.pgm"))
+        (other / "odd.yaml").write_text((other / "map.yaml").read_text().replace("resolution: ", "resolution: -"))
+        for key, name, reason in (("trajectory", "cut.tum", r"cut.tum:\d+: "), ("map", "lost.yaml", "lost.pgm: no such image"),
+                                  ("map", "odd.yaml", r"odd.yaml:\d+: resolution")):  # fmt: skip
+            with self.subTest(name):
+                maps = self.site("damaged", f'{key} = "{SITE}/other/{name}"')
+                self.assertRegex(self.make("damaged", "map", code=2), reason)
+                self.assertFalse((maps / "frames").exists())
+
     def test_what_is_not_there_is_asked_for(self):
         self.site("empty", "")
         self.make("empty", "-q", "map", code=1)  # nothing given: the default pipeline
