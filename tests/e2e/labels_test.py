@@ -4,8 +4,10 @@
 cloud and octree; what reruns after a change; mistakes in the model file and in label pictures."""
 import csv
 import json
+import os
 import re
 import shutil
+import time
 import unittest
 
 import h5py
@@ -228,6 +230,25 @@ class LabelsTest(unittest.TestCase):
         with h5py.File(work.path("query_labels/masks.h5")) as file:
             self.assertEqual(len(file["time_ns"]), len(located) - 1)
         self.assertGreater(sum(",located," in line for line in located), 0.5 * len(located))
+
+    def test_damaged_octrees_and_masks_end_their_job_and_are_named(self):
+        """Zeros to the end; size and times stay, so that no job makes them anew."""
+        work = self.work.copy()
+        self.addCleanup(work.remove)
+        self.make(work, "map", "localize")
+        tile = min(work.path("octree").glob("tile_*.ot"), key=lambda path: -path.stat().st_size)
+        for file, goal, option in ((tile, "map", "voxel_labels.keyframe_stride=2"),
+                                   (work.path("octree/map.ot"), "map", "join_labels.max_failed_ratio=0.06"),
+                                   (work.path("octree/map.ot"), "map", "grid.margin_m=0.6"),
+                                   (work.path("query_labels/masks.h5"), "localize", "localize.max_focal_ratio=1.9")):  # fmt: skip
+            whole, times = file.read_bytes(), file.stat()
+            file.write_bytes(whole[:len(whole) // 5].ljust(len(whole), b"\0"))
+            os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))
+            begin = time.monotonic()
+            self.assertRegex(self.make(work, goal, f"SET={option}", code=2), rf"error.*{file.parent.name}/{file.name}: ")
+            self.assertLess(time.monotonic() - begin, 20)
+            file.write_bytes(whole)
+            os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))
 
     def test_a_wrong_model_is_refused_before_anything_runs(self):
         work = self.work.copy()
