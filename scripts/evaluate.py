@@ -171,8 +171,8 @@ def evaluate_loops(site, frames, max_gap_ns):
 def evaluate_map(site, truth_dir, alignment):
     """Cloud and grid against the exact building (truth frame = building frame)."""
     figures = {}
-    surfaces, cloud = truth_dir / "surfaces.ply", site.made("join_clouds", "cloud")
-    if surfaces.exists() and cloud:
+    surfaces = truth_dir / "surfaces.ply"
+    if surfaces.exists() and (cloud := site.made("join_clouds", "cloud")):
         vertices, triangles = read_ply(surfaces)
         figures["cloud"] = cloud_metrics(read_ply(cloud)[0], alignment, vertices, triangles)
     if (truth_dir / "floor_plan.yaml").exists() and site.made("grid", "yaml"):

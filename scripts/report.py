@@ -34,23 +34,23 @@ def parse_arguments():
     parser.add_argument("--site-dir", type=Path, required=True, help="maps/<site>")
     parser.add_argument("--out", type=Path, required=True, help="index.html to write")
     parser.add_argument("--data", type=Path, help="folder of the recordings, for query pictures")
+    parser.add_argument("--of-what-is-whole", action="store_true", help="write a page even if some results are damaged")
     return parser.parse_args()
 
 
-def make_report(site_dir, data):
-    """Returns the page. After a failed run it begins with the failure, and it appears even if files are damaged."""
+def make_report(site_dir, data, of_what_is_whole=False):
+    """Returns the page, which begins with the failure of a failed run. of_what_is_whole: it says which files are damaged."""
     if not site_dir.is_dir():
         raise DataError(f"{site_dir}: no such folder; run `make map` first")
     site = Site(site_dir, data)
-    title = f"nightmap: {site.name}"
     failure = read_failure(site)
-    if failure is None:
-        return html.page(title, *lead_and_sections(site, data))
     try:
         lead, sections = lead_and_sections(site, data)
     except (DataError, OSError) as error:
+        if not (failure or of_what_is_whole):
+            raise
         lead, sections = "Some of the results cannot be shown.", [html.section("Results", html.paragraph(str(error), "failed"))]
-    return html.page(title, lead, [failure_section(failure), *sections])
+    return html.page(f"nightmap: {site.name}", lead, [*([failure_section(failure)] if failure else []), *sections])
 
 
 def lead_and_sections(site, data):
@@ -74,7 +74,7 @@ def has_queries(site):
 
 def main():
     arguments = parse_arguments()
-    write_atomic(arguments.out, make_report(arguments.site_dir, arguments.data))
+    write_atomic(arguments.out, make_report(arguments.site_dir, arguments.data, arguments.of_what_is_whole))
 
 
 if __name__ == "__main__":

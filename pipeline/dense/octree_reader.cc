@@ -25,7 +25,6 @@ OctreeReader::OctreeReader(const std::filesystem::path& path)
     : path_(path), stream_(path, std::ios::binary) {
   if (!stream_) throw DataError("{}: cannot read: {}", path.string(), std::strerror(errno));
   ReadHeader();
-  CheckData();
 }
 
 // `# Octomap OcTree file`, then `key value` lines up to `data`.
@@ -62,6 +61,7 @@ void OctreeReader::ReadHeader() {
 }
 
 void OctreeReader::CheckData() {
+  is_checked_ = true;
   if (!hash_.empty()) {
     if (HashFile(path_, hashed_from_) != hash_) Fail("damaged: its data have another hash");
     return;
@@ -96,6 +96,7 @@ std::optional<PlacedLeaf> OctreeReader::ReadNode(std::uint64_t code, int height)
 }
 
 std::optional<PlacedLeaf> OctreeReader::Next() {
+  if (!is_checked_) CheckData();
   if (num_read_ == 0 && num_nodes_ > 0) ReadNode(0, kOctreeDepth);
   while (!open_.empty()) {
     Inner& inner = open_.back();

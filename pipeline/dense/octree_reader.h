@@ -15,9 +15,10 @@
 namespace nightmap {
 
 // Leaves come depth first, as they are in the file. The constructor throws DataError naming the
-// file when it is of another type than ColorOcTree or OcTree (white leaves), or damaged: by its
-// hash, and in a file of another program, which has none, by its structure and NaN. So no work is
-// done on leaves that are none: a zero is a leaf that is occupied, and may be as large as a city.
+// file when it is of another type than ColorOcTree or OcTree (white leaves), and the first Next
+// when it is damaged: by its hash, and in a file of another program, which has none, by its
+// structure and NaN. So no work is done on leaves that are none: a zero is a leaf that is occupied,
+// and may be as large as a city.
 class OctreeReader {
  public:
   explicit OctreeReader(const std::filesystem::path& path);
@@ -46,6 +47,7 @@ class OctreeReader {
   std::size_t num_nodes_ = 0;   // from the header
   std::string hash_;            // of the bytes from hashed_from_ on; empty: none in the header
   std::int64_t hashed_from_ = 0;
+  bool is_checked_ = false;
   std::size_t num_read_ = 0;
   std::vector<Inner> open_;  // path from the root to the current position
 };

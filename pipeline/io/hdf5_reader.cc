@@ -118,7 +118,11 @@ std::string Hdf5Reader::ReadText(const std::string& name) const {
 }
 
 std::string Hdf5Reader::ReadTextOf(std::int64_t object, const std::string& name) const {
-  if (H5Aexists(object, name.c_str()) <= 0) Fail(name, "is missing");
+  if (H5Aexists(object, name.c_str()) <= 0) {
+    Fail(name,
+         name == kHdf5HashName ? "is missing: an older nightmap or another program wrote the file"
+                               : "is missing");
+  }
   const Hdf5Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose);
   const Hdf5Handle type(H5Aget_type(attribute), H5Tclose);
   const std::size_t size = H5Tget_size(type);

@@ -100,9 +100,8 @@ void CheckClasses(const std::vector<std::string>& classes, const KeyLines& lines
   for (const std::string& name : classes) {
     if (name.empty() || !IsText(name)) {
       throw UsageError(
-          "{}: 'classes' names \"{}\", which is empty or holds control characters: give each class "
-          "a "
-          "name of one line",
+          "{}: 'classes' names \"{}\", which is empty or holds control characters: give each "
+          "class a name of one line",
           lines.Of("classes"),
           AsText(name));
     }

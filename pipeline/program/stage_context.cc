@@ -73,7 +73,7 @@ void StageContext::AddInput(const fs::path& path, const fs::path& named_by) {
   }
   RequirePlain(path);
   files_.AddRead(path, fmt::format("{}, which {} names", path.string(), named_by.string()));
-  written_inputs_.Hash(path);
+  if (HasOutput("receipt")) written_inputs_.Hash(path);
   inputs_[path.filename().string()].push_back(path);
 }
 

@@ -29,17 +29,11 @@ std::string Dump(const json& value) {
   return value.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
-json DescribeFile(
-    const std::string& name,
-    const fs::path& path,
-    const fs::path& bytes_at,
-    const std::function<std::string(const fs::path&)>& hash = [](const fs::path& file) {
-      return HashFile(file);
-    }) {
+json DescribeFile(const std::string& name, const fs::path& path, const fs::path& bytes_at) {
   json entry{{"name", name}, {"path", path.string()}};
   if (fs::is_regular_file(bytes_at)) {
     entry["size_bytes"] = fs::file_size(bytes_at);
-    entry["xxh3"] = hash(bytes_at);
+    entry["xxh3"] = HashFile(bytes_at);
   }
   return entry;
 }
@@ -61,7 +55,7 @@ class StageRun {
                  NIGHTMAP_BUILD_TYPE,
                  context.num_threads_);
     context.RemoveFailureFile();
-    DescribeInputs(context);  // refuses those that are not as they were written
+    if (context.HasOutput("receipt")) DescribeInputs(context);  // refuses what was not written so
     body(context);
     context.SumUpSkipped();
     context.BeginPart("commit");
@@ -94,13 +88,15 @@ class StageRun {
     });
   }
 
+  // The hashes are those of before the body ran.
   json DescribeInputs(StageContext& context) const {
-    const auto hash = [&](const fs::path& path) { return context.written_inputs_.Hash(path); };
     json inputs = json::array();
     for (const auto& [name, paths] : context.inputs_) {
       for (const fs::path& path : paths) {
-        inputs.push_back(IsByHash(name) ? json{{"name", name}, {"path", path.string()}}
-                                        : DescribeFile(name, path, path, hash));
+        json& entry = inputs.emplace_back(json{{"name", name}, {"path", path.string()}});
+        if (IsByHash(name) || !fs::is_regular_file(path)) continue;
+        entry["size_bytes"] = fs::file_size(path);
+        entry["xxh3"] = context.written_inputs_.Hash(path);
       }
     }
     return inputs;

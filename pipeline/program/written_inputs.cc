@@ -75,9 +75,8 @@ const std::string& WrittenInputs::Hash(const fs::path& input) {
   }
   if (is_listed) {
     throw DataError(
-        "{}: is not the file that the job wrote (its receipt names other bytes): damaged, edited "
-        "or "
-        "of another site; delete it and run make again",
+        "{}: is not the file that the job wrote (its receipt names other bytes): damaged, "
+        "edited or of another site; delete it and run make again ([import] takes an edited copy)",
         input.string());
   }
   return hash;

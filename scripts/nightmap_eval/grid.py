@@ -80,8 +80,9 @@ def read_map_yaml(path):
 def read_grid(yaml_path):
     keys = read_map_yaml(yaml_path)
     image = Path(yaml_path).parent / Path(keys["image"]).name
+    written = WrittenFiles()
     for path in (yaml_path, image):
-        WrittenFiles().require(path)
+        written.require(path)
     try:
         resolution_m = float(keys["resolution"])
         x, y, yaw = (float(word) for word in keys["origin"].strip("[]").split(","))

@@ -21,14 +21,14 @@ def checked_array(path, file, name):
     if not _is_whole(array) or array.nbytes > os.path.getsize(path):
         raise ValueError(f"array {name!r} declares more than the file holds")
     values = array[()]
-    if _text(array.attrs[HASH]) != _array_hash(name, values):
+    if _hash_of(array) != _array_hash(name, values):
         raise ValueError(f"array {name!r} is not as it was written (its hash differs)")
     return values
 
 
 def checked_text(file, name):
     """A text that a stage wrote beside the arrays."""
-    if _text_line(file, name) not in _text(file.attrs[HASH]).splitlines():
+    if _text_line(file, name) not in _hash_of(file).splitlines():
         raise ValueError(f"text {name!r} is not as it was written (its hash differs)")
     return _text(file.attrs[name])
 
@@ -48,6 +48,12 @@ def seal(file):
     for array in arrays:
         array.attrs[HASH] = np.bytes_(_array_hash(array.name.lstrip("/"), array[()]))
     file.attrs[HASH] = np.bytes_("".join(f"{_text_line(file, name)}\n" for name in file.attrs if name != HASH))
+
+
+def _hash_of(item):
+    if HASH not in item.attrs:
+        raise ValueError(f"{item.name!r} has no hash: an older nightmap or another program wrote the file")
+    return _text(item.attrs[HASH])
 
 
 def _is_whole(array):

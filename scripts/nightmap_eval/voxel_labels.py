@@ -38,7 +38,7 @@ def read_voxel_labels(site):
     with using(path):
         resolution_m, keys = float(np.ravel(resolution_m)[0]), keys.reshape(-1, 3).astype(np.int64)
         labels = strongest(np.ravel(offsets).astype(np.int64), np.ravel(votes).astype(np.int64), np.ravel(weights))
-        if len(labels) != len(keys) or labels.max(initial=0) >= len(names) or not 0 < resolution_m < np.inf:
+        if len(labels) != len(keys) or labels.max(initial=-1) >= len(names) or not 0 < resolution_m < np.inf:
             raise ValueError("its arrays do not fit each other or the legend")
     return VoxelLabels(resolution_m, keys, labels, names, colors)
 

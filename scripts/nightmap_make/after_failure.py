@@ -44,7 +44,8 @@ def write_page(run, code):
     elif code != 0:
         write(path, json.dumps(describe(run, code), indent=1))
     page = f"{run.folder}/report/index.html"
-    command = [run.env["PYTHON"], "scripts/report.py", "--site-dir", run.folder, "--data", run.env["DATA"], "--out", page]
+    command = [run.env["PYTHON"], "scripts/report.py", "--site-dir", run.folder, "--data", run.env["DATA"], "--out", page,
+               "--of-what-is-whole"]
     _, status = os.waitpid(os.posix_spawnp(command[0], command, run.env), 0)
     return status == 0
 
@@ -57,7 +58,7 @@ def describe(run, code):
     return {"format": "nightmap failure", "version": 1, "goals": outcome.goals, "exit_code": code,
             "failed": [{"job": name, "exit_code": exit_code, "log": _end_of(f"{run.folder}/logs/{name}.log")}
                        for name, exit_code in outcome.failed().items()],
-            "out_of_date": out_of_date[:NUM_STALE], "num_out_of_date": len(staleness.reasons) - len(staleness.uncertain)}  # fmt: skip
+            "out_of_date": out_of_date[:NUM_STALE], "num_out_of_date": len(staleness.reasons)}  # fmt: skip
 
 
 def _end_of(log):

@@ -24,13 +24,13 @@ class Child:
             pid = self._pid = os.posix_spawnp(command[0], command, environment, setsigmask=blocked, **more)
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-        while self._pid:
+        while True:
             try:
                 os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)  # its number stays its own until waitpid
                 self._pid = None
+                return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) & 0xff
             except KeyboardInterrupt:  # the program got the signal too, and ends what it started
                 continue
-        return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) & 0xff
 
     def _pass_on(self, number, _):
         self._ended_by = number

@@ -138,6 +138,8 @@ class MakeRun:
             os.makedirs(f"{self.folder}/logs", exist_ok=True)
         for path, text in files.items():
             write_if_changed(path, text)
+        for line in [] if self.is_preview else self.rules.edited():
+            self._tell_once(line)
 
     def _mend_times(self):
         """Moves times in the future to the present."""

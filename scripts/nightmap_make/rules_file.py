@@ -80,12 +80,22 @@ class RulesFile:
             return True
         if any(self.times.of(path) is None for path in self.graph.files_beside(rule.job)):
             return True
-        return not rule.job.script and self._is_interrupted(rule, max(times_ns))
+        return not rule.job.script and (bool(self.newer_than_receipt(rule)) or not _ends_well(dict(rule.outputs)["receipt"]))
 
-    def _is_interrupted(self, rule, newest_ns):
-        """Whether a run was killed while it committed: the receipt is renamed last, so no output may be newer."""
-        receipt = dict(rule.outputs)["receipt"]
-        return newest_ns > self.times.of(receipt) or not _ends_well(receipt)
+    def newer_than_receipt(self, rule):
+        """A file that was edited, or is of a run that was killed while it committed: the receipt is renamed last. Else None."""
+        if rule.job.script:
+            return None
+        newest = max(rule.output_paths(), key=lambda path: self.times.of(path) or 0)
+        receipt_ns = self.times.of(dict(rule.outputs)["receipt"])
+        return newest if receipt_ns is not None and self.times.of(newest) > receipt_ns else None
+
+    def edited(self):
+        """Says which files are made anew because they are newer than their receipts."""
+        for rule in self.graph.rules:
+            path = self.newer_than_receipt(rule)
+            if path:
+                yield f"nightmap: {path} was edited, or {rule.name} was killed while it wrote it: {rule.name} makes it anew"
 
     def list_files(self):
         """(path, text) of the files that list many paths for a program."""

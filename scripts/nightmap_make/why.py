@@ -38,7 +38,9 @@ class Staleness:
         if lost:
             return [f"{path} does not exist" for path in lost]
         if self._file.must_run(rule):
-            return ["its last run was not finished, or a file that it wrote is lost or damaged"]
+            edited = self._file.newer_than_receipt(rule)
+            return [f"{edited} is newer than its receipt: it was edited, or its job was killed" if edited else
+                    "its last run was not finished, or a file that it wrote is lost or damaged"]  # fmt: skip
         oldest = min(rule.output_paths(), key=self._times.of)
         return [reason for path in self._inputs(rule) if (reason := self._reason(rule, path, oldest))]
 

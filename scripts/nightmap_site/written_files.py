@@ -24,7 +24,7 @@ class WrittenFiles:
         self._hashes = self._hashes or Hashes()  # which loads a library
         if self._hashes.of(os.fspath(path)) not in hashes:
             raise DataError(f"{path}: is not the file that the job wrote (its receipt names other bytes): damaged, edited or of "
-                            "another site; delete it and run make again")  # fmt: skip
+                            "another site; delete it and run make again ([import] takes an edited copy)")  # fmt: skip
 
     def _outputs(self, folder, name):
         receipt = os.path.join(folder, name)

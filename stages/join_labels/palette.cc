@@ -42,6 +42,7 @@ std::vector<Rgb> MakePalette(const std::vector<std::string>& texts, std::size_t 
     for (std::size_t i = 0; i < num_classes; ++i) palette.push_back(VocColor(i));
     return palette;
   }
+  if (num_classes == 0) return palette;  // no voxel has a label
   if (texts.size() != num_classes) {
     throw UsageError("option palette has {} colors for {} classes: give one per class, or none",
                      texts.size(),

@@ -29,6 +29,7 @@ double Rounded(double value, double steps_per_unit) {
 }
 
 void CheckNames(const std::vector<std::string>& names, const std::vector<std::string>& classes) {
+  if (classes.empty()) return;  // no voxel has a label
   for (const std::string& name : names) {
     if (std::ranges::find(classes, name) != classes.end()) continue;
     throw UsageError(

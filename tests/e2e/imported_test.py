@@ -199,7 +199,7 @@ class ImportedTest(unittest.TestCase):
 
     def test_damaged_files_are_refused_before_anything_runs(self):
         other = self.work.data() / "other"
-        (other / "cut.tum").write_text((other / "poses.tum").read_text()[:-9])
+        (other / "cut.tum").write_text((other / "poses.tum").read_text()[:-30])
         (other / "lost.yaml").write_text((other / "map.yaml").read_text().replace("map.pgm", "lost.pgm"))
         (other / "odd.yaml").write_text((other / "map.yaml").read_text().replace("resolution: ", "resolution: -"))
         for key, name, reason in (("trajectory", "cut.tum", r"cut.tum:\d+: "), ("map", "lost.yaml", "lost.pgm: no such image"),

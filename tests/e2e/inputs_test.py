@@ -242,7 +242,7 @@ class InputsTest(unittest.TestCase):
         join = ("--in", f"tile=maps/{SITE}/tiles/tile_0_0.json", "--in",
                 f"tile_report=maps/{SITE}/octree/report_0_0.json", "--out", "ot=joined.ot", "--out", "bt=joined.bt")
         result = self.work.run("join_octrees", *join, "--in", f"tile_ot={path}")
-        self.check(result, 1, "tile_0_0.ot", "truncated", "make the octree again")
+        self.check(result, 1, "tile_0_0.ot", "damaged", "make the octree again")
         self.assertFalse(list(self.work.folder.glob("joined.*")))
         self.check(self.work.run("join_octrees", *join), 2, "--in tile_ot=PATH is missing")
 

@@ -123,7 +123,8 @@ class LabelsTest(unittest.TestCase):
         hashes = work.hashes()
         shutil.rmtree(work.path(""))
         self.make(work, "map")
-        self.assertEqual(hashes, work.hashes())
+        expected = work.hashes()
+        self.assertEqual({name: hashes.get(name) for name in expected}, expected)  # another test may have asked for more
 
     def test_a_renamed_class_is_renamed_in_all_results(self):
         work = self.work.copy()

@@ -153,7 +153,7 @@ class ListsTest(unittest.TestCase):
         self.assertIn("failed or was killed", page.read_text())
         self.make("map")
         self.assertNotIn("failed or was killed", page.read_text())
-        self.assertFalse(self.work.path("evaluate").exists())
+        self.assertFalse(self.work.path("evaluate/metrics.json").exists())
 
 
 class HostileFilesTest(unittest.TestCase):

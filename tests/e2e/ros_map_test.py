@@ -103,7 +103,8 @@ class RosMapTest(unittest.TestCase):
             self.make(goal)
 
     def test_damaged_objects_are_refused_before_anything_runs(self):
-        (self.folder / "objects.yaml").write_text("format: nightmap objects\nversion: 1\nobjects:\n  - name: desk\n    x_m: one\n")
+        (self.folder / "objects.yaml").write_text("format: nightmap objects\nversion: 1\nobjects:\n  - name: desk\n    x_m: one\n    y_m: 1\n    size_x_m: 1\n"
+                                                   "    size_y_m: 1\n    angle_deg: 0\n")
         config = self.work.folder / f"configs/sites/{SITE}.toml"
         config.write_text(CONFIG.replace("[import]\n", '[import]\nobjects = "office/objects.yaml"\n'))
         self.assertRegex(self.make("plan", "START=0.5,-0.2", "GOAL=5.5,0.5", code=2), r"office/objects.yaml:5: x_m")

@@ -86,7 +86,7 @@ class WhyTest(unittest.TestCase):
             with self.subTest(new):
                 self.assertEqual(self.edited(old, new, changes="1") & {"frames", "queries", "localize"}, {"queries", "localize"})
 
-    def test_things_follow_the_voxels_that_are_written_beside_an_octree(self):
+    def test_things_follow_the_voxels(self):
         """Under -j, too, and when a plan alone is asked for."""
         self.use("labels", ("model",))
         self.site.path("voxel_labels/voxels.h5").unlink()
