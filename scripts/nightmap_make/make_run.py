@@ -86,7 +86,7 @@ class MakeRun:
             if not self.asked.pipeline.goes_first(job) or job.name not in self.graph.jobs or job.name not in self.asked.needed_jobs():
                 continue
             before, size = self.site_state.lists[job.lists], journal_size(self.folder)
-            code = self._make([self.graph.path_of(job, next(iter(job.outputs)))])
+            code = self._make(self._goals_up_to(job))
             if code != 0:
                 return code
             if journal_size(self.folder) == size:
@@ -97,6 +97,13 @@ class MakeRun:
         self._refuse_without_jobs()
         self._remove_gone()
         return self._make(self.goals)
+
+    def _goals_up_to(self, job):
+        """What a job makes, after what those before it make, so that they are made even if it fails. Lists come before all that
+        depends on their units."""
+        needed, names = self.asked.needed_jobs(), list(self.graph.jobs)
+        before = [] if job.lists else [self.graph.jobs[name] for name in names[: names.index(job.name)] if name in needed]
+        return [self.graph.path_of(one, next(iter(one.outputs))) for one in [*before, job] if one.unit == "site"]
 
     def _remove_gone(self):
         """Before the goals are made, so that evaluation and report do not read it."""

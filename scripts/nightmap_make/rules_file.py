@@ -94,7 +94,7 @@ class RulesFile:
         """Says which files are made anew because they are newer than their receipts."""
         for rule in self.graph.rules:
             path = self.newer_than_receipt(rule)
-            if path:
+            if path and rule.job.name not in self.site.damaged:
                 yield f"nightmap: {path} was edited, or {rule.name} was killed while it wrote it: {rule.name} makes it anew"
 
     def list_files(self):

@@ -210,10 +210,10 @@ class Pipeline:
         return bool(job.lists) and (any("{unit}" in name for name in names) or self._runs_per(job.lists))
 
     def goes_first(self, job):
-        """Whether the rules of the site depend on what this job lists, or others read files that it writes beside the list: Make looks
-        up their times before the job ran when it meets them before the list."""
+        """Whether the rules of the site depend on what this job lists, or others read files that it writes beside its first output:
+        Make looks up their times before the job ran when it meets them before that output."""
         decides_rules = self._runs_per(job.lists) or job.lists == "query" and any(other.when == "queries" for other in self.jobs.values())
-        return bool(job.lists) and (decides_rules or any(self.is_read(job, output) for output in job.beside))
+        return bool(job.lists) and decides_rules or any(self.is_read(job, output) for output in job.beside)
 
     def is_read(self, job, output):
         """Whether a job takes this output as an input."""

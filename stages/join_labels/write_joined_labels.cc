@@ -46,7 +46,7 @@ void WriteJoinedLabels(const JoinLabelsOptions& options, StageContext& context) 
   const VoxelLabels voxels = ReadParts(context.Inputs("tile_labels"));
   const std::vector<Rgb> palette = MakePalette(options.palette, voxels.classes.size());
   context.BeginPart("write");
-  WriteVoxelLabels(context.Output("voxels"), voxels, "");
+  WriteVoxelLabels(context.OutputBeside("ot", "voxels.h5"), voxels, "");
   WriteLabelledOctree(context.Output("ot"), LeavesOfFile(context.Input("octree")), voxels, palette);
   WriteFile(context.Output("legend"), LegendJson(voxels, palette));
   LabelCloud(context.Input("cloud"), context.Output("cloud"), voxels);

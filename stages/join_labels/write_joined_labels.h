@@ -8,7 +8,8 @@
 namespace nightmap {
 
 // Reads the inputs tile, tile_labels and tile_report of the same tiles, the octree and the cloud.
-// Writes ot, voxels, legend and cloud, and removes files of other tiles from their folder. Throws DataError when the tiles were made with different configs, or when more than
+// Writes ot, legend and cloud, and voxels.h5 beside ot, and removes files of other tiles from their
+// folder. Throws DataError when the tiles were made with different configs, or when more than
 // max_failed_ratio of the keyframes could not be read, UsageError on a bad palette.
 void WriteJoinedLabels(const JoinLabelsOptions& options, StageContext& context);
 

@@ -69,6 +69,7 @@ for path in "${outputs[@]}"; do
     */floors.json)
       echo '{"format": "nightmap floors", "version": 2, "floors": [{"number": 0, "height_m": 0.0, "yaml": "map.yaml"}]}' >"$path"
       ;;
+    */voxel_labels/legend.json) echo "$program" >"$path" && keep "$folder/voxels.h5" voxels ;;
     *report*.json) printf '%s\n' "{\"format\": \"nightmap report\", \"version\": 1, \"stage\": \"$program\", \"num_skipped\": 0, \"skipped\": [], \"config\": \"$quoted\"}" >"$path" ;;
     *)
       [ -d "${path%/*}" ] || mkdir -p "${path%/*}"

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `make why` names is what the next make runs, in every profile, after a change of each stage's options and of the site's
 config. The programs are stubs."""
+import shutil
 import unittest
 
 from nightly import some_of
@@ -86,7 +87,7 @@ class WhyTest(unittest.TestCase):
             with self.subTest(new):
                 self.assertEqual(self.edited(old, new, changes="1") & {"frames", "queries", "localize"}, {"queries", "localize"})
 
-    def test_things_follow_the_voxels(self):
+    def test_things_follow_the_voxels_that_are_written_beside_an_octree(self):
         """Under -j, too, and when a plan alone is asked for."""
         self.use("labels", ("model",))
         self.site.path("voxel_labels/voxels.h5").unlink()
@@ -97,6 +98,12 @@ class WhyTest(unittest.TestCase):
             self.make("-j4", goal, f"SET={change}", changes="1")
             self.assertLess({"voxel_labels_0_0", "join_labels", "objects"}, set(self.site.ran()))
             self.make("-q", goal, f"SET={change}")
+
+    def test_a_job_that_goes_first_and_fails_costs_no_other(self):
+        self.use("labels", ("model",))
+        shutil.rmtree(self.site.path(""))
+        self.make("map", code=2, fails="join_labels")
+        self.assertLess({"grid", "landmarks", "join_labels"}, set(self.site.ran()))
 
 
 if __name__ == "__main__":

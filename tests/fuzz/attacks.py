@@ -260,8 +260,8 @@ def damaged_results(draw, root, commands):
 def damaged_run(draw, root, commands):
     """A damaged artifact, under a make that it makes run again: it heals, refuses, or ends as without the attack."""
     site = draw.choice([path for path in (root / "maps").iterdir() if path.name != "special"])
-    files = [path for path in sorted(site.glob("*/*")) if path.is_file() and path.parent.name not in ("config", "logs", "lists", ".preview")
-             and "receipt" not in path.name]  # fmt: skip
+    others = ("config", "logs", "lists", ".preview", *(() if "localize" in GOALS[site.name] else ("queries",)))
+    files = [path for path in sorted(site.glob("*/*")) if path.is_file() and path.parent.name not in others and "receipt" not in path.name]
     path = draw.choice(files)
     what = f"{path.relative_to(root)}: {damage(draw, path)}"
     return Attack(what, ["make", f"SITE={site.name}", *GOALS[site.name]], as_clean=(str(site.relative_to(root)),))

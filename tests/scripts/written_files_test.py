@@ -32,7 +32,7 @@ class WrittenFilesTest(unittest.TestCase):
         return self.job / name
 
     def assert_refused(self, path):
-        with self.assertRaisesRegex(DataError, f"^{path}: is not the file that the job wrote .*; delete it and run make again$"):
+        with self.assertRaisesRegex(DataError, f"^{path}: is not the file that the job wrote .*; delete it and run make again"):
             WrittenFiles().require(path)
 
     def test_other_bytes_are_refused(self):
