@@ -84,7 +84,7 @@ class RulesFile:
 
     def newer_than_receipt(self, rule):
         """A file that was edited, or is of a run that was killed while it committed: the receipt is renamed last. Else None."""
-        if rule.job.script:
+        if rule.job.script or rule.job.name in self.site.damaged:
             return None
         newest = max(rule.output_paths(), key=lambda path: self.times.of(path) or 0)
         receipt_ns = self.times.of(dict(rule.outputs)["receipt"])
@@ -94,7 +94,7 @@ class RulesFile:
         """Says which files are made anew because they are newer than their receipts."""
         for rule in self.graph.rules:
             path = self.newer_than_receipt(rule)
-            if path and rule.job.name not in self.site.damaged:
+            if path:
                 yield f"nightmap: {path} was edited, or {rule.name} was killed while it wrote it: {rule.name} makes it anew"
 
     def list_files(self):
