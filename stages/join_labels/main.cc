@@ -14,7 +14,8 @@ int main(int argc, char** argv) {
        {"tile_report", "report_X_Y.json of the same labels, in order", Arity::kMany},
        {"octree", "map.ot of the join_octrees stage"},
        {"cloud", "cloud.ply of the join_clouds stage"}},
-      {{"ot", "map.ot: log-odds, and the color of the class of each voxel (OctoMap ColorOcTree); "
+      {{"ot",
+        "map.ot: log-odds, and the color of the class of each voxel (OctoMap ColorOcTree); "
         "voxels.h5, the votes, is written next to it"},
        {"legend", "names and colors of the classes, and how many voxels each has"},
        {"cloud", "cloud.ply: as the cloud, with the class of each point as its label"}}};
