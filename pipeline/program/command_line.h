@@ -9,7 +9,7 @@
 #include "pipeline/base/options.h"
 #include "pipeline/program/stage_context.h"
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): CLI11's name
 class App;
 }
 

@@ -6,6 +6,7 @@ it names the jobs that must run again whatever the modification times say. Input
 reach the program in a file below `lists/`, since the length of a command line is limited.
 """
 
+import json
 import os
 
 from nightmap_make.graph import PathList
@@ -78,9 +79,20 @@ class RulesFile:
         times_ns = [self.times.of(path) for path in rule.output_paths()]
         if None in times_ns or rule.job.name in self.site.damaged:
             return True
-        if any(self.times.of(path) is None for path in self.graph.files_beside(rule.job)):
+        if any(self.times.of(path) is None for path in [*self.graph.files_beside(rule.job), *self._written_of_queries(rule)]):
             return True
         return not rule.job.script and (bool(self.newer_than_receipt(rule)) or not _ends_well(dict(rule.outputs)["receipt"]))
+
+    def _written_of_queries(self, rule):
+        """What the last run of the list of queries wrote: which files that are follows from the queries (there may be no truth)."""
+        if rule.job.lists != "query":
+            return []
+        receipt = dict(rule.outputs)["receipt"]
+        try:
+            with open(receipt, encoding="utf-8") as file:
+                return [os.path.join(os.path.dirname(receipt), os.path.basename(entry["path"])) for entry in json.load(file)["outputs"]]
+        except (OSError, ValueError, KeyError, TypeError):
+            return []
 
     def newer_than_receipt(self, rule):
         """A file that was edited, or is of a run that was killed while it committed: the receipt is renamed last. Else None."""

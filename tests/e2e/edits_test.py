@@ -70,7 +70,8 @@ class Edits:
     def recording(self):
         """A line of a list or log that is gone, or a picture that is as another."""
         files = sorted(path for path in self.root.rglob("*") if path.is_file())
-        path = self.draw.choice([path for path in files if path.suffix in LISTS] if self.draw.random() < 0.6 else files)
+        lists = [path for path in files if path.suffix in LISTS]
+        path = self.draw.choice(lists if lists and self.draw.random() < 0.6 else files)
         if path.suffix in LISTS:
             lines = path.read_bytes().split(b"\n")
             del lines[self.draw.randrange(len(lines) // 2, len(lines))]

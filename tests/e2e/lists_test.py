@@ -74,6 +74,15 @@ class ListsTest(unittest.TestCase):
             self.assertEqual(woken, {stage})
         self.assertEqual(self.work.hashes(), self.hashes)
 
+    def test_a_truth_of_queries_that_is_gone_comes_back(self):
+        path = self.work.path("queries/query_ground_truth.tum")
+        whole = path.read_bytes()
+        path.unlink()
+        self.assertEqual(self.work.make("-q", "map").returncode, 1)
+        self.make("map")
+        self.assertEqual(path.read_bytes(), whole)
+        self.assertEqual(self.work.make("-q", "map").returncode, 0)
+
     def test_results_of_shards_that_are_no_more_are_removed_and_come_back(self):
         self.assertGreater(len(list(self.work.path("features").glob("shard_*.h5"))), 1)
         self.make("map", ONE_SHARD)
