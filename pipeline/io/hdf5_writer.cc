@@ -18,8 +18,10 @@ Hdf5Handle UntimedProperties(hid_t property_class) {
   return Hdf5Handle(H5Pcopy(properties), H5Pclose);
 }
 
-// HDF5 has no room for attributes of 64 kB and more.
+constexpr std::size_t kMaxText_bytes = 64 << 10;  // of an attribute that every HDF5 can read
+
 bool WriteStringAttribute(hid_t object, const char* name, const std::string& text) {
+  if (text.size() + 1 >= kMaxText_bytes) return false;
   const Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type, text.size() + 1);
   const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
@@ -33,6 +35,17 @@ void WriteIntAttribute(hid_t file, const char* name, int value) {
   const Hdf5Handle attribute(
       H5Acreate2(file, name, H5T_NATIVE_INT, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   H5Awrite(attribute, H5T_NATIVE_INT, &value);
+}
+
+// The groups on the path of an array. (HDF5's own option for this gives them times.)
+void CreateGroupsOf(hid_t file, const std::string& name) {
+  const Hdf5Handle properties = UntimedProperties(H5P_GROUP_CREATE);
+  for (std::size_t at = name.find('/', 1); at != std::string::npos; at = name.find('/', at + 1)) {
+    const std::string group = name.substr(0, at);
+    if (H5Lexists(file, group.c_str(), H5P_DEFAULT) > 0) continue;
+    const Hdf5Handle created(H5Gcreate2(file, group.c_str(), H5P_DEFAULT, properties, H5P_DEFAULT),
+                             H5Gclose);
+  }
 }
 
 }  // namespace
@@ -53,8 +66,12 @@ Hdf5Writer::Hdf5Writer(const std::filesystem::path& path,
 Hdf5Writer::Hdf5Writer(const std::filesystem::path& path) : path_(path) {
   SilenceHdf5Errors();
   const Hdf5Handle properties = UntimedProperties(H5P_FILE_CREATE);
+  const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  // Since 1.8 headers of objects carry checksums. HDF5 1.10 reads beyond the end of damaged ones
+  // without.
+  H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18);
   errno = 0;
-  file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, properties, H5P_DEFAULT);
+  file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, properties, access);
   if (file_ < 0) {
     throw DataError(
         "{}: cannot create: {}; free space on that disk, or make the folder writable, and run "
@@ -90,11 +107,11 @@ void Hdf5Writer::Write(const std::string& name, const Array<T>& array) {
   }
   const hsize_t sizes[2] = {array.rows, array.cols};
   const Hdf5Handle space(H5Screate_simple(2, sizes, nullptr), H5Sclose);
-  const Hdf5Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
-  H5Pset_create_intermediate_group(links, 1);
+  CreateGroupsOf(file_, name);
   const Hdf5Handle properties = UntimedProperties(H5P_DATASET_CREATE);
   const Hdf5Handle dataset(
-      H5Dcreate2(file_, name.c_str(), NativeHdf5Type<T>(), space, links, properties, H5P_DEFAULT),
+      H5Dcreate2(
+          file_, name.c_str(), NativeHdf5Type<T>(), space, H5P_DEFAULT, properties, H5P_DEFAULT),
       H5Dclose);
   const std::string_view bytes(reinterpret_cast<const char*>(array.values.data()),
                                array.values.size() * sizeof(T));
