@@ -27,8 +27,8 @@ std::vector<fs::path> ReceiptsBeside(const fs::path& path) {
   return receipts;
 }
 
-// Of the files in the receipt's folder, which may have been moved since. A file that is no receipt
-// lists none.
+// The hashes of the outputs in the receipt's folder, which may have been moved since, by name. A
+// file that is no receipt lists none.
 std::map<std::string, std::string> ReadOutputs(const fs::path& receipt) {
   std::map<std::string, std::string> outputs;
   if (!fs::is_regular_file(receipt)) return outputs;

@@ -13,7 +13,7 @@ def _floor_stems(site_dir):
     return [row["yaml"].removesuffix(".yaml") for row in unit_lists.read_floors(os.path.join(site_dir, "grid"))]
 
 
-# Which rules there are follows from these lists, by what they list, and from whether there are queries.
+# Readers of lists, by what these list. The rules of a site follow from them and from whether there are queries.
 READERS = {"shard": unit_lists.read_shards, "tile": unit_lists.read_tiles, "floor": _floor_stems}
 
 

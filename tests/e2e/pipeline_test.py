@@ -140,7 +140,7 @@ class RulesTest(StubTest):
     def test_a_job_that_failed_runs_once_more_and_not_twice(self):
         self.make("map")
         self.make("localize", code=2, fails="localize")
-        output = self.site.make("localize").stdout  # the stub's list of pictures is no list, which the end says
+        output = self.make("localize")
         self.assertEqual(output.splitlines().count("== localize"), 1, output)
 
     def test_results_inside_the_recording_are_no_part_of_it(self):

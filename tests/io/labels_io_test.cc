@@ -62,7 +62,7 @@ TEST(LabelsIo, AFrameWithoutLabelsIsSaid) {
   NIGHTMAP_EXPECT_ERROR(DataError, reader.Read(5), "l.h5: field 'time_ns' does not hold 5");
 }
 
-// What is wrong with the labels is no fault of a picture, wherever they are read.
+// A fault of the labels is none of a picture, wherever they are read.
 TEST(FrameLabels, WhatIsWrongWithAFileOfLabelsIsNoFailureOfAPicture) {
   const TemporaryFolder folder;
   LabelsShard shard = SomeShard();
