@@ -41,15 +41,26 @@ class Declaration:
             self.jobs[name] = self._as_table(name, table, path)
 
     def change(self, path, imports):
-        """Applies the tables of a profile: ports and other keys replace or add those of a job, false takes a port away. Several
-        tables of one job, [[job]], are applied one after the other."""
-        self._paths.insert(0, path)
+        """Applies the tables of a profile, after those of the profiles that it includes ([[include]]): ports and other keys replace or
+        add those of a job, false takes a port away. Several tables of one job, [[job]], are applied one after the other."""
         tables = read_toml(path)
+        for piece in tables.pop("include", []):
+            if piece.get("given") in (None, *imports):
+                self.change(self._path_of(piece, path), imports)
+        self._paths.insert(0, path)
         self.goals |= tables.pop("goals", {})
         self.clashes = self.clashes + tables.pop("clash", [])
         for name, changes in tables.items():
             for table in changes if isinstance(changes, list) else [changes]:
                 self._change_job(name, dict(self._as_table(name, table, path)), imports)
+
+    def _path_of(self, piece, path):
+        """The tables of the profile that an [[include]] of path names."""
+        included = os.path.join(os.path.dirname(os.path.dirname(path)), str(piece.get("profile")), "pipeline.toml")
+        if set(piece) - {"profile", "given"} or not os.path.exists(included) or included == path:
+            raise PipelineError(f"{path}: [[include]] has the keys profile, which names a folder beside this one with a pipeline.toml, "
+                                "and given, a key of [import]")  # fmt: skip
+        return included
 
     def _change_job(self, name, table, imports):
         if table.pop("given", None) not in (None, *imports):

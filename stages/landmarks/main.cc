@@ -7,6 +7,7 @@
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/landmarks/landmarks_report.h"
+#include "stages/landmarks/leave_out.h"
 #include "stages/landmarks/write_colmap.h"
 
 int main(int argc, char** argv) {
@@ -18,7 +19,11 @@ int main(int argc, char** argv) {
                         {"features", "shards of the features stage, in order", Arity::kMany},
                         {"vocabulary", "vocabulary.h5"},
                         {"trajectory", "trajectory.tum of the map_frame stage"},
-                        {"keyframes", "keyframes.tum of the map_frame stage"}},
+                        {"keyframes", "keyframes.tum of the map_frame stage"},
+                        {"masks",
+                         "masks of what stays out of the map",
+                         Arity::kAnyNumber,
+                         PortKind::kByHash}},
                        {{"landmarks", "landmarks.h5"},
                         {"cameras.txt", "COLMAP model as text", Arity::kOptional},
                         {"images.txt", "of that model", Arity::kOptional},
@@ -33,13 +38,16 @@ int main(int argc, char** argv) {
         context.BeginPart("read");
         const VocabularyTree tree = ReadVocabulary(context.Input("vocabulary")).tree;
         const auto frames = ReadFrames(context.Inputs("frames"));
-        const LandmarksInput input{
+        LandmarksInput input{
             frames,
             ReadCameras(context.Input("cameras"), frames),
             ReadFeatures(context.Inputs("features"), context.Inputs("frames")),
             &tree,
             ReadPoses(context.Input("trajectory")),
             ReadPoses(context.Input("keyframes"))};
+        CheckFeaturesOfFrames(input.frames, input.features);
+        LeaveOut(
+            input.frames, input.cameras, FrameReader({}, context.Inputs("masks")), &input.features);
         context.BeginPart("build");
         const LandmarksResult result =
             RunLandmarks(options, input, context.GetProgress(), context.NumThreads());

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <limits>
 #include <numbers>
 
@@ -51,6 +52,12 @@ float Texture(const SmallFrame& frame, int x, int y) {
 }
 
 }  // namespace
+
+Evidence& Evidence::operator+=(const Evidence& more) {
+  std::ranges::transform(gone.pixels, more.gone.pixels, gone.pixels.begin(), std::plus<>());
+  std::ranges::transform(stays.pixels, more.stays.pixels, stays.pixels.begin(), std::plus<>());
+  return *this;
+}
 
 double Margin_m(const EvidenceOptions& options, const SmallCamera& camera, double depth_m) {
   return options.min_difference_m +

@@ -19,6 +19,8 @@ struct EvidenceOptions {
 struct Evidence {
   explicit Evidence(const DepthImage& depth) : gone(ZerosLike(depth)), stays(gone) {}
 
+  Evidence& operator+=(const Evidence& more);
+
   Image<float> gone;   // for having left the place where the frame shows it
   Image<float> stays;  // for being there still
 };

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <utility>
@@ -22,13 +21,22 @@ struct Chain {
   std::vector<std::optional<Rigid3>> next_from_previous;  // to the frame from the one before
 };
 
+// What is known of a frame before its mask is made.
+struct Seen {
+  Evidence evidence{{}};
+  FrameRegions regions;
+  Image<float> decided;  // of the pixels of regions; see SpreadEvidence
+};
+
 class Search {
  public:
   Search(const MovingOptions& options, const MovingInput& input)
       : options_(options),
         input_(input),
         offsets_s_(options.offsets_s),
-        small_(input.frames.size()) {
+        small_(input.frames.size()),
+        seen_(input.frames.size()),
+        masks_(input.frames.size()) {
     for (const RgbdCamera& camera : input.cameras) cameras_.push_back(Shrink(camera));
     std::ranges::sort(offsets_s_);
     std::map<std::pair<int, int>, Chain> chains;
@@ -56,15 +64,46 @@ class Search {
 
   const std::vector<Chain>& Chains() const { return chains_; }
 
-  // The mask of frame k of a chain; none if it failed.
-  std::optional<PackedMask> Mask(const Chain& chain, std::size_t k) const {
+  // Collects what other frames say of frame k of a chain.
+  void Gather(const Chain& chain, std::size_t k) {
     const std::size_t i = chain.frames[k];
-    if (!small_[i]) return std::nullopt;
-    Evidence evidence(small_[i]->depth);
-    for (const bool forward : {false, true}) Look(chain, k, forward, &evidence);
-    const auto spread = SpreadEvidence(options_.spread, evidence, *small_[i]);
-    return PackMask(input_.frames[i].time_ns, Enlarge(spread, i));
+    if (!small_[i]) return;
+    Seen& seen = seen_[i];
+    seen.evidence = Evidence(small_[i]->depth);
+    seen.regions.regions = FindMovingRegions(small_[i]->may_move, small_[i]->depth);
+    seen.regions.scores.resize(static_cast<std::size_t>(seen.regions.regions.num));
+    for (const bool forward : {false, true}) Look(chain, k, forward, &seen);
+    if (seen.regions.regions.num == 0) MakeMask(i);
   }
+
+  // Decides which regions of a chain's frames move, and masks the frames that have some.
+  void Decide(const Chain& chain, int num_threads) {
+    std::vector<const FrameRegions*> regions;
+    for (const std::size_t i : chain.frames) regions.push_back(&seen_[i].regions);
+    std::vector<std::vector<int>> same(chain.frames.size() - 1);
+    ParallelFor(same.size(), num_threads, [&](std::size_t k) {
+      const auto& motion = chain.next_from_previous[k + 1];
+      const std::size_t i = chain.frames[k];
+      if (!motion || regions[k]->regions.num == 0 || regions[k + 1]->regions.num == 0) return;
+      same[k] = SameRegions(CameraOf(i), *small_[i], *regions[k], *regions[k + 1], *motion);
+    });
+    const auto moves = DecideRegions(options_.regions, regions, same);
+    ParallelFor(chain.frames.size(), num_threads, [&](std::size_t k) {
+      const std::size_t i = chain.frames[k];
+      if (!small_[i] || regions[k]->regions.num == 0) return;
+      seen_[i].decided = ZerosLike(small_[i]->depth);
+      std::ranges::transform(regions[k]->regions.of_pixel.pixels,
+                             seen_[i].decided.pixels.begin(),
+                             [&](int region) -> float {
+                               if (region == 0) return 0;
+                               return moves[k][static_cast<std::size_t>(region - 1)] ? 1 : -1;
+                             });
+      MakeMask(i);
+    });
+  }
+
+  // The mask of each frame; none of one that failed.
+  std::vector<std::optional<PackedMask>> TakeMasks() { return std::move(masks_); }
 
  private:
   const SmallCamera& CameraOf(std::size_t i) const {
@@ -79,7 +118,7 @@ class Search {
   }
 
   // Adds what the frames after (or before) frame k say, the first at each of the offsets.
-  void Look(const Chain& chain, std::size_t k, bool forward, Evidence* evidence) const {
+  void Look(const Chain& chain, std::size_t k, bool forward, Seen* seen) const {
     const std::size_t i = chain.frames[k];
     Rigid3 other_from_frame;
     auto offset_s = offsets_s_.begin();
@@ -96,32 +135,35 @@ class Search {
       if (gap_s < *offset_s) continue;
       const SmallCamera& camera = CameraOf(i);
       const SmallFrame& frame = *small_[i];
+      Evidence evidence(frame.depth);
       AddDepthEvidence(
-          options_.evidence, camera, frame, *small_[other], other_from_frame, evidence);
+          options_.evidence, camera, frame, *small_[other], other_from_frame, &evidence);
       AddFlowEvidence(options_.evidence,
                       options_.camera_motion.window_px,
                       camera,
                       frame,
                       *small_[other],
                       other_from_frame,
-                      evidence);
+                      &evidence);
+      AddScores(options_.regions, evidence, forward, &seen->regions);
+      seen->evidence += evidence;
       while (offset_s != offsets_s_.end() && gap_s >= *offset_s) ++offset_s;
     }
   }
 
-  // The mask at the size of the picture; what labels say may move has its margin already.
-  GrayImage Enlarge(const Image<float>& spread, std::size_t i) const {
-    GrayImage mask = AtSizeOfPicture(i, [&](int x, int y) { return spread.At(x, y) > 0; });
+  // Makes the mask of a frame at the size of its picture, and forgets what was known.
+  void MakeMask(std::size_t i) {
+    const Seen seen = std::exchange(seen_[i], {});
+    const auto spread =
+        SpreadEvidence(options_.spread, seen.evidence, small_[i]->depth, seen.decided);
+    GrayImage mask = AtSizeOfPicture(i, [&](int x, int y) {
+      const float decided = seen.decided.pixels.empty() ? 0 : seen.decided.At(x, y);
+      return decided != 0 ? decided > 0 : spread.At(x, y) > 0;
+    });
     cv::Mat view(mask.height, mask.width, CV_8UC1, mask.pixels.data());
     const int edge_px = 2 * options_.margin_px + 1;
     cv::dilate(view, view, cv::getStructuringElement(cv::MORPH_RECT, {edge_px, edge_px}));
-    const GrayImage& may_move = small_[i]->may_move;
-    if (may_move.pixels.empty()) return mask;
-    const GrayImage labelled =
-        AtSizeOfPicture(i, [&](int x, int y) { return may_move.At(x, y) > 0; });
-    std::ranges::transform(
-        mask.pixels, labelled.pixels, mask.pixels.begin(), std::bit_or<std::uint8_t>());
-    return mask;
+    masks_[i] = PackMask(input_.frames[i].time_ns, mask);
   }
 
   // 255 where the pixel of reduced depth is masked.
@@ -149,6 +191,8 @@ class Search {
   std::vector<SmallCamera> cameras_;
   std::vector<std::optional<SmallFrame>> small_;  // none: the frame failed
   std::vector<Chain> chains_;
+  std::vector<Seen> seen_;
+  std::vector<std::optional<PackedMask>> masks_;
 };
 
 double Share(const std::optional<PackedMask>& mask) {
@@ -174,16 +218,16 @@ MovingResult RunMoving(const MovingOptions& options,
     if (!failure.empty()) result.skipped.push_back(failure);
   }
   search.FindMotions(num_threads);
-  result.masks.resize(input.frames.size());
   for (const Chain& chain : search.Chains()) {
-    ParallelFor(chain.frames.size(), num_threads, [&](std::size_t k) {
-      result.masks[chain.frames[k]] = search.Mask(chain, k);
-    });
+    ParallelFor(
+        chain.frames.size(), num_threads, [&](std::size_t k) { search.Gather(chain, k); });
+    search.Decide(chain, num_threads);
     for (std::size_t k = 1; k < chain.frames.size(); ++k) {
       ++result.num_pairs;
       result.num_pairs_without_motion += !chain.next_from_previous[k];
     }
   }
+  result.masks = search.TakeMasks();
   for (const auto& mask : result.masks) result.moving_shares.push_back(Share(mask));
   return result;
 }

@@ -12,6 +12,7 @@
 #include "pipeline/io/masks_io.h"
 #include "stages/moving/camera_motion.h"
 #include "stages/moving/evidence.h"
+#include "stages/moving/region_motion.h"
 #include "stages/moving/spread.h"
 
 namespace nightmap {
@@ -19,6 +20,7 @@ namespace nightmap {
 struct MovingOptions {
   CameraMotionOptions camera_motion;
   EvidenceOptions evidence;
+  RegionMotionOptions regions;
   SpreadOptions spread;
   std::vector<double> offsets_s = {0.2, 0.4, 0.8};
   int margin_px = 6;
@@ -45,8 +47,10 @@ struct MovingResult {
 // 1. Reduces the frames, and finds the camera's motion between those in succession.
 // 2. Compares the surfaces of each frame with the depth of those offsets_s before and after it, and
 // follows its corners there. Stops where the motion is not known.
-// 3. Spreads what is found over connected surfaces; what has more against staying than for it
-// moves. What labels say may move is masked too (RgbdImages::moving of the loaded frames).
+// 3. Decides of each region of what labels say may move (RgbdImages::moving of the loaded frames)
+// whether it does, as a whole.
+// 4. Spreads what is found over connected surfaces; what has more against staying than for it
+// moves.
 // Frames of another camera or sequence are not compared. Deterministic at any number of threads.
 MovingResult RunMoving(const MovingOptions& options,
                        const MovingInput& input,

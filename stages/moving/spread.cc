@@ -15,8 +15,9 @@ float Bond(float depth_a_m, float depth_b_m, double max_step) {
 
 Image<float> SpreadEvidence(const SpreadOptions& options,
                             const Evidence& evidence,
-                            const SmallFrame& frame) {
-  const DepthImage& depth = frame.depth;
+                            const DepthImage& depth,
+                            const Image<float>& decided) {
+  constexpr float kDecided = 6;  // against one frame's evidence: as if all frames said so
   const int width = depth.width;
   const int height = depth.height;
   Image<float> own = ZerosLike(depth);     // weighted sum of the pixel's own evidence
@@ -27,9 +28,13 @@ Image<float> SpreadEvidence(const SpreadOptions& options,
     for (int x = 0; x < width; ++x) {
       const float stays = static_cast<float>(options.stays_weight) * evidence.stays.At(x, y);
       const float prior = static_cast<float>(options.prior);
-      const bool may_move = !frame.may_move.pixels.empty() && frame.may_move.At(x, y) > 0;
-      own.At(x, y) = evidence.gone.At(x, y) - stays + (may_move ? prior : -prior);
-      weight.At(x, y) = evidence.gone.At(x, y) + stays + prior;
+      if (!decided.pixels.empty() && decided.At(x, y) != 0) {
+        own.At(x, y) = kDecided * decided.At(x, y);
+        weight.At(x, y) = kDecided;
+      } else {
+        own.At(x, y) = evidence.gone.At(x, y) - stays - prior;
+        weight.At(x, y) = evidence.gone.At(x, y) + stays + prior;
+      }
       if (x + 1 < width) {
         right.At(x, y) = Bond(depth.At(x, y), depth.At(x + 1, y), options.max_depth_step);
       }

@@ -69,16 +69,24 @@ class Declared(unittest.TestCase):
 class PipelineTest(Declared):
     def test_lists_stand_for_the_inputs_by_hash(self):
         """The list of an input by hash is of the job that made it. Tests of such a list change all that its readers take:
-        tests/labels/labelled_frames_test.cc, tests/stages/moving/moving_test.cc."""
+        tests/labels/labelled_frames_test.cc, tests/stages/moving/moving_test.cc, tests/e2e/people_test.py."""
         found = set()
         for imports in ((), ("model",)):
             for profile in (path.parent.name for path in CONFIGS.glob("*/pipeline.toml")):
                 jobs = read_pipeline(str(CONFIGS), profile, imports).jobs
                 by_hash = {(reference.job, reference.output) for job in jobs.values() for reference in job.inputs if reference.by_hash}
-                lists = {reference.job for reference in jobs["tiles"].inputs if reference.port == "frames"} if "tiles" in jobs else set()
-                self.assertLessEqual({job for job, _ in by_hash}, lists, profile)
+                self.assertLessEqual({job for job, _ in by_hash}, self.jobs_of_lists(jobs), profile)
                 found |= by_hash
-        self.assertEqual(found, {("features", "masks"), ("features", "labels"), ("moving", "masks")})
+        self.assertEqual(found, {("features", "masks"), ("features", "labels"), ("moving", "masks"), ("labels", "labels"), ("ghosts", "masks")})
+
+    def jobs_of_lists(self, jobs):
+        """The job that makes the list of frames of the tiles, and those whose lists it hands on with what they added."""
+        lists, readers = set(), ["tiles"] if "tiles" in jobs else []
+        while readers:
+            more = {reference.job for reference in jobs[readers.pop()].inputs if reference.output == "frames"}
+            lists |= more
+            readers += more
+        return lists
 
     def test_the_declared_pipeline_of_the_project(self):
         pipeline = read_pipeline(str(CONFIGS))
@@ -188,6 +196,19 @@ in = {odometry = false, map = "import.poses"}
         path.write_text(tables.replace('map = "import.poses"', 'map = "grids.map"'))
         with self.assertRaisesRegex(PipelineError, r"laser/pipeline.toml:16: \[grid\]: in.map: no job 'grids'"):
             self.graph("laser", ("poses",))
+
+    def test_a_profile_includes_the_tables_of_another(self):
+        self.write("more/pipeline.toml", '[odometry]\nin.wheels = "frames.shards"\nkB_per_frame = 3\n')
+        included = '[[include]]\nprofile = "more"\ngiven = "poses"\n[odometry]\nin.wheels = false\npurpose = "both"\n'
+        path = self.write("all/pipeline.toml", included)
+        with_more, without = (self.graph("all", given).jobs["odometry"] for given in (("poses",), ()))
+        self.assertEqual([with_more.kB_per_frame, with_more.purpose, without.purpose], [3, "both", "both"])
+        self.assertEqual([reference.port for reference in with_more.inputs], ["frames"])
+        self.assertNotEqual(without.kB_per_frame, 3)
+        for old, new in (('"more"', '"nothing"'), ('"more"', '"all"'), ("given", "when")):
+            path.write_text(included.replace(old, new))
+            with self.assertRaisesRegex(PipelineError, r"all/pipeline.toml: \[\[include\]\] has the keys"):
+                self.graph("all", ("poses",))
 
     def test_else_reads_the_first_job_that_the_profile_leaves(self):
         self.declared(lambda text: text.replace('"odometry.odometry"', '"odometry.odometry else frames.shard"'))

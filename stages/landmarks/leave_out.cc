@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/landmarks/leave_out.h"
+
+#include <utility>
+
+#include "pipeline/io/masked_pixels.h"
+
+namespace nightmap {
+namespace {
+
+FrameFeatures Unmasked(const FrameFeatures& features, const GrayImage& mask, std::size_t size) {
+  FrameFeatures kept;
+  kept.frame_idx = features.frame_idx;
+  for (std::size_t i = 0; i < features.keypoints_px.size(); ++i) {
+    if (IsMasked(mask, features.raw_keypoints_px[i].cast<double>())) continue;
+    kept.keypoints_px.push_back(features.keypoints_px[i]);
+    kept.raw_keypoints_px.push_back(features.raw_keypoints_px[i]);
+    kept.scales_px.push_back(features.scales_px[i]);
+    kept.depths_m.push_back(features.depths_m[i]);
+    const auto descriptor = features.descriptors.begin() + static_cast<std::ptrdiff_t>(i * size);
+    kept.descriptors.insert(
+        kept.descriptors.end(), descriptor, descriptor + static_cast<std::ptrdiff_t>(size));
+  }
+  return kept;
+}
+
+}  // namespace
+
+void LeaveOut(const std::vector<FrameRecord>& frames,
+              const std::vector<RgbdCamera>& cameras,
+              const FrameReader& masks,
+              FeaturesShard* features) {
+  const auto size = static_cast<std::size_t>(features->descriptor_size);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    FrameFeatures& of_frame = features->frames.at(i);
+    const auto camera_idx = static_cast<std::size_t>(frames[i].camera_idx);
+    const GrayImage mask = masks.Mask(frames[i], cameras.at(camera_idx));
+    if (mask.pixels.empty() || !of_frame.IsDescribed()) continue;
+    of_frame = Unmasked(of_frame, mask, size);
+  }
+}
+
+}  // namespace nightmap

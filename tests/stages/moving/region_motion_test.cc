@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/moving/region_motion.h"
+
+#include <gtest/gtest.h>
+
+namespace nightmap {
+namespace region_motion_test {
+
+using Side = std::vector<RegionScore>;
+
+FrameRegions OneRegion(const Side& before, const Side& after) {
+  FrameRegions frame;
+  frame.regions.num = 1;
+  frame.scores = {{before, after}};
+  return frame;
+}
+
+// Whether the region of each of these frames, which are one thing, moves.
+std::vector<bool> Decide(const std::vector<FrameRegions>& frames) {
+  std::vector<const FrameRegions*> pointers;
+  for (const FrameRegions& frame : frames) pointers.push_back(&frame);
+  const std::vector<std::vector<int>> same(frames.size() - 1, {1});
+  std::vector<bool> decided;
+  for (const auto& moves : DecideRegions({}, pointers, same)) decided.push_back(moves.at(0));
+  return decided;
+}
+
+TEST(RegionMotionTest, TheNearestFrameOnEitherSideDecides) {
+  EXPECT_EQ(Decide({OneRegion({-0.9, -0.9}, {0.3, -0.9})}), std::vector{true});
+  EXPECT_EQ(Decide({OneRegion({0.3, -0.9}, {-0.9, -0.9})}), std::vector{true});
+  EXPECT_EQ(Decide({OneRegion({-0.9, -0.9}, {-0.9, -0.9})}), std::vector{false});
+}
+
+TEST(RegionMotionTest, FartherFramesDecideTogether) {
+  EXPECT_EQ(Decide({OneRegion({-0.9, -0.9}, {-0.9, 0.9})}), std::vector{false});
+  EXPECT_EQ(Decide({OneRegion({-0.9, 0.9}, {-0.9, 0.9})}), std::vector{true});
+  EXPECT_EQ(Decide({OneRegion({-0.9, std::nullopt}, {-0.9, 0.9})}), std::vector{false});
+}
+
+TEST(RegionMotionTest, WithoutAnyWordLabelsDecide) {
+  EXPECT_EQ(Decide({OneRegion({}, {})}), std::vector{true});
+  EXPECT_EQ(Decide({OneRegion({std::nullopt}, {std::nullopt})}), std::vector{true});
+}
+
+TEST(RegionMotionTest, DoubtFollowsTheNeighbourInTimeBothWays) {
+  const FrameRegions moves = OneRegion({0.9}, {0.9});
+  const FrameRegions doubt = OneRegion({-0.2}, {-0.2});
+  const FrameRegions stays = OneRegion({-0.9}, {-0.9});
+  EXPECT_EQ(Decide({doubt, doubt, moves, doubt, stays, doubt}),
+            (std::vector{true, true, true, true, false, false}));
+}
+
+TEST(RegionMotionTest, ScoresAreSharesOfTheVotes) {
+  const DepthImage depth{4, 1, 1, {1, 1, 2, 2}};
+  FrameRegions frame;
+  frame.regions = {{4, 1, 1, {1, 1, 2, 0}}, 2};
+  frame.scores.resize(2);
+  Evidence evidence(depth);
+  evidence.gone.pixels = {3, 0, 0, 5};
+  evidence.stays.pixels = {0, 1.25, 0, 0};
+  AddScores({.stays_weight = 0.8}, evidence, true, &frame);
+  ASSERT_EQ(frame.scores[0].after.size(), 1U);
+  EXPECT_NEAR(frame.scores[0].after[0].value(), 0.5, 1e-9);  // (3 - 1) / (3 + 1)
+  EXPECT_FALSE(frame.scores[1].after[0]);
+  EXPECT_TRUE(frame.scores[0].before.empty());
+}
+
+}  // namespace region_motion_test
+}  // namespace nightmap
