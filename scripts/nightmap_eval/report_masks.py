@@ -9,6 +9,7 @@ from PIL import Image
 from nightmap_eval import drawing, html
 from nightmap_eval.masks import mask_of, masked_frames, masking_job
 from nightmap_eval.pictures import open_picture
+from nightmap_site.checked_reading import read_object
 
 NUM_PICTURES = 6
 WIDTH_PX = 320
@@ -24,11 +25,22 @@ def sections(site, metrics):
     shares = np.array([100 * mask_of(*frame[1:]).mean() for frame in frames])
     parts = [html.paragraph(f"{len(frames)} frames have masks; what moves takes {shares.mean():.1f} % of their pixels, and "
                             f"{shares.max():.0f} % at most. It is left out of poses and map.")]  # fmt: skip
+    parts += _ghosts(site)
     often = 100 * np.mean(shares > MUCH_PERCENT)
     if often > OFTEN_PERCENT:
         parts.append(html.paragraph(f"{often:.0f} % of these frames are masked by more than half: their poses hang on little.", "failed"))
     parts += [html.image(_shares_png(frames, shares), "share of what moves over time"), *_pictures(site, frames, shares), *_accuracy(site, metrics)]
     return [html.section("What moves", *parts)]
+
+
+def _ghosts(site):
+    """What may move, stands still, and is gone at another time."""
+    path = site.made("ghosts", "report")
+    if path is None:
+        return []
+    report = read_object(path, {"num_regions": int, "num_ghosts": int})
+    return [html.paragraph(f"{report['num_regions']} things in keyframes may move by their label and stand still. Poses use them. "
+                           f"{report['num_ghosts']} of them are gone at another time, and the map is made without these.")]  # fmt: skip
 
 
 def _shares_png(frames, shares):

@@ -19,7 +19,8 @@ class AskedPipeline:
             self.profile, self.profile_from = tables["profile"], self.site
         self.is_synthetic = tables.get("synthetic", False) is True
         imports = tables.get("import", {})  # of the right type if ResolvedConfigs finds no mistake
-        self.pipeline = read_pipeline("configs", str(self.profile), imports if isinstance(imports, dict) else {})
+        self.imports = tuple(imports) if isinstance(imports, dict) else ()
+        self.pipeline = read_pipeline("configs", str(self.profile), self.imports)
 
     def programs(self):
         """Names of the programs that jobs of the site run; only a made-up recording is rendered."""

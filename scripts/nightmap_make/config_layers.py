@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The effective configs, and the source of each value. A config has the name of its program, or the one that `options` of a job
-says. Later layers win:
+says. Later layers win; a profile comes after those that it includes:
 
     configs/default/<name>.toml < configs/<profile>/<name>.toml < configs/sites/<site>/<name>.toml < SEED < SET NAME.KEY=VALUE
 """
@@ -8,6 +8,7 @@ says. Later layers win:
 import os
 
 from nightmap_make.config_values import ConfigError, like, load, parse_value, split_set, words
+from nightmap_site.declaration import overlays
 
 
 def effective_configs(request):
@@ -41,11 +42,19 @@ def _check_profile(request):
 def _default_files(request):
     """Name -> file of its defaults; a profile has those of its own jobs in configs/<profile>/default/."""
     found = {}
-    for place in (os.path.join(request.configs, "default"), os.path.join(request.configs, request.profile, "default")):
+    for place in (os.path.join(folder, "default") for folder in (request.configs, *_profile_folders(request))):
         for name in sorted(os.listdir(place)) if os.path.isdir(place) else []:
             if name.endswith(".toml"):
                 found[name[:-5]] = os.path.join(place, name)
     return found
+
+
+def _profile_folders(request):
+    """Those of the profiles that the profile includes, and its own, the last."""
+    if request.profile == "default":
+        return []
+    names = {**overlays(request.configs, request.profile, request.imports), request.profile: None}
+    return [os.path.join(request.configs, name) for name in names]
 
 
 def makes_recordings(program):
@@ -55,7 +64,7 @@ def makes_recordings(program):
 
 def _layers(request, defaults):
     """(stage, config, source) of profile, site and seed."""
-    layers = [] if request.profile == "default" else list(_folder(os.path.join(request.configs, request.profile), defaults))
+    layers = [layer for folder in _profile_folders(request) for layer in _folder(folder, defaults)]
     layers += _folder(request.site.removesuffix(".toml"), defaults)
     for stage, default in defaults.items():
         if "seed" in default and not makes_recordings(request.program_of(stage)):  # a recording is input, not a draw

@@ -83,7 +83,7 @@ class Asked:
         asked, request = AskedPipeline(self.env), self.request
         self.pipeline, self.programs = asked.pipeline, asked.programs()
         request.profile, request.profile_from, request.is_synthetic = asked.profile, asked.profile_from, asked.is_synthetic
-        request.asks, request.programs = self.pipeline.asks, self.pipeline.options
+        request.asks, request.programs, request.imports = self.pipeline.asks, self.pipeline.options, asked.imports
 
     def _preflight(self):
         self._check_options()

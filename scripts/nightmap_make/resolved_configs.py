@@ -23,6 +23,7 @@ class ConfigRequest:
 
     profile = "default"
     profile_from = "PROFILE"  # the variable or the file that names the profile
+    imports = ()  # keys of [import] of the site
     seed = "0"
     set = query = camera = fov_deg = near = near_radius = turn = ""
     ends = []  # STAGE.KEY=VALUE of START and GOAL; they may contain spaces

@@ -41,26 +41,16 @@ class Declaration:
             self.jobs[name] = self._as_table(name, table, path)
 
     def change(self, path, imports):
-        """Applies the tables of a profile, after those of the profiles that it includes ([[include]]): ports and other keys replace or
-        add those of a job, false takes a port away. Several tables of one job, [[job]], are applied one after the other."""
-        tables = read_toml(path)
-        for piece in tables.pop("include", []):
-            if piece.get("given") in (None, *imports):
-                self.change(self._path_of(piece, path), imports)
+        """Applies the tables of a profile: ports and other keys replace or add those of a job, false takes a port away. Several
+        tables of one job, [[job]], are applied one after the other."""
         self._paths.insert(0, path)
+        tables = read_toml(path)
+        tables.pop("include", None)
         self.goals |= tables.pop("goals", {})
         self.clashes = self.clashes + tables.pop("clash", [])
         for name, changes in tables.items():
             for table in changes if isinstance(changes, list) else [changes]:
                 self._change_job(name, dict(self._as_table(name, table, path)), imports)
-
-    def _path_of(self, piece, path):
-        """The tables of the profile that an [[include]] of path names."""
-        included = os.path.join(os.path.dirname(os.path.dirname(path)), str(piece.get("profile")), "pipeline.toml")
-        if set(piece) - {"profile", "given"} or not os.path.exists(included) or included == path:
-            raise PipelineError(f"{path}: [[include]] has the keys profile, which names a folder beside this one with a pipeline.toml, "
-                                "and given, a key of [import]")  # fmt: skip
-        return included
 
     def _change_job(self, name, table, imports):
         if table.pop("given", None) not in (None, *imports):
@@ -91,9 +81,32 @@ class Declaration:
         return place
 
 
+def overlays(configs, profile, imports=None):
+    """Profile -> its pipeline.toml, of the profiles that one includes ([[include]]), in order, and of itself, the last. imports: the keys
+    of [import]; None: all that an include may ask for. Raises PipelineError."""
+    found = {}
+
+    def add(name, includers):
+        path = os.path.join(configs, name, "pipeline.toml")
+        if name == "default" or not os.path.exists(path):
+            return
+        for piece in read_toml(path).get("include", []):
+            included = piece.get("profile") if isinstance(piece, dict) and not set(piece) - {"profile", "given"} else None
+            if not isinstance(included, str) or not os.path.exists(os.path.join(configs, included, "pipeline.toml")) \
+                    or included in (name, *includers):  # fmt: skip
+                raise PipelineError(f"{path}: [[include]] has the keys profile, another profile that does not include this one, and given, "
+                                    "a key of [import]")  # fmt: skip
+            if imports is None or piece.get("given") in (None, *imports):
+                add(included, (name, *includers))
+        found[name] = path
+
+    add(profile, ())
+    return found
+
+
 def import_keys(configs, profile):
     """The keys of [import] that jobs of a profile read."""
-    paths = {os.path.join(configs, folder, "pipeline.toml") for folder in ("", profile if profile != "default" else "")}
+    paths = {os.path.join(configs, "pipeline.toml"), *overlays(configs, profile).values()}
     texts = [text for path in paths if os.path.exists(path) for text in _texts(read_toml(path))]
     return {key for text in texts for key in re.findall(r"\bimport\.(\w+)", text)}
 

@@ -5,7 +5,7 @@ import json
 import os
 import re
 
-from nightmap_site.declaration import Declaration, PipelineError, read_toml
+from nightmap_site.declaration import Declaration, PipelineError, overlays, read_toml
 from nightmap_site.needs import NEEDS
 
 KEYS = {"purpose", "program", "options", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads",
@@ -249,8 +249,7 @@ def _in_order(jobs):
 def read_pipeline(configs, profile="default", imports=()):
     """The pipeline of a profile, for a site whose [import] has the keys `imports`. Raises PipelineError."""
     declaration = Declaration(os.path.join(configs, "pipeline.toml"))
-    overlay = os.path.join(configs, profile, "pipeline.toml")
-    if profile != "default" and os.path.exists(overlay):
+    for overlay in overlays(configs, profile, imports).values():
         declaration.change(overlay, imports)
     known = declaration.known()
     jobs = {name: Job(name, table, declaration.places(name), known) for name, table in declaration.jobs.items()}

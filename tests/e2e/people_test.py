@@ -1,0 +1,96 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The profile moving with labels, whole, on the small building: a board labelled as a person passes before the camera and is in no
+pose, feature or map; chairs may move by their label, stand, and are in all of them; the map has classes, things and located queries."""
+import csv
+import json
+import unittest
+
+import h5py
+import numpy as np
+from labels_test import CLASSES, unpacked
+from moving_test import MovingTest
+from PIL import Image
+from workspace import SITE, Workspace
+
+PERSON, CHAIR = len(CLASSES), CLASSES.index("chair")
+MODEL = f"classes = {json.dumps([*CLASSES, 'person'])}\nmoving = [\"person\", \"chair\"]\n"
+
+
+class PeopleTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.work = Workspace.made("map")
+        cls.addClassCleanup(cls.work.remove)
+        cls.work.as_recorded()
+        site = cls.work.folder / f"configs/sites/{SITE}.toml"
+        text = site.read_text().replace("root =", 'profile = "moving"\nroot =', 1)
+        site.write_text(text.replace("[[sequence]]\n", '[[sequence]]\nmoving_folder = "moving"\nlabel_folder = "labels"\n')
+                        + '\n[import]\nmodel = "model.toml"\n')  # fmt: skip
+        (cls.work.folder / "data/model.toml").write_text(MODEL)
+        MovingTest.paste_board.__func__(cls)
+        for path in sorted((cls.work.data() / "moving").glob("*.png")):
+            labels = path.parent.parent / "labels" / path.name
+            Image.fromarray(np.where(np.array(Image.open(path)), PERSON, np.array(Image.open(labels))).astype(np.uint8)).save(labels)
+        result = cls.work.make("map", "localize", "evaluate", "report")
+        if result.returncode != 0:
+            raise AssertionError(result.stdout)
+
+    def report(self, job):
+        return json.loads(self.work.path(f"{job}/report.json").read_text())
+
+    def test_who_passes_is_masked_and_what_stands_is_not(self):
+        masked, pixels, features = np.zeros(2), np.zeros(2), np.zeros(2)
+        for path in sorted(self.work.path("moving").glob("shard_*.csv")):
+            with h5py.File(self.work.path(f"moving/masks_{path.stem[6:]}.h5")) as masks, \
+                 h5py.File(self.work.path(f"features/{path.stem}.h5")) as file:
+                first, keypoints = np.ravel(file["first_feature"]), np.rint(file["raw_keypoint_px"][:]).astype(int)
+                for i, row in enumerate(csv.DictReader(path.open())):
+                    labels = np.array(Image.open(self.work.folder / "data" / row["label_path"]))
+                    x, y = keypoints[first[i]:first[i + 1]].T
+                    for k, label in enumerate((PERSON, CHAIR)):
+                        masked[k] += unpacked(masks, i)[labels == label].sum()
+                        pixels[k] += (labels == label).sum()
+                        features[k] += (labels[y, x] == label).sum()
+        person, chair = masked / pixels
+        self.assertGreater(person, 0.8)
+        self.assertLess(chair, 0.25)
+        self.assertLess(features[0], 0.02 * features[1])
+
+    def test_the_map_has_the_classes_of_what_stands(self):
+        voxels = {entry["name"]: entry["num_voxels"] for entry in json.loads(self.work.path("voxel_labels/legend.json").read_text())["classes"]}
+        self.assertGreater(voxels["chair"], 50)
+        self.assertLess(voxels["person"], 0.05 * voxels["chair"])
+        self.assertTrue(json.loads(self.work.path("objects/objects.json").read_text())["things"])
+
+    def test_each_keyframe_of_the_map_has_a_mask(self):
+        with h5py.File(self.work.path("ghosts/masks.h5")) as file:
+            self.assertEqual(len(file["time_ns"]), self.report("ghosts")["num_keyframes"])
+        self.assertGreater(self.report("ghosts")["num_regions"], 0)
+        self.assertIn("stand still", self.work.path("report/index.html").read_text())
+
+    def test_queries_are_located(self):
+        located = self.work.path("localize/queries.csv").read_text().splitlines()
+        self.assertGreater(sum(",located," in line for line in located), 0.5 * len(located))
+
+    def test_other_labels_reach_the_map(self):
+        """The list of frames that the tiles read hands on the hashes of labels and masks."""
+        work = self.work.copy()
+        self.addCleanup(work.remove)
+        model = work.folder / "data/model.toml"
+        model.write_text(MODEL.replace('"person", "chair"]', '"person"]'))
+        self.assertEqual(work.make("-q", "map").returncode, 1)
+        result = work.make("map")
+        self.assertEqual(result.returncode, 0, result.stdout)
+        hashes = work.hashes()
+        clean = work.copy()
+        self.addCleanup(clean.remove)
+        clean.make("clean", f"SITE={SITE}")
+        result = clean.make("map")
+        self.assertEqual(result.returncode, 0, result.stdout)
+        expected = clean.hashes()
+        self.assertEqual({name: hashes.get(name) for name in expected}, expected)
+
+
+if __name__ == "__main__":
+    unittest.main()
