@@ -160,7 +160,8 @@ TEST(OctreeOfTiles, AnyTilingGivesTheBytesOfTheWhole) {
 
 TEST(OctreeOfTiles, BytesOfATileDoNotDependOnThreads) {
   const TemporaryFolder folder;
-  const Site site = RandomSite(3);
+  Site site = RandomSite(3);
+  site.octree.min_keyframes = 2;
   const TileFiles files(site, folder.Path());
   std::vector<std::string> bytes;
   for (const auto& path : files.MakeOctrees(1)) bytes.push_back(ReadBytes(path));
