@@ -116,7 +116,7 @@ class StateEncoder {
 
   Node Leaf(const PlacedLeaf& leaf) {
     ++num_nodes_;
-    return leaf.log_odds >= 0 ? Node::kOccupied : Node::kFree;
+    return leaf.Occupied() ? Node::kOccupied : Node::kFree;
   }
 
   std::size_t Open() {

@@ -14,15 +14,18 @@ namespace nightmap {
 
 constexpr int kOctreeDepth = 16;  // levels of OctoMap's trees
 
+// The one rule of what is occupied: log-odds from 0 on. It is OctoMap's default, probability 0.5,
+// so its tools find the same in the same file.
+constexpr bool IsOccupied(float log_odds) { return log_odds >= 0; }
+
 // One leaf: a cube of known space. Space without a leaf is unknown.
 struct OccupancyVoxel {
   Eigen::Vector3d centre_in_map = Eigen::Vector3d::Zero();
   double size_m = 0;                               // edge; resolution times a power of two
-  float log_odds = 0;                              // of occupancy
+  float log_odds = 0;                              // of occupancy, less those of the threshold
   std::array<std::uint8_t, 3> rgb{255, 255, 255};  // white: no color measured
 
-  // OctoMap's default threshold, probability 0.5; OctoMap's tools apply it to the same file.
-  bool Occupied() const { return log_odds >= 0; }
+  bool Occupied() const { return IsOccupied(log_odds); }
 };
 
 // Voxel edges lie on integer multiples of the resolution; leaves do not overlap.

@@ -68,7 +68,7 @@ bool LeafList::EndsWithEightEqual() const {
   if (leaves_.size() < 8) return false;
   const PlacedLeaf& last = leaves_.back();
   const bool is_eighth = (last.code >> 3 * last.height & 7) == 7;
-  if (!is_eighth || last.log_odds >= 0 || last.height + 1 >= kOctreeDepth) return false;
+  if (!is_eighth || last.Occupied() || last.height + 1 >= kOctreeDepth) return false;
   return std::all_of(leaves_.end() - 8, leaves_.end(), [&](const PlacedLeaf& leaf) {
     return leaf.code >> 3 * (last.height + 1) == last.code >> 3 * (last.height + 1) &&
            leaf.height == last.height && leaf.log_odds == last.log_odds && leaf.rgb == kNoColor;

@@ -22,6 +22,8 @@ struct PlacedLeaf {
   float log_odds = 0;
   std::array<std::uint8_t, 3> rgb{255, 255, 255};
   std::uint8_t height = 0;  // 0: the smallest voxel
+
+  bool Occupied() const { return IsOccupied(log_odds); }
 };
 
 OccupancyVoxel ToVoxel(const PlacedLeaf& leaf, double resolution_m);

@@ -88,7 +88,7 @@ VoxelCounts MergeOctrees(const std::vector<std::filesystem::path>& parts,
   while (const auto leaf = merger.Next()) {
     values.Add(*leaf);
     states.Add(*leaf);
-    counts.Add(leaf->height, leaf->log_odds >= 0);
+    counts.Add(leaf->height, leaf->Occupied());
   }
   values.Close();
   states.Close();

@@ -22,7 +22,7 @@ struct Block {
 
 Block ToBlock(const PlacedLeaf& leaf) {
   const VoxelKey key = KeyOfMortonCode(leaf.code);
-  return {key.x(), key.y(), key.z(), 1 << leaf.height, leaf.log_odds >= 0};
+  return {key.x(), key.y(), key.z(), 1 << leaf.height, leaf.Occupied()};
 }
 
 // Bounding box of the leaves; there is one.

@@ -111,7 +111,7 @@ void WriteLabelledOctree(const std::filesystem::path& path,
   LabelledOctree writer(path, leaves.resolution_m);
   writer.GetEncoder().Use(voxels, palette);
   leaves.visit([&](const PlacedLeaf& leaf) {
-    leaf.log_odds < 0 ? writer.Add(leaf) : AddOccupied(leaf, voxels, &writer);
+    leaf.Occupied() ? AddOccupied(leaf, voxels, &writer) : writer.Add(leaf);
   });
   writer.Close();
 }

@@ -80,7 +80,7 @@ class LabelEncoder {
     while (next_ < voxels_->Size() && MortonCode(voxels_->keys[next_]) < leaf.code) ++next_;
     std::map<std::uint8_t, double> votes;
     if (next_ == voxels_->Size() || MortonCode(voxels_->keys[next_]) != leaf.code) return votes;
-    if (leaf.log_odds < 0) return votes;
+    if (!leaf.Occupied()) return votes;
     for (std::size_t v = voxels_->vote_offsets[next_]; v < voxels_->vote_offsets[next_ + 1]; ++v) {
       votes[voxels_->vote_labels[v]] = voxels_->vote_weights[v];
     }

@@ -12,8 +12,8 @@ void CheckOccupied(const VoxelCounts& counts, const TileResults& results) {
   if (counts.num_occupied > 0) return;
   throw DataError(
       "{}: nothing is occupied after this and all {} keyframes ({} unreadable); check "
-      "depth_units_per_m of the site's cameras, raise octree.max_range_m, or set "
-      "octree.require_cloud_support = false",
+      "depth_units_per_m of the site's cameras, raise octree.max_range_m, lower "
+      "octree.occupancy_threshold or min_keyframes, or set octree.require_cloud_support = false",
       results.first_depth_path,
       results.num_keyframes,
       results.skipped.Count());

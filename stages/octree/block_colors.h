@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums of the colors that hit the voxels of a block. Stores only hit voxels, since a surface
-// crosses few of a block.
+// Sums of the colors that hit the voxels of a block, and how many keyframes did. Stores only hit
+// voxels, since a surface crosses few of a block.
 #pragma once
 
 #include <algorithm>
@@ -34,12 +34,18 @@ struct ColorSum {
 
 class BlockColors {
  public:
-  // `sums` holds one sum for each voxel of `hit`, in order.
+  static constexpr int kMaxKeyframes = 255;  // counts end there
+
+  // What one keyframe hit. `sums` holds one sum for each voxel of `hit`, in order.
   void Add(const BlockBits& hit, const ColorSum* sums) {
     BlockBits all = colored_;
     all |= hit;
     if (all != colored_) Widen(all);
-    hit.ForEach([&](std::size_t index) { sums_[colored_.Rank(index)].Add(*sums++); });
+    hit.ForEach([&](std::size_t index) {
+      const std::size_t rank = colored_.Rank(index);
+      sums_[rank].Add(*sums++);
+      if (num_keyframes_[rank] < kMaxKeyframes) ++num_keyframes_[rank];
+    });
   }
 
   // The voxel must have been hit.
@@ -47,17 +53,28 @@ class BlockColors {
     return sums_[colored_.Rank(index)].Mean();
   }
 
+  int NumKeyframes(std::size_t index) const {
+    return colored_.Test(index) ? num_keyframes_[colored_.Rank(index)] : 0;
+  }
+
  private:
   void Widen(const BlockBits& all) {
     std::vector<ColorSum> sums(all.Count());
-    auto old = sums_.begin();
-    colored_.ForEach([&](std::size_t index) { sums[all.Rank(index)] = *old++; });
+    std::vector<std::uint8_t> num_keyframes(sums.size());
+    std::size_t old = 0;
+    colored_.ForEach([&](std::size_t index) {
+      const std::size_t rank = all.Rank(index);
+      sums[rank] = sums_[old];
+      num_keyframes[rank] = num_keyframes_[old++];
+    });
     sums_ = std::move(sums);
+    num_keyframes_ = std::move(num_keyframes);
     colored_ = all;
   }
 
   BlockBits colored_;
   std::vector<ColorSum> sums_;  // by colored voxel, in order
+  std::vector<std::uint8_t> num_keyframes_;
 };
 
 }  // namespace nightmap

@@ -98,8 +98,11 @@ OccupancyTree OccupancyVolume::Leaves(double resolution_m, int num_threads) cons
       const Block& block = *(*region)[b];
       const std::uint64_t first = (region_code << kBlockShift | b) << kBlockShift;
       block.known.ForEach([&](std::size_t index) {
-        PlacedLeaf leaf{first | index, block.log_odds[index]};
-        if (leaf.log_odds >= 0) leaf.rgb = block.colors.Mean(index);
+        PlacedLeaf leaf{first | index, block.log_odds[index] - model_.threshold};
+        if (leaf.Occupied()) {
+          if (block.colors.NumKeyframes(index) < model_.min_keyframes) return;
+          leaf.rgb = block.colors.Mean(index);
+        }
         lists[i].Append(leaf);
       });
     }

@@ -25,8 +25,8 @@ class OccupancyVolume {
   // same for any number.
   void Integrate(std::span<const KeyframeEvidence> keyframes, int num_threads);
 
-  // Known voxels, depth first, merged like LeafList. Occupied ones have the mean of the colors that
-  // hit them.
+  // Known voxels, depth first, merged like LeafList, but for those that too few keyframes hit.
+  // Occupied ones have the mean of the colors that hit them.
   OccupancyTree Leaves(double resolution_m, int num_threads) const;
 
  private:

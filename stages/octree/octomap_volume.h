@@ -20,13 +20,14 @@ class OctomapVolume {
   // with `discretize` a voxel's ray starts from the voxel's centre.
   void Insert(const KeyframeRays& rays);
 
-  // The tree's leaves in the options' region, without colors. Lazy evaluation leaves all leaves at
-  // the smallest size. They are pruned as OccupancyVolume's are: free ones here, all of them on
-  // writing.
+  // The tree's leaves in the options' region, without colors, as OccupancyVolume chooses them. Lazy
+  // evaluation leaves all leaves at the smallest size. They are pruned as OccupancyVolume's are:
+  // free ones here, all of them on writing.
   OccupancyTree Leaves();
 
  private:
   class Tree;
+  float threshold_;
   TraceOptions options_;
   std::unique_ptr<Tree> tree_;
 };

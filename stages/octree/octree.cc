@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "pipeline/base/error.h"
+#include "stages/octree/block_colors.h"
 #include "stages/octree/keyframe_rays.h"
 #include "stages/octree/occupancy_volume.h"
 #include "stages/octree/octomap_volume.h"
@@ -21,7 +22,9 @@ SensorModel MakeModel(const OctreeOptions& options) {
   return {LogOdds(options.probability_hit),
           LogOdds(options.probability_miss),
           LogOdds(options.probability_min),
-          LogOdds(options.probability_max)};
+          LogOdds(options.probability_max),
+          LogOdds(options.occupancy_threshold),
+          options.min_keyframes};
 }
 
 // Input of both builders.
@@ -119,12 +122,23 @@ void CountVoxels(OctreeResult& result) {
   }
 }
 
+void CheckThreshold(const OctreeOptions& options) {
+  const double threshold = options.occupancy_threshold;
+  if (threshold > options.probability_min && threshold <= options.probability_max) return;
+  throw UsageError(
+      "occupancy_threshold {} is not above probability_min {} and at most probability_max {}, so "
+      "that nothing can be free, or nothing occupied; change one of them",
+      threshold,
+      options.probability_min,
+      options.probability_max);
+}
+
 void CheckAnyOccupied(const OctreeResult& result, const KeyframeSource& source) {
   if (result.num_occupied > 0) return;
   throw DataError(
       "nothing is occupied after {} keyframes ({} unreadable, {} rays, {} points away from "
-      "the cloud); check depth_units_per_m of the site's cameras, raise octree.max_range_m, "
-      "or set octree.require_cloud_support = false",
+      "the cloud); check depth_units_per_m of the site's cameras, raise octree.max_range_m, lower "
+      "octree.occupancy_threshold or min_keyframes, or set octree.require_cloud_support = false",
       source.keyframes.size(),
       result.skipped.size(),
       result.num_rays,
@@ -167,6 +181,15 @@ void OctreeOptions::Register(OptionList& list) {
       "probability_min", &probability_min, Range(0.0001, 0.499), "lower clamp of the probability");
   list.Add(
       "probability_max", &probability_max, Range(0.501, 0.9999), "upper clamp of the probability");
+  list.Add(
+      "occupancy_threshold",
+      &occupancy_threshold,
+      Range(0.01, 0.99),
+      "probability from which on a voxel is occupied; the octree holds log-odds less those of it");
+  list.Add("min_keyframes",
+           &min_keyframes,
+           Range(1, BlockColors::kMaxKeyframes),
+           "a voxel that would be occupied, but that fewer keyframes hit, is unknown");
 }
 
 OctreeResult RunOctree(const OctreeOptions& options,
@@ -175,6 +198,7 @@ OctreeResult RunOctree(const OctreeOptions& options,
                        Progress& progress,
                        int num_threads,
                        const std::optional<VoxelBox>& region) {
+  CheckThreshold(options);
   // Keeps a voxel free at the rim for the neighbours of seen voxels.
   const double reach_m = OctreeReach_m(options.resolution_m) - 2 * options.resolution_m;
   CheckReach(source.keyframes, options.max_range_m, reach_m);

@@ -30,6 +30,8 @@ struct OctreeOptions {
   double probability_miss = 0.4;
   double probability_min = 0.12;
   double probability_max = 0.97;
+  double occupancy_threshold = 0.5;
+  int min_keyframes = 1;
 
   void Register(OptionList& list);
 };
@@ -45,15 +47,17 @@ struct OctreeResult {
 
 // Inserts the keyframes in order. Each changes the log-odds of a voxel at most once: by
 // probability_hit where one of its rays ends, else by probability_miss where one passes, else not
-// at all. Values are clamped after each keyframe (OctoMap's update rule, Hornung et al. 2013). A
-// point counts only when `cloud` has a point in its voxel or one of the 26 around (null: not
-// checked). Voxels are laid out as OctoMap's; leaves come depth first.
+// at all. Values are clamped after each keyframe (OctoMap's update rule, Hornung et al. 2013). The
+// leaves hold log-odds less those of occupancy_threshold, so that occupied is what reaches 0
+// whatever the threshold. A voxel that does so by hits of fewer than min_keyframes keyframes has no
+// leaf. A point counts only when `cloud` has a point in its voxel or one of the 26 around (null:
+// not checked). Voxels are laid out as OctoMap's; leaves come depth first.
 //
 // With a `region`, in voxels of resolution_m, the result is the part of the whole tree in that
 // region; it may be empty. Disjoint regions that together cover everything join to the whole tree
 // by MergeOctrees, byte for byte, provided that `source` and `cloud` are the same or lack only data
-// beyond max_range_m of the region. Same result at any number of threads. Throws DataError when
-// nothing became occupied anywhere.
+// beyond max_range_m of the region. Same result at any number of threads. Throws UsageError when
+// the clamps leave the threshold out, DataError when nothing became occupied anywhere.
 OctreeResult RunOctree(const OctreeOptions& options,
                        const KeyframeSource& source,
                        const std::vector<CloudPoint>* cloud,

@@ -18,7 +18,7 @@ bool IsInReach(const VoxelKey& key) {
 LabelledSpace::LabelledSpace(const LeafSource& leaves, const VoxelLabels& voxels)
     : resolution_m_(leaves.resolution_m) {
   leaves.visit([&](const PlacedLeaf& leaf) {
-    const VoxelState state = leaf.log_odds >= 0 ? VoxelState::kOccupied : VoxelState::kFree;
+    const VoxelState state = leaf.Occupied() ? VoxelState::kOccupied : VoxelState::kFree;
     leaves_.push_back({leaf.code, leaf.height, state});
   });
   labelled_codes_.reserve(voxels.Size());

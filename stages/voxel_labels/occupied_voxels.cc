@@ -30,7 +30,7 @@ OccupiedVoxels ReadOccupiedVoxels(const std::filesystem::path& own,
   const auto read = [&](const std::filesystem::path& path, const auto& take) {
     OctreeReader reader(path);
     while (const auto leaf = reader.Next()) {
-      if (leaf->log_odds < 0) continue;
+      if (!leaf->Occupied()) continue;
       CheckFits(*leaf, reader.Resolution_m(), around, path);
       const std::uint64_t num_voxels = std::uint64_t{1} << 3 * leaf->height;
       for (std::uint64_t i = 0; i < num_voxels; ++i) take(leaf->code + i);

@@ -7,7 +7,7 @@ import unittest
 
 from browser import shown_text
 from nightly import some_of
-from workspace import GOALS, PIPELINE, SITE, Workspace, as_its_job_wrote
+from workspace import GOALS, PIPELINE, SITE, Workspace, as_its_job_wrote, told_by_why
 
 # The folders of the tiles' jobs depend on the lists of the tiles alone. A change before them that moves no pose ends
 # there; one of these jobs' own values does not touch the lists.
@@ -109,6 +109,20 @@ class ChainTest(unittest.TestCase):
         self.assertNotEqual(self.work.hashes(), self.hashes)
         self.make(*GOALS)
         self.assertEqual(self.work.hashes(), self.hashes)
+
+    def num_occupied(self):
+        """Voxels of the octree, and cells of the grid."""
+        pixels = self.work.path("grid/map.pgm").read_bytes().split(b"\n255\n", 1)[1]
+        return json.loads(self.work.path("octree/report.json").read_text())["num_occupied_voxels"], pixels.count(b"\0")
+
+    def test_a_stricter_octree_occupies_no_more(self):
+        before = self.num_occupied()
+        for change in ("SET=octree.occupancy_threshold=0.9", "SET=octree.min_keyframes=4"):
+            self.assertIn("octree_0_0", told_by_why(self.make("why", change))[0])
+            self.make("map", change)
+            voxels, cells = self.num_occupied()
+            self.assertLess(voxels, before[0], change)
+            self.assertLessEqual(cells, before[1], change)
 
     def test_looking_changes_nothing(self):
         change = "SET=octree.max_range_m=3.0"

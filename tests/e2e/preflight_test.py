@@ -14,7 +14,9 @@ MAX_YARDSTICKS = 20
 CLASHES = {  # one for each [[clash]] of configs/pipeline.toml, in its order
     "octree.max_range_m=5.9 tiles.max_range_m=5.95 tiles.edge_m=6": None, "tiles.overlap_m=0.4 octree.resolution_m=0.9": "octree.resolution_m",
     "point_cloud.max_depth_m=5": "point_cloud.max_depth_m",
-    "octree.max_range_m=5": "octree.max_range_m", "point_cloud.surface_radius_m=0.4": "tiles.overlap_m",
+    "octree.max_range_m=5": "octree.max_range_m",
+    "octree.occupancy_threshold=0.1": "octree.probability_min", "octree.occupancy_threshold=0.98": "octree.probability_max",
+    "point_cloud.surface_radius_m=0.4": "tiles.overlap_m",
     "grid.max_step_height_m=0.3 grid.robot_height_m=0.2": "grid.robot_height_m",
     "drive.min_lookahead_m=1.5 drive.max_lookahead_m=1": "drive.max_lookahead_m"}  # fmt: skip
 

@@ -2,6 +2,8 @@
 // The batched builder against OctoMap's own insertion, and a tree put together of regions.
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "pipeline/base/random.h"
 #include "pipeline/io/trajectory_io.h"
 #include "stages/octree/octree.h"
@@ -79,6 +81,17 @@ KeyframeSource Cached(KeyframeSource source) {
   return source;
 }
 
+// Keyframes whose poses disagree, so that voxels are hit by some and passed by others.
+KeyframeSource Shaken(int num_keyframes) {
+  Random random(12);
+  KeyframeSource source = Cached(LookAround(BoxRoom(), num_keyframes));
+  for (Keyframe& keyframe : source.keyframes) {
+    keyframe.map_from_camera.translation +=
+        Eigen::Vector3d(random.Uniform(-0.1, 0.1), random.Uniform(-0.1, 0.1), 0);
+  }
+  return source;
+}
+
 TEST(Builders, WithoutDiscretizingOursIsOctomaps) {
   const auto source = Cached(LookAround(BoxRoom(), 12));
   for (const double max_range_m : {2.3, 4.0}) {
@@ -107,6 +120,20 @@ TEST(Builders, OursIsLikeOctomapsOnARealRecording) {
   ExpectLikeOctomap(options, HololensOffice(15));
 }
 
+// Both builders, with the defaults and with others, of what is occupied.
+std::vector<OctreeOptions> StricterAndMilder(OctreeOptions options) {
+  std::vector<OctreeOptions> all;
+  for (const std::string builder : {"batched", "octomap"}) {
+    options.builder = builder;
+    for (const auto& [threshold, min_keyframes] : {std::pair(0.5, 1), {0.8, 2}, {0.3, 3}}) {
+      options.occupancy_threshold = threshold;
+      options.min_keyframes = min_keyframes;
+      all.push_back(options);
+    }
+  }
+  return all;
+}
+
 // Cuts `box` in two along its longest edge at a random place, until there are `count` parts.
 std::vector<VoxelBox> RandomParts(VoxelBox box, std::size_t count, Random& random) {
   std::vector<VoxelBox> parts{box};
@@ -127,15 +154,13 @@ std::vector<VoxelBox> RandomParts(VoxelBox box, std::size_t count, Random& rando
 
 TEST(Builders, RegionsMergedAreTheWholeTree) {
   const TemporaryFolder folder;
-  const auto source = Cached(LookAround(BoxRoom(), 8));
+  const auto source = Shaken(16);
   Random random(5);
-  for (const std::string builder : {"batched", "octomap"}) {
-    OctreeOptions options = CommonOptions(0.1);
-    options.builder = builder;
+  for (const OctreeOptions& options : StricterAndMilder(CommonOptions(0.15))) {
     const OccupancyTree whole = Built(options, source).tree;
     WriteOctree(folder / "whole.ot", whole);
     WriteBinaryOctree(folder / "whole.bt", whole);
-    for (std::size_t count = 2; count <= 8; ++count) {
+    for (std::size_t count = 2; count <= 8; count += 2) {
       std::vector<std::filesystem::path> parts;
       for (const VoxelBox& part : RandomParts({{-90, -91, -93}, {90, 97, 99}}, count, random)) {
         parts.push_back(folder / fmt::format("part_{}.ot", parts.size()));
@@ -144,6 +169,57 @@ TEST(Builders, RegionsMergedAreTheWholeTree) {
       MergeOctrees(parts, folder / "merged.ot", folder / "merged.bt");
       EXPECT_TRUE(ReadBytes(folder / "merged.ot") == ReadBytes(folder / "whole.ot")) << count;
       EXPECT_TRUE(ReadBytes(folder / "merged.bt") == ReadBytes(folder / "whole.bt")) << count;
+    }
+  }
+}
+
+TEST(Builders, AHigherThresholdOccupiesNothingMore) {
+  const auto source = Shaken(24);
+  for (const std::string builder : {"batched", "octomap"}) {
+    OctreeOptions options = CommonOptions(0.1);
+    options.builder = builder;
+    std::optional<VoxelStates> lower;
+    for (const double threshold : {0.2, 0.35, 0.5, 0.71, 0.9, 0.97}) {
+      options.occupancy_threshold = threshold;
+      const OccupancyTree tree = Built(options, source).tree;
+      const VoxelStates states(tree);
+      EXPECT_GT(states.Count(kOccupied), 0U) << threshold;
+      if (lower) {
+        EXPECT_LT(states.Count(kOccupied), lower->Count(kOccupied)) << threshold;
+        ForVoxels(tree, [&](std::uint64_t code, bool occupied) {
+          EXPECT_TRUE(!occupied || lower->Is(code, kOccupied));
+        });
+      }
+      lower = states;
+    }
+  }
+}
+
+// A keyframe alone occupies what it hits.
+TEST(Builders, WhatFewerKeyframesHitIsUnknown) {
+  const auto source = Shaken(24);
+  for (const std::string builder : {"batched", "octomap"}) {
+    OctreeOptions options = CommonOptions(0.1);
+    options.builder = builder;
+    std::map<std::uint64_t, int> num_hits;
+    for (const Keyframe& keyframe : source.keyframes) {
+      KeyframeSource one = source;
+      one.keyframes = {keyframe};
+      ForVoxels(Built(options, one).tree,
+                [&](std::uint64_t code, bool occupied) { num_hits[code] += occupied ? 1 : 0; });
+    }
+    const OccupancyTree all = Built(options, source).tree;
+    for (const int min_keyframes : {2, 3}) {
+      options.min_keyframes = min_keyframes;
+      const VoxelStates states(Built(options, source).tree);
+      std::size_t num_left_out = 0;
+      ForVoxels(all, [&](std::uint64_t code, bool occupied) {
+        const bool left_out = occupied && num_hits[code] < min_keyframes;
+        num_left_out += left_out ? 1 : 0;
+        EXPECT_EQ(states.Is(code, kOccupied), occupied && !left_out);
+        EXPECT_EQ(states.Is(code, kFree), !occupied);
+      });
+      EXPECT_GT(num_left_out, 100U) << builder;
     }
   }
 }

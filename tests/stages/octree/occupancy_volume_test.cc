@@ -43,6 +43,7 @@ std::vector<KeyframeEvidence> RandomKeyframes(std::size_t num_keyframes, double 
 
 struct Voxel {
   float log_odds = 0;
+  int num_hits = 0;
   ColorSum color;
 };
 
@@ -59,15 +60,20 @@ std::map<std::uint64_t, Voxel> Expected(const std::vector<KeyframeEvidence>& key
         Voxel& voxel = voxels[block << kBlockShift | index];
         voxel.log_odds += hit ? model.hit : model.miss;
         voxel.log_odds = std::clamp(voxel.log_odds, model.min, model.max);
-        if (hit) voxel.color.Add(keyframe.colors[color++]);
+        if (!hit) continue;
+        ++voxel.num_hits;
+        voxel.color.Add(keyframe.colors[color++]);
       }
     }
   }
+  std::erase_if(voxels, [&](const auto& entry) {
+    const Voxel& voxel = entry.second;
+    return voxel.log_odds >= model.threshold && voxel.num_hits < model.min_keyframes;
+  });
   return voxels;
 }
 
-TEST(OccupancyVolume, AppliesEachKeyframeOnceAVoxelInOrder) {
-  const SensorModel model{0.85F, -0.4F, -2.0F, 1.5F};
+void ExpectTheRule(const SensorModel& model) {
   for (const double density : {0.3, 1.0}) {
     const auto keyframes = RandomKeyframes(25, density);
     const auto expected = Expected(keyframes, model);
@@ -84,13 +90,41 @@ TEST(OccupancyVolume, AppliesEachKeyframeOnceAVoxelInOrder) {
       for (std::uint64_t code = first; code < first + edge * edge * edge; ++code, ++num_voxels) {
         ASSERT_EQ(expected.count(code), 1U);
         const Voxel& voxel = expected.at(code);
-        ASSERT_EQ(leaf.log_odds, voxel.log_odds);
+        ASSERT_EQ(leaf.log_odds, voxel.log_odds - model.threshold);
+        ASSERT_EQ(leaf.Occupied(), voxel.log_odds >= model.threshold);
         if (leaf.Occupied()) {
           ASSERT_EQ(leaf.rgb, voxel.color.Mean());
         }
       }
     }
     EXPECT_EQ(num_voxels, expected.size());
+  }
+}
+
+TEST(OccupancyVolume, AppliesEachKeyframeOnceAVoxelInOrder) {
+  ExpectTheRule({0.85F, -0.4F, -2.0F, 1.5F});
+}
+
+TEST(OccupancyVolume, OccupiedIsWhatReachesTheThresholdByEnoughKeyframes) {
+  for (const float threshold : {-0.9F, 0.0F, 0.85F, 1.5F}) {
+    for (const int min_keyframes : {1, 2, 4}) {
+      ExpectTheRule({0.85F, -0.4F, -2.0F, 1.5F, threshold, min_keyframes});
+    }
+  }
+}
+
+TEST(OccupancyVolume, CountsOfKeyframesEndAtTheMost) {
+  KeyframeEvidence keyframe;
+  keyframe.blocks.push_back({BlockOf(MortonCode({0, 0, 0})), {}});
+  keyframe.blocks[0].value.hit.Set(3);
+  keyframe.colors.push_back({{1, 2, 3}, 1});
+  SensorModel model;
+  model.min_keyframes = BlockColors::kMaxKeyframes;
+  OccupancyVolume volume(model);
+  for (int i = 1; i <= 2 * BlockColors::kMaxKeyframes + 3; ++i) {
+    volume.Integrate(std::span(&keyframe, 1), 1);
+    const bool is_there = !volume.Leaves(kResolution_m, 1).leaves.empty();
+    ASSERT_EQ(is_there, i >= model.min_keyframes) << i;
   }
 }
 

@@ -140,7 +140,9 @@ TEST(OctreeOfTiles, AnyTilingGivesTheBytesOfTheWhole) {
   const TemporaryFolder folder;
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
     Site site = RandomSite(seed);
-    if (seed == 0) site.octree.builder = "octomap";
+    if (seed % 6 == 0) site.octree.builder = "octomap";
+    if (seed >= 6) site.octree.occupancy_threshold = seed % 2 == 0 ? 0.8 : 0.3;
+    if (seed >= 6) site.octree.min_keyframes = 2;
     const OctreeResult whole = RunWhole(site);
     EXPECT_GT(whole.num_unsupported, 100U);
     WriteOctree(folder / "whole.ot", whole.tree);
@@ -158,7 +160,8 @@ TEST(OctreeOfTiles, AnyTilingGivesTheBytesOfTheWhole) {
 
 TEST(OctreeOfTiles, BytesOfATileDoNotDependOnThreads) {
   const TemporaryFolder folder;
-  const Site site = RandomSite(3);
+  Site site = RandomSite(3);
+  site.octree.min_keyframes = 2;
   const TileFiles files(site, folder.Path());
   std::vector<std::string> bytes;
   for (const auto& path : files.MakeOctrees(1)) bytes.push_back(ReadBytes(path));

@@ -9,6 +9,7 @@
 #include "pipeline/base/files.h"
 #include "pipeline/geometry/voxel_key.h"
 #include "tests/stages/point_cloud/box_room.h"
+#include "tests/test_data.h"
 
 namespace nightmap {
 namespace octree_test {
@@ -87,6 +88,30 @@ TEST(Octree, LogOddsStayWithinTheClamps) {
   for (const auto& leaf : result.tree.leaves) {
     EXPECT_GE(leaf.log_odds, std::log(0.12 / 0.88) - 1e-5);
     EXPECT_LE(leaf.log_odds, std::log(0.97 / 0.03) + 1e-5);
+  }
+}
+
+// A miss alone stays above a threshold below it, and yet occupies nothing.
+TEST(Octree, WhatWasNeverHitIsNotOccupied) {
+  OctreeOptions options = TestOptions();
+  options.occupancy_threshold = 0.13;
+  const BoxRoom room;
+  for (const std::string builder : {"batched", "octomap"}) {
+    options.builder = builder;
+    const auto result = MakeTree(options, LookAround(room, 12));
+    EXPECT_GT(result.num_occupied, 0U);
+    for (const auto& leaf : result.tree.leaves) {
+      EXPECT_TRUE(!leaf.Occupied() || room.DistanceToWall_m(leaf.centre_in_map) < 0.25);
+    }
+  }
+}
+
+TEST(Octree, AThresholdThatNoVoxelCanBeOnBothSidesOfIsRefused) {
+  for (const double threshold : {0.05, 0.12, 0.9701}) {
+    OctreeOptions options = TestOptions();
+    options.occupancy_threshold = threshold;
+    NIGHTMAP_EXPECT_ERROR(
+        UsageError, MakeTree(options, LookAround(BoxRoom(), 1)), "occupancy_threshold");
   }
 }
 

@@ -12,18 +12,26 @@
 
 namespace nightmap {
 
+// Calls visit(code, occupied) for every voxel of the smallest size.
+template <typename Visit>
+void ForVoxels(const OccupancyTree& tree, const Visit& visit) {
+  for (const OccupancyVoxel& leaf : tree.leaves) {
+    const auto edge = static_cast<std::uint64_t>(std::lround(leaf.size_m / tree.resolution_m));
+    const Eigen::Vector3d first_centre =
+        leaf.centre_in_map.array() - (leaf.size_m - tree.resolution_m) / 2;
+    const std::uint64_t first = MortonCode(VoxelOf(first_centre, tree.resolution_m));
+    for (std::uint64_t code = first; code < first + edge * edge * edge; ++code) {
+      visit(code, leaf.Occupied());
+    }
+  }
+}
+
 class VoxelStates {
  public:
   explicit VoxelStates(const OccupancyTree& tree) {
-    for (const OccupancyVoxel& leaf : tree.leaves) {
-      const auto edge = static_cast<std::uint64_t>(std::lround(leaf.size_m / tree.resolution_m));
-      const Eigen::Vector3d first_centre =
-          leaf.centre_in_map.array() - (leaf.size_m - tree.resolution_m) / 2;
-      const std::uint64_t first = MortonCode(VoxelOf(first_centre, tree.resolution_m));
-      for (std::uint64_t code = first; code < first + edge * edge * edge; ++code) {
-        blocks_.At(BlockOf(code))[leaf.Occupied() ? 1 : 0].Set(IndexInBlock(code));
-      }
-    }
+    ForVoxels(tree, [this](std::uint64_t code, bool occupied) {
+      blocks_.At(BlockOf(code))[occupied ? 1 : 0].Set(IndexInBlock(code));
+    });
   }
 
   bool Is(std::uint64_t code, bool occupied) const {
