@@ -10,7 +10,7 @@ import argparse
 from pathlib import Path
 
 from nightmap_eval.artifacts import put_between
-from nightmap_site.declaration import read_toml
+from nightmap_site.declaration import overlays, read_toml
 from nightmap_site.pipeline import read_pipeline
 from nightmap_site.script_errors import run_main
 
@@ -52,17 +52,20 @@ def describe(configs):
 
 
 def profiles(configs, default):
-    """The jobs of all profiles that differ from the default ones."""
-    known = {row(job) for job in default.jobs.values()}
+    """The jobs of all profiles that differ from the default ones, and from those of profiles that they include."""
     variants_of, left_out = {}, []  # the first: profile, job, program and purpose -> the jobs
     for overlay in sorted(configs.glob("*/pipeline.toml")):
         profile = overlay.parent.name
         for given in variants(overlay):
             pipeline = read_pipeline(str(configs), profile, given)
+            included = [name for name in overlays(str(configs), profile, given) if name != profile]
+            known = {row(job) for of in ("default", *included) for job in read_pipeline(str(configs), of, given).jobs.values()}
+            left_out += [f"; `{profile}` includes `{name}`" for name in included]
             for job in pipeline.jobs.values():
                 if row(job) not in known:
                     variants_of.setdefault((profile, job.name, job.program, job.purpose), []).append(job)
-            out = ", ".join(f"`{name}`" for name in default.jobs if name not in pipeline.jobs)
+            of_included = read_pipeline(str(configs), included[-1], given).jobs if included else default.jobs
+            out = ", ".join(f"`{name}`" for name in default.jobs if name in of_included and name not in pipeline.jobs)
             of = f"`{profile}`" + "".join(f" with `import.{key}`" for key in given if len(variants(overlay)) > 1)
             left_out += [f"; {of} leaves out {out}"] if out and not any(text.endswith(f" leaves out {out}") for text in left_out) else []
     rows, fed = [], {}  # fed: profile -> jobs that only read something else
