@@ -32,6 +32,8 @@ NEAR ?=
 NEAR_RADIUS ?=
 ## TURN        1 takes the scans of each log of QUERY together: those of a robot that turned on the spot
 TURN ?=
+## OBJECTS     of use-objects: the file that was drawn on the page of SITE
+OBJECTS ?=
 ## STRICT      1 lets a map that its verdict says not to use end the run with an error
 STRICT ?= 0
 ## DATA        folder of the recordings (datasets.md lists their sources)
@@ -74,7 +76,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 OF_SITE := $(GOALS) why status
 ASKED := $(filter $(OF_SITE) $(M)/% $(DATA)/%,$(MAKECMDGOALS))
-.PHONY: help deps build demo inspect $(OF_SITE) the_site verify clean distclean $(filter $(M)/% $(DATA)/%,$(MAKECMDGOALS))
+.PHONY: help deps build demo inspect use-objects $(OF_SITE) the_site verify clean distclean $(filter $(M)/% $(DATA)/%,$(MAKECMDGOALS))
 # It also builds the programs of the site first. Without options for a shell, make starts Python without one: every make does this.
 the_site: private SHELL := /bin/sh
 the_site: private .SHELLFLAGS := -c
@@ -115,6 +117,9 @@ demo: ## all steps on a synthetic building: install, build, map, localize, drive
 inspect: ## contents of the recordings of SITE: channels, rates, gaps, ranges, overlap in time; runs no job
 	@NIGHTMAP_PROGRAMS=inspect $(MAKE) --no-print-directory $(BUILD)/programs.mk
 	@$(RUN)/inspect --config configs/default/inspect.toml --in site=$(SITES)/$(SITE).toml --in data=$(DATA) --log-level warn
+
+use-objects: ## give the objects that were drawn on the page of SITE, in the file OBJECTS, to its next make
+	@$(PYTHON) scripts/use_objects.py --site $(SITES)/$(SITE).toml --data $(DATA) -- "$$OBJECTS"
 
 verify: ## hash the artifacts of SITE again and compare them with their receipts
 	@$(PYTHON) scripts/verify.py $(M)

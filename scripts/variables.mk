@@ -14,6 +14,7 @@ override FOV_DEG := $(value FOV_DEG)
 override NEAR := $(value NEAR)
 override NEAR_RADIUS := $(value NEAR_RADIUS)
 override TURN := $(value TURN)
+override OBJECTS := $(value OBJECTS)
 override STRICT := $(value STRICT)
 override DATA := $(value DATA)
 override MAPS := $(value MAPS)
@@ -27,7 +28,7 @@ override BUILD := $(value BUILD)
 override SITES := $(value SITES)
 override PYTHON := $(value PYTHON)
 override SANITIZED := $(value SANITIZED)
-export SITE PROFILE SET SEED START GOAL QUERY CAMERA FOV_DEG NEAR NEAR_RADIUS TURN STRICT DATA MAPS LAUNCH THREADS LOG_LEVEL V CASES FIGURES BUILD SITES PYTHON SANITIZED
+export SITE PROFILE SET SEED START GOAL QUERY CAMERA FOV_DEG NEAR NEAR_RADIUS TURN OBJECTS STRICT DATA MAPS LAUNCH THREADS LOG_LEVEL V CASES FIGURES BUILD SITES PYTHON SANITIZED
 # A make that a recipe starts takes them from the environment, and not as text to expand again.
 MAKEOVERRIDES :=
 

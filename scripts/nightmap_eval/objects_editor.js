@@ -229,6 +229,6 @@ class ObjectsEditor {
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10000);
     this.isSaved = true;
-    this.say(`objects.yaml has ${this.objects.length} objects.`);
+    this.say(`objects.yaml has ${this.objects.length} objects. The command above gives them to the next make.`);
   }
 }

@@ -3,6 +3,7 @@
 "use strict";
 
 const LEFT = 0;
+const PLACE_DIGITS = 2;  // of metres
 
 Object.assign(ObjectsEditor.prototype, {
   bindMouse() {
@@ -21,8 +22,23 @@ Object.assign(ObjectsEditor.prototype, {
       else this.gesture.move(event);
     });
     addEventListener("mouseup", (event) => {
-      if (this.gesture && event.button === this.gesture.button) this.endGesture();
+      if (!this.gesture || event.button !== this.gesture.button) return;
+      const { pressed } = this.gesture;
+      this.endGesture();
+      const isClick = Math.max(Math.abs(event.clientX - pressed.clientX), Math.abs(event.clientY - pressed.clientY)) <= CLICK_PX;
+      if (isClick && event.button === LEFT && !this.panning) this.part(".near").value = `NEAR="${this.place(event).join(",")}"`;
     });
+    svg.addEventListener("mousemove", (event) => {
+      const [x, y] = this.place(event);
+      this.part(".where").textContent = `x ${x} m, y ${y} m`;
+    });
+    svg.addEventListener("mouseleave", () => { this.part(".where").textContent = ""; });
+    this.part(".near").addEventListener("focus", (event) => event.target.select());
+  },
+
+  // Map coordinates of a mouse event, as text.
+  place(event) {
+    return this.map.position(event).map((metres) => metres.toFixed(PLACE_DIGITS));
   },
 
   beginGesture(event) {
@@ -30,7 +46,7 @@ Object.assign(ObjectsEditor.prototype, {
     this.part("svg").focus({ preventScroll: true });  // ends the typing in a field
     if (this.gesture) return;
     const shape = event.target.closest(".object"), handle = event.target.dataset.handle;
-    const start = { before: this.snapshot(), selected: this.selected, button: event.button };
+    const start = { before: this.snapshot(), selected: this.selected, button: event.button, pressed: event };
     if (event.button !== LEFT || this.panning) {
       this.gesture = { ...start, move: this.panFrom(event) };
       return;

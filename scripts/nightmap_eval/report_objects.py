@@ -17,7 +17,7 @@ from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
 from nightmap_site.checked_reading import check, read_text, read_toml
 from nightmap_site.script_errors import DataError
 
-MAX_SIZE_M = 4.0  # of a side; the default of max_object_size_m
+DEFAULT_MAX_SIZE_M = 4.0  # of max_object_size_m
 PARTS = ("objects_file.js", "objects_list.js", "objects_map.js", "objects_editor.js", "objects_mouse.js")
 START = 'new ObjectsEditor(document.getElementById("objects"), JSON.parse(document.getElementById("objects-data").textContent));'
 GRAYS = {UNKNOWN: 200, FREE: 255, OCCUPIED: 32}
@@ -35,10 +35,21 @@ def objects_section(site):
             problems.append(html.paragraph(str(error), "failed"))
     grid = read_grid(site.folder_of("grid") / read_floors(site)[0]["yaml"])
     said = ("Objects are rectangles on places that never change, by which a robot finds where it is. Drag on the map to draw one; "
-            "drag it, its corners or the handle beside it to change it. The wheel zooms, the right button moves the map. Put "
-            f"objects.yaml below DATA, and name it in configs/sites/{site.name}.toml below [import]: objects = \"objects.yaml\".")  # fmt: skip
-    editor = html.folded("Draw objects on the map", html.Raw(editor_html(grid, files)))
+            "drag it, its corners or the handle beside it to change it. The wheel zooms, the right button moves the map. "
+            "Download objects.yaml when they are right, and give it to the next make by "
+            f"`make use-objects SITE={site.name} OBJECTS=~/Downloads/objects.yaml`. A click on the map tells a place for make localize.")  # fmt: skip
+    editor = html.folded("Draw objects on the map", html.Raw(editor_html(grid, files, max_size_m(site))))
     return html.section("Objects", html.paragraph(said), *problems, editor)
+
+
+def max_size_m(site):
+    """Length of a side at most, as `localize` cuts it."""
+    config = site.config / "scan_localize.toml"
+    if not config.exists():
+        return DEFAULT_MAX_SIZE_M
+    values = read_toml(config)
+    check(values, {"?max_object_size_m": float}, str(config))
+    return values.get("max_object_size_m", DEFAULT_MAX_SIZE_M)
 
 
 def sources(site):
@@ -58,13 +69,14 @@ def file_in_use(site):
     return site.data / name if name and (site.data / name).is_file() else None
 
 
-def editor_html(grid, files):
-    """HTML of the editor with its script. files: title, name and text of each file that can be opened; the first is."""
+def editor_html(grid, files, longest_m):
+    """HTML of the editor with its script. files: title, name and text of each file that can be opened; the first is. longest_m: of a
+    side."""
     rows, columns = grid.cells.shape
     shown = {"png": f"data:image/png;base64,{base64.b64encode(cells_png(grid.cells)).decode()}", "rows": rows, "columns": columns,
              "resolution_m": grid.resolution_m, "origin_x_m": grid.origin_x_m, "origin_y_m": grid.origin_y_m,
              "origin_yaw_rad": grid.origin_yaw_rad}  # fmt: skip
-    data = {"max_size_m": MAX_SIZE_M, "grid": shown, "files": files}
+    data = {"max_size_m": longest_m, "grid": shown, "files": files}
     folder = Path(__file__).parent
     script = "\n".join([(folder / name).read_text(encoding="utf-8") for name in PARTS] + [START])
     return ((folder / "objects_editor.html").read_text(encoding="utf-8")

@@ -111,8 +111,9 @@ class Asked:
         for goal, of_jobs in zip(self.goals, self.goals_of_jobs(), strict=True):
             if of_jobs in self.pipeline.goals and of_jobs not in made:
                 known = ", ".join(name for name in self.pipeline.goals if name in made)
-                raise PipelineError(f"{self.request.profile_from}: the profile {self.request.profile!r} has no job of `make {goal}`; "
-                                    f"it has those of: {known}")
+                why = self.pipeline.goals[of_jobs].why_without
+                raise PipelineError(f"{self.request.profile_from}: the profile {self.request.profile!r} has no job of `make {goal}`"
+                                    f"{f': {why}' if why else ''}; it has those of: {known}")
 
     def _check_needs(self):
         state = SiteState(self.name, self.folder, self.env["DATA"])

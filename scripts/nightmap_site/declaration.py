@@ -30,13 +30,14 @@ def _parsed(data):
 
 
 class Declaration:
-    """jobs: name -> table; goals: name -> table; clashes: tables. As configs/pipeline.toml has them, or changed."""
+    """jobs: name -> table; goals: name -> table; clashes: tables. As configs/pipeline.toml has them, or changed. why_without: goal
+    -> why the profile leaves a job of it out."""
 
     def __init__(self, path):
         self.path, self._paths = path, [path]
         tables = read_toml(path)
         self.goals, self.clashes = tables.pop("goals", {"map": {"purpose": "the map"}}), tables.pop("clash", [])
-        self.jobs, self._left_out = {}, set()
+        self.jobs, self._left_out, self.why_without = {}, set(), {}
         for name, table in tables.items():
             self.jobs[name] = self._as_table(name, table, path)
 
@@ -55,9 +56,11 @@ class Declaration:
     def _change_job(self, name, table, imports):
         if table.pop("given", None) not in (None, *imports):
             return
-        if table.pop("leave_out", False):
-            self.jobs.pop(name, None)
+        leave_out = table.pop("leave_out", False)
+        if leave_out:
+            goal = self.jobs.pop(name, {}).get("goal", "map")
             self._left_out.add(name)
+            self.why_without |= {goal: leave_out} if isinstance(leave_out, str) else {}
         else:
             self.jobs[name] = _merged(self.jobs.get(name, {}), table)
 

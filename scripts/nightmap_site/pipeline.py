@@ -135,13 +135,13 @@ class Job:
 
 class Goal:
     """A command of make that runs jobs. made: what the end of a run says of it; needs: the goal whose jobs it needs beside
-    its own; rules: a file of rules that belong to it."""
+    its own; rules: a file of rules that belong to it; why_without: why the profile leaves it out, if it says so."""
 
-    def __init__(self, name, table, where):
+    def __init__(self, name, table, where, why_without=None):
         unknown = set(table) - {"purpose", "made", "needs", "rules"}
         if unknown or not table.get("purpose"):
             raise PipelineError(f"{where}: [goals]: {name} needs a purpose, and may have made, needs and rules")
-        self.name, self.purpose, self.made = name, table["purpose"], table.get("made")
+        self.name, self.purpose, self.made, self.why_without = name, table["purpose"], table.get("made"), why_without
         self.needs, self.rules = table.get("needs", name), table.get("rules")
 
 
@@ -253,7 +253,7 @@ def read_pipeline(configs, profile="default", imports=()):
         declaration.change(overlay, imports)
     known = declaration.known()
     jobs = {name: Job(name, table, declaration.places(name), known) for name, table in declaration.jobs.items()}
-    goals = {name: Goal(name, table, declaration.path) for name, table in declaration.goals.items()}
+    goals = {name: Goal(name, table, declaration.path, declaration.why_without.get(name)) for name, table in declaration.goals.items()}
     return Pipeline(jobs, goals, declaration.clashes)
 
 

@@ -82,6 +82,13 @@ class CeilingFilter {
                    const Eigen::Vector2d& now,
                    double min_parallax_rad,
                    double gate);
+  // The same as CN103680291A adds it: at the depth of its disparity (disparity_depth.h) on the ray
+  // of `now`, which is not observed once more. False for a disparity within three of its
+  // deviations.
+  bool AddLandmarkByDisparity(std::int64_t track_id,
+                              std::int64_t clone_id,
+                              const Eigen::Vector2d& from,
+                              const Eigen::Vector2d& now);
   void RemoveLandmarks(const std::vector<std::int64_t>& track_ids);
   std::vector<ActiveLandmark> Landmarks() const;
 
@@ -117,6 +124,7 @@ class CeilingFilter {
   };
   const Part* FindLandmark(std::int64_t track_id) const;
   const Part& FindClone(std::int64_t clone_id) const;
+  void Insert(const Part& landmark);
   // Takes the parts with these ids away, and their states of this size.
   void Remove(const std::vector<std::int64_t>& ids, Eigen::Index size, std::vector<Part>* parts);
   std::optional<UpwardCamera::Projection> Expect(const Part& landmark) const;

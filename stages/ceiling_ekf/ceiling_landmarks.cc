@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The landmarks of CeilingFilter, and the clones that they are first seen from.
 #include <algorithm>
+#include <cmath>
 
 #include "pipeline/ceiling/planar_pose.h"
 #include "stages/ceiling_ekf/ceiling_filter.h"
+#include "stages/ceiling_ekf/disparity_depth.h"
 #include "stages/ceiling_ekf/sparse_rows.h"
 
 namespace nightmap {
@@ -11,6 +13,8 @@ namespace {
 
 // A new landmark's depth is not known: this is its deviation, relative to it.
 constexpr double kDepthSigma = 10;
+// A disparity is so many of its deviations at least.
+constexpr double kMinDisparity_sigmas = 3;
 
 }  // namespace
 
@@ -58,16 +62,55 @@ bool CeilingFilter::AddLandmark(std::int64_t track_id,
   const Eigen::Vector3d by_depth = ray.by_depth * (kDepthSigma * *depth_m);
   noise.Add(n, n, by_pixel * by_pixel.transpose() + by_depth * by_depth.transpose());
   filter_.Transform(std::move(mean), jacobian.Build(), noise.Build());
-  const auto place = std::ranges::lower_bound(landmarks_, track_id, {}, &Part::id);
-  const Eigen::Vector3d linearized_at =
-      camera_.PointAt(then.linearized_at, then_view.tilt_rad, from, *depth_m).point;
-  landmarks_.insert(place, {track_id, n, linearized_at});
+  Insert(
+      {track_id, n, camera_.PointAt(then.linearized_at, then_view.tilt_rad, from, *depth_m).point});
   if (Gates({{track_id, now}})[0] > gate) {
     RemoveLandmarks({track_id});
     return false;
   }
   Observe({{track_id, now}});
   return true;
+}
+
+bool CeilingFilter::AddLandmarkByDisparity(std::int64_t track_id,
+                                           std::int64_t clone_id,
+                                           const Eigen::Vector2d& from,
+                                           const Eigen::Vector2d& now) {
+  const Eigen::VectorXd& state = filter_.Active();
+  const Eigen::Index n = filter_.NumActive();
+  const Eigen::Index clone = FindClone(clone_id).first;
+  const Eigen::Vector3d robot = state.segment<3>(kRobot);
+  const auto depth = DepthByDisparity(camera_, state.segment<3>(clone), from, robot, now);
+  if (!depth) return false;
+  // Neither is told by the state: the publication knows no tilt.
+  Eigen::Matrix<double, 1, 6> by_noise;
+  by_noise << noise_.vibration_sigma_rad * depth->by_first.tilt,
+      noise_.vibration_sigma_rad * depth->by_second.tilt,
+      noise_.pixel_sigma_px * depth->by_first.pixel;
+  const Eigen::RowVector2d by_now = noise_.pixel_sigma_px * depth->by_second.pixel;
+  const double sigma_m = std::hypot(by_noise.norm(), by_now.norm());
+  if (kMinDisparity_sigmas * sigma_m > depth->depth_m) return false;
+
+  const Eigen::Vector2d tilt_rad = state.segment<2>(kVibration) + state.segment<2>(kMounting);
+  const UpwardCamera::RayPoint ray = camera_.PointAt(robot, tilt_rad, now, depth->depth_m);
+  Eigen::VectorXd mean(n + kLandmarkSize);
+  mean << state, ray.point;
+  SparseRowsBuilder jacobian(n + kLandmarkSize, n), noise(n + kLandmarkSize, n + kLandmarkSize);
+  jacobian.Identity(0, n);
+  jacobian.Add(n, clone, ray.by_depth * depth->by_first.pose);
+  jacobian.Add(n, kRobot, ray.by_pose + ray.by_depth * depth->by_second.pose);
+  jacobian.Add(n, kVibration, ray.by_tilt);
+  jacobian.Add(n, kMounting, ray.by_tilt);
+  const Matrix32d by_pixel = noise_.pixel_sigma_px * ray.by_pixel + ray.by_depth * by_now;
+  noise.Add(n, n, by_pixel * by_pixel.transpose());
+  noise.Add(n, n, by_noise.squaredNorm() * ray.by_depth * ray.by_depth.transpose());
+  filter_.Transform(std::move(mean), jacobian.Build(), noise.Build());
+  Insert({track_id, n, camera_.PointAt(robot_linearized_at_, tilt_rad, now, depth->depth_m).point});
+  return true;
+}
+
+void CeilingFilter::Insert(const Part& landmark) {
+  landmarks_.insert(std::ranges::lower_bound(landmarks_, landmark.id, {}, &Part::id), landmark);
 }
 
 void CeilingFilter::Remove(const std::vector<std::int64_t>& ids,

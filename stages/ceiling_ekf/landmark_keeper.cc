@@ -41,10 +41,15 @@ void KeeperOptions::Register(OptionList& list) {
            &max_landmarks,
            Range(4, 1000),
            "landmarks in view at most; the time per frame grows with their cube");
+  list.Add("initial_depth",
+           &initial_depth,
+           {"parallax", "published"},
+           "what gives a new landmark its depth: two views min_parallax_rad apart, or, as in the "
+           "publication CN103680291A, f T / (x1 - x2) of two pictures");
   list.Add("min_parallax_rad",
            &min_parallax_rad,
            Range(0.001, 1),
-           "angle between two views from which the depth of a corner is known");
+           "parallax: angle between two views from which the depth of a corner is known");
   list.Add("clone_distance_m",
            &clone_distance_m,
            Range(0.001, 10),
@@ -188,6 +193,20 @@ bool LandmarkKeeper::IsWorthKeeping(const ActiveLandmark& landmark,
          landmark.covariance.diagonal().maxCoeff() < options_.max_sigma_m * options_.max_sigma_m;
 }
 
+bool LandmarkKeeper::AddLandmark(const CornerSighting& sighting, const Followed& followed) {
+  const Eigen::Vector2d now = sighting.px.cast<double>();
+  if (options_.initial_depth == "published") {
+    return filter_->AddLandmarkByDisparity(
+        sighting.track_id, followed.clone_id, followed.clone_px, now);
+  }
+  return filter_->AddLandmark(sighting.track_id,
+                              followed.clone_id,
+                              followed.clone_px,
+                              now,
+                              options_.min_parallax_rad,
+                              options_.gate);
+}
+
 void LandmarkKeeper::AddLandmarks(const TrackedFrame& frame) {
   std::map<std::pair<int, int>, int> num_in_cell;
   int num_landmarks = 0;
@@ -204,14 +223,7 @@ void LandmarkKeeper::AddLandmarks(const TrackedFrame& frame) {
     int& num_here = num_in_cell[CellOf(sighting.px)];
     if (num_here >= kMaxPerCell) continue;
     Followed& followed = found->second;
-    if (!filter_->AddLandmark(sighting.track_id,
-                              followed.clone_id,
-                              followed.clone_px,
-                              sighting.px.cast<double>(),
-                              options_.min_parallax_rad,
-                              options_.gate)) {
-      continue;
-    }
+    if (!AddLandmark(sighting, followed)) continue;
     followed.state = State::kLandmark;
     followed.num_sightings = 2;
     followed.last_time_ns = frame.time_ns;

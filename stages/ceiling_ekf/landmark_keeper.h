@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <string>
 #include <vector>
 
 #include "pipeline/base/options.h"
@@ -16,6 +17,7 @@ namespace nightmap {
 
 struct KeeperOptions {
   int max_landmarks = 48;
+  std::string initial_depth = "parallax";
   double min_parallax_rad = 0.2;
   double clone_distance_m = 0.15;
   int max_clones = 12;
@@ -62,7 +64,8 @@ class LandmarkKeeper {
   // the others, is left out; a landmark with `max_misfits` of them in a row is deleted. A robot
   // that moved otherwise than its wheels say is believed by the picture. Tracks become landmarks
   // when the robot has moved on so far that their depth is known (CeilingFilter::AddLandmark): not
-  // in a turn on the spot, and never in less than `min_parallax_rad`.
+  // in a turn on the spot, and never in less than `min_parallax_rad`. With `initial_depth` of
+  // "published" the first disparity will do (CeilingFilter::AddLandmarkByDisparity).
   ObservedFrame Observe(const TrackedFrame& frame, const ControlInput& motion);
   // Those that left the view since the last call, and are worth keeping.
   std::vector<StoredLandmark> TakeStored();
@@ -93,6 +96,7 @@ class LandmarkKeeper {
   void CountMisfits(const TrackedFrame& frame, const std::vector<LandmarkSighting>& seen);
   StoredLandmark Stored(const ActiveLandmark& landmark) const;
   void RemoveEnded(const TrackedFrame& frame);
+  bool AddLandmark(const CornerSighting& sighting, const Followed& followed);
   void AddLandmarks(const TrackedFrame& frame);
   void AddCandidates(const TrackedFrame& frame);
   void RemoveClones();

@@ -13,7 +13,6 @@
 namespace nightmap {
 namespace {
 
-constexpr double kSamePlace_m = 0.5;
 constexpr double kSamePlace_rad = 0.2;
 // What the search may leave to the refinement.
 constexpr double kRefineSigma_m = 0.3;
@@ -83,8 +82,8 @@ void CandidateOptions::Register(OptionList& list) {
       "max_candidates", &max_candidates, Range(2, 1000), "of a query; the best by search score");
 }
 
-bool IsSamePlace(const Rigid2& a, const Rigid2& b) {
-  return (a.translation - b.translation).norm() <= kSamePlace_m &&
+bool IsSamePlace(const Rigid2& a, const Rigid2& b, double radius_m) {
+  return (a.translation - b.translation).norm() <= radius_m &&
          std::abs(WrapAngle_rad(a.heading_rad - b.heading_rad)) <= kSamePlace_rad;
 }
 

@@ -37,8 +37,9 @@ struct ScanCandidate {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-// The same place: nearer than half a metre and 0.2 rad.
-bool IsSamePlace(const Rigid2& a, const Rigid2& b);
+inline constexpr double kSamePlace_m = 0.5;
+// The same place: nearer than this and 0.2 rad.
+bool IsSamePlace(const Rigid2& a, const Rigid2& b, double radius_m = kSamePlace_m);
 
 // All places of the map, or within the query's rough position, whose search score is at least
 // min_share_of_best (near a rough position min_share_nearby) of the largest, refined; the best fit

@@ -100,7 +100,7 @@ std::vector<TemplateMatch> SuppressNonMaxima(std::vector<TemplateMatch> matches,
     if (match.score < options.min_share_of_best * matches.front().score) break;
     if (maxima.size() == static_cast<std::size_t>(options.max_candidates)) break;
     const auto is_same = [&](const TemplateMatch& other) {
-      return IsSamePlace(match.map_from_query, other.map_from_query);
+      return IsSamePlace(match.map_from_query, other.map_from_query, options.suppression_radius_m);
     };
     if (std::ranges::none_of(maxima, is_same)) maxima.push_back(match);
   }
@@ -177,6 +177,10 @@ void TemplateOptions::Register(OptionList& list) {
            &max_candidates,
            Range(1, 1000),
            "places that the pyramid follows; the most similar");
+  list.Add("published_suppression_radius_m",
+           &suppression_radius_m,
+           Range(0, 10),
+           "of places so near to each other, at about one heading, the most similar stays");
 }
 
 std::vector<TemplateMatch> SearchTemplate(const TemplateOptions& options,

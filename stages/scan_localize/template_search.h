@@ -20,6 +20,7 @@ struct TemplateOptions {
   double max_range_m = 15;
   double min_share_of_best = 0.6;
   int max_candidates = 40;
+  double suppression_radius_m = 0.5;
 
   void Register(OptionList& list);
 };
@@ -30,11 +31,11 @@ struct TemplateMatch {
 };
 
 // Places where a robot can be, in the whole map or within the query's rough position; the best
-// first, no two at the same place (IsSamePlace). The coarsest level of the pyramid, whose pixels
-// are 2^(num_levels - 1) times as large, is matched everywhere at num_angles headings; its maxima
-// are followed to the finest level, with half the step of the heading each. Only pixels that the
-// submap saw count. Not exhaustive: what the coarsest level does not show is missed. Deterministic
-// if OpenCV runs on one thread.
+// first, no two within the suppression radius at about one heading. The coarsest level of the
+// pyramid, whose pixels are 2^(num_levels - 1) times as large, is matched everywhere at num_angles
+// headings; its maxima are followed to the finest level, with half the step of the heading each.
+// Only pixels that the submap saw count. Not exhaustive: what the coarsest level does not show is
+// missed. Deterministic if OpenCV runs on one thread.
 std::vector<TemplateMatch> SearchTemplate(const TemplateOptions& options,
                                           const ScanMap& map,
                                           const ScanQuery& query);

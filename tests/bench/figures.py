@@ -81,6 +81,9 @@ LONG = {
                "--page {page}",),
     "ceiling": ("seeds.py ceiling_corridor ceiling_office --name ceiling --seeds 10 --vary synthesize_ceiling.noise_seed "
                 "--data '{data}/ceiling_{{seed}}' --maps {maps} --page {page}",),
+    **{f"ceiling_depth_{depth}": (f"seeds.py ceiling_office --name ceiling_depth_{depth} --vary synthesize_ceiling.noise_seed --data "
+        f"'{{data}}/ceiling_{{{{seed}}}}' --maps {{maps}} --page {{page}} --set ceiling_ekf.initial_depth={depth}",)
+       for depth in ("parallax", "published")},
     "faults": ("rm -f {maps}/faults/rows.jsonl",
         f"tests/bench/faults/measure_faults.py {FR1} {OFFICE} --random 60 --data {{data}} --work {{maps}}/faults "
         "--rows {maps}/faults/rows.jsonl --threads {threads} --page {page}"),

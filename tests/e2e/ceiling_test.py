@@ -147,8 +147,10 @@ class CeilingTest(unittest.TestCase):
 
     def test_5_a_goal_that_the_profile_lacks_says_so(self):
         output = self.make("plan", "SITE=lab", "START=0,0", "GOAL=1,1", code=2)
-        self.assertIn("the profile 'ceiling' has no job of `make plan`; it has those of: check, map, evaluate, report", output)
-        self.assertIn("has no job of `make evaluate-colmap`", self.make("evaluate-colmap", "SITE=lab", code=2))
+        self.assertIn("the profile 'ceiling' has no job of `make plan`: it needs an occupancy grid", output)
+        self.assertIn('a laser scanner (profile "laser") or a depth camera (the default profile)', output)
+        self.assertIn("; it has those of: check, map, evaluate, report", output)
+        self.assertIn("has no job of `make evaluate-colmap`: it needs landmarks", self.make("evaluate-colmap", "SITE=lab", code=2))
 
 
 if __name__ == "__main__":

@@ -1,9 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """objects.yaml as the page of a laser map writes and opens it: round trip, mistakes in a file, files of the site."""
+import os
+import re
+import subprocess
+import tomllib
 import unittest
 
-from objects_page import COLUMN, ObjectsPageCase
+from objects_page import COLUMN, ObjectsPageCase, fake_site
 
 
 class ObjectsFileTest(ObjectsPageCase):
@@ -74,6 +78,51 @@ class ObjectsFileTest(ObjectsPageCase):
         self.assertEqual((found["name"], found["x_m"]), ("the 'old' column", 1))
         self.open_file(COLUMN.replace('"column"', "'it''s # 1'"), "quoted.yaml")
         self.assertEqual(self.objects()[0]["name"], "it's # 1")
+
+    def test_the_page_says_the_command_that_gives_a_file_to_the_next_make(self):
+        self.open()
+        self.draw((-2, -1), (-1, 0))
+        text = self.text()
+        self.assertIn("The command above", self.notice())
+        said = self.page.value("document.body.textContent")
+        [command] = re.findall(r"`make use-objects SITE=hall OBJECTS=(\S+)`", said)
+        self.assertEqual(command, "~/Downloads/objects.yaml")
+        for config in ('root = "hall"\n', 'root = "hall"\n[import]\nmap = "map.yaml"\n'):
+            with self.subTest(config):
+                self.assertEqual(self.use_objects(config, text, command), "hall_objects.yaml")
+        self.assertEqual(self.use_objects('[import]\nobjects = "sub/own.yaml"\n', text, command), "sub/own.yaml")
+
+    def test_a_file_that_is_none_changes_nothing(self):
+        config = '[import]\nobjects = "own.yaml"\n'
+        for text, path, said in (("x\n", "~/Downloads/objects.yaml", "begins otherwise than"), (COLUMN, "none.yaml", "name the file"),
+                                 (COLUMN, "", "make use-objects SITE=")):
+            result = self.run_use_objects(config, text, path)
+            self.assertNotEqual(result.returncode, 0)
+            self.assertIn(said, result.stderr)
+            self.assertFalse((self.root / "own.yaml").exists())
+        inline = 'import = { map = "map.yaml" }\n'
+        self.assertIn("by hand", self.run_use_objects(inline, COLUMN, "~/Downloads/objects.yaml").stderr)
+        self.assertEqual((self.root / "sites/hall.toml").read_text(), inline)
+
+    def use_objects(self, config, text, path):
+        """The name that the site's config has after the command; the file of that name is the one that was drawn."""
+        result = self.run_use_objects(config, text, path)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        before, after = tomllib.loads(config), tomllib.loads((self.root / "sites/hall.toml").read_text())
+        name = after["import"]["objects"]
+        self.assertEqual(after, before | {"import": before.get("import", {}) | {"objects": name}})
+        self.assertEqual((self.root / name).read_text(), text)
+        return name
+
+    def run_use_objects(self, config, text, path):
+        site, home = self.root / "sites" / "hall.toml", self.root / "home"
+        for folder in (site.parent, home / "Downloads"):
+            folder.mkdir(parents=True, exist_ok=True)
+        site.write_text(config)
+        (home / "Downloads" / "objects.yaml").write_text(text)
+        command = ["make", "-C", fake_site.CHECKOUT, "use-objects", "SITE=hall", f"OBJECTS={path}", f"SITES={site.parent}",
+                   f"DATA={self.root}"]  # fmt: skip
+        return subprocess.run(command, env=os.environ | {"HOME": str(home)}, capture_output=True, text=True, check=False)
 
     def test_objects_in_use_and_proposals_can_both_be_opened(self):
         configs = self.root / "configs" / "scans" / "pipeline.toml"

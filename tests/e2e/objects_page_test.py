@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Objects drawn on the page of a laser map: by mouse, keyboard and fields."""
 import math
+import re
 import unittest
 
 from driven_browser import SHIFT
-from objects_page import COLUMN, COLUMN_AS_WRITTEN, ObjectsPageCase
+from objects_page import COLUMN, COLUMN_AS_WRITTEN, PLACE_M, ObjectsPageCase
 
 MAX_SIZE_M = 4
 
@@ -44,6 +45,34 @@ class ObjectsPageTest(ObjectsPageCase):
     def objects_after_notice(self, said):
         self.assertIn(said, self.notice())
         return self.objects()
+
+    def test_sides_are_as_long_as_localize_takes_them(self):
+        config = self.site_dir / "config" / "scan_localize.toml"
+        config.parent.mkdir(exist_ok=True)
+        config.write_text("max_object_size_m = 1.5\n")
+        self.open()
+        self.draw((-2.5, -1), (2.5, 0))
+        [found] = self.objects_after_notice("A side is 1.5 m long at most")
+        self.assertEqual(found["size_x_m"], 1.5)
+
+    def test_the_place_under_the_mouse_and_a_click_for_make_localize(self):
+        self.yaml.write_text(self.yaml.read_text().replace("[-3.0, -2.0, 0]", "[-3.0, -2.0, 0.4]"))
+        self.open()
+        self.page.mouse("mouseMoved", self.at(-1.2, 0.7))
+        said = self.page.value("document.querySelector('#objects .where').textContent")
+        self.assert_near(re.findall(r"-?\d+\.\d\d", said), -1.2, 0.7)
+        near = "document.querySelector('#objects .near').value"
+        self.assertEqual(self.page.value(near), "")
+        self.press(self.at(0.5, -1.5))
+        [place] = re.findall(r'^NEAR="(.*)"$', self.page.value(near))  # as the command line takes it
+        self.assert_near(place.split(","), 0.5, -1.5)
+        self.draw((-2, -1), (-1, 0))  # no click
+        self.assert_near(self.page.value(near)[6:-1].split(","), 0.5, -1.5)
+        self.assertEqual(len(self.objects()), 1)
+
+    def assert_near(self, texts, *expected):
+        for text, metres in zip(texts, expected, strict=True):
+            self.assertAlmostEqual(float(text), metres, delta=PLACE_M)
 
     def test_the_mouse_moves_turns_and_resizes(self):
         self.use(COLUMN)

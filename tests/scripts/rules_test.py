@@ -168,6 +168,12 @@ in = {odometry = false, map = "import.map"}
         with self.assertRaisesRegex(PipelineError, r"\[grid\] needs a file of your own: .*office.toml(.|\n)*map = "):
             self.graph("imported", ("poses",))
 
+    def test_a_profile_says_why_it_leaves_a_job_out(self):
+        self.write("bare/pipeline.toml", '[grid]\nleave_out = "it needs a laser"\n')
+        self.assertNotIn("grid", read_pipeline(str(self.folder), "bare").jobs)
+        self.assertEqual(read_pipeline(str(self.folder), "bare").goals["map"].why_without, "it needs a laser")
+        self.assertIsNone(read_pipeline(str(self.folder)).goals["map"].why_without)
+
     def test_several_tables_of_a_job_are_applied_one_after_the_other(self):
         tables = """
 [[odometry]]

@@ -97,6 +97,12 @@ TEST(CeilingEkf, DrivesALoopAndKnowsHowWell) {
   EXPECT_GT(consistent[consistent.size() / 2], 0.85);
 }
 
+CeilingEkfOptions Published() {
+  CeilingEkfOptions published;
+  published.keeper.initial_depth = "published";
+  return published;
+}
+
 TEST(CeilingEkf, WithoutNoiseItIsExact) {
   DriveOptions options;
   options.pixel_noise_px = options.distance_noise_m = options.heading_noise_rad = 0;
@@ -104,10 +110,18 @@ TEST(CeilingEkf, WithoutNoiseItIsExact) {
   options.tilt_rad.setZero();
   options.path_m = 10;
   const SimulatedDrive drive = Simulate(options);
-  const Errors errors = Compare(Map(drive), drive);
-  EXPECT_LT(errors.position_rmse_m, 1e-3);
-  EXPECT_LT(errors.heading_rmse_rad, 1e-4);
-  EXPECT_LT(errors.landmark_median_m, 2e-3);
+  for (const CeilingEkfOptions& depth : {CeilingEkfOptions(), Published()}) {
+    const Errors errors = Compare(Map(drive, depth), drive);
+    EXPECT_LT(errors.position_rmse_m, 1e-3) << depth.keeper.initial_depth;
+    EXPECT_LT(errors.heading_rmse_rad, 1e-4) << depth.keeper.initial_depth;
+    EXPECT_LT(errors.landmark_median_m, 2e-3) << depth.keeper.initial_depth;
+  }
+}
+
+TEST(CeilingEkf, WithThePublishedDepthItDrivesALoopToo) {
+  const SimulatedDrive drive = Simulate({});
+  const Errors errors = Compare(Map(drive, Published()), drive);
+  EXPECT_LT(errors.position_rmse_m, errors.wheels_rmse_m / 2);
 }
 
 TEST(CeilingEkf, BridgesABlankCeiling) {
@@ -237,11 +251,13 @@ TEST(CeilingEkf, OneRunIsLikeAnother) {
   options.side_m = 5;
   options.path_m = 27;
   const SimulatedDrive drive = Simulate(options);
-  const CeilingEkfResult a = Map(drive), b = Map(drive);
-  ASSERT_EQ(a.map.landmarks.size(), b.map.landmarks.size());
-  EXPECT_FALSE(a.map.loops.empty());
-  for (std::size_t i = 0; i < a.map.landmarks.size(); ++i) {
-    EXPECT_EQ(a.map.landmarks[i].position_m, b.map.landmarks[i].position_m);
+  for (const CeilingEkfOptions& depth : {CeilingEkfOptions(), Published()}) {
+    const CeilingEkfResult a = Map(drive, depth), b = Map(drive, depth);
+    ASSERT_EQ(a.map.landmarks.size(), b.map.landmarks.size());
+    EXPECT_FALSE(a.map.loops.empty());
+    for (std::size_t i = 0; i < a.map.landmarks.size(); ++i) {
+      EXPECT_EQ(a.map.landmarks[i].position_m, b.map.landmarks[i].position_m);
+    }
   }
 }
 

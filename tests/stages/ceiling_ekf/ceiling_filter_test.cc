@@ -146,6 +146,36 @@ TEST(CeilingFilter, ALandmarkIsWhereTwoViewsMeet) {
   EXPECT_TRUE(filter.Landmarks().empty());
 }
 
+TEST(CeilingFilter, APublishedLandmarkHasTheDepthOfItsDisparity) {
+  CeilingFilter filter(MakeCamera(), {});
+  const Eigen::Vector3d point(0.5, 0.3, 2.6);
+  const auto seen = [&] {
+    return MakeCamera().Project(ToVector(filter.AnchorFromRobot()), {0, 0}, point)->pixel;
+  };
+  const std::int64_t clone = filter.AddClone();
+  const Eigen::Vector2d from = seen();
+  EXPECT_FALSE(filter.AddLandmarkByDisparity(5, clone, from, seen()));  // no way between
+  filter.Predict(Motion(0, 0.3));
+  EXPECT_FALSE(filter.AddLandmarkByDisparity(5, clone, from, seen()));  // a turn on the spot
+  filter.Predict(Motion(0.02, 0));
+  EXPECT_FALSE(filter.AddLandmarkByDisparity(5, clone, from, seen()));  // 3 pixels: noise
+  filter.Predict(Motion(0.08, 0.02));
+  const Eigen::Vector2d now = seen();
+  EXPECT_TRUE(filter.Landmarks().empty());
+  ASSERT_TRUE(filter.AddLandmarkByDisparity(5, clone, from, now));
+  ASSERT_EQ(filter.Landmarks().size(), 1U);
+  const ActiveLandmark landmark = filter.Landmarks()[0];
+  EXPECT_LT((landmark.position - point).norm(), 1e-9);
+  // Z = f T / (x1 - x2): the wheels tell a way of 0.1 m, and the disparity is 14 pixels, of which
+  // each picture tells 0.4 and its tilt 1 more.
+  const double of_way = CeilingNoise().distance_sigma_m / std::sqrt(0.1);
+  const double expected = std::hypot(of_way, std::sqrt(2 * 1.1) / 14.3);
+  EXPECT_NEAR(std::sqrt(landmark.covariance(2, 2)) / 2.25, expected, 0.1 * expected);
+  EXPECT_LT(filter.Gates({{5, now}})[0], 1e-3);
+  filter.RemoveLandmarks({5});
+  EXPECT_TRUE(filter.Landmarks().empty());
+}
+
 TEST(CeilingFilter, WithoutOdometryTheRobotMayBeAsFarAsItsSpeedAllows) {
   CeilingNoise noise;
   noise.unknown_speed_m_per_s = 0.5;

@@ -103,6 +103,24 @@ TEST_F(Published, ObjectsRemoveTheAlikePlace) {
   EXPECT_FALSE(HasPlace(filtered, kTurned));
 }
 
+TEST_F(Published, OfPlacesWithinTheSuppressionRadiusTheBestStays) {
+  const ScanQuery query = QueryAt(kTruth);
+  options_.search.min_share_of_best = 0.3;
+  std::size_t num_before = options_.search.max_candidates = 1000;
+  for (const double radius_m : {0.1, 0.5, 2.0}) {
+    options_.search.suppression_radius_m = radius_m;
+    const auto matches = SearchTemplate(options_.search, map_, query);
+    EXPECT_TRUE(HasPlace(matches, kTruth)) << radius_m;
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      for (std::size_t k = 0; k < i; ++k) {
+        EXPECT_FALSE(IsSamePlace(matches[i].map_from_query, matches[k].map_from_query, radius_m));
+      }
+    }
+    EXPECT_LT(matches.size(), num_before) << radius_m;
+    num_before = matches.size();
+  }
+}
+
 TEST_F(Published, ObjectsFarAwayDoNotFilter) {
   options_.filter.object_distance_m = 1;
   const ScanQuery query = QueryAt(kTruth);
