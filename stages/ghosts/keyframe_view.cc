@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "pipeline/base/error.h"
-#include "pipeline/labels/moving_regions.h"
+#include "pipeline/labels/labelled_regions.h"
 
 namespace nightmap {
 namespace {
@@ -86,7 +86,7 @@ KeyframeView MakeKeyframeView(const Keyframe& keyframe,
       small_may_move.pixels.push_back(moves && nearest_m > 0 ? 255 : 0);
     }
   }
-  MovingRegions regions = FindMovingRegions(small_may_move, small_depth);
+  LabelledRegions regions = FindLabelledRegions(small_may_move, small_depth);
   view.points.resize(static_cast<std::size_t>(regions.num));
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {

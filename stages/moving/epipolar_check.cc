@@ -100,7 +100,7 @@ std::vector<cv::Point2f> MovingPoints(const EpipolarOptions& options,
   return moving;
 }
 
-std::vector<bool> MovingRegions(const EpipolarOptions& options,
+std::vector<bool> RegionsThatMove(const EpipolarOptions& options,
                                 const Image<std::int32_t>& regions,
                                 int num_regions,
                                 const std::vector<cv::Point2f>& points) {
@@ -115,6 +115,37 @@ std::vector<bool> MovingRegions(const EpipolarOptions& options,
     moves.push_back(counts[i] >= options.min_moving_points);
   }
   return moves;
+}
+
+Image<float> PublishedDecision(const EpipolarOptions& options,
+                               int window_px,
+                               const SmallCamera& camera,
+                               const SmallFrame* previous,
+                               const SmallFrame& frame,
+                               const LabelledRegions& regions,
+                               std::uint64_t seed) {
+  Image<float> decided = ZerosLike(frame.depth);
+  std::vector<bool> moves(static_cast<std::size_t>(regions.num), true);
+  std::vector<cv::Point2f> points;
+  if (previous != nullptr) {
+    points = MovingPoints(options, window_px, camera, *previous, frame, seed);
+    if (regions.num > 0) {
+      moves = RegionsThatMove(options, regions.of_pixel, regions.num, points);
+    }
+  }
+  const auto region_at = [&](std::size_t pixel) {
+    return regions.num > 0 ? regions.of_pixel.pixels[pixel] : 0;
+  };
+  for (std::size_t i = 0; i < decided.pixels.size(); ++i) {
+    const int region = region_at(i);
+    decided.pixels[i] = region > 0 && moves[static_cast<std::size_t>(region - 1)] ? 1 : -1;
+  }
+  for (const cv::Point2f& point : points) {
+    const int x = std::clamp(static_cast<int>(point.x / 2), 0, decided.width - 1);
+    const int y = std::clamp(static_cast<int>(point.y / 2), 0, decided.height - 1);
+    if (region_at(static_cast<std::size_t>(y * decided.width + x)) == 0) decided.At(x, y) = 1;
+  }
+  return decided;
 }
 
 }  // namespace nightmap

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "pipeline/labels/labelled_regions.h"
 #include "stages/moving/small_frame.h"
 
 namespace nightmap {
@@ -34,8 +35,7 @@ struct EpipolarOptions {
 //   the still points, which thus are not reported, but some also explain a thing that moves. Of
 //   such a thing all points are found, or some, or none, from frame to frame.
 // - Where all but one thing lies on one plane, likewise, that thing may be reported though it
-// stands
-//   still.
+//   stands.
 // A larger ransac_confidence finds the largest agreement more surely: fewer points of still things
 // in the third case, and fewer of moving ones in the second.
 std::vector<cv::Point2f> MovingPoints(const EpipolarOptions& options,
@@ -48,9 +48,19 @@ std::vector<cv::Point2f> MovingPoints(const EpipolarOptions& options,
 // Which of the regions 1 .. num_regions move: those with min_moving_points of the `points`. (The
 // publication says "some".) `regions` has the size of reduced depth, and 0 where there is none; the
 // points are in pixels of gray.
-std::vector<bool> MovingRegions(const EpipolarOptions& options,
+std::vector<bool> RegionsThatMove(const EpipolarOptions& options,
                                 const Image<std::int32_t>& regions,
                                 int num_regions,
                                 const std::vector<cv::Point2f>& points);
+
+// What the method says of each pixel of reduced depth: 1 in a region that moves and at points that
+// move elsewhere, else -1. Without a previous frame, labels decide.
+Image<float> PublishedDecision(const EpipolarOptions& options,
+                               int window_px,
+                               const SmallCamera& camera,
+                               const SmallFrame* previous,
+                               const SmallFrame& frame,
+                               const LabelledRegions& regions,
+                               std::uint64_t seed);
 
 }  // namespace nightmap

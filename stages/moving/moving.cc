@@ -53,6 +53,8 @@ class Search {
     small_[i] = std::move(frame);
   }
 
+  bool IsPublished() const { return options_.method == "published"; }
+
   void FindMotions(int num_threads) {
     for (Chain& chain : chains_) {
       chain.next_from_previous.resize(chain.frames.size());
@@ -70,8 +72,21 @@ class Search {
     if (!small_[i]) return;
     Seen& seen = seen_[i];
     seen.evidence = Evidence(small_[i]->depth);
-    seen.regions.regions = FindMovingRegions(small_[i]->may_move, small_[i]->depth);
+    seen.regions.regions = FindLabelledRegions(small_[i]->may_move, small_[i]->depth);
     seen.regions.scores.resize(static_cast<std::size_t>(seen.regions.regions.num));
+    if (IsPublished()) {
+      const SmallFrame* previous = nullptr;
+      if (k > 0 && small_[chain.frames[k - 1]]) previous = &*small_[chain.frames[k - 1]];
+      seen.decided = PublishedDecision(options_.published,
+                                       options_.camera_motion.window_px,
+                                       CameraOf(i),
+                                       previous,
+                                       *small_[i],
+                                       seen.regions.regions,
+                                       SeedOf(i));
+      MakeMask(i);
+      return;
+    }
     for (const bool forward : {false, true}) Look(chain, k, forward, &seen);
     if (seen.regions.regions.num == 0) MakeMask(i);
   }
@@ -110,11 +125,14 @@ class Search {
     return cameras_[static_cast<std::size_t>(input_.frames[i].camera_idx)];
   }
 
+  std::uint64_t SeedOf(std::size_t i) const {
+    return (static_cast<std::uint64_t>(options_.seed) << 32) ^
+           static_cast<std::uint64_t>(input_.frames[i].frame_idx);
+  }
+
   std::optional<Rigid3> Motion(std::size_t a, std::size_t b) const {
     if (!small_[a] || !small_[b]) return std::nullopt;
-    const auto seed = (static_cast<std::uint64_t>(options_.seed) << 32) ^
-                      static_cast<std::uint64_t>(input_.frames[b].frame_idx);
-    return CameraMotion(options_.camera_motion, CameraOf(b), *small_[a], *small_[b], seed);
+    return CameraMotion(options_.camera_motion, CameraOf(b), *small_[a], *small_[b], SeedOf(b));
   }
 
   // Adds what the frames after (or before) frame k say, the first at each of the offsets.
@@ -217,10 +235,11 @@ MovingResult RunMoving(const MovingOptions& options,
   for (const std::string& failure : failures) {
     if (!failure.empty()) result.skipped.push_back(failure);
   }
-  search.FindMotions(num_threads);
+  if (!search.IsPublished()) search.FindMotions(num_threads);
   for (const Chain& chain : search.Chains()) {
     ParallelFor(
         chain.frames.size(), num_threads, [&](std::size_t k) { search.Gather(chain, k); });
+    if (search.IsPublished()) continue;
     search.Decide(chain, num_threads);
     for (std::size_t k = 1; k < chain.frames.size(); ++k) {
       ++result.num_pairs;

@@ -11,6 +11,7 @@
 #include "pipeline/base/progress.h"
 #include "pipeline/io/masks_io.h"
 #include "stages/moving/camera_motion.h"
+#include "stages/moving/epipolar_check.h"
 #include "stages/moving/evidence.h"
 #include "stages/moving/region_motion.h"
 #include "stages/moving/spread.h"
@@ -18,10 +19,12 @@
 namespace nightmap {
 
 struct MovingOptions {
+  std::string method = "surfaces";
   CameraMotionOptions camera_motion;
   EvidenceOptions evidence;
   RegionMotionOptions regions;
   SpreadOptions spread;
+  EpipolarOptions published;
   std::vector<double> offsets_s = {0.2, 0.4, 0.8};
   int margin_px = 6;
   int seed = 0;
@@ -51,6 +54,8 @@ struct MovingResult {
 // whether it does, as a whole.
 // 4. Spreads what is found over connected surfaces; what has more against staying than for it
 // moves.
+// The method "published" takes the frame before alone instead (epipolar_check.h): a region in which
+// points leave their epipolar lines moves, as a whole, and so do single points elsewhere.
 // Frames of another camera or sequence are not compared. Deterministic at any number of threads.
 MovingResult RunMoving(const MovingOptions& options,
                        const MovingInput& input,

@@ -4,6 +4,11 @@
 namespace nightmap {
 
 void MovingOptions::Register(OptionList& list) {
+  list.Add("method",
+           &method,
+           {"surfaces", "published"},
+           "surfaces: depth and flow over up to a second; published: the check of epipolar lines, "
+           "with the options published_*, cell_px, window_px, margin_px and seed alone");
   list.Add("cell_px",
            &camera_motion.cell_px,
            Range(4, 64),
@@ -57,12 +62,40 @@ void MovingOptions::Register(OptionList& list) {
   list.Add("prior",
            &spread.prior,
            Range(0, 10),
-           "evidence that each pixel has for staying without any, or for moving where labels say "
-           "it may");
+           "evidence that each pixel has for staying without any");
   list.Add("max_depth_step",
            &spread.max_depth_step,
            Range(0.001, 1),
            "relative step of depth between neighbours that is an edge between two things");
+  list.Add("published_border_px",
+           &published.border_px,
+           Range(0, 100),
+           "points nearer to the border are dropped, in the reduced picture");
+  list.Add("published_max_patch_difference",
+           &published.max_patch_difference,
+           Range(0, 255),
+           "largest mean difference of 3 x 3 pixels around a point and where it is followed to, in "
+           "gray levels");
+  list.Add("published_ransac_px",
+           &published.ransac_px,
+           Range(0.01, 10),
+           "inlier threshold of the fundamental matrix");
+  list.Add("published_ransac_confidence",
+           &published.ransac_confidence,
+           Range(0.5, 0.999999),
+           "how surely the largest agreement is to be found");
+  list.Add("published_max_epipolar_px",
+           &published.max_epipolar_px,
+           Range(0.05, 20),
+           "a point farther from its epipolar line moves");
+  list.Add("published_min_points",
+           &published.min_points,
+           Range(15, 10000),
+           "pictures with fewer pairs of points say nothing");
+  list.Add("published_min_moving_points",
+           &published.min_moving_points,
+           Range(1, 10000),
+           "a labelled region with so many points that move does");
   list.Add("margin_px", &margin_px, Range(0, 100), "widens the masks");
   list.Add("seed", &seed, Range(0, 1e6), "seed of RANSAC");
   list.Add("max_failed_ratio",

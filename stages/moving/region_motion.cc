@@ -9,7 +9,7 @@
 namespace nightmap {
 namespace {
 
-std::vector<int> NumPixels(const MovingRegions& regions) {
+std::vector<int> NumPixels(const LabelledRegions& regions) {
   std::vector<int> counts(static_cast<std::size_t>(regions.num) + 1);
   for (const int region : regions.of_pixel.pixels) ++counts[static_cast<std::size_t>(region)];
   return counts;

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "pipeline/labels/moving_regions.h"
+#include "pipeline/labels/labelled_regions.h"
 #include "stages/moving/evidence.h"
 
 namespace nightmap {
@@ -28,7 +28,7 @@ struct RegionScores {
 
 // A frame's regions and what is known of each, by its number less 1.
 struct FrameRegions {
-  MovingRegions regions;
+  LabelledRegions regions;
   std::vector<RegionScores> scores;
 };
 

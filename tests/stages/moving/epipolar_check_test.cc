@@ -158,11 +158,11 @@ TEST_F(EpipolarCheckTest, ARegionWithEnoughMovingPointsMoves) {
   options_.min_moving_points = 2;
   const std::vector<cv::Point2f> points = {
       {0, 0}, {1.9F, 3}, {1, 1}, {2, 0}, {3.9F, 3.9F}, {4, 1}, {7, 3}, {6, 0}, {6, 1}};
-  EXPECT_EQ(MovingRegions(options_, regions, 3, points), (std::vector<bool>{true, false, true}));
+  EXPECT_EQ(RegionsThatMove(options_, regions, 3, points), (std::vector<bool>{true, false, true}));
   options_.min_moving_points = 3;
-  EXPECT_EQ(MovingRegions(options_, regions, 3, points), (std::vector<bool>{false, false, true}));
-  EXPECT_EQ(MovingRegions(options_, regions, 3, {}), std::vector<bool>(3));
-  EXPECT_TRUE(MovingRegions(options_, {4, 2, 1, std::vector<std::int32_t>(8)}, 0, points).empty());
+  EXPECT_EQ(RegionsThatMove(options_, regions, 3, points), (std::vector<bool>{false, false, true}));
+  EXPECT_EQ(RegionsThatMove(options_, regions, 3, {}), std::vector<bool>(3));
+  EXPECT_TRUE(RegionsThatMove(options_, {4, 2, 1, std::vector<std::int32_t>(8)}, 0, points).empty());
 }
 
 }  // namespace epipolar_check_test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/labels/moving_regions.h"
+#include "pipeline/labels/labelled_regions.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,8 +18,8 @@ bool LeadsTo(float from_m, float to_m) {
 
 }  // namespace
 
-MovingRegions FindMovingRegions(const GrayImage& may_move, const DepthImage& depth) {
-  MovingRegions regions{{may_move.width, may_move.height, 1, {}}, 0};
+LabelledRegions FindLabelledRegions(const GrayImage& may_move, const DepthImage& depth) {
+  LabelledRegions regions{{may_move.width, may_move.height, 1, {}}, 0};
   regions.of_pixel.pixels.resize(may_move.pixels.size());
   std::vector<std::pair<int, int>> open;
   const auto enter = [&](int x, int y) {

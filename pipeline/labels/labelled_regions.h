@@ -8,7 +8,7 @@
 
 namespace nightmap {
 
-struct MovingRegions {
+struct LabelledRegions {
   Image<std::int32_t> of_pixel;  // 0: none, else 1 .. num
   int num = 0;
 };
@@ -18,6 +18,6 @@ struct MovingRegions {
 // that reaches them first, and lead only to others without: a shadow between two people joins them
 // not. Regions are numbered by their first pixel, row by row. Both pictures have one size.
 // Deterministic.
-MovingRegions FindMovingRegions(const GrayImage& may_move, const DepthImage& depth);
+LabelledRegions FindLabelledRegions(const GrayImage& may_move, const DepthImage& depth);
 
 }  // namespace nightmap
