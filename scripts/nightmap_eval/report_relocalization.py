@@ -40,6 +40,12 @@ def rows_of(figures):
     for name in ("translation", "rotation"):
         if f"p90_{name}_error_per_sigma" in figures:
             yield [f"90 % of the errors of {name} are within (sigma)", html.number(figures[f"p90_{name}_error_per_sigma"])]
+    if "num_objects" in figures:
+        yield ["Objects of the map", figures["num_objects"]]
+    if figures.get("num_queries_near_objects"):  # of the method `published` alone
+        yield ["Scans with an object near their rough position", figures["num_queries_near_objects"]]
+        yield ["Poses at which an object is where the map has it", figures["num_object_poses"]]
+        yield ["Scans of which objects removed a place", figures["num_queries_filtered_by_objects"]]
 
 
 def picture(site, scans):

@@ -14,12 +14,14 @@ from nightmap_eval.located_queries import VERDICTS, read_located
 from nightmap_eval.query_errors import query_summary, recall_percent
 from nightmap_eval.trajectory import Similarity, read_tum
 from nightmap_eval.trajectory_errors import absolute_errors
-from nightmap_site.checked_reading import REMEDY, using
+from nightmap_site.checked_reading import REMEDY, read_object, using
 from nightmap_site.script_errors import DataError
 
 # Centimetres and degrees.
 THRESHOLDS = ((5, 0.5), (10, 1), (50, 5))
 SIGMA_COLUMNS = ("position_sigma_m", "rotation_sigma_deg")
+# What the published method saw of objects, in the report of scan_localize.
+OBJECT_COUNTS = ("num_objects", "num_queries_near_objects", "num_object_poses", "num_queries_filtered_by_objects")
 SAME = Similarity(1.0, np.eye(3), np.zeros(3))
 
 
@@ -57,7 +59,14 @@ def read_scans(queries, truth):
 
 def evaluate(site):
     queries, truth = site.made("test_localize", "queries"), site.made("test_scans", "truth")
-    return figures(read_scans(queries, truth)) if queries and truth else {}
+    return figures(read_scans(queries, truth)) | object_counts(site) if queries and truth else {}
+
+
+def object_counts(site):
+    """Empty when no objects were given."""
+    path = site.made("test_localize", "report")
+    counts = read_object(path, dict.fromkeys(OBJECT_COUNTS, int)) if path else {}
+    return {name: counts[name] for name in OBJECT_COUNTS} if counts.get("num_objects") else {}
 
 
 def figures(scans):

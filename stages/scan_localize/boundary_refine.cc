@@ -103,22 +103,20 @@ NormalEquations EquationsAt(const ScanMap& map,
 
 }  // namespace
 
-RefinedPose RefineOnBoundary(const ScanMap& map,
-                             const std::vector<Eigen::Vector2d>& points_in_query,
-                             const Rigid2& start,
-                             double gate_m) {
+Rigid2 RefineOnBoundary(const ScanMap& map,
+                        const std::vector<Eigen::Vector2d>& points_in_query,
+                        const Rigid2& start,
+                        double gate_m) {
   const double cell_m = map.Grid().resolution_m;
   const Eigen::Vector3d prior_sigmas(kPriorSigma_m, kPriorSigma_m, kPriorSigma_rad);
   const Eigen::Matrix3d prior = prior_sigmas.cwiseAbs2().cwiseInverse().asDiagonal();
-  RefinedPose refined{start, {}};
-  Eigen::Matrix3d information = prior;
+  Rigid2 pose = start;
   for (int i = 0; i < kMaxIterations; ++i) {
-    Rigid2& pose = refined.map_from_query;
     const NormalEquations equations = EquationsAt(map, points_in_query, pose, gate_m);
     // No residual is known better than half a cell.
     const double variance =
         std::max(cell_m * cell_m / 4, equations.squares / std::max(1, equations.num_residuals));
-    information = equations.matrix / variance + prior;
+    const Eigen::Matrix3d information = equations.matrix / variance + prior;
     const Eigen::Vector3d from_start(start.translation.x() - pose.translation.x(),
                                      start.translation.y() - pose.translation.y(),
                                      WrapAngle_rad(start.heading_rad - pose.heading_rad));
@@ -130,8 +128,7 @@ RefinedPose RefineOnBoundary(const ScanMap& map,
     if (step.norm() < kConverged && next_gate_m >= gate_m) break;
     gate_m = next_gate_m;
   }
-  refined.covariance = information.inverse();
-  return refined;
+  return pose;
 }
 
 }  // namespace nightmap

@@ -10,19 +10,13 @@
 
 namespace nightmap {
 
-struct RefinedPose {
-  Rigid2 map_from_query;
-  // Of x, y (m) in the map and of the heading (rad), from the normal matrix and a weak prior about
-  // the start. A corridor leaves the prior's along its axis.
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-};
-
 // Gauss-Newton on the distance of each point in the overlap, which is within gate_m of an occupied
 // cell, from the wall there: a line through the occupied cells about the nearest one, or that cell
-// where they have no direction. The gate narrows to a few cells. Pure.
-RefinedPose RefineOnBoundary(const ScanMap& map,
-                             const std::vector<Eigen::Vector2d>& points_in_query,
-                             const Rigid2& start,
-                             double gate_m);
+// where they have no direction. The gate narrows to a few cells. A weak prior about the start holds
+// what no wall tells, as along a corridor. Returns map_from_query. Pure.
+Rigid2 RefineOnBoundary(const ScanMap& map,
+                        const std::vector<Eigen::Vector2d>& points_in_query,
+                        const Rigid2& start,
+                        double gate_m);
 
 }  // namespace nightmap

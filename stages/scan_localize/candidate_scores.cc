@@ -10,6 +10,9 @@
 namespace nightmap {
 namespace {
 
+// What the search may leave to the refinement.
+constexpr double kRefineSigma_m = 0.3;
+constexpr double kRefineSigma_rad = 0.1;
 constexpr double kBeforeEnd_m = 0.4;  // a wall so near to the end of a beam is what it hit
 // The coarse field forgives what the fine one does not; together they tell places apart best.
 constexpr double kFineWeight = 0.6;
@@ -69,7 +72,24 @@ std::vector<bool> OnWall(const ScanMap& map,
   return on_wall;
 }
 
+// The heading (rad^2) errs by what the grid does to walls: each stands at the centre of its cell.
+double GridTurnVariance(double cell_m, const std::vector<Eigen::Vector2d>& points) {
+  double sum_m2 = cell_m * cell_m;
+  for (const Eigen::Vector2d& point : points) sum_m2 += point.squaredNorm();
+  const double mean_m2 = sum_m2 / static_cast<double>(points.size() + 1);
+  return cell_m * cell_m / 12 / mean_m2;
+}
+
 }  // namespace
+
+ScanMatch RefineFound(const ScanMap& map,
+                      const std::vector<Eigen::Vector2d>& fine_points,
+                      const Rigid2& field_from_query) {
+  const PosePrior prior{field_from_query, kRefineSigma_m, kRefineSigma_rad};
+  ScanMatch match = RefinePose(map.FineField(), fine_points, prior, field_from_query);
+  match.covariance(2, 2) += GridTurnVariance(map.Grid().resolution_m, fine_points);
+  return match;
+}
 
 std::vector<Eigen::Vector2d> FinePoints(const CandidateOptions& options,
                                         const ScanMap& map,

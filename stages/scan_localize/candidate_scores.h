@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "pipeline/planar/match_scan.h"
 #include "stages/scan_localize/scan_candidates.h"
 
 namespace nightmap {
@@ -13,6 +14,12 @@ namespace nightmap {
 std::vector<Eigen::Vector2d> FinePoints(const CandidateOptions& options,
                                         const ScanMap& map,
                                         const std::vector<Eigen::Vector2d>& points);
+
+// The most likely pose near one that a search found, by at most max_points of the points, with its
+// covariance. Pure.
+ScanMatch RefineFound(const ScanMap& map,
+                      const std::vector<Eigen::Vector2d>& fine_points,
+                      const Rigid2& field_from_query);
 
 // Fills through_share, objects, on_wall, walls_fit and fit from the pose and both scores. Pure.
 void ScoreCandidate(const CandidateOptions& options,

@@ -53,22 +53,46 @@ std::string CandidatesToCsv(const std::vector<LocatedScan>& located) {
   return text;
 }
 
+std::string ObjectPosesToCsv(const std::vector<LocatedScan>& located) {
+  std::string text = "query_idx,object_idx,x_m,y_m,heading_rad,num_in_sight,overlap\n";
+  for (const LocatedScan& scan : located) {
+    for (const ObjectPose& pose : scan.object_poses) {
+      text += fmt::format("{},{},{:.4f},{:.4f},{:.5f},{},{:.4f}\n",
+                          scan.result.query_idx,
+                          pose.object_idx,
+                          pose.map_from_query.translation.x(),
+                          pose.map_from_query.translation.y(),
+                          WrapAngle_rad(pose.map_from_query.heading_rad),
+                          pose.num_in_sight,
+                          pose.overlap);
+    }
+  }
+  return text;
+}
+
 nlohmann::json SummarizeScans(const std::vector<LocatedScan>& located) {
   std::map<std::string, int> verdicts{
       {"located", 0}, {"ambiguous", 0}, {"not_in_map", 0}, {"no_features", 0}};
   std::map<std::string, int> reasons;
   std::vector<double> sigmas_m, num_candidates;
+  std::size_t num_object_poses = 0, num_near_objects = 0, num_filtered = 0;
   for (const LocatedScan& scan : located) {
     ++verdicts[std::string(QueryVerdictText(scan.result.verdict))];
     if (!scan.result.reason.empty()) ++reasons[scan.result.reason];
     if (scan.result.IsLocated()) sigmas_m.push_back(scan.result.position_sigma_m);
     num_candidates.push_back(static_cast<double>(scan.candidates.size()));
+    num_object_poses += scan.object_poses.size();
+    num_near_objects += scan.num_near_objects > 0;
+    num_filtered += scan.num_filtered > 0;
   }
   return {{"num_queries", located.size()},
           {"num_by_verdict", verdicts},
           {"num_not_located_by_reason", reasons},
           {"median_position_sigma_m", Median(sigmas_m)},
-          {"median_num_candidates", Median(num_candidates)}};
+          {"median_num_candidates", Median(num_candidates)},
+          {"num_object_poses", num_object_poses},
+          {"num_queries_near_objects", num_near_objects},
+          {"num_queries_filtered_by_objects", num_filtered}};
 }
 
 }  // namespace nightmap

@@ -38,6 +38,7 @@ void Run(const ScanLocalizeOptions& options, StageContext& context) {
   WriteFile(context.Output("trajectory"),
             TrajectoryToTum(LocatedPoses(results), "map_from_robot of the located scans"));
   WriteFile(context.Output("candidates"), CandidatesToCsv(located));
+  WriteFile(context.Output("object_poses"), ObjectPosesToCsv(located));
   context.Report().update(SummarizeScans(located));
   context.Report()["num_objects"] = input.objects.size();
 }
@@ -59,7 +60,8 @@ int main(int argc, char** argv) {
         [](const std::filesystem::path& file, const PortPaths&) { ReadObjects(file); }}},
       {{"queries", "queries.csv: every query with the verdict and its reason"},
        {"trajectory", "queries.tum: map_from_robot of the located scans"},
-       {"candidates", "candidates.csv: every place that was considered"}}};
+       {"candidates", "candidates.csv: every place that was considered"},
+       {"object_poses", "object_poses.csv: where the method published sees objects in the scans"}}};
   cv::setNumThreads(1);  // queries are the unit of parallelism
   return StageMain(argc, argv, spec, ScanLocalizeOptions{}, Run);
 }

@@ -19,7 +19,7 @@ using Points = std::vector<Eigen::Vector2d>;
 constexpr std::size_t kMaxStartPoints = 40;
 constexpr double kStartResolution_m = 0.1;
 constexpr double kStartSigma_m = 0.2;
-constexpr std::size_t kMinShapeWalls = 8;  // fewer have no shape
+constexpr int kMinShapeWalls = 8;  // fewer have no shape
 
 LikelihoodField FieldOf(const Points& points_in_query) {
   double farthest_m = 1;
@@ -62,6 +62,43 @@ std::vector<Rigid2> StartsFor(const ObjectFilterOptions& options,
   return starts;
 }
 
+ObjectPose PoseWithOverlap(const ObjectScene& scene, const NearObject& object, const Rigid2& pose) {
+  const auto walls =
+      WallsInSight(scene.grid, object.walls_in_map, scene.query, pose, scene.max_range_m);
+  const ObjectView view = ViewObjects(walls, scene.query, pose, scene.max_range_m);
+  const int num_in_sight = view.num_confirmed + view.num_contradicted;
+  return {object.object_idx,
+          pose,
+          num_in_sight,
+          static_cast<double>(view.num_confirmed) / std::max(1, num_in_sight)};
+}
+
+bool IsInSight(const ObjectScene& scene, const NearObject& object, const Rigid2& pose) {
+  return PoseWithOverlap(scene, object, pose).num_in_sight >= kMinShapeWalls;
+}
+
+std::vector<Rigid2> PlacesThatSee(const ObjectScene& scene,
+                                  const NearObject& object,
+                                  const std::vector<TemplateMatch>& matches) {
+  std::vector<Rigid2> places;
+  for (const TemplateMatch& match : matches) {
+    if (IsInSight(scene, object, match.map_from_query)) places.push_back(match.map_from_query);
+  }
+  return places;
+}
+
+std::vector<ObjectPose> BestOfPlaces(std::vector<ObjectPose> poses) {
+  std::ranges::stable_sort(poses, std::greater(), &ObjectPose::overlap);
+  std::vector<ObjectPose> apart;
+  for (const ObjectPose& pose : poses) {
+    const auto is_same = [&](const ObjectPose& other) {
+      return IsSamePlace(pose.map_from_query, other.map_from_query);
+    };
+    if (std::ranges::none_of(apart, is_same)) apart.push_back(pose);
+  }
+  return apart;
+}
+
 }  // namespace
 
 void ObjectFilterOptions::Register(OptionList& list) {
@@ -84,14 +121,10 @@ void ObjectFilterOptions::Register(OptionList& list) {
            &max_pair_distance_m,
            Range(0.01, 10),
            "points farther apart are no pair");
-  list.Add("published_tolerance_m",
-           &tolerance_m,
-           Range(0.01, 1),
-           "a wall is covered by a point as near as this");
   list.Add("published_min_overlap",
            &min_overlap,
            Range(0, 1),
-           "share of an object's walls that the submap covers where it is seen");
+           "share of the walls of an object in sight that beams end on where it is seen");
   list.Add("published_filter_distance_m",
            &filter_distance_m,
            Range(0.01, 100),
@@ -102,41 +135,69 @@ void ObjectFilterOptions::Register(OptionList& list) {
            "candidates turned more from all poses by objects are dropped");
 }
 
-std::vector<Rigid2> PosesByObjects(const ObjectFilterOptions& options,
-                                   const OccupancyGrid& grid,
-                                   const std::vector<MapObject>& objects,
-                                   const ScanQuery& query,
-                                   const std::vector<Eigen::Vector2d>& points_in_query) {
-  if (!query.rough_position || points_in_query.empty()) return {};
-  const RoughPosition& rough = *query.rough_position;
-  const Points points = FilterByVoxels(points_in_query, options.voxel_m);
-  const LikelihoodField field = FieldOf(points);
-  std::vector<Rigid2> poses;
-  for (MapObject object : objects) {
-    const Eigen::Vector2d center = object.map_from_object.translation;
-    if ((center - rough.point_in_map).norm() >= options.object_distance_m) continue;
+std::vector<NearObject> ObjectsNear(const ObjectFilterOptions& options,
+                                    const ObjectScene& scene,
+                                    const std::vector<MapObject>& objects) {
+  std::vector<NearObject> near;
+  if (!scene.query.rough_position) return near;
+  const Eigen::Vector2d& rough = scene.query.rough_position->point_in_map;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    MapObject object = objects[i];
+    if ((object.map_from_object.translation - rough).norm() >= options.object_distance_m) continue;
     object.size_m.array() += 2 * options.object_margin_m;
-    const Points walls = WallsOfObjects(grid, {object});
-    if (walls.size() < kMinShapeWalls) continue;
-    const auto starts = StartsFor(options, field, walls, rough);
-    for (const Rigid2& pose : MatchToObject(options, walls, points, starts)) {
-      if ((pose.translation - rough.point_in_map).norm() <= rough.radius_m) poses.push_back(pose);
+    Points walls = WallsOfObjects(scene.grid, {object});
+    if (walls.size() >= std::size_t{kMinShapeWalls}) near.push_back({i, std::move(walls)});
+  }
+  return near;
+}
+
+std::vector<ObjectPose> PosesByObjects(const ObjectFilterOptions& options,
+                                       const ObjectScene& scene,
+                                       const std::vector<NearObject>& objects,
+                                       const std::vector<TemplateMatch>& matches) {
+  const Points all_points = PointsInQuery(scene.query, scene.max_range_m);
+  if (objects.empty() || all_points.empty()) return {};
+  const RoughPosition& rough = *scene.query.rough_position;
+  const Points points = FilterByVoxels(all_points, options.voxel_m);
+  const LikelihoodField field = FieldOf(points);
+  std::vector<ObjectPose> poses;
+  for (const NearObject& object : objects) {
+    const std::vector<Rigid2> places = PlacesThatSee(scene, object, matches);
+    auto starts = StartsFor(options, field, object.walls_in_map, rough);
+    starts.insert(starts.end(), places.begin(), places.end());
+    auto found = MatchToObject(options, object.walls_in_map, points, starts);
+    found.insert(found.end(), places.begin(), places.end());
+    std::vector<ObjectPose> of_object;
+    for (const Rigid2& pose : found) {
+      if ((pose.translation - rough.point_in_map).norm() > rough.radius_m) continue;
+      of_object.push_back(PoseWithOverlap(scene, object, pose));
     }
+    std::erase_if(of_object, [&](const ObjectPose& pose) {
+      return pose.num_in_sight < kMinShapeWalls || pose.overlap < options.min_overlap;
+    });
+    for (const ObjectPose& pose : BestOfPlaces(std::move(of_object))) poses.push_back(pose);
   }
   return poses;
 }
 
 std::vector<TemplateMatch> FilterByPoses(const ObjectFilterOptions& options,
-                                         const std::vector<Rigid2>& poses,
+                                         const ObjectScene& scene,
+                                         const std::vector<NearObject>& objects,
+                                         const std::vector<ObjectPose>& poses,
                                          std::vector<TemplateMatch> matches) {
   if (poses.empty()) return matches;
   const double max_turn_rad = options.filter_angle_deg * std::numbers::pi / 180;
   std::erase_if(matches, [&](const TemplateMatch& match) {
     const Rigid2& place = match.map_from_query;
-    return std::ranges::none_of(poses, [&](const Rigid2& pose) {
-      return (pose.translation - place.translation).norm() <= options.filter_distance_m &&
-             std::abs(WrapAngle_rad(pose.heading_rad - place.heading_rad)) <= max_turn_rad;
-    });
+    const auto agrees = [&](const ObjectPose& pose) {
+      const Rigid2& other = pose.map_from_query;
+      return (other.translation - place.translation).norm() <= options.filter_distance_m &&
+             std::abs(WrapAngle_rad(other.heading_rad - place.heading_rad)) <= max_turn_rad;
+    };
+    const auto is_in_sight = [&](const NearObject& object) {
+      return IsInSight(scene, object, place);
+    };
+    return std::ranges::none_of(poses, agrees) && std::ranges::any_of(objects, is_in_sight);
   });
   return matches;
 }

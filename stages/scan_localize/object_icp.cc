@@ -42,10 +42,7 @@ class ObjectMatcher {
   ObjectMatcher(const ObjectFilterOptions& options,
                 const Points& walls_in_map,
                 const Points& points_in_query)
-      : options_(options),
-        center_(MeanOf(walls_in_map)),
-        walls_(walls_in_map),
-        points_(points_in_query) {
+      : center_(MeanOf(walls_in_map)), points_(points_in_query) {
     Points about_center;
     for (const Eigen::Vector2d& wall : walls_in_map) {
       about_center.push_back(wall - center_);
@@ -62,7 +59,7 @@ class ObjectMatcher {
     icp_.getConvergeCriteria()->setFailureAfterMaximumIterations(true);
   }
 
-  // Nothing: it does not converge, or the cloud does not cover the object.
+  // Nothing: it does not converge.
   std::optional<Rigid2> Match(const Rigid2& start) {
     const Points nearby = PointsNearby(start);
     if (nearby.size() < kMinPoints) return std::nullopt;
@@ -73,7 +70,7 @@ class ObjectMatcher {
     guess.topRightCorner<4, 1>().head<2>() = (start.translation - center_).cast<float>();
     Cloud aligned;
     icp_.align(aligned, guess);
-    if (!icp_.hasConverged() || Overlap(aligned) < options_.min_overlap) return std::nullopt;
+    if (!icp_.hasConverged()) return std::nullopt;
     const Eigen::Matrix4d found = icp_.getFinalTransformation().cast<double>();
     return Rigid2{std::atan2(found(1, 0), found(0, 0)),
                   center_ + Eigen::Vector2d(found(0, 3), found(1, 3))};
@@ -89,21 +86,7 @@ class ObjectMatcher {
     return nearby;
   }
 
-  // The share of the walls that have a point of the cloud nearby.
-  double Overlap(const Cloud& aligned) const {
-    std::size_t num_covered = 0;
-    for (const Eigen::Vector2d& wall : walls_) {
-      const Eigen::Vector2f place = (wall - center_).cast<float>();
-      num_covered += std::ranges::any_of(aligned, [&](const pcl::PointXYZ& point) {
-        return std::hypot(point.x - place.x(), point.y - place.y()) <= options_.tolerance_m;
-      });
-    }
-    return static_cast<double>(num_covered) / static_cast<double>(walls_.size());
-  }
-
-  const ObjectFilterOptions& options_;
   Eigen::Vector2d center_;
-  const Points& walls_;
   const Points& points_;
   double reach_m_ = 0;
   pcl::IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ> icp_;

@@ -15,7 +15,7 @@ std::vector<Eigen::Vector2d> FilterByVoxels(const std::vector<Eigen::Vector2d>& 
                                             double voxel_m);
 
 // Matches the cloud of a submap to the walls of an object, at least one, from each start. Keeps the
-// poses map_from_query at which it converged and the cloud covers min_overlap of the walls.
+// poses map_from_query at which it converged.
 std::vector<Rigid2> MatchToObject(const ObjectFilterOptions& options,
                                   const std::vector<Eigen::Vector2d>& walls_in_map,
                                   const std::vector<Eigen::Vector2d>& points_in_query,

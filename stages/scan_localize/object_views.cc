@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/planar/cell_walk.h"
+
 namespace nightmap {
 namespace {
 
@@ -41,6 +43,25 @@ Hits HitsAround(const QueryScan& scan, int beam, double distance_m) {
   return hits;
 }
 
+// Whether another wall of the map stands before one.
+bool IsBehindWall(const OccupancyGrid& grid,
+                  const Eigen::Vector2d& laser_in_map,
+                  const Eigen::Vector2d& wall_in_map) {
+  bool is_behind = false;
+  WalkCells(grid.ToCells(laser_in_map), grid.ToCells(wall_in_map), [&](const auto& cell) {
+    if (is_behind || !grid.Contains(cell) || grid.At(cell) != kOccupiedCell) return;
+    is_behind = (grid.CenterInMap(cell) - wall_in_map).norm() > kSameWall_m;
+  });
+  return is_behind;
+}
+
+// The beam of a scan that points at a wall within its range; -1: none.
+int BeamTo(const QueryScan& scan, const Eigen::Vector2d& wall_in_laser, double max_range_m) {
+  const double distance_m = wall_in_laser.norm();
+  if (scan.ranges_m.empty() || distance_m > max_range_m || distance_m < kSameWall_m) return -1;
+  return BeamAt(scan, std::atan2(wall_in_laser.y(), wall_in_laser.x()));
+}
+
 }  // namespace
 
 std::vector<Eigen::Vector2d> WallsOfObjects(const OccupancyGrid& grid,
@@ -63,19 +84,32 @@ ObjectView ViewObjects(const std::vector<Eigen::Vector2d>& walls_in_map,
                        double max_range_m) {
   ObjectView view;
   for (const QueryScan& scan : query.scans) {
-    if (scan.ranges_m.empty()) continue;
     const Rigid2 laser_from_map = (map_from_query * scan.query_from_laser).Inverse();
     for (const Eigen::Vector2d& wall_in_map : walls_in_map) {
       const Eigen::Vector2d wall = laser_from_map * wall_in_map;
-      const double distance_m = wall.norm();
-      if (distance_m > max_range_m || distance_m < kSameWall_m) continue;
-      const int beam = BeamAt(scan, std::atan2(wall.y(), wall.x()));
-      const Hits hits = HitsAround(scan, beam, distance_m);
+      const Hits hits = HitsAround(scan, BeamTo(scan, wall, max_range_m), wall.norm());
       view.num_confirmed += hits.num_on_it > 0;
       view.num_contradicted += hits.num_on_it == 0 && hits.num_beyond == kNumAround;
     }
   }
   return view;
+}
+
+std::vector<Eigen::Vector2d> WallsInSight(const OccupancyGrid& grid,
+                                          const std::vector<Eigen::Vector2d>& walls_in_map,
+                                          const ScanQuery& query,
+                                          const Rigid2& map_from_query,
+                                          double max_range_m) {
+  std::vector<Eigen::Vector2d> in_sight;
+  for (const Eigen::Vector2d& wall : walls_in_map) {
+    const auto sees = [&](const QueryScan& scan) {
+      const Rigid2 map_from_laser = map_from_query * scan.query_from_laser;
+      return BeamTo(scan, map_from_laser.Inverse() * wall, max_range_m) >= 0 &&
+             !IsBehindWall(grid, map_from_laser.translation, wall);
+    };
+    if (std::ranges::any_of(query.scans, sees)) in_sight.push_back(wall);
+  }
+  return in_sight;
 }
 
 }  // namespace nightmap

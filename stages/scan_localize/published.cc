@@ -16,30 +16,36 @@ void PublishedOptions::Register(OptionList& list) {
            "points as near as this to a wall take part in the refinement");
 }
 
-std::vector<ScanCandidate> FindCandidatesAsPublished(const PublishedOptions& options,
-                                                     const CandidateOptions& candidate_options,
-                                                     const ScanMap& map,
-                                                     const std::vector<MapObject>& objects,
-                                                     const ScanQuery& query) {
+PublishedPlaces FindCandidatesAsPublished(const PublishedOptions& options,
+                                          const CandidateOptions& candidate_options,
+                                          const ScanMap& map,
+                                          const std::vector<MapObject>& objects,
+                                          const ScanQuery& query) {
   const auto points = PointsInQuery(query, candidate_options.max_range_m);
   const auto fine_points = FinePoints(candidate_options, map, points);
-  const auto poses = PosesByObjects(options.filter, map.Grid(), objects, query, points);
-  const auto matches =
-      FilterByPoses(options.filter, poses, SearchTemplate(options.search, map, query));
+  const ObjectScene scene{map.Grid(), query, candidate_options.max_range_m};
+  const auto near = ObjectsNear(options.filter, scene, objects);
+  const auto found = SearchTemplate(options.search, map, query);
+  PublishedPlaces places;
+  places.num_near_objects = near.size();
+  places.object_poses = PosesByObjects(options.filter, scene, near, found);
+  const auto matches = FilterByPoses(options.filter, scene, near, places.object_poses, found);
+  places.num_filtered = found.size() - matches.size();
   const auto walls_of_objects = WallsOfObjects(map.Grid(), objects);
   std::vector<ScanCandidate> candidates;
   for (const TemplateMatch& match : matches) {
-    const RefinedPose refined =
+    const Rigid2 refined =
         RefineOnBoundary(map, fine_points, match.map_from_query, options.refine_gate_m);
     ScanCandidate candidate;
-    candidate.map_from_query = refined.map_from_query;
-    candidate.covariance = refined.covariance;
+    candidate.map_from_query = refined;
+    candidate.covariance = RefineFound(map, fine_points, map.FieldFrom(refined)).covariance;
     candidate.search_score = match.score;
-    candidate.score = ScoreOf(map.FineField(), fine_points, map.FieldFrom(refined.map_from_query));
+    candidate.score = ScoreOf(map.FineField(), fine_points, map.FieldFrom(refined));
     ScoreCandidate(candidate_options, map, walls_of_objects, query, &candidate);
     candidates.push_back(candidate);
   }
-  return BestOfPlaces(std::move(candidates));
+  places.candidates = BestOfPlaces(std::move(candidates));
+  return places;
 }
 
 }  // namespace nightmap

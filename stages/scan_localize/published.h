@@ -27,10 +27,16 @@ struct PublishedOptions {
 // two at the same place. Scores are those of FindCandidates, but search_score is the similarity of
 // the pictures. Empty also when the objects contradict all places. Deterministic if OpenCV runs on
 // one thread.
-std::vector<ScanCandidate> FindCandidatesAsPublished(const PublishedOptions& options,
-                                                     const CandidateOptions& candidate_options,
-                                                     const ScanMap& map,
-                                                     const std::vector<MapObject>& objects,
-                                                     const ScanQuery& query);
+struct PublishedPlaces {
+  std::vector<ScanCandidate> candidates;
+  std::vector<ObjectPose> object_poses;  // the second list
+  std::size_t num_near_objects = 0;
+  std::size_t num_filtered = 0;  // places that the filter removed
+};
+PublishedPlaces FindCandidatesAsPublished(const PublishedOptions& options,
+                                          const CandidateOptions& candidate_options,
+                                          const ScanMap& map,
+                                          const std::vector<MapObject>& objects,
+                                          const ScanQuery& query);
 
 }  // namespace nightmap

@@ -14,9 +14,6 @@ namespace nightmap {
 namespace {
 
 constexpr double kSamePlace_rad = 0.2;
-// What the search may leave to the refinement.
-constexpr double kRefineSigma_m = 0.3;
-constexpr double kRefineSigma_rad = 0.1;
 constexpr double kMinSearchScore = 0.1;
 
 SearchWindow WindowOf(const ScanMap& map, const ScanQuery& query) {
@@ -53,14 +50,6 @@ std::vector<FoundPose> SearchPlaces(const CandidateOptions& options,
   return places;
 }
 
-// The heading (rad^2) errs by what the grid does to walls: each stands at the centre of its cell.
-double GridTurnVariance(double cell_m, const std::vector<Eigen::Vector2d>& points) {
-  double sum_m2 = cell_m * cell_m;
-  for (const Eigen::Vector2d& point : points) sum_m2 += point.squaredNorm();
-  const double mean_m2 = sum_m2 / static_cast<double>(points.size() + 1);
-  return cell_m * cell_m / 12 / mean_m2;
-}
-
 }  // namespace
 
 void CandidateOptions::Register(OptionList& list) {
@@ -95,14 +84,12 @@ std::vector<ScanCandidate> FindCandidates(const CandidateOptions& options,
   const auto fine_points = FinePoints(options, map, points);
   std::vector<ScanCandidate> candidates;
   for (const FoundPose& place : SearchPlaces(options, map, query, points)) {
-    const PosePrior prior{place.field_from_robot, kRefineSigma_m, kRefineSigma_rad};
-    const ScanMatch match = RefinePose(map.FineField(), fine_points, prior, place.field_from_robot);
+    const ScanMatch match = RefineFound(map, fine_points, place.field_from_robot);
     ScanCandidate candidate;
     candidate.map_from_query = map.ToMap(match.field_from_robot);
     candidate.search_score = place.score;
     candidate.score = match.score;
     candidate.covariance = match.covariance;
-    candidate.covariance(2, 2) += GridTurnVariance(map.Grid().resolution_m, fine_points);
     ScoreCandidate(options, map, walls_of_objects, query, &candidate);
     candidates.push_back(candidate);
   }

@@ -59,10 +59,12 @@ LocatedScan Locate(const ScanLocalizeOptions& options,
   located.result.time_ns = query.time_ns;
   located.result.color_path = query.name;
   if (points.size() >= static_cast<std::size_t>(options.verdict.min_points)) {
-    located.candidates =
-        options.method == "published"
-            ? FindCandidatesAsPublished(options.published, options.candidates, map, objects, query)
-            : FindCandidates(options.candidates, map, walls_of_objects, query);
+    if (options.method == "published") {
+      static_cast<PublishedPlaces&>(located) =
+          FindCandidatesAsPublished(options.published, options.candidates, map, objects, query);
+    } else {
+      located.candidates = FindCandidates(options.candidates, map, walls_of_objects, query);
+    }
   }
   const ScanVerdict verdict = Judge(options.verdict, query, points.size(), located.candidates);
   located.result.verdict = verdict.verdict;

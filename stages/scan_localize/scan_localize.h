@@ -35,12 +35,12 @@ struct ScanLocalizeInput {
   std::vector<MapObject> objects;  // may be empty
 };
 
-struct LocatedScan {
+// The candidates are sorted, the best first; what objects say is of the method `published` alone.
+struct LocatedScan : PublishedPlaces {
   // The pose is map_from_robot; confidence is the lead of its place over the best other one: of the
   // points that only one of the two explains, those for it less those for the other. Points within
   // 0.1 m of a wall are inliers. Sigmas are in the plane.
   QueryResult result;
-  std::vector<ScanCandidate> candidates;  // the best first
 };
 
 // One for each query, in their order. Looks for each scan in the whole map, or within its rough

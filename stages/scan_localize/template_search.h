@@ -18,7 +18,7 @@ struct TemplateOptions {
   double resolution_m = 0.1;
   int num_levels = 2;
   double max_range_m = 15;
-  double min_share_of_best = 0.6;
+  double min_share_of_best = 0.4;
   int max_candidates = 40;
   double suppression_radius_m = 0.5;
 

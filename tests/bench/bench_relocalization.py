@@ -18,15 +18,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from checkout import CHECKOUT  # first: it makes the packages of scripts/ importable
+import numpy as np
+from nightmap_eval.artifacts import read_csv
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.located_queries import read_located
+from nightmap_eval.report_relocalization import WRONG_M
 from nightmap_eval.scan_relocalization import figures, read_scans
+from nightmap_eval.trajectory import read_tum
+from nightmap_site.checked_reading import read_object
 from nightmap_site.script_errors import DataError, run_main
 from stage_run import Programs
 
-LOCALIZED = {"queries": "queries.csv", "trajectory": "queries.tum", "candidates": "candidates.csv"}
+LOCALIZED = {"queries": "queries.csv", "trajectory": "queries.tum", "candidates": "candidates.csv", "object_poses": "object_poses.csv"}
+METHODS = ("branch_and_bound", "published")
 HELD_OUT = {"scans": "scans.h5", "queries": "queries.h5", "truth": "truth.tum"}
 MOVE_FURNITURE = CHECKOUT / "tests/bench/laser/move_furniture.py"
+FILTERED = dict.fromkeys(("num_queries_near_objects", "num_queries_filtered_by_objects"), int)
 INFINITE, NONE = float("inf"), "n/a"
 # Column -> a number of the figures, or two, and their decimals.
 COLUMNS = {
@@ -36,6 +43,8 @@ COLUMNS = {
     "ambiguous (%)": (("ambiguous_percent",), 1),
     "not in map (%)": (("not_in_map_percent",), 1),
     "wrong place (%)": (("wrong_percent",), 1),
+    "true place a candidate (%)": (("has_true_place_percent",), 1),
+    "objects remove a place (%)": (("filtered_percent",), 1),
     "median (cm / deg)": (("median_translation_error_cm", "median_rotation_error_deg"), 2),
     "error / sigma, 90 % (position / heading)": (("p90_translation_error_per_sigma", "p90_rotation_error_per_sigma"), 1),
     "s per query": (("wall_s",), 3),
@@ -97,11 +106,14 @@ class Site:
             raise DataError(f"move_furniture.py failed on {self.grid}")
         return folder / "map.yaml"
 
-    def locate(self, questions, grid=None, objects=None):
+    def locate(self, questions, method, grid=None, objects=None):
         """Figures of one run of scan_localize."""
         inputs = {"grid": grid or self.grid, "queries": questions.queries} | ({"objects": objects} if objects else {})
-        result = self.run("scan_localize", inputs, LOCALIZED, "located")
-        return run_figures(self.folder / "located/queries.csv", questions.truth, result)
+        result = self.run("scan_localize", inputs, LOCALIZED, "located", method=f'"{method}"')
+        found = run_figures(self.folder / "located/queries.csv", questions.truth, result)
+        if questions.truth:
+            found |= candidate_figures(self.folder / "located/candidates.csv", read_tum(questions.truth).positions_m)
+        return found | filter_figures(read_object(self.folder / "located/report.json", FILTERED))
 
 
 def run_figures(queries, truth, result):
@@ -122,6 +134,20 @@ def run_figures(queries, truth, result):
     return found | {"wall_s": result.wall_time_s() / num_queries, "cpu_s": result.cpu_time_s() / num_queries}
 
 
+def candidate_figures(candidates, true_positions_m):
+    """The share of the queries whose true place is among their candidates."""
+    rows = read_csv(candidates, ("query_idx", "x_m", "y_m"))
+    places = [(int(row["query_idx"]), np.array([float(row["x_m"]), float(row["y_m"])])) for row in rows]
+    found = {i for i, place in places if np.linalg.norm(place - true_positions_m[i, :2]) <= WRONG_M}
+    return {"has_true_place_percent": 100 * len(found) / len(true_positions_m)}
+
+
+def filter_figures(report):
+    """Nothing where no object was looked for."""
+    near = report["num_queries_near_objects"]
+    return {"filtered_percent": 100 * report["num_queries_filtered_by_objects"] / near} if near else {}
+
+
 def median(values):
     """The upper one of the two in the middle. None stands for an infinite error."""
     return sorted(INFINITE if value is None else value for value in values)[len(values) // 2]
@@ -140,15 +166,18 @@ def line(site, case, runs):
 
 def cases_of(site, arguments):
     """(case, figures of its runs) for each row of a site whose own scans are located."""
-    yield "whole map", [site.locate(site.held_out)]
     seeds = range(1, arguments.seeds + 1)
     near = {seed: site.near(arguments.radius, seed) for seed in seeds}
     known = f"known within {arguments.radius:g} m"
-    yield known, [site.locate(near[seed]) for seed in seeds]
     objects = site.objects()
     moved = {seed: site.moved_grid(arguments.share, seed, objects) for seed in seeds}
-    for name, used in (("no objects", None), ("objects", objects)):
-        yield f"{known}, furniture moved, {name}", [site.locate(near[seed], moved[seed], used) for seed in seeds]
+    for method in METHODS:
+        yield f"{method}: whole map", [site.locate(site.held_out, method)]
+        for name, used in (("no objects", None), ("objects", objects)):
+            yield f"{method}: {known}, {name}", [site.locate(near[seed], method, None, used) for seed in seeds]
+        for name, used in (("no objects", None), ("objects", objects)):
+            runs = [site.locate(near[seed], method, moved[seed], used) for seed in seeds]
+            yield f"{method}: {known}, furniture moved, {name}", runs
 
 
 def cases(sites, arguments):
@@ -158,7 +187,9 @@ def cases(sites, arguments):
             yield site.dir.name, case, runs
         if len(sites) > 1:
             other = sites[(i + 1) % len(sites)]
-            yield site.dir.name, f"scans of {other.dir.name}", [site.locate(Questions(other.held_out.queries, None))]
+            asked = Questions(other.held_out.queries, None)
+            for method in METHODS:
+                yield site.dir.name, f"{method}: scans of {other.dir.name}", [site.locate(asked, method)]
 
 
 def table_text(lines):

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import fake_site
+import numpy as np
 
 import bench_relocalization as bench
 from nightmap_site.script_errors import DataError
@@ -61,6 +62,20 @@ class FiguresTest(unittest.TestCase):
                 self.run_figures([], truth=truth)
 
 
+class FilterTest(unittest.TestCase):
+    def test_the_share_is_of_the_queries_near_objects(self):
+        counts = {"num_queries_near_objects": 8, "num_queries_filtered_by_objects": 2}
+        self.assertEqual(bench.filter_figures(counts), {"filtered_percent": 25})
+        self.assertEqual(bench.filter_figures(dict.fromkeys(counts, 0)), {})
+
+    def test_a_true_place_may_be_any_candidate(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "candidates.csv"
+            path.write_text("query_idx,rank,x_m,y_m\n0,0,5,0\n0,1,0.3,0\n0,2,0.2,0\n2,0,7,0\n")
+            found = bench.candidate_figures(path, np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]))
+        self.assertEqual(found, {"has_true_place_percent": 25})
+
+
 class TableTest(unittest.TestCase):
     def test_an_infinite_error_is_larger_than_all_others(self):
         self.assertEqual(bench.median([None, 2, 1]), 2)
@@ -94,19 +109,20 @@ class TableTest(unittest.TestCase):
             def moved_grid(self, share, seed, objects):
                 return self.dir / f"moved_{seed}"
 
-            def locate(self, questions, grid=None, objects=None):
-                located.append((self.dir.name, questions, grid, objects))
+            def locate(self, questions, method, grid=None, objects=None):
+                located.append((self.dir.name, questions, grid, objects, method))
                 return {}
 
         arguments = SimpleNamespace(seeds=3, radius=5, share=0.3)
         rows = list(bench.cases([FakeSite("a"), FakeSite("b")], arguments))
         self.assertEqual([(site, len(runs)) for site, _, runs in rows],
-                         [(site, count) for site in "ab" for count in (1, 3, 3, 3, 1)])  # fmt: skip
-        self.assertEqual([(name, str(asked.queries)) for name, asked, _, _ in located if asked.truth is None],
-                         [("a", "b/queries.h5"), ("b", "a/queries.h5")])  # fmt: skip
-        without, with_objects = ([call for call in located[4:10] if bool(call[3]) == used] for used in (False, True))
-        self.assertEqual([call[:3] for call in without], [call[:3] for call in with_objects])
-        self.assertEqual(len(without), 3)
+                         [(site, count) for site in "ab" for count in (*2 * (1, 3, 3, 3, 3), 1, 1)])  # fmt: skip
+        self.assertEqual([(name, str(asked.queries), method) for name, asked, _, _, method in located if asked.truth is None],
+                         [(name, f"{other}/queries.h5", method) for name, other in ("ab", "ba") for method in bench.METHODS])  # fmt: skip
+        for first in (1, 7, 14, 20):  # rows of the map as it was, then of moved furniture, of each method
+            without, with_objects = located[first:first + 3], located[first + 3:first + 6]
+            self.assertEqual([call[:3] for call in without], [call[:3] for call in with_objects])
+            self.assertEqual([bool(call[3]) for call in (*without, *with_objects)], 3 * [False] + 3 * [True])
 
 
 class ProgramsTest(unittest.TestCase):

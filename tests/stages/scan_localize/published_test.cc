@@ -43,12 +43,22 @@ class Published : public testing::Test {
  protected:
   Published() : map_({}, GridOf(kRoom), 1) {}
 
-  std::vector<Rigid2> Poses(const ScanQuery& query) const {
-    return PosesByObjects(options_.filter, map_.Grid(), {kPillar}, query, PointsInQuery(query, 30));
+  ObjectScene Scene(const ScanQuery& query) const { return {map_.Grid(), query, 30}; }
+  std::vector<NearObject> Near(const ScanQuery& query) const {
+    return ObjectsNear(options_.filter, Scene(query), {kPillar});
+  }
+  std::vector<ObjectPose> Poses(const ScanQuery& query,
+                                const std::vector<TemplateMatch>& matches = {}) const {
+    return PosesByObjects(options_.filter, Scene(query), Near(query), matches);
+  }
+  std::vector<TemplateMatch> Filter(const ScanQuery& query,
+                                    const std::vector<ObjectPose>& poses,
+                                    const std::vector<TemplateMatch>& matches) const {
+    return FilterByPoses(options_.filter, Scene(query), Near(query), poses, matches);
   }
   std::vector<ScanCandidate> Find(const ScanQuery& query,
                                   const std::vector<MapObject>& objects) const {
-    return FindCandidatesAsPublished(options_, {}, map_, objects, query);
+    return FindCandidatesAsPublished(options_, {}, map_, objects, query).candidates;
   }
 
   PublishedOptions options_;
@@ -85,11 +95,44 @@ TEST_F(Published, FindsThePoseInTheWholeMap) {
 }
 
 TEST_F(Published, PosesByObjectsHoldTheTrueOne) {
-  const std::vector<Rigid2> poses = Poses(QueryAt(kTruth));
-  EXPECT_TRUE(std::ranges::any_of(poses, [](const Rigid2& pose) {
-    return (pose.translation - kTruth.translation).norm() < 0.15 &&
+  const auto poses = Poses(QueryAt(kTruth));
+  EXPECT_TRUE(std::ranges::any_of(poses, [](const ObjectPose& found) {
+    const Rigid2& pose = found.map_from_query;
+    return (pose.translation - kTruth.translation).norm() < 0.15 && found.overlap > 0.9 &&
            std::abs(WrapAngle_rad(pose.heading_rad - kTruth.heading_rad)) < 4 * kDegree_rad;
   })) << poses.size();
+}
+
+TEST_F(Published, PosesByObjectsStartFromThePlacesOfThePictureToo) {
+  options_.filter.num_starts = 1;
+  options_.filter.num_headings = 1;  // that of the map, which no scan of this test has
+  const ScanQuery query = QueryAt(kTruth);
+  const auto poses = Poses(query, {{{0.75, {2.1, -1.1}}, 1}});
+  EXPECT_TRUE(std::ranges::any_of(poses, [](const ObjectPose& found) {
+    return (found.map_from_query.translation - kTruth.translation).norm() < 0.15;
+  })) << poses.size();
+}
+
+// A scan from below the pillar sees its front, and nothing of the wall behind it.
+TEST_F(Published, WallsBehindOthersAreNotInSight) {
+  const ScanQuery query = QueryAt(kTruth);
+  const std::vector<Eigen::Vector2d> walls{{3, 2.6}, {3, 3}, {0, 3}};
+  const auto in_sight = WallsInSight(map_.Grid(), walls, query, kTruth, 30);
+  ASSERT_EQ(in_sight.size(), 2U);
+  EXPECT_EQ(in_sight[0], walls[0]);
+  EXPECT_EQ(in_sight[1], walls[2]);
+  EXPECT_TRUE(WallsInSight(map_.Grid(), walls, query, kTruth, 1).empty());
+}
+
+TEST_F(Published, BeamsThatPassThroughAWallAreAgainstItAndThoseThatEndBeforeSayNothing) {
+  const ScanQuery query = QueryAt(kTruth);
+  const auto count = [&](const std::vector<Eigen::Vector2d>& walls) {
+    const ObjectView view = ViewObjects(walls, query, kTruth, 30);
+    return std::vector<int>{view.num_confirmed, view.num_contradicted};
+  };
+  EXPECT_EQ(count({{3, 2.6}}), (std::vector<int>{1, 0}));
+  EXPECT_EQ(count({{2.5, 1}}), (std::vector<int>{0, 1}));
+  EXPECT_EQ(count({{3, 4}}), (std::vector<int>{0, 0}));
 }
 
 TEST_F(Published, ObjectsRemoveTheAlikePlace) {
@@ -98,7 +141,7 @@ TEST_F(Published, ObjectsRemoveTheAlikePlace) {
   ASSERT_TRUE(HasPlace(matches, kTruth));
   ASSERT_TRUE(HasPlace(matches, kTurned));  // by the picture alone it is one of the best
   EXPECT_GT(matches[1].score, 0.7 * matches[0].score);
-  const auto filtered = FilterByPoses(options_.filter, Poses(query), matches);
+  const auto filtered = Filter(query, Poses(query, matches), matches);
   EXPECT_TRUE(HasPlace(filtered, kTruth));
   EXPECT_FALSE(HasPlace(filtered, kTurned));
 }
@@ -121,12 +164,21 @@ TEST_F(Published, OfPlacesWithinTheSuppressionRadiusTheBestStays) {
   }
 }
 
+// From a place with no object in sight, objects say nothing of it.
+TEST_F(Published, PlacesThatSeeNoObjectStay) {
+  ScanQuery query = QueryAt(kTruth);
+  const std::vector<ObjectPose> elsewhere{{0, {0, {-4, -2}}, 20, 1}};
+  EXPECT_TRUE(Filter(query, elsewhere, {{kTruth, 1}}).empty());
+  query.scans[0].ranges_m.resize(90);  // those behind it, where there is no pillar
+  EXPECT_TRUE(HasPlace(Filter(query, elsewhere, {{kTruth, 1}}), kTruth));
+}
+
 TEST_F(Published, ObjectsFarAwayDoNotFilter) {
   options_.filter.object_distance_m = 1;
   const ScanQuery query = QueryAt(kTruth);
   EXPECT_TRUE(Poses(query).empty());
   const auto matches = SearchTemplate(options_.search, map_, query);
-  EXPECT_EQ(FilterByPoses(options_.filter, {}, matches).size(), matches.size());
+  EXPECT_EQ(Filter(query, {}, matches).size(), matches.size());
   EXPECT_EQ(Find(query, {kPillar}).size(), Find(query, {}).size());
 }
 
