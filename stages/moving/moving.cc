@@ -174,33 +174,18 @@ class Search {
     const Seen seen = std::exchange(seen_[i], {});
     const auto spread =
         SpreadEvidence(options_.spread, seen.evidence, small_[i]->depth, seen.decided);
-    GrayImage mask = AtSizeOfPicture(i, [&](int x, int y) {
-      const float decided = seen.decided.pixels.empty() ? 0 : seen.decided.At(x, y);
-      return decided != 0 ? decided > 0 : spread.At(x, y) > 0;
-    });
+    GrayImage moves{spread.width, spread.height, 1, {}};
+    for (std::size_t p = 0; p < spread.pixels.size(); ++p) {
+      const float decided = seen.decided.pixels.empty() ? 0 : seen.decided.pixels[p];
+      moves.pixels.push_back((decided != 0 ? decided : spread.pixels[p]) > 0 ? 255 : 0);
+    }
+    const RgbdCamera& camera =
+        input_.cameras[static_cast<std::size_t>(input_.frames[i].camera_idx)];
+    GrayImage mask = EnlargeDepthMask(moves, CameraOf(i), camera.color);
     cv::Mat view(mask.height, mask.width, CV_8UC1, mask.pixels.data());
     const int edge_px = 2 * options_.margin_px + 1;
     cv::dilate(view, view, cv::getStructuringElement(cv::MORPH_RECT, {edge_px, edge_px}));
     masks_[i] = PackMask(input_.frames[i].time_ns, mask);
-  }
-
-  // 255 where the pixel of reduced depth is masked.
-  template <typename IsMasked>
-  GrayImage AtSizeOfPicture(std::size_t i, const IsMasked& is_masked) const {
-    const Camera& whole =
-        input_.cameras[static_cast<std::size_t>(input_.frames[i].camera_idx)].color;
-    const SmallCamera& small = CameraOf(i);
-    GrayImage mask{whole.width, whole.height, 1, {}};
-    mask.pixels.resize(static_cast<std::size_t>(whole.width) *
-                       static_cast<std::size_t>(whole.height));
-    for (int y = 0; y < whole.height; ++y) {
-      for (int x = 0; x < whole.width; ++x) {
-        const bool masked = is_masked(std::min(x / small.depth_step, small.depth.width - 1),
-                                      std::min(y / small.depth_step, small.depth.height - 1));
-        mask.At(x, y) = masked ? 255 : 0;
-      }
-    }
-    return mask;
   }
 
   const MovingOptions& options_;

@@ -113,6 +113,17 @@ SmallFrame Shrink(const RgbdImages& images, const SmallCamera& camera) {
           {}};
 }
 
+GrayImage EnlargeDepthMask(const GrayImage& mask, const SmallCamera& small, const Camera& whole) {
+  GrayImage enlarged{whole.width, whole.height, 1, {}};
+  for (int y = 0; y < whole.height; ++y) {
+    for (int x = 0; x < whole.width; ++x) {
+      enlarged.pixels.push_back(mask.At(std::min(x / small.depth_step, mask.width - 1),
+                                        std::min(y / small.depth_step, mask.height - 1)));
+    }
+  }
+  return enlarged;
+}
+
 float DepthAt(const SmallFrame& frame, const cv::Point2f& gray_px) {
   const int x = std::clamp(static_cast<int>(gray_px.x / 2), 0, frame.depth.width - 1);
   const int y = std::clamp(static_cast<int>(gray_px.y / 2), 0, frame.depth.height - 1);

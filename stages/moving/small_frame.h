@@ -37,6 +37,9 @@ Image<float> ZerosLike(const DepthImage& depth);
 // is measured. Throws DataError when the mask of what may move has another size. Deterministic.
 SmallFrame Shrink(const RgbdImages& images, const SmallCamera& camera);
 
+// A mask of the size of reduced depth at the size of the whole picture.
+GrayImage EnlargeDepthMask(const GrayImage& mask, const SmallCamera& small, const Camera& whole);
+
 // The depth under a pixel of the gray picture; 0 where none is measured.
 float DepthAt(const SmallFrame& frame, const cv::Point2f& gray_px);
 
