@@ -82,8 +82,10 @@ def _accuracy(site, metrics):
     found = metrics.get("sections", {}).get(masking_job(site), {})
     if found.get("num_frames_with_truth", 0) == 0:
         return []
+    of_people = [(f"Masked pixels of what may move, while it {does} (%)", found[key]) for does, key in
+                 (("moves", "masked_of_moving_percent"), ("pauses", "masked_of_pausing_percent")) if found.get(key) is not None]  # fmt: skip
     return [html.table(("Masks against the true pictures of the recording", ""), [
         ("Frames", found["num_frames_with_truth"]),
         ("Recall: masked pixels of what moves (%)", found["recall_percent"]),
         ("Precision: masked pixels that move (%)", found["precision_percent"]),
-        ("Intersection over union", found["iou"])])]  # fmt: skip
+        ("Intersection over union", found["iou"]), *of_people])]  # fmt: skip
