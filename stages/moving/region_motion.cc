@@ -2,6 +2,7 @@
 #include "stages/moving/region_motion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -15,27 +16,26 @@ std::vector<int> NumPixels(const LabelledRegions& regions) {
   return counts;
 }
 
-bool HasGone(const RegionScore& score) { return score && *score > 0; }
-
 bool SaysNothing(const std::vector<RegionScore>& scores) {
   return std::ranges::none_of(scores, [](const RegionScore& score) { return score.has_value(); });
 }
 
-bool Moves(const RegionScores& scores) {
-  if (SaysNothing(scores.before) && SaysNothing(scores.after)) return true;
-  for (std::size_t i = 0; i < std::max(scores.before.size(), scores.after.size()); ++i) {
-    const bool before = i < scores.before.size() && HasGone(scores.before[i]);
-    const bool after = i < scores.after.size() && HasGone(scores.after[i]);
-    if (i == 0 ? before || after : before && after) return true;
-  }
-  return false;
+// Whether the region is where it is in the nearest frame before or after.
+bool ClearlyStays(const RegionMotionOptions& options, const RegionScores& scores) {
+  return std::ranges::any_of(std::array{&scores.before, &scores.after}, [&](const auto* side) {
+    return !side->empty() && side->front().value_or(0) < options.clearly_stays;
+  });
 }
 
-bool ClearlyStays(const RegionMotionOptions& options, const RegionScores& scores) {
-  for (const auto* side : {&scores.before, &scores.after}) {
-    if (!side->empty() && side->front().value_or(0) > options.clearly_stays) return false;
+bool Moves(const RegionMotionOptions& options, const RegionScores& scores) {
+  if (SaysNothing(scores.before) && SaysNothing(scores.after)) return true;
+  if (ClearlyStays(options, scores)) return false;
+  for (std::size_t i = 0; i < std::max(scores.before.size(), scores.after.size()); ++i) {
+    const RegionScore before = i < scores.before.size() ? scores.before[i] : std::nullopt;
+    const RegionScore after = i < scores.after.size() ? scores.after[i] : std::nullopt;
+    if ((before || after) && before.value_or(1) > 0 && after.value_or(1) > 0) return true;
   }
-  return true;
+  return false;
 }
 
 }  // namespace
@@ -101,7 +101,7 @@ std::vector<std::vector<bool>> DecideRegions(const RegionMotionOptions& options,
   std::vector<std::vector<bool>> moves;
   for (const FrameRegions* frame : frames) {
     moves.emplace_back();
-    for (const RegionScores& scores : frame->scores) moves.back().push_back(Moves(scores));
+    for (const RegionScores& scores : frame->scores) moves.back().push_back(Moves(options, scores));
   }
   const auto follow = [&](std::size_t from, std::size_t region, std::size_t to, std::size_t there) {
     if (moves[from][region] && !ClearlyStays(options, frames[to]->scores[there])) {
