@@ -28,7 +28,8 @@ LabelledRegions FindLabelledRegions(const GrayImage& may_move, const DepthImage&
   };
   for (int first_y = 0; first_y < may_move.height; ++first_y) {
     for (int first_x = 0; first_x < may_move.width; ++first_x) {
-      if (may_move.At(first_x, first_y) == 0 || regions.of_pixel.At(first_x, first_y) != 0) continue;
+      if (may_move.At(first_x, first_y) == 0 || regions.of_pixel.At(first_x, first_y) != 0)
+        continue;
       ++regions.num;
       enter(first_x, first_y);
       while (!open.empty()) {

@@ -115,9 +115,8 @@ bool SeesThrough(const KeyframeView& view,
     const auto nearest_m = NearestAround_m(view,
                                            static_cast<int>(pixel->x()) / view.block_px,
                                            static_cast<int>(pixel->y()) / view.block_px);
-    const double margin_m =
-        min_difference_m +
-        num_sigmas * std::numbers::sqrt2 * view.camera->noise.Sigma_m(in_camera.z());
+    const double margin_m = min_difference_m + num_sigmas * std::numbers::sqrt2 *
+                                                   view.camera->noise.Sigma_m(in_camera.z());
     if (!nearest_m || *nearest_m < in_camera.z() - margin_m) continue;
     ++num_seen;
     num_through += *nearest_m > in_camera.z() + margin_m;

@@ -63,16 +63,15 @@ void Run(const GhostsOptions& options, StageContext& context) {
 
 int main(int argc, char** argv) {
   using namespace nightmap;
-  const StageSpec spec{
-      "ghosts",
-      "Masks in keyframes what stands still there and is gone at another time.",
-      {{"frames", "shard_NNNN.csv of the moving stage", Arity::kMany},
-       {"cameras", "cameras.json of the adjust stage"},
-       {"keyframes", "keyframes.tum of the map_frame stage, map_from_camera"},
-       FolderPort("data", "folder to which the frames' paths are relative"),
-       {"masks", "masks of what moves", Arity::kAnyNumber, PortKind::kByHash},
-       {"may_move", "masks of what labels say may move", Arity::kAnyNumber}},
-      {{"masks", "masks of what moves in keyframes, and of ghosts"},
-       {"frames", "the list of frames, with these masks"}}};
+  const StageSpec spec{"ghosts",
+                       "Masks in keyframes what stands still there and is gone at another time.",
+                       {{"frames", "shard_NNNN.csv of the moving stage", Arity::kMany},
+                        {"cameras", "cameras.json of the adjust stage"},
+                        {"keyframes", "keyframes.tum of the map_frame stage, map_from_camera"},
+                        FolderPort("data", "folder to which the frames' paths are relative"),
+                        {"masks", "masks of what moves", Arity::kAnyNumber, PortKind::kByHash},
+                        {"may_move", "masks of what labels say may move", Arity::kAnyNumber}},
+                       {{"masks", "masks of what moves in keyframes, and of ghosts"},
+                        {"frames", "the list of frames, with these masks"}}};
   return StageMain(argc, argv, spec, GhostsOptions{}, Run);
 }

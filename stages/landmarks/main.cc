@@ -12,39 +12,36 @@
 
 int main(int argc, char** argv) {
   using namespace nightmap;
-  const StageSpec spec{"landmarks",
-                       "joins features into 3-D landmarks with descriptors, words and visibility",
-                       {{"frames", "shards of the frames stage, in order", Arity::kMany},
-                        {"cameras", "cameras.json of the adjust stage"},
-                        {"features", "shards of the features stage, in order", Arity::kMany},
-                        {"vocabulary", "vocabulary.h5"},
-                        {"trajectory", "trajectory.tum of the map_frame stage"},
-                        {"keyframes", "keyframes.tum of the map_frame stage"},
-                        {"masks",
-                         "masks of what stays out of the map",
-                         Arity::kAnyNumber,
-                         PortKind::kByHash}},
-                       {{"landmarks", "landmarks.h5"},
-                        {"cameras.txt", "COLMAP model as text", Arity::kOptional},
-                        {"images.txt", "of that model", Arity::kOptional},
-                        {"points3D.txt", "of that model", Arity::kOptional},
-                        {"cameras.bin", "the same model, binary", Arity::kOptional},
-                        {"images.bin", "of that model", Arity::kOptional},
-                        {"points3D.bin", "of that model", Arity::kOptional},
-                        {"database", "COLMAP database of its images", Arity::kOptional}}};
+  const StageSpec spec{
+      "landmarks",
+      "joins features into 3-D landmarks with descriptors, words and visibility",
+      {{"frames", "shards of the frames stage, in order", Arity::kMany},
+       {"cameras", "cameras.json of the adjust stage"},
+       {"features", "shards of the features stage, in order", Arity::kMany},
+       {"vocabulary", "vocabulary.h5"},
+       {"trajectory", "trajectory.tum of the map_frame stage"},
+       {"keyframes", "keyframes.tum of the map_frame stage"},
+       {"masks", "masks of what stays out of the map", Arity::kAnyNumber, PortKind::kByHash}},
+      {{"landmarks", "landmarks.h5"},
+       {"cameras.txt", "COLMAP model as text", Arity::kOptional},
+       {"images.txt", "of that model", Arity::kOptional},
+       {"points3D.txt", "of that model", Arity::kOptional},
+       {"cameras.bin", "the same model, binary", Arity::kOptional},
+       {"images.bin", "of that model", Arity::kOptional},
+       {"points3D.bin", "of that model", Arity::kOptional},
+       {"database", "COLMAP database of its images", Arity::kOptional}}};
   return StageMain(
       argc, argv, spec, LandmarksOptions{}, [](const auto& options, StageContext& context) {
         CheckColmapOutputs(context);
         context.BeginPart("read");
         const VocabularyTree tree = ReadVocabulary(context.Input("vocabulary")).tree;
         const auto frames = ReadFrames(context.Inputs("frames"));
-        LandmarksInput input{
-            frames,
-            ReadCameras(context.Input("cameras"), frames),
-            ReadFeatures(context.Inputs("features"), context.Inputs("frames")),
-            &tree,
-            ReadPoses(context.Input("trajectory")),
-            ReadPoses(context.Input("keyframes"))};
+        LandmarksInput input{frames,
+                             ReadCameras(context.Input("cameras"), frames),
+                             ReadFeatures(context.Inputs("features"), context.Inputs("frames")),
+                             &tree,
+                             ReadPoses(context.Input("trajectory")),
+                             ReadPoses(context.Input("keyframes"))};
         CheckFeaturesOfFrames(input.frames, input.features);
         LeaveOut(
             input.frames, input.cameras, FrameReader({}, context.Inputs("masks")), &input.features);

@@ -101,9 +101,9 @@ std::vector<cv::Point2f> MovingPoints(const EpipolarOptions& options,
 }
 
 std::vector<bool> RegionsThatMove(const EpipolarOptions& options,
-                                const Image<std::int32_t>& regions,
-                                int num_regions,
-                                const std::vector<cv::Point2f>& points) {
+                                  const Image<std::int32_t>& regions,
+                                  int num_regions,
+                                  const std::vector<cv::Point2f>& points) {
   std::vector<int> counts(static_cast<std::size_t>(num_regions) + 1);
   for (const cv::Point2f& point : points) {
     const int x = std::clamp(static_cast<int>(point.x / 2), 0, regions.width - 1);

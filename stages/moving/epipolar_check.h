@@ -49,9 +49,9 @@ std::vector<cv::Point2f> MovingPoints(const EpipolarOptions& options,
 // publication says "some".) `regions` has the size of reduced depth, and 0 where there is none; the
 // points are in pixels of gray.
 std::vector<bool> RegionsThatMove(const EpipolarOptions& options,
-                                const Image<std::int32_t>& regions,
-                                int num_regions,
-                                const std::vector<cv::Point2f>& points);
+                                  const Image<std::int32_t>& regions,
+                                  int num_regions,
+                                  const std::vector<cv::Point2f>& points);
 
 // What the method says of each pixel of reduced depth: 1 in a region that moves and at points that
 // move elsewhere, else -1. Without a previous frame, labels decide.

@@ -11,6 +11,7 @@
 #include "pipeline/features/follow_corners.h"
 #include "pipeline/io/frame_failure.h"
 #include "stages/moving/flow_evidence.h"
+#include "stages/moving/region_motion.h"
 
 namespace nightmap {
 namespace {
@@ -102,7 +103,7 @@ class Search {
       if (!motion || regions[k]->regions.num == 0 || regions[k + 1]->regions.num == 0) return;
       same[k] = SameRegions(CameraOf(i), *small_[i], *regions[k], *regions[k + 1], *motion);
     });
-    const auto moves = DecideRegions(options_.regions, regions, same);
+    const auto moves = DecideRegions(regions, same);
     ParallelFor(chain.frames.size(), num_threads, [&](std::size_t k) {
       const std::size_t i = chain.frames[k];
       if (!small_[i] || regions[k]->regions.num == 0) return;
@@ -163,7 +164,7 @@ class Search {
                       *small_[other],
                       other_from_frame,
                       &evidence);
-      AddScores(options_.regions, evidence, forward, &seen->regions);
+      AddScores(options_.spread.stays_weight, evidence, forward, &seen->regions);
       seen->evidence += evidence;
       while (offset_s != offsets_s_.end() && gap_s >= *offset_s) ++offset_s;
     }
@@ -222,8 +223,7 @@ MovingResult RunMoving(const MovingOptions& options,
   }
   if (!search.IsPublished()) search.FindMotions(num_threads);
   for (const Chain& chain : search.Chains()) {
-    ParallelFor(
-        chain.frames.size(), num_threads, [&](std::size_t k) { search.Gather(chain, k); });
+    ParallelFor(chain.frames.size(), num_threads, [&](std::size_t k) { search.Gather(chain, k); });
     if (search.IsPublished()) continue;
     search.Decide(chain, num_threads);
     for (std::size_t k = 1; k < chain.frames.size(); ++k) {

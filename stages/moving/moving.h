@@ -13,7 +13,6 @@
 #include "stages/moving/camera_motion.h"
 #include "stages/moving/epipolar_check.h"
 #include "stages/moving/evidence.h"
-#include "stages/moving/region_motion.h"
 #include "stages/moving/spread.h"
 
 namespace nightmap {
@@ -22,7 +21,6 @@ struct MovingOptions {
   std::string method = "surfaces";
   CameraMotionOptions camera_motion;
   EvidenceOptions evidence;
-  RegionMotionOptions regions;
   SpreadOptions spread;
   EpipolarOptions published;
   std::vector<double> offsets_s = {0.2, 0.4, 0.8};

@@ -59,10 +59,8 @@ void MovingOptions::Register(OptionList& list) {
            &evidence.max_patch_difference,
            Range(0, 255),
            "largest difference between a corner and where it is followed to, in gray levels");
-  list.Add("prior",
-           &spread.prior,
-           Range(0, 10),
-           "evidence that each pixel has for staying without any");
+  list.Add(
+      "prior", &spread.prior, Range(0, 10), "evidence that each pixel has for staying without any");
   list.Add("max_depth_step",
            &spread.max_depth_step,
            Range(0.001, 1),

@@ -10,6 +10,9 @@
 namespace nightmap {
 namespace {
 
+constexpr double kClearlyStays = -0.5;      // a score below this
+constexpr double kMinVotesPerPixel = 0.02;  // with less nothing is known
+
 std::vector<int> NumPixels(const LabelledRegions& regions) {
   std::vector<int> counts(static_cast<std::size_t>(regions.num) + 1);
   for (const int region : regions.of_pixel.pixels) ++counts[static_cast<std::size_t>(region)];
@@ -21,15 +24,15 @@ bool SaysNothing(const std::vector<RegionScore>& scores) {
 }
 
 // Whether the region is where it is in the nearest frame before or after.
-bool ClearlyStays(const RegionMotionOptions& options, const RegionScores& scores) {
+bool ClearlyStays(const RegionScores& scores) {
   return std::ranges::any_of(std::array{&scores.before, &scores.after}, [&](const auto* side) {
-    return !side->empty() && side->front().value_or(0) < options.clearly_stays;
+    return !side->empty() && side->front().value_or(0) < kClearlyStays;
   });
 }
 
-bool Moves(const RegionMotionOptions& options, const RegionScores& scores) {
+bool Moves(const RegionScores& scores) {
   if (SaysNothing(scores.before) && SaysNothing(scores.after)) return true;
-  if (ClearlyStays(options, scores)) return false;
+  if (ClearlyStays(scores)) return false;
   for (std::size_t i = 0; i < std::max(scores.before.size(), scores.after.size()); ++i) {
     const RegionScore before = i < scores.before.size() ? scores.before[i] : std::nullopt;
     const RegionScore after = i < scores.after.size() ? scores.after[i] : std::nullopt;
@@ -40,21 +43,18 @@ bool Moves(const RegionMotionOptions& options, const RegionScores& scores) {
 
 }  // namespace
 
-void AddScores(const RegionMotionOptions& options,
-               const Evidence& evidence,
-               bool forward,
-               FrameRegions* frame) {
+void AddScores(double stays_weight, const Evidence& evidence, bool forward, FrameRegions* frame) {
   const std::vector<int> num_pixels = NumPixels(frame->regions);
   std::vector<double> gone(num_pixels.size()), stays(num_pixels.size());
   for (std::size_t i = 0; i < frame->regions.of_pixel.pixels.size(); ++i) {
     const auto region = static_cast<std::size_t>(frame->regions.of_pixel.pixels[i]);
     gone[region] += evidence.gone.pixels[i];
-    stays[region] += options.stays_weight * evidence.stays.pixels[i];
+    stays[region] += stays_weight * evidence.stays.pixels[i];
   }
   for (std::size_t region = 1; region < num_pixels.size(); ++region) {
     const double votes = gone[region] + stays[region];
     RegionScores& scores = frame->scores[region - 1];
-    const bool is_known = votes > options.min_votes_per_px * num_pixels[region];
+    const bool is_known = votes > kMinVotesPerPixel * num_pixels[region];
     (forward ? scores.after : scores.before)
         .push_back(is_known ? RegionScore((gone[region] - stays[region]) / votes) : std::nullopt);
   }
@@ -95,16 +95,15 @@ std::vector<int> SameRegions(const SmallCamera& camera,
   return same;
 }
 
-std::vector<std::vector<bool>> DecideRegions(const RegionMotionOptions& options,
-                                             const std::vector<const FrameRegions*>& frames,
+std::vector<std::vector<bool>> DecideRegions(const std::vector<const FrameRegions*>& frames,
                                              const std::vector<std::vector<int>>& same) {
   std::vector<std::vector<bool>> moves;
   for (const FrameRegions* frame : frames) {
     moves.emplace_back();
-    for (const RegionScores& scores : frame->scores) moves.back().push_back(Moves(options, scores));
+    for (const RegionScores& scores : frame->scores) moves.back().push_back(Moves(scores));
   }
   const auto follow = [&](std::size_t from, std::size_t region, std::size_t to, std::size_t there) {
-    if (moves[from][region] && !ClearlyStays(options, frames[to]->scores[there])) {
+    if (moves[from][region] && !ClearlyStays(frames[to]->scores[there])) {
       moves[to][there] = true;
     }
   };

@@ -11,12 +11,6 @@
 
 namespace nightmap {
 
-struct RegionMotionOptions {
-  double stays_weight = 0.8;        // of evidence for staying, against one for having gone
-  double clearly_stays = -0.5;      // what moves before or after moves still, unless below this
-  double min_votes_per_px = 0.02;   // with less nothing is known
-};
-
 // What one other frame says of a region: -1 (it stays) .. 1 (it has gone); none: it says nothing.
 using RegionScore = std::optional<double>;
 
@@ -32,11 +26,9 @@ struct FrameRegions {
   std::vector<RegionScores> scores;
 };
 
-// Adds the scores by the evidence of one other frame to `before` or `after`.
-void AddScores(const RegionMotionOptions& options,
-               const Evidence& evidence,
-               bool forward,
-               FrameRegions* frame);
+// Adds the scores by the evidence of one other frame to `before` or `after`. Evidence for staying
+// counts stays_weight.
+void AddScores(double stays_weight, const Evidence& evidence, bool forward, FrameRegions* frame);
 
 // For each region of a frame the region of the next that shows most of its pixels, if these are
 // most of the smaller of both; else 0. Each pixel is sought where it is seen if it stays.
@@ -46,13 +38,13 @@ std::vector<int> SameRegions(const SmallCamera& camera,
                              const FrameRegions& next,
                              const Rigid3& next_from_frame);
 
-// Whether each region of each frame moves. One moves when the nearest frame on either side says
-// that it has gone, or frames as far before as after do: who stands now may leave a second later.
-// A region of which no frame says anything moves, as labels say. What moves in a frame moves in the
-// next and in the one before as well, unless it clearly stays there. `same[k]`: SameRegions of
-// frame k and k + 1. Deterministic.
-std::vector<std::vector<bool>> DecideRegions(const RegionMotionOptions& options,
-                                             const std::vector<const FrameRegions*>& frames,
+// Whether each region of each frame moves. One that clearly stays where it is until the nearest
+// frame after, or since that before, does not: its features fit one of them. Of the others one
+// moves when a frame before and another as long after both say that it has gone, or the only one of
+// them that says anything; or when no frame says anything, as labels say. What moves in a frame
+// moves in the next and in the one before as well, unless it clearly stays there. `same[k]`:
+// SameRegions of frame k and k + 1. Deterministic.
+std::vector<std::vector<bool>> DecideRegions(const std::vector<const FrameRegions*>& frames,
                                              const std::vector<std::vector<int>>& same);
 
 }  // namespace nightmap

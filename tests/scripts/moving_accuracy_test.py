@@ -84,7 +84,7 @@ class MovingAccuracyTest(unittest.TestCase):
         frame = ({"time_ns": "5"}, np.array([[True, False]]))
         for options, is_there in (((self.MOVES, self.PAUSES), True), ((self.MOVES[:2],), False)):
             metrics = {"sections": {"moving": self.evaluate(*options, may_move=[0, 0, 1])}}
-            site = types.SimpleNamespace(data=None, has=lambda job: True)
+            site = types.SimpleNamespace(data=None, has=lambda job: True, made=lambda *key: None)
             with mock.patch.object(report_masks, "masked_frames", return_value=[frame]), \
                  mock.patch.object(report_masks, "mask_of", side_effect=lambda mask: mask):
                 page = str(report_masks.sections(site, metrics))

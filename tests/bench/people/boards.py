@@ -83,9 +83,9 @@ class Board:
         """length_m: of its longer side."""
         self.picture, self.size_m = picture, np.array(picture.shape[1::-1]) / max(picture.shape[:2]) * length_m
 
-    def paste(self, rays, camera_m, camera_rotation, pose, frame, random):
+    def paste(self, rays, camera_m, camera_rotation, pose, moves, frame, random):
         """Draws it into the arrays color, depth_m, label and moving of a frame. pose: as of a Way."""
-        position_m, rotation, speed = pose
+        position_m, rotation = pose
         half = np.array([[x, y, 0] for x in (-0.5, 0.5) for y in (-0.5, 0.5)]) * [*self.size_m, 0]
         view = window(rays, (position_m + half @ rotation.T - camera_m) @ camera_rotation)
         depth_m, u, v = meet(rays[view], rotation.T @ (camera_m - position_m), rotation.T @ camera_rotation, self.size_m)
@@ -97,4 +97,4 @@ class Board:
         noise_m = random.normal(size=solid.shape) * (NOISE_M + NOISE_PER_M * depth_m**2)
         measured_m[solid] = (depth_m + noise_m)[solid]
         frame["label"][view][solid] = PERSON
-        frame["moving"][view][solid] = 255 if speed > 0.02 else 0
+        frame["moving"][view][solid] = 255 if moves else 0

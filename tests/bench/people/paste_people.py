@@ -4,7 +4,8 @@
 
 RECORDING has rgb.txt, depth.txt (registered to color) and groundtruth.txt in TUM layout; PEOPLE has photographs NAME.jpg with
 label images NAME_label.png in the colors of PASCAL VOC. Every 1.2 s each person either pauses or walks to a place that the
-camera sees then. Writes rgb/, depth/, label/ (15 = a person, 0 = not pasted), moving/ (255 = a person faster than 2 cm/s),
+camera sees then. Writes rgb/, depth/, label/ (15 = a person, 0 = not pasted), moving/ (255 = a person that is
+faster than 2 cm/s since the frame before and until the next),
 their lists and the truth to OUT, the same bytes for the same --seed.
 Exit codes: 0 done; 1 the input cannot be read or used; 2 wrong command line.
 """
@@ -110,9 +111,10 @@ def people_of(arguments, view):
 def paste(frame, people, rays, view, k, random):
     """The people in frame k; the farthest first, so that edges of nearer ones are soft before them."""
     camera_m, rotation = view.frames.positions_m[k], view.frames.rotations()[k]
-    there = [(board, pose) for board, way in people if (pose := way.at(view.frame_s[k])) is not None]
-    for board, pose in sorted(there, key=lambda person: -((person[1][0] - camera_m) @ rotation)[2]):
-        board.paste(rays, camera_m, rotation, pose, frame, random)
+    around_s = view.frame_s[max(0, k - 1):k + 2]
+    there = [(board, pose, way.moves(around_s)) for board, way in people if (pose := way.at(view.frame_s[k])) is not None]
+    for board, pose, moves in sorted(there, key=lambda person: -((person[1][0] - camera_m) @ rotation)[2]):
+        board.paste(rays, camera_m, rotation, pose, moves, frame, random)
 
 
 def read_frame(color_path, depth_path, depth_units):

@@ -48,14 +48,19 @@ class Way:
         self.knots = Trajectory(np.arange(len(poses)) * 10**9, np.array(positions), np.array(quaternions))
 
     def at(self, time_s):
-        """Position, rotation and speed (m/s) at a time; None when the person has gone."""
+        """Position and rotation at a time; None when the person has gone."""
         knot, share = int(time_s / KNOT_S), time_s / KNOT_S % 1
         if knot + 1 >= len(self.knots):
             return None
         smooth = share * share * (3 - 2 * share)
         _, pose = interpolated(self.knots, [knot * 10**9 + round(smooth * 1e9)], 10**9, same_ns=0)
-        step_m = self.knots.positions_m[knot + 1] - self.knots.positions_m[knot]
-        return pose.positions_m[0], pose.rotations()[0], np.linalg.norm(step_m) * 6 * share * (1 - share) / KNOT_S
+        return pose.positions_m[0], pose.rotations()[0]
+
+    def moves(self, times_s):
+        """Whether the person is faster than 2 cm/s from the first of three times to the second, and on to the third: who stops
+        or starts stands, and who turns back does not."""
+        positions_m = [self.at(time_s)[0] for time_s in times_s if self.at(time_s) is not None]
+        return bool(np.all(np.linalg.norm(np.diff(positions_m, axis=0), axis=1) > 0.02 * np.diff(times_s[:len(positions_m)])))
 
 
 def poses_at(truth, times_ns):

@@ -32,7 +32,8 @@ class GhostsTest : public testing::Test {
     input_.depth = [this](const Keyframe& keyframe) {
       DepthImage depth{kWidth, kHeight, 1, std::vector<float>(kWidth * kHeight, kWall_m)};
       ForPerson(keyframe, [&](int x, int y) { depth.At(x, y) = kPerson_m; });
-      if (in_front_m_ > 0 && !IsThere(keyframe)) depth.pixels.assign(depth.pixels.size(), in_front_m_);
+      if (in_front_m_ > 0 && !IsThere(keyframe))
+        depth.pixels.assign(depth.pixels.size(), in_front_m_);
       return depth;
     };
     input_.moving = [](const Keyframe&) {
@@ -52,8 +53,7 @@ class GhostsTest : public testing::Test {
     if (!IsThere(keyframe)) return;
     for (int y = 20; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
-        const double at_m =
-            (x - 79.5) / 130 * kPerson_m + keyframe.map_from_camera.translation.x();
+        const double at_m = (x - 79.5) / 130 * kPerson_m + keyframe.map_from_camera.translation.x();
         if (at_m > 0 && at_m < 0.6) use(x, y);
       }
     }

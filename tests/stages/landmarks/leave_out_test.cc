@@ -42,9 +42,10 @@ TEST_F(LeaveOutTest, MaskedFeaturesAreGoneAndTheOthersAsBefore) {
     ASSERT_LT(next, kept.keypoints_px.size());
     EXPECT_EQ(kept.keypoints_px[next], all.keypoints_px[i]);
     EXPECT_EQ(kept.depths_m[next], all.depths_m[i]);
-    EXPECT_TRUE(std::equal(kept.descriptors.begin() + static_cast<std::ptrdiff_t>(next * size),
-                           kept.descriptors.begin() + static_cast<std::ptrdiff_t>((next + 1) * size),
-                           all.descriptors.begin() + static_cast<std::ptrdiff_t>(i * size)));
+    EXPECT_TRUE(
+        std::equal(kept.descriptors.begin() + static_cast<std::ptrdiff_t>(next * size),
+                   kept.descriptors.begin() + static_cast<std::ptrdiff_t>((next + 1) * size),
+                   all.descriptors.begin() + static_cast<std::ptrdiff_t>(i * size)));
     ++next;
   }
   EXPECT_EQ(next, kept.keypoints_px.size());

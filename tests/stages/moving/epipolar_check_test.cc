@@ -162,7 +162,8 @@ TEST_F(EpipolarCheckTest, ARegionWithEnoughMovingPointsMoves) {
   options_.min_moving_points = 3;
   EXPECT_EQ(RegionsThatMove(options_, regions, 3, points), (std::vector<bool>{false, false, true}));
   EXPECT_EQ(RegionsThatMove(options_, regions, 3, {}), std::vector<bool>(3));
-  EXPECT_TRUE(RegionsThatMove(options_, {4, 2, 1, std::vector<std::int32_t>(8)}, 0, points).empty());
+  EXPECT_TRUE(
+      RegionsThatMove(options_, {4, 2, 1, std::vector<std::int32_t>(8)}, 0, points).empty());
 }
 
 }  // namespace epipolar_check_test

@@ -21,20 +21,23 @@ std::vector<bool> Decide(const std::vector<FrameRegions>& frames) {
   for (const FrameRegions& frame : frames) pointers.push_back(&frame);
   const std::vector<std::vector<int>> same(frames.size() - 1, {1});
   std::vector<bool> decided;
-  for (const auto& moves : DecideRegions({}, pointers, same)) decided.push_back(moves.at(0));
+  for (const auto& moves : DecideRegions(pointers, same)) decided.push_back(moves.at(0));
   return decided;
 }
 
-TEST(RegionMotionTest, TheNearestFrameOnEitherSideDecides) {
-  EXPECT_EQ(Decide({OneRegion({-0.9, -0.9}, {0.3, -0.9})}), std::vector{true});
-  EXPECT_EQ(Decide({OneRegion({0.3, -0.9}, {-0.9, -0.9})}), std::vector{true});
+TEST(RegionMotionTest, WhatStaysSinceOrUntilTheNearestFrameDoesNotMove) {
   EXPECT_EQ(Decide({OneRegion({-0.9, -0.9}, {-0.9, -0.9})}), std::vector{false});
+  EXPECT_EQ(Decide({OneRegion({0.9, 0.9}, {-0.9, 0.9})}), std::vector{false});
+  EXPECT_EQ(Decide({OneRegion({-0.9, 0.9}, {0.9, 0.9})}), std::vector{false});
+  EXPECT_EQ(Decide({OneRegion({0.3, -0.9}, {0.3, -0.9})}), std::vector{true});
 }
 
-TEST(RegionMotionTest, FartherFramesDecideTogether) {
-  EXPECT_EQ(Decide({OneRegion({-0.9, -0.9}, {-0.9, 0.9})}), std::vector{false});
-  EXPECT_EQ(Decide({OneRegion({-0.9, 0.9}, {-0.9, 0.9})}), std::vector{true});
-  EXPECT_EQ(Decide({OneRegion({-0.9, std::nullopt}, {-0.9, 0.9})}), std::vector{false});
+TEST(RegionMotionTest, FramesOfBothSidesDecideTogether) {
+  EXPECT_EQ(Decide({OneRegion({-0.2, -0.2}, {-0.2, 0.9})}), std::vector{false});
+  EXPECT_EQ(Decide({OneRegion({-0.2, 0.9}, {-0.2, 0.9})}), std::vector{true});
+  EXPECT_EQ(Decide({OneRegion({-0.2, 0.9}, {-0.2, -0.2})}), std::vector{false});
+  EXPECT_EQ(Decide({OneRegion({-0.2, std::nullopt}, {-0.2, 0.9})}), std::vector{true});
+  EXPECT_EQ(Decide({OneRegion({}, {0.9})}), std::vector{true});
 }
 
 TEST(RegionMotionTest, WithoutAnyWordLabelsDecide) {
@@ -58,7 +61,7 @@ TEST(RegionMotionTest, ScoresAreSharesOfTheVotes) {
   Evidence evidence(depth);
   evidence.gone.pixels = {3, 0, 0, 5};
   evidence.stays.pixels = {0, 1.25, 0, 0};
-  AddScores({.stays_weight = 0.8}, evidence, true, &frame);
+  AddScores(0.8, evidence, true, &frame);
   ASSERT_EQ(frame.scores[0].after.size(), 1U);
   EXPECT_NEAR(frame.scores[0].after[0].value(), 0.5, 1e-9);  // (3 - 1) / (3 + 1)
   EXPECT_FALSE(frame.scores[1].after[0]);
