@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <ranges>
 #include <utility>
 
 namespace nightmap {
@@ -23,10 +24,14 @@ bool SaysNothing(const std::vector<RegionScore>& scores) {
   return std::ranges::none_of(scores, [](const RegionScore& score) { return score.has_value(); });
 }
 
-// Whether the region is where it is in the nearest frame before or after.
+// Whether the region is where it is in the two nearest frames before, or in those after: over the
+// nearest alone, what goes slowly seems to stay.
 bool ClearlyStays(const RegionScores& scores) {
-  return std::ranges::any_of(std::array{&scores.before, &scores.after}, [&](const auto* side) {
-    return !side->empty() && side->front().value_or(0) < kClearlyStays;
+  return std::ranges::any_of(std::array{&scores.before, &scores.after}, [](const auto* side) {
+    return !side->empty() && side->front() &&
+           std::ranges::all_of(*side | std::views::take(2), [](const RegionScore& score) {
+             return score.value_or(-1) < kClearlyStays;
+           });
   });
 }
 

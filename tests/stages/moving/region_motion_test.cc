@@ -27,8 +27,10 @@ std::vector<bool> Decide(const std::vector<FrameRegions>& frames) {
 
 TEST(RegionMotionTest, WhatStaysSinceOrUntilTheNearestFrameDoesNotMove) {
   EXPECT_EQ(Decide({OneRegion({-0.9, -0.9}, {-0.9, -0.9})}), std::vector{false});
-  EXPECT_EQ(Decide({OneRegion({0.9, 0.9}, {-0.9, 0.9})}), std::vector{false});
-  EXPECT_EQ(Decide({OneRegion({-0.9, 0.9}, {0.9, 0.9})}), std::vector{false});
+  EXPECT_EQ(Decide({OneRegion({0.9, 0.9, 0.9}, {-0.9, -0.9, 0.9})}), std::vector{false});
+  EXPECT_EQ(Decide({OneRegion({-0.9, -0.9, 0.9}, {0.9, 0.9, 0.9})}), std::vector{false});
+  EXPECT_EQ(Decide({OneRegion({0.9}, {-0.9})}), std::vector{false});
+  EXPECT_EQ(Decide({OneRegion({-0.9, 0.2}, {-0.9, 0.2})}), std::vector{true});  // slowly
   EXPECT_EQ(Decide({OneRegion({0.3, -0.9}, {0.3, -0.9})}), std::vector{true});
 }
 
