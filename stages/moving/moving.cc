@@ -154,18 +154,19 @@ class Search {
       if (gap_s < *offset_s) continue;
       const SmallCamera& camera = CameraOf(i);
       const SmallFrame& frame = *small_[i];
-      Evidence evidence(frame.depth);
+      Evidence by_depth(frame.depth), by_flow(frame.depth);
       AddDepthEvidence(
-          options_.evidence, camera, frame, *small_[other], other_from_frame, &evidence);
+          options_.evidence, camera, frame, *small_[other], other_from_frame, &by_depth);
       AddFlowEvidence(options_.evidence,
                       options_.camera_motion.window_px,
                       camera,
                       frame,
                       *small_[other],
                       other_from_frame,
-                      &evidence);
-      AddScores(options_.spread.stays_weight, evidence, forward, &seen->regions);
-      seen->evidence += evidence;
+                      &by_flow);
+      AddScores(options_.spread.stays_weight, by_depth, by_flow, forward, &seen->regions);
+      seen->evidence += by_depth;
+      seen->evidence += by_flow;
       while (offset_s != offsets_s_.end() && gap_s >= *offset_s) ++offset_s;
     }
   }

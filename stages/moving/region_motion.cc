@@ -5,13 +5,13 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <ranges>
 #include <utility>
 
 namespace nightmap {
 namespace {
 
 constexpr double kClearlyStays = -0.5;      // a score below this
+constexpr double kByDepth = 1.0 / 3;
 constexpr double kMinVotesPerPixel = 0.02;  // with less nothing is known
 
 std::vector<int> NumPixels(const LabelledRegions& regions) {
@@ -24,14 +24,10 @@ bool SaysNothing(const std::vector<RegionScore>& scores) {
   return std::ranges::none_of(scores, [](const RegionScore& score) { return score.has_value(); });
 }
 
-// Whether the region is where it is in the two nearest frames before, or in those after: over the
-// nearest alone, what goes slowly seems to stay.
+// Whether the region is where it is in the nearest frame before or after.
 bool ClearlyStays(const RegionScores& scores) {
   return std::ranges::any_of(std::array{&scores.before, &scores.after}, [](const auto* side) {
-    return !side->empty() && side->front() &&
-           std::ranges::all_of(*side | std::views::take(2), [](const RegionScore& score) {
-             return score.value_or(-1) < kClearlyStays;
-           });
+    return !side->empty() && side->front().value_or(0) < kClearlyStays;
   });
 }
 
@@ -48,13 +44,18 @@ bool Moves(const RegionScores& scores) {
 
 }  // namespace
 
-void AddScores(double stays_weight, const Evidence& evidence, bool forward, FrameRegions* frame) {
+void AddScores(double stays_weight,
+               const Evidence& by_depth,
+               const Evidence& by_flow,
+               bool forward,
+               FrameRegions* frame) {
   const std::vector<int> num_pixels = NumPixels(frame->regions);
   std::vector<double> gone(num_pixels.size()), stays(num_pixels.size());
   for (std::size_t i = 0; i < frame->regions.of_pixel.pixels.size(); ++i) {
     const auto region = static_cast<std::size_t>(frame->regions.of_pixel.pixels[i]);
-    gone[region] += evidence.gone.pixels[i];
-    stays[region] += stays_weight * evidence.stays.pixels[i];
+    gone[region] += by_depth.gone.pixels[i] + by_flow.gone.pixels[i];
+    stays[region] +=
+        stays_weight * (kByDepth * by_depth.stays.pixels[i] + by_flow.stays.pixels[i]);
   }
   for (std::size_t region = 1; region < num_pixels.size(); ++region) {
     const double votes = gone[region] + stays[region];

@@ -26,9 +26,14 @@ struct FrameRegions {
   std::vector<RegionScores> scores;
 };
 
-// Adds the scores by the evidence of one other frame to `before` or `after`. Evidence for staying
-// counts stays_weight.
-void AddScores(double stays_weight, const Evidence& evidence, bool forward, FrameRegions* frame);
+// Adds the scores by the evidence of one other frame to `before` or `after`. What stays counts
+// stays_weight against what has gone, and by depth a third of it: what goes slowly has the same
+// depth and gray still, and its corners are followed elsewhere.
+void AddScores(double stays_weight,
+               const Evidence& by_depth,
+               const Evidence& by_flow,
+               bool forward,
+               FrameRegions* frame);
 
 // For each region of a frame the region of the next that shows most of its pixels, if these are
 // most of the smaller of both; else 0. Each pixel is sought where it is seen if it stays.
@@ -38,8 +43,8 @@ std::vector<int> SameRegions(const SmallCamera& camera,
                              const FrameRegions& next,
                              const Rigid3& next_from_frame);
 
-// Whether each region of each frame moves. One that clearly stays where it is over the two nearest
-// frames before, or after, does not: its features fit these. Of the others one moves when a frame
+// Whether each region of each frame moves. One that clearly stays where it is until the nearest frame
+// after, or since that before, does not: its features fit one of them. Of the others one moves when a frame
 // before and another as long after both say that it has gone, or the only one of them that says
 // anything; or when no frame says anything, as labels say. What moves in a frame moves in the next
 // and in the one before as well, unless it clearly stays there. `same[k]`: SameRegions of frame k
