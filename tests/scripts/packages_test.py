@@ -41,15 +41,20 @@ class PageTest(unittest.TestCase):
 class MadeUpCheckoutTest(unittest.TestCase):
     """A pipeline of two jobs: `wash` reads the recordings, `cook` what `wash` wrote; the profile `raw` leaves `cook` out."""
 
-    PAGE = ("| PCL | `stages/cook/heat.cc` | heats | |\n| OctoMap | `pipeline/dense/cut.cc` | cuts | `cook.knife = \"long\"` |\n"
-            "| OpenImageIO | `pipeline/media/see.cc` | sees | |\n| OpenCV | `pipeline/io/look.cc` | looks | never: it has no eyes |\n")  # fmt: skip
+    PAGE = """\
+| PCL | `stages/cook/heat.cc` | heats | |
+| OctoMap | `pipeline/dense/cut.cc` | cuts | `cook.knife = "long"` |
+| OpenImageIO | `pipeline/media/see.cc` | sees | |
+| OpenCV | `pipeline/io/look.cc` | looks | never: it has no eyes |
+"""
     FILES = {
         "configs/pipeline.toml": '[goals]\nmap = { purpose = "p", made = "m" }\n[wash]\npurpose = "p"\nin.data = "data"\nout.a = "a"\n'
                                  '[cook]\npurpose = "p"\nin.a = "wash.a"\nout.b = "b"\n',
         "configs/raw/pipeline.toml": "[cook]\nleave_out = true\n",
         "stages/wash/main.cc": '#include "pipeline/io/look.h"\n', "stages/cook/main.cc": '#include "pipeline/dense/cut.h"\n',
         "stages/cook/heat.cc": "#include <pcl/heat.h>\n", "pipeline/dense/cut.h": '#include "pipeline/io/look.h"\n',
-        "pipeline/dense/cut.cc": "#include <octomap/cut.h>\n", "pipeline/io/look.h": "", "pipeline/io/look.cc": "#include <opencv2/core.hpp>\n",
+        "pipeline/dense/cut.cc": "#include <octomap/cut.h>\n", "pipeline/io/look.h": "",
+        "pipeline/io/look.cc": "#include <opencv2/core.hpp>\n",
         "pipeline/media/see.cc": "#include <OpenImageIO/see.h>\n",
     }  # fmt: skip
 
@@ -66,8 +71,11 @@ class MadeUpCheckoutTest(unittest.TestCase):
 
     def test_stages_are_those_that_reach_a_file_and_profiles_those_that_run_them(self):
         self.assertEqual(set(describe_packages.files_of_page(self.PAGE)), describe_packages.users_of(self.checkout))
-        self.assertEqual(self.rows(self.PAGE), ["| PCL | `cook` | default | - |  |", '| OctoMap | `cook` | default | - | `cook.knife = "long"` |',
-                                                "| OpenImageIO | `wash` | default, raw | - |  |"])  # fmt: skip
+        self.assertEqual(self.rows(self.PAGE), [
+            "| PCL | `cook` | default | - |  |",
+            '| OctoMap | `cook` | default | - | `cook.knife = "long"` |',
+            "| OpenImageIO | `wash` | default, raw | - |  |",
+        ])  # fmt: skip
 
     def test_pixels_count_where_recordings_are_read(self):
         self.assertEqual(self.rows("| OpenCV | `pipeline/io/look.cc` | looks | |\n"), ["| OpenCV | `wash` | default, raw | - |  |"])
