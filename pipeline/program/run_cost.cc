@@ -22,7 +22,18 @@ double Seconds(const timeval& time) {
   return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
 }
 
+rusage Usage() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage;
+}
+
 }  // namespace
+
+double CpuTime_s() {
+  const rusage usage = Usage();
+  return Seconds(usage.ru_utime) + Seconds(usage.ru_stime);
+}
 
 RunCost::RunCost() : start_(std::chrono::steady_clock::now()), start_utc_(UtcNow()) {}
 
@@ -31,12 +42,10 @@ double RunCost::WallTime_s() const {
 }
 
 nlohmann::json RunCost::ForReceipt() const {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
   return {{"start_time", start_utc_},
           {"wall_time_s", WallTime_s()},
-          {"cpu_time_s", Seconds(usage.ru_utime) + Seconds(usage.ru_stime)},
-          {"peak_memory_bytes", static_cast<std::int64_t>(usage.ru_maxrss) * 1024}};
+          {"cpu_time_s", CpuTime_s()},
+          {"peak_memory_bytes", static_cast<std::int64_t>(Usage().ru_maxrss) * 1024}};
 }
 
 }  // namespace nightmap

@@ -8,6 +8,9 @@
 
 namespace nightmap {
 
+// Of all threads of the process so far.
+double CpuTime_s();
+
 class RunCost {
  public:
   RunCost();  // the run starts here

@@ -9,6 +9,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/plain_file.h"
+#include "pipeline/program/run_cost.h"
 
 namespace nightmap {
 namespace {
@@ -137,13 +138,17 @@ void StageContext::SumUpSkipped() const {
 
 void StageContext::BeginPart(const std::string& name) {
   const auto now = Clock::now();
+  const double cpu_time_s = CpuTime_s();
   if (!parts_.empty()) {
-    parts_[current_part_].second += std::chrono::duration<double>(now - part_start_).count();
+    Part& part = parts_[current_part_];
+    part.wall_time_s += std::chrono::duration<double>(now - part_start_).count();
+    part.cpu_time_s += cpu_time_s - cpu_time_at_part_start_s_;
   }
   part_start_ = now;
-  const auto found = std::ranges::find(parts_, name, [](const auto& part) { return part.first; });
+  cpu_time_at_part_start_s_ = cpu_time_s;
+  const auto found = std::ranges::find(parts_, name, &Part::name);
   current_part_ = static_cast<std::size_t>(found - parts_.begin());
-  if (found == parts_.end()) parts_.emplace_back(name, 0.0);
+  if (found == parts_.end()) parts_.push_back({name});
 }
 
 }  // namespace nightmap

@@ -84,7 +84,7 @@ class StageContext {
                     double max_failed_ratio,
                     const std::vector<InputName>& inputs = {}) const;
 
-  // Names the part of the work that starts or resumes now; receipt.json has the wall time per part.
+  // Names the part of the work that starts or resumes now; receipt.json has its time.
   void BeginPart(const std::string& name);
 
  private:
@@ -104,9 +104,15 @@ class StageContext {
   Progress progress_;
   nlohmann::json report_ = nlohmann::json::object();
   SkippedItems skipped_;
-  std::vector<std::pair<std::string, double>> parts_;  // name, seconds
+  struct Part {
+    std::string name;
+    double wall_time_s = 0;
+    double cpu_time_s = 0;
+  };
+  std::vector<Part> parts_;
   std::size_t current_part_ = 0;
   std::chrono::steady_clock::time_point part_start_;
+  double cpu_time_at_part_start_s_ = 0;
 };
 
 }  // namespace nightmap

@@ -127,8 +127,10 @@ class StageRun {
           DescribeFile(path.filename(), path, context.output_set_.CurrentPath(path)));
     }
     receipt["parts"] = json::array();
-    for (const auto& [name, seconds] : context.parts_) {
-      receipt["parts"].push_back({{"name", name}, {"wall_time_s", seconds}});
+    for (const auto& part : context.parts_) {
+      receipt["parts"].push_back({{"name", part.name},
+                                  {"wall_time_s", part.wall_time_s},
+                                  {"cpu_time_s", part.cpu_time_s}});
     }
     receipt.update(cost_.ForReceipt());
     WriteFile(context.Output("receipt"), Dump(receipt));

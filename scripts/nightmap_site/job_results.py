@@ -15,7 +15,7 @@ _NOT_FIGURES = ("format", "version", "stage", "config", "num_skipped", "skipped"
 REPORT = {"?skipped": [str]}
 RECEIPT = {
     "?wall_time_s": NUMBER, "?cpu_time_s": NUMBER, "?peak_memory_bytes": NUMBER, "?build_type": str,
-    "?parts": [{"name": str, "wall_time_s": NUMBER}],
+    "?parts": [{"name": str, "wall_time_s": NUMBER, "?cpu_time_s": NUMBER}],
 }  # fmt: skip
 
 

@@ -4,7 +4,7 @@
 
 The maps must exist (`make localize SITE=<site>`); the script does not change them. Prints a Markdown
 table per site with medians over --seeds seeds of RANSAC; a query that is not located counts as a
-failure. Times sum both cores; compare only their ratios. With --page the tables go between
+failure. Times are of searching alone, without features; compare only their ratios. With --page the tables go between
 `<!-- ablation:begin -->` and `<!-- ablation:end -->` of that file.
 Exit codes: 0 done; 1 a map is missing or a run failed; 2 wrong command line.
 """
@@ -77,7 +77,7 @@ class Site:
         self.config = read_text(self.folder / "config" / "localize.toml")
 
     def run(self, options, work):
-        """Figures of the queries, and seconds per query without feature extraction."""
+        """Figures of the queries, and CPU seconds per query without feature extraction."""
         config = work / "localize.toml"
         config.write_text(with_options(self.config, options), encoding="utf-8")
         inputs = {"queries": "queries/queries.csv", "cameras": "queries/query_cameras.json",
@@ -96,7 +96,7 @@ class Site:
             raise DataError(f"{' '.join(map(str, command))}\n{run.stdout}\nthe run failed, see above")
         truth = self.folder / "queries" / "query_ground_truth.tum"
         figures = evaluate_queries(work / "queries.csv", truth, self.map_pair, MAX_GAP_NS)
-        parts = {part["name"]: part["wall_time_s"] for part in read_object(work / "receipt.json", RECEIPT)["parts"]}
+        parts = {part["name"]: part["cpu_time_s"] for part in read_object(work / "receipt.json", RECEIPT)["parts"]}
         return figures, parts["locate"] / max(1, figures["num_queries"])
 
 
@@ -120,7 +120,7 @@ def row(site, name, options, num_seeds):
 
 def table(site, rows):
     titles = ["localize", "located", "ambiguous", "wrong (worst seed)", "median (cm)", "median (deg)",
-              "2 cm, 2 deg (%)", "5 cm, 5 deg (%)", "ms per query"]  # fmt: skip
+              "2 cm, 2 deg (%)", "5 cm, 5 deg (%)", "CPU ms per query"]  # fmt: skip
     lines = [titles, ["---"] + ["---:"] * (len(titles) - 1), *rows]
     return f"{site}:\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench: measures the time from raw frames to the optimized trajectory, relative to a yardstick.
 
-A case is SITE, or SITE:N for its first N frames. The yardstick of a case is measured in the same run: the
-features stage decodes every frame and describes 1,000 SIFT features on it, with all cores busy. In a
-recording of more than 1,000 frames the first 1,000 represent all, since the cost per frame is constant.
+The yardstick of a site is measured in the same run: the features stage decodes every frame
+and describes 1,000 SIFT features on it, with all cores busy. In a recording of more than 1,000 frames the first 1,000
+represent all, since the cost per frame is constant.
 Both times include every process and Make itself; programs and recordings are made beforehand.
 Prints a Markdown table; with --page it goes between `<!-- bench:begin -->` and `<!-- bench:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.
@@ -28,21 +28,12 @@ YARDSTICK = "features.max_gap_frames=0 features.num_features=1000"
 YARDSTICK_FRAMES = 1000
 
 
-def case(text):
-    """The text of a case, checked."""
-    site, colon, count = text.partition(":")
-    if not site or (colon and not (count.isdecimal() and int(count) > 0)):
-        raise argparse.ArgumentTypeError(f"'{text}' is neither SITE nor SITE:N with N of at least 1")
-    return text
-
-
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("cases", nargs="+", type=case, help="SITE or SITE:N")
+    parser.add_argument("sites", nargs="+")
     parser.add_argument("--data", type=Path, required=True, help="recordings")
     parser.add_argument("--build", type=Path, required=True, help="programs; results go to BUILD/bench")
     parser.add_argument("--threads", type=int, required=True, help="threads per stage")
-    parser.add_argument("--name", default="bench", help="name of the table in that page")
     parser.add_argument("--page", type=Path, help="page that receives the table")
     return parser.parse_args()
 
@@ -50,11 +41,9 @@ def parse_arguments():
 class Case:
     """One recording with its own results folder."""
 
-    def __init__(self, name, arguments):
-        self.site, _, num_frames = name.partition(":")
-        self.num_frames = int(num_frames or 0)
-        self.arguments = arguments
-        self.folder = arguments.build / "bench" / name.replace(":", "_")
+    def __init__(self, site, arguments):
+        self.site, self.arguments = site, arguments
+        self.folder = arguments.build / "bench" / site
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def make(self, maps, settings, num_frames, *goals):
@@ -73,18 +62,17 @@ class Case:
 
     def yardstick_s_per_frame(self):
         """Lists the frames before the clock starts: the list is not part of the yardstick."""
-        limit = min(self.num_frames or YARDSTICK_FRAMES, YARDSTICK_FRAMES)
         listed = self.folder / "yardstick" / self.site / "frames" / "shards.txt"
-        self.make("yardstick", YARDSTICK, limit, str(listed))
+        self.make("yardstick", YARDSTICK, YARDSTICK_FRAMES, str(listed))
         features = listed.parent.parent / "features"
         goals = (f"{features}/shard_{shard}.h5" for shard in read_shards(listed.parent.parent))
-        wall_time_s = self.make("yardstick", YARDSTICK, limit, *goals)
+        wall_time_s = self.make("yardstick", YARDSTICK, YARDSTICK_FRAMES, *goals)
         return wall_time_s / read_object(listed.parent / "report.json", {"num_frames": int})["num_frames"]
 
     def row(self):
         site = self.folder / "map" / self.site
         s_per_frame = self.yardstick_s_per_frame()
-        total_s = self.make("map", "", self.num_frames, str(site / "map_frame" / "trajectory.tum"))
+        total_s = self.make("map", "", 0, str(site / "map_frame" / "trajectory.tum"))
         stages = [StageResult(site / name) for name in STAGES]
         num_frames = read_object(site / "pose_graph" / "report.json", {"num_frames": int})["num_frames"]
         yardstick_s = s_per_frame * num_frames
@@ -109,12 +97,12 @@ def table(rows):
 def main():
     arguments = parse_arguments()
     rows = []
-    for name in arguments.cases:
-        rows.append(Case(name, arguments).row())
+    for site in arguments.sites:
+        rows.append(Case(site, arguments).row())
         print(table(rows[-1:]), flush=True)
     print(table(rows))
     if arguments.page:
-        put_figure(arguments.page, arguments.name, table(rows))
+        put_figure(arguments.page, "bench", table(rows))
 
 
 if __name__ == "__main__":

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""bench_localize: time to locate a picture as a function of the number of landmarks.
+"""bench_localize: CPU time to locate a picture as a function of the number of landmarks.
 
 Thins the map of a site to the smallest size and pads it to the others with copies of real maps (its own
 and those of --donor; see padded_map.py), so all sizes share the same real part. Locates the site's
 queries in each. The yardstick is the time to describe the same pictures in the same run. Sizes take
-turns; the shortest of --repeats times counts for each part.
+turns; the least of --repeats times counts for each part.
 Prints a Markdown table; with --page it goes between `<!-- bench_localize:begin -->` and
 `<!-- bench_localize:end -->`. "Moved" counts the queries whose positions in the smallest and in this map
 differ by more than 5 cm.
@@ -75,13 +75,13 @@ def make_maps(arguments, folder):
 
 
 class Run:
-    """One run of localize: seconds per part, and positions of the located queries."""
+    """One run of localize: CPU seconds per part, and positions of the located queries."""
 
     def __init__(self, folder):
         receipt = read_object(folder / "receipt.json", RECEIPT)
         self.parts_s = {}
         for part in receipt.get("parts", []):
-            self.parts_s[part["name"]] = self.parts_s.get(part["name"], 0) + part["wall_time_s"]
+            self.parts_s[part["name"]] = self.parts_s.get(part["name"], 0) + part["cpu_time_s"]
         rows = read_csv(folder / "queries.csv", ("query_idx", "status", "tx_m", "ty_m", "tz_m"))
         self.num_queries = len(rows)
         self.positions_m = {
@@ -123,14 +123,14 @@ def localize(arguments, folder):
 
 
 def shortest(runs):
-    """Milliseconds per query of each part."""
+    """CPU milliseconds per query of each part."""
     return {name: min(1e3 * run.parts_s[name] / run.num_queries for run in runs) for name in ("extract", "locate")}
 
 
 def make_table(runs_of_size):
     """`runs_of_size`: size -> its runs; the first size is the reference of the others."""
     titles = [
-        "landmarks", "read (s)", "extract (ms)", "locate (ms)", "both / extract", "both / smallest",
+        "landmarks", "read (CPU s)", "extract (CPU ms)", "locate (CPU ms)", "both / extract", "both / smallest",
         "located", "moved",
     ]  # fmt: skip
     lines = [titles, ["---:"] * len(titles)]

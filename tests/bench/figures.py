@@ -44,8 +44,7 @@ FIGURES = {
     "place_search": ("make build", "bench_place_search.py --build {build} --threads {threads} --page {page}"),
     "detectors": (f"detectors.py {OFFICE_QUERIES} {FR1} --data {{data}} --maps {{maps}} --page {{page}}",),
     "ablation": (f"make localize SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
-                 "make localize SITE=demo DATA={data} MAPS={maps}",
-                 f"ablation.py {OFFICE_QUERIES} demo --data {{data}} --maps {{maps}} --build {{build}} --page {{page}}"),
+                 f"ablation.py {OFFICE_QUERIES} --seeds 3 --data {{data}} --maps {{maps}} --build {{build}} --page {{page}}"),
     "cloud_consistency": (f"cloud_consistency.py {FR1} {OFFICE} demo --data {{data}} --maps {{maps}} --page {{page}}",),
     "bench": (f"bench.py {FR1} {OFFICE} --data {{data}} --build {{build}} --threads {{threads}} --page {{page}}",),
     "bench_shards": ("bench_shards.py --page {page}",),
@@ -74,9 +73,6 @@ LONG = {
     f"colmap_{OFFICE_QUERIES}": (f"make evaluate-colmap SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
         f"scripts/evaluate_colmap.py --site-dir {{maps}}/{OFFICE_QUERIES} "
         f"--out {{maps}}/{OFFICE_QUERIES}/evaluate_colmap/results.json --page {{page}}"),
-    "colmap_demo": ("make evaluate-colmap SITE=demo DATA={data} MAPS={maps}/every_third SET=frames.stride=3",
-        "scripts/evaluate_colmap.py --site-dir {maps}/every_third/demo "
-        "--out {maps}/every_third/demo/evaluate_colmap/results.json --page {page}"),
     "things": ("seeds.py things things_true --name things --site-configs tests/bench/labels --data '{data}/{{seed}}' --maps {maps} "
                "--page {page}",),
     "ceiling": ("seeds.py ceiling_corridor ceiling_office --name ceiling --seeds 10 --vary synthesize_ceiling.noise_seed "
@@ -94,8 +90,6 @@ LONG = {
         "seeds.py demo_empty --name people_demo --site-configs tests/bench/people --data {data} --maps {maps} --page {page}"),
     "people_office": ("seeds.py office_empty office_people office_people_true office_people_7 office_people_7_true "
         "--name people_office --site-configs tests/bench/people --data {data} --maps {maps} --page {page}",),
-    "bench_building": ("bench.py building:1000 building:2000 building:4000 building:8000 --data {data} --build {build} "
-        "--threads {threads} --name bench_building --page {page}",),
 }  # fmt: skip
 
 

@@ -4,10 +4,14 @@
 #include <sys/stat.h>
 
 #include <cerrno>
+#include <chrono>
+#include <map>
 #include <system_error>
+#include <thread>
 
 #include "pipeline/base/input_error.h"
 #include "pipeline/base/memory.h"
+#include "pipeline/program/run_cost.h"
 #include "tests/test_data.h"
 
 namespace nightmap {
@@ -67,6 +71,31 @@ class StageMainTest : public testing::Test {
   TemporaryFolder folder_;
   std::filesystem::path input_ = folder_.Write("in.txt", "hello");
 };
+
+TEST_F(StageMainTest, ReceiptHasTheTimesOfEachPart) {
+  const auto body = [](const Options& options, StageContext& context) {
+    context.BeginPart("work");
+    const double start_s = CpuTime_s();
+    while (CpuTime_s() < start_s + 0.05) {
+    }
+    context.BeginPart("wait");
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    context.BeginPart("work");
+    CopyBody(options, context);
+  };
+  ASSERT_EQ(Main(Ports(), body).code, 0);
+  const auto receipt = nlohmann::json::parse(ReadFile(folder_ / "receipt"));
+  std::map<std::string, nlohmann::json> parts;
+  double sum_s = 0;
+  for (const auto& part : receipt["parts"]) {
+    parts[part["name"]] = part;
+    sum_s += part["cpu_time_s"].get<double>();
+  }
+  EXPECT_GE(parts["work"]["cpu_time_s"], 0.05);
+  EXPECT_LT(parts["wait"]["cpu_time_s"], 0.05);
+  EXPECT_GE(parts["wait"]["wall_time_s"], 0.05);
+  EXPECT_LE(sum_s, receipt["cpu_time_s"].get<double>());
+}
 
 TEST_F(StageMainTest, MessagesObeyNoControlInAUsersText) {
   const Result failed = Main(Ports(), [](const Options&, StageContext&) {

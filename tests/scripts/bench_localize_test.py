@@ -28,7 +28,7 @@ landmarks = [a for a in sys.argv if a.startswith("landmarks=")][0].split("=", 1)
 size = len(h5py.File(landmarks)["landmarks/position_sigma_m"])
 assert len(h5py.File(paths["vocabulary"])["frames/word_offsets"]) >= 7
 parts = [["read", 1], ["extract", 0.1], ["locate", 0.0001 * size], ["extract", 0.1], ["locate", 0.0001 * size]]
-json.dump({"parts": [{"name": n, "wall_time_s": s} for n, s in parts]}, open(out["receipt"], "w"))
+json.dump({"parts": [{"name": n, "wall_time_s": 9, "cpu_time_s": s} for n, s in parts]}, open(out["receipt"], "w"))
 rows = ["query_idx,status,tx_m,ty_m,tz_m", f"0,located,{0.001 * size},0,0"]
 rows.append("1,located,1,2,3" if size < 100 else "1,not_in_map,,,")
 open(out["queries"], "w").write("\\n".join(rows) + "\\n")
@@ -220,8 +220,8 @@ class BenchLocalizeTest(unittest.TestCase):
         rows = [dict(zip(rows[0], row)) for row in rows[2:]]
         # Two queries: 200 ms to describe, 8 ms (24 ms) to locate.
         self.assertEqual([row["landmarks"] for row in rows], ["40", "120"])
-        self.assertEqual([row["extract (ms)"] for row in rows], ["100.0", "100.0"])
-        self.assertEqual([row["locate (ms)"] for row in rows], ["4.0", "12.0"])
+        self.assertEqual([row["extract (CPU ms)"] for row in rows], ["100.0", "100.0"])
+        self.assertEqual([row["locate (CPU ms)"] for row in rows], ["4.0", "12.0"])
         self.assertEqual([row["both / extract"] for row in rows], ["1.04", "1.12"])
         self.assertEqual([row["both / smallest"] for row in rows], ["1.00", "1.08"])
         self.assertEqual([row["located"] for row in rows], ["2 of 2", "1 of 2"])
