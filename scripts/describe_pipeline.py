@@ -67,7 +67,8 @@ def profiles(configs, default):
             of_included = read_pipeline(str(configs), included[-1], given).jobs if included else default.jobs
             out = ", ".join(f"`{name}`" for name in default.jobs if name in of_included and name not in pipeline.jobs)
             of = f"`{profile}`" + "".join(f" with `import.{key}`" for key in given if len(variants(overlay)) > 1)
-            left_out += [f"; {of} leaves out {out}"] if out and not any(text.endswith(f" leaves out {out}") for text in left_out) else []
+            told = any(f"`{profile}`" in text and text.endswith(f" leaves out {out}") for text in left_out)
+            left_out += [f"; {of} leaves out {out}"] if out and not told else []
     rows, fed = [], {}  # fed: profile -> jobs that only read something else
     for (profile, *_), same in variants_of.items():
         if is_fed_otherwise(same, default):

@@ -12,7 +12,7 @@ import os
 import re
 
 from nightmap_make.changed_files import has_text, write_if_changed
-from nightmap_site.declaration import PipelineError, read_toml
+from nightmap_site.declaration import PipelineError, import_keys
 from nightmap_site.pipeline import read_pipeline
 
 JOBS_FILE = "config/jobs.txt"  # the jobs of the site and their files, when it was last looked for others'
@@ -100,13 +100,8 @@ def _jobs_of_profiles(configs):
             if profile == "default":
                 yield from read_pipeline(configs).jobs.values()
             elif os.path.exists(overlay):
-                for imports in {(), _imports_of(overlay)}:
+                for imports in {(), tuple(sorted(import_keys(configs, profile)))}:
                     yield from read_pipeline(configs, profile, imports).jobs.values()
-
-
-def _imports_of(overlay):
-    changes = [table for tables in read_toml(overlay).values() for table in (tables if isinstance(tables, list) else [tables])]
-    return tuple(table["given"] for table in changes if isinstance(table, dict) and "given" in table)
 
 
 def _matching(folder, patterns):

@@ -11,33 +11,38 @@ Exit codes: 0 done; 1 a map is missing or a run failed; 2 wrong command line.
 
 import argparse
 import itertools
+import json
 import statistics
 import subprocess
 import tempfile
 from pathlib import Path
 
-import checkout  # noqa: F401  first: it makes the packages of scripts/ importable
+from checkout import CHECKOUT  # first: it makes the packages of scripts/ importable
 from evaluate import evaluate_queries, match_with_truth
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.trajectory import read_truth, read_tum
 from nightmap_site.checked_reading import read_object, read_text
+from nightmap_site.declaration import read_toml
 from nightmap_site.job_results import RECEIPT
 from nightmap_site.script_errors import DataError, run_main
 
 MAX_GAP_NS = 20_000_000
-NO_LEVER = {"prioritized": "false", "covisibility_filter": "false", "local_optimization": "false",
-            "refinement": "false", "readout_turn_sigma_rad": "0", "num_retrieved_keyframes": "0", "num_guided_keyframes": "0",
-            "max_rival_ratio": "1.0"}  # fmt: skip
 SEARCHES = ("combined", "2d_to_3d", "3d_to_2d", "tree")
-# Name, and the options that differ from the map's config.
-VARIANTS = (
-    ("as configured", {}),
-    *((f"search {search}, {solver}", {"search": f'"{search}"', "solver": f'"{solver}"'})
-      for search, solver in itertools.product(SEARCHES, ("p3p", "dlt6"))),
-    ("as published (DLT6, no extensions)", {"search": '"combined"', "solver": '"dlt6"'} | NO_LEVER),
-    ("as published, but P3P", {"search": '"combined"', "solver": '"p3p"'} | NO_LEVER),
-    *((f"without {name}", {name: value}) for name, value in NO_LEVER.items()),
-)  # fmt: skip
+PUBLISHED = CHECKOUT / "configs/published_rgbd/localize.toml"
+
+
+def variants():
+    """Name, and the options that differ from the map's config, as TOML has their values."""
+    published = {key: json.dumps(value) for key, value in read_toml(str(PUBLISHED)).items()}
+    extensions = {key: value for key, value in published.items() if key != "solver"}
+    return (
+        ("as configured", {}),
+        *((f"search {search}, {solver}", {"search": f'"{search}"', "solver": f'"{solver}"'})
+          for search, solver in itertools.product(SEARCHES, ("p3p", "dlt6"))),
+        ("as published (DLT6, no extensions)", published),
+        ("as published, but P3P", extensions | {"solver": '"p3p"'}),
+        *((f"without {name}", {name: value}) for name, value in extensions.items()),
+    )  # fmt: skip
 
 
 def parse_arguments():
@@ -130,7 +135,7 @@ def main():
     tables = []
     for name in arguments.sites:
         site, rows = Site(name, arguments), []
-        for title, options in VARIANTS:
+        for title, options in variants():
             rows.append(row(site, title, options, arguments.seeds))
             print(" | ".join(rows[-1]), flush=True)
         tables.append(table(name, rows))

@@ -41,6 +41,10 @@ FIGURES = {
                        "make evaluate SITE=intel DATA={data} MAPS={maps}",
                        "bench_relocalization.py {maps}/freiburg_079 {maps}/intel --build {build} --threads {threads} "
                        "--page {page}"),
+    "published_rgbd": (f"seeds.py {OFFICE_QUERIES} {OFFICE_QUERIES}:published_rgbd --name published_rgbd --data {{data}} "
+                       "--maps {maps} --page {page}",),
+    "published_laser": ("seeds.py freiburg_079 freiburg_079:published_laser --seeds 1 --name published_laser --data {data} "
+                        "--maps {maps} --page {page}",),
     "place_search": ("make build", "bench_place_search.py --build {build} --threads {threads} --page {page}"),
     "detectors": (f"detectors.py {OFFICE_QUERIES} {FR1} --data {{data}} --maps {{maps}} --page {{page}}",),
     "ablation": (f"make localize SITE={OFFICE_QUERIES} DATA={{data}} MAPS={{maps}}",
@@ -80,6 +84,8 @@ LONG = {
     **{f"ceiling_depth_{depth}": (f"seeds.py ceiling_office --name ceiling_depth_{depth} --vary synthesize_ceiling.noise_seed --data "
         f"'{{data}}/ceiling_{{{{seed}}}}' --maps {{maps}} --page {{page}} --set ceiling_ekf.initial_depth={depth}",)
        for depth in ("parallax", "published")},
+    "published_ceiling": ("seeds.py ceiling_office ceiling_office:published_ceiling --name published_ceiling --vary "
+        "synthesize_ceiling.noise_seed --data '{data}/ceiling_{{seed}}' --maps {maps} --page {page}",),
     "faults": ("rm -f {maps}/faults/rows.jsonl",
         f"tests/bench/faults/measure_faults.py {FR1} {OFFICE} --random 60 --data {{data}} --work {{maps}}/faults "
         "--rows {maps}/faults/rows.jsonl --threads {threads} --page {page}"),

@@ -3,7 +3,8 @@
 """seeds: evaluates sites with several seeds and prints the medians as a Markdown table.
 
 For each site and seed it runs `make evaluate SITE=<site> SEED=<n> MAPS=<maps>/seed_<n>`; Make
-keeps the results that are up to date. Figures where one bad seed matters show the worst seed.
+keeps the results that are up to date. SITE:PROFILE is the site with another profile than its own, in
+MAPS=<maps>/<profile>/seed_<n>. Figures where one bad seed matters show the worst seed.
 With --page it puts the table between the markers `<!-- NAME:begin -->` and
 `<!-- NAME:end -->` of that page. A seed does not change a recording. To render another synthetic
 building per seed, give each its own folder, as in --data 'data/{seed}'. Another option of a made-up recording than
@@ -52,6 +53,11 @@ def _laser_columns():
             ("loops accepted", "sections.grid.loops.num_accepted", 1, "{:.0f}"),
             ("false loops accepted, worst seed", "sections.grid.loops.num_false_accepted", 1, "{:.0f}", max),
             ("revisits closed, worst seed (%)", "sections.grid.loops.revisits_closed_percent", 1, "{:.0f}", min),
+            ("held-out scans", "sections.test_localize.num_queries", 1, "{:.0f}"),
+            ("held-out scans located", "sections.test_localize.num_by_verdict.located", 1, "{:.0f}"),
+            ("held-out scans in a wrong place, worst seed", "sections.test_localize.num_wrong", 1, "{:.0f}", max),
+            ("held-out scans, median (cm)", "sections.test_localize.median_translation_error_cm", 1, "{:.1f}"),
+            ("held-out scans, median (deg)", "sections.test_localize.median_rotation_error_deg", 1, "{:.2f}"),
             ("wall thickness, median (cells)", "sections.grid.walls.thickness_median_cells", 1, "{:.2f}"),
             ("wall thickness, 90 % (cells)", "sections.grid.walls.thickness_p90_cells", 1, "{:.2f}"),
             ("wall drawn twice (%)", "sections.grid.walls.doubled_percent", 1, "{:.1f}"),
@@ -103,6 +109,7 @@ COLUMNS = (
     ("false loops accepted, worst seed", "loops.num_false_accepted", 1, "{:.0f}", max),
     ("revisits closed, worst seed (%)", "loops.revisits_closed_percent", 1, "{:.0f}", min),
     ("queries", "queries.num_with_truth", 1, "{:.0f}"),
+    ("queries located", "queries.num_by_verdict.located", 1, "{:.0f}"),
     ("queries in a wrong place, worst seed", "queries.num_wrong", 1, "{:.0f}", max),
     *(row for name in ("global", "local") for row in _query_columns(name)),
     ("cloud to surface, median (cm)", "map.cloud.surface_distance_median_m", 100, "{:.2f}"),
@@ -124,7 +131,7 @@ COLUMNS = (
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("sites", nargs="+", help="names of <site>.toml")
+    parser.add_argument("sites", nargs="+", metavar="SITE[:PROFILE]", help="names of <site>.toml")
     parser.add_argument("--site-configs", type=Path, default=CHECKOUT / "configs/sites", help="folder of the sites' configs")
     parser.add_argument("--seeds", type=int, default=5, help="number of seeds, counted from 0 (default 5)")
     parser.add_argument("--maps", type=Path, default=CHECKOUT / "maps", help="results")
@@ -140,25 +147,29 @@ def parse_arguments():
     return arguments
 
 
-def run_make(site, seed, maps, data, settings=(), goal="evaluate", site_configs=CHECKOUT / "configs/sites", vary=None):
-    """`settings`: values over the profile, as make's SET takes them."""
+def run_make(site, seed, maps, data, settings=(), goal="evaluate", site_configs=CHECKOUT / "configs/sites", vary=None, profile=""):
+    """`settings`: values over the profile, as make's SET takes them; profile: another one than the site's own."""
     command = ["make", "-C", str(CHECKOUT), goal, f"SITE={site}", f"SEED={seed}",
                f"SITES={site_configs.resolve()}", f"MAPS={maps.resolve()}", f"DATA={Path(data.format(seed=seed)).resolve()}"]  # fmt: skip
     if "{seed}" in data:
         settings = [*settings, f"{vary}={seed + 1}" if vary else f"synthesize.seed={seed}"]
     if settings:
         command.append("SET=" + " ".join(settings))
+    if profile:
+        command.append(f"PROFILE={profile}")
     if subprocess.run(command, check=False).returncode != 0:
         raise DataError(f"{' '.join(command)} failed, see above")
 
 
 def collect(arguments, site):
-    """metrics.json of every seed of a site."""
+    """metrics.json of every seed of a site, or of SITE:PROFILE."""
     metrics = []
+    site, _, profile = site.partition(":")
     for seed in range(arguments.seeds):
-        maps = arguments.maps / f"seed_{seed}"
+        maps = arguments.maps / profile / f"seed_{seed}"
         if not arguments.no_run:
-            run_make(site, seed, maps, arguments.data, arguments.set, site_configs=arguments.site_configs, vary=arguments.vary)
+            run_make(site, seed, maps, arguments.data, arguments.set, site_configs=arguments.site_configs, vary=arguments.vary,
+                     profile=profile)  # fmt: skip
         path = maps / site / "evaluate" / "metrics.json"
         metrics.append(read_json(path))
         for _, dotted, *_ in COLUMNS:

@@ -84,22 +84,26 @@ def mosaic_gradients(maps):
     return np.median([gradient[y - 1 : y + 2, x - 1 : x + 2].max() for x, y in zip(columns, rows)]), np.median(gradient[gray > 0])
 
 
+def record(work):
+    """Puts a video and a CSV of a made-up office into a workspace, as the site `lab`; returns the number of pictures, and the true way."""
+    lab, made_up = work.folder / "data/lab", work.folder / "made_up"
+    lab.mkdir(parents=True)
+    made_up.mkdir()
+    (made_up / "options.toml").write_text(OPTIONS)
+    work.run("synthesize_ceiling", "--config", made_up / "options.toml", "--out", f"site={made_up}/synthesize.json")
+    pictures = sorted((made_up / "rgb").glob("*.jpg"))
+    (lab / "up.mjpeg").write_bytes(b"".join(path.read_bytes() for path in pictures))
+    shutil.copy(made_up / "odometry.csv", lab)
+    (work.folder / "configs/sites/lab.toml").write_text(SITE)
+    return len(pictures), read_tum(made_up / "robot_groundtruth.txt")
+
+
 class CeilingTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.work = Workspace()
         cls.addClassCleanup(shutil.rmtree, cls.work.folder)
-        lab, made_up = cls.work.folder / "data/lab", cls.work.folder / "made_up"
-        lab.mkdir(parents=True)
-        made_up.mkdir()
-        (made_up / "options.toml").write_text(OPTIONS)
-        cls.work.run("synthesize_ceiling", "--config", made_up / "options.toml", "--out", f"site={made_up}/synthesize.json")
-        pictures = sorted((made_up / "rgb").glob("*.jpg"))
-        (lab / "up.mjpeg").write_bytes(b"".join(path.read_bytes() for path in pictures))
-        shutil.copy(made_up / "odometry.csv", lab)
-        cls.num_pictures = len(pictures)
-        cls.truth = read_tum(made_up / "robot_groundtruth.txt")
-        (cls.work.folder / "configs/sites/lab.toml").write_text(SITE)
+        cls.num_pictures, cls.truth = record(cls.work)
 
     def make(self, *arguments, code=0):
         result = self.work.make(*arguments)

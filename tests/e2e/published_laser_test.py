@@ -8,7 +8,7 @@ import unittest
 
 from workspace import LASER_SITE, Workspace, write_laser_site
 
-PUBLISHED = "SET=scan_localize.method=published hold_out_scans.rough_radius_m=3"
+PUBLISHED = ("PROFILE=published_laser", "SET=hold_out_scans.rough_radius_m=3")
 
 
 class PublishedTest(unittest.TestCase):
@@ -18,13 +18,13 @@ class PublishedTest(unittest.TestCase):
         cls.addClassCleanup(cls.work.remove)
         write_laser_site(cls.work.folder)
         cls.maps = cls.work.folder / "maps" / LASER_SITE
-        cls.make("map", "report", PUBLISHED)
+        cls.make("map", "report", *PUBLISHED)
         cls.without_objects = cls.report()
         given = cls.work.folder / "data" / LASER_SITE / "objects.yaml"
         shutil.copyfile(cls.maps / "objects/objects.yaml", given)
         config = cls.work.folder / f"configs/sites/{LASER_SITE}.toml"
         config.write_text(config.read_text() + f'\n[import]\nobjects = "{LASER_SITE}/objects.yaml"\n')
-        cls.make("map", "evaluate", "report", PUBLISHED)
+        cls.make("map", "evaluate", "report", *PUBLISHED)
 
     @classmethod
     def make(cls, *arguments):

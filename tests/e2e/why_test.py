@@ -12,7 +12,8 @@ from workspace import REPOSITORY, told_by_why
 # Profiles, each with what its sites may import.
 VARIANTS = (("default", ()), ("ceiling", ()), ("imported", ("trajectory",)), ("imported", ("map",)), ("labels", ("model",)),
             ("laser", ()), ("laser", ("trajectory",)), ("laser", ("map",)), ("laser", ("objects",)), ("moving", ()),
-            ("moving", ("model",)), ("wheels", ()))  # fmt: skip
+            ("moving", ("model",)), ("published_ceiling", ()), ("published_laser", ()), ("published_people", ("model",)),
+            ("published_rgbd", ()), ("wheels", ()))  # fmt: skip
 GOALS = ("map", "localize", "plan", "drive")
 SCAN_QUERY = '\n[[query]]\nscans = "wake.log"\nnear_m = [3.5, -2]\nturn = "none"\n'
 

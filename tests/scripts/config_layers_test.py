@@ -22,6 +22,17 @@ class LayersTest(ConfigFolder):
         self.resolve(profile="coarse", set="octree.num_hits=9", ends=["plan.start=3 4"])
         self.assertEqual((self.config("octree")["num_hits"], self.config("plan")["start"]), (9, "3 4"))
 
+    def test_a_profile_comes_after_those_that_it_includes(self):
+        self.write("configs/coarse/octree.toml", "resolution_m = 0.1\nnum_hits = 3\n")
+        self.write("configs/coarse/default/scan.toml", "sigma_m = 0.5\nmode = 'ray'\n")
+        self.write("configs/coarse/pipeline.toml", "")
+        self.write("configs/over/pipeline.toml", '[[include]]\nprofile = "coarse"\n')
+        self.write("configs/over/octree.toml", "num_hits = 5\n")
+        self.write("configs/over/scan.toml", "mode = 'beam'\n")
+        self.resolve(profile="over")
+        self.assertEqual(self.config("octree"), {"resolution_m": 0.1, "num_hits": 5, "mode": "ray"})
+        self.assertEqual(self.config("scan"), {"sigma_m": 0.5, "mode": "beam"})
+
     def test_rewritten_only_when_the_meaning_changes(self):
         self.resolve()
         octree, plan = self.time("octree"), self.time("plan")

@@ -60,6 +60,18 @@ class RunTest(unittest.TestCase):
         self.assertIn("DATA=/data", same)
         self.assertFalse([word for word in same if word.startswith("SET=")])
 
+    def test_a_profile_has_maps_of_its_own(self):
+        with mock.patch("seeds.subprocess.run") as run, mock.patch("seeds.read_json", return_value={}) as read:
+            run.return_value.returncode = 0
+            with mock.patch("sys.argv", ["seeds.py", "demo", "demo:as_published", "--seeds", "1", "--maps", "/maps"]):
+                arguments = seeds.parse_arguments()
+            for site in arguments.sites:
+                seeds.collect(arguments, site)
+        own, other = (call.args[0] for call in run.call_args_list)
+        self.assertEqual(set(other) - set(own), {"PROFILE=as_published", "MAPS=/maps/as_published/seed_0"})
+        self.assertFalse([word for word in own if word.startswith("PROFILE=")])
+        self.assertEqual(str(read.call_args.args[0]), "/maps/as_published/seed_0/demo/evaluate/metrics.json")
+
     def test_values_over_the_profile_reach_make(self):
         with mock.patch("seeds.subprocess.run") as run:
             run.return_value.returncode = 0
