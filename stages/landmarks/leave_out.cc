@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/landmarks/leave_out.h"
 
+#include <algorithm>
 #include <utility>
 
+#include "pipeline/base/input_error.h"
 #include "pipeline/io/masked_pixels.h"
 
 namespace nightmap {
@@ -30,6 +32,11 @@ void LeaveOut(const std::vector<FrameRecord>& frames,
               const std::vector<RgbdCamera>& cameras,
               const FrameReader& masks,
               FeaturesShard* features) {
+  if (frames.size() != features->frames.size() ||
+      !std::ranges::equal(
+          frames, features->frames, {}, &FrameRecord::frame_idx, &FrameFeatures::frame_idx)) {
+    throw InputError({{"masked_frames"}, {"features"}}, "lists other frames than the features");
+  }
   const auto size = static_cast<std::size_t>(features->descriptor_size);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     FrameFeatures& of_frame = features->frames.at(i);

@@ -9,9 +9,9 @@
 
 namespace nightmap {
 
-// Takes the features that a frame's mask holds out of each described frame; `frames` are those of
-// `features`, in the same order. Frames that were tracked stay: no landmark is made of them. Throws
-// as FrameReader::Mask.
+// Takes the features that a frame's mask holds out of each described frame. `frames` are those of
+// `features`, in the same order; throws InputError when they are others. Frames that were tracked
+// stay: no landmark is made of them. Throws as FrameReader::Mask.
 void LeaveOut(const std::vector<FrameRecord>& frames,
               const std::vector<RgbdCamera>& cameras,
               const FrameReader& masks,

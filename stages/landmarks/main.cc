@@ -43,8 +43,12 @@ int main(int argc, char** argv) {
                              ReadPoses(context.Input("trajectory")),
                              ReadPoses(context.Input("keyframes"))};
         CheckFeaturesOfFrames(input.frames, input.features);
-        LeaveOut(
-            input.frames, input.cameras, FrameReader({}, context.Inputs("masks")), &input.features);
+        if (context.HasInput("masked_frames")) {
+          LeaveOut(ReadFrames(context.Input("masked_frames")),
+                   input.cameras,
+                   FrameReader({}, context.Inputs("masks")),
+                   &input.features);
+        }
         context.BeginPart("build");
         const LandmarksResult result =
             RunLandmarks(options, input, context.GetProgress(), context.NumThreads());

@@ -10,7 +10,7 @@
 namespace nightmap {
 namespace {
 
-constexpr double kClearlyStays = -0.5;      // a score below this
+constexpr double kClearlyStays = -0.5;  // a score below this
 constexpr double kByDepth = 1.0 / 3;
 constexpr double kMinVotesPerPixel = 0.02;  // with less nothing is known
 
@@ -54,8 +54,7 @@ void AddScores(double stays_weight,
   for (std::size_t i = 0; i < frame->regions.of_pixel.pixels.size(); ++i) {
     const auto region = static_cast<std::size_t>(frame->regions.of_pixel.pixels[i]);
     gone[region] += by_depth.gone.pixels[i] + by_flow.gone.pixels[i];
-    stays[region] +=
-        stays_weight * (kByDepth * by_depth.stays.pixels[i] + by_flow.stays.pixels[i]);
+    stays[region] += stays_weight * (kByDepth * by_depth.stays.pixels[i] + by_flow.stays.pixels[i]);
   }
   for (std::size_t region = 1; region < num_pixels.size(); ++region) {
     const double votes = gone[region] + stays[region];

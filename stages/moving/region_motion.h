@@ -43,12 +43,12 @@ std::vector<int> SameRegions(const SmallCamera& camera,
                              const FrameRegions& next,
                              const Rigid3& next_from_frame);
 
-// Whether each region of each frame moves. One that clearly stays where it is until the nearest frame
-// after, or since that before, does not: its features fit one of them. Of the others one moves when a frame
-// before and another as long after both say that it has gone, or the only one of them that says
-// anything; or when no frame says anything, as labels say. What moves in a frame moves in the next
-// and in the one before as well, unless it clearly stays there. `same[k]`: SameRegions of frame k
-// and k + 1. Deterministic.
+// Whether each region of each frame moves. One that clearly stays where it is until the nearest
+// frame after, or since that before, does not: its features fit one of them. Of the others one
+// moves when a frame before and another as long after both say that it has gone, or the only one of
+// them that says anything; or when no frame says anything, as labels say. What moves in a frame
+// moves in the next and in the one before as well, unless it clearly stays there. `same[k]`:
+// SameRegions of frame k and k + 1. Deterministic.
 std::vector<std::vector<bool>> DecideRegions(const std::vector<const FrameRegions*>& frames,
                                              const std::vector<std::vector<int>>& same);
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/base/input_error.h"
 #include "pipeline/io/masks_io.h"
 #include "tests/landmark_scene.h"
 #include "tests/test_data.h"
@@ -60,6 +61,12 @@ TEST_F(LeaveOutTest, WithoutFilesOfMasksNothingIsLeftOut) {
   const auto before = scene_.features.frames[0].keypoints_px;
   LeaveOut(scene_.frames, scene_.cameras, FrameReader({}), &scene_.features);
   EXPECT_EQ(scene_.features.frames[0].keypoints_px, before);
+}
+
+TEST_F(LeaveOutTest, AListOfOtherFramesIsRefused) {
+  scene_.frames.pop_back();
+  EXPECT_THROW(LeaveOut(scene_.frames, scene_.cameras, FrameReader({}), &scene_.features),
+               InputError);
 }
 
 }  // namespace leave_out_test

@@ -226,13 +226,13 @@ TEST_F(LabelledBoardTest, WhatStandsIsNotMasked) {
   }
 }
 
-TEST_F(LabelledBoardTest, WhoLeavesIsMaskedFromShortlyBeforeOn) {
+TEST_F(LabelledBoardTest, WhoLeavesIsMaskedFromThenOn) {
   SeeLabelled({.camera_m_per_frame = 0.005, .board_m_per_frame = 0.06, .first_step = 12});
   const MovingResult result = Run();
   for (int i = 0; i < kNumFrames; ++i) {
     const double share = MaskedShare(result, i);
-    EXPECT_TRUE(i >= 7 || share == 0) << i << ": " << share;
-    EXPECT_TRUE(i < 12 || share > 0.95) << i << ": " << share;
+    EXPECT_TRUE(i > 12 || share == 0) << i << ": " << share;
+    EXPECT_TRUE(i <= 12 || share > 0.95) << i << ": " << share;
   }
 }
 
