@@ -68,7 +68,7 @@ LocatedScan Locate(const ScanLocalizeOptions& options,
     }
   }
   const ScanVerdict verdict =
-      Judge(options.verdict, query, points.size(), located.candidates, !is_published);
+      Judge(options.verdict, query, points.size(), located.candidates, is_published);
   located.result.verdict = verdict.verdict;
   located.result.reason = verdict.reason;
   if (!located.candidates.empty()) DescribePlace(located.candidates, &located.result);
