@@ -4,6 +4,7 @@
 #include "pipeline/planar/match_scan.h"
 #include "stages/scan_localize/boundary_refine.h"
 #include "stages/scan_localize/candidate_scores.h"
+#include "stages/scan_localize/object_evidence.h"
 
 namespace nightmap {
 
@@ -42,6 +43,7 @@ PublishedPlaces FindCandidatesAsPublished(const PublishedOptions& options,
     candidate.search_score = match.score;
     candidate.score = ScoreOf(map.FineField(), fine_points, map.FieldFrom(refined));
     ScoreCandidate(candidate_options, map, walls_of_objects, query, &candidate);
+    candidate.fit = FitByEvidence(candidate.walls_fit, candidate.objects);
     candidates.push_back(candidate);
   }
   places.candidates = BestOfPlaces(std::move(candidates));

@@ -26,7 +26,7 @@ struct PublishedOptions {
 // position (object_filter.h), refined on the boundary (boundary_refine.h). The best fit first, no
 // two at the same place. Scores are those of FindCandidates, but search_score is the similarity of
 // the pictures. Empty also when the objects contradict all places. Deterministic if OpenCV runs on
-// one thread.
+// one thread. The fit weighs objects by their evidence (object_evidence.h).
 struct PublishedPlaces {
   std::vector<ScanCandidate> candidates;
   std::vector<ObjectPose> object_poses;  // the second list

@@ -52,6 +52,7 @@ LocatedScan Locate(const ScanLocalizeOptions& options,
                    const std::vector<MapObject>& objects,
                    const std::vector<Eigen::Vector2d>& walls_of_objects,
                    const ScanQuery& asked) {
+  const bool is_published = options.method == "published";
   const ScanQuery query = WithUsefulPosition(map, asked);
   const auto points =
       ThinPoints(PointsInQuery(query, options.candidates.max_range_m), map.Grid().resolution_m);
@@ -59,14 +60,15 @@ LocatedScan Locate(const ScanLocalizeOptions& options,
   located.result.time_ns = query.time_ns;
   located.result.color_path = query.name;
   if (points.size() >= static_cast<std::size_t>(options.verdict.min_points)) {
-    if (options.method == "published") {
+    if (is_published) {
       static_cast<PublishedPlaces&>(located) =
           FindCandidatesAsPublished(options.published, options.candidates, map, objects, query);
     } else {
       located.candidates = FindCandidates(options.candidates, map, walls_of_objects, query);
     }
   }
-  const ScanVerdict verdict = Judge(options.verdict, query, points.size(), located.candidates);
+  const ScanVerdict verdict =
+      Judge(options.verdict, query, points.size(), located.candidates, is_published);
   located.result.verdict = verdict.verdict;
   located.result.reason = verdict.reason;
   if (!located.candidates.empty()) DescribePlace(located.candidates, &located.result);

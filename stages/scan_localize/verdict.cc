@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "stages/scan_localize/object_evidence.h"
+
 namespace nightmap {
 namespace {
 
@@ -36,13 +38,15 @@ bool DoObjectsDecide(const ObjectView& best, const ObjectView& other) {
 
 // Whether another place fits almost as well, or as well but for where walls lie in their cells,
 // which changes the fit and not the points that are explained.
-bool HasRival(const VerdictOptions& options, const std::vector<ScanCandidate>& candidates) {
+bool HasRival(const VerdictOptions& options,
+              const std::vector<ScanCandidate>& candidates,
+              bool are_objects_weighed) {
   const ScanCandidate& best = candidates.front();
   return std::any_of(candidates.begin() + 1, candidates.end(), [&](const ScanCandidate& other) {
     const double ratio = other.fit / best.fit;
     if (ratio > options.max_rival_ratio) return true;
     return ratio > options.max_unique_ratio && LeadShare(best, other) < options.min_lead_share &&
-           !DoObjectsDecide(best.objects, other.objects);
+           (are_objects_weighed || !DoObjectsDecide(best.objects, other.objects));
   });
 }
 
@@ -103,15 +107,19 @@ void VerdictOptions::Register(OptionList& list) {
 ScanVerdict Judge(const VerdictOptions& options,
                   const ScanQuery& query,
                   std::size_t num_points,
-                  const std::vector<ScanCandidate>& candidates) {
+                  const std::vector<ScanCandidate>& candidates,
+                  bool are_objects_weighed) {
   if (num_points < static_cast<std::size_t>(options.min_points)) {
     return {QueryVerdict::kNoFeatures, "too_few_points"};
   }
   if (candidates.empty() || candidates.front().fit < options.min_fit) {
     return {QueryVerdict::kNotInMap, "poor_fit"};
   }
-  if (!IsInMap(options, query, candidates)) return {QueryVerdict::kNotInMap, "not_alike"};
-  if (HasRival(options, candidates)) {
+  const bool is_refused = are_objects_weighed && SpeakAgainst(candidates.front().objects);
+  if (is_refused || !IsInMap(options, query, candidates)) {
+    return {QueryVerdict::kNotInMap, "not_alike"};
+  }
+  if (HasRival(options, candidates, are_objects_weighed)) {
     return {QueryVerdict::kAmbiguous, "rival_place"};
   }
   if (PositionSigma_m(candidates.front()) > options.max_position_sigma_m) {

@@ -35,10 +35,14 @@ struct ScanVerdict {
 // building that changed much, no place does; then the best one counts if no other comes near it,
 // because in another building many places fit about as badly. Where the robot is known to be
 // nearby, the objects take part in this: a place that they confirm is in the map. A place is
-// ambiguous when another one fits about as well, or explains about the same points.
+// ambiguous when another one fits about as well, or explains about the same points and the objects
+// do not tell them apart. `are_objects_weighed` says that the fit has all that objects tell of two
+// places already (object_evidence.h); then they decide nothing beside it, but a place that they
+// speak against is none.
 ScanVerdict Judge(const VerdictOptions& options,
                   const ScanQuery& query,
                   std::size_t num_points,
-                  const std::vector<ScanCandidate>& candidates);
+                  const std::vector<ScanCandidate>& candidates,
+                  bool are_objects_weighed);
 
 }  // namespace nightmap

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "pipeline/planar/scan_grid.h"
+#include "stages/scan_localize/object_evidence.h"
 #include "stages/scan_localize/scan_localize.h"
 #include "tests/laser_building.h"
 
@@ -171,6 +172,49 @@ TEST_F(Published, PlacesThatSeeNoObjectStay) {
   EXPECT_TRUE(Filter(query, elsewhere, {{kTruth, 1}}).empty());
   query.scans[0].ranges_m.resize(90);  // those behind it, where there is no pillar
   EXPECT_TRUE(HasPlace(Filter(query, elsewhere, {{kTruth, 1}}), kTruth));
+}
+
+// A place is not better for objects that it half explains, and a beam through a wall weighs more
+// than one that ends on it.
+TEST(ObjectEvidence, RaisesTheFitByWhatIsLikelierAtTheTruePlaceThanByChance) {
+  const auto change = [](const ObjectView& objects) { return FitByEvidence(0.4, objects) - 0.4; };
+  EXPECT_EQ(change({0, 0}), 0);
+  EXPECT_GT(change({20, 0}), 0);
+  EXPECT_LT(change({15, 10}), 0);
+  EXPECT_GT(change({40, 0}), change({20, 0}));
+  EXPECT_LT(change({0, 40}), change({0, 20}));
+  EXPECT_GT(-change({0, 40}), 3 * change({40, 0}));
+}
+
+TEST(ObjectEvidence, SpeaksAgainstAPlaceThatManyBeamsPassThrough) {
+  EXPECT_TRUE(SpeakAgainst({130, 65}));
+  EXPECT_FALSE(SpeakAgainst({130, 6}));
+  EXPECT_FALSE(SpeakAgainst({2, 5}));  // too few
+  EXPECT_FALSE(SpeakAgainst({0, 0}));
+}
+
+TEST(Judge, RefusesAPlaceThatObjectsSpeakAgainstWhereTheyAreWeighed) {
+  ScanCandidate best, other;
+  best.fit = best.walls_fit = best.score = 0.9;
+  best.objects = {20, 20};
+  best.on_wall.assign(100, true);
+  other.fit = other.walls_fit = other.score = 0.3;
+  other.on_wall.assign(100, false);
+  EXPECT_EQ(Judge({}, {}, 100, {best, other}, false).verdict, QueryVerdict::kLocated);
+  EXPECT_EQ(Judge({}, {}, 100, {best, other}, true).verdict, QueryVerdict::kNotInMap);
+}
+
+// Both explain the same points. The objects of one have their say in its fit, and in nothing else.
+TEST(Judge, ObjectsThatAreWeighedDecideNothingBesideTheFit) {
+  ScanCandidate best, other;
+  best.fit = best.walls_fit = best.score = 0.9;
+  best.objects = {30, 0};
+  best.on_wall.assign(100, true);
+  other = best;
+  other.fit = 0.82;
+  other.objects = {};
+  EXPECT_EQ(Judge({}, {}, 100, {best, other}, false).verdict, QueryVerdict::kLocated);
+  EXPECT_EQ(Judge({}, {}, 100, {best, other}, true).verdict, QueryVerdict::kAmbiguous);
 }
 
 TEST_F(Published, ObjectsFarAwayDoNotFilter) {
