@@ -119,7 +119,7 @@ inspect: ## contents of the recordings of SITE: channels, rates, gaps, ranges, o
 	@$(RUN)/inspect --config configs/default/inspect.toml --in site=$(SITES)/$(SITE).toml --in data=$(DATA) --log-level warn
 
 use-objects: ## give the objects that were drawn on the page of SITE, in the file OBJECTS, to its next make
-	@$(PYTHON) scripts/use_objects.py --site $(SITES)/$(SITE).toml --data $(DATA) -- "$$OBJECTS"
+	@$(PYTHON) scripts/use_objects.py --site $(SITES)/$(SITE).toml --data $(DATA) --profile "$(PROFILE)" -- "$$OBJECTS"
 
 verify: ## hash the artifacts of SITE again and compare them with their receipts
 	@$(PYTHON) scripts/verify.py $(M)

@@ -67,17 +67,23 @@ def check_import_keys(site_config, imports, profile, is_asked):
         raise PipelineError(f"{where}: there is no such key: " + (f"write {nearest[0]}" if nearest else "the keys are " + ", ".join(known)))
 
 
+def check_import_path(site_config, data, key, path):
+    """Raises PipelineError for a path outside of DATA, or one that Make would interpret."""
+    where = f"{site_config}: [import] {key} = {path!r}"
+    if os.path.isabs(path) or os.pardir in path.split("/"):
+        raise PipelineError(f"{where} leads out of DATA ({data}): give a path below it; a link there may lead anywhere")
+    if not PATH.fullmatch(path):
+        raise PipelineError(f"{where}: Make reads this path, so it may hold letters, digits and _ . @ + - / only: rename the file "
+                            "or make a link to it")  # fmt: skip
+
+
 def check_imports(site_config, data, imports):
-    """Raises PipelineError for a file that is missing, outside of DATA, or whose name Make would interpret."""
+    """Raises PipelineError for a file that is missing, and as check_import_path."""
     for key, path in imports.items():
-        where = f"{site_config}: [import] {key} = {path!r}"
-        if os.path.isabs(path) or os.pardir in path.split("/"):
-            raise PipelineError(f"{where} leads out of DATA ({data}): give a path below it; a link there may lead anywhere")
-        if not PATH.fullmatch(path):
-            raise PipelineError(f"{where}: Make reads this path, so it may hold letters, digits and _ . @ + - / only: rename the file "
-                                "or make a link to it")  # fmt: skip
+        check_import_path(site_config, data, key, path)
         if not os.path.isfile(os.path.join(data, path)):
-            raise PipelineError(f"{where}: {data}/{path} does not exist, or is no file: give its path relative to DATA")
+            raise PipelineError(f"{site_config}: [import] {key} = {path!r}: {data}/{path} does not exist, or is no file: give its path "
+                                "relative to DATA")  # fmt: skip
 
 
 def files_of(path):

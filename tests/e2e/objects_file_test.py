@@ -87,20 +87,20 @@ class ObjectsFileTest(ObjectsPageCase):
         said = self.page.value("document.body.textContent")
         [command] = re.findall(r"`make use-objects SITE=hall OBJECTS=(\S+)`", said)
         self.assertEqual(command, "~/Downloads/objects.yaml")
-        for config in ('root = "hall"\n', 'root = "hall"\n[import]\nmap = "map.yaml"\n'):
+        for config in ('profile = "laser"\n', 'profile = "laser"\n[import]\nmap = "map.yaml"\n'):
             with self.subTest(config):
                 self.assertEqual(self.use_objects(config, text, command), "hall_objects.yaml")
-        self.assertEqual(self.use_objects('[import]\nobjects = "sub/own.yaml"\n', text, command), "sub/own.yaml")
+        self.assertEqual(self.use_objects('profile = "laser"\n[import]\nobjects = "sub/own.yaml"\n', text, command), "sub/own.yaml")
 
     def test_a_file_that_is_none_changes_nothing(self):
-        config = '[import]\nobjects = "own.yaml"\n'
-        for text, path, said in (("x\n", "~/Downloads/objects.yaml", "begins otherwise than"), (COLUMN, "none.yaml", "name the file"),
+        config = 'profile = "laser"\n[import]\nobjects = "own.yaml"\n'
+        for text, path, said in (("x\n", "~/Downloads/objects.yaml", "its format is not"), (COLUMN, "none.yaml", "name the file"),
                                  (COLUMN, "", "make use-objects SITE=")):
             result = self.run_use_objects(config, text, path)
             self.assertNotEqual(result.returncode, 0)
             self.assertIn(said, result.stderr)
             self.assertFalse((self.root / "own.yaml").exists())
-        inline = 'import = { map = "map.yaml" }\n'
+        inline = 'profile = "laser"\nimport = { map = "map.yaml" }\n'
         self.assertIn("by hand", self.run_use_objects(inline, COLUMN, "~/Downloads/objects.yaml").stderr)
         self.assertEqual((self.root / "sites/hall.toml").read_text(), inline)
 
