@@ -5,6 +5,10 @@
 const LEFT = 0;
 const PLACE_DIGITS = 2;  // of metres
 
+function isFar(event, pressed) {
+  return Math.max(Math.abs(event.clientX - pressed.clientX), Math.abs(event.clientY - pressed.clientY)) > CLICK_PX;
+}
+
 Object.assign(ObjectsEditor.prototype, {
   bindMouse() {
     const svg = this.part("svg");
@@ -18,15 +22,18 @@ Object.assign(ObjectsEditor.prototype, {
     }, { passive: false });
     addEventListener("mousemove", (event) => {
       if (!this.gesture) return;
-      if (event.buttons === 0) this.endGesture();  // released outside of the window
-      else this.gesture.move(event);
+      if (event.buttons === 0) {  // released outside of the window
+        this.endGesture();
+        return;
+      }
+      this.gesture.isDrag ||= isFar(event, this.gesture.pressed);
+      this.gesture.move(event);
     });
     addEventListener("mouseup", (event) => {
       if (!this.gesture || event.button !== this.gesture.button) return;
-      const { pressed } = this.gesture;
+      const { pressed, isDrag } = this.gesture;
       this.endGesture();
-      const isClick = Math.max(Math.abs(event.clientX - pressed.clientX), Math.abs(event.clientY - pressed.clientY)) <= CLICK_PX;
-      if (isClick && event.button === LEFT && !this.panning) this.part(".near").value = `NEAR="${this.place(event).join(",")}"`;
+      if (!isDrag && !isFar(event, pressed) && event.button === LEFT && !this.panning) this.part(".near").value = `NEAR="${this.place(event).join(",")}"`;
     });
     svg.addEventListener("mousemove", (event) => {
       const [x, y] = this.place(event);

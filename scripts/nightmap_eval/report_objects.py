@@ -34,12 +34,13 @@ def objects_section(site):
         except (DataError, OSError) as error:
             problems.append(html.paragraph(str(error), "failed"))
     grid = read_grid(site.folder_of("grid") / read_floors(site)[0]["yaml"])
+    command = f"make use-objects SITE={site.name} OBJECTS=~/Downloads/objects.yaml"
     said = ("Objects are rectangles on places that never change, by which a robot finds where it is. Drag on the map to draw one; "
             "drag it, its corners or the handle beside it to change it. The wheel zooms, the right button moves the map. "
             "Download objects.yaml when they are right, and give it to the next make by "
-            f"`make use-objects SITE={site.name} OBJECTS=~/Downloads/objects.yaml`. A click on the map tells a place for make localize.")  # fmt: skip
+            f"<code>{html.escape(command)}</code>. A click on the map tells a place for make localize.")  # fmt: skip
     editor = html.folded("Draw objects on the map", html.Raw(editor_html(grid, files, max_size_m(site))))
-    return html.section("Objects", html.paragraph(said), *problems, editor)
+    return html.section("Objects", html.paragraph(html.Raw(said)), *problems, editor)
 
 
 def max_size_m(site):

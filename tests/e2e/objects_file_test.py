@@ -84,8 +84,8 @@ class ObjectsFileTest(ObjectsPageCase):
         self.draw((-2, -1), (-1, 0))
         text = self.text()
         self.assertIn("The command above", self.notice())
-        said = self.page.value("document.body.textContent")
-        [command] = re.findall(r"`make use-objects SITE=hall OBJECTS=(\S+)`", said)
+        said = self.page.value("[...document.querySelectorAll('code')].map((code) => code.textContent).join('\\n')")
+        [command] = re.findall(r"^make use-objects SITE=hall OBJECTS=(\S+)$", said, re.MULTILINE)
         self.assertEqual(command, "~/Downloads/objects.yaml")
         for config in ('profile = "laser"\n', 'profile = "laser"\n[import]\nmap = "map.yaml"\n'):
             with self.subTest(config):

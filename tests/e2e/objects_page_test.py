@@ -69,6 +69,11 @@ class ObjectsPageTest(ObjectsPageCase):
         self.draw((-2, -1), (-1, 0))  # no click
         self.assert_near(self.page.value(near)[6:-1].split(","), 0.5, -1.5)
         self.assertEqual(len(self.objects()), 1)
+        self.page.press(self.at(-1.5, -0.5))  # on the object, which moves away and back
+        for to in ((-1, 0.5), (-1.5, -0.5)):
+            self.page.mouse("mouseMoved", self.at(*to), "left", 1)
+        self.page.mouse("mouseReleased", self.at(-1.5, -0.5), "left")
+        self.assert_near(self.page.value(near)[6:-1].split(","), 0.5, -1.5)
 
     def assert_near(self, texts, *expected):
         for text, metres in zip(texts, expected, strict=True):
