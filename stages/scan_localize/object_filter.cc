@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "pipeline/planar/match_scan.h"
 #include "pipeline/planar/thin_points.h"
@@ -63,9 +64,8 @@ std::vector<Rigid2> StartsFor(const ObjectFilterOptions& options,
 }
 
 ObjectPose PoseWithOverlap(const ObjectScene& scene, const NearObject& object, const Rigid2& pose) {
-  const auto walls =
-      WallsInSight(scene.grid, object.walls_in_map, scene.query, pose, scene.max_range_m);
-  const ObjectView view = ViewObjects(walls, scene.query, pose, scene.max_range_m);
+  const ObjectView view =
+      ViewInSight(scene.grid, object.walls_in_map, scene.query, pose, scene.max_range_m);
   const int num_in_sight = view.num_confirmed + view.num_contradicted;
   return {object.object_idx,
           pose,
@@ -85,18 +85,6 @@ std::vector<Rigid2> PlacesThatSee(const ObjectScene& scene,
     if (IsInSight(scene, object, match.map_from_query)) places.push_back(match.map_from_query);
   }
   return places;
-}
-
-std::vector<ObjectPose> BestOfPlaces(std::vector<ObjectPose> poses) {
-  std::ranges::stable_sort(poses, std::greater(), &ObjectPose::overlap);
-  std::vector<ObjectPose> apart;
-  for (const ObjectPose& pose : poses) {
-    const auto is_same = [&](const ObjectPose& other) {
-      return IsSamePlace(pose.map_from_query, other.map_from_query);
-    };
-    if (std::ranges::none_of(apart, is_same)) apart.push_back(pose);
-  }
-  return apart;
 }
 
 }  // namespace
@@ -167,17 +155,30 @@ std::vector<ObjectPose> PosesByObjects(const ObjectFilterOptions& options,
     starts.insert(starts.end(), places.begin(), places.end());
     auto found = MatchToObject(options, object.walls_in_map, points, starts);
     found.insert(found.end(), places.begin(), places.end());
-    std::vector<ObjectPose> of_object;
     for (const Rigid2& pose : found) {
       if ((pose.translation - rough.point_in_map).norm() > rough.radius_m) continue;
-      of_object.push_back(PoseWithOverlap(scene, object, pose));
+      poses.push_back(PoseWithOverlap(scene, object, pose));
     }
-    std::erase_if(of_object, [&](const ObjectPose& pose) {
-      return pose.num_in_sight < kMinShapeWalls || pose.overlap < options.min_overlap;
-    });
-    for (const ObjectPose& pose : BestOfPlaces(std::move(of_object))) poses.push_back(pose);
   }
+  std::erase_if(poses, [&](const ObjectPose& pose) {
+    return pose.num_in_sight < kMinShapeWalls || pose.overlap < options.min_overlap;
+  });
   return poses;
+}
+
+std::vector<ObjectPose> PosesApart(std::vector<ObjectPose> poses) {
+  std::ranges::stable_sort(poses, [](const ObjectPose& a, const ObjectPose& b) {
+    return std::tie(a.object_idx, b.overlap) < std::tie(b.object_idx, a.overlap);
+  });
+  std::vector<ObjectPose> apart;
+  for (const ObjectPose& pose : poses) {
+    const auto is_same = [&](const ObjectPose& other) {
+      return pose.object_idx == other.object_idx &&
+             IsSamePlace(pose.map_from_query, other.map_from_query);
+    };
+    if (std::ranges::none_of(apart, is_same)) apart.push_back(pose);
+  }
+  return apart;
 }
 
 std::vector<TemplateMatch> FilterByPoses(const ObjectFilterOptions& options,

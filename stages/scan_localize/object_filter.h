@@ -55,19 +55,22 @@ struct ObjectPose {
   double overlap = 0;    // the share of them that beams end on
 };
 
-// The second list of poses, object after object, no two of an object at the same place. The cloud
+// The second list of poses, object after object. The cloud
 // of the submap is matched to the walls of each object by iterative closest points, from the poses
 // within the rough position at which cloud and walls come nearest to each other, and from the
 // matches of the template that see the object. The latter count as they are, too, because a few
 // points of a straight wall let the matching slide along it. A pose is listed when it lies within
 // the rough position, and the beams end on min_overlap of the walls that are in sight from there
-// (WallsInSight). A wall that beams pass through is not covered; one that beams end before is
+// (ViewInSight). A wall that beams pass through is not covered; one that beams end before is
 // not counted, since people and furniture hide objects, nor is one whose beam did not come back.
 // Deterministic.
 std::vector<ObjectPose> PosesByObjects(const ObjectFilterOptions& options,
                                        const ObjectScene& scene,
                                        const std::vector<NearObject>& objects,
                                        const std::vector<TemplateMatch>& matches);
+
+// The best poses of each object, object after object, no two of an object at the same place.
+std::vector<ObjectPose> PosesApart(std::vector<ObjectPose> poses);
 
 // Drops the matches from which an object would be in sight, and that are farther than
 // filter_distance_m or filter_angle_deg from all poses. If there are no poses, all stay.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/scan_localize/object_icp.h"
 
+#include <pcl/console/print.h>
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/registration/icp.h>
 #include <pcl/registration/transformation_estimation_2D.h>
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <mutex>
 #include <optional>
 
 namespace nightmap {
@@ -29,6 +31,12 @@ Cloud::Ptr ToCloud(const Points& points) {
   return cloud;
 }
 
+// PCL would print every start from which too few points have a pair.
+void SilencePcl() {
+  static std::once_flag once;
+  std::call_once(once, pcl::console::setVerbosityLevel, pcl::console::L_ALWAYS);
+}
+
 Eigen::Vector2d MeanOf(const Points& points) {
   Eigen::Vector2d sum(0, 0);
   for (const Eigen::Vector2d& point : points) sum += point;
@@ -43,6 +51,7 @@ class ObjectMatcher {
                 const Points& walls_in_map,
                 const Points& points_in_query)
       : center_(MeanOf(walls_in_map)), points_(points_in_query) {
+    SilencePcl();
     Points about_center;
     for (const Eigen::Vector2d& wall : walls_in_map) {
       about_center.push_back(wall - center_);

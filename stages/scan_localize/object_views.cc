@@ -28,6 +28,9 @@ constexpr int kNumAround = 3;
 struct Hits {
   int num_on_it = 0;
   int num_beyond = 0;
+
+  bool Confirm() const { return num_on_it > 0; }
+  bool Contradict() const { return num_on_it == 0 && num_beyond == kNumAround; }
 };
 Hits HitsAround(const QueryScan& scan, int beam, double distance_m) {
   Hits hits;
@@ -62,6 +65,10 @@ int BeamTo(const QueryScan& scan, const Eigen::Vector2d& wall_in_laser, double m
   return BeamAt(scan, std::atan2(wall_in_laser.y(), wall_in_laser.x()));
 }
 
+Hits HitsTowards(const QueryScan& scan, const Eigen::Vector2d& wall_in_laser, double max_range_m) {
+  return HitsAround(scan, BeamTo(scan, wall_in_laser, max_range_m), wall_in_laser.norm());
+}
+
 }  // namespace
 
 std::vector<Eigen::Vector2d> WallsOfObjects(const OccupancyGrid& grid,
@@ -86,30 +93,33 @@ ObjectView ViewObjects(const std::vector<Eigen::Vector2d>& walls_in_map,
   for (const QueryScan& scan : query.scans) {
     const Rigid2 laser_from_map = (map_from_query * scan.query_from_laser).Inverse();
     for (const Eigen::Vector2d& wall_in_map : walls_in_map) {
-      const Eigen::Vector2d wall = laser_from_map * wall_in_map;
-      const Hits hits = HitsAround(scan, BeamTo(scan, wall, max_range_m), wall.norm());
-      view.num_confirmed += hits.num_on_it > 0;
-      view.num_contradicted += hits.num_on_it == 0 && hits.num_beyond == kNumAround;
+      const Hits hits = HitsTowards(scan, laser_from_map * wall_in_map, max_range_m);
+      view.num_confirmed += hits.Confirm();
+      view.num_contradicted += hits.Contradict();
     }
   }
   return view;
 }
 
-std::vector<Eigen::Vector2d> WallsInSight(const OccupancyGrid& grid,
-                                          const std::vector<Eigen::Vector2d>& walls_in_map,
-                                          const ScanQuery& query,
-                                          const Rigid2& map_from_query,
-                                          double max_range_m) {
-  std::vector<Eigen::Vector2d> in_sight;
+ObjectView ViewInSight(const OccupancyGrid& grid,
+                       const std::vector<Eigen::Vector2d>& walls_in_map,
+                       const ScanQuery& query,
+                       const Rigid2& map_from_query,
+                       double max_range_m) {
+  ObjectView view;
   for (const Eigen::Vector2d& wall : walls_in_map) {
-    const auto sees = [&](const QueryScan& scan) {
+    bool is_confirmed = false, is_contradicted = false;
+    for (const QueryScan& scan : query.scans) {
       const Rigid2 map_from_laser = map_from_query * scan.query_from_laser;
-      return BeamTo(scan, map_from_laser.Inverse() * wall, max_range_m) >= 0 &&
-             !IsBehindWall(grid, map_from_laser.translation, wall);
-    };
-    if (std::ranges::any_of(query.scans, sees)) in_sight.push_back(wall);
+      const Hits hits = HitsTowards(scan, map_from_laser.Inverse() * wall, max_range_m);
+      if (!hits.Confirm() && !hits.Contradict()) continue;
+      if (IsBehindWall(grid, map_from_laser.translation, wall)) continue;
+      (hits.Confirm() ? is_confirmed : is_contradicted) = true;
+    }
+    view.num_confirmed += is_confirmed;
+    view.num_contradicted += is_contradicted && !is_confirmed;
   }
-  return in_sight;
+  return view;
 }
 
 }  // namespace nightmap

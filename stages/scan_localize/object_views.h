@@ -27,12 +27,12 @@ ObjectView ViewObjects(const std::vector<Eigen::Vector2d>& walls_in_map,
                        const Rigid2& map_from_query,
                        double max_range_m);
 
-// Those of the walls that a laser of the query would see in the map from a pose: a beam points
-// there, and no other wall of the map is in between.
-std::vector<Eigen::Vector2d> WallsInSight(const OccupancyGrid& grid,
-                                          const std::vector<Eigen::Vector2d>& walls_in_map,
-                                          const ScanQuery& query,
-                                          const Rigid2& map_from_query,
-                                          double max_range_m);
+// The same of the walls that are in sight, each once: no other wall of the map stands between it
+// and the laser whose beam tells of it. A wall that one laser confirms is confirmed.
+ObjectView ViewInSight(const OccupancyGrid& grid,
+                       const std::vector<Eigen::Vector2d>& walls_in_map,
+                       const ScanQuery& query,
+                       const Rigid2& map_from_query,
+                       double max_range_m);
 
 }  // namespace nightmap

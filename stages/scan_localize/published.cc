@@ -29,8 +29,9 @@ PublishedPlaces FindCandidatesAsPublished(const PublishedOptions& options,
   const auto found = SearchTemplate(options.search, map, query);
   PublishedPlaces places;
   places.num_near_objects = near.size();
-  places.object_poses = PosesByObjects(options.filter, scene, near, found);
-  const auto matches = FilterByPoses(options.filter, scene, near, places.object_poses, found);
+  const auto poses = PosesByObjects(options.filter, scene, near, found);
+  const auto matches = FilterByPoses(options.filter, scene, near, poses, found);
+  places.object_poses = PosesApart(poses);
   places.num_filtered = found.size() - matches.size();
   const auto walls_of_objects = WallsOfObjects(map.Grid(), objects);
   std::vector<ScanCandidate> candidates;

@@ -22,17 +22,18 @@ struct PublishedOptions {
   void Register(OptionList& list);
 };
 
+struct PublishedPlaces {
+  std::vector<ScanCandidate> candidates;
+  std::vector<ObjectPose> object_poses;  // the second list, thinned
+  std::size_t num_near_objects = 0;
+  std::size_t num_filtered = 0;  // places that the filter removed
+};
+
 // The places of the template search (template_search.h) that agree with the objects near the rough
 // position (object_filter.h), refined on the boundary (boundary_refine.h). The best fit first, no
 // two at the same place. Scores are those of FindCandidates, but search_score is the similarity of
 // the pictures. Empty also when the objects contradict all places. Deterministic if OpenCV runs on
 // one thread. The fit weighs objects by their evidence (object_evidence.h).
-struct PublishedPlaces {
-  std::vector<ScanCandidate> candidates;
-  std::vector<ObjectPose> object_poses;  // the second list
-  std::size_t num_near_objects = 0;
-  std::size_t num_filtered = 0;  // places that the filter removed
-};
 PublishedPlaces FindCandidatesAsPublished(const PublishedOptions& options,
                                           const CandidateOptions& candidate_options,
                                           const ScanMap& map,

@@ -114,15 +114,63 @@ TEST_F(Published, PosesByObjectsStartFromThePlacesOfThePictureToo) {
   })) << poses.size();
 }
 
-// A scan from below the pillar sees its front, and nothing of the wall behind it.
-TEST_F(Published, WallsBehindOthersAreNotInSight) {
+TEST_F(Published, AMatchFromWhichTheObjectIsSeenStaysHoweverNearABetterOne) {
+  options_.filter.filter_distance_m = 0.02;
   const ScanQuery query = QueryAt(kTruth);
-  const std::vector<Eigen::Vector2d> walls{{3, 2.6}, {3, 3}, {0, 3}};
-  const auto in_sight = WallsInSight(map_.Grid(), walls, query, kTruth, 30);
-  ASSERT_EQ(in_sight.size(), 2U);
-  EXPECT_EQ(in_sight[0], walls[0]);
-  EXPECT_EQ(in_sight[1], walls[2]);
-  EXPECT_TRUE(WallsInSight(map_.Grid(), walls, query, kTruth, 1).empty());
+  const std::vector<TemplateMatch> matches{{kTruth, 1}, {{0.7, {2, -0.92}}, 1}};
+  const auto poses = Poses(query, matches);
+  EXPECT_EQ(Filter(query, poses, matches).size(), 2U);
+  EXPECT_LT(PosesApart(poses).size(), poses.size());
+}
+
+TEST(PosesApart, TheBestPoseOfAnObjectAtAPlaceStays) {
+  const Rigid2 near{0.7, {2.1, -1}};
+  const auto apart = PosesApart(
+      {{1, kTruth, 20, 0.7}, {0, near, 20, 0.6}, {0, kTruth, 20, 0.8}, {0, kTurned, 20, 0.9}});
+  std::vector<std::pair<std::size_t, double>> found;
+  for (const ObjectPose& pose : apart) found.emplace_back(pose.object_idx, pose.overlap);
+  EXPECT_EQ(found, (std::vector<std::pair<std::size_t, double>>{{0, 0.9}, {0, 0.8}, {1, 0.7}}));
+}
+
+class InSight : public Published {
+ protected:
+  static QueryScan ScanIn(const Building& building, const Rigid2& map_from_laser) {
+    const Signal scans = ScansAt(building, {map_from_laser}, 0);
+    return {map_from_laser, -std::numbers::pi, kDegree_rad, 80, scans.samples[0].ranges_m};
+  }
+  // Confirmed and contradicted walls, of a query in the frame of the map.
+  std::vector<int> Count(const std::vector<Eigen::Vector2d>& walls,
+                         const std::vector<QueryScan>& scans) const {
+    const ObjectView view = ViewInSight(map_.Grid(), walls, {"query", 1, scans, {}}, {}, 30);
+    return {view.num_confirmed, view.num_contradicted};
+  }
+
+  const Building without_pillar_{kRoom[0]};
+  const Eigen::Vector2d right_wall_{5, 2.5};
+  const QueryScan sees_ = ScanIn(kRoom, {0, {3.7, 1}});
+  // The pillar, which was taken away, hides the wall from here in the map.
+  const QueryScan hidden_ = ScanIn(without_pillar_, {0, {2, 2.8}});
+};
+
+TEST_F(InSight, AWallBehindAnotherOfTheMapSaysNothing) {
+  EXPECT_EQ(Count({right_wall_}, {sees_}), (std::vector<int>{1, 0}));
+  EXPECT_EQ(Count({right_wall_}, {hidden_}), (std::vector<int>{0, 0}));
+  EXPECT_EQ(ViewObjects({right_wall_}, {"query", 1, {hidden_}, {}}, {}, 30).num_confirmed, 1);
+}
+
+// One laser has the wall in sight, but stands behind a person; the other sees where it cannot.
+TEST_F(InSight, SightAndHitAreOfTheSameLaser) {
+  QueryScan blocked = sees_;
+  for (float& range_m : blocked.ranges_m) range_m = 0.5F;
+  EXPECT_EQ(Count({right_wall_}, {blocked, hidden_}), (std::vector<int>{0, 0}));
+}
+
+TEST_F(InSight, AWallThatSeveralLasersSeeCountsOnce) {
+  const QueryScan through = ScanIn(without_pillar_, {0, {3, 1}});
+  const Eigen::Vector2d front{3, 2.6};
+  EXPECT_EQ(Count({right_wall_}, {sees_, sees_}), (std::vector<int>{1, 0}));
+  EXPECT_EQ(Count({front}, {through, through}), (std::vector<int>{0, 1}));
+  EXPECT_EQ(Count({front}, {through, ScanIn(kRoom, {0, {3, 1}})}), (std::vector<int>{1, 0}));
 }
 
 TEST_F(Published, BeamsThatPassThroughAWallAreAgainstItAndThoseThatEndBeforeSayNothing) {
