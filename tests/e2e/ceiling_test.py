@@ -73,6 +73,13 @@ def from_start(trajectory):
     return away @ np.array([[cos, -sin], [sin, cos]]), heading - heading[0]
 
 
+def rms_errors(estimate, truth):
+    """Of the positions in m, and of the headings in degrees, both from the start."""
+    (positions_m, heading), (true_positions_m, true_heading) = from_start(estimate), from_start(truth)
+    position_m = np.sqrt(np.mean(np.sum((positions_m - true_positions_m) ** 2, axis=1)))
+    return position_m, np.degrees(np.sqrt(np.mean((heading - true_heading) ** 2)))
+
+
 def mosaic_gradients(maps):
     """Medians of the steepest gradient within a pixel of each landmark, and of the gradient of all that was seen."""
     points_m = read_hdf5(maps / "adjust/ceiling_map.h5", "landmark_position_m")[0]
@@ -115,20 +122,20 @@ class CeilingTest(unittest.TestCase):
         maps = self.work.folder / "maps/lab"
         estimate = read_tum(maps / "odometry/trajectory.tum")
         self.assertEqual(len(estimate), self.num_pictures)
-        positions_m, heading = from_start(estimate)
         true_positions_m, true_heading = from_start(self.truth)
         self.assertGreater(np.linalg.norm(np.diff(true_positions_m, axis=0), axis=1).sum(), 8)  # it drove, and turned
         self.assertGreater(np.ptp(true_heading), 3)
-        self.assertLess(np.sqrt(np.mean(np.sum((positions_m - true_positions_m) ** 2, axis=1))), 0.15)
-        self.assertLess(np.degrees(np.sqrt(np.mean((heading - true_heading) ** 2))), 1)
+        position_m, heading_deg = rms_errors(estimate, self.truth)
+        self.assertLess(position_m, 0.15)
+        self.assertLess(heading_deg, 1)
         heights_m = read_hdf5(maps / "odometry/ceiling_map.h5", "landmark_position_m")[0][:, 2]
         self.assertGreater(len(heights_m), 50)
         self.assertGreater(np.mean((heights_m > 2) & (heights_m < 3.3)), 0.9)
         adjusted = read_tum(maps / "adjust/trajectory.tum")
         self.assertEqual(len(adjusted), self.num_pictures)
-        adjusted_m, adjusted_heading = from_start(adjusted)
-        self.assertLess(np.sqrt(np.mean(np.sum((adjusted_m - true_positions_m) ** 2, axis=1))), 0.10)
-        self.assertLess(np.degrees(np.sqrt(np.mean((adjusted_heading - true_heading) ** 2))), 0.5)
+        position_m, heading_deg = rms_errors(adjusted, self.truth)
+        self.assertLess(position_m, 0.10)
+        self.assertLess(heading_deg, 0.5)
         self.assertGreater(json.loads((maps / "mosaic/report.json").read_text())["covered_m2"], 20)
         at_landmarks, everywhere = mosaic_gradients(maps)
         self.assertGreater(at_landmarks, 10 * everywhere)  # half as much if the mosaic does not know how the camera is tilted

@@ -3,10 +3,13 @@
 """Laser relocalization as published (CN110307838A), through make: objects that a site imports, and a rough position of each scan."""
 import csv
 import json
+import math
 import shutil
 import unittest
 
+from ceiling_test import heading_rad
 from workspace import LASER_SITE, Workspace, write_laser_site
+from nightmap_eval.trajectory import read_tum  # workspace finds the scripts
 
 PUBLISHED = ("PROFILE=published_laser", "SET=hold_out_scans.rough_radius_m=3")
 
@@ -36,16 +39,41 @@ class PublishedTest(unittest.TestCase):
     def report(cls):
         return json.loads((cls.maps / "test_localize/report.json").read_text())
 
+    def rows(self, name):
+        with open(self.maps / "test_localize" / name, encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+
+    def queries_at_the_true_place(self, rows):
+        """Queries of which a row is as near to the true place as the filter asks for."""
+        truth = read_tum(self.maps / "test_scans/truth.tum")
+        headings_rad = heading_rad(truth)
+        found = set()
+        for row in rows:
+            query = int(row["query_idx"])
+            x_m, y_m = truth.positions_m[query, :2]
+            turn_rad = math.remainder(float(row["heading_rad"]) - headings_rad[query], math.tau)
+            if math.hypot(float(row["x_m"]) - x_m, float(row["y_m"]) - y_m) <= 0.5 and abs(turn_rad) <= math.radians(10):
+                found.add(query)
+        return found
+
     def test_the_second_list_has_the_true_places(self):
         report = self.report()
         self.assertEqual((self.without_objects["num_objects"], self.without_objects["num_object_poses"]), (0, 0))
         self.assertGreater(report["num_objects"], 0)
-        with open(self.maps / "test_localize/object_poses.csv", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
+        rows = self.rows("object_poses.csv")
         self.assertEqual(len(rows), report["num_object_poses"])
         self.assertGreater(len(rows), 0)
         self.assertTrue(all(int(row["object_idx"]) < report["num_objects"] for row in rows))
         self.assertTrue(all(0.5 <= float(row["overlap"]) <= 1 for row in rows))
+        see_objects = self.queries_at_the_true_place(row for row in self.rows("candidates.csv") if int(row["num_confirmed"]) >= 8)
+        self.assertGreater(len(see_objects), 1)  # from the other places of this way no object is in sight
+        self.assertLessEqual(see_objects, self.queries_at_the_true_place(rows))
+
+    def test_the_filter_acts_and_keeps_the_true_places(self):
+        report = self.report()
+        self.assertEqual(self.without_objects["num_queries_filtered_by_objects"], 0)
+        self.assertGreater(report["num_queries_filtered_by_objects"], 0)
+        self.assertEqual(len(self.queries_at_the_true_place(self.rows("candidates.csv"))), report["num_queries"])
 
     def test_scans_are_located_at_their_places(self):
         figures = json.loads((self.maps / "evaluate/metrics.json").read_text())["sections"]["test_localize"]
