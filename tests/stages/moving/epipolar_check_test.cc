@@ -170,9 +170,11 @@ TEST_F(EpipolarCheckTest, ARegionWithEnoughMovingPointsMoves) {
 // Of a region, labels decide where the pictures say nothing.
 TEST_F(EpipolarCheckTest, LabelsDecideWhereThereAreTooFewPairs) {
   const Picture before = See(camera_, {});
-  const Picture now = See(camera_, {kRight_m});
-  LabelledRegions regions{{now.frame.depth.width, now.frame.depth.height, 1, {}}, 1};
-  regions.of_pixel.pixels.resize(now.frame.depth.pixels.size());
+  Picture now = See(camera_, {kRight_m});
+  now.frame.depth = {camera_.depth.width, camera_.depth.height, 1, {}};
+  now.frame.depth.pixels.resize(camera_.depth_rays.size());
+  LabelledRegions regions{{camera_.depth.width, camera_.depth.height, 1, {}}, 1};
+  regions.of_pixel.pixels.resize(camera_.depth_rays.size());
   regions.of_pixel.pixels[7] = 1;
   const auto decide = [&](const SmallFrame* previous) {
     return PublishedDecision(options_, kWindow_px, camera_, previous, now.frame, regions, 1)
