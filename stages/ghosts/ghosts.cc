@@ -14,19 +14,35 @@ namespace {
 // Smaller ones are edges of masks.
 constexpr std::size_t kMinBlocks = 10;
 
+bool IsGhost(const GhostsOptions& options,
+             const std::vector<std::optional<KeyframeView>>& views,
+             std::size_t own,
+             const RegionPoints& points) {
+  if (points.size() < kMinBlocks) return false;
+  Eigen::Vector3d centre_in_map = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : points) {
+    centre_in_map += point / static_cast<double>(points.size());
+  }
+  double radius_m = 0;
+  for (const Eigen::Vector3d& point : points) {
+    radius_m = std::max(radius_m, (point - centre_in_map).norm());
+  }
+  int num_through = 0;
+  for (std::size_t i = 0; i < views.size() && num_through < options.min_keyframes; ++i) {
+    if (i == own || !views[i] || !MaySee(*views[i], centre_in_map, radius_m)) continue;
+    num_through += SeesThrough(
+        *views[i], points, options.min_share, options.min_difference_m, options.num_sigmas);
+  }
+  return num_through >= options.min_keyframes;
+}
+
 // Whether each region of a view is a ghost.
 std::vector<bool> FindGhosts(const GhostsOptions& options,
                              const std::vector<std::optional<KeyframeView>>& views,
                              std::size_t k) {
   std::vector<bool> are_ghosts;
   for (const RegionPoints& points : views[k]->points) {
-    int num_through = 0;
-    for (std::size_t i = 0; i < views.size() && num_through < options.min_keyframes; ++i) {
-      if (i == k || !views[i] || points.size() < kMinBlocks) continue;
-      num_through += SeesThrough(
-          *views[i], points, options.min_share, options.min_difference_m, options.num_sigmas);
-    }
-    are_ghosts.push_back(num_through >= options.min_keyframes);
+    are_ghosts.push_back(IsGhost(options, views, k, points));
   }
   return are_ghosts;
 }
@@ -66,7 +82,7 @@ GhostsResult RunGhosts(const GhostsOptions& options,
   const std::size_t count = input.keyframes.size();
   std::vector<std::optional<KeyframeView>> views(count);
   std::vector<std::string> failures(count);
-  progress.Start(count);
+  progress.Start(2 * count);
   ParallelFor(count, num_threads, [&](std::size_t k) {
     const Keyframe& keyframe = input.keyframes[k];
     failures[k] = FrameFailure(keyframe.frame.color.path, [&] {
@@ -74,6 +90,7 @@ GhostsResult RunGhosts(const GhostsOptions& options,
       views[k] = MakeKeyframeView(
           keyframe, input.cameras[camera_idx], input.depth(keyframe), input.may_move(keyframe));
     });
+    progress.Advance();
   });
   GhostsResult result;
   result.masks.resize(count);

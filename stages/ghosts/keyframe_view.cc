@@ -39,7 +39,7 @@ float NearestOfBlock(const DepthImage& depth, int block_px, int block_x, int blo
   return 2 * num_measured < num_pixels ? 0 : nearest_m;
 }
 
-// Depth of the nearest surface in a block and those around it; none where something is not
+// Depth of the nearest surface in a block and those around it; none where most of one is not
 // measured.
 std::optional<double> NearestAround_m(const KeyframeView& view, int at_x, int at_y) {
   std::uint16_t nearest_mm = std::numeric_limits<std::uint16_t>::max();
@@ -66,7 +66,11 @@ KeyframeView MakeKeyframeView(const Keyframe& keyframe,
                     depth.width,
                     depth.height);
   }
-  KeyframeView view{&keyframe, &camera, std::max(1, depth.width / kNumBlocks), {}, {}, {}};
+  KeyframeView view;
+  view.keyframe = &keyframe;
+  view.camera = &camera;
+  view.camera_from_map = keyframe.map_from_camera.Inverse();
+  view.block_px = std::max(1, depth.width / kNumBlocks);
   const int width = (depth.width + view.block_px - 1) / view.block_px;
   const int height = (depth.height + view.block_px - 1) / view.block_px;
   view.nearest_mm = {width, height, 1, {}};
@@ -101,15 +105,19 @@ KeyframeView MakeKeyframeView(const Keyframe& keyframe,
   return view;
 }
 
+bool MaySee(const KeyframeView& view, const Eigen::Vector3d& centre_in_map, double radius_m) {
+  const Eigen::Vector3d in_camera = view.camera_from_map * centre_in_map;
+  return in_camera.z() > -radius_m && in_camera.norm() < view.camera->max_depth_m + radius_m;
+}
+
 bool SeesThrough(const KeyframeView& view,
                  const RegionPoints& points,
                  double min_share,
                  double min_difference_m,
                  double num_sigmas) {
-  const Rigid3 camera_from_map = view.keyframe->map_from_camera.Inverse();
   std::size_t num_seen = 0, num_through = 0;
   for (const Eigen::Vector3d& point : points) {
-    const Eigen::Vector3d in_camera = camera_from_map * point;
+    const Eigen::Vector3d in_camera = view.camera_from_map * point;
     const auto pixel = view.camera->color.Project(in_camera);
     if (!pixel || !view.camera->color.Contains(*pixel)) continue;
     const auto nearest_m = NearestAround_m(view,
@@ -121,7 +129,7 @@ bool SeesThrough(const KeyframeView& view,
     ++num_seen;
     num_through += *nearest_m > in_camera.z() + margin_m;
   }
-  return 3 * num_seen >= points.size() && num_through > 0 &&
+  return 3 * num_seen >= points.size() &&
          static_cast<double>(num_through) >= min_share * static_cast<double>(num_seen);
 }
 

@@ -11,7 +11,8 @@ namespace nightmap {
 
 // Takes the features that a frame's mask holds out of each described frame. `frames` are those of
 // `features`, in the same order; throws InputError when they are others. Frames that were tracked
-// stay: no landmark is made of them. Throws as FrameReader::Mask.
+// keep theirs, whose reference_features are wrong then: no landmark is made of them. Throws as
+// FrameReader::Mask.
 void LeaveOut(const std::vector<FrameRecord>& frames,
               const std::vector<RgbdCamera>& cameras,
               const FrameReader& masks,

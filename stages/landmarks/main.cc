@@ -21,7 +21,8 @@ int main(int argc, char** argv) {
        {"vocabulary", "vocabulary.h5"},
        {"trajectory", "trajectory.tum of the map_frame stage"},
        {"keyframes", "keyframes.tum of the map_frame stage"},
-       {"masks", "masks of what stays out of the map", Arity::kAnyNumber, PortKind::kByHash}},
+       {"masked_frames", "list of frames with masks of what stays out", Arity::kOptional},
+       {"masks", "these masks", Arity::kAnyNumber, PortKind::kByHash}},
       {{"landmarks", "landmarks.h5"},
        {"cameras.txt", "COLMAP model as text", Arity::kOptional},
        {"images.txt", "of that model", Arity::kOptional},
@@ -43,6 +44,9 @@ int main(int argc, char** argv) {
                              ReadPoses(context.Input("trajectory")),
                              ReadPoses(context.Input("keyframes"))};
         CheckFeaturesOfFrames(input.frames, input.features);
+        if (context.HasInput("masked_frames") != context.HasInput("masks")) {
+          throw UsageError("give both --in masked_frames=PATH and --in masks=PATH, or neither");
+        }
         if (context.HasInput("masked_frames")) {
           LeaveOut(ReadFrames(context.Input("masked_frames")),
                    input.cameras,

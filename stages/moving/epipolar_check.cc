@@ -69,14 +69,14 @@ std::vector<SeenTwice> Pairs(const EpipolarOptions& options,
 
 }  // namespace
 
-std::vector<cv::Point2f> MovingPoints(const EpipolarOptions& options,
-                                      int window_px,
-                                      const SmallCamera& camera,
-                                      const SmallFrame& previous,
-                                      const SmallFrame& frame,
-                                      std::uint64_t seed) {
+std::optional<std::vector<cv::Point2f>> MovingPoints(const EpipolarOptions& options,
+                                                     int window_px,
+                                                     const SmallCamera& camera,
+                                                     const SmallFrame& previous,
+                                                     const SmallFrame& frame,
+                                                     std::uint64_t seed) {
   std::vector<SeenTwice> pairs = Pairs(options, window_px, camera, previous, frame);
-  if (std::ssize(pairs) < options.min_points) return {};
+  if (std::ssize(pairs) < options.min_points) return std::nullopt;
   // OpenCV's RANSAC has a generator of its own, which draws the same indices in each call: the seed
   // gives the order of the pairs. With fewer than 15 pairs it would fall back to another method.
   Random random(seed);
@@ -89,7 +89,7 @@ std::vector<cv::Point2f> MovingPoints(const EpipolarOptions& options,
   }
   const cv::Mat fundamental = cv::findFundamentalMat(
       before, now, cv::FM_RANSAC, options.ransac_px, options.ransac_confidence);
-  if (fundamental.empty()) return {};
+  if (fundamental.empty()) return std::nullopt;
   std::vector<cv::Vec3f> lines;
   cv::computeCorrespondEpilines(before, 1, fundamental, lines);
   std::vector<cv::Point2f> moving;
@@ -126,11 +126,11 @@ Image<float> PublishedDecision(const EpipolarOptions& options,
                                std::uint64_t seed) {
   Image<float> decided = ZerosLike(frame.depth);
   std::vector<bool> moves(static_cast<std::size_t>(regions.num), true);
-  std::vector<cv::Point2f> points;
+  std::optional<std::vector<cv::Point2f>> points;
   if (previous != nullptr) {
     points = MovingPoints(options, window_px, camera, *previous, frame, seed);
-    if (regions.num > 0) {
-      moves = RegionsThatMove(options, regions.of_pixel, regions.num, points);
+    if (points && regions.num > 0) {
+      moves = RegionsThatMove(options, regions.of_pixel, regions.num, *points);
     }
   }
   const auto region_at = [&](std::size_t pixel) {
@@ -140,7 +140,7 @@ Image<float> PublishedDecision(const EpipolarOptions& options,
     const int region = region_at(i);
     decided.pixels[i] = region > 0 && moves[static_cast<std::size_t>(region - 1)] ? 1 : -1;
   }
-  for (const cv::Point2f& point : points) {
+  for (const cv::Point2f& point : points.value_or(std::vector<cv::Point2f>())) {
     const int x = std::clamp(static_cast<int>(point.x / 2), 0, decided.width - 1);
     const int y = std::clamp(static_cast<int>(point.y / 2), 0, decided.height - 1);
     if (region_at(static_cast<std::size_t>(y * decided.width + x)) == 0) decided.At(x, y) = 1;

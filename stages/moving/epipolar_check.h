@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "pipeline/labels/labelled_regions.h"
@@ -38,12 +39,12 @@ struct EpipolarOptions {
 //   stands.
 // A larger ransac_confidence finds the largest agreement more surely: fewer points of still things
 // in the third case, and fewer of moving ones in the second.
-std::vector<cv::Point2f> MovingPoints(const EpipolarOptions& options,
-                                      int window_px,
-                                      const SmallCamera& camera,
-                                      const SmallFrame& previous,
-                                      const SmallFrame& frame,
-                                      std::uint64_t seed);
+std::optional<std::vector<cv::Point2f>> MovingPoints(const EpipolarOptions& options,
+                                                     int window_px,
+                                                     const SmallCamera& camera,
+                                                     const SmallFrame& previous,
+                                                     const SmallFrame& frame,
+                                                     std::uint64_t seed);
 
 // Which of the regions 1 .. num_regions move: those with min_moving_points of the `points`. (The
 // publication says "some".) `regions` has the size of reduced depth, and 0 where there is none; the
@@ -54,7 +55,7 @@ std::vector<bool> RegionsThatMove(const EpipolarOptions& options,
                                   const std::vector<cv::Point2f>& points);
 
 // What the method says of each pixel of reduced depth: 1 in a region that moves and at points that
-// move elsewhere, else -1. Without a previous frame, labels decide.
+// move elsewhere, else -1. Labels decide without a previous frame, or when it says nothing.
 Image<float> PublishedDecision(const EpipolarOptions& options,
                                int window_px,
                                const SmallCamera& camera,

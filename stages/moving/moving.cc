@@ -164,19 +164,23 @@ class Search {
                       *small_[other],
                       other_from_frame,
                       &by_flow);
-      AddScores(options_.spread.stays_weight, by_depth, by_flow, forward, &seen->regions);
+      int num_offsets = 0;
+      for (; offset_s != offsets_s_.end() && gap_s >= *offset_s; ++offset_s) ++num_offsets;
+      AddScores(
+          options_.spread.stays_weight, by_depth, by_flow, forward, num_offsets, &seen->regions);
       seen->evidence += by_depth;
       seen->evidence += by_flow;
-      while (offset_s != offsets_s_.end() && gap_s >= *offset_s) ++offset_s;
     }
   }
 
   // Makes the mask of a frame at the size of its picture, and forgets what was known.
   void MakeMask(std::size_t i) {
     const Seen seen = std::exchange(seen_[i], {});
+    GrayImage moves{seen.evidence.gone.width, seen.evidence.gone.height, 1, {}};
     const auto spread =
-        SpreadEvidence(options_.spread, seen.evidence, small_[i]->depth, seen.decided);
-    GrayImage moves{spread.width, spread.height, 1, {}};
+        IsPublished()
+            ? seen.decided
+            : SpreadEvidence(options_.spread, seen.evidence, small_[i]->depth, seen.decided);
     for (std::size_t p = 0; p < spread.pixels.size(); ++p) {
       const float decided = seen.decided.pixels.empty() ? 0 : seen.decided.pixels[p];
       moves.pixels.push_back((decided != 0 ? decided : spread.pixels[p]) > 0 ? 255 : 0);

@@ -20,6 +20,7 @@ std::vector<FrameRecord> FramesWithMasks(const std::vector<FrameRecord>& frames,
                                          const std::string& file) {
   std::vector<FrameRecord> with_masks = frames;
   for (std::size_t i = 0; i < frames.size(); ++i) {
+    with_masks[i].others.erase(kMaskChannel);  // what labels say alone
     if (result.masks[i]) with_masks[i].others[kMaskChannel] = {file, HashOf(*result.masks[i])};
   }
   return with_masks;

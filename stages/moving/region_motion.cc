@@ -10,7 +10,7 @@
 namespace nightmap {
 namespace {
 
-constexpr double kClearlyStays = -0.5;  // a score below this
+constexpr double kClearlyStays = -0.5;  // is a score below this
 constexpr double kByDepth = 1.0 / 3;
 constexpr double kMinVotesPerPixel = 0.02;  // with less nothing is known
 
@@ -48,6 +48,7 @@ void AddScores(double stays_weight,
                const Evidence& by_depth,
                const Evidence& by_flow,
                bool forward,
+               int num_offsets,
                FrameRegions* frame) {
   const std::vector<int> num_pixels = NumPixels(frame->regions);
   std::vector<double> gone(num_pixels.size()), stays(num_pixels.size());
@@ -60,8 +61,10 @@ void AddScores(double stays_weight,
     const double votes = gone[region] + stays[region];
     RegionScores& scores = frame->scores[region - 1];
     const bool is_known = votes > kMinVotesPerPixel * num_pixels[region];
-    (forward ? scores.after : scores.before)
-        .push_back(is_known ? RegionScore((gone[region] - stays[region]) / votes) : std::nullopt);
+    auto& side = forward ? scores.after : scores.before;
+    side.insert(side.end(),
+                static_cast<std::size_t>(num_offsets),
+                is_known ? RegionScore((gone[region] - stays[region]) / votes) : std::nullopt);
   }
 }
 
@@ -90,10 +93,10 @@ std::vector<int> SameRegions(const SmallCamera& camera,
   std::vector<int> most(same.size());
   for (const auto& [pair, count] : num_common) {
     const auto [region, there] = pair;
-    const int smaller = std::min(sizes[static_cast<std::size_t>(region)],
-                                 next_sizes[static_cast<std::size_t>(there)]);
+    const int larger = std::max(sizes[static_cast<std::size_t>(region)],
+                                next_sizes[static_cast<std::size_t>(there)]);
     const auto i = static_cast<std::size_t>(region - 1);
-    if (2 * count < smaller || count <= most[i]) continue;
+    if (2 * count < larger || count <= most[i]) continue;
     most[i] = count;
     same[i] = there;
   }

@@ -26,17 +26,20 @@ struct FrameRegions {
   std::vector<RegionScores> scores;
 };
 
-// Adds the scores by the evidence of one other frame to `before` or `after`. What stays counts
+// Adds the scores by the evidence of one other frame, which is the first at so many of the offsets,
+// to `before` or `after`. What stays counts
 // stays_weight against what has gone, and by depth a third of it: what goes slowly has the same
 // depth and gray still, and its corners are followed elsewhere.
 void AddScores(double stays_weight,
                const Evidence& by_depth,
                const Evidence& by_flow,
                bool forward,
+               int num_offsets,
                FrameRegions* frame);
 
 // For each region of a frame the region of the next that shows most of its pixels, if these are
-// most of the smaller of both; else 0. Each pixel is sought where it is seen if it stays.
+// half of the larger of both, so that a scrap of a mask is not taken for the whole; else 0. Each
+// pixel is sought where it is seen if it stays.
 std::vector<int> SameRegions(const SmallCamera& camera,
                              const SmallFrame& frame,
                              const FrameRegions& regions,

@@ -1,20 +1,20 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The profile moving with labels, whole, on the small building: a board labelled as a person passes before the camera and is in no
-pose, feature or map; chairs may move by their label, stand, and are in all of them; the map has classes, things and located queries."""
+pose, feature or map; what is an object may move by its label, stands, and is in all of them; the map has classes, things and located queries."""
 import csv
 import json
 import unittest
 
 import h5py
+import moving_test
 import numpy as np
 from labels_test import CLASSES, unpacked
-from moving_test import MovingTest
 from PIL import Image
 from workspace import SITE, Workspace
 
-PERSON, CHAIR = len(CLASSES), CLASSES.index("chair")
-MODEL = f"classes = {json.dumps([*CLASSES, 'person'])}\nmoving = [\"person\", \"chair\"]\n"
+PERSON, OBJECT = len(CLASSES), CLASSES.index("object")
+MODEL = f"classes = {json.dumps([*CLASSES, 'person'])}\nmoving = [\"person\", \"object\"]\n"
 
 
 class PeopleTest(unittest.TestCase):
@@ -28,7 +28,7 @@ class PeopleTest(unittest.TestCase):
         site.write_text(text.replace("[[sequence]]\n", '[[sequence]]\nmoving_folder = "moving"\nlabel_folder = "labels"\n')
                         + '\n[import]\nmodel = "model.toml"\n')  # fmt: skip
         (cls.work.folder / "data/model.toml").write_text(MODEL)
-        MovingTest.paste_board.__func__(cls)
+        moving_test.MovingTest.paste_board.__func__(cls)
         for path in sorted((cls.work.data() / "moving").glob("*.png")):
             labels = path.parent.parent / "labels" / path.name
             Image.fromarray(np.where(np.array(Image.open(path)), PERSON, np.array(Image.open(labels))).astype(np.uint8)).save(labels)
@@ -40,27 +40,26 @@ class PeopleTest(unittest.TestCase):
         return json.loads(self.work.path(f"{job}/report.json").read_text())
 
     def test_who_passes_is_masked_and_what_stands_is_not(self):
-        masked, pixels, features = np.zeros(2), np.zeros(2), np.zeros(2)
+        shares, features = ([], []), np.zeros(2)  # shares: of the pixels of each in a frame
         for path in sorted(self.work.path("moving").glob("shard_*.csv")):
             with h5py.File(self.work.path(f"moving/masks_{path.stem[6:]}.h5")) as masks, \
                  h5py.File(self.work.path(f"features/{path.stem}.h5")) as file:
                 first, keypoints = np.ravel(file["first_feature"]), np.rint(file["raw_keypoint_px"][:]).astype(int)
-                for i, row in enumerate(csv.DictReader(path.open())):
+                for i, row in enumerate(csv.DictReader(path.read_text().splitlines())):
                     labels = np.array(Image.open(self.work.folder / "data" / row["label_path"]))
                     x, y = keypoints[first[i]:first[i + 1]].T
-                    for k, label in enumerate((PERSON, CHAIR)):
-                        masked[k] += unpacked(masks, i)[labels == label].sum()
-                        pixels[k] += (labels == label).sum()
+                    for k, label in enumerate((PERSON, OBJECT)):
+                        if np.mean(labels == label) > 0.01:
+                            shares[k].append(unpacked(masks, i)[labels == label].mean())
                         features[k] += (labels[y, x] == label).sum()
-        person, chair = masked / pixels
-        self.assertGreater(person, 0.8)
-        self.assertLess(chair, 0.25)
+        self.assertGreater(np.mean(shares[0]), 0.8)
+        self.assertLess(np.median(shares[1]), 0.25)  # what the board hides in the frames around may be masked
         self.assertLess(features[0], 0.02 * features[1])
 
     def test_the_map_has_the_classes_of_what_stands(self):
         voxels = {entry["name"]: entry["num_voxels"] for entry in json.loads(self.work.path("voxel_labels/legend.json").read_text())["classes"]}
-        self.assertGreater(voxels["chair"], 50)
-        self.assertLess(voxels["person"], 0.05 * voxels["chair"])
+        self.assertGreater(voxels["object"], 50)
+        self.assertLess(voxels["person"], 0.05 * voxels["object"])
         self.assertTrue(json.loads(self.work.path("objects/objects.json").read_text())["things"])
 
     def test_each_keyframe_of_the_map_has_a_mask(self):
@@ -78,7 +77,7 @@ class PeopleTest(unittest.TestCase):
         work = self.work.copy()
         self.addCleanup(work.remove)
         model = work.folder / "data/model.toml"
-        model.write_text(MODEL.replace('"person", "chair"]', '"person"]'))
+        model.write_text(MODEL.replace('"person", "object"]', '"person"]'))
         self.assertEqual(work.make("-q", "map").returncode, 1)
         result = work.make("map")
         self.assertEqual(result.returncode, 0, result.stdout)

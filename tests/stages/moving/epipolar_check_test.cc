@@ -23,7 +23,8 @@ struct Shares {
 class EpipolarCheckTest : public testing::Test {
  protected:
   std::vector<cv::Point2f> Find(const Picture& before, const Picture& now, std::uint64_t seed = 1) {
-    return MovingPoints(options_, kWindow_px, camera_, before.frame, now.frame, seed);
+    return MovingPoints(options_, kWindow_px, camera_, before.frame, now.frame, seed)
+        .value_or(std::vector<cv::Point2f>());
   }
 
   Shares Find(const View& view) {
@@ -164,6 +165,26 @@ TEST_F(EpipolarCheckTest, ARegionWithEnoughMovingPointsMoves) {
   EXPECT_EQ(RegionsThatMove(options_, regions, 3, {}), std::vector<bool>(3));
   EXPECT_TRUE(
       RegionsThatMove(options_, {4, 2, 1, std::vector<std::int32_t>(8)}, 0, points).empty());
+}
+
+// Of a region, labels decide where the pictures say nothing.
+TEST_F(EpipolarCheckTest, LabelsDecideWhereThereAreTooFewPairs) {
+  const Picture before = See(camera_, {});
+  Picture now = See(camera_, {kRight_m});
+  now.frame.depth = {camera_.depth.width, camera_.depth.height, 1, {}};
+  now.frame.depth.pixels.resize(camera_.depth_rays.size());
+  LabelledRegions regions{{camera_.depth.width, camera_.depth.height, 1, {}}, 1};
+  regions.of_pixel.pixels.resize(camera_.depth_rays.size());
+  regions.of_pixel.pixels[7] = 1;
+  const auto decide = [&](const SmallFrame* previous) {
+    return PublishedDecision(options_, kWindow_px, camera_, previous, now.frame, regions, 1)
+        .pixels[7];
+  };
+  EXPECT_EQ(decide(&before.frame), -1);
+  EXPECT_EQ(decide(nullptr), 1);
+  options_.min_points = 10000;
+  EXPECT_FALSE(MovingPoints(options_, kWindow_px, camera_, before.frame, now.frame, 1));
+  EXPECT_EQ(decide(&before.frame), 1);
 }
 
 }  // namespace epipolar_check_test

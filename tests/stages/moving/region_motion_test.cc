@@ -64,11 +64,34 @@ TEST(RegionMotionTest, ScoresAreSharesOfTheVotes) {
   by_depth.stays.pixels = {0, 1.5, 0, 0};
   by_flow.gone.pixels = {1, 0, 0, 0};
   by_flow.stays.pixels = {0, 0.75, 0, 0};
-  AddScores(0.8, by_depth, by_flow, true, &frame);
-  ASSERT_EQ(frame.scores[0].after.size(), 1U);
+  AddScores(0.8, by_depth, by_flow, true, 2, &frame);
+  ASSERT_EQ(frame.scores[0].after.size(), 2U);
+  EXPECT_EQ(frame.scores[0].after[0], frame.scores[0].after[1]);
   EXPECT_NEAR(frame.scores[0].after[0].value(), 0.5, 1e-9);  // (3 - 1) / (3 + 1)
   EXPECT_FALSE(frame.scores[1].after[0]);
   EXPECT_TRUE(frame.scores[0].before.empty());
+}
+
+// A camera without motion before a picture of four pixels, whose regions are given by pixel.
+std::vector<int> SameOf(const std::vector<std::int32_t>& before,
+                        const std::vector<std::int32_t>& after) {
+  RgbdCamera camera;
+  camera.color = Camera{8, 2, 8, 8, 3.5, 0.5};
+  const SmallCamera small = Shrink(camera);
+  SmallFrame frame;
+  frame.depth = {small.depth.width, small.depth.height, 1, {1, 1, 1, 1}};
+  const auto regions = [&](const std::vector<std::int32_t>& of_pixel) {
+    return FrameRegions{
+        {{small.depth.width, small.depth.height, 1, of_pixel}, *std::ranges::max_element(of_pixel)},
+        {}};
+  };
+  return SameRegions(small, frame, regions(before), regions(after), Rigid3{});
+}
+
+TEST(RegionMotionTest, AScrapIsNotTheWhole) {
+  EXPECT_EQ(SameOf({1, 1, 1, 0}, {1, 1, 1, 0}), std::vector{1});
+  EXPECT_EQ(SameOf({1, 2, 2, 2}, {1, 1, 1, 1}), (std::vector{0, 1}));
+  EXPECT_EQ(SameOf({1, 1, 1, 1}, {1, 0, 0, 0}), std::vector{0});
 }
 
 }  // namespace region_motion_test
