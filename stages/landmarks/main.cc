@@ -3,11 +3,11 @@
 // localized against, and the same map as a COLMAP model and database.
 #include <spdlog/spdlog.h>
 
+#include "pipeline/features/leave_out.h"
 #include "pipeline/features/vocabulary_io.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/landmarks/landmarks_report.h"
-#include "stages/landmarks/leave_out.h"
 #include "stages/landmarks/write_colmap.h"
 
 int main(int argc, char** argv) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/landmarks/leave_out.h"
+#include "pipeline/features/leave_out.h"
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,8 @@ class LeaveOutTest : public testing::Test {
 
 TEST_F(LeaveOutTest, MaskedFeaturesAreGoneAndTheOthersAsBefore) {
   const FeaturesShard before = scene_.features;
-  LeaveOut(scene_.frames, scene_.cameras, FrameReader({}, {path_}), &scene_.features);
+  const IndicesBefore indices =
+      LeaveOut(scene_.frames, scene_.cameras, FrameReader({}, {path_}), &scene_.features);
   const FrameFeatures& all = before.frames[0];
   const FrameFeatures& kept = scene_.features.frames[0];
   const auto size = static_cast<std::size_t>(before.descriptor_size);
@@ -41,6 +42,7 @@ TEST_F(LeaveOutTest, MaskedFeaturesAreGoneAndTheOthersAsBefore) {
   for (std::size_t i = 0; i < all.keypoints_px.size(); ++i) {
     if (std::lround(all.raw_keypoints_px[i].x()) < std::lround(middle_px)) continue;
     ASSERT_LT(next, kept.keypoints_px.size());
+    EXPECT_EQ(indices[0][next], static_cast<int>(i));
     EXPECT_EQ(kept.keypoints_px[next], all.keypoints_px[i]);
     EXPECT_EQ(kept.depths_m[next], all.depths_m[i]);
     EXPECT_TRUE(
@@ -54,6 +56,7 @@ TEST_F(LeaveOutTest, MaskedFeaturesAreGoneAndTheOthersAsBefore) {
   EXPECT_GT(next, 0U);
   for (std::size_t i = 1; i < before.frames.size(); ++i) {
     EXPECT_EQ(scene_.features.frames[i].keypoints_px, before.frames[i].keypoints_px);
+    EXPECT_EQ(indices[i].size(), before.frames[i].keypoints_px.size());
   }
 }
 
