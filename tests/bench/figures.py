@@ -92,6 +92,9 @@ LONG = {
     # Recordings with people pasted into them, which are no part of any data set (docs/figures.md).
     "people_xyz": ("seeds.py xyz_empty xyz_people xyz_people_true xyz_people_7 xyz_people_7_true --name people_xyz "
         "--site-configs tests/bench/people --data {data} --maps {maps} --page {page}",),
+    "people_moving": ("seeds.py xyz_people_moving_labels xyz_standing_moving_labels office_standing_moving_labels "
+        "xyz_standing_moving_labels:published_people office_standing_moving_labels:published_people --seeds 1 --name people_moving "
+        "--site-configs tests/bench/people --data {data} --maps {maps} --page {page}",),
     "people_demo": ("make map SITE=demo DATA={data} MAPS={maps}",
         "seeds.py demo_empty --name people_demo --site-configs tests/bench/people --data {data} --maps {maps} --page {page}"),
     "people_office": ("seeds.py office_empty office_people office_people_true office_people_7 office_people_7_true "

@@ -106,6 +106,8 @@ COLUMNS = (
     ("ATE RMSE, SE(3), worst seed (cm)", "trajectory.se3.ate_rmse_m", 100, "{:.2f}", max),
     ("recall of masks (%)", "sections.features.recall_percent", 1, "{:.1f}"),
     ("precision of masks (%)", "sections.features.precision_percent", 1, "{:.1f}"),
+    ("masked of people who move (%)", "sections.moving.masked_of_moving_percent", 1, "{:.1f}"),
+    ("masked of people who pause (%)", "sections.moving.masked_of_pausing_percent", 1, "{:.1f}"),
     ("false loops accepted, worst seed", "loops.num_false_accepted", 1, "{:.0f}", max),
     ("revisits closed, worst seed (%)", "loops.revisits_closed_percent", 1, "{:.0f}", min),
     ("queries", "queries.num_with_truth", 1, "{:.0f}"),
