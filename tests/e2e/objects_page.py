@@ -71,7 +71,11 @@ class ObjectsPageCase(unittest.TestCase):
             result = fake_site.run("report.py", "--site-dir", self.site_dir, "--data", self.root, "--out", out)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.page = DrivenPage(self, out)
+        # Opening draws all again, some time after the click: what is typed before that is lost.
+        self.page.value("void (window.opened = new Promise((done) => document.querySelector('details:has(#objects)')"
+                        ".addEventListener('toggle', done, {once: true})))")  # fmt: skip
         self.page.click("details:has(#objects) > summary")
+        self.page.value("window.opened.then(() => true)")
         self.page.middle_of("#objects svg")
         self.grid = read_grid(self.yaml)
 
