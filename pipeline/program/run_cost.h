@@ -8,7 +8,7 @@
 
 namespace nightmap {
 
-// Of all threads of the process so far.
+// The time that all threads of the process have computed so far.
 double CpuTime_s();
 
 class RunCost {

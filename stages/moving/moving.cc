@@ -22,7 +22,7 @@ struct Chain {
   std::vector<std::optional<Rigid3>> next_from_previous;  // to the frame from the one before
 };
 
-// What is known of a frame before its mask is made.
+// A frame's evidence and regions, which are kept until its mask is made.
 struct Seen {
   Evidence evidence{{}};
   FrameRegions regions;

@@ -36,7 +36,7 @@ class OctomapVolume::Tree : public octomap::OcTree {
     return OcTree::updateNode(key, occupied, lazy_eval);
   }
 
-  // Of a voxel whose log-odds reach the threshold.
+  // A voxel whose log-odds reach the threshold is occupied only if this is true.
   bool EnoughKeyframesHit(const VoxelKey& voxel) const {
     if (!counts_) return true;
     const int* num_hits = num_hits_.Find(MortonCode(voxel));

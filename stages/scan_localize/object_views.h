@@ -27,8 +27,8 @@ ObjectView ViewObjects(const std::vector<Eigen::Vector2d>& walls_in_map,
                        const Rigid2& map_from_query,
                        double max_range_m);
 
-// The same of the walls that are in sight, each once: no other wall of the map stands between it
-// and the laser whose beam tells of it. A wall that one laser confirms is confirmed.
+// Counts likewise the walls that are in sight, each once: no other wall of the map stands between
+// it and the laser whose beam tells of it. A wall that one laser confirms is confirmed.
 ObjectView ViewInSight(const OccupancyGrid& grid,
                        const std::vector<Eigen::Vector2d>& walls_in_map,
                        const ScanQuery& query,

@@ -11,30 +11,24 @@ import moving_test
 import numpy as np
 from labels_test import CLASSES, unpacked
 from PIL import Image
-from workspace import SITE, Workspace
+from workspace import SITE
 
 PERSON, OBJECT = len(CLASSES), CLASSES.index("object")
 MODEL = f"classes = {json.dumps([*CLASSES, 'person'])}\nmoving = [\"person\", \"object\"]\n"
 
 
-class PeopleTest(unittest.TestCase):
+class PeopleTest(moving_test.BoardTest):
+    keys = moving_test.BoardTest.keys + 'label_folder = "labels"\n'
+    tables = '\n[import]\nmodel = "model.toml"\n'
+
     @classmethod
     def setUpClass(cls):
-        cls.work = Workspace.made("map")
-        cls.addClassCleanup(cls.work.remove)
-        cls.work.as_recorded()
-        site = cls.work.folder / f"configs/sites/{SITE}.toml"
-        text = site.read_text().replace("root =", 'profile = "moving"\nroot =', 1)
-        site.write_text(text.replace("[[sequence]]\n", '[[sequence]]\nmoving_folder = "moving"\nlabel_folder = "labels"\n')
-                        + '\n[import]\nmodel = "model.toml"\n')  # fmt: skip
+        cls.record()
         (cls.work.folder / "data/model.toml").write_text(MODEL)
-        moving_test.MovingTest.paste_board.__func__(cls)
         for path in sorted((cls.work.data() / "moving").glob("*.png")):
             labels = path.parent.parent / "labels" / path.name
             Image.fromarray(np.where(np.array(Image.open(path)), PERSON, np.array(Image.open(labels))).astype(np.uint8)).save(labels)
-        result = cls.work.make("map", "localize", "evaluate", "report")
-        if result.returncode != 0:
-            raise AssertionError(result.stdout)
+        cls.make("map", "localize", "evaluate", "report")
 
     def report(self, job):
         return json.loads(self.work.path(f"{job}/report.json").read_text())
@@ -67,6 +61,11 @@ class PeopleTest(unittest.TestCase):
             self.assertEqual(len(file["time_ns"]), self.report("ghosts")["num_keyframes"])
         self.assertGreater(self.report("ghosts")["num_regions"], 0)
         self.assertIn("stand still", self.work.path("report/index.html").read_text())
+
+    def test_the_map_is_made_under_the_masks_of_ghosts(self):
+        for receipt in ("landmarks/receipt.json", "point_cloud/receipt_0_0.json", "octree/receipt_0_0.json", "voxel_labels/receipt_0_0.json"):
+            inputs = json.loads(self.work.path(receipt).read_text())["inputs"]
+            self.assertEqual([entry["path"].split("/")[-2:] for entry in inputs if entry["name"] == "masks"], [["ghosts", "masks.h5"]], receipt)
 
     def test_queries_are_located(self):
         located = self.work.path("localize/queries.csv").read_text().splitlines()

@@ -167,7 +167,7 @@ TEST_F(EpipolarCheckTest, ARegionWithEnoughMovingPointsMoves) {
       RegionsThatMove(options_, {4, 2, 1, std::vector<std::int32_t>(8)}, 0, points).empty());
 }
 
-// Of a region, labels decide where the pictures say nothing.
+// Labels decide of a region where the pictures say nothing.
 TEST_F(EpipolarCheckTest, LabelsDecideWhereThereAreTooFewPairs) {
   const Picture before = See(camera_, {});
   Picture now = See(camera_, {kRight_m});

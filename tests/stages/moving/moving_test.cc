@@ -197,7 +197,7 @@ class LabelledBoardTest : public MovingTest {
     };
   }
 
-  // Of the pixels of the board in a frame.
+  // The share counts the pixels of the board in a frame.
   double MaskedShare(const MovingResult& result, int frame) const {
     const GrayImage mask = UnpackMask(*result.masks[static_cast<std::size_t>(frame)]);
     double masked = 0, all = 0;
