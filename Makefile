@@ -11,13 +11,13 @@ MAKEFLAGS += --no-builtin-rules --no-builtin-variables --warn-undefined-variable
 
 ## SITE        the building: configs/sites/<site>.toml
 SITE ?= demo
-## PROFILE     a set of configs, configs/<profile>/; empty: the profile that the site's config names, else default
+## PROFILE     a pipeline and its options, configs/<profile>/; empty: the profile that the site's config names, else default
 PROFILE ?=
 ## SET         single values that replace those of the profile, as in SET="octree.resolution_m=0.1 grid.robot_height_m=1.2"
 SET ?=
 ## SEED        seed of every stage that draws random numbers (a synthetic recording has its own)
 SEED ?= 0
-## START GOAL  ends of plan and drive: places, queries, objects or things on one floor, see configs/default/plan.toml
+## START GOAL  ends of plan and drive: places, queries, objects or things on one floor, see configs/plan/default/plan.toml
 START ?=
 GOAL ?=
 ## QUERY       more to localize, as in QUERY="start.jpg goal.jpg": pictures, folders or .txt lists, anywhere; of a laser map, logs of scans
@@ -101,7 +101,7 @@ help: ## this page
 	sed -nE 's/^## ([A-Z][A-Z_ ]*) +(.*)$$/  \1 \t\2/p' Makefile | expand -t 14; \
 	echo; echo "  SITE=$$SITE PROFILE=$$PROFILE SEED=$$SEED DATA=$$DATA MAPS=$$MAPS THREADS=$$THREADS"; \
 	names() { for path; do path=$${path%/}; path=$${path##*/}; [ "$$path" = sites ] || printf ' %s' "$${path%.toml}"; done; }; \
-	shopt -s nullglob; echo "  sites:   $$(names "$$SITES"/*.toml)"; echo "  profiles:$$(names configs/*/)"; echo; \
+	shopt -s nullglob; echo "  sites:   $$(names "$$SITES"/*.toml)"; echo "  profiles:$$(names $$(grep -l '^pieces = ' configs/*/pipeline.toml | xargs dirname))"; echo; \
 	echo "Use make why in place of make -n: with grouped targets, -n lists only the first of several stale jobs."
 
 deps: ## install the Debian packages that are missing
@@ -116,7 +116,7 @@ demo: ## all steps on a synthetic building: install, build, map, localize, drive
 
 inspect: ## contents of the recordings of SITE: channels, rates, gaps, ranges, overlap in time; runs no job
 	@NIGHTMAP_PROGRAMS=inspect $(MAKE) --no-print-directory $(BUILD)/programs.mk
-	@$(RUN)/inspect --config configs/default/inspect.toml --in site=$(SITES)/$(SITE).toml --in data=$(DATA) --log-level warn
+	@$(RUN)/inspect --config configs/recording/default/inspect.toml --in site=$(SITES)/$(SITE).toml --in data=$(DATA) --log-level warn
 
 use-objects: ## give the objects that were drawn on the page of SITE, in the file OBJECTS, to its next make
 	@$(PYTHON) scripts/use_objects.py --site $(SITES)/$(SITE).toml --data $(DATA) --profile "$(PROFILE)" -- "$$OBJECTS"

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from describe_pipeline import variants
 from nightmap_eval.artifacts import put_between
+from nightmap_site.declaration import profiles
 from nightmap_site.pipeline import read_pipeline
 from nightmap_site.script_errors import DataError, run_main
 
@@ -75,11 +76,10 @@ class Program:
 
 
 def programs_of(checkout):
-    programs, overlays = {}, sorted((checkout / "configs").glob("*/pipeline.toml"))
-    for profile, imports in [("default", [[]]), *((path.parent.name, variants(path)) for path in overlays)]:
-        alone = [[key] for given in imports for key in given if len(given) > 1]
-        for given in [*imports, *alone]:
-            for job in read_pipeline(str(checkout / "configs"), profile, given).jobs.values():
+    programs, configs = {}, str(checkout / "configs")
+    for profile in sorted(["default", *profiles(configs)], key=lambda name: name != "default"):
+        for given in variants(configs, profile):
+            for job in read_pipeline(configs, profile, given).jobs.values():
                 if job.program:
                     if job.program not in programs:
                         programs[job.program] = Program(checkout, job.program)

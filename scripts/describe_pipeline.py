@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""describe_pipeline: prints the declared pipeline as a drawing and a table in Markdown; --write puts them into ARCHITECTURE.md.
+"""describe_pipeline: prints the declared pipeline as a drawing and a table in Markdown; --write puts them into docs/pipeline.md.
 
-They go between the page's markers. A test compares the page with the declaration, configs/pipeline.toml.
+They go between the page's markers. A test compares the page with the declarations, configs/*/pipeline.toml.
 Exit codes: 0 done; 1 the page has no markers; 2 wrong command line.
 """
 
@@ -10,7 +10,8 @@ import argparse
 from pathlib import Path
 
 from nightmap_eval.artifacts import put_between
-from nightmap_site.declaration import overlays, read_toml
+from nightmap_site.declaration import import_keys, profiles
+from nightmap_site.pieces import DeclarationFile
 from nightmap_site.pipeline import read_pipeline
 from nightmap_site.script_errors import run_main
 
@@ -22,7 +23,7 @@ BEGIN, END = "<!-- pipeline:begin -->", "<!-- pipeline:end -->"
 def filled_by(reference):
     """Describes the source of a port in a few words."""
     if " else " in reference.declared:
-        return reference.declared
+        return reference.declared.replace(" by hash", "").replace(" if made", "").replace(" if any", "")
     if reference.source:
         return f"*{reference.source}*"
     about = {"near": " of the tile and its neighbours", "previous and this": " of the shard and the one before",
@@ -48,27 +49,34 @@ def table(pipeline):
 
 def describe(configs):
     pipeline = read_pipeline(configs)
-    return f"{drawing(pipeline)}\n{table(pipeline)}" + profiles(Path(configs), pipeline)
+    return f"{drawing(pipeline)}\n{table(pipeline)}{pieces_of_profiles(configs)}{jobs_of_profiles(configs, pipeline)}"
 
 
-def profiles(configs, default):
-    """The jobs of all profiles that differ from the default ones, and from those of profiles that they include."""
-    variants_of, left_out = {}, []  # the first: profile, job, program and purpose -> the jobs
-    for overlay in sorted(configs.glob("*/pipeline.toml")):
-        profile = overlay.parent.name
-        for given in variants(overlay):
-            pipeline = read_pipeline(str(configs), profile, given)
-            included = [name for name in overlays(str(configs), profile, given) if name != profile]
-            known = {row(job) for of in ("default", *included) for job in read_pipeline(str(configs), of, given).jobs.values()}
-            left_out += [f"; `{profile}` includes `{name}`" for name in included]
-            for job in pipeline.jobs.values():
+def pieces_of_profiles(configs):
+    rows = [f"| `{profile}` | {told(DeclarationFile(configs, profile).pieces)} |" for profile in profiles(configs)]
+    return "\n".join(["", "The pieces of each profile:", "", "| profile | pieces |", "|---|---|", *rows]) + "\n"
+
+
+def told(pieces):
+    def said(piece):
+        if isinstance(piece, str):
+            return f"`{piece}`"
+        otherwise = f"else {told(piece['else'])}" if "else" in piece else ""
+        given = f"with `import.{piece['given']}` {told(piece['pieces'])}" if "pieces" in piece else f"without `import.{piece['given']}`"
+        return f"({given} {otherwise.removeprefix('' if 'pieces' in piece else 'else ')}".rstrip() + ")"
+    return ", ".join(said(piece) for piece in pieces)
+
+
+def jobs_of_profiles(configs, default):
+    """The jobs of all profiles that differ from the default ones, and from those of profiles that they are made of."""
+    variants_of = {}  # profile, job, program and purpose -> the jobs
+    for profile in profiles(configs):
+        for given in variants(configs, profile):
+            others = [name for name in _folders(configs, profile, given) if name in profiles(configs) and name != profile]
+            known = {row(job) for name in ("default", *others) for job in read_pipeline(configs, name, given).jobs.values()}
+            for job in read_pipeline(configs, profile, given).jobs.values():
                 if row(job) not in known:
                     variants_of.setdefault((profile, job.name, job.program, job.purpose), []).append(job)
-            of_included = read_pipeline(str(configs), included[-1], given).jobs if included else default.jobs
-            out = ", ".join(f"`{name}`" for name in default.jobs if name in of_included and name not in pipeline.jobs)
-            of = f"`{profile}`" + "".join(f" with `import.{key}`" for key in given if len(variants(overlay)) > 1)
-            told = any(f"`{profile}`" in text and text.endswith(f" leaves out {out}") for text in left_out)
-            left_out += [f"; {of} leaves out {out}"] if out and not told else []
     rows, fed = [], {}  # fed: profile -> jobs that only read something else
     for (profile, *_), same in variants_of.items():
         if is_fed_otherwise(same, default):
@@ -78,7 +86,11 @@ def profiles(configs, default):
     rows += [row_of_fed(profile, jobs, default) for profile, jobs in fed.items()]
     rows.sort(key=lambda text: text.split("`")[1])
     head = (f"| profile {HEAD[0]}", f"|---{HEAD[1]}")
-    return f"\nJobs that a profile adds or changes{''.join(left_out)}:\n\n" + "\n".join([*head, *rows]) + "\n"
+    return "\nJobs that a profile adds or changes:\n\n" + "\n".join([*head, *rows]) + "\n"
+
+
+def _folders(configs, profile, given):
+    return dict.fromkeys(piece.partition(".")[0] for piece in DeclarationFile(configs, profile).chosen(given))
 
 
 def is_fed_otherwise(variants_of_job, default):
@@ -97,12 +109,9 @@ def row_of_fed(profile, jobs, default):
     return f"| `{profile}` | {names} | as without the profile, from other files | | {', '.join(new)} | |"
 
 
-def variants(overlay):
-    """The keys of [import] that change a profile: none and each, or all where it is no profile without them."""
-    tables = [table for tables in read_toml(overlay).values() for table in (tables if isinstance(tables, list) else [tables])]
-    given = sorted({table["given"] for table in tables if isinstance(table, dict) and "given" in table})
-    has_own = any("given" not in table for table in tables)
-    return [[], *([key] for key in given)] if has_own else [given]
+def variants(configs, profile):
+    """Keys of [import] that a site of the profile may have: none, and each."""
+    return [[], *([key] for key in sorted(import_keys(configs, profile)))]
 
 
 def feeds(pipeline):
@@ -125,11 +134,11 @@ def drawing(pipeline):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--write", action="store_true", help="put the table into ARCHITECTURE.md")
+    parser.add_argument("--write", action="store_true", help="put them into docs/pipeline.md")
     arguments = parser.parse_args()
     text = describe(str(CHECKOUT / "configs"))
     if arguments.write:
-        put_between(CHECKOUT / "ARCHITECTURE.md", BEGIN, END, text)
+        put_between(CHECKOUT / "docs/pipeline.md", BEGIN, END, text)
     else:
         print(text, end="")
 

@@ -12,7 +12,8 @@ import os
 import re
 
 from nightmap_make.changed_files import has_text, write_if_changed
-from nightmap_site.declaration import PipelineError, import_keys
+from nightmap_site.declaration import import_keys, profiles
+from nightmap_site.toml_file import PipelineError
 from nightmap_site.pipeline import read_pipeline
 
 JOBS_FILE = "config/jobs.txt"  # the jobs of the site and their files, when it was last looked for others'
@@ -94,14 +95,10 @@ def _pattern(name, unit):
 
 def _jobs_of_profiles(configs):
     """The jobs of each profile, with nothing that a site may give to it and with all of it."""
-    for profile in sorted(os.listdir(configs)):
-        overlay = f"{configs}/{profile}/pipeline.toml"
+    for profile in profiles(configs):
         with contextlib.suppress(PipelineError):  # a mistake in a profile matters to its sites
-            if profile == "default":
-                yield from read_pipeline(configs).jobs.values()
-            elif os.path.exists(overlay):
-                for imports in {(), tuple(sorted(import_keys(configs, profile)))}:
-                    yield from read_pipeline(configs, profile, imports).jobs.values()
+            for imports in {(), tuple(sorted(import_keys(configs, profile)))}:
+                yield from read_pipeline(configs, profile, imports).jobs.values()
 
 
 def _matching(folder, patterns):

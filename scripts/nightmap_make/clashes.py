@@ -4,7 +4,7 @@
 import ast
 import operator
 
-from nightmap_site.declaration import PipelineError
+from nightmap_site.toml_file import PipelineError
 
 OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
              ast.Gt: operator.gt, ast.Lt: operator.lt, ast.GtE: operator.ge, ast.LtE: operator.le}  # fmt: skip

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The effective configs, and the source of each value. A config has the name of its program, or the one that `options` of a job
-says. Later layers win; a profile comes after those that it includes:
+says. Later layers win; a profile comes after its pieces:
 
-    configs/default/<name>.toml < configs/<profile>/<name>.toml < configs/sites/<site>/<name>.toml < SEED < SET NAME.KEY=VALUE
+    configs/<folder>/default/<name>.toml < configs/<profile>/<name>.toml < configs/sites/<site>/<name>.toml < SEED < SET NAME.KEY=VALUE
 """
 
 import os
 
 from nightmap_make.config_values import ConfigError, like, load, parse_value, split_set, words
-from nightmap_site.declaration import overlays
+from nightmap_site.declaration import folders, profiles
 
 
 def effective_configs(request):
@@ -33,28 +33,24 @@ def effective_configs(request):
 
 
 def _check_profile(request):
-    folder = request.configs
-    known = [name for name in sorted(os.listdir(folder)) if name != "sites" and os.path.isdir(os.path.join(folder, name))]
+    known = profiles(request.configs)
     if request.profile not in known:  # a path, for example
-        raise ConfigError(f"{request.profile_from}: no profile {request.profile!r} in {folder}; profiles: {', '.join(known)}")
+        raise ConfigError(f"{request.profile_from}: no profile {request.profile!r} in {request.configs}; profiles: {', '.join(known)}")
 
 
 def _default_files(request):
-    """Name -> file of its defaults; a profile has those of its own jobs in configs/<profile>/default/."""
-    found = {}
-    for place in (os.path.join(folder, "default") for folder in (request.configs, *_profile_folders(request))):
+    """Name -> file of its defaults, of the default profile's folders and of those of the profile."""
+    found, of_default = {}, folders(request.configs, "default", ())
+    for place in dict.fromkeys(os.path.join(request.configs, name, "default") for name in ("", *of_default, *_folders(request))):
         for name in sorted(os.listdir(place)) if os.path.isdir(place) else []:
             if name.endswith(".toml"):
                 found[name[:-5]] = os.path.join(place, name)
     return found
 
 
-def _profile_folders(request):
-    """Those of the profiles that the profile includes, and its own, the last."""
-    if request.profile == "default":
-        return []
-    names = {**overlays(request.configs, request.profile, request.imports), request.profile: None}
-    return [os.path.join(request.configs, name) for name in names]
+def _folders(request):
+    """Those of the pieces that the profile is made of, and its own, the last."""
+    return folders(request.configs, request.profile, request.imports)
 
 
 def makes_recordings(program):
@@ -64,22 +60,24 @@ def makes_recordings(program):
 
 def _layers(request, defaults):
     """(stage, config, source) of profile, site and seed."""
-    layers = [layer for folder in _profile_folders(request) for layer in _folder(folder, defaults)]
-    layers += _folder(request.site.removesuffix(".toml"), defaults)
+    places = [os.path.join(request.configs, name) for name in _folders(request) if name != "default"]
+    layers = [layer for place in [*places, request.site.removesuffix(".toml")] for layer in _folder(place, defaults, request.configs)]
     for stage, default in defaults.items():
         if "seed" in default and not makes_recordings(request.program_of(stage)):  # a recording is input, not a draw
             layers.append((stage, {"seed": int(request.seed)}, "SEED"))
     return layers
 
 
-def _folder(folder, stages):
-    """(stage, config, path) of each file in a folder; none when the folder does not exist."""
+def _folder(folder, stages, configs):
+    """(stage, config, path) of each file in a folder; none when the folder does not exist. Values of programs that only other profiles
+    run are for those."""
     for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
         if not name.endswith(".toml") or name == "pipeline.toml":
             continue
-        if name[:-5] not in stages:
+        if name[:-5] not in stages and not any(os.path.exists(f"{configs}/{other}/default/{name}") for other in os.listdir(configs)):
             raise ConfigError(f"{folder}/{name}: no stage '{name[:-5]}'")
-        yield name[:-5], load(os.path.join(folder, name)), f"{folder}/{name}"
+        if name[:-5] in stages:
+            yield name[:-5], load(os.path.join(folder, name)), f"{folder}/{name}"
 
 
 def _check_keys(config, default, where):

@@ -5,7 +5,7 @@ import glob
 import os
 
 from nightmap_make.slots import slot_path
-from nightmap_site.declaration import PipelineError
+from nightmap_site.toml_file import PipelineError
 from nightmap_site.pipeline import closure
 from nightmap_site.unit_lists import near
 

@@ -4,7 +4,8 @@
 import os
 import re
 
-from nightmap_site.declaration import PipelineError, import_keys
+from nightmap_site.declaration import import_keys, profiles
+from nightmap_site.toml_file import PipelineError
 
 # Neither Make nor a shell interprets these characters.
 PATH = re.compile(r"[\w.@+-]+(?:/[\w.@+-]+)*")
@@ -53,8 +54,8 @@ def check_import_keys(site_config, imports, profile, is_asked):
         if key in taken:
             continue
         where = f"{site_config}: [import] {key}"
-        profiles = {name: import_keys("configs", name) for name in sorted(os.listdir("configs"))}
-        takers = [name for name, keys in profiles.items() if key in keys]
+        keys_of = {name: import_keys("configs", name) for name in profiles("configs")}
+        takers = [name for name, keys in keys_of.items() if key in keys]
         if takers and is_asked:
             continue
         if takers:
@@ -62,7 +63,7 @@ def check_import_keys(site_config, imports, profile, is_asked):
                                 + " or ".join(f'profile = "{name}"' for name in takers))  # fmt: skip
         import difflib  # takes milliseconds, which every make would spend
 
-        known = sorted(taken) or sorted(set().union(*profiles.values()))
+        known = sorted(taken) or sorted(set().union(*keys_of.values()))
         nearest = difflib.get_close_matches(key, known, n=1)
         raise PipelineError(f"{where}: there is no such key: " + (f"write {nearest[0]}" if nearest else "the keys are " + ", ".join(known)))
 

@@ -8,7 +8,7 @@ import re
 from nightmap_make.digest import digest
 from nightmap_make.imports import files_of
 from nightmap_make.input_files import file_state
-from nightmap_site.declaration import PipelineError
+from nightmap_site.toml_file import PipelineError
 from nightmap_site.script_errors import writing
 
 SEVERAL = 8  # programs checked at the same time

@@ -5,7 +5,7 @@ import collections
 import os
 
 from nightmap_site import unit_lists
-from nightmap_site.declaration import read_toml
+from nightmap_site.toml_file import read_toml
 from nightmap_site.script_errors import DataError
 
 

@@ -1,116 +1,81 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of configs/pipeline.toml, changed by those of a profile, and the file and line of each."""
+"""The jobs of a profile as its pieces declare them, and the file and line of each."""
 
 import functools
 import os
 import re
-import tomllib
 
-PORTS = ("in", "out", "beside", "section")  # a profile changes single keys of these
-
-
-class PipelineError(Exception):
-    """The declaration or a config is wrong: a usage error, exit code 2."""
-
-
-def read_toml(path):
-    """The tables of a file, to be left as they are; the dictionary of them is the caller's own."""
-    try:
-        with open(path, "rb") as file:
-            return dict(_parsed(file.read()))
-    except FileNotFoundError:
-        raise PipelineError(f"{path}: there is no such file") from None
-    except (ValueError, RecursionError) as error:
-        raise PipelineError(f"{path}: not valid TOML: {error}") from None
-
-
-@functools.cache  # the pipeline is read once per profile
-def _parsed(data):
-    return tomllib.loads(data.decode())
+from nightmap_site.pieces import PORTS, DeclarationFile, Pieces
+from nightmap_site.toml_file import read_toml
 
 
 class Declaration:
-    """jobs: name -> table; goals: name -> table; clashes: tables. As configs/pipeline.toml has them, or changed. why_without: goal
-    -> why the profile leaves a job of it out."""
+    """jobs: name -> table; goals: name -> table; clashes: tables. why_without: goal -> why the profile has no job of it. imports: the
+    keys of [import] of the site."""
 
-    def __init__(self, path):
-        self.path, self._paths = path, [path]
-        tables = read_toml(path)
-        self.goals, self.clashes = tables.pop("goals", {"map": {"purpose": "the map"}}), tables.pop("clash", [])
-        self.jobs, self._left_out, self.why_without = {}, set(), {}
-        for name, table in tables.items():
-            self.jobs[name] = self._as_table(name, table, path)
+    def __init__(self, configs, profile, imports):
+        self.path = os.path.join(configs, "pipeline.toml")
+        read_toml(self.path)  # it must exist
+        self._configs, self._imports, self._pieces = configs, imports, Pieces(configs, profile, imports)
+        files = self._pieces.files
+        self.goals = {goal: table for file in files for goal, table in file.goals.items()} or {"map": {"purpose": "the map"}}
+        self.clashes = [clash for file in files for clash in file.clashes]
+        self.why_without = {goal: reason for file in files for goal, reason in file.without.items()}
+        self.jobs = {}
+        for slot, tables in self._pieces.tables.items():
+            self._add(slot, tables)
 
-    def change(self, path, imports):
-        """Applies the tables of a profile: ports and other keys replace or add those of a job, false takes a port away. Several
-        tables of one job, [[job]], are applied one after the other."""
-        self._paths.insert(0, path)
-        tables = read_toml(path)
-        tables.pop("include", None)
-        self.goals |= tables.pop("goals", {})
-        self.clashes = self.clashes + tables.pop("clash", [])
-        for name, changes in tables.items():
-            for table in changes if isinstance(changes, list) else [changes]:
-                self._change_job(name, dict(self._as_table(name, table, path)), imports)
+    def _add(self, slot, tables):
+        job = {}
+        for table in tables:
+            reason = table.keys.get("leave_out")
+            if isinstance(reason, str):
+                self.why_without[job.get("goal", "map")] = reason
+            job = {} if reason else _merged(job, table.keys)
+        if any(table.declares for table in tables) or slot not in self._declared_anywhere:  # else it adds to a job of other sites
+            self.jobs |= {slot: job} if job else {}
 
-    def _change_job(self, name, table, imports):
-        if table.pop("given", None) not in (None, *imports):
-            return
-        leave_out = table.pop("leave_out", False)
-        if leave_out:
-            goal = self.jobs.pop(name, {}).get("goal", "map")
-            self._left_out.add(name)
-            self.why_without |= {goal: leave_out} if isinstance(leave_out, str) else {}
-        else:
-            self.jobs[name] = _merged(self.jobs.get(name, {}), table)
+    @functools.cached_property
+    def _declared_anywhere(self):
+        """The jobs of all profiles."""
+        found = {table.slot for tables in self._pieces.tables.values() for table in tables if table.declares}
+        for folder in sorted(os.listdir(self._configs)):
+            found |= {table.slot for table in DeclarationFile(self._configs, folder).tables if table.declares}
+        return found
 
-    def known(self):
-        """name -> whether the profile leaves the job out, of all jobs that are declared."""
-        return {name: name not in self.jobs for name in [*self.jobs, *self._left_out]}
-
-    def _as_table(self, name, table, path):
-        if not isinstance(table, dict) or not all(isinstance(table.get(key, {}), dict) for key in PORTS):
-            raise PipelineError(f"{path}: [{name}] must be a table of keys, with tables of ports in, out and beside")
-        return table
+    def has(self, job, output):
+        """Whether the site has the job, or imports the file "import.output"; None when no profile has such a job."""
+        if job == "import":
+            return output in self._imports
+        return job in self.jobs or (False if job in self._declared_anywhere else None)
 
     def places(self, job):
         """A function that gives the file and line of the job, or of a key of it; the last change first."""
+        found = {(table.file.path, table.header): None for table in reversed(self._pieces.tables[job])}
+
         def place(key=None):
-            for path in self._paths:
-                line = _line_of(path, job, key)
+            for path, header in found:
+                line = _line_of(path, header, key)
                 if line:
-                    return f"{path}:{line}: [{job}]"
+                    return f"{path}:{line}: [{header}]"
             return place() if key else f"{self.path}: [{job}]"
         return place
 
 
-def overlays(configs, profile, imports=None):
-    """Profile -> its pipeline.toml, of the profiles that one includes ([[include]]), in order, and of itself, the last. imports: the keys
-    of [import]; None: all that an include may ask for. Raises PipelineError."""
-    found = {}
+def folders(configs, profile, imports):
+    """The folders of configs that a profile is made of, its own the last."""
+    return [file.folder for file in Pieces(configs, profile, imports).files if file.folder]
 
-    def add(name, includers):
-        path = os.path.join(configs, name, "pipeline.toml")
-        if name == "default" or not os.path.exists(path):
-            return
-        for piece in read_toml(path).get("include", []):
-            included = piece.get("profile") if isinstance(piece, dict) and not set(piece) - {"profile", "given"} else None
-            if not isinstance(included, str) or not os.path.exists(os.path.join(configs, included, "pipeline.toml")) \
-                    or included in (name, *includers):  # fmt: skip
-                raise PipelineError(f"{path}: [[include]] has the keys profile, another profile that does not include this one, and given, "
-                                    "a key of [import]")  # fmt: skip
-            if imports is None or piece.get("given") in (None, *imports):
-                add(included, (name, *includers))
-        found[name] = path
 
-    add(profile, ())
-    return found
+def profiles(configs):
+    """Names of the profiles: of all folders but those of sites, and pieces of the default one."""
+    of_default = folders(configs, "default", ())[:-1]
+    return [name for name in sorted(os.listdir(configs)) if os.path.isdir(os.path.join(configs, name)) and name not in ("sites", *of_default)]
 
 
 def import_keys(configs, profile):
     """The keys of [import] that jobs of a profile read."""
-    paths = {os.path.join(configs, "pipeline.toml"), *overlays(configs, profile).values()}
-    texts = [text for path in paths if os.path.exists(path) for text in _texts(read_toml(path))]
+    texts = [text for tables in Pieces(configs, profile, None).tables.values() for table in tables for text in _texts(table.keys)]
     return {key for text in texts for key in re.findall(r"\bimport\.(\w+)", text)}
 
 

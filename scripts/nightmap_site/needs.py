@@ -3,7 +3,7 @@
 
 import re
 
-from nightmap_site.declaration import PipelineError
+from nightmap_site.toml_file import PipelineError
 
 
 def _without_depth(sequences):

@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The declared pipeline, configs/pipeline.toml, as a profile changes it. That file explains each key."""
+"""The declared pipeline of a profile. configs/pipeline.toml explains each key."""
 
 import json
 import os
 import re
 
-from nightmap_site.declaration import Declaration, PipelineError, overlays, read_toml
+from nightmap_site.declaration import Declaration
+from nightmap_site.toml_file import PipelineError, read_toml
 from nightmap_site.needs import NEEDS
 
 KEYS = {"purpose", "program", "options", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads",
         "stamp", "kB_per_frame", "surveys_per_frame", "section", "needs", "asks", "results_of"}  # fmt: skip
 REFERENCE = re.compile(r"(?P<job>\w+)\.(?P<output>[\w.]+)(?: of (?P<units>near|previous and this|all))?(?P<by_hash> by hash)?"
-                       r"(?P<if_made> if made)?")
+                       r"(?P<if_made> if made)?(?P<if_any> if any)?")
 OPTIONS = re.compile(r"[a-z]\w*", re.ASCII)
 CONDITION = re.compile(r"\w+(\.\w+)*")
 SOURCES = ("site", "queries", "asked", "data")
@@ -23,19 +24,17 @@ ASKS = ("pictures", "scans")
 class Input:
     """A port and its source: site, queries, asked or data, or an output of a job. units: whose files a run reads (None: its own
     unit's, "near", "previous and this", "all"). by_hash: whether lists that the job reads have hashes of what it takes of the
-    files. declared: the whole text; text: what the jobs of the pipeline leave of it. place: see Job.where."""
+    files. declared: the whole text; text: what the jobs of the pipeline leave of it, perhaps nothing. place: see Job.where."""
 
-    def __init__(self, port, declared, place, jobs):
+    def __init__(self, port, declared, place, has):
         self.port, self.declared, self._place = port, declared, place
-        self.text = text = self._chosen(jobs)
+        self.text = text = self._chosen(has)
         self.source = text if text in SOURCES else None
         self.job = self.output = self.units = None
         self.if_made = self.by_hash = False
-        if self.source:
+        if self.source or text is None:
             return
-        found = REFERENCE.fullmatch(text) if isinstance(text, str) else None
-        if not found:
-            raise PipelineError(f"{self.where}: in.{port} = {text!r} is no reference like \"features.features of previous and this\"")
+        found = self._reference(text)
         self.job, self.output, self.units = found["job"], found["output"], found["units"]
         self.if_made, self.by_hash = bool(found["if_made"]), bool(found["by_hash"])
 
@@ -44,25 +43,33 @@ class Input:
         """The file and line that declare it, for an error: looking for them takes longer than reading the pipeline."""
         return self._place(f"in.{self.port}")
 
-    def _chosen(self, jobs):
-        """Of "A.x else B.y" the first whose job the pipeline has. jobs: name -> whether it is left out."""
-        text = self.declared
-        if not isinstance(text, str) or " else " not in text:
-            return text
-        sources = text.split(" else ")
+    def _reference(self, text):
+        found = REFERENCE.fullmatch(text) if isinstance(text, str) else None
+        if not found:
+            also = "" if text == self.declared else f": {text!r}"
+            raise PipelineError(f"{self.where}: in.{self.port} = {self.declared!r}{also} is no reference like "
+                                "\"features.features of previous and this\"")  # fmt: skip
+        return found
+
+    def _chosen(self, has):
+        """Of "A.x else B.y" the first that the pipeline has. Of "A.x if any" nothing where it has no such job."""
+        sources = self.declared.split(" else ") if isinstance(self.declared, str) else [self.declared]
+        if len(sources) == 1 and not str(sources[0]).endswith(" if any"):
+            return self.declared
         for source in sources:
-            found = REFERENCE.fullmatch(source)
-            if not found:
-                raise PipelineError(f"{self.where}: in.{self.port} = {text!r}: {source!r} is no reference like \"adjust.trajectory\"")
-            if found["job"] not in jobs:
+            found = source in SOURCES or self._reference(source)
+            had = found is True or has(found["job"], found["output"])
+            if had is None:
                 raise PipelineError(f"{self.where}: in.{self.port}: no job '{found['job']}'")
-        return next((source for source in sources if not jobs[source.split(".")[0]]), sources[-1])
+            if had:
+                return source.removesuffix(" if any")
+        return None if sources[-1].endswith(" if any") else sources[-1]
 
 
 class Job:
-    """where(key): the file and line that declare the job, or a key of it. jobs: see Declaration.known."""
+    """where(key): the file and line that declare the job, or a key of it. has: see Declaration."""
 
-    def __init__(self, name, table, where, jobs):
+    def __init__(self, name, table, where, has):
         unknown = set(table) - KEYS
         if unknown:
             raise PipelineError(f"{where(min(unknown))}: unknown key '{min(unknown)}'; known keys: {', '.join(sorted(KEYS))}")
@@ -75,8 +82,9 @@ class Job:
         self.when = table.get("when")
         self.goal = table.get("goal", "map")
         self.folder = table.get("folder", name)
-        self.inputs = [Input(port, text, where, jobs) for port, texts in table.get("in", {}).items()
-                       for text in (texts if isinstance(texts, list) else [texts])]  # fmt: skip
+        inputs = [Input(port, text, where, has) for port, texts in table.get("in", {}).items()
+                  for text in (texts if isinstance(texts, list) else [texts])]  # fmt: skip
+        self.inputs = [given for given in inputs if given.text is not None]
         self.outputs, self.beside = dict(table.get("out", {})), dict(table.get("beside", {}))
         self.finds = [tuple(text.split(".", 1)) for text in table.get("finds", [])]
         self.kB_per_frame, self.surveys_per_frame = table.get("kB_per_frame", 0), table.get("surveys_per_frame", 0)
@@ -248,11 +256,8 @@ def _in_order(jobs):
 
 def read_pipeline(configs, profile="default", imports=()):
     """The pipeline of a profile, for a site whose [import] has the keys `imports`. Raises PipelineError."""
-    declaration = Declaration(os.path.join(configs, "pipeline.toml"))
-    for overlay in overlays(configs, profile, imports).values():
-        declaration.change(overlay, imports)
-    known = declaration.known()
-    jobs = {name: Job(name, table, declaration.places(name), known) for name, table in declaration.jobs.items()}
+    declaration = Declaration(configs, profile, imports)
+    jobs = {name: Job(name, table, declaration.places(name), declaration.has) for name, table in declaration.jobs.items()}
     goals = {name: Goal(name, table, declaration.path, declaration.why_without.get(name)) for name, table in declaration.goals.items()}
     return Pipeline(jobs, goals, declaration.clashes)
 

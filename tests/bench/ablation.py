@@ -22,7 +22,7 @@ from evaluate import evaluate_queries, match_with_truth
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.trajectory import read_truth, read_tum
 from nightmap_site.checked_reading import read_object, read_text
-from nightmap_site.declaration import read_toml
+from nightmap_site.toml_file import read_toml
 from nightmap_site.job_results import RECEIPT
 from nightmap_site.script_errors import DataError, run_main
 

@@ -13,7 +13,7 @@ OPTION = re.compile(r"^  (\w+) +.*\[default .*; (.*)\]$", re.MULTILINE)
 def options(program):
     """(name, a value out of range, as the program prints it) of each option whose values have a range: one below it and one above."""
     page = subprocess.run([BUILD / "run" / program, "--help"], capture_output=True, text=True, check=True).stdout
-    defaults = tomllib.loads((REPOSITORY / f"configs/default/{program}.toml").read_text())
+    defaults = tomllib.loads(next(REPOSITORY.glob(f"configs/*/default/{program}.toml")).read_text())
     for name, values in OPTION.findall(page.partition("options in the config file")[2]):
         default = defaults[name]
         if values.startswith("one of "):

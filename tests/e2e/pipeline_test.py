@@ -222,7 +222,7 @@ class FailureTest(StubTest):
             if not job.program:
                 continue
             with self.subTest(job.name):
-                option = (self.site.folder / f"configs/default/{job.program}.toml").read_text()
+                option = next(self.site.folder.glob(f"configs/*/default/{job.program}.toml")).read_text()
                 self.assertTrue(option)
                 for path in self.site.path(job.folder).glob("re*.json"):
                     path.unlink()

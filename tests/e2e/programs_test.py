@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What every program answers without inputs, and that configs/default is what the programs say."""
+"""What every program answers without inputs, and that configs/*/default are what the programs say."""
 import os
 import pathlib
 import subprocess
@@ -14,7 +14,7 @@ from nightmap_site.pipeline import read_pipeline
 from workspace import BUILD, PIPELINE, REPOSITORY
 
 # Program -> its default config, those of profiles included.
-DEFAULTS = {path.stem: path for path in [*REPOSITORY.glob("configs/default/*.toml"), *REPOSITORY.glob("configs/*/default/*.toml")]}
+DEFAULTS = {path.stem: path for path in REPOSITORY.glob("configs/*/default/*.toml")}
 # Name of a config -> the program that takes it, where a job has `options` of its own.
 PROGRAM_OF = {name: program for path in REPOSITORY.glob("configs/*/pipeline.toml")
               for name, program in read_pipeline(str(REPOSITORY / "configs"), path.parent.name).options.items()}  # fmt: skip

@@ -10,7 +10,6 @@ import subprocess
 import tempfile
 
 from workspace import PIPELINE, REPOSITORY, environment, read_pipeline
-from nightmap_site.declaration import overlays  # workspace finds the scripts
 
 SITE = "demo"
 STUB = REPOSITORY / "tests/e2e/stub_program.sh"
@@ -55,9 +54,7 @@ class StubSite:
 
     def change_of(self, options, profile="default"):
         """A value for SET that the first of these options does not have by default; None where there is no option."""
-        folders = [self.folder / "configs" / name / "default" for name in (*overlays(str(self.folder / "configs"), profile), profile)]
-        folders.insert(0, self.folder / "configs/default")
-        path = next(folder / f"{options}.toml" for folder in folders if (folder / f"{options}.toml").exists())
+        path = next(self.folder.glob(f"configs/*/default/{options}.toml"))
         option = next((line for line in path.read_text().splitlines() if "=" in line and not line.startswith(("#", "seed"))), None)
         if option is None:
             return None

@@ -9,7 +9,7 @@ import fake_site  # noqa: F401  first: it makes the scripts importable
 import ablation
 from nightmap_site.script_errors import DataError
 
-CONFIG = Path(__file__).resolve().parents[2] / "configs/default/localize.toml"
+CONFIG = Path(__file__).resolve().parents[2] / "configs/camera/default/localize.toml"
 
 
 def figures(median_cm, num_located, num_wrong=0):

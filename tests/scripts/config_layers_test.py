@@ -36,7 +36,7 @@ class LayersTest(ConfigFolder):
     def test_rewritten_only_when_the_meaning_changes(self):
         self.resolve()
         octree, plan = self.time("octree"), self.time("plan")
-        self.write("configs/default/octree.toml", "mode = 'ray' # said otherwise\nnum_hits=2\nresolution_m = 5e-2\n")
+        self.write("configs/dense/default/octree.toml", "mode = 'ray' # said otherwise\nnum_hits=2\nresolution_m = 5e-2\n")
         self.resolve(set="octree.resolution_m=0.050")
         self.assertEqual(self.time("octree"), octree)
         self.resolve(set="octree.resolution_m=1")
@@ -77,7 +77,7 @@ class LayersTest(ConfigFolder):
                                  ({"data": "elsewhere"}, "datasets.md")):  # fmt: skip
             with self.subTest(changes):
                 self.assertIn(message, self.refused(**changes))
-        self.write("configs/default/plan.toml", "seed = \n")
+        self.write("configs/plan/default/plan.toml", "seed = \n")
         self.assertIn("plan.toml: not valid TOML", self.refused())
 
     def test_wrong_types_in_stage_configs(self):

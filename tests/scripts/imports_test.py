@@ -8,7 +8,8 @@ from pathlib import Path
 
 import fake_site  # noqa: F401  (finds the scripts)
 from nightmap_make.imports import check_import_keys, files_of
-from nightmap_site.declaration import PipelineError, import_keys
+from nightmap_site.declaration import import_keys
+from nightmap_site.toml_file import PipelineError
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 

@@ -30,7 +30,7 @@ BOXES = (("table", TABLE), ("chair", CHAIR), ("wall", WALL))
 
 def write_configs(folder):
     """The profile of labels with the job that finds things, whether or not it declares it by itself."""
-    shutil.copytree(fake_site.CHECKOUT / "configs", folder, ignore=shutil.ignore_patterns("sites", "default"))
+    shutil.copytree(fake_site.CHECKOUT / "configs", folder, ignore=shutil.ignore_patterns("sites"))
     profile = folder / "labels" / "pipeline.toml"
     if "\n[objects]" not in profile.read_text():
         profile.write_text(profile.read_text() + JOB)

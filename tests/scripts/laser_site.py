@@ -18,7 +18,7 @@ TRUTH_FROM_MAP_YAW_RAD, TRUTH_FROM_MAP_M = 0.5, np.array([1.0, -2.0, 0.0])
 
 def write_configs(folder):
     """Configs whose profile `scans` has the kept jobs alone; its grid brings the figures and the section of a laser."""
-    shutil.copytree(fake_site.CHECKOUT / "configs", folder, ignore=shutil.ignore_patterns("sites", "default"))
+    shutil.copytree(fake_site.CHECKOUT / "configs", folder, ignore=shutil.ignore_patterns("sites"))
     text = ""
     jobs = read_pipeline(str(folder)).jobs
     kept = {name for name, job in jobs.items() if name in KEPT or job.script}

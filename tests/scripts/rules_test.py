@@ -17,7 +17,7 @@ from nightmap_make.graph import Graph
 from nightmap_make.request import Asked
 from nightmap_make.rules_file import RulesFile, Times
 from nightmap_make.site_state import SiteState
-from nightmap_site.declaration import read_toml
+from nightmap_site.toml_file import read_toml
 from nightmap_site.needs import check_needs
 from nightmap_site.pipeline import PipelineError, read_pipeline
 from nightmap_site.site import CONFIGS

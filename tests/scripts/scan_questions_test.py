@@ -5,7 +5,7 @@ import os
 import unittest
 
 from config_folder import CONFIG, PREVIEW, ConfigFolder
-from nightmap_site.declaration import PipelineError
+from nightmap_site.toml_file import PipelineError
 from nightmap_site.pipeline import read_pipeline
 from nightmap_site.site import CONFIGS
 

@@ -16,7 +16,7 @@ class WhenChangedTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
-        self.config = self.folder / "configs/default/grid.toml"
+        self.config = self.folder / "configs/dense/default/grid.toml"
         self.config.parent.mkdir(parents=True)
         self.config.write_text("a = 1\n")
         self.program = self.folder / "test_grid"
