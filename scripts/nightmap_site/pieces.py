@@ -63,12 +63,11 @@ class Pieces:
 
     def __init__(self, configs, profile, imports):
         self._configs, self._imports, self._files = configs, imports, {}
-        base = _append({}, self._file("").tables)
-        own = self._file(profile)
+        self.files = [self._file("")]
+        base, own = _append({}, self._file("").tables), self._file(profile)
         tables = self._expanded(own, base, ["default"] if self._has("default") and profile != "default" else [], ())
         judging = [table.slot for table in self._file("").tables if "script" in table.keys]  # they read all other results
         self.tables = {slot: tables[slot] for slot in sorted(tables, key=judging.__contains__)}
-        self.files = [file for file in self._files.values() if file is not own] + [own]
 
     def _has(self, folder):
         return os.path.exists(os.path.join(self._configs, folder, "pipeline.toml"))
@@ -90,14 +89,18 @@ class Pieces:
                 more = _jobs(file, job, piece, file) if job else []
                 own += more
                 tables |= {table.slot: [] for table in (more if job else own) if table.slot not in tables}  # their place in the order
-            elif folder in within or not self._has(folder):
-                raise PipelineError(f"{file.path}: pieces: {piece!r} is no other folder of {self._configs} with a pipeline.toml that does not "
-                                    "list this one")  # fmt: skip
+            elif not self._has(folder) or folder in within and self._file(folder).pieces is not None:
+                raise PipelineError(f"{file.path}: pieces: {piece!r} is no folder of {self._configs} with a pipeline.toml, or lists this one")
             elif job:
                 self._join(tables, _append({}, _jobs(self._file(folder), job, piece, file)), file)
+                self._use(self._file(folder))
             else:
                 self._join(tables, self._expanded(self._file(folder), {}, [], (*within, file.folder)), file)
-        return _append(tables, own)
+        self._use(file)
+        return _append(tables, (table for table in own if table not in tables.get(table.slot, [])))
+
+    def _use(self, file):
+        self.files += [] if file in self.files else [file]
 
     def _join(self, tables, found, by):
         """Adds the tables of a piece. Where another one has the same job, the list's file names the folder whose job it is."""

@@ -12,7 +12,6 @@ import unittest
 from workspace import BUILD, REPOSITORY, SITE, Workspace, environment, write_small_site
 
 CENSUS = REPOSITORY / "tests/e2e/census"
-EVALUATE = "[evaluate]\n"  # the entry goes before it, as one of the results that scripts read
 
 
 def copy_of_the_tree():
@@ -30,15 +29,9 @@ def add_census(folder):
     (folder / "stages/census").mkdir()
     for path in [*CENSUS.glob("*.h"), *CENSUS.glob("*.cc")]:
         shutil.copy(path, folder / "stages/census")
-    shutil.copy(CENSUS / "census.toml", folder / "configs/default/census.toml")
-    pipeline = folder / "configs/pipeline.toml"
-    entry = (CENSUS / "pipeline_entry.toml").read_text(encoding="utf-8")
-    text = pipeline.read_text(encoding="utf-8").replace(EVALUATE, entry + EVALUATE)
-    pipeline.write_text(text, encoding="utf-8")
-    with open(folder / "configs/ceiling/pipeline.toml", "a", encoding="utf-8") as profile:
-        profile.write("\n[census]\nleave_out = true\n")  # the profile has no map_frame, which census reads
-    with open(folder / "configs/laser/pipeline.toml", "a", encoding="utf-8") as profile:
-        profile.write('\n[[census]]\ngiven = "map"\nleave_out = true\n')  # likewise, with a map of another system
+    shutil.copy(CENSUS / "census.toml", folder / "configs/dense/default/census.toml")
+    with open(folder / "configs/dense/pipeline.toml", "a", encoding="utf-8") as wing:
+        wing.write("\n" + (CENSUS / "pipeline_entry.toml").read_text(encoding="utf-8"))
 
 
 def programs_but(folder, stage):
@@ -121,7 +114,7 @@ class AddStageTest(unittest.TestCase):
         row = "| `census` | counts frames and keyframes | site | frames.shard, map_frame.keyframes | `census.json` |"
         self.assertIn(row, self.describe_pipeline())
         self.describe_pipeline("--write")
-        self.assertIn(row, (self.folder / "ARCHITECTURE.md").read_text(encoding="utf-8"))
+        self.assertIn(row, (self.folder / "docs/pipeline.md").read_text(encoding="utf-8"))
 
     def test_a_test_of_all_programs_takes_it(self):
         test = ["-m", "unittest", "programs_test.ProgramsTest.test_default_config_is_what_the_program_prints"]

@@ -37,10 +37,10 @@ class ScansTest(unittest.TestCase):
         self.site = StubSite()
         self.addCleanup(self.site.remove)
         folder = self.site.folder
-        (folder / "configs/scans").mkdir()
+        (folder / "configs/scans/default").mkdir(parents=True)
         left_out = "".join(f"[{name}]\nleave_out = true\n" for name in PIPELINE.jobs if name not in KEPT)
         (folder / "configs/scans/pipeline.toml").write_text(left_out + PROFILE)
-        (folder / "configs/default/scan_map.toml").write_text("size = 1\n")
+        (folder / "configs/scans/default/scan_map.toml").write_text("size = 1\n")
         (folder / "stages/scan_map").mkdir(parents=True)
         self.report, self.evaluation = folder / "stages/scan_map/report.py", folder / "stages/scan_map/evaluation.py"
         self.report.write_text(REPORT)

@@ -22,11 +22,11 @@ class LayersTest(ConfigFolder):
         self.resolve(profile="coarse", set="octree.num_hits=9", ends=["plan.start=3 4"])
         self.assertEqual((self.config("octree")["num_hits"], self.config("plan")["start"]), (9, "3 4"))
 
-    def test_a_profile_comes_after_those_that_it_includes(self):
+    def test_a_profile_comes_after_its_pieces(self):
         self.write("configs/coarse/octree.toml", "resolution_m = 0.1\nnum_hits = 3\n")
         self.write("configs/coarse/default/scan.toml", "sigma_m = 0.5\nmode = 'ray'\n")
-        self.write("configs/coarse/pipeline.toml", "")
-        self.write("configs/over/pipeline.toml", '[[include]]\nprofile = "coarse"\n')
+        self.write("configs/coarse/pipeline.toml", "pieces = []\n")
+        self.write("configs/over/pipeline.toml", 'pieces = ["coarse"]\n')
         self.write("configs/over/octree.toml", "num_hits = 5\n")
         self.write("configs/over/scan.toml", "mode = 'beam'\n")
         self.resolve(profile="over")
@@ -36,7 +36,7 @@ class LayersTest(ConfigFolder):
     def test_rewritten_only_when_the_meaning_changes(self):
         self.resolve()
         octree, plan = self.time("octree"), self.time("plan")
-        self.write("configs/dense/default/octree.toml", "mode = 'ray' # said otherwise\nnum_hits=2\nresolution_m = 5e-2\n")
+        self.write("configs/default/octree.toml", "mode = 'ray' # said otherwise\nnum_hits=2\nresolution_m = 5e-2\n")
         self.resolve(set="octree.resolution_m=0.050")
         self.assertEqual(self.time("octree"), octree)
         self.resolve(set="octree.resolution_m=1")
@@ -77,7 +77,7 @@ class LayersTest(ConfigFolder):
                                  ({"data": "elsewhere"}, "datasets.md")):  # fmt: skip
             with self.subTest(changes):
                 self.assertIn(message, self.refused(**changes))
-        self.write("configs/plan/default/plan.toml", "seed = \n")
+        self.write("configs/default/plan.toml", "seed = \n")
         self.assertIn("plan.toml: not valid TOML", self.refused())
 
     def test_wrong_types_in_stage_configs(self):

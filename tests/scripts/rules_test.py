@@ -92,7 +92,7 @@ class PipelineTest(Declared):
         pipeline = read_pipeline(str(CONFIGS))
         programs = {path.parent.name for path in CONFIGS.parent.glob("stages/*/main.cc")}
         self.assertLessEqual(set(pipeline.programs()), programs)
-        defaults = [path.stem for path in [*CONFIGS.glob("default/*.toml"), *CONFIGS.glob("*/default/*.toml")]]
+        defaults = [path.stem for path in CONFIGS.glob("*/default/*.toml")]
         of_jobs = {name for profile in CONFIGS.glob("*/pipeline.toml")
                    for name, program in read_pipeline(str(CONFIGS), profile.parent.name).options.items() if name != program}  # fmt: skip
         self.assertEqual(sorted(defaults), sorted(programs | of_jobs))  # each in one place
@@ -202,19 +202,6 @@ in = {odometry = false, map = "import.poses"}
         path.write_text(tables.replace('map = "import.poses"', 'map = "grids.map"'))
         with self.assertRaisesRegex(PipelineError, r"laser/pipeline.toml:16: \[grid\]: in.map: no job 'grids'"):
             self.graph("laser", ("poses",))
-
-    def test_a_profile_includes_the_tables_of_another(self):
-        self.write("more/pipeline.toml", '[odometry]\nin.wheels = "frames.shards"\nkB_per_frame = 3\n')
-        included = '[[include]]\nprofile = "more"\ngiven = "poses"\n[odometry]\nin.wheels = false\npurpose = "both"\n'
-        path = self.write("all/pipeline.toml", included)
-        with_more, without = (self.graph("all", given).jobs["odometry"] for given in (("poses",), ()))
-        self.assertEqual([with_more.kB_per_frame, with_more.purpose, without.purpose], [3, "both", "both"])
-        self.assertEqual([reference.port for reference in with_more.inputs], ["frames"])
-        self.assertNotEqual(without.kB_per_frame, 3)
-        for old, new in (('"more"', '"nothing"'), ('"more"', '"all"'), ("given", "when")):
-            path.write_text(included.replace(old, new))
-            with self.assertRaisesRegex(PipelineError, r"all/pipeline.toml: \[\[include\]\] has the keys"):
-                self.graph("all", ("poses",))
 
     def test_else_reads_the_first_job_that_the_profile_leaves(self):
         self.declared(lambda text: text.replace('"odometry.odometry"', '"odometry.odometry else frames.shard"'))

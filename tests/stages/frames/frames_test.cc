@@ -241,7 +241,8 @@ TEST(CutShards, AppendingFramesChangesTheLastShardOnly) {
 
 TEST(FramesOptions, DefaultConfigFileIsWhatTheProgramHas) {
   FramesOptions options, from_file;
-  RegisterOptions(from_file).ParseToml(ReadBytes("configs/recording/default/frames.toml"), "frames.toml");
+  RegisterOptions(from_file).ParseToml(ReadBytes("configs/recording/default/frames.toml"),
+                                       "frames.toml");
   EXPECT_EQ(RegisterOptions(from_file).ToToml(), RegisterOptions(options).ToToml());
 }
 

@@ -66,7 +66,8 @@ TEST(RunQueries, TwoOfOneTimeAreRefused) {
 
 TEST(QueriesOptions, DefaultConfigFileIsWhatTheProgramHas) {
   QueriesOptions options, from_file;
-  RegisterOptions(from_file).ParseToml(ReadBytes("configs/recording/default/queries.toml"), "queries.toml");
+  RegisterOptions(from_file).ParseToml(ReadBytes("configs/recording/default/queries.toml"),
+                                       "queries.toml");
   EXPECT_EQ(RegisterOptions(from_file).ToToml(), RegisterOptions(options).ToToml());
 }
 
