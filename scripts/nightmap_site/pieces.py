@@ -6,6 +6,7 @@ made of), and "folder.job" for one job. A folder without a list stands for the d
 """
 
 import os
+import re
 
 from nightmap_site.toml_file import PipelineError, read_toml
 
@@ -64,7 +65,8 @@ class Pieces:
     def __init__(self, configs, profile, imports):
         self._configs, self._imports, self._files = configs, imports, {}
         self.files = [self._file("")]
-        base, own = _append({}, self._file("").tables), self._file(profile)
+        base = _append({}, self._file("").tables)
+        own = self._file(profile if re.fullmatch(r"[\w-]+", profile) else "default")  # a path is refused later, as no profile
         tables = self._expanded(own, base, ["default"] if self._has("default") and profile != "default" else [], ())
         judging = [table.slot for table in self._file("").tables if "script" in table.keys]  # they read all other results
         self.tables = {slot: tables[slot] for slot in sorted(tables, key=judging.__contains__)}

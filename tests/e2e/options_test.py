@@ -30,7 +30,7 @@ class OptionsTest(unittest.TestCase):
         self.profile = self.configs / "both/pipeline.toml"
         self.profile.write_text(PROFILE)
         self.default = self.configs / "both/default/ceiling_features.toml"
-        self.default.write_text((self.configs / "default/features.toml").read_text())
+        self.default.write_text((self.configs / "camera/default/features.toml").read_text())
 
     def make(self, *arguments, code=0):
         result = self.site.make("PROFILE=both", *arguments)

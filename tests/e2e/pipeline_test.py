@@ -15,7 +15,7 @@ from nightly import IS_NIGHT, some_of
 from stub_site import SITE, StubSite
 from workspace import PIPELINE, environment
 
-from nightmap_site.declaration import import_keys
+from nightmap_site.declaration import import_keys, profiles
 from nightmap_site.pipeline import closure
 
 OF_MAP = closure(PIPELINE, ["map"]) & set(PIPELINE.jobs)
@@ -59,7 +59,7 @@ class RulesTest(StubTest):
         self.assertNotIn("time (s)", self.make("map"))
 
     def test_strict_refuses_a_map_that_is_not_to_be_used(self):
-        declaration = self.site.folder / "configs/pipeline.toml"
+        declaration = self.site.folder / "configs/dense/pipeline.toml"
         declaration.write_text(declaration.read_text().replace("[grid]\n", '[grid]\nsection.verdict = "height.py"\n'))
         (self.site.folder / "height.py").write_text(
             "from nightmap_eval.verdict import check\n\n\ndef checks(site):\n"
@@ -115,7 +115,7 @@ class RulesTest(StubTest):
                 self.make("-q", *ASKED)
 
     def test_a_value_of_a_profile_that_is_set_and_taken_back_reruns_nothing(self):
-        for profile in sorted(path.parent.name for path in (self.site.folder / "configs").glob("*/pipeline.toml")):
+        for profile in sorted({*profiles(str(self.site.folder / "configs"))} - {"default"}):
             programs, goals = self.use_profile(profile)
             self.make(*goals)
             for program in some_of(programs, one_in=6):
