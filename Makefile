@@ -101,7 +101,8 @@ help: ## this page
 	sed -nE 's/^## ([A-Z][A-Z_ ]*) +(.*)$$/  \1 \t\2/p' Makefile | expand -t 14; \
 	echo; echo "  SITE=$$SITE PROFILE=$$PROFILE SEED=$$SEED DATA=$$DATA MAPS=$$MAPS THREADS=$$THREADS"; \
 	names() { for path; do path=$${path%/}; path=$${path##*/}; [ "$$path" = sites ] || printf ' %s' "$${path%.toml}"; done; }; \
-	shopt -s nullglob; echo "  sites:   $$(names "$$SITES"/*.toml)"; echo "  profiles:$$(names $$(grep -l '^pieces = ' configs/*/pipeline.toml | xargs dirname))"; echo; \
+	profiles() { for path in configs/*/pipeline.toml; do case $$(<"$$path") in *"pieces = ["*) names "$${path%/*}";; esac; done; }; \
+	shopt -s nullglob; echo "  sites:   $$(names "$$SITES"/*.toml)"; echo "  profiles:$$(profiles)"; echo; \
 	echo "Use make why in place of make -n: with grouped targets, -n lists only the first of several stale jobs."
 
 deps: ## install the Debian packages that are missing
