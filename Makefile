@@ -59,7 +59,7 @@ SITES ?= configs/sites
 ## PYTHON      command of the Python interpreter
 PYTHON ?= /usr/bin/python3
 ## SANITIZED   of test-sanitize: groups of tests, separated by |; `.` stands for all
-SANITIZED ?= base|program|io|recording|dense|planar
+SANITIZED ?= base|program|io|recording|dense|plan|laser
 include scripts/variables.mk
 
 M := $(MAPS)/$(SITE)

@@ -2,6 +2,7 @@
 # One test program per tested library: tests/<group>/*_test.cc; CTest name <group>. A program runs its tests in one process: to
 # start 1,750 of them takes longer than what they test.
 set(NIGHTMAP_DATA "${CMAKE_SOURCE_DIR}/../shared/data" CACHE PATH "real recordings for the tests")
+find_pcl()
 find_library(SUITESPARSE_CONFIG_LIBRARY suitesparseconfig REQUIRED)  # tests take CHOLMOD's memory
 add_custom_target(unit_tests)  # every test program, without the stage programs
 set(CMAKE_UNITY_BUILD OFF)
@@ -14,7 +15,7 @@ target_link_libraries(test_prefix PUBLIC nightmap_flags Eigen3::Eigen nlohmann_j
 target_compile_options(test_prefix PUBLIC ${test_flags})
 target_precompile_headers(test_prefix PRIVATE <gmock/gmock.h> <gtest/gtest.h> <Eigen/Geometry> <filesystem>
                           <fstream> <map> <nlohmann/json.hpp> <string> <vector>)
-# A folder of tests/ or tests/stages/ whose name is that of a library has its tests. The library of
+# A folder of tests/ or tests/stages/<wing>/ whose name is that of a library has its tests. The library of
 # another stage, where tests need one, links.cmake of the folder adds.
 function(nightmap_tests folder library)
   cmake_path(RELATIVE_PATH folder BASE_DIRECTORY ${CMAKE_SOURCE_DIR}/tests OUTPUT_VARIABLE group)
@@ -24,7 +25,7 @@ function(nightmap_tests folder library)
   endif()
   string(REPLACE "/" "_" program test_${group})
   add_executable(${program} ${sources} $<TARGET_OBJECTS:test_prefix>)
-  target_link_libraries(${program} PRIVATE ${library} nightmap_synthetic ${OCTOMAP_LIBRARIES} ${SUITESPARSE_CONFIG_LIBRARY}
+  target_link_libraries(${program} PRIVATE ${library} nightmap_world ${OCTOMAP_LIBRARIES} ${SUITESPARSE_CONFIG_LIBRARY}
                         pcl_common pcl_kdtree GTest::gmock OpenImageIO::OpenImageIO opencv_videoio)
   target_include_directories(${program} SYSTEM PRIVATE ${OCTOMAP_INCLUDE_DIRS} ${PCL_INCLUDE_DIRS})
   target_compile_options(${program} PRIVATE ${test_flags})
@@ -41,7 +42,7 @@ foreach(folder ${folders})
   cmake_path(GET folder FILENAME name)
   nightmap_tests(${folder} nightmap_${name})
 endforeach()
-file(GLOB folders CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/stages/*)
+file(GLOB folders CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/stages/*/*)
 foreach(folder ${folders})
   cmake_path(GET folder FILENAME name)
   nightmap_tests(${folder} stage_${name})
@@ -78,7 +79,7 @@ foreach(source ${benchmarks})
   get_filename_component(name ${source} NAME_WE)
   string(REPLACE bench_ stage_ stage ${name})
   add_executable(${name} EXCLUDE_FROM_ALL ${source})
-  target_link_libraries(${name} PRIVATE ${stage} nightmap_synthetic)
+  target_link_libraries(${name} PRIVATE ${stage} nightmap_world)
   add_dependencies(benchmarks ${name})
 endforeach()
 # Own code against the libraries that do the same: several stages, and more of PCL than the tests need. It

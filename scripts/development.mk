@@ -14,11 +14,11 @@ asked = $(filter $(1),$(MAKECMDGOALS))
 #
 # NIGHTMAP_PROGRAMS, from those who need some programs only (make_site.py), are built with all that were built before, so that
 # no program in RUN is older than the sources.
-ALL_PROGRAMS := $(patsubst stages/%/main.cc,%,$(wildcard stages/*/main.cc))
+ALL_PROGRAMS := $(notdir $(patsubst %/main.cc,%,$(wildcard stages/*/*/main.cc)))
 NIGHTMAP_PROGRAMS ?= $(ALL_PROGRAMS)
 PROGRAMS := $(filter $(NIGHTMAP_PROGRAMS) $(notdir $(wildcard $(RUN)/*)),$(ALL_PROGRAMS))
 ifneq ($(call asked,build $(BUILD)/programs.mk),)
-SOURCES := CMakeLists.txt $(wildcard cmake/*.cmake pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc)
+SOURCES := CMakeLists.txt $(wildcard cmake/*.cmake pipeline/*/links.cmake stages/*/links.cmake pipeline/*/*.h pipeline/*/*.cc stages/*/*/*.h stages/*/*/*.cc)
 missing = $(if $(wildcard $(1)),,FORCE)
 
 $(BUILD)/programs.mk: $(SOURCES) $(foreach p,$(PROGRAMS),$(call missing,$(RUN)/$(p)))
@@ -74,7 +74,7 @@ figures: ## measure the tables of docs/figures.md again (FIGURES names some); ho
 	@$(MAKE) --no-print-directory build
 	@$(PYTHON) tests/bench/figures.py $$FIGURES --data $(DATA) --build $(BUILD) --threads "$$THREADS"
 
-OURS = $(wildcard pipeline/*/*.h pipeline/*/*.cc stages/*/*.h stages/*/*.cc tests/*/*.h tests/*/*.cc tests/*/*/*.h tests/*/*/*.cc)
+OURS = $(foreach folder,pipeline/* stages/*/* tests/* tests/*/* tests/*/*/*,$(wildcard $(folder)/*.h $(folder)/*.cc))
 with_packages = scripts/install_deps.sh --quiet lint || echo "make: goes on without these packages" >&2
 format: ## rewrite the sources in the project's format
 	@$(with_packages)
@@ -85,7 +85,7 @@ format-check: ## fail when a source is not in the project's format
 	@clang-format --dry-run -Werror $(OURS)
 
 # CMake joins the sources of a folder into one file, so clang-tidy reads the heavy headers once per folder.
-LINTED = $(patsubst pipeline/%/,nightmap_%,$(wildcard pipeline/*/)) $(patsubst stages/%/,stage_%,$(wildcard stages/*/))
+LINTED = $(patsubst pipeline/%/,nightmap_%,$(wildcard pipeline/*/)) $(patsubst %,stage_%,$(ALL_PROGRAMS))
 # One check takes a minute of pipeline/io (it looks for changes of each parameter in all that the headers define): only
 # the nightly tests make it. From the environment, because a command line takes variables of users alone.
 TIDY_OFF ?= -performance-unnecessary-value-param
@@ -101,7 +101,7 @@ lint: ## clang-tidy on the changed sources, shellcheck on the scripts
 	@$(MAKE) -s --no-print-directory $(TIDY_PLUGIN)
 	@$(MAKE) --no-print-directory -j "$$THREADS" $(LINTED:%=$(BUILD)/lint/%.ok)
 ifneq ($(call asked,$(BUILD)/lint/%.ok),)
-linted_folder = $(patsubst nightmap_%,pipeline/%,$(patsubst stage_%,stages/%,$(1)))
+linted_folder = $(patsubst nightmap_%,pipeline/%,$(if $(filter stage_%,$(1)),$(wildcard stages/*/$(1:stage_%=%)),$(1)))
 .SECONDEXPANSION:
 $(LINTED:%=$(BUILD)/lint/%.ok): $(BUILD)/lint/%.ok: .clang-tidy $(filter pipeline/%.h stages/%.h,$(OURS)) \
     $$(wildcard $$(call linted_folder,$$*)/*.cc)

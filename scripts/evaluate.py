@@ -7,7 +7,7 @@ map aligned by its own mapping frames, as a whole (global) and around each query
 missing poses counted as failures. Synthetic sites: distance of the cloud to the exact surfaces, and each
 floor's grid, walls and doors against the exact plan. A site without truth gets counts only; metrics.json
 says so. A job's own figures (section.evaluation) stand in `sections`; a site without map_frame or without a camera has
-only these: those of a laser are in nightmap_eval/laser_accuracy.py, those of a ceiling in ceiling_accuracy.py.
+only these: those of a laser are in nightmap_eval/laser/laser_accuracy.py, those of a ceiling in ceiling_accuracy.py.
 Exit codes: 0 written; 1 missing or inconsistent data; 2 wrong command line.
 """
 
@@ -25,7 +25,7 @@ from nightmap_eval.artifacts import (
     truths_apart,
     write_atomic,
 )
-from nightmap_eval.cloud_accuracy import cloud_metrics
+from nightmap_eval.dense.cloud_accuracy import cloud_metrics
 from nightmap_eval.floor_accuracy import evaluate_floors, truth_folder
 from nightmap_eval.located_queries import VERDICTS, read_located
 from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops, read_relative_poses

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "pipeline/base/random.h"
-#include "pipeline/features/vocabulary_io.h"
+#include "pipeline/camera/vocabulary_io.h"
 #include "pipeline/io/features_io.h"
 #include "pipeline/io/frames_io.h"
 

@@ -2,7 +2,7 @@
 """The verdict on the map, or before there is one on the recording, for the page."""
 
 from nightmap_eval import html
-from nightmap_eval.verdict import FORM, GOOD
+from nightmap_eval.verdict.verdict import FORM, GOOD
 from nightmap_site.checked_reading import read_object
 
 

@@ -7,7 +7,8 @@ import os
 
 from nightmap_make.rules_file import Times
 
-SOURCES = ("CMakeLists.txt", "cmake/*.cmake", "pipeline/*/*.h", "pipeline/*/*.cc", "stages/*/*.h", "stages/*/*.cc")
+SOURCES = ("CMakeLists.txt", "cmake/*.cmake", "pipeline/*/links.cmake", "stages/*/links.cmake", "pipeline/*/*.h", "pipeline/*/*.cc",
+           "stages/*/*/*.h", "stages/*/*/*.cc")  # fmt: skip
 
 
 def reason_to_build(build, programs):

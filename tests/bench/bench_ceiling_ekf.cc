@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <ctime>
 
-#include "tests/stages/ceiling_ekf/simulated_drive.h"
+#include "tests/stages/ceiling/ceiling_ekf/simulated_drive.h"
 
 namespace nightmap {
 namespace {

@@ -14,10 +14,10 @@
 #include "pipeline/dense/back_project.h"
 #include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/io/trajectory_io.h"
-#include "stages/octree/occupancy_volume.h"
-#include "stages/octree/octomap_volume.h"
-#include "stages/octree/voxel_walk.h"
-#include "tests/stages/octree/voxel_states.h"
+#include "stages/dense/octree/occupancy_volume.h"
+#include "stages/dense/octree/octomap_volume.h"
+#include "stages/dense/octree/voxel_walk.h"
+#include "tests/stages/dense/octree/voxel_states.h"
 
 namespace nightmap {
 namespace {

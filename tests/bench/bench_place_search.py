@@ -18,7 +18,7 @@ from laser.move_furniture import write_map
 from made_up_floor import Laser, free_poses, make_floor, scan
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.grid import OCCUPIED
-from nightmap_eval.scan_relocalization import figures, read_scans
+from nightmap_eval.laser.scan_relocalization import figures, read_scans
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import run_main
 from stage_run import Programs
@@ -50,7 +50,7 @@ def as_list(values, dtype):
 
 
 def write_queries(path, times_ns, scans, laser):
-    """queries.h5 with a scan per query (pipeline/planar/scan_queries_io.h); its laser is the robot's middle."""
+    """queries.h5 with a scan per query (pipeline/laser/scan_queries_io.h); its laser is the robot's middle."""
     names = [str(i).encode() for i in range(len(scans))]
     count = len(scans)
     with sealed(path) as file:

@@ -18,13 +18,13 @@
 #include <functional>
 #include <vector>
 
-#include "stages/plan/astar.h"
-#include "stages/plan/lazy_theta_star.h"
-#include "stages/plan/plan.h"
-#include "stages/plan/pull_tight.h"
-#include "tests/stages/plan/office_floor.h"
-#include "tests/stages/plan/reference_path.h"
-#include "tests/stages/plan/scene.h"
+#include "stages/plan/plan/astar.h"
+#include "stages/plan/plan/lazy_theta_star.h"
+#include "stages/plan/plan/plan.h"
+#include "stages/plan/plan/pull_tight.h"
+#include "tests/stages/plan/plan/office_floor.h"
+#include "tests/stages/plan/plan/reference_path.h"
+#include "tests/stages/plan/plan/scene.h"
 
 namespace nightmap {
 namespace {

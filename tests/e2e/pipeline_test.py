@@ -62,7 +62,7 @@ class RulesTest(StubTest):
         declaration = self.site.folder / "configs/dense/pipeline.toml"
         declaration.write_text(declaration.read_text().replace("[grid]\n", '[grid]\nsection.verdict = "height.py"\n'))
         (self.site.folder / "height.py").write_text(
-            "from nightmap_eval.verdict import check\n\n\ndef checks(site):\n"
+            "from nightmap_eval.verdict.verdict import check\n\n\ndef checks(site):\n"
             "    yield check('height', 9.0, 'm', (0, 1), 'reason', 'measure it again', usable=(0, 2))\n")  # fmt: skip
         said = self.make("map")
         self.assertRegex(said, r"verdict: do not use\n  do not use: height 9 m \(0 to 1 m\): measure it again\n")

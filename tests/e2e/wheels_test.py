@@ -15,7 +15,7 @@ from workspace import REPOSITORY, SITE, Workspace, write_small_site
 sys.path.append(str(REPOSITORY / "scripts"))
 from nightmap_eval.trajectory import quaternion, read_tum  # noqa: E402
 
-ADDED = ("stages/wheel_edges", "configs/wheels")
+ADDED = ("stages/graph/wheel_edges", "configs/wheels")
 PITCH_RAD = 0.16  # of the camera, which is ahead of the axle, to its left and above it
 AXES = np.array([[0, -np.sin(PITCH_RAD), np.cos(PITCH_RAD)], [-1, 0, 0], [0, -np.cos(PITCH_RAD), -np.sin(PITCH_RAD)]])
 POSITION_M = np.array([0.3, 0.1, 1.0])

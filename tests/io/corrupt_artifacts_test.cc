@@ -16,8 +16,8 @@
 #include "pipeline/io/queries_io.h"
 #include "pipeline/io/things_io.h"
 #include "pipeline/io/trajectory_io.h"
-#include "pipeline/planar/floors_io.h"
-#include "pipeline/planar/path_io.h"
+#include "pipeline/plan/floors_io.h"
+#include "pipeline/plan/path_io.h"
 #include "tests/io/artifact_damage.h"
 
 namespace nightmap {

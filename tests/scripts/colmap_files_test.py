@@ -13,7 +13,7 @@ import numpy as np
 
 import fake_colmap
 from fake_site import SCRIPTS, walk
-from nightmap_eval.colmap_files import (
+from nightmap_eval.colmap.colmap_files import (
     camera_parameters,
     read_cameras,
     read_model,
@@ -90,7 +90,7 @@ class ColmapFilesTest(unittest.TestCase):
         fake_colmap.write_database(database, ["büro.png"])
         program = (
             "import sys; from pathlib import Path; from numpy import eye, zeros\n"
-            "from nightmap_eval.colmap_files import write_posed_images\n"
+            "from nightmap_eval.colmap.colmap_files import write_posed_images\n"
             "root = Path(sys.argv[1])\n"
             "write_posed_images(root / 'posed', root / 'database.db', {'b\\xfcro.png': (eye(3), zeros(3))})\n"
         )

@@ -13,8 +13,8 @@ from unittest import mock
 
 import fake_colmap
 import fake_site
-from nightmap_eval.colmap_files import read_cameras
-from nightmap_eval.colmap_run import Step
+from nightmap_eval.colmap.colmap_files import read_cameras
+from nightmap_eval.colmap.colmap_run import Step
 
 RETRIEVED = """
 if [ "$1" = vocab_tree_retriever ]; then
@@ -237,7 +237,7 @@ class ColmapStepTest(unittest.TestCase):
         self.prepare("features")
         self.run_step("matches")
         after_both = [None, KeyboardInterrupt, None]
-        with mock.patch("nightmap_eval.colmap_run.shutil.rmtree", side_effect=after_both):
+        with mock.patch("nightmap_eval.colmap.colmap_run.shutil.rmtree", side_effect=after_both):
             with self.assertRaises(KeyboardInterrupt):
                 self.run_step("matches")
         self.assertTrue((self.colmap / "matches" / "receipt.json").exists())
@@ -255,7 +255,7 @@ class ColmapStepTest(unittest.TestCase):
         self.assertEqual({path.name for path in self.colmap.iterdir()}, {"features", "matches"})
 
     def test_two_runs_of_a_step_each_fill_their_own_folder(self):
-        with mock.patch("nightmap_eval.colmap_run.require_colmap", return_value="COLMAP 3.8"):
+        with mock.patch("nightmap_eval.colmap.colmap_run.require_colmap", return_value="COLMAP 3.8"):
             first, second = (Step(self.colmap / "matches", 1) for _ in range(2))
         for step, text in ((first, "first"), (second, "second")):
             (step.folder / "database.db").write_text(text)

@@ -13,10 +13,10 @@ import numpy as np
 import fake_colmap
 import fake_site
 from fake_site import moved, rotation_about, walk
-from nightmap_eval.colmap_files import read_model
-from nightmap_eval.colmap_methods import MAPPER_RUNS, RUNS
-from nightmap_eval.comparison import Part, fit_to_map, locate_by_models, matched, model_trajectory, summaries
-from nightmap_eval.report_comparison import comparison_section
+from nightmap_eval.colmap.colmap_files import read_model
+from nightmap_eval.colmap.colmap_methods import MAPPER_RUNS, RUNS
+from nightmap_eval.colmap.comparison import Part, fit_to_map, locate_by_models, matched, model_trajectory, summaries
+from nightmap_eval.colmap.report_comparison import comparison_section
 from nightmap_site.job_results import folders_up_to
 from nightmap_site.site import Site
 

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 import fake_site
-from nightmap_eval.colmap_run import read_receipt
+from nightmap_eval.colmap.colmap_run import read_receipt
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import DataError
 

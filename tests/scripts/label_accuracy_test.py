@@ -11,10 +11,10 @@ import numpy as np
 import labels_site
 from labels_site import face_points
 from nightmap_eval import label_accuracy
-from nightmap_eval.box_overlap import UprightBox
-from nightmap_eval.class_distances import box_distances_m, class_distances_m, rectangle_distances_m
-from nightmap_eval.true_building import Rectangle, TrueBuilding
-from nightmap_eval.voxel_labels import VoxelLabels, read_voxel_labels
+from nightmap_eval.labels.box_overlap import UprightBox
+from nightmap_eval.labels.class_distances import box_distances_m, class_distances_m, rectangle_distances_m
+from nightmap_eval.labels.true_building import Rectangle, TrueBuilding
+from nightmap_eval.labels.voxel_labels import VoxelLabels, read_voxel_labels
 from nightmap_site.script_errors import DataError
 
 

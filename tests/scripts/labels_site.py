@@ -9,14 +9,14 @@ import numpy as np
 
 import fake_site
 from fake_site import rotation_about
-from nightmap_eval.box_overlap import UprightBox
+from nightmap_eval.labels.box_overlap import UprightBox
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.site import Site
 
 NAMES = ["none", "wall", "floor", "table", "chair", "poster"]
 COLORS = ["#000000", "#808080", "#c0a080", "#0000ff", "#00ff00", "#ff00ff"]
 JOB = '\n[objects]\npurpose = "finds things"\nin.voxels = "join_labels.voxels"\nout.things = "objects.json"\n' \
-      'section.report = "scripts/nightmap_eval/report_things.py"\nsection.evaluation = "scripts/nightmap_eval/thing_accuracy.py"\n'  # fmt: skip
+      'section.report = "scripts/nightmap_eval/labels/report_things.py"\nsection.evaluation = "scripts/nightmap_eval/labels/thing_accuracy.py"\n'  # fmt: skip
 RESOLUTION_M = 0.05
 MAP_YAW_RAD, MAP_M = 0.5, np.array([1.0, -2.0, 0.0])  # fake_site.write_site turns and moves the building so
 

@@ -29,8 +29,8 @@ def write_configs(folder):
         cut = [reference.port for reference in job.inputs if reference.job and reference.job not in kept]
         text += f"[{name}]\n" + "".join(f"in.{port} = false\n" for port in dict.fromkeys(cut))
         if name == "grid":
-            text += ('section.report = "scripts/nightmap_eval/report_laser.py"\n'
-                     'section.evaluation = "scripts/nightmap_eval/laser_accuracy.py"\n')  # fmt: skip
+            text += ('section.report = "scripts/nightmap_eval/laser/report_laser.py"\n'
+                     'section.evaluation = "scripts/nightmap_eval/laser/laser_accuracy.py"\n')  # fmt: skip
     (folder / "scans").mkdir()
     (folder / "scans" / "pipeline.toml").write_text(text)
 

@@ -6,7 +6,7 @@ import unittest
 from pathlib import Path
 
 import fake_site
-from nightmap_eval.nearest_frames import nearest_frames
+from nightmap_eval.camera.nearest_frames import nearest_frames
 from nightmap_site.site import Site
 
 TURNED_180 = "0 1 0 0"  # about y: the camera looks back

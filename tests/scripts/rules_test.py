@@ -69,7 +69,7 @@ class Declared(unittest.TestCase):
 class PipelineTest(Declared):
     def test_lists_stand_for_the_inputs_by_hash(self):
         """The list of an input by hash is of the job that made it. Tests of such a list change all that its readers take:
-        tests/labels/labelled_frames_test.cc, tests/stages/moving/moving_test.cc, tests/e2e/people_test.py."""
+        tests/labels/labelled_frames_test.cc, tests/stages/labels/moving/moving_test.cc, tests/e2e/people_test.py."""
         found = set()
         for imports in ((), ("model",)):
             for profile in (path.parent.name for path in CONFIGS.glob("*/pipeline.toml")):

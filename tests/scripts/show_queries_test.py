@@ -7,7 +7,7 @@ import unittest
 from pathlib import Path
 
 import fake_site
-from nightmap_eval.report_queries import query_section
+from nightmap_eval.camera.report_queries import query_section
 from nightmap_site.query_results import asked_names
 from nightmap_site.site import Site
 

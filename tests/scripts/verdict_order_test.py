@@ -8,7 +8,7 @@ import numpy as np
 
 import fake_site  # noqa: F401 (makes nightmap_eval importable)
 from nightmap_eval import verdict_order
-from nightmap_eval.verdict import LOOK
+from nightmap_eval.verdict.verdict import LOOK
 
 
 def frames_named(names, times_s, sequences=None):

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import fake_site  # noqa: F401  finds the scripts
 import numpy as np
 from nightmap_eval.sealed_hdf5 import sealed
-from nightmap_eval.verdict import GOOD, REFUSE
-from nightmap_eval.verdict_parts import part_checks, parts_apart
+from nightmap_eval.verdict.verdict import GOOD, REFUSE
+from nightmap_eval.verdict.verdict_parts import part_checks, parts_apart
 from nightmap_site.script_errors import DataError
 
 

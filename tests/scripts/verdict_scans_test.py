@@ -14,7 +14,7 @@ import fake_site  # noqa: F401  finds the scripts
 from nightmap_eval import verdict_scans
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.signals import RangeTable, Samples, of_one_place, range_table, sectors_text
-from nightmap_eval.verdict import GOOD, LOOK, NOT_KNOWN, REFUSE, worst
+from nightmap_eval.verdict.verdict import GOOD, LOOK, NOT_KNOWN, REFUSE, worst
 from nightmap_site.script_errors import DataError
 from nightmap_site.site import Site
 

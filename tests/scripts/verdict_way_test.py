@@ -18,7 +18,7 @@ from nightmap_eval.artifacts import BRIDGED, STARTED
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_site.script_errors import DataError
 from nightmap_eval.trajectory import Trajectory, quaternion
-from nightmap_eval.verdict import GOOD, LOOK, NOT_KNOWN, REFUSE, worst
+from nightmap_eval.verdict.verdict import GOOD, LOOK, NOT_KNOWN, REFUSE, worst
 from nightmap_site.site import Site
 
 TRACKED = np.zeros(fake_site.NUM_FRAMES, int)

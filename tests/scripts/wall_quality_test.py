@@ -7,7 +7,7 @@ import numpy as np
 
 import fake_site  # noqa: F401  first: it makes the packages of scripts/ importable
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, Grid
-from nightmap_eval.wall_quality import wall_metrics
+from nightmap_eval.laser.wall_quality import wall_metrics
 
 CELL_M = 0.05
 SIZE = 121

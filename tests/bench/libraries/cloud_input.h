@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "stages/point_cloud/point_cloud.h"
-#include "stages/point_cloud/voxel_filter.h"
+#include "stages/dense/point_cloud/point_cloud.h"
+#include "stages/dense/point_cloud/voxel_filter.h"
 #include "tests/bench/libraries/mapped_site.h"
-#include "tests/stages/point_cloud/box_room.h"
+#include "tests/stages/dense/point_cloud/box_room.h"
 
 namespace nightmap {
 

@@ -10,8 +10,8 @@
 #include <unordered_set>
 
 #include "pipeline/geometry/voxel_key.h"
-#include "stages/point_cloud/outliers_and_normals.h"
-#include "stages/point_cloud/point_cloud.h"
+#include "stages/dense/point_cloud/outliers_and_normals.h"
+#include "stages/dense/point_cloud/point_cloud.h"
 #include "tests/bench/libraries/cloud_input.h"
 #include "tests/bench/libraries/compare.h"
 #include "tests/bench/libraries/comparisons.h"

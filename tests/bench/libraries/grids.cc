@@ -7,13 +7,13 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/dense/back_project.h"
-#include "pipeline/planar/distance_transform.h"
-#include "stages/octree/occupancy_volume.h"
-#include "stages/octree/octomap_volume.h"
+#include "pipeline/plan/distance_transform.h"
+#include "stages/dense/octree/occupancy_volume.h"
+#include "stages/dense/octree/octomap_volume.h"
 #include "tests/bench/libraries/compare.h"
 #include "tests/bench/libraries/comparisons.h"
-#include "tests/stages/octree/voxel_states.h"
-#include "tests/stages/plan/office_floor.h"
+#include "tests/stages/dense/octree/voxel_states.h"
+#include "tests/stages/plan/plan/office_floor.h"
 
 namespace nightmap {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "pipeline/features/vocabulary_tree.h"
+#include "pipeline/camera/vocabulary_tree.h"
 #include "tests/bench/libraries/compare.h"
 #include "tests/bench/libraries/comparisons.h"
 

@@ -7,8 +7,8 @@
 #include <set>
 
 #include "pipeline/base/parallel.h"
-#include "pipeline/features/extract_features.h"
-#include "pipeline/features/match_descriptors.h"
+#include "pipeline/camera/extract_features.h"
+#include "pipeline/camera/match_descriptors.h"
 #include "tests/bench/libraries/compare.h"
 #include "tests/bench/libraries/comparisons.h"
 

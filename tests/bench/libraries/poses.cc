@@ -7,7 +7,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "pipeline/base/parallel.h"
-#include "pipeline/features/match_descriptors.h"
+#include "pipeline/camera/match_descriptors.h"
 #include "pipeline/geometry/absolute_pose.h"
 #include "tests/bench/libraries/compare.h"
 #include "tests/bench/libraries/comparisons.h"

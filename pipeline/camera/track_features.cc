@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/camera/track_features.h"
+
+#include <opencv2/core.hpp>
+#include <opencv2/video/tracking.hpp>
+#include <vector>
+
+#include "pipeline/camera/pixel_grid.h"
+#include "pipeline/io/masked_pixels.h"
+
+namespace nightmap {
+namespace {
+
+constexpr int kNumPyramidLevels = 3;  // above the full size
+constexpr double kMinDistance_px = 6;
+
+using Pyramid = std::vector<cv::Mat>;
+
+Pyramid BuildPyramid(const ColorImage& color, int window_px) {
+  GrayImage gray = ToGray(color);
+  const cv::Mat image(gray.height, gray.width, CV_8UC1, gray.pixels.data());
+  CV_Assert(!image.empty());  // OpenCV would search for its border without end
+  Pyramid pyramid;
+  cv::buildOpticalFlowPyramid(image, pyramid, {window_px, window_px}, kNumPyramidLevels);
+  return pyramid;
+}
+
+// Chooses the strongest features, none near another, because several features of one corner would
+// move together. Those with depth come first, because only they can be placed.
+std::vector<int> Choose(const FrameFeatures& described, const Camera& camera, int count) {
+  PixelGrid grid(camera, kMinDistance_px);
+  std::vector<int> chosen;
+  for (const bool wants_depth : {true, false}) {
+    for (int i = 0; i < described.NumFeatures() && static_cast<int>(chosen.size()) < count; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      if ((described.depths_m[at] > 0) != wants_depth) continue;
+      const Eigen::Vector2d pixel = described.raw_keypoints_px[at].cast<double>();
+      bool is_near = false;
+      grid.ForNear(pixel, [&](int other) {
+        const auto& q = described.raw_keypoints_px[static_cast<std::size_t>(other)];
+        is_near = is_near || (q.cast<double>() - pixel).norm() < kMinDistance_px;
+      });
+      if (is_near) continue;
+      grid.Add(pixel, i);
+      chosen.push_back(i);
+    }
+  }
+  return chosen;
+}
+
+}  // namespace
+
+void TrackingOptions::Register(OptionList& list) {
+  list.Add("max_gap_frames",
+           &max_gap_frames,
+           Range(0, 1000),
+           "largest number of frames tracked after a described one; 0: describes every frame");
+  list.Add("min_tracked_ratio",
+           &min_tracked_ratio,
+           Range(0, 1),
+           "a frame is described anew when a smaller share of the described frame's features is "
+           "tracked");
+  list.Add("max_tracked",
+           &max_tracked,
+           Range(20, 20000),
+           "largest number of features tracked, strongest first");
+  list.Add("window_px", &window_px, Range(5, 63), "size of the tracked patch");
+  list.Add("max_difference",
+           &max_difference,
+           Range(1, 255),
+           "largest mean difference of a patch found again, in gray levels");
+}
+
+struct FeatureTracker::State {
+  struct Point {
+    int feature = 0;  // of the reference
+    float scale_px = 0;
+    cv::Point2f origin_px;  // in the reference
+    cv::Point2f last_px;
+    cv::Point2f step_px;  // motion between the last two frames
+  };
+  Pyramid reference;
+  int reference_frame_idx = 0;
+  int num_frames = 0;  // frames tracked since the reference
+  std::size_t num_chosen = 0;
+  std::vector<Point> points;  // still tracked
+
+  // The points found again in a picture, outside of the mask.
+  std::vector<Point> Find(const TrackingOptions& options,
+                          const ColorImage& color,
+                          const Camera& camera,
+                          const GrayImage& moving) const {
+    std::vector<cv::Point2f> origin_px, found_px;
+    for (const Point& point : points) {
+      origin_px.push_back(point.origin_px);
+      found_px.push_back(point.last_px + point.step_px);
+    }
+    std::vector<unsigned char> is_found;
+    std::vector<float> differences;
+    cv::calcOpticalFlowPyrLK(reference,
+                             BuildPyramid(color, options.window_px),
+                             origin_px,
+                             found_px,
+                             is_found,
+                             differences,
+                             {options.window_px, options.window_px},
+                             kNumPyramidLevels,
+                             {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.01},
+                             cv::OPTFLOW_USE_INITIAL_FLOW);
+    std::vector<Point> found;
+    for (std::size_t i = 0; i < found_px.size(); ++i) {
+      const Eigen::Vector2d raw(found_px[i].x, found_px[i].y);
+      if (!is_found[i] || !camera.Contains(raw) || differences[i] > options.max_difference)
+        continue;
+      if (IsMasked(moving, raw)) continue;
+      const Point& point = points[i];
+      found.push_back({point.feature,
+                       point.scale_px,
+                       point.origin_px,
+                       found_px[i],
+                       found_px[i] - point.last_px});
+    }
+    return found;
+  }
+
+  // Goes on from the points found in a frame.
+  FrameFeatures Follow(std::vector<Point> found, const Camera& camera, int frame_idx) {
+    FrameFeatures tracked;
+    tracked.frame_idx = frame_idx;
+    tracked.reference_frame_idx = reference_frame_idx;
+    for (const Point& point : found) {
+      const Eigen::Vector2d raw(point.last_px.x, point.last_px.y);
+      tracked.reference_features.push_back(point.feature);
+      tracked.scales_px.push_back(point.scale_px);
+      tracked.raw_keypoints_px.push_back(raw.cast<float>());
+      tracked.keypoints_px.push_back(camera.Undistort(raw).cast<float>());
+    }
+    tracked.depths_m.assign(found.size(), 0.0f);
+    points = std::move(found);
+    ++num_frames;
+    return tracked;
+  }
+};
+
+FeatureTracker::FeatureTracker(const TrackingOptions& options) : options_(options) {}
+FeatureTracker::FeatureTracker(FeatureTracker&&) noexcept = default;
+FeatureTracker::~FeatureTracker() = default;
+
+void FeatureTracker::Start(const ColorImage& color,
+                           const Camera& camera,
+                           const FrameFeatures& described) {
+  if (options_.max_gap_frames == 0) return;
+  state_ = std::make_unique<State>();
+  state_->reference = BuildPyramid(color, options_.window_px);
+  state_->reference_frame_idx = described.frame_idx;
+  for (const int i : Choose(described, camera, options_.max_tracked)) {
+    const Eigen::Vector2f& raw = described.raw_keypoints_px[static_cast<std::size_t>(i)];
+    const cv::Point2f pixel(raw.x(), raw.y());
+    const float scale_px = described.scales_px[static_cast<std::size_t>(i)];
+    state_->points.push_back({i, scale_px, pixel, pixel, {0, 0}});
+  }
+  state_->num_chosen = state_->points.size();
+}
+
+std::optional<FrameFeatures> FeatureTracker::Track(const ColorImage& color,
+                                                   const Camera& camera,
+                                                   int frame_idx,
+                                                   const GrayImage& moving) {
+  if (!state_ || state_->points.empty() || state_->num_frames >= options_.max_gap_frames) {
+    return std::nullopt;
+  }
+  std::vector<State::Point> found = state_->Find(options_, color, camera, moving);
+  if (static_cast<double>(found.size()) <
+      options_.min_tracked_ratio * static_cast<double>(state_->num_chosen)) {
+    return std::nullopt;
+  }
+  return state_->Follow(std::move(found), camera, frame_idx);
+}
+
+FrameFeatures FeatureTracker::TrackFew(const ColorImage& color,
+                                       const Camera& camera,
+                                       int frame_idx) {
+  FrameFeatures none;
+  none.frame_idx = frame_idx;
+  if (!state_ || state_->points.empty()) return none;
+  return state_->Follow(state_->Find(options_, color, camera, {}), camera, frame_idx);
+}
+
+}  // namespace nightmap

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+nightmap_library(ceiling LINK nightmap_io)

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+nightmap_library(recording LINK nightmap_io)

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sections of the report on the adjusted map of a ceiling: its picture, what the adjustment found, errors."""
+
+from nightmap_eval import ceiling_drawing, html
+from nightmap_eval.ceiling.adjusted_ceiling import JOB
+from nightmap_eval.artifacts import Frames
+from nightmap_eval.ceiling.ceiling_accuracy import read_results, true_frames
+from nightmap_eval.ceiling.report_ceiling import POSES, in_map, landmark_parts, trajectory_parts
+from nightmap_site.checked_reading import NUMBER, check, read_json
+
+TITLE = "Adjusted map of the ceiling"
+FOUND_ROWS = (
+    ("num_keyframes", "Keyframes"),
+    ("num_landmarks", "Landmarks"),
+    ("median_error_px", "Error of a sighting, median (px)"),
+    ("ceiling_height_m", "Height of most of the ceiling (m)"),
+    ("wheel_scale_error", "Scale error of the wheels"),
+    ("wheel_heading_error_rad_per_m", "Heading error of the wheels (rad/m)"),
+)
+FIGURES = {"coverage": dict, "num_landmarks": int, "?trajectory": POSES | {"num_frames_with_truth": int},
+           "?landmarks": {"num_judged": int, "num_at_edge": int}}  # fmt: skip
+
+
+def sections(site, metrics):
+    if not (site.made(JOB, "trajectory") and site.made(JOB, "map")):
+        return [html.section(TITLE, html.paragraph("The adjust stage did not run.", "note"))]
+    estimate, ceiling_map = read_results(site, JOB)
+    truth = true_frames(site, Frames(site).times_ns)
+    truth_m = None if truth is None or len(estimate) == 0 else in_map(estimate, truth)
+    picture = ceiling_drawing.map_png(ceiling_map, estimate.positions_m, truth_m)
+    parts = [html.image(picture, "adjusted landmarks of the ceiling and the robot's way"),
+             html.table(("Adjustment", ""), found_rows(site))]  # fmt: skip
+    figures = metrics.get("sections", {}).get(JOB)
+    if figures is None:
+        parts.append(html.paragraph("The evaluate step did not run.", "note"))
+    else:
+        check(figures, FIGURES, "evaluate/metrics.json: sections: adjust")
+        parts += trajectory_parts(figures) + landmark_parts(figures)
+    return [html.section(TITLE, *parts)]
+
+
+def found_rows(site):
+    report = read_json(site.needed(JOB, "report"))
+    check(report, dict.fromkeys((key for key, _ in FOUND_ROWS), NUMBER), "adjust/report.json")
+    for key, title in FOUND_ROWS:
+        yield [title, report[key]]

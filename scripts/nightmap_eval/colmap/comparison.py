@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Maps of the same frames by nightmap and by COLMAP, with the queries located in each.
+
+Each of COLMAP's models has its own frame of reference and scale: the similarity that fits their common map
+frames best (Umeyama, PAMI 1991) aligns it with nightmap's metric map. A model that does not fit is wrong and
+not used. Queries do not take part in the alignment.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from nightmap_eval.colmap.colmap_files import read_model
+from nightmap_eval.query_errors import PROTOCOLS, WRONG_CM, query_summary
+from nightmap_eval.trajectory import Trajectory, associate, make_trajectory, quaternion, umeyama
+from nightmap_eval.trajectory_errors import absolute_errors
+from nightmap_site.script_errors import DataError
+
+# A model fits when this share of its map cameras lies within these distances of the metric map's.
+MIN_FIT_PERCENT = 90.0
+MAX_FIT_CM, MAX_FIT_DEG = WRONG_CM, 10.0
+
+
+@dataclass
+class Part:
+    """Map frames in one frame of reference, and the queries located among them."""
+
+    map_frames: Trajectory
+    queries: Trajectory
+
+
+@dataclass
+class Located:
+    """The result of one method of mapping and locating."""
+
+    name: str
+    parts: list = field(default_factory=list)
+    failed: str = ""  # the reason, when there is no result
+    models: list = field(default_factory=list)  # COLMAP's models, including those not used
+
+    def merged(self):
+        """All parts joined; a frame in several parts counts in the first."""
+        return Part(*(_merge([getattr(part, kind) for part in self.parts]) for kind in ("map_frames", "queries")))
+
+    def num_located(self):
+        return sum(len(part.queries) for part in self.parts)
+
+
+def _merge(trajectories):
+    poses = {}
+    for trajectory in trajectories:
+        rows = zip(trajectory.times_ns.tolist(), trajectory.positions_m, trajectory.quaternions)
+        for time_ns, position, rotation in rows:
+            poses.setdefault(time_ns, (time_ns, position, rotation))
+    return make_trajectory(list(poses.values()), "merged models")
+
+
+def matched(estimate, reference):
+    """The poses of both at common times, row by row."""
+    pairs = associate(estimate.times_ns, reference.times_ns, 0)
+    return estimate.select(pairs[:, 0]), reference.select(pairs[:, 1])
+
+
+def moved(trajectory, similarity):
+    rotations = similarity.rotation @ trajectory.rotations()
+    quaternions = np.array([quaternion(rotation) for rotation in rotations]).reshape(-1, 4)
+    return Trajectory(trajectory.times_ns, similarity.apply(trajectory.positions_m), quaternions)
+
+
+def model_trajectory(model, time_of_name):
+    """The images of a model that have a time, as world_from_camera."""
+    rows = [i for i, name in enumerate(model.names) if name in time_of_name]
+    poses = [(time_of_name[model.names[i]], model.positions[i], quaternion(model.rotations[i])) for i in rows]
+    return make_trajectory(poses, "model")
+
+
+def fit_to_map(model_frames, metric_map):
+    """The similarity map_from_model, or None without one, and the quality of the fit."""
+    frames, reference = matched(model_frames, metric_map)
+    figures = {"num_map_frames": len(frames), "fits": False}
+    try:
+        similarity = umeyama(frames.positions_m, reference.positions_m, with_scale=True)
+    except DataError as error:
+        return None, figures | {"reason": str(error)}
+    translation_m, rotation_deg = absolute_errors(frames, reference, similarity)
+    near = (100 * translation_m <= MAX_FIT_CM) & (rotation_deg <= MAX_FIT_DEG)
+    percent = 100.0 * np.count_nonzero(near) / len(frames)
+    figures |= {
+        "metres_per_unit": similarity.scale,
+        "rmse_to_map_cm": 100 * float(np.sqrt(np.mean(translation_m**2))),
+        "fitting_percent": percent,
+        "fits": percent >= MIN_FIT_PERCENT,
+    }
+    if not figures["fits"]:
+        figures["reason"] = (
+            f"wrong: {percent:.0f} % of its map cameras are within {MAX_FIT_CM} cm and "
+            f"{MAX_FIT_DEG:.0f} deg of the metric map's"
+        )
+    return similarity, figures
+
+
+def locate_by_models(name, map_folder, folder, map_times, query_times, metric_map):
+    """Queries that COLMAP registered in its models; map_times and query_times give the time of an image.
+
+    map_folder holds the models as mapped, folder the same models with the queries. Registration also tries
+    map images of other models: only images mapped in a model are its map frames. A query counts in the
+    fitting model in which it sees most points."""
+    located, best = Located(name), {}
+    for path in sorted(folder.iterdir(), key=lambda path: int(path.name)):
+        model, mapped = read_model(path), set(read_model(map_folder / path.name).names)
+        times_of_mapped = {image: t for image, t in map_times.items() if image in mapped}
+        frames, queries = (model_trajectory(model, times) for times in (times_of_mapped, query_times))
+        similarity, fit = fit_to_map(frames, metric_map)
+        located.models.append(fit | {"model": path.name, "num_queries": len(queries),
+                                     "num_points": model.num_points, "size_bytes": model.size_bytes})  # fmt: skip
+        if not fit["fits"]:
+            continue
+        seen = {query_times.get(n): count for n, count in zip(model.names, model.num_observations.tolist())}
+        for time_ns in queries.times_ns.tolist():
+            best[time_ns] = max(best.get(time_ns, (-1, 0)), (seen[time_ns], -len(located.parts)))
+        located.parts.append(Part(moved(frames, similarity), moved(queries, similarity)))
+    for i, part in enumerate(located.parts):
+        times = part.queries.times_ns.tolist()
+        part.queries = part.queries.select([row for row, t in enumerate(times) if best[t][1] == -i])
+    if not located.parts:
+        located.failed = "no model fits the metric map"
+    return located
+
+
+def errors_against(located, reference, protocol):
+    """Times of the located queries that the reference contains, and their translation (m) and rotation
+    (degrees) errors; each part's map is aligned separately. `reference` is a Part."""
+    times, translation_m, rotation_deg = [], [], []
+    for part in located.parts:
+        queries, query_reference = matched(part.queries, reference.queries)
+        if len(queries) == 0:
+            continue
+        map_pair = matched(part.map_frames, reference.map_frames)
+        metres, degrees = PROTOCOLS[protocol](queries, query_reference, *map_pair)
+        times += queries.times_ns.tolist()
+        translation_m += metres.tolist()
+        rotation_deg += degrees.tolist()
+    return times, np.array(translation_m), np.array(rotation_deg)
+
+
+def summaries(located, reference):
+    """Figures per protocol: counts, quantiles and recall over the reference's queries; `failed` gives the
+    reason when there are too few common frames to align."""
+    figures = {}
+    for protocol in PROTOCOLS:
+        try:
+            _, translation_m, rotation_deg = errors_against(located, reference, protocol)
+        except DataError as error:
+            figures[protocol] = {"failed": str(error)}
+        else:
+            figures[protocol] = query_summary(translation_m, rotation_deg, len(reference.queries))
+    return figures

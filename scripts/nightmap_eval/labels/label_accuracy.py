@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compares the classes of voxels with those of a made-up building.
+
+A voxel's true class is that of the surface nearest to its centre. The edge of a table before a wall has voxels with both in them, of
+which either class is right: so a second share takes every class for right whose surface is certainly in the voxel.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nightmap_eval.labels.class_distances import class_distances_m
+from nightmap_eval.labels.true_building import building_from_map, read_true_building
+from nightmap_eval.labels.voxel_labels import read_voxel_labels
+
+FURNITURE = ("table", "chair", "shelf", "cabinet", "bed", "sofa")
+MAX_DISTANCE_VOXELS = 1.5  # farther off there is nothing that the voxel could be
+HALF_EDGE_VOXELS = 0.5  # a surface so near is in the voxel
+HALF_DIAGONAL_VOXELS = np.sqrt(3) / 2  # a surface of another class so near may cut the voxel
+
+
+def evaluate(site):
+    """Shares of the voxels with the right class. A recording that is not made up, and a model with classes of its own, have counts alone."""
+    voxels = read_voxel_labels(site)
+    if voxels is None:
+        return {}
+    counts = {"num_voxels": len(voxels.keys), "has_truth": False}
+    truth = true_classes(site, voxels)
+    return counts if truth is None else counts | {"has_truth": True} | figures(voxels, truth)
+
+
+@dataclass
+class TrueClasses:
+    nearest: np.ndarray  # (n,) label of the true class of each voxel, -1 where nothing is
+    is_border: np.ndarray  # (n,) whether a surface of another class may be in the voxel
+    is_inside: np.ndarray  # (n,) whether a surface of the class that the map gives the voxel is in it for certain
+
+
+def true_classes(site, voxels):
+    """What is true of each voxel; None without a truth."""
+    building, alignment = read_true_building(site), building_from_map(site)
+    if building is None or alignment is None or sorted(building.names) != sorted(voxels.names):
+        return None
+    reach_m = MAX_DISTANCE_VOXELS * voxels.resolution_m
+    distances_m = class_distances_m(alignment.apply(voxels.centres_m()), building, reach_m)
+    distances_m = distances_m[[building.names.index(name) for name in voxels.names]]
+    nearest = np.argmin(distances_m, axis=0)
+    is_there = np.isfinite(distances_m.min(axis=0))
+    num_near = np.count_nonzero(distances_m <= HALF_DIAGONAL_VOXELS * voxels.resolution_m, axis=0)
+    is_nearest_near = distances_m.min(axis=0) <= HALF_DIAGONAL_VOXELS * voxels.resolution_m
+    own_m = distances_m[voxels.labels, np.arange(len(voxels.labels))]
+    is_inside = own_m <= HALF_EDGE_VOXELS * voxels.resolution_m
+    return TrueClasses(np.where(is_there, nearest, -1), num_near - is_nearest_near > 0, is_inside)
+
+
+def figures(voxels, true):
+    """A voxel on a border may be of either class; the figures off borders leave it out."""
+    truth = true.nearest
+    is_there, is_right = truth >= 0, voxels.labels == truth
+    is_furniture = np.isin(truth, [i for i, name in enumerate(voxels.names) if name in FURNITURE])
+    off_borders = is_furniture & ~true.is_border
+    return {
+        "num_nowhere": int(np.count_nonzero(~is_there)),
+        "nowhere_percent": _percent(~is_there, np.ones(len(truth), bool)),
+        "right_percent": _percent(is_right, is_there),
+        "num_furniture_voxels": int(np.count_nonzero(is_furniture)),
+        "furniture_right_percent": _percent(is_right, is_furniture),
+        "furniture_right_percent_with_borders": _percent(is_right | true.is_inside, is_furniture),
+        "num_furniture_voxels_off_borders": int(np.count_nonzero(off_borders)),
+        "furniture_right_percent_off_borders": _percent(is_right, off_borders),
+        "classes": {name: {"num_voxels": int(np.count_nonzero(truth == i)), "right_percent": _percent(is_right, truth == i)}
+                    for i, name in enumerate(voxels.names) if (truth == i).any()},
+        "confusion": confusion(voxels, truth),
+    }  # fmt: skip
+
+
+def confusion(voxels, truth):
+    """True class -> class in the map -> voxels; without those that are none."""
+    is_there, num = truth >= 0, len(voxels.names)
+    counts = np.bincount(truth[is_there] * num + voxels.labels[is_there], minlength=num * num).reshape(num, num)
+    return {name: {voxels.names[j]: int(counts[i, j]) for j in np.flatnonzero(counts[i])}
+            for i, name in enumerate(voxels.names) if counts[i].any()}  # fmt: skip
+
+
+def _percent(chosen, among):
+    """Share of `among` that is chosen too; None of none."""
+    num = np.count_nonzero(among)
+    return 100 * float(np.count_nonzero(chosen & among)) / num if num else None

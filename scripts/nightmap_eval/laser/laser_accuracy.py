@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Measures the map that a site made of laser scans: a section.evaluation of the job that makes its grid.
+
+Counts always; thickness and doubling of the grid's walls, which need no truth (wall_quality.py). Where frames wrote the
+robot's truth: absolute errors after a planar alignment, and relative errors over stretches of path. Where it copied
+relations: the errors of relations.py. Where the exact building is known: the grid against its plan (floor_accuracy.py).
+"""
+
+import numpy as np
+
+from nightmap_eval.artifacts import read_hdf5
+from nightmap_eval.floor_accuracy import evaluate_floors, read_floors, truth_folder
+from nightmap_eval.grid import read_grid
+from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops
+from nightmap_eval.laser.relations import read_relations, relation_metrics
+from nightmap_eval.robot_accuracy import MAX_TRUTH_GAP_NS, SAME_NS, TRUTH_REMEDY, robot_figures
+from nightmap_eval.trajectory import (
+    associate,
+    interpolated,
+    path_length_m,
+    read_tum,
+    rotation_matrices,
+)
+from nightmap_eval.trajectory_errors import distance_pairs, relative_errors
+from nightmap_eval.laser.wall_quality import wall_metrics
+from nightmap_site.checked_reading import using
+from nightmap_site.script_errors import DataError
+
+STRETCHES_M = (1, 10)
+# A loop that is farther off is false. Both ends see the same walls from up to 10 m apart, and the published poses of laser logs
+# err by a degree.
+MAX_LOOP_ERROR_M = 0.5
+
+
+def evaluate(site):
+    estimate = read_tum(site.needed("map_frame", "trajectory"))
+    scans_ns = scan_times_ns(site, estimate)
+    figures = scan_counts(scans_ns, estimate)
+    keyscans = site.made("map_frame", "keyframes")
+    figures |= {"num_keyscans": len(read_tum(keyscans))} if keyscans else {}
+    alignment = None
+    if site.robot_truth.exists():
+        figures["trajectory"], alignment = trajectory_metrics(scans_ns, estimate, read_tum(site.robot_truth, TRUTH_REMEDY))
+    if site.made("pose_graph", "loops_csv") and site.made("loops", "edges"):
+        figures["loops"] = loops_of_keyscans(site)
+    if site.relations.exists():
+        figures["relations"] = relation_metrics(read_relations(site.relations), estimate)
+    if site.made("grid", "yaml"):
+        figures["walls"] = floors_walls(site)
+        figures |= building_metrics(site, alignment)
+    return figures
+
+
+def loops_of_keyscans(site):
+    """Counts of the loops and, where the truth is known, of the false ones. Their frames are rows of pose_graph's trajectory."""
+    rows = read_loops(site.path("pose_graph", "loops_csv"))
+    figures = loop_counts(rows)
+    if not site.robot_truth.exists():
+        return figures
+    nodes_ns = read_tum(site.needed("pose_graph", "trajectory")).times_ns
+    known, truth = interpolated(read_tum(site.robot_truth, TRUTH_REMEDY), nodes_ns, MAX_TRUTH_GAP_NS)
+    return figures | loop_metrics(rows, measured_loops(site.path("loops", "edges"), nodes_ns), known, truth, MAX_LOOP_ERROR_M)
+
+
+def measured_loops(path, nodes_ns):
+    """(node a, node b) -> measured (rotation, translation) of b_from_a, of edges.h5."""
+    times_ns, poses = read_hdf5(path, "time_ns", "target_from_source")
+    with using(path):
+        nodes = np.minimum(np.searchsorted(nodes_ns, times_ns), len(nodes_ns) - 1)
+        if (nodes_ns[nodes] != times_ns).any():
+            raise DataError(f"{path}: a loop ends where pose_graph's trajectory has no pose; delete both folders and run make again")
+        rotations = rotation_matrices(poses[:, 3:])
+        return {(a, b): (r, t) for (a, b), r, t in zip(nodes.tolist(), rotations, poses[:, :3], strict=True)}
+
+
+def scan_times_ns(site, estimate):
+    """Times of all scans of the scanner that the trajectory is of: the one with most scans at its poses."""
+    path = site.made("frames", "scans")
+    if not path:
+        return estimate.times_ns
+    times_ns, offsets = read_hdf5(path, "time_ns", "sample_offset")
+    with using(path):
+        parts = [np.sort(part) for part in np.split(np.ravel(times_ns), np.ravel(offsets)[1:-1])]
+        return max(parts, key=lambda part: len(np.intersect1d(part, estimate.times_ns)))
+
+
+def has_pose(scans_ns, estimate):
+    """Mask of the scans that the trajectory has a pose of."""
+    mask = np.zeros(len(scans_ns), dtype=bool)
+    mask[associate(scans_ns, estimate.times_ns, SAME_NS)[:, 0]] = True
+    return mask
+
+
+def scan_counts(scans_ns, estimate):
+    num_with = int(np.count_nonzero(has_pose(scans_ns, estimate)))
+    return {
+        "num_scans": len(scans_ns),
+        "num_scans_with_pose": num_with,
+        "num_scans_without_pose": len(scans_ns) - num_with,
+        "path_length_m": path_length_m(estimate.positions_m),
+    }
+
+
+def trajectory_metrics(scans_ns, estimate, truth):
+    """Figures of the scans with a true pose, and the planar truth_from_map. A scan with a true pose and no
+    estimate has no error; it is counted as missing, as is each stretch that begins or ends at one."""
+    _, truth = interpolated(truth, scans_ns, MAX_TRUTH_GAP_NS)
+    figures, pairs, alignments = robot_figures(estimate, truth, len(scans_ns), "scans")
+    matched = estimate.select(pairs[:, 1])
+    for metres in STRETCHES_M:
+        figures[f"relative_{metres}m"] = stretch_metrics(matched, truth, pairs[:, 0], metres)
+    return figures, alignments["se3"]
+
+
+def stretch_metrics(matched, truth, rows, distance_m):
+    """Errors of the motion over stretches of true path: each scan with the first later one at least so far ahead.
+
+    matched[i] belongs to truth[rows[i]]. The errors are those at the end of the stretch, not divided by its length."""
+    stretches, lengths_m = distance_pairs(truth, np.zeros(len(truth), dtype=int), distance_m)
+    estimated = np.full(len(truth), -1)
+    estimated[rows] = np.arange(len(rows))
+    measured = np.all(estimated[stretches] >= 0, axis=1)
+    figures = {"num_pairs": int(np.count_nonzero(measured)), "num_missing": int(np.count_nonzero(~measured))}
+    if figures["num_pairs"] == 0:
+        return figures
+    errors = relative_errors(matched, truth.select(rows), estimated[stretches[measured]])
+    for name, unit, values in zip(("translation", "rotation"), ("m", "deg"), errors):
+        figures[f"{name}_mean_{unit}"] = float(np.mean(values))
+        figures[f"{name}_median_{unit}"] = float(np.median(values))
+        figures[f"{name}_p90_{unit}"] = float(np.percentile(values, 90))
+        figures[f"{name}_max_{unit}"] = float(np.max(values))
+    return figures | {"length_mean_m": float(np.mean(lengths_m[measured]))}
+
+
+def floors_walls(site):
+    """Quality of the walls of the lowest floor: a 2-D scanner maps one."""
+    return wall_metrics(read_grid(site.folder_of("grid") / read_floors(site)[0]["yaml"]))
+
+
+def building_metrics(site, alignment):
+    """The grid against the exact plan, whose frame is that of the truth; {} where there is no plan."""
+    truth_dir = truth_folder(site)
+    if alignment is None or truth_dir is None or not (truth_dir / "floor_plan.yaml").exists():
+        return {}
+    return {"map": {"grid": evaluate_floors(site, truth_dir, alignment)}}

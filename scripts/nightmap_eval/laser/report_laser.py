@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sections of the report on the map that a site made of laser scans: the grid with the robot's way, and its figures."""
+
+import numpy as np
+
+from nightmap_eval import drawing, html
+from nightmap_eval.floor_accuracy import read_floors
+from nightmap_eval.grid import read_grid
+from nightmap_eval.laser.laser_accuracy import STRETCHES_M
+from nightmap_eval.loop_accuracy import read_loops
+from nightmap_eval.metrics_json import LASER_STATISTICS, WALL_KEYS, laser_figures
+from nightmap_eval.report_map import building_rows
+from nightmap_eval.laser.report_objects import objects_section
+from nightmap_eval.robot_accuracy import MAX_TRUTH_GAP_NS, TRUTH_REMEDY
+from nightmap_eval.trajectory import Similarity, interpolated, read_tum, rotation_matrices
+from nightmap_site.checked_reading import REMEDY
+from nightmap_site.script_errors import DataError
+
+LOOP_ROWS = (("num_accepted", "Loops accepted"), ("num_rejected", "Loops rejected"), ("num_false_accepted", "False loops accepted"))
+WALL_ROWS = tuple(zip(WALL_KEYS, (
+    "Thickness of walls, mean (cells)",
+    "Thickness of walls, median (cells)",
+    "Thickness of walls, 90 % (cells)",
+    "Share of the wall cells with a second drawing of the wall beside (%)",
+)))  # fmt: skip
+RELATION_ROWS = (
+    ("translation", "m", "Translation (m)"),
+    ("translation_squared", "m2", "Squared translation (m2)"),
+    ("rotation", "deg", "Rotation (deg)"),
+    ("rotation_squared", "deg2", "Squared rotation (deg2)"),
+)
+
+
+def sections(site, metrics):
+    figures = laser_figures(metrics)
+    made = (map_section(site), figures_section(figures), error_section(site, figures), objects_section(site))
+    return [section for section in made if section]
+
+
+def loop_ends(site, estimate):
+    """(accepted, rejected) loops: pairs of positions in the map frame. loops.csv numbers the poses of pose_graph."""
+    path, poses = site.made("pose_graph", "loops_csv"), site.made("pose_graph", "trajectory")
+    if not (path and poses):
+        return [], []
+    times_ns = read_tum(poses).times_ns
+    row_of_time = {int(time_ns): row for row, time_ns in enumerate(estimate.times_ns)}
+    loops = {True: [], False: []}
+    for number, row in enumerate(read_loops(path), 2):
+        ends = row["frame_a"], row["frame_b"]
+        if not all(0 <= end < len(times_ns) for end in ends):
+            raise DataError(f"{path}:{number}: pose {max(ends, key=abs)} of {len(times_ns)} in {poses}; {REMEDY}")
+        rows = [row_of_time.get(int(times_ns[end])) for end in ends]
+        if None not in rows:
+            loops[row["status"] == "accepted"].append(estimate.positions_m[rows])
+    return loops[True], loops[False]
+
+
+def map_section(site):
+    """The grid with the robot's way, keyscans and loops; None without a trajectory."""
+    path, yaml = site.made("map_frame", "trajectory"), site.made("grid", "yaml")
+    estimate = read_tum(path) if path else ()
+    if len(estimate) == 0:
+        return html.section("Laser map", html.paragraph("The map_frame stage did not run.", "note"))
+    keyscans = site.made("map_frame", "keyframes")
+    accepted, rejected = loop_ends(site, estimate)
+    figure, axes = drawing.map_axes("Grid, the robot's way (the dot is the first scan) and its loops")
+    if yaml:
+        axes.set_aspect("equal", adjustable="box")
+        drawing.draw_grid(axes, read_grid(site.folder_of("grid") / read_floors(site)[0]["yaml"]))
+    drawing.draw_trajectory(axes, estimate.positions_m)
+    if keyscans:
+        shown = read_tum(keyscans).positions_m
+        axes.plot(shown[:, 0], shown[:, 1], ".", color=drawing.ORANGE, ms=2.5, label=f"keyscans ({len(shown)})")
+    draw_loops(axes, rejected, "rejected loops", color=drawing.RED, ls=":", lw=1)
+    draw_loops(axes, accepted, "accepted loops", color=drawing.GREEN, lw=1)
+    axes.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1))
+    return html.section("Laser map", html.image(drawing.to_png(figure), "grid with the robot's way and its loops"))
+
+
+def draw_loops(axes, loops, name, **style):
+    """Above the way, since most loops join places that are near."""
+    for i, ends in enumerate(loops):
+        axes.plot(ends[:, 0], ends[:, 1], zorder=3, alpha=0.8, label=f"{name} ({len(loops)})" if i == 0 else None, **style)
+
+
+def figures_section(figures):
+    """Tables of the figures; None where they were not measured."""
+    if not figures:
+        return None
+    parts = [html.table(("", ""), _count_rows(figures))]
+    if "trajectory" in figures:
+        trajectory = figures["trajectory"]
+        head = ("Position", "RMSE (cm)", "median (cm)", "largest (cm)", "rotation RMSE (deg)")
+        parts.append(html.table(head, _absolute_rows(trajectory)))
+        head = ("Motion over", *(f"{name} (cm)" for name in ("mean", "median", "90 %")),
+                *(f"{name} (deg)" for name in ("mean", "median", "90 %")), "stretches", "missing")  # fmt: skip
+        parts.append(html.table(head, _stretch_rows(trajectory)))
+    else:
+        parts.append(html.paragraph("The robot's true way is not known: the accuracy of the poses is unknown.", "note"))
+    if "relations" in figures:
+        parts += _relation_parts(figures["relations"])
+    if figures.get("map"):
+        parts.append(html.table(("Against the exact building", ""), building_rows(figures["map"])))
+    return html.section("Accuracy of the laser map", *parts)
+
+
+def _count_rows(figures):
+    yield ["Scans with a pose", figures["num_scans_with_pose"]]
+    yield ["Scans", figures["num_scans"]]
+    if "num_keyscans" in figures:
+        yield ["Keyscans", figures["num_keyscans"]]
+    yield ["Path (m)", float(figures["path_length_m"])]
+    if "trajectory" in figures:
+        yield ["Scans with a true pose", figures["trajectory"]["num_scans_with_truth"]]
+        yield ["Share of them that has no estimate (%)", float(figures["trajectory"]["missing_percent"])]
+    for key, title in LOOP_ROWS:
+        if key in figures.get("loops", {}):
+            yield [title, figures["loops"][key]]
+    for key, title in WALL_ROWS:
+        if figures.get("walls", {}).get(key) is not None:
+            yield [title, float(figures["walls"][key])]
+
+
+def _absolute_rows(trajectory):
+    for name, title in (("se3", "ATE, SE(3) alignment"), ("sim3", "ATE, Sim(3) alignment")):
+        values = trajectory[name]
+        scale = f", scale {values['scale']:.4f}" if "scale" in values else ""
+        yield [title + scale, *(100 * values[f"ate_{kind}_m"] for kind in ("rmse", "median", "max")), values["rotation_rmse_deg"]]
+
+
+def _stretch_rows(trajectory):
+    for metres in STRETCHES_M:
+        values = trajectory[f"relative_{metres}m"]
+        if values["num_pairs"]:
+            moved_cm = [100 * values[f"translation_{kind}_m"] for kind in LASER_STATISTICS]
+            turned_deg = [values[f"rotation_{kind}_deg"] for kind in LASER_STATISTICS]
+            yield [f"{metres} m", *moved_cm, *turned_deg, values["num_pairs"], values["num_missing"]]
+
+
+def _relation_parts(relations):
+    counts = f"{relations['num_relations']} relations; of {relations['num_missing']} the map has not both poses."
+    parts = [html.paragraph(counts, "failed" if relations["num_missing"] else "note")]
+    rows = [[title, relations[f"{name}_mean_{unit}"], html.number(relations[f"{name}_std_{unit}"])]
+            for name, unit, title in RELATION_ROWS if f"{name}_mean_{unit}" in relations]  # fmt: skip
+    return [*parts, html.table(("Errors of relations", "mean", "standard deviation"), rows)] if rows else parts
+
+
+def error_section(site, figures):
+    """Position error over time where there is truth, else None."""
+    path = site.made("map_frame", "trajectory")
+    if "trajectory" not in figures or not path or not site.robot_truth.exists():
+        return None
+    values = np.array(figures["trajectory"]["truth_from_map_m_q"])
+    truth_from_map = Similarity(1.0, rotation_matrices(values[None, 3:])[0], values[:3])
+    estimate = read_tum(path)
+    rows, truth = interpolated(read_tum(site.robot_truth, TRUTH_REMEDY), estimate.times_ns, MAX_TRUTH_GAP_NS)
+    errors_m = np.linalg.norm(truth_from_map.apply(estimate.positions_m[rows]) - truth.positions_m, axis=1)
+    picture = drawing.error_over_time_png(truth.times_ns, errors_m)
+    return html.section("Position error", html.image(picture, "position error over time"))

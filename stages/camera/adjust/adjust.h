@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// adjust: adjusts the poses of the pose graph, and the cameras, by what the pictures show. The
+// graph's frame stays.
+#pragma once
+
+#include <set>
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/base/progress.h"
+#include "pipeline/camera/landmark_tracker.h"
+#include "pipeline/geometry/bundle_adjustment.h"
+#include "pipeline/graph/closed_graph_io.h"
+#include "pipeline/io/features_io.h"
+#include "pipeline/io/frames_io.h"
+#include "pipeline/io/g2o_io.h"
+#include "pipeline/io/matches_io.h"
+#include "pipeline/io/odometry_io.h"
+
+namespace nightmap {
+
+struct AdjustOptions {
+  double max_seen_ratio = 0.9;
+  int bundle_iterations = 10;
+  double bundle_max_error_px = 4.0;
+  bool final_adjustment = true;
+  bool calibrate = true;
+  LandmarkTrackerOptions retrack{.max_error_px = 6.0};
+  bool estimate_depth_scales = false;
+  int max_tracks_per_keyframe = 250;
+
+  void Register(OptionList& list);
+};
+
+struct AdjustInput {
+  std::vector<FrameRecord> frames;  // all frames, contiguous from 0
+  std::vector<RgbdCamera> cameras;
+  FeaturesShard features;               // of these frames
+  std::vector<OdometryShard> odometry;  // their tracks
+  std::vector<FramePair> loops;         // their matches
+  ClosedGraph graph;
+};
+
+struct AdjustResult {
+  PoseGraph graph;                        // keyframes that stay, and believed edges between them
+  std::vector<Rigid3> graph_from_camera;  // by frame
+  std::set<int> keyframes;
+  double bundle_rms_px = 0;  // reprojection error after bundle adjustment
+  int num_bundle_observations = 0;
+  int num_culled = 0;                           // keyframes of the odometry that add nothing
+  std::vector<CameraCalibration> calibrations;  // by camera; empty: nothing was adjusted
+  std::vector<BundleSummary> adjustments;       // in order: of the keyframes, of described frames
+  DepthOffsets depth_offsets;                   // when the final adjustment calibrates
+};
+
+// Drops redundant keyframes. Adjusts the remaining keyframes and points; then all described frames,
+// with newly found points, and the cameras' focal lengths and rolling shutters. Edges of other
+// sensors count no more: their agreement is in where the adjustment starts. Deterministic.
+AdjustResult RunAdjust(const AdjustOptions& options,
+                       const AdjustInput& input,
+                       int num_threads,
+                       Progress& progress);
+
+}  // namespace nightmap

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/camera/adjust/check_tracks.h"
+
+#include "pipeline/base/input_error.h"
+#include "pipeline/graph/check_loops.h"
+
+namespace nightmap {
+namespace {
+
+void CheckFrames(const AdjustInput& input) {
+  const std::size_t count = input.graph.chain.graph_from_camera.size();
+  if (count != input.frames.size() || count != input.features.frames.size()) {
+    throw InputError({{"graph"}, {"frames"}},
+                     "{} frames are in the graph, the lists have {}, {} of them with features",
+                     count,
+                     input.frames.size(),
+                     input.features.frames.size());
+  }
+  CheckFeaturesOfFrames(input.frames, input.features);
+}
+
+bool HasFeature(const FeaturesShard& features, const Sighting& s) {
+  if (s.frame_idx < 0 || static_cast<std::size_t>(s.frame_idx) >= features.frames.size()) {
+    return false;
+  }
+  const FrameFeatures& frame = features.frames[static_cast<std::size_t>(s.frame_idx)];
+  return s.feature_idx >= 0 && s.feature_idx < frame.NumFeatures();
+}
+
+void CheckTracks(std::size_t shard_idx, const OdometryShard& shard, const FeaturesShard& features) {
+  for (const Track& track : shard.tracks) {
+    for (const Sighting& s : track) {
+      if (HasFeature(features, s)) continue;
+      throw InputError({{"odometry", shard_idx}},
+                       "a track has feature {} of frame {}, which the {} frames do not have",
+                       s.feature_idx,
+                       s.frame_idx,
+                       features.frames.size());
+    }
+  }
+}
+
+void CheckMatches(const FramePair& loop, const FeaturesShard& features) {
+  for (const FeatureMatch& match : loop.inliers) {
+    if (HasFeature(features, {loop.frame_a, match.a}) &&
+        HasFeature(features, {loop.frame_b, match.b})) {
+      continue;
+    }
+    throw InputError({{"loops"}},
+                     "loop {}-{} matches features {} and {}, which do not both exist",
+                     loop.frame_a,
+                     loop.frame_b,
+                     match.a,
+                     match.b);
+  }
+}
+
+}  // namespace
+
+void CheckInput(const AdjustInput& input) {
+  CheckFrames(input);
+  for (std::size_t i = 0; i < input.odometry.size(); ++i) {
+    CheckTracks(i, input.odometry[i], input.features);
+  }
+  CheckLoops(input.loops, input.frames.size());
+  for (const FramePair& loop : input.loops) CheckMatches(loop, input.features);
+  if (input.graph.is_loop_accepted.size() == input.loops.size()) return;
+  throw InputError({{"graph"}, {"loops"}},
+                   "the graph judges {} loops, the list has {}",
+                   input.graph.is_loop_accepted.size(),
+                   input.loops.size());
+}
+
+}  // namespace nightmap

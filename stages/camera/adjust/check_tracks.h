@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// Refuses artifacts of different runs before frames are adjusted by them.
+#pragma once
+
+#include "stages/camera/adjust/adjust.h"
+
+namespace nightmap {
+
+// Frames, features and graph must have the same frames; tracks and loops must name features that
+// exist; the graph must judge these loops. Throws InputError naming the port, and frame or loop.
+void CheckInput(const AdjustInput& input);
+
+}  // namespace nightmap

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Finds tracks anew once the poses are good.
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "pipeline/camera/landmark_tracker.h"
+#include "stages/camera/adjust/adjust.h"
+#include "stages/camera/adjust/merged_tracks.h"
+
+namespace nightmap {
+
+// Points that any of the frames see, found by projection: a feature observes a point if it is near
+// the projection, at the point's depth and similar in appearance, however much time passed in
+// between. Odometry's tracks end where the point leaves the picture, and loops join few of them
+// again (compare the point fusion of Mur-Artal and Tardos, T-RO 2015 and 2017). Drops points seen
+// only once.
+std::vector<Track> TracksByProjection(const AdjustInput& input,
+                                      const std::map<int, Rigid3>& graph_from_frame,
+                                      const LandmarkTrackerOptions& options);
+
+}  // namespace nightmap

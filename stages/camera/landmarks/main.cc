@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// landmarks: reads features and the optimized poses, writes landmarks.h5, the map that pictures are
+// localized against, and the same map as a COLMAP model and database.
+#include <spdlog/spdlog.h>
+
+#include "pipeline/camera/leave_out.h"
+#include "pipeline/camera/vocabulary_io.h"
+#include "pipeline/io/trajectory_io.h"
+#include "pipeline/program/stage_main.h"
+#include "stages/camera/landmarks/landmarks_report.h"
+#include "stages/camera/landmarks/write_colmap.h"
+
+int main(int argc, char** argv) {
+  using namespace nightmap;
+  const StageSpec spec{
+      "landmarks",
+      "joins features into 3-D landmarks with descriptors, words and visibility",
+      {{"frames", "shards of the frames stage, in order", Arity::kMany},
+       {"cameras", "cameras.json of the adjust stage"},
+       {"features", "shards of the features stage, in order", Arity::kMany},
+       {"vocabulary", "vocabulary.h5"},
+       {"trajectory", "trajectory.tum of the map_frame stage"},
+       {"keyframes", "keyframes.tum of the map_frame stage"},
+       {"masked_frames", "list of frames with masks of what stays out", Arity::kOptional},
+       {"masks", "these masks", Arity::kAnyNumber, PortKind::kByHash}},
+      {{"landmarks", "landmarks.h5"},
+       {"cameras.txt", "COLMAP model as text", Arity::kOptional},
+       {"images.txt", "of that model", Arity::kOptional},
+       {"points3D.txt", "of that model", Arity::kOptional},
+       {"cameras.bin", "the same model, binary", Arity::kOptional},
+       {"images.bin", "of that model", Arity::kOptional},
+       {"points3D.bin", "of that model", Arity::kOptional},
+       {"database", "COLMAP database of its images", Arity::kOptional}}};
+  return StageMain(
+      argc, argv, spec, LandmarksOptions{}, [](const auto& options, StageContext& context) {
+        CheckColmapOutputs(context);
+        context.BeginPart("read");
+        const VocabularyTree tree = ReadVocabulary(context.Input("vocabulary")).tree;
+        const auto frames = ReadFrames(context.Inputs("frames"));
+        LandmarksInput input{frames,
+                             ReadCameras(context.Input("cameras"), frames),
+                             ReadFeatures(context.Inputs("features"), context.Inputs("frames")),
+                             &tree,
+                             ReadPoses(context.Input("trajectory")),
+                             ReadPoses(context.Input("keyframes"))};
+        CheckFeaturesOfFrames(input.frames, input.features);
+        if (context.HasInput("masked_frames") != context.HasInput("masks")) {
+          throw UsageError("give both --in masked_frames=PATH and --in masks=PATH, or neither");
+        }
+        if (context.HasInput("masked_frames")) {
+          LeaveOut(ReadFrames(context.Input("masked_frames")),
+                   input.cameras,
+                   FrameReader({}, context.Inputs("masks")),
+                   &input.features);
+        }
+        context.BeginPart("build");
+        const LandmarksResult result =
+            RunLandmarks(options, input, context.GetProgress(), context.NumThreads());
+        const LandmarkMap& map = result.map;
+        const std::string dropped = DroppedLandmarks(result);
+        if (!dropped.empty()) spdlog::warn("{}", dropped);
+        if (map.NumLandmarks() == 0) {
+          throw ThresholdError(
+              "landmarks: none; see min_observations and the depth in the features");
+        }
+        context.BeginPart("write");
+        WriteLandmarks(context.Output("landmarks"), map, context.ConfigToml());
+        context.Report().update(SummarizeLandmarks(result));
+        context.BeginPart("export");
+        WriteColmap(input, map, context);
+      });
+}

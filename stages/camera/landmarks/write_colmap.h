@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Outputs of the landmarks stage for COLMAP.
+#pragma once
+
+#include "pipeline/program/stage_main.h"
+#include "stages/camera/landmarks/landmarks.h"
+
+namespace nightmap {
+
+// Throws UsageError when only a part of a model is asked for: COLMAP reads all three files or none.
+void CheckColmapOutputs(const StageContext& context);
+
+// Writes those files of the COLMAP model, and its database, that are outputs of the run. Adds the
+// model's figures to the report. Does nothing when none is an output.
+void WriteColmap(const LandmarksInput& input, const LandmarkMap& map, StageContext& context);
+
+}  // namespace nightmap

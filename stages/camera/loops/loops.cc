@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/camera/loops/loops.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <iterator>
+#include <limits>
+
+#include "pipeline/base/input_error.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/io/features_io.h"
+#include "stages/camera/loops/same_node_matcher.h"
+
+namespace nightmap {
+namespace {
+
+constexpr int kQuickIterations = 150;  // enough where a third of the matches are correct
+constexpr int kNodeLevel = 2;          // a hundred nodes at the default branching
+
+using Ranking = std::vector<InvertedFile::Result>;
+
+// Accepts pairs in which min_quick_inliers features of common nodes agree.
+QuickCheck MakeQuickCheck(const LoopsOptions& options, const SameNodeMatcher& matcher) {
+  VerifyOptions quick = options.verify;
+  quick.pose.min_inliers = options.min_quick_inliers;
+  quick.pose.max_iterations = std::min(kQuickIterations, quick.pose.max_iterations);
+  quick.min_spread = 0;
+  quick.max_sigma_m = std::numeric_limits<double>::infinity();
+  return {quick, [&](const FramePair& pair) {
+            return matcher.Match(pair.frame_a, pair.frame_b, options.verify.max_ratio);
+          }};
+}
+
+// Loops look up a frame's words by its index and features by their words, so both must match.
+void CheckVocabulary(const FramesWithFeatures& input, const Vocabulary& vocabulary) {
+  const auto& words = vocabulary.inverted_file.Words();
+  bool fits = vocabulary.tree.Kind() == input.features.kind &&
+              words.size() == input.frames.size() && input.frames.front().frame_idx == 0;
+  for (std::size_t i = 0; fits && i < words.size(); ++i) {
+    const FrameFeatures& frame = input.features.frames[i];
+    const int num_described = frame.IsDescribed() ? frame.NumFeatures() : 0;
+    fits = words[i].size() <= static_cast<std::size_t>(num_described);
+  }
+  if (fits) return;
+  throw InputError({{"vocabulary"}},
+                   "lists {} frames, the features {} from frame {} on, or the words of one are not "
+                   "those of its features",
+                   words.size(),
+                   input.frames.size(),
+                   input.frames.front().frame_idx);
+}
+
+// Greedy choice of the best-scored candidates that are not neighbours of one chosen already.
+Ranking Thin(const Ranking& ranked, int count, int min_distance) {
+  Ranking chosen;
+  for (const InvertedFile::Result& candidate : ranked) {
+    if (static_cast<int>(chosen.size()) == count) break;
+    const bool is_near = std::ranges::any_of(chosen, [&](const InvertedFile::Result& other) {
+      return std::abs(other.frame_idx - candidate.frame_idx) < min_distance;
+    });
+    if (!is_near) chosen.push_back(candidate);
+  }
+  return chosen;
+}
+
+// Frames that search for loops.
+std::vector<int> LoopSeekers(const LoopsOptions& options, const FeaturesShard& features) {
+  std::vector<int> seekers;
+  int num_described = 0;
+  for (const FrameFeatures& frame : features.frames) {
+    if (frame.IsDescribed() && num_described++ % options.stride == 0) {
+      seekers.push_back(frame.frame_idx);
+    }
+  }
+  return seekers;
+}
+
+bool Finds(const Ranking& ranking, int frame_idx, int max_distance) {
+  return std::ranges::any_of(ranking, [&](const InvertedFile::Result& result) {
+    return std::abs(result.frame_idx - frame_idx) <= max_distance;
+  });
+}
+
+// For each seeker the most similar frames, best first.
+std::vector<Ranking> RankAlike(const LoopsOptions& options,
+                               const InvertedFile& inverted_file,
+                               const std::vector<int>& seekers,
+                               int num_threads) {
+  std::vector<Ranking> rankings(seekers.size());
+  ParallelFor(seekers.size(), num_threads, [&](std::size_t k) {
+    const int before = seekers[k] - options.min_gap + 1;
+    if (before <= 0 || options.num_candidates == 0) return;
+    rankings[k] = inverted_file.Query(inverted_file.Words()[static_cast<std::size_t>(seekers[k])],
+                                      8 * options.num_candidates,
+                                      before);
+  });
+  return rankings;
+}
+
+// Candidates, split by whether the seekers beside b also find the place of a.
+struct Candidates {
+  std::vector<FramePair> consistent;
+  std::vector<FramePair> inconsistent;
+};
+
+Candidates ChooseCandidates(const LoopsOptions& options,
+                            const std::vector<int>& seekers,
+                            const std::vector<Ranking>& rankings) {
+  Candidates chosen;
+  const int min_distance = options.min_gap / 2;
+  for (std::size_t k = 0; k < seekers.size(); ++k) {
+    for (const auto& candidate : Thin(rankings[k], options.num_candidates, min_distance)) {
+      FramePair pair = MakePair(candidate.frame_idx, seekers[k]);
+      pair.score = candidate.score;
+      const bool is_found_beside =
+          (k > 0 && Finds(rankings[k - 1], candidate.frame_idx, min_distance)) ||
+          (k + 1 < seekers.size() && Finds(rankings[k + 1], candidate.frame_idx, min_distance));
+      pair.status = PairStatus::kInconsistent;
+      (is_found_beside ? chosen.consistent : chosen.inconsistent).push_back(pair);
+    }
+  }
+  return chosen;
+}
+
+}  // namespace
+
+void LoopsOptions::Register(OptionList& list) {
+  verify.Register(list, "loop");
+  list.ContinueAfter("max_depth_error");
+  list.Add("stride", &stride, Range(1, 1000), "every Nth described frame looks for loops");
+  list.Add("num_candidates",
+           &num_candidates,
+           Range(0, 100),
+           "candidates verified per frame; 0: no loops");
+  list.Add("min_gap",
+           &min_gap,
+           Range(1, 100000),
+           "smallest number of frames between the ends of a loop");
+  list.ContinueAfter("min_inliers");
+  list.Add("min_quick_inliers",
+           &min_quick_inliers,
+           Range(0, 1000),
+           "smallest number of inliers among features that share a word, before all features are "
+           "compared; 0: compares all at once");
+  list.ContinueAfter("min_spread");
+  list.Add("max_sigma_m",
+           &verify.max_sigma_m,
+           Range(0.0001, 100),
+           "largest standard deviation of a loop's translation in its worst direction");
+}
+
+std::vector<FramePair> RunLoops(const LoopsOptions& options,
+                                const FramesWithFeatures& input,
+                                const Vocabulary& vocabulary,
+                                int num_threads,
+                                Progress& progress) {
+  CheckFeaturesOfFrames(input.frames, input.features);
+  CheckVocabulary(input, vocabulary);
+  const std::vector<int> seekers = LoopSeekers(options, input.features);
+  const auto rankings = RankAlike(options, vocabulary.inverted_file, seekers, num_threads);
+  auto [pairs, inconsistent] = ChooseCandidates(options, seekers, rankings);
+  const SameNodeMatcher matcher(vocabulary, input.features, kNodeLevel);
+  const QuickCheck quick = MakeQuickCheck(options, matcher);
+  VerifyPairs(options.verify,
+              options.min_quick_inliers > 0 ? &quick : nullptr,
+              input,
+              num_threads,
+              progress,
+              &pairs);
+  std::ranges::move(inconsistent, std::back_inserter(pairs));
+  SortPairs(&pairs);
+  return pairs;
+}
+
+}  // namespace nightmap

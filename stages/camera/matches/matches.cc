@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/camera/matches/matches.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "pipeline/io/features_io.h"
+#include "stages/camera/matches/neighbour_pairs.h"
+
+namespace nightmap {
+void MatchesOptions::Register(OptionList& list) {
+  verify.Register(list);
+  list.ContinueAfter("max_ratio");
+  list.Add("pair_offsets",
+           &pair_offsets,
+           Range(1, 100),
+           "each described frame is matched to the described frames at these offsets before it");
+  list.Add("wide_search",
+           &wide_search,
+           Range(0, 1000),
+           "a described frame without a match among these is matched to this many before it");
+}
+
+std::vector<FramePair> RunMatches(const MatchesOptions& options,
+                                  const FramesWithFeatures& input,
+                                  int first_frame_idx,
+                                  int num_threads,
+                                  Progress& progress) {
+  CheckFeaturesOfFrames(input.frames, input.features);
+  const NeighbourPairs neighbours(input.features, first_frame_idx);
+  std::vector<FramePair> pairs = neighbours.AtOffsets(options.pair_offsets);
+  VerifyPairs(options.verify, nullptr, input, num_threads, progress, &pairs);
+  std::vector<FramePair> wide = neighbours.Wide(pairs, options.wide_search);
+  VerifyPairs(options.verify, nullptr, input, num_threads, progress, &wide);
+  std::ranges::move(wide, std::back_inserter(pairs));
+  SortPairs(&pairs);
+  return pairs;
+}
+
+}  // namespace nightmap

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/camera/vocabulary/vocabulary.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "pipeline/base/input_error.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/base/random.h"
+
+namespace nightmap {
+namespace {
+
+void CheckFrames(const FeaturesShard& features) {
+  for (std::size_t i = 0; i < features.frames.size(); ++i) {
+    if (features.frames[i].frame_idx != static_cast<int>(i)) {
+      throw InputError({i == 0 ? InputName{"features", 0} : InputName{"features"}},
+                       "frame_idx {} where {} is expected; give all shards in order",
+                       features.frames[i].frame_idx,
+                       i);
+    }
+  }
+}
+
+// `count` distinct indices of [0, size), ascending (partial Fisher-Yates shuffle).
+std::vector<int> DrawIndices(int size, int count, Random random) {
+  std::vector<int> indices(static_cast<std::size_t>(size));
+  std::iota(indices.begin(), indices.end(), 0);
+  count = std::min(count, size);
+  for (int i = 0; i < count; ++i) {
+    const auto pick =
+        static_cast<std::size_t>(i) + random.Index(static_cast<std::size_t>(size - i));
+    std::swap(indices[static_cast<std::size_t>(i)], indices[pick]);
+  }
+  indices.resize(static_cast<std::size_t>(count));
+  std::sort(indices.begin(), indices.end());
+  return indices;
+}
+
+// Draws equally many descriptors from every frame that has enough, so that a long stop of the
+// camera does not fill the vocabulary with one view.
+std::vector<std::uint8_t> DrawTraining(const VocabularyOptions& options,
+                                       const FeaturesShard& features) {
+  const auto size = static_cast<std::size_t>(features.descriptor_size);
+  const auto num_described =
+      static_cast<int>(std::ranges::count_if(features.frames, &FrameFeatures::IsDescribed));
+  const int per_frame = std::max(1, options.max_training_descriptors / std::max(1, num_described));
+  std::vector<std::uint8_t> training;
+  for (const FrameFeatures& frame : features.frames) {
+    if (!frame.IsDescribed()) continue;
+    const Random random(static_cast<std::uint64_t>(options.tree.seed),
+                        static_cast<std::uint64_t>(frame.frame_idx));
+    for (const int i : DrawIndices(frame.NumFeatures(), per_frame, random)) {
+      const std::uint8_t* descriptor = &frame.descriptors[static_cast<std::size_t>(i) * size];
+      training.insert(training.end(), descriptor, descriptor + size);
+    }
+  }
+  return training;
+}
+
+}  // namespace
+
+void VocabularyOptions::Register(OptionList& list) {
+  list.Add("branching", &tree.branching, Range(2, 64), "children per node");
+  list.Add(
+      "depth", &tree.depth, Range(1, VocabularyTreeOptions::kMaxDepth), "levels below the root");
+  list.Add("num_kmeans_iterations",
+           &tree.num_kmeans_iterations,
+           Range(1, 100),
+           "largest number of k-means iterations per node");
+  list.Add("min_node_descriptors",
+           &tree.min_node_descriptors,
+           Range(2, 1e6),
+           "a node trained on fewer descriptors is not split");
+  list.Add("max_training_descriptors",
+           &max_training_descriptors,
+           Range(100, 1e8),
+           "training descriptors, drawn evenly over all frames");
+  list.Add("seed", &tree.seed, Range(0, 2e9), "seed of the draw and of k-means");
+}
+
+Vocabulary RunVocabulary(const VocabularyOptions& options,
+                         const FeaturesShard& features,
+                         Progress& progress,
+                         int num_threads) {
+  CheckFrames(features);
+  Vocabulary vocabulary;
+  vocabulary.tree = VocabularyTree::Train(
+      DrawTraining(options, features), features.kind, options.tree, num_threads);
+  std::vector<std::vector<int>> words(features.frames.size());
+  progress.Start(words.size());
+  ParallelFor(words.size(), num_threads, [&](std::size_t i) {
+    words[i] = vocabulary.tree.LeafWords(features.frames[i].descriptors, 1);
+    progress.Advance();
+  });
+  progress.Finish();
+  vocabulary.inverted_file = InvertedFile(words);
+  return vocabulary;
+}
+
+int NumWords(const VocabularyTree& tree) {
+  return static_cast<int>(std::count_if(tree.Nodes().begin(),
+                                        tree.Nodes().end(),
+                                        [](const auto& node) { return node.num_children == 0; }));
+}
+
+}  // namespace nightmap

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// vocabulary: trains the vocabulary tree on the site's own descriptors and assigns every feature of
+// every described frame to its leaf; tracked frames have no words.
+#pragma once
+
+#include "pipeline/base/options.h"
+#include "pipeline/base/progress.h"
+#include "pipeline/camera/vocabulary_io.h"
+#include "pipeline/io/features_io.h"
+
+namespace nightmap {
+
+struct VocabularyOptions {
+  VocabularyTreeOptions tree;
+  int max_training_descriptors = 200000;  // drawn evenly over the frames, seeded
+
+  void Register(OptionList& list);
+};
+
+// Frames must be in order of frame_idx from zero. Throws DataError when there is no descriptor. The
+// same at any number of threads.
+Vocabulary RunVocabulary(const VocabularyOptions& options,
+                         const FeaturesShard& features,
+                         Progress& progress,
+                         int num_threads);
+
+// Number of leaves of a tree: the size of the vocabulary.
+int NumWords(const VocabularyTree& tree);
+
+}  // namespace nightmap

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// What ceiling_adjust says of its result.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "stages/ceiling/ceiling_adjust/ceiling_adjust.h"
+
+namespace nightmap {
+
+// For report.json.
+nlohmann::json Summarize(const CeilingAdjustResult& result);
+
+}  // namespace nightmap

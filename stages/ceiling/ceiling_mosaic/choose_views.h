@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which frames of a recording a mosaic is made of.
+#pragma once
+
+#include <vector>
+
+#include "pipeline/io/frames_io.h"
+#include "pipeline/io/trajectory_io.h"
+#include "stages/ceiling/ceiling_mosaic/ceiling_mosaic.h"
+
+namespace nightmap {
+
+// Frames with a pose that are `view_distance_m` or `view_turn_rad` from the one before. `poses`:
+// map_from_robot, ascending in time.
+std::vector<CeilingView> ChooseViews(const CeilingMosaicOptions& options,
+                                     const std::vector<FrameRecord>& frames,
+                                     const std::vector<StampedPose>& poses,
+                                     const Rigid3& robot_from_camera);
+
+}  // namespace nightmap

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a differential-drive robot drives the legs of a CeilingPlan.
+#pragma once
+
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/world/robot_drive.h"
+#include "stages/ceiling/synthesize_ceiling/ceiling_plan.h"
+
+namespace nightmap {
+
+struct CeilingRouteOptions {
+  double speed_m_per_s = 0.6;
+  double acceleration_m_per_s2 = 0.5;
+  double turn_rate_rad_per_s = 0.8;
+  double corner_radius_m = 0.4;
+  double standstill_s = 1;
+  void Register(OptionList& list);
+};
+
+// A place on a leg: x, y in the building frame (m), heading of the tangent (rad, unwrapped).
+struct CeilingStation {
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();
+  double heading_rad = 0;
+  double at_m = 0;         // distance along the leg
+  bool is_corner = false;  // on an arc
+};
+
+// The turn between two headings, in (-pi, pi]; half a turn is to the left.
+double ShorterTurn_rad(double from_rad, double to_rad);
+
+// The leg with its corners replaced by arcs, every 5 mm. A corner nearer to its neighbours than
+// twice the radius has a smaller arc.
+std::vector<CeilingStation> RoundCorners(const CeilingLeg& leg, double radius_m);
+
+// The drive at 200 points per second: it stands still, then drives all legs. Heading is the
+// tangent, never to the side. Speed rises and falls by the acceleration, is 0 at the ends of legs,
+// and no turn is quicker than the turn rate. Between legs the robot turns on the spot, the shorter
+// way (half a turn: to the left).
+RobotDrive DriveCeilingLegs(const std::vector<CeilingLeg>& legs,
+                            const CeilingRouteOptions& options);
+
+// The first `duration_s` of a drive; all of it when it is shorter.
+RobotDrive CutDrive(const RobotDrive& drive, double duration_s);
+
+}  // namespace nightmap

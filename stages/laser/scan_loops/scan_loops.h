@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// scan_loops: where a robot with a laser scanner came back to a place that it had seen before.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pipeline/base/options.h"
+#include "pipeline/base/progress.h"
+#include "pipeline/geometry/rigid3.h"
+#include "pipeline/io/edges_io.h"
+#include "pipeline/laser/likelihood_field.h"
+#include "pipeline/recording/signals_io.h"
+
+namespace nightmap {
+
+struct ScanLoopsOptions {
+  std::string scan_sensor;
+  double resolution_m = 0.05;
+  double sigma_m = 0.06;
+  double max_range_m = 30;
+  double submap_length_m = 6;
+  double query_spacing_m = 1;
+  double query_length_m = 2;
+  int max_query_points = 300;
+  double min_path_m = 10;
+  double max_distance_m = 8;
+  int max_candidates = 4;
+  double max_shift_m = 10;
+  double max_turn_rad = 0.8;
+  double min_score = 0.55;
+  double max_second_ratio = 0.9;
+
+  void Register(OptionList& list);
+};
+
+struct ScanLoopsInput {
+  std::vector<Signal> scans;          // of all sensors of the site
+  std::vector<StampedPose> keyscans;  // start_from_robot, by scan_match
+  SensorEdges odometry;               // between consecutive keyscans, by scan_match
+};
+
+// A place that was looked for in an older submap.
+struct ScanLoopCandidate {
+  std::size_t submap_keyscan = 0;  // index of the keyscan in the submap's middle
+  std::size_t query_keyscan = 0;
+  double score = 0;         // 0: nothing found
+  double second_score = 0;  // best of other places, as far as it is above max_second_ratio * score
+  bool is_loop = false;
+  Rigid3 query_from_submap;
+  Matrix6d covariance = Matrix6d::Identity();  // of a loop
+};
+
+struct ScanLoopsResult {
+  std::vector<ScanLoopCandidate> candidates;
+  SensorEdges edges;  // the loops, of the robot, from the submap's keyscan to the query's
+  std::size_t num_submaps = 0;
+  std::size_t num_queries = 0;
+};
+
+// Cuts the drive into submaps that overlap by half. Every query_spacing_m, looks for the scans of a
+// short stretch in the older submaps in which the drift since then lets it be: the best pose of the
+// window by branch and bound (search_pose.h; Hess, Kohler, Rapp, Andor, Real-time loop closure in
+// 2D LIDAR SLAM, ICRA 2016), refined (match_scan.h). It is a loop when it scores enough, and no
+// other place of the window scores nearly as much: two rooms that look alike are none. Neither is
+// one that another submap casts doubt on (doubtful_loops.h). pose_graph decides which loops to
+// believe. Throws UsageError when a sensor is not named but must be, and InputError when keyscans
+// and edges do not fit together. Deterministic at any number of threads; memory grows with the
+// keyscans' points and one submap per thread.
+ScanLoopsResult RunScanLoops(const ScanLoopsOptions& options,
+                             const ScanLoopsInput& input,
+                             Progress& progress,
+                             int num_threads);
+
+}  // namespace nightmap

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Takes the start and the goal of a path from pictures or laser scans that were located on the map,
+// and from its objects and things.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pipeline/io/queries_io.h"
+#include "pipeline/io/things_io.h"
+#include "pipeline/plan/objects_io.h"
+
+namespace nightmap {
+
+// The query whose path is `name`, or else ends with `name`, or else has it as its stem.
+// Leading `..` of either are ignored, so that a file outside the data folder is found by the name
+// it was given by. `kind` is "picture" or "scan", for messages. Throws DataError when no query fits
+// (naming a few that exist), when several fit, or when the query was not located (with its reason).
+const QueryResult& FindQuery(const std::vector<QueryResult>& queries,
+                             const std::string& kind,
+                             const std::string& name);
+
+// The object of this name; null when there is none.
+const MapObject* FindObject(const std::vector<MapObject>& objects, const std::string& name);
+
+// The thing of this name, or else all things of the class of this name; there may be none.
+std::vector<const Thing*> FindThings(const std::vector<Thing>& things, const std::string& name);
+
+// Throws DataError naming those objects, things and classes that are spelt most alike.
+[[noreturn]] void FailUnknownName(const std::vector<MapObject>& objects,
+                                  const std::vector<Thing>& things,
+                                  const std::string& name);
+
+// The first few, separated by commas.
+std::string FewNames(const std::vector<std::string>& names);
+
+}  // namespace nightmap

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/laser/scan_queries_io.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "tests/io/hdf5_damage.h"
+
+namespace nightmap {
+namespace scan_queries_io_test {
+
+constexpr char kFormat[] = "nightmap scan queries";
+
+std::vector<ScanQuery> Queries() {
+  ScanQuery single{"kitchen, \"2\" ä", 5, {}, RoughPosition{{1.5, -2}, 5}};
+  single.scans.push_back({{0.1, {0.2, 0.3}}, -1.5, 0.01, 30, {1, 2, 0, 30}});
+  ScanQuery turn{"turn", 7, {}, {}};
+  for (int i = 0; i < 3; ++i) {
+    turn.scans.push_back({{0.5 * i, {0, 0}}, -1.5, 0.5, 30, {}});
+    turn.scans.back().ranges_m.assign(static_cast<std::size_t>(i), 3.5F);
+  }
+  return {single, turn, {"nothing", 9, {}, {}}};
+}
+
+void ExpectSame(const std::vector<ScanQuery>& a, const std::vector<ScanQuery>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].name, b[i].name);
+    EXPECT_EQ(a[i].time_ns, b[i].time_ns);
+    ASSERT_EQ(a[i].rough_position.has_value(), b[i].rough_position.has_value());
+    if (a[i].rough_position) {
+      EXPECT_EQ(a[i].rough_position->point_in_map, b[i].rough_position->point_in_map);
+      EXPECT_EQ(a[i].rough_position->radius_m, b[i].rough_position->radius_m);
+    }
+    ASSERT_EQ(a[i].scans.size(), b[i].scans.size());
+    for (std::size_t k = 0; k < a[i].scans.size(); ++k) {
+      const QueryScan &x = a[i].scans[k], &y = b[i].scans[k];
+      EXPECT_EQ(x.query_from_laser.heading_rad, y.query_from_laser.heading_rad);
+      EXPECT_EQ(x.query_from_laser.translation, y.query_from_laser.translation);
+      EXPECT_EQ(x.first_angle_rad, y.first_angle_rad);
+      EXPECT_EQ(x.step_angle_rad, y.step_angle_rad);
+      EXPECT_EQ(x.limit_m, y.limit_m);
+      EXPECT_EQ(x.ranges_m, y.ranges_m);
+    }
+  }
+}
+
+TEST(ScanQueriesIo, WhatIsWrittenIsReadAndEqualQueriesGiveEqualBytes) {
+  const TemporaryFolder folder;
+  WriteScanQueries(folder / "a.h5", Queries());
+  ExpectSame(ReadScanQueries(folder / "a.h5"), Queries());
+  WriteScanQueries(folder / "b.h5", Queries());
+  EXPECT_EQ(ReadBytes(folder / "a.h5"), ReadBytes(folder / "b.h5"));
+  WriteScanQueries(folder / "none.h5", {});
+  EXPECT_TRUE(ReadScanQueries(folder / "none.h5").empty());
+}
+
+TEST(ScanQueriesIo, RangesThatAreNoNumbersAreWrittenAsNothingHit) {
+  const TemporaryFolder folder;
+  auto queries = Queries();
+  queries[0].scans[0].ranges_m = {std::nanf(""), std::numeric_limits<float>::infinity(), 2};
+  WriteScanQueries(folder / "a.h5", queries);
+  const std::vector<float> expected = {0, 0, 2};
+  EXPECT_EQ(ReadScanQueries(folder / "a.h5")[0].scans[0].ranges_m, expected);
+}
+
+TEST(ScanQueriesIo, PointsAreThoseOfHitsInTheFrameOfTheQuery) {
+  ScanQuery query{"a", 0, {}, {}};
+  constexpr double kQuarter_rad = std::numbers::pi / 2;
+  query.scans.push_back({{kQuarter_rad, {1, 0}}, 0, kQuarter_rad, 10, {2, 3, 10, 0, 8}});
+  const auto points = PointsInQuery(query, 5);
+  ASSERT_EQ(points.size(), 2U);
+  EXPECT_LT((points[0] - Eigen::Vector2d(1, 2)).norm(), 1e-6);
+  EXPECT_LT((points[1] - Eigen::Vector2d(-2, 0)).norm(), 1e-6);
+  EXPECT_EQ(PointsInQuery(query, 9).size(), 3U);
+}
+
+TEST(ScanQueriesIo, DamagedFilesAreRefusedByName) {
+  const TemporaryFolder folder;
+  WriteScanQueries(folder / "whole.h5", Queries());
+  ExpectTruncationIsNamed(folder, folder / "whole.h5", ReadScanQueries);
+  ExpectOtherFormatsAreRefused(folder, kFormat, 1, ReadScanQueries);
+}
+
+// A file of one query with one scan of two beams, one array replaced.
+class ScanQueriesDamageTest : public testing::Test {
+ protected:
+  void ExpectRefused(const std::string& why) const {
+    {
+      Hdf5Writer file(folder_ / "bad.h5", kFormat, 1, "", "");
+      file.WriteList("name_offset", name_offset_);
+      file.WriteList("name", name_);
+      file.WriteList("time_ns", std::vector<std::int64_t>(name_offset_.size() - 1, 4));
+      file.WriteList("scan_offset", scan_offset_);
+      file.Write("query_from_laser", Array<double>{1, 3, pose_});
+      file.Write("beams", Array<double>{1, 3, beams_});
+      file.WriteList("range_offset", range_offset_);
+      file.WriteList("range_m", std::vector<float>{1, 2});
+      file.Write("rough_position", Array<double>{rough_.size() / 3, 3, rough_});
+      file.Close();
+    }
+    NIGHTMAP_EXPECT_ERROR(DataError, ReadScanQueries(folder_ / "bad.h5"), why);
+  }
+
+  TemporaryFolder folder_;
+  std::vector<std::int64_t> name_offset_ = {0, 1}, scan_offset_ = {0, 1}, range_offset_ = {0, 2};
+  std::vector<std::uint8_t> name_ = {'a'};
+  std::vector<double> pose_ = {0, 0, 0}, beams_ = {0, 0.1, 30}, rough_ = {0, 0, 0};
+};
+
+TEST_F(ScanQueriesDamageTest, PosesThatAreNoNumbers) {
+  pose_[1] = std::nan("");
+  ExpectRefused("query_from_laser");
+}
+TEST_F(ScanQueriesDamageTest, BeamsThatAllPointOneWay) {
+  beams_[1] = 0;
+  ExpectRefused("'beams' has an angle step of 0");
+}
+TEST_F(ScanQueriesDamageTest, ANegativeRadiusOrOneTooFew) {
+  rough_[2] = -1;
+  ExpectRefused("'rough_position' has a negative radius");
+  rough_ = {};
+  ExpectRefused("rough_position");
+}
+TEST_F(ScanQueriesDamageTest, PlacesBeyondAnyBuilding) {
+  pose_[1] = 1e4;
+  ExpectRefused("'query_from_laser' is too far from the robot");
+  pose_[1] = 0;
+  rough_[0] = -1e9;
+  ExpectRefused("rough_position");
+  rough_ = {0, 0, 1e9};
+  ExpectRefused("rough_position");
+}
+TEST_F(ScanQueriesDamageTest, OffsetsThatDoNotFit) {
+  for (const auto& offsets : std::vector<std::vector<std::int64_t>>{{0, 2}, {1, 1}, {0}, {0, -1}}) {
+    scan_offset_ = offsets;
+    ExpectRefused("scan_offset");
+  }
+  scan_offset_ = {0, 1};
+  range_offset_ = {0, 3};
+  ExpectRefused("range_offset");
+}
+TEST_F(ScanQueriesDamageTest, NamesThatAreEmptyOrOfSeveralLines) {
+  name_[0] = '\n';
+  ExpectRefused("name");
+  name_ = {};
+  name_offset_ = {0, 0};
+  ExpectRefused("name");
+}
+TEST_F(ScanQueriesDamageTest, TwoQueriesOfOneTime) {
+  name_ = {'a', 'b'};
+  name_offset_ = {0, 1, 2};
+  scan_offset_ = {0, 1, 1};
+  rough_.resize(6);
+  ExpectRefused("'time_ns' does not increase");
+}
+
+}  // namespace scan_queries_io_test
+}  // namespace nightmap

@@ -1,3 +1,0 @@
-# SPDX-License-Identifier: Apache-2.0
-# Closed graphs are made from the circle of pose_graph's tests.
-target_link_libraries(test_stages_adjust PRIVATE stage_pose_graph)

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/camera/adjust/tracks_by_projection.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "pipeline/geometry/bundle_adjustment.h"
+#include "stages/camera/adjust/global_bundle.h"
+#include "tests/landmark_scene.h"
+
+namespace nightmap {
+namespace tracks_by_projection_test {
+
+struct Retracked {
+  LandmarkScene scene = MakeLandmarkScene();
+  AdjustInput input;
+  std::map<int, Rigid3> poses;
+
+  Retracked() {
+    input.frames = scene.frames;
+    input.features = scene.features;
+    input.cameras = scene.cameras;
+    for (std::size_t i = 0; i < scene.poses.size(); ++i) {
+      poses[static_cast<int>(i)] = scene.poses[i].pose;
+    }
+  }
+};
+
+// Every point seen twice or more is one track with all its sightings, and none joins two points.
+TEST(TracksByProjection, ATrackIsAPointWithAllItsSightings) {
+  const Retracked r;
+  std::map<int, std::size_t> num_seen;
+  for (const auto& points : r.scene.frame_points) {
+    for (const int point : points) ++num_seen[point];
+  }
+  const auto num_shared =
+      std::ranges::count_if(num_seen, [](const auto& entry) { return entry.second > 1; });
+  std::set<int> found;
+  for (const Track& track : TracksByProjection(r.input, r.poses, {.max_error_px = 3.0})) {
+    std::set<int> points;
+    for (const auto& [frame, feature] : track) {
+      points.insert(
+          r.scene.frame_points[static_cast<std::size_t>(frame)][static_cast<std::size_t>(feature)]);
+    }
+    ASSERT_EQ(points.size(), 1U);
+    EXPECT_EQ(track.size(), num_seen.at(*points.begin()));
+    EXPECT_TRUE(found.insert(*points.begin()).second) << "a point is two tracks";
+  }
+  EXPECT_EQ(static_cast<std::ptrdiff_t>(found.size()), num_shared);
+}
+
+// A feature at the right place that is only half as unlike as a stranger is no sighting: it may be
+// a neighbour of the right one, and such pairs hold the poses where they are.
+TEST(TracksByProjection, AFeatureThatIsOnlySomewhatAlikeIsNoSighting) {
+  Retracked r;
+  FrameFeatures& frame = r.input.features.frames[3];
+  for (std::size_t i = 0; i < frame.descriptors.size(); ++i) {
+    const std::uint8_t strange = frame.descriptors[(i + 128) % frame.descriptors.size()];
+    frame.descriptors[i] = static_cast<std::uint8_t>(0.4 * frame.descriptors[i] + 0.6 * strange);
+  }
+  const auto num_sightings = [&](const LandmarkTrackerOptions& options) {
+    std::ptrdiff_t count = 0;
+    for (const Track& track : TracksByProjection(r.input, r.poses, options)) {
+      count += std::ranges::count(track, 3, &Sighting::frame_idx);
+    }
+    return count;
+  };
+  EXPECT_EQ(num_sightings(AdjustOptions{}.retrack), 0);
+  EXPECT_GT(num_sightings({.max_error_px = 3.0, .max_descriptor_distance = 0.6}), 100);
+}
+
+TEST(TracksByProjection, AFrameThatWasOnlyTrackedHasNoSighting) {
+  Retracked r;
+  TrackFrom(2, 3, &r.scene);
+  r.input.features = r.scene.features;
+  const auto tracks = TracksByProjection(r.input, r.poses, {.max_error_px = 3.0});
+  EXPECT_GT(tracks.size(), 100U);
+  for (const Track& track : tracks) {
+    for (const auto& [frame, feature] : track) EXPECT_NE(frame, 3);
+  }
+}
+
+// A pose that is a centimetre off is put right by points found from there.
+TEST(TracksByProjection, TheTracksPutAPoseRight) {
+  Retracked r;
+  const Rigid3 truth = r.poses.at(4);
+  r.poses.at(4).translation += Eigen::Vector3d(0.01, -0.008, 0.004);
+  const auto tracks = TracksByProjection(r.input, r.poses, {.max_error_px = 6.0});
+  const auto summary =
+      AdjustFrames({}, r.input, {.loss = RobustLoss::kCauchy}, tracks, {}, &r.poses);
+  EXPECT_EQ(summary.adjustments.size(), 2U);
+  EXPECT_LT((r.poses.at(4).translation - truth.translation).norm(), 5e-4);
+}
+
+}  // namespace tracks_by_projection_test
+}  // namespace nightmap

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stages/camera/loops/loops.h"
+
+#include "pipeline/base/error.h"
+#include "tests/landmark_scene.h"
+#include "tests/test_data.h"
+
+namespace nightmap {
+namespace loops_test {
+
+FramesWithFeatures InputOf(const LandmarkScene& scene) {
+  return {scene.frames, scene.cameras, scene.features};
+}
+
+TEST(RunLoops, FindsTheWayBackAndKeepsTheGap) {
+  LandmarkScene scene = MakeLandmarkScene();
+  const std::size_t num_out = scene.frames.size();
+  for (std::size_t i = 0; i < num_out; ++i) {  // the same poses again
+    const int idx = static_cast<int>(num_out + i);
+    scene.frames.push_back(scene.frames[i]);
+    scene.frames.back().frame_idx = idx;
+    scene.poses.push_back(scene.poses[i]);
+    scene.features.frames.push_back(scene.features.frames[i]);
+    scene.features.frames.back().frame_idx = idx;
+  }
+  LoopsOptions options;
+  options.min_gap = 8;
+  options.stride = 1;
+  Progress progress("test", false);
+  const Vocabulary vocabulary = MakeSceneVocabulary(scene);
+  const auto loops = RunLoops(options, InputOf(scene), vocabulary, 2, progress);
+  int num_exact = 0;
+  for (const FramePair& loop : loops) {
+    EXPECT_GE(loop.frame_b - loop.frame_a, options.min_gap);
+    num_exact += loop.frame_b - loop.frame_a == 8 && loop.status == PairStatus::kAccepted;
+  }
+  EXPECT_EQ(num_exact, 8);
+
+  // Where only one frame finds a place, its neighbours do not confirm it.
+  Vocabulary lonely = vocabulary;
+  auto words = vocabulary.inverted_file.Words();
+  for (std::size_t i = num_out; i < words.size(); ++i) {
+    if (i != num_out + 3) words[i].clear();
+  }
+  lonely.inverted_file = InvertedFile(words);
+  for (const FramePair& loop : RunLoops(options, InputOf(scene), lonely, 2, progress)) {
+    EXPECT_EQ(loop.frame_b, static_cast<int>(num_out) + 3);
+    EXPECT_EQ(loop.status, PairStatus::kInconsistent);
+  }
+
+  options.min_gap = 16;
+  EXPECT_TRUE(RunLoops(options, InputOf(scene), vocabulary, 2, progress).empty());
+}
+
+TEST(RunLoops, RefusesAVocabularyOfOtherFeatures) {
+  const LandmarkScene scene = MakeLandmarkScene();
+  const auto expect_refused = [](const LandmarkScene& listed, const Vocabulary& vocabulary) {
+    Progress progress("test", false);
+    NIGHTMAP_EXPECT_ERROR(
+        DataError, RunLoops({}, InputOf(listed), vocabulary, 1, progress), "vocabulary: lists");
+  };
+  Vocabulary damaged = MakeSceneVocabulary(scene);
+  auto words = damaged.inverted_file.Words();
+  words[2].push_back(1);  // of a feature that the frame does not have
+  damaged.inverted_file = InvertedFile(words);
+  expect_refused(scene, damaged);
+  LandmarkScene later = scene;
+  for (FrameRecord& frame : later.frames) frame.frame_idx += 5;
+  for (FrameFeatures& frame : later.features.frames) frame.frame_idx += 5;
+  expect_refused(later, MakeSceneVocabulary(scene));
+}
+
+}  // namespace loops_test
+}  // namespace nightmap

@@ -1,3 +1,0 @@
-# SPDX-License-Identifier: Apache-2.0
-# What is adjusted is made by the filter.
-target_link_libraries(test_stages_ceiling_adjust PRIVATE stage_ceiling_ekf)
