@@ -43,7 +43,7 @@ def users_of(checkout):
 
 def sources_of(checkout, program):
     """The sources of a program: those of its folder, the headers that they include, and the sources of these."""
-    reached, waiting = set(), [path for path in (checkout / "stages" / program).iterdir() if path.suffix in (".cc", ".h")]
+    reached, waiting = set(), [path for path in checkout.glob(f"stages/*/{program}/*") if path.suffix in (".cc", ".h")]
     while waiting:
         path = waiting.pop()
         if path in reached or not path.is_file():

@@ -7,7 +7,7 @@ C := $(M)/evaluate_colmap
 RUNS_OF_MAPPER := mapper_1 mapper_2 mapper_3
 MAPS_OF_COLMAP := $(RUNS_OF_MAPPER) triangulate
 REGISTERED := $(MAPS_OF_COLMAP) held
-STEP := $(wildcard scripts/colmap_step.py scripts/nightmap_eval/colmap_*.py)
+STEP := $(wildcard scripts/colmap_step.py scripts/nightmap_eval/colmap/colmap_*.py)
 step = $(RUN) colmap_$(1) $(LAUNCH) $(PYTHON) scripts/colmap_step.py $(1) --site-dir $(M) --data $(DATA) --threads $(THREADS)
 
 $(C)/features/receipt.json: $(frames.shard) $(M)/frames/cameras.json $(STEP)
@@ -33,7 +33,7 @@ $(C)/register_held_default/receipt.json: $(C)/triangulate/receipt.json $(C)/quer
 	$(call step,register_held_default)
 $(C)/results.json: $(REGISTERED:%=$(C)/register_%/receipt.json) $(REGISTERED:%=$(C)/register_%_default/receipt.json) \
     $(M)/localize/queries.csv $(M)/localize/receipt.json $(M)/frames/shards.txt \
-    $(wildcard $(M)/frames/ground_truth.tum $(M)/queries/query_ground_truth.tum scripts/nightmap_eval/*.py) \
+    $(wildcard $(M)/frames/ground_truth.tum $(M)/queries/query_ground_truth.tum scripts/nightmap_eval/*.py scripts/nightmap_eval/colmap/*.py) \
     $(wildcard scripts/nightmap_site/*.py) scripts/evaluate_colmap.py
 	$(RUN) evaluate_colmap $(PYTHON) scripts/evaluate_colmap.py --site-dir $(M) --out $@
 .PHONY: evaluate-colmap

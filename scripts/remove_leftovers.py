@@ -13,8 +13,8 @@ import re
 
 from nightmap_make.changed_files import has_text, write_if_changed
 from nightmap_site.declaration import import_keys, profiles
-from nightmap_site.toml_file import PipelineError
 from nightmap_site.pipeline import read_pipeline
+from nightmap_site.toml_file import PipelineError
 
 JOBS_FILE = "config/jobs.txt"  # the jobs of the site and their files, when it was last looked for others'
 ANY_UNIT = {"shard": r"\d{4,9}", "tile": r"-?\d{1,9}_-?\d{1,9}", "floor": r"(?:map|floor_-?\d{1,9})"}

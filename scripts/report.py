@@ -15,11 +15,11 @@ from pathlib import Path
 try:
     from nightmap_eval import html
     from nightmap_eval.artifacts import write_atomic
-    from nightmap_eval.metrics_json import read_metrics
+    from nightmap_eval.camera.report_queries import query_section
     from nightmap_eval.colmap.report_comparison import comparison_section
+    from nightmap_eval.metrics_json import read_metrics
     from nightmap_eval.report_failure import failure_section, read_failure
     from nightmap_eval.report_map import map_sections
-    from nightmap_eval.camera.report_queries import query_section
     from nightmap_eval.report_run import run_sections, summary
     from nightmap_eval.report_verdict import verdict_section, verdict_text
     from nightmap_site.job_results import read_stages

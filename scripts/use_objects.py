@@ -22,8 +22,8 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from nightmap_eval.artifacts import write_atomic  # noqa: E402
 from nightmap_make.imports import check_import_keys, check_import_path  # noqa: E402
-from nightmap_site.toml_file import PipelineError, read_toml  # noqa: E402
 from nightmap_site.script_errors import DataError, printable, run_main  # noqa: E402
+from nightmap_site.toml_file import PipelineError, read_toml  # noqa: E402
 
 FORMAT, VERSION = "nightmap objects", "1"
 NUMBERS = ("x_m", "y_m", "size_x_m", "size_y_m", "angle_deg")

@@ -5,13 +5,13 @@ import glob
 import os
 
 from nightmap_make.slots import slot_path
-from nightmap_site.toml_file import PipelineError
 from nightmap_site.pipeline import closure
+from nightmap_site.toml_file import PipelineError
 from nightmap_site.unit_lists import near
 
 SITES = "configs/sites"
 # What evaluate and report import; a changed module makes their results stale.
-MODULES = ("scripts/nightmap_eval/*.py", "scripts/nightmap_eval/*.js", "scripts/nightmap_eval/*.html", "scripts/nightmap_site/*.py")
+MODULES = tuple(f"scripts/nightmap_eval/{files}" for files in ("*.py", "*/*.py", "*/*.js", "*/*.html")) + ("scripts/nightmap_site/*.py",)
 
 
 class PathList:

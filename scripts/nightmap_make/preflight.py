@@ -8,8 +8,8 @@ import re
 from nightmap_make.digest import digest
 from nightmap_make.imports import files_of
 from nightmap_make.input_files import file_state
-from nightmap_site.toml_file import PipelineError
 from nightmap_site.script_errors import writing
+from nightmap_site.toml_file import PipelineError
 
 SEVERAL = 8  # programs checked at the same time
 # What the loader and the libraries say that are given no memory before a program's main begins.

@@ -14,9 +14,9 @@ from nightmap_make.programs import build_programs, reason_to_build
 from nightmap_make.recorded_frames import num_recorded_frames
 from nightmap_make.resolved_configs import ConfigRequest, ResolvedConfigs
 from nightmap_make.site_state import SiteState
-from nightmap_site.toml_file import PipelineError
 from nightmap_site.needs import check_needs
 from nightmap_site.pipeline import PROFILE_FILE, closure, profile_text
+from nightmap_site.toml_file import PipelineError
 
 ENOUGH_FRAMES = 100  # fewer say little about the next
 MARGIN = 1.2

@@ -5,8 +5,8 @@ import collections
 import os
 
 from nightmap_site import unit_lists
-from nightmap_site.toml_file import read_toml
 from nightmap_site.script_errors import DataError
+from nightmap_site.toml_file import read_toml
 
 
 def _floor_stems(site_dir):

@@ -6,8 +6,8 @@ import os
 import re
 
 from nightmap_site.declaration import Declaration
-from nightmap_site.toml_file import PipelineError, read_toml
 from nightmap_site.needs import NEEDS
+from nightmap_site.toml_file import PipelineError, read_toml
 
 KEYS = {"purpose", "program", "options", "script", "unit", "goal", "when", "lists", "folder", "in", "out", "beside", "finds", "reads",
         "stamp", "kB_per_frame", "surveys_per_frame", "section", "needs", "asks", "results_of"}  # fmt: skip

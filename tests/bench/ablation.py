@@ -22,9 +22,9 @@ from evaluate import evaluate_queries, match_with_truth
 from nightmap_eval.figure_page import put_figure
 from nightmap_eval.trajectory import read_truth, read_tum
 from nightmap_site.checked_reading import read_object, read_text
-from nightmap_site.toml_file import read_toml
 from nightmap_site.job_results import RECEIPT
 from nightmap_site.script_errors import DataError, run_main
+from nightmap_site.toml_file import read_toml
 
 MAX_GAP_NS = 20_000_000
 SEARCHES = ("combined", "2d_to_3d", "3d_to_2d", "tree")

@@ -7,9 +7,9 @@ import math
 import shutil
 import unittest
 
-from ceiling_test import heading_rad
 from workspace import LASER_SITE, Workspace, write_laser_site
-from nightmap_eval.trajectory import read_tum  # workspace finds the scripts
+from nightmap_eval import planar_poses  # workspace finds the scripts
+from nightmap_eval.trajectory import read_tum
 
 PUBLISHED = ("PROFILE=published_laser", "SET=hold_out_scans.rough_radius_m=3")
 
@@ -46,7 +46,7 @@ class PublishedTest(unittest.TestCase):
     def queries_at_the_true_place(self, rows):
         """Queries of which a row is as near to the true place as the filter asks for."""
         truth = read_tum(self.maps / "test_scans/truth.tum")
-        headings_rad = heading_rad(truth)
+        headings_rad = planar_poses.headings_rad(truth)
         found = set()
         for row in rows:
             query = int(row["query_idx"])

@@ -19,8 +19,8 @@ class SiteProgramsTest(unittest.TestCase):
         self.folder = self.site.folder
         shutil.rmtree(self.folder / "build")
         for program in CAMERA | LASER:
-            (self.folder / "stages" / program).mkdir(parents=True)
-            (self.folder / "stages" / program / "main.cc").touch()
+            (self.folder / "stages/wing" / program).mkdir(parents=True)
+            (self.folder / "stages/wing" / program / "main.cc").touch()
         (self.folder / "data/demo_laser").mkdir()
         self.add_tool("cmake", "mkdir -p build/bin; touch build/bin/nightmap_media.so")
         self.add_tool("ninja", 'for a; do case $a in *_program) echo ${a%_program} >> calls; '

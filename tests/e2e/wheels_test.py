@@ -8,7 +8,7 @@ import sys
 import unittest
 
 import numpy as np
-from add_stage_test import build_stage, copy_of_the_tree, programs_but
+from add_wing_test import build_stage, copy_of_the_tree, programs_but
 from nightly import IS_NIGHT
 from workspace import REPOSITORY, SITE, Workspace, write_small_site
 

@@ -11,10 +11,11 @@ from workspace import REPOSITORY, told_by_why
 from nightmap_site.declaration import profiles  # workspace finds the scripts
 
 # Profiles, each with what its sites may import.
-VARIANTS = (("default", ()), ("ceiling", ()), ("imported", ("trajectory",)), ("imported", ("map",)), ("labels", ("model",)),
+VARIANTS = [variant for variant in (
+            ("default", ()), ("ceiling", ()), ("imported", ("trajectory",)), ("imported", ("map",)), ("labels", ("model",)),
             ("laser", ()), ("laser", ("trajectory",)), ("laser", ("map",)), ("laser", ("objects",)), ("moving", ()),
             ("moving", ("model",)), ("published_ceiling", ()), ("published_laser", ()), ("published_people", ("model",)),
-            ("published_rgbd", ()), ("wheels", ()))  # fmt: skip
+            ("published_rgbd", ()), ("wheels", ())) if (REPOSITORY / "configs" / variant[0]).is_dir()]  # fmt: skip
 GOALS = ("map", "localize", "plan", "drive")
 SCAN_QUERY = '\n[[query]]\nscans = "wake.log"\nnear_m = [3.5, -2]\nturn = "none"\n'
 

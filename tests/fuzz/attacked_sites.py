@@ -98,6 +98,8 @@ def make_sites(work):
     """Makes all sites of a workspace in the order of GOALS; yields (site, what make printed)."""
     write_laser_site(work.folder)
     for site, goals in GOALS.items():
+        if site == "upward" and not (work.folder / "configs/ceiling").is_dir():
+            continue
         if site in WRITERS:
             folder = work.folder / "data" / site
             if site in ("table", "office", "upward"):

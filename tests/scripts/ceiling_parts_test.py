@@ -11,11 +11,11 @@ import numpy as np
 
 import ceiling_site
 from fake_site import rotation_about
-from nightmap_eval import chi_square
+from nightmap_eval.ceiling import chi_square
 from nightmap_eval.ceiling.ceiling_consistency import FrameErrors, errors_then, nees_figures, nis_figures
+from nightmap_eval.ceiling.true_ceiling import TrueCeiling, rays_of, read_camera
 from nightmap_eval.planar_poses import compose, first_pose_alignment, headings_rad, inverse, to_rows, to_trajectory
 from nightmap_eval.trajectory import Trajectory, quaternion
-from nightmap_eval.ceiling.true_ceiling import TrueCeiling, rays_of, read_camera
 from nightmap_site.script_errors import DataError
 
 

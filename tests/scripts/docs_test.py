@@ -11,6 +11,7 @@ from pathlib import Path
 from fake_site import CHECKOUT  # finds the scripts, so first
 
 import describe_pipeline
+from nightmap_site.declaration import profiles
 from nightmap_site.pipeline import read_pipeline
 
 DOCS = sorted(str(page.relative_to(CHECKOUT)) for page in (CHECKOUT / "docs").rglob("*.md"))
@@ -123,7 +124,7 @@ class DocsTest(unittest.TestCase):
         self.assertEqual(page.strip(), describe_pipeline.describe(str(CHECKOUT / "configs")).strip())
 
     def test_every_stage_is_described(self):
-        for stage in (path.parent.name for path in CHECKOUT.glob("stages/*/main.cc")):
+        for stage in (path.parent.name for path in CHECKOUT.glob("stages/*/*/main.cc")):
             self.assertIn(f"`{stage}`", text_of("ARCHITECTURE.md") + text_of("docs/pipeline.md"))
 
     def test_no_second_list_of_stages(self):
@@ -151,15 +152,6 @@ class DocsTest(unittest.TestCase):
                      "# " + " ".join(names), "a.wash b/peel chop_x boil.txt season/map.yaml serve"):
             self.assertFalse(list(search.lists_in("x.py", text)), text)
 
-    def test_every_site_of_the_project_is_tested(self):
-        """tests/recording/site_config_test.cc lists them, since a user may put others into the folder."""
-        listed = subprocess.run(["git", "ls-files", "configs/sites/*.toml"], cwd=CHECKOUT, capture_output=True, text=True)
-        sites = {Path(name).stem for name in listed.stdout.split() if name.count("/") == 2}
-        if listed.returncode != 0 or not sites:
-            self.skipTest("not a checkout of git")
-        test = text_of("tests/recording/site_config_test.cc").split("TheSitesOfTheProjectAreValid")[1]
-        self.assertEqual(set(re.findall(r'"(\w+)"', test.split("}) {")[0])), sites)
-
     def test_paths_that_are_named_exist(self):
         """In all pages, also within commands. <...>, {...} and * stand for something: the folder before them is looked for."""
         path = re.compile(rf"(?<![\w./<>-])((?:{FOLDERS})/[\w./-]*\w)(?![\w<{{*])")
@@ -177,6 +169,21 @@ class DocsTest(unittest.TestCase):
         for folder, text in layers:
             for name in re.findall(r"`(\w+\.h)`", text):
                 self.assertTrue((CHECKOUT / folder / name).exists(), f"{folder}/{name}")
+
+    def test_every_artifact_is_described(self):
+        named = set()  # formats.md has `folder/name`, then other names of the folder, and `.suffix` of the name before
+        for row in re.findall(r"^\| (`[^|]*) \|", text_of("docs/formats.md"), re.MULTILINE):
+            folder = stem = ""
+            for name in re.findall(r"`([^`]+)`", row):
+                folder, _, name = name.partition("/") if "/" in name else (folder, "", name)
+                named.add(f"{folder}/{stem if name.startswith('.') else ''}{name}")
+                stem = stem if name.startswith(".") else name.rpartition(".")[0]
+        configs = str(CHECKOUT / "configs")
+        for profile, job in {(profile, job) for profile in profiles(configs) for imports in describe_pipeline.variants(configs, profile)
+                             for job in read_pipeline(configs, profile, imports).jobs.values()}:  # fmt: skip
+            for file in [*job.outputs.values(), *job.beside.values()] if not job.script and job.folder != "RECORDING" else []:
+                names = {f"{job.folder}/{file.format(unit=unit)}" for unit in ("NNNN", "X_Y", "floor_N")} | {f"{job.folder}/{file.partition('/')[0]}/"}
+                self.assertTrue(names & named, f"{profile}: docs/formats.md does not describe {sorted(names)[0]}")
 
     def test_pictures_are_small(self):
         for picture in (CHECKOUT / "docs").glob("*.png"):

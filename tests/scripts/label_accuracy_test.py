@@ -10,7 +10,7 @@ import numpy as np
 
 import labels_site
 from labels_site import face_points
-from nightmap_eval import label_accuracy
+from nightmap_eval.labels import label_accuracy
 from nightmap_eval.labels.box_overlap import UprightBox
 from nightmap_eval.labels.class_distances import box_distances_m, class_distances_m, rectangle_distances_m
 from nightmap_eval.labels.true_building import Rectangle, TrueBuilding

@@ -14,7 +14,7 @@ import numpy as np
 import fake_site
 import laser_site
 from fake_site import rotation_about, write_tum
-from nightmap_eval import laser_accuracy
+from nightmap_eval.laser import laser_accuracy
 from nightmap_eval.laser.report_laser import loop_ends
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.trajectory import Trajectory, interpolated, planar_umeyama, quaternion

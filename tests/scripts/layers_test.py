@@ -26,7 +26,7 @@ def file_of(module):
 
 def reached_from(package):
     """Top names of all modules that a package imports, and the scripts that it imports, with what they import."""
-    names, files, waiting = set(), set(), sorted((SCRIPTS / package).glob("*.py"))
+    names, files, waiting = set(), set(), sorted((SCRIPTS / package).rglob("*.py"))
     while waiting:
         file = waiting.pop()
         if file in files:
@@ -49,6 +49,13 @@ class LayersTest(unittest.TestCase):
 
     def test_eval_stands_on_site(self):
         self.assertEqual([name for name in reached_from("nightmap_eval") if file_of(name)], ["nightmap_site"])
+
+    def test_wings_know_the_verdict_and_what_all_share(self):
+        wings = {path.name for path in (SCRIPTS / "nightmap_eval").iterdir() if any(path.glob("*.py"))}
+        self.assertLessEqual({"camera", "ceiling", "labels", "laser", "verdict"}, wings)
+        for path in (SCRIPTS / "nightmap_eval").rglob("*.py"):
+            used = {module.split(".")[1] for module in imports_of(path) if module.startswith("nightmap_eval.")} & wings
+            self.assertLessEqual(used, {path.parent.name, "verdict"}, path.relative_to(SCRIPTS))
 
     def test_make_starts_fast(self):
         self.assertEqual(NEVER_BEFORE_MAKE & reached_from("nightmap_make"), set())

@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 import fake_site  # noqa: F401  (it makes scripts/ importable)
-from nightmap_eval import moving_accuracy, report_masks
+from nightmap_eval.labels import moving_accuracy, report_masks
 from nightmap_site.script_errors import DataError
 
 

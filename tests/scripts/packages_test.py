@@ -42,7 +42,7 @@ class MadeUpCheckoutTest(unittest.TestCase):
     """A pipeline of two jobs: `wash` reads the recordings, `cook` what `wash` wrote; the profile `raw` leaves `cook` out."""
 
     PAGE = """\
-| PCL | `stages/cook/heat.cc` | heats | |
+| PCL | `stages/food/cook/heat.cc` | heats | |
 | OctoMap | `pipeline/dense/cut.cc` | cuts | `cook.knife = "long"` |
 | OpenImageIO | `pipeline/media/see.cc` | sees | |
 | OpenCV | `pipeline/io/look.cc` | looks | never: it has no eyes |
@@ -51,8 +51,8 @@ class MadeUpCheckoutTest(unittest.TestCase):
         "configs/pipeline.toml": '[goals]\nmap = { purpose = "p", made = "m" }\n[wash]\npurpose = "p"\nin.data = "data"\nout.a = "a"\n'
                                  '[cook]\npurpose = "p"\nin.a = "wash.a"\nout.b = "b"\n',
         "configs/raw/pipeline.toml": "[cook]\nleave_out = true\n",
-        "stages/wash/main.cc": '#include "pipeline/io/look.h"\n', "stages/cook/main.cc": '#include "pipeline/dense/cut.h"\n',
-        "stages/cook/heat.cc": "#include <pcl/heat.h>\n", "pipeline/dense/cut.h": '#include "pipeline/io/look.h"\n',
+        "stages/food/wash/main.cc": '#include "pipeline/io/look.h"\n', "stages/food/cook/main.cc": '#include "pipeline/dense/cut.h"\n',
+        "stages/food/cook/heat.cc": "#include <pcl/heat.h>\n", "pipeline/dense/cut.h": '#include "pipeline/io/look.h"\n',
         "pipeline/dense/cut.cc": "#include <octomap/cut.h>\n", "pipeline/io/look.h": "",
         "pipeline/io/look.cc": "#include <opencv2/core.hpp>\n",
         "pipeline/media/see.cc": "#include <OpenImageIO/see.h>\n",

@@ -15,8 +15,8 @@ from PIL import Image
 import fake_site
 import labels_site
 from labels_site import CHAIR, TABLE, thing_box, thing_entry
-from nightmap_eval import label_accuracy, label_drawing, report_labels, report_things, thing_accuracy, thing_pictures
 from nightmap_eval.artifacts import to_json
+from nightmap_eval.labels import label_accuracy, label_drawing, report_labels, report_things, thing_accuracy, thing_pictures
 from nightmap_eval.labels.thing_drawing import name_places_m
 from nightmap_eval.labels.voxel_labels import VoxelLabels
 from nightmap_site.script_errors import DataError

@@ -15,8 +15,8 @@ from PIL import Image
 
 import fake_site
 import laser_site
-from nightmap_eval import report_objects
 from nightmap_eval.grid import FREE, OCCUPIED, UNKNOWN, read_grid
+from nightmap_eval.laser import report_objects
 from nightmap_eval.laser.report_objects import cells_png, objects_section
 from nightmap_site.script_errors import DataError
 from nightmap_site.site import Site

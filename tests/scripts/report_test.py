@@ -15,10 +15,10 @@ from PIL import Image
 
 import fake_site
 from nightmap_eval import html
+from nightmap_eval.camera.report_queries import choose
 from nightmap_eval.report_cloud import cloud_section
 from nightmap_eval.report_map import building_rows, truth_in_map
 from nightmap_eval.report_plan import narrow_lines, no_path_parts, plan_section
-from nightmap_eval.camera.report_queries import choose
 from nightmap_eval.report_stale import notes
 from nightmap_site.receipts import Hashes
 from nightmap_site.script_errors import DataError

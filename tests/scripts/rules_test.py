@@ -17,10 +17,10 @@ from nightmap_make.graph import Graph
 from nightmap_make.request import Asked
 from nightmap_make.rules_file import RulesFile, Times
 from nightmap_make.site_state import SiteState
-from nightmap_site.toml_file import read_toml
 from nightmap_site.needs import check_needs
 from nightmap_site.pipeline import PipelineError, read_pipeline
 from nightmap_site.site import CONFIGS
+from nightmap_site.toml_file import read_toml
 
 DECLARED = """
 [frames]
@@ -90,7 +90,7 @@ class PipelineTest(Declared):
 
     def test_the_declared_pipeline_of_the_project(self):
         pipeline = read_pipeline(str(CONFIGS))
-        programs = {path.parent.name for path in CONFIGS.parent.glob("stages/*/main.cc")}
+        programs = {path.parent.name for path in CONFIGS.parent.glob("stages/*/*/main.cc")}
         self.assertLessEqual(set(pipeline.programs()), programs)
         defaults = [path.stem for path in CONFIGS.glob("*/default/*.toml")]
         of_jobs = {name for profile in CONFIGS.glob("*/pipeline.toml")

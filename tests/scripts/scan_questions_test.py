@@ -5,9 +5,9 @@ import os
 import unittest
 
 from config_folder import CONFIG, PREVIEW, ConfigFolder
-from nightmap_site.toml_file import PipelineError
 from nightmap_site.pipeline import read_pipeline
 from nightmap_site.site import CONFIGS
+from nightmap_site.toml_file import PipelineError
 
 SITE = 'root = "lab"\n[[sensor]]\nid = "laser"\nkind = "scan"\n[[signal]]\nsensor = "laser"\nfile = "robot.log"\n'
 COPIES = ("site/office", "queries/office")

@@ -23,7 +23,7 @@ passed before, and nothing changed
 
 class SummaryTest(unittest.TestCase):
     def test_counts_skipped_and_the_slowest_stand_before_the_summary(self):
-        lines = [f" {i}/12 Test  #{i}: stages/plan/plan{i} ....   Passed    {i}.50 sec\n" for i in range(1, 12)]
+        lines = [f" {i}/12 Test  #{i}: stages/plan{i} ....   Passed    {i}.50 sec\n" for i in range(1, 12)]
         lines.append("12/12 Test #12: e2e/chain_test ...***Failed  100.25 sec\n")
         out = list(with_summary([*lines, "  said by a test: 3 sec\n", *SUMMARY], lambda: LOG))
         self.assertEqual([line for line in out if line in lines], lines)

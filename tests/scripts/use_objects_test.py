@@ -56,9 +56,9 @@ class UseObjectsTest(unittest.TestCase):
         self.check_refused(2, "Make reads this path", NAMED.replace("own.yaml", "o$n.yaml"))
 
     def test_a_profile_that_takes_no_objects_is_refused_with_those_that_do(self):
-        for config in ("", NAMED.replace("laser", "ceiling")):
+        for config in ("", NAMED.replace("laser", "wheels")):
             self.check_refused(2, 'profile = "laser"', config)
-        self.check_refused(2, "takes no objects", LASER, TEXT, "--profile", "ceiling")
+        self.check_refused(2, "takes no objects", LASER, TEXT, "--profile", "wheels")
         self.assertEqual(self.run_it("", TEXT, "--profile", "laser").returncode, 0)
 
     def test_a_file_that_is_cut_off_or_no_file_of_objects_is_refused(self):

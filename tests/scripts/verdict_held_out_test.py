@@ -10,9 +10,9 @@ import numpy as np
 
 from fake_site import write_tum
 from nightmap_eval.laser.scan_relocalization import read_scans
+from nightmap_eval.laser.verdict_held_out import held_out_checks
 from nightmap_eval.trajectory import Trajectory
 from nightmap_eval.verdict.verdict import GOOD, LOOK, NOT_KNOWN, REFUSE
-from nightmap_eval.laser.verdict_held_out import held_out_checks
 
 COLUMNS = "query_idx,time_ns,color_path,status,reason,tx_m,ty_m,tz_m,qx,qy,qz,qw,position_sigma_m,rotation_sigma_deg"
 ELSEWHERE, SPREAD = "scans kept out and found elsewhere", "spread of scans kept out"

@@ -9,8 +9,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import fake_site  # noqa: F401  finds the scripts
-from nightmap_eval.verdict.verdict import GOOD, LOOK, REFUSE
 from nightmap_eval.laser.verdict_laser import unclear_checks
+from nightmap_eval.verdict.verdict import GOOD, LOOK, REFUSE
 from nightmap_site.script_errors import DataError
 
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 import fake_site  # noqa: F401 (makes nightmap_eval importable)
-from nightmap_eval import verdict_order
+from nightmap_eval.verdict import verdict_order
 from nightmap_eval.verdict.verdict import LOOK
 
 

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 
 import fake_site  # noqa: F401  finds the scripts
-from nightmap_eval import verdict_scans
+from nightmap_eval.laser import verdict_scans
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.signals import RangeTable, Samples, of_one_place, range_table, sectors_text
 from nightmap_eval.verdict.verdict import GOOD, LOOK, NOT_KNOWN, REFUSE, worst

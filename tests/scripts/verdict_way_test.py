@@ -13,12 +13,12 @@ import numpy as np
 
 import fake_site
 from fake_site import rotation_about, walk
-from nightmap_eval import verdict_way
 from nightmap_eval.artifacts import BRIDGED, STARTED
 from nightmap_eval.sealed_hdf5 import sealed
-from nightmap_site.script_errors import DataError
 from nightmap_eval.trajectory import Trajectory, quaternion
+from nightmap_eval.verdict import verdict_way
 from nightmap_eval.verdict.verdict import GOOD, LOOK, NOT_KNOWN, REFUSE, worst
+from nightmap_site.script_errors import DataError
 from nightmap_site.site import Site
 
 TRACKED = np.zeros(fake_site.NUM_FRAMES, int)

@@ -14,10 +14,10 @@ import numpy as np
 
 import laser_site
 from map_against_wheels_test import driven, steps
+from nightmap_eval.laser.verdict_wheels import wheel_checks
 from nightmap_eval.planar_poses import to_rows
 from nightmap_eval.sealed_hdf5 import sealed
 from nightmap_eval.verdict.verdict import GOOD, NOT_KNOWN, REFUSE
-from nightmap_eval.laser.verdict_wheels import wheel_checks
 from nightmap_site.site import Site
 
 TURNS, WAYS, DIRECTION = "turns on the map against the wheels", "ways on the map against the wheels", "direction of motion against the wheels"

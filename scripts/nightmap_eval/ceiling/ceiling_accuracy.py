@@ -10,11 +10,11 @@ from nightmap_eval.artifacts import Frames, num_unusable_frames
 from nightmap_eval.ceiling.ceiling_consistency import errors_then, nees_figures, nis_figures
 from nightmap_eval.ceiling.ceiling_landmarks import landmark_figures
 from nightmap_eval.ceiling.ceiling_map import SLIPPED, WITHOUT_ODOMETRY, read_ceiling_map
+from nightmap_eval.ceiling.true_ceiling import read_true_ceiling
 from nightmap_eval.planar_poses import first_pose_alignment, planar
 from nightmap_eval.robot_accuracy import MAX_TRUTH_GAP_NS, TRUTH_REMEDY, robot_figures
 from nightmap_eval.trajectory import interpolated, path_length_m, read_tum
 from nightmap_eval.trajectory_errors import absolute_figures
-from nightmap_eval.ceiling.true_ceiling import read_true_ceiling
 from nightmap_eval.wheel_poses import read_wheels
 
 RATIOS = (("position", "ate_rmse_m"), ("heading", "rotation_rmse_deg"))

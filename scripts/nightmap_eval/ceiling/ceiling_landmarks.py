@@ -5,8 +5,8 @@ import numpy as np
 
 from nightmap_eval.ceiling.ceiling_consistency import squared_mahalanobis
 from nightmap_eval.ceiling.chi_square import quantile
-from nightmap_eval.trajectory import interpolated
 from nightmap_eval.ceiling.true_ceiling import rays_of, read_camera
+from nightmap_eval.trajectory import interpolated
 
 MAX_CAMERA_GAP_NS = 500_000_000  # between the true poses of the camera around a sighting
 ELLIPSOID_PROBABILITY = 0.95

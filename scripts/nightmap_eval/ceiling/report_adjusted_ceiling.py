@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sections of the report on the adjusted map of a ceiling: its picture, what the adjustment found, errors."""
 
-from nightmap_eval import ceiling_drawing, html
-from nightmap_eval.ceiling.adjusted_ceiling import JOB
+from nightmap_eval import html
 from nightmap_eval.artifacts import Frames
+from nightmap_eval.ceiling import ceiling_drawing
+from nightmap_eval.ceiling.adjusted_ceiling import JOB
 from nightmap_eval.ceiling.ceiling_accuracy import read_results, true_frames
 from nightmap_eval.ceiling.report_ceiling import POSES, in_map, landmark_parts, trajectory_parts
 from nightmap_site.checked_reading import NUMBER, check, read_json

@@ -3,8 +3,9 @@
 
 import numpy as np
 
-from nightmap_eval import ceiling_drawing, html
+from nightmap_eval import html
 from nightmap_eval.artifacts import Frames
+from nightmap_eval.ceiling import ceiling_drawing
 from nightmap_eval.ceiling.ceiling_accuracy import read_results, true_frames
 from nightmap_eval.ceiling.ceiling_consistency import POSE_DEGREES, errors_then
 from nightmap_eval.metrics_json import ATE

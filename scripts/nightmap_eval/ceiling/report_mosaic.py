@@ -4,7 +4,8 @@
 import numpy as np
 from PIL import Image
 
-from nightmap_eval import ceiling_drawing, html
+from nightmap_eval import html
+from nightmap_eval.ceiling import ceiling_drawing
 from nightmap_eval.ceiling.adjusted_ceiling import JOB as ADJUST
 from nightmap_eval.ceiling.ceiling_accuracy import read_results
 from nightmap_site.checked_reading import NUMBER, check, read_json

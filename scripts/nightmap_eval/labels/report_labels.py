@@ -3,8 +3,9 @@
 
 import numpy as np
 
-from nightmap_eval import drawing, html, label_drawing
+from nightmap_eval import drawing, html
 from nightmap_eval.floor_accuracy import read_floors
+from nightmap_eval.labels import label_drawing
 from nightmap_eval.labels.label_accuracy import FURNITURE
 from nightmap_eval.labels.voxel_labels import read_voxel_labels
 from nightmap_site.checked_reading import NUMBER, check

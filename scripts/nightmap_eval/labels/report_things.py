@@ -3,9 +3,10 @@
 
 import numpy as np
 
-from nightmap_eval import drawing, html, label_drawing
+from nightmap_eval import drawing, html
 from nightmap_eval.floor_accuracy import read_floors
 from nightmap_eval.grid import read_grid
+from nightmap_eval.labels import label_drawing
 from nightmap_eval.labels.thing_accuracy import MIN_IOU
 from nightmap_eval.labels.thing_drawing import draw_things
 from nightmap_eval.labels.thing_pictures import thumbnail

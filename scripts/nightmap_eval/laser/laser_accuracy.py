@@ -11,8 +11,8 @@ import numpy as np
 from nightmap_eval.artifacts import read_hdf5
 from nightmap_eval.floor_accuracy import evaluate_floors, read_floors, truth_folder
 from nightmap_eval.grid import read_grid
-from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops
 from nightmap_eval.laser.relations import read_relations, relation_metrics
+from nightmap_eval.loop_accuracy import loop_counts, loop_metrics, read_loops
 from nightmap_eval.robot_accuracy import MAX_TRUTH_GAP_NS, SAME_NS, TRUTH_REMEDY, robot_figures
 from nightmap_eval.trajectory import (
     associate,
@@ -21,8 +21,8 @@ from nightmap_eval.trajectory import (
     read_tum,
     rotation_matrices,
 )
-from nightmap_eval.trajectory_errors import distance_pairs, relative_errors
 from nightmap_eval.laser.wall_quality import wall_metrics
+from nightmap_eval.trajectory_errors import distance_pairs, relative_errors
 from nightmap_site.checked_reading import using
 from nightmap_site.script_errors import DataError
 

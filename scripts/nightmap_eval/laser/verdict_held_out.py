@@ -2,8 +2,8 @@
 """Checks of a map by the scans that were kept out of it: whether they are found where the robot's way says. The map was drawn by the
 same way, so a scan that is found elsewhere tells of a place that is drawn twice, or of another that looks like it."""
 
-from nightmap_eval.query_errors import WRONG_CM, query_summary
 from nightmap_eval.laser.scan_relocalization import read_scans
+from nightmap_eval.query_errors import WRONG_CM, query_summary
 from nightmap_eval.verdict.verdict import check, unknown
 
 MIN_LOCATED = 10  # fewer tell nothing

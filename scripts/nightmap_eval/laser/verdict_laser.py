@@ -2,10 +2,10 @@
 """Checks of a map of laser scans: poses of all scans, and walls that are drawn once."""
 
 from nightmap_eval.laser.laser_accuracy import floors_walls, scan_counts, scan_times_ns
+from nightmap_eval.laser.verdict_wheels import wheel_checks
 from nightmap_eval.trajectory import read_tum
 from nightmap_eval.verdict.verdict import check
 from nightmap_eval.verdict.verdict_parts import part_checks
-from nightmap_eval.laser.verdict_wheels import wheel_checks
 from nightmap_site.checked_reading import read_object
 
 MATCHED = {"num_scans": int, "num_scans_unclear": int, "odometry_sensor": str}

@@ -5,11 +5,11 @@ import math
 
 import numpy as np
 
-from nightmap_eval.signals import of_one_place, range_table, read_sensors, sectors_text
-from nightmap_eval.verdict.verdict import check, unknown
 from nightmap_eval.laser.verdict_odometry import covered, odometry_checks
 from nightmap_eval.laser.verdict_times import gap_steps, time_checks
 from nightmap_eval.laser.verdict_turns import turn_checks
+from nightmap_eval.signals import of_one_place, range_table, read_sensors, sectors_text
+from nightmap_eval.verdict.verdict import check, unknown
 from nightmap_site.checked_reading import NUMBER, read_object, using
 
 REPORT = {"?num_times_in_line_order": {}, "?range_of_no_hit_m": {}, "?robot_body": {}}

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Adding a stage takes its folder, its config and one entry of the pipeline. A copy of the tree gets those three, and
-then everything that goes through the stages knows the new one."""
+"""Adding a wing takes its own folders. A copy of the tree gets those of tests/e2e/census, a stage with its options, a job, a profile,
+sections of evaluation and report, and a page, and no other file changes. Then everything that goes through the stages knows it."""
 import json
 import pathlib
 import shutil
@@ -25,13 +25,13 @@ def copy_of_the_tree():
 
 
 def add_census(folder):
-    """All that adding a stage takes."""
-    (folder / "stages/census").mkdir()
-    for path in [*CENSUS.glob("*.h"), *CENSUS.glob("*.cc")]:
-        shutil.copy(path, folder / "stages/census")
-    shutil.copy(CENSUS / "census.toml", folder / "configs/dense/default/census.toml")
-    with open(folder / "configs/dense/pipeline.toml", "a", encoding="utf-8") as wing:
-        wing.write("\n" + (CENSUS / "pipeline_entry.toml").read_text(encoding="utf-8"))
+    """All that adding a wing takes: files that were not there."""
+    for path in filter(pathlib.Path.is_file, CENSUS.rglob("*")):
+        added = folder / path.relative_to(CENSUS)
+        if added.exists():
+            raise AssertionError(f"{added} is a file of the tree")
+        added.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, added)
 
 
 def programs_but(folder, stage):
@@ -56,18 +56,20 @@ def map_before(folder):
     build_stage(folder, "census")
 
 
-class AddStageTest(unittest.TestCase):
+class AddWingTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = copy_of_the_tree()
         cls.addClassCleanup(shutil.rmtree, cls.folder)
         add_census(cls.folder)
         write_small_site(cls.folder)
+        config = cls.folder / f"configs/sites/{SITE}.toml"
+        config.write_text(f'profile = "census"\n{config.read_text()}')
         cls.work = Workspace(cls.folder)
         map_before(cls.folder)
-        result = cls.work.make("map", "report")
+        result = cls.work.make("map", "evaluate", "report")
         if result.returncode != 0:
-            raise AssertionError(f"the chain with one stage more failed:\n{result.stdout}")
+            raise AssertionError(f"the chain with one wing more failed:\n{result.stdout}")
         cls.output = result.stdout
 
     def describe_pipeline(self, *arguments):
@@ -88,6 +90,12 @@ class AddStageTest(unittest.TestCase):
         page = self.work.path("report/index.html").read_text(encoding="utf-8")
         self.assertIn("<td>census</td>", page)
         self.assertIn("<summary>census</summary>", page)
+        self.assertRegex(page, r"Census</h2>\s*<p>\d+ keyframes of \d+ frames</p>")
+
+    def test_the_evaluation_has_its_figure(self):
+        census = json.loads(self.work.path("census/census.json").read_text())
+        metrics = json.loads(self.work.path("evaluate/metrics.json").read_text())
+        self.assertEqual(metrics["sections"]["census"], {"keyframe_share": census["num_keyframes"] / census["num_frames"]})
 
     def test_why_names_it_and_a_value_reruns_it_alone(self):
         change = "SET=census.min_keyframes=2"
@@ -108,13 +116,14 @@ class AddStageTest(unittest.TestCase):
         self.assertIn("census/census.json: altered", self.make("verify", code=2))
 
     def test_lint_checks_its_sources(self):
-        self.assertIn("clang-tidy stages/census", self.make("-n", "lint"))
+        self.assertIn("clang-tidy stages/census/census", self.make("-n", "lint"))
 
     def test_the_docs_describe_it(self):
-        row = "| `census` | counts frames and keyframes | site | frames.shard, map_frame.keyframes | `census.json` |"
+        row = "| `census` | `default`, `census` |"
         self.assertIn(row, self.describe_pipeline())
         self.describe_pipeline("--write")
         self.assertIn(row, (self.folder / "docs/pipeline.md").read_text(encoding="utf-8"))
+        self.assertTrue((self.folder / "docs/methods/census.md").is_file())
 
     def test_a_test_of_all_programs_takes_it(self):
         test = ["-m", "unittest", "programs_test.ProgramsTest.test_default_config_is_what_the_program_prints"]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/census/census.h"
+#include "stages/census/census/census.h"
 
 #include "pipeline/base/error.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// census: counts what a recording gave the map. add_stage_test.py adds this stage to a copy of the
-// tree; it is the smallest that a stage can be.
+// census: counts what a recording gave the map. add_wing_test.py adds this wing to a copy of the
+// tree; it is the smallest that a wing can be.
 #pragma once
 
 #include <cstddef>

@@ -3,7 +3,7 @@
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
-#include "stages/census/census.h"
+#include "stages/census/census/census.h"
 
 int main(int argc, char** argv) {
   using namespace nightmap;
