@@ -96,8 +96,8 @@ std::vector<std::size_t> SegmentBounds(const FeaturesInput& input, std::size_t l
 
 FeaturesResult RunFeatures(const FeaturesOptions& options,
                            const FeaturesInput& input,
-                           int num_threads,
-                           Progress& progress) {
+                           Progress& progress,
+                           int num_threads) {
   const std::vector<FrameRecord>& frames = input.frames;
   FeaturesResult result;
   ExtractionOptions extraction = options.extraction;

@@ -55,7 +55,7 @@ struct FeaturesResult {
 // independent.
 FeaturesResult RunFeatures(const FeaturesOptions& options,
                            const FeaturesInput& input,
-                           int num_threads,
-                           Progress& progress);
+                           Progress& progress,
+                           int num_threads);
 
 }  // namespace nightmap

@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
     if (context.HasInput("model"))
       labelled.emplace(MakeLabelledFrames(input.frames, input.cameras, context));
     if (labelled) input.labelled = &*labelled;
-    const auto result = RunFeatures(options, input, context.NumThreads(), context.GetProgress());
+    const auto result = RunFeatures(options, input, context.GetProgress(), context.NumThreads());
     for (const std::string& reason : result.skipped) context.Skip(reason);
     context.CheckSkipped(input.frames.size(), options.max_failed_ratio);
     WriteFeatures(context.Output("features"), result.shard, context.ConfigToml());

@@ -39,7 +39,7 @@ void Run(const GhostsOptions& options, StageContext& context) {
   input.depth = [&](const Keyframe& k) { return moving.Depth(k.frame, camera(k)); };
   input.moving = [&](const Keyframe& k) { return moving.Mask(k.frame, camera(k)); };
   input.may_move = [&](const Keyframe& k) { return may_move.Mask(k.frame, camera(k)); };
-  const auto result = RunGhosts(options, input, context.NumThreads(), context.GetProgress());
+  const auto result = RunGhosts(options, input, context.GetProgress(), context.NumThreads());
   for (const std::string& reason : result.skipped) context.Skip(reason);
   context.CheckSkipped(input.keyframes.size(), options.max_failed_ratio);
 
