@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/features/features.h"
 
+#include <limits>
 #include <optional>
 
 #include "pipeline/base/parallel.h"
@@ -93,6 +94,11 @@ std::vector<std::size_t> SegmentBounds(const FeaturesInput& input, std::size_t l
 }
 
 }  // namespace
+
+std::vector<RgbdCamera> WithoutMaxDepth(std::vector<RgbdCamera> cameras) {
+  for (RgbdCamera& camera : cameras) camera.max_depth_m = std::numeric_limits<double>::infinity();
+  return cameras;
+}
 
 FeaturesResult RunFeatures(const FeaturesOptions& options,
                            const FeaturesInput& input,
