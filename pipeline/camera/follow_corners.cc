@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/camera/follow_corners.h"
 
-#include <algorithm>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <utility>
@@ -16,12 +16,21 @@ cv::Mat ViewOf(const GrayImage& image) {
   return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
 }
 
+cv::Mat ViewOf(const std::vector<GrayPoint>& points) {
+  static_assert(sizeof(GrayPoint) == sizeof(cv::Point2f));
+  return {1, static_cast<int>(points.size()), CV_32FC2, const_cast<GrayPoint*>(points.data())};
+}
+
 }  // namespace
 
-std::vector<cv::Point2f> Corners(const GrayImage& gray, int cell_px, float least) {
+double Distance_px(const GrayPoint& a, const GrayPoint& b) {
+  return cv::norm(cv::Point2f(a.x - b.x, a.y - b.y));
+}
+
+std::vector<GrayPoint> Corners(const GrayImage& gray, int cell_px, float least) {
   cv::Mat strength;
   cv::cornerMinEigenVal(ViewOf(gray), strength, 3);
-  std::vector<cv::Point2f> corners;
+  std::vector<GrayPoint> corners;
   for (int top = 0; top < gray.height; top += cell_px) {
     for (int left = 0; left < gray.width; left += cell_px) {
       const cv::Rect cell =
@@ -29,31 +38,43 @@ std::vector<cv::Point2f> Corners(const GrayImage& gray, int cell_px, float least
       double best = 0;
       cv::Point at;
       cv::minMaxLoc(strength(cell), nullptr, &best, nullptr, &at);
-      if (best > least) corners.emplace_back(at + cell.tl());
+      const cv::Point2f px = at + cell.tl();
+      if (best > least) corners.push_back({px.x, px.y});
     }
   }
   return corners;
 }
 
-std::vector<cv::Mat> FlowPyramid(const GrayImage& gray, int window_px) {
-  std::vector<cv::Mat> pyramid;
-  cv::buildOpticalFlowPyramid(
-      ViewOf(gray), pyramid, {window_px, window_px}, kNumFlowLevels, /*withDerivatives=*/false);
-  return pyramid;
+struct FlowPyramid::Levels {
+  std::vector<cv::Mat> pictures;
+};
+
+FlowPyramid::FlowPyramid() : levels_(std::make_shared<Levels>()) {}
+
+FlowPyramid::FlowPyramid(const GrayImage& gray, int window_px) {
+  const auto levels = std::make_shared<Levels>();
+  cv::buildOpticalFlowPyramid(ViewOf(gray),
+                              levels->pictures,
+                              {window_px, window_px},
+                              kNumFlowLevels,
+                              /*withDerivatives=*/false);
+  levels_ = levels;
 }
 
-Followed Follow(const std::vector<cv::Mat>& from,
-                const std::vector<cv::Mat>& to,
-                const std::vector<cv::Point2f>& points,
+Followed Follow(const FlowPyramid& from,
+                const FlowPyramid& to,
+                const std::vector<GrayPoint>& points,
                 int window_px,
-                std::vector<cv::Point2f> guess) {
+                std::vector<GrayPoint> guess) {
   Followed followed{std::move(guess), {}, {}};
   const bool has_guess = !followed.points.empty();
+  followed.points.resize(points.size());
+  cv::Mat there = ViewOf(followed.points);
   cv::calcOpticalFlowPyrLK(
-      from,
-      to,
-      points,
-      followed.points,
+      from.AllLevels().pictures,
+      to.AllLevels().pictures,
+      ViewOf(points),
+      there,
       followed.is_found,
       followed.differences,
       {window_px, window_px},

@@ -114,10 +114,10 @@ void AddPoint(const CsvRow& row, PlannedPath& path) {
   }
 }
 
-void CheckLegs(const PlannedPath& path) {
+void CheckLegs(const PlannedPath& path, const std::filesystem::path& csv_path) {
   for (std::size_t i = 0; i < path.legs_in_map.size(); ++i) {
     if (Length_m(path.legs_in_map[i]) > 0) continue;
-    throw DataError("{}: leg {} has no length: run make plan again", path.source, i);
+    throw DataError("{}: leg {} has no length: run make plan again", csv_path.string(), i);
   }
 }
 
@@ -126,11 +126,10 @@ void CheckLegs(const PlannedPath& path) {
 PlannedPath ReadPlannedPath(const std::filesystem::path& csv_path,
                             const std::filesystem::path& json_path) {
   PlannedPath path;
-  path.source = csv_path.string();
   const CsvFile csv(csv_path, "x_m,y_m,heading_rad,distance_m,leg_idx", true);
   for (const CsvRow& row : csv.Rows()) AddPoint(row, path);
   if (csv.Rows().empty()) throw DataError("{}: the path has no point", csv_path.string());
-  CheckLegs(path);
+  CheckLegs(path, csv_path);
   const std::string text = ReadFile(json_path);
   try {
     ReadPathJson(nlohmann::json::parse(text), csv_path, csv.Rows().size(), path);

@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <filesystem>
-#include <string>
 #include <vector>
 
 namespace nightmap {
@@ -17,9 +16,8 @@ struct PlannedPath {
   // Radius of the circle around the whole robot for which it was planned.
   double robot_radius_m = 0;
   bool may_cross_unknown = false;
-  double max_hole_m = 0;            // width of holes that it may cross, see unknown_holes.h
-  int floor = 0;                    // FloorFiles::number of its floor
-  std::string source = "path.csv";  // file name for messages
+  double max_hole_m = 0;  // width of holes that it may cross, see unknown_holes.h
+  int floor = 0;          // FloorFiles::number of its floor
 };
 
 // Reads path.csv (columns x_m,y_m,heading_rad,distance_m,leg_idx, then any others) and the

@@ -80,8 +80,8 @@ class Pipeline {
 
 AdjustResult RunAdjust(const AdjustOptions& options,
                        const AdjustInput& input,
-                       int num_threads,
-                       Progress& progress) {
+                       Progress& progress,
+                       int num_threads) {
   CheckInput(input);
   return Pipeline(options, input, num_threads).Run(progress);
 }

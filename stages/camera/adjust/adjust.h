@@ -58,7 +58,7 @@ struct AdjustResult {
 // sensors count no more: their agreement is in where the adjustment starts. Deterministic.
 AdjustResult RunAdjust(const AdjustOptions& options,
                        const AdjustInput& input,
-                       int num_threads,
-                       Progress& progress);
+                       Progress& progress,
+                       int num_threads);
 
 }  // namespace nightmap

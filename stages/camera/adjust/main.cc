@@ -23,7 +23,7 @@ AdjustInput ReadInput(const StageContext& context) {
 
 void Run(const AdjustOptions& options, StageContext& context) {
   const AdjustInput input = ReadInput(context);
-  const auto result = RunAdjust(options, input, context.NumThreads(), context.GetProgress());
+  const auto result = RunAdjust(options, input, context.GetProgress(), context.NumThreads());
   WarnOfStalls(result.adjustments);
   context.WriteIfWanted("g2o", [&] { return PoseGraphToG2o(result.graph); });
   WriteFile(context.Output("trajectory"), TrajectoryText(input.frames, result.graph_from_camera));

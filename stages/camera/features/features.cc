@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/camera/features/features.h"
 
+#include <limits>
 #include <optional>
 
 #include "pipeline/base/parallel.h"
@@ -94,10 +95,15 @@ std::vector<std::size_t> SegmentBounds(const FeaturesInput& input, std::size_t l
 
 }  // namespace
 
+std::vector<RgbdCamera> WithoutMaxDepth(std::vector<RgbdCamera> cameras) {
+  for (RgbdCamera& camera : cameras) camera.max_depth_m = std::numeric_limits<double>::infinity();
+  return cameras;
+}
+
 FeaturesResult RunFeatures(const FeaturesOptions& options,
                            const FeaturesInput& input,
-                           int num_threads,
-                           Progress& progress) {
+                           Progress& progress,
+                           int num_threads) {
   const std::vector<FrameRecord>& frames = input.frames;
   FeaturesResult result;
   ExtractionOptions extraction = options.extraction;

@@ -44,6 +44,9 @@ struct FeaturesInput {
   LabelledFrames* labelled = nullptr;
 };
 
+// Motion is found with depth as far as it is measured, by its sigma; max_depth_m bounds the map.
+std::vector<RgbdCamera> WithoutMaxDepth(std::vector<RgbdCamera> cameras);
+
 struct FeaturesResult {
   FeaturesShard shard;  // one entry per frame, in order; a failed frame has no features
   std::vector<std::string> skipped;  // reasons, in frame order
@@ -55,7 +58,7 @@ struct FeaturesResult {
 // independent.
 FeaturesResult RunFeatures(const FeaturesOptions& options,
                            const FeaturesInput& input,
-                           int num_threads,
-                           Progress& progress);
+                           Progress& progress,
+                           int num_threads);
 
 }  // namespace nightmap

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // features: reads the frames of one shard and their pixels; writes keypoints, descriptors, depths.
 // With a model it also writes what can move in the frames.
-#include <limits>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <optional>
@@ -40,10 +39,7 @@ int main(int argc, char** argv) {
   return StageMain(argc, argv, Spec(), FeaturesOptions{}, [](const auto& options, auto& context) {
     FeaturesInput input;
     input.frames = ReadFrames(context.Input("frames"));
-    input.cameras = ReadCameras(context.Input("cameras"), input.frames);
-    // Motion is found with depth as far as it is measured, by its sigma; max_depth_m bounds the
-    // map.
-    for (auto& camera : input.cameras) camera.max_depth_m = std::numeric_limits<double>::infinity();
+    input.cameras = WithoutMaxDepth(ReadCameras(context.Input("cameras"), input.frames));
     const FrameReader reader(context.Input("data"), context.Inputs("masks"));
     input.load = [&](const FrameRecord& frame) {
       return reader.Rgbd(frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)));
@@ -52,7 +48,7 @@ int main(int argc, char** argv) {
     if (context.HasInput("model"))
       labelled.emplace(MakeLabelledFrames(input.frames, input.cameras, context));
     if (labelled) input.labelled = &*labelled;
-    const auto result = RunFeatures(options, input, context.NumThreads(), context.GetProgress());
+    const auto result = RunFeatures(options, input, context.GetProgress(), context.NumThreads());
     for (const std::string& reason : result.skipped) context.Skip(reason);
     context.CheckSkipped(input.frames.size(), options.max_failed_ratio);
     WriteFeatures(context.Output("features"), result.shard, context.ConfigToml());

@@ -70,8 +70,7 @@ void ImportTrajectoryOptions::Register(OptionList& list) {
 
 ImportedTrajectory RunImportTrajectory(const ImportTrajectoryOptions& options,
                                        const std::vector<FrameRecord>& frames,
-                                       const std::vector<StampedPose>& given,
-                                       const std::string& file) {
+                                       const std::vector<StampedPose>& given) {
   ImportedTrajectory result;
   for (const FrameRecord& frame : frames) {
     const auto pose = TruthAt(given, frame.time_ns);
@@ -81,16 +80,22 @@ ImportedTrajectory RunImportTrajectory(const ImportTrajectoryOptions& options,
       result.keyframes.push_back(result.poses.back());
     }
   }
-  const double min_posed = options.min_posed_ratio * static_cast<double>(frames.size());
-  if (result.poses.empty() || static_cast<double>(result.poses.size()) < min_posed) {
-    throw ThresholdError("{}: gives a pose to {} of {} frames, fewer than min_posed_ratio = {}; {}",
-                         file,
-                         result.poses.size(),
-                         frames.size(),
-                         options.min_posed_ratio,
-                         WhyFew(frames, given, result.poses.size()));
-  }
   return result;
+}
+
+void JudgeNumPosed(const ImportTrajectoryOptions& options,
+                   const std::vector<FrameRecord>& frames,
+                   const std::vector<StampedPose>& given,
+                   std::size_t num_posed,
+                   const std::string& file) {
+  const double min_posed = options.min_posed_ratio * static_cast<double>(frames.size());
+  if (num_posed > 0 && static_cast<double>(num_posed) >= min_posed) return;
+  throw ThresholdError("{}: gives a pose to {} of {} frames, fewer than min_posed_ratio = {}; {}",
+                       file,
+                       num_posed,
+                       frames.size(),
+                       options.min_posed_ratio,
+                       WhyFew(frames, given, num_posed));
 }
 
 void JudgeMotions(const MotionVerdict& verdict, const std::string& file) {

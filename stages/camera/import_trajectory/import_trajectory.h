@@ -31,12 +31,18 @@ struct ImportedTrajectory {
 
 // `given` holds given_from_camera poses (color camera, x right, y down, z forward) of another
 // system at its own times, ascending. A frame's pose is interpolated at its time between poses at
-// most 0.1 s apart (TruthAt); other frames get none. Throws ThresholdError naming `file` when fewer
-// than min_posed_ratio of the frames get a pose. Pure and deterministic.
+// most 0.1 s apart (TruthAt); other frames get none. Pure and deterministic.
 ImportedTrajectory RunImportTrajectory(const ImportTrajectoryOptions& options,
                                        const std::vector<FrameRecord>& frames,
-                                       const std::vector<StampedPose>& given,
-                                       const std::string& file);
+                                       const std::vector<StampedPose>& given);
+
+// Throws ThresholdError naming `file` and the remedy when fewer than min_posed_ratio of the frames
+// got a pose, or none.
+void JudgeNumPosed(const ImportTrajectoryOptions& options,
+                   const std::vector<FrameRecord>& frames,
+                   const std::vector<StampedPose>& given,
+                   std::size_t num_posed,
+                   const std::string& file);
 
 // Throw DataError naming `file` and the remedy when the trajectory cannot be right; log a warning
 // of what is doubtful.

@@ -14,7 +14,8 @@ void Run(const ImportTrajectoryOptions& options, StageContext& context) {
       context.Inputs("frames"), context.Input("cameras"), context.Inputs("features"));
   const std::string file = context.Input("given").string();
   const auto given = ReadTum(file);
-  const auto result = RunImportTrajectory(options, input.frames, given, file);
+  const auto result = RunImportTrajectory(options, input.frames, given);
+  JudgeNumPosed(options, input.frames, given, result.poses.size(), file);
   auto& report = context.Report();
   if (options.check_motion) {
     const auto motions =

@@ -3,11 +3,10 @@
 // localized against, and the same map as a COLMAP model and database.
 #include <spdlog/spdlog.h>
 
-#include "pipeline/camera/leave_out.h"
 #include "pipeline/camera/vocabulary_io.h"
-#include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/camera/landmarks/landmarks_report.h"
+#include "stages/camera/landmarks/read_inputs.h"
 #include "stages/camera/landmarks/write_colmap.h"
 
 int main(int argc, char** argv) {
@@ -36,23 +35,7 @@ int main(int argc, char** argv) {
         CheckColmapOutputs(context);
         context.BeginPart("read");
         const VocabularyTree tree = ReadVocabulary(context.Input("vocabulary")).tree;
-        const auto frames = ReadFrames(context.Inputs("frames"));
-        LandmarksInput input{frames,
-                             ReadCameras(context.Input("cameras"), frames),
-                             ReadFeatures(context.Inputs("features"), context.Inputs("frames")),
-                             &tree,
-                             ReadPoses(context.Input("trajectory")),
-                             ReadPoses(context.Input("keyframes"))};
-        CheckFeaturesOfFrames(input.frames, input.features);
-        if (context.HasInput("masked_frames") != context.HasInput("masks")) {
-          throw UsageError("give both --in masked_frames=PATH and --in masks=PATH, or neither");
-        }
-        if (context.HasInput("masked_frames")) {
-          LeaveOut(ReadFrames(context.Input("masked_frames")),
-                   input.cameras,
-                   FrameReader({}, context.Inputs("masks")),
-                   &input.features);
-        }
+        const LandmarksInput input = ReadLandmarksInput(tree, context);
         context.BeginPart("build");
         const LandmarksResult result =
             RunLandmarks(options, input, context.GetProgress(), context.NumThreads());

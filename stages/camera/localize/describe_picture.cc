@@ -44,6 +44,12 @@ CameraPicture FitToMap(CameraPicture picture,
 
 }  // namespace
 
+ExtractionOptions ExtractionOf(const LandmarkMap& map, const std::string& source) {
+  ExtractionOptions extraction;
+  RegisterOptions(extraction).ParseToml(map.extraction, source);
+  return extraction;
+}
+
 DescribedPicture DescribePicture(const LocalizeOptions& options,
                                  const LocalizeInput& input,
                                  const FrameRecord& query) {

@@ -9,6 +9,10 @@
 
 namespace nightmap {
 
+// Options of the features in the map, by which those of pictures are extracted, too. `source` names
+// the map in messages.
+ExtractionOptions ExtractionOf(const LandmarkMap& map, const std::string& source);
+
 // The features of a picture, or the reason why it has none.
 struct DescribedPicture {
   FrameFeatures features;

@@ -6,7 +6,7 @@
 #include "pipeline/io/frame_reader.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
-#include "stages/camera/localize/localize.h"
+#include "stages/camera/localize/describe_picture.h"
 #include "stages/camera/localize/localize_report.h"
 #include "stages/camera/localize/query_cameras.h"
 
@@ -32,15 +32,13 @@ int main(int argc, char** argv) {
         const LandmarkMap map = ReadLandmarks(context.Input("landmarks"));
         const Vocabulary vocabulary = ReadVocabulary(context.Input("vocabulary"));
         const FrameReader reader(context.Input("data"), context.Inputs("masks"));
-        ExtractionOptions extraction;
-        RegisterOptions(extraction).ParseToml(map.extraction, context.Input("landmarks").string());
         const auto map_cameras = ReadCameras(context.Input("calibrated"));
         const auto queries = ReadFrames(context.Input("queries"));
         const LocalizeInput input{queries,
                                   WithCalibration(ReadCameras(context.Input("cameras"), queries),
                                                   ReadCameras(context.Input("configured")),
                                                   map_cameras),
-                                  extraction,
+                                  ExtractionOf(map, context.Input("landmarks").string()),
                                   &map,
                                   &vocabulary,
                                   [&](const FrameRecord& query, const RgbdCamera& camera) {

@@ -152,8 +152,8 @@ void LoopsOptions::Register(OptionList& list) {
 std::vector<FramePair> RunLoops(const LoopsOptions& options,
                                 const FramesWithFeatures& input,
                                 const Vocabulary& vocabulary,
-                                int num_threads,
-                                Progress& progress) {
+                                Progress& progress,
+                                int num_threads) {
   CheckFeaturesOfFrames(input.frames, input.features);
   CheckVocabulary(input, vocabulary);
   const std::vector<int> seekers = LoopSeekers(options, input.features);

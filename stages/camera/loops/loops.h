@@ -29,7 +29,7 @@ struct LoopsOptions {
 std::vector<FramePair> RunLoops(const LoopsOptions& options,
                                 const FramesWithFeatures& input,
                                 const Vocabulary& vocabulary,
-                                int num_threads,
-                                Progress& progress);
+                                Progress& progress,
+                                int num_threads);
 
 }  // namespace nightmap

@@ -29,12 +29,12 @@ std::vector<FramePair> RunLoopsOfWhatStays(const LoopsOptions& options,
                                            Vocabulary vocabulary,
                                            const std::vector<FrameRecord>& masked_frames,
                                            const FrameReader& masks,
-                                           int num_threads,
-                                           Progress& progress) {
+                                           Progress& progress,
+                                           int num_threads) {
   const IndicesBefore indices_before =
       LeaveOut(masked_frames, input.cameras, masks, &input.features);
   vocabulary.inverted_file = WordsLeft(vocabulary.inverted_file, indices_before);
-  auto pairs = RunLoops(options, input, vocabulary, num_threads, progress);
+  auto pairs = RunLoops(options, input, vocabulary, progress, num_threads);
   const auto before = [&](int frame, int feature) {
     return indices_before[static_cast<std::size_t>(frame)][static_cast<std::size_t>(feature)];
   };

@@ -16,7 +16,7 @@ std::vector<FramePair> RunLoopsOfWhatStays(const LoopsOptions& options,
                                            Vocabulary vocabulary,
                                            const std::vector<FrameRecord>& masked_frames,
                                            const FrameReader& masks,
-                                           int num_threads,
-                                           Progress& progress);
+                                           Progress& progress,
+                                           int num_threads);
 
 }  // namespace nightmap

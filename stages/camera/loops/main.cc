@@ -23,9 +23,9 @@ void Run(const LoopsOptions& options, StageContext& context) {
                                 vocabulary,
                                 ReadFrames(context.Inputs("masked_frames")),
                                 FrameReader({}, context.Inputs("masks")),
-                                context.NumThreads(),
-                                context.GetProgress())
-          : RunLoops(options, input, vocabulary, context.NumThreads(), context.GetProgress());
+                                context.GetProgress(),
+                                context.NumThreads())
+          : RunLoops(options, input, vocabulary, context.GetProgress(), context.NumThreads());
   WritePairs(context.Output("loops"), pairs, context.ConfigToml());
   context.Report() = PairsReport(pairs);
 }

@@ -12,7 +12,7 @@ void Run(const MatchesOptions& options, StageContext& context) {
       context.Inputs("frames"), context.Input("cameras"), context.Inputs("features"));
   const int first_frame_idx = ReadFrames(context.Inputs("frames").back()).front().frame_idx;
   const auto pairs =
-      RunMatches(options, input, first_frame_idx, context.NumThreads(), context.GetProgress());
+      RunMatches(options, input, first_frame_idx, context.GetProgress(), context.NumThreads());
   WritePairs(context.Output("pairs"), pairs, context.ConfigToml());
   context.Report() = PairsReport(pairs);
 }

@@ -24,8 +24,8 @@ void MatchesOptions::Register(OptionList& list) {
 std::vector<FramePair> RunMatches(const MatchesOptions& options,
                                   const FramesWithFeatures& input,
                                   int first_frame_idx,
-                                  int num_threads,
-                                  Progress& progress) {
+                                  Progress& progress,
+                                  int num_threads) {
   CheckFeaturesOfFrames(input.frames, input.features);
   const NeighbourPairs neighbours(input.features, first_frame_idx);
   std::vector<FramePair> pairs = neighbours.AtOffsets(options.pair_offsets);

@@ -27,7 +27,7 @@ struct MatchesOptions {
 std::vector<FramePair> RunMatches(const MatchesOptions& options,
                                   const FramesWithFeatures& input,
                                   int first_frame_idx,
-                                  int num_threads,
-                                  Progress& progress);
+                                  Progress& progress,
+                                  int num_threads);
 
 }  // namespace nightmap

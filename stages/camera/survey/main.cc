@@ -30,7 +30,7 @@ void Run(const SurveyOptions& options, StageContext& context) {
     return LoadRgbd(frame, input.cameras.at(static_cast<std::size_t>(frame.camera_idx)), data_root);
   };
   const SurveyResult result =
-      RunSurvey(options, input, context.NumThreads(), context.GetProgress());
+      RunSurvey(options, input, context.GetProgress(), context.NumThreads());
   for (const std::string& reason : result.skipped) context.Skip(reason);
   context.CheckSkipped(result.num_sampled, options.max_failed_ratio);
   WriteFile(context.Output("frames"), SurveyToCsv(result, input.frames));

@@ -36,14 +36,14 @@ GrayImage Equalized(const GrayImage& gray) {
 void FollowCorners(const GrayImage& previous, const GrayImage& current, PairMeasures* measures) {
   const auto corners = Corners(previous, kCornerCell_px);
   if (corners.empty()) return;
-  const auto from = FlowPyramid(previous, kWindow_px), to = FlowPyramid(current, kWindow_px);
+  const FlowPyramid from(previous, kWindow_px), to(current, kWindow_px);
   const Followed there = Follow(from, to, corners, kWindow_px);
   const Followed back = Follow(to, from, there.points, kWindow_px);
   std::vector<double> flow_px;
   for (std::size_t i = 0; i < corners.size(); ++i) {
     if (there.is_found[i] == 0 || back.is_found[i] == 0) continue;
-    if (cv::norm(back.points[i] - corners[i]) > kMaxWayBack_px) continue;
-    flow_px.push_back(cv::norm(there.points[i] - corners[i]));
+    if (Distance_px(back.points[i], corners[i]) > kMaxWayBack_px) continue;
+    flow_px.push_back(Distance_px(there.points[i], corners[i]));
   }
   measures->tracked_share =
       static_cast<double>(flow_px.size()) / static_cast<double>(corners.size());

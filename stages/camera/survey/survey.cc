@@ -133,8 +133,8 @@ void SurveyOptions::Register(OptionList& list) {
 
 SurveyResult RunSurvey(const SurveyOptions& options,
                        const SurveyInput& input,
-                       int num_threads,
-                       Progress& progress) {
+                       Progress& progress,
+                       int num_threads) {
   const std::vector<Window> windows = ChooseWindows(options, input.frames.size());
   SurveyResult result;
   for (const Window& window : windows) result.num_sampled += window.end - window.begin;

@@ -56,7 +56,7 @@ struct SurveyResult {
 // threads.
 SurveyResult RunSurvey(const SurveyOptions& options,
                        const SurveyInput& input,
-                       int num_threads,
-                       Progress& progress);
+                       Progress& progress,
+                       int num_threads);
 
 }  // namespace nightmap

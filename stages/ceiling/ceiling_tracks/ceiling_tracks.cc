@@ -55,8 +55,8 @@ void KeepFramesFrom(int first_frame_idx, CeilingTracksInput* input) {
 
 CeilingTracksResult RunCeilingTracks(const CeilingTracksOptions& options,
                                      const CeilingTracksInput& input,
-                                     int num_threads,
-                                     Progress& progress) {
+                                     Progress& progress,
+                                     int num_threads) {
   CheckFeaturesOfFrames(input.frames, input.features);
   if (input.features.kind != DescriptorKind::kOrb) {
     throw InputError({{"features"}}, "has no ORB descriptors; set features.detector = \"harris\"");

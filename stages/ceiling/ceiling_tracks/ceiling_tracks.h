@@ -53,7 +53,7 @@ void KeepFramesFrom(int first_frame_idx, CeilingTracksInput* input);
 // parallel, and followed in order.
 CeilingTracksResult RunCeilingTracks(const CeilingTracksOptions& options,
                                      const CeilingTracksInput& input,
-                                     int num_threads,
-                                     Progress& progress);
+                                     Progress& progress,
+                                     int num_threads);
 
 }  // namespace nightmap

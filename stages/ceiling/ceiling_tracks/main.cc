@@ -25,7 +25,7 @@ void Run(const CeilingTracksOptions& options, StageContext& context) {
     return ToGray(reader.Color(frame, camera));
   };
   const CeilingTracksResult result =
-      RunCeilingTracks(options, input, context.NumThreads(), context.GetProgress());
+      RunCeilingTracks(options, input, context.GetProgress(), context.NumThreads());
   for (const std::string& reason : result.skipped) context.Skip(reason);
   context.CheckSkipped(input.frames.size(), options.max_failed_ratio);
   WriteCornerTracks(context.Output("tracks"), result.tracks, context.ConfigToml());

@@ -195,9 +195,9 @@ void OctreeOptions::Register(OptionList& list) {
 OctreeResult RunOctree(const OctreeOptions& options,
                        const KeyframeSource& source,
                        const std::vector<CloudPoint>* cloud,
+                       const std::optional<VoxelBox>& region,
                        Progress& progress,
-                       int num_threads,
-                       const std::optional<VoxelBox>& region) {
+                       int num_threads) {
   CheckThreshold(options);
   // Keeps a voxel free at the rim for the neighbours of seen voxels.
   const double reach_m = OctreeReach_m(options.resolution_m) - 2 * options.resolution_m;

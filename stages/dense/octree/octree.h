@@ -61,8 +61,8 @@ struct OctreeResult {
 OctreeResult RunOctree(const OctreeOptions& options,
                        const KeyframeSource& source,
                        const std::vector<CloudPoint>* cloud,
+                       const std::optional<VoxelBox>& region,
                        Progress& progress,
-                       int num_threads,
-                       const std::optional<VoxelBox>& region = std::nullopt);
+                       int num_threads);
 
 }  // namespace nightmap

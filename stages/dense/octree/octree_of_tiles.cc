@@ -66,7 +66,7 @@ OctreeResult RunOctreeTile(const OctreeOptions& options,
                            int num_threads) {
   CheckTile(options, source.region);
   const VoxelBox voxels = VoxelsOf(source.region.inside, options.resolution_m);
-  return RunOctree(options, source, cloud, progress, num_threads, voxels);
+  return RunOctree(options, source, cloud, voxels, progress, num_threads);
 }
 
 }  // namespace nightmap

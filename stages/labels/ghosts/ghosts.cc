@@ -77,8 +77,8 @@ void AddGhosts(const KeyframeView& view,
 
 GhostsResult RunGhosts(const GhostsOptions& options,
                        const GhostsInput& input,
-                       int num_threads,
-                       Progress& progress) {
+                       Progress& progress,
+                       int num_threads) {
   const std::size_t count = input.keyframes.size();
   std::vector<std::optional<KeyframeView>> views(count);
   std::vector<std::string> failures(count);

@@ -50,7 +50,7 @@ struct GhostsResult {
 // per keyframe, and 24 bytes per block that may move. The same at any number of threads.
 GhostsResult RunGhosts(const GhostsOptions& options,
                        const GhostsInput& input,
-                       int num_threads,
-                       Progress& progress);
+                       Progress& progress,
+                       int num_threads);
 
 }  // namespace nightmap

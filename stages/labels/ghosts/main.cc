@@ -1,29 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // ghosts: reads the poses of the keyframes, their depth, and masks of what moves and what may;
 // writes the masks that the map is made under, and the list of frames with them.
-#include <algorithm>
-#include <map>
-
-#include "pipeline/base/files.h"
 #include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/io/trajectory_io.h"
 #include "pipeline/program/stage_main.h"
-#include "stages/labels/ghosts/ghosts.h"
+#include "stages/labels/ghosts/ghosts_output.h"
 
 namespace nightmap {
 namespace {
-
-// The frames; keyframes have the channel of their mask in the file of that name.
-std::vector<FrameRecord> WithMasks(std::vector<FrameRecord> frames,
-                                   const std::map<std::int64_t, const PackedMask*>& masks,
-                                   const std::string& file) {
-  for (FrameRecord& frame : frames) {
-    const auto mask = masks.find(frame.time_ns);
-    frame.others.erase(kMaskChannel);
-    if (mask != masks.end()) frame.others[kMaskChannel] = {file, HashOf(*mask->second)};
-  }
-  return frames;
-}
 
 void Run(const GhostsOptions& options, StageContext& context) {
   const auto frames = ReadFrames(context.Inputs("frames"));
@@ -39,20 +23,10 @@ void Run(const GhostsOptions& options, StageContext& context) {
   input.depth = [&](const Keyframe& k) { return moving.Depth(k.frame, camera(k)); };
   input.moving = [&](const Keyframe& k) { return moving.Mask(k.frame, camera(k)); };
   input.may_move = [&](const Keyframe& k) { return may_move.Mask(k.frame, camera(k)); };
-  const auto result = RunGhosts(options, input, context.NumThreads(), context.GetProgress());
+  const auto result = RunGhosts(options, input, context.GetProgress(), context.NumThreads());
   for (const std::string& reason : result.skipped) context.Skip(reason);
   context.CheckSkipped(input.keyframes.size(), options.max_failed_ratio);
-
-  std::vector<PackedMask> masks;
-  for (const auto& mask : result.masks) {
-    if (mask) masks.push_back(*mask);
-  }
-  std::ranges::sort(masks, {}, &PackedMask::time_ns);
-  std::map<std::int64_t, const PackedMask*> by_time;
-  for (const PackedMask& mask : masks) by_time[mask.time_ns] = &mask;
-  WriteMasks(context.Output("masks"), masks, context.ConfigToml());
-  const std::string file = context.FinalPath("masks").filename().string();
-  WriteFile(context.Output("frames"), FramesToCsv(WithMasks(frames, by_time, file)));
+  WriteGhosts(result, frames, context);
   context.Report()["num_keyframes"] = input.keyframes.size();
   context.Report()["num_regions"] = result.num_regions;
   context.Report()["num_ghosts"] = result.num_ghosts;

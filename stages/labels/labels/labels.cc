@@ -9,8 +9,8 @@ namespace nightmap {
 LabelsResult RunLabels(const std::vector<FrameRecord>& frames,
                        const std::function<RgbdImages(const FrameRecord&)>& load,
                        LabelledFrames* labelled,
-                       int num_threads,
-                       Progress& progress) {
+                       Progress& progress,
+                       int num_threads) {
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (labelled->CanLabel(i)) chosen.push_back(i);

@@ -33,7 +33,7 @@ struct LabelsResult {
 LabelsResult RunLabels(const std::vector<FrameRecord>& frames,
                        const std::function<RgbdImages(const FrameRecord&)>& load,
                        LabelledFrames* labelled,
-                       int num_threads,
-                       Progress& progress);
+                       Progress& progress,
+                       int num_threads);
 
 }  // namespace nightmap

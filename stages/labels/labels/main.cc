@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
       return LoadRgbd(frame, cameras.at(static_cast<std::size_t>(frame.camera_idx)), data_root);
     };
     const LabelsResult result =
-        RunLabels(frames, load, &labelled, context.NumThreads(), context.GetProgress());
+        RunLabels(frames, load, &labelled, context.GetProgress(), context.NumThreads());
     for (const std::string& reason : result.skipped) context.Skip(reason);
     context.CheckSkipped(result.num_to_label, options.max_failed_ratio);
     labelled.Write(context);

@@ -23,7 +23,7 @@ Matched Matches(const CameraMotionOptions& options,
                 const SmallCamera& camera,
                 const SmallFrame& a,
                 const SmallFrame& b) {
-  const std::vector<cv::Point2f>& corners = a.corners;
+  const std::vector<GrayPoint>& corners = a.corners;
   if (corners.empty()) return {};
   const Followed there = Follow(a.pyramid, b.pyramid, corners, options.window_px);
   const Followed back = Follow(b.pyramid, a.pyramid, there.points, options.window_px);
@@ -32,7 +32,7 @@ Matched Matches(const CameraMotionOptions& options,
     const Eigen::Vector2d seen(there.points[i].x, there.points[i].y);
     const double depth_m = DepthAt(a, corners[i]);
     if (!there.is_found[i] || !back.is_found[i] || !camera.gray.Contains(seen)) continue;
-    if (cv::norm(back.points[i] - corners[i]) > kMaxWayBack_px || depth_m <= 0) continue;
+    if (Distance_px(back.points[i], corners[i]) > kMaxWayBack_px || depth_m <= 0) continue;
     matches.may_move.push_back(MayMove(a, corners[i]));
     matches.points.push_back({camera.gray.Undistort(seen),
                               camera.gray.BackProject({corners[i].x, corners[i].y}, depth_m),

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "pipeline/camera/follow_corners.h"
@@ -21,13 +22,13 @@ constexpr double kMinWorse = 5;
 
 // A corner that should be seen in the other frame.
 struct Expected {
-  std::vector<cv::Point2f> corners;
-  std::vector<cv::Point2f> predicted;  // where it is if it stays
+  std::vector<GrayPoint> corners;
+  std::vector<GrayPoint> predicted;  // where it is if it stays
 };
 
 // Calls use(x, y) for the pixels of depth around a corner.
 template <typename Use>
-void ForCell(const DepthImage& depth, const cv::Point2f& corner, const Use& use) {
+void ForCell(const DepthImage& depth, const GrayPoint& corner, const Use& use) {
   const int at_x = std::min(static_cast<int>(corner.x / 2), depth.width - 1);
   const int at_y = std::min(static_cast<int>(corner.y / 2), depth.height - 1);
   for (int y = std::max(at_y - kHalfCell, 0); y <= std::min(at_y + kHalfCell, depth.height - 1);
@@ -40,7 +41,7 @@ void ForCell(const DepthImage& depth, const cv::Point2f& corner, const Use& use)
 }
 
 // There the background is followed as well as the thing before it.
-bool IsAtEdge(const SmallFrame& frame, const cv::Point2f& corner) {
+bool IsAtEdge(const SmallFrame& frame, const GrayPoint& corner) {
   const float depth_m = DepthAt(frame, corner);
   bool is_at_edge = false;
   ForCell(frame.depth, corner, [&](int x, int y) {
@@ -51,9 +52,9 @@ bool IsAtEdge(const SmallFrame& frame, const cv::Point2f& corner) {
 
 // Mean absolute difference of two patches, gray levels.
 double PatchDifference(const GrayImage& a,
-                       const cv::Point2f& at_a,
+                       const GrayPoint& at_a,
                        const GrayImage& b,
-                       const cv::Point2f& at_b) {
+                       const GrayPoint& at_b) {
   constexpr int kHalfPatch = 4;
   const cv::Point from(cvRound(at_a.x), cvRound(at_a.y));
   const cv::Point to(cvRound(at_b.x), cvRound(at_b.y));
@@ -78,14 +79,14 @@ Expected Expect(const EvidenceOptions& options,
                 const SmallFrame& other,
                 const Rigid3& other_from_frame) {
   Expected expected;
-  for (const cv::Point2f& corner : frame.corners) {
+  for (const GrayPoint& corner : frame.corners) {
     const double depth_m = DepthAt(frame, corner);
     if (depth_m <= 0 || IsAtEdge(frame, corner)) continue;
     const Eigen::Vector3d point =
         other_from_frame * camera.gray.BackProject({corner.x, corner.y}, depth_m);
     const auto seen = camera.gray.Project(point);
     if (!seen || !camera.gray.Contains(*seen)) continue;
-    const cv::Point2f at(static_cast<float>(seen->x()), static_cast<float>(seen->y()));
+    const GrayPoint at{static_cast<float>(seen->x()), static_cast<float>(seen->y())};
     const double there_m = DepthAt(other, at);
     const bool is_hidden =
         there_m > 0 && there_m < point.z() - Margin_m(options, camera, point.z());
@@ -111,7 +112,7 @@ void AddFlowEvidence(const EvidenceOptions& options,
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const double difference = followed.differences[i];
     if (!followed.is_found[i] || difference > options.max_patch_difference) continue;
-    const bool stays = cv::norm(followed.points[i] - predicted[i]) <= options.max_flow_px;
+    const bool stays = Distance_px(followed.points[i], predicted[i]) <= options.max_flow_px;
     if (!stays && PatchDifference(frame.gray, corners[i], other.gray, predicted[i]) <
                       kMinRatio * difference + kMinWorse) {
       continue;

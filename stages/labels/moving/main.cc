@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
       images.moving = reader.Mask(frame, camera);
       return images;
     };
-    const auto result = RunMoving(options, input, context.NumThreads(), context.GetProgress());
+    const auto result = RunMoving(options, input, context.GetProgress(), context.NumThreads());
     for (const std::string& reason : result.skipped) context.Skip(reason);
     context.CheckSkipped(input.frames.size(), options.max_failed_ratio);
     WriteMasks(context.Output("masks"), MasksOf(result), context.ConfigToml());

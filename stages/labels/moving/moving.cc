@@ -213,8 +213,8 @@ double Share(const std::optional<PackedMask>& mask) {
 
 MovingResult RunMoving(const MovingOptions& options,
                        const MovingInput& input,
-                       int num_threads,
-                       Progress& progress) {
+                       Progress& progress,
+                       int num_threads) {
   MovingResult result;
   Search search(options, input);
   std::vector<std::string> failures(input.frames.size());

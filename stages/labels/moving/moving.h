@@ -57,7 +57,7 @@ struct MovingResult {
 // Frames of another camera or sequence are not compared. Deterministic at any number of threads.
 MovingResult RunMoving(const MovingOptions& options,
                        const MovingInput& input,
-                       int num_threads,
-                       Progress& progress);
+                       Progress& progress,
+                       int num_threads);
 
 }  // namespace nightmap

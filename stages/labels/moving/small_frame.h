@@ -2,9 +2,9 @@
 // Frames reduced to what the search for moving things needs, so that a whole shard fits in memory.
 #pragma once
 
-#include <opencv2/core.hpp>
 #include <vector>
 
+#include "pipeline/camera/follow_corners.h"
 #include "pipeline/io/frames_io.h"
 
 namespace nightmap {
@@ -14,8 +14,8 @@ struct SmallFrame {
   GrayImage gray;
   DepthImage depth;    // metres: of each block of pixels the median of those measured; 0: none
   GrayImage may_move;  // at the size of depth, 255 where labels say so; empty: no labels
-  std::vector<cv::Point2f> corners;  // of gray
-  std::vector<cv::Mat> pyramid;      // of gray, for optical flow
+  std::vector<GrayPoint> corners;  // of gray
+  FlowPyramid pyramid;             // of gray, for optical flow
 };
 
 // The cameras of these two, with the distortion of the whole one.
@@ -41,9 +41,9 @@ SmallFrame Shrink(const RgbdImages& images, const SmallCamera& camera);
 GrayImage EnlargeDepthMask(const GrayImage& mask, const SmallCamera& small, const Camera& whole);
 
 // The depth under a pixel of the gray picture; 0 where none is measured.
-float DepthAt(const SmallFrame& frame, const cv::Point2f& gray_px);
+float DepthAt(const SmallFrame& frame, const GrayPoint& gray_px);
 
 // Whether labels say that what a pixel of the gray picture shows may move.
-bool MayMove(const SmallFrame& frame, const cv::Point2f& gray_px);
+bool MayMove(const SmallFrame& frame, const GrayPoint& gray_px);
 
 }  // namespace nightmap

@@ -14,10 +14,14 @@ using namespace nightmap;
 ThingsInputs ReadInputs(const StageContext& context) {
   std::vector<Tile> tiles;
   for (const auto& path : context.Inputs("tile")) tiles.push_back(ReadTile(path));
-  return {ReadVoxelLabels(context.Input("voxels")),
-          LeavesOfFile(context.Input("octree")),
-          UniteKeyframes(tiles),
-          ReadCameras(context.Input("cameras"))};
+  ThingsInputs inputs{ReadVoxelLabels(context.Input("voxels")),
+                      LeavesOfFile(context.Input("octree")),
+                      UniteKeyframes(tiles),
+                      ReadCameras(context.Input("cameras"))};
+  for (const Keyframe& keyframe : inputs.keyframes) {
+    CheckCamera(keyframe.frame, inputs.cameras, context.Input("cameras").string());
+  }
+  return inputs;
 }
 
 void Run(const ThingsOptions& options, StageContext& context) {

@@ -98,7 +98,6 @@ ThingViews FindViews(const LabelledSpace& space,
   ThingViews views;
   double best = 0;
   for (const Keyframe& keyframe : keyframes) {
-    CheckCamera(keyframe.frame, cameras, "cameras.json");
     const Camera& camera = cameras[static_cast<std::size_t>(keyframe.frame.camera_idx)].color;
     const double share = SeenShare(space, samples, keyframe, camera, max_range_m);
     if (share < kMinSeenShare) continue;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // voxel_labels: reads the list and the octree of one tile, and depth and labels of its keyframes;
 // writes how much they speak for each class in each occupied voxel.
-#include "pipeline/io/frame_labels.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/labels/voxel_labels/voxel_labels.h"
 
@@ -22,24 +21,17 @@ void Run(const VoxelLabelsOptions& options, StageContext& context) {
                          context.Inputs("near_ot"),
                          source.region.inside.Grown(source.region.overlap_m));
   context.BeginPart("vote");
-  const VoxelLabelsResult result = RunVoxelLabels(
-      options,
-      source,
-      [&](const Keyframe& keyframe) {
-        const auto camera = static_cast<std::size_t>(keyframe.frame.camera_idx);
-        return labels.Of(keyframe.frame, source.cameras[camera].color);
-      },
-      labels.Classes(),
-      occupied,
-      context.GetProgress(),
-      context.NumThreads());
+  const VoxelLabelsResult result = RunVoxelLabels(options,
+                                                  source,
+                                                  LoaderOf(labels, source.cameras),
+                                                  labels.Classes(),
+                                                  occupied,
+                                                  context.GetProgress(),
+                                                  context.NumThreads());
   for (const std::string& reason : result.skipped) context.Skip(reason);
   context.BeginPart("write");
   WriteVoxelLabels(context.Output("tile_labels"), result.voxels, context.ConfigToml());
-  context.Report()["num_keyframes_listed"] = source.keyframes.size();
-  context.Report()["num_points"] = result.num_points;
-  context.Report()["num_occupied_voxels"] = occupied.own.size();
-  context.Report()["num_labelled_voxels"] = result.voxels.Size();
+  context.Report().update(Summarize(source, occupied, result));
 }
 
 }  // namespace

@@ -182,6 +182,13 @@ void VoxelLabelsOptions::Register(OptionList& list) {
   spread.Register(list);
 }
 
+LabelLoader LoaderOf(const FrameLabels& labels, const std::vector<RgbdCamera>& cameras) {
+  return [&](const Keyframe& keyframe) {
+    return labels.Of(keyframe.frame,
+                     cameras[static_cast<std::size_t>(keyframe.frame.camera_idx)].color);
+  };
+}
+
 VoxelLabelsResult RunVoxelLabels(const VoxelLabelsOptions& options,
                                  const KeyframeSource& source,
                                  const LabelLoader& labels,
@@ -220,6 +227,15 @@ VoxelLabelsResult RunVoxelLabels(const VoxelLabelsOptions& options,
   result.voxels.resolution_m = occupied.resolution_m;
   if (result.voxels.Size() > 0) result.voxels.classes = classes;
   return result;
+}
+
+nlohmann::json Summarize(const KeyframeSource& source,
+                         const OccupiedVoxels& occupied,
+                         const VoxelLabelsResult& result) {
+  return {{"num_keyframes_listed", source.keyframes.size()},
+          {"num_points", result.num_points},
+          {"num_occupied_voxels", occupied.own.size()},
+          {"num_labelled_voxels", result.voxels.Size()}};
 }
 
 }  // namespace nightmap

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "pipeline/dense/back_project.h"
 #include "pipeline/dense/rgbd_keyframes.h"
 #include "pipeline/dense/voxel_labels_io.h"
+#include "pipeline/io/frame_labels.h"
 #include "pipeline/io/labels_io.h"
 #include "stages/labels/voxel_labels/occupied_voxels.h"
 #include "stages/labels/voxel_labels/spread_votes.h"
@@ -39,8 +41,11 @@ struct VoxelLabelsResult {
   std::size_t num_points = 0;        // depth pixels that voted
 };
 
-// Labels of a keyframe's pixels. Called from several threads; throws DataError.
+// Labels of a keyframe's pixels. Called from several threads; throws DataError. The one of
+// LoaderOf keeps its arguments by reference.
 using LabelLoader = std::function<Segmentation(const Keyframe&)>;
+
+LabelLoader LoaderOf(const FrameLabels& labels, const std::vector<RgbdCamera>& cameras);
 
 // Every depth pixel votes for its label in the voxel that it falls into, with the confidence of the
 // label as weight. A keyframe's votes for a voxel are divided by its pixels there, so each keyframe
@@ -56,5 +61,10 @@ VoxelLabelsResult RunVoxelLabels(const VoxelLabelsOptions& options,
                                  const OccupiedVoxels& occupied,
                                  Progress& progress,
                                  int num_threads);
+
+// Counts for the report.
+nlohmann::json Summarize(const KeyframeSource& source,
+                         const OccupiedVoxels& occupied,
+                         const VoxelLabelsResult& result);
 
 }  // namespace nightmap

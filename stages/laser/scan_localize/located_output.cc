@@ -8,6 +8,7 @@
 #include <map>
 
 #include "pipeline/base/median.h"
+#include "pipeline/io/trajectory_io.h"
 
 namespace nightmap {
 namespace {
@@ -93,6 +94,17 @@ nlohmann::json SummarizeScans(const std::vector<LocatedScan>& located) {
           {"num_object_poses", num_object_poses},
           {"num_queries_near_objects", num_near_objects},
           {"num_queries_filtered_by_objects", num_filtered}};
+}
+
+void WriteLocated(const std::vector<LocatedScan>& located, StageContext& context) {
+  std::vector<QueryResult> results;
+  for (const LocatedScan& scan : located) results.push_back(scan.result);
+  WriteFile(context.Output("queries"), QueriesToCsv(results));
+  WriteFile(context.Output("trajectory"),
+            TrajectoryToTum(LocatedPoses(results), "map_from_robot of the located scans"));
+  WriteFile(context.Output("candidates"), CandidatesToCsv(located));
+  WriteFile(context.Output("object_poses"), ObjectPosesToCsv(located));
+  context.Report().update(SummarizeScans(located));
 }
 
 }  // namespace nightmap

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/program/stage_main.h"
 #include "stages/laser/scan_localize/scan_localize.h"
 
 namespace nightmap {
@@ -23,5 +24,8 @@ std::string ObjectPosesToCsv(const std::vector<LocatedScan>& located);
 
 // Counts by verdict and reason, and medians of the located, for report.json.
 nlohmann::json SummarizeScans(const std::vector<LocatedScan>& located);
+
+// Writes every output, and fills the report.
+void WriteLocated(const std::vector<LocatedScan>& located, StageContext& context);
 
 }  // namespace nightmap

@@ -5,7 +5,6 @@
 
 #include <opencv2/core.hpp>
 
-#include "pipeline/io/trajectory_io.h"
 #include "pipeline/plan/floors_io.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/laser/scan_localize/located_output.h"
@@ -32,14 +31,7 @@ void Run(const ScanLocalizeOptions& options, StageContext& context) {
   context.BeginPart("locate");
   const auto located = RunScanLocalize(options, input, context.GetProgress(), context.NumThreads());
   context.BeginPart("write");
-  std::vector<QueryResult> results;
-  for (const LocatedScan& scan : located) results.push_back(scan.result);
-  WriteFile(context.Output("queries"), QueriesToCsv(results));
-  WriteFile(context.Output("trajectory"),
-            TrajectoryToTum(LocatedPoses(results), "map_from_robot of the located scans"));
-  WriteFile(context.Output("candidates"), CandidatesToCsv(located));
-  WriteFile(context.Output("object_poses"), ObjectPosesToCsv(located));
-  context.Report().update(SummarizeScans(located));
+  WriteLocated(located, context);
   context.Report()["num_objects"] = input.objects.size();
 }
 

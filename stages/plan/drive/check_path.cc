@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/plan/drive/check_path.h"
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 
 namespace nightmap {
 namespace {
@@ -15,15 +15,13 @@ bool IsOnGrid(const OccupancyGrid& grid, const Eigen::Vector2d& point_in_map) {
   return (point >= -rounding).all() && (point <= size + rounding).all();
 }
 
-[[noreturn]] void Fail(const PlannedPath& path,
-                       const OccupancyGrid& grid,
-                       const Eigen::Vector2d& point,
-                       std::size_t line) {
+[[noreturn]] void Fail(const OccupancyGrid& grid, const Eigen::Vector2d& point, std::size_t line) {
   const Eigen::Vector2d far = grid.FromCells(Eigen::Vector2d(grid.width, grid.height));
-  throw DataError(
-      "{}:{}: the path is not on this grid: the point {:.3f},{:.3f} is outside of the map, which "
+  throw InputError(
+      {{"csv"}},
+      InputError::Remedy::kInText,
+      "line {}: the path is not on this grid: the point {:.3f},{:.3f} is outside of the map, which "
       "spans {:.3f},{:.3f} to {:.3f},{:.3f}; run make plan again",
-      path.source,
       line,
       point.x(),
       point.y(),
@@ -41,7 +39,7 @@ void CheckOnGrid(const PlannedPath& path, const OccupancyGrid& grid) {
     const auto& leg = path.legs_in_map[leg_idx];
     // A later leg begins with the last point of the previous one, which the file has only once.
     for (std::size_t i = leg_idx == 0 ? 0 : 1; i < leg.size(); ++i, ++line) {
-      if (!IsOnGrid(grid, leg[i])) Fail(path, grid, leg[i], line);
+      if (!IsOnGrid(grid, leg[i])) Fail(grid, leg[i], line);
     }
   }
 }

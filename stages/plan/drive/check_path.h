@@ -7,8 +7,8 @@
 
 namespace nightmap {
 
-// Throws DataError at the first point outside the grid's cells. The message names the path's file,
-// the line, the place, and the grid's extent.
+// Throws InputError at the first point outside the grid's cells. The message names the line of the
+// path's file, the place, and the grid's extent.
 void CheckOnGrid(const PlannedPath& path, const OccupancyGrid& grid);
 
 }  // namespace nightmap

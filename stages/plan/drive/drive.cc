@@ -176,9 +176,8 @@ void CheckLength(const DriveOptions& options, const PlannedPath& path) {
   const double max_m = kMaxCut * options.controller.limits.max_v_m_s * options.max_duration_s;
   if (length_m <= max_m) return;
   throw ThresholdError(
-      "{}: the path is {:.1f} m long: at max_v_m_s = {} no robot arrives within max_duration_s = "
+      "the path is {:.1f} m long: at max_v_m_s = {} no robot arrives within max_duration_s = "
       "{} s; allow more time or speed",
-      path.source,
       length_m,
       options.controller.limits.max_v_m_s,
       options.max_duration_s);

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "pipeline/base/error.h"
+#include "pipeline/base/input_error.h"
 
 namespace nightmap {
 
@@ -38,14 +38,12 @@ void CheckPlace(const OccupancyGrid& grid,
   }
 }
 
-nlohmann::json RunImportGrid(const OccupancyGrid& grid,
-                             const std::vector<StampedPose>& trajectory,
-                             const std::string& file) {
+nlohmann::json RunImportGrid(const OccupancyGrid& grid) {
   const auto count = [&](CellValue value) { return std::ranges::count(grid.cells, value); };
   if (count(kFreeCell) == 0) {
-    throw DataError("{}: no cell is free; check free_thresh and negate", file);
+    throw InputError(
+        {{"map"}}, InputError::Remedy::kInText, "no cell is free; check free_thresh and negate");
   }
-  CheckPlace(grid, trajectory, file);
   return {{"num_free_cells", count(kFreeCell)},
           {"num_occupied_cells", count(kOccupiedCell)},
           {"resolution_m", grid.resolution_m}};

@@ -16,13 +16,11 @@ struct ImportGridOptions {
   void Register(OptionList&) {}
 };
 
-// Judges the map of `file`, whose frame must be that of the site's trajectory, and returns its
-// figures for report.json. Throws DataError as CheckPlace does, and when no cell is free.
-nlohmann::json RunImportGrid(const OccupancyGrid& grid,
-                             const std::vector<StampedPose>& trajectory,
-                             const std::string& file);
+// The map's figures for report.json. Throws InputError when no cell is free.
+nlohmann::json RunImportGrid(const OccupancyGrid& grid);
 
-// Throws DataError naming `file` when the grid holds no camera pose of the site in a cell that it
+// The frame of the map of `file` must be that of the site's trajectory. Throws DataError naming the
+// file when the grid holds no camera pose of the site in a cell that it
 // knows, so that it must be elsewhere; warns when it has less than half of them in free cells.
 void CheckPlace(const OccupancyGrid& grid,
                 const std::vector<StampedPose>& trajectory,

@@ -16,7 +16,8 @@ void Run(const ImportGridOptions&, StageContext& context) {
   context.AddInput(GridImagePath(yaml), yaml);
   const auto trajectory = context.HasInput("trajectory") ? ReadTum(context.Input("trajectory"))
                                                          : std::vector<StampedPose>();
-  context.Report() = RunImportGrid(grid, trajectory, yaml.string());
+  context.Report() = RunImportGrid(grid);
+  CheckPlace(grid, trajectory, yaml.string());
   WriteOneFloor(grid, context);
 }
 

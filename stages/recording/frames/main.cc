@@ -48,14 +48,8 @@ int main(int argc, char** argv) {
                       &sequences);
         files.Save();
         const FrameLists lists = RunFrames(sequences, site.hold_out_every);
-        for (const std::string& reason : lists.skipped) context.Skip(reason);
-        context.CheckSkipped(lists.num_inspected, options.max_failed_ratio);
-        for (const std::string& reason : problems) context.Skip(reason);
-        for (const std::string& reason : lists.left_out) context.Skip(reason);
-        if (lists.frames.empty() && !sequences.empty()) {
-          throw DataError("{}: no usable frame is left: see the skipped ones above",
-                          data_root.string());
-        }
+        ReportSkipped(options, lists, problems, context);
+        if (!sequences.empty()) CheckAnyIsLeft(lists, data_root);
         context.BeginPart("write");
         WriteFrames(options, site.cameras, lists, signals, robot_truth, context);
       });

@@ -169,6 +169,21 @@ void ReportApart(const std::vector<std::string>& apart, nlohmann::json& report) 
   for (const std::string& text : apart) spdlog::warn("{}", text);
 }
 
+void ReportSkipped(const FramesOptions& options,
+                   const FrameLists& lists,
+                   const std::vector<std::string>& problems,
+                   StageContext& context) {
+  for (const std::string& reason : lists.skipped) context.Skip(reason);
+  context.CheckSkipped(lists.num_inspected, options.max_failed_ratio);
+  for (const std::string& reason : problems) context.Skip(reason);
+  for (const std::string& reason : lists.left_out) context.Skip(reason);
+}
+
+void CheckAnyIsLeft(const FrameLists& lists, const fs::path& data_root) {
+  if (!lists.frames.empty()) return;
+  throw DataError("{}: no usable frame is left: see the skipped ones above", data_root.string());
+}
+
 void WriteFrames(const FramesOptions& options,
                  const std::vector<RgbdCamera>& cameras,
                  FrameLists lists,

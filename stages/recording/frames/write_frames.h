@@ -2,6 +2,8 @@
 // The files of the frames stage.
 #pragma once
 
+#include <filesystem>
+#include <string>
 #include <vector>
 
 #include "pipeline/io/frames_io.h"
@@ -29,6 +31,16 @@ void ReportFoundInScans(const SiteConfig& site,
 
 // Reports, and warns of, odometry that hardly overlaps with scans in time (common_time.h).
 void ReportApart(const std::vector<std::string>& apart, nlohmann::json& report);
+
+// Skips, in the report, the frames of `lists` and the `problems` of signals. Throws DataError when
+// more than max_failed_ratio of the frames failed.
+void ReportSkipped(const FramesOptions& options,
+                   const FrameLists& lists,
+                   const std::vector<std::string>& problems,
+                   StageContext& context);
+
+// Throws DataError naming the folder of the recordings when no frame is left.
+void CheckAnyIsLeft(const FrameLists& lists, const std::filesystem::path& data_root);
 
 // Writes next to the output `shards`: the shards, held-out frames, cameras, truth, and the signals
 // of each kind. A file whose bytes did not change is left untouched. Writes shards.txt last and

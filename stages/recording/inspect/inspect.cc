@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "pipeline/recording/scan_points.h"
-#include "stages/recording/inspect/sampled_pictures.h"
 
 namespace nightmap {
 namespace {
@@ -130,15 +129,13 @@ ChannelSeries DescribeTimes(std::string source,
   return series;
 }
 
-std::vector<ChannelSeries> RunInspect(const InspectOptions& options,
-                                      const SiteConfig& site,
-                                      const std::vector<RawSequence>& sequences,
+std::vector<ChannelSeries> RunInspect(const std::vector<RawSequence>& sequences,
                                       const std::vector<Signal>& signals,
-                                      const std::filesystem::path& data_root) {
+                                      const PictureSampler& sample) {
   std::vector<ChannelSeries> all;
   for (std::size_t s = 0; s < sequences.size(); ++s) {
     const std::string source = fmt::format("recording {}", s);
-    const SampledPictures pictures(sequences[s], site, data_root, options.num_sampled_frames);
+    const SampledPictures pictures = sample(sequences[s]);
     for (const std::string& channel : pictures.Channels()) {
       all.push_back(DescribeChannel(source, channel, sequences[s]));
       all.back().details = pictures.Describe(channel);

@@ -4,13 +4,14 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "pipeline/base/options.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/read_signals.h"
+#include "stages/recording/inspect/sampled_pictures.h"
 
 namespace nightmap {
 
@@ -48,14 +49,15 @@ ChannelSeries DescribeTimes(std::string source,
                             std::string channel,
                             const std::vector<std::int64_t>& times_ns);
 
-// The channels of recordings and signals, in the order of the site config. Reads num_sampled_frames
-// evenly spaced frames of each recording to find the size of their pictures and the range of their
-// depth. Counts unreadable files in the details. Deterministic.
-std::vector<ChannelSeries> RunInspect(const InspectOptions& options,
-                                      const SiteConfig& site,
-                                      const std::vector<RawSequence>& sequences,
+// Looks at some frames of a recording.
+using PictureSampler = std::function<SampledPictures(const RawSequence&)>;
+
+// The channels of recordings and signals, in the order of the site config. The sampled frames of
+// each recording tell the size of their pictures and the range of their depth. Counts unreadable
+// ones in the details. Deterministic.
+std::vector<ChannelSeries> RunInspect(const std::vector<RawSequence>& sequences,
                                       const std::vector<Signal>& signals,
-                                      const std::filesystem::path& data_root);
+                                      const PictureSampler& sample);
 
 // The series as a table, and the time span that each signal shares with each recording.
 std::string InspectionText(const std::vector<ChannelSeries>& series);

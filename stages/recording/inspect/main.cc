@@ -28,7 +28,9 @@ int main(int argc, char** argv) {
             ReadSensorSignals(site, data_root, options.max_failed_ratio);
         for (const std::string& problem : problems) context.Skip(problem);
         for (const std::string& text : apart) context.Skip(text);
-        std::cout << AsLines(
-            InspectionText(RunInspect(options, site, sequences, signals, data_root)));
+        const auto sample = [&](const RawSequence& sequence) {
+          return SampledPictures(sequence, site, data_root, options.num_sampled_frames);
+        };
+        std::cout << AsLines(InspectionText(RunInspect(sequences, signals, sample)));
       });
 }

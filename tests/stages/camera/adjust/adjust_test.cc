@@ -51,7 +51,7 @@ AdjustResult Adjust(const AdjustInput& input,
                     const AdjustOptions& options = {},
                     int num_threads = 1) {
   Progress progress("adjust", false);
-  return RunAdjust(options, input, num_threads, progress);
+  return RunAdjust(options, input, progress, num_threads);
 }
 
 SensorEdge MeasuredBy(EdgeKind kind, int source, int target) {

@@ -34,7 +34,7 @@ class FeaturesTest : public testing::Test {
   }
   FeaturesResult Extract(int num_threads, const FeaturesOptions& options = {}) const {
     Progress progress("features", false);
-    return RunFeatures(options, {frames_, cameras_, Load}, num_threads, progress);
+    return RunFeatures(options, {frames_, cameras_, Load}, progress, num_threads);
   }
 
   std::vector<RgbdCamera> cameras_{RgbdCamera{}};
@@ -60,7 +60,7 @@ TEST_F(FeaturesTest, FramesWithoutDepthHaveTheSameFeatures) {
     return images;
   };
   Progress progress("features", false);
-  const auto without = RunFeatures({}, {frames_, cameras_, load}, 1, progress);
+  const auto without = RunFeatures({}, {frames_, cameras_, load}, progress, 1);
   const auto with = Extract(1);
   EXPECT_EQ(without.skipped, with.skipped);
   for (std::size_t i = 0; i < 6; ++i) {
@@ -93,7 +93,7 @@ TEST_F(FeaturesTest, AnExceptionIsOfItsFrameAloneAtAnyNumberOfThreads) {
   options.segment_frames = 3;
   const auto run = [&](int num_threads) {
     Progress progress("features", false);
-    return RunFeatures(options, {frames_, cameras_, load}, num_threads, progress);
+    return RunFeatures(options, {frames_, cameras_, load}, progress, num_threads);
   };
   const FeaturesResult one = run(1), four = run(4);
   ASSERT_EQ(one.skipped.size(), 3U);
@@ -133,7 +133,7 @@ TEST_F(FeaturesTest, DescribesTheFirstOfASegmentAndTheLastAndTracksBetween) {
   options.segment_frames = 4;
   Progress progress("features", false);
   const auto run = [&](int num_threads) {
-    return RunFeatures(options, {frames_, cameras_, LoadMoving}, num_threads, progress)
+    return RunFeatures(options, {frames_, cameras_, LoadMoving}, progress, num_threads)
         .shard.frames;
   };
   const auto frames = run(1), again = run(2);
@@ -163,7 +163,7 @@ TEST_F(FeaturesTest, TheFollowersOfAFailedFrameAreNotLost) {
     return images;
   };
   Progress progress("features", false);
-  const auto result = RunFeatures({}, {frames_, cameras_, load}, 1, progress);
+  const auto result = RunFeatures({}, {frames_, cameras_, load}, progress, 1);
   EXPECT_EQ(result.skipped.size(), 2U);
   const std::vector<int> references = {-1, -1, 31, -1, 31, -1};
   for (std::size_t i = 0; i < 6; ++i) {
@@ -177,7 +177,7 @@ TEST_F(FeaturesTest, AFrameOfAnotherCameraIsDescribed) {
   cameras_.push_back(cameras_[0]);
   for (std::size_t i = 3; i < 6; ++i) frames_[i].camera_idx = 1;
   Progress progress("features", false);
-  const auto frames = RunFeatures({}, {frames_, cameras_, LoadMoving}, 1, progress).shard.frames;
+  const auto frames = RunFeatures({}, {frames_, cameras_, LoadMoving}, progress, 1).shard.frames;
   EXPECT_FALSE(frames[2].IsDescribed());
   EXPECT_TRUE(frames[3].IsDescribed());
   EXPECT_EQ(frames[4].reference_frame_idx, 33);
@@ -220,7 +220,7 @@ TEST_F(FeaturesTest, OnlyFramesThatCanBeLabelledAreDescribed) {
   options.tracking.max_gap_frames = 2;
   Progress progress("features", false);
   const auto frames =
-      RunFeatures(options, {frames_, cameras_, LoadMoving, &labelled}, 2, progress).shard.frames;
+      RunFeatures(options, {frames_, cameras_, LoadMoving, &labelled}, progress, 2).shard.frames;
   // 34 and 40 begin segments; 37 and 43 come after the longest gap.
   const std::vector<int> references = {-1, -1, 31, 31, -1, 34, 34, -1, 37, 37, -1, 40, 40, -1};
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -240,7 +240,7 @@ TEST_F(FeaturesTest, AFrameThatCannotBeLabelledKeepsTheFewThatAreFound) {
   LabelledFrames labelled(WithPictures(), PersonLeftOf(0), frames_);
   Progress progress("features", false);
   const auto frames =
-      RunFeatures({}, {frames_, cameras_, load, &labelled}, 1, progress).shard.frames;
+      RunFeatures({}, {frames_, cameras_, load, &labelled}, progress, 1).shard.frames;
   EXPECT_EQ(frames[2].reference_frame_idx, 30);
   EXPECT_LT(frames[2].NumFeatures(), frames[1].NumFeatures() / 2);
   EXPECT_TRUE(frames[3].IsDescribed());
@@ -263,8 +263,8 @@ TEST_F(FeaturesTest, AFrameWithTheMaskOfItsCameraIsLabelled) {
   };
   LabelledFrames plain(model, nobody, frames_), masked(model, nobody, frames_);
   Progress progress("features", false);
-  std::ignore = RunFeatures({}, {frames_, cameras_, LoadMoving, &plain}, 1, progress);
-  std::ignore = RunFeatures({}, {frames_, cameras_, load, &masked}, 1, progress);
+  std::ignore = RunFeatures({}, {frames_, cameras_, LoadMoving, &plain}, progress, 1);
+  std::ignore = RunFeatures({}, {frames_, cameras_, load, &masked}, progress, 1);
   EXPECT_FALSE(plain.Masks().empty());
   EXPECT_EQ(masked.Masks().size(), plain.Masks().size());
 }
@@ -278,9 +278,9 @@ TEST_F(FeaturesTest, LabelsTheFramesThatAreDescribed) {
   options.segment_frames = 4;
   Progress progress("features", false);
   const auto with =
-      RunFeatures(options, {frames_, cameras_, LoadMoving, &labelled}, 2, progress).shard.frames;
+      RunFeatures(options, {frames_, cameras_, LoadMoving, &labelled}, progress, 2).shard.frames;
   const auto without =
-      RunFeatures(options, {frames_, cameras_, LoadMoving}, 2, progress).shard.frames;
+      RunFeatures(options, {frames_, cameras_, LoadMoving}, progress, 2).shard.frames;
   for (std::size_t i = 0; i < frames_.size(); ++i) {
     EXPECT_EQ(with[i].reference_frame_idx, without[i].reference_frame_idx);
     EXPECT_EQ(with[i].raw_keypoints_px, without[i].raw_keypoints_px);
@@ -303,7 +303,7 @@ TEST_F(FeaturesTest, TracksThatRunIntoWhatMovesEnd) {
   LabelledFrames labelled(model, label, frames_);
   Progress progress("features", false);
   const auto frames =
-      RunFeatures({}, {frames_, cameras_, LoadMoving, &labelled}, 1, progress).shard.frames;
+      RunFeatures({}, {frames_, cameras_, LoadMoving, &labelled}, progress, 1).shard.frames;
   const auto on_person = [](const FrameFeatures& frame) {
     return std::ranges::count_if(frame.raw_keypoints_px,
                                  [](const auto& pixel) { return pixel.x() < 59.5F; });
@@ -321,8 +321,8 @@ TEST_F(FeaturesTest, WhatMovesHasNoFeatures) {
   LabelledFrames labelled(model, PersonLeftOf(60), frames_);
   Progress progress("features", false);
   const auto masked =
-      RunFeatures({}, {frames_, cameras_, LoadMoving, &labelled}, 1, progress).shard.frames;
-  const auto all = RunFeatures({}, {frames_, cameras_, LoadMoving}, 1, progress).shard.frames;
+      RunFeatures({}, {frames_, cameras_, LoadMoving, &labelled}, progress, 1).shard.frames;
+  const auto all = RunFeatures({}, {frames_, cameras_, LoadMoving}, progress, 1).shard.frames;
   const auto on_person = [](const FrameFeatures& frame) {
     return std::ranges::count_if(frame.raw_keypoints_px,
                                  [](const auto& pixel) { return pixel.x() < 59.5F; });
@@ -343,7 +343,7 @@ TEST_F(FeaturesTest, AFrameWhoseLabelsFailIsSkipped) {
   const SegmentationModel model = WithNetwork(1);
   LabelledFrames labelled(model, label, frames_);
   Progress progress("features", false);
-  const auto result = RunFeatures({}, {frames_, cameras_, LoadMoving, &labelled}, 1, progress);
+  const auto result = RunFeatures({}, {frames_, cameras_, LoadMoving, &labelled}, progress, 1);
   EXPECT_EQ(result.skipped, std::vector<std::string>{"30.png: label 9 is none of the 2 classes"});
   EXPECT_EQ(result.shard.frames[0].NumFeatures(), 0);
   EXPECT_TRUE(result.shard.frames[1].IsDescribed());

@@ -10,7 +10,6 @@ namespace nightmap {
 namespace import_trajectory_test {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
-const std::string kFile = "x.tum";
 
 // A camera that walks along x at 0.3 m per s, with a frame each tenth of a second.
 std::vector<FrameRecord> FramesOf(int count) {
@@ -31,9 +30,17 @@ std::vector<StampedPose> Given(std::int64_t step_ns, std::int64_t end_ns) {
   return poses;
 }
 
+// The number of frames that got a pose, unless they are too few.
+std::size_t Judge(const ImportTrajectoryOptions& options,
+                  const std::vector<FrameRecord>& frames,
+                  const std::vector<StampedPose>& given) {
+  const std::size_t num_posed = RunImportTrajectory(options, frames, given).poses.size();
+  JudgeNumPosed(options, frames, given, num_posed, "x.tum");
+  return num_posed;
+}
+
 TEST(ImportTrajectory, FramesGetThePoseOfTheirTime) {
-  const auto result =
-      RunImportTrajectory({}, FramesOf(50), Given(kSecond_ns / 15, 5 * kSecond_ns), kFile);
+  const auto result = RunImportTrajectory({}, FramesOf(50), Given(kSecond_ns / 15, 5 * kSecond_ns));
   ASSERT_EQ(result.poses.size(), 50U);
   for (std::size_t i = 0; i < result.poses.size(); ++i) {
     EXPECT_NEAR(result.poses[i].pose.translation.x(), 0.03 * static_cast<double>(i), 1e-6);
@@ -44,7 +51,7 @@ TEST(ImportTrajectory, KeyframesAreAsFarApartAsAsked) {
   ImportTrajectoryOptions options;
   options.keyframe_distance_m = 0.1;
   const auto result =
-      RunImportTrajectory(options, FramesOf(50), Given(kSecond_ns / 10, 5 * kSecond_ns), kFile);
+      RunImportTrajectory(options, FramesOf(50), Given(kSecond_ns / 10, 5 * kSecond_ns));
   ASSERT_GT(result.keyframes.size(), 10U);
   for (std::size_t i = 1; i < result.keyframes.size(); ++i) {
     const auto& a = result.keyframes[i - 1].pose.translation;
@@ -57,26 +64,25 @@ TEST(ImportTrajectory, FramesInAGapHaveNoPoseAndTooManyAreRefused) {
   ImportTrajectoryOptions options;
   const auto half = Given(kSecond_ns / 10, 2 * kSecond_ns);
   options.min_posed_ratio = 0.4;
-  EXPECT_EQ(RunImportTrajectory(options, FramesOf(50), half, kFile).poses.size(), 21U);
+  EXPECT_EQ(Judge(options, FramesOf(50), half), 21U);
   options.min_posed_ratio = 0.5;
   NIGHTMAP_EXPECT_ERROR(ThresholdError,
-                        RunImportTrajectory(options, FramesOf(50), half, kFile),
+                        Judge(options, FramesOf(50), half),
                         "x.tum: gives a pose to 21 of 50 frames, fewer than min_posed_ratio = 0.5; "
                         "only 21 frames are within its times");
   options.min_posed_ratio = 0;
-  NIGHTMAP_EXPECT_ERROR(
-      ThresholdError, RunImportTrajectory(options, FramesOf(50), {}, kFile), "0 of 50 frames");
+  NIGHTMAP_EXPECT_ERROR(ThresholdError, Judge(options, FramesOf(50), {}), "0 of 50 frames");
 }
 
 TEST(ImportTrajectory, PosesTooFarApartToInterpolateAreToldFromTimesOfAnotherRecording) {
   ImportTrajectoryOptions options;
   const auto third = Given(3 * kSecond_ns / 10, 5 * kSecond_ns);
   NIGHTMAP_EXPECT_ERROR(ThresholdError,
-                        RunImportTrajectory(options, FramesOf(50), third, kFile),
+                        Judge(options, FramesOf(50), third),
                         "x.tum: gives a pose to 17 of 50 frames, fewer than min_posed_ratio = 0.5; "
                         "32 more are between poses over 0.1 s apart");
   options.min_posed_ratio = 0;  // as the message says
-  EXPECT_EQ(RunImportTrajectory(options, FramesOf(50), third, kFile).poses.size(), 17U);
+  EXPECT_EQ(Judge(options, FramesOf(50), third), 17U);
 }
 
 }  // namespace import_trajectory_test

@@ -42,7 +42,7 @@ TEST(RunLoopsOfWhatStays, PairsHaveNoMaskedFeatureAndTheIndicesOfTheInput) {
   const FramesWithFeatures input{scene.frames, scene.cameras, scene.features};
   const Vocabulary vocabulary = MakeSceneVocabulary(scene);
   const auto pairs = RunLoopsOfWhatStays(
-      options, input, vocabulary, scene.frames, FrameReader({}, {path}), 2, progress);
+      options, input, vocabulary, scene.frames, FrameReader({}, {path}), progress, 2);
   int num_exact = 0;
   for (const FramePair& pair : pairs) {
     const FrameFeatures& a = scene.features.frames[static_cast<std::size_t>(pair.frame_a)];

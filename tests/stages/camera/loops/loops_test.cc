@@ -28,7 +28,7 @@ TEST(RunLoops, FindsTheWayBackAndKeepsTheGap) {
   options.stride = 1;
   Progress progress("test", false);
   const Vocabulary vocabulary = MakeSceneVocabulary(scene);
-  const auto loops = RunLoops(options, InputOf(scene), vocabulary, 2, progress);
+  const auto loops = RunLoops(options, InputOf(scene), vocabulary, progress, 2);
   int num_exact = 0;
   for (const FramePair& loop : loops) {
     EXPECT_GE(loop.frame_b - loop.frame_a, options.min_gap);
@@ -43,13 +43,13 @@ TEST(RunLoops, FindsTheWayBackAndKeepsTheGap) {
     if (i != num_out + 3) words[i].clear();
   }
   lonely.inverted_file = InvertedFile(words);
-  for (const FramePair& loop : RunLoops(options, InputOf(scene), lonely, 2, progress)) {
+  for (const FramePair& loop : RunLoops(options, InputOf(scene), lonely, progress, 2)) {
     EXPECT_EQ(loop.frame_b, static_cast<int>(num_out) + 3);
     EXPECT_EQ(loop.status, PairStatus::kInconsistent);
   }
 
   options.min_gap = 16;
-  EXPECT_TRUE(RunLoops(options, InputOf(scene), vocabulary, 2, progress).empty());
+  EXPECT_TRUE(RunLoops(options, InputOf(scene), vocabulary, progress, 2).empty());
 }
 
 TEST(RunLoops, RefusesAVocabularyOfOtherFeatures) {
@@ -57,7 +57,7 @@ TEST(RunLoops, RefusesAVocabularyOfOtherFeatures) {
   const auto expect_refused = [](const LandmarkScene& listed, const Vocabulary& vocabulary) {
     Progress progress("test", false);
     NIGHTMAP_EXPECT_ERROR(
-        DataError, RunLoops({}, InputOf(listed), vocabulary, 1, progress), "vocabulary: lists");
+        DataError, RunLoops({}, InputOf(listed), vocabulary, progress, 1), "vocabulary: lists");
   };
   Vocabulary damaged = MakeSceneVocabulary(scene);
   auto words = damaged.inverted_file.Words();

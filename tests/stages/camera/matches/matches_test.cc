@@ -17,8 +17,8 @@ TEST(RunMatches, TakesEveryOffsetAndIsTheSameAtAnyNumberOfThreads) {
   MatchesOptions options;
   options.pair_offsets = {1, 3};
   Progress progress("test", false);
-  const auto pairs = RunMatches(options, InputOf(scene), 2, 1, progress);
-  const auto again = RunMatches(options, InputOf(scene), 2, 4, progress);
+  const auto pairs = RunMatches(options, InputOf(scene), 2, progress, 1);
+  const auto again = RunMatches(options, InputOf(scene), 2, progress, 4);
   // b = 2 has one partner (1), b = 3..7 have two.
   ASSERT_EQ(pairs.size(), 11U);
   ASSERT_EQ(again.size(), pairs.size());
@@ -37,7 +37,7 @@ TEST(RunMatches, ATrackedFrameIsPairedWithItsReferenceWithoutDescriptors) {
   options.pair_offsets = {1, 2};
   Progress progress("test", false);
   std::vector<std::pair<int, int>> ends;
-  for (const FramePair& pair : RunMatches(options, InputOf(scene), 0, 2, progress)) {
+  for (const FramePair& pair : RunMatches(options, InputOf(scene), 0, progress, 2)) {
     ends.emplace_back(pair.frame_a, pair.frame_b);
     EXPECT_EQ(pair.status, PairStatus::kAccepted);
     const auto error = LeftError(
@@ -61,7 +61,7 @@ TEST(RunMatches, AFrameThatMatchesNoNeighbourIsMatchedFartherBack) {
   options.pair_offsets = {1, 2};
   options.wide_search = 3;
   Progress progress("test", false);
-  const auto pairs = RunMatches(options, InputOf(scene), 0, 2, progress);
+  const auto pairs = RunMatches(options, InputOf(scene), 0, progress, 2);
   const auto status = [&](int a, int b) {
     const auto found = std::ranges::find_if(
         pairs, [&](const FramePair& pair) { return pair.frame_a == a && pair.frame_b == b; });
@@ -79,7 +79,7 @@ TEST(RunMatches, RefusesFeaturesOfOtherFrames) {
   input.features.frames.pop_back();
   Progress progress("test", false);
   NIGHTMAP_EXPECT_ERROR(
-      DataError, RunMatches({}, input, 0, 1, progress), "not of the listed frames");
+      DataError, RunMatches({}, input, 0, progress, 1), "not of the listed frames");
 }
 
 }  // namespace matches_test

@@ -45,7 +45,7 @@ TEST(Survey, LooksAtAllFramesOfAShortRecording) {
   const Turning world;
   const SurveyInput input = InputOf(world, 40);
   Progress progress("survey", false);
-  const SurveyResult result = RunSurvey({}, input, 2, progress);
+  const SurveyResult result = RunSurvey({}, input, progress, 2);
   EXPECT_EQ(result.num_sampled, 40U);
   EXPECT_EQ(result.frames.size(), 39U);
   ASSERT_EQ(result.skipped.size(), 1U);
@@ -62,7 +62,7 @@ TEST(Survey, FramesOfOneVideoAreDifferentPictures) {
   SurveyInput input = InputOf(world, 12);
   for (FrameRecord& frame : input.frames) frame.color.hash = frame.depth.hash = "of the video";
   Progress progress("survey", false);
-  for (const SurveyedFrame& frame : RunSurvey({}, input, 2, progress).frames) {
+  for (const SurveyedFrame& frame : RunSurvey({}, input, progress, 2).frames) {
     EXPECT_FALSE(frame.to_previous.same_color);
     EXPECT_FALSE(frame.to_previous.same_depth);
   }
@@ -79,7 +79,7 @@ TEST(Survey, FindsRepeatedDepthAndNoneInPicturesWithoutDepth) {
       return images;
     };
     Progress progress("survey", false);
-    const SurveyResult result = RunSurvey({}, input, 2, progress);
+    const SurveyResult result = RunSurvey({}, input, progress, 2);
     for (std::size_t i = 1; i < result.frames.size(); ++i) {
       EXPECT_EQ(result.frames[i].to_previous.same_depth, depth_m > 0) << i;
     }
@@ -92,7 +92,7 @@ TEST(Survey, TakesEvenlySpreadWindowsOfALongRecording) {
   SurveyOptions options;
   options.max_frames = 60;
   Progress progress("survey", false);
-  const SurveyResult result = RunSurvey(options, input, 2, progress);
+  const SurveyResult result = RunSurvey(options, input, progress, 2);
   EXPECT_EQ(result.num_sampled, 60U);
   EXPECT_EQ(result.frames.front().frame, 0U);
   EXPECT_GE(result.frames.back().frame, 260U);
@@ -102,8 +102,8 @@ TEST(Survey, IsTheSameAtAnyNumberOfThreads) {
   const Turning world;
   const SurveyInput input = InputOf(world, 50);
   Progress progress("survey", false);
-  const SurveyResult one = RunSurvey({}, input, 1, progress),
-                     four = RunSurvey({}, input, 4, progress);
+  const SurveyResult one = RunSurvey({}, input, progress, 1),
+                     four = RunSurvey({}, input, progress, 4);
   EXPECT_EQ(SurveyToCsv(one, input.frames), SurveyToCsv(four, input.frames));
   EXPECT_EQ(Summarize(one, input.frames, input.cameras),
             Summarize(four, input.frames, input.cameras));
@@ -118,7 +118,7 @@ TEST(Survey, LeavesFieldsOfMissingDepthEmpty) {
     return RgbdImages{with_depth(frame).color, {}, {}};
   };
   Progress progress("survey", false);
-  const SurveyResult result = RunSurvey({}, input, 2, progress);
+  const SurveyResult result = RunSurvey({}, input, progress, 2);
   EXPECT_TRUE(result.alignments.empty());
   EXPECT_NE(SurveyToCsv(result, input.frames).find(",,,,,,,,\n"), std::string::npos);
 }
@@ -144,7 +144,7 @@ TEST(Survey, FindsWhatStaysInThePicturesOfEachCamera) {
     return images;
   };
   Progress progress("survey", false);
-  const SurveyResult result = RunSurvey({}, input, 2, progress);
+  const SurveyResult result = RunSurvey({}, input, progress, 2);
   const auto parts = Summarize(result, input.frames, input.cameras).at("fixed_parts");
   ASSERT_EQ(parts.size(), 2U);
   EXPECT_EQ(parts[0].at("share"), 0);

@@ -15,7 +15,7 @@ CeilingTracksResult Follow(const CeilingTracksInput& input,
                            int num_threads = 2,
                            const CeilingTracksOptions& options = {}) {
   Progress progress("ceiling_tracks", false);
-  return RunCeilingTracks(options, input, num_threads, progress);
+  return RunCeilingTracks(options, input, progress, num_threads);
 }
 
 std::set<std::int64_t> IdsOf(const TrackedFrame& frame) {

@@ -30,7 +30,7 @@ OctreeResult Built(const OctreeOptions& options,
                    const KeyframeSource& source,
                    const std::optional<VoxelBox>& region = std::nullopt) {
   Progress progress("octree", false);
-  return RunOctree(options, source, nullptr, progress, 2, region);
+  return RunOctree(options, source, nullptr, region, progress, 2);
 }
 
 VoxelStates OctomapsStates(OctreeOptions options, const KeyframeSource& source) {

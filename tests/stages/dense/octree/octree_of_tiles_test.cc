@@ -133,7 +133,7 @@ class TileFiles {
 // The octree of all keyframes and the whole cloud at once.
 OctreeResult RunWhole(const Site& site) {
   Progress progress("octree", false);
-  return RunOctree(site.octree, site.source, &site.cloud, progress, 2);
+  return RunOctree(site.octree, site.source, &site.cloud, std::nullopt, progress, 2);
 }
 
 TEST(OctreeOfTiles, AnyTilingGivesTheBytesOfTheWhole) {

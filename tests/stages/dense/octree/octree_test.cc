@@ -26,7 +26,7 @@ OctreeResult MakeTree(const OctreeOptions& options,
                       const std::vector<CloudPoint>* cloud = nullptr,
                       int num_threads = 2) {
   Progress progress("octree", false);
-  return RunOctree(options, source, cloud, progress, num_threads);
+  return RunOctree(options, source, cloud, std::nullopt, progress, num_threads);
 }
 
 enum class State { kUnknown, kFree, kOccupied };

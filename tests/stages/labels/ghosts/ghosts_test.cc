@@ -63,7 +63,7 @@ class GhostsTest : public testing::Test {
     GhostsOptions options;
     options.min_keyframes = min_keyframes;
     Progress progress("ghosts", false);
-    return RunGhosts(options, input_, num_threads, progress);
+    return RunGhosts(options, input_, progress, num_threads);
   }
 
   GhostsInput input_;

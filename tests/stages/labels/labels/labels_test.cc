@@ -12,7 +12,7 @@ const std::vector<FrameRecord> kFrames = FramesToLabel(12);
 
 LabelsResult Label(LabelledFrames* labelled, int num_threads = 2) {
   Progress progress("labels");
-  return RunLabels(kFrames, NoPixels, labelled, num_threads, progress);
+  return RunLabels(kFrames, NoPixels, labelled, progress, num_threads);
 }
 
 TEST(RunLabels, LabelsEveryFrameAlikeAtAnyNumberOfThreads) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "pipeline/base/random.h"
@@ -60,7 +61,7 @@ struct Picture {
   SmallFrame frame;
   Image<std::uint8_t> is_mover;
 
-  bool ShowsMover(const cv::Point2f& at) const {
+  bool ShowsMover(const GrayPoint& at) const {
     return is_mover.At(cvRound(at.x), cvRound(at.y)) != 0;
   }
 };

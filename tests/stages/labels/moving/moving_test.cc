@@ -90,7 +90,7 @@ class MovingTest : public testing::Test {
     MovingOptions options;
     options.margin_px = 0;
     Progress progress("moving", false);
-    return RunMoving(options, input_, num_threads, progress);
+    return RunMoving(options, input_, progress, num_threads);
   }
 
   Scene scene_;

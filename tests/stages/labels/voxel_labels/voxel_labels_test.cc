@@ -22,7 +22,7 @@ class VoxelLabelsTest : public testing::Test {
     source_ = LookAround(room_, 8);
     OctreeOptions octree;
     octree.max_range_m = options_.max_range_m;
-    const OctreeResult result = RunOctree(octree, source_, nullptr, progress_, 2, std::nullopt);
+    const OctreeResult result = RunOctree(octree, source_, nullptr, std::nullopt, progress_, 2);
     WriteOctree(folder_ / "map.ot", result.tree);
     occupied_ = ReadOccupiedVoxels(folder_ / "map.ot", {}, {});
   }

@@ -252,7 +252,6 @@ TEST(DriveErrors, PathThatIsNotOnTheGrid) {
        {Eigen::Vector2d(2.2, 0), {0, -1.1}, {1e6, 1e6}, {1e300, 0}}) {
     for (const bool may_cross_unknown : {false, true}) {
       DriveInputs inputs = Hall();
-      inputs.path.source = "path.csv";
       inputs.path.may_cross_unknown = may_cross_unknown;
       for (auto& point : inputs.path.legs_in_map[0]) point += shift;
       NIGHTMAP_EXPECT_ERROR(DataError, Drive({}, inputs), "the path is not on this grid");
@@ -260,9 +259,8 @@ TEST(DriveErrors, PathThatIsNotOnTheGrid) {
     }
   }
   DriveInputs inputs = Hall();
-  inputs.path.source = "path.csv";
   inputs.path.legs_in_map = {{{1, 1}, {4, 1}}, {{4, 1}, {4, 5}, {1e6, 5}}};
-  NIGHTMAP_EXPECT_ERROR(DataError, Drive({}, inputs), "path.csv:5: the path");
+  NIGHTMAP_EXPECT_ERROR(DataError, Drive({}, inputs), "csv: line 5: the path");
   inputs = Hall();
   inputs.grid.origin_in_map = {1e9, 1e9};
   NIGHTMAP_EXPECT_ERROR(DataError, Drive({}, inputs), "1.000,1.000 is outside");

@@ -41,7 +41,7 @@ TEST(ImportGrid, CountsTheCellsOfAMapThatItTakes) {
   OccupancyGrid grid = Corridor(0);
   grid.cells[0] = kOccupiedCell;
   grid.cells[1] = kUnknownCell;
-  const nlohmann::json report = RunImportGrid(grid, Drive(0), "map.yaml");
+  const nlohmann::json report = RunImportGrid(grid);
   EXPECT_EQ(report["num_free_cells"], 3998);
   EXPECT_EQ(report["num_occupied_cells"], 1);
   EXPECT_EQ(report["resolution_m"], 0.1);
@@ -50,8 +50,7 @@ TEST(ImportGrid, CountsTheCellsOfAMapThatItTakes) {
 TEST(ImportGrid, RefusesAMapWithoutAFreeCell) {
   OccupancyGrid walls = Corridor(0);
   walls.cells.assign(4000, kOccupiedCell);
-  NIGHTMAP_EXPECT_ERROR(
-      DataError, RunImportGrid(walls, Drive(0), "map.yaml"), "map.yaml: no cell is free");
+  NIGHTMAP_EXPECT_ERROR(DataError, RunImportGrid(walls), "map: no cell is free");
 }
 
 TEST(ImportGrid, WarnsOfAMapOfAPartOnly) {

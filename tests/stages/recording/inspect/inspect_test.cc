@@ -50,7 +50,9 @@ class InspectTest : public testing::Test {
     }
   }
   std::vector<ChannelSeries> Run() const {
-    return RunInspect({}, site_, {sequence_}, {imu_}, folder_.Path());
+    return RunInspect({sequence_}, {imu_}, [&](const RawSequence& sequence) {
+      return SampledPictures(sequence, site_, folder_.Path(), 20);
+    });
   }
 
   static constexpr std::int64_t kSecond_ns = 1'000'000'000;
@@ -91,7 +93,7 @@ TEST_F(InspectTest, PicturesThatCannotBeReadAreCounted) {
 TEST_F(InspectTest, ScansAreDescribedByTheirBeams) {
   Signal laser{SignalKind::kScan, "laser", {}, {}};
   laser.samples.push_back({kSecond_ns, {-1.57, 3.14159265 / 180, 80}, {0.5f, 12.0f, 81.0f, 81.0f}});
-  const auto series = RunInspect({}, {}, {}, {laser, {SignalKind::kScan, "rear", {}, {}}}, ".");
+  const auto series = RunInspect({}, {laser, {SignalKind::kScan, "rear", {}, {}}}, {});
   EXPECT_EQ(series.at(0).details,
             "4 to 4 beams, 1 to 1 deg apart, 0.5 to 12 m, 50.0 % hit nothing");
   EXPECT_EQ(series.at(1).count, 0u);
