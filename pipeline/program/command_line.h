@@ -31,7 +31,7 @@ struct CommandLine {
 // The options of `app` fill `line`, which outlives it.
 void DefineCommandLine(CLI::App& app, CommandLine* line);
 
-// What --help says below the options: ports, options of the config, exit codes.
+// Text of --help below the options: ports, options of the config, exit codes.
 std::string HelpFooter(const StageSpec& spec, const OptionList& options);
 
 // Adds the inputs that --in-list names. Throws UsageError as ReadInList does.

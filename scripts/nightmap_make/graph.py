@@ -10,7 +10,7 @@ from nightmap_site.pipeline import closure
 from nightmap_site.unit_lists import near
 
 SITES = "configs/sites"
-# What evaluate and report import; a changed module makes their results stale.
+# Files that evaluate and report import; a changed module makes their results stale.
 MODULES = ("scripts/nightmap_eval/*.py", "scripts/nightmap_eval/*.js", "scripts/nightmap_eval/*.html", "scripts/nightmap_site/*.py")
 
 
