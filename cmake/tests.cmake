@@ -7,8 +7,8 @@ find_library(SUITESPARSE_CONFIG_LIBRARY suitesparseconfig REQUIRED)  # tests tak
 add_custom_target(unit_tests)  # every test program, without the stage programs
 set(CMAKE_UNITY_BUILD OFF)
 # Tests compile in a third of the time: -O1 is enough for what calls the libraries, and the headers
-# that nearly all tests include are compiled once. (-fpch-preprocess is for ccache.) What is looked for under
-# UndefinedBehaviorSanitizer is in the libraries.
+# that nearly all tests include are compiled once. (-fpch-preprocess is for ccache.)
+# UndefinedBehaviorSanitizer looks for faults of the libraries.
 set(test_flags -O1 -fpch-preprocess $<$<BOOL:${NIGHTMAP_SANITIZE}>:-fno-sanitize=undefined>)
 add_library(test_prefix OBJECT tests/prefix.cc)
 target_link_libraries(test_prefix PUBLIC nightmap_flags Eigen3::Eigen nlohmann_json::nlohmann_json GTest::gmock)

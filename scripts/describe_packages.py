@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """describe_packages: prints where each package of docs/packages.md runs, as a table in Markdown; --write puts it into that page.
 
-The page's own table says what each file that includes a package does with it. Which programs such a file belongs to follows from
-what sources include, and which profiles and goals run these programs from configs/. A test compares the page with both.
+The page's own table says what each file that includes a package does with it. The programs that such a file belongs to follow
+from what sources include, and which profiles and goals run these programs from configs/. A test compares the page with both.
 Exit codes: 0 done; 1 the page has no markers, or names no file; 2 wrong command line.
 """
 
@@ -65,7 +65,7 @@ class Program:
         self.reads_pixels |= any(reference.source == "data" for reference in job.inputs)
 
     def reaches(self, file):
-        """What is read and made of pixels is included by many that read none. The module of pipeline/media is loaded, not included."""
+        """Sources on pixels are included by many that read none. The module of pipeline/media is loaded, not included."""
         is_of_pixels = file.startswith(("pipeline/io/", "pipeline/media/"))
         return self.reads_pixels if file.startswith("pipeline/media/") else file in self.sources and (self.reads_pixels or not is_of_pixels)
 

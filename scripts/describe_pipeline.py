@@ -127,7 +127,7 @@ def feeds(pipeline):
 
 
 def drawing(pipeline):
-    """Which job follows which, as a Mermaid flow chart."""
+    """The order of jobs, as a Mermaid flow chart."""
     edges = [f"  {source} --> {name}" for name, sources in feeds(pipeline).items() for source in sources]
     return "\n".join(["```mermaid", "flowchart LR", *edges, "```"]) + "\n"
 

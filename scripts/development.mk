@@ -44,7 +44,7 @@ test: build_tests ## unit tests, end-to-end tests, and tests on the real data th
 	@ctest --test-dir $(BUILD) -j "$$THREADS" --output-on-failure | \
 	  $(PYTHON) tests/summary.py $(BUILD)/Testing/Temporary/LastTest.log
 
-# What takes too long for every change. NIGHTMAP_NIGHTLY=1 makes tests do all they can.
+# Tests that take too long for every change. NIGHTMAP_NIGHTLY=1 makes tests do all they can.
 test-nightly: ## the slow lint, all unit tests under sanitizers, all tests whole, 2,000 attacks with damaged files
 	@rm -f $(BUILD)/lint/*.ok
 	@TIDY_OFF= $(MAKE) --no-print-directory lint

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Installs the Debian 12 packages that are missing, of those that nightmap needs for what the arguments name: stage
-# programs, `colmap`, `tests` (with those of all programs and colmap), `lint`. What every program needs is always among
-# them. Without arguments: all packages. --quiet says nothing when none is missing.
+# programs, `colmap`, `tests` (with those of all programs and colmap), `lint`. Packages that every program needs are
+# always among them. Without arguments: all packages. --quiet says nothing when none is missing.
 set -euo pipefail
 
 is_quiet=

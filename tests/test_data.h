@@ -27,8 +27,8 @@ inline bool IsContinuousIntegration() {
   return ci && std::string(ci) == "true";
 }
 
-// What takes long and tries one thing again, as on another seed or building, is left to the night:
-// `make test-nightly` sets NIGHTMAP_NIGHTLY=1.
+// Tests that take long and try one thing again, as on another seed or building, are left to the
+// night: `make test-nightly` sets NIGHTMAP_NIGHTLY=1.
 inline bool IsNight() {
   const char* nightly = std::getenv("NIGHTMAP_NIGHTLY");
   return nightly && std::string(nightly) == "1";

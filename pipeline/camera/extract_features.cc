@@ -18,7 +18,7 @@ namespace {
 constexpr int kOrbPatch_px = 31;
 constexpr int kBriskPatch_px = 12;
 constexpr int kMaskedExcess = 2;  // a mask takes some of the keypoints away, at its edges above all
-// What a mask leaves may be a bare wall. With fewer keypoints the pose of a frame hangs by a few.
+// A mask may leave a bare wall. With fewer keypoints the pose of a frame hangs by a few.
 constexpr int kFew = 300;
 constexpr int kWeaker = 3;
 

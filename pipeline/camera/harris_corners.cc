@@ -45,7 +45,7 @@ struct ProductRow {
   }
 };
 
-// det - k trace^2 of the mean structure tensor of 3 x 3 pixels; 0 at the border. That of
+// det - k trace^2 of the mean structure tensor of 3 x 3 pixels; 0 at the border. The same as
 // cv::cornerHarris, without writing each step to memory as a picture.
 cv::Mat HarrisResponse(const cv::Mat& image) {
   cv::Mat response = cv::Mat::zeros(image.size(), CV_32F);

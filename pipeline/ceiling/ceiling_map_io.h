@@ -81,8 +81,8 @@ struct CeilingMap {
   std::vector<CeilingLandmark> landmarks;
   std::vector<CeilingLoop> loops;
   std::vector<MetAgain> met_again;
-  // What the camera's mounting is more than the site config says: a rotation vector (rad) in the
-  // camera's frame, then x, y (m) in the robot's.
+  // The camera's mounting beyond what the site config says: a rotation vector (rad) in the camera's
+  // frame, then x, y (m) in the robot's.
   Eigen::Matrix<double, 5, 1> mounting = Eigen::Matrix<double, 5, 1>::Zero();
 };
 

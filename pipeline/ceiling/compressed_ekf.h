@@ -27,10 +27,10 @@ struct Innovation {
 };
 
 // Mean and covariance of a state in two parts: the active one, which changes and is measured, and
-// the kept one, which stands still and changes only by its correlation with the active one. What
-// the steps of the active part mean for the kept part is gathered (Phi, Psi, theta of the paper)
-// and applied when somebody asks for it, so a step costs O(n^2 m) for n active states and m
-// residuals however much is kept. Beyond the paper, the covariance of both parts is factored first:
+// the kept one, which stands still and changes only by its correlation with the active one. Effects
+// of the active part's steps on the kept part are gathered (Phi, Psi, theta of the paper) and
+// applied when somebody asks for it, so a step costs O(n^2 m) for n active states and m residuals
+// however much is kept. Beyond the paper, the covariance of both parts is factored first:
 // it has a small rank, because what is near knows little of what is far, and a step costs O(n m
 // rank) for it. The result is that of the plain filter, to 1e-10 of that covariance. In the
 // linear-Gaussian case it is the Kalman filter. Copies share what is kept. Deterministic; one
@@ -84,7 +84,7 @@ class CompressedEkf {
     // Active x kept; when steps are deferred, the factor of it that stays: rank x kept.
     Eigen::MatrixXd cross;
   };
-  // What one update needs. With S = L L^T, the covariance of the innovation: L^-1 H P and L^-1 r,
+  // Terms of one update. With S = L L^T, the covariance of the innovation: L^-1 H P and L^-1 r,
   // so that the correction is root^T residual, and the covariance loses root^T root.
   struct Gain {
     Eigen::MatrixXd factor;  // L

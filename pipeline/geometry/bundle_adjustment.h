@@ -76,9 +76,8 @@ struct BundleSummary {
 // nothing.
 [[nodiscard]] BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* problem);
 
-// What the depth of every sensor is too far at any distance, by a short adjustment of a copy that
-// is free to move it; with standard deviations, which are large where the pictures have no
-// parallax.
+// Excess of the depth of every sensor at any distance, by a short adjustment of a copy that is free
+// to move it; with standard deviations, which are large where the pictures have no parallax.
 struct DepthOffsets {
   std::vector<double> offset_m;  // by sensor; empty: they could not be estimated
   std::vector<double> sigma_m;

@@ -31,7 +31,7 @@ struct CameraCalibration {
   double depth_offset_m = 0;  // measured depth less true, beside the scale
 };
 
-// What of the depth's calibration an adjustment moves.
+// Parts of the depth's calibration that an adjustment moves.
 enum class DepthCalibration { kHeld, kScale, kOffset };
 
 // A measurement of a point in a picture, with its inverse standard deviations.

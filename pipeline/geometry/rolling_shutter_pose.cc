@@ -172,8 +172,8 @@ std::optional<MovingPose> RefineFrom(const MovingPoseProblem<kSize>& problem,
                                      int min_inliers,
                                      double max_error_px) {
   constexpr int kNumRounds = 3;
-  // What is not known yet hides inliers: a motion those at the first and last rows, a focal length
-  // those at the borders.
+  // Unknowns hide inliers: a motion those at the first and last rows, a focal length those at the
+  // borders.
   constexpr double kWider = 1.5;
   for (int round = 0; round < kNumRounds; ++round) {
     state = problem.Refine(state, problem.Inliers(state, kWider * max_error_px));

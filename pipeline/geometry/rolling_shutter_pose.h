@@ -33,8 +33,8 @@ struct MovingPoseOptions {
   // Standard deviation of the logarithm of the focal length, as a prior under Cauchy's loss, since
   // a picture may have been cropped; 0: calibrated.
   double focal_sigma_ratio = 0;
-  // Of a camera that is not calibrated: standard deviation of its principal point on each axis,
-  // over the picture's longer side.
+  // Standard deviation of an uncalibrated camera's principal point on each axis, over the picture's
+  // longer side.
   double centre_sigma_ratio = 0.02;
 };
 

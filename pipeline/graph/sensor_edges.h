@@ -26,7 +26,7 @@ struct SensorGraph {
   std::optional<Mounting> mounting = std::nullopt;
 };
 
-// Which sensor measured the motion to a keyframe that the camera only guessed; by that keyframe.
+// The sensors that measured motions to keyframes that the camera only guessed; by that keyframe.
 using FilledBridges = std::map<int, std::size_t>;
 
 // Consecutive steps of a sensor as one edge.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // <job>/edges.h5: relative poses that one sensor measured, and poses in the map that are known.
-// What any sensor tells of the trajectory is of this kind, and pose_graph reads any number of
+// All that any sensor tells of the trajectory is of this kind, and pose_graph reads any number of
 // files.
 //
 // HDF5, for E edges:

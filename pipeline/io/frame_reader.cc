@@ -14,7 +14,7 @@ namespace nightmap {
 void MaskOut(GrayImage moving, RgbdImages* images) {
   FadeOut(moving, &images->color);
   if (!images->depth.pixels.empty()) RemoveDepth(moving, &images->depth);
-  // What the camera's mask took out already stays out.
+  // Pixels that the camera's mask took out already stay out.
   for (std::size_t i = 0; i < images->moving.pixels.size(); ++i) {
     moving.pixels[i] |= images->moving.pixels[i];
   }

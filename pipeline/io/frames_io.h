@@ -75,7 +75,7 @@ struct RgbdCamera {
   DepthNoise noise;
   // How sure the focal length of `color` is: standard deviation of its logarithm; 0: calibrated.
   double focal_sigma_ratio = 0;
-  // Where every picture shows the robot itself, not the world: 255, elsewhere 0. Of the size of
+  // Where every picture shows the robot itself, not the world: 255, elsewhere 0. As large as
   // `color`; null: nowhere.
   std::shared_ptr<const GrayImage> mask;
 
@@ -135,8 +135,8 @@ constexpr double kWorking_mpx = 1.0;
 void ReduceToWorkingSize(double working_mpx, RgbdCamera* camera);
 
 // Color image of a frame, checked to have the size of the camera's pictures, at that of its
-// `color`: the mean of the pixels that each covers. What the camera's mask holds is faded
-// out (masked_pixels.h). Throws DataError naming the file.
+// `color`: the mean of the pixels that each covers. Pixels of the camera's mask are faded out
+// (masked_pixels.h). Throws DataError naming the file.
 ColorImage LoadColor(const FrameRecord& frame,
                      const RgbdCamera& camera,
                      const std::filesystem::path& data_root);

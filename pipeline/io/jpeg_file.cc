@@ -34,7 +34,7 @@ class JpegFile : public PictureFile {
     return true;
   }
 
-  // What libjpeg warns of counts as not decodable.
+  // Data that libjpeg warns of count as not decodable.
   bool Read(std::uint8_t* pixels) override {
     return tjDecompress2(decoder_,
                          Bytes(),

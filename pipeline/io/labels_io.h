@@ -12,7 +12,7 @@
 
 namespace nightmap {
 
-// What the labels of a picture mean.
+// Meaning of a picture's labels.
 struct LabelClasses {
   std::vector<std::string> names;    // by label; at most 255, none empty, of one line
   std::vector<std::uint8_t> moving;  // per class, 1: such things move by themselves

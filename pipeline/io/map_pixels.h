@@ -10,7 +10,7 @@ namespace nightmap {
 
 enum class MapMode { kTrinary, kScale, kRaw };
 
-// What the YAML of a map says of the picture's values. Throws DataError naming file and line.
+// Statements of a map's YAML on the picture's values. Throws DataError naming file and line.
 struct MapValues {
   explicit MapValues(const YamlMap& yaml);
 

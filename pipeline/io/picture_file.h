@@ -27,7 +27,7 @@ class PictureFile {
   std::string type;  // of a value: "uint8", "uint16", "float", or another of OpenImageIO's names
 };
 
-// What the values of a PNG mean. Indices are read as stored, one byte for each: neither is a value
+// Meaning of a PNG's values. Indices are read as stored, one byte for each: neither is a value
 // of few bits scaled to 8 bits, nor one of a palette replaced by its color.
 enum class PngValues { kColors, kIndices };
 

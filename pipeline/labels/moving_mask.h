@@ -12,7 +12,7 @@ struct MovingMaskOptions {
 };
 
 // 255 where the label is a class that moves by itself, with enough confidence, and up to margin_px
-// around; elsewhere 0. Of the picture's size. Deterministic.
+// around; elsewhere 0. The mask has the picture's size. Deterministic.
 GrayImage MovingMask(const Segmentation& segmentation,
                      const LabelClasses& classes,
                      const MovingMaskOptions& options);

@@ -23,8 +23,8 @@ struct ScanMatch {
   Rigid2 field_from_robot;
   // Mean of the field at the points, 0 .. 1.
   double score = 0;
-  // Of x, y (metres) in the field's frame and of the heading (rad): the inverse curvature of the
-  // score and the prior. A corridor leaves the prior's along its axis.
+  // Covariance of x, y (metres) in the field's frame and of the heading (rad): the inverse
+  // curvature of the score and the prior. A corridor leaves the prior's along its axis.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 

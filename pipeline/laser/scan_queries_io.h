@@ -51,7 +51,7 @@ struct ScanQuery {
   std::optional<RoughPosition> rough_position;
 };
 
-// What the scans hit up to max_range_m from their laser, in the query's frame, scan after scan.
+// Points hit by scans up to max_range_m from their laser, in the query's frame, scan after scan.
 std::vector<Eigen::Vector2d> PointsInQuery(const ScanQuery& query, double max_range_m);
 
 // Equal queries give equal bytes. Ranges that are NaN or infinite are written as 0. Throws

@@ -11,7 +11,7 @@ namespace nightmap {
 namespace {
 
 constexpr int kRadius_cells = 4;
-// Largest ratio of the variances across and along a wall. That of a square corner is 0.25 or more.
+// Largest ratio of the variances across and along a wall. A square corner has 0.25 or more.
 constexpr double kMaxVarianceRatio = 0.2;
 
 class WallThinner {
@@ -19,13 +19,13 @@ class WallThinner {
   WallThinner(std::span<const std::uint32_t> hits, const OccupancyGrid& grid)
       : hits_(hits), grid_(grid) {}
 
-  // What an occupied cell becomes.
+  // New value of an occupied cell.
   std::uint8_t Thinned(const Eigen::Vector2i& cell) const {
     const auto across = AcrossWall(cell);
     if (!across) return kOccupiedCell;
     for (const int side : {1, -1}) {
       const Eigen::Vector2i next = cell + side * *across;
-      // Of two equal ones the first stays.
+      // The first of two equal ones stays.
       const bool exceeds = side > 0 ? HitsOf(next) > HitsOf(cell) : HitsOf(next) >= HitsOf(cell);
       if (!exceeds) continue;
       return ValueBeside(cell, -side * *across);
@@ -45,7 +45,7 @@ class WallThinner {
     return ValueOf(cell) == kOccupiedCell ? hits_[grid_.Index(cell.x(), cell.y())] : 0;
   }
 
-  // What lies beside the wall in the direction of a step: free, or unknown. Where the hits rise
+  // Value beside the wall in the direction of a step: free, or unknown. Where the hits rise
   // again, another wall begins, as the other face of a partition, whose inside was not seen.
   std::uint8_t ValueBeside(Eigen::Vector2i cell, const Eigen::Vector2i& step) const {
     while (HitsOf(cell + step) > 0 && HitsOf(cell + step) <= HitsOf(cell)) cell += step;

@@ -57,8 +57,8 @@ class UnknownParts {
     return static_cast<std::uint8_t>(std::min(least, int{max_cells_}) + 1);
   }
 
-  // Whether the part that holds a cell is a hole; part_ then has its cells. Of a part that is none
-  // only some are looked at.
+  // Whether the part that holds a cell is a hole; part_ then has its cells. Only some cells of a
+  // part that is none are looked at.
   bool IsHole(std::size_t seed) {
     part_ = {seed};
     states_[seed] = kOfHole;
@@ -89,7 +89,7 @@ class UnknownParts {
 
   const OccupancyGrid& grid_;
   std::uint8_t max_cells_;
-  // Of unknown cells: the side of their square, until they are looked at.
+  // The side of an unknown cell's square, until it is looked at.
   UninitializedVector<std::uint8_t> states_;
   std::vector<std::size_t> part_;
 };

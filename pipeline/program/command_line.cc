@@ -8,6 +8,29 @@
 #include <iterator>
 
 namespace nightmap {
+namespace {
+
+const char* Number(Arity arity) {
+  if (arity == Arity::kOne) return "one";
+  if (arity == Arity::kMany) return "many";
+  return arity == Arity::kOptional ? "optional" : "any_number";
+}
+
+const char* Kind(PortKind kind) {
+  if (kind == PortKind::kFolder) return "folder";
+  return kind == PortKind::kByHash ? "by_hash" : "file";
+}
+
+std::string Lines(const char* direction, const std::vector<PortSpec>& ports) {
+  std::string text;
+  for (const PortSpec& port : ports) {
+    const char* const kind = Kind(port.kind);
+    text += fmt::format("{} {} {} {}\n", direction, port.name, kind, Number(port.arity));
+  }
+  return text;
+}
+
+}  // namespace
 
 std::string HelpFooter(const StageSpec& spec, const OptionList& options) {
   return fmt::format(
@@ -35,9 +58,16 @@ void DefineCommandLine(CLI::App& app, CommandLine* line) {
       ->check(CLI::IsMember({"debug", "info", "warn", "err", "off"}));
   app.add_flag("--version", line->version, "print the version and exit");
   app.add_flag("--print-config", line->print_config, "print the effective config and exit");
+  app.add_flag("--print-ports",
+               line->print_ports,
+               "print a line for each port (in or out, name, kind, how many paths) and exit");
   app.add_flag("--check-config",
                line->check_config,
                "check the config file, and the site config if --in gives it, and exit");
+}
+
+std::string PortLines(const StageSpec& spec) {
+  return Lines("in", spec.inputs) + Lines("out", spec.outputs);
 }
 
 void ExpandInLists(CommandLine* line) {

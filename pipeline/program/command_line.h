@@ -25,14 +25,18 @@ struct CommandLine {
   std::string log_level = "info";
   bool version = false;
   bool print_config = false;
+  bool print_ports = false;
   bool check_config = false;
 };
 
 // The options of `app` fill `line`, which outlives it.
 void DefineCommandLine(CLI::App& app, CommandLine* line);
 
-// What --help says below the options: ports, options of the config, exit codes.
+// Text of --help below the options: ports, options of the config, exit codes.
 std::string HelpFooter(const StageSpec& spec, const OptionList& options);
+
+// Lines for --print-ports: in or out, name, kind, how many paths.
+std::string PortLines(const StageSpec& spec);
 
 // Adds the inputs that --in-list names. Throws UsageError as ReadInList does.
 void ExpandInLists(CommandLine* line);

@@ -9,7 +9,7 @@
 
 namespace nightmap {
 
-// What the error says of the files among `texts`, NAME=PATH, that its inputs are, and the remedy.
+// The error's text on those of the files `texts`, NAME=PATH, that are its inputs, and the remedy.
 std::string NameFiles(const InputError& error, const std::vector<std::string>& texts);
 
 }  // namespace nightmap

@@ -171,11 +171,13 @@ bool HandleQueries(const StageSpec& spec, const CommandLine& line, const OptionL
     std::cout << spec.name << " (nightmap) " << NIGHTMAP_VERSION << '\n';
   } else if (line.print_config) {
     std::cout << options.ToToml();
+  } else if (line.print_ports) {
+    std::cout << PortLines(spec);
   } else if (line.check_config) {
     CheckFilesOfUser(line.inputs, spec.inputs);
     std::cout << (line.config.empty() ? "defaults" : line.config.string()) << ": ok\n";
   }
-  return line.version || line.print_config || line.check_config;
+  return line.version || line.print_config || line.print_ports || line.check_config;
 }
 
 // A stage needs the same large buffers for each picture. By default the C library gives them back

@@ -11,8 +11,8 @@
 //
 //   <stage> --config FILE --in NAME=PATH ... --in-list NAME=FILE ... --out NAME=PATH ...
 //           [--threads N] [--log-level L]
-//   <stage> --help | --version | --print-config [--config FILE] | --check-config --config FILE
-//   [--in site=FILE]
+//   <stage> --help | --version | --print-config [--config FILE] | --print-ports
+//   <stage> --check-config --config FILE [--in site=FILE]
 #pragma once
 
 #include <functional>

@@ -22,7 +22,7 @@ const Signal& ChooseOdometry(const std::vector<Signal>& odometry,
                              const std::string& sensor_id,
                              const std::string& option);
 
-// Which odometry a job takes, and how much of it may be missing.
+// The odometry that a job takes, and how much of it may be missing.
 struct OdometryChoice {
   std::string sensor;
   double max_gap_s = 0.5;  // between two samples

@@ -10,7 +10,7 @@
 
 namespace nightmap {
 
-// What to say of odometry that covers less than half of a scanner's scans, one text each. Throws
+// Texts on odometry that covers less than half of a scanner's scans, one each. Throws
 // DataError, which names both times and the offset between their starts, when it covers no moment
 // of any scanner: then it has another clock. Odometry that is the truth of the site is not asked,
 // nor is that of a site with cameras, which may be of their time. `signals` are one per sensor.

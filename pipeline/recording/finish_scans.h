@@ -10,11 +10,11 @@
 
 namespace nightmap {
 
-// What the scans tell of their scanner and its description does not say.
+// Facts of a scanner that its scans tell and its description does not.
 struct FoundInScans {
   // The range that it writes where it hit nothing, if no limit is stated (scan_ranges.h).
   std::optional<float> range_of_no_hit_m;
-  // What it sees of its robot, beyond what is stated (robot_body.h); none if that cannot be told.
+  // Its view of its robot, beyond what is stated (robot_body.h); none if that cannot be told.
   std::optional<RobotBody> body;
   bool is_body_left_out = false;
 };

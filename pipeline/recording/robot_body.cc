@@ -34,7 +34,7 @@ constexpr float kSigmaOfMedian = 1.48F;  // a standard deviation by the median d
 // A body within this range, that keeps its range in so many hits, is certainly the robot.
 constexpr float kLargestCertain_m = 1;
 constexpr double kMinSameIfCertain = 0.95;  // of the hits of all its directions
-// What to write.
+// Step and limit of the written range.
 constexpr double kRangeStep_m = 0.05;
 constexpr double kLargestMinRange_m = 1;
 constexpr double kMaxLost = 1e-3;  // of the other hits, that a min_range_m takes away

@@ -19,10 +19,10 @@ struct LineAngles {
 };
 
 // Angle of the first beam and step from beam to beam, in rad, counter-clockwise from the sensor's
-// x. What the site config states holds, then what the line states. Without either, the beams lie
+// x. The site config's statement holds, then the line's. Without either, the beams lie
 // symmetrically about x, from the start on, which is -90 deg unless the config states another: a
 // full circle of n beams has steps of 360/n; a part of F degrees has steps of F/n, or F/(n - 1)
-// where that is a degree or a whole part of one, because the last beam then mirrors the first. That
+// where that is a degree or a whole part of one, because the last beam then mirrors the first. This
 // is CARMEN's rule for 180, 181, 360 and 361 beams.
 //
 // No scanner sees more than a circle. Beams whose stated steps lead a little farther share the
@@ -32,8 +32,8 @@ Eigen::Vector2d BeamAngles_rad(const SensorConfig& sensor,
                                const std::optional<LineAngles>& of_line = {});
 
 // The scans of a scanner that turns unevenly each have another number of beams, and all span the
-// circle, whatever step is stated for them. That is a scanner of which more than a few scans have
-// more beams than fit in a circle by the stated step; a scan that lacks a beam does not make one.
+// circle, whatever step is stated for them. Such a scanner has more than a few scans with more
+// beams than fit in a circle by the stated step; a scan that lacks a beam does not make one.
 // Gives its scans the steps by which their beams share the circle. Pure.
 void ShareCircle(const SensorConfig& sensor, std::vector<SignalSample>* scans);
 

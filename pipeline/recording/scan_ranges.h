@@ -18,8 +18,8 @@ void DemandMetres(const Signal& scans, const std::filesystem::path& path);
 
 // The range that a scanner writes where it hit nothing, below the scans' limit; none when it writes
 // no such range or the scans do not tell. It is the range of many beams in all directions exactly,
-// nearly nothing is farther, and all other ranges about as large are far rarer. What was hit does
-// not look so: noise, or resolution, spreads it over neighbouring values. Pure.
+// nearly nothing is farther, and all other ranges about as large are far rarer. Real hits do not
+// look so: noise, or resolution, spreads it over neighbouring values. Pure.
 std::optional<float> RangeOfNoHit_m(const std::vector<SignalSample>& scans);
 // Likewise, and makes it the limit of the scans.
 std::optional<float> LimitToHits(std::vector<SignalSample>* scans);

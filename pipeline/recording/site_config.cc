@@ -147,7 +147,7 @@ SequenceConfig ParseSequence(toml::table& table,
   return sequence;
 }
 
-// What one says without the other would change nothing, silently.
+// A statement of one without the other would change nothing, silently.
 void CheckConfidence(const SequenceConfig& sequence, const std::vector<RgbdCamera>& cameras) {
   const RgbdCamera& camera = cameras.at(static_cast<std::size_t>(sequence.camera_idx));
   if (sequence.confidence_folder.empty() == (camera.min_confidence == 0)) return;

@@ -51,7 +51,7 @@ struct SensorConfig {
   std::string id;
   SignalKind kind = SignalKind::kAcceleration;
   Rigid3 robot_from_sensor;  // identity: the robot's axes are the sensor's
-  // Of scans, where stated: first beam, step from beam to beam (0: not stated), both
+  // First beam of scans, where stated, step from beam to beam (0: not stated), both
   // counter-clockwise from x (scan_angles.h), and the range from which on nothing was hit.
   std::optional<double> start_angle_deg;
   double angle_step_deg = 0;
@@ -142,7 +142,7 @@ SiteConfig ReadSiteConfig(const std::filesystem::path& path);
 void CheckSiteConfig(const std::filesystem::path& path);
 
 // Appends the [[query]] tables that QUERY of make asks for; they may name cameras and scanners of
-// the site. The text holds nothing else, and is empty without QUERY. What is wrong is a UsageError
+// the site. The text holds nothing else, and is empty without QUERY. Mistakes are a UsageError
 // naming QUERY.
 void ParseAskedQueries(std::string_view text, SiteConfig* site);
 void ReadAskedQueries(const std::filesystem::path& path, SiteConfig* site);

@@ -91,8 +91,8 @@ void CheckSectors(const std::vector<double>& sectors_deg, const std::string& whe
 
 double UnitInM(const std::string& unit) { return unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1; }
 
-// What a scanner does not state, its lines do, or it follows from the number of beams. That is so
-// of beams that begin at the right and are symmetric about x.
+// Values that a scanner does not state are in its lines, or follow from the number of beams. They
+// follow for beams that begin at the right and are symmetric about x.
 void TakeStated(const toml::table& table,
                 const SensorTable& parsed,
                 const std::string& where,

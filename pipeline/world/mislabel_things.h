@@ -10,8 +10,8 @@
 namespace nightmap {
 
 // Gives each thing (true_things.h) in the picture another of kThingLabels with probability
-// `mislabelled_ratio`, all its pixels the same one, each other one as probably. What becomes of a
-// thing depends on itself and `noise_seed` alone, so give each picture its own seed.
+// `mislabelled_ratio`, all its pixels the same one, each other one as probably. The fate of a thing
+// depends on itself and `noise_seed` alone, so give each picture its own seed.
 void MislabelThings(const Scene& scene,
                     double mislabelled_ratio,
                     std::uint64_t noise_seed,

@@ -54,7 +54,7 @@ def narrow_lines(figures):
 
 
 def no_path_parts(site):
-    """What the last plan left when it failed."""
+    """Parts that the last plan left when it failed."""
     picture = site.made("plan", "no_path")
     if not picture:
         return []

@@ -17,7 +17,7 @@ MAX_HOLE_DEG = 2.0  # between directions of one sector, as in beam_fan.cc
 
 @dataclass(frozen=True)
 class Samples:
-    """Of one sensor. values: (n, 3), see signals_io.h. ranges_m: of each scan; empty of odometry. is_upside_down: its z points down."""
+    """Samples of one sensor. values: (n, 3), see signals_io.h. ranges_m: of each scan; empty of odometry. is_upside_down: z points down."""
 
     sensor_id: str
     times_ns: np.ndarray

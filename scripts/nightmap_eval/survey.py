@@ -57,8 +57,8 @@ def _numbers(rows, name, path):
 
 @dataclass(frozen=True)
 class FixedPart:
-    """What stays in place in all pictures of a camera: the share of the picture, and the name of the proposed mask, which lies
-    beside frames.csv."""
+    """Parts that stay in place in all pictures of a camera: the share of the picture, and the name of the proposed mask, which
+    lies beside frames.csv."""
 
     camera_id: str
     share: float
@@ -66,7 +66,7 @@ class FixedPart:
 
 
 def largest_fixed_part(site):
-    """That of the camera of which it covers most; None where nothing stays in place."""
+    """The fixed part of the camera of which it covers most; None where nothing stays in place."""
     cameras = read_object(site.path("survey", "report"), FIXED_PARTS)["fixed_parts"]
     parts = [FixedPart(camera["camera_id"], camera["share"], camera["mask"]) for camera in cameras if "mask" in camera]
     return max(parts, key=lambda part: part.share, default=None)

@@ -10,7 +10,7 @@ from nightmap_site.toml_file import PipelineError
 from nightmap_site.unit_lists import near
 
 SITES = "configs/sites"
-# What evaluate and report import; a changed module makes their results stale.
+# Files that evaluate and report import; a changed module makes their results stale.
 MODULES = tuple(f"scripts/nightmap_eval/{files}" for files in ("*.py", "*/*.py", "*/*.js", "*/*.html")) + ("scripts/nightmap_site/*.py",)
 
 

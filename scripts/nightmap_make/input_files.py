@@ -28,7 +28,7 @@ def file_state(path):
 
 
 def _folder_id(folder):
-    """What all paths of a folder have in common; None when it does not exist."""
+    """The identity that all paths of a folder share; None when it does not exist."""
     if not os.path.exists(folder):
         return None
     status = os.stat(folder)

@@ -99,8 +99,8 @@ class MakeRun:
         return self._make(self.goals)
 
     def _goals_up_to(self, job):
-        """What a job makes, after what those before it make, so that they are made even if it fails. Lists come before all that
-        depends on their units."""
+        """The outputs of a job, after those of the jobs before it make, so that they are made even if it fails. Lists come
+        before all that depends on their units."""
         needed, names = self.asked.needed_jobs(), list(self.graph.jobs)
         before = [] if job.lists else [self.graph.jobs[name] for name in names[: names.index(job.name)] if name in needed]
         return [self.graph.path_of(one, next(iter(one.outputs))) for one in [*before, job] if one.unit == "site"]

@@ -12,7 +12,7 @@ from nightmap_site.script_errors import writing
 from nightmap_site.toml_file import PipelineError
 
 SEVERAL = 8  # programs checked at the same time
-# What the loader and the libraries say that are given no memory before a program's main begins.
+# Words of the loader and the libraries that are given no memory before a program's main begins.
 LACKS_MEMORY = re.compile(r"failed to map segment|[Cc]annot allocate memory|Resource temporarily unavailable|bad_alloc")
 MESSAGE = re.compile(r"\S+ error \w+: (?P<path>[^:]*):(?:(?P<line>\d+):)? (?P<reason>.*)")
 

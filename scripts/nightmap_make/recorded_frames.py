@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """How many frames the recordings of a site have, for the estimate of the disk: from lists, names and headers of videos, without a
-pixel. What cannot be read counts as no frames; the frames stage says what is wrong with it."""
+pixel. Anything that cannot be read counts as no frames; the frames stage says what is wrong with it."""
 
 import os
 import struct

@@ -174,7 +174,7 @@ class Asked:
             raise Refused(error) from None
 
     def _bytes_per_frame(self, jobs):
-        """What the results of this site take per frame where there are some, else the declared largest size."""
+        """Bytes that the results of this site take per frame where there are some, else the declared largest size."""
         num_listed, folders = listed_frames(self.folder), {}
         for job in jobs:
             folders[job.folder] = folders.get(job.folder, 0) + 1000 * job.kB_per_frame

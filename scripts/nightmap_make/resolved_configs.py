@@ -19,7 +19,7 @@ from nightmap_make.site_configs import check_site, settle_site, site_parts
 
 
 class ConfigRequest:
-    """What configs follow from. The values of make's variables are text as the user gave it."""
+    """Sources of configs. The values of make's variables are text as the user gave it."""
 
     profile = "default"
     profile_from = "PROFILE"  # the variable or the file that names the profile

@@ -84,7 +84,7 @@ class RulesFile:
         return not rule.job.script and (bool(self.newer_than_receipt(rule)) or not _ends_well(dict(rule.outputs)["receipt"]))
 
     def _written_of_queries(self, rule):
-        """What the last run of the list of queries wrote: which files that are follows from the queries (there may be no truth)."""
+        """Files of the last run of the list of queries: which ones follows from the queries (there may be no truth)."""
         if rule.job.lists != "query":
             return []
         receipt = dict(rule.outputs)["receipt"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What fills the slot of each job: its program, the name of its options, the sources of its inputs and the files of [import].
+"""Contents of each job's slot: its program, the name of its options, the sources of its inputs and the files of [import].
 
 A profile and [import] change these, and none of the files that they name is newer for it. So config/slots/<job> holds them, and
 each rule of the job depends on it. It is written only when it changed. When the receipts say that the results were made by the

@@ -15,7 +15,7 @@ NUM_COUNTS = 3
 
 
 def verdict_lines(site_dir, outcome):
-    """What the last of the jobs that judged the recording or the map said."""
+    """Words of the last job that judged the recording or the map."""
     judged = [name for name in ("verdict", "check") if name in outcome.codes]
     if not judged:
         return []

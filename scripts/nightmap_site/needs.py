@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What jobs need of the recordings (`needs` of a job), compared with the [[sequence]] tables of the site's config."""
+"""Needs of jobs for recordings (`needs` of a job), compared with the [[sequence]] tables of the site's config."""
 
 import re
 

@@ -52,7 +52,7 @@ class Input:
         return found
 
     def _chosen(self, has):
-        """Of "A.x else B.y" the first that the pipeline has. Of "A.x if any" nothing where it has no such job."""
+        """The first of "A.x else B.y" that the pipeline has. "A.x if any" is nothing where it has no such job."""
         sources = self.declared.split(" else ") if isinstance(self.declared, str) else [self.declared]
         if len(sources) == 1 and not str(sources[0]).endswith(" if any"):
             return self.declared
@@ -171,7 +171,7 @@ class Pipeline:
 
     @property
     def asks(self):
-        """What QUERY and [[query]] of the site name: pictures or scans."""
+        """The kind that QUERY and [[query]] of the site name: pictures or scans."""
         return next((job.asks for job in self.jobs.values() if job.asks), ASKS[0])
 
     def _check(self, job):
@@ -279,7 +279,7 @@ def results_before(pipeline, script):
             and (not script.results_of or job.goal in script.results_of and not job.script)}  # fmt: skip
 
 
-# What the pipeline of a site follows from, for scripts that get the folder of the site.
+# The sources of a site's pipeline, for scripts that get the folder of the site.
 PROFILE_FILE = "config/profile.toml"
 
 

@@ -87,7 +87,7 @@ def make_question(area_m2, num_queries, seed, folder):
 
 
 def measure(arguments, programs, area_m2, folder):
-    """Of one floor: area in m2, CPU seconds per query, and the cells of the table's row."""
+    """Measures one floor: area in m2, CPU seconds per query, and the cells of the table's row."""
     grid = make_question(area_m2, arguments.queries, arguments.seed, folder)
     inputs = {"grid": folder / "map.yaml", "queries": folder / "queries.h5"}
     result = programs.run("scan_localize", inputs, LOCALIZED, folder / "located")

@@ -4,7 +4,7 @@
 
 Takes the stretches of the way that `make evaluate` held out of each site's second map, and looks for their scans in it:
 in the whole map; near a rough position; there with furniture moved, without and with objects; and those of the next site.
-Objects are those that `objects` proposes for that map. What lies within them does not move, in both rows alike.
+Objects are those that `objects` proposes for that map. Things within them do not move, in both rows alike.
 A row that draws at random is the median over the seeds. Prints a Markdown table; with --page it goes between
 `<!-- relocalization:begin -->` and `<!-- relocalization:end -->`.
 Exit codes: 0 done; 1 a run failed; 2 wrong command line.

@@ -121,7 +121,7 @@ def map_with_truth(site, max_gap_ns=20_000_000):
 
 
 def measured(queries_csv, truth, map_pair):
-    """Of the located queries with truth: errors in m and degrees, and standard deviations of the position in m."""
+    """Measures of located queries with truth: errors in m and degrees, and standard deviations of the position in m."""
     rows, _, located = read_located(queries_csv)
     sigma_of = {int(row["time_ns"]): float(row["position_sigma_m"]) for row in rows if row["status"] == "located"}
     row_of = {int(time_ns): i for i, time_ns in enumerate(truth.times_ns)}

@@ -12,7 +12,7 @@ namespace refine_corner_test {
 
 constexpr int kSize_px = 40;
 
-// What is at a point, seen through a lens that blurs it a little: the mean of 20 x 20 points.
+// A point's value, seen through a lens that blurs it a little: the mean of 20 x 20 points.
 class Picture {
  public:
   explicit Picture(const std::function<double(double x, double y)>& gray_at) {

@@ -50,7 +50,7 @@ class OctreeIoTest : public testing::Test {
     }
   }
 
-  // Of files of the parts.
+  // Merges files of the parts.
   VoxelCounts Merge(const std::vector<OccupancyTree>& parts) const {
     std::vector<std::filesystem::path> paths;
     for (const OccupancyTree& part : parts) {

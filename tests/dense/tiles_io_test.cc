@@ -139,7 +139,7 @@ TEST_F(TilesIoTest, ResultsCountKeyframesAndReasonsOnce) {
   EXPECT_EQ(results.skipped.Count(), 2U);
   EXPECT_EQ(results.first_depth_path, "d.png");
   WriteFile(folder_ / "1.json", Report("keyframe_stride = 6\n"));
-  // Of 0, 3 ... 57 those of 0, 6 ...
+  // The keyframes 0, 6 ... of 0, 3 ... 57
   EXPECT_EQ(ReadTileResults(tiles, {folder_ / "1.json"}).num_keyframes, 10U);
   WriteFile(folder_ / "2.json", R"({"skipped": ["x: trun)");
   EXPECT_THROW(ReadTileResults(tiles, {folder_ / "2.json"}), DataError);

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of accuracy share: maps of real recordings and of made-up buildings, and the bars that the project promises,
-for one seed; tests/bench/seeds.py prints medians of several. Maps are kept in <build>/accuracy, so that a second run costs
-only what changed. Readers here share no code with nightmap: numpy, PIL, and the octomap tools."""
+"""Shared parts of the tests of accuracy: maps of real recordings and of made-up buildings, and the bars that the project
+promises, for one seed; tests/bench/seeds.py prints medians of several. Maps are kept in <build>/accuracy, so that a second
+run costs only what changed. Readers here share no code with nightmap: numpy, PIL, and the octomap tools."""
 import json
 import os
 import pathlib
@@ -37,7 +37,7 @@ def metrics_of(site_dir):
 
 
 def calibration_of(site_dir):
-    """What mapping found out about the site's only camera."""
+    """The calibration of the site's only camera that mapping found."""
     [calibration] = json.loads((site_dir / "adjust/report.json").read_text())["calibrations"]
     return calibration
 

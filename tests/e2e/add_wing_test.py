@@ -15,7 +15,7 @@ CENSUS = REPOSITORY / "tests/e2e/census"
 
 
 def copy_of_the_tree():
-    """What git has of the tree, in a folder of its own. (The compiler's cache knows all but the new stage.)"""
+    """All that git has of the tree, in a folder of its own. (The compiler's cache knows all but the new stage.)"""
     folder = pathlib.Path(tempfile.mkdtemp(prefix="nightmap-e2e-"))
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=REPOSITORY, check=True, capture_output=True, text=True)
     for name in filter(None, listed.stdout.split("\0")):

@@ -95,7 +95,7 @@ class SecondRecordingTest(unittest.TestCase):
         return {path.stem.removeprefix("tile_"): path.read_bytes() for path in self.work.path("tiles").glob("tile_*.json")}
 
     def check_made(self, output, job, expected, num_all, num_joins=0):
-        """That these units were made and no others, and that the table says how many."""
+        """Checks that these units were made and no others, and that the table says how many."""
         self.assertEqual(set(re.findall(rf"(?m)^== {job}_(\S+)$", output)), expected)
         self.assertRegex(output, rf"(?m)^{job} +{len(expected) + num_joins} of {num_all + num_joins} ")
 

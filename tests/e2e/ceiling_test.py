@@ -74,7 +74,7 @@ def from_start(trajectory):
 
 
 def rms_errors(estimate, truth):
-    """Of the positions in m, and of the headings in degrees, both from the start."""
+    """Errors of the positions in m, and of the headings in degrees, both from the start."""
     (positions_m, heading), (true_positions_m, true_heading) = from_start(estimate), from_start(truth)
     position_m = np.sqrt(np.mean(np.sum((positions_m - true_positions_m) ** 2, axis=1)))
     return position_m, np.degrees(np.sqrt(np.mean((heading - true_heading) ** 2)))

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What a make costs that finds nothing to do, on the small building. (shards_test.py asks for many shards.)"""
+"""Costs of a make that finds nothing to do, on the small building. (shards_test.py asks for many shards.)"""
 import unittest
 
 from cpu_time import in_yardsticks

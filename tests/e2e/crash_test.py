@@ -50,7 +50,7 @@ class CrashTest(unittest.TestCase):
         return alive
 
     def check_whole_artifacts(self):
-        """What a killed run leaves under a final name is the whole file or nothing."""
+        """A file that a killed run leaves under a final name is the whole file or nothing."""
         for name, digest in self.work.hashes().items():
             if "/.writing." not in "/" + name:
                 self.assertEqual(digest, self.hashes[name], name)

@@ -34,7 +34,7 @@ class FullDiskTest(unittest.TestCase):
         self.assertEqual([path for path in self.site.path("").rglob(".writing.*")], [])
 
     def test_a_limit_of_file_sizes(self):
-        """What needs no root: the rules of many shards are larger than the limit."""
+        """A limit that needs no root: the rules of many shards are larger than the limit."""
         for goal in some_of(("map", "status", "why"), one_in=2):
             with self.subTest(goal):
                 command = ["bash", "-c", f'ulimit -f {MAX_FILE_KB}; exec "$@"', "bash", *self.site.command(goal)]

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The profile `imported`: a trajectory of another system fills the slot of the pose graph, a ROS map that of the grid.
-What the default profile made stands for the other system."""
+Results of the default profile stand for the other system."""
 import json
 import os
 import re
@@ -75,7 +75,7 @@ class ImportedTest(unittest.TestCase):
         self.assertIn("features_0000", may)  # the recordings changed, in which the trajectory lies
 
     def refused(self, name, change):
-        """What `map` says of the trajectory with each line's columns changed."""
+        """Answer of `map` to the trajectory with each line's columns changed."""
         lines = (self.work.data() / "other/poses.tum").read_text().splitlines()
         rows = [line.split() for line in lines if not line.startswith("#")]
         given = self.work.data() / f"other/{name}.tum"

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Logs of laser scanners as people have them, made up: each map is right and good, or its verdict says what is wrong and what to do, or
-reading it ends with the reason. What the verdict proposes makes the map good."""
+reading it ends with the reason. The verdict's proposals make the map good."""
 import re
 import unittest
 from typing import NamedTuple
@@ -60,7 +60,7 @@ CASES = {case: Right() for case in (
 LIMITS = ("reversed_wrong_nowheels", "glass")
 BY_DAY = ("full", "corr_20_8_10_0_5", "step_missing", "backwards_wrong")
 ANGLES = rf"start_angle_deg = {NUMBER}|angle_step_deg = {NUMBER}"
-# What the advice proposes for a key of the site config, and how right the map is then: without robot_from_sensor's place, the way is
+# The advice's proposal for a key of the site config, and how right the map is then: without robot_from_sensor's place, the way is
 # that of the scanner, which is 20 cm behind.
 PROPOSED = {
     "step_missing": (ANGLES, 3),

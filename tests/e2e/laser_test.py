@@ -16,12 +16,12 @@ from nightmap_site.pipeline import read_pipeline  # workspace finds the scripts
 
 DEMO = "demo_laser"
 DATA = pathlib.Path(os.environ.get("NIGHTMAP_DATA", REPOSITORY / "../shared/data")).resolve()
-# Of a real log: largest mean error of the motion over 10 m of path. Its truth is right within 10 to 20 cm.
+# Bounds for a real log: largest mean error of the motion over 10 m of path. Its truth is right within 10 to 20 cm.
 BOUNDS = {
     "intel": {"translation_mean_m": 0.08, "rotation_mean_deg": 0.7},
     "freiburg_079": {"translation_mean_m": 0.08, "rotation_mean_deg": 0.95},
 }
-# Of the made-up building, whose truth is exact.
+# Bounds for the made-up building, whose truth is exact.
 MAX_ATE_M = 0.01
 MIN_RIGHT_PERCENT = 97
 GOALS = ("map", "evaluate", "report", "plan", "drive")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tables of recordings as people have them share: a tool outside of the project writes each case, make maps it, and the
-verdict is good or names the cause."""
+"""Shared parts of the tables of recordings as people have them: a tool outside of the project writes each case, make maps it,
+and the verdict is good or names the cause."""
 import json
 import pathlib
 import shutil
@@ -31,7 +31,7 @@ class MadeCases(unittest.TestCase):
                               text=True).stdout  # fmt: skip
 
     def make(self, case, *goals, code=0):
-        """What make says."""
+        """Output of make."""
         if not self.site(case).exists():
             self.write_case(case)
         folders = (f"{name}={self.folder / name.lower()}" for name in ("SITES", "DATA", "MAPS"))

@@ -49,7 +49,7 @@ class FreshMachineTest(unittest.TestCase):
 
 class BuildTest(unittest.TestCase):
     def test_two_at_the_same_time_take_turns(self):
-        """Of two sites made in one checkout, each builds the programs first."""
+        """Each of two sites made in one checkout builds the programs first."""
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder)
             for tool in ("cmake", "ninja"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which files and folders below a folder are opened while a test's body runs, by inotify."""
+"""Files and folders below a folder that are opened while a test's body runs, by inotify."""
 import ctypes
 import os
 import struct

@@ -107,7 +107,7 @@ class RulesTest(StubTest):
         self.make("-q", "map")
 
     def test_a_value_that_is_set_and_taken_back_reruns_nothing(self):
-        """Of every program: a, b, which stops before it runs, and a again; programs may share a folder."""
+        """Each program gets a, b, which stops before it runs, and a again; programs may share a folder."""
         for program in some_of(PIPELINE.programs(), one_in=6):
             with self.subTest(program):
                 self.make(*ASKED)

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What every program answers without inputs, and that configs/*/default are what the programs say."""
+"""Every program's answers without inputs; configs/*/default are what the programs say."""
 import os
 import pathlib
 import subprocess

@@ -24,7 +24,7 @@ class SignalAtWrite:
         self.folder.cleanup()
 
     def environment(self, path, number):
-        """Of a run that gets the signal when half of its first write to a file whose path contains `path` is done."""
+        """For a run that gets the signal when half of its first write to a file whose path contains `path` is done."""
         return environment() | {"LD_PRELOAD": str(self.library), "SIGNAL_AT_PATH": path, "SIGNAL_AT_WRITE": str(int(number))}
 
     def kill(self, command, folder, path):

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Stands for any program of a job, in tests of the rules: it reads nothing and writes outputs of its arguments' names.
-# The lists have STUB_SHARDS shards and STUB_TILES tiles; the job STUB_FAILS fails with exit code 1. What it writes beside its
-# outputs stays the same, or is other at each run with STUB_CHANGES.
+# The lists have STUB_SHARDS shards and STUB_TILES tiles; the job STUB_FAILS fails with exit code 1. Files that it writes
+# beside its outputs stay the same, or are other at each run with STUB_CHANGES.
 # It starts no other program: a test runs thousands of stubs.
 case " $* " in *" --check-config "*) exit 0 ;; esac
 program=${0##*/}

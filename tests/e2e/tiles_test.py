@@ -49,7 +49,7 @@ class TilesTest(unittest.TestCase):
         return around & set(self.tiles())
 
     def written(self, stage):
-        """Which file each tile's artifact is, and when it was made."""
+        """The file of each tile's artifact, and when it was made."""
         stats = {path.stem.removeprefix("tile_"): path.stat() for path in self.work.path(stage).glob("tile_*")}
         return {tile: (stat.st_ino, stat.st_mtime_ns) for tile, stat in stats.items()}
 

@@ -82,7 +82,7 @@ def world_from_map(map_poses, truth, align):
 
 
 class Located:
-    """What localize found, in the world, by row of queries.csv: place (m), heading (rad). `axis` of a frame points ahead."""
+    """Results of localize, in the world, by row of queries.csv: place (m), heading (rad). `axis` of a frame points ahead."""
 
     def __init__(self, site_dir, truth, align, axis):
         with open(site_dir / "localize/queries.csv", newline="", encoding="utf-8") as file:

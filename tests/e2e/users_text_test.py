@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What a user writes is data: no value of a variable, of a site config or name of a goal or folder is executed or written
-to. A mistyped variable is refused. clean and distclean remove what nightmap made, and nothing else. The programs are stubs."""
+"""Text of a user is data: no value of a variable, of a site config or name of a goal or folder is executed or written to. A
+mistyped variable is refused. clean and distclean remove what nightmap made, and nothing else. The programs are stubs."""
 import os
 import re
 import subprocess
@@ -56,7 +56,7 @@ class VariablesTest(Site):
                     self.make(goal, environment_={name: value}.items())
 
     def test_no_value_reaches_the_make_of_a_site(self):
-        """Of a run that goes through, since text that only stands in a config is none of Make's business."""
+        """The run goes through, since text that only stands in a config is none of Make's business."""
         for name, value in (("SET", "plan.start='a$(shell touch pwned)b'"), ("START", "a$(shell touch pwned)b"), ("GOAL", "`touch pwned`"),
                             ("START", "a\ntouch pwned")):  # fmt: skip
             with self.subTest(f"{name}={value}"):

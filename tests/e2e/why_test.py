@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What `make why` names is what the next make runs, in every profile, after a change of each stage's options and of the site's
-config. The programs are stubs."""
+"""Jobs that `make why` names are those that the next make runs, in every profile, after a change of each stage's options and
+of the site's config. The programs are stubs."""
 import shutil
 import unittest
 

@@ -42,7 +42,7 @@ class StageCommand:
 
     @classmethod
     def parse(cls, line, root):
-        """Of a line that make printed in `root`; what the files of --in-list hold are inputs one by one."""
+        """Parses a line that make printed in `root`; what the files of --in-list hold are inputs one by one."""
         words = shlex.split(line)
         pairs = list(zip(words[1::2], words[2::2]))
         flags = ("--in", "--in-list", "--out")

@@ -32,7 +32,7 @@ from mutations import write_bomb  # noqa: E402
 
 MAX_TIME_S = 180  # a run that waits for ever ends here, one of a busy machine does not
 EXIT_CODES = (0, 1, 2, 3)
-# What a library or language says of itself, in place of a message to the user.
+# Words of a library or language, in place of a message to the user.
 BARE_TEXTS = re.compile(r"Traceback \(most recent|terminate called|Segmentation fault|Aborted|core dumped|stack smashing"
                         r"|runtime error:|_M_range_check|std::|json\.exception|\[Errno \d|Error 1[34]\d\b|out of memory")
 
@@ -58,7 +58,7 @@ def read(path):
 
 
 def make_outside(folder, bomb):
-    """What lies beside a tree, for attacks to lead to."""
+    """Files beside a tree, for attacks to lead to."""
     folder.mkdir()
     os.link(bomb, folder / "bomb.png")
     (folder / "canary.txt").write_text("1.0 stay out\n")
@@ -150,7 +150,7 @@ class Sweep:
             shutil.rmtree(folder, ignore_errors=True)
 
     def other_results(self, attack, root):
-        """What differs from the results without the attack."""
+        """Results that differ from those without the attack."""
         names = [name for place in attack.as_clean for name in ([place] if (root / place).is_file() else artifacts(self.base.folder, place))]
         return [f"succeeded with another {name}" for name in names if read(root / name) != read(self.base.folder / name)]
 

@@ -11,7 +11,7 @@
 namespace nightmap {
 namespace lenses_test {
 
-// Of about 130 deg from corner to corner.
+// A lens of about 130 deg from corner to corner.
 Camera Fisheye() {
   return {.width = 640,
           .height = 480,

@@ -99,7 +99,7 @@ Eigen::VectorXd Flat(const BundleStep& step) {
 TEST(SchurSystem, SigmasAreThoseOfTheWholeSystem) {
   const Case made = RandomCase(1);
   DenseSystem dense = Dense(made, true);
-  // What no observation determines is held by the damping; keep the others exact.
+  // Unknowns that no observation determines are held by the damping; keep the others exact.
   dense.hessian.diagonal() += 1e-12 * dense.hessian.diagonal().cwiseMax(1e-6);
   const Eigen::Index first = dense.hessian.rows() - 6;
   const Eigen::MatrixXd covariance = dense.hessian.inverse();

@@ -94,7 +94,7 @@ TEST_F(MapPixelsTest, AlphaCountsAsMapServerCountsIt) {
   }
 }
 
-// Of a palette the colors count, not the indices.
+// The colors of a palette count, not the indices.
 TEST_F(MapPixelsTest, PaletteStandsForItsColors) {
   WriteFile(folder_.Path() / "map.png", std::string(kPalettePng));
   EXPECT_EQ(Read("map.png", "trinary"), kSeen);

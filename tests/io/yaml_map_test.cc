@@ -101,7 +101,7 @@ TEST_F(YamlMapTest, DamageIsRefused) {
   NIGHTMAP_EXPECT_ERROR(DataError, YamlMap(folder_.Path()), folder_.Path().string());
 }
 
-// What makes other parsers take all memory, all time or all of the stack.
+// Texts that make other parsers take all memory, all time or all of the stack.
 TEST_F(YamlMapTest, BombsAreRefusedOrHarmless) {
   for (const char* nested : {"[", "{", "- ", "? ", "[{a: "}) {
     NIGHTMAP_EXPECT_ERROR(DataError, Read("a: 1\n" + Repeated(nested, 50'000)), "not valid YAML");

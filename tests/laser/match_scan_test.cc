@@ -160,8 +160,8 @@ TEST(MatchScan, WithoutPointsThePriorStays) {
   EXPECT_NEAR(match.covariance(0, 0), 0.01, 1e-9);
 }
 
-// What RefinePose makes small: 1 - field over all points, and half the squares of the prior's
-// errors; by the interpolation of the field.
+// The sum that RefinePose makes small: 1 - field over all points, and half the squares of the
+// prior's errors; by the interpolation of the field.
 template <typename T>
 T SurpriseAt(const LikelihoodField& field,
              const std::vector<Eigen::Vector2d>& points,

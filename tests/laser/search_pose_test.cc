@@ -46,7 +46,7 @@ bool IsLeftOut(const SearchWindow& window, const Rigid2& pose) {
   return std::abs(turn_rad) <= window.near_rad && shift_m <= window.near_m;
 }
 
-// Of a shift by whole cells: level 0 of the pyramid at the points, less the penalties.
+// Value of a shift by whole cells: level 0 of the pyramid at the points, less the penalties.
 double ValueAt(const FieldPyramid& pyramid, const Scene& scene, const Rigid2& pose) {
   const SearchWindow& window = scene.window;
   const Rigid2 turned{pose.heading_rad, window.center.translation};

@@ -237,7 +237,7 @@ TEST(ThinWalls, NoWallGetsAHole) {
   }
 }
 
-// What stays of cells across a wall that is `hits` wide, from row 20 up.
+// Rows left of cells across a wall that is `hits` wide, from row 20 up.
 std::vector<int> RowsLeft(const std::vector<std::uint32_t>& hits) {
   Drawing drawing;
   for (int x = 0; x < kSize; ++x) {

@@ -220,7 +220,7 @@ TEST_F(ReadSequenceTest, BadListsAreNamed) {
   expect("1e308 rgb/1.png", "not a time");
 }
 
-// What each frame pairs with: time, color, depth.
+// Pairs of each frame: time, color, depth.
 std::string Pairs(const RawSequence& sequence) {
   std::string text;
   for (const RawFrame& frame : sequence.frames) {

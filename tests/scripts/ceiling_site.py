@@ -46,7 +46,7 @@ def points_in_map(points_m):
 
 
 def ceiling_points():
-    """What the landmarks truly are: points of the ceiling right above the robot and 0.3 m to its left, at every fifth frame."""
+    """The true landmarks: points of the ceiling right above the robot and 0.3 m to its left, at every fifth frame."""
     rows = compose(drive()[::5], np.array([[0.0, 0.3, 0.0]]))
     heights_m = np.array([next((h for x0, y0, x1, y1, h in RECTANGLES if x0 <= x <= x1 and y0 <= y <= y1), np.nan) for x, y, _ in rows])
     return np.column_stack([rows[:, :2], heights_m])

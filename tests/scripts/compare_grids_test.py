@@ -44,7 +44,7 @@ class CompareTest(unittest.TestCase):
         figures = compare(sampler(hall()), sampler(cells))
         self.assertEqual(figures["num_cells"], 2 * 2400)
         self.assertAlmostEqual(figures["equal_percent"], 100 * 2350 / 2400)
-        # Of the block, the other grid has nothing occupied near; this grid has free cells near all but 3 x 8 of them.
+        # The other grid has nothing occupied near the block; this grid has free cells near all but 3 x 8 of them.
         self.assertAlmostEqual(figures["equal_within_a_cell_percent"], 100 * (4800 - 50 - 24) / 4800)
         self.assertEqual(figures["num_occupied_cells"], 2 * 196 + 50)
         self.assertAlmostEqual(figures["occupied_equal_percent"], 100 * 392 / 442)

@@ -159,7 +159,7 @@ class EvaluateColmapTest(unittest.TestCase):
         for step in STEPS:
             fake_colmap.write_receipt(self.colmap / step, parts=[(f"tool_{step}", 2.0)], matching="exhaustive")
         (self.colmap / "matches" / "database.db").write_bytes(bytes(300))
-        # Of the mapper's runs the one in the middle is the second, with 6.
+        # The second of the mapper's runs is the one in the middle, with 6.
         for made, num_queries in (*((step, 0) for step in MAPPER_RUNS), ("triangulate", 0),
                                   ("register_mapper_1", 5), ("register_mapper_2", 6), ("register_mapper_3", 7),
                                   ("register_triangulate", 6), ("register_held", 7)):  # fmt: skip

@@ -83,7 +83,7 @@ class InputFilesTest(ConfigFolder):
             self.assertNotEqual(self.text(name), before)
 
     def test_a_changed_picture_of_a_query_is_noticed(self):
-        """Of a recording that synthesize makes, only pictures are: the rest is not there at first."""
+        """A recording that synthesize makes has only pictures at first."""
         for name in ("photos/a.jpg", "photos/b.jpg"):
             self.write(name, "pixels")
         self.write("list.txt", "# two\nphotos/a.jpg\n\n")

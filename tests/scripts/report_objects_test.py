@@ -25,7 +25,7 @@ JOB = '[objects]\npurpose = "proposes objects"\nin.grid = "grid.yaml"\nout.objec
 
 
 def data_of(section):
-    """What the page hands to its script."""
+    """Data that the page hands to its script."""
     [text] = re.findall(r'<script type="application/json" id="objects-data">(.*?)</script>', section, re.DOTALL)
     return json.loads(text)
 

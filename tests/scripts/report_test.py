@@ -59,7 +59,7 @@ class StaleTest(unittest.TestCase):
         self.write_receipt('start = "1,1"\ngoal = ""\n')
 
     def write_receipt(self, config):
-        # Of a run in a folder that was moved since.
+        # A receipt of a run in a folder that was moved since.
         receipt = {"inputs": [{"name": "map.pgm", "path": "was/office/grid/map.pgm", "xxh3": Hashes().of(self.grid)}],
                    "outputs": [{"name": "report.json", "path": "was/office/plan/report.json", "xxh3": "0"}],
                    "config": config}  # fmt: skip

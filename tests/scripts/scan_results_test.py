@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What make localize, metrics.json and the page say of laser scans that were located."""
+"""Words of make localize, metrics.json and the page on laser scans that were located."""
 
 import json
 import tempfile

@@ -93,7 +93,7 @@ class SiteConfigsTest(ConfigFolder):
         self.assertEqual(self.time(ASKED), time_ns)
 
     def asked_path(self):
-        """Of the picture of QUERY, from the data folder."""
+        """Path of the picture of QUERY, from the data folder."""
         return os.path.normpath(os.path.join("office", self.config(ASKED)["query"][0]["pictures"]))
 
     def test_query_is_found_through_a_data_folder_that_is_a_link(self):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What stands before ctest's summary."""
+"""Lines before ctest's summary."""
 import pathlib
 import sys
 import unittest

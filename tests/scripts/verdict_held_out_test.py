@@ -19,7 +19,7 @@ ELSEWHERE, SPREAD = "scans kept out and found elsewhere", "spread of scans kept 
 
 
 def located(folder, errors_m, num_ambiguous=0):
-    """What scan_localize wrote of scans along a line, each located this far from its true place."""
+    """Results that scan_localize wrote of scans along a line, each located this far from its true place."""
     rows = [COLUMNS]
     for i, error_m in enumerate([*errors_m, *[None] * num_ambiguous]):
         pose = "," * 8 if error_m is None else f"{i},{error_m},0,0,0,0,1,0.01,0.1"

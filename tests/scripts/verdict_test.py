@@ -115,7 +115,7 @@ class MapTest(unittest.TestCase):
         path.write_text(json.dumps(report))
 
     def write_survey(self, fixed_parts=(), **changes):
-        """Of forty frames alike, but for the changes of half of them."""
+        """A survey of forty frames alike, but for the changes of half of them."""
         rows = [FRAME | (changes if i % 2 else {}) for i in range(fake_site.NUM_FRAMES)]
         lines = [f"{i},{time_ns},0," + ",".join(str(row[name]) for name in COLUMNS) for i, (time_ns, row) in enumerate(zip(walk().times_ns, rows))]
         path = self.site.path("survey", "frames")

@@ -57,7 +57,7 @@ class VerdictWheelsTest(unittest.TestCase):
         laser_site.write_site(self.folder)
 
     def checks(self, on_map, by_wheels=None, start_deg=-180, step_deg=1, beams=360, yaw_deg=0):
-        """Of a map and of wheels as (ways, turns), and of a scanner as the site config describes it."""
+        """Checks of a map and of wheels as (ways, turns), and of a scanner as the site config describes it."""
         write_scanner(self.folder / "frames/scans.h5", start_deg, step_deg, beams, yaw_deg)
         write_wheels(self.folder / "frames/odometry.h5", driven(*(by_wheels or steps())))
         found = {item.name: item for item in wheel_checks(Site(self.folder), driven(*on_map))}
@@ -65,7 +65,7 @@ class VerdictWheelsTest(unittest.TestCase):
         return found
 
     def advice(self, found, failed):
-        """Of the one check that is not good, but for those that refer to it."""
+        """Advice of the one check that is not good, but for those that refer to it."""
         self.assertEqual(found[failed].verdict, REFUSE)
         for name, item in found.items():
             if name != failed:
@@ -104,7 +104,7 @@ class VerdictWheelsTest(unittest.TestCase):
 
     def test_a_step_that_is_off_is_said_with_the_angles_of_the_same_middle(self):
         ways, turns = steps()
-        # Of the config and of the scanner: start, step; beams; measured errors of turns, as a factor.
+        # Values of the config and of the scanner: start, step; beams; measured errors of turns, as a factor.
         for start, step, beams, true_start, true_step, factor in (
                 (-89.75, 0.5, 360, -180, 1, 0.98), (-90, 180 / 359, 360, -180, 1, 1.02), (-45, 0.25, 361, -90, 0.5, 1),
                 (-179.5, 1, 360, -89.75, 0.5, 1), (-35, 0.5, 181, -80, 1, 1), (89, -1, 180, 180, -2, 1)):  # fmt: skip

@@ -32,7 +32,7 @@ class VerifyTest(unittest.TestCase):
         return path
 
     def run_of_features(self, shard):
-        """What a run in a folder leaves that was moved since."""
+        """Files of a run in a folder that was moved since."""
         outputs = [self.write(f"features/{name}", name) for name in (f"shard_{shard}.h5", f"report_{shard}.json")]
         content = {kind: [{"name": path.name, "path": f"was/office/{path.relative_to(self.site_dir)}", "xxh3": Hashes().of(path)}
                           for path in paths] for kind, paths in (("inputs", [self.frames]), ("outputs", outputs))}  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What two runs that write one file leave, and what becomes of the temporaries of a killed one."""
+"""Two runs that write one file: the files that they leave, and what becomes of the temporaries of a killed one."""
 
 import os
 import signal

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which frames of the map look from where a picture was located: whoever sees both side by side sees whether it is right."""
+"""Frames of the map that look from where a picture was located: whoever sees both side by side sees whether it is right."""
 
 import numpy as np
 

@@ -56,14 +56,14 @@ def _shared_height_m(a, b):
 
 
 def _clipped(polygon, convex):
-    """What of a polygon lies in a convex one, both counter-clockwise (Sutherland and Hodgman, 1974)."""
+    """The part of a polygon that lies in a convex one, both counter-clockwise (Sutherland and Hodgman, 1974)."""
     for start, end in zip(convex, np.roll(convex, -1, axis=0)):
         polygon = _left_of(polygon, start, end - start)
     return polygon
 
 
 def _left_of(polygon, start, along):
-    """What of a polygon lies to the left of a line."""
+    """The part of a polygon to the left of a line."""
     kept = []
     sides = [along[0] * (y - start[1]) - along[1] * (x - start[0]) for x, y in polygon]
     for i, point in enumerate(polygon):

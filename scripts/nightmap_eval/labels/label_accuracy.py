@@ -37,7 +37,7 @@ class TrueClasses:
 
 
 def true_classes(site, voxels):
-    """What is true of each voxel; None without a truth."""
+    """The true class of each voxel; None without a truth."""
     building, alignment = read_true_building(site), building_from_map(site)
     if building is None or alignment is None or sorted(building.names) != sorted(voxels.names):
         return None

@@ -34,7 +34,7 @@ def sections(site, metrics):
 
 
 def _ghosts(site):
-    """What may move, stands still, and is gone at another time."""
+    """Things that may move, stand still, and are gone at another time."""
     path = site.made("ghosts", "report")
     if path is None:
         return []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What stands in a made-up building, with its classes, and how the map lies in it (truth/boxes.json)."""
+"""Things that stand in a made-up building, with its classes, and how the map lies in it (truth/boxes.json)."""
 
 from dataclasses import dataclass
 
@@ -32,7 +32,7 @@ class TrueBuilding:
 
 
 def read_true_building(site):
-    """What is true of the recording's building; None of a recording that is not made up."""
+    """The truth of the recording's building; None of a recording that is not made up."""
     folder = truth_folder(site)
     path = folder / "boxes.json" if folder else None
     if path is None or not path.exists():

@@ -43,7 +43,7 @@ def agreement(site, estimate):
 
 
 def agreement_of(estimate, wheels):
-    """Of two trajectories with a pose at each of the same times."""
+    """Agreement of two trajectories with a pose at each of the same times."""
     first, last = windows(wheels.times_ns)
     by_map, by_wheels = (_motions(to_rows(way), first, last) for way in (estimate, wheels))
     jumps = np.cumsum(_is_jump(wheels))
@@ -61,7 +61,7 @@ def agreement_of(estimate, wheels):
 
 
 def _is_jump(wheels):
-    """Of each pose: whether no robot comes there from the one before. Counters that begin anew, and a robot that is carried, jump."""
+    """Whether no robot comes to each pose from the one before. Counters that begin anew, and a robot that is carried, jump."""
     steps = compose(inverse(to_rows(wheels)[:-1]), to_rows(wheels)[1:])
     seconds = np.maximum(np.diff(wheels.times_ns) / 1e9, MIN_STEP_S)
     is_fast = np.hypot(steps[:, 0], steps[:, 1]) > MAX_SPEED_M_PER_S * seconds

@@ -20,7 +20,7 @@ from nightmap_site.script_errors import DataError
 # Centimetres and degrees.
 THRESHOLDS = ((5, 0.5), (10, 1), (50, 5))
 SIGMA_COLUMNS = ("position_sigma_m", "rotation_sigma_deg")
-# What the published method saw of objects, in the report of scan_localize.
+# Counts of objects that the published method saw, in the report of scan_localize.
 OBJECT_COUNTS = ("num_objects", "num_queries_near_objects", "num_object_poses", "num_queries_filtered_by_objects")
 SAME = Similarity(1.0, np.eye(3), np.zeros(3))
 

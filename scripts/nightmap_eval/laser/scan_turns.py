@@ -55,7 +55,7 @@ def _ratio(by_scans, by_wheels):
 
 
 def _left(by_scans, by_wheels):
-    """What is left of the turns of the scans when a multiple of those of the wheels is taken away; robust against single wrong ones."""
+    """The rest of the turns of the scans when a multiple of those of the wheels is taken away; robust against single wrong ones."""
     usable = np.abs(by_wheels) < MAX_TURN_RAD
     x, y = by_wheels[usable], by_scans[usable]
     slope = np.dot(x, y) / max(np.dot(x, x), 1e-12)

@@ -32,7 +32,7 @@ def checks(site):
 
 
 def unclear_checks(site):
-    """Nothing of a way that another system made. What walls do not tell, wheels do, where there are any."""
+    """Nothing of a way that another system made. Wheels tell what walls do not, where there are any."""
     report = site.made("odometry", "report")
     matched = read_object(report, MATCHED) if report else None
     if matched is None or matched["odometry_sensor"]:

@@ -7,7 +7,7 @@ from nightmap_eval.verdict.verdict import check
 
 SAME_DURATION = 0.1  # of two logs that began together
 MAX_GAP_S = 10  # scan_match.max_gap_s
-# What no robot makes, as in wheel_motion.cc.
+# Speeds that no robot reaches, as in wheel_motion.cc.
 MAX_SPEED_M_PER_S = MAX_SPEED_RAD_PER_S = 10
 LATE_M, LATE_RAD = 0.5, 1.0
 TO_ORIGIN_M, TO_ORIGIN_RAD = 0.1, 0.2

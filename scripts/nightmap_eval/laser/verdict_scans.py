@@ -42,7 +42,7 @@ def checks(site):
 
 
 def _gaps_check(scans, what, odometries, has_map):
-    """Of a map, whether loops join what lies before and after a gap (verdict_parts.py) tells more."""
+    """Loops of a map that join what lies before and after a gap (verdict_parts.py) tell more."""
 
     def is_bridged(step):
         return any(covered(*scans.times_ns[step : step + 2], odometry.times_ns) for odometry in odometries)

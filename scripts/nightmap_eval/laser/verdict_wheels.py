@@ -87,7 +87,7 @@ def _scaled(site, ratio):
 
 
 def _scanner(site):
-    """What the site says of the scanner that the first scan is of: angles of its first beam and between beams, its yaw, in degrees."""
+    """The site's words on the scanner that the first scan is of: angles of its first beam and between beams, its yaw, in degrees."""
     path = site.path("frames", "scans")
     mountings, values, offsets = read_hdf5(path, "robot_from_sensor", "value", "range_offset")
     with using(path):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a map of a recording takes on this machine, told by the time that the survey took of some of its frames."""
+"""Needs of a map of a recording on this machine, told by the time that the survey took of some of its frames."""
 
 from nightmap_site.checked_reading import read_object, using
 from nightmap_site.job_results import StageResult

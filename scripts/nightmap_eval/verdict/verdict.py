@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a check of a map or a recording is, and the verdict that follows from all of them."""
+"""Checks of a map or a recording, and the verdict that follows from all of them."""
 
 import math
 from dataclasses import asdict, dataclass

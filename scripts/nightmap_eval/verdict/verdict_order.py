@@ -46,7 +46,7 @@ def _where_names_go_down(frames):
 
 
 def _names_or_times(survey, frames):
-    """Which of the two the pictures support: frames in the order of recording show the same corners."""
+    """The one of the two that the pictures support: frames in the order of recording show the same corners."""
     goes_down, _ = _where_names_go_down(frames)
     tracked = survey.column("tracked_share")[goes_down[np.searchsorted(frames.frame_idxs, survey.frame_idxs)]]
     tracked = tracked[~np.isnan(tracked)]

@@ -12,7 +12,7 @@
 
 namespace nightmap {
 
-// What is known of the lens that took a picture.
+// Knowledge of the lens that took a picture.
 struct PictureLens {
   Camera camera;
   double focal_sigma_ratio = 0;  // of the camera's focal length, as in RgbdCamera; 0: calibrated

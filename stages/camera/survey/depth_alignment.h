@@ -19,15 +19,15 @@ struct Pixel {
   int y = 0;
 };
 
-// What the edges of a frame's depth and of colors are.
+// Edges of a frame's depth and of colors.
 struct FrameEdges {
   Image<float> strengths;  // of color at reduced pixels, in multiples of their mean
   // Reduced pixels at the near side of steps in depth, at most kMaxEdgePixels evenly spread ones.
   std::vector<Pixel> at;
 };
 
-// Of a window of consecutive frames: the mean strength of the color at edges of depth. 1: no more
-// than anywhere else.
+// Alignment of a window of consecutive frames: the mean strength of the color at edges of depth. 1:
+// no more than anywhere else.
 struct DepthAlignment {
   std::size_t first_frame = 0;
   std::size_t num_edges = 0;  // pixels
@@ -36,7 +36,7 @@ struct DepthAlignment {
   std::vector<double> by_shift;  // colors of the same frame, at the pixels of each of Shifts()
 };
 
-// Of depth against color, in pixels reduced to about 320 of width: a grid that has (0, 0).
+// Shifts of depth against color, in pixels reduced to about 320 of width: a grid that has (0, 0).
 const std::vector<Pixel>& Shifts();
 
 // The shift at which color and depth agree best over all windows, each weighted by its edges.

@@ -126,7 +126,7 @@ cv::Mat Disk(int radius_px) {
   return cv::getStructuringElement(cv::MORPH_ELLIPSE, {size, size});
 }
 
-// Without gaps and thin lines. What lies outside of the picture is as at its border.
+// Without gaps and thin lines. The outside of the picture is as at its border.
 cv::Mat Smoothed(const cv::Mat& pixels) {
   constexpr int kAround_px = 3 * kGap_px;
   cv::Mat wide;

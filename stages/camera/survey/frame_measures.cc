@@ -54,7 +54,7 @@ float Strongest(const cv::Mat& strengths) {
   return some.empty() ? 0 : *nth;
 }
 
-// Of the strongest edges across a direction; 0 if there are too few.
+// Blur of the strongest edges across a direction; 0 if there are too few.
 double BlurAlong(const Gradient& fine, const Gradient& coarse, double angle_rad) {
   const double c = std::cos(angle_rad), s = std::sin(angle_rad);
   const cv::Mat along_fine = cv::abs(c * fine.x + s * fine.y);

@@ -13,7 +13,7 @@
 namespace nightmap {
 namespace {
 
-// What a camera's range cuts off tells of wrong units.
+// The cut at a camera's range tells of wrong units.
 std::vector<RgbdCamera> WithoutRange(std::vector<RgbdCamera> cameras) {
   for (RgbdCamera& camera : cameras) {
     camera.min_depth_m = 0;

@@ -15,7 +15,7 @@ constexpr int kCornerCell_px = 20;
 constexpr int kWindow_px = 15;
 constexpr int kNumGainCells = 8;  // along each side
 constexpr std::size_t kMinGainCells = 8;
-// Of a cell: pixels of darker and brighter ones are black or white, and do not tell a gain.
+// Bounds of a cell: pixels of darker and brighter ones are black or white, and tell no gain.
 constexpr int kLeastLevel = 8;
 constexpr int kMostLevel = 220;
 constexpr float kMaxWayBack_px = 1;

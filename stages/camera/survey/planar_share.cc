@@ -37,7 +37,7 @@ Samples SamplesOf(const DepthImage& depth, const Camera& camera) {
   return samples;
 }
 
-// What a depth sensor's noise and a surface's unevenness allow: 1 % and 3 mm per m.
+// Tolerance for a depth sensor's noise and a surface's unevenness: 1 % and 3 mm per m.
 double Tolerance(double inverse_per_m) { return 0.01 * inverse_per_m + 0.003; }
 
 bool IsOn(const Samples& samples, std::size_t i, const Eigen::Vector3d& plane) {

@@ -87,8 +87,8 @@ class MotionError {
     const T cosine = ceres::cos(heading_rad), sine = ceres::sin(heading_rad);
     const T x = after[0] - before[0], y = after[1] - before[1];
     const Rigid2& measured = motion_.before_from_after;
-    // What the wheels should have measured, so that a smaller map does not make their noise
-    // smaller.
+    // The motion that the wheels should have measured, so that a smaller map does not make their
+    // noise smaller.
     const T scale = 1.0 / (1.0 + wheels[0]);
     residual[0] = scale * (cosine * x + sine * y) - measured.translation.x();
     residual[1] = scale * (cosine * y - sine * x) - measured.translation.y();

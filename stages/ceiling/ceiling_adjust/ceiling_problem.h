@@ -24,8 +24,8 @@ struct CeilingUnknowns {
   // about the camera's x and y.
   std::vector<Vector5d> keyframes;
   std::vector<Eigen::Vector3d> points;  // metres, in the map
-  // What the mounting is more than robot_from_camera says: a rotation vector (rad) in the camera's
-  // frame, then x, y (m) in the robot's. Its height cannot be told from that of the ceiling.
+  // The mounting beyond what robot_from_camera says: a rotation vector (rad) in the camera's frame,
+  // then x, y (m) in the robot's. Its height cannot be told from that of the ceiling.
   Vector5d mounting = Vector5d::Zero();
   // True distance = (1 + scale error) * that of the wheels; heading error in rad per metre.
   Eigen::Vector2d wheels = Eigen::Vector2d::Zero();

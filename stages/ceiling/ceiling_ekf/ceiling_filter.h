@@ -56,7 +56,7 @@ class CeilingFilter {
   // own axes (m, m, rad).
   void Loosen(const Eigen::Vector3d& sigma);
 
-  // Which sightings fit: chi-square of each alone, two degrees of freedom. Infinite for a landmark
+  // Fit of sightings: chi-square of each alone, two degrees of freedom. Infinite for a landmark
   // that cannot be seen there, or is none.
   std::vector<double> Gates(const std::vector<LandmarkSighting>& sightings) const;
   // Joint update. Sightings of tracks that are no landmarks are not used.

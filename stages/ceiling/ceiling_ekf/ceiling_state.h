@@ -16,8 +16,8 @@ inline constexpr Eigen::Index kMounting = 10;     // tilt of the camera on the r
 inline constexpr Eigen::Index kNumFixed = 12;
 inline constexpr Eigen::Index kCloneSize = 5;     // robot and vibration of an earlier frame
 inline constexpr Eigen::Index kLandmarkSize = 3;  // m, in the anchor's frame
-// What is exact by definition has this variance, so that the covariance stays positive definite:
-// 10 um, 10 urad.
+// Values that are exact by definition have this variance, so that the covariance stays positive
+// definite: 10 um, 10 urad.
 inline constexpr double kExactVariance = 1e-10;
 
 }  // namespace nightmap

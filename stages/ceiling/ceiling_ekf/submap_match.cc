@@ -17,7 +17,7 @@ constexpr double kMinBase_m = 0.4;      // between the two pairs of a hypothesis
 // Poses farther apart are another place.
 constexpr double kRival_m = 0.2;
 constexpr double kRival_rad = 0.15;
-// What the landmarks of two submaps may have in common as error.
+// Error that the landmarks of two submaps may have in common.
 constexpr double kFloor_m = 0.01;
 constexpr double kFloor_rad = 0.003;
 constexpr int kNumRefinements = 5;

@@ -18,8 +18,8 @@ struct NewCornerOptions {
   void Register(OptionList& list);
 };
 
-// Indices into `corners` (raw pixels, strongest first), ascending. Of each of 8 x 6 cells of the
-// picture without a track, the strongest corner; when fewer than min_tracks are left, then the
+// Indices into `corners` (raw pixels, strongest first), ascending. The strongest corner of each of
+// 8 x 6 cells of the picture without a track; when fewer than min_tracks are left, then the
 // strongest corners of the cells with fewest tracks, up to max_tracks. None is nearer than
 // min_distance_px to a track or to another new corner.
 std::vector<int> ChooseNewCorners(const std::vector<Eigen::Vector2f>& corners,

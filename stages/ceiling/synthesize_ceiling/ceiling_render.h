@@ -34,7 +34,7 @@ struct SensorNoise {
   double noise_levels = 0;  // sigma of each channel of a pixel
 };
 
-// What the sensor makes of a radiance: gain, vignetting with the squared distance from the middle,
+// The sensor's answer to a radiance: gain, vignetting with the squared distance from the middle,
 // noise, and 8 bits, which clip. `seed` alone decides the noise.
 ColorImage ExposeCeiling(const Image<float>& radiance,
                          const SensorNoise& noise,

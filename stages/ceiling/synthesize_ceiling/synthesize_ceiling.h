@@ -65,7 +65,7 @@ struct CeilingRecording {
 // Throws UsageError when the options contradict each other. Does not depend on num_threads.
 CeilingRecording PlanCeilingRecording(const SynthesizeCeilingOptions& options, int num_threads);
 
-// What the wheels measure on a drive, and the options with the biases that noise_seed draws.
+// Measurements of the wheels on a drive, and the options with the biases that noise_seed draws.
 WheelOptions DrawWheelBiases(const SynthesizeCeilingOptions& options);
 WheelOdometry DriveWheels(const RobotDrive& drive,
                           const SynthesizeCeilingOptions& options,

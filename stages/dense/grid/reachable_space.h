@@ -18,7 +18,7 @@ std::vector<bool> CellsAroundCameras(const std::vector<Eigen::Vector3d>& cameras
                                      const OccupancyGrid& grid);
 
 // Makes free cells unknown unless a chain of free cells (4 neighbours) joins them to the free cell
-// nearest to some camera. That cell must be within a metre of the camera. Cameras more than
+// nearest to some camera. The free cell must be within a metre of the camera. Cameras more than
 // `max_camera_height_m` above the ground of their cell do not count. Without any counted camera
 // nothing changes. Returns how many cells became unknown.
 std::size_t RemoveUnvisited(const std::vector<Eigen::Vector3d>& cameras_in_map,

@@ -36,7 +36,7 @@ class BlockColors {
  public:
   static constexpr int kMaxKeyframes = 255;  // counts end there
 
-  // What one keyframe hit. `sums` holds one sum for each voxel of `hit`, in order.
+  // Adds the hits of one keyframe. `sums` holds one sum for each voxel of `hit`, in order.
   void Add(const BlockBits& hit, const ColorSum* sums) {
     BlockBits all = colored_;
     all |= hit;

@@ -20,8 +20,8 @@ struct CameraMotionOptions {
 
 // Follows the strongest corner of each cell of the picture from a to b by optical flow (pyramidal
 // Lucas-Kanade: Bouguet, 2000), back again to check it, and takes the rigid motion (b from a) that
-// the largest surface agrees with. What labels say may move counts little. Returns nothing when no
-// motion has min_inliers and min_share of the surface. Deterministic in the seed.
+// the largest surface agrees with. Things that may move by their labels count little. Returns
+// nothing when no motion has min_inliers and min_share of the surface. Deterministic in the seed.
 std::optional<Rigid3> CameraMotion(const CameraMotionOptions& options,
                                    const SmallCamera& camera,
                                    const SmallFrame& a,

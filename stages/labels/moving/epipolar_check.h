@@ -33,8 +33,8 @@ struct EpipolarOptions {
 // Limits of the method:
 // - What moves along its epipolar lines is not found: a thing carried the way the camera goes.
 // - A camera that stands or only turns has no fundamental matrix of its own: any epipole explains
-//   the still points, which thus are not reported, but some also explain a thing that moves. Of
-//   such a thing all points are found, or some, or none, from frame to frame.
+//   the still points, which thus are not reported, but some also explain a thing that moves. All
+//   points of such a thing are found, or some, or none, from frame to frame.
 // - Where all but one thing lies on one plane, likewise, that thing may be reported though it
 //   stands.
 // A larger ransac_confidence finds the largest agreement more surely: fewer points of still things
@@ -46,7 +46,7 @@ std::optional<std::vector<GrayPoint>> MovingPoints(const EpipolarOptions& option
                                                    const SmallFrame& frame,
                                                    std::uint64_t seed);
 
-// Which of the regions 1 .. num_regions move: those with min_moving_points of the `points`. (The
+// The regions among 1 .. num_regions that move: those with min_moving_points of the `points`. (The
 // publication says "some".) `regions` has the size of reduced depth, and 0 where there is none; the
 // points are in pixels of gray.
 std::vector<bool> RegionsThatMove(const EpipolarOptions& options,
@@ -54,7 +54,7 @@ std::vector<bool> RegionsThatMove(const EpipolarOptions& options,
                                   int num_regions,
                                   const std::vector<GrayPoint>& points);
 
-// What the method says of each pixel of reduced depth: 1 in a region that moves and at points that
+// The method's decision on each pixel of reduced depth: 1 in a region that moves and at points that
 // move elsewhere, else -1. Labels decide without a previous frame, or when it says nothing.
 Image<float> PublishedDecision(const EpipolarOptions& options,
                                int window_px,

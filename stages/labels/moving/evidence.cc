@@ -16,7 +16,7 @@ int GrayAt(const SmallFrame& frame, int depth_x, int depth_y) {
                        std::min(2 * depth_y, frame.gray.height - 1));
 }
 
-// What a frame shows at a pixel and its neighbours, beside a surface of this depth and gray.
+// Values that a frame shows at a pixel and its neighbours, beside a surface of this depth and gray.
 struct Around {
   double nearest_m = 0;  // 0: something there is not measured
   double least_step_m = std::numeric_limits<double>::max();

@@ -15,7 +15,7 @@ struct EvidenceOptions {
   double max_patch_difference = 12;  // gray levels, between a corner and where it is followed to
 };
 
-// What speaks for and against each pixel of reduced depth, summed over the other frames.
+// Evidence for and against each pixel of reduced depth, summed over the other frames.
 struct Evidence {
   explicit Evidence(const DepthImage& depth) : gone(ZerosLike(depth)), stays(gone) {}
 

@@ -11,7 +11,7 @@
 
 namespace nightmap {
 
-// What one other frame says of a region: -1 (it stays) .. 1 (it has gone); none: it says nothing.
+// Word of one other frame on a region: -1 (it stays) .. 1 (it has gone); none: it says nothing.
 using RegionScore = std::optional<double>;
 
 // The scores by the frames at each of the offsets before and after, the nearest first.
@@ -27,9 +27,9 @@ struct FrameRegions {
 };
 
 // Adds the scores by the evidence of one other frame, which is the first at so many of the offsets,
-// to `before` or `after`. What stays counts
-// stays_weight against what has gone, and by depth a third of it: what goes slowly has the same
-// depth and gray still, and its corners are followed elsewhere.
+// to `before` or `after`. Signs that it stays count stays_weight against what has gone, and by
+// depth a third of it: what goes slowly has the same depth and gray still, and its corners are
+// followed elsewhere.
 void AddScores(double stays_weight,
                const Evidence& by_depth,
                const Evidence& by_flow,
@@ -47,10 +47,10 @@ std::vector<int> SameRegions(const SmallCamera& camera,
                              const Rigid3& next_from_frame);
 
 // Whether each region of each frame moves. One that clearly stays where it is until the nearest
-// frame after, or since that before, does not: its features fit one of them. Of the others one
-// moves when a frame before and another as long after both say that it has gone, or the only one of
-// them that says anything; or when no frame says anything, as labels say. What moves in a frame
-// moves in the next and in the one before as well, unless it clearly stays there. `same[k]`:
+// frame after, or since that before, does not: its features fit one of them. Another one moves when
+// a frame before and another as long after both say that it has gone, or the only one of them that
+// says anything; or when no frame says anything, as labels say. Regions that move in a frame move
+// in the next and in the one before as well, unless it clearly stays there. `same[k]`:
 // SameRegions of frame k and k + 1. Deterministic.
 std::vector<std::vector<bool>> DecideRegions(const std::vector<const FrameRegions*>& frames,
                                              const std::vector<std::vector<int>>& same);

@@ -12,8 +12,8 @@
 namespace nightmap {
 
 // Whether a cluster is a stain: a few layers of a floor, whose voxels at its rim go on in others,
-// at their height or one layer off, that are of no class of a thing (`is_thing_class`). What stands
-// on the floor rises above its surroundings, and what lies on a table has things around it.
+// at their height or one layer off, that are of no class of a thing (`is_thing_class`). Things on
+// the floor rise above their surroundings, and things on a table have things around them.
 bool IsStain(const VoxelLabels& voxels,
              const LabelledSpace& space,
              const std::array<bool, 256>& is_thing_class,

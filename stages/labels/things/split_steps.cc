@@ -53,7 +53,7 @@ struct Level {
   std::ptrdiff_t num_slices = 0;  // whose top is this layer, or one beside it
 };
 
-// That of slices [begin, end) when nearly all have it; nothing otherwise.
+// The level of slices [begin, end) when nearly all have it; nothing otherwise.
 std::optional<Level> LevelOf(const Slices& slices, std::size_t begin, std::size_t end) {
   std::vector<int> tops;
   for (std::size_t i = begin; i < end; ++i) tops.push_back(slices[i].top);

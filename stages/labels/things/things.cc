@@ -71,7 +71,7 @@ void SetFrame(const UprightBox& box, const Eigen::Vector2d& direction_in_map, Th
   thing->bottom_m = Rounded(box.extent.min().z(), 1000);
 }
 
-// What all things of a run need.
+// Shared data of all things of a run.
 class ThingMaker {
  public:
   ThingMaker(const ThingsOptions& options,

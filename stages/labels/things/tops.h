@@ -20,7 +20,7 @@ constexpr double kTopPartShare = 0.25;  // of a part of one, which may be a leg 
 
 // Joins clusters of one class whose tops are a layer apart at most, and between which a top may be:
 // at most a tenth of the rectangle around both was seen free at the layer of the top, and they are
-// at most max_hidden_m apart. What stands on a table, or before it, hides or covers the rest.
+// at most max_hidden_m apart. Things on a table, or before it, hide or cover the rest.
 // Returns the clusters in order of class and first voxel.
 std::vector<Cluster> JoinTops(const VoxelLabels& voxels,
                               const LabelledSpace& space,

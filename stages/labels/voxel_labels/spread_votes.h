@@ -16,7 +16,7 @@ struct SpreadOptions {
   void Register(OptionList& list);
 };
 
-// What the keyframes say of voxels: voxel i has the weights [i * num_classes, (i + 1) *
+// Votes of the keyframes for voxels: voxel i has the weights [i * num_classes, (i + 1) *
 // num_classes), all 0 where nobody saw it.
 struct VoteTable {
   std::vector<std::uint64_t> codes;  // MortonCode of each voxel, ascending

@@ -24,7 +24,7 @@ struct NearWall {
   Eigen::Matrix<double, Eigen::Dynamic, 2, 0, 2, 2> normals;
 };
 
-// The occupied cell nearest to a cell that is so far from it. Of equal ones always the same.
+// The occupied cell nearest to a cell that is so far from it. Equal ones always give the same.
 Eigen::Vector2i NearestWall(const ScanMap& map, const Eigen::Vector2i& cell) {
   const double distance_cells = map.WallDistance_m(cell) / map.Grid().resolution_m;
   const long squared = std::lround(distance_cells * distance_cells);

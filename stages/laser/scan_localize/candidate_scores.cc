@@ -10,7 +10,7 @@
 namespace nightmap {
 namespace {
 
-// What the search may leave to the refinement.
+// Error that the search may leave to the refinement.
 constexpr double kRefineSigma_m = 0.3;
 constexpr double kRefineSigma_rad = 0.1;
 constexpr double kBeforeEnd_m = 0.4;  // a wall so near to the end of a beam is what it hit

@@ -29,7 +29,7 @@ struct ObjectFilterOptions {
   void Register(OptionList& list);
 };
 
-// What the objects are looked for in.
+// Scene in which the objects are looked for.
 struct ObjectScene {
   const OccupancyGrid& grid;
   const ScanQuery& query;

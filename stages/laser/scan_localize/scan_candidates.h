@@ -33,7 +33,7 @@ struct ScanCandidate {
   double walls_fit = 0;       // how well the place explains the scan, 0 .. 1: both scores
   double fit = 0;             // the same with the objects, which weigh more than other walls
   std::vector<bool> on_wall;  // of the points: whether a wall of the map is within 0.1 m
-  // Of x, y (m) in the map and of the heading (rad).
+  // Covariance of x, y (m) in the map and of the heading (rad).
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 

@@ -16,8 +16,8 @@ struct BeamEnd {
   bool is_boundary = false;
 };
 
-// Beam after beam, in the frame of the map's axes about the robot. What hit nothing ends at the
-// laser.
+// Beam after beam, in the frame of the map's axes about the robot. Beams that hit nothing end at
+// the laser.
 std::vector<BeamEnd> EndsOf(const QueryScan& scan, double heading_rad, double max_range_m) {
   const Rigid2 axes_from_laser = Rigid2{heading_rad, {0, 0}} * scan.query_from_laser;
   std::vector<BeamEnd> ends;

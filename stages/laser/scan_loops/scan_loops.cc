@@ -22,7 +22,7 @@ namespace {
 constexpr int kNumLevels = 7;        // squares of up to 64 cells
 constexpr double kMaxExtent_m = 60;  // of a submap, on each side of its middle
 constexpr double kWindowSigmas = 3;
-// What a window has beside the drift.
+// Room that a window has beside the drift.
 constexpr double kMargin_m = 0.3;
 constexpr double kMargin_rad = 0.05;
 

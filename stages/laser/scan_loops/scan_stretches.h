@@ -35,8 +35,8 @@ StretchPoints PointsOf(const std::vector<Keyscan>& keyscans, const ScanStretch& 
 
 // The submap that a query may be in, for each: (index of the submap, index of the query),
 // ascending. The drift between them lets the query be within max_distance_m of the submap's middle,
-// and min_path_m of path lie between. Of a query at most max_candidates, the nearest first, and of
-// submaps that overlap one. Where the drift is unknown, every kUnknownSpacing-th query is looked
+// and min_path_m of path lie between. A query has at most max_candidates, the nearest first, and
+// one of submaps that overlap. Where the drift is unknown, every kUnknownSpacing-th query is looked
 // for in all submaps of which none overlap.
 inline constexpr std::size_t kUnknownSpacing = 4;
 struct LoopPair {

@@ -15,7 +15,7 @@ struct ScanShape {
   std::vector<Eigen::Vector2d> normals;  // of the walls of these points (wall_normals.h)
 };
 
-// Of the points within max_range_m, in the robot's axes. Pure.
+// Shape of the points within max_range_m, in the robot's axes. Pure.
 ScanShape ShapeOf(const ScanMatchOptions& options, const ScanPoints& scan);
 
 }  // namespace nightmap

@@ -19,9 +19,9 @@ std::optional<double> WheelScale(const std::vector<MatchedScan>& scans);
 // Scales the ways along unclear directions by `scale`, and moves along all that comes after. Pure.
 void ScaleUnclearWays(double scale, std::vector<MatchedScan>* scans);
 
-// Of the motion from one scan to the next one, along the direction that is unclear in the latter:
-// 0.1 m after a metre, as wheels that drift at random do. Their scale errs for longer ways alike,
-// so this is more than their noise. In the axes of the latter.
+// Covariance of the motion from one scan to the next one, along the direction that is unclear in
+// the latter: 0.1 m after a metre, as wheels that drift at random do. Their scale errs for longer
+// ways alike, so this is more than their noise. In the axes of the latter.
 Eigen::Matrix3d UnclearCovariance(const MatchedScan& last, const MatchedScan& scan);
 
 }  // namespace nightmap

@@ -144,7 +144,7 @@ Endpoint Nearest(const OccupancyGrid& grid, const std::vector<Place>& places) {
   return MakeEndpoint(grid, *request, *nearest);
 }
 
-// Of the whole grid the free cell nearest to a request.
+// The free cell of the whole grid that is nearest to a request.
 std::optional<Eigen::Vector2i> NearestFree(const OccupancyGrid& grid,
                                            const CostMap& map,
                                            const EndpointRequest& request) {
@@ -278,7 +278,7 @@ double WayInCells(const CostMap& map, const Eigen::Vector2i& from, const Eigen::
   return length;
 }
 
-// Of ends in one part of the map the one with the shortest way from a cell; the first on ties.
+// The end, among ends in one part of the map, with the shortest way from a cell; the first on ties.
 const Endpoint& NearestByWay(const CostMap& map,
                              const Eigen::Vector2i& from,
                              const std::vector<Endpoint>& ends) {
@@ -308,8 +308,8 @@ std::vector<Endpoint> PlaceIn(const OccupancyGrid& grid,
   return ends;
 }
 
-// What the choice of a part makes least. A place beside a box is where the end was asked to be, so
-// no other end moves for a better one.
+// The measure that the choice of a part makes least. A place beside a box is where the end was
+// asked to be, so no other end moves for a better one.
 auto MovesOf(const std::vector<Endpoint>& ends) {
   double to_points_m = 0;
   double to_boxes_m = 0;

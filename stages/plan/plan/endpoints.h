@@ -31,7 +31,7 @@ struct Endpoint {
 // distance. Parts of the map that every end can move into are compared by the sum of the
 // moves of ends that are no boxes, then by how well boxes are reached (ThingSide), then by the
 // moves to boxes; the least wins, but parts larger than the robot come first. (Without such a part
-// each end moves to its nearest cell.) Of several choices the one with the shortest way from the
+// each end moves to its nearest cell.) Among several choices the one with the shortest way from the
 // end before it is taken, a hidden place only when all are. Deterministic. Throws DataError when
 // there is no free cell within the radius, an end is outside the map, or two successive ends are,
 // or become, the same place; the message says why and names the remedy.
@@ -40,7 +40,7 @@ std::vector<Endpoint> PlaceEndpoints(const OccupancyGrid& grid,
                                      const std::vector<EndChoices>& choices,
                                      double snap_radius_m);
 
-// What snap_radius_m limits: the distance of a point from a box, or else from the requested point.
+// The reach of snap_radius_m: the distance of a point from a box, or else from the requested point.
 double DistanceFrom_m(const EndpointRequest& request, const Eigen::Vector2d& point_in_map);
 
 }  // namespace nightmap

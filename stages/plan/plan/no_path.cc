@@ -11,7 +11,7 @@
 namespace nightmap {
 namespace {
 
-// What of the map an end reaches.
+// The part of the map that an end reaches.
 struct Reach {
   std::size_t num_cells = 0;
   Eigen::Vector2i nearest;  // cell that is nearest to the other end

@@ -43,7 +43,7 @@ EndpointRequest AtCamera(const std::string& role,
   return {role, text, camera_in_map.head<2>(), camera_in_map.z(), true};
 }
 
-// What follows the prefix; empty when the text does not begin with it.
+// The text after the prefix; empty when the text does not begin with it.
 std::string NameAfter(std::string_view prefix, const std::string& text) {
   return text.starts_with(prefix) ? text.substr(prefix.size()) : "";
 }

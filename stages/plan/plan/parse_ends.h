@@ -26,10 +26,10 @@ struct EndpointRequest {
   std::optional<EndBox> box = {};  // of an object or a thing; the point is its centre
 };
 
-// What an end may be: one request, or one for each thing of a class, of which the nearest counts.
+// Choices for an end: one request, or one for each thing of a class, of which the nearest counts.
 using EndChoices = std::vector<EndpointRequest>;
 
-// What ends can be named after.
+// Places that ends can be named after.
 struct NamedPlaces {
   const std::vector<QueryResult>& queries;
   const std::vector<StampedPose>& trajectory;
@@ -59,7 +59,7 @@ std::size_t ChooseFloor(const std::vector<EndChoices>& ends,
                         const std::vector<FloorFiles>& floors,
                         int floor_number);
 
-// Of ends with several choices only those on a floor, which is one that ChooseFloor returned.
+// Ends with several choices keep only those on a floor, which is one that ChooseFloor returned.
 std::vector<EndChoices> KeepOnFloor(std::vector<EndChoices> ends,
                                     const std::vector<FloorFiles>& floors,
                                     std::size_t floor_idx);

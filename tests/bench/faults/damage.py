@@ -28,7 +28,7 @@ def brighter(gain):
 
 
 def paler(contrast):
-    """Of less contrast, as of white walls in even light."""
+    """Pictures of less contrast, as of white walls in even light."""
     soft = blurred(3)
     return lambda pixels: np.clip(soft(pixels).astype(float) * contrast + 200 * (1 - contrast), 0, 255).astype(np.uint8)
 
@@ -66,8 +66,8 @@ def noisy(sigma_share, random):
 
 
 class Heights:
-    """Heights of measured pixels above the lowest that a recording measures. Of the world's axes y or z is up: that which the
-    cameras' y axes point down."""
+    """Heights of measured pixels above the lowest that a recording measures. One of the world's axes y and z is up: that
+    which the cameras' y axes point down."""
 
     def __init__(self, recording):
         self.units_per_m = recording.value("depth_units_per_m")

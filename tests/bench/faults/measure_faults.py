@@ -101,7 +101,7 @@ def is_named(row):
 
 
 def ratio(row, clean):
-    """Of the ATE to that of the clean recording; infinite where there is no map, or less than half of one."""
+    """Ratio of the ATE to that of the clean recording; infinite where there is no map, or less than half of one."""
     if row["ate_m"] is None or row["mapped"] < 0.5:
         return math.inf
     return row["ate_m"] / clean[row["site"]]["ate_m"]

@@ -3,8 +3,8 @@
 """move_furniture: changes a map as months in a building do, to see who still finds his place in it.
 
 A share of the occupied cells goes, in pieces of the size of furniture, and each piece comes back turned at another place in
-free space: so as many false cells are added as true ones went, and a query sees about that share of its view changed. What
-lies within the rectangles of --objects stays, because these places do not change. Writes map.pgm and map.yaml to --out.
+free space: so as many false cells are added as true ones went, and a query sees about that share of its view changed.
+Furniture in the rectangles of --objects stays, because these places do not change. Writes map.pgm and map.yaml to --out.
 Exit codes: 0 done; 1 the map cannot be read; 2 wrong command line.
 """
 

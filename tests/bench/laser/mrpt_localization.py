@@ -135,7 +135,7 @@ def wrap(angle_rad):
 
 
 def input_text(grid, queries, ignore_rough):
-    """What mrpt_localization.cc reads, in the frame of the grid: its first cell begins at (0, 0)."""
+    """The input of mrpt_localization.cc, in the frame of the grid: its first cell begins at (0, 0)."""
     rows, columns = grid.cells.shape
     digits = np.zeros(3, dtype=np.uint8)
     digits[[UNKNOWN, FREE, OCCUPIED]] = [ord("0"), ord("1"), ord("2")]

@@ -30,7 +30,7 @@ SortedVoxels Fuse(const DepthPoints& keyframes, const PointCloudOptions& options
 
 // From the walls of the room.
 double RmsDistance_mm(const BoxRoom& room, const std::vector<Eigen::Vector3d>& points);
-// Of the nearest wall, up to its sign.
+// Normal of the nearest wall, up to its sign.
 Eigen::Vector3f WallNormal(const BoxRoom& room, const Eigen::Vector3d& point);
 
 }  // namespace nightmap

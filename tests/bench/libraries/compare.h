@@ -11,7 +11,7 @@ struct Comparison {
   std::string ours;
   std::string other;
   std::string input;
-  // Each does the whole work once. What they made stays with the caller, for `difference`.
+  // Each does the whole work once. Their results stay with the caller, for `difference`.
   std::function<void(int num_threads)> run_ours;
   std::function<void(int num_threads)> run_other;
   // How the results differ, asked once after both ran.

@@ -98,7 +98,7 @@ def leave(view, random):
 
 
 def _place(view, num_knots, random):
-    """Of random aims at the first knots, the one that most frames until then see."""
+    """The one of random aims at the first knots that most frames until then see."""
     aims = [random_aim(view, random.integers(num_knots), random) for _ in range(NUM_PLACES)]
     frames = view.frames.select(np.flatnonzero(view.frame_s <= num_knots * KNOT_S))
     return max(aims, key=lambda aim: _num_seeing(view, frames, *aim))

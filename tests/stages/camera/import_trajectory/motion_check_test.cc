@@ -48,7 +48,7 @@ std::vector<StampedPose> Walk() {
   return poses;
 }
 
-// What features measure of it, 3 mm and 3 mrad noisy; one in ten is of a moving thing.
+// Motions that features measure, 3 mm and 3 mrad noisy; one in ten is of a moving thing.
 std::vector<MeasuredMotion> Measured() {
   Random random(3);
   const auto poses = Walk();

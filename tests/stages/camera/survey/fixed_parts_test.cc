@@ -31,7 +31,7 @@ class World {
     }
   }
 
-  // What the camera sees at the i-th place.
+  // The camera's view at the i-th place.
   GrayImage View(int i) const {
     const cv::Mat part =
         wall_(

@@ -110,7 +110,7 @@ TEST(CeilingFilter, ALoopMovesAllAnchorsAndTheRobot) {
   EXPECT_NEAR(after.heading_rad, measured.heading_rad, 1e-3);
   EXPECT_LT((after.translation - measured.translation).norm(), 0.02);
   EXPECT_LT(filter.RelativeCovariance(0).trace(), 1e-3 * before.trace());
-  // What lies between moves along, and nothing that is known for sure: the first anchor.
+  // Anchors between move along, and nothing that is known for sure: the first anchor.
   EXPECT_GT(std::abs(filter.MapFromAnchor(2).heading_rad - middle_rad), 0.005);
   EXPECT_LT(filter.MapFromAnchor(0).translation.norm(), 1e-3);
 }

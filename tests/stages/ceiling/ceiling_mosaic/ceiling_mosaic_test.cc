@@ -30,7 +30,7 @@ Camera SmallCamera() {
   return camera;
 }
 
-// What a camera sees of a level ceiling.
+// A camera's picture of a level ceiling.
 ColorImage Photograph(const Camera& camera, const Rigid3& map_from_camera, double height_m) {
   ColorImage image{camera.width, camera.height, 3, {}};
   for (int y = 0; y < camera.height; ++y) {

@@ -50,7 +50,7 @@ bool IsNearWall(const Eigen::Vector3d& point) {
          kNear_m;
 }
 
-// What a ray meets first in a room that is a box, with tables along its walls.
+// The surface that a ray meets first in a room that is a box, with tables along its walls.
 SurfacePatch Meet(const Eigen::Vector3d& from, const Eigen::Vector3d& ray) {
   constexpr double kTable_m = 0.75;
   double nearest = std::numeric_limits<double>::infinity();

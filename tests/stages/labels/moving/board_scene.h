@@ -56,7 +56,7 @@ struct View {
   double mover_gray = 0;                              // added to its gray
 };
 
-// What a camera sees: the frame, and which pixels show the mover.
+// A camera's view: the frame, and which pixels show the mover.
 struct Picture {
   SmallFrame frame;
   Image<std::uint8_t> is_mover;

@@ -23,7 +23,7 @@ struct Drive {
   }
 };
 
-// Of query 15, which the submap sees at `x_m` in its frame.
+// A loop to query 15, which the submap sees at `x_m` in its frame.
 ScanLoopCandidate Found(std::size_t submap, double x_m, double score, double second_score = 0) {
   ScanLoopCandidate candidate;
   candidate.submap_keyscan = submap;

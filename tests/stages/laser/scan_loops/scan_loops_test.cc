@@ -65,7 +65,7 @@ struct Drive {
                                 std::abs(drift.heading_rad) / std::sqrt(num_edges));
   }
 
-  // Of the pose of a loop's query seen from its submap.
+  // Error of the pose of a loop's query seen from its submap.
   Rigid2 ErrorOf(const ScanLoopCandidate& loop) const {
     const Rigid2 true_query_from_submap =
         truth[loop.query_keyscan].Inverse() * truth[loop.submap_keyscan];
@@ -170,8 +170,8 @@ Building Corridor(bool is_periodic) {
   return corridor;
 }
 
-// What is ahead does not tell places apart; a submap is larger than what a query sees, by more than
-// a place that looks alike.
+// The view ahead does not tell places apart; a submap is larger than what a query sees, by more
+// than a place that looks alike.
 ScanLoopsOptions NearSighted() {
   ScanLoopsOptions options;
   options.max_range_m = 6;

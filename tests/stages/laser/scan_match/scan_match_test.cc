@@ -143,8 +143,8 @@ TEST(ScanMatch, EdgesJoinTheKeyscans) {
 }
 
 // In a bare corridor the robot turns from looking across it to looking along it, and drives on.
-// What the scans do not tell is ahead then, and to the side of its first pose, which is the frame
-// of the submap.
+// The part that the scans do not tell is ahead then, and to the side of its first pose, which is
+// the frame of the submap.
 TEST(ScanMatch, AnEdgeStatesItsCovarianceAlongTheAxesOfItsTarget) {
   const Building corridor{{{-200, -1}, {200, 1}}};
   Signal scans{SignalKind::kScan, "laser", {}, {}};

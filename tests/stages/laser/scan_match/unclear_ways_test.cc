@@ -80,7 +80,7 @@ TEST(UnclearWays, AScaleOfOneChangesNothing) {
   }
 }
 
-// What lies across the unclear direction is as the walls say.
+// Motion across the unclear direction is as the walls say.
 TEST(UnclearWays, ScalingKeepsTheWayAcross) {
   auto scans = Drive(100, 1, 100, 0);
   for (MatchedScan& scan : scans) {

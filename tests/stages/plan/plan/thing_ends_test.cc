@@ -92,7 +92,7 @@ PlanResult Plan(const PlanOptions& options, const PlanInputs& inputs) {
 
 EndBox BoxOf(const Endpoint& end) { return end.request.box.value(); }
 
-// What holds of every end at a thing.
+// Expectations of every end at a thing.
 void ExpectBesideItsThing(const Endpoint& end, const PlanInputs& inputs) {
   EXPECT_EQ(inputs.grid.At(end.cell), kFreeCell);
   EXPECT_LE(BoxOf(end).Distance_m(end.point_in_map), 1);
