@@ -22,43 +22,52 @@ constexpr int kMaskedExcess = 2;  // a mask takes some of the keypoints away, at
 constexpr int kFew = 300;
 constexpr int kWeaker = 3;
 
-bool IsFast(const ExtractionOptions& options) { return options.detector.starts_with("fast_"); }
-bool IsHarris(const ExtractionOptions& options) { return options.detector == "harris"; }
+cv::Mat MatOf(const GrayImage& gray) {
+  return {gray.height, gray.width, CV_8UC1, const_cast<std::uint8_t*>(gray.pixels.data())};
+}
 
-// Makes the describer. Except for FAST and Harris corners it also detects the keypoints, of which
-// SIFT and ORB keep the strongest ones.
-cv::Ptr<cv::Feature2D> MakeDescriber(const ExtractionOptions& options, int num_kept) {
-  switch (options.Kind()) {
-    case DescriptorKind::kRootSift:
-      // OpenCV keeps all ties with the last one, so KeepStrongest decides among them.
-      return cv::SIFT::create(num_kept,
-                              options.sift_num_octave_layers,
-                              options.sift_contrast_threshold,
-                              options.sift_edge_threshold,
-                              1.6);
-    case DescriptorKind::kOrb:
-      return cv::ORB::create(2 * num_kept,
-                             1.2f,
-                             8,
-                             IsHarris(options) ? kHarrisBorder_px : kOrbPatch_px,
-                             0,
-                             2,
-                             cv::ORB::HARRIS_SCORE,
-                             kOrbPatch_px,
-                             options.fast_threshold);
-    case DescriptorKind::kBrisk:
-      return cv::BRISK::create(options.fast_threshold);
-  }
-  throw UsageError("unknown detector '{}'", options.detector);
+struct Detector {
+  std::string name;
+  DescriptorKind kind;
+  // It also detects the keypoints where `detect` is null, of which SIFT and ORB keep the strongest.
+  cv::Ptr<cv::Feature2D> (*make_describer)(const ExtractionOptions& options, int num_kept);
+  std::vector<cv::KeyPoint> (*detect)(const GrayImage& gray, const ExtractionOptions& options);
+};
+
+// OpenCV keeps all ties with the last one, so KeepStrongest decides among them.
+cv::Ptr<cv::Feature2D> MakeSift(const ExtractionOptions& options, int num_kept) {
+  return cv::SIFT::create(num_kept,
+                          options.sift_num_octave_layers,
+                          options.sift_contrast_threshold,
+                          options.sift_edge_threshold,
+                          1.6);
+}
+
+template <int kBorder_px>
+cv::Ptr<cv::Feature2D> MakeOrb(const ExtractionOptions& options, int num_kept) {
+  return cv::ORB::create(2 * num_kept,
+                         1.2f,
+                         8,
+                         kBorder_px,
+                         0,
+                         2,
+                         cv::ORB::HARRIS_SCORE,
+                         kOrbPatch_px,
+                         options.fast_threshold);
+}
+
+cv::Ptr<cv::Feature2D> MakeBrisk(const ExtractionOptions& options, int) {
+  return cv::BRISK::create(options.fast_threshold);
 }
 
 // Corners at one scale, without orientation. The describer treats each as upright, with the size
 // that it gives to its own keypoints at full resolution.
-std::vector<cv::KeyPoint> FastCorners(const cv::Mat& image, const ExtractionOptions& options) {
+template <int kPatch_px>
+std::vector<cv::KeyPoint> FastCorners(const GrayImage& gray, const ExtractionOptions& options) {
   std::vector<cv::KeyPoint> corners;
-  cv::FAST(image, corners, options.fast_threshold, true, cv::FastFeatureDetector::TYPE_9_16);
+  cv::FAST(MatOf(gray), corners, options.fast_threshold, true, cv::FastFeatureDetector::TYPE_9_16);
   for (cv::KeyPoint& corner : corners) {
-    corner.size = options.Kind() == DescriptorKind::kOrb ? kOrbPatch_px : kBriskPatch_px;
+    corner.size = kPatch_px;
     corner.angle = 0;
     corner.octave = 0;
   }
@@ -77,6 +86,23 @@ std::vector<cv::KeyPoint> HarrisKeypoints(const GrayImage& gray, const Extractio
                            0);
   }
   return keypoints;
+}
+
+const std::vector<Detector>& Detectors() {
+  static const std::vector<Detector> detectors = {
+      {"sift", DescriptorKind::kRootSift, MakeSift, nullptr},
+      {"orb", DescriptorKind::kOrb, MakeOrb<kOrbPatch_px>, nullptr},
+      {"brisk", DescriptorKind::kBrisk, MakeBrisk, nullptr},
+      {"fast_orb", DescriptorKind::kOrb, MakeOrb<kOrbPatch_px>, FastCorners<kOrbPatch_px>},
+      {"fast_brisk", DescriptorKind::kBrisk, MakeBrisk, FastCorners<kBriskPatch_px>},
+      {"harris", DescriptorKind::kOrb, MakeOrb<kHarrisBorder_px>, HarrisKeypoints}};
+  return detectors;
+}
+
+const Detector& DetectorOf(const ExtractionOptions& options) {
+  const auto found = std::ranges::find(Detectors(), options.detector, &Detector::name);
+  if (found == Detectors().end()) throw UsageError("unknown detector '{}'", options.detector);
+  return *found;
 }
 
 // OpenCV's SIFT doubles the image about its edges but halves keypoints about the first pixel's
@@ -134,18 +160,16 @@ void AppendRootSift(const cv::Mat& descriptors, std::vector<std::uint8_t>* bytes
 std::pair<std::vector<cv::KeyPoint>, cv::Mat> Detect(const GrayImage& gray,
                                                      const ExtractionOptions& options,
                                                      const GrayImage& moving) {
-  const cv::Mat image(
-      gray.height, gray.width, CV_8UC1, const_cast<std::uint8_t*>(gray.pixels.data()));
+  const Detector& detector = DetectorOf(options);
   const int num_kept = (IsAnyMasked(moving) ? kMaskedExcess : 1) * options.num_features;
-  const auto describer = MakeDescriber(options, num_kept);
+  const auto describer = detector.make_describer(options, num_kept);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
-  if (IsFast(options)) keypoints = FastCorners(image, options);
-  if (IsHarris(options)) keypoints = HarrisKeypoints(gray, options);
-  const bool are_given = IsFast(options) || IsHarris(options);
+  if (detector.detect) keypoints = detector.detect(gray, options);
   // One call, because detect() and compute() would each build the image pyramid.
-  describer->detectAndCompute(image, cv::noArray(), keypoints, descriptors, are_given);
-  CentreOnPixels(options.Kind(), &keypoints);
+  describer->detectAndCompute(
+      MatOf(gray), cv::noArray(), keypoints, descriptors, detector.detect != nullptr);
+  CentreOnPixels(detector.kind, &keypoints);
   KeepStrongest(options.num_features, moving, &keypoints, &descriptors);
   return {std::move(keypoints), descriptors};
 }
@@ -166,51 +190,14 @@ void AppendBinary(const cv::Mat& descriptors, std::vector<std::uint8_t>* bytes) 
   }
 }
 
-struct DepthSample {
-  float depth_m;
-  int distance2_px;  // squared distance to the keypoint
-};
-
-std::vector<DepthSample> SampleWindow(const DepthImage& depth, int x, int y, int half_size) {
-  std::vector<DepthSample> samples;
-  for (int dy = -half_size; dy <= half_size; ++dy) {
-    for (int dx = -half_size; dx <= half_size; ++dx) {
-      const int u = x + dx;
-      const int v = y + dy;
-      if (u < 0 || v < 0 || u >= depth.width || v >= depth.height) continue;
-      const float value = depth.At(u, v);
-      if (value > 0) samples.push_back({value, dx * dx + dy * dy});
-    }
-  }
-  return samples;
-}
-
-// Mean depth of the samples on the surface of the sample nearest to the keypoint; 0 when the
-// keypoint itself has no depth and the window shows more than one surface.
-float SurfaceDepth_m(std::vector<DepthSample> samples, double max_step) {
-  if (samples.empty()) return 0;
-  const DepthSample nearest = *std::ranges::min_element(samples, {}, [](const DepthSample& sample) {
-    return std::pair(sample.distance2_px, sample.depth_m);
-  });
-  const auto tolerance_m = static_cast<float>(max_step) * nearest.depth_m;
-  double sum = 0;
-  int count = 0;
-  for (const DepthSample& sample : samples) {
-    if (std::abs(sample.depth_m - nearest.depth_m) > tolerance_m) continue;
-    sum += sample.depth_m;
-    ++count;
-  }
-  const bool is_one_surface = count == static_cast<int>(samples.size());
-  if (nearest.distance2_px > 0 && !is_one_surface) return 0;
-  return static_cast<float>(sum / count);
-}
-
 }  // namespace
 
 void ExtractionOptions::Register(OptionList& list) {
+  std::vector<std::string> names;
+  for (const Detector& one : Detectors()) names.push_back(one.name);
   list.Add("detector",
            &detector,
-           {"sift", "orb", "brisk", "fast_orb", "fast_brisk", "harris"},
+           names,
            "keypoints and descriptors; fast_: FAST corners of one scale, described upright; "
            "harris: Harris corners of one scale, described as by ORB at any angle. SURF is missing "
            "because it is patented and Debian's OpenCV is built without it");
@@ -249,11 +236,7 @@ void ExtractionOptions::Register(OptionList& list) {
            "relative depth difference that separates two surfaces");
 }
 
-DescriptorKind ExtractionOptions::Kind() const {
-  if (detector == "sift") return DescriptorKind::kRootSift;
-  return detector.ends_with("orb") || detector == "harris" ? DescriptorKind::kOrb
-                                                           : DescriptorKind::kBrisk;
-}
+DescriptorKind ExtractionOptions::Kind() const { return DetectorOf(*this).kind; }
 
 FrameFeatures ExtractFeatures(const ColorImage& color,
                               const Camera& camera,
@@ -279,18 +262,6 @@ FrameFeatures ExtractFeatures(const ColorImage& color,
     AppendBinary(descriptors, &features.descriptors);
   }
   return features;
-}
-
-void LookUpDepth(const DepthImage& depth,
-                 const ExtractionOptions& options,
-                 FrameFeatures* features) {
-  for (std::size_t i = 0; i < features->raw_keypoints_px.size(); ++i) {
-    const Eigen::Vector2f& raw = features->raw_keypoints_px[i];
-    const auto x = static_cast<int>(std::lround(raw.x()));
-    const auto y = static_cast<int>(std::lround(raw.y()));
-    features->depths_m[i] =
-        SurfaceDepth_m(SampleWindow(depth, x, y, options.depth_window_px), options.max_depth_step);
-  }
 }
 
 }  // namespace nightmap

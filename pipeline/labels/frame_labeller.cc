@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/labels/frame_labeller.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <memory>
 #include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
 #include "pipeline/io/resize_picture.h"
 #include "pipeline/labels/segmenter.h"
 
@@ -64,6 +67,19 @@ FrameLabeller MakeLabeller(const SegmentationModel& model,
   return [=](const FrameRecord&, const RgbdImages& images) {
     return segmenter->Segment(images.color, images.depth);
   };
+}
+
+std::string LabelSource(const SegmentationModel& model, const std::vector<RgbdCamera>& cameras) {
+  return HashBytes(fmt::format("{} {} {} {} {} {} {} {}\n{}",
+                               HashFile("/proc/self/exe"),
+                               model.HasNetwork() ? HashFile(model.network) : "",
+                               model.input_width_px,
+                               model.input_height_px,
+                               model.mean,
+                               model.scale,
+                               model.is_bgr,
+                               model.classes.names.size(),
+                               CamerasToJson(cameras)));
 }
 
 }  // namespace nightmap

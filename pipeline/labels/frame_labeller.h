@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "pipeline/io/frames_io.h"
@@ -26,5 +27,9 @@ using FrameLabeller = std::function<Segmentation(const FrameRecord&, const RgbdI
 FrameLabeller MakeLabeller(const SegmentationModel& model,
                            const std::vector<RgbdCamera>& cameras,
                            const std::filesystem::path& data_root);
+
+// Hash of all that labels follow from, but for the frame: the network and how pixels reach it, the
+// number of classes, the cameras, and this program.
+std::string LabelSource(const SegmentationModel& model, const std::vector<RgbdCamera>& cameras);
 
 }  // namespace nightmap

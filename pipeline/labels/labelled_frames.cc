@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/labels/labelled_frames.h"
 
+#include <fmt/format.h>
 #include <malloc.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/files.h"
 #include "pipeline/io/frame_labels.h"
 #include "pipeline/io/frame_reader.h"
 
@@ -30,8 +33,15 @@ void KeepFreedPages() {
 
 LabelledFrames::LabelledFrames(const SegmentationModel& model,
                                FrameLabeller label,
-                               const std::vector<FrameRecord>& frames)
-    : model_(model), label_(std::move(label)), frames_(frames), labelled_(frames.size()) {
+                               const std::vector<FrameRecord>& frames,
+                               KeptLabels kept,
+                               std::string source)
+    : model_(model),
+      label_(std::move(label)),
+      frames_(frames),
+      labelled_(frames.size()),
+      kept_(std::move(kept)),
+      source_(std::move(source)) {
   const auto has_label = [](const FrameRecord& frame) {
     return frame.others.contains(kLabelChannel);
   };
@@ -53,13 +63,32 @@ bool LabelledFrames::IsDue(std::size_t i, std::size_t last) const {
   return gap_s >= (moves ? model_.moving_gap_s : model_.still_gap_s);
 }
 
+std::string LabelledFrames::SourceOf(const FrameRecord& frame) const {
+  std::string text =
+      fmt::format("{}\n{}\n{}\n{}", source_, frame.camera_idx, frame.color.hash, frame.depth.hash);
+  for (const auto& [channel, file] : frame.others)
+    text += fmt::format("\n{} {}", channel, file.hash);
+  return HashBytes(text);
+}
+
 GrayImage LabelledFrames::Label(std::size_t i, const RgbdImages& images) {
   const FrameRecord& frame = frames_[i];
-  const Segmentation segmentation = label_(frame, images);
-  GrayImage moving = MovingMask(segmentation, model_.classes, model_.mask);
-  labelled_[i] = Labelled{PackLabels(frame.frame_idx, frame.time_ns, segmentation),
+  const std::string source = SourceOf(frame);
+  auto found = kept_.Find(source);
+  const bool is_kept = found.has_value();
+  if (!is_kept) {
+    Segmentation labels = label_(frame, images);
+    PackedLabels packed = PackLabels(frame.frame_idx, frame.time_ns, labels);
+    found.emplace(std::move(packed), std::move(labels));
+  }
+  found->packed.frame_idx = frame.frame_idx;
+  found->packed.time_ns = frame.time_ns;
+  GrayImage moving = MovingMask(found->labels, model_.classes, model_.mask);
+  labelled_[i] = Labelled{std::move(found->packed),
                           PackMask(frame.time_ns, moving),
-                          ClassShares(segmentation.labels, model_.classes.names.size())};
+                          ClassShares(found->labels.labels, model_.classes.names.size()),
+                          source,
+                          is_kept};
   return moving;
 }
 
@@ -119,6 +148,19 @@ nlohmann::json LabelledFrames::Summarize() const {
           {"moving_shares", moving_shares}};
 }
 
+void LabelledFrames::Keep() const {
+  std::map<std::int64_t, std::string> sources;
+  std::size_t num_kept = 0;
+  for (const auto& frame : labelled_) {
+    if (!frame) continue;
+    sources[frame->labels.time_ns] = frame->source;
+    num_kept += frame->is_kept ? 1 : 0;
+  }
+  spdlog::info(
+      "{} frames with labels, {} of them labelled anew", sources.size(), sources.size() - num_kept);
+  kept_.Save(Labels(), sources);
+}
+
 void LabelledFrames::Write(StageContext& context) const {
   WriteLabels(context.Output("labels"), Labels(), context.ConfigToml());
   WriteMasks(context.Output("masks"), Masks(), context.ConfigToml());
@@ -128,6 +170,7 @@ void LabelledFrames::Write(StageContext& context) const {
   WriteFile(context.Output("frames"),
             FramesToCsv(FramesWithLabels(name_of("labels"), name_of("masks"))));
   context.Report().update(Summarize());
+  Keep();
 }
 
 LabelledFrames MakeLabelledFrames(const std::vector<FrameRecord>& frames,
@@ -138,7 +181,11 @@ LabelledFrames MakeLabelledFrames(const std::vector<FrameRecord>& frames,
     context.AddInput(model.network, context.Input("model"));
     KeepFreedPages();
   }
-  return {model, MakeLabeller(model, cameras, context.Input("data")), frames};
+  return {model,
+          MakeLabeller(model, cameras, context.Input("data")),
+          frames,
+          KeptLabels(context.FinalPath("labels")),
+          LabelSource(model, cameras)};
 }
 
 }  // namespace nightmap

@@ -12,16 +12,21 @@
 #include "pipeline/io/labels_io.h"
 #include "pipeline/io/masks_io.h"
 #include "pipeline/labels/frame_labeller.h"
+#include "pipeline/labels/kept_labels.h"
 #include "pipeline/program/stage_context.h"
 
 namespace nightmap {
 
 class LabelledFrames {
  public:
-  // Throws UsageError naming the remedy when the model has no network and no frame a label picture.
+  // Frames whose labels `kept` has are not labelled again; `source` is the part of their sources
+  // that all share (LabelSource). Throws UsageError naming the remedy when the model has no network
+  // and no frame a label picture.
   LabelledFrames(const SegmentationModel& model,
                  FrameLabeller label,
-                 const std::vector<FrameRecord>& frames);
+                 const std::vector<FrameRecord>& frames,
+                 KeptLabels kept = {},
+                 std::string source = {});
 
   // Whether labels of frame i can be had: by the network, or because it has a label picture.
   bool CanLabel(std::size_t i) const;
@@ -41,7 +46,10 @@ class LabelledFrames {
   // For the report: counts of frames, mean share of the pixels of each class that occurs, and per
   // labelled frame its frame_idx and the share of its pixels that can move.
   nlohmann::json Summarize() const;
-  // Writes all of it to the outputs "labels", "masks" and "frames", and to the report.
+  // Keeps the labels for the next run, and logs how many are new.
+  void Keep() const;
+  // Writes all of it to the outputs "labels", "masks" and "frames", and to the report, and keeps
+  // it.
   void Write(StageContext& context) const;
 
  private:
@@ -49,12 +57,18 @@ class LabelledFrames {
     PackedLabels labels;
     PackedMask mask;
     std::vector<double> class_shares;  // of the pixels
+    std::string source;
+    bool is_kept = false;
   };
+
+  std::string SourceOf(const FrameRecord& frame) const;  // of its labels
 
   SegmentationModel model_;
   FrameLabeller label_;
   const std::vector<FrameRecord>& frames_;
   std::vector<std::optional<Labelled>> labelled_;  // by frame
+  KeptLabels kept_;
+  std::string source_;
 };
 
 // Makes what labels the frames by the inputs "model" and "data" of the run, and lists the network

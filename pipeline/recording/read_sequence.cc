@@ -9,6 +9,7 @@
 #include "pipeline/base/plain_text.h"
 #include "pipeline/io/text_file.h"
 #include "pipeline/io/trajectory_io.h"
+#include "pipeline/recording/layouts.h"
 #include "pipeline/recording/recording_bounds.h"
 #include "pipeline/recording/time_unit.h"
 
@@ -37,19 +38,12 @@ void CheckFolder(const SequenceFolder& folder) {
                   folder.config.source);
 }
 
-RawSequence ReadLayout(const SequenceFolder& folder) {
-  if (folder.config.layout == "pictures") return ReadPictures(folder);
-  if (folder.config.layout == "video") return ReadVideoFolder(folder);
-  if (folder.config.layout == "seven_scenes") return ReadSevenScenesFolder(folder);
-  return ReadTumFolder(folder);
-}
-
-// The frames' list was read first: in layout "tum" its times are in the unit that is stated.
+// The frames' list was read first: its times are in the unit that is stated.
 std::vector<StampedPose> ReadTruth(const SequenceFolder& folder, const fs::path& path) {
   const SequenceConfig& config = folder.config;
   if (config.time_unit.empty()) {
     const std::string unit_like = UnitLike(path, MaxStep_s(folder));
-    if (config.layout != "video" && config.layout != "seven_scenes" && !unit_like.empty()) {
+    if (LayoutOf(config.layout).lists_times && !unit_like.empty()) {
       throw DataError(
           "{}: its times look like {}, and those of the pictures are in seconds: write them in "
           "seconds, correct `ground_truth`, or write time_unit = \"s\" if they are seconds, in {}",
@@ -95,7 +89,7 @@ void CheckFiles(const SequenceFolder& folder, RawSequence* sequence) {
   for (RawFrame& frame : sequence->frames) {
     CheckName(&frame.color.path, &frame.problem);
     CheckName(&frame.depth.path, &frame.depth_problem);
-    if (folder.config.layout == "pictures") continue;  // such pictures may lie anywhere
+    if (!LayoutOf(folder.config.layout).is_recording) continue;  // may lie anywhere
     bounds.Check(frame.color.path);
     if (!frame.depth.path.empty()) bounds.Check(frame.depth.path);
     for (const auto& [name, file] : frame.others) bounds.Check(file.path);
@@ -182,7 +176,7 @@ RawSequence ReadSequence(const SiteConfig& site,
                          const fs::path& data_root) {
   const SequenceFolder folder{data_root, fs::path(site.root) / config.folder, config, is_query};
   CheckFolder(folder);
-  RawSequence sequence = ReadLayout(folder);
+  RawSequence sequence = LayoutOf(config.layout).read(folder);
   if (sequence.frames.empty()) {
     throw DataError("{}: no pictures in layout \"{}\": correct `folder` or `layout` in {}",
                     folder.Absolute().string(),
@@ -223,7 +217,7 @@ std::vector<RawSequence> ReadQuerySequences(const SiteConfig& site, const fs::pa
   std::int64_t pictures_start_ns = kPicturesStart_ns;
   for (const SequenceConfig& config : site.queries) {
     sequences.push_back(ReadSequence(site, config, true, data_root));
-    if (config.layout == "pictures") MoveTimes(pictures_start_ns, &sequences.back());
+    if (!LayoutOf(config.layout).is_recording) MoveTimes(pictures_start_ns, &sequences.back());
     CheckListedOnce(sequences.back(), &query_of);
     pictures_start_ns += kPicturesPeriod_ns;
   }

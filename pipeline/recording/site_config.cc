@@ -9,6 +9,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/options.h"
 #include "pipeline/io/text_file.h"
+#include "pipeline/recording/layouts.h"
 #include "pipeline/recording/site_tables.h"
 
 namespace nightmap {
@@ -25,10 +26,9 @@ struct SequenceTable {
 
   void Register(OptionList& list) {
     SequenceConfig& s = sequence;
-    list.Add("layout",
-             &s.layout,
-             {"tum", "seven_scenes", "video", "pictures"},
-             "folder layout of the recording");
+    std::vector<std::string> layouts;
+    for (const Layout& layout : Layouts()) layouts.push_back(layout.name);
+    list.Add("layout", &s.layout, layouts, "folder layout of the recording");
     list.Add("folder", &s.folder, "relative to root");
     list.Add("camera", &camera, "id of a [[camera]]");
     list.Add("rig", &s.rig, "name of the cameras that record at once");
@@ -64,32 +64,16 @@ int FindCamera(const std::vector<RgbdCamera>& cameras,
 }
 
 // Checks the keys that a layout requires and those that it excludes.
-void CheckKeys(const toml::table& table, const std::string& layout, const std::string& where) {
-  if (layout == "pictures") {
-    Require(table, {"pictures"}, where);
-    Refuse(table,
-           {"folder",
-            "frame_rate_hz",
-            "max_association_gap_s",
-            "time_unit",
-            "time_offset_s",
-            "depth",
-            "label_folder",
-            "moving_folder"},
-           where,
-           "does not go with layout = \"pictures\"");
-    if (table.contains("camera")) {
-      Refuse(table, {"horizontal_fov_deg"}, where, "is known from `camera`");
-    }
-  } else {
-    Require(table, {"folder", "camera"}, where);
-    Refuse(table, {"pictures", "horizontal_fov_deg"}, where, "needs layout = \"pictures\"");
+void CheckKeys(const toml::table& table, const Layout& layout, const std::string& where) {
+  Require(table, layout.required, where);
+  Refuse(
+      table, layout.refused, where, fmt::format("does not go with layout = \"{}\"", layout.name));
+  for (const Layout& other : Layouts()) {
+    if (other.name == layout.name) continue;
+    Refuse(table, other.own, where, fmt::format("needs layout = \"{}\"", other.name));
   }
-  if (layout == "video") {
-    Require(table, {"video"}, where);
-    Refuse(table, {"label_folder", "moving_folder"}, where, "does not go with layout = \"video\"");
-  } else {
-    Refuse(table, {"video", "depth_folder"}, where, "needs layout = \"video\"");
+  if (!layout.is_recording && table.contains("camera")) {
+    Refuse(table, {"horizontal_fov_deg"}, where, "is known from `camera`");
   }
 }
 
@@ -124,7 +108,7 @@ SequenceConfig ParseSequence(toml::table& table,
   RegisterOptions(parsed).ParseTable(table, source);
   Require(table, {"layout"}, where);
   SequenceConfig& sequence = parsed.sequence;
-  CheckKeys(table, sequence.layout, where);
+  CheckKeys(table, LayoutOf(sequence.layout), where);
   sequence.camera_idx =
       table.contains("camera") ? FindCamera(cameras, parsed.camera, where) : kOwnCameras;
   if (sequence.frame_rate_hz > 0 && sequence.frame_rate_hz < kMinFrameRate_hz) {
@@ -239,9 +223,10 @@ SiteConfig ParseOwnText(std::string_view text, const std::string& source) {
   }
   for (toml::table* table : Tables(root, "sequence", source)) {
     site.sequences.push_back(ParseSequence(*table, source, site.cameras));
-    if (site.sequences.back().layout == "pictures") {
-      throw UsageError("{}: layout = \"pictures\" has no depth to map: make it a [[query]]",
-                       site.sequences.back().source);
+    if (!LayoutOf(site.sequences.back().layout).is_recording) {
+      throw UsageError("{}: layout = \"{}\" has no depth to map: make it a [[query]]",
+                       site.sequences.back().source,
+                       site.sequences.back().layout);
     }
     CheckConfidence(site.sequences.back(), site.cameras);
   }

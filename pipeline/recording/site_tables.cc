@@ -98,14 +98,17 @@ void CheckPath(const std::string& text, const char* key, const std::string& wher
   }
 }
 
-void Require(const toml::table& table, Names names, const std::string& where) {
-  for (const char* name : names) {
+void Require(const toml::table& table, const Names& names, const std::string& where) {
+  for (const std::string& name : names) {
     if (!table.contains(name)) throw UsageError("{}: '{}' is missing: add it", where, name);
   }
 }
 
-void Refuse(const toml::table& table, Names names, const std::string& where, const char* why) {
-  for (const char* name : names) {
+void Refuse(const toml::table& table,
+            const Names& names,
+            const std::string& where,
+            const std::string& why) {
+  for (const std::string& name : names) {
     if (table.contains(name)) throw UsageError("{}: '{}' {}: remove it", where, name, why);
   }
 }

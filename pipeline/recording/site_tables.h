@@ -17,14 +17,17 @@ constexpr const char* kQuerySource = "QUERY of make";
 // Values of `time_unit`. Empty: seconds, unless they cannot be.
 inline const std::vector<std::string> kTimeUnits = {"", "s", "ms", "us", "ns"};
 
-using Names = std::initializer_list<const char*>;
+using Names = std::vector<std::string>;
 
 // `source:line` of the node.
 std::string Where(const toml::node& node, const std::string& source);
 
 // Throw UsageError when the table lacks one of the keys, or has one, respectively.
-void Require(const toml::table& table, Names names, const std::string& where);
-void Refuse(const toml::table& table, Names names, const std::string& where, const char* why);
+void Require(const toml::table& table, const Names& names, const std::string& where);
+void Refuse(const toml::table& table,
+            const Names& names,
+            const std::string& where,
+            const std::string& why);
 
 // Throws UsageError when a path leads out of the data folder, because artifacts hold paths relative
 // to it.

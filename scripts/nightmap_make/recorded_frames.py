@@ -19,21 +19,23 @@ def num_recorded_frames(site, data):
 
 def _num_frames(folder, sequence):
     try:
-        match sequence.get("layout"):
-            case "tum":
-                name = next((name for name in LISTS if os.path.exists(os.path.join(folder, name))), LISTS[0])
-                with open(os.path.join(folder, name), encoding="utf-8", errors="replace") as file:
-                    return sum(not line.lstrip().startswith("#") and not line.isspace() for line in file)
-            case "seven_scenes":
-                return sum(name.endswith(COLOR) for name in os.listdir(folder))
-            case "video":
-                return _num_video_frames(os.path.join(folder, sequence["video"]))
-    except (OSError, struct.error, RecursionError):
-        pass
-    return 0
+        return COUNTS[sequence.get("layout")](folder, sequence)
+    except (KeyError, OSError, struct.error, RecursionError):
+        return 0
 
 
-def _num_video_frames(path):
+def _num_listed_frames(folder, _sequence):
+    name = next((name for name in LISTS if os.path.exists(os.path.join(folder, name))), LISTS[0])
+    with open(os.path.join(folder, name), encoding="utf-8", errors="replace") as file:
+        return sum(not line.lstrip().startswith("#") and not line.isspace() for line in file)
+
+
+def _num_named_frames(folder, _sequence):
+    return sum(name.endswith(COLOR) for name in os.listdir(folder))
+
+
+def _num_video_frames(folder, sequence):
+    path = os.path.join(folder, sequence["video"])
     size = os.path.getsize(path)
     with open(path, "rb") as file:
         start = file.read(52)
@@ -72,3 +74,6 @@ def _boxes(file, start, end):
         else:
             yield kind, start + header
         start += size
+
+
+COUNTS = {"tum": _num_listed_frames, "seven_scenes": _num_named_frames, "video": _num_video_frames}  # by layout of a recording

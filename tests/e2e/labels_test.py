@@ -100,6 +100,19 @@ class LabelsTest(unittest.TestCase):
         reran = {job for job in after if after[job] != before[job]}
         self.assertTrue("octree" in reran and not reran & {"features", "point_cloud"}, reran)
 
+    def test_options_of_features_and_of_masks_label_no_picture_again(self):
+        work = self.work.copy()
+        self.addCleanup(work.remove)
+        shard, options = f"maps/{SITE}/features/shard_0001.h5", "SET=features.num_features=600"
+        self.assertRegex(self.make(work, shard, options), r"[1-9]\d* frames with labels, 0 of them labelled anew")
+        (work.folder / "data/model.toml").write_text(f"{MODEL}margin_px = 9\n")
+        self.assertRegex(self.make(work, shard, options), r"[1-9]\d* frames with labels, 0 of them labelled anew")
+        kept = {name: work.path(f"features/{name}").read_bytes() for name in ("labels_0001.h5", "masks_0001.h5")}
+        for path in work.path("features").glob("*_0001.*"):
+            path.unlink()
+        self.assertRegex(self.make(work, shard, options), r"([1-9]\d*) frames with labels, \1 of them labelled anew")
+        self.assertEqual({name: work.path(f"features/{name}").read_bytes() for name in kept}, kept)
+
     def test_a_changed_label_picture_reruns_its_shard_and_a_changed_model_all(self):
         work = self.work.copy()
         self.addCleanup(work.remove)

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "pipeline/base/parallel.h"
+#include "pipeline/camera/keypoint_depth.h"
 #include "pipeline/io/frame_failure.h"
 #include "pipeline/io/frame_reader.h"
 
