@@ -137,19 +137,6 @@ TEST_F(StageMainTest, VersionAndConfigGoToStdout) {
   EXPECT_EQ(Main({"--print-config", "--config", config.string()}).out, "size = 7\n");
 }
 
-TEST_F(StageMainTest, PortsGoToStdoutWithKindAndNumberOfPaths) {
-  spec_.inputs.push_back(FolderPort("data", "a folder", Arity::kOptional));
-  spec_.inputs.push_back({"masks", "some files", Arity::kMany, PortKind::kByHash});
-  spec_.inputs.push_back({"more", "files", Arity::kAnyNumber});
-  const Result run = Main({"--print-ports"});
-  EXPECT_EQ(run.code, 0);
-  EXPECT_EQ(run.out,
-            "in in file one\nin data folder optional\nin masks by_hash many\n"
-            "in more file any_number\nout out file one\nout report file optional\n"
-            "out receipt file optional\n");
-  ExpectNothingWritten();
-}
-
 TEST_F(StageMainTest, WritesOutputsReportAndReceipt) {
   const auto config = folder_.Write("copy.toml", "size = 7\n");
   const Result run = Main(With({"--config", config.string()}));

@@ -9,8 +9,8 @@
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/camera/extract_features.h"
-#include "pipeline/camera/track_features.h"
 #include "pipeline/labels/labelled_frames.h"
+#include "stages/camera/features/track_features.h"
 
 namespace nightmap {
 

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "pipeline/geometry/rolling_shutter_pose.h"
+#include "stages/camera/localize/rolling_shutter_pose.h"
 
 namespace nightmap {
 namespace {

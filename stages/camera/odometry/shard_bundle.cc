@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <functional>
 
-#include "pipeline/camera/tracks.h"
 #include "pipeline/geometry/absolute_pose.h"
+#include "stages/camera/odometry/tracks.h"
 
 namespace nightmap {
 namespace {

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "pipeline/ceiling/ceiling_noise.h"
-#include "pipeline/ceiling/compressed_ekf.h"
-#include "pipeline/ceiling/upward_camera.h"
 #include "pipeline/geometry/rigid2.h"
 #include "stages/ceiling/ceiling_ekf/ceiling_state.h"
+#include "stages/ceiling/ceiling_ekf/compressed_ekf.h"
+#include "stages/ceiling/ceiling_ekf/upward_camera.h"
 
 namespace nightmap {
 

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "pipeline/ceiling/upward_camera.h"
+#include "stages/ceiling/ceiling_ekf/upward_camera.h"
 
 namespace nightmap {
 

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "pipeline/base/error.h"
-#include "pipeline/dense/pcd_io.h"
 #include "pipeline/dense/tile_results.h"
+#include "stages/dense/join_clouds/pcd_io.h"
 
 namespace nightmap {
 namespace {

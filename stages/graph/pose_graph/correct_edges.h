@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "pipeline/graph/sensor_calibration.h"
 #include "stages/graph/pose_graph/pose_graph.h"
+#include "stages/graph/pose_graph/sensor_calibration.h"
 
 namespace nightmap {
 

@@ -11,12 +11,12 @@
 #include "pipeline/base/options.h"
 #include "pipeline/base/progress.h"
 #include "pipeline/graph/closed_graph_io.h"
-#include "pipeline/graph/sensor_calibration.h"
 #include "pipeline/io/edges_io.h"
 #include "pipeline/io/frames_io.h"
 #include "pipeline/io/matches_io.h"
 #include "pipeline/io/odometry_io.h"
 #include "stages/graph/pose_graph/optimize_graph.h"
+#include "stages/graph/pose_graph/sensor_calibration.h"
 
 namespace nightmap {
 

@@ -8,13 +8,13 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/laser/match_scan.h"
 #include "pipeline/laser/thin_points.h"
-#include "pipeline/laser/unique_pose.h"
 #include "pipeline/laser/wall_normals.h"
 #include "pipeline/recording/choose_signal.h"
 #include "pipeline/recording/keyscans.h"
 #include "stages/laser/scan_loops/doubtful_loops.h"
 #include "stages/laser/scan_loops/drive.h"
 #include "stages/laser/scan_loops/scan_stretches.h"
+#include "stages/laser/scan_loops/unique_pose.h"
 
 namespace nightmap {
 namespace {

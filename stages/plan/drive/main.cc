@@ -3,11 +3,11 @@
 // path.json, and floors.json with the grid of the path's floor; writes drive.csv, drive.json and
 // drive.gif.
 #include "pipeline/base/files.h"
-#include "pipeline/io/gif_io.h"
 #include "pipeline/plan/floors_io.h"
 #include "pipeline/program/stage_main.h"
 #include "stages/plan/drive/drive.h"
 #include "stages/plan/drive/drive_output.h"
+#include "stages/plan/drive/gif_io.h"
 
 namespace {
 

@@ -7,10 +7,10 @@
 #include "pipeline/recording/inspect_frames.h"
 #include "pipeline/recording/read_sequence.h"
 #include "pipeline/recording/read_signals.h"
-#include "pipeline/recording/robot_truth.h"
 #include "pipeline/recording/site_config.h"
 #include "pipeline/recording/truths_apart.h"
 #include "stages/recording/frames/frames.h"
+#include "stages/recording/frames/robot_truth.h"
 #include "stages/recording/frames/write_frames.h"
 
 int main(int argc, char** argv) {

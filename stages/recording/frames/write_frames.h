@@ -9,9 +9,9 @@
 #include "pipeline/io/frames_io.h"
 #include "pipeline/program/stage_main.h"
 #include "pipeline/recording/finish_scans.h"
-#include "pipeline/recording/robot_truth.h"
 #include "pipeline/recording/signals_io.h"
 #include "stages/recording/frames/frames.h"
+#include "stages/recording/frames/robot_truth.h"
 
 namespace nightmap {
 

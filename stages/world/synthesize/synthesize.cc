@@ -10,9 +10,9 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
 #include "pipeline/world/floor_plan.h"
-#include "pipeline/world/mislabel_things.h"
 #include "pipeline/world/route.h"
 #include "pipeline/world/upward_motion.h"
+#include "stages/world/synthesize/mislabel_things.h"
 
 namespace nightmap {
 

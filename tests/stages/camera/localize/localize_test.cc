@@ -6,10 +6,10 @@
 #include <functional>
 
 #include "pipeline/base/error.h"
-#include "pipeline/geometry/rolling_shutter_pose.h"
 #include "stages/camera/localize/localize_report.h"
 #include "stages/camera/localize/localizer.h"
 #include "stages/camera/localize/mirror_features.h"
+#include "stages/camera/localize/rolling_shutter_pose.h"
 #include "tests/stages/camera/localize/scene_map.h"
 #include "tests/test_data.h"
 

@@ -10,8 +10,8 @@
 #include <sstream>
 
 #include "pipeline/base/error.h"
-#include "pipeline/io/gif_io.h"
 #include "stages/plan/drive/drive_output.h"
+#include "stages/plan/drive/gif_io.h"
 #include "tests/stages/plan/drive/hall.h"
 #include "tests/stages/plan/drive/random_path.h"
 #include "tests/test_data.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/graph/sensor_calibration.h"
+#include "stages/graph/pose_graph/sensor_calibration.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

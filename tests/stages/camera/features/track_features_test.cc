@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/camera/track_features.h"
+#include "stages/camera/features/track_features.h"
 
 #include <algorithm>
 #include <cmath>

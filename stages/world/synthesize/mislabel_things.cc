@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/world/mislabel_things.h"
+#include "stages/world/synthesize/mislabel_things.h"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/dense/pcd_io.h"
+#include "stages/dense/join_clouds/pcd_io.h"
 
 #include <bit>
 #include <cerrno>

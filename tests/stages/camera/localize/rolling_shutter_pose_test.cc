@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/geometry/rolling_shutter_pose.h"
+#include "stages/camera/localize/rolling_shutter_pose.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/laser/unique_pose.h"
+#include "stages/laser/scan_loops/unique_pose.h"
 
 #include <gtest/gtest.h>
 

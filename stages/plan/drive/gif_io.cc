@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/io/gif_io.h"
+#include "stages/plan/drive/gif_io.h"
 
 #include <fmt/format.h>
 #include <gif_lib.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/recording/robot_truth.h"
+#include "stages/recording/frames/robot_truth.h"
 
 #include <numbers>
 

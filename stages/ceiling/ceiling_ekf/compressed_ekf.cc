@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/ceiling/compressed_ekf.h"
+#include "stages/ceiling/ceiling_ekf/compressed_ekf.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/camera/tracks.h"
+#include "stages/camera/odometry/tracks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/ceiling/upward_camera.h"
+#include "stages/ceiling/ceiling_ekf/upward_camera.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
