@@ -82,10 +82,3 @@ foreach(source ${benchmarks})
   target_link_libraries(${name} PRIVATE ${stage} nightmap_world)
   add_dependencies(benchmarks ${name})
 endforeach()
-# Own code against the libraries that do the same: several stages, and more of PCL than the tests need. It
-# compiles for a minute, so that only its script and test-nightly build it.
-file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/bench/libraries/*.cc)
-add_executable(bench_libraries EXCLUDE_FROM_ALL ${sources})
-target_link_libraries(bench_libraries PRIVATE stage_octree stage_point_cloud pcl_filters pcl_features pcl_search
-                      pcl_kdtree pcl_common opencv_rgbd)
-target_include_directories(bench_libraries SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})

@@ -51,7 +51,7 @@ test-nightly: ## the slow lint, all unit tests under sanitizers, all tests whole
 	@NIGHTMAP_NIGHTLY=1 SANITIZE_OFF= $(MAKE) --no-print-directory test-sanitize SANITIZED=.
 	@$(MAKE) --no-print-directory build_tests
 	@NIGHTMAP_NIGHTLY=1 ctest --test-dir $(BUILD) --output-on-failure
-	ninja -j "$$THREADS" -C $(BUILD) benchmarks bench_libraries
+	ninja -j "$$THREADS" -C $(BUILD) benchmarks
 	@NIGHTMAP_BUILD=$(abspath $(BUILD)) $(PYTHON) tests/fuzz/sweep.py --runs 2000
 
 # Other compiler options need another folder. Debug asserts are on; -O1 keeps the tests fast enough. The

@@ -67,9 +67,6 @@ FIGURES = {
                     "--keyframes 200 1000 10000 --page {page}"),
     "bench_drive": ("make map SITE=demo DATA={data} MAPS={maps}",
                     "bench_drive.py {maps}/demo/grid/map.yaml --build {build} --set plan.robot_radius_m=0.2 --page {page}"),
-    "bench_libraries": (f"make map SITE={FR1} DATA={{data}} MAPS={{maps}}", f"make map SITE={OFFICE} DATA={{data}} MAPS={{maps}}",
-                        f"bench_libraries.py {{maps}}/{FR1} {{maps}}/{OFFICE} --data {{data}} --build {{build}} "
-                        "--page docs/ours_instead_of.md"),
     "bench_plan": ("ninja -C {build} bench_plan", "{build}/bench_plan > bench_plan"),
 }  # fmt: skip
 # These take hours and run only when they are named.

@@ -106,9 +106,8 @@ class DocsTest(unittest.TestCase):
         self.assertLessEqual(len(text_of("ARCHITECTURE.md").splitlines()), 250)
 
     def test_figures_stand_on_one_page(self):
-        """Scripts put tables between markers; a second place would be forgotten. Three tables belong to a page's own text."""
-        elsewhere = {"docs/pipeline.md": ["pipeline"], "docs/ours_instead_of.md": ["bench_libraries"],
-                     "docs/packages.md": ["packages"]}  # fmt: skip
+        """Scripts put tables between markers; a second place would be forgotten. Two tables belong to a page's own text."""
+        elsewhere = {"docs/pipeline.md": ["pipeline"], "docs/packages.md": ["packages"]}
         for page in sorted(set(PAGES) - {"docs/figures.md"}):
             markers = re.findall(r"<!-- (.+?):begin -->", text_of(page))
             self.assertEqual(markers, elsewhere.get(page, []), page)
