@@ -23,11 +23,14 @@ class KeptLabelsTest : public testing::Test {
     num_new_ = 0;
     const auto label = [&](const FrameRecord& frame, const RgbdImages& images) {
       ++num_new_;
-      return LabelsOf(frame, images);
+      FrameRecord shown = frame;
+      shown.frame_idx = std::stoi(frame.color.path);
+      return LabelsOf(shown, images);
     };
     LabelledFrames labelled(model_, label, frames_, KeptLabels(Labels()), source_);
     for (const std::size_t i : asked) labelled.Label(i, {});
-    WriteLabels(Labels(), labelled.Labels(), "");
+    WriteLabels(folder_ / "temporary", labelled.Labels(), "");  // as outputs are
+    std::filesystem::rename(folder_ / "temporary", Labels());
     labelled.Keep();
     return FramesToCsv(labelled.FramesWithLabels("labels.h5", "masks.h5"));
   }
@@ -114,8 +117,7 @@ TEST_F(KeptLabelsTest, DamagedFilesCountAsEmpty) {
 TEST_F(KeptLabelsTest, LabelsThatTheSourcesDoNotMeanAreNotTaken) {
   const std::string list = Run();
   const std::string sources = ReadBytes(Sources());
-  std::swap(frames_[0].time_ns, frames_[1].time_ns);  // another picture at each time
-  std::swap(frames_[0], frames_[1]);
+  std::swap(frames_[0].color, frames_[1].color);
   Run();
   frames_ = kFrames;
   WriteFile(Sources(), sources);

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/base/input_error.h"
+#include "pipeline/dense/octree_writer.h"
 #include "stages/labels/join_labels/label_encoder.h"
-#include "stages/labels/join_labels/octree_writer.h"
 
 namespace nightmap {
 namespace {

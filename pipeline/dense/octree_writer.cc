@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stages/labels/join_labels/octree_writer.h"
+#include "pipeline/dense/octree_writer.h"
 
 #include <algorithm>
 #include <utility>
