@@ -149,7 +149,7 @@ void CheckCoefficients(const toml::table& table, Lens lens, const std::string& w
     Require(table, {"k1", "k2", "k3", "k4"}, where);
     return Refuse(table, {"p1", "p2", "k5", "k6"}, where, "is not of lens = \"fisheye\"");
   }
-  const auto has = [&](const char* name) { return table.contains(name); };
+  const auto has = [&](const std::string& name) { return table.contains(name); };
   const Names eight = {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
   const bool is_rational = has("k4") || has("k5") || has("k6");
   if (!is_rational || std::ranges::all_of(eight, has)) return;
