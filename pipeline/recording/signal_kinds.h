@@ -27,8 +27,8 @@ struct SignalKindRow {
   double max_step_s;
   // Times that go back a little are put right, with those of other kinds (line_clock.h).
   bool has_line_clock = false;
-  // Of kinds whose lines hold the three values as they are, which need no parser of their own: the
-  // largest value, and words for one.
+  // The largest value, and words for one, of kinds whose lines hold the three values as they are.
+  // Other kinds have a parser of their own (parse_signal_lines.cc).
   double max_value = 0;
   std::string a_value = {};
 };
