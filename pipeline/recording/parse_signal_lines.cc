@@ -14,7 +14,6 @@
 namespace nightmap {
 namespace {
 
-constexpr double kMaxAcceleration_m_per_s2 = 1e5;
 constexpr double kMaxPosition = 1e7;  // of odometry from its start, in its unit
 constexpr double kMaxHeading = 1e6;   // likewise; large, because odometry may count turns
 constexpr double kMaxErrorOfQuaternion = 0.05;
@@ -25,13 +24,13 @@ constexpr std::size_t kMaxBeams = 100'000;
 
 using Words = std::vector<std::string_view>;
 
-double Within(std::string_view word, double limit, const char* what) {
+double Within(std::string_view word, double limit, std::string_view what) {
   const double value = RealWord(word);
   if (std::abs(value) <= limit) return value;
   throw DataError("{} is {}, beyond {}", what, word, limit);
 }
 
-void DemandCount(const Words& words, std::size_t count, const char* what) {
+void DemandCount(const Words& words, std::size_t count, std::string_view what) {
   if (words.size() == count) return;
   throw DataError("{} words, expected {} ({})", words.size(), count, what);
 }
@@ -77,6 +76,14 @@ Eigen::Vector3d ParseOdometry(const SensorConfig& sensor, const Words& values) {
   }
   DemandCount(values, 2, "left right");
   return {Within(values[0], kMaxTicks, "left"), Within(values[1], kMaxTicks, "right"), 0};
+}
+
+// The three values as they are.
+Eigen::Vector3d ParsePlainValues(const SignalKindRow& row, const Words& words) {
+  const auto& values = row.values;
+  DemandCount(words, 3, values[0].name + " " + values[1].name + " " + values[2].name);
+  const auto value = [&](std::size_t i) { return Within(words[i], row.max_value, row.a_value); };
+  return {value(0), value(1), value(2)};
 }
 
 // Where nothing was hit, drivers write NaN, a number below 0, or infinity or a large number beyond
@@ -213,11 +220,7 @@ SignalSample ParseValues(const SensorConfig& sensor, std::int64_t time_ns, const
   } else if (sensor.kind == SignalKind::kOdometry) {
     sample.value = ParseOdometry(sensor, values);
   } else {
-    DemandCount(values, 3, "ax ay az");
-    for (std::size_t i = 0; i < 3; ++i) {
-      sample.value[static_cast<Eigen::Index>(i)] =
-          Within(values[i], kMaxAcceleration_m_per_s2, "an acceleration, which is in m/s2,");
-    }
+    sample.value = ParsePlainValues(RowOf(sensor.kind), values);
   }
   sample.time_ns = time_ns;
   return sample;

@@ -35,7 +35,7 @@ void SignalFile::Read() {
 }
 
 std::string SignalFile::ClockName() const {
-  if (sensor_.kind == SignalKind::kAcceleration || config_.sort || config_.rate_hz != 0) return "";
+  if (!RowOf(sensor_.kind).has_line_clock || config_.sort || config_.rate_hz != 0) return "";
   const std::string column = config_.columns.substr(0, config_.columns.find(','));
   return fmt::format("{}\n{}\n{}\n{}", name_, config_.format, column, config_.time_unit);
 }
@@ -168,10 +168,7 @@ std::int64_t SignalFile::LineTime_ns(std::string_view text) {
 
 void SignalFile::CheckUnit() const {
   if (!config_.time_unit.empty() || unit_ != TimeUnit::kS) return;
-  const bool is_acceleration = sensor_.kind == SignalKind::kAcceleration;
-  DemandSeconds(UnitLike(times_, is_acceleration ? kMaxAccelerationStep_s : kMaxFrameStep_s),
-                path_,
-                config_.source);
+  DemandSeconds(UnitLike(times_, RowOf(sensor_.kind).max_step_s), path_, config_.source);
 }
 
 void SignalFile::Add(int number, SignalSample sample) {

@@ -14,10 +14,17 @@ namespace {
 
 constexpr char kSignalsFormat[] = "nightmap signals";
 constexpr int kSignalsVersion = 1;
-constexpr const char* kKindNames[] = {"acceleration", "odometry", "scan"};
-constexpr const char* kSignalUnits[] = {"value: ax ay az (m/s2)",
-                                        "value: x y (m) heading (rad)",
-                                        "value: start_angle angle_step (rad) max_range (m)"};
+
+// As "value: x y (m) heading (rad)".
+std::string UnitsText(const std::array<SignalValue, 3>& values) {
+  std::string text = "value:";
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    text += " " + values[i].name;
+    const bool is_last = i + 1 == values.size() || values[i + 1].unit != values[i].unit;
+    if (is_last) text += " (" + values[i].unit + ")";
+  }
+  return text;
+}
 
 std::string SensorName(std::size_t i) { return fmt::format("sensor_{}", i); }
 
@@ -53,15 +60,6 @@ std::vector<double> ReadDurations_s(const Hdf5Reader& file, std::size_t count) {
 
 }  // namespace
 
-const char* NameOf(SignalKind kind) { return kKindNames[static_cast<int>(kind)]; }
-
-std::optional<SignalKind> KindOf(std::string_view name) {
-  for (const SignalKind kind : kSignalKinds) {
-    if (name == NameOf(kind)) return kind;
-  }
-  return std::nullopt;
-}
-
 void WriteSignals(const std::filesystem::path& path,
                   SignalKind kind,
                   const std::vector<Signal>& signals) {
@@ -73,7 +71,7 @@ void WriteSignals(const std::filesystem::path& path,
                   kSignalsFormat,
                   kSignalsVersion,
                   "# made of the site config\n",
-                  kSignalUnits[static_cast<int>(kind)]);
+                  UnitsText(RowOf(kind).values));
   file.WriteText("kind", NameOf(kind));
   for (std::size_t i = 0; i < signals.size(); ++i) {
     file.WriteText(SensorName(i), signals[i].sensor_id);

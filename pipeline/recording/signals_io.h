@@ -7,7 +7,7 @@
 //   robot_from_sensor  double[S x 7]         tx ty tz (metres) qx qy qz qw
 //   sample_offset      int64[S + 1]          where each sensor's samples start
 //   time_ns            int64[N]              increases within a sensor
-//   value              double[N x 3]         see SignalKind
+//   value              double[N x 3]         see SignalSample
 //   range_offset       int64[N + 1]          where each sample's ranges start
 //   range_m            float[R]              of scans; below 0: not measured (scan_points.h)
 //   scan_duration_s    double[S]             of scans; missing where all are 0
@@ -16,12 +16,11 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "pipeline/geometry/rigid3.h"
+#include "pipeline/recording/signal_kinds.h"
 
 namespace nightmap {
 
@@ -32,14 +31,6 @@ namespace nightmap {
 //   scan          angle of the first beam and from beam to beam in rad, counter-clockwise from the
 //                 sensor's x, and the range in metres from which on nothing was hit; scans of one
 //                 sensor may differ in all of them, and in their number of beams
-enum class SignalKind { kAcceleration, kOdometry, kScan };
-inline constexpr SignalKind kSignalKinds[] = {
-    SignalKind::kAcceleration, SignalKind::kOdometry, SignalKind::kScan};
-
-// "acceleration", "odometry", "scan".
-const char* NameOf(SignalKind kind);
-std::optional<SignalKind> KindOf(std::string_view name);
-
 struct SignalSample {
   std::int64_t time_ns = 0;
   Eigen::Vector3d value = Eigen::Vector3d::Zero();

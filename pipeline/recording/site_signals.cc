@@ -13,6 +13,12 @@
 namespace nightmap {
 namespace {
 
+std::vector<std::string> NamesOfKinds() {
+  std::vector<std::string> names;
+  for (const SignalKindRow& row : SignalKinds()) names.push_back(row.name);
+  return names;
+}
+
 struct SensorTable {
   SensorConfig sensor;
   std::string kind = "acceleration";
@@ -26,8 +32,7 @@ struct SensorTable {
   void Register(OptionList& list) {
     SensorConfig& s = sensor;
     list.Add("id", &s.id, "name that signals refer to");
-    list.Add(
-        "kind", &kind, {"acceleration", "odometry", "scan"}, "quantity that the sensor measures");
+    list.Add("kind", &kind, NamesOfKinds(), "quantity that the sensor measures");
     list.Add("robot_from_sensor", &robot_from_sensor, {-1000, 1000}, "tx ty tz (m) qx qy qz qw");
     list.Add("start_angle_deg", &start_angle_deg, {-360, 360}, "scan: first beam, from x");
     list.Add(

@@ -11,7 +11,6 @@
 namespace nightmap {
 
 constexpr double kMaxFrameStep_s = 10;          // median from line to line, also of odometry
-constexpr double kMaxAccelerationStep_s = 2;    // likewise; slower samples measure no motion
 constexpr std::size_t kMaxTimesToJudge = 1000;  // the first of a file
 
 // The unit that `time_unit` of a table states: s, ms, us or ns. Empty: nothing is stated, seconds.

@@ -34,17 +34,17 @@ def add_census(folder):
         shutil.copy(path, added)
 
 
-def programs_but(folder, stage):
+def programs_but(folder, *stages):
     """Programs of the same sources, as the copy would build them."""
     for name in ("bin", "run"):
-        shutil.copytree(BUILD / name, folder / "build" / name, dirs_exist_ok=True, ignore=shutil.ignore_patterns(stage))
+        shutil.copytree(BUILD / name, folder / "build" / name, dirs_exist_ok=True, ignore=shutil.ignore_patterns(*stages))
 
 
-def build_stage(folder, stage):
-    """Builds the program of the new stage, and it alone."""
-    subprocess.run(["make", "build/programs.mk"], cwd=folder, env=environment() | {"NIGHTMAP_PROGRAMS": stage}, check=True,
+def build_stage(folder, *stages):
+    """Builds the programs of the new or changed stages, and these alone."""
+    subprocess.run(["make", "build/programs.mk"], cwd=folder, env=environment() | {"NIGHTMAP_PROGRAMS": " ".join(stages)}, check=True,
                    stdout=subprocess.DEVNULL)  # fmt: skip
-    programs_but(folder, stage)
+    programs_but(folder, *stages)
 
 
 def map_before(folder):

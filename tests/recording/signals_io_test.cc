@@ -67,6 +67,15 @@ TEST(SignalsIo, AnotherKindAndACutFileAreRefused) {
   }
 }
 
+TEST(SignalKinds, EachHasARowThatItsNameFinds) {
+  for (const SignalKindRow& row : SignalKinds()) {
+    EXPECT_EQ(KindOf(row.name), row.kind);
+    EXPECT_EQ(&RowOf(row.kind), &row);
+  }
+  EXPECT_EQ(KindOf("magnetic"), std::nullopt);
+  EXPECT_THROW(RowOf(static_cast<SignalKind>(99)), std::logic_error);
+}
+
 // A file of two samples, with one array replaced.
 class SignalsDamageTest : public testing::Test {
  protected:

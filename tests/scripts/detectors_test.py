@@ -2,6 +2,7 @@
 """detectors.py: what is run, the table, and a detector that cannot map a site."""
 
 import json
+import re
 import tempfile
 import unittest
 from pathlib import Path
@@ -34,6 +35,13 @@ class DetectorsTest(unittest.TestCase):
         self.assertEqual([row[1] for row in rows], list(detectors.DETECTORS))
         self.assertEqual([row[4] for row in rows], ["2.00", "2.00", "n/a", "2.00", "n/a"])
         self.assertEqual(settings[3], ['features.detector="orb"'])
+
+    def test_the_unit_tests_try_every_row(self):
+        table, tests = ((fake_site.CHECKOUT / name).read_text(encoding="utf-8") for name in (
+            "pipeline/camera/extract_features.cc", "tests/camera/extract_features_test.cc"))  # fmt: skip
+        rows = re.findall(r'\{"(\w+)", DescriptorKind::', table)
+        self.assertIn("sift", rows)
+        self.assertCountEqual(re.findall(r'"(\w+)"', re.search(r"kDetectors = \{(.*?)\}", tests, re.DOTALL)[1]), rows)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 """The copies of a site's config that frames and queries read, and the pictures of QUERY."""
 
 import os
+import re
 import shlex
 import shutil
 import tempfile
@@ -10,9 +11,32 @@ import unittest
 from pathlib import Path
 
 from config_folder import CONFIG, PREVIEW, SITE, ConfigFolder
+from fake_site import CHECKOUT
+from nightmap_make.recorded_frames import COUNTS
+from nightmap_site.pipeline import read_pipeline
 
 COPIES = ("site/office", "queries/office")
 ASKED = "asked/office"
+
+
+def rows_of(source):
+    """The text of each row of a table with names in a C++ source, by name."""
+    words = re.split(r'\.name = "(\w+)"', (CHECKOUT / source).read_text(encoding="utf-8"))
+    return dict(zip(words[1::2], words[2::2]))
+
+
+class TablesTest(unittest.TestCase):
+    """Tables of the programs, and what the scripts know of their rows."""
+
+    def test_frames_of_each_layout_of_recordings_are_counted(self):
+        layouts = rows_of("pipeline/recording/layouts.cc")
+        self.assertCountEqual(COUNTS, [name for name, row in layouts.items() if ".is_recording = false" not in row])
+        self.assertIn("pictures", layouts)
+
+    def test_the_file_of_each_kind_of_sensor_is_declared(self):
+        declared = read_pipeline(str(CHECKOUT / "configs")).jobs["frames"].beside.values()
+        files = [re.search(r'\.file = "([\w.]+)"', row)[1] for row in rows_of("pipeline/recording/signal_kinds.cc").values()]
+        self.assertCountEqual(files, [name for name in declared if name.endswith(".h5")])
 
 
 class SiteConfigsTest(ConfigFolder):

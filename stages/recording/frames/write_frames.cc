@@ -22,9 +22,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPort = "shards";
 
-// File name for each kind of signal.
-constexpr const char* kSignalFiles[] = {"acceleration.h5", "odometry.h5", "scans.h5"};
-
 // Files of truth, which a site may have or not.
 constexpr const char* kFilesOfTruth[] = {"ground_truth.tum", "robot_truth.tum", "relations.txt"};
 
@@ -38,12 +35,12 @@ class Writer {
     names_.insert(name);
   }
 
-  void Write(SignalKind kind, const std::vector<Signal>& all) {
+  void Write(const SignalKindRow& row, const std::vector<Signal>& all) {
     std::vector<Signal> signals;
     for (const Signal& signal : all) {
-      if (signal.kind == kind) signals.push_back(signal);
+      if (signal.kind == row.kind) signals.push_back(signal);
     }
-    WriteSignals(context_.OutputBeside(kPort, kSignalFiles[static_cast<int>(kind)]), kind, signals);
+    WriteSignals(context_.OutputBeside(kPort, row.file), row.kind, signals);
   }
 
   void RemoveOthers() const {
@@ -206,7 +203,7 @@ void WriteFrames(const FramesOptions& options,
   writer.Write("held_out.csv", FramesToCsv(lists.held_out));
   writer.Write("held_out.tum",
                TrajectoryToTum(lists.held_out_ground_truth, comment + "held-out frames"));
-  for (const SignalKind kind : kSignalKinds) writer.Write(kind, signals);
+  for (const SignalKindRow& row : SignalKinds()) writer.Write(row, signals);
   WriteTruth(robot_truth, writer, context.Report());
   WriteFile(context.Output(kPort), NameListToText("shards", names));
   Report(lists, signals, context.Report());

@@ -24,19 +24,19 @@ struct Extent {
 };
 
 std::string DescribeValues(const Signal& signal) {
-  constexpr const char* kNames[2][3] = {{"ax", "ay", "az"}, {"x", "y", "heading"}};
-  constexpr const char* kUnits[2][3] = {{"m/s2", "m/s2", "m/s2"}, {"m", "m", "rad"}};
-  const int kind = static_cast<int>(signal.kind);
+  const auto& values = RowOf(signal.kind).values;
   std::string text;
-  for (int i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
     Extent extent;
-    for (const SignalSample& sample : signal.samples) extent.Add(sample.value[i]);
+    for (const SignalSample& sample : signal.samples) {
+      extent.Add(sample.value[static_cast<Eigen::Index>(i)]);
+    }
     text += fmt::format("{}{} {:.4g} to {:.4g} {}",
                         i == 0 ? "" : ", ",
-                        kNames[kind][i],
+                        values[i].name,
                         extent.min,
                         extent.max,
-                        kUnits[kind][i]);
+                        values[i].unit);
   }
   return text;
 }
