@@ -38,12 +38,16 @@ def _check_profile(request):
         raise ConfigError(f"{request.profile_from}: no profile {request.profile!r} in {request.configs}; profiles: {', '.join(known)}")
 
 
+def _has_options(name):
+    return name.endswith(".toml") and name != "pipeline.toml"
+
+
 def _default_files(request):
     """Name -> file of its defaults, of the default profile's folders and of those of the profile."""
     found, of_default = {}, folders(request.configs, "default", ())
     for place in dict.fromkeys(os.path.join(request.configs, name, "default") for name in ("", *of_default, *_folders(request))):
         for name in sorted(os.listdir(place)) if os.path.isdir(place) else []:
-            if name.endswith(".toml"):
+            if _has_options(name):
                 found[name[:-5]] = os.path.join(place, name)
     return found
 
@@ -72,7 +76,7 @@ def _folder(folder, stages, configs):
     """(stage, config, path) of each file in a folder; none when the folder does not exist. Values of programs that only other profiles
     run are for those."""
     for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
-        if not name.endswith(".toml") or name == "pipeline.toml":
+        if not _has_options(name):
             continue
         if name[:-5] not in stages and not any(os.path.exists(f"{configs}/{other}/default/{name}") for other in os.listdir(configs)):
             raise ConfigError(f"{folder}/{name}: no stage '{name[:-5]}'")

@@ -74,7 +74,7 @@ class SiteProgramsTest(unittest.TestCase):
     def test_a_build_that_fails(self):
         self.make("map")
         before = self.site.hashes()
-        (self.folder / "stages/dense/grid/main.cc").write_text("// changed\n")
+        (self.folder / "stages/wing/grid/main.cc").write_text("// changed\n")
         (self.folder / "broken").touch()
         said, _ = self.make("map", code=2)
         self.assertIn("the programs cannot be built", said)

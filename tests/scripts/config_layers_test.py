@@ -33,6 +33,12 @@ class LayersTest(ConfigFolder):
         self.assertEqual(self.config("octree"), {"resolution_m": 0.1, "num_hits": 5, "mode": "ray"})
         self.assertEqual(self.config("scan"), {"sigma_m": 0.5, "mode": "beam"})
 
+    def test_a_declaration_has_no_options(self):
+        self.write("configs/default/pipeline.toml", "pieces = []\n")
+        self.resolve()
+        self.assertFalse((self.folder / CONFIG / "pipeline.toml").exists())
+        self.assertIn("no stage 'pipeline'", self.refused(set="pipeline.pieces=[]"))
+
     def test_rewritten_only_when_the_meaning_changes(self):
         self.resolve()
         octree, plan = self.time("octree"), self.time("plan")
