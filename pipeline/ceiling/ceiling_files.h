@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the stages that map a ceiling read and write alike.
+// Files that all stages that map a ceiling read and write.
 #pragma once
 
 #include "pipeline/ceiling/ceiling_map_io.h"

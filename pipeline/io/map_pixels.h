@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a pixel of a ROS map's picture says of its cell, by the rules of Nav2's map_server.
+// The meaning of a pixel of a ROS map's picture for its cell, by the rules of Nav2's map_server.
 #pragma once
 
 #include <cstdint>

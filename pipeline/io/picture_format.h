@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a picture file is, by its content, and how large it may be: both are known before a library
+// Kind of a picture file, by its content, and how large it may be: both are known before a library
 // opens it.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What labels say may move, cut into regions: one for each thing, as far as labels and depth tell.
+// Regions that may move by their labels: one for each thing, as far as labels and depth tell.
 #pragma once
 
 #include <cstdint>

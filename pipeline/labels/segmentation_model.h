@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What labels mean and where they come from: the TOML file that a user writes beside an ONNX file.
+// Meaning and origin of labels: the TOML file that a user writes beside an ONNX file.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What RefinePose (match_scan.h) makes small, for Ceres.
+// The cost that RefinePose (match_scan.h) makes small, for Ceres.
 #pragma once
 
 #include <ceres/cubic_interpolation.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which points of a scan lie on a wall, and where that wall faces.
+// Points of a scan that lie on a wall, and where that wall faces.
 #pragma once
 
 #include <Eigen/Core>

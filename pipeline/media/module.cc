@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a program finds in the module when it has loaded it (pipeline/io/media.cc).
+// Functions that a program finds in the module when it has loaded it (pipeline/io/media.cc).
 #include <media_sources.h>
 
 #include "pipeline/io/media.h"

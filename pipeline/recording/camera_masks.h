@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a camera's pictures no job takes: the parts of the robot that it sees, and what its lens
+// Parts of a camera's pictures that no job takes: those that show the robot, and those that its lens
 // has no ray for.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scanner's description says of all its scans together, once they are read.
+// Checks of a scanner's description against all its scans together, once they are read.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the way of the wheels tells about the units of its odometry.
+// Units of the odometry, by the way of the wheels.
 #pragma once
 
 #include <filesystem>

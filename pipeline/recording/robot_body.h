@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a laser scanner sees of its own robot: directions in which the range stays while everything
+// The robot in the scans of its own laser: directions in which the range stays while everything
 // else changes.
 #pragma once
 

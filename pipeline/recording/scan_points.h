@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a laser scanner hit, as points.
+// Hits of a laser scanner, as points.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the ranges of all scans of a scanner tell about it: their unit, and the range that it
+// Facts about a scanner by the ranges of all its scans: their unit, and the range that it
 // writes where nothing was hit.
 #pragma once
 

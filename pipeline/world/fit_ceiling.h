@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What real ceilings have beside tiles and lamps: vents, hatches, tiles of another tone, smoke
+// Fittings of real ceilings beside tiles and lamps: vents, hatches, tiles of another tone, smoke
 // detectors and sprinklers, at irregular places.
 #pragma once
 

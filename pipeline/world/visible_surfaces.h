@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which surface a camera sees at each point of its picture, without a ray through every pixel.
+// The surface that a camera sees at each point of its picture, without a ray through every pixel.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the robot's wheels measure: the sum of its motions, each with bias and noise.
+// Measurements of the robot's wheels: the sum of its motions, each with bias and noise.
 #pragma once
 
 #include <Eigen/Core>

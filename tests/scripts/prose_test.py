@@ -18,7 +18,7 @@ MARKS = {".cc": SLASHES, ".h": SLASHES, ".js": SLASHES, ".py": HASHES, ".toml": 
 def comments_of(text, mark, doc=r'"""'):
     """(line, words) of each comment: lines that hold nothing else and follow each other are one, and so is a docstring."""
     start, words = 0, []
-    for number, line in enumerate([*text.splitlines(), ""], 1):
+    for number, line in enumerate([*re.sub(r"(?m)^.*SPDX-.*$", "", text).splitlines(), ""], 1):  # the license's line is none
         alone = re.match(rf"\s*{mark}(?!!)\s?(.*)", line)
         if words and not (alone and alone[1].strip()):
             yield start, " ".join(words)
@@ -48,8 +48,8 @@ def fragments_in(path):
 
 
 PLANTED = {  # \x28 is "(", so that this file has no such comment
-    "a.cc": ('// Pure.\n// What moves.\nint a = 1;  // Of b.\nf("# What");\n\n// Sets c.\n// Of d.\n',
-             [(1, "What moves."), (3, "Of b."), (6, "Of d.")]),
+    "a.cc": ('// SPDX-x: y\n// What moves.\nint a = 1;  // Of b.\nf("# What");\n\n// Sets c.\n// Of d.\n',
+             [(2, "What moves."), (3, "Of b."), (6, "Of d.")]),
     "a.py": ('"""Which is\ntrue."""\n# A\n# That.\nx = "What"  # which\n', [(1, "Which is true.")]),
     "a.toml": ('# Whose\n# it is.\na = 1  # \x28Of b.)\n', [(1, "Whose it is."), (3, "(Of b.)")]),
     "a.md": ("# What it is\nIt is. What\nelse?\n\n- **That\n  is.** It is.\n- a\n1. Of b.\n\n| a | What |\n\n```\nWhat\n```\n",

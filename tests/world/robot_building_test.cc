@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is in the building for a robot: the blank stretch of the corridor, and fittings of ceilings.
+// Parts of the building for a robot: the blank stretch of the corridor, and fittings of ceilings.
 #include <gtest/gtest.h>
 
 #include <algorithm>

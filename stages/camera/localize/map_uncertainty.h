@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the map's own error adds to the uncertainty of a pose in it.
+// Uncertainty that the map's own error adds to that of a pose in it.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stays in place in the pictures of a camera that moves: parts of the robot, black borders.
+// Parts that stay in place in the pictures of a moving camera: parts of the robot, black borders.
 #pragma once
 
 #include <cstddef>

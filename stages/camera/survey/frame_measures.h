@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a frame is like: exposure, sharpness, texture, depth.
+// Qualities of a frame: exposure, sharpness, texture, depth.
 #pragma once
 
 #include "pipeline/io/frames_io.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which frames are keyframes, and how the frames between move along.
+// Keyframes, and how the frames between move along.
 #pragma once
 
 #include <Eigen/Core>

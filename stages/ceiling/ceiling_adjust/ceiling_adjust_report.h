@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What ceiling_adjust says of its result.
+// Report of ceiling_adjust.
 #pragma once
 
 #include <nlohmann/json.hpp>

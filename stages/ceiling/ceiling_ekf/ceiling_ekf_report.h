@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What ceiling_ekf says of its result.
+// Report of ceiling_ekf.
 #pragma once
 
 #include <nlohmann/json.hpp>

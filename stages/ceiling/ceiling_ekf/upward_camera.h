@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a camera on a robot that drives on a floor sees of a point, with derivatives.
+// Pixels of points for a camera on a robot that drives on a floor, with derivatives.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which frames of a recording a mosaic is made of.
+// Frames of a recording that a mosaic is made of.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the frames before and after say about each surface that a frame shows: does it stay?
+// Evidence of the frames before and after for each surface that a frame shows: does it stay?
 #pragma once
 
 #include "pipeline/geometry/rigid3.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What optical flow says about each surface that a frame shows: the inside of a large thing that
+// Evidence of optical flow for each surface that a frame shows: the inside of a large thing that
 // moves hides itself, and only its texture tells.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the stage writes of its result.
+// Outputs of the moving stage.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which regions that labels say may move do move, each as a whole: people who stand or sit stay
+// Regions that may move by their labels, and do, each as a whole: people who stand or sit stay
 // (the decision per object of CN108596974A, by the evidence of this stage).
 #pragma once
 

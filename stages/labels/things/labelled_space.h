@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known of each voxel of the map: the octree, and the classes of its occupied voxels.
+// All that is known of each voxel of the map: the octree, and the classes of its occupied voxels.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which keyframes see a thing.
+// Keyframes that see a thing.
 #pragma once
 
 #include <optional>

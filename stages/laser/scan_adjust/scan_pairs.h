@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which scans are compared.
+// Pairs of scans that are compared.
 #pragma once
 
 #include <cstddef>

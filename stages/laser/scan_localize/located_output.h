@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What scan_localize writes beside queries.csv.
+// Outputs of scan_localize beside queries.csv.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What confirmed and contradicted walls of objects tell of a place: the ratio of their likelihoods
+// Evidence of confirmed and contradicted walls of objects for a place: the ratio of likelihoods
 // where the robot is and elsewhere. Used by the method `published`.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scan says of the objects of the map: places that are known not to change.
+// Views of the objects of the map in a scan: places that are known not to change.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scan shows: points, and the walls that they lie on.
+// Shape of a scan: points, and the walls that they lie on.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the robot's laser and wheels record on the drive of a SynthesizePlan, with its true poses.
+// Records of the robot's laser and wheels on the drive of a SynthesizePlan, with its true poses.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,3 +1,3 @@
 # SPDX-License-Identifier: Apache-2.0
-# What is adjusted is made by the filter.
+# The filter makes the map that is adjusted.
 target_link_libraries(${program} PRIVATE stage_ceiling_ekf)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the wheels measure: truth without noise, the stated sigmas over many seeds, slip.
+// Measurements of the wheels: truth without noise, the stated sigmas over many seeds, slip.
 #include <gtest/gtest.h>
 
 #include <cmath>
