@@ -3,7 +3,7 @@
 # VTK and Qt along, its files do not. PCL 1.13 is found once in a configuration: a second find_package in another scope misses FLANN.
 function(find_pcl)
   if(NOT TARGET pcl_common)
-    find_package(PCL REQUIRED COMPONENTS common kdtree search features filters registration)
+    find_package(PCL REQUIRED COMPONENTS common kdtree search filters registration)
     set(PCL_INCLUDE_DIRS ${PCL_INCLUDE_DIRS} CACHE INTERNAL "headers of PCL and of what it stands on")
   endif()
 endfunction()

@@ -26,7 +26,7 @@ def _any(unit):
 
 def _patterns(job):
     """A pattern of the names of a job's files for any unit."""
-    files = [name for name in [*job.outputs.values(), *job.run_files().values()] if "{unit}" in name]
+    files = [name for name in [*job.outputs.values(), *job.beside.values(), *job.run_files().values()] if "{unit}" in name]
     return re.compile("|".join(re.escape(name).replace(re.escape("{unit}"), f"({_any(job.unit)})") for name in files), re.ASCII)
 
 

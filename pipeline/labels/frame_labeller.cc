@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <opencv2/core/utility.hpp>
 #include <utility>
 
 #include "pipeline/base/error.h"
@@ -69,9 +70,11 @@ FrameLabeller MakeLabeller(const SegmentationModel& model,
   };
 }
 
-std::string LabelSource(const SegmentationModel& model, const std::vector<RgbdCamera>& cameras) {
-  return HashBytes(fmt::format("{} {} {} {} {} {} {} {}\n{}",
+std::string LabelSource(const SegmentationModel& model, const RgbdCamera& camera) {
+  return HashBytes(fmt::format("{} {} {} {} {} {} {} {} {} {}\n{}",
                                HashFile("/proc/self/exe"),
+                               cv::getBuildInformation(),
+                               cv::getCPUFeaturesLine(),
                                model.HasNetwork() ? HashFile(model.network) : "",
                                model.input_width_px,
                                model.input_height_px,
@@ -79,7 +82,7 @@ std::string LabelSource(const SegmentationModel& model, const std::vector<RgbdCa
                                model.scale,
                                model.is_bgr,
                                model.classes.names.size(),
-                               CamerasToJson(cameras)));
+                               CamerasToJson({camera})));
 }
 
 }  // namespace nightmap

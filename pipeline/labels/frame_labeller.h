@@ -29,7 +29,7 @@ FrameLabeller MakeLabeller(const SegmentationModel& model,
                            const std::filesystem::path& data_root);
 
 // Hash of all that labels follow from, but for the frame: the network and how pixels reach it, the
-// number of classes, the cameras, and this program.
-std::string LabelSource(const SegmentationModel& model, const std::vector<RgbdCamera>& cameras);
+// number of classes, the camera, this program, OpenCV and the instructions that it finds.
+std::string LabelSource(const SegmentationModel& model, const RgbdCamera& camera);
 
 }  // namespace nightmap

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "pipeline/base/atomic_outputs.h"
@@ -25,8 +26,8 @@ std::filesystem::path SourcesOf(std::filesystem::path labels) {
 KeptLabels::KeptLabels(std::filesystem::path labels) : labels_(std::move(labels)) {
   try {
     if (std::filesystem::exists(labels_) && std::filesystem::exists(SourcesOf(labels_))) Read();
-  } catch (const std::exception& error) {
-    spdlog::debug("every frame is labelled anew: {}", error.what());
+  } catch (const Error& error) {
+    spdlog::info("every frame is labelled anew: {}", error.what());
     packed_.clear();
   }
 }
@@ -35,6 +36,8 @@ void KeptLabels::Read() {
   reader_ = std::make_shared<const LabelsReader>(labels_);
   const CsvFile csv(SourcesOf(labels_), kSourcesHeader);
   for (const CsvRow& row : csv.Rows()) {
+    // A run that was killed may have left the sources of labels that it did not.
+    if (!std::ranges::binary_search(reader_->Times_ns(), row.Integer(0))) continue;
     PackedLabels packed = reader_->ReadPacked(row.Integer(0));
     if (HashOf(packed, reader_->Classes().names) != row.Text(2)) continue;
     packed_[row.Text(1)] = std::move(packed);

@@ -12,8 +12,8 @@
 
 namespace nightmap {
 
-// A source is a hash of all that labels follow from: pixels, cameras, network, program. No result
-// depends on what is kept: equal sources have equal labels.
+// A source is a hash of all that labels follow from: file, place in it, camera, network, program.
+// No result depends on kept labels: equal sources have equal ones.
 //
 // CSV beside the file of labels, <labels>.sources.csv: time_ns,source,labels; the last is the hash
 // of the labels, so that others at that time are not taken for them.

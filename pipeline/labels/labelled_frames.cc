@@ -35,13 +35,13 @@ LabelledFrames::LabelledFrames(const SegmentationModel& model,
                                FrameLabeller label,
                                const std::vector<FrameRecord>& frames,
                                KeptLabels kept,
-                               std::string source)
+                               std::vector<std::string> sources)
     : model_(model),
       label_(std::move(label)),
       frames_(frames),
       labelled_(frames.size()),
       kept_(std::move(kept)),
-      source_(std::move(source)) {
+      sources_(std::move(sources)) {
   const auto has_label = [](const FrameRecord& frame) {
     return frame.others.contains(kLabelChannel);
   };
@@ -63,11 +63,18 @@ bool LabelledFrames::IsDue(std::size_t i, std::size_t last) const {
   return gap_s >= (moves ? model_.moving_gap_s : model_.still_gap_s);
 }
 
+// All frames of a video have its hash; the path has their number.
 std::string LabelledFrames::SourceOf(const FrameRecord& frame) const {
-  std::string text =
-      fmt::format("{}\n{}\n{}\n{}", source_, frame.camera_idx, frame.color.hash, frame.depth.hash);
-  for (const auto& [channel, file] : frame.others)
+  const auto camera_idx = static_cast<std::size_t>(frame.camera_idx);
+  std::string text = fmt::format("{}\n{}\n{}\n{} {}",
+                                 sources_.empty() ? "" : sources_.at(camera_idx),
+                                 frame.color.path,
+                                 frame.color.hash,
+                                 frame.depth.path,
+                                 frame.depth.hash);
+  for (const auto& [channel, file] : frame.others) {
     text += fmt::format("\n{} {}", channel, file.hash);
+  }
   return HashBytes(text);
 }
 
@@ -181,11 +188,13 @@ LabelledFrames MakeLabelledFrames(const std::vector<FrameRecord>& frames,
     context.AddInput(model.network, context.Input("model"));
     KeepFreedPages();
   }
+  std::vector<std::string> sources;
+  for (const RgbdCamera& camera : cameras) sources.push_back(LabelSource(model, camera));
   return {model,
           MakeLabeller(model, cameras, context.Input("data")),
           frames,
           KeptLabels(context.FinalPath("labels")),
-          LabelSource(model, cameras)};
+          std::move(sources)};
 }
 
 }  // namespace nightmap

@@ -2,7 +2,6 @@
 // The labels of those frames of a list that were asked for, and the masks of what can move in them.
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -19,14 +18,14 @@ namespace nightmap {
 
 class LabelledFrames {
  public:
-  // Frames whose labels `kept` has are not labelled again; `source` is the part of their sources
-  // that all share (LabelSource). Throws UsageError naming the remedy when the model has no network
-  // and no frame a label picture.
+  // Frames whose labels `kept` has are not labelled again; `sources` are the parts of their sources
+  // that the frames of a camera share (LabelSource), by camera_idx. Throws UsageError naming the
+  // remedy when the model has no network and no frame a label picture.
   LabelledFrames(const SegmentationModel& model,
                  FrameLabeller label,
                  const std::vector<FrameRecord>& frames,
                  KeptLabels kept = {},
-                 std::string source = {});
+                 std::vector<std::string> sources = {});
 
   // Whether labels of frame i can be had: by the network, or because it has a label picture.
   bool CanLabel(std::size_t i) const;
@@ -68,7 +67,7 @@ class LabelledFrames {
   const std::vector<FrameRecord>& frames_;
   std::vector<std::optional<Labelled>> labelled_;  // by frame
   KeptLabels kept_;
-  std::string source_;
+  std::vector<std::string> sources_;  // by camera
 };
 
 // Makes what labels the frames by the inputs "model" and "data" of the run, and lists the network

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of a camera's pictures that no job takes: those that show the robot, and those that its lens
+// Parts of a camera's pictures that no job takes: those that show the robot, and those its lens
 // has no ray for.
 #pragma once
 

@@ -14,7 +14,7 @@ struct Layout {
   // Lists the pictures, with times that do not yet include time_offset_s.
   RawSequence (*read)(const SequenceFolder& folder);
   std::vector<std::string> required = {};  // keys of [[sequence]] or [[query]] beside `layout`
-  std::vector<std::string> own = {};       // keys that other layouts do not have
+  std::vector<std::string> own = {};       // keys that layouts without them refuse
   std::vector<std::string> refused = {};   // keys that others have
   // In a list, in a unit that the user may state. Otherwise times are counted, in seconds.
   bool lists_times = false;

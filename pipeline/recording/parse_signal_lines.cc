@@ -81,7 +81,9 @@ Eigen::Vector3d ParseOdometry(const SensorConfig& sensor, const Words& values) {
 // The three values as they are.
 Eigen::Vector3d ParsePlainValues(const SignalKindRow& row, const Words& words) {
   const auto& values = row.values;
-  DemandCount(words, 3, values[0].name + " " + values[1].name + " " + values[2].name);
+  if (words.size() != values.size()) {
+    DemandCount(words, 3, values[0].name + " " + values[1].name + " " + values[2].name);
+  }
   const auto value = [&](std::size_t i) { return Within(words[i], row.max_value, row.a_value); };
   return {value(0), value(1), value(2)};
 }

@@ -69,8 +69,9 @@ void CheckKeys(const toml::table& table, const Layout& layout, const std::string
   Refuse(
       table, layout.refused, where, fmt::format("does not go with layout = \"{}\"", layout.name));
   for (const Layout& other : Layouts()) {
-    if (other.name == layout.name) continue;
-    Refuse(table, other.own, where, fmt::format("needs layout = \"{}\"", other.name));
+    Names keys = other.own;
+    std::erase_if(keys, [&](const auto& key) { return std::ranges::count(layout.own, key) > 0; });
+    Refuse(table, keys, where, fmt::format("needs layout = \"{}\"", other.name));
   }
   if (!layout.is_recording && table.contains("camera")) {
     Refuse(table, {"horizontal_fov_deg"}, where, "is known from `camera`");

@@ -52,6 +52,8 @@ class DeleteWingTest(unittest.TestCase):
         programs = ("frames", "pose_graph")
         self.run_in("", "make", "build/programs.mk", NIGHTMAP_PROGRAMS=" ".join(programs))
         self.assertEqual(set(os.listdir(self.folder / "build/run")) - {"nightmap_media.so"}, set(programs))
+        self.run_in("", "cmake", "-S", ".", "-B", "build/all", "-G", "Ninja", "-DNIGHTMAP_TESTS=ON", "--log-level=WARNING")
+        self.assertNotRegex((self.folder / "build/all/build.ninja").read_text(), f"-lnightmap_|nightmap_{WING}|stage_{WING}")
         self.run_in("tests/scripts", "/usr/bin/python3", "-m", "unittest", *SCRIPTS)
 
     @unittest.skipUnless(IS_NIGHT, "takes half an hour: set NIGHTMAP_NIGHTLY=1")

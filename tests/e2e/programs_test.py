@@ -38,6 +38,16 @@ class ProgramsTest(unittest.TestCase):
             file.flush()
             return run(stage, "--check-config", "--config", file.name)
 
+    def test_recorded_sites_need_no_library_of_made_up_ones(self):
+        stages = {path.parent.name for path in REPOSITORY.glob("stages/*/*/main.cc")}
+        recorded = sorted(stage for stage in stages if not stage.startswith("synthesize"))
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run(["cmake", "-S", REPOSITORY, "-B", folder, "-G", "Ninja", f"-DNIGHTMAP_PROGRAMS={' '.join(recorded)}",
+                            "--log-level=ERROR"], check=True, stdout=subprocess.DEVNULL)  # fmt: skip
+            rules = pathlib.Path(folder, "build.ninja").read_text()
+        self.assertIn("build bin/ceiling_ekf", rules)
+        self.assertNotRegex(rules, "-lnightmap_|embree")
+
     def test_help_and_version(self):
         def check(stage):
             help_page = run(stage, "--help")

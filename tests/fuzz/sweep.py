@@ -50,7 +50,7 @@ def artifacts(root, site):
     """Paths of the artifacts of a site."""
     return [str(path.relative_to(root)) for path in sorted((root / site).glob("*/*"))
             if path.is_file() and not str(path.relative_to(root / site)).startswith(NO_ARTIFACTS) and "receipt" not in path.name
-            and path.name != "hashes.csv"]  # fmt: skip
+            and path.name != "hashes.csv" and not path.name.endswith(".sources.csv")]  # fmt: skip
 
 
 def read(path):

@@ -23,11 +23,12 @@ class KeptLabelsTest : public testing::Test {
     num_new_ = 0;
     const auto label = [&](const FrameRecord& frame, const RgbdImages& images) {
       ++num_new_;
-      FrameRecord shown = frame;
+      FrameRecord shown = frame;  // a picture shows the same at any time
       shown.frame_idx = std::stoi(frame.color.path);
       return LabelsOf(shown, images);
     };
-    LabelledFrames labelled(model_, label, frames_, KeptLabels(Labels()), source_);
+    LabelledFrames labelled(
+        model_, label, frames_, KeptLabels(Labels()), {source_, source_ + " 1"});
     for (const std::size_t i : asked) labelled.Label(i, {});
     WriteLabels(folder_ / "temporary", labelled.Labels(), "");  // as outputs are
     std::filesystem::rename(folder_ / "temporary", Labels());
@@ -80,7 +81,22 @@ TEST_F(KeptLabelsTest, LabelsOfAnotherPictureCameraOrNetworkAreMadeAnew) {
   EXPECT_EQ(num_new([&] { frames_[3].depth.hash = "another"; }), 1);
   EXPECT_EQ(num_new([&] { frames_[0].camera_idx = 1; }), 1);
   EXPECT_EQ(num_new([&] { frames_[0].others["label"] = {"label.png", "hash"}; }), 1);
+  EXPECT_EQ(num_new([&] { frames_[0].color.path = "101.png#7"; }), 1);
   EXPECT_EQ(num_new([&] { source_ = "another"; }), 3);
+}
+
+TEST_F(KeptLabelsTest, FramesOfAVideoHaveTheirOwn) {
+  for (FrameRecord& frame : frames_) frame.color.hash = "video";
+  const std::string list = Run();
+  EXPECT_EQ(Run(), list);
+  EXPECT_EQ(num_new_, 0);
+}
+
+TEST_F(KeptLabelsTest, SourcesOfLabelsThatAKilledRunDidNotLeaveCostNoOthers) {
+  const std::string list = Run();
+  WriteFile(Sources(), ReadFile(Sources()) + "1000000000,0123456789abcdef,0123456789abcdef\n");
+  EXPECT_EQ(Run(), list);
+  EXPECT_EQ(num_new_, 0);
 }
 
 TEST_F(KeptLabelsTest, OptionsOfMasksAndNamesOfClassesLabelNothingAgain) {

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
+#include <cstdio>
+#include <iterator>
+#include <sstream>
 
 #include "pipeline/base/error.h"
 #include "tests/test_data.h"
@@ -427,8 +429,6 @@ TEST(SiteConfig, CamerasAndSequencesMustBeThere) {
       UsageError, ParseSiteConfig(site + table, "s.toml"), "s.toml:30: a second camera \"color\"");
 }
 
-// Leaves out configs that a user put into the folder, because a mistake there is no failure of the
-// project.
 bool SeesAll(const Camera& camera) {
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
@@ -438,18 +438,27 @@ bool SeesAll(const Camera& camera) {
   return true;
 }
 
-TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
-  int num_sites = 0;
-  for (const auto& entry : std::filesystem::directory_iterator("configs/sites")) {
-    if (entry.path().extension() != ".toml") continue;
-    SiteConfig config;
-    EXPECT_NO_THROW(config = ReadSiteConfig(entry.path())) << entry.path();
-    for (const RgbdCamera& camera : config.cameras) {
-      EXPECT_TRUE(SeesAll(camera.color)) << entry.path();  // so nothing is masked
-    }
-    ++num_sites;
+// Without configs that a user put into the folder: a mistake there is no failure of the project.
+std::vector<std::string> SitesOfTheProject() {
+  std::string listed;
+  if (FILE* pipe = popen("git ls-files 'configs/sites/*.toml' | grep -v '/.*/.*/'", "r")) {
+    for (int c = fgetc(pipe); c != EOF; c = fgetc(pipe)) listed += static_cast<char>(c);
+    pclose(pipe);
   }
-  EXPECT_GT(num_sites, 10);
+  std::istringstream lines(listed);
+  return {std::istream_iterator<std::string>(lines), {}};
+}
+
+TEST(SiteConfig, TheSitesOfTheProjectAreValid) {
+  const std::vector<std::string> sites = SitesOfTheProject();
+  if (sites.empty()) GTEST_SKIP() << "not a checkout of git";
+  for (const std::string& site : sites) {
+    SiteConfig config;
+    EXPECT_NO_THROW(config = ReadSiteConfig(site)) << site;
+    for (const RgbdCamera& camera : config.cameras) {
+      EXPECT_TRUE(SeesAll(camera.color)) << site;  // so nothing is masked
+    }
+  }
 }
 
 }  // namespace site_config_test

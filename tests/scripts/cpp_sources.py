@@ -6,13 +6,13 @@ import re
 MOST_LINES, MOST_LINES_OF_MAIN = 250, 60
 SHARES_HEADERS_OF = {"media": "io"}  # a module that a program loads: it links no library of ours
 MAY_BE_IN_HEADERS = re.compile(r"Eigen/\w+|nlohmann/json\.hpp|fmt/format\.h|sys/types\.h|[a-z_]+")
-THIRD_PARTY = re.compile(r"\b(?:cv|pcl|ceres|octomap|octomath|OIIO)::|\b(?:hid_t|herr_t|RTC\w+|sqlite3)\b")
+THIRD_PARTY = re.compile(r"\b(?:cv|pcl|ceres|octomap|octomath|OIIO|CLI|Imath)::|\b(?:hid_t|herr_t|RTC\w+|sqlite3)\b")
 LIBRARY = re.compile(r"nightmap_library\((?:\w+/)*(\w+) LINK ([^)]*)\)")
 LINKS_OF_STAGES = re.compile(r"target_link_libraries\(stage_\$\{stage\} PUBLIC ([^)]*)\)")
 RUN = re.compile(r"^[^\n#]*\b(Run[A-Z]\w*)\(((?:[^;{]|\{\})*?)\);", re.MULTILINE)
 COMMA_BETWEEN_PARAMETERS = re.compile(r",\s*(?![^<(]*[>)])")
 KINDS_IN_ORDER = (r"\w*Options&", "", r"^Progress& progress$", r"^int num_threads$")  # empty: inputs, all others
-FILE_PARAMETER = re.compile(r"filesystem::path|string& (?:\w*_)?(?:file|path|source|root|folder)s?$")
+FILE_PARAMETER = re.compile(r"filesystem::path|string(?:_view)?&? (?:\w*_)?(?:file|path|source|root|folder)s?$|StageContext")
 NAME_OF_FILE = re.compile(r'"[^"\n]*\w\.(?:csv|json|h5|tum|txt|pgm|png|jpg|ply|ot|bt|yaml)\b[^"\n]*"')
 
 
@@ -72,8 +72,9 @@ class Sources:
         return [f"{header}: {names[0]}" for header, names in found.items() if names and not self.is_internal(header)]
 
     def long_files(self):
-        """Lines of the files that are too long, by name without .cc."""
-        return {path.name.removesuffix(".cc"): text.count("\n") for path, text in self.texts.items() if text.count("\n") > MOST_LINES}
+        """Lines of the files that are too long, by name without .cc; of several with that name the longest."""
+        lengths = sorted((text.count("\n"), path.name.removesuffix(".cc")) for path, text in self.texts.items())
+        return {name: length for length, name in lengths if length > MOST_LINES}
 
     def long_mains(self):
         return [str(stage) for stage in sorted(self.stages) if self.texts[stage / "main.cc"].count("\n") > MOST_LINES_OF_MAIN]
