@@ -35,11 +35,10 @@ bool MaySee(const Rectangle& area,
 
 }  // namespace
 
-KeyframeSource OpenTile(const std::filesystem::path& tile_path,
-                        const std::filesystem::path& cameras_path,
-                        const FrameReader& reader,
-                        int stride,
-                        double max_range_m) {
+KeyframeSource OpenTile(const StageContext& context, int stride, double max_range_m) {
+  const std::filesystem::path& tile_path = context.Input("tile");
+  const std::filesystem::path& cameras_path = context.Input("cameras");
+  const FrameReader reader(context.Input("data"), context.Inputs("masks"));
   Tile tile = ReadTile(tile_path);
   if (!(max_range_m <= tile.region.max_range_m)) {
     throw UsageError(

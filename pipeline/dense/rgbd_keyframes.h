@@ -17,6 +17,7 @@
 #include "pipeline/geometry/rigid3.h"
 #include "pipeline/io/frame_failure.h"
 #include "pipeline/io/frame_reader.h"
+#include "pipeline/program/stage_context.h"
 
 namespace nightmap {
 
@@ -38,13 +39,10 @@ std::vector<Keyframe> SelectKeyframes(const std::vector<FrameRecord>& frames,
                                       const std::vector<StampedPose>& keyframe_poses,
                                       int stride);
 
-// Every keyframe of a tile's list whose keyframe_idx is a multiple of `stride` and that `reader`
-// may use. Throws UsageError when the list does not reach to max_range_m.
-KeyframeSource OpenTile(const std::filesystem::path& tile_path,
-                        const std::filesystem::path& cameras_path,
-                        const FrameReader& reader,
-                        int stride,
-                        double max_range_m);
+// Every keyframe of the input `tile` whose keyframe_idx is a multiple of `stride` and that may be
+// used, with pixels from `data` and without what moves by `masks`. Throws UsageError when the list
+// does not reach to max_range_m.
+KeyframeSource OpenTile(const StageContext& context, int stride, double max_range_m);
 
 // Throws DataError when a keyframe and its view do not fit in a cube of +-reach_m.
 void CheckReach(const std::vector<Keyframe>& keyframes, double max_range_m, double reach_m);

@@ -9,7 +9,7 @@ import subprocess
 import tempfile
 import unittest
 
-from workspace import BUILD, REPOSITORY, SITE, Workspace, environment, write_small_site
+from workspace import BUILD, REPOSITORY, SITE, SiteTest, Workspace, environment, write_small_site
 
 CENSUS = REPOSITORY / "tests/e2e/census"
 
@@ -56,7 +56,7 @@ def map_before(folder):
     build_stage(folder, "census")
 
 
-class AddWingTest(unittest.TestCase):
+class AddWingTest(SiteTest):
     @classmethod
     def setUpClass(cls):
         cls.folder = copy_of_the_tree()
@@ -75,11 +75,6 @@ class AddWingTest(unittest.TestCase):
     def describe_pipeline(self, *arguments):
         command = ["/usr/bin/python3", "scripts/describe_pipeline.py", *arguments]
         return subprocess.run(command, cwd=self.folder, check=True, capture_output=True, text=True).stdout
-
-    def make(self, *arguments, code=0):
-        result = self.work.make(*arguments)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
 
     def test_it_runs_with_the_map_and_is_in_its_table(self):
         census, frames = (json.loads(self.work.path(name).read_text()) for name in ("census/census.json", "frames/report.json"))

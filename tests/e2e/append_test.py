@@ -12,7 +12,7 @@ import unittest
 
 from nightly import IS_NIGHT
 from rendered_sites import recording
-from workspace import REPOSITORY, SITE as BUILDING, Workspace
+from workspace import REPOSITORY, SITE as BUILDING, SiteTest, Workspace
 
 from nightmap_site.unit_lists import near  # of the scripts that workspace finds
 
@@ -21,7 +21,9 @@ DATA = pathlib.Path(os.environ.get("NIGHTMAP_DATA", REPOSITORY / "../shared/data
 FIRST, ALL, SHARD = (300, 399, 100) if IS_NIGHT else (60, 80, 20)  # frames; at night the whole recording
 
 
-class AppendTest(unittest.TestCase):
+class AppendTest(SiteTest):
+    given = (f"SITE={SITE}", "map",)
+
     def setUp(self):
         if not (DATA / SITE).is_dir():
             if os.environ.get("CI") == "true":
@@ -34,11 +36,6 @@ class AppendTest(unittest.TestCase):
         sites = self.work.folder / "configs/sites" / SITE
         sites.mkdir(exist_ok=True)
         (sites / "frames.toml").write_text(f"shard_size = {SHARD}\n")
-
-    def make(self, *arguments):
-        result = self.work.make(f"SITE={SITE}", "map", *arguments)
-        self.assertEqual(result.returncode, 0, result.stdout)
-        return result.stdout
 
     def hashes(self):
         return self.work.hashes(SITE)

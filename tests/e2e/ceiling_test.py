@@ -9,7 +9,7 @@ import unittest
 
 import numpy as np
 from PIL import Image
-from workspace import REPOSITORY, Workspace
+from workspace import REPOSITORY, SiteTest, Workspace
 
 sys.path.append(str(REPOSITORY / "scripts"))
 from nightmap_eval.artifacts import read_hdf5  # noqa: E402
@@ -105,17 +105,12 @@ def record(work):
     return len(pictures), read_tum(made_up / "robot_groundtruth.txt")
 
 
-class CeilingTest(unittest.TestCase):
+class CeilingTest(SiteTest):
     @classmethod
     def setUpClass(cls):
         cls.work = Workspace()
         cls.addClassCleanup(shutil.rmtree, cls.work.folder)
         cls.num_pictures, cls.truth = record(cls.work)
-
-    def make(self, *arguments, code=0):
-        result = self.work.make(*arguments)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
 
     def test_1_maps_from_a_video_and_a_csv(self):
         self.make("report", "SITE=lab")

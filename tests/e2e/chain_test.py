@@ -7,7 +7,7 @@ import unittest
 
 from browser import shown_text
 from nightly import some_of
-from workspace import GOALS, PIPELINE, SITE, Workspace, as_its_job_wrote, told_by_why
+from workspace import GOALS, PIPELINE, SITE, CopiedSiteTest, as_its_job_wrote, told_by_why
 
 # The folders of the tiles' jobs depend on the lists of the tiles alone. A change before them that moves no pose ends
 # there; one of these jobs' own values does not touch the lists.
@@ -33,28 +33,12 @@ def reached_from(name):
     return {name if folder == "RECORDING" else folder for name, folder in folders.items()}
 
 
-class ChainTest(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.base = Workspace.made(*GOALS)
-        cls.hashes = cls.base.hashes()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.base.remove()
+class ChainTest(CopiedSiteTest):
+    made = GOALS
 
     def setUp(self):
-        self.fresh()
+        super().setUp()
         self.base_lists = self.tile_lists()
-
-    def fresh(self):
-        self.work = self.base.copy()
-        self.addCleanup(self.work.remove)
-
-    def make(self, *arguments):
-        result = self.work.make(*arguments)
-        self.assertEqual(result.returncode, 0, result.stdout)
-        return result.stdout
 
     def tile_lists(self):
         return {name: digest for name, digest in self.work.hashes().items()
@@ -94,7 +78,7 @@ class ChainTest(unittest.TestCase):
         for change in some_of(CHANGES, one_in=5):
             with self.subTest(change=change):
                 expected = reached_from(change.partition(".")[0])
-                self.fresh()
+                CopiedSiteTest.setUp(self)
                 self.assertEqual(self.work.make("-q", *GOALS, f"SET={change}").returncode, 1)
                 reran = self.reran(f"SET={change}")
                 if "tiles" in expected and self.tile_lists() == self.base_lists:

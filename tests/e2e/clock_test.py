@@ -7,35 +7,24 @@ import shutil
 import time
 import unittest
 
-from workspace import Workspace
+from workspace import CopiedSiteTest
 
 YEAR_NS = 365 * 24 * 3600 * 10**9
 CHANGE = "SET=grid.robot_height_m=1.3"
 REACHED = {"grid", "plan"}
 
 
-class ClockTest(unittest.TestCase):
+class ClockTest(CopiedSiteTest):
+    made = ("map", "plan")
+
     @classmethod
     def setUpClass(cls):
-        cls.base = Workspace.made("map", "plan")
+        super().setUpClass()
         cls.base.make("map", "plan")  # which writes the list of floors for make
         cls.changed = cls.base.copy()
+        cls.addClassCleanup(cls.changed.remove)
         result = cls.changed.make("map", "plan", CHANGE)
         assert result.returncode == 0, result.stdout
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.base.remove()
-        cls.changed.remove()
-
-    def setUp(self):
-        self.work = self.base.copy()
-        self.addCleanup(self.work.remove)
-
-    def make(self, *arguments, code=0):
-        result = self.work.make(*arguments)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
 
     def set_clock_back(self, *folders):
         """By a year, after everything below the folders was made."""

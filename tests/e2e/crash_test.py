@@ -12,29 +12,22 @@ import unittest
 
 from nightly import some_of
 from signal_at_write import SignalAtWrite
-from workspace import BUILD, GOALS, SITE, Workspace, environment
+from workspace import BUILD, GOALS, SITE, CopiedSiteTest, environment
 
 NUM_KILLS = 6
 MIN_TMPFS_BYTES = 200 * 1024
 
 
-class CrashTest(unittest.TestCase):
+class CrashTest(CopiedSiteTest):
+    made = GOALS
+
     @classmethod
     def setUpClass(cls):
-        cls.base = Workspace.made(*GOALS)
+        super().setUpClass()
         receipts = (cls.base.folder / "maps" / SITE).glob("*/receipt*.json")
         cls.duration_s = sum(json.loads(path.read_text())["wall_time_s"] for path in receipts)
-        cls.hashes = cls.base.hashes()
         cls.signals = SignalAtWrite()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.base.remove()
-        cls.signals.remove()
-
-    def setUp(self):
-        self.work = self.base.copy()
-        self.addCleanup(self.work.remove)
+        cls.addClassCleanup(cls.signals.remove)
 
     def kill_after(self, time_s):
         """Starts make and kills it and all it started; True when it was alive to be killed."""

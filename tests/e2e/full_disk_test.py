@@ -8,7 +8,7 @@ import unittest
 
 from nightly import some_of
 from stub_site import StubSite
-from workspace import environment
+from workspace import SiteTest, environment
 
 PAGE_BYTES = 4096
 DISK_BYTES = 4 << 20
@@ -16,15 +16,10 @@ FULL = "maps/demo.*: No space left on device: the disk is full: free space there
 MAX_FILE_KB = 100  # more than Python needs for its compiled modules
 
 
-class FullDiskTest(unittest.TestCase):
+class FullDiskTest(SiteTest):
     def setUp(self):
-        self.site = StubSite()
+        self.work = self.site = StubSite()
         self.addCleanup(self.site.remove)
-
-    def make(self, *arguments, code=0):
-        result = self.site.make(*arguments)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
 
     def check_told(self, output, *remedies):
         self.assertNotIn("Traceback", output)

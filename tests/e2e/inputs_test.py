@@ -11,7 +11,7 @@ import unittest
 import numpy as np
 from PIL import Image
 
-from workspace import BUILD, CAMERA, GOALS, SITE, Workspace, as_its_job_wrote, write_black, write_gray16
+from workspace import BUILD, CAMERA, GOALS, SITE, CopiedSiteTest, as_its_job_wrote, write_black, write_gray16
 
 from nightmap_eval.sealed_hdf5 import sealed
 
@@ -20,18 +20,11 @@ CONFIG = f"maps/{SITE}/config"
 LITTLE_MEMORY_BYTES = 150 << 20
 
 
-class InputsTest(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.base = Workspace.made(*GOALS)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.base.remove()
+class InputsTest(CopiedSiteTest):
+    made = GOALS
 
     def setUp(self):
-        self.work = self.base.copy()
-        self.addCleanup(self.work.remove)
+        super().setUp()
         self.work.as_recorded()
 
     def run_frames(self, program="frames"):

@@ -11,7 +11,7 @@ import unittest
 import h5py
 import numpy as np
 
-from workspace import Workspace
+from workspace import SiteTest, Workspace
 
 # Walls and furniture: rectangles x0 y0 x1 y1 (m). A wall between the rooms has a door.
 RECTANGLES = ((0, 0, 9, 6), (4.4, 0, 4.5, 2.4), (4.4, 3.5, 4.5, 6), (0.4, 0.5, 1.3, 1.0), (2.6, 4.9, 3.9, 5.5), (6.2, 0.4, 7.4, 1.1),
@@ -118,7 +118,9 @@ def circle_of_another_count(index):
 FULL = "start_angle_deg = -180\nangle_step_deg = 2\n"
 
 
-class LaserLogsTest(unittest.TestCase):
+class LaserLogsTest(SiteTest):
+    given = ("SITE=lab",)
+
     @classmethod
     def setUpClass(cls):
         cls.work = Workspace()
@@ -134,11 +136,6 @@ class LaserLogsTest(unittest.TestCase):
         text = f'profile = "laser"\nroot = "{site}"\n[[sensor]]\nid = "laser"\nkind = "scan"\n{sensor}'
         text += f'[[signal]]\nsensor = "laser"\nfile = "scan.txt"\n{signal}\n{ODOMETRY}columns = "{columns}"\n'
         (self.work.folder / f"configs/sites/{site}.toml").write_text(f'{text}[robot_truth]\ntrajectory = "truth.tum"\n{more}')
-
-    def make(self, *goals, code=0):
-        result = self.work.make("SITE=lab", *goals)
-        self.assertEqual(result.returncode, code, result.stdout[-3000:])
-        return result.stdout
 
     def artifact(self, name):
         return self.work.folder / "maps/lab" / name

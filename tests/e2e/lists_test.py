@@ -7,7 +7,7 @@ import subprocess
 import unittest
 
 from nightly import IS_NIGHT
-from workspace import SITE, Workspace, environment
+from workspace import SITE, CopiedSiteTest, Workspace, environment
 
 TOUCH = "$(shell touch {0}/pwned)$(info x)`touch {0}/pwned`"
 OFFICE = """\
@@ -30,24 +30,8 @@ camera = "color"
 ONE_SHARD = "SET=frames.max_frames=20"  # of shard_size = 25
 
 
-class ListsTest(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.base = Workspace.made("map", "localize")
-        cls.hashes = cls.base.hashes()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.base.remove()
-
-    def setUp(self):
-        self.work = self.base.copy()
-        self.addCleanup(self.work.remove)
-
-    def make(self, *arguments, code=0):
-        result = self.work.make(*arguments)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
+class ListsTest(CopiedSiteTest):
+    made = ("map", "localize")
 
     def test_a_damaged_list_is_made_anew_by_its_stage(self):
         for name, stage in (("frames/shards.txt", "frames"), ("tiles/tiles.txt", "tiles"), ("grid/floors.json", "grid"),

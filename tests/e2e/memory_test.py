@@ -6,26 +6,13 @@ import subprocess
 import unittest
 
 from nightly import some_of
-from workspace import BUILD, REPOSITORY, Workspace, environment
+from workspace import BUILD, REPOSITORY, CopiedSiteTest, environment
 
 # From less than the libraries take to more than the job takes.
 LIMITS_MB = some_of(range(70, 270, 6), one_in=4)
 
 
-class MemoryTest(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.base = Workspace.made("map")
-        cls.hashes = cls.base.hashes()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.base.remove()
-
-    def setUp(self):
-        self.work = self.base.copy()
-        self.addCleanup(self.work.remove)
-
+class MemoryTest(CopiedSiteTest):
     def run_limited(self, command, limit_mb):
         size = limit_mb * 2**20
         return subprocess.run(list(map(str, command)), cwd=self.work.folder, env=environment(), text=True,

@@ -4,7 +4,7 @@
 import unittest
 
 from stub_site import SITE, StubSite
-from workspace import BUILD
+from workspace import BUILD, SiteTest
 
 PROFILE = """
 [ceiling_features]
@@ -21,9 +21,11 @@ CEILING = {f"ceiling_features_000{shard}" for shard in range(3)}
 NUM_FEATURES = "num_features"
 
 
-class OptionsTest(unittest.TestCase):
+class OptionsTest(SiteTest):
+    given = ("PROFILE=both",)
+
     def setUp(self):
-        self.site = StubSite()
+        self.work = self.site = StubSite()
         self.addCleanup(self.site.remove)
         self.configs = self.site.folder / "configs"
         (self.configs / "both/default").mkdir(parents=True)
@@ -31,11 +33,6 @@ class OptionsTest(unittest.TestCase):
         self.profile.write_text(PROFILE)
         self.default = self.configs / "both/default/ceiling_features.toml"
         self.default.write_text((self.configs / "camera/default/features.toml").read_text())
-
-    def make(self, *arguments, code=0):
-        result = self.site.make("PROFILE=both", *arguments)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
 
     def ran(self, *arguments):
         """Names of the rules that a run runs, but for the verdict on them."""

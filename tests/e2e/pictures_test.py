@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 from opened_files import OpenedFiles
-from workspace import CAMERA, SITE, Workspace, write_black
+from workspace import CAMERA, SITE, CopiedSiteTest, write_black
 
 GOALS = ("map", "localize")
 WIDTH, HEIGHT = CAMERA["width"], CAMERA["height"]
@@ -44,22 +44,18 @@ def save_with_exif(image, path, orientation=1):
     image.save(path, quality=95, exif=exif)
 
 
-class PicturesTest(unittest.TestCase):
+class PicturesTest(CopiedSiteTest):
+    made = GOALS
+
     @classmethod
     def setUpClass(cls):
-        cls.base = Workspace.made(*GOALS)
-        cls.hashes = cls.base.hashes()
+        super().setUpClass()
         located = [row for row in read_csv(cls.base.path("localize/queries.csv")) if row["status"] == "located"]
         cls.best = max(located, key=lambda row: int(row["num_inliers"]))
         cls.other = max(located, key=lambda row: np.linalg.norm(position_m(row) - position_m(cls.best)))
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.base.remove()
-
     def setUp(self):
-        self.work = self.base.copy()
-        self.addCleanup(self.work.remove)
+        super().setUp()
         self.photos = self.work.folder / "photos"
         self.photos.mkdir()
 
@@ -68,11 +64,6 @@ class PicturesTest(unittest.TestCase):
 
     def zoomed(self, row):
         return self.image(row).resize((640, 480), Image.LANCZOS, box=MIDDLE)
-
-    def make(self, *arguments, code=0):
-        result = self.work.make(*arguments)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
 
     def reran(self, *arguments):
         before = self.work.runs()

@@ -13,7 +13,7 @@ import unittest
 from browser import shown_text
 from nightly import IS_NIGHT, some_of
 from stub_site import SITE, StubSite
-from workspace import PIPELINE, environment
+from workspace import PIPELINE, SiteTest, environment
 
 from nightmap_site.declaration import import_keys, profiles
 from nightmap_site.pipeline import closure
@@ -28,15 +28,10 @@ def jobs(names):
     return {next(job for job in known if name == job or name.startswith(f"{job}_")) for name in names}
 
 
-class StubTest(unittest.TestCase):
+class StubTest(SiteTest):
     def setUp(self):
-        self.site = StubSite()
+        self.work = self.site = StubSite()
         self.addCleanup(self.site.remove)
-
-    def make(self, *arguments, code=0, **stub):
-        result = self.site.make(*arguments, **stub)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
 
 
 class RulesTest(StubTest):

@@ -8,7 +8,7 @@ import subprocess
 import unittest
 
 from stub_site import SITE, StubSite
-from workspace import BUILD, PIPELINE
+from workspace import BUILD, PIPELINE, SiteTest
 
 PROFILE = """
 [goals]
@@ -56,9 +56,9 @@ for word; do case "$word" in receipt=*) touch "${word#*=}" ;; esac; done
 """
 
 
-class ProfileTest(unittest.TestCase):
+class ProfileTest(SiteTest):
     def setUp(self):
-        self.site = StubSite()
+        self.work = self.site = StubSite()
         self.addCleanup(self.site.remove)
         configs = self.site.folder / "configs"
         (configs / "rooms/default").mkdir(parents=True)
@@ -73,11 +73,6 @@ class ProfileTest(unittest.TestCase):
         self.text = f'profile = "rooms"\n{site.read_text()}\n'
         site.write_text(self.text + '[import]\nmodel = "net.onnx"\n')
         (self.site.folder / "data/net.onnx").write_text("weights")
-
-    def make(self, *arguments, code=0):
-        result = self.site.make(*arguments)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
 
     def test_an_inserted_job_and_a_goal_of_its_own(self):
         output = self.make("map", "rooms")

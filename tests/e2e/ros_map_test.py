@@ -10,7 +10,7 @@ import numpy as np
 import yaml
 from PIL import Image
 
-from workspace import Workspace
+from workspace import SiteTest, Workspace
 
 SITE = "office"
 CELL_M = 0.05
@@ -56,7 +56,9 @@ def scan(gray, origin_m):
     return ranges
 
 
-class RosMapTest(unittest.TestCase):
+class RosMapTest(SiteTest):
+    given = (f"SITE={SITE}",)
+
     def setUp(self):
         self.work = Workspace()
         self.addCleanup(self.work.remove)
@@ -77,11 +79,6 @@ class RosMapTest(unittest.TestCase):
     def save(self, picture):
         """As a picture with a palette."""
         Image.fromarray(self.gray).convert("P").save(self.folder / picture)
-
-    def make(self, *goals, code=0):
-        result = self.work.make(*goals, f"SITE={SITE}")
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
 
     def test_paths_are_planned_and_scans_located_on_a_map_alone(self):
         log = self.folder / "scan.log"

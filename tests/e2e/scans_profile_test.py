@@ -7,7 +7,7 @@ import re
 import unittest
 
 from stub_site import StubSite
-from workspace import PIPELINE
+from workspace import PIPELINE, SiteTest
 
 KEPT = ("synthesize", "frames", "evaluate", "report")
 PROFILE = """
@@ -32,9 +32,9 @@ def evaluate(site):
 """
 
 
-class ScansTest(unittest.TestCase):
+class ScansTest(SiteTest):
     def setUp(self):
-        self.site = StubSite()
+        self.work = self.site = StubSite()
         self.addCleanup(self.site.remove)
         folder = self.site.folder
         (folder / "configs/scans/default").mkdir(parents=True)
@@ -48,11 +48,6 @@ class ScansTest(unittest.TestCase):
         self.site.add_program("scan_map")
         config = folder / "configs/sites/demo.toml"
         config.write_text(f'profile = "scans"\n{config.read_text()}')
-
-    def make(self, *arguments, code=0):
-        result = self.site.make(*arguments)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
 
     def test_the_page_has_its_sections_and_none_of_a_camera(self):
         self.make("map", "evaluate", "report")

@@ -10,7 +10,7 @@ import h5py
 import matplotlib.image
 import numpy as np
 from PIL import Image
-from workspace import CAMERA, SITE, Workspace, write_black
+from workspace import CAMERA, SITE, CopiedSiteTest, SiteTest, Workspace, write_black
 
 LASER_SITE = """\
 root = "lab"
@@ -35,8 +35,10 @@ message = "ODOM"
 IMU = '\n[[sensor]]\nid = "imu"\nkind = "acceleration"\n[[signal]]\nsensor = "imu"\nformat = "text"\nfile = "imu.txt"\n'
 
 
-class SignalsTest(unittest.TestCase):
+class SignalsTest(SiteTest):
     """Signals without frames."""
+
+    given = ("SITE=lab",)
 
     def setUp(self):
         self.work = Workspace()
@@ -46,11 +48,6 @@ class SignalsTest(unittest.TestCase):
         self.log.parent.mkdir(parents=True)
         lines = [f"ODOM {0.1 * i} 0 0 0 0 0 {i} h {i}\nFLASER 4 1 2 3 31 0 0 0 0 0 0 {i}.5 h {i}\n" for i in range(20)]
         self.log.write_text("".join(lines))
-
-    def make(self, *arguments, code=0):
-        result = self.work.make("SITE=lab", *arguments)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
 
     def test_inspect_tells_what_there_is_and_makes_nothing(self):
         text = self.make("inspect")
@@ -99,27 +96,15 @@ class SignalsTest(unittest.TestCase):
         self.assertRegex(text, r"log\.txt: holds no sample of scan \(lab/log\.txt:2: 15 words for 5 beams, expected 16")
 
 
-class AppliedSignalsTest(unittest.TestCase):
+class AppliedSignalsTest(CopiedSiteTest):
     """Signals and label pictures beside the frames of the small building."""
 
-    @classmethod
-    def setUpClass(cls):
-        cls.base = Workspace.made("map", "localize")
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.base.remove()
+    made = ("map", "localize")
 
     def setUp(self):
-        self.work = self.base.copy()
-        self.addCleanup(self.work.remove)
+        super().setUp()
         self.work.as_recorded()
         self.site = self.work.folder / f"configs/sites/{SITE}.toml"
-
-    def make(self, *arguments):
-        result = self.work.make(*arguments)
-        self.assertEqual(result.returncode, 0, result.stdout)
-        return result.stdout
 
     def reran(self, *arguments):
         before = self.work.runs()

@@ -7,13 +7,15 @@ import unittest
 
 from nightly import some_of
 from signal_at_write import SignalAtWrite
-from workspace import SITE, Workspace, as_its_job_wrote
+from workspace import SITE, SiteTest, Workspace, as_its_job_wrote
 
 SMALL = "SET=tiles.edge_m=6"
 KEYFRAMES = "map_frame/keyframes.tum"
 
 
-class TilesTest(unittest.TestCase):
+class TilesTest(SiteTest):
+    given = ("map", SMALL,)
+
     @classmethod
     def setUpClass(cls):
         cls.base = Workspace.made("map")
@@ -31,11 +33,6 @@ class TilesTest(unittest.TestCase):
     def setUp(self):
         self.work = self.tiled.copy()
         self.addCleanup(self.work.remove)
-
-    def make(self, *arguments):
-        result = self.work.make("map", SMALL, *arguments)
-        self.assertEqual(result.returncode, 0, result.stdout)
-        return result.stdout
 
     def tiles(self):
         header, *names = self.work.path("tiles/tiles.txt").read_text(encoding="utf-8").splitlines()

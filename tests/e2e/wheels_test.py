@@ -10,7 +10,7 @@ import unittest
 import numpy as np
 from add_wing_test import build_stage, copy_of_the_tree, programs_but
 from nightly import IS_NIGHT
-from workspace import REPOSITORY, SITE, Workspace, write_small_site
+from workspace import REPOSITORY, SITE, SiteTest, Workspace, write_small_site
 
 sys.path.append(str(REPOSITORY / "scripts"))
 from nightmap_eval.trajectory import quaternion, read_tum  # noqa: E402
@@ -61,7 +61,7 @@ def write_wheels(data):
     (data / "wheels.txt").write_text("".join(lines))
 
 
-class WheelsTest(unittest.TestCase):
+class WheelsTest(SiteTest):
     @classmethod
     def setUpClass(cls):
         cls.folder = copy_of_the_tree()
@@ -76,11 +76,6 @@ class WheelsTest(unittest.TestCase):
         pose = ", ".join(f"{value:.9f}" for value in [*POSITION_M, *quaternion(AXES)])
         cls.site.write_text(cls.site.read_text().replace('id = "color"\n', f'id = "color"\nrobot_from_camera = [{pose}]\n'))
         cls.work = Workspace(cls.folder)
-
-    def make(self, *arguments, code=0):
-        result = self.work.make(*arguments)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
 
     def read(self, name):
         return json.loads(self.work.path(name).read_text())

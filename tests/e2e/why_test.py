@@ -7,7 +7,7 @@ import unittest
 
 from nightly import some_of
 from stub_site import SITE, StubSite
-from workspace import REPOSITORY, told_by_why
+from workspace import REPOSITORY, SiteTest, told_by_why
 from nightmap_site.declaration import profiles  # workspace finds the scripts
 
 # Profiles, each with what its sites may import.
@@ -20,16 +20,11 @@ GOALS = ("map", "localize", "plan", "drive")
 SCAN_QUERY = '\n[[query]]\nscans = "wake.log"\nnear_m = [3.5, -2]\nturn = "none"\n'
 
 
-class WhyTest(unittest.TestCase):
+class WhyTest(SiteTest):
     def setUp(self):
-        self.site = StubSite()
+        self.work = self.site = StubSite()
         self.addCleanup(self.site.remove)
         self.config = self.site.folder / f"configs/sites/{SITE}.toml"
-
-    def make(self, *arguments, code=0, **stub):
-        result = self.site.make(*arguments, **stub)
-        self.assertEqual(result.returncode, code, result.stdout)
-        return result.stdout
 
     def use(self, profile, imported):
         self.pipeline = self.site.use_profile(profile, imported)

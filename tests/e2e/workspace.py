@@ -16,6 +16,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import unittest
 import zlib
 
 import matplotlib.image
@@ -208,6 +209,33 @@ def environment():
     """The caller's, without what make hands down to a make it starts."""
     return {key: value for key, value in os.environ.items()
             if key not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MAKEOVERRIDES")}
+
+
+class SiteTest(unittest.TestCase):
+    """A test with the workspace `work`; `given` are arguments of every make."""
+
+    given = ()
+
+    def make(self, *arguments, code=0, **more):
+        result = self.work.make(*self.given, *arguments, **more)
+        self.assertEqual(result.returncode, code, result.stdout)
+        return result.stdout
+
+
+class CopiedSiteTest(SiteTest):
+    """Each test has a copy of the workspace `base`, in which these goals are `made`; `hashes` are of its results."""
+
+    made = ("map",)
+
+    @classmethod
+    def setUpClass(cls):
+        cls.base = Workspace.made(*cls.made)
+        cls.addClassCleanup(cls.base.remove)
+        cls.hashes = cls.base.hashes()
+
+    def setUp(self):
+        self.work = self.base.copy()
+        self.addCleanup(self.work.remove)
 
 
 def write_black(path, width, height):

@@ -11,12 +11,7 @@ namespace {
 
 void Run(const OctreeOptions& options, StageContext& context) {
   context.BeginPart("open");
-  const KeyframeSource source =
-      OpenTile(context.Input("tile"),
-               context.Input("cameras"),
-               FrameReader(context.Input("data"), context.Inputs("masks")),
-               options.keyframe_stride,
-               options.max_range_m);
+  const KeyframeSource source = OpenTile(context, options.keyframe_stride, options.max_range_m);
   std::optional<std::vector<CloudPoint>> cloud;
   if (context.HasInput("cloud")) {
     cloud = ReadCloudAround(context.Inputs("cloud"), source.region.inside, options);

@@ -10,12 +10,7 @@ namespace nightmap {
 namespace {
 
 void Run(const PointCloudOptions& options, StageContext& context) {
-  const KeyframeSource source =
-      OpenTile(context.Input("tile"),
-               context.Input("cameras"),
-               FrameReader(context.Input("data"), context.Inputs("masks")),
-               options.keyframe_stride,
-               options.max_depth_m);
+  const KeyframeSource source = OpenTile(context, options.keyframe_stride, options.max_depth_m);
   const auto result = RunPointCloud(options, source, context.GetProgress(), context.NumThreads());
   WritePly(context.Output("tile_cloud"), result.points);
   context.Report()["num_keyframes_listed"] = source.keyframes.size();

@@ -9,12 +9,7 @@ namespace {
 
 void Run(const VoxelLabelsOptions& options, StageContext& context) {
   context.BeginPart("open");
-  const KeyframeSource source =
-      OpenTile(context.Input("tile"),
-               context.Input("cameras"),
-               FrameReader(context.Input("data"), context.Inputs("masks")),
-               options.keyframe_stride,
-               options.max_range_m);
+  const KeyframeSource source = OpenTile(context, options.keyframe_stride, options.max_range_m);
   const FrameLabels labels(context.Inputs("labels"));
   const OccupiedVoxels occupied =
       ReadOccupiedVoxels(context.Input("tile_ot"),

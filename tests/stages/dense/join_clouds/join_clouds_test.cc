@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/dense/join_clouds/write_joined_cloud.h"
 
-#include "pipeline/dense/tiles_io.h"
-#include "pipeline/program/stage_main.h"
-#include "tests/test_data.h"
+#include "tests/dense/join_tiles.h"
 
 namespace nightmap {
 namespace join_clouds_test {
@@ -31,16 +29,7 @@ class JoinCloudsTest : public testing::Test {
     WritePly(Cloud(0), {PointAt(0.05F), PointAt(0.25F)});
     WritePly(Cloud(1), {PointAt(0.15F), PointAt(0.35F)});
     for (const int i : {0, 1}) {
-      Tile tile;
-      tile.region = {{{i - 1.0, 0}, {i + 0.0, 1}}, 0.5, 4.0};
-      for (int k = 0; k < 4; ++k) {
-        Keyframe keyframe;
-        keyframe.keyframe_idx = k;
-        keyframe.frame.color = {"c.png", "c"};
-        keyframe.frame.depth = {"d.png", "d"};
-        keyframe.frame.time_ns = k;
-        tile.keyframes.push_back(keyframe);
-      }
+      const Tile tile = TileOf({{{i - 1.0, 0}, {i + 0.0, 1}}, 0.5, 4.0}, 4);
       folder_.Write(TileFile(i).filename(), TileToJson(tile));
       WriteReport(i, "keyframe_stride = 2\nmax_depth_m = 3.5\nvoxel_size_m = 0.1\n");
     }
@@ -61,7 +50,7 @@ class JoinCloudsTest : public testing::Test {
 
   // Exit code of the program; err_ has its log.
   int Join(JoinCloudsOptions options = {}, const std::vector<int>& tiles = {0, 1}) {
-    std::vector<std::string> arguments = {"join_clouds"};
+    std::vector<std::string> arguments;
     for (const int i : tiles) {
       arguments.insert(arguments.end(), {"--in", "tile=" + TileFile(i).string()});
       arguments.insert(arguments.end(), {"--in", "tile_cloud=" + Cloud(i).string()});
@@ -69,19 +58,13 @@ class JoinCloudsTest : public testing::Test {
     }
     arguments.insert(arguments.end(), {"--out", "cloud=" + (folder_ / "cloud.ply").string()});
     arguments.insert(arguments.end(), {"--out", "report=" + (folder_ / "report.json").string()});
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
     const StageSpec spec{"join_clouds",
                          "test",
                          {{"tile", "", Arity::kMany},
                           {"tile_cloud", "", Arity::kMany},
                           {"tile_report", "", Arity::kMany}},
                          {{"cloud", ""}}};
-    testing::internal::CaptureStderr();
-    const int code =
-        StageMain(static_cast<int>(argv.size()), argv.data(), spec, options, WriteJoinedCloud);
-    err_ = testing::internal::GetCapturedStderr();
-    return code;
+    return RunProgram(spec, arguments, options, WriteJoinedCloud, &err_);
   }
 
   TemporaryFolder folder_;

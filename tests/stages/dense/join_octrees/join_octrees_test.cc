@@ -2,9 +2,7 @@
 #include "stages/dense/join_octrees/join_octrees.h"
 
 #include "pipeline/dense/octree_io.h"
-#include "pipeline/dense/tiles_io.h"
-#include "pipeline/program/stage_main.h"
-#include "tests/test_data.h"
+#include "tests/dense/join_tiles.h"
 
 namespace nightmap {
 namespace join_octrees_test {
@@ -17,16 +15,7 @@ constexpr const char* kConfig = "keyframe_stride = 3\n";
 class JoinOctreesTest : public testing::Test {
  protected:
   void SetUp() override {
-    Tile tile;
-    tile.region = {{{0, 0}, {1, 1}}, 0.5, 4.0};
-    for (int k = 0; k < 7; ++k) {
-      Keyframe keyframe;
-      keyframe.keyframe_idx = k;
-      keyframe.frame.color = {"c.png", "c"};
-      keyframe.frame.depth = {"d.png", "d"};
-      keyframe.frame.time_ns = k;
-      tile.keyframes.push_back(keyframe);
-    }
+    const Tile tile = TileOf({{{0, 0}, {1, 1}}, 0.5, 4.0}, 7);
     folder_.Write("tile_0_0.json", TileToJson(tile));
     WriteReport(kConfig);
     WriteTree(2.0F);
@@ -50,7 +39,7 @@ class JoinOctreesTest : public testing::Test {
 
   // Exit code of the program; err_ has its log.
   int Join(JoinOctreesOptions options = {}) {
-    std::vector<std::string> arguments = {"join_octrees"};
+    std::vector<std::string> arguments;
     const auto add = [&](const char* flag, const std::string& name, const char* file) {
       arguments.insert(arguments.end(), {flag, name + "=" + (folder_ / file).string()});
     };
@@ -60,19 +49,13 @@ class JoinOctreesTest : public testing::Test {
     add("--out", "ot", "map.ot");
     add("--out", "bt", "map.bt");
     add("--out", "report", "report.json");
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
     const StageSpec spec{"join_octrees",
                          "test",
                          {{"tile", "", Arity::kMany},
                           {"tile_ot", "", Arity::kMany},
                           {"tile_report", "", Arity::kMany}},
                          {{"ot", ""}, {"bt", ""}}};
-    testing::internal::CaptureStderr();
-    const int code =
-        StageMain(static_cast<int>(argv.size()), argv.data(), spec, options, JoinOctreeFiles);
-    err_ = testing::internal::GetCapturedStderr();
-    return code;
+    return RunProgram(spec, arguments, options, JoinOctreeFiles, &err_);
   }
 
   TemporaryFolder folder_;
