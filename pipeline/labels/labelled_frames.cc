@@ -86,7 +86,7 @@ GrayImage LabelledFrames::Label(std::size_t i, const RgbdImages& images) {
   if (!is_kept) {
     Segmentation labels = label_(frame, images);
     PackedLabels packed = PackLabels(frame.frame_idx, frame.time_ns, labels);
-    found.emplace(std::move(packed), std::move(labels));
+    found = KeptLabels::Found{std::move(packed), std::move(labels)};
   }
   found->packed.frame_idx = frame.frame_idx;
   found->packed.time_ns = frame.time_ns;
