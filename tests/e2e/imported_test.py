@@ -26,15 +26,12 @@ class ImportedTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.work = Workspace.made(*GOALS)
+        cls.addClassCleanup(cls.work.remove)
         given = cls.work.data() / "other"
         given.mkdir()
         shutil.copy(cls.work.path("map_frame/trajectory.tum"), given / "poses.tum")
         for name in ("map.yaml", "map.pgm"):
             shutil.copy(cls.work.path(f"grid/{name}"), given / name)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.work.remove()
 
     def site(self, name, imports):
         """Config of a site of the same recording."""

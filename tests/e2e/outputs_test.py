@@ -20,10 +20,7 @@ class OutputsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.work = Workspace.made(*GOALS)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.work.remove()
+        cls.addClassCleanup(cls.work.remove)
 
     def setUp(self):
         subprocess.run(["rm", "-rf", self.work.folder / "o"], check=True)

@@ -25,6 +25,7 @@ class PreflightTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.site = StubSite()
+        cls.addClassCleanup(cls.site.remove)
         result = cls.site.make("map")
         if result.returncode != 0:
             raise AssertionError(result.stdout)
@@ -34,10 +35,6 @@ class PreflightTest(unittest.TestCase):
             (run / program).symlink_to(BUILD / "run" / program)
         # The first check of all programs; make must find nothing to do but that.
         cls.site.make("map", "SET=grid.margin_m=-1")
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.site.remove()
 
     def state(self):
         maps = self.site.folder / "maps"

@@ -55,11 +55,8 @@ class RemediesTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.base = Workspace.made("map")
+        cls.addClassCleanup(cls.base.remove)
         cls.hashes = cls.base.hashes()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.base.remove()
 
     def damage(self, work, name, change):
         status = work.path(name).stat()

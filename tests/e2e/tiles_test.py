@@ -19,16 +19,13 @@ class TilesTest(SiteTest):
     @classmethod
     def setUpClass(cls):
         cls.base = Workspace.made("map")
+        cls.addClassCleanup(cls.base.remove)
         cls.whole = {name: digest for name, digest in cls.base.hashes().items()}
         cls.tiled = cls.base.copy()
+        cls.addClassCleanup(cls.tiled.remove)
         result = cls.tiled.make("map", SMALL, "-j2")
         if result.returncode != 0:
             raise AssertionError(f"the chain in tiles failed:\n{result.stdout}")
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.base.remove()
-        cls.tiled.remove()
 
     def setUp(self):
         self.work = self.tiled.copy()

@@ -46,13 +46,10 @@ class WrittenFilesTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.base = Workspace.made("map")
+        cls.addClassCleanup(cls.base.remove)
         write_laser_site(cls.base.folder)
         cls.check(cls.base.make(f"SITE={LASER_SITE}", "map"))
         cls.hashes = {site: cls.base.hashes(site) for site in (SITE, LASER_SITE)}
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.base.remove()
 
     @staticmethod
     def check(result):
