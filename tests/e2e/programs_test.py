@@ -45,7 +45,7 @@ class ProgramsTest(unittest.TestCase):
             subprocess.run(["cmake", "-S", REPOSITORY, "-B", folder, "-G", "Ninja", f"-DNIGHTMAP_PROGRAMS={' '.join(recorded)}",
                             "--log-level=ERROR"], check=True, stdout=subprocess.DEVNULL)  # fmt: skip
             rules = pathlib.Path(folder, "build.ninja").read_text()
-        self.assertIn("build bin/ceiling_ekf", rules)
+        self.assertIn("build bin/pose_graph", rules)
         self.assertNotRegex(rules, "-lnightmap_|embree")
 
     def test_help_and_version(self):

@@ -191,7 +191,7 @@ def damaged_log(draw, root, commands):
 
 def damaged_table(draw, root, commands):
     """A CSV of scans or odometry, under what reads it."""
-    site = draw.choice(("table", "upward"))
+    site = draw.choice([site for site in ("table", "upward") if (root / "data" / site).is_dir()])
     path = draw.choice(sorted((root / "data" / site).glob("*.csv")))
     what = draw.choice((damage, damage_table, damage_table))(draw, path)
     return _under_make(draw, site, path, what, _command_of(commands, "frames", site))
